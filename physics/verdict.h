@@ -67,6 +67,10 @@ extern "C" {
       "residuals are still large at points that were not trained on")                              \
     X(VERDICT_INTERPOLATES, "interpolates", VERDICT_WARNING,                                       \
       "the network fits the equations at its points, but not between them")                        \
+    X(VERDICT_NOT_HELD, "not_held", VERDICT_WARNING,                                               \
+      "a controlled robot is further off its path than it may be")                                 \
+    X(VERDICT_DIVERGED, "diverged", VERDICT_WARNING,                                               \
+      "a controlled robot has left its path, or its simulation failed")                            \
     X(VERDICT_UNFINISHED, "unfinished", VERDICT_STOPPED, "training has steps left to do")          \
     X(VERDICT_LOAD_NOT_REACHED, "load_not_reached", VERDICT_STOPPED,                               \
       "equilibria could be followed to a part of the load only")                                   \

@@ -64,9 +64,9 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
      .help = "predictive: one Gauss-Newton step on the inputs over the horizon in each period; "   \
              "sampling: a mean of random inputs weighted by their cost."},                         \
     {"control.model", CONFIG_CHOICE, CONTROL_AT(model), .names = control_model_names,              \
-     .help = "What filter and controller step the robot with: the trained one-step model; the "    \
-             "reduced rod it has been trained on; that rod linearised where it rests at the "      \
-             "start."},                                                                            \
+     .help = "What filter and controller step the robot with: surrogate, the trained one-step "    \
+             "model; reduced, the rod it has been trained on; linear, that rod linearised where "  \
+             "it rests at the start; automatic: surrogate if it is trained, else reduced."},                                                                            \
     {"control.horizon", CONFIG_INTEGER, CONTROL_AT(horizon), BETWEEN(1, 60), .unit = "steps",      \
      .help = "How far the controller looks ahead."},                                               \
     {"control.samples", CONFIG_INTEGER, CONTROL_AT(samples), BETWEEN(8, 100000),                   \

@@ -7,11 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* What the model leaves out, by sqrt(s), in parts of the spread of each state: found with arms
- * whose plants have more modes, other stiffness, mass and damping. */
-static const double PROCESS = 0.01;
-static const double START = 0.02; /* and the deviations at the start */
-
 /* ---- models -------------------------------------------------------------------------------- */
 
 static ad_status create_models(control_loop *x, ad_error *error)
@@ -62,7 +57,8 @@ static ad_status linearise(control_loop *x, ad_error *error)
     return status;
 }
 
-static ad_status find_spread(const control_loop *x, double *spread, ad_error *error)
+/* Of every state in motions of the model over the ranges of its inputs, rms. */
+static ad_status find_sizes(const control_loop *x, double *size, ad_error *error)
 {
     const scene *nominal = x->of.nominal;
     excite_settings settings = excite_settings_default();
@@ -79,36 +75,29 @@ static ad_status find_spread(const control_loop *x, double *spread, ad_error *er
     const ad_status status = excite_run(nominal, &settings, NULL, &motions, error);
     const size_t n = (size_t)x->states;
     for (size_t k = 0; k < n && status == AD_OK; k++) {
-        double sum = 0, squares = 0, count = 0;
+        double sum = 0, count = 0;
         for (int r = 0; r < motions.count; r++) {
             for (int i = 0; i <= motions.done[r]; i++) {
                 const double value =
                     motions.state[((size_t)r * ((size_t)motions.steps + 1) + (size_t)i) * n + k];
-                sum += value;
-                squares += value * value;
+                sum += value * value;
                 count++;
             }
         }
-        spread[k] = sqrt(fmax(0, squares / count - sum / count * (sum / count)));
+        size[k] = sqrt(sum / count);
     }
     excite_free(&motions);
     return status;
 }
 
-/* Rest, deviations, process noise. Modes that inputs hardly move get a little of what the others
- * of their unit have. */
+/* Deviations and process noise of the filter. */
 static ad_status fill_numbers(control_loop *x, ad_error *error)
 {
-    const int n = x->states;
-    double *spread = x->numbers + n, *process = spread + n, largest[2] = {0};
-    ad_status status = find_spread(x, spread, error);
-    for (int k = 0; k < n; k++) {
-        largest[k >= n / 2] = fmax(largest[k >= n / 2], spread[k]);
-    }
-    for (int k = 0; k < n; k++) {
-        const double whole = fmax(spread[k], 1e-4 * largest[k >= n / 2] + 1e-12);
-        process[k] = PROCESS * whole;
-        spread[k] = START * whole;
+    const size_t n = (size_t)x->states;
+    double *size = x->numbers + 3 * n;
+    const ad_status status = find_sizes(x, size, error);
+    if (status == AD_OK) {
+        look_noise(x->states / 2, size, x->numbers + n, x->numbers + 2 * n);
     }
     return status;
 }
@@ -161,6 +150,9 @@ static ad_status create_looks(control_loop *x, ad_error *error)
 
 /* ---- filter and controllers ---------------------------------------------------------------- */
 
+/* Up to so many times the process noise as innovations ask for (look_noise). */
+static const double ADAPT = 100;
+
 static void fill_filter(control_loop *x)
 {
     const control_settings *c = &x->control;
@@ -180,7 +172,8 @@ static void fill_filter(control_loop *x)
                                                  .parameter = x->parameter,
                                                  .sensor = x->sensor,
                                                  .deviation = x->numbers + n,
-                                                 .process = x->numbers + 2 * n};
+                                                 .process = x->numbers + 2 * n,
+                                                 .adapt = ADAPT};
 }
 
 /* One in the unit of what is seen, as large as control->accuracy of the place. */

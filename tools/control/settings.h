@@ -26,6 +26,7 @@ enum {
 #define CONTROL_SURFACE_LIST(X) X(CONTROL_PLANE, "plane") X(CONTROL_REACHABLE, "reachable")
 #define CONTROL_METHOD_LIST(X)  X(CONTROL_PREDICTIVE, "predictive") X(CONTROL_SAMPLING, "sampling")
 #define CONTROL_MODEL_LIST(X)                                                                      \
+    X(CONTROL_AUTOMATIC, "automatic")                                                              \
     X(CONTROL_SURROGATE, "surrogate") X(CONTROL_REDUCED, "reduced") X(CONTROL_LINEAR, "linear")
 /* In the order of look_what. */
 #define CONTROL_SEEN_LIST(X)                                                                       \
@@ -43,7 +44,7 @@ enum {
 typedef enum control_path { CONTROL_PATH_LIST(CONTROL_ENUM) } control_path;
 typedef enum control_surface { CONTROL_SURFACE_LIST(CONTROL_ENUM) } control_surface;
 typedef enum control_method { CONTROL_METHOD_LIST(CONTROL_ENUM) } control_method;
-typedef enum control_model { CONTROL_MODEL_LIST(CONTROL_ENUM) CONTROL_MODELS } control_model;
+typedef enum control_model { CONTROL_MODEL_LIST(CONTROL_ENUM) } control_model;
 typedef enum control_fault_kind { CONTROL_FAULT_LIST(CONTROL_ENUM) } control_fault_kind;
 
 typedef struct control_point {

@@ -47,10 +47,16 @@ static ad_status print_script(FILE *file, const gnuplot_picture *what, ad_error 
     fprintf(file, "set border 3 lw 1 lc rgb '#444444'\nset tics nomirror out scale 0.7\n"
                   "set grid xtics ytics lt 1 lw 0.6 lc rgb '#DDDDDD'\n\n");
     ad_status status = what->print(file, what->context, error);
+    if (what->panels) {
+        what->panels(file, what->context);
+    }
     fprintf(file, "\nset terminal pngcairo size %d,%d fontscale 1.9 linewidth 1.9 pointscale 1.8\n",
             2 * what->width, 2 * what->height);
     print_output(file, what->name, "png");
-    fprintf(file, "replot\nunset output\n");
+    if (what->panels) {
+        what->panels(file, what->context);
+    }
+    fprintf(file, "%sunset output\n", what->panels ? "" : "replot\n");
     return status;
 }
 
@@ -72,6 +78,25 @@ ad_status gnuplot_write(const gnuplot_picture *what, const char *folder, ad_erro
     }
     free(text);
     return status;
+}
+
+ad_status gnuplot_beside(const char *path, gnuplot_place *place, ad_error *error)
+{
+    const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
+    const char *dot = strrchr(name, '.');
+    size_t length = dot ? (size_t)(dot - name) : strlen(name);
+    size_t folder = slash ? (size_t)(slash - path) : 0;
+    if (length > GNUPLOT_NAME - 9 || folder >= sizeof place->folder) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "%s: the name is too long for a picture; allowed: %d bytes without ending",
+                       path, GNUPLOT_NAME - 9);
+    }
+    snprintf(place->name, sizeof place->name, "%.*s", (int)length, name);
+    snprintf(place->folder, sizeof place->folder, "%.*s", (int)folder, path);
+    if (!slash || folder == 0) {
+        snprintf(place->folder, sizeof place->folder, "%s", slash ? "/" : ".");
+    }
+    return AD_OK;
 }
 
 /* ---- drawing ------------------------------------------------------------------------------- */

@@ -16,15 +16,23 @@ typedef struct gnuplot_picture {
     const char *error; /* text of the axis upwards; NULL: not errors over run time */
     int width, height; /* points */
     ad_status (*print)(FILE *file, const void *context, ad_error *error); /* data and plot */
+    void (*panels)(FILE *file, const void *context); /* plots that `print` leaves to it, as of
+                                                      * multiplot; NULL: print has the one plot */
     const void *context;
 } gnuplot_picture;
+
+/* A picture beside a file "FOLDER/NAME.csv". AD_BAD_ARGUMENT: the name is too long. */
+enum { GNUPLOT_NAME = 72 };
+typedef struct gnuplot_place {
+    char folder[4096], name[GNUPLOT_NAME];
+} gnuplot_place;
+ad_status gnuplot_beside(const char *path, gnuplot_place *place, ad_error *error);
 
 /* Writes FOLDER/NAME.gp, which draws NAME.svg and NAME.png. */
 ad_status gnuplot_write(const gnuplot_picture *what, const char *folder, ad_error *error);
 
 /* Runs gnuplot on it in the folder. AD_IO says that gnuplot is missing or failed, and how to draw
  * the picture later. */
-enum { GNUPLOT_NAME = 72 };
 ad_status gnuplot_draw(const char *name, const char *folder, ad_error *error);
 
 #endif

@@ -50,30 +50,6 @@ static ad_status write_table(const solution_path *x, const char *path, ad_error 
 
 /* ---- the picture --------------------------------------------------------------------------- */
 
-typedef struct path_name {
-    char folder[4096], name[GNUPLOT_NAME];
-} path_name;
-
-/* "folder/name.csv" in its parts. */
-static ad_status split(const char *path, path_name *parts, ad_error *error)
-{
-    const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
-    const char *dot = strrchr(name, '.');
-    size_t length = dot ? (size_t)(dot - name) : strlen(name);
-    size_t folder = slash ? (size_t)(slash - path) : 0;
-    if (length > GNUPLOT_NAME - 9 || folder >= sizeof parts->folder) {
-        return ad_fail(error, AD_BAD_ARGUMENT,
-                       "%s: the name is too long for a picture; allowed: %d bytes without ending",
-                       path, GNUPLOT_NAME - 9);
-    }
-    snprintf(parts->name, sizeof parts->name, "%.*s", (int)length, name);
-    snprintf(parts->folder, sizeof parts->folder, "%.*s", (int)folder, path);
-    if (!slash || folder == 0) {
-        snprintf(parts->folder, sizeof parts->folder, "%s", slash ? "/" : ".");
-    }
-    return AD_OK;
-}
-
 /* The parts of the path that are stable, are not, or were not asked; each stretch by itself. */
 static void print_stretches(FILE *file, const solution_path *x, const char *name, int low, int high)
 {
@@ -128,8 +104,8 @@ static ad_status print_picture(FILE *file, const void *context, ad_error *error)
 
 ad_status path_files_write(const solution_path *x, const char *path, ad_error *error)
 {
-    path_name parts;
-    ad_status status = split(path, &parts, error);
+    gnuplot_place parts;
+    ad_status status = gnuplot_beside(path, &parts, error);
     status = status == AD_OK ? write_table(x, path, error) : status;
     return status == AD_OK
                ? gnuplot_write(&(const gnuplot_picture){.name = parts.name,
@@ -145,8 +121,8 @@ ad_status path_files_write(const solution_path *x, const char *path, ad_error *e
 
 ad_status path_files_draw(const char *path, ad_error *error)
 {
-    path_name parts;
-    ad_status status = split(path, &parts, error);
+    gnuplot_place parts;
+    ad_status status = gnuplot_beside(path, &parts, error);
     return status == AD_OK ? gnuplot_draw(parts.name, parts.folder, error) : status;
 }
 

@@ -1,0 +1,28 @@
+/* What cpinn-control has of each loop that it runs, as text, table and pictures. */
+#ifndef TOOLS_PROGRAMS_CONTROL_RUN_H
+#define TOOLS_PROGRAMS_CONTROL_RUN_H
+
+#include "tools/config/config.h"
+#include "tools/control/loop.h"
+#include "tools/files/json.h"
+
+typedef struct control_row {
+    const char *name; /* "linear model" */
+    control_settings control;
+    control_loop *loop; /* NULL: could not be run; `why` */
+    loop_report report;
+    ad_error why;
+} control_row;
+
+/* control_table.c */
+void control_print_head(const config *of, const control_row *row, const char *model);
+void control_print(int count, const control_row *rows);
+void control_print_details(const control_row *row);
+void control_json(int count, const control_row *rows, json *to);
+
+/* control_files.c: the record as a table, and beside it a picture, with `moves` one that moves.
+ * AD_BAD_ARGUMENT, AD_IO, AD_NO_MEMORY. */
+ad_status control_write(const control_row *row, const char *path, bool moves, ad_error *error);
+ad_status control_draw(const char *path, bool moves, ad_error *error);
+
+#endif

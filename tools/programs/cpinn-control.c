@@ -1,0 +1,320 @@
+/* cpinn-control: the closed loop of a scene in simulation; see --help. */
+#include "tools/config/config.h"
+#include "tools/files/file_bytes.h"
+#include "tools/files/table_file.h"
+#include "tools/programs/cli.h"
+#include "tools/programs/control_run.h"
+#include "tools/train/report.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char program[] = "cpinn-control";
+
+static const char summary[] =
+    "Simulate a robot in closed loop: a filter finds its state, and a stiffness or load that is\n"
+    "not known, from what sensors see, and a predictive controller moves its inputs so that a\n"
+    "place of it follows a path. Scene, sensors, task and what the simulated robot differs in are\n"
+    "those of a YAML file; see the section `control` in cpinn-train --help.";
+
+static const char epilogue[] =
+    "Inputs are the parameters of the scene that have a range: pressures, tensions. Those named\n"
+    "under control.estimate (or surrogate.parameters) are found by the filter instead. So little\n"
+    "is enough:\n"
+    "\n"
+    "  control:\n"
+    "    task: {path: circle, radius: 0.03, frequency: 0.5}\n"
+    "    estimate: [stiffness]\n"
+    "    plant: {set: [parameters.stiffness=0.8]}   # what the simulated robot really has\n"
+    "\n"
+    "Filter and controller step the robot by its one-step model (section `surrogate`, trained by\n"
+    "cpinn-train, sought in runs/NAME or --run), else by the reduced rod, which is some 30 times\n"
+    "slower. The simulated robot is a reduced rod of more modes.\n"
+    "\n"
+    "  cpinn-control configs/robots/soft_arm_control.yaml\n"
+    "  cpinn-control SCENE.yaml --out loop.csv --animate      loop.csv, .svg, .png, .gif\n"
+    "  cpinn-control SCENE.yaml --compare                     beside other models and methods\n"
+    "  cpinn-control SCENE.yaml --set control.task.path=eight --set control.period=0.001\n"
+    "\n"
+    "The table has the error of the true place off the path after the approach, rms and worst;\n"
+    "the time of filter and controller in a period, medians, and the worst of both together; the\n"
+    "rate that the medians allow; what was estimated at the end, with its standard deviation, and\n"
+    "the truth. --out has all of every period in SI units: reference, true and estimated place,\n"
+    "inputs, estimates, measurements, normalised squares of innovations, seconds, and flags as\n"
+    "bits (tools/control/estimator.h, controller.h).\n"
+    "\n"
+    "--json writes one object: program, version, name, verdict, model, loops: [{name, error, "
+    "samples,\n"
+    "diverged, rms, worst, approach, reach, saturated, filter_seconds, control_seconds, seconds\n"
+    "{median, worst}, estimates, innovations, constraints, filter_flags, control_flags, late}].\n"
+    "\n"
+    "The exit status is 3 where the robot diverges or control.tolerance is not kept.";
+
+typedef struct options {
+    const char *config, *out, *run, *json, *method;
+    cli_list overrides;
+    int seed;
+    bool compare, animate, quiet;
+} options;
+
+enum { ROWS_MAX = 5 };
+
+typedef struct controlling {
+    options asked;
+    config *nominal, *plant;
+    surrogate_settings model;
+    double truth[SCENE_PARAMETERS_MAX];
+    const one_step *trained; /* NULL: there is none */
+    char model_text[400];
+    int count;
+    control_row rows[ROWS_MAX];
+    verdict verdict;
+} controlling;
+
+/* ---- reading ------------------------------------------------------------------------------- */
+
+/* The scene, and with the keys of control.plant.set the robot that is simulated. */
+static ad_status read_scenes(controlling *x, ad_error *error)
+{
+    const options *o = &x->asked;
+    const char *overrides[CLI_LIST_MAX + CONTROL_CHANGES_MAX];
+    int count = o->overrides.count;
+    ad_status status = config_read(o->config, NULL, count, o->overrides.texts, &x->nominal, error);
+    if (status == AD_OK && !config_controls(x->nominal)) {
+        status = config_resolve_control(x->nominal, error);
+    }
+    if (status != AD_OK) {
+        return status;
+    }
+    const control_settings *c = &x->nominal->control;
+    memcpy(overrides, o->overrides.texts, sizeof o->overrides.texts);
+    for (int i = 0; i < c->change_count; i++) {
+        overrides[count++] = c->changes[i];
+    }
+    overrides[count++] = "control=null"; /* names that it has may be numbers now */
+    overrides[count++] = "surrogate=null";
+    status = config_read(o->config, NULL, count, overrides, &x->plant, error);
+    if (status != AD_OK) {
+        char reason[sizeof error->message];
+        snprintf(reason, sizeof reason, "%s", error->message);
+        return ad_fail(error, AD_BAD_INPUT, "%.200s: control.plant.set: %.280s", o->config, reason);
+    }
+    return AD_OK;
+}
+
+/* Values of the scene's parameters in the plant. */
+static void find_truth(controlling *x)
+{
+    const scene *nominal = &x->nominal->scene;
+    for (int k = 0; k < nominal->parameter_count; k++) {
+        x->truth[k] = NAN;
+        for (int i = 0; i < x->plant->parameter_count; i++) {
+            const config_parameter *p = &x->plant->parameters[i];
+            if (strcmp(p->name, nominal->parameters[k].name) == 0) {
+                double value = NAN;
+                quantity_is_number(p->value, &value);
+                x->truth[k] =
+                    isnan(p->range[0]) ? value : scene_parameter_at(&nominal->parameters[k], 0.5);
+            }
+        }
+    }
+}
+
+static ad_status find_model(controlling *x, ad_error *error)
+{
+    control_settings *c = &x->nominal->control;
+    x->model = control_model_of(&x->nominal->surrogate);
+    if (c->model == CONTROL_AUTOMATIC) {
+        c->model = x->trained ? CONTROL_SURROGATE : CONTROL_REDUCED;
+    }
+    if (c->model == CONTROL_SURROGATE && !x->trained) {
+        return ad_fail(
+            error, AD_BAD_INPUT,
+            "%.200s: control.model: is surrogate, and there is no trained one-step model "
+            "in %.100s; train it with cpinn-train, or give --run",
+            x->asked.config, x->asked.run);
+    }
+    const int *m = x->model.modes;
+    static const char *const words[] = {"", "trained one-step model", "reduced rod", "linear"};
+    snprintf(x->model_text, sizeof x->model_text,
+             "%s, modes %d, %d, %d, %d, steps of %.4g ms, horizon %d", words[c->model], m[0], m[1],
+             m[2], m[3], 1e3 * x->model.step, c->horizon);
+    return AD_OK;
+}
+
+/* ---- running ------------------------------------------------------------------------------- */
+
+static void add(controlling *x, const char *name, const control_settings *control)
+{
+    x->rows[x->count++] = (control_row){.name = name, .control = *control};
+}
+
+static void choose_rows(controlling *x)
+{
+    static const char *const names[] = {"", "one-step model", "reduced rod", "linear model"};
+    const control_settings *c = &x->nominal->control;
+    control_settings other = *c;
+    add(x, c->method == CONTROL_SAMPLING ? "sampling" : names[c->model], c);
+    if (!x->asked.compare) {
+        return;
+    }
+    if (c->estimate_count > 0) {
+        other.estimate_count = 0;
+        add(x, "nothing estimated", &other);
+        other = *c;
+    }
+    if (c->model != CONTROL_LINEAR) {
+        other.model = CONTROL_LINEAR;
+        add(x, names[CONTROL_LINEAR], &other);
+        other = *c;
+    }
+    if (c->method == CONTROL_PREDICTIVE) {
+        other.method = CONTROL_SAMPLING;
+        add(x, "sampling", &other);
+        other = *c;
+    }
+    if (c->model != CONTROL_REDUCED) {
+        other.model = CONTROL_REDUCED;
+        add(x, names[CONTROL_REDUCED], &other);
+    }
+}
+
+static ad_status run_row(controlling *x, control_row *row, ad_error *error)
+{
+    const loop_setup setup = {.control = &row->control,
+                              .model = &x->model,
+                              .nominal = &x->nominal->scene,
+                              .plant = &x->plant->scene,
+                              .truth = x->truth,
+                              .surrogate = x->trained};
+    ad_status status = loop_create(&setup, &row->loop, error);
+    return status == AD_OK ? loop_run(row->loop, &row->report, error) : status;
+}
+
+static void judge(controlling *x)
+{
+    const control_row *row = &x->rows[0];
+    const loop_report *r = &row->report;
+    const control_settings *c = &row->control;
+    if (r->diverged) {
+        verdict_add(&x->verdict, VERDICT_DIVERGED,
+                    "the robot left the path, or its simulation failed, %.4g s after the start",
+                    (double)r->done * c->period);
+    } else if (r->rms > c->tolerance_rms || r->worst > c->tolerance_worst) {
+        verdict_add(&x->verdict, VERDICT_NOT_HELD,
+                    "the place is off the path by %.3g mm rms and at most %.3g mm; allowed by "
+                    "control.tolerance: %.3g and %.3g mm",
+                    1e3 * r->rms, 1e3 * r->worst, 1e3 * c->tolerance_rms, 1e3 * c->tolerance_worst);
+    }
+}
+
+static ad_status run(controlling *x, ad_error *error)
+{
+    const options *o = &x->asked;
+    ad_status status = o->out ? table_check_path(o->out, error) : AD_OK;
+    if (status == AD_OK && o->json && strcmp(o->json, "-") != 0) {
+        status = file_bytes_check(o->json, error);
+    }
+    status = status == AD_OK ? read_scenes(x, error) : status;
+    if (status == AD_OK && o->seed >= 0) {
+        x->nominal->control.seed = o->seed;
+    }
+    status = status == AD_OK ? find_model(x, error) : status;
+    if (status != AD_OK) {
+        return status;
+    }
+    find_truth(x);
+    choose_rows(x);
+    for (int i = 0; i < x->count; i++) {
+        control_row *row = &x->rows[i];
+        status = run_row(x, row, &row->why);
+        if (status != AD_OK && i == 0) {
+            *error = row->why;
+            return status;
+        }
+        if (status != AD_OK) {
+            loop_free(row->loop);
+            row->loop = NULL;
+        }
+        if (i == 0 && !o->quiet) {
+            control_print_head(x->nominal, row, x->model_text);
+        }
+    }
+    judge(x);
+    if (!o->quiet) {
+        control_print(x->count, x->rows);
+        control_print_details(&x->rows[0]);
+        verdict_print(stdout, "", &x->verdict);
+    }
+    status = o->out ? control_write(&x->rows[0], o->out, o->animate, error) : AD_OK;
+    ad_error why;
+    if (status == AD_OK && o->out && control_draw(o->out, o->animate, &why) != AD_OK) {
+        cli_warn(program, "%s", why.message);
+    }
+    return status;
+}
+
+static ad_status write_json(const controlling *x, ad_error *error)
+{
+    json to;
+    json_begin(&to);
+    json_text(&to, "program", program);
+    json_text(&to, "version", cli_version());
+    json_text(&to, "name", x->nominal ? x->nominal->settings.name : NULL);
+    report_verdict(&to, &x->verdict);
+    json_text(&to, "model", x->model_text);
+    control_json(x->count, x->rows, &to);
+    return json_end(&to, x->asked.json, error);
+}
+
+static void blame(controlling *x, const ad_error *error)
+{
+    cli_fail_error(program, error);
+    verdict_add(&x->verdict, VERDICT_BAD_INPUT, "%s", error->message);
+}
+
+int main(int argc, char **argv)
+{
+    controlling x = {.asked = {.seed = -1}};
+    options *o = &x.asked;
+    const cli_option list[] = {
+        {"--compare", NULL, CLI_FLAG, &o->compare, 0, 0,
+         "also with nothing estimated, with the linear model, by sampling,\nand with the reduced "
+         "rod, in one table"},
+        {"--out", "FILE", CLI_TEXT, &o->out, 0, 0,
+         "write every period, as .csv, .h5, .hdf5 or .npz, and draw it\nbeside, as .svg and .png"},
+        {"--animate", NULL, CLI_FLAG, &o->animate, 0, 0, "with --out: as a moving .gif, too"},
+        {"--run", "DIR", CLI_TEXT, &o->run, 0, 0,
+         "folder of the trained one-step model (default runs/NAME)"},
+        {"--seed", "N", CLI_INTEGER, &o->seed, 0, 1000000000, "in place of control.seed"},
+        CLI_SET(&o->overrides),
+        CLI_VERDICT_JSON(&o->json),
+        CLI_VERDICT_QUIET(&o->quiet),
+    };
+    const cli_program about = {program, "CONFIG.yaml", summary, epilogue, verdict_help, NULL};
+    int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &o->config);
+    if (status != CLI_RUN) {
+        return status;
+    }
+    if (o->animate && !o->out) {
+        return cli_fail(program, "--animate: nothing would be written; give --out FILE too");
+    }
+    o->quiet = o->quiet || (o->json && strcmp(o->json, "-") == 0);
+    ad_error error = {.message = ""};
+    if (run(&x, &error) != AD_OK) {
+        blame(&x, &error);
+    } else if (o->quiet && verdict_outcome_of(&x.verdict) == VERDICT_WARNING) {
+        verdict_print(stderr, "cpinn-control: ", &x.verdict);
+    }
+    if (o->json && write_json(&x, &error) != AD_OK) {
+        blame(&x, &error);
+    }
+    status = verdict_exit_status(&x.verdict);
+    for (int i = 0; i < x.count; i++) {
+        loop_free(x.rows[i].loop);
+    }
+    config_free(x.nominal);
+    config_free(x.plant);
+    return status;
+}
