@@ -72,7 +72,9 @@ static ad_status find_sizes(const control_loop *x, double *size, ad_error *error
             control_role_of(&x->control, x->of.model, nominal->parameters[k].name);
         settings.constant |= role == CONTROL_INPUT ? 0 : 1U << k;
     }
-    const ad_status status = excite_run(nominal, &settings, NULL, &motions, error);
+    ad_pool *pool = ad_pool_create(1);
+    ad_status status = pool ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a thread");
+    status = status == AD_OK ? excite_run(nominal, &settings, pool, &motions, error) : status;
     const size_t n = (size_t)x->states;
     for (size_t k = 0; k < n && status == AD_OK; k++) {
         double sum = 0, count = 0;
@@ -87,6 +89,7 @@ static ad_status find_sizes(const control_loop *x, double *size, ad_error *error
         size[k] = sqrt(sum / count);
     }
     excite_free(&motions);
+    ad_pool_free(pool);
     return status;
 }
 
@@ -117,6 +120,7 @@ static ad_status create_looks(control_loop *x, ad_error *error)
     view *seen = &x->seen;
     ad_status status = AD_OK;
     x->values = 3 + c->limit_count;
+    seen->inputs = x->parameters;
     for (int i = 0; i <= c->limit_count && status == AD_OK; i++) {
         const control_limit *l = i > 0 ? &c->limits[i - 1] : NULL;
         status = see(x, l ? l->what : LOOK_POSITION, l ? l->at : c->track_at, &x->looks[i], error);

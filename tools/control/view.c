@@ -56,10 +56,9 @@ static int see_parts(void *context, int count, const double *states, const doubl
     for (int from = 0; from < count; from += VIEW_STATES) {
         const int now = count - from < VIEW_STATES ? count - from : VIEW_STATES;
         for (int i = 0, column = 0; i < x->parts; column += x->part[i++].count) {
-            const int bad =
-                see_part(x, &x->part[i], column, now, states + from * n,
-                         inputs ? inputs + from * first->inputs : NULL, values + from * all,
-                         by_state ? by_state + from * all * n : NULL);
+            const int bad = see_part(x, &x->part[i], column, now, states + from * n,
+                                     inputs ? inputs + from * x->inputs : NULL, values + from * all,
+                                     by_state ? by_state + from * all * n : NULL);
             if (bad) {
                 return bad;
             }
@@ -72,7 +71,7 @@ one_look view_of(view *x)
 {
     return (one_look){.context = x,
                       .states = x->part[0].look.states,
-                      .inputs = x->part[0].look.inputs,
+                      .inputs = x->inputs,
                       .values = values_of(x),
                       .see = see_parts};
 }

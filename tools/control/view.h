@@ -14,7 +14,7 @@ extern "C" {
 enum { VIEW_PARTS_MAX = 16 };
 
 typedef struct view {
-    int parts;
+    int parts, inputs; /* of the model */
     struct view_part {
         one_look look;    /* context borrowed; all have the same states */
         int first, count; /* of its values, those that are taken */
