@@ -73,8 +73,9 @@ static ad_status find_sizes(const control_loop *x, double *size, ad_error *error
         settings.constant |= role == CONTROL_INPUT ? 0 : 1U << k;
     }
     ad_pool *pool = ad_pool_create(1);
-    ad_status status = pool ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a thread");
-    status = status == AD_OK ? excite_run(nominal, &settings, pool, &motions, error) : status;
+    ad_status status = pool ? excite_run(nominal, &settings, pool, &motions, error)
+                            : ad_fail(error, AD_NO_MEMORY, "out of memory for a loop");
+    ad_pool_free(pool);
     const size_t n = (size_t)x->states;
     for (size_t k = 0; k < n && status == AD_OK; k++) {
         double sum = 0, count = 0;
@@ -89,7 +90,6 @@ static ad_status find_sizes(const control_loop *x, double *size, ad_error *error
         size[k] = sqrt(sum / count);
     }
     excite_free(&motions);
-    ad_pool_free(pool);
     return status;
 }
 

@@ -1,6 +1,7 @@
 #include "tools/control/resting.h"
 
 #include "tools/control/qp.h"
+#include "tools/control/small.h"
 #include "tools/control/task.h"
 
 #include <math.h>
@@ -171,8 +172,9 @@ static ad_status linearise(resting *x, const double *inputs, const double target
 static ad_status reach(resting *x, const double target[3], int rows, double (*directions)[3],
                        double *inputs, double off[3], ad_error *error)
 {
-    const int m = x->inputs;
-    double by[3 * CONTROL_INPUTS_MAX], H[CONTROL_INPUTS_MAX * CONTROL_INPUTS_MAX];
+    const int m = x->inputs, stride = small_stride(m);
+    double by[3 * CONTROL_INPUTS_MAX];
+    double H[CONTROL_INPUTS_MAX * (CONTROL_INPUTS_MAX + SMALL_LANES)] = {0};
     double g[CONTROL_INPUTS_MAX], low[CONTROL_INPUTS_MAX], high[CONTROL_INPUTS_MAX];
     double step[CONTROL_INPUTS_MAX];
     const double unit = 1e-2 * scene_length(&x->of), effort = 1e-4;
@@ -190,9 +192,9 @@ static ad_status reach(resting *x, const double target[3], int rows, double (*di
                 g[a] -= by[r * m + a] * off[r] / (unit * unit);
             }
             for (int b = 0; b < m; b++) {
-                H[a * m + b] = a == b ? effort : 0;
+                H[a * stride + b] = a == b ? effort : 0;
                 for (int r = 0; r < rows; r++) {
-                    H[a * m + b] += by[r * m + a] * by[r * m + b] / (unit * unit);
+                    H[a * stride + b] += by[r * m + a] * by[r * m + b] / (unit * unit);
                 }
             }
         }

@@ -93,7 +93,9 @@ static ad_status read_scenes(controlling *x, ad_error *error)
         overrides[count++] = c->changes[i];
     }
     overrides[count++] = "control=null"; /* names that it has may be numbers now */
-    overrides[count++] = "surrogate=null";
+    if (!isnan(x->nominal->surrogate.step)) {
+        overrides[count++] = "surrogate=null";
+    }
     status = config_read(o->config, NULL, count, overrides, &x->plant, error);
     if (status != AD_OK) {
         char reason[sizeof error->message];
@@ -125,6 +127,10 @@ static ad_status find_model(controlling *x, ad_error *error)
 {
     control_settings *c = &x->nominal->control;
     x->model = control_model_of(&x->nominal->surrogate);
+    if (isnan(x->nominal->surrogate.step)) { /* no inputs where nothing is estimated, either */
+        x->model.parameter_count = c->estimate_count;
+        memcpy(x->model.parameters, c->estimate, sizeof c->estimate);
+    }
     if (c->model == CONTROL_AUTOMATIC) {
         c->model = x->trained ? CONTROL_SURROGATE : CONTROL_REDUCED;
     }
