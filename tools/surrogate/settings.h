@@ -41,8 +41,9 @@ typedef struct surrogate_settings {
 
 surrogate_settings surrogate_settings_default(void);
 
-/* Whether a scene has the section. */
+/* Whether a scene has the section; whether a name is one of its parameters. */
 bool surrogate_is_given(const surrogate_settings *settings);
+bool surrogate_names_parameter(const surrogate_settings *settings, const char *name);
 
 /* Fills in what is open, network and stages (where they are not given) among it, and checks.
  * AD_BAD_INPUT: `key` receives the key that is to blame, `error` the rest of the line. */

@@ -2,7 +2,7 @@
  * library but libm, nothing is allocated, equal arguments give equal bits. Exported C contains
  * this very text.
  *
- *   x+ = x0 + A (x - x0) + B (u - u0) + frame^-1 network(frame (x, u))
+ *   x+ = x1 + A (x - x0) + B (u - u0) + frame^-1 network(frame (x, u))
  *
  * with A, B polynomials of slow inputs, a stiffness. *
  * Coordinates: numbers of the state and inputs, scaled, in classes by how they take a turn of the
@@ -33,7 +33,8 @@ enum {
  * (with ramps those of its begin, then those of its end), blocks = 1 + 2 slow_count: the linear map
  * is a polynomial of each slow input c = (u - u0) / half its range, with blocks for 1, c, c^2. */
 #define SURROGATE_STEP_NUMBERS(X)                                                                  \
-    X(state_center, n)             /* x0 */                                                        \
+    X(state_center, n) /* x0; below x1 */                                                          \
+    X(next_center, n)                                                                              \
     X(input_center, m)             /* u0 */                                                        \
     X(linear, blocks *(n + m) * n) /* [blocks][n + m][n]: A^T, then B^T */                         \
     X(state_scale, n)              /* coordinates are (x - x0) / scale, which may be negative */   \

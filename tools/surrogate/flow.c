@@ -1,0 +1,501 @@
+/* The network of a step: what the linear map leaves over of solved steps, in the robot's frame.
+ *
+ * The loss is the sum of squares of the errors of each class, by a factor of the Gramian, over that
+ * of the linear map alone. The output layer is found by least squares in every evaluation (variable
+ * projection: Golub & Pereyra, SIAM J. Numer. Anal. 10, 1973), so that parameters are those of the
+ * hidden layers; the gradient by them is that at fixed output weights, as these are at their best.
+ */
+#include "tools/surrogate/flow.h"
+
+#include "autodiff/dense.h"
+#include "nn/rng.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Of output weights, beside the mean square of features. */
+static const double RIDGE = 1e-9;
+
+/* Outputs with one set of features and one scaling of them. */
+typedef struct head {
+    int outputs, first;  /* of the outputs of this parity, as a layer has them */
+    bool odd, shortened; /* by which hidden units; times the length of the frame */
+    int slot;            /* of the state's first number in z */
+    double factor[SURROGATE_STATES_MAX * SURROGATE_STATES_MAX]; /* L of Q = L L^T, [outputs]^2 */
+    double *target;                                             /* [outputs][count] */
+    double *features;                                           /* [hidden + 1][count] */
+    double *gram, *weights; /* [hidden + 1]^2, [outputs][hidden + 1] */
+    int width;              /* hidden units and 1, where it is even */
+} head;
+
+enum { HEADS = 4 };
+
+struct surrogate_flow {
+    const surrogate_step *m;
+    ad_pool *pool;
+    size_t count, parameters;
+    int heads;
+    head head[HEADS];
+    double *even, *odd, *length; /* [inputs][count]; of the frame */
+    ad_program *forward, *gradient;
+    double scale;               /* of the loss: 1 over that of the linear map */
+    ad_dense_factor *factor[2]; /* of each parity */
+};
+
+/* ---- shapes -------------------------------------------------------------------------------- */
+
+/* Inputs of hidden layer `at`, `odd` ones only with a mirror. */
+static int layer_inputs(const surrogate_step *m, int at, bool odd)
+{
+    if (at > 0) {
+        return m->mirrors ? m->width[at - 1] / 2 : odd ? 0 : m->width[at - 1];
+    }
+    return m->mirrors ? m->pairs + (odd ? m->odds : m->evens)
+           : odd      ? 0
+                      : 2 * m->pairs + m->evens + m->odds;
+}
+
+static int find_heads(surrogate_flow *x)
+{
+    const surrogate_step *m = x->m;
+    const int p = m->out_pairs, q = 2 * m->pairs;
+    int count = 0;
+    const head all[] = {
+        {.outputs = p, .first = 0, .shortened = true, .slot = 0},
+        {.outputs = p,
+         .first = m->mirrors ? 0 : p,
+         .odd = m->mirrors,
+         .shortened = true,
+         .slot = m->pairs},
+        {.outputs = m->out_evens, .first = m->mirrors ? p : 2 * p, .slot = q},
+        {.outputs = m->out_odds,
+         .first = m->mirrors ? p : 2 * p + m->out_evens,
+         .odd = m->mirrors,
+         .slot = q + m->evens},
+    };
+    for (int i = 0; i < HEADS; i++) {
+        if (all[i].outputs > 0) {
+            x->head[count++] = all[i];
+        }
+    }
+    return count;
+}
+
+static int hidden(const surrogate_step *m, bool odd)
+{
+    return layer_inputs(m, m->layers, odd);
+}
+
+size_t surrogate_flow_parameters(const surrogate_flow *x)
+{
+    return x->parameters;
+}
+
+static size_t count_parameters(const surrogate_step *m)
+{
+    size_t all = 0;
+    for (int at = 0; at < m->layers; at++) {
+        all += (size_t)((layer_inputs(m, at, false) + 1) * layer_inputs(m, at + 1, false) +
+                        layer_inputs(m, at, true) * layer_inputs(m, at + 1, true));
+    }
+    return all;
+}
+
+/* ---- data ---------------------------------------------------------------------------------- */
+
+/* The lower Cholesky factor of Q [n][n] for the states of a head, both components of pairs alike;
+ * false: not positive. */
+static bool factor_gramian(const surrogate_step *m, const double *q, head *h)
+{
+    int of[SURROGATE_STATES_MAX], partner[SURROGATE_STATES_MAX];
+    const int other = h->slot == 0 ? m->pairs : h->slot == m->pairs ? 0 : h->slot, n = m->states;
+    for (int k = 0; k < n; k++) {
+        for (int o = 0; o < h->outputs; o++) {
+            of[o] = m->state_slot[k] == h->slot + o ? k : of[o];
+            partner[o] = m->state_slot[k] == (h->shortened ? other : h->slot) + o ? k : partner[o];
+        }
+    }
+    for (int i = 0; i < h->outputs; i++) {
+        for (int j = 0; j <= i; j++) {
+            double sum = 0.5 * (q[of[i] * n + of[j]] + q[partner[i] * n + partner[j]]);
+            for (int k = 0; k < j; k++) {
+                sum -= h->factor[i * h->outputs + k] * h->factor[j * h->outputs + k];
+            }
+            if (i == j && !(sum > 0)) {
+                return false;
+            }
+            h->factor[i * h->outputs + j] =
+                i == j ? sqrt(sum) : sum / h->factor[j * h->outputs + j];
+        }
+    }
+    return true;
+}
+
+/* Sample i: features in the frame, and what the linear map leaves over, turned and weighted. */
+static void fill_sample(surrogate_flow *x, const surrogate_steps *steps, size_t i,
+                        const double *linear)
+{
+    enum { MOST = 2 * SURROGATE_STATES_MAX + 2 * SURROGATE_INPUTS_MAX };
+    const surrogate_step *m = x->m;
+    const surrogate_numbers from = surrogate_numbers_of(m, (double *)m->numbers);
+    const size_t n = (size_t)m->states, all = (size_t)m->inputs * (m->ramps ? 2 : 1);
+    const int p = m->pairs;
+    double z[MOST], rest[MOST] = {0}, w[2] = {0, 0}, c = 1, s = 0, length = 1;
+    surrogate_coordinates(m, steps->state + i * n, steps->input + i * all, z);
+    for (int k = 0; k < m->states; k++) {
+        rest[m->state_slot[k]] = (steps->next[i * n + (size_t)k] - linear[k]) / from.state_scale[k];
+    }
+    if (m->turns) {
+        for (int k = 0; k < p; k++) {
+            w[0] += from.lead[k] * z[k];
+            w[1] += from.lead[k] * z[p + k];
+        }
+        const double rho = sqrt(w[0] * w[0] + w[1] * w[1] + m->soft * m->soft);
+        c = w[0] / rho;
+        s = -w[1] / rho;
+        length = hypot(c, s);
+    }
+    x->length[i] = length;
+    for (int k = 0; k < p && m->turns; k++) {
+        const double re = z[k], turned = rest[k];
+        const double cosine = length > 0 ? c / length : 1, sine = length > 0 ? s / length : 0;
+        z[k] = re * c - z[p + k] * s;
+        z[p + k] = re * s + z[p + k] * c;
+        rest[k] = turned * cosine - rest[p + k] * sine;
+        rest[p + k] = turned * sine + rest[p + k] * cosine;
+    }
+    for (int k = 0; k < 2 * p + m->evens + m->odds; k++) {
+        const bool odd = m->mirrors && ((k >= p && k < 2 * p) || k >= 2 * p + m->evens);
+        const int row = !m->mirrors            ? k
+                        : k < 2 * p            ? k % p
+                        : k < 2 * p + m->evens ? k - p
+                                               : k - p - m->evens;
+        (odd ? x->odd : x->even)[(size_t)row * x->count + i] = z[k];
+    }
+    for (int b = 0; b < x->heads; b++) { /* L^T e */
+        const head *h = &x->head[b];
+        for (int o = 0; o < h->outputs; o++) {
+            double sum = 0;
+            for (int k = o; k < h->outputs; k++) {
+                sum += h->factor[k * h->outputs + o] * rest[h->slot + k];
+            }
+            h->target[(size_t)o * x->count + i] = sum;
+        }
+    }
+}
+
+static ad_status fill(surrogate_flow *x, const surrogate_steps *steps, const double *q,
+                      ad_error *error)
+{
+    surrogate_step linear = *x->m;
+    linear.layers = 0;
+    double next[SURROGATE_STATES_MAX], sum = 0;
+    double *work = malloc((surrogate_step_work(&linear) + 1) * sizeof *work);
+    ad_status status = work ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for steps");
+    for (int b = 0; b < x->heads && status == AD_OK; b++) {
+        status = factor_gramian(x->m, q, &x->head[b])
+                     ? AD_OK
+                     : ad_fail(error, AD_NOT_FINITE,
+                               "errors of the linear map do not die out: it is not stable");
+    }
+    const size_t n = (size_t)linear.states, m = (size_t)linear.inputs,
+                 all = linear.ramps ? 2 * m : m;
+    for (size_t i = 0; i < x->count && status == AD_OK; i++) {
+        const double *u = steps->input + i * all;
+        surrogate_step_advance(&linear, work, 1, linear.step, steps->state + i * n, u,
+                               linear.ramps ? u + m : NULL, next, NULL, NULL);
+        fill_sample(x, steps, i, next);
+    }
+    for (int b = 0; b < x->heads && status == AD_OK; b++) {
+        for (size_t i = 0; i < x->count * (size_t)x->head[b].outputs; i++) {
+            sum += x->head[b].target[i] * x->head[b].target[i];
+        }
+    }
+    x->scale = sum > 0 ? 1 / sum : 1;
+    free(work);
+    return status;
+}
+
+/* ---- recording ----------------------------------------------------------------------------- */
+
+/* Hidden units, even and odd, on the tape; wrt receives the parameters' values. */
+static int record_hidden(const surrogate_step *m, ad_value units[2], ad_value *wrt)
+{
+    ad_tape *tape = units[0].tape;
+    size_t at = 0;
+    int count = 0;
+    for (int l = 0; l < m->layers; l++) {
+        for (int odd = 0; odd < (m->mirrors ? 2 : 1); odd++) {
+            const int in = layer_inputs(m, l, odd == 1), out = layer_inputs(m, l + 1, odd == 1);
+            ad_value w = wrt[count++] = ad_parameter(tape, "weight", in * out, at);
+            at += (size_t)(in * out);
+            units[odd] = ad_matvec_transposed(w, units[odd]);
+            if (!odd) {
+                wrt[count] = ad_parameter(tape, "bias", out, at);
+                units[0] = ad_add(units[0], wrt[count++]);
+                at += (size_t)out;
+            }
+        }
+        if (m->mirrors) {
+            ad_value one = ad_tanh(ad_add(units[0], units[1]));
+            ad_value other = ad_tanh(ad_sub(units[0], units[1]));
+            units[0] = ad_scale(ad_add(one, other), 0.5);
+            units[1] = ad_scale(ad_sub(one, other), 0.5);
+        } else {
+            units[0] = ad_tanh(units[0]);
+        }
+    }
+    return count;
+}
+
+static ad_status record(surrogate_flow *x, ad_error *error)
+{
+    const surrogate_step *m = x->m;
+    ad_tape *tape = ad_tape_create();
+    ad_value units[2], length, features[HEADS], wrt[4 * SURROGATE_LAYERS_MAX], loss;
+    ad_value outputs[4 * SURROGATE_LAYERS_MAX + 1];
+    if (!tape) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
+    }
+    units[0] = ad_input(tape, "even", layer_inputs(m, 0, false));
+    units[1] = m->mirrors ? ad_input(tape, "odd", layer_inputs(m, 0, true)) : units[0];
+    length = ad_input(tape, "length", 1);
+    const int count = record_hidden(m, units, wrt);
+    loss = ad_scalar(tape, 0);
+    const ad_value one = ad_add(ad_scale(length, 0x1p-1000), ad_scalar(tape, 1)); /* varies */
+    for (int b = 0; b < x->heads; b++) {
+        const head *h = &x->head[b];
+        const ad_value parts[2] = {units[h->odd], one};
+        ad_value f = h->odd ? units[1] : ad_stack(2, parts);
+        f = features[b] = h->shortened ? ad_mul(f, length) : f;
+        const ad_value target = ad_input(tape, "target", h->outputs);
+        const ad_value w = ad_uniform(tape, "output", h->outputs * h->width);
+        const ad_value off = ad_sub(target, ad_matvec(w, f));
+        loss = ad_add(loss, ad_sum_points(ad_sum_rows(ad_square(off))));
+    }
+    outputs[0] = ad_scale(loss, x->scale);
+    ad_status status = ad_reverse(outputs[0], count, wrt, AD_SUMMED, outputs + 1);
+    if (status == AD_OK) {
+        status = ad_compile(x->heads, features, NULL, x->pool, &x->forward, error);
+    } else {
+        ad_tape_status(tape, error);
+    }
+    if (status == AD_OK) {
+        status = ad_compile(count + 1, outputs, NULL, x->pool, &x->gradient, error);
+    }
+    ad_tape_free(tape);
+    return status;
+}
+
+/* ---- evaluation ---------------------------------------------------------------------------- */
+
+/* Inputs of both programs in the order of their recording. */
+static void list_inputs(const surrogate_flow *x, const double **inputs)
+{
+    int count = 0;
+    inputs[count++] = x->even;
+    if (x->m->mirrors) {
+        inputs[count++] = x->odd;
+    }
+    inputs[count++] = x->length;
+    for (int b = 0; b < x->heads; b++) {
+        inputs[count++] = x->head[b].target;
+    }
+}
+
+/* Output weights for the hidden parameters; returns the loss of the ridge, not a number where a
+ * feature is not finite. */
+static double solve_outputs(surrogate_flow *x, const double *parameters)
+{
+    const double *inputs[HEADS + 3];
+    double *features[HEADS], ridge = 0, shift[2 * NN_INPUTS_MAX * NN_INPUTS_MAX];
+    list_inputs(x, inputs);
+    for (int b = 0; b < x->heads; b++) {
+        features[b] = x->head[b].features;
+    }
+    const ad_run run = {
+        .points = x->count, .inputs = inputs, .parameters = parameters, .outputs = features};
+    if (ad_execute(x->forward, &run, NULL) != AD_OK) {
+        return NAN;
+    }
+    for (int b = 0; b < x->heads; b++) {
+        head *h = &x->head[b];
+        const size_t f = (size_t)h->width, outs = (size_t)h->outputs;
+        const double little = RIDGE * (double)x->count;
+        ad_dense_multiply(x->pool, false, true, f, f, x->count, h->features, h->features, 0,
+                          h->gram);
+        ad_dense_multiply(x->pool, false, true, outs, f, x->count, h->target, h->features, 0,
+                          h->weights);
+        for (size_t i = 0; i < f; i++) {
+            shift[i] = little;
+        }
+        if (ad_dense_cholesky(x->pool, h->gram, shift, x->factor[h->odd]) != 0) {
+            return NAN;
+        }
+        for (size_t o = 0; o < outs; o++) {
+            ad_dense_cholesky_solve(x->factor[h->odd], h->weights + o * f);
+            for (size_t i = 0; i < f; i++) {
+                ridge += little * h->weights[o * f + i] * h->weights[o * f + i];
+            }
+        }
+    }
+    return ridge * x->scale;
+}
+
+int surrogate_flow_evaluate(void *flow, const double *parameters, double *value, double *gradient)
+{
+    surrogate_flow *x = flow;
+    const double *inputs[HEADS + 3], *uniforms[HEADS];
+    double *outputs[4 * SURROGATE_LAYERS_MAX + 1] = {value}, *at = gradient;
+    const double ridge = solve_outputs(x, parameters);
+    int count = 1;
+    if (!isfinite(ridge)) {
+        return OPTIM_OBJECTIVE_NOT_FINITE;
+    }
+    list_inputs(x, inputs);
+    for (int b = 0; b < x->heads; b++) {
+        uniforms[b] = x->head[b].weights;
+    }
+    for (int l = 0; l < x->m->layers; l++) {
+        for (int odd = 0; odd < (x->m->mirrors ? 2 : 1); odd++) {
+            const int in = layer_inputs(x->m, l, odd == 1),
+                      out = layer_inputs(x->m, l + 1, odd == 1);
+            outputs[count++] = at;
+            at += in * out;
+            if (!odd) {
+                outputs[count++] = at;
+                at += out;
+            }
+        }
+    }
+    const ad_run run = {.points = x->count,
+                        .inputs = inputs,
+                        .uniforms = uniforms,
+                        .parameters = parameters,
+                        .outputs = outputs};
+    if (ad_execute(x->gradient, &run, NULL) != AD_OK) {
+        return OPTIM_OBJECTIVE_STOP;
+    }
+    *value += ridge;
+    return isfinite(*value) ? OPTIM_OBJECTIVE_OK : OPTIM_OBJECTIVE_NOT_FINITE;
+}
+
+/* ---- the whole network --------------------------------------------------------------------- */
+
+bool surrogate_flow_finish(surrogate_flow *x, const double *parameters, double *network)
+{
+    const surrogate_step *m = x->m;
+    const int outs[2] = {m->mirrors ? m->out_pairs + m->out_evens : m->states,
+                         m->mirrors ? m->out_pairs + m->out_odds : 0};
+    if (isnan(solve_outputs(x, parameters))) {
+        return false;
+    }
+    memcpy(network, parameters, x->parameters * sizeof *network);
+    double *even = network + x->parameters, *odd = even + (hidden(m, false) + 1) * outs[0];
+    for (int b = 0; b < x->heads; b++) {
+        const head *h = &x->head[b];
+        const int n = h->outputs;
+        double *to = h->odd ? odd : even;
+        for (int i = 0; i < h->width; i++) { /* L^-T of the column of weights */
+            double column[SURROGATE_STATES_MAX];
+            for (int o = n; o-- > 0;) {
+                double sum = h->weights[o * h->width + i];
+                for (int k = o + 1; k < n; k++) {
+                    sum -= h->factor[k * n + o] * column[k];
+                }
+                column[o] = sum / h->factor[o * n + o];
+                to[i * outs[h->odd] + h->first + o] = column[o];
+            }
+        }
+    }
+    return true;
+}
+
+void surrogate_flow_start(const surrogate_flow *x, uint64_t seed, double *parameters)
+{
+    const surrogate_step *m = x->m;
+    nn_rng random = nn_rng_split(seed, "initialisation");
+    for (int l = 0; l < m->layers; l++) {
+        const int all = layer_inputs(m, l, false) + layer_inputs(m, l, true);
+        for (int odd = 0; odd < (m->mirrors ? 2 : 1); odd++) {
+            const int in = layer_inputs(m, l, odd == 1), out = layer_inputs(m, l + 1, odd == 1);
+            for (int i = 0; i < (in + !odd) * out; i++) {
+                *parameters++ = nn_rng_normal(&random) * (i < in * out ? 1 / sqrt(all) : 0.3);
+            }
+        }
+    }
+}
+
+/* ---- making -------------------------------------------------------------------------------- */
+
+static bool allocate(surrogate_flow *x)
+{
+    const surrogate_step *m = x->m;
+    bool fine = true;
+    x->even = calloc((size_t)layer_inputs(m, 0, false) * x->count + 1, sizeof *x->even);
+    x->odd = calloc((size_t)layer_inputs(m, 0, true) * x->count + 1, sizeof *x->odd);
+    x->length = calloc(x->count + 1, sizeof *x->length);
+    for (int odd = 0; odd < 2; odd++) {
+        const size_t f = (size_t)hidden(m, odd == 1) + (odd == 0);
+        x->factor[odd] = f > 0 ? ad_dense_factor_create(f) : NULL;
+        fine = fine && (f == 0 || x->factor[odd]);
+    }
+    for (int b = 0; b < x->heads; b++) {
+        head *h = &x->head[b];
+        h->width = hidden(m, h->odd) + !h->odd;
+        const size_t f = (size_t)h->width, outs = (size_t)h->outputs;
+        h->target = calloc(outs * x->count + 1, sizeof *h->target);
+        h->features = calloc(f * x->count + 1, sizeof *h->features);
+        h->gram = calloc(f * f + 1, sizeof *h->gram);
+        h->weights = calloc(outs * f + 1, sizeof *h->weights);
+        fine = fine && h->target && h->features && h->gram && h->weights;
+    }
+    return fine && x->even && x->odd && x->length;
+}
+
+ad_status surrogate_flow_create(const surrogate_step *m, const surrogate_steps *steps,
+                                const double *q, ad_pool *pool, surrogate_flow **result,
+                                ad_error *error)
+{
+    surrogate_flow *x = calloc(1, sizeof *x);
+    *result = NULL;
+    if (!x) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
+    }
+    x->m = m;
+    x->pool = pool;
+    x->count = steps->count;
+    x->parameters = count_parameters(m);
+    x->heads = find_heads(x);
+    ad_status status =
+        allocate(x) ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
+    status = status == AD_OK ? fill(x, steps, q, error) : status;
+    status = status == AD_OK ? record(x, error) : status;
+    if (status != AD_OK) {
+        surrogate_flow_free(x);
+        return status;
+    }
+    *result = x;
+    return AD_OK;
+}
+
+void surrogate_flow_free(surrogate_flow *x)
+{
+    if (x) {
+        ad_program_free(x->forward);
+        ad_program_free(x->gradient);
+        for (int b = 0; b < x->heads; b++) {
+            free(x->head[b].target);
+            free(x->head[b].features);
+            free(x->head[b].gram);
+            free(x->head[b].weights);
+        }
+        ad_dense_factor_free(x->factor[0]);
+        ad_dense_factor_free(x->factor[1]);
+        free(x->even);
+        free(x->odd);
+        free(x->length);
+        free(x);
+    }
+}

@@ -1,0 +1,26 @@
+/* The network of kind `flow` and its loss; not for others. */
+#ifndef SURROGATE_FLOW_H
+#define SURROGATE_FLOW_H
+
+#include "tools/surrogate/training_parts.h"
+
+typedef struct surrogate_flow surrogate_flow;
+
+/* m has its layers; its numbers but those of the network are known, and stay. q: of
+ * surrogate_gramian. Borrows m and the pool. */
+ad_status surrogate_flow_create(const surrogate_step *m, const surrogate_steps *steps,
+                                const double *q, ad_pool *pool, surrogate_flow **result,
+                                ad_error *error);
+void surrogate_flow_free(surrogate_flow *x); /* NULL is fine */
+
+/* Those of the hidden layers; the first ones of the network's. */
+size_t surrogate_flow_parameters(const surrogate_flow *x);
+void surrogate_flow_start(const surrogate_flow *x, uint64_t seed, double *parameters);
+
+/* An optim_objective: the loss over that of the linear map alone. */
+int surrogate_flow_evaluate(void *flow, const double *parameters, double *value, double *gradient);
+
+/* All numbers of the network, output layer included; false: not finite. */
+bool surrogate_flow_finish(surrogate_flow *x, const double *parameters, double *network);
+
+#endif

@@ -1,0 +1,253 @@
+/* The linear map of a step, and what counts of its errors. */
+#include "autodiff/dense.h"
+#include "tools/surrogate/training_parts.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Of the mean of the diagonal, added to normal equations. */
+static const double RIDGE = 1e-11;
+
+/* ---- solved steps -------------------------------------------------------------------------- */
+
+void surrogate_steps_free(surrogate_steps *x)
+{
+    free(x->state);
+    free(x->input);
+    free(x->next);
+    *x = (surrogate_steps){0};
+}
+
+ad_status surrogate_steps_of(const excite_rollouts *from, bool ramps, surrogate_steps *x,
+                             ad_error *error)
+{
+    const size_t n = (size_t)from->states, m = (size_t)from->inputs, all = ramps ? 2 * m : m;
+    const size_t rows = (size_t)from->steps + 1;
+    *x = (surrogate_steps){0};
+    for (int i = 0; i < from->count; i++) {
+        x->count += (size_t)from->done[i];
+    }
+    x->state = malloc((x->count * n + 1) * sizeof *x->state);
+    x->next = malloc((x->count * n + 1) * sizeof *x->next);
+    x->input = malloc((x->count * all + 1) * sizeof *x->input);
+    if (!x->state || !x->next || !x->input) {
+        surrogate_steps_free(x);
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for solved steps");
+    }
+    size_t at = 0;
+    for (int i = 0; i < from->count; i++) {
+        for (size_t k = 0; k < (size_t)from->done[i]; k++, at++) {
+            const size_t row = (size_t)i * rows + k;
+            memcpy(x->state + at * n, from->state + row * n, n * sizeof *x->state);
+            memcpy(x->next + at * n, from->state + (row + 1) * n, n * sizeof *x->next);
+            memcpy(x->input + at * all, from->input + row * m, all * sizeof *x->input);
+        }
+    }
+    return AD_OK;
+}
+
+/* ---- least squares within a class ---------------------------------------------------------- */
+
+/* Numbers of a class: their places in z and, of states, which; of a pair's both components. */
+typedef struct group {
+    int count, outputs; /* numbers of z; those of states among them come first */
+    int from, other;    /* first place in z, of second components; other < 0: none */
+    bool constant;      /* even: a constant belongs to it */
+} group;
+
+static int groups_of(const surrogate_step *m, group groups[3])
+{
+    groups[0] = (group){m->pairs, m->out_pairs, 0, m->pairs, false};
+    groups[1] = (group){m->evens, m->out_evens, 2 * m->pairs, -1, true};
+    groups[2] = (group){m->odds, m->out_odds, 2 * m->pairs + m->evens, -1, false};
+    return 3;
+}
+
+/* Row [features + outputs] of one sample and one component. */
+static void fill_row(const surrogate_step *m, const group *g, bool other, const double *z,
+                     const double *next, const double *factor, double *row)
+{
+    const int from = other ? g->other : g->from, blocks = 1 + 2 * m->slow_count;
+    for (int b = 0; b < blocks; b++) {
+        for (int k = 0; k < g->count; k++) {
+            *row++ = factor[b] * z[from + k];
+        }
+    }
+    if (g->constant) {
+        *row++ = 1;
+    }
+    memcpy(row, next + from, (size_t)g->outputs * sizeof *row);
+}
+
+/* Least squares of the rows' outputs by their features, in the upper triangle of gram [size][size];
+ * solution [outputs][features]. */
+static ad_status solve(ad_pool *pool, int features, int outputs, const double *gram,
+                       double *solution, ad_error *error)
+{
+    const size_t f = (size_t)features, size = f + (size_t)outputs;
+    ad_dense_factor *factor = ad_dense_factor_create(f);
+    double *matrix = malloc(f * f * sizeof *matrix), *shift = malloc(f * sizeof *shift), trace = 0;
+    ad_status status = factor && matrix && shift
+                           ? AD_OK
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for a linear map");
+    for (size_t i = 0; i < f && status == AD_OK; i++) {
+        memcpy(matrix + i * f, gram + i * size, f * sizeof *matrix);
+        trace += gram[i * size + i];
+    }
+    for (size_t i = 0; i < f && status == AD_OK; i++) {
+        shift[i] = RIDGE * trace / (double)f;
+    }
+    if (status == AD_OK && ad_dense_cholesky(pool, matrix, shift, factor) != 0) {
+        status = ad_fail(error, AD_NOT_FINITE, "the linear map of the solved steps is not finite");
+    }
+    for (size_t o = 0; o < (size_t)outputs && status == AD_OK; o++) {
+        for (size_t i = 0; i < f; i++) {
+            solution[o * f + i] = gram[i * size + f + o];
+        }
+        ad_dense_cholesky_solve(factor, solution + o * f);
+    }
+    ad_dense_factor_free(factor);
+    free(matrix);
+    free(shift);
+    return status;
+}
+
+/* Into the numbers: solution [outputs][features] of a group, in coordinates. */
+static void store(const surrogate_step *m, const group *g, bool other, const double *solution,
+                  surrogate_numbers *to)
+{
+    const int n = m->states, all = m->ramps ? 2 * m->inputs : m->inputs;
+    const int blocks = 1 + 2 * m->slow_count, features = blocks * g->count + g->constant;
+    const int from = other ? g->other : g->from;
+    for (int r = 0; r < n; r++) {
+        const int o = m->state_slot[r] - from;
+        if (o < 0 || o >= g->outputs) {
+            continue;
+        }
+        const double *row = solution + o * features;
+        const double out = to->state_scale[r];
+        for (int b = 0; b < blocks; b++) {
+            double *linear = to->linear + b * (n + all) * n;
+            for (int k = 0; k < n; k++) {
+                const int i = m->state_slot[k] - from;
+                linear[k * n + r] +=
+                    i >= 0 && i < g->count ? out * row[b * g->count + i] / to->state_scale[k] : 0;
+            }
+            for (int k = 0; k < all; k++) {
+                const int i = m->input_slot[k] - from;
+                for (int u = 0; u < all && i >= 0 && i < g->count; u++) {
+                    linear[(n + u) * n + r] +=
+                        out * row[b * g->count + i] * to->input_map[u * all + k];
+                }
+            }
+        }
+        to->next_center[r] = to->state_center[r] + (g->constant ? out * row[features - 1] : 0);
+    }
+}
+
+/* The upper triangle of the products of rows with each other. */
+static ad_status add_products(ad_pool *pool, const surrogate_step *m, const group *g,
+                              const surrogate_steps *steps, double *gram, ad_error *error)
+{
+    enum { MOST = 2 * SURROGATE_STATES_MAX + 2 * SURROGATE_INPUTS_MAX };
+    const int n = m->states, all = m->ramps ? 2 * m->inputs : m->inputs;
+    const int size = (1 + 2 * m->slow_count) * g->count + g->constant + g->outputs;
+    const size_t ends = g->other < 0 ? 1 : 2;
+    const surrogate_numbers at = surrogate_numbers_of(m, (double *)m->numbers);
+    double z[MOST], next[MOST], factor[1 + 2 * SURROGATE_SLOW_MAX] = {1};
+    double *rows = malloc((steps->count * ends * (size_t)size + 1) * sizeof *rows);
+    if (!rows) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a linear map");
+    }
+    for (size_t i = 0; i < steps->count; i++) {
+        const double *u = steps->input + i * (size_t)all;
+        surrogate_coordinates(m, steps->state + i * (size_t)n, u, z);
+        surrogate_coordinates(m, steps->next + i * (size_t)n, u, next);
+        for (int j = 0; j < m->slow_count; j++) {
+            const int k = m->slow[j];
+            const double c = 2 * (u[k] - at.input_center[k]) / (at.input_high[k] - at.input_low[k]);
+            factor[1 + 2 * j] = c;
+            factor[2 + 2 * j] = c * c;
+        }
+        for (size_t e = 0; e < ends; e++) {
+            fill_row(m, g, e == 1, z, next, factor, rows + (i * ends + e) * (size_t)size);
+        }
+    }
+    ad_dense_gram(pool, steps->count * ends, (size_t)size, rows, gram);
+    free(rows);
+    return AD_OK;
+}
+
+ad_status surrogate_fit_linear(ad_pool *pool, surrogate_step *m, double *numbers,
+                               const surrogate_steps *steps, ad_error *error)
+{
+    group groups[3];
+    surrogate_numbers to = surrogate_numbers_of(m, numbers);
+    ad_status status = ad_dense_load(error);
+    for (int g = 0; g < groups_of(m, groups) && status == AD_OK; g++) {
+        const group *now = &groups[g];
+        const int features = (1 + 2 * m->slow_count) * now->count + now->constant;
+        const int size = features + now->outputs;
+        double *gram = calloc((size_t)(size * size + now->outputs * features) + 1, sizeof *gram);
+        if (now->outputs > 0) {
+            status = gram ? add_products(pool, m, now, steps, gram, error)
+                          : ad_fail(error, AD_NO_MEMORY, "out of memory for a linear map");
+            double *solution = gram + size * size;
+            status = status == AD_OK ? solve(pool, features, now->outputs, gram, solution, error)
+                                     : status;
+            for (int part = 0; part < (now->other < 0 ? 1 : 2) && status == AD_OK; part++) {
+                store(m, now, part == 1, solution, &to);
+            }
+        }
+        free(gram);
+    }
+    return status;
+}
+
+/* ---- what counts --------------------------------------------------------------------------- */
+
+ad_status surrogate_gramian(const surrogate_step *m, reduced_rod *rod, double *q, ad_error *error)
+{
+    enum { STEPS = 250, ROWS = 3 };
+    const double little = 1e-3;
+    const int n = m->states;
+    const surrogate_numbers at = surrogate_numbers_of(m, (double *)m->numbers);
+    double *room = calloc((size_t)(12 * n + 2 * ROWS * n) + 1, sizeof *room);
+    double *rows = room + 12 * n, *next = rows + ROWS * n, trace = 0;
+    reduced_place tip;
+    if (!room) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for what counts of errors");
+    }
+    memset(q, 0, (size_t)(n * n) * sizeof *q);
+    ad_status status = reduced_output(rod, 0, at.state_center, at.input_center, &tip, room, error);
+    memcpy(rows, room, (size_t)(ROWS * n) * sizeof *rows); /* of the position */
+    for (int step = 0; step < STEPS && status == AD_OK; step++) {
+        for (int r = 0; r < ROWS; r++) {
+            for (int a = 0; a < n; a++) {
+                for (int b = 0; b < n; b++) {
+                    q[a * n + b] += rows[r * n + a] * rows[r * n + b];
+                }
+            }
+            for (int c = 0; c < n; c++) { /* times A; A^T is [n][n] at the begin of the map */
+                double sum = 0;
+                for (int k = 0; k < n; k++) {
+                    sum += rows[r * n + k] * at.linear[c * n + k];
+                }
+                next[r * n + c] = sum;
+            }
+        }
+        memcpy(rows, next, (size_t)(ROWS * n) * sizeof *rows);
+    }
+    for (int a = 0; a < n; a++) { /* by coordinates */
+        for (int b = 0; b < n; b++) {
+            q[a * n + b] *= at.state_scale[a] * at.state_scale[b];
+        }
+        trace += q[a * n + a];
+    }
+    for (int a = 0; a < n; a++) {
+        q[a * n + a] += little * trace / n;
+    }
+    free(room);
+    return status;
+}

@@ -1,0 +1,304 @@
+#include "tools/surrogate/training.h"
+
+#include "tools/surrogate/flow.h"
+#include "tools/train/clock.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Steps of a rollout, and one rollout held out for so many to learn from. */
+enum { ROLLOUT = 250, HELD = 10 };
+
+struct surrogate_training {
+    const scene *open;
+    const surrogate_settings *settings;
+    const train_settings *training;
+    ad_pool *pool;
+    surrogate_training_info info;
+    double began; /* wall time at which training would have begun without pause */
+    surrogate_steps steps, held;
+    surrogate_step step;
+    double *numbers; /* of the step */
+    double *gramian; /* [states][states] */
+    double *work;    /* of the step */
+    double held_linear;
+    surrogate_flow *flow; /* NULL: linear */
+    double *start;        /* [parameters], of the stage at work */
+    optim_optimizer *optimizer;
+    history rows;
+    int64_t shape[16 + SURROGATE_LAYERS_MAX + SURROGATE_SLOW_MAX + SURROGATE_STATES_MAX +
+                  2 * SURROGATE_INPUTS_MAX];
+};
+
+/* ---- preparation --------------------------------------------------------------------------- */
+
+static ad_status draw(surrogate_training *t, int first, int count, surrogate_steps *steps,
+                      ad_error *error)
+{
+    excite_settings settings = excite_settings_default();
+    excite_rollouts motions;
+    memcpy(settings.modes, t->settings->modes, sizeof settings.modes);
+    settings.step = t->settings->step;
+    settings.steps = ROLLOUT;
+    settings.first = first;
+    settings.count = count;
+    settings.seed = t->training->seed;
+    settings.linear = t->settings->hold == SURROGATE_RAMP;
+    for (int i = 0; i < t->open->parameter_count; i++) {
+        if (surrogate_names_parameter(t->settings, t->open->parameters[i].name)) {
+            settings.constant |= UINT32_C(1) << i;
+        }
+    }
+    ad_status status = excite_run(t->open, &settings, t->pool, &motions, error);
+    if (status == AD_OK) {
+        status = surrogate_steps_of(&motions, settings.linear, steps, error);
+        excite_free(&motions);
+    }
+    if (status == AD_OK && steps->count < (size_t)(count * ROLLOUT) / 2) {
+        status = ad_fail(error, AD_NOT_FINITE,
+                         "of %d steps of the reduced rod only %zu could be solved; allowed: ranges "
+                         "of parameters within which the robot moves, or a shorter surrogate.step",
+                         count * ROLLOUT, steps->count);
+    }
+    return status;
+}
+
+/* Mean of e^T Q e over steps, of the model as it is. */
+static double weighted_error(surrogate_training *t, const surrogate_step *m,
+                             const surrogate_steps *steps)
+{
+    const size_t n = (size_t)m->states, u = (size_t)m->inputs, all = m->ramps ? 2 * u : u;
+    const surrogate_numbers at = surrogate_numbers_of(m, t->numbers);
+    double next[SURROGATE_STATES_MAX], sum = 0;
+    for (size_t i = 0; i < steps->count; i++) {
+        const double *inputs = steps->input + i * all;
+        surrogate_step_advance(m, t->work, 1, m->step, steps->state + i * n, inputs,
+                               m->ramps ? inputs + u : NULL, next, NULL, NULL);
+        for (size_t k = 0; k < n; k++) {
+            next[k] = (next[k] - steps->next[i * n + k]) / at.state_scale[k];
+        }
+        for (size_t a = 0; a < n; a++) {
+            for (size_t b = 0; b < n; b++) {
+                sum += next[a] * t->gramian[a * n + b] * next[b];
+            }
+        }
+    }
+    return sum / (double)steps->count;
+}
+
+static void add_network(surrogate_training *t)
+{
+    const nn_mlp_settings *network = &t->training->network;
+    surrogate_step *m = &t->step;
+    m->layers = t->settings->kind == SURROGATE_LINEAR ? 0 : network->hidden_count;
+    for (int i = 0; i < m->layers; i++) {
+        m->width[i] = network->hidden[i];
+        m->width[i] += m->mirrors && m->width[i] % 2; /* units come in pairs */
+    }
+}
+
+static ad_status find_model(surrogate_training *t, reduced_rod *rod, ad_error *error)
+{
+    double *numbers = NULL;
+    ad_status status = surrogate_find_frame(rod, t->settings, t->open, &t->steps, &t->step,
+                                            &t->numbers, t->info.frame, error);
+    if (status == AD_OK) {
+        status = surrogate_fit_linear(t->pool, &t->step, t->numbers, &t->steps, error);
+    }
+    const size_t n = (size_t)t->step.states;
+    t->gramian = calloc(n * n, sizeof *t->gramian);
+    if (status == AD_OK) {
+        status = t->gramian ? surrogate_gramian(&t->step, rod, t->gramian, error)
+                            : ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
+    }
+    if (status != AD_OK) {
+        return status;
+    }
+    add_network(t);
+    numbers = realloc(t->numbers, surrogate_step_numbers(&t->step) * sizeof *numbers);
+    t->numbers = numbers ? numbers : t->numbers;
+    t->step.numbers = t->numbers;
+    t->work = calloc(surrogate_step_work(&t->step), sizeof *t->work);
+    if (!numbers || !t->work) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
+    }
+    surrogate_step linear = t->step;
+    linear.layers = 0;
+    t->held_linear = weighted_error(t, &linear, &t->held);
+    return AD_OK;
+}
+
+static ad_status make_optimizer(surrogate_training *t, ad_error *error)
+{
+    const train_stage *stage = &t->training->stages[t->info.stage];
+    const char *why;
+    optim_settings settings = {.method = stage->optimizer,
+                               .adam = stage->adam,
+                               .lbfgs = stage->lbfgs,
+                               .ssbroyden = stage->lbfgs.descent,
+                               .soap = optim_soap_defaults()};
+    settings.soap.adam = stage->adam;
+    optim_free(t->optimizer);
+    t->optimizer = optim_create(t->info.parameters, t->start, &settings, &why);
+    return t->optimizer ? AD_OK : ad_fail(error, AD_NO_MEMORY, "training.stages: %s", why);
+}
+
+static ad_status prepare(surrogate_training *t, ad_error *error)
+{
+    const int rollouts = (t->settings->solved + ROLLOUT - 1) / ROLLOUT;
+    const double length = scene_length(t->open);
+    const reduced_settings reduced = {.modes = {t->settings->modes[0], t->settings->modes[1],
+                                                t->settings->modes[2], t->settings->modes[3]},
+                                      .count = 1,
+                                      .s = &length};
+    reduced_rod *rod = NULL;
+    ad_status status = draw(t, 0, rollouts, &t->steps, error);
+    if (status == AD_OK) {
+        status = draw(t, rollouts, (rollouts + HELD - 1) / HELD, &t->held, error);
+    }
+    status = status == AD_OK ? reduced_create(t->open, &reduced, &rod, error) : status;
+    status = status == AD_OK ? find_model(t, rod, error) : status;
+    reduced_free(rod);
+    t->info.solved = t->steps.count;
+    if (status != AD_OK || t->step.layers == 0) {
+        t->info.done = true;
+        t->info.loss = t->info.held_out = 1;
+        return status;
+    }
+    status = surrogate_flow_create(&t->step, &t->steps, t->gramian, t->pool, &t->flow, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    t->info.parameters = surrogate_flow_parameters(t->flow);
+    t->start = malloc((t->info.parameters + 1) * sizeof *t->start);
+    if (!t->start) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
+    }
+    surrogate_flow_start(t->flow, t->training->seed, t->start);
+    return make_optimizer(t, error);
+}
+
+ad_status surrogate_training_create(const scene *open, surrogate_settings *settings,
+                                    const train_settings *training, ad_pool *pool,
+                                    surrogate_training **result, ad_error *error)
+{
+    static const char *const names[] = {"step",     "stage",         "seconds",    "loss",
+                                        "held_out", "gradient_norm", "evaluations"};
+    surrogate_training *t = calloc(1, sizeof *t);
+    *result = NULL;
+    if (!t) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
+    }
+    const double before = train_seconds();
+    t->open = open;
+    t->settings = settings;
+    t->training = training;
+    t->pool = pool;
+    t->info.ended = "";
+    t->info.loss = t->info.held_out = NAN;
+    t->rows.columns = (int)(sizeof names / sizeof *names);
+    memcpy(t->rows.names, names, sizeof names);
+    ad_status status = prepare(t, error);
+    t->info.prepared = train_seconds() - before;
+    t->began = train_seconds();
+    if (status != AD_OK) {
+        surrogate_training_free(t);
+        return status;
+    }
+    *result = t;
+    return AD_OK;
+}
+
+void surrogate_training_free(surrogate_training *t)
+{
+    if (t) {
+        surrogate_flow_free(t->flow);
+        surrogate_steps_free(&t->steps);
+        surrogate_steps_free(&t->held);
+        optim_free(t->optimizer);
+        history_free(&t->rows);
+        free(t->numbers);
+        free(t->gramian);
+        free(t->work);
+        free(t->start);
+        free(t);
+    }
+}
+
+/* ---- steps --------------------------------------------------------------------------------- */
+
+const surrogate_step *surrogate_training_step_of(surrogate_training *t)
+{
+    surrogate_numbers to = surrogate_numbers_of(&t->step, t->numbers);
+    if (!t->flow) {
+        return &t->step;
+    }
+    const double *best = t->optimizer ? optim_best_x(t->optimizer) : t->start;
+    return surrogate_flow_finish(t->flow, best, to.network) ? &t->step : NULL;
+}
+
+static ad_status add_row(surrogate_training *t, const optim_info *info, ad_error *error)
+{
+    const surrogate_step *m = surrogate_training_step_of(t);
+    t->info.held_out = m ? weighted_error(t, m, &t->held) / t->held_linear : NAN;
+    const double row[] = {
+        (double)t->info.step, (double)t->info.stage, train_seconds() - t->began, info->value,
+        t->info.held_out,     info->gradient_norm,   (double)info->evaluations};
+    return history_add(&t->rows, row, error);
+}
+
+static const char *stop_reason(const surrogate_training *t, const train_stage *stage,
+                               optim_status status)
+{
+    return status != OPTIM_RUNNING              ? optim_status_text(status)
+           : t->info.stage_step >= stage->steps ? "all steps done"
+           : t->info.loss < stage->stop_loss    ? "the loss fell below stop.loss"
+           : stage->stop_seconds > 0 && train_seconds() - t->began > stage->stop_seconds
+               ? "stop.seconds are over"
+               : NULL;
+}
+
+ad_status surrogate_training_step(surrogate_training *t, ad_error *error)
+{
+    const train_stage *stage = &t->training->stages[t->info.stage];
+    const optim_target target = {.objective = surrogate_flow_evaluate, .context = t->flow};
+    const optim_status outcome = optim_step(t->optimizer, &target);
+    const optim_info info = optim_inspect(t->optimizer);
+    ad_status status = AD_OK;
+    if (outcome == OPTIM_NOT_FINITE || outcome == OPTIM_NO_FINITE_STEP ||
+        outcome == OPTIM_UNBOUNDED || outcome == OPTIM_STOPPED_BY_OBJECTIVE) {
+        return ad_fail(error, AD_NOT_FINITE, "step %lld of stage %d: %s %s",
+                       (long long)t->info.step + 1, t->info.stage + 1, optim_status_text(outcome),
+                       optim_advice(stage->optimizer));
+    }
+    t->info.step++;
+    t->info.stage_step++;
+    t->info.loss = info.value;
+    const char *ended = stop_reason(t, stage, outcome);
+    if (ended || t->info.step % t->training->output_every == 0) {
+        status = add_row(t, &info, error);
+    }
+    if (status == AD_OK && ended) {
+        t->info.ended = ended;
+        memcpy(t->start, optim_best_x(t->optimizer), t->info.parameters * sizeof *t->start);
+        t->info.stage_step = 0;
+        t->info.stage++;
+        t->info.done = t->info.stage == t->training->stage_count;
+        status = t->info.done ? AD_OK : make_optimizer(t, error);
+    }
+    return status;
+}
+
+surrogate_training_info surrogate_training_inspect(const surrogate_training *t)
+{
+    surrogate_training_info info = t->info;
+    info.seconds = train_seconds() - t->began;
+    return info;
+}
+
+const history *surrogate_training_history(const surrogate_training *t)
+{
+    return &t->rows;
+}

@@ -1,0 +1,68 @@
+/* Training of one-step models: solved steps of the reduced rod, a model of the kind that the scene
+ * asks for, an optimiser, until its stages are over.
+ *
+ *   surrogate_training *t;
+ *   surrogate_training_create(&scene, &settings, &training, pool, &t, &error);
+ *   while (!surrogate_training_inspect(t).done) {
+ *       surrogate_training_step(t, &error);
+ *   }
+ *   surrogate_training_step_of(t)->numbers ...
+ *   surrogate_training_free(t);
+ *
+ * In a checkpoint: surrogate/shape and surrogate/numbers, the model as it is now; parameters,
+ * optimizer/..., training/stage, step, stage_step, seconds, and history/table. Solved steps are
+ * drawn anew, by the seed. */
+#ifndef SURROGATE_TRAINING_H
+#define SURROGATE_TRAINING_H
+
+#include "tools/surrogate/surrogate.h"
+#include "tools/train/history.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct surrogate_training surrogate_training;
+
+typedef struct surrogate_training_info {
+    int64_t step, stage_step;
+    int stage; /* from 0; of stages when it is over */
+    bool done;
+    size_t parameters;     /* that are optimised */
+    size_t solved;         /* steps to learn from */
+    double prepared;       /* s, of what comes before the first step */
+    double seconds;        /* of training, what is resumed among it */
+    double loss, held_out; /* over that of the linear map alone; held out: of other rollouts */
+    double linear;         /* median error of the linear map after one step, of the length */
+    const char *ended;     /* why the last stage ended; "": it has not */
+    char frame[256], modes[256]; /* what was found of the robot, for people */
+} surrogate_training_info;
+
+/* Settings are resolved, modes may be open: they are chosen here. All is borrowed. AD_BAD_INPUT,
+ * AD_NOT_FINITE: no steps can be solved, AD_NO_MEMORY. */
+ad_status surrogate_training_create(const scene *open, surrogate_settings *settings,
+                                    const train_settings *training, ad_pool *pool,
+                                    surrogate_training **result, ad_error *error);
+void surrogate_training_free(surrogate_training *t); /* NULL is fine */
+
+/* AD_NOT_FINITE: the loss is not; the state is that before the step. */
+ad_status surrogate_training_step(surrogate_training *t, ad_error *error);
+
+surrogate_training_info surrogate_training_inspect(const surrogate_training *t);
+const history *surrogate_training_history(const surrogate_training *t);
+
+/* The model as it is now, with the best parameters so far; borrowed, until the next step. NULL: its
+ * output layer is not finite. */
+const surrogate_step *surrogate_training_step_of(surrogate_training *t);
+
+/* yaml: of the scene, "scene/yaml" in the file. */
+ad_status surrogate_training_save(surrogate_training *t, const char *yaml, const char *path,
+                                  int keep, ad_error *error);
+ad_status surrogate_training_restore(surrogate_training *t, const checkpoint *file,
+                                     ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
