@@ -187,6 +187,7 @@ static inline void make_linear(linear_test *x, double alpha, double beta)
                                        .sensor = x->sensor,
                                        .deviation = at_start,
                                        .process = left_out,
+                                       .adapt = 1,
                                        .alpha = alpha,
                                        .beta = beta};
 }

@@ -240,6 +240,41 @@ static void test_inconsistency(void **state)
     free(f.memory);
 }
 
+/* A model that leaves out ten times as much as is said: what is adapted makes innovations of both
+ * sensors consistent, or less than 1 for the one that asks for less. */
+static void test_adaptation(void **state)
+{
+    linear_test x;
+    double truth[N] = {0}, zero[N] = {0}, values[2], u = 0, tenth[N];
+    uint64_t seed = 41;
+    int flags = 0, outliers = 0;
+    (void)state;
+    make_linear(&x, 0, 0);
+    for (int i = 0; i < N; i++) {
+        tenth[i] = 0.1 * left_out[i];
+    }
+    x.settings.process = tenth;
+    x.settings.adapt = 0; /* the default */
+    x.settings.window = 500;
+    filter_test f = make_filter(&x.settings);
+    estimator_start(f.x, zero, zero, NULL);
+    for (int sample = 0; sample < 2000; sample++) {
+        for (int which = 0; which < 2; which++) {
+            measure(&x, which, truth, &seed, values);
+            estimator_measure(f.x, which, -1, values);
+        }
+        flags = estimator_update(f.x);
+        outliers += sample > 500 && (flags & ESTIMATOR_OUTLIER);
+        estimator_predict(f.x, &u, NULL);
+        go_on(&x, u, &seed, truth);
+    }
+    assert_true(estimator_process(f.x) > 5 && estimator_process(f.x) < 20);
+    assert_int_equal(outliers, 0);
+    assert_true(estimator_sensor_now(f.x, 0).mean < estimator_sensor_now(f.x, 0).high);
+    assert_true(estimator_sensor_now(f.x, 1).mean < estimator_sensor_now(f.x, 1).high);
+    free(f.memory);
+}
+
 /* ---- not linear ---------------------------------------------------------------------------- */
 
 /* A pendulum whose stiffness is not known. */
@@ -314,6 +349,7 @@ static void test_pendulum(void **state)
             .sensor = &sensor,
             .deviation = deviation,
             .process = process,
+            .adapt = 1,
             .alpha = known[i].alpha,
             .beta = known[i].beta,
             .kappa = known[i].kappa};
@@ -387,7 +423,8 @@ static void test_rotations(void **state)
                                          .sensors = 1,
                                          .sensor = &sensor,
                                          .deviation = deviation,
-                                         .process = process};
+                                         .process = process,
+                                         .adapt = 1};
     filter_test f = make_filter(&settings);
     kalman k = {.n = 2, .p = {{0.09, 0}, {0, 1}}};
     const double zero[2] = {0}, q[2] = {0.0004, 0.09}, h[2] = {1, 0};
@@ -423,7 +460,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_kalman),      cmocka_unit_test(test_delays),
         cmocka_unit_test(test_consistency), cmocka_unit_test(test_inconsistency),
-        cmocka_unit_test(test_pendulum),    cmocka_unit_test(test_rotations),
+        cmocka_unit_test(test_adaptation),  cmocka_unit_test(test_pendulum),
+        cmocka_unit_test(test_rotations),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

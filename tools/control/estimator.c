@@ -21,6 +21,7 @@ static void begin(estimator *x, const double *inputs)
         estimator_sensor_record *s = &x->sensor[i];
         s->row = s->next = s->count = 0;
         s->last = 0;
+        s->process = 1;
         s->used = s->missing = s->not_finite = s->late = s->outliers = 0;
         memset(s->innovation, 0, (size_t)s->width * sizeof *s->innovation);
     }

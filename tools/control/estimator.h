@@ -16,8 +16,10 @@
  *
  * A measurement belongs to the sample it was taken at, `age` samples ago. The filter keeps that
  * many past samples and goes on again from there, so that delays of whole samples are exact: the
- * same as if the measurements had come in time. What it needs is the caller's memory; no function
- * allocates or prints, each does a bounded amount of work, and the answer is the same bits again.
+ * same as if the measurements had come in time. In a sample it makes as many predictions as samples
+ * have to be gone through again, at least one: as many as the longest delay. What it needs is the
+ * caller's memory; no function allocates or prints, each does a bounded amount of work, and the
+ * answer is the same bits again.
  *
  * Faults have answers, and flags that say so; the estimate is finite always, and the covariance
  * positive definite by construction (all of it is sums of squares, nothing is subtracted):
@@ -93,8 +95,8 @@ typedef struct estimator_settings {
     const estimator_sensor *sensor;       /* [sensors] */
     const double *deviation;              /* [states] at the start */
     const double *process;                /* [states] what the model leaves out, by sqrt(s) */
-    double adapt; /* up to so many times `process` as innovations ask for, which become consistent
-                   * then though the model is off; 0: 1 */
+    double adapt; /* up to so many times `process` as innovations ask for, which are consistent then
+                   * though the model is off; 1: as given; 0: 100 */
     const double *largest; /* [states] deviations never exceed it, as when nothing is seen for long;
                             * NULL: 100 times those at the start */
     int late; /* samples by which a measurement may come later than its delay, and is used */

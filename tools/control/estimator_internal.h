@@ -31,6 +31,7 @@ typedef struct estimator_sensor_record {
     double *innovation; /* [width] */
     int next, count;
     double last;
+    double process; /* times settings.process, as it needs */
     int64_t used, missing, not_finite, late, outliers;
 } estimator_sensor_record;
 

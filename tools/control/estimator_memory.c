@@ -154,7 +154,7 @@ static void set_sizes(estimator *x, const estimator_settings *settings)
     int delay = 0;
     *s = *settings;
     s->gate = s->gate > 0 ? s->gate : 1e-6;
-    s->adapt = fmax(1, s->adapt);
+    s->adapt = s->adapt > 0 ? fmax(1, s->adapt) : 100;
     s->patience = s->patience > 0 ? s->patience : 5;
     s->window = s->window > 0 ? s->window : 50;
     s->period = s->period > 0 ? s->period : s->model.step;

@@ -202,12 +202,17 @@ static void remember(estimator_sensor_record *sensor, int window, double square)
     sensor->row = 0;
 }
 
-/* What the model leaves out is as large as makes normalised innovations 1 in the mean: more after
- * larger ones, less after smaller ones, within about 30 measurements of three numbers. */
-static void adapt(estimator *x, const estimator_sensor_record *sensor)
+/* What the model leaves out is as large as makes normalised innovations 1 in the mean, or less, of
+ * each sensor: more after larger ones, less after smaller ones, within about 30 measurements of
+ * three numbers. */
+static void adapt(estimator *x, estimator_sensor_record *sensor)
 {
     const double rate = 0.01 * sensor->width * (fmin(sensor->last, 5) - 1);
-    x->process = fmin(x->settings.adapt, fmax(1, x->process * exp(rate)));
+    sensor->process = fmin(x->settings.adapt, fmax(1, sensor->process * exp(rate)));
+    x->process = 1;
+    for (int i = 0; i < x->settings.sensors; i++) {
+        x->process = fmax(x->process, x->sensor[i].process);
+    }
 }
 
 static void take_sensor(estimator *x, estimator_record *at, int which)

@@ -139,18 +139,6 @@ int small_cholesky(int n, double *a)
 
 /* ---- solutions ----------------------------------------------------------------------------- */
 
-void small_solve(int n, const double *u, double *x)
-{
-    const int stride = small_stride(n);
-    for (int i = n - 1; i >= 0; i--) {
-        double sum = x[i];
-        for (int k = i + 1; k < n; k++) {
-            sum -= u[i * stride + k] * x[k];
-        }
-        x[i] = sum / u[i * stride + i];
-    }
-}
-
 void small_solve_transposed(int n, const double *u, double *x)
 {
     const int stride = small_stride(n);
@@ -191,50 +179,4 @@ SMALL_FOR_EACH_PROCESSOR static void solve_rows(int n, const double *u, int widt
 void small_solve_factored(int n, const double *u, int columns, double *x)
 {
     solve_rows(n, u, small_stride(columns), x);
-}
-
-/* ---- changes of a triangle ----------------------------------------------------------------- */
-
-void small_update(int n, double *u, double *x)
-{
-    const int stride = small_stride(n);
-    for (int i = 0; i < n; i++) {
-        double *row = u + i * stride;
-        const double r = hypot(row[i], x[i]);
-        if (!(r > 0)) {
-            continue;
-        }
-        const double c = row[i] / r, s = x[i] / r;
-        for (int k = i; k < n; k++) {
-            const double from = row[k];
-            row[k] = c * from + s * x[k];
-            x[k] = c * x[k] - s * from;
-        }
-    }
-}
-
-int small_downdate(int n, double *u, double *x, double *work)
-{
-    const int stride = small_stride(n);
-    double square = 0;
-    small_solve_transposed(n, u, x);
-    for (int i = 0; i < n; i++) {
-        square += x[i] * x[i];
-    }
-    if (!(square < 1)) {
-        return 1;
-    }
-    double rest = sqrt(1 - square);
-    memset(work, 0, (size_t)n * sizeof *work);
-    for (int i = n - 1; i >= 0; i--) {
-        double *row = u + i * stride;
-        const double r = hypot(rest, x[i]), c = rest / r, s = x[i] / r;
-        for (int k = i; k < n; k++) {
-            const double from = row[k];
-            row[k] = c * from - s * work[k];
-            work[k] = c * work[k] + s * from;
-        }
-        rest = r;
-    }
-    return 0;
 }

@@ -65,17 +65,10 @@ void small_triangle(int rows, int n, double *a);
  * Returns 0, or 1 + i: pivot i is not positive, and a is not defined. */
 int small_cholesky(int n, double *a);
 
-/* With the upper triangle U [n][n], whose diagonal is not 0, in place of the right side: U x = b,
- * U^T x = b of vectors x [n], and U^T U X = B of matrices X [n][columns]. */
-void small_solve(int n, const double *u, double *x);
+/* With the upper triangle U [n][n], whose diagonal is not 0, in place of the right side: U^T x = b
+ * of a vector x [n], and U^T U X = B of a matrix X [n][columns]. */
 void small_solve_transposed(int n, const double *u, double *x);
 void small_solve_factored(int n, const double *u, int columns, double *x);
-
-/* U^T U + x x^T and U^T U - x x^T in place of U^T U, by rotations (LINPACK's dchud, dchdd); x [n]
- * is overwritten. small_downdate: 0, or 1: the rest is not positive definite, and u is as it was;
- * work [n]. */
-void small_update(int n, double *u, double *x);
-int small_downdate(int n, double *u, double *x, double *work);
 
 #ifdef __cplusplus
 }
