@@ -66,7 +66,7 @@ const char *controller_refusal(const controller_settings *s)
         return "no model and look of the same states and inputs";
     }
     if (s->horizon < 1 || s->moves < 0 || s->moves > s->horizon || s->delay < 0 ||
-        s->iterations < 0 || s->coast < 0) {
+        s->iterations < 0 || s->qp_limit < 0 || s->coast < 0) {
         return "horizon at least 1, moves at most the horizon, delay, iterations, coast not "
                "negative";
     }
@@ -169,12 +169,21 @@ controller *controller_init(void *memory, const controller_settings *settings)
 
 bool controller_finite(const double *x, int count)
 {
-    double sum = 0.0; /* of zeros, unless one is not finite */
+    double sum[SMALL_LANES] = {0}; /* of zeros, unless one is not finite */
+    int i = 0;
 
-    for (int i = 0; i < count; i++) {
-        sum += 0.0 * x[i];
+    for (; i + SMALL_LANES <= count; i += SMALL_LANES) {
+        for (int j = 0; j < SMALL_LANES; j++) {
+            sum[j] += 0.0 * x[i + j];
+        }
     }
-    return sum == 0.0;
+    for (; i < count; i++) {
+        sum[0] += 0.0 * x[i];
+    }
+    for (int j = 1; j < SMALL_LANES; j++) {
+        sum[0] += sum[j];
+    }
+    return sum[0] == 0.0;
 }
 
 void controller_inputs(const controller *c, const double *move, double *inputs)

@@ -45,6 +45,8 @@ typedef struct controller_settings {
     int moves;     /* of them with inputs of their own; later ones hold the last; 0: all */
     int delay;     /* samples from a state to when its answer is applied: 0, 1 (the next one), .. */
     int iterations; /* of the method within one feedback; 0: 1 */
+    int qp_limit;   /* of iterations of a quadratic program (qp.h), which bounds the worst time;
+                     * 0: its default */
 
     int controlled;              /* m */
     const int *inputs;           /* [m] which of the model's inputs are controlled */

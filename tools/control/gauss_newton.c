@@ -69,6 +69,7 @@ static qp_settings gauss_newton_sizes(const controller_settings *s, gauss_newton
     x->rows = (moves - 1) * x->rated + s->horizon * x->limited;
     result.variables = x->z;
     result.rows = x->rows;
+    result.iterations = s->qp_limit;
     return result;
 }
 
@@ -217,37 +218,6 @@ static bool gauss_newton_linearise(controller *c, gauss_newton *x)
            controller_finite(x->by_seen, x->R * n);
 }
 
-/* right [rows][w] = left [rows][n of w] times step [n][w]. */
-SMALL_FOR_EACH_PROCESSOR static void
-gauss_newton_multiply(int rows, int n, int w, const double *left, const double *step, double *right)
-{
-    for (int r = 0; r < rows; r += 4) {
-        const int last = rows - 1 - r;
-        const double *a = left + r * w;
-        const double *b = a + (last < 1 ? last : 1) * w;
-        const double *d = a + (last < 2 ? last : 2) * w;
-        const double *e = a + (last < 3 ? last : 3) * w;
-
-        for (int at = 0; at < w; at += SMALL_LANES) {
-            double sum[4][SMALL_LANES] = {{0}};
-
-            for (int k = 0; k < n; k++) {
-                const double *row = step + k * w + at;
-
-                for (int j = 0; j < SMALL_LANES; j++) {
-                    sum[0][j] += a[k] * row[j];
-                    sum[1][j] += b[k] * row[j];
-                    sum[2][j] += d[k] * row[j];
-                    sum[3][j] += e[k] * row[j];
-                }
-            }
-            for (int i = 0; i < 4 && i <= last; i++) {
-                memcpy(right + (r + i) * w + at, sum[i], sizeof sum[i]);
-            }
-        }
-    }
-}
-
 static void gauss_newton_condense(controller *c, gauss_newton *x)
 {
     memset(x->sensitivity, 0, (size_t)(x->R * x->stride) * sizeof *x->sensitivity);
@@ -260,8 +230,8 @@ static void gauss_newton_condense(controller *c, gauss_newton *x)
         for (int r = first; r < first + c->v; r++) {
             memcpy(x->chain + r * x->w, x->by_seen + r * c->n, (size_t)c->n * sizeof *x->chain);
         }
-        gauss_newton_multiply(x->R - first, c->n, x->w, x->chain + first * x->w,
-                              x->steps + i * c->n * x->w, x->other + first * x->w);
+        small_product_in(x->w, x->R - first, c->n, x->chain + first * x->w,
+                         x->steps + i * c->n * x->w, x->other + first * x->w);
         x->chain = x->other;
         x->other = swap;
         for (int r = first; r < x->R; r++) {
@@ -359,7 +329,7 @@ static int gauss_newton_prepare(controller *c)
 }
 
 /* What is seen along the plan from `start` on, and by how much it is not what is wanted. */
-static void gauss_newton_predict(const controller *c, gauss_newton *x)
+SMALL_FOR_EACH_PROCESSOR static void gauss_newton_predict(const controller *c, gauss_newton *x)
 {
     memset(x->change, 0, (size_t)x->w * sizeof *x->change);
     for (int k = 0; k < c->n; k++) {
@@ -372,7 +342,7 @@ static void gauss_newton_predict(const controller *c, gauss_newton *x)
     }
 }
 
-static void gauss_newton_gradient(const controller *c, gauss_newton *x)
+SMALL_FOR_EACH_PROCESSOR static void gauss_newton_gradient(const controller *c, gauss_newton *x)
 {
     const controller_settings *s = &c->settings;
 
@@ -448,7 +418,7 @@ static void gauss_newton_bounds(const controller *c, gauss_newton *x)
 }
 
 /* The plan goes on to `target`, and the states along it by the linear model. */
-static void gauss_newton_move(controller *c, gauss_newton *x)
+SMALL_FOR_EACH_PROCESSOR static void gauss_newton_move(controller *c, gauss_newton *x)
 {
     for (int i = 0; i < c->horizon; i++) {
         const double *move = x->target + (i < c->moves ? i : c->moves - 1) * c->m;
@@ -474,7 +444,7 @@ static void gauss_newton_move(controller *c, gauss_newton *x)
 }
 
 /* What the plan costs by the linear model; whether it violates soft limits. */
-static bool gauss_newton_costs(controller *c, const gauss_newton *x)
+SMALL_FOR_EACH_PROCESSOR static bool gauss_newton_costs(controller *c, const gauss_newton *x)
 {
     const controller_settings *s = &c->settings;
     bool violated = false;

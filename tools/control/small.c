@@ -8,36 +8,46 @@ typedef double lanes
 
 /* ---- products ------------------------------------------------------------------------------ */
 
-SMALL_FOR_EACH_PROCESSOR static void multiply(int m, int k, int n, const double *a, int row,
+enum { BLOCK = 4 }; /* rows at a time, each with a sum of its own */
+
+/* c [m][n] of a[i row + j column] and b, whose rows, as those of c, are `stride` apart. */
+SMALL_FOR_EACH_PROCESSOR static void multiply(int m, int k, int stride, const double *a, int row,
                                               int column, const double *b, double *c)
 {
-    const int stride = small_stride(n);
-    for (int i = 0; i < m; i++) {
-        const double *from = a + i * row;
+    for (int i = 0; i < m; i += BLOCK) {
+        const int rows = m - i < BLOCK ? m - i : BLOCK;
+        const double *a0 = a + i * row, *a1 = a0 + (rows > 1 ? row : 0);
+        const double *a2 = a1 + (rows > 2 ? row : 0), *a3 = a2 + (rows > 3 ? row : 0);
         for (int first = 0; first < stride; first += SMALL_LANES) {
             const double *x = b + first;
-            lanes sum[2] = {{0}, {0}};
-            int j = 0;
-            for (; j + 1 < k; j += 2) {
-                sum[0] += from[j * column] * *(const lanes *)(x + j * stride);
-                sum[1] += from[(j + 1) * column] * *(const lanes *)(x + (j + 1) * stride);
+            lanes sum[BLOCK] = {{0}, {0}, {0}, {0}};
+            for (int j = 0; j < k; j++) {
+                const lanes y = *(const lanes *)(x + j * stride);
+                sum[0] += a0[j * column] * y;
+                sum[1] += a1[j * column] * y;
+                sum[2] += a2[j * column] * y;
+                sum[3] += a3[j * column] * y;
             }
-            if (j < k) {
-                sum[0] += from[j * column] * *(const lanes *)(x + j * stride);
+            for (int r = 0; r < rows; r++) {
+                *(lanes *)(c + (i + r) * stride + first) = sum[r];
             }
-            *(lanes *)(c + i * stride + first) = sum[0] + sum[1];
         }
     }
 }
 
 void small_product(int m, int k, int n, const double *a, const double *b, double *c)
 {
-    multiply(m, k, n, a, small_stride(k), 1, b, c);
+    multiply(m, k, small_stride(n), a, small_stride(k), 1, b, c);
+}
+
+void small_product_in(int stride, int m, int k, const double *a, const double *b, double *c)
+{
+    multiply(m, k, stride, a, stride, 1, b, c);
 }
 
 void small_product_transposed(int m, int k, int n, const double *a, const double *b, double *c)
 {
-    multiply(k, m, n, a, 1, small_stride(k), b, c);
+    multiply(k, m, small_stride(n), a, 1, small_stride(k), b, c);
 }
 
 /* ---- triangles ----------------------------------------------------------------------------- */

@@ -54,6 +54,8 @@ static inline double small_dot(int count, const double *a, const double *b)
 /* Rows of vectors side by side: c [m][n] = a [m][k] b [k][n], and c [k][n] = a^T [k][m] b [m][n];
  * c is neither a nor b. */
 void small_product(int m, int k, int n, const double *a, const double *b, double *c);
+/* c [m][stride] = a [m][k of stride] b [k][stride]. */
+void small_product_in(int stride, int m, int k, const double *a, const double *b, double *c);
 void small_product_transposed(int m, int k, int n, const double *a, const double *b, double *c);
 
 /* R in the upper triangle of a [rows][n], with a diagonal that is not negative, R^T R = A^T A, by
