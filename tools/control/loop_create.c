@@ -438,3 +438,20 @@ const double *loop_column(const control_loop *x, int i)
 {
     return x->record + (size_t)i * (size_t)x->samples;
 }
+
+loop_parts loop_parts_of(const control_loop *x)
+{
+    loop_parts parts = {.settings = &x->settings,
+                        .linear = {x->linear[0], x->linear[1]},
+                        .seen = &x->seen,
+                        .state = x->numbers,
+                        .inputs = x->middle,
+                        .by_parameters = x->numbers + 4 * (size_t)x->states};
+    for (int i = 0; i < x->control.measurement_count; i++) {
+        parts.sensors[i] = look_kinematics(x->sensors[i]);
+    }
+    for (int i = 0; i < x->seen.parts; i++) {
+        parts.looks[i] = look_kinematics(x->looks[i]);
+    }
+    return parts;
+}
