@@ -452,7 +452,7 @@ void export_loop_write_header(const export_loop *x, FILE *file)
             "quickest.\n",
             cli_version());
     for (const char *const *line = x->verified; line && *line; line++) {
-        fprintf(file, " *\n * %s", *line);
+        fprintf(file, "%s\n * %s", line == x->verified ? " *" : "", *line);
     }
     put(x,
         "\n */\n#ifndef model_H\n#define model_H\n\n#include <stddef.h>\n\n#ifdef __cplusplus\n"
