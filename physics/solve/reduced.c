@@ -414,18 +414,20 @@ ad_status reduced_nearest(reduced_rod *x, double t, const double *inputs, const 
 
 /* ---- rates and steps ----------------------------------------------------------------------- */
 
-/* x->by: derivatives of the accelerations by q, v, inputs, in the model's units. */
-static ad_status differentiate(reduced_rod *x, double t, ad_error *error)
+/* x->by [.][2 n + inputs]: derivatives of the accelerations by q, v, and inputs where these are
+ * wanted, in the model's units. */
+static ad_status differentiate(reduced_rod *x, double t, bool by_inputs, ad_error *error)
 {
     modes *m = x->m;
-    const int n = m->size, width = m->width, wanted = 2 * n + m->inputs;
+    const int n = m->size, width = m->width, columns = 2 * n + m->inputs;
+    const int wanted = by_inputs ? columns : 2 * n;
     ad_status status = AD_OK;
     modes_shape(m, x->q, x->v, x->a);
     modes_forces(m, true, x->residual);
     memcpy(x->mass, m->mass, (size_t)(n * width) * sizeof *x->mass); /* its factor */
     modes_mass(m);
     modes_derivatives(m, x->by_q, x->by_v);
-    if (m->inputs > 0) {
+    if (wanted > 2 * n) {
         status = modes_by_inputs(m, t / x->rod->scales.time, x->q, x->v, x->a, x->room, error);
     }
     for (int c = 0; c < wanted; c++) {
@@ -436,7 +438,7 @@ static ad_status differentiate(reduced_rod *x, double t, ad_error *error)
         }
         modes_solve_factored(m, x->mass, x->residual);
         for (int r = 0; r < n; r++) {
-            x->by[r * wanted + c] = x->residual[r];
+            x->by[r * columns + c] = x->residual[r];
         }
     }
     return status;
@@ -452,7 +454,7 @@ ad_status reduced_rate(reduced_rod *x, double t, const double *state, const doub
         status = ad_fail(error, AD_NOT_FINITE, "the mass matrix of the modes is singular");
     }
     if (status == AD_OK && (by_state || by_inputs)) {
-        status = differentiate(x, t, error);
+        status = differentiate(x, t, by_inputs != NULL, error);
     }
     for (int r = 0; r < n && status == AD_OK; r++) {
         const double unit = x->unit[n + r] / time;

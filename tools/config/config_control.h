@@ -121,6 +121,11 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
      .fallback = "surrogate.parameters",                                                           \
      .help = "Parameters with a range that the filter finds; others of surrogate.parameters are "  \
              "taken to be in the middle of their range."},                                         \
+    {"control.walk", CONFIG_NUMBER, ENTRIES(0, CONTROL_INPUTS_MAX), CONTROL_AT(walk),              \
+     .count_offset = offsetof(config, control.walk_count), BETWEEN(1e-9, 100),                     \
+     .unit = "of half the range, by sqrt(s)", .fallback = "0.01",                                  \
+     .help = "How far each of them may wander: more for a load that comes and goes. Of one whose " \
+             "range is positive of its logarithm. One number: all of them."},                      \
     {"control.plant.modes", CONFIG_INTEGER, ENTRIES(4, 4), CONTROL_AT(plant_modes),                \
      BETWEEN(0, 12), .fallback = "one more of each than surrogate.modes",                          \
      .help = "Of bending, twist, stretch, shear, of the simulated robot."},                        \

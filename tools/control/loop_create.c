@@ -166,7 +166,8 @@ static void fill_filter(control_loop *x)
         for (int k = 0; k < nominal->parameter_count; k++) {
             const scene_parameter *p = &nominal->parameters[k];
             if (strcmp(p->name, c->estimate[i]) == 0) {
-                x->parameter[i] = (estimator_parameter){.input = k, .low = p->low, .high = p->high};
+                x->parameter[i] = (estimator_parameter){
+                    .input = k, .low = p->low, .high = p->high, .walk = c->walk[i]};
             }
         }
     }

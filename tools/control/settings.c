@@ -37,6 +37,7 @@ control_settings control_settings_default(void)
     x.weight_rate = 0.03;
     x.weight_effort = 1e-4;
     x.accuracy = 1e-3;
+    x.offset = 0.05;
     x.delay = 1;
     x.seed = 1;
     return x;
@@ -102,6 +103,9 @@ static ad_status resolve_estimate(control_settings *x, const surrogate_settings 
         for (int k = 0; k < of->parameter_count; k++) {
             known = known || strcmp(of->parameters[k].name, name) == 0;
         }
+        if (x->walk_count == 1) {
+            x->walk[i] = x->walk[0];
+        }
         if (!known || is_among(i, x->estimate, name) ||
             is_among(model->input_count, model->inputs, name)) {
             snprintf(problem, sizeof problem,
@@ -113,6 +117,10 @@ static ad_status resolve_estimate(control_settings *x, const surrogate_settings 
                                                                          : "there twice");
             return blame(key, error, "estimate", i, "", problem);
         }
+    }
+    if (x->walk_count > 1 && x->walk_count != x->estimate_count) {
+        return blame(key, error, "walk", -1, "",
+                     "has not as many numbers as estimate; allowed: one for each, or one");
     }
     return AD_OK;
 }

@@ -111,6 +111,8 @@ typedef struct control_settings {
     control_measurement measurements[CONTROL_MEASUREMENTS_MAX];
     int estimate_count;
     const char *estimate[CONTROL_INPUTS_MAX];
+    int walk_count;
+    double walk[CONTROL_INPUTS_MAX]; /* estimator_parameter.walk */
     int plant_modes[4];
     int change_count;
     const char *changes[CONTROL_CHANGES_MAX]; /* "key=value" */

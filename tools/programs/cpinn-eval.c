@@ -3,6 +3,7 @@
 #include "tools/files/table_file.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/eval_family.h"
+#include "tools/programs/eval_rollouts.h"
 #include "tools/programs/samples.h"
 #include "tools/train/balance.h"
 #include "tools/train/clock.h"
@@ -48,11 +49,22 @@ static const char epilogue[] =
     "  cpinn-eval runs/robot --members measured.csv --out shapes.csv\n"
     "  cpinn-eval runs/robot --verify 20000\n"
     "\n"
+    "Of a one-step model (surrogate) --rollouts steps it under inputs that it has not seen, beside "
+    "the\n"
+    "solver, and says how far its tip is off after one step, 5 s and 1000 steps, what a step costs "
+    "and\n"
+    "what the reduced rod itself costs at that error. --out DIR then gets rollouts.csv, .h5 and "
+    "two\n"
+    "pictures, rollouts_error and rollouts_path (.gp, .svg, .png).\n"
+    "\n"
+    "  cpinn-eval runs/arm --rollouts 64 --tolerance 1e-3 --out verified\n"
+    "\n"
     "The verdict on training that the checkpoint keeps is printed, and is in --json as it is in "
     "that\n"
     "of cpinn-train. Exit status: 0, whatever it says; of a family 3 if a shape is not trusted, or "
     "with\n"
-    "--verify one that is trusted is wrong or solvers disagree; 1 if what was printed could not "
+    "--verify one that is trusted is wrong or solvers disagree; 3 with --rollouts if the model\n"
+    "diverges or is worse than --tolerance; 1 if what was printed could not "
     "be\n"
     "written; 2 with one line\n"
     "that says what is wrong with the input.";
@@ -66,6 +78,7 @@ typedef struct options {
     int threads;
     bool json, speed;
     eval_family_options family;
+    eval_rollouts_options rollouts;
 } options;
 
 /* How far training has come, from "training/..."; -1 or NaN where the checkpoint does not say. */
@@ -543,10 +556,27 @@ static ad_status run(evaluation *x, ad_error *error)
     return status == AD_OK && o->speed ? measure(x, error) : status;
 }
 
+static int run_rollouts(const options *asked)
+{
+    eval_rollouts_options rollouts = asked->rollouts;
+    ad_error error = {.message = ""};
+    int status = 0;
+    rollouts.path = asked->checkpoint;
+    rollouts.out = asked->out;
+    rollouts.seed = asked->family.seed >= 0 ? asked->family.seed : 1;
+    rollouts.threads = asked->threads;
+    rollouts.json = asked->json;
+    return eval_rollouts_run(program, &rollouts, &status, &error) == AD_OK
+               ? status
+               : cli_fail_error(program, &error);
+}
+
 int main(int argc, char **argv)
 {
-    evaluation x = {.asked.family = {.polish = -1, .seed = -1}, .rate = NAN};
+    evaluation x = {
+        .asked.family = {.polish = -1, .seed = -1}, .asked.rollouts.tolerance = NAN, .rate = NAN};
     eval_family_options *f = &x.asked.family;
+    eval_rollouts_options *r = &x.asked.rollouts;
     const cli_option list[] = {
         {"--out", "FILE", CLI_TEXT, &x.asked.out, 0, 0,
          "write the rod, as .csv, .h5, .hdf5 or .npz"},
@@ -565,7 +595,12 @@ int main(int argc, char **argv)
          "solve N fresh members of a family and compare: errors, what is\nnot trusted, wrong "
          "though trusted, predicted errors, times"},
         {"--seed", "N", CLI_INTEGER, &f->seed, 0, 2147483647,
-         "of the members that --verify draws (default 1)"},
+         "of the members that --verify draws, of --rollouts (default 1)"},
+        {"--rollouts", "N", CLI_INTEGER, &r->count, 1, 10000,
+         "of a one-step model: N rollouts beside the solver"},
+        {"--tolerance", "X", CLI_NUMBER, &r->tolerance, 0, 1,
+         "of --rollouts: what the tip may be off by within 5 s, over the\nlength; exit status 3 if "
+         "it is more"},
         {"--speed", NULL, CLI_FLAG, &x.asked.speed, 0, 0,
          "measure how many points are evaluated in a second"},
         {"--json", NULL, CLI_FLAG, &x.asked.json, 0, 0, "report as one JSON object"},
@@ -576,6 +611,16 @@ int main(int argc, char **argv)
         cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &x.asked.checkpoint);
     if (status != CLI_RUN) {
         return status;
+    }
+    if (r->count == 0 && !isnan(r->tolerance)) {
+        return cli_fail(program, "--tolerance: of --rollouts; allowed: the two together");
+    }
+    if (r->count > 0) {
+        if (x.asked.grid || x.asked.points || x.asked.speed || f->at || f->members || f->verify) {
+            return cli_fail(program, "--rollouts: allowed beside it: --out DIR, --tolerance, "
+                                     "--seed, --json, --threads");
+        }
+        return run_rollouts(&x.asked);
     }
     if (x.asked.points && x.asked.grid) {
         return cli_fail(program, "--points and --grid are given; allowed: one of the two");

@@ -1,0 +1,328 @@
+/* Models whose network knows nothing of time: they begin at their state, derivatives against
+ * difference quotients, flows in parts; the loss by the rod's equations: its gradient, and that the
+ * rod's own motion satisfies it. */
+#include "near.h"
+
+#include "nn/rng.h"
+#include "physics/solve/reduced.h"
+#include "tools/config/config.h"
+#include "tools/surrogate/physics_loss.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char arm[] =
+    "parameters: {p: {range: [-2, 3]}, e: {range: [0.8, 1.3]}}\n"
+    "rod:\n"
+    "  length: 1\n"
+    "  stiffness: {shear: [30*e, 40*e], axial: 50*e, bending: [e, 1.5*e], torsion: 0.8*e}\n"
+    "  inertia: {mass_per_length: 1, rotary: [0.01, 0.02, 0.03]}\n"
+    "  damping: {strain: [0.1, 0.1, 0.1], curvature: [0.05, 0.05, 0.05]}\n"
+    "boundary: {start: {type: clamped}, end: {type: loaded}}\n"
+    "loads: {tip: {force: [p, 0.5, 0]}}\n"
+    "time: {duration: 1}\n";
+static const int modes[4] = {1, 0, 1, 0};
+
+enum { STATES = 6, INPUTS = 2, STEPS = 12 };
+
+typedef struct example {
+    config *given;
+    excite_rollouts motions;
+    decoupled m;
+    double *numbers, *parameters, *work;
+    size_t count; /* of parameters */
+} example;
+
+static example make(int terms, bool flows, bool ramps)
+{
+    ad_error error = {.message = ""};
+    example x = {.m = {.states = STATES,
+                       .inputs = INPUTS,
+                       .ramps = ramps,
+                       .flows = flows,
+                       .terms = terms,
+                       .step = 0.02,
+                       .layers = 2,
+                       .width = {5, 7}}};
+    excite_settings settings = excite_settings_default();
+    memcpy(settings.modes, modes, sizeof modes);
+    settings.step = x.m.step;
+    settings.steps = STEPS;
+    settings.count = 6;
+    settings.linear = ramps;
+    settings.shortest = 0.02;
+    settings.longest = 0.2;
+    ad_pool *pool = ad_pool_create(1);
+    x.numbers = calloc(decoupled_numbers(&x.m), sizeof *x.numbers);
+    x.work = calloc(decoupled_work(&x.m), sizeof *x.work);
+    x.m.numbers = x.numbers;
+    if (config_read("arm.yaml", arm, 0, NULL, &x.given, &error) != AD_OK ||
+        excite_run(&x.given->scene, &settings, pool, &x.motions, &error) != AD_OK ||
+        physics_prepare(&x.given->scene, modes, &x.motions, 3, &x.m, x.numbers, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    assert_int_equal(x.motions.states, STATES);
+    x.count = decoupled_parameters(&x.m);
+    x.parameters = x.numbers + decoupled_numbers(&x.m) - x.count;
+    nn_rng random = nn_rng_seed(9);
+    for (size_t k = 0; k < x.count; k++) { /* so that the network says something */
+        x.parameters[k] += 0.2 * nn_rng_normal(&random);
+    }
+    ad_pool_free(pool);
+    return x;
+}
+
+static void discard(example *x)
+{
+    free(x->numbers);
+    free(x->work);
+    excite_free(&x->motions);
+    config_free(x->given);
+}
+
+static double largest(int n, const double *a)
+{
+    double most = 0;
+    for (int i = 0; i < n; i++) {
+        most = fmax(most, fabs(a[i]));
+    }
+    return most;
+}
+
+/* ---- the model ----------------------------------------------------------------------------- */
+
+static void test_curves(void **state)
+{
+    (void)state;
+    const double h = 1e-6;
+    for (int terms = 0; terms <= 3; terms += 3) {
+        example x = make(terms, false, false);
+        double a[4 * 3 * STATES], y[STATES], rate[STATES], ends[2][STATES],
+            to[4 * 3 * STATES] = {0};
+        double by_y[STATES], by_rate[STATES];
+        nn_rng random = nn_rng_seed(4);
+        const int outputs = decoupled_outputs(&x.m);
+        for (int k = 0; k < outputs; k++) {
+            a[k] = nn_rng_normal(&random);
+        }
+        for (int j = 0; j < STATES; j++) {
+            by_y[j] = nn_rng_normal(&random);
+            by_rate[j] = nn_rng_normal(&random);
+        }
+        decoupled_curve(&x.m, a, 0, y, NULL);
+        assert_true(largest(STATES, y) == 0); /* exactly */
+        decoupled_curve(&x.m, a, 0.4, y, rate);
+        decoupled_curve_adjoint(&x.m, a, 0.4, by_y, by_rate, to);
+        decoupled_curve(&x.m, a, 0.4 - h, ends[0], NULL);
+        decoupled_curve(&x.m, a, 0.4 + h, ends[1], NULL);
+        for (int j = 0; j < STATES; j++) {
+            assert_near(rate[j], (ends[1][j] - ends[0][j]) / (2 * h), 1e-8);
+        }
+        for (int k = 0; k < outputs; k++) {
+            double sums[2] = {0, 0};
+            const double kept = a[k];
+            for (int side = 0; side < 2; side++) {
+                a[k] = kept + (side ? h : -h);
+                decoupled_curve(&x.m, a, 0.4, y, rate);
+                for (int j = 0; j < STATES; j++) {
+                    sums[side] += by_y[j] * y[j] + by_rate[j] * rate[j];
+                }
+            }
+            a[k] = kept;
+            assert_near(to[k], (sums[1] - sums[0]) / (2 * h), 2e-8);
+        }
+        discard(&x);
+    }
+}
+
+static void check_derivatives(example *x, double h, const double *state, const double *inputs,
+                              const double *after)
+{
+    double next[STATES], A[STATES * STATES], B[STATES * INPUTS], ends[2][STATES], at[STATES];
+    double u[2][INPUTS];
+    assert_int_equal(decoupled_advance(&x->m, x->work, 1, h, state, inputs, after, next, A, B), 0);
+    for (int c = 0; c < STATES + INPUTS; c++) {
+        const double size = c < STATES ? x->numbers[STATES + c] : 1, by = 1e-5 * size;
+        for (int side = 0; side < 2; side++) {
+            memcpy(at, state, sizeof at);
+            memcpy(u[0], inputs, sizeof u[0]);
+            memcpy(u[1], after ? after : inputs, sizeof u[1]);
+            for (int end = 0; end < 2; end++) {
+                *(c < STATES ? &at[c] : &u[end][c - STATES]) +=
+                    (end == 0 || c >= STATES) ? (side ? by : -by) : 0;
+            }
+            assert_int_equal(decoupled_advance(&x->m, x->work, 1, h, at, u[0], after ? u[1] : NULL,
+                                               ends[side], NULL, NULL),
+                             0);
+        }
+        for (int r = 0; r < STATES; r++) {
+            const double scale = x->numbers[STATES + r] / size;
+            const double derivative = c < STATES ? A[r * STATES + c] : B[r * INPUTS + c - STATES];
+            assert_near(derivative / scale, (ends[1][r] - ends[0][r]) / (2 * by) / scale, 1e-7);
+        }
+    }
+}
+
+static void test_advance(void **state)
+{
+    (void)state;
+    for (int kind = 0; kind < 8; kind++) {
+        const bool ramps = kind & 4;
+        example x = make(kind & 1 ? 2 : 0, kind & 2, ramps);
+        const double *from = x.motions.state + 3 * STATES, *u = x.motions.input + 3 * INPUTS;
+        const double *after = ramps ? u + INPUTS : NULL, h = x.m.step;
+        double next[STATES], one[2][STATES];
+        check_derivatives(&x, h, from, u, after);
+        check_derivatives(&x, 0.3 * h, from, u, after);
+        assert_int_equal(
+            decoupled_advance(&x.m, x.work, 1, 1e-9 * h, from, u, NULL, next, NULL, NULL), 0);
+        for (int j = 0; j < STATES; j++) { /* at the begin of the step it is the state */
+            assert_near(next[j], from[j], 1e-6 * x.numbers[STATES + j]);
+        }
+        assert_int_equal(
+            decoupled_advance(&x.m, x.work, 1, 1.1 * h, from, u, NULL, next, NULL, NULL), 1);
+        assert_int_equal(decoupled_advance(&x.m, x.work, 1, h, from, u, u, next, NULL, NULL),
+                         !ramps);
+        next[0] = NAN;
+        assert_int_equal(decoupled_advance(&x.m, x.work, 1, h, next, u, NULL, one[0], NULL, NULL),
+                         1);
+        assert_true(decoupled_outside(&x.m, next, u) > 1);
+        assert_true(decoupled_outside(&x.m, from, u) <= 1 + 1e-12);
+        /* without the network the flow of a step is that of two halves */
+        if (x.m.flows) {
+            memset(x.parameters, 0, x.count * sizeof *x.parameters);
+            decoupled_advance(&x.m, x.work, 1, h, from, u, NULL, one[0], NULL, NULL);
+            decoupled_advance(&x.m, x.work, 1, h / 2, from, u, NULL, next, NULL, NULL);
+            decoupled_advance(&x.m, x.work, 1, h / 2, next, u, NULL, one[1], NULL, NULL);
+            for (int j = 0; j < STATES; j++) {
+                assert_near(one[0][j], one[1][j], 1e-12 * x.numbers[STATES + j]);
+            }
+        }
+        discard(&x);
+    }
+}
+
+/* ---- the loss ------------------------------------------------------------------------------ */
+
+static physics_loss *loss_of(const example *x, const physics_loss_settings *settings, ad_pool *pool)
+{
+    ad_error error = {.message = ""};
+    physics_loss *loss = NULL;
+    if (physics_loss_create(&x->given->scene, modes, &x->motions, &x->m, settings, pool, &loss,
+                            &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    return loss;
+}
+
+static void check_gradient(example *x, const physics_loss_settings *settings)
+{
+    ad_pool *pools[2] = {ad_pool_create(1), ad_pool_create(2)};
+    physics_loss *loss = loss_of(x, settings, pools[0]), *again = loss_of(x, settings, pools[1]);
+    double *gradient = calloc(2 * x->count, sizeof *gradient), value, other, worst = 0, size = 0;
+    physics_loss_draw(loss, 5);
+    physics_loss_draw(again, 5);
+    assert_int_equal(physics_loss_evaluate(loss, x->parameters, &value, gradient), 0);
+    assert_int_equal(physics_loss_evaluate(again, x->parameters, &other, gradient + x->count), 0);
+    assert_true(value > 0 && value == other);
+    assert_memory_equal(gradient, gradient + x->count, x->count * sizeof *gradient);
+    for (size_t k = 0; k < x->count; k += 1 + x->count / 60) {
+        const double kept = x->parameters[k], h = 1e-5;
+        double ends[2];
+        for (int side = 0; side < 2; side++) {
+            x->parameters[k] = kept + (side ? h : -h);
+            assert_int_equal(physics_loss_evaluate(loss, x->parameters, &ends[side], NULL), 0);
+        }
+        x->parameters[k] = kept;
+        worst = fmax(worst, fabs(gradient[k] - (ends[1] - ends[0]) / (2 * h)));
+        size = fmax(size, fabs(gradient[k]));
+    }
+    print_message("terms %d flows %d ramps %d ahead %d: %.1e\n", x->m.terms, x->m.flows, x->m.ramps,
+                  settings->ahead, worst / size);
+    assert_true(worst < 1e-6 * size); /* of difference quotients 1e-8 */
+    physics_loss_draw(loss, 6);
+    assert_int_equal(physics_loss_evaluate(loss, x->parameters, &other, NULL), 0);
+    assert_true(settings->batch == 0 || other != value);
+    physics_loss_free(loss);
+    physics_loss_free(again);
+    ad_pool_free(pools[0]);
+    ad_pool_free(pools[1]);
+    free(gradient);
+}
+
+static void test_gradients(void **state)
+{
+    (void)state;
+    const physics_loss_settings settings[] = {
+        {.physics = 1, .rates = true, .ahead = 1, .batch = 8, .seed = 2},
+        {.physics = 1, .ahead = 1, .seed = 2, .tip = true},
+        {.physics = 1, .data = 0.5, .ahead = 3, .batch = 8, .seed = 2},
+        {.data = 1, .ahead = 2, .most = 9, .seed = 2, .tip = true}};
+    for (int kind = 0; kind < 4; kind++) {
+        example x = make(kind & 1 ? 2 : 0, kind & 2, kind == 3);
+        for (size_t i = x.m.flows ? 1 : 0; i < sizeof settings / sizeof *settings; i++) {
+            check_gradient(&x, &settings[i]);
+        }
+        discard(&x);
+    }
+}
+
+/* A network whose biases alone are not 0 says the same curve everywhere; here it is the rod's own
+ * at the nodes of one step, solved in 64 parts each. The defect is what polynomials of the method
+ * leave, far less than that of a curve that stays. */
+static void test_motion(void **state)
+{
+    (void)state;
+    for (int flows = 0; flows < 2; flows++) {
+        ad_error error = {.message = ""};
+        example x = make(0, flows, false);
+        const reduced_settings of = {.modes = {1, 0, 1, 0}, .newton = 1e-12};
+        const physics_loss_settings settings = {.physics = 1, .ahead = 1, .most = 1};
+        reduced_rod *rod = NULL;
+        double at[STATES], base[STATES], values[2];
+        ad_pool *pool = ad_pool_create(1);
+        memcpy(x.motions.state, x.motions.state + 3 * (STEPS + 1) * STATES, sizeof at);
+        memcpy(x.motions.input, x.motions.input + 3 * (STEPS + 1) * INPUTS, INPUTS * sizeof *at);
+        x.motions.count = 1; /* rollout 3 begins straight, far from its equilibrium */
+        x.motions.done[0] = 1;
+        assert_int_equal(reduced_create(&x.given->scene, &of, &rod, &error), AD_OK);
+        physics_loss *loss = loss_of(&x, &settings, pool);
+        memset(x.parameters, 0, x.count * sizeof *x.parameters);
+        assert_int_equal(physics_loss_evaluate(loss, x.parameters, &values[0], NULL), 0);
+        double biases[3 * STATES];
+        memcpy(at, x.motions.state, sizeof at);
+        for (int i = 0; i < DECOUPLED_NODES; i++) {
+            const double from = i ? decoupled_nodes[i - 1] : 0, h = decoupled_nodes[i] - from;
+            for (int p = 0; p < 64; p++) {
+                assert_int_equal(reduced_step(rod, 0, h * x.m.step / 64, at, x.motions.input, at,
+                                              NULL, NULL, &error),
+                                 AD_OK);
+            }
+            decoupled_advance(&x.m, x.work, 1, decoupled_nodes[i] * x.m.step, x.motions.state,
+                              x.motions.input, NULL, base, NULL, NULL);
+            for (int j = 0; j < STATES; j++) {
+                biases[i * STATES + j] = (at[j] - base[j]) / x.numbers[STATES + j];
+            }
+        }
+        memcpy(x.parameters + x.count - 3 * STATES, biases, sizeof biases);
+        assert_int_equal(physics_loss_evaluate(loss, x.parameters, &values[1], NULL), 0);
+        print_message("flows %d: %.1e of %.1e\n", flows, values[1], values[0]);
+        assert_true(values[1] < 1e-4 * values[0]);
+        physics_loss_free(loss);
+        reduced_free(rod);
+        ad_pool_free(pool);
+        discard(&x);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_curves),
+        cmocka_unit_test(test_advance),
+        cmocka_unit_test(test_gradients),
+        cmocka_unit_test(test_motion),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

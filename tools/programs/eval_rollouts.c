@@ -1,0 +1,301 @@
+#include "tools/programs/eval_rollouts.h"
+
+#include "tools/config/config_surrogate.h"
+#include "tools/files/json.h"
+#include "tools/judge/gnuplot.h"
+#include "tools/judge/sheet.h"
+#include "tools/programs/cli.h"
+#include "tools/train/run.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+rollouts_subject eval_rollouts_subject(const surrogate *s, const one_step *model)
+{
+    rollouts_subject subject = {.scene = s->scene,
+                                .model = model,
+                                .name = surrogate_kind_names()[s->settings.kind],
+                                .linear = s->settings.hold == SURROGATE_RAMP};
+    memcpy(subject.modes, s->settings.modes, sizeof subject.modes);
+    for (int i = 0; i < model->inputs; i++) {
+        subject.constant |= (uint32_t)surrogate_is_parameter(s, i) << i;
+    }
+    return subject;
+}
+
+/* ---- text ---------------------------------------------------------------------------------- */
+
+enum { CELL = 24 };
+
+static const char *percent(const double error[2], char text[CELL])
+{
+    if (isnan(error[ROLLOUTS_WORST])) {
+        return "-";
+    }
+    snprintf(text, CELL, "%.2g / %.2g", 100 * error[ROLLOUTS_MEDIAN], 100 * error[ROLLOUTS_WORST]);
+    return text;
+}
+
+static const char *microseconds(double seconds, char text[CELL])
+{
+    if (isnan(seconds)) {
+        return "-";
+    }
+    snprintf(text, CELL, seconds < 9.95e-5 ? "%.3g" : "%.0f", 1e6 * seconds);
+    return text;
+}
+
+/* The fastest row of the rod itself that is no worse over 5 s. */
+static const rollouts_row *rod_as_good(const rollouts_report *x)
+{
+    const rollouts_row *rows[2] = {&x->rows[ROLLOUTS_ROD], &x->rows[ROLLOUTS_ROD_TWICE]};
+    for (int i = 0; i < 2; i++) {
+        if (rows[i]->error[ROLLOUTS_SHORT][ROLLOUTS_WORST] <=
+            x->rows[ROLLOUTS_MODEL].error[ROLLOUTS_SHORT][ROLLOUTS_WORST]) {
+            return rows[i];
+        }
+    }
+    return NULL;
+}
+
+void eval_rollouts_print(FILE *file, const rollouts_report *x)
+{
+    const rollouts_row *model = &x->rows[ROLLOUTS_MODEL], *rod = rod_as_good(x);
+    char cells[6][CELL], spans[2][CELL];
+    snprintf(spans[0], CELL, "%g s", x->steps[ROLLOUTS_SHORT] * x->step);
+    snprintf(spans[1], CELL, "%d steps", x->steps[ROLLOUTS_LONG]);
+    fprintf(file,
+            "error of the tip in %% of the length (%g m), median / worst of %d rollouts with steps "
+            "of %g s;\ntimes of a step in us of one core\n",
+            x->length, x->count, x->step);
+    fprintf(file, "%-24s%7s %18s %18s %18s %9s %8s %8s %9s\n", "", "states", "one step", spans[0],
+            spans[1], "diverged", "one", "147", "Jacobian");
+    for (int r = 0; r < ROLLOUTS_ROWS; r++) {
+        const rollouts_row *row = &x->rows[r];
+        fprintf(file, "%-24s%7d %18s %18s %18s ", row->name, row->states,
+                percent(row->error[ROLLOUTS_ONE], cells[0]),
+                percent(row->error[ROLLOUTS_SHORT], cells[1]),
+                percent(row->error[ROLLOUTS_LONG], cells[2]));
+        snprintf(cells[0], CELL, r == ROLLOUTS_FINER ? "-" : "%d", row->diverged);
+        fprintf(file, "%9s %8s %8s %9s\n", cells[0], microseconds(row->alone, cells[3]),
+                microseconds(row->together, cells[4]), microseconds(row->jacobian, cells[5]));
+    }
+    fprintf(file, "%s in mm: one step %.2g / %.2g, %s %.2g / %.2g\n", model->name,
+            1e3 * x->length * model->error[ROLLOUTS_ONE][0],
+            1e3 * x->length * model->error[ROLLOUTS_ONE][1], spans[0],
+            1e3 * x->length * model->error[ROLLOUTS_SHORT][0],
+            1e3 * x->length * model->error[ROLLOUTS_SHORT][1]);
+    if (rod) {
+        fprintf(file, "the %s, is at least as exact and takes %.3g times as long\n", rod->name,
+                rod->alone / model->alone);
+    }
+    if (!isnan(x->outside)) {
+        fprintf(file, "outside of the range of training: %.2g %% of the steps\n", 100 * x->outside);
+    }
+    if (x->lost > 0) {
+        fprintf(file, "%ld rollouts end early: the solver found no further step\n", x->lost);
+    }
+}
+
+/* ---- files --------------------------------------------------------------------------------- */
+
+enum { NUMBERS = 11 };
+static const char *const number_names[] = {"model",          "states",       "one_step_median",
+                                           "one_step_worst", "short_median", "short_worst",
+                                           "long_median",    "long_worst",   "diverged",
+                                           "seconds",        "seconds_147",  "seconds_jacobian"};
+
+static void numbers_of(const rollouts_row *row, double numbers[NUMBERS])
+{
+    const double diverged = row->diverged;
+    numbers[0] = row->states;
+    memcpy(numbers + 1, row->error, sizeof row->error);
+    memcpy(numbers + 7, (const double[]){diverged, row->alone, row->together, row->jacobian},
+           4 * sizeof *numbers);
+}
+
+static ad_status write_table(const rollouts_report *x, const char *folder, ad_error *error)
+{
+    sheet table = sheet_create(number_names, 1, NUMBERS, ROLLOUTS_ROWS);
+    for (int r = 0; r < ROLLOUTS_ROWS; r++) {
+        double numbers[NUMBERS];
+        numbers_of(&x->rows[r], numbers);
+        sheet_add(&table, &x->rows[r].name, numbers);
+    }
+    const ad_status status = sheet_write_both(&table, folder, "rollouts", error);
+    sheet_free(&table);
+    return status;
+}
+
+static ad_status print_errors(FILE *file, const void *context, ad_error *error)
+{
+    const rollouts_report *x = context;
+    (void)error;
+    fprintf(file, "$errors << END\n");
+    for (int k = 0; k < x->steps[ROLLOUTS_SHORT]; k++) {
+        fprintf(file, "%.6g %.6g %.6g\n", (k + 1) * x->step, 100 * x->over_time[k][ROLLOUTS_MEDIAN],
+                100 * x->over_time[k][ROLLOUTS_WORST]);
+    }
+    fprintf(file,
+            "END\nset logscale y\nset format y '%%h'\nset xlabel 'time in the rollout (s)'\n"
+            "set ylabel 'error of the tip (%% of the length)'\nset key bottom right\n\n"
+            "plot $errors using 1:3 with lines lw 1.5 lc rgb '#D55E00' title 'worst of %d', \\\n"
+            "     $errors using 1:2 with lines lw 2 lc rgb '#0072B2' title 'median'\n",
+            x->count);
+    return AD_OK;
+}
+
+/* The two coordinates in which the tip moves farthest. */
+static void widest(const rollouts_report *x, int axes[2])
+{
+    double spread[3];
+    for (int c = 0; c < 3; c++) {
+        double low = INFINITY, high = -INFINITY;
+        for (int k = 0; k < x->steps[ROLLOUTS_SHORT]; k++) {
+            low = fmin(low, x->path[k][0][c]);
+            high = fmax(high, x->path[k][0][c]);
+        }
+        spread[c] = high - low;
+    }
+    const int least =
+        spread[0] < spread[1] ? (spread[0] < spread[2] ? 0 : 2) : (spread[1] < spread[2] ? 1 : 2);
+    axes[0] = least == 0 ? 1 : 0;
+    axes[1] = least == 2 ? 1 : 2;
+}
+
+static ad_status print_path(FILE *file, const void *context, ad_error *error)
+{
+    const rollouts_report *x = context;
+    int axes[2];
+    (void)error;
+    widest(x, axes);
+    fprintf(file, "$path << END\n");
+    for (int k = 0; k < x->steps[ROLLOUTS_SHORT]; k++) {
+        fprintf(file, "%.6g", (k + 1) * x->step);
+        for (int c = 0; c < 6; c++) {
+            fprintf(file, " %.6g", 1e3 * x->path[k][c / 3][c % 3]);
+        }
+        fputc('\n', file);
+    }
+    fprintf(file,
+            "END\nset size ratio -1\nset xlabel '%c of the tip (mm)'\n"
+            "set ylabel '%c of the tip (mm)'\nset key outside top horizontal\n\n"
+            "plot $path using %d:%d with lines lw 2 lc rgb '#999999' title 'solver', \\\n"
+            "     $path using %d:%d with lines lw 1 dt 2 lc rgb '#0072B2' title ",
+            "xyz"[axes[0]], "xyz"[axes[1]], 2 + axes[0], 2 + axes[1], 5 + axes[0], 5 + axes[1]);
+    gnuplot_quoted(file, x->rows[ROLLOUTS_MODEL].name);
+    fputc('\n', file);
+    return AD_OK;
+}
+
+static ad_status write_files(const char *program, const rollouts_report *x, const char *folder,
+                             ad_error *error)
+{
+    const gnuplot_picture pictures[] = {
+        {.name = "rollouts_error",
+         .about = "# Errors of a one-step model over the time of rollouts, by cpinn-eval.\n"
+                  "# Columns: time (s), median, worst (% of the length).\n",
+         .width = 720,
+         .height = 420,
+         .print = print_errors,
+         .context = x},
+        {.name = "rollouts_path",
+         .about = "# The tip in the rollout whose largest error is in the middle of all.\n"
+                  "# Columns: time (s), x, y, z by the solver, x, y, z by the model (mm).\n",
+         .width = 640,
+         .height = 640,
+         .print = print_path,
+         .context = x}};
+    ad_status status = run_make_folder(folder, error);
+    status = status == AD_OK ? write_table(x, folder, error) : status;
+    bool drawn = true;
+    for (int i = 0; i < 2 && status == AD_OK; i++) {
+        ad_error why;
+        status = gnuplot_write(&pictures[i], folder, error);
+        if (status == AD_OK && drawn && gnuplot_draw(pictures[i].name, folder, &why) != AD_OK) {
+            cli_warn(program, "%s", why.message);
+            drawn = false; /* said once */
+        }
+    }
+    return status;
+}
+
+static ad_status print_json(const eval_rollouts_options *asked, const surrogate *s,
+                            const rollouts_report *x, ad_error *error)
+{
+    json to;
+    json_begin(&to);
+    json_text(&to, "checkpoint", asked->path);
+    json_text(&to, "kind", surrogate_kind_names()[s->settings.kind]);
+    json_integer(&to, "rollouts", x->count);
+    json_number(&to, "step", x->step);
+    json_number(&to, "length", x->length);
+    json_integer(&to, "short_steps", x->steps[ROLLOUTS_SHORT]);
+    json_integer(&to, "long_steps", x->steps[ROLLOUTS_LONG]);
+    json_number(&to, "outside", x->outside);
+    json_number(&to, "solver_seconds", x->solver);
+    json_integer(&to, "lost", x->lost);
+    json_number(&to, "tolerance", asked->tolerance);
+    json_open(&to, "rows", '[');
+    for (int r = 0; r < ROLLOUTS_ROWS; r++) {
+        double numbers[NUMBERS];
+        numbers_of(&x->rows[r], numbers);
+        json_open(&to, NULL, '{');
+        json_text(&to, number_names[0], x->rows[r].name);
+        for (int k = 0; k < NUMBERS; k++) {
+            json_number(&to, number_names[1 + k], numbers[k]);
+        }
+        json_close(&to, '}');
+    }
+    json_close(&to, ']');
+    return json_end(&to, "-", error);
+}
+
+/* ---- all of it ----------------------------------------------------------------------------- */
+
+static ad_status report_of(const eval_rollouts_options *asked, const surrogate *s,
+                           rollouts_report *report, ad_error *error)
+{
+    const long processors = sysconf(_SC_NPROCESSORS_ONLN);
+    const int threads = asked->threads > 0 ? asked->threads : processors > 0 ? (int)processors : 1;
+    one_step model;
+    ad_status status = surrogate_one_step(s, &model, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    const rollouts_subject subject = eval_rollouts_subject(s, &model);
+    ad_pool *pool = ad_pool_create(threads);
+    status =
+        pool ? rollouts_judge(&subject, asked->count, (uint64_t)asked->seed, pool, report, error)
+             : ad_fail(error, AD_NO_MEMORY, "%d threads could not be started", threads);
+    ad_pool_free(pool);
+    surrogate_one_step_free(&model);
+    return status;
+}
+
+ad_status eval_rollouts_run(const char *program, const eval_rollouts_options *asked, int *status,
+                            ad_error *error)
+{
+    surrogate *s = NULL;
+    rollouts_report report = {0};
+    ad_status result = surrogate_load(asked->path, &s, error);
+    result = result == AD_OK ? report_of(asked, s, &report, error) : result;
+    if (result == AD_OK && asked->out) {
+        result = write_files(program, &report, asked->out, error);
+    }
+    if (result == AD_OK && asked->json) {
+        result = print_json(asked, s, &report, error);
+    } else if (result == AD_OK) {
+        eval_rollouts_print(stdout, &report);
+    }
+    *status = result == AD_OK && rollouts_fail(&report, asked->tolerance) ? 3 : 0;
+    if (*status && !asked->json) {
+        puts(report.rows[ROLLOUTS_MODEL].diverged > 0 ? "not trusted: rollouts diverge"
+                                                      : "not trusted: worse than --tolerance");
+    }
+    rollouts_free(&report);
+    surrogate_free(s);
+    return result;
+}

@@ -1,0 +1,464 @@
+#include "tools/surrogate/decoupled.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Radau's points of order 5, as those of the reduced rod's steps. */
+const double decoupled_nodes[DECOUPLED_NODES] = {0.15505102572168219, 0.64494897427831781, 1};
+
+/* ---- sizes --------------------------------------------------------------------------------- */
+
+typedef struct numbers_of {
+#define DECOUPLED_FIELD(name, count) const double *name;
+    DECOUPLED_NUMBERS(DECOUPLED_FIELD)
+#undef DECOUPLED_FIELD
+    const double *network;
+} numbers_of;
+
+static numbers_of split(const decoupled *m)
+{
+    const size_t n = (size_t)m->states, inputs = (size_t)m->inputs;
+    const double *at = m->numbers;
+    numbers_of x;
+#define DECOUPLED_TAKE(name, count)                                                                \
+    x.name = at;                                                                                   \
+    at += (count);
+    DECOUPLED_NUMBERS(DECOUPLED_TAKE)
+#undef DECOUPLED_TAKE
+    x.network = at;
+    return x;
+}
+
+int decoupled_given(const decoupled *m)
+{
+    return m->ramps ? 2 * m->inputs : m->inputs;
+}
+
+int decoupled_outputs(const decoupled *m)
+{
+    return m->states * (m->terms > 0 ? 4 * m->terms : DECOUPLED_NODES);
+}
+
+size_t decoupled_parameters(const decoupled *m)
+{
+    size_t count = 0, in = (size_t)(m->states + decoupled_given(m));
+    for (int l = 0; l <= m->layers; l++) {
+        const size_t out = (size_t)(l < m->layers ? m->width[l] : decoupled_outputs(m));
+        count += out * (in + 1);
+        in = out;
+    }
+    return count;
+}
+
+size_t decoupled_numbers(const decoupled *m)
+{
+    const size_t n = (size_t)m->states, inputs = (size_t)m->inputs;
+    size_t count = decoupled_parameters(m);
+#define DECOUPLED_COUNT(name, number) count += (number);
+    DECOUPLED_NUMBERS(DECOUPLED_COUNT)
+#undef DECOUPLED_COUNT
+    return count;
+}
+
+/* Of the exponential: states, inputs, their slopes, 1. */
+static size_t flow_order(const decoupled *m)
+{
+    return (size_t)(m->states + decoupled_given(m) + 1);
+}
+
+static size_t widest(const decoupled *m)
+{
+    int most = 0;
+    for (int l = 0; l < m->layers; l++) {
+        most = m->width[l] > most ? m->width[l] : most;
+    }
+    return (size_t)most;
+}
+
+static size_t hidden_units(const decoupled *m)
+{
+    size_t sum = 0;
+    for (int l = 0; l < m->layers; l++) {
+        sum += (size_t)m->width[l];
+    }
+    return sum;
+}
+
+size_t decoupled_work(const decoupled *m)
+{
+    const size_t n = (size_t)m->states, order = flow_order(m), wide = widest(m);
+    return 1 + n * order + 3 * order * order + order + hidden_units(m) +
+           (size_t)decoupled_outputs(m) + 2 * n + 2 * wide * order + n * wide + n * order;
+}
+
+/* ---- the network --------------------------------------------------------------------------- */
+
+/* to [rows] = weights [rows][columns] from + biases. */
+static void dense(size_t rows, size_t columns, const double *weights, const double *from,
+                  double *to)
+{
+    const double *biases = weights + rows * columns;
+    for (size_t r = 0; r < rows; r++) {
+        double sums[4] = {biases[r], 0, 0, 0};
+        const double *row = weights + r * columns;
+        size_t c = 0;
+        for (; c + 4 <= columns; c += 4) {
+            for (size_t k = 0; k < 4; k++) {
+                sums[k] += row[c + k] * from[c + k];
+            }
+        }
+        for (; c < columns; c++) {
+            sums[0] += row[c] * from[c];
+        }
+        to[r] = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+    }
+}
+
+void decoupled_network(const decoupled *m, const double *parameters, const double *z,
+                       const double *v, double *hidden, double *a)
+{
+    double first[256];
+    const size_t n = (size_t)m->states, given = (size_t)decoupled_given(m);
+    const double *from = first;
+    size_t in = n + given;
+    memcpy(first, z, n * sizeof *z);
+    memcpy(first + n, v, given * sizeof *v);
+    for (int l = 0; l < m->layers; l++) {
+        const size_t out = (size_t)m->width[l];
+        dense(out, in, parameters, from, hidden);
+        for (size_t k = 0; k < out; k++) {
+            hidden[k] = tanh(hidden[k]);
+        }
+        parameters += out * (in + 1);
+        from = hidden;
+        hidden += out;
+        in = out;
+    }
+    dense((size_t)decoupled_outputs(m), in, parameters, from, a);
+}
+
+/* ---- curves -------------------------------------------------------------------------------- */
+
+/* Polynomials that are 1 at their node, 0 at the others and at 0; and their derivatives. */
+static void polynomials(double t, double value[DECOUPLED_NODES], double rate[DECOUPLED_NODES])
+{
+    for (int i = 0; i < DECOUPLED_NODES; i++) {
+        const double own = decoupled_nodes[i];
+        double p = t / own, d = 1 / own;
+        for (int j = 0; j < DECOUPLED_NODES; j++) {
+            if (j != i) {
+                const double by = 1 / (own - decoupled_nodes[j]);
+                d = (d * (t - decoupled_nodes[j]) + p) * by;
+                p *= (t - decoupled_nodes[j]) * by;
+            }
+        }
+        value[i] = p;
+        rate[i] = d;
+    }
+}
+
+void decoupled_curve(const decoupled *m, const double *a, double t, double *y, double *rate)
+{
+    const int n = m->states;
+    double value[DECOUPLED_NODES], slope[DECOUPLED_NODES];
+    polynomials(t, value, slope);
+    for (int j = 0; j < n; j++) {
+        double sum = 0, change = 0;
+        for (int i = 0; i < m->terms; i++) {
+            const double *of = a + 4 * (j * m->terms + i);
+            const double decay = exp(-of[3] * t), angle = of[1] * t + of[2], s = sin(angle);
+            sum += of[0] * (decay * s - sin(of[2]));
+            change += rate ? of[0] * decay * (of[1] * cos(angle) - of[3] * s) : 0;
+        }
+        for (int i = 0; i < DECOUPLED_NODES && m->terms == 0; i++) {
+            sum += value[i] * a[i * n + j];
+            change += slope[i] * a[i * n + j];
+        }
+        y[j] = sum;
+        if (rate) {
+            rate[j] = change;
+        }
+    }
+}
+
+/* Of one damped sine with numbers alpha, beta, gamma, delta: by_y times dy plus by_rate times dy'.
+ */
+static void sine_adjoint(const double of[4], double t, double by_y, double by_rate, double to[4])
+{
+    const double decay = exp(-of[3] * t), angle = of[1] * t + of[2];
+    const double s = decay * sin(angle), c = decay * cos(angle), turn = of[1] * c - of[3] * s;
+    to[0] += by_y * (s - sin(of[2])) + by_rate * turn;
+    to[1] += of[0] * (by_y * t * c + by_rate * (c - t * (of[1] * s + of[3] * c)));
+    to[2] += of[0] * (by_y * (c - cos(of[2])) - by_rate * (of[1] * s + of[3] * c));
+    to[3] += of[0] * (-by_y * t * s - by_rate * (t * turn + s));
+}
+
+void decoupled_curve_adjoint(const decoupled *m, const double *a, double t, const double *by_y,
+                             const double *by_rate, double *to_a)
+{
+    const int n = m->states;
+    double value[DECOUPLED_NODES], slope[DECOUPLED_NODES];
+    polynomials(t, value, slope);
+    for (int j = 0; j < n; j++) {
+        const double of_y = by_y ? by_y[j] : 0, of_rate = by_rate ? by_rate[j] : 0;
+        for (int i = 0; i < m->terms; i++) {
+            const int at = 4 * (j * m->terms + i);
+            sine_adjoint(a + at, t, of_y, of_rate, to_a + at);
+        }
+        for (int i = 0; i < DECOUPLED_NODES && m->terms == 0; i++) {
+            to_a[i * n + j] += value[i] * of_y + slope[i] * of_rate;
+        }
+    }
+}
+
+/* ---- the flow ------------------------------------------------------------------------------ */
+
+/* c = a b, all [n][n], c another array. */
+static void multiply(size_t n, const double *a, const double *b, double *c)
+{
+    memset(c, 0, n * n * sizeof *c);
+    for (size_t i = 0; i < n; i++) {
+        for (size_t k = 0; k < n; k++) {
+            const double by = a[i * n + k];
+            for (size_t j = 0; by != 0 && j < n; j++) {
+                c[i * n + j] += by * b[k * n + j];
+            }
+        }
+    }
+}
+
+void decoupled_exponential(size_t n, double *a, double *e, double *room)
+{
+    enum { DEGREE = 14 };
+    double norm = 0;
+    int squarings = 0;
+    for (size_t i = 0; i < n; i++) {
+        double sum = 0;
+        for (size_t j = 0; j < n; j++) {
+            sum += fabs(a[i * n + j]);
+        }
+        norm = sum > norm ? sum : norm;
+    }
+    for (; norm > 0.5 && squarings < 60; squarings++) {
+        norm /= 2;
+    }
+    for (size_t i = 0; i < n * n; i++) {
+        a[i] = ldexp(a[i], -squarings);
+        e[i] = i % (n + 1) == 0;
+    }
+    for (int k = DEGREE; k > 0; k--) { /* Horner: e = 1 + a e / k */
+        multiply(n, a, e, room);
+        for (size_t i = 0; i < n * n; i++) {
+            e[i] = (i % (n + 1) == 0) + room[i] / k;
+        }
+    }
+    for (; squarings > 0; squarings--) {
+        multiply(n, e, e, room);
+        memcpy(e, room, n * n * sizeof *e);
+    }
+}
+
+void decoupled_flow(const decoupled *m, double t, double *work, double *flow)
+{
+    const numbers_of x = split(m);
+    const size_t n = (size_t)m->states, inputs = (size_t)m->inputs, order = flow_order(m);
+    const size_t one = order - 1, columns = n + inputs + 1;
+    if (!m->flows) {
+        memset(flow, 0, n * order * sizeof *flow);
+        for (size_t j = 0; j < n; j++) {
+            flow[j * order + j] = 1;
+        }
+        return;
+    }
+    double *a = work, *e = a + order * order, *room = e + order * order;
+    memset(a, 0, order * order * sizeof *a);
+    for (size_t j = 0; j < n; j++) {
+        for (size_t k = 0; k < n + inputs; k++) {
+            a[j * order + k] = t * x.flow[j * columns + k];
+        }
+        a[j * order + one] = t * x.flow[j * columns + n + inputs];
+    }
+    for (size_t k = 0; k < inputs && m->ramps; k++) {
+        a[(n + k) * order + n + inputs + k] = t;
+    }
+    decoupled_exponential(order, a, e, room);
+    memcpy(flow, e, n * order * sizeof *flow);
+    for (size_t j = 0; j < n && m->ramps; j++) { /* slopes are v_end - v_begin */
+        for (size_t k = 0; k < inputs; k++) {
+            flow[j * order + n + k] -= flow[j * order + n + inputs + k];
+        }
+    }
+}
+
+/* ---- steps --------------------------------------------------------------------------------- */
+
+typedef struct room {
+    double *flow;    /* [n][order] for the step in work[0] */
+    double *squares; /* of the flow */
+    double *given;   /* [order]: z, v, 1 */
+    double *hidden, *a, *y;
+    double *by[2]; /* [widest][order] of hidden units by z, v */
+    double *out;   /* [n][widest] of y by the last hidden units */
+    double *to;    /* [n][order] */
+} room;
+
+static room room_of(const decoupled *m, double *work)
+{
+    const size_t n = (size_t)m->states, order = flow_order(m), wide = widest(m);
+    room x;
+    x.flow = work + 1;
+    x.squares = x.flow + n * order;
+    x.given = x.squares + 3 * order * order;
+    x.hidden = x.given + order;
+    x.a = x.hidden + hidden_units(m);
+    x.y = x.a + decoupled_outputs(m);
+    x.by[0] = x.y + 2 * n;
+    x.by[1] = x.by[0] + wide * order;
+    x.out = x.by[1] + wide * order;
+    x.to = x.out + n * wide;
+    return x;
+}
+
+/* x->to = derivatives of z at the end by z, v at the begin. */
+static void differentiate(const decoupled *m, const numbers_of *x, double t, const room *r)
+{
+    const size_t n = (size_t)m->states, order = flow_order(m), first = order - 1;
+    const double *weights = x->network, *hidden = r->hidden;
+    double *by = r->by[0], *before = r->by[1];
+    size_t in = first;
+    for (int l = 0; l < m->layers; l++) {
+        const size_t out = (size_t)m->width[l];
+        memset(by, 0, out * first * sizeof *by);
+        for (size_t i = 0; i < out; i++) {
+            const double slope = 1 - hidden[i] * hidden[i];
+            for (size_t k = 0; k < in; k++) {
+                const double factor = slope * weights[i * in + k];
+                if (l == 0) {
+                    by[i * first + k] = factor;
+                    continue;
+                }
+                for (size_t c = 0; c < first; c++) {
+                    by[i * first + c] += factor * before[k * first + c];
+                }
+            }
+        }
+        weights += out * (in + 1);
+        hidden += out;
+        in = out;
+        double *const other = by;
+        by = before;
+        before = other;
+    }
+    /* rows of the last layer, folded by dy/da */
+    double value[DECOUPLED_NODES], rate[DECOUPLED_NODES];
+    polynomials(t, value, rate);
+    memset(r->out, 0, n * in * sizeof *r->out);
+    for (size_t j = 0; j < n; j++) {
+        for (int i = 0; i < (m->terms > 0 ? m->terms : DECOUPLED_NODES); i++) {
+            double of[4] = {m->terms > 0 ? 0 : value[i], 0, 0, 0};
+            const size_t row =
+                m->terms > 0 ? 4 * (j * (size_t)m->terms + (size_t)i) : (size_t)i * n + j;
+            if (m->terms > 0) {
+                sine_adjoint(r->a + row, t, 1, 0, of);
+            }
+            for (size_t p = 0; p < (m->terms > 0 ? 4u : 1u); p++) {
+                for (size_t k = 0; k < in && of[p] != 0; k++) {
+                    r->out[j * in + k] += of[p] * weights[(row + p) * in + k];
+                }
+            }
+        }
+    }
+    for (size_t j = 0; j < n; j++) {
+        for (size_t c = 0; c < first; c++) {
+            r->to[j * first + c] = r->flow[j * order + c];
+        }
+        for (size_t k = 0; k < in; k++) {
+            for (size_t c = 0; c < first; c++) {
+                r->to[j * first + c] += r->out[j * in + k] * before[k * first + c];
+            }
+        }
+    }
+}
+
+static void scale_derivatives(const decoupled *m, const numbers_of *x, const room *r,
+                              double *by_state, double *by_inputs)
+{
+    const size_t n = (size_t)m->states, inputs = (size_t)m->inputs, first = flow_order(m) - 1;
+    for (size_t j = 0; j < n; j++) {
+        const double *row = r->to + j * first, scale = x->state_scale[j];
+        for (size_t c = 0; c < n && by_state; c++) {
+            by_state[j * n + c] = scale * row[c] / x->state_scale[c];
+        }
+        for (size_t c = 0; c < inputs && by_inputs; c++) { /* both ends of a ramp together */
+            const double both = row[n + c] + (m->ramps ? row[n + inputs + c] : 0);
+            by_inputs[j * inputs + c] = scale * both / x->input_scale[c];
+        }
+    }
+}
+
+int decoupled_advance(const decoupled *m, double *work, int count, double h, const double *states,
+                      const double *inputs, const double *after, double *next, double *by_state,
+                      double *by_inputs)
+{
+    const numbers_of x = split(m);
+    const room r = room_of(m, work);
+    const size_t n = (size_t)m->states, number = (size_t)m->inputs, order = flow_order(m);
+    const double t = h / m->step;
+    if (!(t > 0 && t <= 1 + 1e-9) || (after && !m->ramps)) {
+        return 1;
+    }
+    if (work[0] != h) {
+        decoupled_flow(m, t, r.squares, r.flow);
+        work[0] = h;
+    }
+    double *z = r.given, *v = z + n;
+    r.given[order - 1] = 1;
+    for (size_t i = 0; i < (size_t)count; i++) {
+        const double *state = states + i * n, *u = inputs + i * number;
+        const double *end = after ? after + i * number : u;
+        double sum = 0;
+        for (size_t j = 0; j < n; j++) {
+            z[j] = (state[j] - x.state_center[j]) / x.state_scale[j];
+        }
+        for (size_t k = 0; k < number; k++) { /* what is known of the end is that of this step */
+            v[k] = (u[k] - x.input_center[k]) / x.input_scale[k];
+            if (m->ramps) {
+                v[number + k] = v[k] + (end[k] - u[k]) / t / x.input_scale[k];
+            }
+        }
+        decoupled_network(m, x.network, z, v, r.hidden, r.a);
+        decoupled_curve(m, r.a, t, r.y, NULL);
+        for (size_t j = 0; j < n; j++) {
+            double base = 0;
+            for (size_t c = 0; c < order; c++) {
+                base += r.flow[j * order + c] * r.given[c];
+            }
+            next[i * n + j] = x.state_center[j] + x.state_scale[j] * (base + r.y[j]);
+            sum += next[i * n + j];
+        }
+        if (!isfinite(sum)) {
+            return 1;
+        }
+        if (by_state || by_inputs) {
+            differentiate(m, &x, t, &r);
+            scale_derivatives(m, &x, &r, by_state ? by_state + i * n * n : NULL,
+                              by_inputs ? by_inputs + i * n * number : NULL);
+        }
+    }
+    return 0;
+}
+
+double decoupled_outside(const decoupled *m, const double *state, const double *inputs)
+{
+    const numbers_of x = split(m);
+    double most = 0;
+    for (int j = 0; j < m->states; j++) {
+        const double z = fabs(state[j] - x.state_center[j]) / x.state_scale[j];
+        most = fmax(most, isnan(z) ? INFINITY : z / x.state_range[j]);
+    }
+    for (int k = 0; k < m->inputs; k++) { /* the scale is half of the range */
+        const double v = fabs(inputs[k] - x.input_center[k]) / x.input_scale[k];
+        most = fmax(most, isnan(v) ? INFINITY : v);
+    }
+    return most;
+}

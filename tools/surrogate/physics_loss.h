@@ -1,0 +1,55 @@
+/* What a one-step model of decoupled.h is trained with: how far its curves are from the motion of
+ * the reduced rod, x' = f(x, u), solved steps beside that if wanted, over one step or several in a
+ * row. The gradient is exact: it goes through f.
+ *
+ *   physics_prepare(&scene, modes, &motions, seed, &model, numbers, &error);
+ *   physics_loss_create(&scene, modes, &motions, &model, &settings, pool, &loss, &error);
+ *   physics_loss_draw(loss, step);
+ *   physics_loss_evaluate(loss, parameters, &value, gradient);      an optim_objective */
+#ifndef SURROGATE_PHYSICS_LOSS_H
+#define SURROGATE_PHYSICS_LOSS_H
+
+#include "physics/scene.h"
+#include "tools/surrogate/decoupled.h"
+#include "tools/surrogate/excite.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct physics_loss_settings {
+    double physics, data; /* weights, >= 0, not both 0 */
+    bool rates; /* physics: of z' - f at random times, as DD-PINN; false: of the defect at Radau's
+                 * nodes, z - base - integral of what f has beside the linear flow */
+    bool tip; /* errors count by what they do to the tip within 250 steps; false: by numbers of z */
+    int ahead; /* steps in a row that an error is followed */
+    int batch; /* beginnings that an evaluation takes, drawn anew for every step; 0: all */
+    int most;  /* of all beginnings so many, evenly; 0: all */
+    uint64_t seed;
+} physics_loss_settings;
+
+typedef struct physics_loss physics_loss;
+
+/* Fills in the numbers of m [decoupled_numbers]: centers, scales, flow, and parameters to begin
+ * with, small but not 0, since alpha = 0 never learns. AD_NO_MEMORY, AD_NOT_FINITE. */
+ad_status physics_prepare(const scene *open, const int modes[4], const excite_rollouts *motions,
+                          uint64_t seed, const decoupled *m, double *numbers, ad_error *error);
+
+/* Borrows all but the settings. */
+ad_status physics_loss_create(const scene *open, const int modes[4], const excite_rollouts *motions,
+                              const decoupled *m, const physics_loss_settings *settings,
+                              ad_pool *pool, physics_loss **result, ad_error *error);
+void physics_loss_free(physics_loss *x); /* NULL is fine */
+
+/* The batch and the times of a step of training follow from the seed and its number. */
+void physics_loss_draw(physics_loss *x, int64_t step);
+
+/* An optim_objective of the parameters [decoupled_parameters]; the same bits for any number of
+ * threads. */
+int physics_loss_evaluate(void *loss, const double *parameters, double *value, double *gradient);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

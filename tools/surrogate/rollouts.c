@@ -1,0 +1,494 @@
+#include "tools/surrogate/rollouts.h"
+
+#include "physics/solve/reduced.h"
+#include "tools/surrogate/excite.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+static const double SHORT_SECONDS = 5, DIVERGED = 0.25;
+enum { LONG_STEPS = 1000, FRESH = 1000000 }; /* rollouts of that number on are for no training */
+
+/* A model in rollouts; tips are those of its own modes. */
+typedef struct runner {
+    const rollouts_subject *subject;
+    const excite_rollouts *truth;
+    double (*tips)[3]; /* [count][steps + 1] of the solver */
+    reduced_rod *rod;  /* the tip of a state */
+    double length;
+    double *errors; /* [count * steps] */
+    double *state;  /* [2][states] */
+} runner;
+
+static double *truth_state(const excite_rollouts *x, int i, int k)
+{
+    return x->state + ((size_t)i * (size_t)(x->steps + 1) + (size_t)k) * (size_t)x->states;
+}
+
+static double *truth_input(const excite_rollouts *x, int i, int k)
+{
+    return x->input + ((size_t)i * (size_t)(x->steps + 1) + (size_t)k) * (size_t)x->inputs;
+}
+
+/* ---- numbers ------------------------------------------------------------------------------- */
+
+static int compare(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static void median_and_worst(size_t count, double *errors, double result[2])
+{
+    qsort(errors, count, sizeof *errors, compare);
+    result[ROLLOUTS_MEDIAN] = count ? errors[count / 2] : NAN;
+    result[ROLLOUTS_WORST] = count ? errors[count - 1] : NAN;
+}
+
+static bool tip_of(const runner *x, const double *state, const double *inputs, double tip[3])
+{
+    reduced_place at;
+    ad_error error;
+    for (int k = 0; k < x->truth->states; k++) {
+        if (!isfinite(state[k])) {
+            return false;
+        }
+    }
+    if (reduced_output(x->rod, 0, state, inputs, &at, NULL, &error) != AD_OK) {
+        return false;
+    }
+    memcpy(tip, at.position, sizeof at.position);
+    return isfinite(tip[0] + tip[1] + tip[2]);
+}
+
+static double apart(const double a[3], const double b[3], double length)
+{
+    double sum = 0;
+    for (int k = 0; k < 3; k++) {
+        sum += (a[k] - b[k]) * (a[k] - b[k]);
+    }
+    return sqrt(sum) / length;
+}
+
+/* ---- errors -------------------------------------------------------------------------------- */
+
+/* Error after step k of rollout i from `state`, which becomes the one after it; NaN: diverged. */
+static double advance(const runner *x, const one_step *model, int i, int k, const double *state,
+                      double *next, double tip[3])
+{
+    const double *inputs = truth_input(x->truth, i, k), *after = truth_input(x->truth, i, k + 1);
+    const double *expected = x->tips[(size_t)i * (size_t)(x->truth->steps + 1) + (size_t)k + 1];
+    if (model->advance(model->context, 1, model->step, state, inputs,
+                       x->subject->linear ? after : NULL, next, NULL, NULL) != 0 ||
+        !tip_of(x, next, inputs, tip)) {
+        return NAN;
+    }
+    const double error = apart(tip, expected, x->length);
+    return error <= DIVERGED ? error : NAN;
+}
+
+static void one_steps(runner *x, const one_step *model, int steps, rollouts_row *row)
+{
+    size_t count = 0;
+    double tip[3];
+    for (int i = 0; i < x->truth->count; i++) {
+        for (int k = 0; k < steps && k < x->truth->done[i]; k++) {
+            const double error =
+                advance(x, model, i, k, truth_state(x->truth, i, k), x->state, tip);
+            x->errors[count++] = isnan(error) ? INFINITY : error;
+        }
+    }
+    median_and_worst(count, x->errors, row->error[ROLLOUTS_ONE]);
+}
+
+/* Errors of a rollout from begin to end or divergence; returns whether it diverges. */
+static bool rollout(const runner *x, const one_step *model, int i, int steps, double *errors,
+                    int *count, double (*path)[2][3])
+{
+    const size_t n = (size_t)x->truth->states;
+    double *now = x->state, *next = x->state + n, tip[3];
+    memcpy(now, truth_state(x->truth, i, 0), n * sizeof *now);
+    for (*count = 0; *count < steps && *count < x->truth->done[i]; ++*count) {
+        const double error = advance(x, model, i, *count, now, next, tip);
+        double *const other = now;
+        now = next;
+        next = other;
+        if (isnan(error)) {
+            return true;
+        }
+        errors[*count] = error;
+        if (path) {
+            const size_t at = (size_t)i * (size_t)(x->truth->steps + 1) + (size_t)*count + 1;
+            memcpy(path[*count][0], x->tips[at], sizeof tip);
+            memcpy(path[*count][1], tip, sizeof tip);
+        }
+    }
+    return false;
+}
+
+static void rollouts(runner *x, const one_step *model, const int steps[ROLLOUTS_SPANS], int last,
+                     rollouts_row *row)
+{
+    for (int span = ROLLOUTS_SHORT; span <= last; span++) {
+        size_t all = 0;
+        row->diverged = 0;
+        for (int i = 0; i < x->truth->count; i++) {
+            int count;
+            const bool diverges = rollout(x, model, i, steps[span], x->errors + all, &count, NULL);
+            row->diverged += diverges;
+            all += diverges ? 0 : (size_t)count;
+        }
+        median_and_worst(all, x->errors, row->error[span]);
+    }
+}
+
+/* The errors of the model after each step, and the rollout that is in the middle of all by its
+ * largest error. */
+static ad_status over_time(runner *x, const one_step *model, rollouts_report *report,
+                           ad_error *error)
+{
+    const int steps = report->steps[ROLLOUTS_SHORT], count = x->truth->count;
+    double *each = malloc(2 * (size_t)count * sizeof *each), *sorted = each + count;
+    int typical = 0, done, largest_first = 0;
+    if (!each) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %d rollouts", count);
+    }
+    for (int i = 0; i < count; i++) {
+        double *errors = x->errors + (size_t)i * (size_t)steps;
+        const bool diverges = rollout(x, model, i, steps, errors, &done, NULL);
+        each[i] = diverges ? INFINITY : 0;
+        for (int k = 0; k < steps; k++) {
+            errors[k] = k < done ? errors[k] : NAN;
+            each[i] = k < done ? fmax(each[i], errors[k]) : each[i];
+        }
+    }
+    for (int k = 0; k < steps; k++) {
+        size_t number = 0;
+        for (int i = 0; i < count; i++) {
+            const double e = x->errors[(size_t)i * (size_t)steps + (size_t)k];
+            sorted[number] = e;
+            number += !isnan(e);
+        }
+        median_and_worst(number, sorted, report->over_time[k]);
+    }
+    memcpy(sorted, each, (size_t)count * sizeof *each);
+    qsort(sorted, (size_t)count, sizeof *sorted, compare);
+    for (int i = 0; i < count && !largest_first; i++) {
+        typical = i;
+        largest_first = each[i] == sorted[count / 2];
+    }
+    rollout(x, model, typical, steps, x->errors, &done, report->path);
+    for (int k = done; k < steps; k++) {
+        for (int c = 0; c < 6; c++) {
+            report->path[k][c / 3][c % 3] = NAN;
+        }
+    }
+    free(each);
+    return AD_OK;
+}
+
+/* ---- times --------------------------------------------------------------------------------- */
+
+static double processor_seconds(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* The least of many rounds over the same states, s a call for `together` of them; NaN: no answer.
+ */
+static double time_steps(const one_step *model, int together, const double *states,
+                         const double *inputs, const double *after, double *next, double *by_state,
+                         double *by_inputs)
+{
+    const double measured = 0.05;
+    const size_t n = (size_t)model->states, m = (size_t)model->inputs;
+    const double began = processor_seconds();
+    double least = INFINITY, now = began;
+    while (now - began < measured) {
+        for (int i = 0; i < ROLLOUTS_TOGETHER; i += together) {
+            if (model->advance(model->context, together, model->step, states + (size_t)i * n,
+                               inputs + (size_t)i * m, after ? after + (size_t)i * m : NULL, next,
+                               by_state, by_inputs) != 0) {
+                return NAN;
+            }
+        }
+        const double then = now;
+        now = processor_seconds();
+        least = fmin(least, (now - then) / (ROLLOUTS_TOGETHER / together));
+    }
+    return least;
+}
+
+static ad_status time_model(const runner *x, const one_step *model, rollouts_row *row,
+                            ad_error *error)
+{
+    const excite_rollouts *truth = x->truth;
+    const size_t n = (size_t)truth->states, m = (size_t)truth->inputs, many = ROLLOUTS_TOGETHER;
+    double *memory = malloc((many * (2 * n + 2 * m) + n * (n + m)) * sizeof *memory);
+    if (!memory) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %d states", ROLLOUTS_TOGETHER);
+    }
+    double *states = memory, *inputs = states + many * n, *after = inputs + many * m;
+    double *next = after + many * m, *by = next + many * n;
+    for (int i = 0; i < ROLLOUTS_TOGETHER; i++) {
+        const int which = i % truth->count, most = truth->done[which];
+        const int k = most > 1 ? (int)(((long)i * 7919) % most) : 0;
+        memcpy(states + (size_t)i * n, truth_state(truth, which, k), n * sizeof *states);
+        memcpy(inputs + (size_t)i * m, truth_input(truth, which, k), m * sizeof *inputs);
+        memcpy(after + (size_t)i * m, truth_input(truth, which, k + 1), m * sizeof *after);
+    }
+    const double *end = x->subject->linear ? after : NULL;
+    row->alone = time_steps(model, 1, states, inputs, end, next, NULL, NULL);
+    row->together = time_steps(model, ROLLOUTS_TOGETHER, states, inputs, end, next, NULL, NULL);
+    row->jacobian = time_steps(model, 1, states, inputs, end, next, by, by + n * n);
+    free(memory);
+    return AD_OK;
+}
+
+/* ---- the rod itself ------------------------------------------------------------------------ */
+
+typedef struct rod_steps {
+    reduced_rod *rod;
+    int parts; /* 1 or 2; the first is a quarter, as inputs jump at the begin */
+} rod_steps;
+
+static int advance_rod(void *context, int count, double h, const double *states,
+                       const double *inputs, const double *after, double *next, double *by_state,
+                       double *by_inputs)
+{
+    const rod_steps *x = context;
+    const int n = reduced_states(x->rod), m = reduced_inputs(x->rod);
+    double between[SCENE_PARAMETERS_MAX];
+    ad_error error;
+    bool good = x->parts == 1 || !by_state;
+    for (int i = 0; i < count && good; i++) {
+        const double *from = states + (size_t)i * (size_t)n, *u = inputs + (size_t)i * (size_t)m;
+        const double *end = after ? after + (size_t)i * (size_t)m : NULL;
+        double *to = next + (size_t)i * (size_t)n, part = 0;
+        if (x->parts == 2) {
+            part = 0.25;
+            for (int k = 0; k < m; k++) {
+                between[k] = u[k] + (end ? part * (end[k] - u[k]) : 0);
+            }
+            good = reduced_step_linear(x->rod, 0, part * h, from, u, end ? between : NULL, to, NULL,
+                                       NULL, &error) == AD_OK;
+            from = to;
+            u = between;
+        }
+        good = good && reduced_step_linear(x->rod, 0, (1 - part) * h, from, u, end, to, by_state,
+                                           by_inputs, &error) == AD_OK;
+    }
+    return good ? 0 : 1;
+}
+
+static ad_status judge_rod(runner *x, rollouts_report *report, ad_error *error)
+{
+    const double h = x->subject->model->step;
+    for (int parts = 1; parts <= 2; parts++) {
+        rod_steps steps = {x->rod, parts};
+        const one_step model = {.context = &steps,
+                                .states = x->truth->states,
+                                .inputs = x->truth->inputs,
+                                .step = h,
+                                .shorter = 1,
+                                .advance = advance_rod};
+        rollouts_row *row = &report->rows[parts == 1 ? ROLLOUTS_ROD : ROLLOUTS_ROD_TWICE];
+        row->name = parts == 1 ? "reduced rod, one step" : "reduced rod, two steps";
+        row->states = x->truth->states;
+        one_steps(x, &model, report->steps[ROLLOUTS_SHORT], row);
+        rollouts(x, &model, report->steps, ROLLOUTS_SHORT, row);
+        const ad_status status = time_model(x, &model, row, error);
+        if (status != AD_OK) {
+            return status;
+        }
+    }
+    return AD_OK;
+}
+
+/* ---- the solver ---------------------------------------------------------------------------- */
+
+static ad_status make_rod(const scene *open, const int modes[4], reduced_rod **rod, ad_error *error)
+{
+    const double tip = scene_length(open);
+    reduced_settings settings = {.count = 1, .s = &tip};
+    memcpy(settings.modes, modes, sizeof settings.modes);
+    return reduced_create(open, &settings, rod, error);
+}
+
+static ad_status find_tips(reduced_rod *rod, const excite_rollouts *truth, double (*tips)[3],
+                           ad_error *error)
+{
+    ad_status status = AD_OK;
+    for (int i = 0; i < truth->count; i++) {
+        for (int k = 0; k <= truth->done[i] && status == AD_OK; k++) {
+            reduced_place at;
+            status = reduced_output(rod, 0, truth_state(truth, i, k),
+                                    truth_input(truth, i, k > 0 ? k - 1 : 0), &at, NULL, error);
+            memcpy(tips[(size_t)i * (size_t)(truth->steps + 1) + (size_t)k], at.position,
+                   sizeof at.position);
+        }
+    }
+    return status;
+}
+
+/* The same inputs with more modes, for as long as the short span. */
+static ad_status judge_finer(runner *x, const excite_settings *settings, ad_pool *pool,
+                             rollouts_report *report, ad_error *error)
+{
+    const int steps = report->steps[ROLLOUTS_SHORT];
+    rollouts_row *row = &report->rows[ROLLOUTS_FINER];
+    excite_settings finer = *settings;
+    excite_rollouts motion = {0};
+    reduced_rod *rod = NULL;
+    double(*tips)[3] = NULL;
+    size_t count = 0;
+    finer.steps = steps;
+    for (int k = 0; k < 4; k++) {
+        finer.modes[k]++;
+    }
+    ad_status status = excite_run(x->subject->scene, &finer, pool, &motion, error);
+    status = status == AD_OK ? make_rod(x->subject->scene, finer.modes, &rod, error) : status;
+    if (status == AD_OK) {
+        tips = calloc((size_t)motion.count * (size_t)(steps + 1), sizeof *tips);
+        status = tips ? find_tips(rod, &motion, tips, error)
+                      : ad_fail(error, AD_NO_MEMORY, "out of memory for paths");
+    }
+    for (int i = 0; i < motion.count && status == AD_OK; i++) {
+        for (int k = 1; k <= motion.done[i] && k <= x->truth->done[i]; k++) {
+            const double *of = tips[(size_t)i * (size_t)(steps + 1) + (size_t)k];
+            x->errors[count++] = apart(
+                of, x->tips[(size_t)i * (size_t)(x->truth->steps + 1) + (size_t)k], x->length);
+        }
+    }
+    if (status == AD_OK) {
+        row->name = "solver, finer modes";
+        row->states = motion.states;
+        median_and_worst(count, x->errors, row->error[ROLLOUTS_SHORT]);
+        row->alone = motion.seconds / ((double)motion.count * steps);
+    }
+    reduced_free(rod);
+    excite_free(&motion);
+    free(tips);
+    return status;
+}
+
+static ad_status prepare(const rollouts_subject *subject, const excite_rollouts *truth, runner *x,
+                         rollouts_report *report, ad_error *error)
+{
+    const size_t rows = (size_t)truth->count * (size_t)(truth->steps + 1);
+    const size_t steps = (size_t)report->steps[ROLLOUTS_SHORT];
+    double(*tips)[3] = calloc(rows, sizeof *tips);
+    *x = (runner){.subject = subject, .truth = truth, .tips = tips, .length = report->length};
+    x->errors = calloc(rows, sizeof *x->errors);
+    x->state = calloc(2 * (size_t)truth->states, sizeof *x->state);
+    report->over_time = calloc(steps, sizeof *report->over_time);
+    report->path = calloc(steps, sizeof *report->path);
+    if (!tips || !x->errors || !x->state || !report->over_time || !report->path) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %d rollouts", truth->count);
+    }
+    if (subject->model->states != truth->states || subject->model->inputs != truth->inputs) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "the model has %d states and %d inputs, the reduced rod %d and %d",
+                       subject->model->states, subject->model->inputs, truth->states,
+                       truth->inputs);
+    }
+    ad_status status = make_rod(subject->scene, subject->modes, &x->rod, error);
+    return status == AD_OK ? find_tips(x->rod, truth, tips, error) : status;
+}
+
+static double part_outside(const one_step *model, const excite_rollouts *truth)
+{
+    double outside = 0, all = 0;
+    for (int i = 0; i < truth->count && model->outside; i++) {
+        for (int k = 0; k < truth->done[i]; k++) {
+            outside += !(model->outside(model->context, truth_state(truth, i, k),
+                                        truth_input(truth, i, k)) <= 1);
+            all++;
+        }
+    }
+    return model->outside && all > 0 ? outside / all : NAN;
+}
+
+static void judge_model(runner *x, rollouts_report *report)
+{
+    const one_step *model = x->subject->model;
+    rollouts_row *row = &report->rows[ROLLOUTS_MODEL];
+    row->name = x->subject->name;
+    row->states = model->states;
+    report->outside = part_outside(model, x->truth);
+    one_steps(x, model, x->truth->steps, row);
+    rollouts(x, model, report->steps, ROLLOUTS_LONG, row);
+}
+
+static void begin(const rollouts_subject *subject, int count, rollouts_report *report)
+{
+    const double h = subject->model->step;
+    const int steps = (int)ceil(fmin(SHORT_SECONDS / h, 1e6) - 1e-9);
+    *report = (rollouts_report){.count = count,
+                                .steps = {1, steps, steps > LONG_STEPS ? steps : LONG_STEPS},
+                                .step = h,
+                                .length = scene_length(subject->scene)};
+    for (int r = 0; r < ROLLOUTS_ROWS; r++) {
+        rollouts_row *row = &report->rows[r];
+        row->alone = row->together = row->jacobian = NAN;
+        for (int k = 0; k < 2 * ROLLOUTS_SPANS; k++) {
+            row->error[k / 2][k % 2] = NAN;
+        }
+    }
+}
+
+ad_status rollouts_judge(const rollouts_subject *subject, int count, uint64_t seed, ad_pool *pool,
+                         rollouts_report *report, ad_error *error)
+{
+    excite_settings settings = excite_settings_default();
+    excite_rollouts truth = {0};
+    runner x = {0};
+    begin(subject, count, report);
+    memcpy(settings.modes, subject->modes, sizeof settings.modes);
+    settings.step = report->step;
+    settings.steps = report->steps[ROLLOUTS_LONG];
+    settings.count = count;
+    settings.first = FRESH;
+    settings.seed = seed;
+    settings.linear = subject->linear;
+    settings.constant = subject->constant;
+    ad_status status = excite_run(subject->scene, &settings, pool, &truth, error);
+    status = status == AD_OK ? prepare(subject, &truth, &x, report, error) : status;
+    if (status == AD_OK) {
+        report->lost = truth.lost;
+        report->solver = truth.seconds / ((double)count * settings.steps);
+        judge_model(&x, report);
+        status = time_model(&x, subject->model, &report->rows[ROLLOUTS_MODEL], error);
+    }
+    status = status == AD_OK ? over_time(&x, subject->model, report, error) : status;
+    status = status == AD_OK ? judge_rod(&x, report, error) : status;
+    status = status == AD_OK ? judge_finer(&x, &settings, pool, report, error) : status;
+    reduced_free(x.rod);
+    free(x.tips);
+    free(x.errors);
+    free(x.state);
+    excite_free(&truth);
+    if (status != AD_OK) {
+        rollouts_free(report);
+    }
+    return status;
+}
+
+void rollouts_free(rollouts_report *report)
+{
+    free(report->over_time);
+    free(report->path);
+    report->over_time = NULL;
+    report->path = NULL;
+}
+
+bool rollouts_fail(const rollouts_report *report, double tolerance)
+{
+    const rollouts_row *row = &report->rows[ROLLOUTS_MODEL];
+    return row->diverged > 0 ||
+           (!isnan(tolerance) && !(row->error[ROLLOUTS_SHORT][ROLLOUTS_WORST] <= tolerance));
+}
