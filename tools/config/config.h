@@ -53,7 +53,7 @@ typedef struct config {
                               * determine is left to scene_properties_of */
     train_settings settings; /* reference_file is relative to the YAML file, absolute once read */
     surrogate_settings surrogate;
-    control_settings control; /* resolved if given; task.file as settings.reference_file */
+    control_settings control;     /* resolved if given; task.file as settings.reference_file */
     config_load_units load_units; /* SI once read: the scene's loads are already converted */
     struct config_source *source; /* texts and places; opaque */
 } config;

@@ -242,6 +242,9 @@ ad_status config_check_training(const config *experiment, ad_error *error)
             return status;
         }
     }
+    if (surrogate_is_given(&experiment->surrogate)) {
+        return AD_OK; /* its own checks are done */
+    }
     ad_status status =
         train_settings_check(&experiment->settings, &experiment->scene, key, &reason);
     return config_blame_training(experiment, status, key, &reason, error);

@@ -26,6 +26,8 @@ CONFIG_NAMES(schedule_names, OPTIM_SCHEDULE_LIST(CONFIG_NAME))
 CONFIG_NAMES(adaptive_names, PROBLEM_ADAPTIVE_LIST(CONFIG_NAME))
 CONFIG_NAMES(balance_names, "none", "gradient_norm", )
 CONFIG_NAMES(scaling_names, OPTIM_SCALING_LIST(CONFIG_NAME))
+CONFIG_NAMES(surrogate_kinds, SURROGATE_KIND_LIST(CONFIG_NAME))
+CONFIG_NAMES(surrogate_holds, SURROGATE_HOLD_LIST(CONFIG_NAME))
 
 #define AT(field)            .offset = offsetof(config, field)
 #define STAGE(field)         AT(settings.stages[0].field)
@@ -472,6 +474,36 @@ const config_key config_keys[] = {
              "slope]; relative to this file."},
     {FORMULA("reference.deflection", settings.reference_deflection), .unit = "m",
      .help = "Or the known deflection of a beam; formula of s and t."},
+
+    {"surrogate.step", CONFIG_NUMBER, AT(surrogate.step), .unit = "s", POSITIVE,
+     .fallback = "none: a network of the scene is trained",
+     .help = "What is trained is a one-step model of the robot: the state of its reduced rod "
+             "(cpinn-solve --method modes) so much later, for inputs within the ranges of the "
+             "parameters; for filters and controllers (cpinn-control)."},
+    {"surrogate.kind", CONFIG_CHOICE, AT(surrogate.kind), .names = surrogate_kinds,
+     .help = "flow: a linear map, and a network for what it leaves over of solved steps, in a frame "
+             "that turns with the robot where that has such a symmetry; linear: the map alone."},
+    {"surrogate.modes", CONFIG_INTEGER, ENTRIES(4, 4), AT(surrogate.modes), BETWEEN(0, 12),
+     .fallback = "the fewest within surrogate.tolerance, when training begins",
+     .help = "Of the reduced rod: bending, twist, stretch, shear, in each direction and segment; "
+             "all 0: open."},
+    {"surrogate.tolerance", CONFIG_NUMBER, AT(surrogate.tolerance), BETWEEN(1e-6, 0.5),
+     .flags = CONFIG_LOW_OPEN,
+     .help = "Modes are chosen so that the tip in motion is off that of 5, 3, 4, 3 modes by no more "
+             "of the length (median of rollouts)."},
+    {"surrogate.inputs", CONFIG_TEXT, ENTRIES(0, SCENE_PARAMETERS_MAX), AT(surrogate.inputs),
+     .count_offset = offsetof(config, surrogate.input_count),
+     .fallback = "all parameters with a range that are not among surrogate.parameters",
+     .help = "Names of parameters with a range that actuators set."},
+    {"surrogate.parameters", CONFIG_TEXT, ENTRIES(0, SCENE_PARAMETERS_MAX), AT(surrogate.parameters),
+     .count_offset = offsetof(config, surrogate.parameter_count), .fallback = "none",
+     .help = "Names of those that stay, as a stiffness or a load, and that a filter finds."},
+    {"surrogate.hold", CONFIG_CHOICE, AT(surrogate.hold), .names = surrogate_holds,
+     .help = "constant: inputs stay while a step lasts; linear: they go linearly to those of its "
+             "end."},
+    {"surrogate.solved", CONFIG_INTEGER, AT(surrogate.solved), BETWEEN(500, 1e7), .unit = "steps",
+     .help = "Steps of the reduced rod to learn from, of rollouts under steps, ramps, bang-bang and "
+             "chirps of the inputs; a tenth as many beside them measure the held-out loss."},
 };
 /* clang-format on */
 const int config_key_count = (int)(sizeof config_keys / sizeof *config_keys);
@@ -499,8 +531,7 @@ const config_list config_lists[] = {
     LIST("chambers", "chamber", "chambers", NULL, 0, SCENE_CHAMBERS_MAX, scene.chambers,
          scene.chamber_count),
     LIST("tubes", "tube", "tubes", NULL, 0, SCENE_TUBES_MAX, scene.tubes, scene.tube_count),
-    CONTROL_LISTS
-    LIST("beam.points", "point", "points", NULL, 0, SCENE_POINTS_MAX, scene.beam.points,
-         scene.beam.point_count),
+    CONTROL_LISTS LIST("beam.points", "point", "points", NULL, 0, SCENE_POINTS_MAX,
+                       scene.beam.points, scene.beam.point_count),
 };
 const int config_list_count = (int)(sizeof config_lists / sizeof *config_lists);

@@ -1,6 +1,7 @@
 /* Defaults that follow from other keys, units, and paths; those of training are settled by its
  * library. */
 #include "tools/config/config_parts.h"
+#include "tools/config/config_surrogate.h"
 
 #include "physics/solve/solve.h"
 #include "physics/strain.h"
@@ -22,7 +23,7 @@ void config_defaults(config *experiment)
         experiment->parameters[i].range[0] = experiment->parameters[i].range[1] = NAN;
         experiment->parameters[i].identify = NAN;
     }
-    experiment->surrogate.step = NAN;
+    experiment->surrogate = surrogate_settings_default();
     experiment->control = control_settings_default();
     for (int i = 0; i < CONFIG_TABLES_MAX; i++) {
         experiment->tables[i].x[0] = experiment->tables[i].y[0] = NAN;
@@ -311,7 +312,9 @@ ad_status config_resolve_physics(config *experiment, ad_error *error)
         status = resolve_formulation(experiment, error);
     }
     if (status == AD_OK) {
-        status = resolve_training(experiment, error);
+        status = surrogate_is_given(&experiment->surrogate)
+                     ? config_resolve_surrogate(experiment, error)
+                     : resolve_training(experiment, error);
     }
     for (int i = 0; status == AD_OK && i < experiment->settings.data_count; i++) {
         char path[32];
@@ -323,8 +326,8 @@ ad_status config_resolve_physics(config *experiment, ad_error *error)
             config_absolute(experiment, "members.file", &experiment->settings.members_file, error);
     }
     if (status == AD_OK) {
-        status = config_absolute(experiment, "reference.file",
-                                 &experiment->settings.reference_file, error);
+        status = config_absolute(experiment, "reference.file", &experiment->settings.reference_file,
+                                 error);
     }
     return status == AD_OK && config_controls(experiment)
                ? config_resolve_control(experiment, error)

@@ -9,6 +9,10 @@
 extern "C" {
 #endif
 
+/* The section of a scene, filled in and checked; in place of what a network of the scene itself
+ * would need. */
+ad_status config_resolve_surrogate(config *config, ad_error *error);
+
 /* The trained model of DIR, DIR/checkpoint.h5 or any such file. AD_BAD_INPUT: it is not one of a
  * one-step model. */
 ad_status surrogate_load(const char *path, surrogate **result, ad_error *error);

@@ -6,6 +6,7 @@
 #include "tools/programs/cli.h"
 #include "tools/programs/explain.h"
 #include "tools/programs/progress.h"
+#include "tools/programs/train_surrogate.h"
 #include "tools/programs/unknowns.h"
 #include "tools/train/report.h"
 #include "tools/train/trainer_unknowns.h"
@@ -399,6 +400,11 @@ static int run(const options *o)
         int result = config_write(settings, stdout, true) == AD_OK ? 0 : 1;
         config_free(settings);
         return result;
+    }
+    if (status == AD_OK && surrogate_is_given(&settings->surrogate)) {
+        const train_surrogate_options of = {program,   o->out,   o->json,           o->threads,
+                                            o->resume, o->quiet, o->explain != NULL};
+        return train_surrogate(&of, settings);
     }
     if (status == AD_OK) {
         status = go(&t, settings, &began, &error);

@@ -1,5 +1,8 @@
 #include "tools/surrogate/settings.h"
 
+#include "physics/solve/modes.h"
+#include "tools/surrogate/surrogate_step.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -41,4 +44,160 @@ static bool names(int count, const char *const *all, const char *name)
 bool surrogate_names_parameter(const surrogate_settings *settings, const char *name)
 {
     return names(settings->parameter_count, settings->parameters, name);
+}
+
+/* ---- what is open, and checks -------------------------------------------------------------- */
+
+/* Steps of the optimiser, and the network, that were measured to be worth their time. */
+enum { STEPS = 4000, WIDTH = 64 };
+
+static ad_status refuse(char key[TRAIN_KEY_MAX], const char *which, ad_error *error,
+                        const char *problem)
+{
+    snprintf(key, TRAIN_KEY_MAX, "%s", which);
+    return ad_fail(error, AD_BAD_INPUT, "%s", problem);
+}
+
+static bool has_range(const scene *of, const char *name)
+{
+    for (int i = 0; i < of->parameter_count; i++) {
+        if (strcmp(of->parameters[i].name, name) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Names of one list: with ranges, once, and not in the other list. */
+static ad_status check_names(const char *list, int count, const char *const *all, int other_count,
+                             const char *const *other, const scene *of, char key[TRAIN_KEY_MAX],
+                             ad_error *error)
+{
+    char problem[256], where[TRAIN_KEY_MAX];
+    for (int i = 0; i < count; i++) {
+        const char *what = !has_range(of, all[i])              ? "is no parameter with a range"
+                           : names(i, all, all[i])             ? "is there twice"
+                           : names(other_count, other, all[i]) ? "is among the other list as well"
+                                                               : NULL;
+        if (what) {
+            snprintf(where, sizeof where, "surrogate.%s[%d]", list, i);
+            snprintf(problem, sizeof problem,
+                     "%.60s %s; allowed: each name under parameters that has a range, once, in "
+                     "inputs or in parameters",
+                     all[i], what);
+            return refuse(key, where, error, problem);
+        }
+    }
+    return AD_OK;
+}
+
+/* Every parameter with a range is an input or a parameter; inputs that are not given are all that
+ * are left. */
+static ad_status resolve_names(surrogate_settings *x, const scene *of, char key[TRAIN_KEY_MAX],
+                               ad_error *error)
+{
+    char problem[256];
+    const bool given = x->input_count > 0;
+    ad_status status = check_names("inputs", x->input_count, x->inputs, x->parameter_count,
+                                   x->parameters, of, key, error);
+    if (status == AD_OK) {
+        status = check_names("parameters", x->parameter_count, x->parameters, x->input_count,
+                             x->inputs, of, key, error);
+    }
+    for (int i = 0; i < of->parameter_count && status == AD_OK; i++) {
+        const char *name = of->parameters[i].name;
+        if (names(x->input_count, x->inputs, name) || surrogate_names_parameter(x, name)) {
+            continue;
+        }
+        if (given) {
+            snprintf(problem, sizeof problem,
+                     "do not hold %.60s, which has a range; allowed: every such parameter in "
+                     "inputs or in parameters, or a value in place of its range",
+                     name);
+            status = refuse(key, "surrogate.inputs", error, problem);
+        } else {
+            x->inputs[x->input_count++] = name;
+        }
+    }
+    return status;
+}
+
+static ad_status check_scene(const scene *of, char key[TRAIN_KEY_MAX], ad_error *error)
+{
+    if (!scene_is_dynamic(of)) {
+        return refuse(
+            key, "time.duration", error,
+            "is not given, but a one-step model is of a motion; give it, or leave out the "
+            "section surrogate");
+    }
+    if (of->unknown_count > 0) {
+        return refuse(key, "surrogate.step", error,
+                      "is of a robot in motion, but a parameter is to be identified; give it a "
+                      "value or a range alone");
+    }
+    if (of->parameter_count == 0 || of->parameter_count > SURROGATE_INPUTS_MAX / 2) {
+        return refuse(key, "parameters", error,
+                      "have no range, or too many: those with ranges are the inputs of a one-step "
+                      "model; allowed: 1 to 32");
+    }
+    const char *why = modes_refusal(of);
+    return why ? refuse(key, "surrogate.step", error, why) : AD_OK;
+}
+
+static ad_status check_training(const surrogate_settings *x, const train_settings *training,
+                                char key[TRAIN_KEY_MAX], ad_error *error)
+{
+    const nn_mlp_settings *network = &training->network;
+    if (x->kind != SURROGATE_LINEAR &&
+        (network->hidden_count < 1 || network->hidden_count > SURROGATE_LAYERS_MAX)) {
+        return refuse(key, "network.hidden", error,
+                      "of a one-step model has 1 to 4 layers; for none surrogate.kind: linear");
+    }
+    if (network->activation != NN_TANH) {
+        return refuse(key, "network.activation", error, "of a one-step model is tanh");
+    }
+    for (int i = 0; i < training->stage_count; i++) {
+        if (training->stages[i].optimizer == OPTIM_GAUSS_NEWTON) {
+            char where[TRAIN_KEY_MAX];
+            snprintf(where, sizeof where, "training.stages[%d].optimizer", i);
+            return refuse(key, where, error,
+                          "is gauss_newton, whose output layer is not found in every evaluation as "
+                          "that of a one-step model is; allowed: ssbroyden, lbfgs, adam, soap");
+        }
+    }
+    if (training->data_count > 0 || training->members > 0 || training->members_file) {
+        return refuse(key, training->data_count > 0 ? "data[0].file" : "members.solved", error,
+                      "is of networks of a scene; a one-step model learns from steps that it has "
+                      "solved, surrogate.solved; leave it out");
+    }
+    return train_names_reference(training)
+               ? refuse(key, "reference", error,
+                        "is of networks of a scene; a one-step model is compared by rollouts, "
+                        "cpinn-eval --rollouts; leave it out")
+               : AD_OK;
+}
+
+ad_status surrogate_settings_resolve(surrogate_settings *x, train_settings *training,
+                                     scene *rod_scene, bool stages_given, char key[TRAIN_KEY_MAX],
+                                     ad_error *error)
+{
+    nn_mlp_settings *network = &training->network;
+    if (network->hidden_count == TRAIN_OPEN) {
+        network->hidden_count = x->kind == SURROGATE_LINEAR ? 0 : 2;
+        network->hidden[0] = network->hidden[1] = WIDTH;
+    }
+    if (!stages_given) {
+        training->stage_count = 1;
+        training->stages[0] = train_stage_default();
+        training->stages[0].optimizer = OPTIM_SSBROYDEN;
+        training->stages[0].steps = STEPS;
+    }
+    ad_status status = check_scene(rod_scene, key, error);
+    status = status == AD_OK ? resolve_names(x, rod_scene, key, error) : status;
+    status = status == AD_OK ? check_training(x, training, key, error) : status;
+    if (status != AD_OK) {
+        return status;
+    }
+    training->windows = rod_scene->windows = 1;
+    return train_settings_resolve(training, rod_scene, key, error);
 }

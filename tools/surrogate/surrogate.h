@@ -24,8 +24,9 @@ extern "C" {
 typedef struct surrogate {
     const scene *scene;          /* borrowed, with what it needs, from `owner` */
     surrogate_settings settings; /* resolved: modes, inputs, parameters */
-    surrogate_step step;         /* its numbers belong to this */
-    void *owner;                 /* freed by free_owner, which may be NULL */
+    surrogate_step step;
+    double *numbers; /* of the step; owned */
+    void *owner;     /* freed by free_owner, which may be NULL */
     void (*free_owner)(void *owner);
 } surrogate;
 
@@ -41,6 +42,16 @@ void surrogate_one_step_free(one_step *x);
 
 /* The reduced rod whose state the model steps, looked at in `count` places s (m). */
 ad_status surrogate_rod(const surrogate *s, int count, const double *places, reduced_rod **result,
+                        ad_error *error);
+
+/* A step in a checkpoint: surrogate/shape, step, soft, numbers; the step and shape are borrowed
+ * until it is written. get: the caller frees *numbers, also after a failure. */
+enum {
+    SURROGATE_SHAPE =
+        14 + SURROGATE_SLOW_MAX + SURROGATE_LAYERS_MAX + SURROGATE_STATES_MAX + SURROGATE_INPUTS_MAX
+};
+void surrogate_put(surrogate_step *m, int64_t shape[SURROGATE_SHAPE], checkpoint *file);
+ad_status surrogate_get(const checkpoint *file, surrogate_step *m, double **numbers,
                         ad_error *error);
 
 #ifdef __cplusplus

@@ -1,6 +1,4 @@
-#include "tools/surrogate/training.h"
-
-#include "tools/surrogate/flow.h"
+#include "tools/surrogate/training_internal.h"
 #include "tools/train/clock.h"
 
 #include <math.h>
@@ -10,27 +8,6 @@
 
 /* Steps of a rollout, and one rollout held out for so many to learn from. */
 enum { ROLLOUT = 250, HELD = 10 };
-
-struct surrogate_training {
-    const scene *open;
-    const surrogate_settings *settings;
-    const train_settings *training;
-    ad_pool *pool;
-    surrogate_training_info info;
-    double began; /* wall time at which training would have begun without pause */
-    surrogate_steps steps, held;
-    surrogate_step step;
-    double *numbers; /* of the step */
-    double *gramian; /* [states][states] */
-    double *work;    /* of the step */
-    double held_linear;
-    surrogate_flow *flow; /* NULL: linear */
-    double *start;        /* [parameters], of the stage at work */
-    optim_optimizer *optimizer;
-    history rows;
-    int64_t shape[16 + SURROGATE_LAYERS_MAX + SURROGATE_SLOW_MAX + SURROGATE_STATES_MAX +
-                  2 * SURROGATE_INPUTS_MAX];
-};
 
 /* ---- preparation --------------------------------------------------------------------------- */
 
@@ -130,7 +107,7 @@ static ad_status find_model(surrogate_training *t, reduced_rod *rod, ad_error *e
     return AD_OK;
 }
 
-static ad_status make_optimizer(surrogate_training *t, ad_error *error)
+ad_status surrogate_training_make_optimizer(surrogate_training *t, ad_error *error)
 {
     const train_stage *stage = &t->training->stages[t->info.stage];
     const char *why;
@@ -154,11 +131,15 @@ static ad_status prepare(surrogate_training *t, ad_error *error)
                                       .count = 1,
                                       .s = &length};
     reduced_rod *rod = NULL;
-    ad_status status = draw(t, 0, rollouts, &t->steps, error);
+    ad_status status = reduced_create(t->open, &reduced, &rod, error);
+    if (status == AD_OK && reduced_states(rod) > SURROGATE_STATES_MAX) {
+        status = ad_fail(error, AD_BAD_INPUT, "%d states of the reduced rod; allowed: up to %d",
+                         reduced_states(rod), SURROGATE_STATES_MAX);
+    }
+    status = status == AD_OK ? draw(t, 0, rollouts, &t->steps, error) : status;
     if (status == AD_OK) {
         status = draw(t, rollouts, (rollouts + HELD - 1) / HELD, &t->held, error);
     }
-    status = status == AD_OK ? reduced_create(t->open, &reduced, &rod, error) : status;
     status = status == AD_OK ? find_model(t, rod, error) : status;
     reduced_free(rod);
     t->info.solved = t->steps.count;
@@ -177,7 +158,7 @@ static ad_status prepare(surrogate_training *t, ad_error *error)
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
     }
     surrogate_flow_start(t->flow, t->training->seed, t->start);
-    return make_optimizer(t, error);
+    return surrogate_training_make_optimizer(t, error);
 }
 
 ad_status surrogate_training_create(const scene *open, surrogate_settings *settings,
@@ -200,7 +181,9 @@ ad_status surrogate_training_create(const scene *open, surrogate_settings *setti
     t->info.loss = t->info.held_out = NAN;
     t->rows.columns = (int)(sizeof names / sizeof *names);
     memcpy(t->rows.names, names, sizeof names);
-    ad_status status = prepare(t, error);
+    ad_status status =
+        surrogate_choose_modes(open, settings, pool, training->seed, t->info.modes, error);
+    status = status == AD_OK ? prepare(t, error) : status;
     t->info.prepared = train_seconds() - before;
     t->began = train_seconds();
     if (status != AD_OK) {
@@ -286,7 +269,7 @@ ad_status surrogate_training_step(surrogate_training *t, ad_error *error)
         t->info.stage_step = 0;
         t->info.stage++;
         t->info.done = t->info.stage == t->training->stage_count;
-        status = t->info.done ? AD_OK : make_optimizer(t, error);
+        status = t->info.done ? AD_OK : surrogate_training_make_optimizer(t, error);
     }
     return status;
 }

@@ -98,14 +98,9 @@ static ad_status write_history(const run_folder *run, const history *h, ad_error
     return status;
 }
 
-ad_status run_begin(run_folder *run, const experiment *e, const history *h, ad_error *error)
+ad_status run_begin(run_folder *run, const char *config, const history *h, ad_error *error)
 {
-    char *text = experiment_text(e);
-    if (!text) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %s", run->config);
-    }
-    ad_status status = file_bytes_write(run->config, text, strlen(text), 1, error);
-    free(text);
+    ad_status status = file_bytes_write(run->config, config, strlen(config), 1, error);
     if (status == AD_OK) {
         status = write_history(run, h, error);
     }

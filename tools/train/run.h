@@ -30,9 +30,9 @@ bool run_cache_folder(char *path, size_t room, bool make);
 /* Make the folder `path`, of less than 4000 bytes, and what leads to it. */
 ad_status run_make_folder(const char *path, ad_error *error);
 
-/* Write config.yaml, start history.csv from the rows so far. A new run saves its first checkpoint
- * before, so that whatever a killed process leaves can be resumed. */
-ad_status run_begin(run_folder *run, const experiment *e, const history *h, ad_error *error);
+/* Write config.yaml, `config`, start history.csv from the rows so far. A new run saves its first
+ * checkpoint before, so that whatever a killed process leaves can be resumed. */
+ad_status run_begin(run_folder *run, const char *config, const history *h, ad_error *error);
 
 /* Append the rows that history.csv does not have yet. */
 ad_status run_append(run_folder *run, const history *h, ad_error *error);

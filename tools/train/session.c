@@ -2,6 +2,8 @@
 
 #include "tools/train/clock.h"
 
+#include <stdlib.h>
+
 static ad_status prepare(session *s, double before, ad_status status, ad_error *error)
 {
     if (status == AD_OK) {
@@ -94,7 +96,13 @@ ad_status session_begin(session *s, run_folder *folder, bool resume, ad_error *e
     if (status == AD_OK && !resume) {
         status = save(s, error);
     }
-    return status == AD_OK ? run_begin(folder, s->e, trainer_history(s->trainer), error) : status;
+    char *text = status == AD_OK ? experiment_text(s->e) : NULL;
+    if (status == AD_OK) {
+        status = text ? run_begin(folder, text, trainer_history(s->trainer), error)
+                      : ad_fail(error, AD_NO_MEMORY, "out of memory for %s", folder->config);
+    }
+    free(text);
+    return status;
 }
 
 static bool save_is_due(const session *s)

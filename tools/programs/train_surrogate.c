@@ -1,0 +1,383 @@
+#include "tools/programs/train_surrogate.h"
+
+#include "tools/config/config_surrogate.h"
+#include "tools/files/file_bytes.h"
+#include "tools/judge/signals.h"
+#include "tools/programs/cli.h"
+#include "tools/programs/eval_rollouts.h"
+#include "tools/surrogate/training.h"
+#include "tools/train/clock.h"
+#include "tools/train/report.h"
+#include "tools/train/run.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+/* Rollouts of the verdict, whose inputs training has not seen. */
+enum { JUDGED = 16 };
+static const uint64_t FRESH = 1000003;
+
+typedef struct training {
+    const train_surrogate_options *asked;
+    config *settings;
+    ad_pool *pool;
+    surrogate_training *own;
+    run_folder folder;
+    char *yaml;
+    verdict verdict;
+    rollouts_report report;
+    bool judged;
+    double last_save, next, gap; /* s, when to save, and to speak again */
+    int64_t saved;
+} training;
+
+static void say(const training *t, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+static void say(const training *t, const char *format, ...)
+{
+    va_list arguments;
+    if (!t->asked->quiet) {
+        va_start(arguments, format);
+        vprintf(format, arguments);
+        va_end(arguments);
+        putchar('\n');
+        fflush(stdout);
+    }
+}
+
+/* ---- files --------------------------------------------------------------------------------- */
+
+static ad_status write_yaml(training *t, ad_error *error)
+{
+    size_t size = 0;
+    FILE *file = open_memstream(&t->yaml, &size);
+    ad_status status = file ? config_write(t->settings, file, false) : AD_NO_MEMORY;
+    if (file && fclose(file) != 0) {
+        status = AD_NO_MEMORY;
+    }
+    return status == AD_OK ? AD_OK : ad_fail(error, status, "out of memory for the scene");
+}
+
+static ad_status save(training *t, ad_error *error)
+{
+    t->last_save = train_seconds();
+    t->saved = surrogate_training_inspect(t->own).step;
+    return surrogate_training_save(t->own, t->yaml, t->folder.checkpoint,
+                                   t->settings->settings.checkpoint_keep, error);
+}
+
+static ad_status resume(training *t, ad_error *error)
+{
+    checkpoint *file;
+    const char *text;
+    int64_t stage = 0;
+    config *before = NULL;
+    ad_error why;
+    ad_status status = checkpoint_open(t->folder.checkpoint, &file, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    status = checkpoint_get_text(file, "scene/yaml", &text, error);
+    status =
+        status == AD_OK ? checkpoint_get_int64(file, "training/stage", &stage, 1, error) : status;
+    status =
+        status == AD_OK ? config_read(t->folder.checkpoint, text, 0, NULL, &before, error) : status;
+    if (status == AD_OK) {
+        const int count = before->settings.stage_count;
+        status = config_continues(before, t->settings, stage < count ? (int)stage : count, &why);
+        if (status != AD_OK) {
+            ad_fail(error, status, "%s: %s", file_bytes_shown(t->folder.checkpoint), why.message);
+        }
+    }
+    status = status == AD_OK ? surrogate_training_restore(t->own, file, error) : status;
+    config_free(before);
+    checkpoint_free(file);
+    return status;
+}
+
+static ad_status begin(training *t, ad_error *error)
+{
+    ad_status status = t->asked->resume ? resume(t, error) : run_make_folder(t->folder.path, error);
+    if (status == AD_OK && !t->asked->resume) {
+        status = save(t, error);
+    }
+    return status == AD_OK
+               ? run_begin(&t->folder, t->yaml, surrogate_training_history(t->own), error)
+               : status;
+}
+
+/* ---- training ------------------------------------------------------------------------------ */
+
+static void announce(const training *t)
+{
+    const surrogate_training_info info = surrogate_training_inspect(t->own);
+    const surrogate_settings *s = &t->settings->surrogate;
+    const surrogate_step *m = surrogate_training_step_of(t->own);
+    if (*info.modes) {
+        say(t, "%s", info.modes);
+    }
+    say(t, "%s: one-step model of %.4g ms, kind %s, %d states, %d inputs",
+        t->settings->settings.name, 1e3 * s->step, surrogate_kind_names()[s->kind],
+        m ? m->states : 0, m ? m->inputs : 0);
+    say(t, "%s", info.frame);
+    say(t, "%zu parameters, %zu steps solved in %.2f s, %d thread%s -> %s", info.parameters,
+        info.solved, info.prepared, ad_pool_threads(t->pool),
+        ad_pool_threads(t->pool) == 1 ? "" : "s", t->folder.path);
+    if (t->asked->resume) {
+        say(t, "resumed at step %lld, %.1f s into the run", (long long)info.step, info.seconds);
+    }
+}
+
+static void tell_progress(training *t)
+{
+    const surrogate_training_info info = surrogate_training_inspect(t->own);
+    const train_settings *settings = &t->settings->settings;
+    const double now = train_seconds();
+    if (now < t->next || info.done) {
+        return;
+    }
+    const train_stage *stage = &settings->stages[info.stage];
+    say(t, "%-9s stage %d/%d step %lld/%d  loss %.3e  held-out %.3e  %.1f s",
+        optim_method_name(stage->optimizer), info.stage + 1, settings->stage_count,
+        (long long)info.stage_step, stage->steps, info.loss, info.held_out, info.seconds);
+    t->next = now + t->gap;
+    t->gap = fmin(1.5 * t->gap, 60);
+}
+
+static bool is_due(const training *t, int64_t step)
+{
+    const train_settings *settings = &t->settings->settings;
+    return step % settings->checkpoint_every == 0 ||
+           train_seconds() - t->last_save > settings->checkpoint_seconds;
+}
+
+static ad_status train(training *t, ad_error *error)
+{
+    ad_status status = AD_OK;
+    signals_catch();
+    t->last_save = train_seconds();
+    while (status == AD_OK && !surrogate_training_inspect(t->own).done && !signals_caught()) {
+        status = surrogate_training_step(t->own, error);
+        if (status == AD_OK) {
+            status = run_append(&t->folder, surrogate_training_history(t->own), error);
+        }
+        const surrogate_training_info info = surrogate_training_inspect(t->own);
+        if (status == AD_OK && (info.done || signals_caught() || is_due(t, info.step))) {
+            status = save(t, error);
+        }
+        tell_progress(t);
+    }
+    return status;
+}
+
+/* ---- the verdict --------------------------------------------------------------------------- */
+
+static ad_status judge(training *t, ad_error *error)
+{
+    surrogate *s = NULL;
+    one_step model = {0};
+    ad_status status = surrogate_load(t->folder.checkpoint, &s, error);
+    status = status == AD_OK ? surrogate_one_step(s, &model, error) : status;
+    if (status == AD_OK) {
+        const rollouts_subject subject = eval_rollouts_subject(s, &model);
+        status = rollouts_judge(&subject, JUDGED, t->settings->settings.seed + FRESH, t->pool,
+                                &t->report, error);
+    }
+    if (status == AD_OK) {
+        const rollouts_row *row = &t->report.rows[ROLLOUTS_MODEL];
+        t->judged = true;
+        if (row->diverged > 0) {
+            verdict_add(&t->verdict, VERDICT_DIVERGED,
+                        "%d of %d rollouts of %d steps leave the solver by more than a quarter of "
+                        "the length",
+                        row->diverged, t->report.count, t->report.steps[ROLLOUTS_LONG]);
+        }
+    }
+    surrogate_one_step_free(&model);
+    surrogate_free(s);
+    return status;
+}
+
+static void finish(training *t)
+{
+    const surrogate_training_info info = surrogate_training_inspect(t->own);
+    if (!t->asked->quiet) {
+        say(t, "done: %lld steps in %.2f s (%s), loss %.3e, held-out %.3e of the linear map's",
+            (long long)info.step, info.seconds, *info.ended ? info.ended : "linear", info.loss,
+            info.held_out);
+        eval_rollouts_print(stdout, &t->report);
+        verdict_print(stdout, "", &t->verdict);
+        printf("\n  %s\n  %s\n  %s\n\n  cpinn-eval %s --rollouts %d\n", t->folder.checkpoint,
+               t->folder.history, t->folder.config, t->folder.path, JUDGED);
+    } else if (verdict_outcome_of(&t->verdict) == VERDICT_WARNING) {
+        verdict_print(stderr, "cpinn-train: ", &t->verdict);
+    }
+}
+
+static void interrupted(training *t)
+{
+    t->verdict.signal = signals_caught();
+    verdict_add(&t->verdict, VERDICT_SIGNAL, "stopped at step %lld and saved; --resume goes on",
+                (long long)t->saved);
+    say(t, "stopped at step %lld and saved; --resume with --out %s goes on", (long long)t->saved,
+        t->folder.path);
+}
+
+/* ---- the whole ----------------------------------------------------------------------------- */
+
+static void explain(training *t)
+{
+    const surrogate_settings *s = &t->settings->surrogate;
+    const train_settings *settings = &t->settings->settings;
+    const scene *open = &t->settings->scene;
+    printf("%s: a one-step model of %.4g ms, kind %s; inputs %s within a step\n\n", settings->name,
+           1e3 * s->step, surrogate_kind_names()[s->kind],
+           s->hold == SURROGATE_RAMP ? "go linearly" : "are held");
+    for (int i = 0; i < open->parameter_count; i++) {
+        const scene_parameter *p = &open->parameters[i];
+        printf("  %-12s %-18s %g to %g\n", p->name,
+               surrogate_names_parameter(s, p->name) ? "parameter, slow" : "input", p->low,
+               p->high);
+    }
+    if (s->modes[0] + s->modes[1] + s->modes[2] + s->modes[3] > 0) {
+        printf("\nreduced rod of %d bending, %d twist, %d stretch, %d shear modes, as given\n",
+               s->modes[0], s->modes[1], s->modes[2], s->modes[3]);
+    } else {
+        printf("\nmodes of the reduced rod: the fewest within %.2g %% of the length (median of the "
+               "tip)\n",
+               100 * s->tolerance);
+    }
+    printf(
+        "\n%d steps are solved in rollouts under steps, ramps, bang-bang and chirps, and a tenth "
+        "as\nmany held out. A linear map by least squares",
+        s->solved);
+    if (s->kind == SURROGATE_LINEAR) {
+        printf(" is all.\n");
+    } else {
+        printf(", and a network (");
+        for (int i = 0; i < settings->network.hidden_count; i++) {
+            printf("%s%d", i ? " x " : "", settings->network.hidden[i]);
+        }
+        printf(") for what it leaves over, in\nthe frame of the robot's symmetry, if there is one; "
+               "errors count by what they do to the tip\nover 250 steps; output layer by least "
+               "squares in every evaluation.\n\n");
+        for (int i = 0; i < settings->stage_count; i++) {
+            printf("  stage %d: %s, up to %d steps\n", i + 1,
+                   optim_method_name(settings->stages[i].optimizer), settings->stages[i].steps);
+        }
+    }
+    printf("\nA verdict at the end: %d fresh rollouts of 5 s and of 1,000 steps beside the "
+           "solver.\n",
+           JUDGED);
+}
+
+static ad_status write_json(const training *t, ad_error *error)
+{
+    json to;
+    json_begin(&to);
+    json_text(&to, "program", t->asked->program);
+    json_text(&to, "version", cli_version());
+    json_text(&to, "name", t->settings->settings.name);
+    report_verdict(&to, &t->verdict);
+    if (t->own) {
+        const surrogate_training_info info = surrogate_training_inspect(t->own);
+        json_integer(&to, "step", info.step);
+        json_integer(&to, "stage", info.stage);
+        json_integer(&to, "stages", t->settings->settings.stage_count);
+        json_number(&to, "training_seconds", info.seconds);
+        json_number(&to, "prepared_seconds", info.prepared);
+        json_integer(&to, "parameters", (int64_t)info.parameters);
+        json_integer(&to, "solved", (int64_t)info.solved);
+        json_text(&to, "frame", info.frame);
+        json_number(&to, "loss", info.loss);
+        json_number(&to, "held_out", info.held_out);
+        json_text(&to, "checkpoint", t->folder.checkpoint);
+        json_text(&to, "history", t->folder.history);
+        json_text(&to, "config", t->folder.config);
+    }
+    if (t->judged) {
+        const rollouts_row *row = &t->report.rows[ROLLOUTS_MODEL];
+        json_number(&to, "one_step_median", row->error[ROLLOUTS_ONE][ROLLOUTS_MEDIAN]);
+        json_number(&to, "one_step_worst", row->error[ROLLOUTS_ONE][ROLLOUTS_WORST]);
+        json_number(&to, "rollout_median", row->error[ROLLOUTS_SHORT][ROLLOUTS_MEDIAN]);
+        json_number(&to, "rollout_worst", row->error[ROLLOUTS_SHORT][ROLLOUTS_WORST]);
+        json_integer(&to, "diverged", row->diverged);
+    }
+    return json_end(&to, t->asked->json, error);
+}
+
+static ad_status go(training *t, bool *began, ad_error *error)
+{
+    char path[3900];
+    const long processors = sysconf(_SC_NPROCESSORS_ONLN);
+    const int threads = t->asked->threads > 0 ? t->asked->threads
+                        : processors > 0      ? (int)processors
+                                              : 1;
+    snprintf(path, sizeof path, "runs/%s", t->settings->settings.name);
+    ad_status status = run_name(&t->folder, t->asked->out ? t->asked->out : path, error);
+    if (status == AD_OK && !t->asked->resume) {
+        status = run_check_new(&t->folder, error);
+    }
+    t->pool = status == AD_OK ? ad_pool_create(threads) : NULL;
+    if (status == AD_OK && !t->pool) {
+        status = ad_fail(error, AD_NO_MEMORY, "%d threads could not be started", threads);
+    }
+    if (status == AD_OK) {
+        status = surrogate_training_create(&t->settings->scene, &t->settings->surrogate,
+                                           &t->settings->settings, t->pool, &t->own, error);
+    }
+    status = status == AD_OK ? write_yaml(t, error) : status;
+    status = status == AD_OK ? begin(t, error) : status;
+    *began = status == AD_OK;
+    if (status == AD_OK) {
+        announce(t);
+        status = train(t, error);
+    }
+    if (status == AD_OK && !surrogate_training_inspect(t->own).done) {
+        interrupted(t);
+        return AD_OK;
+    }
+    status = status == AD_OK ? judge(t, error) : status;
+    if (status == AD_OK) {
+        finish(t);
+    } else if (*began) {
+        say(t, "stopped; the checkpoint of step %lld is kept: %s", (long long)t->saved,
+            t->folder.checkpoint);
+    }
+    return status;
+}
+
+int train_surrogate(const train_surrogate_options *asked, config *settings)
+{
+    training t = {.asked = asked, .settings = settings, .gap = 1};
+    ad_error error = {AD_OK, ""};
+    bool began = false;
+    if (asked->explain) {
+        explain(&t);
+        config_free(settings);
+        return 0;
+    }
+    const ad_status status = go(&t, &began, &error);
+    if (status != AD_OK) {
+        cli_fail_error(asked->program, &error);
+        verdict_add(&t.verdict,
+                    status == AD_NOT_FINITE           ? VERDICT_NOT_FINITE
+                    : began || status == AD_NO_MEMORY ? VERDICT_FAILED
+                                                      : VERDICT_BAD_INPUT,
+                    "%s", error.message);
+    }
+    if (asked->json && write_json(&t, &error) != AD_OK) {
+        cli_fail_error(asked->program, &error);
+        verdict_add(&t.verdict, VERDICT_FAILED, "%s", error.message);
+    }
+    run_end(&t.folder);
+    rollouts_free(&t.report);
+    surrogate_training_free(t.own);
+    ad_pool_free(t.pool);
+    free(t.yaml);
+    config_free(settings);
+    return verdict_exit_status(&t.verdict);
+}

@@ -1,0 +1,185 @@
+#include "tools/surrogate/surrogate.h"
+
+#include <stdlib.h>
+
+void surrogate_free(surrogate *s)
+{
+    if (s) {
+        free(s->numbers);
+        if (s->free_owner) {
+            s->free_owner(s->owner);
+        }
+        free(s);
+    }
+}
+
+bool surrogate_is_parameter(const surrogate *s, int i)
+{
+    return surrogate_names_parameter(&s->settings, s->scene->parameters[i].name);
+}
+
+/* ---- steps --------------------------------------------------------------------------------- */
+
+typedef struct runner {
+    const surrogate_step *step;
+    double *work;
+} runner;
+
+static int advance(void *context, int count, double h, const double *states, const double *inputs,
+                   const double *after, double *next, double *by_state, double *by_inputs)
+{
+    const runner *x = context;
+    return surrogate_step_advance(x->step, x->work, count, h, states, inputs, after, next, by_state,
+                                  by_inputs);
+}
+
+static double outside(void *context, const double *state, const double *inputs)
+{
+    return surrogate_step_outside(((const runner *)context)->step, state, inputs);
+}
+
+ad_status surrogate_one_step(const surrogate *s, one_step *result, ad_error *error)
+{
+    const surrogate_step *m = &s->step;
+    runner *x = malloc(sizeof *x);
+    double *work = calloc(surrogate_step_work(m), sizeof *work);
+    *result = (one_step){0};
+    if (!x || !work) {
+        free(x);
+        free(work);
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
+    }
+    *x = (runner){m, work};
+    *result = (one_step){.context = x,
+                         .states = m->states,
+                         .inputs = m->inputs,
+                         .step = m->step,
+                         .advance = advance,
+                         .outside = outside};
+    return AD_OK;
+}
+
+void surrogate_one_step_free(one_step *x)
+{
+    runner *own = x->context;
+    if (own) {
+        free(own->work);
+        free(own);
+    }
+    *x = (one_step){0};
+}
+
+ad_status surrogate_rod(const surrogate *s, int count, const double *places, reduced_rod **result,
+                        ad_error *error)
+{
+    const int *modes = s->settings.modes;
+    const reduced_settings settings = {
+        .modes = {modes[0], modes[1], modes[2], modes[3]}, .count = count, .s = places};
+    return reduced_create(s->scene, &settings, result, error);
+}
+
+/* ---- in a checkpoint ----------------------------------------------------------------------- */
+
+enum { SINGLE = 14 };
+_Static_assert(SINGLE + SURROGATE_SLOW_MAX + SURROGATE_LAYERS_MAX + SURROGATE_STATES_MAX +
+                       SURROGATE_INPUTS_MAX ==
+                   SURROGATE_SHAPE,
+               "whole numbers of a step");
+
+/* Where the whole numbers of a step are. */
+static void list_shape(surrogate_step *m, int *at[SURROGATE_SHAPE])
+{
+    int *const single[SINGLE] = {&m->kind,       &m->states,    &m->inputs,    &m->ramps,
+                                 &m->turns,      &m->mirrors,   &m->pairs,     &m->evens,
+                                 &m->odds,       &m->out_pairs, &m->out_evens, &m->out_odds,
+                                 &m->slow_count, &m->layers};
+    int *const lists[] = {m->slow, m->width, m->state_slot, m->input_slot};
+    const int counts[] = {SURROGATE_SLOW_MAX, SURROGATE_LAYERS_MAX, SURROGATE_STATES_MAX,
+                          SURROGATE_INPUTS_MAX};
+    int count = 0;
+    for (; count < SINGLE; count++) {
+        at[count] = single[count];
+    }
+    for (size_t i = 0; i < sizeof lists / sizeof *lists; i++) {
+        for (int k = 0; k < counts[i]; k++) {
+            at[count++] = lists[i] + k;
+        }
+    }
+}
+
+void surrogate_put(surrogate_step *m, int64_t shape[SURROGATE_SHAPE], checkpoint *file)
+{
+    const size_t size = SURROGATE_SHAPE, numbers = surrogate_step_numbers(m);
+    int *at[SURROGATE_SHAPE];
+    list_shape(m, at);
+    for (size_t i = 0; i < size; i++) {
+        shape[i] = *at[i];
+    }
+    checkpoint_put_int64(file, "surrogate/shape", shape, 1, &size);
+    checkpoint_put_double(file, "surrogate/step", m->step);
+    checkpoint_put_double(file, "surrogate/soft", m->soft);
+    checkpoint_put_doubles(file, "surrogate/numbers", m->numbers, 1, &numbers);
+}
+
+static bool is_between(int low, int x, int high)
+{
+    return x >= low && x <= high;
+}
+
+/* Whether every size is one that a step can have, and every place within it. */
+static bool is_sound(const surrogate_step *m)
+{
+    const int all = m->ramps ? 2 * m->inputs : m->inputs;
+    bool fine = is_between(1, m->states, SURROGATE_STATES_MAX) && is_between(0, m->ramps, 1) &&
+                is_between(0, m->inputs, SURROGATE_INPUTS_MAX) &&
+                is_between(0, all, SURROGATE_INPUTS_MAX) &&
+                is_between(0, m->slow_count, SURROGATE_SLOW_MAX) &&
+                is_between(0, m->layers, SURROGATE_LAYERS_MAX) && m->pairs >= 0 && m->evens >= 0 &&
+                m->odds >= 0 && is_between(0, m->out_pairs, m->pairs) &&
+                is_between(0, m->out_evens, m->evens) && is_between(0, m->out_odds, m->odds) &&
+                2 * m->pairs + m->evens + m->odds == m->states + all &&
+                2 * m->out_pairs + m->out_evens + m->out_odds == m->states;
+    for (int i = 0; fine && i < m->states + all; i++) {
+        fine = is_between(0, i < m->states ? m->state_slot[i] : m->input_slot[i - m->states],
+                          m->states + all - 1);
+    }
+    for (int i = 0; fine && i < m->slow_count; i++) {
+        fine = is_between(0, m->slow[i], m->inputs - 1);
+    }
+    for (int i = 0; fine && i < m->layers; i++) {
+        fine = is_between(1, m->width[i], 4096) && !(m->mirrors && m->width[i] % 2);
+    }
+    return fine;
+}
+
+ad_status surrogate_get(const checkpoint *file, surrogate_step *m, double **numbers,
+                        ad_error *error)
+{
+    int64_t shape[SURROGATE_SHAPE];
+    int *at[SURROGATE_SHAPE];
+    *numbers = NULL;
+    ad_status status = checkpoint_get_int64(file, "surrogate/shape", shape, SURROGATE_SHAPE, error);
+    *m = (surrogate_step){0};
+    list_shape(m, at);
+    for (int i = 0; i < SURROGATE_SHAPE && status == AD_OK; i++) {
+        *at[i] = shape[i] >= 0 && shape[i] <= 4096 ? (int)shape[i] : -1;
+    }
+    if (status == AD_OK && !is_sound(m)) {
+        status = ad_fail(error, AD_BAD_INPUT, "checkpoint: surrogate/shape is not that of a model");
+    }
+    if (status == AD_OK) {
+        status = checkpoint_get_doubles(file, "surrogate/step", &m->step, 1, error);
+    }
+    if (status == AD_OK) {
+        status = checkpoint_get_doubles(file, "surrogate/soft", &m->soft, 1, error);
+    }
+    if (status == AD_OK) {
+        const size_t count = surrogate_step_numbers(m);
+        *numbers = malloc(count * sizeof **numbers);
+        status = *numbers
+                     ? checkpoint_get_doubles(file, "surrogate/numbers", *numbers, count, error)
+                     : ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
+    }
+    m->numbers = *numbers;
+    return status;
+}
