@@ -67,7 +67,7 @@ const char *controller_refusal(const controller_settings *s)
     }
     if (s->horizon < 1 || s->moves < 0 || s->moves > s->horizon || s->delay < 0 ||
         s->iterations < 0 || s->qp_limit < 0 || s->coast < 0) {
-        return "horizon at least 1, moves at most the horizon, delay, iterations, coast not "
+        return "horizon at least 1, moves at most the horizon, delay, limits, coast not "
                "negative";
     }
     if (s->controlled < 1 || s->controlled > s->model.inputs || s->inputs == NULL ||
@@ -357,6 +357,7 @@ static int controller_see(controller *c, const controller_sample *now)
             c->known = true;
             return flags;
         }
+        flags |= CONTROLLER_STATE;
     }
     c->known = c->foreseen && c->coasted < c->settings.coast;
     c->coasted++;
@@ -409,6 +410,7 @@ int controller_feedback(controller *c, const controller_sample *now, double *inp
 
     c->carried = 0;
     c->iterations = 0;
+    c->iteration = 0;
     if (!c->known) {
         c->foreseen = false;
         c->restart = true;
@@ -418,7 +420,7 @@ int controller_feedback(controller *c, const controller_sample *now, double *inp
         c->restart = true;
         flags |= CONTROLLER_MODEL;
     } else {
-        for (int i = 0; i < c->settings.iterations; i++) {
+        for (c->iteration = 0; c->iteration < c->settings.iterations; c->iteration++) {
             int found = c->prepared ? 0 : controller_ready(c);
 
             found |= c->prepared ? method->solve(c) : 0;
@@ -447,23 +449,25 @@ int controller_prepare(controller *c)
 
 void controller_skip(controller *c, int count)
 {
-    for (int i = 0; i < count; i++) {
-        if (i <= c->horizon + c->delay) { /* then nothing of the plan is left */
-            controller_foresee(c);
-            controller_shift_reference(c);
-            if (c->foreseen) {
-                for (int k = 0; k < c->n; k++) {
-                    c->state[k] = c->expected[k] + c->drift[k];
-                }
-                c->foreseen = c->delay > 0 && controller_advance(c, c->state, c->pending, c->next);
-                memcpy(c->expected, c->next, (size_t)c->n * sizeof *c->expected);
-            } else {
-                c->known = false;
+    const int most = c->horizon + c->delay; /* then nothing of the plan is left */
+
+    for (int i = 0; i < count && i < most; i++) {
+        controller_foresee(c);
+        controller_shift_reference(c);
+        c->known = c->foreseen && c->coasted < c->settings.coast;
+        c->coasted++;
+        if (c->known) {
+            for (int k = 0; k < c->n; k++) {
+                c->state[k] = c->expected[k] + c->drift[k];
             }
-            controller_shift(c);
+            c->foreseen = c->delay > 0 && controller_advance(c, c->state, c->pending, c->expected);
         }
+        controller_shift(c);
     }
-    c->foreseen = c->foreseen && count <= c->horizon + c->delay;
+    if (count > most) {
+        c->known = false;
+        c->foreseen = false;
+    }
 }
 
 void controller_applied(controller *c, int ago, const double *inputs)

@@ -26,6 +26,7 @@ struct controller {
     double *row, *next; /* [model.inputs], [max(n, v)] */
     double cost;
     int iterations; /* of the last quadratic program */
+    int iteration;  /* of the method within this feedback */
     int coasted;    /* samples without a state */
     int carried;    /* flags of controller_prepare for the next answer */
     bool known;     /* state and start are defined */

@@ -23,15 +23,18 @@
  *
  * Faults have answers, and flags that say so; the estimate is finite always, and the covariance
  * positive definite by construction (all of it is sums of squares, nothing is subtracted):
- *   a measurement that is missing: the model alone goes on;
- *   not finite, or a rotation that is not one: as missing;
- *   too late: not used;
- *   an outlier (beyond `gate`): not used; after `patience` of them in a row the covariance is
- *     made 4 times as large each time until one is used again;
- *   the model has no answer, or one with `outside` above 2: it is asked for the mean alone, whose
- *     answer is taken; if it has none, either, the mean stays; deviations of states become 1.1
- * times as large; the look has none: as missing; inputs that are not finite: the last ones are
- * held. */
+ *
+ * A measurement that is missing: the model alone goes on. One that is not finite, or a rotation
+ * that is none, or one of which the look has no answer: as missing. One that is too late: not used.
+ *
+ * An outlier, beyond `gate`: not used; after `patience` of them in a row the covariance is made 4
+ * times as large each time until one is used again.
+ *
+ * The model has no answer, or one with `outside` above 2: it is asked for the mean alone, whose
+ * answer is taken; if it has none, either, the mean stays. Deviations of states become 1.1 times as
+ * large.
+ *
+ * Inputs that are not finite: the last ones are held. */
 #ifndef CONTROL_ESTIMATOR_H
 #define CONTROL_ESTIMATOR_H
 

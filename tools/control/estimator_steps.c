@@ -51,14 +51,18 @@ double estimator_deviation(const estimator *x, int i)
     return sqrt(square);
 }
 
-static void limit(estimator *x)
+static double largest(const estimator *x, int i)
 {
     const estimator_settings *s = &x->settings;
+    return i >= x->states ? estimator_uniform(&s->parameter[i - x->states])
+           : s->largest   ? s->largest[i]
+                          : 100 * s->deviation[i];
+}
+
+static void limit(estimator *x)
+{
     for (int i = 0; i < x->n; i++) {
-        const double most = i >= x->states ? estimator_uniform(&s->parameter[i - x->states])
-                            : s->largest   ? s->largest[i]
-                                           : 100 * s->deviation[i];
-        const double now = estimator_deviation(x, i);
+        const double most = largest(x, i), now = estimator_deviation(x, i);
         if (now > most) {
             scale_column(x, i, most / now);
         }
@@ -73,12 +77,19 @@ static bool is_known(estimator *x, const double *next, const double *inputs)
     return x->outside <= 2;
 }
 
+/* States beyond 1e12 times the largest deviation are no answer: rounding would be all there is. */
 static bool advance(estimator *x, int count, const double *after)
 {
     const one_step *model = &x->settings.model;
-    return model->advance(model->context, count, x->settings.period, x->states_at, x->inputs_at,
-                          after, x->next, NULL, NULL) == 0 &&
-           estimator_is_usable((size_t)count * (size_t)x->states, x->next);
+    bool good = model->advance(model->context, count, x->settings.period, x->states_at,
+                               x->inputs_at, after, x->next, NULL, NULL) == 0;
+    for (int k = 0; k < x->states && good; k++) {
+        const double most = 1e12 * largest(x, k);
+        for (int i = 0; i < count; i++) {
+            good &= fabs(x->next[i * x->states + k]) <= most;
+        }
+    }
+    return good;
 }
 
 /* Without an answer for all points. */

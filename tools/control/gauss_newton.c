@@ -506,7 +506,15 @@ static int gauss_newton_solve(controller *c)
 static void gauss_newton_shift(controller *c)
 {
     gauss_newton *x = c->work;
+    const int rates = (c->moves - 1) * x->rated;
 
+    qp_shift(x->program, 0, x->z, c->m);
+    if (rates > 0) {
+        qp_shift(x->program, x->z, rates, x->rated);
+    }
+    if (x->limited > 0) {
+        qp_shift(x->program, x->z + rates, c->horizon * x->limited, x->limited);
+    }
     memmove(x->nodes, x->nodes + c->n, (size_t)(c->horizon * c->n) * sizeof *x->nodes);
 }
 

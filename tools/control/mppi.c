@@ -28,8 +28,9 @@ static mppi_settings mppi_settings_of(const controller_settings *s)
     }
     result.samples = result.samples == 0 ? 256 : result.samples;
     result.batch = result.batch == 0 ? result.samples : result.batch;
-    result.temperature = result.temperature == 0.0 ? 0.05 : result.temperature;
+    result.temperature = result.temperature == 0.0 ? 0.01 : result.temperature;
     result.noise = result.noise == 0.0 ? 0.1 : result.noise;
+    result.shrink = result.shrink == 0.0 ? 0.9 : result.shrink;
     return result;
 }
 
@@ -38,8 +39,10 @@ static const char *mppi_refusal(const controller_settings *s)
     const mppi_settings settings = mppi_settings_of(s);
 
     if (settings.samples < 2 || settings.batch < 1 || !(settings.temperature > 0.0) ||
-        !(settings.noise > 0.0) || !(settings.memory >= 0.0 && settings.memory < 1.0)) {
-        return "at least 2 samples, temperature and noise positive, memory from 0 to below 1";
+        !(settings.noise > 0.0) || !(settings.shrink > 0.0 && settings.shrink <= 1.0) ||
+        !(settings.memory >= 0.0 && settings.memory < 1.0)) {
+        return "sampling: at least 2 samples, temperature and noise positive, shrink up to 1, "
+               "memory from 0 to below 1";
     }
     return NULL;
 }
@@ -243,13 +246,14 @@ static int mppi_solve(controller *c)
     mppi *x = c->work;
     const int length = c->horizon * c->m;
     const int samples = x->settings.samples;
+    const double part = pow(x->settings.shrink, c->iteration);
 
     for (int i = 0; i < samples; i++) {
         double *plan = x->plans + i * length;
         const double *noise = x->noise + i * c->moves * c->m;
 
         for (int a = 0; a < c->moves * c->m; a++) {
-            plan[a] = c->plan[a] + noise[a] * c->span[a % c->m];
+            plan[a] = c->plan[a] + part * noise[a] * c->span[a % c->m];
         }
         controller_allow(c, plan);
         mppi_complete(c, plan);

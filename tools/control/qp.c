@@ -63,6 +63,12 @@ void qp_forget(qp *x)
     memset(x->all, 0, (x->n + x->m) * sizeof *x->all);
 }
 
+void qp_shift(qp *x, int first, int count, int by)
+{
+    memmove(x->side + first, x->side + first + by, (count - by) * sizeof *x->side);
+    memmove(x->all + first, x->all + first + by, (count - by) * sizeof *x->all);
+}
+
 int qp_iterations(const qp *x)
 {
     return x->iterations;

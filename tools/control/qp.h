@@ -62,6 +62,9 @@ qp_status qp_factor(qp *x, const double *H);
 qp_status qp_solve(qp *x, const double *g, const qp_bounds *bounds, const double *inside,
                    double *result);
 void qp_forget(qp *x); /* nothing is active at first */
+/* Of the bounds number first .. first + count - 1 (of variables, then of rows) each is tried next
+ * as the one `by` later was now, the last ones as now: a problem that goes on in time. */
+void qp_shift(qp *x, int first, int count, int by);
 
 int qp_iterations(const qp *x); /* of the last qp_solve */
 /* Multipliers of the last qp_solve, [variables + rows], first of lower <= x <= upper and then of
