@@ -99,7 +99,7 @@ static void test_lost(void **state)
     }
     assert_int_equal(flags, 0);
     assert_int_equal(all, ESTIMATOR_OUTLIER | ESTIMATOR_INFLATED);
-    assert_true(waited > 5 && waited < 15);
+    assert_true(waited > 10 && waited < 30);
     assert_near(estimator_state(f.x)[0], truth[0], 5 * estimator_deviation(f.x, 0));
     for (int sample = 0; sample < 3000; sample++) {
         flags = estimator_predict(f.x, sample % 2 ? &u : &bad_u, NULL);

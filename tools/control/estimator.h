@@ -27,8 +27,8 @@
  * A measurement that is missing: the model alone goes on. One that is not finite, or a rotation
  * that is none, or one of which the look has no answer: as missing. One that is too late: not used.
  *
- * An outlier, beyond `gate`: not used; after `patience` of them in a row the covariance is made 4
- * times as large each time until one is used again.
+ * An outlier, beyond `gate`: not used; after `patience` of them in a row deviations of states
+ * become 1.5 times as large each time, up to `largest`, until one is used again.
  *
  * The model has no answer, or one with `outside` above 2: it is asked for the mean alone, whose
  * answer is taken; if it has none, either, the mean stays. Deviations of states become 1.1 times as
@@ -106,7 +106,7 @@ typedef struct estimator_settings {
     double alpha, beta, kappa; /* sigma points; alpha 0: cubature, which is 1, 0, 0. beta and kappa
                                 * are not negative */
     double gate;               /* chance of a good measurement to be refused; 0: 1e-6 */
-    int patience;              /* 0: 5 */
+    int patience;              /* 0: 10 */
     int window;                /* innovations of which the mean is watched; 0: 50 */
 } estimator_settings;
 

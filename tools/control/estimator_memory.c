@@ -155,7 +155,7 @@ static void set_sizes(estimator *x, const estimator_settings *settings)
     *s = *settings;
     s->gate = s->gate > 0 ? s->gate : 1e-6;
     s->adapt = s->adapt > 0 ? fmax(1, s->adapt) : 100;
-    s->patience = s->patience > 0 ? s->patience : 5;
+    s->patience = s->patience > 0 ? s->patience : 10;
     s->window = s->window > 0 ? s->window : 50;
     s->period = s->period > 0 ? s->period : s->model.step;
     x->states = s->model.states;

@@ -255,7 +255,7 @@ static void take_sensor(estimator *x, estimator_record *at, int which)
     record->outliers++;
     x->flags |= ESTIMATOR_OUTLIER;
     if (++record->row > x->settings.patience) {
-        at->grow = 2;
+        at->grow = 1.5;
         x->flags |= ESTIMATOR_INFLATED;
     }
 }
@@ -267,7 +267,7 @@ void estimator_take(estimator *x, estimator_record *at)
             take_sensor(x, at, i);
         }
     }
-    for (int i = 0; i < x->n && at->grow > 1; i++) {
+    for (int i = 0; i < x->states && at->grow > 1; i++) {
         scale_column(x, i, at->grow);
     }
 }
