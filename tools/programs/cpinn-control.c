@@ -1,5 +1,6 @@
 /* cpinn-control: the closed loop of a scene in simulation; see --help. */
 #include "tools/config/config.h"
+#include "tools/config/config_surrogate.h"
 #include "tools/files/file_bytes.h"
 #include "tools/files/table_file.h"
 #include "tools/programs/cli.h"
@@ -134,6 +135,13 @@ static void find_truth(controlling *x)
 static ad_status find_model(controlling *x, ad_error *error)
 {
     control_settings *c = &x->nominal->control;
+    static one_step model;
+    surrogate *found = NULL;
+    if (x->asked.run && surrogate_load(x->asked.run, &found, error) == AD_OK &&
+        surrogate_one_step(found, &model, error) == AD_OK) {
+        x->trained = &model;
+        x->trained_step = &found->step;
+    }
     x->model = control_model_of(&x->nominal->surrogate);
     if (isnan(x->nominal->surrogate.step)) { /* no inputs where nothing is estimated, either */
         x->model.parameter_count = c->estimate_count;

@@ -167,7 +167,7 @@ static void put_surrogate(const char *name, const surrogate_step *m, FILE *file)
     fputs("},\n", file);
     PUT(slow, SURROGATE_SLOW_MAX)
     PUT(width, SURROGATE_LAYERS_MAX)
-    PUT(state_slot, m->states)
+    PUT(state_slot, SURROGATE_STATES_MAX)
     PUT(input_slot, m->inputs * (1 + m->ramps))
 #undef PUT
     fprintf(file, "    .step = %.17g,\n    .soft = %.17g,\n    .numbers = %s_numbers};\n", m->step,
