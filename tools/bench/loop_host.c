@@ -95,14 +95,21 @@ int main(int argc, char **argv)
     OF(loop) *loop = OF(init)(memory, sizeof memory);
     const int s = wire_open(WIRE_PORT + 1, WIRE_PORT);
     long missing = 0, flagged = 0, late = 0;
+    int all_flags = 0;
     wire_told told = {0};
     OF(place)(loop, OF(state)(loop), start, NULL);
     be_urgent();
     wire_seen seen;
-    while (recv(s, &seen, sizeof seen, 0) != (ssize_t)sizeof seen) { /* the robot's clock */
+    told.sample = -1; /* the robot rests under these inputs, and then goes by its clock */
+    for (int i = 0; i < OF(CONTROLLED); i++) {
+        told.inputs[i] = OF(inputs)(loop)[OF(controlled)[i]];
     }
-    wire_newest(s, &seen, sizeof seen);
-    recv(s, &seen, sizeof seen, 0);
+    while (wire_newest(s, &seen, sizeof seen) == 0) {
+        send(s, &told, sizeof told, 0);
+        wire_sleep_until(wire_seconds() + 0.01);
+    }
+    while (recv(s, &seen, sizeof seen, 0) != (ssize_t)sizeof seen) {
+    }
     double next = wire_seconds() + (1 + PHASE) * period;
     wire_sleep_until(next - 0.5 * period);
     wire_newest(s, &seen, sizeof seen);
@@ -123,8 +130,10 @@ int main(int argc, char **argv)
             path_at(circle, start, next - begin + OF(DELAY) * period + (i + 1) * OF(LOOK_AHEAD),
                     path[i]);
         }
-        flagged += OF(control)(loop, path[0], told.inputs) != 0;
-        path_at(circle, start, next - begin, told.wish);
+        const int flags = OF(control)(loop, path[0], told.inputs);
+        flagged += flags != 0;
+        all_flags |= flags;
+        path_at(circle, start, next - begin + period, told.wish); /* when the robot reads it */
         told.sample = k;
         told.wished = next - begin > 2 * approach;
         told.ends = k + 1 == count;

@@ -51,8 +51,7 @@ static ad_status open_robot(robot *r, const char *path, int count, const char **
             r->controlled[r->count++] = k;
         }
     }
-    status = plant_create(&r->changed->scene, open, c, &r->body, error);
-    return status == AD_OK ? plant_start(r->body, r->inputs, (uint64_t)c->seed, error) : status;
+    return plant_create(&r->changed->scene, open, c, &r->body, error);
 }
 
 static ad_status see(robot *r, int64_t sample, wire_seen *seen, ad_error *error)
@@ -65,6 +64,13 @@ static ad_status see(robot *r, int64_t sample, wire_seen *seen, ad_error *error)
         status = plant_measure(r->body, i, seen->values[i], &count, error);
     }
     return status;
+}
+
+static void take(robot *r, const wire_told *told)
+{
+    for (int i = 0; i < r->count; i++) {
+        r->inputs[r->controlled[i]] = told->inputs[i];
+    }
 }
 
 int main(int argc, char **argv)
@@ -82,11 +88,15 @@ int main(int argc, char **argv)
     }
     const double period = r.nominal->control.period;
     const int s = wire_open(WIRE_PORT, WIRE_PORT + 1);
+    wire_told told = {0};
+    while (wire_newest(s, &told, sizeof told) == 0) {
+        wire_sleep_until(wire_seconds() + 0.01);
+    }
+    take(&r, &told);
+    ad_status status = plant_start(r.body, r.inputs, 1, &error);
     double next = wire_seconds(), squares = 0, worst = 0, longest = 0;
     long judged = 0, late = 0, silent = 0;
-    wire_told told = {0};
-    ad_status status = AD_OK;
-    for (int64_t k = 0; !told.ends; k++, next += period) {
+    for (int64_t k = 0; !told.ends && status == AD_OK; k++, next += period) {
         wire_seen seen;
         double place[3], off = 0;
         const double begin = wire_seconds();
@@ -103,9 +113,7 @@ int main(int argc, char **argv)
         }
         if (wire_newest(s, &told, sizeof told) > 0) {
             silent = 0;
-            for (int i = 0; i < r.count; i++) {
-                r.inputs[r.controlled[i]] = told.inputs[i];
-            }
+            take(&r, &told);
         }
         if (told.wished) {
             for (int i = 0; i < 3; i++) {

@@ -282,11 +282,11 @@ static void put_estimator(const export_loop *x, FILE *file)
 static void put_controller(const export_loop *x, FILE *file)
 {
     const controller_settings *c = &x->settings->controller;
-    put_integers("loop_", "controlled", (size_t)c->controlled, c->inputs, file);
     CONTROLLER_ARRAYS(PUT_ARRAY)
     put_array("loop_", "turn_rate", (size_t)c->controlled, x->settings->rate, file);
-    fputs("static const controller_settings loop_controller = {\n    .inputs = loop_controlled,\n",
-          file);
+    put(x,
+        "static const controller_settings loop_controller = {\n    .inputs = model_controlled,\n",
+        file);
     CONTROLLER_ARRAYS(PUT_FIELD)
     PUT_WHOLE(c, horizon)
     PUT_WHOLE(c, moves)
@@ -309,6 +309,10 @@ static void put_names(const export_loop *x, FILE *file)
         low[i] = open->parameters[i].low;
         high[i] = open->parameters[i].high;
         fprintf(file, "%s\"%s\"", i ? ", " : "", open->parameters[i].name);
+    }
+    put(x, "};\nconst int model_controlled[model_CONTROLLED] = {", file);
+    for (int i = 0; i < x->settings->controller.controlled; i++) {
+        fprintf(file, "%s%d", i ? ", " : "", x->settings->controller.inputs[i]);
     }
     put(x, "};\nconst double model_lower[model_INPUTS] = ", file);
     put_list((size_t)open->parameter_count, low, file);
@@ -505,7 +509,6 @@ void export_loop_write_selftest(const export_loop *x, FILE *file)
             "#include \"%s.h\"\n\n#include <math.h>\n#include <stdio.h>\n\n"
             "enum { SAMPLES = %d, PARAMETERS = %d };\n#define TOLERANCE %g\n\n",
             x->name, x->name, x->name, x->name, x->samples, e->parameters, TOLERANCE);
-    put_integers("", "controlled", (size_t)c->controlled, c->inputs, file);
     put_integers("", "parameter", (size_t)e->parameters, parameter, file);
     put_integers("", "sensor_values", (size_t)e->sensors, values, file);
     put_integers("", "expected_flags", (size_t)x->samples, x->flags, file);

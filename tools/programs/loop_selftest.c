@@ -29,7 +29,7 @@ int main(void)
         for (k = 0; k < model_CONTROLLED + PARAMETERS; k++) {
             const int is_input = k < model_CONTROLLED, p = is_input ? 0 : k - model_CONTROLLED;
             const double value = is_input ? inputs[k] : model_inputs(x)[parameter[p]];
-            const int input = is_input ? controlled[k] : parameter[p];
+            const int input = is_input ? model_controlled[k] : parameter[p];
             const double scale = model_upper[input] - model_lower[input];
             const double off = fabs(value - expected[i][k]) / scale;
             if (differs(value, expected[i][k], scale)) {

@@ -5,6 +5,7 @@
 typedef struct model_loop model_loop;
 
 extern const char *const model_input_names[model_INPUTS];
+extern const int model_controlled[model_CONTROLLED];                      /* which are answered */
 extern const double model_lower[model_INPUTS], model_upper[model_INPUTS]; /* ranges */
 
 /* Bytes that are needed, at most model_MEMORY; and sample 0, the robot at rest. NULL: size is less
