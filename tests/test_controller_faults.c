@@ -143,20 +143,32 @@ static void test_model(void **state)
     }
 }
 
+/* With a tenth of the iterations it needs, it comes to the same end later. */
 static void test_limit(void **state)
 {
     controller_settings settings = pendulum_settings();
     loop x = {0};
+    double now[2] = {0};
+    int flags = 0;
 
     (void)state;
     settings.qp_limit = 2;
     make_loop(&x, &settings);
-    assert_int_equal(feedback(&x, rest), CONTROLLER_QP_LIMIT);
-    assert_true(x.u[0] > 0.0);     /* on the way, not where it was */
-    for (int k = 0; k < 40; k++) { /* the state stays: in the end the plan is best */
-        (void)feedback(&x, rest);
+    for (int k = 0; k < 150; k++) {
+        const double inputs[2] = {x.u[0], 1};
+        double next[2][5];
+
+        flags = feedback(&x, now);
+        if (k == 0) {
+            assert_int_equal(flags, CONTROLLER_QP_LIMIT);
+            assert_true(x.u[0] > 0.0); /* on the way, not where it was */
+        }
+        pendulum_step(0.05, now, inputs, next);
+        now[0] = next[0][0];
+        now[1] = next[1][0];
     }
-    assert_int_equal(feedback(&x, rest), 0);
+    assert_int_equal(flags, 0);
+    assert_near(now[0], 0.5, 1e-3); /* but for what `effort` asks for */
     free(x.c);
 }
 
@@ -232,6 +244,8 @@ static void test_anything(void **state)
         settings.method = methods[run % 2];
         settings.method_settings = run % 2 == 1 ? &sampling : NULL;
         settings.delay = run % 3;
+        settings.horizon = 1 + run;
+        settings.moves = 1 + run / 2;
         settings.offset = 0.5;
         settings.soft_upper = upper;
         settings.soft_weight = soft;

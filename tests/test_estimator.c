@@ -21,7 +21,8 @@ static void test_kalman(void **state)
         }
         estimator_start(f.x, zero, zero, NULL);
         for (int sample = 0; sample < 300; sample++) {
-            double g[N], u = input_at(sample), nis = 0;
+            double g[N], u = input_at(sample), nis = 0; /* held, or going on linearly */
+            const double end = sample % 3 == 0 ? input_at(sample + 1) : u;
             for (int which = 0; which < 2; which++) {
                 if (which == 0 && sample % 2 != 1) {
                     continue;
@@ -42,11 +43,11 @@ static void test_kalman(void **state)
                 for (int c = 0; c < N; c++) {
                     assert_near(p[i * N + c], k.p[i][c], 1e-10);
                 }
-                g[i] = masses.b[i] * u;
+                g[i] = masses.b[i] * 0.5 * (u + end);
             }
-            assert_int_equal(estimator_predict(f.x, &u, NULL), 0);
+            assert_int_equal(estimator_predict(f.x, &u, u == end ? NULL : &end), 0);
             kalman_predict(&k, x.model.a, g, q);
-            go_on(&x, u, &seed, truth);
+            go_on(&x, 0.5 * (u + end), &seed, truth);
         }
         assert_int_equal(estimator_sample(f.x), 300);
         free(f.memory);

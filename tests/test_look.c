@@ -13,11 +13,11 @@ static const double apart = 1e-4, places[3] = {0.05, 0.05 - 1e-4, 0.05 + 1e-4}, 
 
 enum { STATES = 18, ALL = 7 };
 
-static config *read_arm(void)
+static config *read_arm(int count, const char *const *changes)
 {
     ad_error error = {.message = ""};
     config *settings = NULL;
-    if (config_read(arm, NULL, 0, NULL, &settings, &error) != AD_OK) {
+    if (config_read(arm, NULL, count, changes, &settings, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     return settings;
@@ -73,7 +73,9 @@ static void see(look *x, int count, const double *states, double *values, double
 static void test_values(void **state)
 {
     enum { COUNT = 11 };
-    config *settings = read_arm();
+    const char *changes[] = {"boundary.start.position=[0.1, -0.2, 0.3]",
+                             "boundary.start.rotation=[0.6, 0, 0.8, 0]"};
+    config *settings = read_arm(2, changes);
     reduced_rod *rod = make_rod(&settings->scene, modes);
     double states[COUNT * STATES], inputs[4] = {1, 2, 3, 1}, seen[5][COUNT * 4], alone[4];
     ad_error error;
@@ -123,7 +125,7 @@ static void test_values(void **state)
  * 0.2 mm, off by 1e-4 of the third derivatives, 1e-8 times 1e4/m^2 of them. */
 static void test_strains(void **state)
 {
-    config *settings = read_arm();
+    config *settings = read_arm(0, NULL);
     look *rotation = make_look(&settings->scene, LOOK_ROTATION, 3, places);
     look *position = make_look(&settings->scene, LOOK_POSITION, 3, places);
     look *curvature = make_look(&settings->scene, LOOK_CURVATURE, 1, places);
@@ -161,7 +163,7 @@ static void test_strains(void **state)
 static void test_derivatives(void **state)
 {
     enum { COUNT = 3 };
-    config *settings = read_arm();
+    config *settings = read_arm(0, NULL);
     (void)state;
     for (int what = 0; what < ALL; what++) {
         look *x = make_look(&settings->scene, (look_what)what, 2, (const double[]){0.07, 0.13});
@@ -413,7 +415,7 @@ static void test_stiffness(void **state)
         {{{LOOK_CURVATURE, 2, 1, 0, 0.1}}, 1, 0.016, 5e-4},
         {{{LOOK_DIRECTION, 1, 1, 0, 5e-3}, {LOOK_VELOCITY, 1, 1, 0, 5e-3}}, 2, 0.016, 5e-4},
     };
-    config *settings = read_arm();
+    config *settings = read_arm(0, NULL);
     (void)state;
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         double truth[8] = {0, 0, 0, 0.8};
@@ -435,17 +437,27 @@ static void test_load(void **state)
     const char *changes[] = {"parameters.load={range: [-0.2, 0.2]}",
                              "loads.tip.force=[load, 0, 0]"};
     const seen_by by = {LOOK_POSITION, 1, 1, 0, 2e-4};
-    ad_error error = {.message = ""};
-    config *settings = NULL;
+    config *settings = read_arm(2, changes);
     double truth[8] = {0, 0, 0, 1.2, 0.08};
     (void)state;
-    if (config_read(arm, NULL, 2, changes, &settings, &error) != AD_OK) {
-        fail_msg("%s", error.message);
-    }
     const followed found = follow(settings, 2, 1, &by, truth);
     assert_true(found.stiffness < 0.012);
     assert_true(found.load < 0.008);
     assert_true(found.position < 1.5e-4);
+    config_free(settings);
+}
+
+/* A start that is moved in time is none that a filter can look from. */
+static void test_refusal(void **state)
+{
+    const char *moved[] = {"boundary.start={type: driven, position: [0.01*sin(t)^2, 0, 0]}"};
+    const look_sensor sensor = {LOOK_POSITION, 1, &tip};
+    ad_error error = {.message = ""};
+    config *settings = read_arm(1, moved);
+    look *x = NULL;
+    (void)state;
+    assert_int_equal(look_create(&settings->scene, modes, &sensor, &x, &error), AD_BAD_INPUT);
+    assert_null(x);
     config_free(settings);
 }
 
@@ -454,7 +466,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_values),      cmocka_unit_test(test_strains),
         cmocka_unit_test(test_derivatives), cmocka_unit_test(test_stiffness),
-        cmocka_unit_test(test_load),
+        cmocka_unit_test(test_load),        cmocka_unit_test(test_refusal),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -123,11 +123,11 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
              "taken to be in the middle of their range."},                                         \
     {"control.walk", CONFIG_NUMBER, ENTRIES(0, CONTROL_INPUTS_MAX), CONTROL_AT(walk),              \
      .count_offset = offsetof(config, control.walk_count), BETWEEN(1e-9, 100),                     \
-     .unit = "of half the range, by sqrt(s)", .fallback = "0.01",                                  \
+     .unit = "of half the range, by sqrt(s)", .fallback = "0.03, more while innovations are large; of positive ranges 0.003",                                \
      .help = "How far each of them may wander: more for a load that comes and goes. Of one whose " \
              "range is positive of its logarithm. One number: all of them."},                      \
     {"control.plant.modes", CONFIG_INTEGER, ENTRIES(4, 4), CONTROL_AT(plant_modes),                \
-     BETWEEN(0, 12), .fallback = "one more of each than surrogate.modes",                          \
+     BETWEEN(0, 12), .fallback = "one more of each than the model has",                          \
      .help = "Of bending, twist, stretch, shear, of the simulated robot."},                        \
     {"control.plant.set", CONFIG_TEXT, ENTRIES(0, CONTROL_CHANGES_MAX), CONTROL_AT(changes),       \
      .count_offset = offsetof(config, control.change_count), .fallback = "none",                   \

@@ -74,7 +74,7 @@ typedef struct estimator_parameter {
     double low, high; /* its range */
     double deviation; /* at the start: of the logarithm if low > 0, else in half ranges; 0: a
                        * uniform distribution's */
-    double walk;      /* the same, by sqrt(s); 0: 0.01 */
+    double walk; /* the same, by sqrt(s); 0: 0.003 if low > 0, else 0.03 times estimator_process */
 } estimator_parameter;
 
 typedef struct estimator_sensor {

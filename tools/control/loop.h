@@ -32,6 +32,7 @@ typedef struct loop_setup {
     const double *truth;             /* [parameters of nominal] what they are in the plant; NaN: not
                                       * known */
     const one_step *surrogate;       /* for CONTROL_SURROGATE */
+    const one_step *inner; /* the same in steps of a shorter period; NULL: surrogate's own */
 } loop_setup;
 
 /* Flags of all samples: of estimator.h, of controller.h, and what the loop did. */

@@ -25,18 +25,23 @@ static ad_status create_models(control_loop *x, ad_error *error)
         x->by_step = *of->surrogate;
     }
     x->by_period = x->by_step;
+    if (x->control.model == CONTROL_SURROGATE && of->inner) {
+        x->by_period = *of->inner;
+    }
+    const bool whole = fabs(x->by_period.step - x->period) <= 1e-9 * x->period;
+    if (!whole && !x->by_period.shorter) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "control.period: %g s, and the trained model has steps of %g s alone; "
+                       "allowed: that, --inner with a model of the period, a kind with shorter "
+                       "steps, or control.model: reduced",
+                       x->period, x->by_period.step);
+    }
     x->by_period.step = x->period;
-    if (x->by_step.states != x->states || x->by_step.inputs != x->parameters) {
+    if (x->by_period.states != x->states || x->by_step.states != x->states ||
+        x->by_step.inputs != x->parameters) {
         return ad_fail(error, AD_BAD_INPUT,
                        "the trained model has %d states and %d inputs, the scene %d and %d",
                        x->by_step.states, x->by_step.inputs, x->states, x->parameters);
-    }
-    if (x->ratio > 1 && !x->by_step.shorter) {
-        return ad_fail(error, AD_BAD_INPUT,
-                       "control.period: %g s is shorter than the step of the trained model, which "
-                       "has no shorter ones; allowed: %g, a kind with shorter steps, or "
-                       "control.model: reduced",
-                       x->period, x->step);
     }
     return AD_OK;
 }

@@ -47,9 +47,7 @@ surrogate_settings control_model_of(const surrogate_settings *given)
 {
     surrogate_settings x = *given;
     if (isnan(x.step)) {
-        static const int usual[4] = {2, 1, 2, 1};
         x.step = 0.02;
-        memcpy(x.modes, usual, sizeof usual);
         x.input_count = x.parameter_count = 0;
     }
     return x;
@@ -257,16 +255,6 @@ static ad_status check_lists(control_settings *x, double length, char key[TRAIN_
     return status;
 }
 
-static void resolve_plant(control_settings *x, const surrogate_settings *model)
-{
-    const int *modes = x->plant_modes;
-    if (modes[0] + modes[1] + modes[2] + modes[3] == 0) {
-        for (int k = 0; k < 4; k++) {
-            x->plant_modes[k] = model->modes[k] + 1;
-        }
-    }
-}
-
 ad_status control_settings_resolve(control_settings *x, const surrogate_settings *model,
                                    const scene *rod_scene, bool estimate_given,
                                    char key[TRAIN_KEY_MAX], ad_error *error)
@@ -301,6 +289,5 @@ ad_status control_settings_resolve(control_settings *x, const surrogate_settings
                  model->step);
         status = blame(key, error, "period", -1, "", problem);
     }
-    resolve_plant(x, model);
     return status;
 }

@@ -25,16 +25,16 @@ static void describe(const control_row *row, const char *model, char lines[LINES
 }
 
 ad_status control_export(const config *of, const control_row *row, const char *model,
-                         const surrogate_step *surrogate, const char *out, bool force,
-                         char said[256], ad_error *error)
+                         const surrogate_step *filter, const surrogate_step *controller,
+                         const char *out, bool force, char said[256], ad_error *error)
 {
     const loop_parts parts = loop_parts_of(row->loop);
     char lines[LINES][LINE] = {""}, name[EXPORT_LOOP_NAME + 1];
     const char *verified[LINES + 1] = {NULL};
-    const export_step steps[2] = {{surrogate, parts.linear[0]}, {surrogate, parts.linear[1]}};
+    const export_step steps[2] = {{filter, parts.linear[0]}, {controller, parts.linear[1]}};
     ad_status status = export_loop_name(out, name, error);
     if (status == AD_OK && (row->control.method == CONTROL_SAMPLING ||
-                            (!surrogate && (!parts.linear[0] || !parts.linear[1])))) {
+                            (!controller && (!parts.linear[0] || !parts.linear[1])))) {
         status = ad_fail(error, AD_BAD_INPUT,
                          "--c: a loop with %s is not written as C; allowed: control.method "
                          "predictive with a trained one-step model, or control.model linear",

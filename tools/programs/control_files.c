@@ -128,7 +128,8 @@ static void print_panels(FILE *file, const void *context)
     const control_row *row = context;
     const int inputs = inputs_of(row), estimates = row->control.estimate_count;
     fprintf(file,
-            "set multiplot layout %d,2\nset key outside top center horizontal\nset xlabel 'mm'\nset ylabel 'mm'\n"
+            "set multiplot layout %d,2\nset key outside top center horizontal\nset xlabel "
+            "'mm'\nset ylabel 'mm'\n"
             "set size ratio -1\n"
             "plot $loop using 2:3 with lines lw 3 lc rgb '#BBBBBB' title 'wanted', \\\n"
             "     $loop using 4:5 with lines lw 1.2 lc rgb '#0072B2' title 'true'\n"

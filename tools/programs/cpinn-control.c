@@ -1,15 +1,16 @@
 /* cpinn-control: the closed loop of a scene in simulation; see --help. */
-#include "tools/config/config.h"
 #include "tools/config/config_surrogate.h"
 #include "tools/files/file_bytes.h"
 #include "tools/files/table_file.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/control_run.h"
+#include "tools/surrogate/training_internal.h"
 #include "tools/train/report.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 static const char program[] = "cpinn-control";
 
@@ -60,7 +61,7 @@ static const char epilogue[] =
     "The exit status is 3 where the robot diverges or control.tolerance is not kept.";
 
 typedef struct options {
-    const char *config, *out, *run, *json, *method, *c;
+    const char *config, *out, *run, *inner, *json, *c;
     cli_list overrides;
     int seed;
     bool compare, animate, quiet, force;
@@ -73,8 +74,8 @@ typedef struct controlling {
     config *nominal, *plant;
     surrogate_settings model;
     double truth[SCENE_PARAMETERS_MAX];
-    const one_step *trained; /* NULL: there is none */
-    const surrogate_step *trained_step;
+    surrogate *trained, *inner; /* NULL: there is none */
+    one_step step, inner_step;  /* of them */
     char model_text[400];
     int count;
     control_row rows[ROWS_MAX];
@@ -102,7 +103,7 @@ static ad_status read_scenes(controlling *x, ad_error *error)
         overrides[count++] = c->changes[i];
     }
     overrides[count++] = "control=null"; /* names that it has may be numbers now */
-    if (!isnan(x->nominal->surrogate.step)) {
+    if (surrogate_is_given(&x->nominal->surrogate)) {
         overrides[count++] = "surrogate=null";
     }
     status = config_read(o->config, NULL, count, overrides, &x->plant, error);
@@ -132,18 +133,98 @@ static void find_truth(controlling *x)
     }
 }
 
+/* Whether two scenes are the same but for what is trained and controlled. */
+static bool same_physics(const config *a, const config *b)
+{
+    const config *const both[2] = {a, b};
+    char *texts[2] = {NULL, NULL};
+    size_t sizes[2];
+    for (int i = 0; i < 2; i++) {
+        FILE *file = open_memstream(&texts[i], &sizes[i]);
+        if (file) {
+            (void)config_write_physics(both[i], file);
+            fclose(file);
+        }
+    }
+    const bool same = texts[0] && texts[1] && strcmp(texts[0], texts[1]) == 0;
+    free(texts[0]);
+    free(texts[1]);
+    return same;
+}
+
+static ad_status load(const controlling *x, const char *path, surrogate **model, one_step *step,
+                      ad_error *error)
+{
+    ad_error why;
+    ad_status status = surrogate_load(path, model, &why);
+    if (status != AD_OK) {
+        return ad_fail(error, status, "%.400s; cpinn-train trains one, --run DIR says where it is",
+                       why.message);
+    }
+    if (!same_physics((*model)->owner, x->nominal)) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "%.200s: the one-step model in %.200s was trained for another scene; train "
+                       "it again, or take control.model: reduced",
+                       x->asked.config, path);
+    }
+    return surrogate_one_step(*model, step, error);
+}
+
+/* The trained models, where one is wanted and there is one. */
+static ad_status open_trained(controlling *x, ad_error *error)
+{
+    const control_settings *c = &x->nominal->control;
+    char folder[200], checkpoint[220];
+    snprintf(folder, sizeof folder, "runs/%.150s", x->nominal->settings.name);
+    x->asked.run = x->asked.run ? x->asked.run : "";
+    const char *path = *x->asked.run ? x->asked.run : folder;
+    snprintf(checkpoint, sizeof checkpoint, "%s/checkpoint.h5", folder);
+    const bool wanted = c->model == CONTROL_SURROGATE || *x->asked.run;
+    if (!surrogate_is_given(&x->nominal->surrogate) ||
+        !(wanted || (c->model == CONTROL_AUTOMATIC && access(checkpoint, R_OK) == 0))) {
+        return AD_OK;
+    }
+    ad_status status = load(x, path, &x->trained, &x->step, error);
+    if (status == AD_OK && x->asked.inner) {
+        status = load(x, x->asked.inner, &x->inner, &x->inner_step, error);
+    }
+    if (status == AD_OK && x->inner &&
+        memcmp(x->inner->settings.modes, x->trained->settings.modes,
+               sizeof x->inner->settings.modes) != 0) {
+        status = ad_fail(error, AD_BAD_INPUT,
+                         "%.200s: --inner %.200s: has other modes than the model of longer steps",
+                         x->asked.config, x->asked.inner);
+    }
+    return status;
+}
+
+/* Of a model that is not trained by its tolerance, and of the plant one more of each. */
+static ad_status choose_modes(controlling *x, ad_error *error)
+{
+    char text[256];
+    int *of = x->nominal->control.plant_modes;
+    ad_pool *pool = ad_pool_create(1);
+    ad_status status =
+        pool ? surrogate_choose_modes(&x->nominal->scene, &x->model, pool, 0, text, error)
+             : ad_fail(error, AD_NO_MEMORY, "out of memory for modes");
+    ad_pool_free(pool);
+    const bool open = of[0] + of[1] + of[2] + of[3] == 0;
+    for (int k = 0; k < 4 && open; k++) {
+        of[k] = x->model.modes[k] + 1;
+    }
+    return status;
+}
+
 static ad_status find_model(controlling *x, ad_error *error)
 {
     control_settings *c = &x->nominal->control;
-    static one_step model;
-    surrogate *found = NULL;
-    if (x->asked.run && surrogate_load(x->asked.run, &found, error) == AD_OK &&
-        surrogate_one_step(found, &model, error) == AD_OK) {
-        x->trained = &model;
-        x->trained_step = &found->step;
+    ad_status status = open_trained(x, error);
+    if (status != AD_OK) {
+        return status;
     }
-    x->model = control_model_of(&x->nominal->surrogate);
-    if (isnan(x->nominal->surrogate.step)) { /* no inputs where nothing is estimated, either */
+    x->model = x->trained ? x->trained->settings : control_model_of(&x->nominal->surrogate);
+    if (!surrogate_is_given(
+            &x->nominal->surrogate)) { /* no inputs where nothing is estimated, either */
         x->model.parameter_count = c->estimate_count;
         memcpy(x->model.parameters, c->estimate, sizeof c->estimate);
     }
@@ -157,12 +238,13 @@ static ad_status find_model(controlling *x, ad_error *error)
             "in %.100s; train it with cpinn-train, or give --run",
             x->asked.config, x->asked.run);
     }
+    status = choose_modes(x, error);
     const int *m = x->model.modes;
     static const char *const words[] = {"", "trained one-step model", "reduced rod", "linear"};
     snprintf(x->model_text, sizeof x->model_text,
              "%s, modes %d, %d, %d, %d, steps of %.4g ms, horizon %d", words[c->model], m[0], m[1],
              m[2], m[3], 1e3 * x->model.step, c->horizon);
-    return AD_OK;
+    return status;
 }
 
 /* ---- running ------------------------------------------------------------------------------- */
@@ -209,9 +291,23 @@ static ad_status run_row(controlling *x, control_row *row, ad_error *error)
                               .nominal = &x->nominal->scene,
                               .plant = &x->plant->scene,
                               .truth = x->truth,
-                              .surrogate = x->trained};
+                              .surrogate = x->trained ? &x->step : NULL,
+                              .inner = x->inner ? &x->inner_step : NULL};
     ad_status status = loop_create(&setup, &row->loop, error);
     return status == AD_OK ? loop_run(row->loop, &row->report, error) : status;
+}
+
+/* "control.period: ..." with its place in the file. */
+static ad_status blame_key(const config *of, ad_error *error)
+{
+    const char *colon = strstr(error->message, ": ");
+    char key[64], problem[sizeof error->message];
+    if (error->status != AD_BAD_INPUT || strncmp(error->message, "control", 7) != 0 || !colon) {
+        return error->status;
+    }
+    snprintf(key, sizeof key, "%.*s", (int)(colon - error->message), error->message);
+    snprintf(problem, sizeof problem, "%s", colon + 2);
+    return config_refuse(of, key, problem, error);
 }
 
 static void judge(controlling *x)
@@ -253,7 +349,7 @@ static ad_status run(controlling *x, ad_error *error)
         status = run_row(x, row, &row->why);
         if (status != AD_OK && i == 0) {
             *error = row->why;
-            return status;
+            return blame_key(x->nominal, error);
         }
         if (status != AD_OK) {
             loop_free(row->loop);
@@ -273,7 +369,10 @@ static ad_status run(controlling *x, ad_error *error)
     ad_error why;
     char said[256];
     if (status == AD_OK && o->c) {
-        status = control_export(x->nominal, &x->rows[0], x->model_text, x->trained_step, o->c,
+        const surrogate *plans = x->rows[0].control.model == CONTROL_SURROGATE ? x->trained : NULL;
+        const surrogate *filters = plans && x->inner ? x->inner : plans;
+        status = control_export(x->nominal, &x->rows[0], x->model_text,
+                                filters ? &filters->step : NULL, plans ? &plans->step : NULL, o->c,
                                 o->force, said, error);
         if (status == AD_OK && !o->quiet) {
             printf("wrote %s as C: %s\n", o->c, said);
@@ -320,6 +419,9 @@ int main(int argc, char **argv)
         {"--force", NULL, CLI_FLAG, &o->force, 0, 0, "with --c: replace files"},
         {"--run", "DIR", CLI_TEXT, &o->run, 0, 0,
          "folder of the trained one-step model (default runs/NAME)"},
+        {"--inner", "DIR", CLI_TEXT, &o->inner, 0, 0,
+         "with a control.period below surrogate.step: folder of the same model\nin steps of the "
+         "period, which the filter takes"},
         {"--seed", "N", CLI_INTEGER, &o->seed, 0, 1000000000, "in place of control.seed"},
         CLI_SET(&o->overrides),
         CLI_VERDICT_JSON(&o->json),
@@ -347,6 +449,10 @@ int main(int argc, char **argv)
     for (int i = 0; i < x.count; i++) {
         loop_free(x.rows[i].loop);
     }
+    surrogate_one_step_free(&x.step);
+    surrogate_one_step_free(&x.inner_step);
+    surrogate_free(x.trained);
+    surrogate_free(x.inner);
     config_free(x.nominal);
     config_free(x.plant);
     return status;

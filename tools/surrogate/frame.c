@@ -17,7 +17,7 @@
 static const double MOST_OFF = 0.03;
 
 /* Of the usual bending: below, the frame is shortened. */
-static const double SOFT = 0.1;
+static const double SOFT = 0.01;
 
 /* Relative: rows that depend on each other. */
 static const double DEPENDENT = 1e-6;

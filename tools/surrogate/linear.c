@@ -179,6 +179,34 @@ static ad_status add_products(ad_pool *pool, const surrogate_step *m, const grou
     return AD_OK;
 }
 
+/* The frame turns with the bending one step ahead, by the linear map: a straight robot whose inputs
+ * are about to bend it has a direction, too. Usual ones have length 1 in each component. */
+static void lead(const surrogate_step *m, const group *g, const surrogate_steps *steps,
+                 const double *solution, surrogate_numbers *to)
+{
+    enum { MOST = 2 * SURROGATE_STATES_MAX + 2 * SURROGATE_INPUTS_MAX };
+    const int n = m->states, all = m->ramps ? 2 * m->inputs : m->inputs;
+    const int features = (1 + 2 * m->slow_count) * g->count;
+    double z[MOST], ahead[MOST] = {0}, square = 0;
+    for (int o = 0; o < g->outputs; o++) {
+        for (int k = 0; k < g->count; k++) {
+            ahead[k] += to->lead[o] * solution[o * features + k];
+        }
+    }
+    for (size_t i = 0; i < steps->count; i++) {
+        double w[2] = {0, 0};
+        surrogate_coordinates(m, steps->state + i * (size_t)n, steps->input + i * (size_t)all, z);
+        for (int k = 0; k < g->count; k++) {
+            w[0] += ahead[k] * z[k];
+            w[1] += ahead[k] * z[g->count + k];
+        }
+        square += (w[0] * w[0] + w[1] * w[1]) / (2 * (double)steps->count);
+    }
+    for (int k = 0; k < g->count && square > 0; k++) {
+        to->lead[k] = ahead[k] / sqrt(square);
+    }
+}
+
 ad_status surrogate_fit_linear(ad_pool *pool, surrogate_step *m, double *numbers,
                                const surrogate_steps *steps, ad_error *error)
 {
@@ -196,6 +224,9 @@ ad_status surrogate_fit_linear(ad_pool *pool, surrogate_step *m, double *numbers
             double *solution = gram + size * size;
             status = status == AD_OK ? solve(pool, features, now->outputs, gram, solution, error)
                                      : status;
+            if (m->turns && now->other >= 0 && status == AD_OK) {
+                lead(m, now, steps, solution, &to);
+            }
             for (int part = 0; part < (now->other < 0 ? 1 : 2) && status == AD_OK; part++) {
                 store(m, now, part == 1, solution, &to);
             }

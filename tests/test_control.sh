@@ -1,0 +1,170 @@
+#!/bin/bash
+# What cpinn-control says, writes and refuses: short loops with the reduced rod as the model.
+#   test_control.sh BIN ROOT
+set -u
+. "$(dirname "$0")/programs.sh"
+arm=$ROOT/configs/robots/soft_arm_control.yaml
+tendons=$ROOT/configs/robots/tendon_control.yaml
+
+loop() { # STATUS OPTIONS...: of the arm, two seconds
+    local status=$1
+    shift
+    run "$status" cpinn-control "$arm" --set control.model=reduced --set control.duration=2 "$@"
+}
+
+# ROW COLUMN: of the table in stdout.txt; the number is below a bound.
+below() {
+    awk -v row="^$1 " -v column="$2" -v bound="$3" '
+        $0 ~ row { sub(row, ""); found = $column > 0 && $column < bound }
+        END { exit !found }' stdout.txt || failed "$1: column $2 is not below $3: $(cat stdout.txt)"
+}
+
+# ---- a loop -----------------------------------------------------------------------------------
+
+run 0 cpinn-control --help
+said stdout.txt '^  control:$'
+said stdout.txt '^  not_held '
+# The noise of one position is 0.2 mm; what the model leaves out of the plant is 0.1 mm.
+loop 0
+said stdout.txt '^soft_arm_control: 101 periods of 20 ms$'
+said stdout.txt 'circle of 30 mm at 0.5 Hz about \(.*\) m across \(.*, 1\)'
+said stdout.txt 'stiffness 0\.(79[2-9]|80[0-8])[0-9]* \+- 0\.00'
+below 'reduced rod' 1 0.3
+below 'reduced rod' 2 0.7
+check nothing on stderr -- test ! -s stderr.txt
+# A path that the scene says nothing of, and no section at all.
+printf 'control:\n  task: {path: circle, radius: 0.03, frequency: 0.5}\n' >task.yaml
+sed '/^# What cpinn-control/,$d' "$arm" >bare.yaml
+cat bare.yaml task.yaml >few.yaml
+sed '/^surrogate:/,$d' "$arm" >bare2.yaml
+run 0 cpinn-control few.yaml --set control.duration=1.5
+below 'reduced rod' 1 0.2
+run 0 cpinn-control bare.yaml --set control.duration=1.5
+said stdout.txt 'circle of 13 mm'
+# Beside others: what is not estimated and what is linear cost a factor.
+loop 0 --compare --set control.samples=16 --set control.duration=1.4
+below 'reduced rod' 1 0.3
+for row in 'nothing estimated' 'linear model' sampling; do
+    said stdout.txt "^$row +[0-9.]+ +[0-9.]+ "
+done
+awk '/^reduced rod/ { good = $3 } /^nothing est/ { left = $3 } /^linear/ { linear = $3 }
+     END { exit !(left > 5 * good && linear > 5 * good) }' stdout.txt ||
+    failed "others are not worse: $(cat stdout.txt)"
+# Faster than the model's steps: controllers take turns.
+loop 0 --set control.period=0.004 --set control.duration=1.3
+said stdout.txt '^soft_arm_control: 326 periods of 4 ms$'
+below 'reduced rod' 1 0.3
+# Tendons, a load that is not known, positions that come late and seldom.
+run 0 cpinn-control "$tendons" --set control.model=reduced --set control.duration=2
+said stdout.txt 'figure eight of 40 mm .* on what can be reached'
+said stdout.txt 'payload 0\.0(29|30)[0-9]* \+- '
+below 'reduced rod' 1 1
+
+# By a trained model, here of the least work: the linear map of steps alone.
+cpinn-train "$arm" --set surrogate.kind=linear --set surrogate.solved=800 >/dev/null 2>&1 # warns of it
+run 0 cpinn-control "$arm" --set surrogate.kind=linear --set control.tolerance=null \
+    --set control.duration=1.5
+said stdout.txt 'model +trained one-step model, modes 2, 1, 2, 1'
+below 'one-step model' 1 6
+refused '^--set control.period=0.01: control.period: 0.01 s, and the trained model has steps of 0.02 s alone' \
+    cpinn-control "$arm" --set control.period=0.01
+refused 'was trained for another scene' cpinn-control "$arm" --set rod.length=0.14
+rm -rf runs
+
+# ---- files, and the same bits ------------------------------------------------------------------
+
+quick='control.duration=0.4'
+loop 0 --set "$quick" --seed 7 --out a.csv --animate
+loop 0 --set "$quick" --seed 7 --out b.csv
+loop 0 --set "$quick" --seed 8 --out c.csv --quiet
+check quiet says nothing -- test ! -s stdout.txt -a ! -s stderr.txt
+for name in a b c; do
+    awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) left[i] = $i ~ /seconds/ }
+             { for (i = 1; i <= NF; i++) if (!left[i]) printf "%s,", $i; print "" }' \
+        $name.csv >$name.numbers
+done
+same a.numbers b.numbers
+check another seed is another loop -- test "$(cmp -s a.numbers c.numbers; echo $?)" -eq 1
+said a.csv '^t,reference_x,.*,true_z,.*,input_force1,.*,estimate_stiffness,deviation_stiffness,'
+check scripts -- test -s a.gp -a -s a_moving.gp
+if command -v gnuplot >/dev/null; then
+    check pictures -- test -s a.svg -a -s a.png -a -s a.gif
+fi
+loop 0 --set "$quick" --json report.json --out d.h5
+said report.json '"loops": \[\{"name": "reduced rod", "error": null, "samples": 21, "diverged": 0'
+check what is said beside JSON -- test -s stdout.txt
+loop 0 --set "$quick" --json -
+said stdout.txt '^\{"program": "cpinn-control"'
+
+# ---- tasks -------------------------------------------------------------------------------------
+
+printf 't,x,y,z\n0,0,0,0.145\n0.5,0.01,0,0.145\n1,0.01,0.01,0.144\n' >path.csv
+cp "$arm" file.yaml
+run 0 cpinn-control file.yaml --set control.model=reduced --set control.task.path=file \
+    --set control.task.file=path.csv --set control.task.approach=0.5 --out path_loop.csv
+check the end of the file -- test "$(tail -1 path_loop.csv | cut -d, -f1-4)" = 1.5,0.01,0.01,0.144
+loop 0 --set 'control.task={path: points, approach: 0.2, travel: 0.4,
+    points: [{position: [0.01, 0, 0.144], stay: 0.4}, {position: [0, 0.01, 0.144], stay: 0.4}]}' \
+    --set control.duration=null
+said stdout.txt '^soft_arm_control: 71 periods' # 0.2 + 0.4 + 0.4 + 0.4 s
+below 'reduced rod' 1 0.3
+
+# ---- faults and limits --------------------------------------------------------------------------
+
+loop 0 --set 'control.faults=[{kind: nan, from: 1.2, lasts: 0.1}, {kind: lost, from: 1.4},
+    {kind: wild, from: 1.5, lasts: 0.06}, {kind: late, from: 1.7, lasts: 0.1}]'
+said stdout.txt 'missing 1, not_finite 5, outlier 3 samples'
+said stdout.txt 'late in 5 samples'
+below 'reduced rod' 2 1
+loop 0 --set control.tolerance=null --set 'control.constraints=[{what: position, axis: 1, low: -0.02}]'
+said stdout.txt 'constraint 0: violated in [0-9.]+ % of the periods, by at most (0\.00[01]|[0-9.]+e-0)'
+loop 0 --set control.tolerance=null --set 'control.limits={low: [1, 1, 1], high: [5, 5, 5], rate: [50]}' --out limits.csv
+awk -F, 'NR > 2 { for (i = 11; i <= 13; i++)
+             if ($i < 1 - 1e-9 || $i > 5 + 1e-9 || ($i - was[i]) ^ 2 > 1.000001) exit 1 }
+         { for (i = 11; i <= 13; i++) was[i] = $i }' limits.csv || failed 'inputs beyond limits'
+said stdout.txt 'at a limit in'
+loop 3 --set control.tolerance.rms=1e-6
+said stdout.txt '^warning \(not_held\): the place is off the path by 0\.0'
+loop 3 --set 'control.plant.set=["loads.tip.force=[0, 20, 0]"]' # many times what chambers do
+said stdout.txt '^warning \((diverged|not_held)\): '
+
+# ---- refusals ----------------------------------------------------------------------------------
+
+bad() { # PATTERN SETTING
+    refused "$1" cpinn-control "$arm" --set control.model=reduced --set "$2"
+}
+bad 'control.estimate\[0\]: mass is no parameter with a range; allowed' 'control.estimate=[mass]'
+bad 'control.limits.low: has 1 numbers, and there are 3 inputs' 'control.limits.low=[1]'
+bad 'force2; allowed: 0 to 8' 'control.limits.high=[5, 9, 5]'
+bad 'control.limits.rate\[0\]: is not positive' 'control.limits.rate=[-1]'
+bad 'control.track.at: is 0.2 m along a rod of 0.13 m' control.track.at=0.2
+bad 'control.task.path: is points, and there are none' control.task.path=points
+bad 'control.task.path: is file, and there is none' control.task.path=file
+bad 'control.task.points\[0\].position: missing' 'control.task.points=[{stay: 1}]'
+bad 'control.task.normal: is 0' 'control.task.normal=[0, 0, 0]'
+bad 'control.measurements\[0\].at: is 1 m along' 'control.measurements=[{what: position, at: 1}]'
+bad 'control.measurements\[0\].what: .* allowed: one of position, rotation' \
+    'control.measurements=[{what: colour}]'
+bad 'control.constraints\[0\]: has neither low nor high' 'control.constraints=[{what: position}]'
+bad 'control.constraints\[0\].high: is not above low' \
+    'control.constraints=[{what: position, low: 1, high: 0}]'
+bad 'control.faults\[0\].measurement: is none of' \
+    'control.faults=[{kind: nan, measurement: 3}]'
+bad 'control.period: is above the step of the model' control.period=0.5
+bad 'control.period: 0.007 s; allowed: a step of the model' control.period=0.007
+bad 'control.walk: has not as many numbers as estimate' 'control.walk=[1, 2]'
+bad 'control.plant.set: --set rod.lenth=1: rod.lenth: unknown key' \
+    'control.plant.set=[rod.lenth=1]'
+bad 'control: the scene depends on time' 'loads.tip.force=["sin(t)", 0, 0]'
+refused 'control: the scene has no motion' cpinn-control "$ROOT/configs/elastica.yaml"
+refused 'path_loop.csv: has no column x; allowed: t, x, y, z' cpinn-control file.yaml \
+    --set control.model=reduced --set control.task.path=file --set control.task.file=path_loop.csv
+refused 'runs/soft_arm_control: cannot be opened.*; cpinn-train trains one' \
+    cpinn-control "$arm" --set control.model=surrogate
+refused 'the scene has no one-step model; give it a section surrogate' \
+    cpinn-control bare2.yaml --set control.model=surrogate
+refused '^cpinn-control: --animate: nothing would be written' cpinn-control "$arm" --animate
+refused 'identified' cpinn-control \
+    "$arm" --set 'parameters.stiffness={range: [0.6, 1.4], identify: 1}'
+
+finish
