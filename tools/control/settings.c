@@ -1,6 +1,6 @@
 #include "tools/control/settings.h"
 
-#include "physics/solve/modes.h"
+#include "physics/solve/reduced.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -266,7 +266,7 @@ ad_status control_settings_resolve(control_settings *x, const surrogate_settings
         : rod_scene->unknown_count > 0 ? "the scene has numbers to be identified"
         : scene_uses(rod_scene, "t")
             ? "the scene depends on time (disturbances go under control.plant.set)"
-            : modes_refusal(rod_scene);
+            : reduced_refusal(rod_scene);
     if (refused) {
         char problem[300];
         snprintf(problem, sizeof problem,

@@ -88,7 +88,7 @@ void eval_rollouts_print(FILE *file, const rollouts_report *x)
             1e3 * x->length * model->error[ROLLOUTS_SHORT][0],
             1e3 * x->length * model->error[ROLLOUTS_SHORT][1]);
     if (rod) {
-        fprintf(file, "the %s, is at least as exact and takes %.3g times as long\n", rod->name,
+        fprintf(file, "the %s is at least as exact and takes %.3g times as long\n", rod->name,
                 rod->alone / model->alone);
     }
     if (!isnan(x->outside)) {

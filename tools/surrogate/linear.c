@@ -19,23 +19,28 @@ void surrogate_steps_free(surrogate_steps *x)
     *x = (surrogate_steps){0};
 }
 
-ad_status surrogate_steps_of(const excite_rollouts *from, bool ramps, surrogate_steps *x,
-                             ad_error *error)
+/* Room for so many numbers; false: none. */
+static bool grow(double **array, size_t count)
+{
+    double *more = realloc(*array, (count + 1) * sizeof *more);
+    *array = more ? more : *array;
+    return more != NULL;
+}
+
+ad_status surrogate_steps_add(const excite_rollouts *from, bool ramps, surrogate_steps *x,
+                              ad_error *error)
 {
     const size_t n = (size_t)from->states, m = (size_t)from->inputs, all = ramps ? 2 * m : m;
     const size_t rows = (size_t)from->steps + 1;
-    *x = (surrogate_steps){0};
+    size_t at = x->count, count = x->count;
     for (int i = 0; i < from->count; i++) {
-        x->count += (size_t)from->done[i];
+        count += (size_t)from->done[i];
     }
-    x->state = malloc((x->count * n + 1) * sizeof *x->state);
-    x->next = malloc((x->count * n + 1) * sizeof *x->next);
-    x->input = malloc((x->count * all + 1) * sizeof *x->input);
-    if (!x->state || !x->next || !x->input) {
-        surrogate_steps_free(x);
+    if (!grow(&x->state, count * n) || !grow(&x->next, count * n) ||
+        !grow(&x->input, count * all)) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for solved steps");
     }
-    size_t at = 0;
+    x->count = count;
     for (int i = 0; i < from->count; i++) {
         for (size_t k = 0; k < (size_t)from->done[i]; k++, at++) {
             const size_t row = (size_t)i * rows + k;

@@ -488,6 +488,31 @@ static ad_status find_weight(physics_loss *x, reduced_rod *rod, ad_error *error)
     return status;
 }
 
+/* Of rates: each over its mean square at the beginnings. */
+static ad_status find_rate_weight(physics_loss *x, worker *w, ad_error *error)
+{
+    enum { SOME = 256 };
+    const size_t n = (size_t)x->m->states;
+    double *given = w->steps[0].given, *rate = w->steps[0].n;
+    for (size_t s = 0; s < SOME; s++) {
+        const int *begin = x->begin[s * x->count / SOME];
+        const size_t row = (size_t)begin[0] * (size_t)(x->motions->steps + 1) + (size_t)begin[1];
+        take_state(x, row, given);
+        take_inputs(x, row, given + n);
+        if (!remainder_at(x, w, given, 0, given, rate, NULL)) {
+            return ad_fail(error, AD_NOT_FINITE, "a rate of the rod is not finite");
+        }
+        for (size_t j = 0; j < n; j++) {
+            x->weight[j * n + j] += rate[j] * rate[j] / SOME;
+        }
+    }
+    for (size_t j = 0; j < n; j++) {
+        double *at = &x->weight[j * n + j];
+        *at = *at > 0 ? 1 / *at : 1;
+    }
+    return AD_OK;
+}
+
 static bool list_beginnings(physics_loss *x)
 {
     const excite_rollouts *motions = x->motions;
@@ -617,10 +642,13 @@ ad_status physics_loss_create(const scene *open, const int modes[4], const excit
     }
     status = status == AD_OK ? find_flows(x, error) : status;
     status = status == AD_OK ? find_integrals(x, error) : status;
-    if (status == AD_OK && settings->tip) {
+    if (status == AD_OK && settings->tip && !settings->rates) {
         status = find_weight(x, x->workers[0].rod, error);
     }
-    for (size_t j = 0; j < n && status == AD_OK && !settings->tip; j++) {
+    if (status == AD_OK && settings->rates) {
+        status = find_rate_weight(x, &x->workers[0], error);
+    }
+    for (size_t j = 0; j < n && status == AD_OK && !settings->tip && !settings->rates; j++) {
         x->weight[j * n + j] = 1;
     }
     if (status != AD_OK) {

@@ -97,7 +97,7 @@ static ad_status find_flow(reduced_rod *rod, const excite_rollouts *motions, con
     return status;
 }
 
-/* LeCun's weights; of the outputs a hundredth of them. Damped sines begin with frequencies up to
+/* LeCun's weights; of the outputs a thousandth of them. Damped sines begin with frequencies up to
  * half a turn a step, phases all around, and decays from 0.3 to 30 a step. */
 static void draw_parameters(const decoupled *m, uint64_t seed, double *at)
 {
@@ -107,7 +107,7 @@ static void draw_parameters(const decoupled *m, uint64_t seed, double *at)
     for (int l = 0; l <= m->layers; l++) {
         const bool last = l == m->layers;
         const int out = last ? decoupled_outputs(m) : m->width[l];
-        const double size = (last ? 0.01 : 1) / sqrt(in);
+        const double size = (last ? 1e-3 : 1) / sqrt(in);
         for (int k = 0; k < out * in; k++) {
             *at++ = size * nn_rng_normal(&random);
         }
@@ -115,7 +115,7 @@ static void draw_parameters(const decoupled *m, uint64_t seed, double *at)
             const double uniform = nn_rng_uniform(&random);
             const int term = m->terms > 0 ? k / 4 % m->terms : 0;
             const double decay = 0.3 * pow(100, m->terms > 1 ? (double)term / (m->terms - 1) : 0.5);
-            const double begin[4] = {0.02 * (uniform - 0.5), pi * uniform, 2 * pi * (uniform - 0.5),
+            const double begin[4] = {2e-3 * (uniform - 0.5), pi * uniform, 2 * pi * (uniform - 0.5),
                                      decay};
             *at++ = last && m->terms > 0 ? begin[k % 4] : 0;
         }

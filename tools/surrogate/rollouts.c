@@ -297,7 +297,7 @@ static ad_status judge_rod(runner *x, rollouts_report *report, ad_error *error)
                                 .shorter = 1,
                                 .advance = advance_rod};
         rollouts_row *row = &report->rows[parts == 1 ? ROLLOUTS_ROD : ROLLOUTS_ROD_TWICE];
-        row->name = parts == 1 ? "reduced rod, one step" : "reduced rod, two steps";
+        row->name = parts == 1 ? "reduced rod in one step" : "reduced rod in two steps";
         row->states = x->truth->states;
         one_steps(x, &model, report->steps[ROLLOUTS_SHORT], row);
         rollouts(x, &model, report->steps, ROLLOUTS_SHORT, row);
@@ -365,7 +365,7 @@ static ad_status judge_finer(runner *x, const excite_settings *settings, ad_pool
         }
     }
     if (status == AD_OK) {
-        row->name = "solver, finer modes";
+        row->name = "solver with finer modes";
         row->states = motion.states;
         median_and_worst(count, x->errors, row->error[ROLLOUTS_SHORT]);
         row->alone = motion.seconds / ((double)motion.count * steps);

@@ -18,7 +18,7 @@ extern "C" {
 #endif
 
 typedef struct rollouts_subject {
-    const scene *scene;
+    const struct scene *scene;
     int modes[4]; /* of the reduced rod whose state the model has, as reduced_settings */
     const one_step *model;
     const char *name;  /* static text */

@@ -1,6 +1,6 @@
 #include "tools/surrogate/settings.h"
 
-#include "physics/solve/modes.h"
+#include "physics/solve/reduced.h"
 #include "tools/surrogate/surrogate_step.h"
 
 #include <math.h>
@@ -23,7 +23,13 @@ const char *const *surrogate_hold_names(void)
 
 surrogate_settings surrogate_settings_default(void)
 {
-    return (surrogate_settings){.step = NAN, .tolerance = 2e-3, .solved = 20000};
+    return (surrogate_settings){.step = NAN,
+                                .tolerance = 5e-3,
+                                .solved = 20000,
+                                .terms = 4,
+                                .ahead = 1,
+                                .physics = NAN,
+                                .data = NAN};
 }
 
 bool surrogate_is_given(const surrogate_settings *settings)
@@ -41,6 +47,11 @@ static bool names(int count, const char *const *all, const char *name)
     return false;
 }
 
+bool surrogate_is_decoupled(surrogate_kind_id kind)
+{
+    return kind >= SURROGATE_DDPINN;
+}
+
 bool surrogate_names_parameter(const surrogate_settings *settings, const char *name)
 {
     return names(settings->parameter_count, settings->parameters, name);
@@ -49,7 +60,7 @@ bool surrogate_names_parameter(const surrogate_settings *settings, const char *n
 /* ---- what is open, and checks -------------------------------------------------------------- */
 
 /* Steps of the optimiser, and the network, that were measured to be worth their time. */
-enum { STEPS = 4000, WIDTH = 64 };
+enum { STEPS = 4000, WIDTH = 64, DECOUPLED_STEPS = 16000 };
 
 static ad_status refuse(char key[TRAIN_KEY_MAX], const char *which, ad_error *error,
                         const char *problem)
@@ -122,6 +133,34 @@ static ad_status resolve_names(surrogate_settings *x, const scene *of, char key[
     return status;
 }
 
+/* Weights of the loss that are open: as published, the equations alone, or both. */
+static ad_status resolve_loss(surrogate_settings *x, char key[TRAIN_KEY_MAX], ad_error *error)
+{
+    if (!surrogate_is_decoupled(x->kind)) {
+        return isnan(x->physics) && isnan(x->data)
+                   ? AD_OK
+                   : refuse(key, isnan(x->data) ? "surrogate.physics" : "surrogate.data", error,
+                            "is of the kinds that are curves in time; flow and linear are "
+                            "regressions on solved steps; leave it out");
+    }
+    x->physics = isnan(x->physics) ? 1 : x->physics;
+    x->data = isnan(x->data) ? (x->kind == SURROGATE_DDPINN ? 0 : 3) : x->data;
+    return x->physics + x->data > 0 ? AD_OK
+                                    : refuse(key, "surrogate.data", error,
+                                             "and surrogate.physics are 0; allowed: one above 0");
+}
+
+/* Adam on parts of the steps, since f with its derivatives is what costs. */
+static void stage_of_curves(const surrogate_settings *x, train_stage *stage)
+{
+    stage->optimizer = OPTIM_ADAM;
+    stage->steps = DECOUPLED_STEPS;
+    stage->adam.schedule.kind = OPTIM_SCHEDULE_COSINE;
+    stage->adam.schedule.learning_rate = x->kind == SURROGATE_DDPINN ? 2e-3 : 4e-3;
+    stage->adam.schedule.decay_steps = DECOUPLED_STEPS;
+    stage->adam.schedule.final_fraction = 0.01;
+}
+
 static ad_status check_scene(const scene *of, char key[TRAIN_KEY_MAX], ad_error *error)
 {
     if (!scene_is_dynamic(of)) {
@@ -140,7 +179,7 @@ static ad_status check_scene(const scene *of, char key[TRAIN_KEY_MAX], ad_error 
                       "have no range, or too many: those with ranges are the inputs of a one-step "
                       "model; allowed: 1 to 32");
     }
-    const char *why = modes_refusal(of);
+    const char *why = reduced_refusal(of);
     return why ? refuse(key, "surrogate.step", error, why) : AD_OK;
 }
 
@@ -191,9 +230,13 @@ ad_status surrogate_settings_resolve(surrogate_settings *x, train_settings *trai
         training->stages[0] = train_stage_default();
         training->stages[0].optimizer = OPTIM_SSBROYDEN;
         training->stages[0].steps = STEPS;
+        if (surrogate_is_decoupled(x->kind)) {
+            stage_of_curves(x, &training->stages[0]);
+        }
     }
     ad_status status = check_scene(rod_scene, key, error);
     status = status == AD_OK ? resolve_names(x, rod_scene, key, error) : status;
+    status = status == AD_OK ? resolve_loss(x, key, error) : status;
     status = status == AD_OK ? check_training(x, training, key, error) : status;
     if (status != AD_OK) {
         return status;

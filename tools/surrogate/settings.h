@@ -12,7 +12,12 @@ extern "C" {
 /* Name in C, name in YAML; one row of surrogate_kinds each. */
 #define SURROGATE_KIND_LIST(X)                                                                     \
     X(SURROGATE_FLOW, "flow")     /* linear map + network, regression on solved steps */           \
-    X(SURROGATE_LINEAR, "linear") /* the linear map alone */
+    X(SURROGATE_LINEAR, "linear") /* the linear map alone */                                       \
+    /* curves in time, tools/surrogate/decoupled.h, learned from the rod's equations */            \
+    X(SURROGATE_DDPINN, "ddpinn")           /* damped sines beside the state, as published */      \
+    X(SURROGATE_DDPINN_FLOW, "ddpinn_flow") /* beside the exact linear flow */                     \
+    X(SURROGATE_POLYNOMIAL, "polynomial")   /* polynomials: a learned method of Radau */           \
+    X(SURROGATE_POLYNOMIAL_FLOW, "polynomial_flow") /* beside the exact linear flow */
 #define SURROGATE_HOLD_LIST(X)                                                                     \
     X(SURROGATE_CONSTANT, "constant") /* inputs stay while a step lasts */                         \
     X(SURROGATE_RAMP, "linear")       /* go linearly to those of its end */
@@ -37,12 +42,16 @@ typedef struct surrogate_settings {
     const char *inputs[SCENE_PARAMETERS_MAX];     /* actuated; none: all that are no parameters */
     const char *parameters[SCENE_PARAMETERS_MAX]; /* slow ones, which stay for a rollout */
     int solved;                                   /* steps to learn from */
+    int terms;                                    /* of curves: damped sines for each state, */
+    int ahead;                                    /* and steps in a row that an error is followed */
+    double physics, data; /* weights of the equations and of solved steps; NaN: open */
 } surrogate_settings;
 
 surrogate_settings surrogate_settings_default(void);
 
 /* Whether a scene has the section; whether a name is one of its parameters. */
 bool surrogate_is_given(const surrogate_settings *settings);
+bool surrogate_is_decoupled(surrogate_kind_id kind); /* of curves in time */
 bool surrogate_names_parameter(const surrogate_settings *settings, const char *name);
 
 /* Fills in what is open, network and stages (where they are not given) among it, and checks.

@@ -22,6 +22,7 @@ bool surrogate_is_parameter(const surrogate *s, int i)
 
 typedef struct runner {
     const surrogate_step *step;
+    const decoupled *curve; /* NULL: the step */
     double *work;
 } runner;
 
@@ -29,31 +30,39 @@ static int advance(void *context, int count, double h, const double *states, con
                    const double *after, double *next, double *by_state, double *by_inputs)
 {
     const runner *x = context;
+    if (x->curve) {
+        return decoupled_advance(x->curve, x->work, count, h, states, inputs, after, next, by_state,
+                                 by_inputs);
+    }
     return surrogate_step_advance(x->step, x->work, count, h, states, inputs, after, next, by_state,
                                   by_inputs);
 }
 
 static double outside(void *context, const double *state, const double *inputs)
 {
-    return surrogate_step_outside(((const runner *)context)->step, state, inputs);
+    const runner *x = context;
+    return x->curve ? decoupled_outside(x->curve, state, inputs)
+                    : surrogate_step_outside(x->step, state, inputs);
 }
 
 ad_status surrogate_one_step(const surrogate *s, one_step *result, ad_error *error)
 {
     const surrogate_step *m = &s->step;
+    const decoupled *curve = surrogate_is_decoupled(s->settings.kind) ? &s->curve : NULL;
     runner *x = malloc(sizeof *x);
-    double *work = calloc(surrogate_step_work(m), sizeof *work);
+    double *work = calloc(curve ? decoupled_work(curve) : surrogate_step_work(m), sizeof *work);
     *result = (one_step){0};
     if (!x || !work) {
         free(x);
         free(work);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
     }
-    *x = (runner){m, work};
+    *x = (runner){m, curve, work};
     *result = (one_step){.context = x,
-                         .states = m->states,
-                         .inputs = m->inputs,
-                         .step = m->step,
+                         .states = curve ? curve->states : m->states,
+                         .inputs = curve ? curve->inputs : m->inputs,
+                         .step = curve ? curve->step : m->step,
+                         .shorter = curve != NULL,
                          .advance = advance,
                          .outside = outside};
     return AD_OK;
@@ -176,6 +185,58 @@ ad_status surrogate_get(const checkpoint *file, surrogate_step *m, double **numb
     if (status == AD_OK) {
         const size_t count = surrogate_step_numbers(m);
         *numbers = malloc(count * sizeof **numbers);
+        status = *numbers
+                     ? checkpoint_get_doubles(file, "surrogate/numbers", *numbers, count, error)
+                     : ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
+    }
+    m->numbers = *numbers;
+    return status;
+}
+
+void surrogate_put_curve(const decoupled *m, int64_t shape[SURROGATE_CURVE], checkpoint *file)
+{
+    const size_t size = SURROGATE_CURVE, numbers = decoupled_numbers(m);
+    const int single[] = {m->states, m->inputs, m->ramps, m->flows, m->terms, m->layers};
+    for (size_t i = 0; i < size; i++) {
+        shape[i] = i < 6 ? single[i] : m->width[i - 6];
+    }
+    checkpoint_put_int64(file, "surrogate/curve", shape, 1, &size);
+    checkpoint_put_double(file, "surrogate/step", m->step);
+    checkpoint_put_doubles(file, "surrogate/numbers", m->numbers, 1, &numbers);
+}
+
+ad_status surrogate_get_curve(const checkpoint *file, decoupled *m, double **numbers,
+                              ad_error *error)
+{
+    static const int most[] = {SURROGATE_STATES_MAX, SURROGATE_INPUTS_MAX / 2, 1, 1, 16,
+                               DECOUPLED_LAYERS_MAX};
+    int64_t shape[SURROGATE_CURVE];
+    *numbers = NULL;
+    ad_status status = checkpoint_get_int64(file, "surrogate/curve", shape, SURROGATE_CURVE, error);
+    for (int i = 0; i < SURROGATE_CURVE && status == AD_OK; i++) {
+        const bool used = i < 6 || i - 6 < shape[5];
+        if (used &&
+            !(shape[i] >= (i == 0 || i == 5 || i >= 6) && shape[i] <= (i < 6 ? most[i] : 4096))) {
+            status =
+                ad_fail(error, AD_BAD_INPUT, "checkpoint: surrogate/curve is not that of a model");
+        }
+    }
+    if (status != AD_OK) {
+        return status;
+    }
+    *m = (decoupled){.states = (int)shape[0],
+                     .inputs = (int)shape[1],
+                     .ramps = shape[2] != 0,
+                     .flows = shape[3] != 0,
+                     .terms = (int)shape[4],
+                     .layers = (int)shape[5]};
+    for (int i = 0; i < m->layers; i++) {
+        m->width[i] = (int)shape[6 + i];
+    }
+    const size_t count = decoupled_numbers(m);
+    status = checkpoint_get_doubles(file, "surrogate/step", &m->step, 1, error);
+    *numbers = malloc(count * sizeof **numbers);
+    if (status == AD_OK) {
         status = *numbers
                      ? checkpoint_get_doubles(file, "surrogate/numbers", *numbers, count, error)
                      : ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");

@@ -14,6 +14,7 @@
 #include "physics/solve/reduced.h"
 #include "tools/control/one_step.h"
 #include "tools/files/checkpoint.h"
+#include "tools/surrogate/decoupled.h"
 #include "tools/surrogate/settings.h"
 #include "tools/surrogate/surrogate_step.h"
 
@@ -22,10 +23,11 @@ extern "C" {
 #endif
 
 typedef struct surrogate {
-    const scene *scene;          /* borrowed, with what it needs, from `owner` */
+    const struct scene *scene;   /* borrowed, with what it needs, from `owner` */
     surrogate_settings settings; /* resolved: modes, inputs, parameters */
     surrogate_step step;
-    double *numbers; /* of the step; owned */
+    decoupled curve; /* in place of the step, of kinds that are curves in time */
+    double *numbers; /* of either; owned */
     void *owner;     /* freed by free_owner, which may be NULL */
     void (*free_owner)(void *owner);
 } surrogate;
@@ -53,6 +55,12 @@ enum {
 void surrogate_put(surrogate_step *m, int64_t shape[SURROGATE_SHAPE], checkpoint *file);
 ad_status surrogate_get(const checkpoint *file, surrogate_step *m, double **numbers,
                         ad_error *error);
+
+/* The same of curves: surrogate/curve, step, numbers. */
+enum { SURROGATE_CURVE = 6 + DECOUPLED_LAYERS_MAX };
+void surrogate_put_curve(const decoupled *m, int64_t shape[SURROGATE_CURVE], checkpoint *file);
+ad_status surrogate_get_curve(const checkpoint *file, decoupled *m, double **numbers,
+                              ad_error *error);
 
 #ifdef __cplusplus
 }

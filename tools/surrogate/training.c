@@ -6,19 +6,19 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Steps of a rollout, and one rollout held out for so many to learn from. */
-enum { ROLLOUT = 250, HELD = 10 };
+/* Half of the steps are of long rollouts, in which motions build up, half of short ones, for more
+ * values of slow parameters and more beginnings; and one is held out for so many to learn from. */
+enum { LENGTHS = 2, HELD = 10 };
+static const int lengths[LENGTHS] = {250, 50};
 
 /* ---- preparation --------------------------------------------------------------------------- */
 
-static ad_status draw(surrogate_training *t, int first, int count, surrogate_steps *steps,
-                      ad_error *error)
+excite_settings surrogate_excitation(const surrogate_training *t, int steps, int first, int count)
 {
     excite_settings settings = excite_settings_default();
-    excite_rollouts motions;
     memcpy(settings.modes, t->settings->modes, sizeof settings.modes);
     settings.step = t->settings->step;
-    settings.steps = ROLLOUT;
+    settings.steps = steps;
     settings.first = first;
     settings.count = count;
     settings.seed = t->training->seed;
@@ -28,16 +28,38 @@ static ad_status draw(surrogate_training *t, int first, int count, surrogate_ste
             settings.constant |= UINT32_C(1) << i;
         }
     }
+    return settings;
+}
+
+/* The rollouts `part` (0: to learn from, 1: held out) of one length. */
+static ad_status draw_one(surrogate_training *t, int length, int part, surrogate_steps *steps,
+                          ad_error *error)
+{
+    const int learnt = (t->settings->solved / LENGTHS + length - 1) / length;
+    const int first = (length == lengths[0] ? 0 : INT32_MAX / 2) + part * learnt;
+    const excite_settings settings =
+        surrogate_excitation(t, length, first, part == 0 ? learnt : (learnt + HELD - 1) / HELD);
+    excite_rollouts motions;
     ad_status status = excite_run(t->open, &settings, t->pool, &motions, error);
     if (status == AD_OK) {
-        status = surrogate_steps_of(&motions, settings.linear, steps, error);
+        status = surrogate_steps_add(&motions, settings.linear, steps, error);
         excite_free(&motions);
     }
-    if (status == AD_OK && steps->count < (size_t)(count * ROLLOUT) / 2) {
+    return status;
+}
+
+static ad_status draw(surrogate_training *t, int part, surrogate_steps *steps, ad_error *error)
+{
+    ad_status status = AD_OK;
+    const int wanted = part == 0 ? t->settings->solved : t->settings->solved / HELD;
+    for (int i = 0; i < LENGTHS && status == AD_OK; i++) {
+        status = draw_one(t, lengths[i], part, steps, error);
+    }
+    if (status == AD_OK && steps->count < (size_t)wanted / 2) {
         status = ad_fail(error, AD_NOT_FINITE,
                          "of %d steps of the reduced rod only %zu could be solved; allowed: ranges "
                          "of parameters within which the robot moves, or a shorter surrogate.step",
-                         count * ROLLOUT, steps->count);
+                         wanted, steps->count);
     }
     return status;
 }
@@ -117,6 +139,12 @@ ad_status surrogate_training_make_optimizer(surrogate_training *t, ad_error *err
                                .ssbroyden = stage->lbfgs.descent,
                                .soap = optim_soap_defaults()};
     settings.soap.adam = stage->adam;
+    if (surrogate_is_decoupled(t->settings->kind)) {
+        const ad_status status = surrogate_make_physics(t, error);
+        if (status != AD_OK) {
+            return status;
+        }
+    }
     optim_free(t->optimizer);
     t->optimizer = optim_create(t->info.parameters, t->start, &settings, &why);
     return t->optimizer ? AD_OK : ad_fail(error, AD_NO_MEMORY, "training.stages: %s", why);
@@ -124,7 +152,6 @@ ad_status surrogate_training_make_optimizer(surrogate_training *t, ad_error *err
 
 static ad_status prepare(surrogate_training *t, ad_error *error)
 {
-    const int rollouts = (t->settings->solved + ROLLOUT - 1) / ROLLOUT;
     const double length = scene_length(t->open);
     const reduced_settings reduced = {.modes = {t->settings->modes[0], t->settings->modes[1],
                                                 t->settings->modes[2], t->settings->modes[3]},
@@ -136,10 +163,15 @@ static ad_status prepare(surrogate_training *t, ad_error *error)
         status = ad_fail(error, AD_BAD_INPUT, "%d states of the reduced rod; allowed: up to %d",
                          reduced_states(rod), SURROGATE_STATES_MAX);
     }
-    status = status == AD_OK ? draw(t, 0, rollouts, &t->steps, error) : status;
-    if (status == AD_OK) {
-        status = draw(t, rollouts, (rollouts + HELD - 1) / HELD, &t->held, error);
+    if (status == AD_OK && surrogate_is_decoupled(t->settings->kind)) {
+        const int rollouts = (t->settings->solved + lengths[0] - 1) / lengths[0];
+        reduced_free(rod);
+        status =
+            surrogate_prepare_curve(t, lengths[0], rollouts, (rollouts + HELD - 1) / HELD, error);
+        return status == AD_OK ? surrogate_training_make_optimizer(t, error) : status;
     }
+    status = status == AD_OK ? draw(t, 0, &t->steps, error) : status;
+    status = status == AD_OK ? draw(t, 1, &t->held, error) : status;
     status = status == AD_OK ? find_model(t, rod, error) : status;
     reduced_free(rod);
     t->info.solved = t->steps.count;
@@ -198,6 +230,10 @@ void surrogate_training_free(surrogate_training *t)
 {
     if (t) {
         surrogate_flow_free(t->flow);
+        physics_loss_free(t->physics);
+        physics_loss_free(t->held_loss);
+        excite_free(&t->motions);
+        excite_free(&t->held_motions);
         surrogate_steps_free(&t->steps);
         surrogate_steps_free(&t->held);
         optim_free(t->optimizer);
@@ -214,6 +250,12 @@ void surrogate_training_free(surrogate_training *t)
 
 const surrogate_step *surrogate_training_step_of(surrogate_training *t)
 {
+    if (t->physics) { /* a batch is another function each time: the last parameters */
+        const size_t count = t->info.parameters;
+        const double *now = t->optimizer ? optim_x(t->optimizer) : t->start;
+        memcpy(t->numbers + decoupled_numbers(&t->curve) - count, now, count * sizeof *now);
+        return &t->step;
+    }
     surrogate_numbers to = surrogate_numbers_of(&t->step, t->numbers);
     if (!t->flow) {
         return &t->step;
@@ -225,7 +267,9 @@ const surrogate_step *surrogate_training_step_of(surrogate_training *t)
 static ad_status add_row(surrogate_training *t, const optim_info *info, ad_error *error)
 {
     const surrogate_step *m = surrogate_training_step_of(t);
-    t->info.held_out = m ? weighted_error(t, m, &t->held) / t->held_linear : NAN;
+    t->info.held_out = t->physics ? surrogate_held_error(t, optim_x(t->optimizer)) / t->held_linear
+                       : m        ? weighted_error(t, m, &t->held) / t->held_linear
+                                  : NAN;
     const double row[] = {
         (double)t->info.step, (double)t->info.stage, train_seconds() - t->began, info->value,
         t->info.held_out,     info->gradient_norm,   (double)info->evaluations};
@@ -246,7 +290,12 @@ static const char *stop_reason(const surrogate_training *t, const train_stage *s
 ad_status surrogate_training_step(surrogate_training *t, ad_error *error)
 {
     const train_stage *stage = &t->training->stages[t->info.stage];
-    const optim_target target = {.objective = surrogate_flow_evaluate, .context = t->flow};
+    const optim_target target = {.objective =
+                                     t->physics ? physics_loss_evaluate : surrogate_flow_evaluate,
+                                 .context = t->physics ? (void *)t->physics : t->flow};
+    if (t->physics) {
+        physics_loss_draw(t->physics, t->info.step);
+    }
     const optim_status outcome = optim_step(t->optimizer, &target);
     const optim_info info = optim_inspect(t->optimizer);
     ad_status status = AD_OK;
@@ -265,7 +314,8 @@ ad_status surrogate_training_step(surrogate_training *t, ad_error *error)
     }
     if (status == AD_OK && ended) {
         t->info.ended = ended;
-        memcpy(t->start, optim_best_x(t->optimizer), t->info.parameters * sizeof *t->start);
+        const double *end = t->physics ? optim_x(t->optimizer) : optim_best_x(t->optimizer);
+        memcpy(t->start, end, t->info.parameters * sizeof *t->start);
         t->info.stage_step = 0;
         t->info.stage++;
         t->info.done = t->info.stage == t->training->stage_count;

@@ -3,6 +3,7 @@
 #define SURROGATE_TRAINING_INTERNAL_H
 
 #include "tools/surrogate/flow.h"
+#include "tools/surrogate/physics_loss.h"
 
 struct surrogate_training {
     const scene *open;
@@ -22,10 +23,24 @@ struct surrogate_training {
     optim_optimizer *optimizer;
     history rows;
     int64_t shape[SURROGATE_SHAPE]; /* lent to a checkpoint */
+    /* Of curves in time, in place of steps, step and flow. */
+    decoupled curve;
+    excite_rollouts motions, held_motions;
+    physics_loss *physics, *held_loss; /* of the stage at work; errors of held-out steps */
 };
 
 /* Of the stage at work, at t->start. */
 ad_status surrogate_training_make_optimizer(surrogate_training *t, ad_error *error);
+
+/* How rollouts of so many steps are drawn for training. */
+excite_settings surrogate_excitation(const surrogate_training *t, int steps, int first, int count);
+
+/* training_curve.c. Motions, the curve and its start; the loss of the stage at work; the mean error
+ * of held-out steps for parameters (NULL: of the base alone), NaN where it is not finite. */
+ad_status surrogate_prepare_curve(surrogate_training *t, int steps, int rollouts, int held,
+                                  ad_error *error);
+ad_status surrogate_make_physics(surrogate_training *t, ad_error *error);
+double surrogate_held_error(surrogate_training *t, const double *parameters);
 
 /* modes.c: modes that are left open, by the tolerance of the settings; text [256] for people. */
 ad_status surrogate_choose_modes(const scene *open, surrogate_settings *settings, ad_pool *pool,

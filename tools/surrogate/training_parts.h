@@ -12,8 +12,9 @@ typedef struct surrogate_steps {
     double *state, *input, *next; /* [count][states], [count][inputs], [count][states] */
 } surrogate_steps;
 
-ad_status surrogate_steps_of(const excite_rollouts *motions, bool ramps, surrogate_steps *x,
-                             ad_error *error);
+/* Adds those of rollouts. */
+ad_status surrogate_steps_add(const excite_rollouts *motions, bool ramps, surrogate_steps *x,
+                              ad_error *error);
 void surrogate_steps_free(surrogate_steps *x);
 
 /* Numbers of a step by name, for those who fill them in. */

@@ -23,7 +23,11 @@ ad_status surrogate_training_save(surrogate_training *t, const char *yaml, const
         return ad_fail(error, AD_NOT_FINITE, "the output layer of the model is not finite");
     }
     checkpoint_put_text(file, "scene/yaml", yaml);
-    surrogate_put(&t->step, t->shape, file);
+    if (t->physics) {
+        surrogate_put_curve(&t->curve, t->shape, file);
+    } else {
+        surrogate_put(&t->step, t->shape, file);
+    }
     checkpoint_put_doubles(file, "parameters", t->start, 1, &t->info.parameters);
     checkpoint_put_integer(file, "training/step", t->info.step);
     checkpoint_put_integer(file, "training/stage", t->info.stage);
@@ -81,7 +85,7 @@ ad_status surrogate_training_restore(surrogate_training *t, const checkpoint *fi
         return status;
     }
     t->info.stage = (int)stage;
-    t->info.done = !t->flow || t->info.stage == t->training->stage_count;
+    t->info.done = (!t->flow && !t->physics) || t->info.stage == t->training->stage_count;
     t->began = train_seconds() - seconds;
     if (t->rows.count > 0) {
         t->info.loss = history_value(&t->rows, t->rows.count - 1, "loss");

@@ -1,0 +1,106 @@
+/* Training of curves in time. */
+#include "tools/surrogate/training_internal.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Beginnings in an evaluation of Adam, and of methods that need the same function again. */
+enum { BATCH = 128, WHOLE = 4000 };
+
+static ad_status make_loss(surrogate_training *t, const excite_rollouts *motions,
+                           const physics_loss_settings *settings, physics_loss **loss,
+                           ad_error *error)
+{
+    physics_loss_free(*loss);
+    return physics_loss_create(t->open, t->settings->modes, motions, &t->curve, settings, t->pool,
+                               loss, error);
+}
+
+ad_status surrogate_make_physics(surrogate_training *t, ad_error *error)
+{
+    const optim_method method = t->training->stages[t->info.stage].optimizer;
+    const bool batches = method == OPTIM_ADAM || method == OPTIM_SOAP;
+    const physics_loss_settings settings = {.physics = t->settings->physics,
+                                            .data = t->settings->data,
+                                            .rates = t->settings->kind == SURROGATE_DDPINN,
+                                            .tip = t->curve.flows,
+                                            .ahead = t->settings->ahead,
+                                            .batch = batches ? BATCH : 0,
+                                            .most = batches ? 0 : WHOLE,
+                                            .seed = t->training->seed};
+    return make_loss(t, &t->motions, &settings, &t->physics, error);
+}
+
+double surrogate_held_error(surrogate_training *t, const double *parameters)
+{
+    double value, *zero = NULL;
+    if (!parameters) {
+        parameters = zero = calloc(t->info.parameters, sizeof *zero);
+    }
+    const bool good =
+        parameters && physics_loss_evaluate(t->held_loss, parameters, &value, NULL) == 0;
+    free(zero);
+    return good ? value : NAN;
+}
+
+static ad_status allocate(surrogate_training *t, ad_error *error)
+{
+    const nn_mlp_settings *network = &t->training->network;
+    const surrogate_kind_id kind = t->settings->kind;
+    t->curve = (decoupled){
+        .states = t->motions.states,
+        .inputs = t->motions.inputs,
+        .ramps = t->settings->hold == SURROGATE_RAMP,
+        .flows = kind == SURROGATE_DDPINN_FLOW || kind == SURROGATE_POLYNOMIAL_FLOW,
+        .terms = kind == SURROGATE_DDPINN || kind == SURROGATE_DDPINN_FLOW ? t->settings->terms : 0,
+        .step = t->settings->step,
+        .layers = network->hidden_count};
+    for (int i = 0; i < t->curve.layers; i++) {
+        t->curve.width[i] = network->hidden[i];
+    }
+    t->info.parameters = decoupled_parameters(&t->curve);
+    t->numbers = calloc(decoupled_numbers(&t->curve), sizeof *t->numbers);
+    t->start = calloc(t->info.parameters, sizeof *t->start);
+    t->curve.numbers = t->numbers;
+    t->step.states = t->curve.states; /* for those who ask for sizes */
+    t->step.inputs = t->curve.inputs;
+    return t->numbers && t->start
+               ? AD_OK
+               : ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
+}
+
+ad_status surrogate_prepare_curve(surrogate_training *t, int steps, int rollouts, int held,
+                                  ad_error *error)
+{
+    const excite_settings first = surrogate_excitation(t, steps, 0, rollouts);
+    const excite_settings other = surrogate_excitation(t, steps, rollouts, held);
+    const physics_loss_settings errors = {.data = 1, .ahead = 1};
+    ad_status status = excite_run(t->open, &first, t->pool, &t->motions, error);
+    status =
+        status == AD_OK ? excite_run(t->open, &other, t->pool, &t->held_motions, error) : status;
+    status = status == AD_OK ? allocate(t, error) : status;
+    if (status == AD_OK) {
+        status = physics_prepare(t->open, t->settings->modes, &t->motions, t->training->seed,
+                                 &t->curve, t->numbers, error);
+    }
+    if (status == AD_OK) {
+        status = make_loss(t, &t->held_motions, &errors, &t->held_loss, error);
+    }
+    if (status != AD_OK) {
+        return status;
+    }
+    memcpy(t->start, t->numbers + decoupled_numbers(&t->curve) - t->info.parameters,
+           t->info.parameters * sizeof *t->start);
+    for (int i = 0; i < t->motions.count; i++) {
+        t->info.solved += (size_t)t->motions.done[i];
+    }
+    t->held_linear = surrogate_held_error(t, NULL);
+    snprintf(
+        t->info.frame, sizeof t->info.frame,
+        "curves in time: %s, beside %s; no frame; held-out: over the error of the latter alone",
+        t->curve.terms > 0 ? "damped sines" : "polynomials at Radau's nodes",
+        t->curve.flows ? "the exact linear flow" : "the state");
+    return AD_OK;
+}
