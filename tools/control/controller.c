@@ -311,7 +311,9 @@ static void controller_learn(controller *c, const double *measured)
         return;
     }
     for (int i = 0; c->foreseen && i < c->n; i++) {
-        c->drift[i] += gain * (c->state[i] - c->expected[i] - c->drift[i]);
+        const double error = c->state[i] - c->expected[i] - c->drift[i];
+
+        c->drift[i] += isfinite(error) ? gain * error : 0.0;
     }
     if (measured == NULL) {
         return;
@@ -406,9 +408,9 @@ static int controller_ready(controller *c)
 int controller_feedback(controller *c, const controller_sample *now, double *inputs)
 {
     const controller_method *method = c->settings.method;
-    int flags = c->carried | controller_take_sample(c, now) | controller_see(c, now);
+    int flags = controller_take_sample(c, now);
 
-    c->carried = 0;
+    flags |= controller_see(c, now);
     c->iterations = 0;
     c->iteration = 0;
     if (!c->known) {
@@ -425,6 +427,7 @@ int controller_feedback(controller *c, const controller_sample *now, double *inp
 
             found |= c->prepared ? method->solve(c) : 0;
             c->prepared = false;
+            c->restart = c->restart || (found & (CONTROLLER_MODEL | CONTROLLER_QP)) != 0;
             flags = (flags & ~CONTROLLER_SOFT) | found;
         }
     }
@@ -436,15 +439,9 @@ int controller_feedback(controller *c, const controller_sample *now, double *inp
 
 int controller_prepare(controller *c)
 {
-    int flags = 0;
-
     controller_foresee(c);
     /* From a new start it waits for the state. */
-    if (c->known && !c->prepared && !c->restart) {
-        flags = controller_ready(c);
-        c->carried |= c->prepared ? flags : 0;
-    }
-    return flags;
+    return c->known && !c->prepared && !c->restart ? controller_ready(c) : 0;
 }
 
 void controller_skip(controller *c, int count)

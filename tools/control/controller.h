@@ -112,13 +112,13 @@ controller *controller_init(void *memory, const controller_settings *settings);
 /* inputs [m]: to be applied `delay` samples after the state's time. Returns flags. */
 int controller_feedback(controller *c, const controller_sample *now, double *inputs);
 /* What can be done before the next state is known, for the next controller_feedback, which does it
- * itself if this was not called. Returns flags, which the next answer has, too. */
+ * itself if this was not called or failed: returned are CONTROLLER_MODEL, CONTROLLER_QP or 0. */
 int controller_prepare(controller *c);
 /* The next `count` samples pass without a call (a late program); the host applied rows 0 ..
  * count - 1 of the plan in them. */
 void controller_skip(controller *c, int count);
-/* What was applied really where it was not what was answered, [m], newest answer first called:
- * `ago` 0 is the last answer. Not finite: ignored. */
+/* What really was or will be applied in place of an answer, inputs [m]: `ago` 0 is the last answer,
+ * 1 the one before it. Not finite, or too old to matter: ignored. */
 void controller_applied(controller *c, int ago, const double *inputs);
 
 /* [horizon][m] what is applied from now on, if nothing else is computed: row 0 is for the sample

@@ -28,7 +28,6 @@ struct controller {
     int iterations; /* of the last quadratic program */
     int iteration;  /* of the method within this feedback */
     int coasted;    /* samples without a state */
-    int carried;    /* flags of controller_prepare for the next answer */
     bool known;     /* state and start are defined */
     bool foreseen;  /* expected is defined */
     bool prepared;  /* the method is ready for `plan` */

@@ -490,7 +490,7 @@ static int gauss_newton_solve(controller *c)
     bounds.softness = x->softness;
     status = qp_solve(x->program, x->gradient, &bounds, x->inside, x->result);
     c->iterations = qp_iterations(x->program);
-    if (status == QP_BAD) {
+    if (status != QP_SOLVED && status != QP_LIMIT) {
         return CONTROLLER_QP;
     }
     for (int a = 0; a < x->z; a++) {
@@ -499,7 +499,6 @@ static int gauss_newton_solve(controller *c)
     controller_allow(c, x->target);
     gauss_newton_move(c, x);
     return (status == QP_LIMIT ? CONTROLLER_QP_LIMIT : 0) |
-           (status == QP_INFEASIBLE ? CONTROLLER_QP : 0) |
            (gauss_newton_costs(c, x) ? CONTROLLER_SOFT : 0);
 }
 

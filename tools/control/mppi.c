@@ -129,7 +129,6 @@ static int mppi_prepare(controller *c)
             row[a] = a < c->m ? drawn : memory * row[a - c->m] + fresh * drawn;
         }
     }
-    c->restart = false;
     return 0;
 }
 

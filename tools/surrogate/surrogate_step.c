@@ -416,20 +416,35 @@ STEP_CLONES static void step_many(const surrogate_step *m, int count, const step
 
 /* ---- derivatives, of one state ------------------------------------------------------------- */
 
+/* to [rows][columns] = w [rows][outputs] from [outputs][columns]; rows: a constant, at most 4. */
+STEP_INLINE void multiply_tile(int rows, int outputs, int columns, const double *w,
+                               const double *from, double *to)
+{
+    for (int c = 0; c < columns; c += STEP_LANES) {
+        step_lanes sum[4] = {{0}};
+        for (int o = 0; o < outputs; o++) {
+            const step_lanes now = *(const step_lanes *)(const void *)(from + o * columns + c);
+            for (int k = 0; k < rows; k++) {
+                sum[k] += w[k * outputs + o] * now;
+            }
+        }
+        for (int k = 0; k < rows; k++) {
+            memcpy(to + k * columns + c, &sum[k], sizeof sum[k]);
+        }
+    }
+}
+
 /* Rows [columns] of derivatives of all outputs, one row by each number. to [inputs] = w from for
  * from [outputs]. */
 STEP_INLINE void multiply_rows(int inputs, int outputs, int columns, const double *w,
                                const double *from, double *to)
 {
-    for (int i = 0; i < inputs; i++) {
-        for (int c = 0; c < columns; c += STEP_LANES) {
-            step_lanes sum = {0};
-            for (int o = 0; o < outputs; o++) {
-                sum += w[i * outputs + o] *
-                       *(const step_lanes *)(const void *)(from + o * columns + c);
-            }
-            memcpy(to + i * columns + c, &sum, sizeof sum);
-        }
+    int i = 0;
+    for (; i + 4 <= inputs; i += 4) {
+        multiply_tile(4, outputs, columns, w + i * outputs, from, to + i * columns);
+    }
+    for (; i < inputs; i++) {
+        multiply_tile(1, outputs, columns, w + i * outputs, from, to + i * columns);
     }
 }
 
@@ -470,17 +485,23 @@ STEP_INLINE void differentiate_network(const surrogate_step *m, int columns,
     for (int l = 0; l < m->layers; l++) {
         kept += m->width[l];
     }
-    memset(x->by, 0, (size_t)(outputs(m) * columns) * sizeof *x->by);
-    for (int o = 0; o < outputs(m); o++) {
-        x->by[o * columns + o] = 1;
-    }
     for (int l = m->layers; l >= 0; l--) {
         const int in = layer_inputs(m, l, false), out = layer_outputs(m, l, false);
+        const int in_odd = layer_inputs(m, l, true), out_odd = layer_outputs(m, l, true);
         const double *odd = numbers[l] + (in + 1) * out;
         double *swap = x->by;
-        multiply_rows(in, out, columns, numbers[l], x->by, x->by_too);
-        multiply_rows(layer_inputs(m, l, true), layer_outputs(m, l, true), columns, odd,
-                      x->by + out * columns, x->by_too + in * columns);
+        if (l == m->layers) { /* the weights themselves */
+            memset(x->by_too, 0, (size_t)((in + in_odd) * columns) * sizeof *x->by);
+            for (int i = 0; i < in + in_odd; i++) {
+                const double *row = i < in ? numbers[l] + i * out : odd + (i - in) * out_odd;
+                memcpy(x->by_too + i * columns + (i < in ? 0 : out), row,
+                       (size_t)(i < in ? out : out_odd) * sizeof *row);
+            }
+        } else {
+            multiply_rows(in, out, columns, numbers[l], x->by, x->by_too);
+            multiply_rows(in_odd, out_odd, columns, odd, x->by + out * columns,
+                          x->by_too + in * columns);
+        }
         x->by = x->by_too;
         x->by_too = swap;
         if (l > 0) {
