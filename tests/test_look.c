@@ -450,12 +450,19 @@ static void test_load(void **state)
 /* A start that is moved in time is none that a filter can look from. */
 static void test_refusal(void **state)
 {
-    const char *moved[] = {"boundary.start={type: driven, position: [0.01*sin(t)^2, 0, 0]}"};
+    static const char moved[] =
+        "rod: {length: 0.2, section: {shape: circle, radius: 0.01},\n"
+        "      material: {youngs_modulus: 1.0e5, poissons_ratio: 0.4, density: 1000}}\n"
+        "boundary: {start: {type: driven, position: [0.01*sin(t)^2, 0, 0]}}\n"
+        "time: {duration: 1}\n";
     const look_sensor sensor = {LOOK_POSITION, 1, &tip};
     ad_error error = {.message = ""};
-    config *settings = read_arm(1, moved);
+    config *settings = NULL;
     look *x = NULL;
     (void)state;
+    if (config_read("moved.yaml", moved, 0, NULL, &settings, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
     assert_int_equal(look_create(&settings->scene, modes, &sensor, &x, &error), AD_BAD_INPUT);
     assert_null(x);
     config_free(settings);

@@ -29,6 +29,7 @@ static void begin(estimator *x, const double *inputs)
     x->checked = -1;
     x->outside = 0;
     x->process = 1;
+    estimator_look_ahead(x);
     memcpy(first->until, inputs, (size_t)x->inputs * sizeof *inputs);
     memcpy(first->z, x->z, (size_t)x->n * sizeof *x->z);
     memcpy(first->u, x->u, (size_t)(x->n * x->stride) * sizeof *x->u);
@@ -114,7 +115,7 @@ int estimator_start_resting(estimator *x, const double *state, const double *inp
 
 /* ---- samples ------------------------------------------------------------------------------- */
 
-/* Goes on to the present sample from the first that has anything new. */
+/* Goes on from the first sample that has anything new to the last one that can have been seen. */
 static void catch_up(estimator *x)
 {
     int64_t from = x->at + 1;
@@ -129,7 +130,7 @@ static void catch_up(estimator *x)
         x->at = from;
         estimator_take(x, estimator_record_of(x, from));
     }
-    while (x->at < x->sample) {
+    while (x->at < x->sample - x->shortest) {
         estimator_go_on(x, estimator_record_of(x, x->at));
         estimator_record *at = estimator_record_of(x, ++x->at);
         memcpy(at->z, x->z, (size_t)x->n * sizeof *x->z);
@@ -216,6 +217,7 @@ int estimator_update(estimator *x)
 {
     count_missing(x);
     catch_up(x);
+    estimator_look_ahead(x);
     for (int i = 0; i < x->settings.sensors; i++) {
         const estimator_consistency now = estimator_sensor_now(x, i);
         if (now.count == x->settings.window && !(now.low <= now.mean && now.mean <= now.high)) {
@@ -243,13 +245,13 @@ int estimator_predict(estimator *x, const double *inputs, const double *after)
         memcpy(ends, from->until, size);
         memcpy(ends + x->inputs, from->until, size);
     }
+    from->moves = memcmp(ends, ends + x->inputs, size) != 0;
     to = estimator_record_of(x, ++x->sample);
     memmove(to->until, ends + x->inputs, size);
     memset(to->state, ESTIMATOR_NONE, sizeof to->state);
     to->grow = 1;
-    if (x->ahead) {
-        catch_up(x);
-    }
+    catch_up(x); /* before measurements arrive: the answer to them is quicker */
+    estimator_look_ahead(x);
     return take_flags(x);
 }
 
@@ -262,7 +264,7 @@ int64_t estimator_sample(const estimator *x)
 
 const double *estimator_state(const estimator *x)
 {
-    return x->z;
+    return x->ahead;
 }
 
 double estimator_parameter_now(const estimator *x, int i)

@@ -14,12 +14,13 @@
  * Unknown are the states of the model and some of its inputs, "parameters", which walk randomly:
  * the logarithm of one whose range is positive, else its place in the range. They never leave it.
  *
- * A measurement belongs to the sample it was taken at, `age` samples ago. The filter keeps that
- * many past samples and goes on again from there, so that delays of whole samples are exact: the
- * same as if the measurements had come in time. In a sample it makes as many predictions as samples
- * have to be gone through again, at least one: as many as the longest delay. What it needs is the
- * caller's memory; no function allocates or prints, each does a bounded amount of work, and the
- * answer is the same bits again.
+ * A measurement belongs to the sample it was taken at, `age` samples ago. The filter stays behind
+ * by the shortest delay of its sensors, from where the model alone leads to the present state;
+ * beyond that it keeps past samples and goes on again from the one that was measured, so that
+ * delays of whole samples are exact: the same as if the measurements had come in time. A sample
+ * takes one prediction and as many more as delays differ by, most of it in estimator_predict. What
+ * it needs is the caller's memory; no function allocates or prints, each does a bounded amount of
+ * work, and the answer is the same bits again.
  *
  * Faults have answers, and flags that say so; the estimate is finite always, and the covariance
  * positive definite by construction (all of it is sums of squares, nothing is subtracted):
@@ -143,7 +144,7 @@ int estimator_update(estimator *x);
  * read; after [model.inputs] as in one_step.h, or NULL. */
 int estimator_predict(estimator *x, const double *inputs, const double *after);
 
-/* At the present sample. */
+/* At the present sample; deviations and covariance are those of the shortest delay before. */
 int64_t estimator_sample(const estimator *x);
 const double *estimator_state(const estimator *x);  /* [states] */
 const double *estimator_inputs(const estimator *x); /* [model.inputs] last given, estimated */

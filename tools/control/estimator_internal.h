@@ -19,6 +19,7 @@ typedef struct estimator_record {
     double *until;  /* [inputs] that acted until it */
     double *inputs; /* [2][inputs] from it on to the next, at both ends */
     double *values; /* [values] of all sensors */
+    bool moves;     /* the inputs: the ends differ */
     double grow;    /* of the root of the covariance after the measurements */
     unsigned char state[ESTIMATOR_SENSORS_MAX];
 } estimator_record;
@@ -40,13 +41,14 @@ struct estimator {
     sigma_points sigma;
     int n, states, inputs, stride, slots, values, most; /* most: of values of one sensor */
     int64_t sample;                                     /* the present one */
+    int shortest;                                       /* delay: z, u are so many samples behind */
     int64_t at, checked; /* z, u are of this sample; missing measurements were counted */
     int flags;
-    bool ahead; /* a measurement may arrive at once: predictions are made before it */
     double outside;
     double process;           /* times settings.process */
     double *z, *u;            /* [n], [n][stride] */
     double *now;              /* [inputs] */
+    double *ahead;            /* [states] at the present sample */
     double *states_at, *next; /* [2 n + 1][states] */
     double *inputs_at;        /* [2 n + 1][2][inputs] */
     double *seen, *mean;      /* [2 n + 1][most], [most] */
@@ -85,5 +87,8 @@ double estimator_chi_squared(double n, double chance);
 /* Steps of z, u: from a sample to the next by the model, and by the measurements at x->at. */
 void estimator_go_on(estimator *x, const estimator_record *from);
 void estimator_take(estimator *x, estimator_record *at);
+
+/* x->ahead from z by the model alone, to the present sample. */
+void estimator_look_ahead(estimator *x);
 
 #endif

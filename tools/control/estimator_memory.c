@@ -165,14 +165,14 @@ static void set_sizes(estimator *x, const estimator_settings *settings)
     x->sigma = s->alpha > 0 ? sigma_points_of(x->n, s->alpha, s->beta, s->kappa)
                             : sigma_points_of(x->n, 1, 0, 0);
     x->values = x->most = 0;
-    x->ahead = false;
+    x->shortest = s->sensors > 0 ? s->sensor[0].delay : 0;
     for (int i = 0; i < s->sensors; i++) {
         const estimator_sensor *sensor = &s->sensor[i];
         x->sensor[i] = (estimator_sensor_record){.width = width_of(sensor), .offset = x->values};
         x->values += sensor->look.values;
         x->most = sensor->look.values > x->most ? sensor->look.values : x->most;
         delay = sensor->delay > delay ? sensor->delay : delay;
-        x->ahead |= sensor->delay == 0;
+        x->shortest = sensor->delay < x->shortest ? sensor->delay : x->shortest;
     }
     x->slots = delay + s->late + 1;
 }
@@ -183,6 +183,7 @@ static void carve_all(estimator *x, carving *from, estimator_record *record)
     x->z = carve(from, x->n);
     x->u = carve(from, x->n * x->stride);
     x->now = carve(from, x->inputs);
+    x->ahead = carve(from, x->states);
     x->states_at = carve(from, points * x->states);
     x->next = carve(from, points * x->states);
     x->inputs_at = carve(from, 2 * points * x->inputs);

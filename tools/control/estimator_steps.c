@@ -118,21 +118,19 @@ void estimator_go_on(estimator *x, const estimator_record *from)
     const int n = x->n, stride = x->stride, states = x->states;
     const double root = sqrt(s->period);
     double *after = x->inputs_at + (2 * n + 1) * x->inputs;
-    const bool moves =
-        memcmp(from->inputs, from->inputs + x->inputs, (size_t)x->inputs * sizeof *after) != 0;
     sigma_spread(&x->sigma, n, states, x->z, x->u, x->states_at);
     spread_inputs(x, n, from->inputs, x->inputs_at);
-    if (moves) {
+    if (from->moves) {
         spread_inputs(x, n, from->inputs + x->inputs, after);
     }
     double *mean = x->mean;
-    bool known = advance(x, 2 * n + 1, moves ? after : NULL);
+    bool known = advance(x, 2 * n + 1, from->moves ? after : NULL);
     if (known) {
         sigma_gather(&x->sigma, n, states, stride, x->next, mean, x->rows, x->rows + n * stride);
         known = is_known(x, mean, x->inputs_at);
     }
     if (!known) {
-        coast(x, moves ? after : NULL);
+        coast(x, from->moves ? after : NULL);
     } else {
         double *noise = x->rows + (2 * n + 1) * stride;
         memset(noise, 0, (size_t)(n * stride) * sizeof *noise);
@@ -150,6 +148,24 @@ void estimator_go_on(estimator *x, const estimator_record *from)
     }
     limit(x);
     x->flags |= x->outside > 1 ? ESTIMATOR_OUTSIDE : 0;
+}
+
+void estimator_look_ahead(estimator *x)
+{
+    const size_t size = (size_t)x->states * sizeof *x->ahead;
+    memcpy(x->ahead, x->z, size);
+    for (int64_t i = x->at; i < x->sample; i++) {
+        const estimator_record *from = estimator_record_of(x, i);
+        double *after = x->inputs_at + x->inputs;
+        spread_inputs(x, 0, from->inputs, x->inputs_at);
+        spread_inputs(x, 0, from->inputs + x->inputs, after);
+        memcpy(x->states_at, x->ahead, size);
+        if (advance(x, 1, from->moves ? after : NULL) && is_known(x, x->next, x->inputs_at)) {
+            memcpy(x->ahead, x->next, size);
+        } else {
+            x->flags |= ESTIMATOR_NO_ANSWER;
+        }
+    }
 }
 
 /* ---- correction ---------------------------------------------------------------------------- */
