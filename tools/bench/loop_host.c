@@ -1,15 +1,13 @@
 /* Runs an exported loop (cpinn-control --c) in real time against a robot in another process,
  * loop_plant.c, and measures how late it wakes and how long it computes; tools/bench/loop.sh.
  *
- *   cc -std=c11 -O2 -march=native -DHEADER='"arm.h"' -DNAME=arm loop_host.c arm.c -lm -o host
+ *   cc -std=c11 -O3 -march=native -DHEADER='"arm.h"' -DNAME=arm loop_host.c arm.c -lm -o host
  *   ./host SECONDS X Y Z RADIUS HZ FILE.csv     a circle about (X, Y, Z) m across z */
 #define _GNU_SOURCE
 #include HEADER
 #include "loop_wire.h"
 
 #include <math.h>
-#include <sched.h>
-#include <sys/mman.h>
 
 #define JOIN_(a, b) a##_##b
 #define JOIN(a, b)  JOIN_(a, b)
@@ -40,12 +38,6 @@ static void path_at(const double *circle, const double *start, double t, double 
     }
 }
 
-static int by_size(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static void report(long count, const char *path)
 {
     long bins[TIMES][BINS] = {{0}};
@@ -56,9 +48,7 @@ static void report(long count, const char *path)
             const int bin = t[k] > 1e-7 ? (int)(4 * log10(t[k] / 1e-7)) : 0;
             bins[i][bin < BINS ? bin : BINS - 1]++;
         }
-        qsort(t, (size_t)count, sizeof *t, by_size);
-        printf("%-22s median %8.1f us, 99.9 %% %8.1f us, worst %8.1f us\n", names[i],
-               1e6 * t[count / 2], 1e6 * t[count - 1 - count / 1000], 1e6 * t[count - 1]);
+        wire_say(names[i], count, t);
     }
     if (file) {
         fputs("from_us,wake,answer,prepare,all\n", file);
@@ -68,15 +58,6 @@ static void report(long count, const char *path)
         }
         fclose(file);
     }
-}
-
-static void be_urgent(void)
-{
-    const struct sched_param first = {.sched_priority = 80};
-    const int urgent = sched_setscheduler(0, SCHED_FIFO, &first) == 0;
-    const int locked = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
-    printf("SCHED_FIFO %s, memory %s\n", urgent ? "yes" : "not permitted",
-           locked ? "locked" : "not locked");
 }
 
 int main(int argc, char **argv)
@@ -98,7 +79,7 @@ int main(int argc, char **argv)
     int all_flags = 0;
     wire_told told = {0};
     OF(place)(loop, OF(state)(loop), start, NULL);
-    be_urgent();
+    wire_be_urgent(80);
     wire_seen seen;
     told.sample = -1; /* the robot rests under these inputs, and then goes by its clock */
     for (int i = 0; i < OF(CONTROLLED); i++) {

@@ -1,7 +1,7 @@
 /* The simulated robot of loop_host.c: the reduced rod of control.plant, in a process of its own and
  * in real time.
  *   loop_plant CONFIG.yaml [--set KEY=VALUE]... */
-#define _DEFAULT_SOURCE
+#define _GNU_SOURCE
 #include "loop_wire.h"
 
 #include "tools/config/config.h"
@@ -93,6 +93,7 @@ int main(int argc, char **argv)
         wire_sleep_until(wire_seconds() + 0.01);
     }
     take(&r, &told);
+    wire_be_urgent(70);
     ad_status status = plant_start(r.body, r.inputs, 1, &error);
     double next = wire_seconds(), squares = 0, worst = 0, longest = 0;
     long judged = 0, late = 0, silent = 0;

@@ -4,10 +4,12 @@
 
 #include <arpa/inet.h>
 #include <errno.h>
+#include <sched.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <sys/socket.h>
 #include <time.h>
 #include <unistd.h>
@@ -70,6 +72,33 @@ static inline int wire_newest(int s, void *to, size_t size)
         }
         count += got == (ssize_t)size;
     }
+}
+
+/* Before all that is not urgent, with memory that stays, as far as that is permitted. */
+static inline void wire_be_urgent(int priority)
+{
+    struct sched_param first;
+    memset(&first, 0, sizeof first);
+    first.sched_priority = priority;
+    const int urgent = sched_setscheduler(0, SCHED_FIFO, &first) == 0;
+    const int locked = mlockall(MCL_CURRENT | MCL_FUTURE) == 0;
+    printf("SCHED_FIFO %s, memory %s\n", urgent ? "yes" : "not permitted",
+           locked ? "locked" : "not locked");
+}
+
+static inline int wire_by_size(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Of seconds [count], which are sorted. */
+static inline void wire_say(const char *what, long count, double *seconds)
+{
+    qsort(seconds, (size_t)count, sizeof *seconds, wire_by_size);
+    printf("%-22s median %8.1f us, 99.9 %% %8.1f us, worst %8.1f us\n", what,
+           1e6 * seconds[count / 2], 1e6 * seconds[count - 1 - count / 1000],
+           1e6 * seconds[count - 1]);
 }
 
 #endif

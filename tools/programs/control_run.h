@@ -27,8 +27,8 @@ ad_status control_write(const control_row *row, const char *path, bool moves, ad
 ad_status control_draw(const char *path, bool moves, ad_error *error);
 
 /* control_export.c: filter and controller as OUT.c, OUT.h and OUT_selftest.c (export_loop.h), of a
- * loop that was run; trained models of the filter and the controller, NULL: none. AD_BAD_INPUT: it cannot be
- * written; errors of export_loop_write. */
+ * loop that was run; trained models of the filter and the controller, NULL: none. AD_BAD_INPUT: it
+ * cannot be written; errors of export_loop_write. */
 ad_status control_export(const config *of, const control_row *row, const char *model,
                          const surrogate_step *filter, const surrogate_step *controller,
                          const char *out, bool force, char said[256], ad_error *error);

@@ -452,7 +452,7 @@ void export_loop_write_header(const export_loop *x, FILE *file)
     }
     fprintf(file,
             ": one-step model, filter and predictive controller as C11 that needs\n"
-            " * nothing but libm; written by cpinn %s. SI units. cc -std=c11 -O2 -march=native is "
+            " * nothing but libm; written by cpinn %s. SI units. cc -std=c11 -O3 -march=native is "
             "quickest.\n",
             cli_version());
     for (const char *const *line = x->verified; line && *line; line++) {
