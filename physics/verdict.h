@@ -70,7 +70,7 @@ extern "C" {
     X(VERDICT_NOT_HELD, "not_held", VERDICT_WARNING,                                               \
       "a controlled robot is further off its path than it may be")                                 \
     X(VERDICT_DIVERGED, "diverged", VERDICT_WARNING,                                               \
-      "a controlled robot has left its path, or its simulation failed")                            \
+      "a controlled robot has left its path, a one-step model its robot, or a simulation failed")  \
     X(VERDICT_UNFINISHED, "unfinished", VERDICT_STOPPED, "training has steps left to do")          \
     X(VERDICT_LOAD_NOT_REACHED, "load_not_reached", VERDICT_STOPPED,                               \
       "equilibria could be followed to a part of the load only")                                   \

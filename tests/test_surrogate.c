@@ -232,6 +232,67 @@ static void test_training(void **state)
     end(&part);
 }
 
+/* Curves in time: a stage of Adam on batches and one on whole, resumed to the same bits by another
+ * number of threads, and what is loaded steps any part of a step. */
+static void test_curves(void **state)
+{
+    (void)state;
+    static const char scene[] = ARM(
+        "[0, 0, 9.81]",
+        THREE) "surrogate: {step: 0.02, modes: [1, 1, 1, 0], parameters: [soft], solved: 1000, "
+               "ahead: 2,\n"
+               "            physics: 1}\n"
+               "network: {hidden: [8, 8]}\n"
+               "training: {stages: [{optimizer: adam, steps: 60}, {optimizer: lbfgs, steps: 3}]}\n";
+    static const char *const kinds[] = {"surrogate.kind=ddpinn", "surrogate.kind=polynomial_flow"};
+    for (int kind = 0; kind < 2; kind++) {
+        ad_error error = {.message = ""};
+        checkpoint *file = NULL;
+        surrogate *loaded[2] = {NULL};
+        one_step model;
+        char path[2][512];
+        double next[STATES], by_state[STATES * STATES], by_inputs[STATES * INPUTS];
+        const double u[INPUTS] = {4, 3, 4, 1};
+        snprintf(path[0], sizeof path[0], "%s", at("part.h5"));
+        snprintf(path[1], sizeof path[1], "%s", at("whole.h5"));
+        trained whole = begin(scene, kinds[kind], 1), part = begin(scene, kinds[kind], 2);
+        train(&whole, 63);
+        save(&whole, path[1]);
+        train(&part, 33);
+        save(&part, path[0]);
+        end(&part);
+        part = begin(scene, kinds[kind], 2);
+        assert_int_equal(checkpoint_open(path[0], &file, &error), AD_OK);
+        if (surrogate_training_restore(part.own, file, &error) != AD_OK) {
+            fail_msg("%s", error.message);
+        }
+        checkpoint_free(file);
+        train(&part, 63);
+        save(&part, path[0]);
+        const surrogate_training_info info = surrogate_training_inspect(whole.own);
+        print_message("%s: held out %.3f\n", kinds[kind], info.held_out);
+        assert_true(info.done && surrogate_training_inspect(part.own).done);
+        assert_true(info.held_out < 1); /* better than the base alone, after so few steps */
+        for (int i = 0; i < 2; i++) {
+            if (surrogate_load(path[i], &loaded[i], &error) != AD_OK) {
+                fail_msg("%s", error.message);
+            }
+        }
+        assert_memory_equal(loaded[0]->numbers, loaded[1]->numbers,
+                            decoupled_numbers(&loaded[0]->curve) * sizeof *loaded[0]->numbers);
+        assert_int_equal(surrogate_one_step(loaded[0], &model, &error), AD_OK);
+        assert_true(model.shorter);
+        assert_int_equal(model.advance(model.context, 1, 0.007, loaded[0]->numbers, u, NULL, next,
+                                       by_state, by_inputs),
+                         0);
+        surrogate_one_step_free(&model);
+        surrogate_free(loaded[0]);
+        surrogate_free(loaded[1]);
+        end(&whole);
+        end(&part);
+    }
+}
+
 /* ---- symmetry ------------------------------------------------------------------------------ */
 
 static void expect_frame(const char *text, bool turns, bool mirrors)
@@ -279,18 +340,19 @@ static void test_refusals(void **state)
     expect_refusal("surrogate.inputs=[f1, f2, f3, soft]", "soft is among the other list");
     expect_refusal("surrogate.step=0", "surrogate.step");
     expect_refusal("surrogate.kind=flows", "flow, linear");
+    expect_refusal("surrogate.data=1", "surrogate.data: is of the kinds that are curves in time");
     expect_refusal("time.duration=null", "time.duration");
     expect_refusal("network.hidden=[]", "network.hidden");
     expect_refusal("training.stages[0].optimizer=gauss_newton", "training.stages[0].optimizer");
+    expect_refusal("training.stages[0].stop.error=0.1", "training.stages[0].stop.error");
     expect_refusal("reference=solve", "reference");
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_step),
-        cmocka_unit_test(test_training),
-        cmocka_unit_test(test_frames),
+        cmocka_unit_test(test_step),     cmocka_unit_test(test_training),
+        cmocka_unit_test(test_curves),   cmocka_unit_test(test_frames),
         cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, make_directory, remove_directory);

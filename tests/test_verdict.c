@@ -79,6 +79,8 @@ static void test_words(void **state)
                                         "unresolved",
                                         "not_converged",
                                         "interpolates",
+                                        "not_held",
+                                        "diverged",
                                         "unfinished",
                                         "load_not_reached",
                                         "not_finite",

@@ -24,8 +24,8 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
      .help = "What it follows: a circle; a figure eight, twice as wide as high; set points; rows " \
              "of a file."},                                                                        \
     {"control.task.centre", CONFIG_NUMBER, ENTRIES(3, 3), CONTROL_AT(task.centre), ANY,            \
-     .unit = "m", .fallback = "on the normal through where the place is with inputs in the middle "\
-     "of their ranges, as high as the path can be followed best at rest",                          \
+     .unit = "m", .fallback = "on the normal through where the place is with inputs in the "       \
+     "middle of their ranges, as high as the path can be followed best at rest",                   \
      .help = "Of a circle or an eight."},                                                          \
     {"control.task.normal", CONFIG_NUMBER, ENTRIES(3, 3), CONTROL_AT(task.normal), ANY,            \
      .fallback = "along the rod there",                                                            \
@@ -35,9 +35,9 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
      .help = "Of the circle, and half the width of the eight."},                                   \
     {"control.task.surface", CONFIG_CHOICE, CONTROL_AT(task.surface),                              \
      .names = control_surface_names,                                                               \
-     .help = "plane: the circle or the eight lies in its plane; reachable: over it on the surface "\
-             "where the place can be at rest, of robots with two inputs or tendons that hardly "    \
-             "stretch."},                                                                           \
+     .help = "plane: the circle or the eight lies in its plane; reachable: over it on the "        \
+             "surface where the place can be at rest, of robots with two inputs or tendons that "  \
+             "hardly stretch."},                                                                   \
     {"control.task.frequency", CONFIG_NUMBER, CONTROL_AT(task.frequency), POSITIVE, .unit = "Hz",  \
      .help = "How often a second."},                                                               \
     {"control.task.points[].position", CONFIG_NUMBER, ENTRIES(3, 3),                               \
@@ -66,7 +66,7 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
     {"control.model", CONFIG_CHOICE, CONTROL_AT(model), .names = control_model_names,              \
      .help = "What filter and controller step the robot with: surrogate, the trained one-step "    \
              "model; reduced, the rod it has been trained on; linear, that rod linearised where "  \
-             "it rests at the start; automatic: surrogate if it is trained, else reduced."},                                                                            \
+             "it rests at the start; automatic: surrogate if it is trained, else reduced."},       \
     {"control.horizon", CONFIG_INTEGER, CONTROL_AT(horizon), BETWEEN(1, 60), .unit = "steps",      \
      .help = "How far the controller looks ahead."},                                               \
     {"control.samples", CONFIG_INTEGER, CONTROL_AT(samples), BETWEEN(8, 100000),                   \
@@ -83,8 +83,8 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
              "more than 0 takes constant errors away, by loads and masses that are not known."},   \
     CONTROL_BY_INPUT("control.limits.low", low, "of the input", "the lower ends of their ranges",  \
      "Least values of the inputs, in the order of surrogate.inputs."),                             \
-    CONTROL_BY_INPUT("control.limits.high", high, "of the input", "the upper ends of their ranges",\
-     "Largest values."),                                                                           \
+    CONTROL_BY_INPUT("control.limits.high", high, "of the input",                                  \
+     "the upper ends of their ranges", "Largest values."),                                         \
     CONTROL_BY_INPUT("control.limits.rate", rate, "of the input by s", "none",                     \
      "How fast the inputs may change; one number: all of them."),                                  \
     {"control.constraints[].what", CONFIG_CHOICE, CONTROL_AT(limits[0].what),                      \
@@ -102,7 +102,7 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
     {"control.measurements[].what", CONFIG_CHOICE, CONTROL_AT(measurements[0].what),               \
      .names = control_seen_names, .fallback = "required",                                          \
      .help = "What a sensor measures; without measurements the position of track.at. "             \
-             "rotation: of the section; direction: of its d3; curvature: about d1, d2, d3."},                             \
+             "rotation: of the section; direction: of its d3; curvature: about d1, d2, d3."},      \
     {"control.measurements[].at", CONFIG_NUMBER, CONTROL_AT(measurements[0].at), NOT_NEGATIVE,     \
      .unit = "m", .fallback = "track.at", .help = "Place along the rod."},                         \
     {"control.measurements[].noise", CONFIG_NUMBER, CONTROL_AT(measurements[0].noise), POSITIVE,   \
@@ -123,11 +123,12 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
              "taken to be in the middle of their range."},                                         \
     {"control.walk", CONFIG_NUMBER, ENTRIES(0, CONTROL_INPUTS_MAX), CONTROL_AT(walk),              \
      .count_offset = offsetof(config, control.walk_count), BETWEEN(1e-9, 100),                     \
-     .unit = "of half the range, by sqrt(s)", .fallback = "0.03, more while innovations are large; of positive ranges 0.003",                                \
+     .unit = "of half the range, by sqrt(s)",                                                      \
+     .fallback = "0.03, more while innovations are large; of positive ranges 0.003",               \
      .help = "How far each of them may wander: more for a load that comes and goes. Of one whose " \
              "range is positive of its logarithm. One number: all of them."},                      \
     {"control.plant.modes", CONFIG_INTEGER, ENTRIES(4, 4), CONTROL_AT(plant_modes),                \
-     BETWEEN(0, 12), .fallback = "one more of each than the model has",                          \
+     BETWEEN(0, 12), .fallback = "one more of each than the model has",                            \
      .help = "Of bending, twist, stretch, shear, of the simulated robot."},                        \
     {"control.plant.set", CONFIG_TEXT, ENTRIES(0, CONTROL_CHANGES_MAX), CONTROL_AT(changes),       \
      .count_offset = offsetof(config, control.change_count), .fallback = "none",                   \

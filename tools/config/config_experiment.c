@@ -157,6 +157,12 @@ ad_status config_experiment_open(const char *path, int count, const char *const 
         return ad_fail(error, AD_BAD_ARGUMENT, "%.200s...: the path is too long", path);
     }
     ad_status status = checkpoint_open(found, &opened, error);
+    if (status == AD_OK && checkpoint_has(opened, "surrogate/numbers")) {
+        status = ad_fail(error, AD_BAD_INPUT,
+                         "%s: is of a one-step model, not of a network of a scene; cpinn-eval "
+                         "--rollouts N compares it with the solver",
+                         found);
+    }
     if (status == AD_OK) {
         status = restore(opened, found, count, overrides, threads, result, error);
     }

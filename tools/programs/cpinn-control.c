@@ -234,9 +234,8 @@ static ad_status find_model(controlling *x, ad_error *error)
     if (c->model == CONTROL_SURROGATE && !x->trained) {
         return ad_fail(
             error, AD_BAD_INPUT,
-            "%.200s: control.model: is surrogate, and there is no trained one-step model "
-            "in %.100s; train it with cpinn-train, or give --run",
-            x->asked.config, x->asked.run);
+            "control.model: is surrogate, and the scene has no one-step model; give it a section "
+            "surrogate, and train it with cpinn-train");
     }
     status = choose_modes(x, error);
     const int *m = x->model.modes;
@@ -340,7 +339,7 @@ static ad_status run(controlling *x, ad_error *error)
     }
     status = status == AD_OK ? find_model(x, error) : status;
     if (status != AD_OK) {
-        return status;
+        return x->nominal ? blame_key(x->nominal, error) : status;
     }
     find_truth(x);
     choose_rows(x);

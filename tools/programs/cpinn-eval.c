@@ -127,63 +127,10 @@ static double trained_until(const experiment *e)
                : domain_window_time(d, e->window + 1) * d->coordinates[d->time].scale;
 }
 
-/* Refuses a point of the file that lies outside the scene by more than rounding. */
-static ad_status check_point(const char *path, const table_file *table, size_t row,
-                             const char *name, double value, double limit, ad_error *error)
-{
-    if (value >= -REFERENCE_END_TOLERANCE * limit &&
-        value <= (1 + REFERENCE_END_TOLERANCE) * limit) {
-        return AD_OK;
-    }
-    char where[64];
-    size_t line = table_line(table, row);
-    snprintf(where, sizeof where, line ? "%zu" : " row %zu", line ? line : row + 1);
-    return ad_fail(error, AD_BAD_INPUT,
-                   "%s:%s: %s = %.10g is outside the scene; allowed: 0 to %g %s", path, where, name,
-                   value, limit, *name == 's' ? "m" : "s");
-}
-
 /* What samples hold beside their points; answers for members have values of their own. */
 static int columns_of(const evaluation *x)
 {
     return x->field ? field_columns(x->field) : 0;
-}
-
-static ad_status points_of_table(evaluation *x, const char *path, const table_file *table,
-                                 ad_error *error)
-{
-    const scene *scene = x->e->scene;
-    const double *s = table_column(table, "s"), *t = table_column(table, "t");
-    bool dynamic = scene_is_dynamic(scene);
-    size_t rows = table_rows(table);
-    if (!s || (dynamic && !t)) {
-        return ad_fail(error, AD_BAD_INPUT, "%s: column '%s' is missing; points have columns s%s",
-                       path, s ? "t" : "s", dynamic ? " and t" : "");
-    }
-    if (rows == 0) {
-        return ad_fail(error, AD_BAD_INPUT, "%s: there are no rows; at least one is needed", path);
-    }
-    ad_status status = samples_make(&x->samples, rows, columns_of(x), error);
-    for (size_t i = 0; i < rows && status == AD_OK; i++) {
-        x->samples.s[i] = s[i];
-        x->samples.t[i] = t ? t[i] : 0;
-        status = check_point(path, table, i, "s", s[i], scene_length(scene), error);
-        if (status == AD_OK && dynamic) {
-            status = check_point(path, table, i, "t", t[i], trained_until(x->e), error);
-        }
-    }
-    return status;
-}
-
-static ad_status points_of_file(evaluation *x, ad_error *error)
-{
-    table_file *table = NULL;
-    ad_status status = table_read(x->asked.points, TABLE_FINITE, &table, error);
-    if (status == AD_OK) {
-        status = points_of_table(x, x->asked.points, table, error);
-    }
-    table_free(table);
-    return status;
 }
 
 /* ---- work ---------------------------------------------------------------------------------- */
@@ -470,7 +417,8 @@ static ad_status open_field(evaluation *x, ad_error *error)
 
 static ad_status gather_points(evaluation *x, const char *grid, ad_error *error)
 {
-    return x->asked.points ? points_of_file(x, error)
+    return x->asked.points ? samples_of_file(&x->samples, x->asked.points, x->e->scene,
+                                             trained_until(x->e), columns_of(x), error)
                            : samples_of_grid(&x->samples, grid, x->e->scene, trained_until(x->e),
                                              columns_of(x), error);
 }
@@ -556,21 +504,6 @@ static ad_status run(evaluation *x, ad_error *error)
     return status == AD_OK && o->speed ? measure(x, error) : status;
 }
 
-static int run_rollouts(const options *asked)
-{
-    eval_rollouts_options rollouts = asked->rollouts;
-    ad_error error = {.message = ""};
-    int status = 0;
-    rollouts.path = asked->checkpoint;
-    rollouts.out = asked->out;
-    rollouts.seed = asked->family.seed >= 0 ? asked->family.seed : 1;
-    rollouts.threads = asked->threads;
-    rollouts.json = asked->json;
-    return eval_rollouts_run(program, &rollouts, &status, &error) == AD_OK
-               ? status
-               : cli_fail_error(program, &error);
-}
-
 int main(int argc, char **argv)
 {
     evaluation x = {
@@ -620,7 +553,12 @@ int main(int argc, char **argv)
             return cli_fail(program, "--rollouts: allowed beside it: --out DIR, --tolerance, "
                                      "--seed, --json, --threads");
         }
-        return run_rollouts(&x.asked);
+        r->path = x.asked.checkpoint;
+        r->out = x.asked.out;
+        r->seed = f->seed >= 0 ? f->seed : 1;
+        r->threads = x.asked.threads;
+        r->json = x.asked.json;
+        return eval_rollouts_run(program, r);
     }
     if (x.asked.points && x.asked.grid) {
         return cli_fail(program, "--points and --grid are given; allowed: one of the two");

@@ -186,7 +186,7 @@ static ad_status print_path(FILE *file, const void *context, ad_error *error)
             "     $path using %d:%d with lines lw 1 dt 2 lc rgb '#0072B2' title ",
             "xyz"[axes[0]], "xyz"[axes[1]], 2 + axes[0], 2 + axes[1], 5 + axes[0], 5 + axes[1]);
     gnuplot_quoted(file, x->rows[ROLLOUTS_MODEL].name);
-    fputc('\n', file);
+    fprintf(file, " noenhanced\n");
     return AD_OK;
 }
 
@@ -275,27 +275,27 @@ static ad_status report_of(const eval_rollouts_options *asked, const surrogate *
     return status;
 }
 
-ad_status eval_rollouts_run(const char *program, const eval_rollouts_options *asked, int *status,
-                            ad_error *error)
+int eval_rollouts_run(const char *program, const eval_rollouts_options *asked)
 {
     surrogate *s = NULL;
     rollouts_report report = {0};
-    ad_status result = surrogate_load(asked->path, &s, error);
-    result = result == AD_OK ? report_of(asked, s, &report, error) : result;
+    ad_error error = {.message = ""};
+    ad_status result = surrogate_load(asked->path, &s, &error);
+    result = result == AD_OK ? report_of(asked, s, &report, &error) : result;
     if (result == AD_OK && asked->out) {
-        result = write_files(program, &report, asked->out, error);
+        result = write_files(program, &report, asked->out, &error);
     }
     if (result == AD_OK && asked->json) {
-        result = print_json(asked, s, &report, error);
+        result = print_json(asked, s, &report, &error);
     } else if (result == AD_OK) {
         eval_rollouts_print(stdout, &report);
     }
-    *status = result == AD_OK && rollouts_fail(&report, asked->tolerance) ? 3 : 0;
-    if (*status && !asked->json) {
+    const bool fails = result == AD_OK && rollouts_fail(&report, asked->tolerance);
+    if (fails && !asked->json) {
         puts(report.rows[ROLLOUTS_MODEL].diverged > 0 ? "not trusted: rollouts diverge"
                                                       : "not trusted: worse than --tolerance");
     }
     rollouts_free(&report);
     surrogate_free(s);
-    return result;
+    return result != AD_OK ? cli_fail_error(program, &error) : fails ? 3 : 0;
 }

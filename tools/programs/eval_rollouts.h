@@ -17,9 +17,8 @@ rollouts_subject eval_rollouts_subject(const surrogate *s, const one_step *model
 
 void eval_rollouts_print(FILE *file, const rollouts_report *report);
 
-/* Judges, prints and writes. *status: 3 where the model diverges or is above the tolerance, else 0.
- * AD_BAD_INPUT: no one-step model. */
-ad_status eval_rollouts_run(const char *program, const eval_rollouts_options *asked, int *status,
-                            ad_error *error);
+/* Judges, prints and writes; returns the exit status: 3 where the model diverges or is above the
+ * tolerance, 2 with one line on stderr. */
+int eval_rollouts_run(const char *program, const eval_rollouts_options *asked);
 
 #endif

@@ -2,6 +2,7 @@
 
 #include "tools/files/table_file.h"
 #include "tools/programs/cli.h"
+#include "tools/train/reference.h"
 
 #include <stdlib.h>
 
@@ -41,6 +42,59 @@ ad_status samples_of_grid(samples *p, const char *grid, const scene *scene, doub
         p->s[i] = ns > 1 ? scene_length(scene) * (double)at_s / (double)(ns - 1) : 0;
         p->t[i] = nt > 1 ? until * (double)at_t / (double)(nt - 1) : 0;
     }
+    return status;
+}
+
+/* Refuses a point of the file that lies outside the scene by more than rounding. */
+static ad_status check_point(const char *path, const table_file *table, size_t row,
+                             const char *name, double value, double limit, ad_error *error)
+{
+    if (value >= -REFERENCE_END_TOLERANCE * limit &&
+        value <= (1 + REFERENCE_END_TOLERANCE) * limit) {
+        return AD_OK;
+    }
+    char where[64];
+    size_t line = table_line(table, row);
+    snprintf(where, sizeof where, line ? "%zu" : " row %zu", line ? line : row + 1);
+    return ad_fail(error, AD_BAD_INPUT,
+                   "%s:%s: %s = %.10g is outside the scene; allowed: 0 to %g %s", path, where, name,
+                   value, limit, *name == 's' ? "m" : "s");
+}
+
+static ad_status take_points(samples *p, const char *path, const table_file *table,
+                             const scene *scene, double until, int columns, ad_error *error)
+{
+    const double *s = table_column(table, "s"), *t = table_column(table, "t");
+    bool dynamic = scene_is_dynamic(scene);
+    size_t rows = table_rows(table);
+    if (!s || (dynamic && !t)) {
+        return ad_fail(error, AD_BAD_INPUT, "%s: column '%s' is missing; points have columns s%s",
+                       path, s ? "t" : "s", dynamic ? " and t" : "");
+    }
+    if (rows == 0) {
+        return ad_fail(error, AD_BAD_INPUT, "%s: there are no rows; at least one is needed", path);
+    }
+    ad_status status = samples_make(p, rows, columns, error);
+    for (size_t i = 0; i < rows && status == AD_OK; i++) {
+        p->s[i] = s[i];
+        p->t[i] = t ? t[i] : 0;
+        status = check_point(path, table, i, "s", s[i], scene_length(scene), error);
+        if (status == AD_OK && dynamic) {
+            status = check_point(path, table, i, "t", t[i], until, error);
+        }
+    }
+    return status;
+}
+
+ad_status samples_of_file(samples *p, const char *path, const scene *scene, double until,
+                          int columns, ad_error *error)
+{
+    table_file *table = NULL;
+    ad_status status = table_read(path, TABLE_FINITE, &table, error);
+    if (status == AD_OK) {
+        status = take_points(p, path, table, scene, until, columns, error);
+    }
+    table_free(table);
     return status;
 }
 

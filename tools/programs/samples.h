@@ -26,6 +26,11 @@ void samples_free(samples *p);
 ad_status samples_of_grid(samples *p, const char *grid, const scene *scene, double until,
                           int columns, ad_error *error);
 
+/* The points of a table with columns s and, in motion, t, up to `until`. AD_BAD_INPUT with the
+ * line: a point outside of the scene, a column that is missing. */
+ad_status samples_of_file(samples *p, const char *path, const scene *scene, double until,
+                          int columns, ad_error *error);
+
 /* Write s, t and the columns, with their units, as a table; see tools/files/table_file.h. */
 ad_status samples_write(const samples *p, const scene *scene, const char *path, ad_error *error);
 

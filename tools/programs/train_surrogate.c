@@ -31,6 +31,7 @@ typedef struct training {
     rollouts_report report;
     bool judged;
     double last_save, next, gap; /* s, when to save, and to speak again */
+    double seconds;              /* of training, when it was over */
     int64_t saved;
 } training;
 
@@ -170,6 +171,7 @@ static ad_status train(training *t, ad_error *error)
         }
         tell_progress(t);
     }
+    t->seconds = surrogate_training_inspect(t->own).seconds;
     return status;
 }
 
@@ -195,6 +197,15 @@ static ad_status judge(training *t, ad_error *error)
                         "the length",
                         row->diverged, t->report.count, t->report.steps[ROLLOUTS_LONG]);
         }
+        const double own = row->error[ROLLOUTS_SHORT][ROLLOUTS_MEDIAN];
+        const double modes = t->report.rows[ROLLOUTS_FINER].error[ROLLOUTS_SHORT][ROLLOUTS_MEDIAN];
+        if (t->settings->surrogate.kind != SURROGATE_LINEAR && own > modes) {
+            verdict_add(&t->verdict, VERDICT_NOT_CONVERGED,
+                        "rollouts of 5 s are off the solver by %.2g %% of the length (median), "
+                        "more than the %.2g %% that modes leave out; train longer, with more "
+                        "solved steps or a wider network",
+                        100 * own, 100 * modes);
+        }
     }
     surrogate_one_step_free(&model);
     surrogate_free(s);
@@ -205,8 +216,8 @@ static void finish(training *t)
 {
     const surrogate_training_info info = surrogate_training_inspect(t->own);
     if (!t->asked->quiet) {
-        say(t, "done: %lld steps in %.2f s (%s), loss %.3e, held-out %.3e of the linear map's",
-            (long long)info.step, info.seconds, *info.ended ? info.ended : "linear", info.loss,
+        say(t, "done: %lld steps in %.2f s%s%s, loss %.3e, held-out %.3e of the linear map's",
+            (long long)info.step, t->seconds, *info.ended ? ": " : "", info.ended, info.loss,
             info.held_out);
         eval_rollouts_print(stdout, &t->report);
         verdict_print(stdout, "", &t->verdict);
@@ -227,6 +238,27 @@ static void interrupted(training *t)
 }
 
 /* ---- the whole ----------------------------------------------------------------------------- */
+
+static void explain_curves(const surrogate_settings *s, const train_settings *settings)
+{
+    const bool sines = s->kind == SURROGATE_DDPINN || s->kind == SURROGATE_DDPINN_FLOW;
+    const bool flows = s->kind == SURROGATE_DDPINN_FLOW || s->kind == SURROGATE_POLYNOMIAL_FLOW;
+    printf("A network (");
+    for (int i = 0; i < settings->network.hidden_count; i++) {
+        printf("%s%d", i ? " x " : "", settings->network.hidden[i]);
+    }
+    printf(") says a curve in\ntime from each state, %s beside %s, exact at its begin; the loss is "
+           "%g times\n%s and %g times errors of solved steps, %d in a row.\n\n",
+           sines ? "damped sines" : "polynomials", flows ? "the exact linear flow" : "the state",
+           s->physics,
+           s->kind == SURROGATE_DDPINN ? "z' - f at random times"
+                                       : "the defect of the rod's equations at Radau's nodes",
+           s->data, s->ahead);
+    for (int i = 0; i < settings->stage_count; i++) {
+        printf("  stage %d: %s, up to %d steps\n", i + 1,
+               optim_method_name(settings->stages[i].optimizer), settings->stages[i].steps);
+    }
+}
 
 static void explain(training *t)
 {
@@ -252,9 +284,11 @@ static void explain(training *t)
     }
     printf(
         "\n%d steps are solved in rollouts under steps, ramps, bang-bang and chirps, and a tenth "
-        "as\nmany held out. A linear map by least squares",
-        s->solved);
-    if (s->kind == SURROGATE_LINEAR) {
+        "as\nmany held out. %s",
+        s->solved, surrogate_is_decoupled(s->kind) ? "" : "A linear map by least squares");
+    if (surrogate_is_decoupled(s->kind)) {
+        explain_curves(s, settings);
+    } else if (s->kind == SURROGATE_LINEAR) {
         printf(" is all.\n");
     } else {
         printf(", and a network (");
@@ -287,7 +321,7 @@ static ad_status write_json(const training *t, ad_error *error)
         json_integer(&to, "step", info.step);
         json_integer(&to, "stage", info.stage);
         json_integer(&to, "stages", t->settings->settings.stage_count);
-        json_number(&to, "training_seconds", info.seconds);
+        json_number(&to, "training_seconds", t->seconds);
         json_number(&to, "prepared_seconds", info.prepared);
         json_integer(&to, "parameters", (int64_t)info.parameters);
         json_integer(&to, "solved", (int64_t)info.solved);

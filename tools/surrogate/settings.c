@@ -196,8 +196,13 @@ static ad_status check_training(const surrogate_settings *x, const train_setting
         return refuse(key, "network.activation", error, "of a one-step model is tanh");
     }
     for (int i = 0; i < training->stage_count; i++) {
+        char where[TRAIN_KEY_MAX];
+        if (training->stages[i].stop_error > 0) {
+            snprintf(where, sizeof where, "training.stages[%d].stop.error", i);
+            return refuse(key, where, error,
+                          "is against a reference, which a one-step model has not; leave it out");
+        }
         if (training->stages[i].optimizer == OPTIM_GAUSS_NEWTON) {
-            char where[TRAIN_KEY_MAX];
             snprintf(where, sizeof where, "training.stages[%d].optimizer", i);
             return refuse(key, where, error,
                           "is gauss_newton, whose output layer is not found in every evaluation as "

@@ -131,6 +131,7 @@ static ad_status find_model(surrogate_training *t, reduced_rod *rod, ad_error *e
 
 ad_status surrogate_training_make_optimizer(surrogate_training *t, ad_error *error)
 {
+    t->stage_began = train_seconds();
     const train_stage *stage = &t->training->stages[t->info.stage];
     const char *why;
     optim_settings settings = {.method = stage->optimizer,
@@ -276,14 +277,35 @@ static ad_status add_row(surrogate_training *t, const optim_info *info, ad_error
     return history_add(&t->rows, row, error);
 }
 
+/* Whether the last rows of the stage all exceed the training loss by the factor, without a new
+ * minimum. */
+static bool interpolates(const surrogate_training *t, double factor)
+{
+    enum { ROWS = 5 };
+    const history *h = &t->rows;
+    double least = INFINITY;
+    int apart = 0;
+    for (size_t row = 0; row < h->count && factor > 0; row++) {
+        const double held_out = history_value(h, row, "held_out");
+        const bool is_here = (int)history_value(h, row, "stage") == t->info.stage;
+        apart = is_here && held_out > factor * history_value(h, row, "loss") && held_out >= least
+                    ? apart + 1
+                    : 0;
+        least = fmin(least, held_out);
+    }
+    return apart >= ROWS;
+}
+
 static const char *stop_reason(const surrogate_training *t, const train_stage *stage,
                                optim_status status)
 {
     return status != OPTIM_RUNNING              ? optim_status_text(status)
            : t->info.stage_step >= stage->steps ? "all steps done"
            : t->info.loss < stage->stop_loss    ? "the loss fell below stop.loss"
-           : stage->stop_seconds > 0 && train_seconds() - t->began > stage->stop_seconds
+           : stage->stop_seconds > 0 && train_seconds() - t->stage_began > stage->stop_seconds
                ? "stop.seconds are over"
+           : interpolates(t, stage->stop_held_out_ratio)
+               ? "the held-out loss exceeds the training loss by stop.held_out_ratio"
                : NULL;
 }
 

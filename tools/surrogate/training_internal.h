@@ -11,7 +11,8 @@ struct surrogate_training {
     const train_settings *training;
     ad_pool *pool;
     surrogate_training_info info;
-    double began; /* wall time at which training would have begun without pause */
+    double began;       /* wall time at which training would have begun without pause */
+    double stage_began; /* of this process */
     surrogate_steps steps, held;
     surrogate_step step;
     double *numbers; /* of the step */

@@ -1,0 +1,272 @@
+/* What a loss by the equations of the rod is made of: flows, integrals, weights, beginnings. */
+#include "tools/surrogate/physics_internal.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Integrals of exp(A (c_i - s)) l_j(s) from 0 to c_i, l_j Lagrange's polynomials at the nodes; with
+ * A = 0 the matrix of Radau's method. */
+static ad_status find_integrals(physics_loss *x, ad_error *error)
+{
+    const size_t n = (size_t)x->m->states, columns = n + (size_t)x->m->inputs + 1;
+    const size_t order = (NODES + 1) * n;
+    double *memory = malloc(3 * order * order * sizeof *memory);
+    double *a = memory, *e = a + order * order, *room = e + order * order;
+    if (!memory) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for integrals of a flow");
+    }
+    for (size_t i = 0; i < NODES; i++) {
+        memset(a, 0, order * order * sizeof *a);
+        for (size_t r = 0; r < NODES * n; r++) {
+            for (size_t c = 0; c < n && r < n; c++) {
+                a[r * order + c] = decoupled_nodes[i] * x->linear[r * columns + c];
+            }
+            a[r * order + r + n] = decoupled_nodes[i];
+        }
+        decoupled_exponential(order, a, e, room);
+        /* block k + 1 of the first row: integral of exp(A (c - s)) s^k / k! */
+        for (size_t j = 0; j < NODES; j++) {
+            const double p = decoupled_nodes[(j + 1) % NODES], q = decoupled_nodes[(j + 2) % NODES];
+            const double by = 1 / ((decoupled_nodes[j] - p) * (decoupled_nodes[j] - q));
+            const double of[NODES] = {p * q * by, -(p + q) * by, 2 * by};
+            double *to = x->integral + (i * NODES + j) * n * n;
+            for (size_t k = 0; k < n * n * NODES; k++) {
+                const size_t r = k / NODES / n, c = k / NODES % n;
+                to[r * n + c] += of[k % NODES] * e[r * order + (k % NODES + 1) * n + c];
+            }
+        }
+    }
+    free(memory);
+    return AD_OK;
+}
+
+/* weight = sum over 250 steps of (F^k)^T C^T C F^k, so that its largest number is 1, and a
+ * thousandth of the unit matrix; F the flow of a step, C of the tip by z in the middle. */
+static ad_status find_weight(physics_loss *x, reduced_rod *rod, ad_error *error)
+{
+    enum { STEPS = 250 };
+    const size_t n = (size_t)x->m->states, order = physics_order(x->m);
+    const double *flow = x->flow + (NODES - 1) * n * order;
+    double *by_state = calloc(12 * n + 6 * n, sizeof *by_state), *rows = by_state + 12 * n;
+    double most = 0;
+    reduced_place tip;
+    if (!by_state) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tip");
+    }
+    ad_status status = reduced_output(rod, 0, x->center, x->input_center, &tip, by_state, error);
+    for (size_t k = 0; k < 3 * n; k++) {
+        rows[k] = by_state[k] * x->scale[k % n];
+    }
+    for (int s = 0; s < STEPS && x->m->flows && status == AD_OK; s++) {
+        for (size_t k = 0; k < 3 * n * n; k++) {
+            const size_t r = k / n / n, a = k / n % n, b = k % n;
+            x->weight[a * n + b] += rows[r * n + a] * rows[r * n + b];
+        }
+        memset(rows + 3 * n, 0, 3 * n * sizeof *rows);
+        for (size_t k = 0; k < 3 * n * n; k++) {
+            const size_t r = k / n / n, a = k / n % n, b = k % n;
+            rows[3 * n + r * n + b] += rows[r * n + a] * flow[a * order + b];
+        }
+        memcpy(rows, rows + 3 * n, 3 * n * sizeof *rows);
+    }
+    for (size_t j = 0; j < n; j++) {
+        most = fmax(most, x->weight[j * n + j]);
+    }
+    for (size_t k = 0; k < n * n; k++) {
+        x->weight[k] =
+            (most > 0 ? x->weight[k] / most : 0) + (k % (n + 1) == 0 ? (most > 0 ? 1e-3 : 1) : 0);
+    }
+    free(by_state);
+    return status;
+}
+
+/* Of rates: each over its mean square at the beginnings. */
+static ad_status find_rate_weight(physics_loss *x, physics_worker *w, ad_error *error)
+{
+    enum { SOME = 256 };
+    const size_t n = (size_t)x->m->states;
+    double *given = w->steps[0].given, *rate = w->steps[0].n;
+    for (size_t s = 0; s < SOME; s++) {
+        const int *begin = x->begin[s * x->count / SOME];
+        const size_t row = (size_t)begin[0] * (size_t)(x->motions->steps + 1) + (size_t)begin[1];
+        physics_take_state(x, row, given);
+        physics_take_inputs(x, row, given + n);
+        if (!physics_remainder(x, w, given, 0, given, rate, NULL)) {
+            return ad_fail(error, AD_NOT_FINITE, "a rate of the rod is not finite");
+        }
+        for (size_t j = 0; j < n; j++) {
+            x->weight[j * n + j] += rate[j] * rate[j] / SOME;
+        }
+    }
+    for (size_t j = 0; j < n; j++) {
+        double *at = &x->weight[j * n + j];
+        *at = *at > 0 ? 1 / *at : 1;
+    }
+    return AD_OK;
+}
+
+static bool list_beginnings(physics_loss *x)
+{
+    const excite_rollouts *motions = x->motions;
+    size_t all = 0, stride = 1;
+    for (int pass = 0; pass < 2; pass++) {
+        size_t number = 0;
+        for (int i = 0; i < motions->count; i++) {
+            for (int k = 0; k + x->settings.ahead <= motions->done[i]; k++, number++) {
+                if (pass == 1 && number % stride == 0) {
+                    x->begin[x->count][0] = i;
+                    x->begin[x->count++][1] = k;
+                }
+            }
+        }
+        if (pass == 0) {
+            all = number;
+            const size_t most = (size_t)x->settings.most;
+            stride = most > 0 ? (all + most - 1) / most : 1;
+            stride = stride > 0 ? stride : 1;
+            x->begin = calloc(all / stride + 2, sizeof *x->begin);
+            if (!x->begin) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+static bool make_worker(physics_loss *x, physics_worker *w)
+{
+    const decoupled *m = x->m;
+    const size_t n = (size_t)m->states, order = physics_order(m),
+                 outputs = (size_t)decoupled_outputs(m);
+    size_t units = 0, wide = outputs > order ? outputs : order;
+    for (int l = 0; l < m->layers; l++) {
+        units += (size_t)m->width[l];
+        wide = (size_t)m->width[l] > wide ? (size_t)m->width[l] : wide;
+    }
+    const size_t each = order + units + outputs + NODES * (4 * n + n * n) + n;
+    const size_t all = (size_t)x->settings.ahead * each + (3 + NODES) * n + 2 * wide + order + n +
+                       SCENE_PARAMETERS_MAX + n * n;
+    double *at = w->memory = calloc(all, sizeof *at);
+    for (int k = 0; k < x->settings.ahead && at; k++) {
+        physics_step *s = &w->steps[k];
+        double **const parts[] = {&s->given, &s->hidden, &s->a,        &s->y,  &s->rate,
+                                  &s->n,     &s->by_z,   &s->residual, &s->end};
+        const size_t sizes[] = {order,     units,         outputs,   NODES * n, NODES * n,
+                                NODES * n, NODES * n * n, NODES * n, n};
+        for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+            *parts[i] = at;
+            at += sizes[i];
+        }
+    }
+    double **const rest[] = {&w->adjoint[0], &w->adjoint[1], &w->adjoint[2], &w->adjoint[3],
+                             &w->to_a,       &w->to_hidden,  &w->to_given,   &w->state,
+                             &w->input,      &w->jacobian};
+    const size_t sizes[] = {n, n, n, NODES * n, wide, wide, order, n, SCENE_PARAMETERS_MAX, n * n};
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes && at; i++) {
+        *rest[i] = at;
+        at += sizes[i];
+    }
+    return w->memory != NULL;
+}
+
+static ad_status allocate(physics_loss *x, ad_error *error)
+{
+    const size_t n = (size_t)x->m->states;
+    x->flow = calloc(NODES * n * physics_order(x->m), sizeof *x->flow);
+    x->integral = calloc(NODES * NODES * n * n, sizeof *x->integral);
+    x->weight = calloc(n * n, sizeof *x->weight);
+    x->gradients = calloc(CHUNKS * decoupled_parameters(x->m), sizeof *x->gradients);
+    x->workers = calloc((size_t)ad_pool_threads(x->pool), sizeof *x->workers);
+    bool good =
+        x->flow && x->integral && x->weight && x->gradients && x->workers && list_beginnings(x);
+    for (int t = 0; t < ad_pool_threads(x->pool) && good; t++) {
+        good = make_worker(x, &x->workers[t]);
+    }
+    if (good && x->count == 0) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "no rollout has %d steps", x->settings.ahead);
+    }
+    return good ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a loss");
+}
+
+static ad_status find_flows(physics_loss *x, ad_error *error)
+{
+    const size_t n = (size_t)x->m->states;
+    double *work = calloc(decoupled_work(x->m), sizeof *work);
+    if (!work) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a flow");
+    }
+    for (size_t i = 0; i < NODES; i++) {
+        decoupled_flow(x->m, decoupled_nodes[i], work, x->flow + i * n * physics_order(x->m));
+    }
+    free(work);
+    return AD_OK;
+}
+
+ad_status physics_loss_create(const scene *open, const int modes[4], const excite_rollouts *motions,
+                              const decoupled *m, const physics_loss_settings *settings,
+                              ad_pool *pool, physics_loss **result, ad_error *error)
+{
+    const size_t n = (size_t)m->states, inputs = (size_t)m->inputs;
+    const double tip = scene_length(open);
+    reduced_settings of_rod = {.count = 1, .s = &tip};
+    physics_loss *x = calloc(1, sizeof *x);
+    *result = NULL;
+    if (!x) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a loss");
+    }
+    if (!(settings->physics + settings->data > 0) || settings->ahead < 1 ||
+        settings->ahead > AHEAD_MAX || (settings->rates && m->flows)) {
+        free(x);
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "a loss of nothing, of %d steps in a row, or of rates beside a flow",
+                       settings->ahead);
+    }
+    *x = (physics_loss){
+        .scene = open, .motions = motions, .m = m, .settings = *settings, .pool = pool};
+    x->center = m->numbers;
+    x->scale = x->center + n;
+    x->input_center = x->scale + n;
+    x->input_scale = x->input_center + inputs;
+    x->linear = x->input_scale + inputs + n; /* behind the ranges of states */
+    memcpy(of_rod.modes, modes, sizeof of_rod.modes);
+    ad_status status = allocate(x, error);
+    for (int t = 0; t < ad_pool_threads(pool) && status == AD_OK; t++) {
+        status = reduced_create(open, &of_rod, &x->workers[t].rod, error);
+    }
+    status = status == AD_OK ? find_flows(x, error) : status;
+    status = status == AD_OK ? find_integrals(x, error) : status;
+    if (status == AD_OK && settings->tip && !settings->rates) {
+        status = find_weight(x, x->workers[0].rod, error);
+    }
+    if (status == AD_OK && settings->rates) {
+        status = find_rate_weight(x, &x->workers[0], error);
+    }
+    for (size_t j = 0; j < n && status == AD_OK && !settings->tip && !settings->rates; j++) {
+        x->weight[j * n + j] = 1;
+    }
+    if (status != AD_OK) {
+        physics_loss_free(x);
+        return status;
+    }
+    *result = x;
+    return AD_OK;
+}
+
+void physics_loss_free(physics_loss *x)
+{
+    if (!x) {
+        return;
+    }
+    for (int t = 0; x->workers && t < ad_pool_threads(x->pool); t++) {
+        reduced_free(x->workers[t].rod);
+        free(x->workers[t].memory);
+    }
+    free(x->workers);
+    free(x->begin);
+    free(x->flow);
+    free(x->integral);
+    free(x->weight);
+    free(x->gradients);
+    free(x);
+}
