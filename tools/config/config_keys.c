@@ -450,30 +450,6 @@ const config_key config_keys[] = {
      .help = "... when the held-out loss exceeds the training loss by this factor, and reaches no "
              "new minimum, in 5 rows of history in turn; 0: never."},
 
-    CONTROL_ROWS
-
-    {"checkpoint.every", CONFIG_INTEGER, AT(settings.checkpoint_every), .unit = "steps", BETWEEN(1, 1e9),
-     .help = "Save so often."},
-    {"checkpoint.seconds", CONFIG_NUMBER, AT(settings.checkpoint_seconds), .unit = "s", POSITIVE,
-     .help = "Or after so much wall time, whichever is first."},
-    {"checkpoint.keep", CONFIG_INTEGER, AT(settings.checkpoint_keep), BETWEEN(1, 1000),
-     .help = "How many checkpoints are kept."},
-    {"output.every", CONFIG_INTEGER, AT(settings.output_every), .unit = "steps", BETWEEN(1, 1e9),
-     .fallback = "10; 1 where training begins with gauss_newton in one window",
-     .help = "Steps between rows of history.csv, which every stage ends with as well."},
-    {"reference.analytic", CONFIG_CHOICE, AT(settings.reference), .names = train_reference_names,
-     .help = "A known solution of this scene to measure the error against."},
-    {"reference.solve", CONFIG_NUMBER, AT(settings.reference_tolerance), BETWEEN(1e-13, 0.1),
-     .flags = CONFIG_BY_NAME,
-     .help = "Or a classical solution (cpinn-solve) to this estimated error of the position over "
-             "the length, of a beam's deflection over the largest. `reference: solve`: 1e-11 at "
-             "rest, 1e-8 in motion, 1e-4 there where shear or stretch is locked. Kept in the folder cpinn of XDG_CACHE_HOME, else of ~/.cache, "
-             "until the physics changes."},
-    {"reference.file", CONFIG_TEXT, AT(settings.reference_file),
-     .help = "Or CSV/HDF5 with columns s[, t], x, y, z[, qw, qx, qy, qz], of a beam s[, t], w[, "
-             "slope]; relative to this file."},
-    {FORMULA("reference.deflection", settings.reference_deflection), .unit = "m",
-     .help = "Or the known deflection of a beam; formula of s and t."},
 
     {"surrogate.step", CONFIG_NUMBER, AT(surrogate.step), .unit = "s", POSITIVE,
      .fallback = "none: a network of the scene is trained",
@@ -517,6 +493,31 @@ const config_key config_keys[] = {
     {"surrogate.solved", CONFIG_INTEGER, AT(surrogate.solved), BETWEEN(500, 1e7), .unit = "steps",
      .help = "Steps of the reduced rod to learn from, of rollouts under steps, ramps, bang-bang and "
              "chirps of the inputs; a tenth as many beside them measure the held-out loss."},
+
+    CONTROL_ROWS
+
+    {"checkpoint.every", CONFIG_INTEGER, AT(settings.checkpoint_every), .unit = "steps", BETWEEN(1, 1e9),
+     .help = "Save so often."},
+    {"checkpoint.seconds", CONFIG_NUMBER, AT(settings.checkpoint_seconds), .unit = "s", POSITIVE,
+     .help = "Or after so much wall time, whichever is first."},
+    {"checkpoint.keep", CONFIG_INTEGER, AT(settings.checkpoint_keep), BETWEEN(1, 1000),
+     .help = "How many checkpoints are kept."},
+    {"output.every", CONFIG_INTEGER, AT(settings.output_every), .unit = "steps", BETWEEN(1, 1e9),
+     .fallback = "10; 1 where training begins with gauss_newton in one window",
+     .help = "Steps between rows of history.csv, which every stage ends with as well."},
+    {"reference.analytic", CONFIG_CHOICE, AT(settings.reference), .names = train_reference_names,
+     .help = "A known solution of this scene to measure the error against."},
+    {"reference.solve", CONFIG_NUMBER, AT(settings.reference_tolerance), BETWEEN(1e-13, 0.1),
+     .flags = CONFIG_BY_NAME,
+     .help = "Or a classical solution (cpinn-solve) to this estimated error of the position over "
+             "the length, of a beam's deflection over the largest. `reference: solve`: 1e-11 at "
+             "rest, 1e-8 in motion, 1e-4 there where shear or stretch is locked. Kept in the folder cpinn of XDG_CACHE_HOME, else of ~/.cache, "
+             "until the physics changes."},
+    {"reference.file", CONFIG_TEXT, AT(settings.reference_file),
+     .help = "Or CSV/HDF5 with columns s[, t], x, y, z[, qw, qx, qy, qz], of a beam s[, t], w[, "
+             "slope]; relative to this file."},
+    {FORMULA("reference.deflection", settings.reference_deflection), .unit = "m",
+     .help = "Or the known deflection of a beam; formula of s and t."},
 };
 /* clang-format on */
 const int config_key_count = (int)(sizeof config_keys / sizeof *config_keys);
