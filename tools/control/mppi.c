@@ -29,7 +29,8 @@ static mppi_settings mppi_settings_of(const controller_settings *s)
     result.samples = result.samples == 0 ? 256 : result.samples;
     result.batch = result.batch == 0 ? result.samples : result.batch;
     result.temperature = result.temperature == 0.0 ? 0.01 : result.temperature;
-    result.noise = result.noise == 0.0 ? 0.1 : result.noise;
+    result.noise = result.noise == 0.0 ? 0.05 : result.noise;
+    result.memory = result.memory == 0.0 ? 0.8 : result.memory;
     result.shrink = result.shrink == 0.0 ? 0.9 : result.shrink;
     return result;
 }
@@ -40,9 +41,9 @@ static const char *mppi_refusal(const controller_settings *s)
 
     if (settings.samples < 2 || settings.batch < 1 || !(settings.temperature > 0.0) ||
         !(settings.noise > 0.0) || !(settings.shrink > 0.0 && settings.shrink <= 1.0) ||
-        !(settings.memory >= 0.0 && settings.memory < 1.0)) {
+        !(settings.memory > 0.0 && settings.memory < 1.0)) {
         return "sampling: at least 2 samples, temperature and noise positive, shrink up to 1, "
-               "memory from 0 to below 1";
+               "memory within 0 and 1";
     }
     return NULL;
 }

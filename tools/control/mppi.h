@@ -17,13 +17,12 @@ extern "C" {
 extern const controller_method controller_sampling;
 
 typedef struct mppi_settings {
-    int samples; /* plans; 0: 256 */
-    int batch;   /* states that the model is given at once; 0: samples */
-    double
-        temperature; /* of exp(-cost/temperature), in parts of the spread of the costs; 0: 0.01 */
-    double noise;    /* standard deviation of the inputs, in parts of their span; 0: 0.1 */
-    double memory;   /* 0 to 1, of noise from one move to the next; 0: white */
-    double shrink;   /* of noise from one iteration of a feedback to the next; 0: 0.9 */
+    int samples;        /* plans; 0: 256 */
+    int batch;          /* states that the model is given at once; 0: samples */
+    double temperature; /* of exp(-cost/temperature), in spreads of the costs; 0: 0.01 */
+    double noise;       /* standard deviation of the inputs, in parts of their span; 0: 0.05 */
+    double memory;      /* within 0 and 1, of noise from one move to the next; 0: 0.8 */
+    double shrink;      /* of noise from one iteration of a feedback to the next; 0: 0.9 */
     uint64_t seed;
 } mppi_settings;
 
