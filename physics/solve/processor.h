@@ -1,6 +1,6 @@
-/* Loops compiled several times over, for the widest vectors of the processor at hand. Without
- * contraction of products and sums (-ffp-contract=off) results are the same on any. For static
- * functions only: clang gives others names of its own. */
+/* Loops compiled several times over, for the widest vectors of the processor at hand, unless a
+ * compiler's options say which. Without contraction of products and sums (-ffp-contract=off)
+ * results are the same on any. For static functions only: clang gives others names of its own. */
 #ifndef PHYSICS_SOLVE_PROCESSOR_H
 #define PHYSICS_SOLVE_PROCESSOR_H
 
@@ -13,7 +13,7 @@
 #define WATCHES_THREADS 0
 #endif
 
-#if defined(__x86_64__) && !WATCHES_THREADS
+#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__AVX512F__) && !WATCHES_THREADS
 #define FOR_EACH_PROCESSOR __attribute__((target_clones("avx512f", "avx2", "default")))
 #else
 #define FOR_EACH_PROCESSOR

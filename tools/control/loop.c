@@ -79,35 +79,17 @@ static void filter(running *r)
         const int delay = c->measurements[i].delay;
         const taken *then = &r->on_way[i][(r->k + DELAYS - delay) % DELAYS];
         if (r->k >= delay && !then->lost) {
-            r->flags[0] |= estimator_measure(x->filter, i, delay, then->values);
+            r->flags[0] |= regulator_measure(x->both, i, delay, then->values);
         }
     }
-    r->flags[0] |= estimator_update(x->filter);
+    r->flags[0] |= regulator_filter(x->both);
     r->seconds[0] = train_seconds() - start;
-}
-
-/* The filter's state, as far ahead as the plan begins where controllers take turns. */
-static const double *state_ahead(running *r)
-{
-    const control_loop *x = r->x;
-    double *ahead = x->numbers + 3 * (size_t)x->states, inputs[SCENE_PARAMETERS_MAX];
-    const double *now = estimator_state(x->filter);
-    if (x->ratio == 1 || x->control.delay == 0) {
-        return now;
-    }
-    memcpy(inputs, estimator_inputs(x->filter), (size_t)x->parameters * sizeof *inputs);
-    for (int i = 0; i < x->input_count; i++) {
-        inputs[x->inputs[i]] = r->applied[x->inputs[i]];
-    }
-    const one_step *m = &x->by_period;
-    return m->advance(m->context, 1, x->period, now, inputs, NULL, ahead, NULL, NULL) == 0 ? ahead
-                                                                                           : now;
 }
 
 static void wish(running *r)
 {
     const control_loop *x = r->x;
-    const int v = x->view.values;
+    const int v = x->values;
     const double from = r->t + x->control.delay * x->period;
     for (int i = 0; i < x->control.horizon; i++) {
         double *row = r->rows + (size_t)(i * v);
@@ -118,30 +100,26 @@ static void wish(running *r)
     }
 }
 
-/* Inputs by the plan of the controller whose turn it is; a late one goes on by its last plan. */
+/* A late answer is what the last plan goes on with. The long part, what is prepared for the next
+ * sample, counts as the controller's but for the filter's prediction. */
 static void control(running *r)
 {
     control_loop *x = r->x;
-    controller *c = x->controllers[r->k % x->ratio];
     const double start = train_seconds();
-    const size_t bytes = (size_t)x->input_count * sizeof *r->next;
     r->flags[1] = 0;
     if (happens(r, CONTROL_LATE, -1)) {
-        memcpy(r->next, controller_plan(c), bytes);
-        controller_skip(c, 1);
+        regulator_late(x->both, r->next);
         r->report->late++;
     } else {
         wish(r);
-        const controller_sample now = {
-            .state = state_ahead(r), .others = estimator_inputs(x->filter), .reference = r->rows};
-        r->flags[1] = controller_feedback(c, &now, r->next);
-        r->flags[1] |= controller_prepare(c);
+        r->flags[1] = regulator_plan(x->both, r->rows, r->next) >> REGULATOR_CONTROLLER;
     }
-    for (int i = 0; i < x->input_count; i++) { /* one input is followed by that of another plan */
-        const double most = x->control.rate[i] * x->period, was = r->applied[x->inputs[i]];
-        r->next[i] = fmin(fmax(r->next[i], was - most), was + most);
-    }
-    r->seconds[1] = train_seconds() - start;
+    const double planned = train_seconds();
+    regulator_predict(x->both);
+    const double predicted = train_seconds();
+    regulator_prepare(x->both);
+    r->seconds[0] += predicted - planned;
+    r->seconds[1] = train_seconds() - start - (predicted - planned);
 }
 
 static void apply(running *r)
@@ -149,13 +127,6 @@ static void apply(running *r)
     for (int i = 0; i < r->x->input_count; i++) {
         r->applied[r->x->inputs[i]] = r->next[i];
     }
-}
-
-static void predict(running *r)
-{
-    const double start = train_seconds();
-    r->flags[0] |= estimator_predict(r->x->filter, r->applied, NULL);
-    r->seconds[0] += train_seconds() - start;
 }
 
 /* ---- the record ---------------------------------------------------------------------------- */
@@ -225,15 +196,15 @@ static ad_status write_down(running *r, ad_error *error)
         put(r, &at, 1, &r->applied[x->inputs[i]]);
     }
     for (int i = 0; i < c->estimate_count; i++) {
-        const double known[2] = {estimator_parameter_now(x->filter, i),
-                                 estimator_parameter_deviation(x->filter, i)};
+        const double known[2] = {estimator_parameter_now(regulator_estimator(x->both), i),
+                                 estimator_parameter_deviation(regulator_estimator(x->both), i)};
         put(r, &at, 2, known);
     }
     for (int i = 0; i < c->measurement_count; i++) {
         const taken *now = &r->on_way[i][r->k % DELAYS];
         const double nothing[4] = {NAN, NAN, NAN, NAN};
         const int count = c->measurements[i].what == LOOK_ROTATION ? 4 : 3;
-        const estimator_consistency said = estimator_sensor_now(x->filter, i);
+        const estimator_consistency said = estimator_sensor_now(regulator_estimator(x->both), i);
         const double last = said.used > r->used[i] ? said.last : NAN;
         r->innovations[i] += said.used > r->used[i] ? last : 0;
         r->used[i] = said.used;
@@ -258,8 +229,9 @@ static ad_status sample(running *r, ad_error *error)
         return status;
     }
     filter(r);
-    const one_look seen = look_of(x->view.looks[0]);
-    if (seen.see(seen.context, 1, estimator_state(x->filter), estimator_inputs(x->filter),
+    const estimator *filtered = regulator_estimator(x->both);
+    const one_look seen = look_of(x->looks[0]);
+    if (seen.see(seen.context, 1, estimator_state(filtered), estimator_inputs(filtered),
                  r->estimated, NULL) != 0) {
         r->estimated[0] = r->estimated[1] = r->estimated[2] = NAN;
     }
@@ -267,7 +239,6 @@ static ad_status sample(running *r, ad_error *error)
     if (x->control.delay == 0) {
         apply(r);
     }
-    predict(r);
     judge(r);
     status = write_down(r, error);
     status = status == AD_OK ? plant_step(x->robot, x->period, r->applied, error) : status;
@@ -314,8 +285,8 @@ static void conclude(running *r, double *room)
         report->innovation[i] = r->innovations[i] / (double)r->used[i];
     }
     for (int i = 0; i < c->estimate_count; i++) {
-        report->estimate[i] = estimator_parameter_now(x->filter, i);
-        report->deviation[i] = estimator_parameter_deviation(x->filter, i);
+        report->estimate[i] = estimator_parameter_now(regulator_estimator(x->both), i);
+        report->deviation[i] = estimator_parameter_deviation(regulator_estimator(x->both), i);
         report->truth[i] = x->of.truth[x->parameter[i].input];
     }
 }

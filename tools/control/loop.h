@@ -12,8 +12,10 @@
 #ifndef CONTROL_LOOP_H
 #define CONTROL_LOOP_H
 
-#include "tools/control/one_step.h"
+#include "tools/control/linear_step.h"
+#include "tools/control/regulator.h"
 #include "tools/control/settings.h"
+#include "tools/control/view.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -62,6 +64,17 @@ ad_status loop_run(control_loop *x, loop_report *report, ad_error *error);
 
 /* The task with centre, normal and heights that were found. */
 const control_task *loop_task(const control_loop *x);
+
+/* What exported C is made of; borrowed from the loop. */
+typedef struct loop_parts {
+    const regulator_settings *settings;
+    const linear_step *linear[2]; /* by samples, by steps of the horizon; NULL: another model */
+    const kinematic_look *sensors[CONTROL_MEASUREMENTS_MAX];
+    const view *seen;
+    const kinematic_look *looks[1 + CONTROL_LIMITS_MAX]; /* of its parts */
+    const double *state, *inputs, *by_parameters;        /* at sample 0 */
+} loop_parts;
+loop_parts loop_parts_of(const control_loop *x);
 
 /* The record: columns named, of report.done rows; SI units. */
 int loop_columns(const control_loop *x);

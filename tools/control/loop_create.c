@@ -119,33 +119,6 @@ static ad_status fill_numbers(control_loop *x, ad_error *error)
 
 /* ---- what is seen -------------------------------------------------------------------------- */
 
-int loop_see(void *context, int count, const double *states, const double *inputs, double *values,
-             double *by_state)
-{
-    const loop_view *x = context;
-    const size_t n = x->states;
-    int column = 0, bad = 0;
-    for (int which = 0; which < x->count; which++) {
-        const one_look one = look_of(x->looks[which]);
-        const int from = which == 0 ? 0 : x->axis[which], to = which == 0 ? 3 : from + 1;
-        for (int i = 0; i < count && !bad; i++) {
-            double *rows = x->room + 4;
-            bad = one.see(one.context, 1, states + (size_t)i * n,
-                          inputs ? inputs + (size_t)i * (size_t)x->inputs : NULL, x->room,
-                          by_state ? rows : NULL);
-            for (int k = from; k < to && !bad; k++) {
-                const size_t at = (size_t)(i * x->values + column + k - from);
-                values[at] = x->room[k];
-                if (by_state) {
-                    memcpy(by_state + at * n, rows + (size_t)k * n, n * sizeof *rows);
-                }
-            }
-        }
-        column += to - from;
-    }
-    return bad;
-}
-
 static ad_status see(const control_loop *x, look_what what, double at, look **result,
                      ad_error *error)
 {
@@ -156,19 +129,22 @@ static ad_status see(const control_loop *x, look_what what, double at, look **re
 static ad_status create_looks(control_loop *x, ad_error *error)
 {
     const control_settings *c = &x->control;
-    loop_view *view = &x->view;
-    view->states = (size_t)x->states;
-    view->inputs = x->parameters;
-    view->values = 3 + c->limit_count;
-    view->room = calloc(4 * (1 + (size_t)x->states), sizeof *view->room);
-    ad_status status =
-        view->room ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a loop");
+    view *seen = &x->seen;
+    ad_status status = AD_OK;
+    x->values = 3 + c->limit_count;
+    seen->inputs = x->parameters;
     for (int i = 0; i <= c->limit_count && status == AD_OK; i++) {
-        status = i == 0
-                     ? see(x, LOOK_POSITION, c->track_at, &view->looks[0], error)
-                     : see(x, c->limits[i - 1].what, c->limits[i - 1].at, &view->looks[i], error);
-        view->axis[i] = i > 0 ? c->limits[i - 1].axis - 1 : 0;
-        view->count += status == AD_OK;
+        const control_limit *l = i > 0 ? &c->limits[i - 1] : NULL;
+        status = see(x, l ? l->what : LOOK_POSITION, l ? l->at : c->track_at, &x->looks[i], error);
+        if (status == AD_OK) {
+            seen->part[i] =
+                (struct view_part){look_of(x->looks[i]), l ? l->axis - 1 : 0, l ? 1 : 3};
+            seen->parts++;
+        }
+    }
+    if (status == AD_OK) {
+        seen->room = calloc(view_room(seen), sizeof *seen->room);
+        status = seen->room ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a loop");
     }
     for (int i = 0; i < c->measurement_count && status == AD_OK; i++) {
         const control_measurement *m = &c->measurements[i];
@@ -193,46 +169,28 @@ static ad_status create_looks(control_loop *x, ad_error *error)
 /* Up to so many times the process noise as innovations ask for (look_noise). */
 static const double ADAPT = 100;
 
-static ad_status create_filter(control_loop *x, ad_error *error)
+static void fill_filter(control_loop *x)
 {
     const control_settings *c = &x->control;
     const scene *nominal = x->of.nominal;
     const size_t n = (size_t)x->states;
-    int which[CONTROL_INPUTS_MAX];
     for (int i = 0; i < c->estimate_count; i++) {
         for (int k = 0; k < nominal->parameter_count; k++) {
             const scene_parameter *p = &nominal->parameters[k];
             if (strcmp(p->name, c->estimate[i]) == 0) {
-                which[i] = k;
                 x->parameter[i] = (estimator_parameter){
                     .input = k, .low = p->low, .high = p->high, .walk = c->walk[i]};
             }
         }
     }
-    const estimator_settings settings = {.model = x->by_period,
-                                         .parameters = c->estimate_count,
-                                         .sensors = c->measurement_count,
-                                         .parameter = x->parameter,
-                                         .sensor = x->sensor,
-                                         .deviation = x->numbers + n,
-                                         .process = x->numbers + 2 * n,
-                                         .adapt = ADAPT};
-    const char *refused = estimator_refusal(&settings);
-    if (refused) {
-        return ad_fail(error, AD_BAD_INPUT, "control: the filter refuses: %s", refused);
-    }
-    x->filter_memory = malloc(estimator_size(&settings));
-    if (!x->filter_memory) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a filter");
-    }
-    x->filter = estimator_init(x->filter_memory, &settings);
-    double *by = x->numbers + 4 * n;
-    ad_status status =
-        resting_derivatives(x->rest, x->middle, x->numbers, c->estimate_count, which, by, error);
-    if (status == AD_OK) {
-        estimator_start(x->filter, x->numbers, x->middle, by);
-    }
-    return status;
+    x->settings.estimator = (estimator_settings){.model = x->by_period,
+                                                 .parameters = c->estimate_count,
+                                                 .sensors = c->measurement_count,
+                                                 .parameter = x->parameter,
+                                                 .sensor = x->sensor,
+                                                 .deviation = x->numbers + n,
+                                                 .process = x->numbers + 2 * n,
+                                                 .adapt = ADAPT};
 }
 
 /* One in the unit of what is seen, as large as control->accuracy of the place. */
@@ -253,11 +211,12 @@ static void fill_plan(control_loop *x)
     const control_settings *c = &x->control;
     for (int i = 0; i < x->input_count; i++) {
         x->plan.rate[i] = c->rate[i] * x->step;
+        x->plan.turns[i] = c->rate[i] * x->period;
         x->plan.rest[i] = x->middle[x->inputs[i]];
         x->plan.smooth[i] = c->weight_rate;
         x->plan.effort[i] = c->weight_effort;
     }
-    for (int i = 0; i < x->view.values; i++) {
+    for (int i = 0; i < x->values; i++) {
         const control_limit *l = i < 3 ? NULL : &c->limits[i - 3];
         x->plan.weight[i] = l ? 0 : 1 / (c->accuracy * c->accuracy);
         x->plan.low[i] = l && !isnan(l->low) ? l->low : -INFINITY;
@@ -267,46 +226,61 @@ static void fill_plan(control_loop *x)
     x->plan.sampling = (mppi_settings){.samples = c->samples, .seed = (uint64_t)c->seed};
 }
 
-static ad_status create_controllers(control_loop *x, ad_error *error)
+static void fill_controller(control_loop *x)
 {
     const control_settings *c = &x->control;
     const bool samples = c->method == CONTROL_SAMPLING;
     fill_plan(x);
-    const controller_settings settings = {
-        .method = samples ? &controller_sampling : NULL,
-        .method_settings = samples ? &x->plan.sampling : NULL,
-        .model = x->by_step,
-        .look = {&x->view, x->states, x->parameters, x->view.values, loop_see},
-        .horizon = c->horizon,
-        .delay = x->ratio == 1 ? c->delay : 0,
-        .controlled = x->input_count,
-        .inputs = x->inputs,
-        .others = x->middle,
-        .lower = c->low,
-        .upper = c->high,
-        .rate = x->plan.rate,
-        .rest = x->plan.rest,
-        .smooth = x->plan.smooth,
-        .effort = x->plan.effort,
-        .weight = x->plan.weight,
-        .soft_lower = x->plan.low,
-        .soft_upper = x->plan.high,
-        .soft_weight = x->plan.soft,
-        .offset = c->offset};
-    const char *refused = controller_refusal(&settings);
+    x->settings.controller =
+        (controller_settings){.method = samples ? &controller_sampling : NULL,
+                              .method_settings = samples ? &x->plan.sampling : NULL,
+                              .model = x->by_step,
+                              .look = view_of(&x->seen),
+                              .horizon = c->horizon,
+                              .delay = x->ratio == 1 ? c->delay : 0,
+                              .controlled = x->input_count,
+                              .inputs = x->inputs,
+                              .others = x->middle,
+                              .lower = c->low,
+                              .upper = c->high,
+                              .rate = x->plan.rate,
+                              .rest = x->plan.rest,
+                              .smooth = x->plan.smooth,
+                              .effort = x->plan.effort,
+                              .weight = x->plan.weight,
+                              .soft_lower = x->plan.low,
+                              .soft_upper = x->plan.high,
+                              .soft_weight = x->plan.soft,
+                              .offset = c->offset};
+}
+
+static ad_status create_regulator(control_loop *x, ad_error *error)
+{
+    int which[CONTROL_INPUTS_MAX];
+    double *by = x->numbers + 4 * (size_t)x->states;
+    fill_filter(x);
+    fill_controller(x);
+    x->settings.turns = x->ratio;
+    x->settings.delay = x->control.delay;
+    x->settings.rate = x->ratio > 1 ? x->plan.turns : NULL;
+    const char *refused = regulator_refusal(&x->settings);
     if (refused) {
-        return ad_fail(error, AD_BAD_INPUT, "control: the controller refuses: %s", refused);
+        return ad_fail(error, AD_BAD_INPUT, "control: filter or controller refuse: %s", refused);
     }
-    x->controllers = calloc((size_t)x->ratio, sizeof *x->controllers);
-    for (int i = 0; i < x->ratio && x->controllers; i++) {
-        void *memory = malloc(controller_size(&settings));
-        x->controllers[i] = memory ? controller_init(memory, &settings) : NULL;
-        if (!x->controllers[i]) {
-            free(memory);
-            return ad_fail(error, AD_NO_MEMORY, "out of memory for a controller");
-        }
+    void *memory = malloc(regulator_size(&x->settings));
+    if (!memory) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for filter and controller");
     }
-    return x->controllers ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a controller");
+    x->both = regulator_init(memory, &x->settings);
+    for (int i = 0; i < x->control.estimate_count; i++) {
+        which[i] = x->parameter[i].input;
+    }
+    const ad_status status = resting_derivatives(x->rest, x->middle, x->numbers,
+                                                 x->control.estimate_count, which, by, error);
+    if (status == AD_OK) {
+        regulator_start(x->both, x->numbers, x->middle, by);
+    }
+    return status;
 }
 
 /* ---- the record ---------------------------------------------------------------------------- */
@@ -407,7 +381,7 @@ static ad_status lay_path(control_loop *x, ad_error *error)
 ad_status loop_create(const loop_setup *setup, control_loop **result, ad_error *error)
 {
     static ad_status (*const parts[])(control_loop * x, ad_error * error) = {
-        begin, create_models, rest, create_looks, create_filter, create_controllers};
+        begin, create_models, rest, create_looks, create_regulator};
     control_loop *x = calloc(1, sizeof *x);
     *result = NULL;
     if (!x) {
@@ -439,11 +413,8 @@ void loop_free(control_loop *x)
     if (!x) {
         return;
     }
-    for (int i = 0; i < x->ratio && x->controllers; i++) {
-        free(x->controllers[i]);
-    }
-    for (int i = 0; i < x->view.count; i++) {
-        look_free(x->view.looks[i]);
+    for (int i = 0; i <= CONTROL_LIMITS_MAX; i++) {
+        look_free(x->looks[i]);
     }
     for (int i = 0; i < CONTROL_MEASUREMENTS_MAX; i++) {
         look_free(x->sensors[i]);
@@ -455,9 +426,8 @@ void loop_free(control_loop *x)
     resting_free(x->rest);
     plant_free(x->robot);
     task_path_free(x->path);
-    free(x->controllers);
-    free(x->filter_memory);
-    free(x->view.room);
+    free(x->both);
+    free(x->seen.room);
     free(x->numbers);
     free(x->record);
     free(x);
@@ -481,4 +451,21 @@ const char *loop_column_name(const control_loop *x, int i)
 const double *loop_column(const control_loop *x, int i)
 {
     return x->record + (size_t)i * (size_t)x->samples;
+}
+
+loop_parts loop_parts_of(const control_loop *x)
+{
+    loop_parts parts = {.settings = &x->settings,
+                        .linear = {x->linear[0], x->linear[1]},
+                        .seen = &x->seen,
+                        .state = x->numbers,
+                        .inputs = x->middle,
+                        .by_parameters = x->numbers + 4 * (size_t)x->states};
+    for (int i = 0; i < x->control.measurement_count; i++) {
+        parts.sensors[i] = look_kinematics(x->sensors[i]);
+    }
+    for (int i = 0; i < x->seen.parts; i++) {
+        parts.looks[i] = look_kinematics(x->looks[i]);
+    }
+    return parts;
 }

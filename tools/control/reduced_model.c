@@ -38,43 +38,6 @@ one_step reduced_one_step(reduced_rod *rod, double step)
 
 /* ---- linear -------------------------------------------------------------------------------- */
 
-struct linear_step {
-    int states, inputs;
-    double h;
-    double *next; /* [states] for the state and inputs of rest, less A x_e + B u_e */
-    double *by_state, *by_inputs;
-};
-
-static int advance_linear(void *context, int count, double h, const double *states,
-                          const double *inputs, const double *after, double *next, double *by_state,
-                          double *by_inputs)
-{
-    const linear_step *x = context;
-    const size_t n = (size_t)x->states, m = (size_t)x->inputs;
-    if (after || fabs(h - x->h) > 1e-9 * x->h) {
-        return 1;
-    }
-    for (size_t i = 0; i < (size_t)count; i++) {
-        for (size_t r = 0; r < n; r++) {
-            double sum = x->next[r];
-            for (size_t c = 0; c < n; c++) {
-                sum += x->by_state[r * n + c] * states[i * n + c];
-            }
-            for (size_t c = 0; c < m; c++) {
-                sum += x->by_inputs[r * m + c] * inputs[i * m + c];
-            }
-            next[i * n + r] = sum;
-        }
-        if (by_state) {
-            memcpy(by_state + i * n * n, x->by_state, n * n * sizeof *by_state);
-        }
-        if (by_inputs) {
-            memcpy(by_inputs + i * n * m, x->by_inputs, n * m * sizeof *by_inputs);
-        }
-    }
-    return 0;
-}
-
 ad_status linear_step_create(const one_step *of, double h, const double *state,
                              const double *inputs, linear_step **result, ad_error *error)
 {
@@ -88,16 +51,17 @@ ad_status linear_step_create(const one_step *of, double h, const double *state,
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a linear model");
     }
     *x = (linear_step){of->states, of->inputs, h, memory, memory + n, memory + n + n * n};
-    if (of->advance(of->context, 1, h, state, inputs, NULL, x->next, x->by_state, x->by_inputs)) {
+    if (of->advance(of->context, 1, h, state, inputs, NULL, memory, memory + n,
+                    memory + n + n * n)) {
         linear_step_free(x);
         return ad_fail(error, AD_NOT_FINITE, "the model has no step from rest of %g s", h);
     }
     for (size_t r = 0; r < n; r++) {
         for (size_t c = 0; c < n; c++) {
-            x->next[r] -= x->by_state[r * n + c] * state[c];
+            memory[r] -= x->by_state[r * n + c] * state[c];
         }
         for (size_t c = 0; c < m; c++) {
-            x->next[r] -= x->by_inputs[r * m + c] * inputs[c];
+            memory[r] -= x->by_inputs[r * m + c] * inputs[c];
         }
     }
     *result = x;
@@ -107,16 +71,7 @@ ad_status linear_step_create(const one_step *of, double h, const double *state,
 void linear_step_free(linear_step *x)
 {
     if (x) {
-        free(x->next);
+        free((void *)x->next);
         free(x);
     }
-}
-
-one_step linear_one_step(linear_step *x)
-{
-    return (one_step){.context = x,
-                      .states = x->states,
-                      .inputs = x->inputs,
-                      .step = x->h,
-                      .advance = advance_linear};
 }

@@ -4,7 +4,7 @@
 #define CONTROL_REDUCED_MODEL_H
 
 #include "physics/solve/reduced.h"
-#include "tools/control/one_step.h"
+#include "tools/control/linear_step.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -17,11 +17,9 @@ one_step reduced_one_step(reduced_rod *rod, double step);
 /* x+ = x_e + A (x - x_e) + B (u - u_e) with A, B of one step of length h at a state of rest; other
  * lengths have no answer, nor has `after`. Free with linear_step_free; NULL is allowed.
  * AD_NO_MEMORY, AD_NOT_FINITE: the model has no answer there. */
-typedef struct linear_step linear_step;
 ad_status linear_step_create(const one_step *of, double h, const double *state,
                              const double *inputs, linear_step **result, ad_error *error);
 void linear_step_free(linear_step *x);
-one_step linear_one_step(linear_step *x);
 
 #ifdef __cplusplus
 }

@@ -5,6 +5,7 @@
 #include "tools/config/config.h"
 #include "tools/control/loop.h"
 #include "tools/files/json.h"
+#include "tools/surrogate/surrogate_step.h"
 
 typedef struct control_row {
     const char *name; /* "linear model" */
@@ -24,5 +25,12 @@ void control_json(int count, const control_row *rows, json *to);
  * AD_BAD_ARGUMENT, AD_IO, AD_NO_MEMORY. */
 ad_status control_write(const control_row *row, const char *path, bool moves, ad_error *error);
 ad_status control_draw(const char *path, bool moves, ad_error *error);
+
+/* control_export.c: filter and controller as OUT.c, OUT.h and OUT_selftest.c (export_loop.h), of a
+ * loop that was run; trained models of the filter and the controller, NULL: none. AD_BAD_INPUT: it
+ * cannot be written; errors of export_loop_write. */
+ad_status control_export(const config *of, const control_row *row, const char *model,
+                         const surrogate_step *filter, const surrogate_step *controller,
+                         const char *out, bool force, char said[256], ad_error *error);
 
 #endif

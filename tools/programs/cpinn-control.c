@@ -46,6 +46,13 @@ static const char epilogue[] =
     "inputs, estimates, measurements, normalised squares of innovations, seconds, and flags as\n"
     "bits (tools/control/estimator.h, controller.h).\n"
     "\n"
+    "--c writes filter and controller, with the model, as C11 that needs nothing but libm: "
+    "NAME_init,\n"
+    "NAME_measure, NAME_control, in the caller's memory, without allocation, in bounded time. The\n"
+    "header says how, and what was verified; by cc the C is compiled and compared first.\n"
+    "\n"
+    "  cpinn-control SCENE.yaml --c arm && cc -std=c11 -O2 -o selftest arm.c arm_selftest.c -lm\n"
+    "\n"
     "--json writes one object: program, version, name, verdict, model, loops: [{name, error, "
     "samples,\n"
     "diverged, rms, worst, approach, reach, saturated, filter_seconds, control_seconds, seconds\n"
@@ -54,10 +61,10 @@ static const char epilogue[] =
     "The exit status is 3 where the robot diverges or control.tolerance is not kept.";
 
 typedef struct options {
-    const char *config, *out, *run, *inner, *json;
+    const char *config, *out, *run, *inner, *json, *c;
     cli_list overrides;
     int seed;
-    bool compare, animate, quiet;
+    bool compare, animate, quiet, force;
 } options;
 
 enum { ROWS_MAX = 6 };
@@ -365,6 +372,17 @@ static ad_status run(controlling *x, ad_error *error)
     }
     status = o->out ? control_write(&x->rows[0], o->out, o->animate, error) : AD_OK;
     ad_error why;
+    char said[256];
+    if (status == AD_OK && o->c) {
+        const surrogate *plans = x->rows[0].control.model == CONTROL_SURROGATE ? x->trained : NULL;
+        const surrogate *filters = plans && x->inner ? x->inner : plans;
+        status =
+            control_export(x->nominal, &x->rows[0], x->model_text, filters ? &filters->step : NULL,
+                           plans ? &plans->step : NULL, o->c, o->force, said, error);
+        if (status == AD_OK && !o->quiet) {
+            printf("wrote %s as C: %s\n", o->c, said);
+        }
+    }
     if (status == AD_OK && o->out && control_draw(o->out, o->animate, &why) != AD_OK) {
         cli_warn(program, "%s", why.message);
     }
@@ -401,6 +419,9 @@ int main(int argc, char **argv)
         {"--out", "FILE", CLI_TEXT, &o->out, 0, 0,
          "write every period, as .csv, .h5, .hdf5 or .npz, and draw it\nbeside, as .svg and .png"},
         {"--animate", NULL, CLI_FLAG, &o->animate, 0, 0, "with --out: as a moving .gif, too"},
+        {"--c", "OUT", CLI_TEXT, &o->c, 0, 0,
+         "write filter and controller as C, OUT.c, OUT.h and OUT_selftest.c"},
+        {"--force", NULL, CLI_FLAG, &o->force, 0, 0, "with --c: replace files"},
         {"--run", "DIR", CLI_TEXT, &o->run, 0, 0,
          "folder of the trained one-step model (default runs/NAME)"},
         {"--inner", "DIR", CLI_TEXT, &o->inner, 0, 0,

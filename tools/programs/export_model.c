@@ -1,5 +1,6 @@
 /* What is exported: evaluators of a run, and points at which they are compared with the C. */
 #include "tools/config/config_experiment.h"
+#include "tools/config/config_surrogate.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/export.h"
 #include "tools/train/history.h"
@@ -49,7 +50,16 @@ static ad_status measure_error(export_model *x, ad_error *error)
 static ad_status read_run(export_model *x, ad_error *error)
 {
     checkpoint *file = NULL;
+    surrogate *model = NULL;
+    ad_error other;
     ad_status status = config_experiment_open(x->run, 0, NULL, 1, &x->e, &file, error);
+    if (status != AD_OK && surrogate_load(x->run, &model, &other) == AD_OK) {
+        surrogate_free(model);
+        return ad_fail(error, AD_BAD_INPUT,
+                       "%s: a one-step model; with filter and controller it is written as C by "
+                       "cpinn-control CONFIG.yaml --run DIR --c OUT",
+                       x->run);
+    }
     if (status == AD_OK && checkpoint_has(file, "verdict")) {
         x->is_judged = true;
         status = report_get_verdict(file, &x->verdict, error);

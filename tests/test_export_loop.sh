@@ -1,0 +1,87 @@
+#!/bin/bash
+# Filter and controller as C: what cpinn-control --c writes compiles as C11 without a warning by gcc
+# and clang, its header as C++, passes its self-test, allocates nothing, does what cpinn-control does
+# on the same measurements, and is refused where it should be.
+#   test_export_loop.sh BIN ROOT
+set -u
+. "$(dirname "$0")/programs.sh"
+cc --version >/dev/null 2>&1 || exit 77
+
+warnings='-std=c11 -Wall -Wextra -Wpedantic -Werror'
+
+# exported NAME ARGUMENTS...: a loop of the arm as C, with all checks.
+exported() {
+    local name=$1
+    shift
+    run 0 cpinn-control arm.yaml --c "$name" --out "$name.csv" --set control.duration=1.5 "$@"
+    said stdout.txt '^wrote .* as C: difference from cpinn in 60 samples'
+    check "$name by cc" -- cc $warnings -O1 -march=native -c "$name.c" -o loop.o
+    check "$name allocates nothing" -- test -z "$(nm -u loop.o | grep -E 'alloc|free|printf|open')"
+    check "$name has no other names" -- test -z "$(nm -g --defined-only loop.o | grep -v " ${name}_")"
+    if clang --version >/dev/null 2>&1; then
+        check "$name by clang" -- clang $warnings -c "$name.c" -o clang.o
+        check "$name by clang" -- clang $warnings -o selftest clang.o "${name}_selftest.c" -lm
+        check "$name by clang" -- ./selftest >selftest.txt
+    fi
+    check "$name with sanitizers" -- cc $warnings -march=native -fsanitize=address,undefined \
+        -fno-sanitize-recover=undefined -o selftest "$name.c" "${name}_selftest.c" -lm
+    check "$name with sanitizers" -- ./selftest >selftest.txt
+    if c++ --version >/dev/null 2>&1; then
+        echo "#include \"$name.h\"" >header.cc
+        check "$name.h in C++" -- c++ -Wall -Wextra -Wpedantic -Werror -c header.cc -o header.o
+    fi
+    check "$name as cpinn-control" -- cc $warnings -DHEADER="\"$name.h\"" -DNAME="$name" -I. -o compare \
+        "$ROOT/tests/export_loop_compare.c" loop.o -lm
+    check "$name as cpinn-control" -- ./compare "$name.csv" 1e-9 >compare.txt
+}
+
+cat >arm.yaml <<'YAML'
+parameters: {p1: {range: [0, 8]}, p2: {range: [0, 8]}, stiffness: {range: [0.6, 1.4]}}
+rod:
+  model: cosserat
+  length: 0.13
+  section: {shape: circle, radius: 0.021}
+  material: {youngs_modulus: 8.0e4*stiffness, poissons_ratio: 0.45, density: 1070, relaxation_time: 0.03}
+time: {duration: 5, windows: 1}
+boundary: {start: {type: clamped}}
+chambers:
+  - {offset: [0.013, 0], area: 1, pressure: p1}
+  - {offset: [0, 0.013], area: 1, pressure: p2}
+loads: {gravity: [0, 0, 9.81]}
+control:
+  model: linear
+  task: {path: circle, radius: 0.005, frequency: 0.5, approach: 0.3}
+  estimate: [stiffness]
+  measurements: [{what: position, at: 0.13, noise: 2.0e-4}]
+YAML
+
+# ---- a linear model -------------------------------------------------------------------------------
+
+exported arm
+said arm.h '^#define arm_CONTROLLED +2 '
+said arm.h '^#define arm_PARAMETERS +1 '
+said arm.h 'the place was off the path'
+run 0 cpinn-control arm.yaml --c other --set control.duration=1.5 --set control.constraints=[] \
+    --set 'control.measurements=[{what: position, at: 0.13, noise: 2.0e-4, dropouts: 0.2}, {what: rotation, at: 0.07, noise: 0.01, every: 2, delay: 1}]'
+
+# ---- a damaged number is noticed --------------------------------------------------------------------
+
+awk '!done && last ~ /^static const double loop_by_step_by_state/ { sub(/[0-9]\.[0-9]/, "7.7"); done = 1 }
+     { print; last = $0 }' arm.c >damaged.c
+cc -std=c11 -o selftest damaged.c arm_selftest.c -lm
+./selftest >selftest.txt
+check a damaged number is noticed -- test $? -eq 1
+said selftest.txt '^sample [0-9]+: .* not '
+
+# ---- refusals --------------------------------------------------------------------------------------
+
+short=(--quiet --set control.duration=0.5)
+refused 'functions cannot be called 2nd; allowed: ' cpinn-control arm.yaml --c 2nd "${short[@]}"
+refused 'arm.c: there is such a file already; --force' cpinn-control arm.yaml --c arm "${short[@]}"
+refused 'no_such/x.c: no file can be written there' cpinn-control arm.yaml --c no_such/x "${short[@]}"
+refused 'a loop with the reduced rod is not written as C; allowed: ' \
+    cpinn-control arm.yaml --c x "${short[@]}" --set control.model=reduced
+refused 'a loop with sampling is not written as C; allowed: ' \
+    cpinn-control arm.yaml --c x "${short[@]}" --set control.method=sampling
+
+finish

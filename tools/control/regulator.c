@@ -1,0 +1,217 @@
+#include "tools/control/regulator.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <string.h>
+
+struct regulator {
+    estimator *filter;
+    controller *plan[REGULATOR_TURNS_MAX];
+    one_step model;    /* of the filter */
+    double period;     /* s, of a sample */
+    const int *inputs; /* [controlled] */
+    int controlled, turns, turn, delay;
+    int flags;                 /* of the prediction, for the next answer */
+    bool has_plan, has_inputs; /* to be prepared, to be predicted with */
+    const double *rate;        /* [controlled], NULL: any */
+    double *acting;            /* [delay + 1][controlled] from the present sample on */
+    double *given;             /* [model.inputs] */
+    double *ahead;             /* [2][model.states] */
+};
+
+/* All parts of the memory begin as aligned as it does. */
+enum { PART = 64 };
+
+static size_t padded(size_t bytes)
+{
+    return (bytes + PART - 1) / PART * PART;
+}
+
+const char *regulator_refusal(const regulator_settings *settings)
+{
+    const char *why = estimator_refusal(&settings->estimator);
+    why = why ? why : controller_refusal(&settings->controller);
+    if (why) {
+        return why;
+    }
+    return settings->turns < 1 || settings->turns > REGULATOR_TURNS_MAX
+               ? "samples in a step of the controller's model: allowed: 1 to 100"
+           : settings->delay < 0 || settings->delay > REGULATOR_DELAY_MAX
+               ? "the delay from a measurement to the inputs by it: allowed: 0 to 100 samples"
+           : settings->controller.delay != (settings->turns > 1 ? 0 : settings->delay)
+               ? "the controller has another delay"
+               : NULL;
+}
+
+static size_t numbers_of(const regulator_settings *settings)
+{
+    const one_step *model = &settings->estimator.model;
+    return (size_t)((settings->delay + 1) * settings->controller.controlled + model->inputs +
+                    2 * model->states);
+}
+
+size_t regulator_size(const regulator_settings *settings)
+{
+    return padded(sizeof(regulator)) + padded(numbers_of(settings) * sizeof(double)) +
+           padded(estimator_size(&settings->estimator)) +
+           (size_t)settings->turns * padded(controller_size(&settings->controller));
+}
+
+regulator *regulator_init(void *memory, const regulator_settings *settings)
+{
+    const controller_settings *c = &settings->controller;
+    char *at = memory;
+    regulator *x = memory;
+    if (regulator_refusal(settings)) {
+        return NULL;
+    }
+    memset(x, 0, sizeof *x);
+    x->model = settings->estimator.model;
+    x->period = settings->estimator.period > 0 ? settings->estimator.period : x->model.step;
+    x->inputs = c->inputs;
+    x->controlled = c->controlled;
+    x->turns = settings->turns;
+    x->delay = settings->delay;
+    at += padded(sizeof *x);
+    x->acting = (double *)(void *)at;
+    x->given = x->acting + (x->delay + 1) * x->controlled;
+    x->ahead = x->given + x->model.inputs;
+    at += padded(numbers_of(settings) * sizeof(double));
+    x->filter = estimator_init(at, &settings->estimator);
+    at += padded(estimator_size(&settings->estimator));
+    for (int i = 0; i < x->turns; i++) {
+        x->plan[i] = controller_init(at, c);
+        at += padded(controller_size(c));
+    }
+    x->rate = settings->rate;
+    return x;
+}
+
+void regulator_start(regulator *x, const double *state, const double *inputs,
+                     const double *by_parameters)
+{
+    for (int i = 0; i < (x->delay + 1) * x->controlled; i++) {
+        x->acting[i] = inputs[x->inputs[i % x->controlled]];
+    }
+    estimator_start(x->filter, state, inputs, by_parameters);
+    x->has_plan = x->has_inputs = false;
+    x->turn = x->flags = 0;
+}
+
+int regulator_measure(regulator *x, int sensor, int age, const double *values)
+{
+    regulator_prepare(x);
+    return estimator_measure(x->filter, sensor, age, values);
+}
+
+int regulator_filter(regulator *x)
+{
+    regulator_prepare(x);
+    const int flags = x->flags;
+    x->flags = 0;
+    return flags | estimator_update(x->filter);
+}
+
+/* All inputs of the model with those that act `later` samples on. */
+static const double *inputs_at(regulator *x, int later)
+{
+    memcpy(x->given, estimator_inputs(x->filter), (size_t)x->model.inputs * sizeof *x->given);
+    for (int k = 0; k < x->controlled; k++) {
+        x->given[x->inputs[k]] = x->acting[later * x->controlled + k];
+    }
+    return x->given;
+}
+
+/* The state when the answer acts, by the filter's model; NULL: it has no answer. */
+static const double *state_ahead(regulator *x)
+{
+    double *now = x->ahead, *next = now + x->model.states;
+    memcpy(now, estimator_state(x->filter), (size_t)x->model.states * sizeof *now);
+    for (int i = 0; i < x->delay && x->turns > 1; i++) {
+        const double *inputs = inputs_at(x, i);
+        if (x->model.advance(x->model.context, 1, x->period, now, inputs, NULL, next, NULL, NULL)) {
+            return NULL;
+        }
+        memcpy(now, next, (size_t)x->model.states * sizeof *now);
+    }
+    return now;
+}
+
+/* The answer, which acts after what was answered before. */
+static void answer(regulator *x, double *inputs)
+{
+    const size_t m = (size_t)x->controlled;
+    double *to = x->acting + (size_t)x->delay * m;
+    const double *before = x->delay > 0 ? to - m : to;
+    for (size_t k = 0; k < m && x->rate; k++) { /* one plan is followed by another */
+        inputs[k] = fmin(fmax(inputs[k], before[k] - x->rate[k]), before[k] + x->rate[k]);
+    }
+    memcpy(to, inputs, m * sizeof *to);
+    x->has_plan = x->has_inputs = true;
+}
+
+int regulator_plan(regulator *x, const double *reference, double *inputs)
+{
+    const controller_sample now = {
+        .state = state_ahead(x), .others = estimator_inputs(x->filter), .reference = reference};
+    const int flags = controller_feedback(x->plan[x->turn], &now, inputs);
+    answer(x, inputs);
+    return flags << REGULATOR_CONTROLLER;
+}
+
+int regulator_control(regulator *x, const double *reference, double *inputs)
+{
+    const int flags = regulator_filter(x);
+    return flags | regulator_plan(x, reference, inputs);
+}
+
+void regulator_late(regulator *x, double *inputs)
+{
+    controller *plan = x->plan[x->turn];
+    memcpy(inputs, controller_plan(plan), (size_t)x->controlled * sizeof *inputs);
+    controller_skip(plan, 1);
+    answer(x, inputs);
+}
+
+void regulator_predict(regulator *x)
+{
+    const size_t kept = (size_t)(x->delay * x->controlled);
+    if (x->has_inputs) {
+        x->flags = estimator_predict(x->filter, inputs_at(x, 0), NULL);
+        memmove(x->acting, x->acting + x->controlled, kept * sizeof *x->acting);
+        x->has_inputs = false;
+    }
+}
+
+void regulator_prepare(regulator *x)
+{
+    if (x->has_plan) {
+        controller_prepare(x->plan[x->turn]);
+        x->turn = (x->turn + 1) % x->turns;
+        x->has_plan = false;
+    }
+    regulator_predict(x);
+}
+
+void regulator_applied(regulator *x, const double *inputs)
+{
+    for (int k = 0; k < x->controlled; k++) {
+        if (!isfinite(inputs[k])) {
+            return;
+        }
+    }
+    memcpy(x->acting, inputs, (size_t)x->controlled * sizeof *inputs);
+    if (x->turns == 1) {
+        controller_applied(x->plan[0], x->delay, inputs);
+    }
+}
+
+estimator *regulator_estimator(const regulator *x)
+{
+    return x->filter;
+}
+
+controller *regulator_controller(const regulator *x)
+{
+    return x->plan[x->turn];
+}

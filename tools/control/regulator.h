@@ -1,0 +1,87 @@
+/* Filter and controller of a robot together: what is measured in, inputs out, sample by sample.
+ * Plain C without library but libm, nothing is allocated, bounded time: simulated loops and
+ * exported C have this very text.
+ *
+ *   regulator *x = regulator_init(memory, &settings);        regulator_size(&settings) bytes
+ *   regulator_start(x, state, inputs, by_parameters);
+ *   each sample:
+ *       regulator_measure(x, sensor, age, values);           what has arrived, in any order
+ *       flags = regulator_control(x, reference, inputs);     to be applied `delay` samples from now
+ *       regulator_prepare(x);                                the long part, until the next sample
+ *
+ * Where samples are shorter than the step of the controller's model there are as many controllers
+ * as samples in a step, which take turns: each plans in steps of its model and begins with its own
+ * plan of one step ago. The filter's model goes by samples.
+ *
+ * The filter is told the inputs that act; faults have the answers that estimator.h and controller.h
+ * state, and flags. Inputs are always finite and within their limits. One is for one thread at a
+ * time. */
+#ifndef CONTROL_REGULATOR_H
+#define CONTROL_REGULATOR_H
+
+#include "tools/control/controller.h"
+#include "tools/control/estimator.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Flags: those of the filter, and those of the controller so many bits up. */
+enum { REGULATOR_CONTROLLER = 16, REGULATOR_DELAY_MAX = 100, REGULATOR_TURNS_MAX = 100 };
+
+/* Arrays are borrowed. */
+typedef struct regulator_settings {
+    estimator_settings estimator;
+    controller_settings controller; /* its delay is `delay` with one controller, else 0 */
+    int turns;                      /* controllers, which take turns: 1 and more */
+    int delay;                      /* samples from a measurement to the inputs by it */
+    const double *rate; /* [controlled] largest change from one sample to the next, where turns are
+                         * taken; NULL: any */
+} regulator_settings;
+
+typedef struct regulator regulator;
+
+/* What is wrong with settings, NULL: nothing; static text. Else regulator_size is not defined. */
+const char *regulator_refusal(const regulator_settings *settings);
+
+/* Bytes; memory as aligned as malloc's, which stays where it is. */
+size_t regulator_size(const regulator_settings *settings);
+regulator *regulator_init(void *memory, const regulator_settings *settings);
+
+/* Sample 0: as estimator_start, with inputs that act until the first answer does. */
+void regulator_start(regulator *x, const double *state, const double *inputs,
+                     const double *by_parameters);
+
+/* As estimator_measure. */
+int regulator_measure(regulator *x, int sensor, int age, const double *values);
+
+/* In two parts, to be timed: what was measured is taken; inputs [controlled] follow from it.
+ * reference [horizon][look.values] as controller_sample has it, steps of the controller's model
+ * after the inputs act, or NULL: what it was, one step on. Both return flags of this sample. */
+int regulator_filter(regulator *x);
+int regulator_plan(regulator *x, const double *reference, double *inputs);
+
+/* Both of them. */
+int regulator_control(regulator *x, const double *reference, double *inputs);
+
+/* In place of regulator_plan where there is no time for it: the last plan goes on. */
+void regulator_late(regulator *x, double *inputs);
+
+/* The filter's prediction, and that with what the controller can do beforehand. The next call does
+ * it where it was not called, and the next answer has its flags. */
+void regulator_predict(regulator *x);
+void regulator_prepare(regulator *x);
+
+/* What acts from the present sample on where it was not what was answered [controlled]: before
+ * regulator_prepare. Not finite: ignored. */
+void regulator_applied(regulator *x, const double *inputs);
+
+/* For what they say; to be called by nobody else for what they do. */
+estimator *regulator_estimator(const regulator *x);
+controller *regulator_controller(const regulator *x); /* of the last answer */
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

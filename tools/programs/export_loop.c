@@ -1,0 +1,524 @@
+#include "tools/programs/export_loop.h"
+
+#include "tools/programs/cli.h"
+
+#include <ctype.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- numbers and texts --------------------------------------------------------------------- */
+
+/* The text with the name in place of "model". */
+static void put(const export_loop *x, const char *text, FILE *file)
+{
+    static const char model[] = "model_";
+    for (const char *next = strstr(text, model); next; next = strstr(text, model)) {
+        fprintf(file, "%.*s%s_", (int)(next - text), text, x->name);
+        text = next + strlen(model);
+    }
+    fputs(text, file);
+}
+
+static void put_lines(const export_loop *x, const char *const *lines, FILE *file)
+{
+    for (; *lines; lines++) {
+        put(x, *lines, file);
+    }
+}
+
+static void put_number(double value, FILE *file)
+{
+    if (isnan(value)) {
+        fputs("NAN", file);
+    } else if (isinf(value)) {
+        fputs(value > 0 ? "INFINITY" : "-INFINITY", file);
+    } else {
+        fprintf(file, "%.17g", value);
+    }
+}
+
+/* "{1, 2, 3}" */
+static void put_list(size_t count, const double *list, FILE *file)
+{
+    fputc('{', file);
+    for (size_t i = 0; i < count; i++) {
+        fputs(i == 0 ? "" : i % 4 ? ", " : ",\n    ", file);
+        put_number(list[i], file);
+    }
+    fputc('}', file);
+}
+
+/* An array, of one number where it has none; nothing where it is NULL. */
+static void put_array(const char *name, const char *of, size_t count, const double *list,
+                      FILE *file)
+{
+    const double none = 0;
+    if (list) {
+        fprintf(file, "static const double %s%s[] = ", name, of);
+        put_list(count > 0 ? count : 1, count > 0 ? list : &none, file);
+        fputs(";\n", file);
+    }
+}
+
+static void put_integers(const char *name, const char *of, size_t count, const int *list,
+                         FILE *file)
+{
+    fprintf(file, "static const int %s%s[] = {", name, of);
+    for (size_t i = 0; i < count; i++) {
+        fprintf(file, "%s%d", i == 0 ? "" : i % 20 ? ", " : ",\n    ", list[i]);
+    }
+    fputs(count > 0 ? "};\n" : "0};\n", file);
+}
+
+static int sensors_of(const export_loop *x)
+{
+    return x->settings->estimator.sensors;
+}
+
+static int values_of(const export_loop *x)
+{
+    int count = 0;
+    for (int i = 0; i < sensors_of(x); i++) {
+        count += x->settings->estimator.sensor[i].look.values;
+    }
+    return count;
+}
+
+/* ---- constants ----------------------------------------------------------------------------- */
+
+static void put_kinematics_arrays(const char *name, const kinematics *rod, FILE *file)
+{
+    const int modes = rod->modes, elements = rod->elements, stages = rod->stages;
+    const int places = rod->places, rows = rod->rows;
+#define PUT(field, count) put_integers(name, "_" #field, (size_t)(count), rod->field, file);
+    KINEMATICS_INTEGERS(PUT)
+#undef PUT
+#define PUT(field, count) put_array(name, "_" #field, (size_t)(count), rod->field, file);
+    KINEMATICS_NUMBERS(PUT)
+#undef PUT
+}
+
+static void put_kinematics(const char *name, const kinematics *rod, FILE *file)
+{
+    fprintf(file, "{%d, %d, %d, %d, %d", rod->modes, rod->elements, rod->stages, rod->places,
+            rod->rows);
+#define PUT(field, count) fprintf(file, ",\n      %s_" #field, name);
+    KINEMATICS_INTEGERS(PUT)
+    KINEMATICS_NUMBERS(PUT)
+#undef PUT
+    fputc('}', file);
+}
+
+/* Looks of the sensors, then of the view. */
+static const kinematic_look *look_at(const export_loop *x, int i)
+{
+    return i < sensors_of(x) ? x->sensors[i] : x->parts[i - sensors_of(x)];
+}
+
+static void put_looks(const export_loop *x, FILE *file)
+{
+    const int count = sensors_of(x) + x->seen->parts;
+    char name[40];
+    for (int i = 0; i < count; i++) {
+        snprintf(name, sizeof name, "loop_look%d", i);
+        put_kinematics_arrays(name, &look_at(x, i)->rod, file);
+    }
+    fputs("static const kinematic_look loop_looks[] = {\n", file);
+    for (int i = 0; i < count; i++) {
+        snprintf(name, sizeof name, "loop_look%d", i);
+        fprintf(file, "    {(look_what)%d,\n     ", look_at(x, i)->what);
+        put_kinematics(name, &look_at(x, i)->rod, file);
+        fputs(i + 1 < count ? ", NULL},\n" : ", NULL}};\n", file);
+    }
+    fputs("static const int loop_parts[][2] = {", file);
+    for (int i = 0; i < x->seen->parts; i++) {
+        const struct view_part *part = &x->seen->part[i];
+        fprintf(file, "%s{%d, %d}", i ? ", " : "", part->first, part->count);
+    }
+    fputs("};\n", file);
+}
+
+static void put_surrogate(const char *name, const surrogate_step *m, FILE *file)
+{
+    put_array(name, "_numbers", surrogate_step_numbers(m), m->numbers, file);
+    fprintf(file, "static const surrogate_step %s = {\n", name);
+#define PUT(field) fprintf(file, "    ." #field " = %d,\n", m->field);
+    PUT(kind)
+    PUT(states)
+    PUT(inputs)
+    PUT(ramps)
+    PUT(slow_count)
+    PUT(turns)
+    PUT(mirrors)
+    PUT(pairs)
+    PUT(evens)
+    PUT(odds)
+    PUT(out_pairs)
+    PUT(out_evens)
+    PUT(out_odds)
+    PUT(layers)
+#undef PUT
+#define PUT(field, count)                                                                          \
+    fputs("    ." #field " = {", file);                                                            \
+    for (int i = 0; i < (count); i++) {                                                            \
+        fprintf(file, "%s%d", i ? ", " : "", m->field[i]);                                         \
+    }                                                                                              \
+    fputs("},\n", file);
+    PUT(slow, SURROGATE_SLOW_MAX)
+    PUT(width, SURROGATE_LAYERS_MAX)
+    PUT(state_slot, SURROGATE_STATES_MAX)
+    PUT(input_slot, m->inputs * (1 + m->ramps))
+#undef PUT
+    fprintf(file, "    .step = %.17g,\n    .soft = %.17g,\n    .numbers = %s_numbers};\n", m->step,
+            m->soft, name);
+}
+
+static void put_linear(const char *name, const linear_step *m, FILE *file)
+{
+    const size_t n = (size_t)m->states, inputs = (size_t)m->inputs;
+    put_array(name, "_next", n, m->next, file);
+    put_array(name, "_by_state", n * n, m->by_state, file);
+    put_array(name, "_by_inputs", n * inputs, m->by_inputs, file);
+    fprintf(file,
+            "static const linear_step %s = {%d, %d, %.17g, %s_next, %s_by_state, %s_by_inputs};\n",
+            name, m->states, m->inputs, m->h, name, name, name);
+}
+
+/* `macro` are the arguments of loop_model. */
+static void put_step(const char *name, const char *macro, const export_step *m, FILE *file)
+{
+    if (m->surrogate) {
+        put_surrogate(name, m->surrogate, file);
+        fprintf(file, "#define %s &%s, NULL\n", macro, name);
+    } else {
+        put_linear(name, m->linear, file);
+        fprintf(file, "#define %s NULL, &%s\n", macro, name);
+    }
+}
+
+static void put_steps(const export_loop *x, FILE *file)
+{
+    const bool same = x->filter.surrogate && x->filter.surrogate == x->controller.surrogate;
+    put_step("loop_by_step", "LOOP_CONTROLLER", &x->controller, file);
+    if (same) {
+        fputs("#define LOOP_FILTER LOOP_CONTROLLER\n", file);
+    } else {
+        put_step("loop_by_sample", "LOOP_FILTER", &x->filter, file);
+    }
+    fprintf(file, "#define LOOP_SHORTER %d\n", x->settings->controller.model.shorter);
+}
+
+/* Settings of a struct: a field that is an array `loop_FIELD`, and one that is a number. */
+#define PUT_FIELD(of, field, count)                                                                \
+    if ((of)->field) {                                                                             \
+        fprintf(file, "    ." #field " = loop_" #field ",\n");                                     \
+    }
+#define PUT_ARRAY(of, field, count) put_array("loop_", #field, (size_t)(count), (of)->field, file);
+#define PUT_WHOLE(of, field)        fprintf(file, "    ." #field " = %d,\n", (of)->field);
+#define PUT_REAL(of, field)         fprintf(file, "    ." #field " = %.17g,\n", (of)->field);
+
+#define ESTIMATOR_ARRAYS(X)                                                                        \
+    X(e, deviation, e->model.states)                                                               \
+    X(e, process, e->model.states) X(e, largest, e->model.states)
+
+static void put_estimator(const export_loop *x, FILE *file)
+{
+    const estimator_settings *e = &x->settings->estimator;
+    for (int i = 0; i < e->sensors; i++) {
+        const estimator_sensor *s = &e->sensor[i];
+        const int values = s->rotations ? s->look.values / 4 * 3 : s->look.values;
+        fprintf(file, "static const double loop_noise%d[] = ", i);
+        put_list((size_t)values, s->noise, file);
+        fputs(";\n", file);
+    }
+    fputs("static const estimator_sensor loop_sensors[] = {\n", file);
+    for (int i = 0; i < e->sensors; i++) {
+        const estimator_sensor *s = &e->sensor[i];
+        fprintf(file,
+                "    {.rotations = %d, .noise = loop_noise%d, .every = %d, .phase = %d, "
+                ".delay = %d,\n     .depends = %d}%s\n",
+                s->rotations, i, s->every, s->phase, s->delay, s->depends,
+                i + 1 < e->sensors ? "," : "};");
+    }
+    fprintf(file, "static const estimator_parameter loop_parameters[] = {%s",
+            e->parameters == 0 ? "{0, 0, 1, 0, 0}" : "");
+    for (int i = 0; i < e->parameters; i++) {
+        const estimator_parameter *p = &e->parameter[i];
+        fprintf(file, "%s\n    {%d, %.17g, %.17g, %.17g, %.17g}", i ? "," : "", p->input, p->low,
+                p->high, p->deviation, p->walk);
+    }
+    fputs("};\n", file);
+    ESTIMATOR_ARRAYS(PUT_ARRAY)
+    fputs("static const estimator_settings loop_estimator = {\n    .parameter = loop_parameters,\n",
+          file);
+    ESTIMATOR_ARRAYS(PUT_FIELD)
+    PUT_WHOLE(e, parameters)
+    PUT_WHOLE(e, sensors)
+    PUT_WHOLE(e, late)
+    PUT_WHOLE(e, patience)
+    PUT_WHOLE(e, window)
+    PUT_REAL(e, alpha)
+    PUT_REAL(e, beta)
+    PUT_REAL(e, kappa)
+    PUT_REAL(e, gate)
+    PUT_REAL(e, adapt)
+    PUT_REAL(e, period)
+    fputs("};\n", file);
+}
+
+#define CONTROLLER_ARRAYS(X)                                                                       \
+    X(c, others, c->model.inputs)                                                                  \
+    X(c, lower, c->controlled)                                                                     \
+    X(c, upper, c->controlled)                                                                     \
+    X(c, rate, c->controlled)                                                                      \
+    X(c, rest, c->controlled)                                                                      \
+    X(c, smooth, c->controlled)                                                                    \
+    X(c, effort, c->controlled)                                                                    \
+    X(c, weight, c->look.values)                                                                   \
+    X(c, soft_lower, c->look.values)                                                               \
+    X(c, soft_upper, c->look.values) X(c, soft_weight, c->look.values)
+
+static void put_controller(const export_loop *x, FILE *file)
+{
+    const controller_settings *c = &x->settings->controller;
+    CONTROLLER_ARRAYS(PUT_ARRAY)
+    put_array("loop_", "turn_rate", (size_t)c->controlled, x->settings->rate, file);
+    put(x,
+        "static const controller_settings loop_controller = {\n    .inputs = model_controlled,\n",
+        file);
+    CONTROLLER_ARRAYS(PUT_FIELD)
+    PUT_WHOLE(c, horizon)
+    PUT_WHOLE(c, moves)
+    PUT_WHOLE(c, delay)
+    PUT_WHOLE(c, iterations)
+    PUT_WHOLE(c, controlled)
+    PUT_WHOLE(c, coast)
+    PUT_REAL(c, terminal)
+    PUT_REAL(c, offset)
+    PUT_REAL(c, outside)
+    fputs("};\n", file);
+}
+
+static void put_names(const export_loop *x, FILE *file)
+{
+    const scene *open = x->open;
+    double low[SCENE_PARAMETERS_MAX], high[SCENE_PARAMETERS_MAX];
+    put(x, "const char *const model_input_names[model_INPUTS] = {", file);
+    for (int i = 0; i < open->parameter_count; i++) {
+        low[i] = open->parameters[i].low;
+        high[i] = open->parameters[i].high;
+        fprintf(file, "%s\"%s\"", i ? ", " : "", open->parameters[i].name);
+    }
+    put(x, "};\nconst int model_controlled[model_CONTROLLED] = {", file);
+    for (int i = 0; i < x->settings->controller.controlled; i++) {
+        fprintf(file, "%s%d", i ? ", " : "", x->settings->controller.inputs[i]);
+    }
+    put(x, "};\nconst double model_lower[model_INPUTS] = ", file);
+    put_list((size_t)open->parameter_count, low, file);
+    put(x, ";\nconst double model_upper[model_INPUTS] = ", file);
+    put_list((size_t)open->parameter_count, high, file);
+    fputs(";\n", file);
+}
+
+void export_loop_write_source(const export_loop *x, FILE *file)
+{
+    const regulator_settings *s = x->settings;
+    const size_t n = (size_t)s->estimator.model.states;
+    fprintf(file,
+            "/* %s, see %s.h; written by cpinn %s. */\n#include \"%s.h\"\n\n"
+            "#if defined(__GNUC__)\n#define WHOLE_FUNCTION static __attribute__((unused))\n"
+            "#else\n#define WHOLE_FUNCTION static\n#endif\n",
+            x->name, x->name, cli_version(), x->name);
+    put_lines(x, export_loop_cores, file);
+    fputs("\n/* ---- constants "
+          "--------------------------------------------------------------------------- */\n\n",
+          file);
+    put_names(x, file);
+    fprintf(file,
+            "enum {\n    LOOP_SENSORS = %d,\n    LOOP_PARTS = %d,\n    LOOP_VALUES = %d,\n"
+            "    LOOP_TURNS = %d\n};\n",
+            sensors_of(x), x->seen->parts, s->controller.look.values, s->turns);
+    put_steps(x, file);
+    put_looks(x, file);
+    put_estimator(x, file);
+    put_controller(x, file);
+    fprintf(file, "#define LOOP_RATE %s\n", s->rate ? "loop_turn_rate" : "NULL");
+    put_array("loop_", "state", n, x->state, file);
+    put_array("loop_", "inputs", (size_t)s->estimator.model.inputs, x->inputs, file);
+    put_array("loop_", "by_parameters", n * (size_t)s->estimator.parameters, x->by_parameters,
+              file);
+    put_lines(x, export_loop_functions, file);
+}
+
+/* ---- the header ---------------------------------------------------------------------------- */
+
+static void put_macro(const export_loop *x, const char *name, double number, const char *what,
+                      FILE *file)
+{
+    fprintf(file, "#define %s_%-12s %.9g /* %s */\n", x->name, name, number, what);
+}
+
+static void put_sensors(const export_loop *x, FILE *file)
+{
+    static const char *const seen[] = {[LOOK_POSITION] = "position, m",
+                                       [LOOK_ROTATION] = "rotation (w, x, y, z)",
+                                       [LOOK_DIRECTION] = "direction d3",
+                                       [LOOK_VELOCITY] = "velocity, m/s",
+                                       [LOOK_ANGULAR_VELOCITY] = "angular velocity, body, 1/s",
+                                       [LOOK_CURVATURE] = "curvature, body, 1/m",
+                                       [LOOK_STRAIN] = "strain, body"};
+    fputs(
+        "\n/* sensors: what they see, noise, every so many samples, delay in samples */\nenum {\n",
+        file);
+    for (int i = 0; i < sensors_of(x); i++) {
+        const estimator_sensor *s = &x->settings->estimator.sensor[i];
+        fprintf(file, "    %s_SENSOR_%d%s /* %s [%d], %.3g, %d, %d */\n", x->name, i,
+                i + 1 < sensors_of(x) ? "," : "", seen[x->sensors[i]->what], s->look.values,
+                s->noise[0], s->every > 0 ? s->every : 1, s->delay);
+    }
+    fputs("};\n", file);
+}
+
+static void put_inputs(const export_loop *x, FILE *file)
+{
+    const controller_settings *c = &x->settings->controller;
+    const estimator_settings *e = &x->settings->estimator;
+    fputs("\n/* inputs of the model: index, range */\nenum {\n", file);
+    for (int i = 0; i < x->open->parameter_count; i++) {
+        const scene_parameter *p = &x->open->parameters[i];
+        fprintf(file, "    %s_IN_", x->name);
+        for (const char *n = p->name; *n; n++) {
+            fputc(toupper((unsigned char)*n), file);
+        }
+        fprintf(file, " = %d%s /* %.9g to %.9g", i, i + 1 < x->open->parameter_count ? "," : "",
+                p->low, p->high);
+        for (int k = 0; k < c->controlled; k++) {
+            if (c->inputs[k] == i) {
+                fprintf(file, "; controlled, number %d: %.9g to %.9g", k, c->lower[k], c->upper[k]);
+            }
+        }
+        for (int k = 0; k < e->parameters; k++) {
+            if (e->parameter[k].input == i) {
+                fprintf(file, "; found, parameter %d", k);
+            }
+        }
+        fputs(" */\n", file);
+    }
+    fputs("};\n", file);
+}
+
+static void put_flags(FILE *file)
+{
+    static const struct {
+        int bit;
+        const char *what;
+    } flags[] = {
+        {ESTIMATOR_MISSING, "a measurement is missing: the model goes on"},
+        {ESTIMATOR_NOT_FINITE, "one is not finite: as missing"},
+        {ESTIMATOR_LATE, "one is too late: not used"},
+        {ESTIMATOR_OUTLIER, "an outlier: not used"},
+        {ESTIMATOR_INFLATED, "many outliers: the covariance is made larger"},
+        {ESTIMATOR_NO_ANSWER, "the filter's model has no answer: its mean goes on or stays"},
+        {ESTIMATOR_OUTSIDE, "the state is outside of what the model was made for"},
+        {ESTIMATOR_AT_EDGE, "a parameter is at an end of its range"},
+        {ESTIMATOR_INCONSISTENT, "innovations are larger or smaller than noise says"},
+        {ESTIMATOR_BAD_INPUTS, "inputs not finite: the last ones are held"},
+        {ESTIMATOR_BAD_CALL, "no such sensor, or measured already"},
+        {CONTROLLER_STATE << REGULATOR_CONTROLLER, "no state: the plan coasts on its prediction"},
+        {CONTROLLER_OUTSIDE << REGULATOR_CONTROLLER, "its state is outside of the model"},
+        {CONTROLLER_HELD << REGULATOR_CONTROLLER, "inputs are held: too long without a state"},
+        {CONTROLLER_MODEL << REGULATOR_CONTROLLER, "its model has no answer: the plan goes on"},
+        {CONTROLLER_QP_LIMIT << REGULATOR_CONTROLLER, "the program was stopped: its best point"},
+        {CONTROLLER_QP << REGULATOR_CONTROLLER, "the program has no answer: the plan goes on"},
+        {CONTROLLER_SOFT << REGULATOR_CONTROLLER, "a limit of what is seen is violated"},
+        {CONTROLLER_OTHERS << REGULATOR_CONTROLLER, "other inputs not finite: the last ones"},
+        {CONTROLLER_REFERENCE << REGULATOR_CONTROLLER, "the path is infinite: no wish there"}};
+    fputs("\n/* Flags, 0: all is well. What is done about each:\n", file);
+    for (size_t i = 0; i < sizeof flags / sizeof *flags; i++) {
+        fprintf(file, " *   0x%07x  %s\n", (unsigned)flags[i].bit, flags[i].what);
+    }
+    fputs(" */\n", file);
+}
+
+void export_loop_write_header(const export_loop *x, FILE *file)
+{
+    const regulator_settings *s = x->settings;
+    const estimator_settings *e = &s->estimator;
+    const controller_settings *c = &s->controller;
+    fprintf(file, "/* %s: ", x->name);
+    for (const char *t = x->about; *t; t++) { /* nothing that ends the comment */
+        fputc(*t == '*' || *t == '\n' || *t == '\\' ? ' ' : *t, file);
+    }
+    fprintf(file,
+            ": one-step model, filter and predictive controller as C11 that needs\n"
+            " * nothing but libm; written by cpinn %s. SI units. cc -std=c11 -O3 -march=native is "
+            "quickest.\n",
+            cli_version());
+    for (const char *const *line = x->verified; line && *line; line++) {
+        fprintf(file, "%s\n * %s", line == x->verified ? " *" : "", *line);
+    }
+    put(x,
+        "\n */\n#ifndef model_H\n#define model_H\n\n#include <stddef.h>\n\n#ifdef __cplusplus\n"
+        "extern \"C\" {\n#endif\n\n",
+        file);
+    put_macro(x, "STATES", e->model.states, "of the model: modes, then their rates", file);
+    put_macro(x, "INPUTS", e->model.inputs, "of the model", file);
+    put_macro(x, "CONTROLLED", c->controlled, "inputs that are answered", file);
+    put_macro(x, "PARAMETERS", e->parameters, "inputs that the filter finds", file);
+    put_macro(x, "SENSORS", e->sensors, "", file);
+    put_macro(x, "HORIZON", c->horizon, "steps", file);
+    put_macro(x, "SAMPLE", e->period > 0 ? e->period : e->model.step, "s, between samples", file);
+    put_macro(x, "LOOK_AHEAD", c->model.step, "s, a step of the horizon", file);
+    put_macro(x, "DELAY", s->delay, "samples from a measurement to the inputs by it", file);
+    put_macro(x, "MEMORY", (double)x->memory, "bytes", file);
+    put_inputs(x, file);
+    put_sensors(x, file);
+    put_flags(file);
+    put_lines(x, export_loop_types, file);
+    put(x, "\n#ifdef __cplusplus\n}\n#endif\n\n#endif\n", file);
+}
+
+/* ---- the self-test ------------------------------------------------------------------------- */
+
+/* Of the ranges of inputs: rounding, which compilers do differently, in a loop that forgets. */
+static const double TOLERANCE = 1e-8;
+
+void export_loop_write_selftest(const export_loop *x, FILE *file)
+{
+    const controller_settings *c = &x->settings->controller;
+    const estimator_settings *e = &x->settings->estimator;
+    const int known = c->controlled + e->parameters;
+    int parameter[ESTIMATOR_PARAMETERS_MAX + 1], values[ESTIMATOR_SENSORS_MAX];
+    const struct {
+        const char *name;
+        int columns;
+        const double *rows;
+    } tables[3] = {{"measured", values_of(x), x->measured},
+                   {"paths", c->horizon * 3, x->paths},
+                   {"expected", known, x->expected}};
+    for (int i = 0; i < e->parameters; i++) {
+        parameter[i] = e->parameter[i].input;
+    }
+    for (int i = 0; i < e->sensors; i++) {
+        values[i] = e->sensor[i].look.values;
+    }
+    fprintf(file,
+            "/* Compares %s.c with cpinn's own loop: exit 1 and a line where they differ.\n"
+            " *     cc -std=c11 -O2 -o selftest %s.c %s_selftest.c -lm && ./selftest */\n"
+            "#include \"%s.h\"\n\n#include <math.h>\n#include <stdio.h>\n\n"
+            "enum { SAMPLES = %d, PARAMETERS = %d };\n#define TOLERANCE %g\n\n",
+            x->name, x->name, x->name, x->name, x->samples, e->parameters, TOLERANCE);
+    put_integers("", "parameter", (size_t)e->parameters, parameter, file);
+    put_integers("", "sensor_values", (size_t)e->sensors, values, file);
+    put_integers("", "expected_flags", (size_t)x->samples, x->flags, file);
+    for (int i = 0; i < 3; i++) {
+        fprintf(file, "static const double %s[SAMPLES][%d] = {\n", tables[i].name,
+                tables[i].columns);
+        for (int k = 0; k < x->samples; k++) {
+            put_list((size_t)tables[i].columns, tables[i].rows + k * tables[i].columns, file);
+            fputs(k + 1 < x->samples ? ",\n" : "};\n", file);
+        }
+    }
+    put_lines(x, export_loop_selftest, file);
+}

@@ -1,0 +1,69 @@
+/* Filter and controller of a robot as C: what cpinn-export writes of a scene with a section
+ * `control`. */
+#ifndef TOOLS_PROGRAMS_EXPORT_LOOP_H
+#define TOOLS_PROGRAMS_EXPORT_LOOP_H
+
+#include "physics/scene.h"
+#include "tools/control/kinematic_look.h"
+#include "tools/control/linear_step.h"
+#include "tools/control/regulator.h"
+#include "tools/control/view.h"
+#include "tools/surrogate/surrogate_step.h"
+
+#include <stdbool.h>
+#include <stdio.h>
+
+/* A one-step model; one of them. */
+typedef struct export_step {
+    const surrogate_step *surrogate;
+    const linear_step *linear;
+} export_step;
+
+enum { EXPORT_LOOP_NAME = 40 };
+
+typedef struct export_loop {
+    const char *name;  /* a C identifier */
+    const char *about; /* of the comment of the header: a few words */
+    const scene *open; /* its parameters with ranges are the inputs of the models */
+    const regulator_settings *settings;
+    export_step filter, controller; /* the models */
+    /* What settings have as looks: of each sensor, and of the view that the controller has. */
+    const kinematic_look *const *sensors;
+    const view *seen;
+    const kinematic_look *const *parts;           /* [seen->parts]; the first is the place */
+    const double *state, *inputs, *by_parameters; /* at sample 0, as regulator_start has them */
+    const char *const *verified;                  /* lines of the header, NULL at the end */
+    size_t memory;                                /* bytes; by export_loop_record */
+    /* Of the self-test, by export_loop_record. */
+    int samples;
+    double *measured; /* [samples][values of all sensors], NaN: missing */
+    double *paths;    /* [samples][horizon][3] */
+    double *expected; /* [samples][controlled + parameters] */
+    int *flags;       /* [samples] */
+} export_loop;
+
+/* Texts of the C: lines, NULL at the end. */
+extern const char *const export_loop_cores[], *const export_loop_types[];
+extern const char *const export_loop_functions[], *const export_loop_selftest[];
+
+/* Runs the loop on its own model with some noise and faults, for the self-test. AD_NO_MEMORY,
+ * AD_NOT_FINITE. Free it all the same. */
+ad_status export_loop_record(export_loop *x, ad_error *error);
+void export_loop_free(export_loop *x);
+
+/* NAME.c, NAME.h and NAME_selftest.c. */
+void export_loop_write_source(const export_loop *x, FILE *file);
+void export_loop_write_header(const export_loop *x, FILE *file);
+void export_loop_write_selftest(const export_loop *x, FILE *file);
+
+/* The name of OUT, with or without .c, as a C identifier. AD_BAD_ARGUMENT. */
+ad_status export_loop_name(const char *out, char name[EXPORT_LOOP_NAME + 1], ad_error *error);
+
+/* Records, and writes the three files, once they are compiled by `cc` and the self-test agrees:
+ * `said` is what it says. Without a compiler they are written all the same, with a warning. AD_IO:
+ * also where they are there already, without `force`; AD_BAD_PROGRAM: the self-test fails; errors
+ * of export_loop_record. */
+ad_status export_loop_write(export_loop *x, const char *out, bool force, char said[256],
+                            ad_error *error);
+
+#endif

@@ -1,0 +1,182 @@
+/* What the self-test of an exported loop compares with: the loop on its own model. */
+#include "tools/programs/export_loop.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SAMPLES = 60, MISSING = 20, NOT_A_NUMBER = 26, WILD = 33 };
+
+typedef struct recorder {
+    export_loop *to;
+    regulator *both;
+    void *memory;
+    double *states; /* [SAMPLES + 1][states] of the model that stands for the robot */
+    double *acting; /* [SAMPLES + REGULATOR_DELAY_MAX + 1][controlled] */
+    double *inputs, *reference, *place;
+    unsigned seed;
+} recorder;
+
+static double noise(recorder *r)
+{
+    r->seed = r->seed * 1664525u + 1013904223u;
+    return 3.4 * ((double)r->seed / 4294967296.0 - 0.5); /* of variance 1 */
+}
+
+static int values_of(const export_loop *x)
+{
+    int count = 0;
+    for (int i = 0; i < x->settings->estimator.sensors; i++) {
+        count += x->settings->estimator.sensor[i].look.values;
+    }
+    return count;
+}
+
+static ad_status allocate(recorder *r, ad_error *error)
+{
+    export_loop *x = r->to;
+    const regulator_settings *s = x->settings;
+    const controller_settings *c = &s->controller;
+    const size_t n = (size_t)s->estimator.model.states, v = (size_t)c->look.values;
+    const size_t m = (size_t)c->controlled, horizon = (size_t)c->horizon;
+    x->samples = SAMPLES;
+    x->measured = calloc(SAMPLES * (size_t)values_of(x), sizeof *x->measured);
+    x->paths = calloc(SAMPLES * horizon * 3, sizeof *x->paths);
+    x->expected = calloc(SAMPLES * (m + (size_t)s->estimator.parameters), sizeof *x->expected);
+    x->flags = calloc(SAMPLES, sizeof *x->flags);
+    r->states = calloc((SAMPLES + 1) * n, sizeof *r->states);
+    r->acting = calloc((SAMPLES + REGULATOR_DELAY_MAX + 1) * m, sizeof *r->acting);
+    r->inputs = calloc((size_t)c->model.inputs, sizeof *r->inputs);
+    r->reference = calloc(horizon * v, sizeof *r->reference);
+    r->place = calloc(v, sizeof *r->place);
+    r->memory = malloc(regulator_size(s));
+    const bool all = x->measured && x->paths && x->expected && x->flags && r->states && r->acting &&
+                     r->inputs && r->reference && r->place && r->memory;
+    return all ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a self-test");
+}
+
+/* What arrives in sample k, with noise, and faults. */
+static int measure(recorder *r, int k, double *to)
+{
+    const estimator_settings *e = &r->to->settings->estimator;
+    int flags = 0;
+    for (int i = 0; i < e->sensors; to += e->sensor[i++].look.values) {
+        const estimator_sensor *s = &e->sensor[i];
+        const int every = s->every > 0 ? s->every : 1, taken = k - s->delay;
+        const int width = s->look.values;
+        const bool due = taken >= 0 && taken % every == s->phase && k != MISSING;
+        if (!due || s->look.see(s->look.context, 1, r->states + taken * e->model.states, r->inputs,
+                                to, NULL)) {
+            to[0] = NAN;
+            continue;
+        }
+        for (int c = 0; c < width && !s->rotations; c++) {
+            to[c] += s->noise[c] * noise(r) + (k == WILD ? 1e3 * s->noise[c] : 0);
+        }
+        to[width - 1] = k == NOT_A_NUMBER ? NAN : to[width - 1];
+        flags |= regulator_measure(r->both, i, -1, to);
+    }
+    return flags;
+}
+
+/* A small circle through where the place rests. */
+static const double *wish(recorder *r, int k, double *path)
+{
+    const controller_settings *c = &r->to->settings->controller;
+    const int v = c->look.values;
+    const double *place = r->place;
+    const double size =
+        0.03 * sqrt(place[0] * place[0] + place[1] * place[1] + place[2] * place[2]);
+    for (int i = 0; i < c->horizon; i++) {
+        const double turn = 0.1 * (k + i);
+        const double off[3] = {size * sin(turn), size * (1 - cos(turn)), 0};
+        for (int j = 0; j < v; j++) {
+            r->reference[i * v + j] = j < 3 ? place[j] + off[j] : NAN;
+        }
+        memcpy(path + 3 * i, r->reference + i * v, 3 * sizeof *path);
+    }
+    return r->reference;
+}
+
+static ad_status sample(recorder *r, int k, ad_error *error)
+{
+    export_loop *x = r->to;
+    const regulator_settings *s = x->settings;
+    const estimator_settings *e = &s->estimator;
+    const controller_settings *c = &s->controller;
+    const int n = e->model.states, m = c->controlled, known = m + e->parameters;
+    double *answer = x->expected + k * known, *acting = r->acting + k * m;
+    const double period = e->period > 0 ? e->period : e->model.step;
+    measure(r, k, x->measured + k * values_of(x));
+    x->flags[k] = regulator_control(r->both, wish(r, k, x->paths + k * c->horizon * 3), answer);
+    memcpy(acting + s->delay * m, answer, (size_t)m * sizeof *answer);
+    regulator_prepare(r->both);
+    for (int i = 0; i < e->parameters; i++) {
+        answer[m + i] = estimator_inputs(regulator_estimator(r->both))[e->parameter[i].input];
+    }
+    for (int i = 0; i < m; i++) {
+        r->inputs[c->inputs[i]] = acting[i];
+    }
+    if (e->model.advance(e->model.context, 1, period, r->states + k * n, r->inputs, NULL,
+                         r->states + (k + 1) * n, NULL, NULL)) {
+        return ad_fail(error, AD_NOT_FINITE, "the model has no answer near rest");
+    }
+    return AD_OK;
+}
+
+/* As the C counts it; its struct is no larger than what it has and some pointers. */
+static size_t memory_of(const export_loop *x)
+{
+    const regulator_settings *s = x->settings;
+    const int looks = s->estimator.sensors + x->seen->parts;
+    size_t numbers =
+        view_room(x->seen) + (size_t)(s->controller.horizon * s->controller.look.values);
+    for (int i = 0; i < looks; i++) {
+        const kinematic_look *look =
+            i < s->estimator.sensors ? x->sensors[i] : x->parts[i - s->estimator.sensors];
+        numbers += kinematic_look_room(&look->rod);
+    }
+    numbers += x->controller.surrogate ? surrogate_step_work(x->controller.surrogate) : 0;
+    numbers += x->filter.surrogate ? surrogate_step_work(x->filter.surrogate) : 0;
+    return regulator_size(s) + numbers * sizeof(double) + sizeof *s + sizeof(view) +
+           (size_t)looks * sizeof(kinematic_look) +
+           (size_t)s->estimator.sensors * sizeof(estimator_sensor) + 512;
+}
+
+ad_status export_loop_record(export_loop *x, ad_error *error)
+{
+    const regulator_settings *s = x->settings;
+    const int n = s->estimator.model.states, m = s->controller.controlled;
+    recorder r = {.to = x, .seed = 1};
+    ad_status status = allocate(&r, error);
+    if (status == AD_OK) {
+        r.both = regulator_init(r.memory, s);
+        regulator_start(r.both, x->state, x->inputs, x->by_parameters);
+        memcpy(r.states, x->state, (size_t)n * sizeof *r.states);
+        memcpy(r.inputs, x->inputs, (size_t)s->estimator.model.inputs * sizeof *r.inputs);
+        for (int i = 0; i < s->delay * m; i++) {
+            r.acting[i] = x->inputs[s->controller.inputs[i % m]];
+        }
+        const one_look *look = &s->controller.look;
+        look->see(look->context, 1, x->state, x->inputs, r.place, NULL);
+        x->memory = memory_of(x);
+    }
+    for (int k = 0; k < SAMPLES && status == AD_OK; k++) {
+        status = sample(&r, k, error);
+    }
+    free(r.states);
+    free(r.acting);
+    free(r.inputs);
+    free(r.reference);
+    free(r.place);
+    free(r.memory);
+    return status;
+}
+
+void export_loop_free(export_loop *x)
+{
+    free(x->measured);
+    free(x->paths);
+    free(x->expected);
+    free(x->flags);
+}

@@ -1,0 +1,50 @@
+
+/* All works in the caller's memory, model_MEMORY bytes aligned as malloc's or for a double, and
+ * allocates nothing; several may run at once, each with memory of its own. Each function does a
+ * bounded amount of work. */
+typedef struct model_loop model_loop;
+
+extern const char *const model_input_names[model_INPUTS];
+extern const int model_controlled[model_CONTROLLED];                      /* which are answered */
+extern const double model_lower[model_INPUTS], model_upper[model_INPUTS]; /* ranges */
+
+/* Bytes that are needed, at most model_MEMORY; and sample 0, the robot at rest. NULL: size is less
+ * than that. */
+size_t model_size(void);
+model_loop *model_init(void *memory, size_t size);
+
+/* Sample 0 again, with another state [STATES] and inputs [INPUTS]; NULL: as at rest. */
+void model_start(model_loop *x, const double *state, const double *inputs);
+
+/* Each sample, in this order:
+ *
+ *   model_measure    values of a sensor that arrived, taken `age` samples ago (age < 0: the
+ * sensor's delay); once for a sensor and sample, in any order; nothing, where none has
+ *   model_control    inputs [CONTROLLED], to be applied model_DELAY samples from now. path
+ *                    [HORIZON][3]: where the place has to be (m, world) 1, 2, .. times
+ *                    model_LOOK_AHEAD after the inputs begin to act; NaN: no wish; NULL: what it
+ *                    was, one step on
+ *   model_applied    only if something else acts from now on than was answered [CONTROLLED]
+ *   model_prepare    what can be computed before the next measurement; the next call does it where
+ *                    it was not called
+ *
+ * Inputs are always finite, within their limits and rates. model_measure and model_control return
+ * flags. */
+int model_measure(model_loop *x, int sensor, int age, const double *values);
+int model_control(model_loop *x, const double *path, double *inputs);
+void model_applied(model_loop *x, const double *inputs);
+void model_prepare(model_loop *x);
+
+/* What the filter knows: the state [STATES], all inputs [INPUTS] with those it finds, and standard
+ * deviations of one of each. */
+const double *model_state(const model_loop *x);
+const double *model_inputs(const model_loop *x);
+double model_state_deviation(const model_loop *x, int state);
+double model_parameter_deviation(const model_loop *x, int parameter);
+
+/* The model by itself: the state model_LOOK_AHEAD later for held inputs [INPUTS], and derivatives
+ * [STATES][STATES], [STATES][INPUTS], NULL: not wanted. Not 0: there is no answer. And the place
+ * [3], derivatives [3][STATES]. */
+int model_step(model_loop *x, const double *state, const double *inputs, double *next,
+               double *by_state, double *by_inputs);
+int model_place(model_loop *x, const double *state, double *position, double *by_state);
