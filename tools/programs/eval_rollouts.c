@@ -82,11 +82,15 @@ void eval_rollouts_print(FILE *file, const rollouts_report *x)
         fprintf(file, "%9s %8s %8s %9s\n", cells[0], microseconds(row->alone, cells[3]),
                 microseconds(row->together, cells[4]), microseconds(row->jacobian, cells[5]));
     }
-    fprintf(file, "%s in mm: one step %.2g / %.2g, %s %.2g / %.2g\n", model->name,
+    fprintf(file, "%s in mm: one step %.2g / %.2g", model->name,
             1e3 * x->length * model->error[ROLLOUTS_ONE][0],
-            1e3 * x->length * model->error[ROLLOUTS_ONE][1], spans[0],
-            1e3 * x->length * model->error[ROLLOUTS_SHORT][0],
-            1e3 * x->length * model->error[ROLLOUTS_SHORT][1]);
+            1e3 * x->length * model->error[ROLLOUTS_ONE][1]);
+    if (!isnan(model->error[ROLLOUTS_SHORT][1])) {
+        fprintf(file, ", %s %.2g / %.2g", spans[0],
+                1e3 * x->length * model->error[ROLLOUTS_SHORT][0],
+                1e3 * x->length * model->error[ROLLOUTS_SHORT][1]);
+    }
+    fputc('\n', file);
     if (rod) {
         fprintf(file, "the %s is at least as exact and takes %.3g times as long\n", rod->name,
                 rod->alone / model->alone);
