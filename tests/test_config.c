@@ -59,6 +59,19 @@ static void test_files(void **state)
     assert_null(experiment);
 }
 
+/* "list=[{what it has to give}]" */
+static void entry_of(const config_list *list, char entry[CONFIG_PATH_MAX])
+{
+    char required[CONFIG_PATH_MAX] = "";
+    if (list && list->required) {
+        snprintf(required, sizeof required, "%s[].%s", list->path, list->required);
+        const config_key *key = config_key_find(required);
+        snprintf(required, sizeof required, "%s: %s", list->required,
+                 key->names ? key->names()[0] : "[0, 0, 0]");
+    }
+    snprintf(entry, CONFIG_PATH_MAX, "%.60s=[{%.80s}]", list ? list->path : "", required);
+}
+
 /* Every row of the table, so that a new key is tested unasked: a section is refused where a value
  * belongs, and numbers outside the range are. */
 static void test_every_key(void **state)
@@ -74,11 +87,7 @@ static void test_every_key(void **state)
         const config_list *list = config_list_of(key->path);
         char entry[CONFIG_PATH_MAX];
         const char *both[] = {entry, override};
-        bool stage = list && strcmp(list->path, "training.stages") == 0;
-        snprintf(entry, sizeof entry, "%s=[{%s}]", list ? list->path : "",
-                 stage                    ? "optimizer: adam"
-                 : list && list->required ? "quantity: position"
-                                          : "");
+        entry_of(list, entry);
         const char **given = list ? both : both + 1;
         int count = list ? 2 : 1;
         config_key_path(key, 0, path);

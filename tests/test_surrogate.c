@@ -339,6 +339,7 @@ static void test_refusals(void **state)
     expect_refusal("surrogate.inputs=[f1, f2, f2, f3]", "f2 is there twice");
     expect_refusal("surrogate.inputs=[f1, f2, f3, soft]", "soft is among the other list");
     expect_refusal("surrogate.step=0", "surrogate.step");
+    expect_refusal("surrogate.step=null", "surrogate.step: is not given");
     expect_refusal("surrogate.kind=flows", "flow, linear");
     expect_refusal("surrogate.data=1", "surrogate.data: is of the kinds that are curves in time");
     expect_refusal("time.duration=null", "time.duration");

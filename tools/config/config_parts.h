@@ -44,6 +44,9 @@ ad_status config_blame(const config_source *source, ad_error *error, const char 
 /* Control characters become '?', so that a message stays one line. */
 void config_one_line(char *text);
 
+/* Whether any key of a section, "control.", was given. */
+bool config_has(const config *experiment, const char *section);
+
 /* ---- config_yaml.c: the document ----------------------------------------------------------- */
 
 /* Load `text` of `size` bytes as one YAML document; on success the caller deletes it. */

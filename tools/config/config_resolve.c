@@ -314,6 +314,10 @@ ad_status config_resolve_physics(config *experiment, ad_error *error)
     if (status == AD_OK) {
         status = surrogate_is_given(&experiment->surrogate)
                      ? config_resolve_surrogate(experiment, error)
+                 : config_has(experiment, "surrogate.")
+                     ? config_blame(experiment->source, error, "surrogate.step",
+                                    "is not given beside other keys of the section; allowed: a "
+                                    "number > 0 (s)")
                      : resolve_training(experiment, error);
     }
     for (int i = 0; status == AD_OK && i < experiment->settings.data_count; i++) {

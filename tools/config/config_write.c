@@ -329,9 +329,14 @@ static bool is_physics(const char *path)
 
 static void write_keys(yaml_writer *writer, bool physics_alone)
 {
+    const bool controls = config_controls(writer->experiment);
+    const bool steps = surrogate_is_given(&writer->experiment->surrogate);
     for (int i = 0; i < config_key_count;) {
-        if (config_keys[i].type == CONFIG_PARAMETER &&
-            (!physics_alone || scene_is_open(&writer->experiment->scene))) {
+        if ((strncmp(config_keys[i].path, "control.", 8) == 0 && !controls) ||
+            (strncmp(config_keys[i].path, "surrogate.", 10) == 0 && !steps)) {
+            i++; /* the section as a whole is given, or is not */
+        } else if (config_keys[i].type == CONFIG_PARAMETER &&
+                   (!physics_alone || scene_is_open(&writer->experiment->scene))) {
             begin_section(writer, config_keys[i].path);
             write_parameters(writer, &config_keys[i++], physics_alone);
         } else if (config_parameter_of(config_keys[i].path) ||

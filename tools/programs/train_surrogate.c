@@ -260,6 +260,26 @@ static void explain_curves(const surrogate_settings *s, const train_settings *se
     }
 }
 
+#define SEEN_TEXT(value, text) text,
+/* What cpinn-control would do with it. */
+static void explain_control(const control_settings *c)
+{
+    static const char *const tasks[] = {"a circle", "a figure eight", "set points", "a file"};
+    static const char *const seen[] = {CONTROL_SEEN_LIST(SEEN_TEXT)};
+    printf("\nClosed loop (cpinn-control): the place at %.4g m follows %s, in periods of %.4g ms; "
+           "measured:",
+           c->track_at, tasks[c->task.path], 1e3 * c->period);
+    for (int i = 0; i < c->measurement_count; i++) {
+        const control_measurement *m = &c->measurements[i];
+        printf("%s %s at %.4g m", i ? "," : "", seen[m->what], m->at);
+    }
+    printf("; estimated:");
+    for (int i = 0; i < c->estimate_count; i++) {
+        printf("%s %s", i ? "," : "", c->estimate[i]);
+    }
+    printf("%s.\n", c->estimate_count > 0 ? "" : " nothing");
+}
+
 static void explain(training *t)
 {
     const surrogate_settings *s = &t->settings->surrogate;
@@ -306,6 +326,9 @@ static void explain(training *t)
     printf("\nA verdict at the end: %d fresh rollouts of 5 s and of 1,000 steps beside the "
            "solver.\n",
            JUDGED);
+    if (config_controls(t->settings)) {
+        explain_control(&t->settings->control);
+    }
 }
 
 static ad_status write_json(const training *t, ad_error *error)
