@@ -77,6 +77,7 @@ said selftest.txt '^sample [0-9]+: .* not '
 
 short=(--quiet --set control.duration=0.5)
 refused 'functions cannot be called 2nd; allowed: ' cpinn-control arm.yaml --c 2nd "${short[@]}"
+refused 'Loop: the C has functions of its own called Loop_' cpinn-control arm.yaml --c Loop "${short[@]}"
 refused 'arm.c: there is such a file already; --force' cpinn-control arm.yaml --c arm "${short[@]}"
 refused 'no_such/x.c: no file can be written there' cpinn-control arm.yaml --c no_such/x "${short[@]}"
 refused 'a loop with the reduced rod is not written as C; allowed: ' \

@@ -12,15 +12,15 @@ trap 'rm -rf "$work"' EXIT
 samples=100000 seconds=30
 fast=()
 [ -z "$3" ] || fast=(--set control.period=0.001)
-cpinn-control "$1" --run "$2" ${3:+--inner "$3"} "${fast[@]}" --set control.duration=6 --c "$work/loop" \
+cpinn-control "$1" --run "$2" ${3:+--inner "$3"} "${fast[@]}" --set control.duration=6 --c "$work/arm" \
     >"$work/said" || exit 1
 grep -E 'task|model|rms|step|wrote' "$work/said"
 read -r radius hz x y z < <(sed -nE \
     's/.*circle of ([0-9.e-]+) mm at ([0-9.e-]+) Hz about \(([^,]+), ([^,]+), ([^)]+)\).*/\1 \2 \3 \4 \5/p' \
     "$work/said")
 for program in time host; do
-    cc -std=c11 -O3 -march=native -DHEADER='"loop.h"' -DNAME=loop -I"$work" -o "$work/$program" \
-        "tools/bench/loop_$program.c" "$work/loop.c" -lm || exit 1
+    cc -std=c11 -O3 -march=native -DHEADER='"arm.h"' -DNAME=arm -I"$work" -o "$work/$program" \
+        "tools/bench/loop_$program.c" "$work/arm.c" -lm || exit 1
 done
 echo && "$work/time" "$samples" || exit 1
 echo && loop_plant "$1" "${fast[@]}" &

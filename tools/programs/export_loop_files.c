@@ -7,12 +7,20 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 enum { TEXTS = 3 };
 static const char *const endings[TEXTS] = {".c", "_selftest.c",
                                            ".h"}; /* the last needs the others */
+
+/* What names within the C begin with. */
+static const char *const taken[] = {"controller", "estimator",      "gauss",      "gauss_newton",
+                                    "kinematic",  "kinematic_look", "kinematics", "lanes",
+                                    "linear",     "linear_step",    "look",       "loop",
+                                    "qp",         "regulator",      "sigma",      "small",
+                                    "surrogate",  "surrogate_step", "view"};
 
 typedef void (*writer)(const export_loop *x, FILE *file);
 static const writer writers[TEXTS] = {export_loop_write_source, export_loop_write_selftest,
@@ -34,6 +42,14 @@ ad_status export_loop_name(const char *out, char name[EXPORT_LOOP_NAME + 1], ad_
                        out, (int)count, base, EXPORT_LOOP_NAME);
     }
     snprintf(name, EXPORT_LOOP_NAME + 1, "%.*s", (int)count, base);
+    for (size_t i = 0; i < sizeof taken / sizeof *taken; i++) {
+        if (strcasecmp(name, taken[i]) == 0) {
+            return ad_fail(error, AD_BAD_ARGUMENT,
+                           "--c %s: the C has functions of its own called %s_...; allowed: any "
+                           "other name",
+                           out, name);
+        }
+    }
     return AD_OK;
 }
 
