@@ -40,6 +40,10 @@ ad_status control_export(const config *of, const control_row *row, const char *m
                          "predictive with a trained one-step model, or control.model linear",
                          row->control.method == CONTROL_SAMPLING ? "sampling" : "the reduced rod");
     }
+    if (status == AD_OK && row->control.residual) {
+        status = ad_fail(error, AD_BAD_INPUT,
+                         "--c: a loop with control.residual is not written as C; leave it out");
+    }
     if (status != AD_OK) {
         return status;
     }

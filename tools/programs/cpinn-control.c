@@ -4,7 +4,7 @@
 #include "tools/files/table_file.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/control_run.h"
-#include "tools/surrogate/training_internal.h"
+#include "tools/surrogate/surrogate.h"
 #include "tools/train/report.h"
 
 #include <math.h>

@@ -5,7 +5,7 @@
 #include "tools/control/residual.h"
 #include "tools/files/table_file.h"
 #include "tools/programs/cli.h"
-#include "tools/surrogate/training_internal.h"
+#include "tools/surrogate/surrogate.h"
 #include "tools/train/clock.h"
 
 #include <math.h>

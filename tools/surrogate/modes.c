@@ -1,4 +1,5 @@
 /* How many modes a one-step model's rod needs. */
+#include "tools/surrogate/surrogate.h"
 #include "tools/surrogate/training_internal.h"
 
 #include <math.h>

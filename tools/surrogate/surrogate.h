@@ -46,6 +46,11 @@ void surrogate_one_step_free(one_step *x);
 ad_status surrogate_rod(const surrogate *s, int count, const double *places, reduced_rod **result,
                         ad_error *error);
 
+/* Modes that settings leave open, by their tolerance against the rod by finer ones; text [256] for
+ * people. AD_NO_MEMORY, errors of reduced_create. */
+ad_status surrogate_choose_modes(const struct scene *open, surrogate_settings *settings,
+                                 ad_pool *pool, uint64_t seed, char text[256], ad_error *error);
+
 /* A step in a checkpoint: surrogate/shape, step, soft, numbers; the step and shape are borrowed
  * until it is written. get: the caller frees *numbers, also after a failure. */
 enum {

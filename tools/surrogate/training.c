@@ -1,3 +1,4 @@
+#include "tools/surrogate/surrogate.h"
 #include "tools/surrogate/training_internal.h"
 #include "tools/train/clock.h"
 

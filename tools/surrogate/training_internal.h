@@ -43,8 +43,4 @@ ad_status surrogate_prepare_curve(surrogate_training *t, int steps, int rollouts
 ad_status surrogate_make_physics(surrogate_training *t, ad_error *error);
 double surrogate_held_error(surrogate_training *t, const double *parameters);
 
-/* modes.c: modes that are left open, by the tolerance of the settings; text [256] for people. */
-ad_status surrogate_choose_modes(const scene *open, surrogate_settings *settings, ad_pool *pool,
-                                 uint64_t seed, char text[256], ad_error *error);
-
 #endif
