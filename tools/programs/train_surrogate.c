@@ -141,9 +141,13 @@ static void tell_progress(training *t)
         return;
     }
     const train_stage *stage = &settings->stages[info.stage];
-    say(t, "%-9s stage %d/%d step %lld/%d  loss %.3e  held-out %.3e  %.1f s",
+    char held_out[32] = "-"; /* before the first row of the history */
+    if (!isnan(info.held_out)) {
+        snprintf(held_out, sizeof held_out, "%.3e", info.held_out);
+    }
+    say(t, "%-9s stage %d/%d step %lld/%d  loss %.3e  held-out %s  %.1f s",
         optim_method_name(stage->optimizer), info.stage + 1, settings->stage_count,
-        (long long)info.stage_step, stage->steps, info.loss, info.held_out, info.seconds);
+        (long long)info.stage_step, stage->steps, info.loss, held_out, info.seconds);
     t->next = now + t->gap;
     t->gap = fmin(1.5 * t->gap, 60);
 }
