@@ -2,7 +2,7 @@
  * in real time.
  *   loop_plant CONFIG.yaml [--set KEY=VALUE]... */
 #define _GNU_SOURCE
-#include "loop_wire.h"
+#include "tools/bench/loop_wire.h"
 
 #include "tools/config/config.h"
 #include "tools/control/plant.h"
