@@ -58,14 +58,21 @@ typedef struct recording {
  * squares may be had by a bend of what was wrong at the start that leaves with more velocity than
  * it came with: windows of a rod that turns without shear and stretch then each pass on half again
  * the error, and ten periods are not solved. Larger weights at the end cost accuracy. */
+static const double ROOT_OF_MEAN = 1.5275252316519468; /* (7/3)^(1/2) */
+
+double problem_weight_in_window(const problem *p, double t)
+{
+    const double x = (t - p->setting.window[0]) / p->setting.window[1];
+    return p->model->domain.windows == 1 ? 1 : (1 + x) / ROOT_OF_MEAN;
+}
+
 static ad_value weight_in_window(const problem *p, const domain_place *at)
 {
-    const double size = sqrt(7.0 / 3);
     if (p->model->domain.windows == 1) {
         return ad_scalar(at->tape, 1);
     }
     ad_value x = ad_mul(domain_elapsed(&p->model->domain, at), ad_reciprocal(at->span));
-    return ad_scale(ad_add(ad_scalar(at->tape, 1), x), 1 / size);
+    return ad_scale(ad_add(ad_scalar(at->tape, 1), x), 1 / ROOT_OF_MEAN);
 }
 
 static double seconds_now(void)
@@ -275,6 +282,9 @@ static ad_status compile_term(problem *p, problem_set *set, int index, bool weig
 ad_status problem_set_build(problem *p, problem_set *set, ad_error *error)
 {
     recording r;
+    if (p->model->motion) {
+        return problem_motion_prepare(p, error);
+    }
     if (!record_begin(p, set, &r)) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
     }
@@ -395,6 +405,15 @@ ad_status problem_set_run(problem_set *set, ad_program *program, const problem_c
     double means[PROBLEM_SET_TERMS];
     double *outputs[2 + 2 * PROBLEM_SET_TERMS + PROBLEM_VIEWS] = {total};
     int count = 1;
+    if (set->problem->model->motion) {
+        problem *p = (problem *)set->problem;
+        ad_status found = problem_motion_run(p, cloud, x, NULL, terms, gradient, error);
+        *total = p->terms[0]->weight * *terms;
+        for (size_t i = 0; gradient && i < p->parameters; i++) {
+            gradient[i] *= p->terms[0]->weight;
+        }
+        return found;
+    }
     for (int i = 0; i < set->term_count; i++) {
         outputs[count++] = &means[i];
     }
@@ -417,6 +436,9 @@ ad_status problem_set_run_term(problem *p, problem_set *set, int term, bool weig
                                const double *x, double *loss, double *gradient, ad_error *error)
 {
     int index = 0;
+    if (p->model->motion) {
+        return problem_motion_run(p, &set->trained, x, NULL, loss, gradient, error);
+    }
     while (set->terms[index] != term) {
         index++;
     }
@@ -560,7 +582,10 @@ static problem_place found_at(const problem *p, const problem_cloud *cloud, size
 ad_status problem_set_squares(problem_set *set, const problem_cloud *cloud, const double *x,
                               double *squares, ad_error *error)
 {
-    double *outputs[1 + 2 * PROBLEM_SET_TERMS] = {NULL};
+    double *outputs[1 + 2 * PROBLEM_SET_TERMS] = {NULL}, mean;
+    if (set->problem->model->motion) {
+        return problem_motion_run((problem *)set->problem, cloud, x, squares, &mean, NULL, error);
+    }
     for (int i = 0; i < set->term_count; i++) {
         outputs[1 + set->term_count + i] = squares + (size_t)i * cloud->count;
     }

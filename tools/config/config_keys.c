@@ -4,6 +4,7 @@
 #include "tools/config/config_keys.h"
 
 #include "physics/scene_rows.h"
+#include "physics/solve/solve.h"
 
 #include <math.h>
 
@@ -235,6 +236,11 @@ const config_key config_keys[] = {
                  "polynomials and 64 members for each allow",
      .help = "Polynomial chaos: in place of waves all products of Legendre polynomials of the inputs up "
              "to this degree in all, where inputs that move the rod little count two- or threefold."},
+    {"network.modes", CONFIG_INTEGER, ENTRIES(4, 4), AT(settings.modes), BETWEEN(0, SOLVE_MODES_MAX),
+     .fallback = "[10, 5, 8, 8] of one motion in the strain form, else 0",
+     .help = "Strain modes of bending, twist, stretch and shear, Legendre polynomials along each piece "
+             "of the rod, for each direction; a locked strain, or one across the plane of a motion, "
+             "has none."},
     {"network.inputs", CONFIG_CHOICE, AT(settings.groups.inputs), .names = input_names,
      .help = "Of a family whose network is of the parameters alone. groups: the dimensionless "
              "numbers of its equations, forces by EI/L^2 and so on, which --explain lists; "

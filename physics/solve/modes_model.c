@@ -1,0 +1,198 @@
+#include "physics/solve/modes_model.h"
+
+#include "physics/solve/modes_internal.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct modes_model {
+    solve_rod *rod;
+    modes *m;
+    physics_model *physics;
+    model_motion motion;
+    double units[sizeof(solve_state) / sizeof(double)];
+    double *memory; /* start [2 size], by_q and by_v [size][width] */
+    double *by_q, *by_v;
+    solve_state *seen; /* [room] */
+    size_t room;
+};
+
+const char *modes_model_refusal(const scene *rod_scene)
+{
+    const char *why = modes_refusal(rod_scene);
+    return why                                ? why
+           : scene_is_manufactured(rod_scene) ? "it is a manufactured solution"
+           : rod_scene->parameter_count > 0   ? "parameters have ranges or are to be identified"
+           : rod_scene->initial_enforcement != SCENE_HARD ||
+                   rod_scene->boundary_enforcement != SCENE_HARD
+               ? "initial or boundary conditions are terms of the loss"
+               : NULL;
+}
+
+/* ---- the equation of motion ---------------------------------------------------------------- */
+
+static ad_status residual(void *context, double t, const double *y, double *residual,
+                          const double *by[3], ad_error *error)
+{
+    modes_model *x = context;
+    modes *m = x->m;
+    ad_status status = modes_at(m, t, NULL, error);
+    if (status == AD_OK) {
+        modes_shape(m, y, y + m->size, y + 2 * m->size);
+        modes_forces(m, by != NULL, residual);
+    }
+    if (status == AD_OK && by) {
+        modes_mass(m);
+        modes_derivatives(m, x->by_q, x->by_v);
+        by[0] = x->by_q;
+        by[1] = x->by_v;
+        by[2] = m->mass;
+    }
+    return status;
+}
+
+static ad_status make_room(modes_model *x, size_t n, ad_error *error)
+{
+    if (n > x->room) {
+        free(x->seen);
+        x->seen = malloc(n * sizeof *x->seen);
+        x->room = x->seen ? n : 0;
+    }
+    return n <= x->room ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu places", n);
+}
+
+static ad_status observe(void *context, double t, const double *y, size_t n, const double *s,
+                         size_t stride, double *values, ad_error *error)
+{
+    modes_model *x = context;
+    modes *m = x->m;
+    modes_places *places = NULL;
+    const size_t columns = (size_t)x->physics->column_count;
+    ad_status status = make_room(x, n, error);
+    status = status == AD_OK ? modes_places_create(m, n, s, &places, error) : status;
+    status = status == AD_OK ? modes_at(m, t, NULL, error) : status;
+    if (status == AD_OK) {
+        modes_shape(m, y, y + m->size, y + 2 * m->size);
+        modes_forces(m, false, m->room);
+        modes_samples(m, places, x->seen);
+    }
+    for (size_t i = 0; i < n && status == AD_OK; i++) {
+        const double *state = (const double *)&x->seen[i];
+        for (size_t c = 0; c < columns; c++) {
+            values[c * stride + i] = state[c] * x->units[c];
+        }
+    }
+    modes_places_free(places);
+    return status;
+}
+
+/* ---- making -------------------------------------------------------------------------------- */
+
+/* In a plane across d1 or d2 the rod bends about that director and shears across it. */
+static modes_counts counts_in(const scene *rod_scene, const int of[4])
+{
+    modes_counts counts = modes_counts_of(of[0], of[1], of[2], of[3]);
+    const rod_plane plane = rod_plane_of(rod_scene);
+    if (plane.is_planar) {
+        counts.of[MODES_U + 1 - plane.director] = counts.of[MODES_U + 2] = 0;
+        counts.of[MODES_V + plane.director] = 0;
+    }
+    return counts;
+}
+
+static ad_status make_physics(modes_model *x, const scene *rod_scene, ad_error *error)
+{
+    const scene_physics *physics = scene_physics_of(rod_scene);
+    physics_model *to = x->physics = model_create();
+    if (!to) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a model");
+    }
+    ad_status status = model_domain_of(rod_scene, &to->domain, error);
+    to->scene = *rod_scene;
+    to->has_scene = true;
+    to->motion = &x->motion;
+    to->field_count = to->unknowns = 1;
+    to->field_rows[0] = to->outputs = x->motion.size;
+    snprintf(to->symbols[0], sizeof to->symbols[0], "q");
+    to->inputs = 1;
+    to->columns = physics->columns;
+    to->column_count = physics->column_count;
+    to->position_columns = physics->position_columns;
+    to->rotation_columns = physics->rotation_columns;
+    to->sets[to->set_count++] = (model_set){.name = "interior", .points = MODEL_INTERIOR};
+    to->sets[0].holds[0] = true; /* times alone */
+    to->terms[to->term_count++] = (model_term){.name = "motion", .weight = 1};
+    return status;
+}
+
+static ad_status make_motion(modes_model *x, ad_error *error)
+{
+    const size_t size = (size_t)x->m->size, width = (size_t)x->m->width;
+    if (size == 0) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "network.modes: are all 0 or of locked strains; nothing to learn");
+    }
+    x->memory = calloc(2 * size + 2 * size * width, sizeof *x->memory);
+    if (!x->memory) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu modes", size);
+    }
+    x->by_q = x->memory + 2 * size;
+    x->by_v = x->by_q + size * width;
+    x->motion = (model_motion){.size = (int)size,
+                               .stride = (int)width,
+                               .start = x->memory,
+                               .context = x,
+                               .residual = residual,
+                               .observe = observe};
+    solve_rod_units(x->rod, x->units);
+    return modes_initial(x->m, x->memory, x->memory + size, error);
+}
+
+ad_status modes_model_create(const scene *rod_scene, const int counts[4], modes_model **result,
+                             ad_error *error)
+{
+    enum { FINER = 2 };
+    const char *why = modes_model_refusal(rod_scene);
+    modes_model *x = why ? NULL : calloc(1, sizeof *x);
+    *result = NULL;
+    if (!x) {
+        return why ? ad_fail(error, AD_BAD_INPUT, "strain modes in motion: %s", why)
+                   : ad_fail(error, AD_NO_MEMORY, "out of memory for a model");
+    }
+    scene as_mixed = *rod_scene; /* coefficients and formulas are those of any form */
+    as_mixed.formulation = SCENE_MIXED;
+    ad_status status = solve_rod_create(&as_mixed, &x->rod, error);
+    const modes_counts all = counts_in(&as_mixed, counts);
+    status = status == AD_OK ? modes_create(x->rod, NULL, &all, FINER, &x->m, error) : status;
+    status = status == AD_OK ? make_motion(x, error) : status;
+    status = status == AD_OK ? make_physics(x, rod_scene, error) : status;
+    if (status != AD_OK) {
+        modes_model_free(x);
+        return status;
+    }
+    *result = x;
+    return AD_OK;
+}
+
+void modes_model_free(modes_model *x)
+{
+    if (x) {
+        modes_free(x->m);
+        solve_rod_free(x->rod);
+        model_free(x->physics);
+        free(x->memory);
+        free(x->seen);
+        free(x);
+    }
+}
+
+physics_model *modes_model_physics(modes_model *x)
+{
+    return x->physics;
+}
+
+void modes_model_counts(const modes_model *x, int counts[6])
+{
+    memcpy(counts, x->m->counts.of, 6 * sizeof *counts);
+}

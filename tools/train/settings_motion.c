@@ -1,0 +1,96 @@
+/* The measured defaults of one motion in the strain form. */
+#include "physics/solve/modes_model.h"
+#include "tools/train/settings_internal.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Modes of bending, twist, stretch and shear. */
+static const int MODES[4] = {10, 5, 8, 8};
+
+/* Of polynomials of time in a window, and instants for each of them. */
+enum { DEGREE = 13, HELD_OUT = 32 };
+static const double INSTANTS = 1.4;
+
+/* What is not of time alone, or of tapes. */
+static ad_status check_given(const train_settings *settings, const scene *motion, char *key,
+                             ad_error *error)
+{
+    const problem_settings *losses = &settings->losses;
+    const char *why = modes_model_refusal(motion);
+    if (why) {
+        return train_refuse(key, "formulation", error,
+                            "strain learns the motion of a rod by its strains, but %s; take mixed",
+                            why);
+    }
+    const struct {
+        bool is_so;
+        const char *key;
+    } others[] = {{settings->network.hidden_count > 0, "network.hidden"},
+                  {!isnan(settings->fourier_wavenumber), "network.fourier.wavenumber"},
+                  {!isnan(settings->fourier_parameters), "network.fourier.parameters"},
+                  {losses->causal_slices > 0, "losses.causal.slices"},
+                  {losses->adaptive.kind != PROBLEM_ADAPTIVE_NONE, "losses.adaptive.kind"},
+                  {losses->balance != PROBLEM_BALANCE_NONE, "losses.balance.kind"},
+                  {losses->self_adaptive_rate > 0, "losses.self_adaptive.rate"},
+                  {settings->data_count > 0, "data"},
+                  {settings->members > 0, "members.solved"},
+                  {settings->members_file != NULL, "members.file"}};
+    for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
+        if (others[i].is_so) {
+            return train_refuse(key, others[i].key, error,
+                                "is not of a motion in the strain form, a linear network of time "
+                                "for each mode; leave it out, or take formulation: mixed");
+        }
+    }
+    return AD_OK;
+}
+
+ad_status train_resolve_motion(train_settings *settings, scene *motion, char key[TRAIN_KEY_MAX],
+                               ad_error *error)
+{
+    nn_mlp_settings *network = &settings->network;
+    problem_points *points = &settings->losses.interior;
+    ad_status status = check_given(settings, motion, key, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    network->hidden_count = 0;
+    settings->rotation = SCENE_QUATERNION; /* there is none */
+    status = train_resolve_windows(settings, motion, key, error);
+    int *modes = settings->modes;
+    if (modes[0] + modes[1] + modes[2] + modes[3] == 0) {
+        memcpy(modes, MODES, sizeof settings->modes);
+    }
+    network->orthonormal = true;
+    network->fourier_features = network->fourier_features > 0 ? network->fourier_features : 0;
+    if (network->degree == TRAIN_OPEN) {
+        network->degree = network->fourier_features > 0 ? 0 : DEGREE;
+    }
+    if (isnan(settings->fourier_frequency)) {
+        settings->fourier_frequency = 0;
+    }
+    network->fourier_bandwidth[0] =
+        settings->fourier_frequency * scene_duration(motion) / motion->windows / 2;
+    if (points->points == 0) {
+        const int functions = 1 + network->degree + 2 * network->fourier_features;
+        points->points = (int)ceil(INSTANTS * functions);
+    }
+    if ((int)points->sampler == TRAIN_OPEN) {
+        points->sampler = SAMPLING_CHEBYSHEV_LOBATTO;
+    }
+    settings->losses.adaptive.every = fmax(1, settings->losses.adaptive.every);
+    settings->losses.boundary.points = fmax(1, settings->losses.boundary.points);
+    settings->losses.initial.points = fmax(1, settings->losses.initial.points);
+    if (settings->losses.held_out_points == 0) {
+        settings->losses.held_out_points = HELD_OUT;
+    }
+    settings->output_every = settings->output_every > 0 ? settings->output_every : 10;
+    if (settings->reference_tolerance == 0) {
+        settings->reference_tolerance = scene_locks_strains(motion) ? 1e-4 : 1e-8;
+    }
+    for (int i = 0; i < settings->stage_count; i++) {
+        train_resolve_stage(&settings->stages[i], true, true);
+    }
+    return status;
+}
