@@ -184,7 +184,7 @@ void problem_free(problem *p)
     free(p->pair);
     motion_network_free(p->motion);
     free(p->motion_room);
-    free(p->motion_rows);
+    free(p->motion_blocks);
     problem_weights_free(p);
     free(p);
 }
@@ -334,7 +334,6 @@ size_t problem_bytes(const problem *p)
             s->candidates.count *
             ((size_t)(p->model->domain.count + s->term_count) * sizeof(double) + sizeof *s->ranked);
         bytes += (size_t)s->gradient_fixed.rows * s->trained.count * sizeof(double);
-        bytes += p->motion ? 2 * s->trained.count * p->parameters * sizeof(double) : 0;
         for (int k = 0; k < 3 && programs[k]; k++) {
             ad_program_info info = ad_program_inspect(programs[k]);
             bytes += (size_t)threads * info.workspace_bytes;

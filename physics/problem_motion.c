@@ -49,41 +49,25 @@ static ad_status evaluate(problem *p, const problem_cloud *cloud, const double *
                             error);
 }
 
-/* Entry of J, but for its weight: of residual i by parameter j of output a. */
-static double slope(const problem *p, const instant *at, size_t k, int i, int a, int j)
-{
-    const size_t entry = (size_t)i * (size_t)p->model->motion->stride + (size_t)a;
-    double sum = 0;
-    for (int d = 0; d < 3; d++) {
-        sum += at->slopes[d][entry] * motion_network_values(p->motion, k, d)[j];
-    }
-    return sum;
-}
-
-/* Where parameter j of output a stands in the network's parameters. */
-static size_t place_of(const problem *p, int a, int j)
-{
-    const int features = motion_network_functions(p->motion) - 1, size = p->model->motion->size;
-    return j < features ? (size_t)(a * features + j) : (size_t)(size * features + a);
-}
-
-/* gradient += 2 by r dr/dx */
-static void add_gradient(const problem *p, const instant *at, size_t k, double *gradient)
+/* to += factor r dr/dx: with f_d the functions of the point, those of output a by sum_d (S_d^T r)_a
+ * f_d, S_d being the derivatives of r. */
+static void add_gradient(const problem *p, const instant *at, size_t k, double factor, double *to)
 {
     const int size = p->model->motion->size, functions = motion_network_functions(p->motion);
-    for (int a = 0; a < size; a++) {
-        double sums[3] = {0};
-        for (int i = 0; i < size; i++) {
-            const double by = 2 * at->by * at->by * at->residual[i];
-            for (int d = 0; d < 3; d++) {
-                sums[d] +=
-                    by * at->slopes[d][(size_t)i * (size_t)p->model->motion->stride + (size_t)a];
+    const size_t stride = (size_t)p->model->motion->stride, features = (size_t)functions - 1;
+    for (size_t a = 0; a < (size_t)size; a++) {
+        double *weights = to + a * features, *bias = to + (size_t)size * features + a;
+        for (int d = 0; d < 3; d++) {
+            const double *value = motion_network_values(p->motion, k, d);
+            double sum = 0;
+            for (size_t i = 0; i < (size_t)size; i++) {
+                sum += at->slopes[d][i * stride + a] * at->residual[i];
             }
-        }
-        for (int j = 0; j < functions; j++) {
-            for (int d = 0; d < 3; d++) {
-                gradient[place_of(p, a, j)] += sums[d] * motion_network_values(p->motion, k, d)[j];
+            sum *= factor * at->by * at->by;
+            for (size_t j = 0; j < features; j++) {
+                weights[j] += sum * value[j];
             }
+            *bias += sum * value[features];
         }
     }
 }
@@ -111,87 +95,152 @@ ad_status problem_motion_run(problem *p, const problem_cloud *cloud, const doubl
         }
         *mean += square * part;
         if (gradient && status == AD_OK) {
-            add_gradient(p, &at, k, gradient);
-        }
-    }
-    for (size_t i = 0; i < p->parameters && gradient; i++) {
-        gradient[i] *= part;
-    }
-    return status;
-}
-
-/* J [rows][parameters], r [rows]: each residual times the root of its weight over the points. */
-static ad_status list_rows(problem *p, const double *x, double *jacobian, double *r,
-                           ad_error *error)
-{
-    const int size = p->model->motion->size, functions = motion_network_functions(p->motion);
-    const problem_cloud *cloud = &p->sets[0].trained;
-    const double root = sqrt(p->terms[0]->weight / (double)cloud->count);
-    ad_status status = enter(p, cloud, error);
-    for (size_t k = 0; k < cloud->count && status == AD_OK; k++) {
-        instant at;
-        status = evaluate(p, cloud, x, k, true, &at, error);
-        const double by = root * at.by;
-        for (int i = 0; i < size && status == AD_OK; i++) {
-            const size_t row = k * (size_t)size + (size_t)i;
-            r[row] = by * at.residual[i];
-            for (int a = 0; a < size; a++) {
-                for (int j = 0; j < functions; j++) {
-                    jacobian[row * p->parameters + place_of(p, a, j)] =
-                        by * slope(p, &at, k, i, a, j);
-                }
-            }
+            add_gradient(p, &at, k, 2 * part, gradient);
         }
     }
     return status;
 }
 
-static size_t rows_of(const problem *p)
+/* ---- normal equations ---------------------------------------------------------------------- */
+
+/* J^T J without J: its block of outputs a and b is
+ *
+ *   sum over points and d, e of  (S_d^T S_e)_ab f_d f_e^T
+ *
+ * which is a product with an inner dimension of three a point in place of one for each residual. */
+typedef struct blocks {
+    size_t size, functions, inner; /* inner: 3 points */
+    double *stacked;               /* [size][3 size] S of a point */
+    double *grams;                 /* [points][3 size][3 size] */
+    double *values;                /* [inner][functions] */
+    double *left, *product;        /* [size functions][inner], [size functions][functions] */
+} blocks;
+
+static size_t list_blocks(const problem *p, blocks *x)
 {
-    return p->sets[0].trained.count * (size_t)p->model->motion->size;
+    const size_t points = p->sets[0].trained.count;
+    x->size = (size_t)p->model->motion->size;
+    x->functions = (size_t)motion_network_functions(p->motion);
+    x->inner = 3 * points;
+    x->stacked = p->motion_blocks;
+    x->grams = x->stacked + 3 * x->size * x->size;
+    x->values = x->grams + points * 9 * x->size * x->size;
+    x->left = x->values + x->inner * x->functions;
+    x->product = x->left + x->size * x->functions * x->inner;
+    return 3 * x->size * x->size + points * 9 * x->size * x->size + x->inner * x->functions +
+           x->size * x->functions * (x->inner + x->functions);
 }
 
 ad_status problem_motion_least_squares(problem *p, problem_least_squares *info, ad_error *error)
 {
-    const size_t rows = rows_of(p), numbers = rows * (p->parameters + 1);
+    blocks x;
     ad_status status = problem_motion_prepare(p, error);
-    if (status == AD_OK && !p->motion_rows) {
-        p->motion_rows = malloc(numbers * sizeof *p->motion_rows);
-        status =
-            p->motion_rows ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a motion");
-    }
-    *info = (problem_least_squares){rows, numbers * sizeof(double), numbers * sizeof(double)};
-    return status;
-}
-
-ad_status problem_motion_normal(problem *p, const double *x, double *loss, double *jtj, double *jtr,
-                                ad_error *error)
-{
-    const size_t rows = rows_of(p), count = p->parameters;
-    double *jacobian = p->motion_rows, *r = jacobian + rows * count;
-    ad_status status = list_rows(p, x, jacobian, r, error);
     if (status != AD_OK) {
         return status;
     }
-    ad_dense_gram(p->pool, rows, count, jacobian, jtj);
-    for (size_t row = 0; row < rows; row++) {
-        *loss += r[row] * r[row];
-        for (size_t i = 0; i < count; i++) {
-            jtr[i] += r[row] * jacobian[row * count + i];
-        }
+    const size_t numbers = list_blocks(p, &x);
+    if (!p->motion_blocks) {
+        p->motion_blocks = malloc(numbers * sizeof *p->motion_blocks);
     }
-    return AD_OK;
+    *info = (problem_least_squares){.rows = x.size * x.inner / 3,
+                                    .bytes = numbers * sizeof(double)};
+    return p->motion_blocks ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a motion");
 }
 
-ad_status problem_motion_jacobian(problem *p, const double *x, double *jt, double *r,
-                                  ad_error *error)
+/* What a point adds: its residuals are weighted by the root of their weight over the points. */
+static void take_point(problem *p, const blocks *x, const instant *at, size_t k, double by)
 {
-    const size_t rows = rows_of(p), count = p->parameters;
-    ad_status status = list_rows(p, x, p->motion_rows, r, error);
-    for (size_t row = 0; row < rows && status == AD_OK; row++) {
-        for (size_t i = 0; i < count; i++) {
-            jt[i * rows + row] = p->motion_rows[row * count + i];
+    const size_t stride = (size_t)p->model->motion->stride;
+    for (size_t i = 0; i < x->size; i++) {
+        for (size_t d = 0; d < 3; d++) {
+            for (size_t a = 0; a < x->size; a++) {
+                x->stacked[(3 * i + d) * x->size + a] = by * at->slopes[d][i * stride + a];
+            }
         }
+    }
+    ad_dense_gram(p->pool, x->size, 3 * x->size, x->stacked, x->grams + k * 9 * x->size * x->size);
+    for (size_t d = 0; d < 3; d++) {
+        memcpy(x->values + (3 * k + d) * x->functions,
+               motion_network_values(p->motion, k, (int)d), x->functions * sizeof *x->values);
+    }
+}
+
+/* Entry d a, e b of the symmetric matrix of a point, of which the upper triangle is there. */
+static double gram_at(const blocks *x, size_t k, size_t row, size_t column)
+{
+    const size_t n = 3 * x->size, low = row < column ? row : column;
+    return x->grams[(k * n + low) * n + row + column - low];
+}
+
+/* Rows of J^T J of output a, in which outputs before it are left out. */
+static void list_left(const blocks *x, size_t a)
+{
+    for (size_t b = a; b < x->size; b++) {
+        for (size_t k = 0; k < x->inner / 3; k++) {
+            double by[3][3];
+            for (size_t d = 0; d < 3; d++) {
+                for (size_t e = 0; e < 3; e++) {
+                    by[d][e] = gram_at(x, k, e * x->size + a, d * x->size + b);
+                }
+            }
+            const double *f = x->values + 3 * k * x->functions;
+            double *to = x->left + (b - a) * x->functions * x->inner + 3 * k;
+            for (size_t j = 0; j < x->functions; j++) {
+                for (size_t e = 0; e < 3; e++) {
+                    to[j * x->inner + e] = by[0][e] * f[j] + by[1][e] * f[x->functions + j] +
+                                           by[2][e] * f[2 * x->functions + j];
+                }
+            }
+        }
+    }
+}
+
+/* Where function j of output a stands in the network's parameters. */
+static size_t place_of(const blocks *x, size_t a, size_t j)
+{
+    const size_t features = x->functions - 1;
+    return j < features ? a * features + j : x->size * features + a;
+}
+
+static void put_product(const problem *p, const blocks *x, size_t a, double *jtj)
+{
+    for (size_t b = a; b < x->size; b++) {
+        for (size_t i = 0; i < x->functions; i++) {
+            const size_t row = place_of(x, b, i);
+            const double *from = x->product + ((b - a) * x->functions + i) * x->functions;
+            for (size_t j = 0; j < x->functions; j++) {
+                const size_t column = place_of(x, a, j);
+                const size_t low = row < column ? row : column;
+                jtj[low * p->parameters + row + column - low] = from[j];
+            }
+        }
+    }
+}
+
+ad_status problem_motion_normal(problem *p, const double *x, double *loss, double *jtj,
+                                double *jtr, ad_error *error)
+{
+    blocks all;
+    const problem_cloud *cloud = &p->sets[0].trained;
+    const double part = p->terms[0]->weight / (double)cloud->count;
+    ad_status status = enter(p, cloud, error);
+    list_blocks(p, &all);
+    for (size_t k = 0; k < cloud->count && status == AD_OK; k++) {
+        instant at;
+        status = evaluate(p, cloud, x, k, true, &at, error);
+        if (status == AD_OK) {
+            take_point(p, &all, &at, k, sqrt(part) * at.by);
+            add_gradient(p, &at, k, part, jtr);
+        }
+        for (size_t i = 0; i < all.size; i++) {
+            *loss += part * at.by * at.by * at.residual[i] * at.residual[i];
+        }
+    }
+    for (size_t a = 0; a < all.size && status == AD_OK; a++) {
+        list_left(&all, a);
+        ad_dense_multiply(p->pool, false, false, (all.size - a) * all.functions, all.functions,
+                          all.inner, all.left, all.values, 0, all.product);
+        put_product(p, &all, a, jtj);
     }
     return status;
 }

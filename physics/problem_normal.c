@@ -106,10 +106,10 @@ ad_status problem_jacobian(problem *p, const double *x, double *loss, double *jt
     problem_least_squares info;
     ad_status status = problem_prepare_least_squares(p, &info, error);
     size_t first = 0;
-    if (status == AD_OK && p->model->motion) {
-        status = problem_motion_jacobian(p, x, jt, r, error);
+    if (p->model->motion) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "the rows of a motion's Jacobian are not kept");
     }
-    for (int i = 0; status == AD_OK && !p->model->motion && i < p->set_count; i++) {
+    for (int i = 0; status == AD_OK && i < p->set_count; i++) {
         problem_set *set = &p->sets[i];
         status = problem_set_jacobian(set, x, first, info.rows, jt, r, error);
         const size_t rows =

@@ -14,8 +14,10 @@ struct modes_model {
     double units[sizeof(solve_state) / sizeof(double)];
     double *memory; /* start [2 size], by_q and by_v [size][width] */
     double *by_q, *by_v;
-    solve_state *seen; /* [room] */
-    size_t room;
+    solve_state *seen; /* [room] at s [room], the last places */
+    double *s;
+    size_t room, count;
+    modes_places *places;
 };
 
 const char *modes_model_refusal(const scene *rod_scene)
@@ -52,14 +54,27 @@ static ad_status residual(void *context, double t, const double *y, double *resi
     return status;
 }
 
-static ad_status make_room(modes_model *x, size_t n, ad_error *error)
+/* Of the places looked at before nothing is made again. */
+static ad_status look_at(modes_model *x, size_t n, const double *s, ad_error *error)
 {
+    if (x->places && n == x->count && memcmp(s, x->s, n * sizeof *s) == 0) {
+        return AD_OK;
+    }
     if (n > x->room) {
         free(x->seen);
+        free(x->s);
         x->seen = malloc(n * sizeof *x->seen);
-        x->room = x->seen ? n : 0;
+        x->s = malloc(n * sizeof *x->s);
+        x->room = x->seen && x->s ? n : 0;
     }
-    return n <= x->room ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu places", n);
+    modes_places_free(x->places);
+    x->places = NULL;
+    x->count = n;
+    if (n > x->room) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu places", n);
+    }
+    memcpy(x->s, s, n * sizeof *s);
+    return modes_places_create(x->m, n, s, &x->places, error);
 }
 
 static ad_status observe(void *context, double t, const double *y, size_t n, const double *s,
@@ -67,15 +82,13 @@ static ad_status observe(void *context, double t, const double *y, size_t n, con
 {
     modes_model *x = context;
     modes *m = x->m;
-    modes_places *places = NULL;
     const size_t columns = (size_t)x->physics->column_count;
-    ad_status status = make_room(x, n, error);
-    status = status == AD_OK ? modes_places_create(m, n, s, &places, error) : status;
+    ad_status status = look_at(x, n, s, error);
     status = status == AD_OK ? modes_at(m, t, NULL, error) : status;
     if (status == AD_OK) {
         modes_shape(m, y, y + m->size, y + 2 * m->size);
         modes_forces(m, false, m->room);
-        modes_samples(m, places, x->seen);
+        modes_samples(m, x->places, x->seen);
     }
     for (size_t i = 0; i < n && status == AD_OK; i++) {
         const double *state = (const double *)&x->seen[i];
@@ -83,7 +96,6 @@ static ad_status observe(void *context, double t, const double *y, size_t n, con
             values[c * stride + i] = state[c] * x->units[c];
         }
     }
-    modes_places_free(places);
     return status;
 }
 
@@ -182,7 +194,9 @@ void modes_model_free(modes_model *x)
         solve_rod_free(x->rod);
         model_free(x->physics);
         free(x->memory);
+        modes_places_free(x->places);
         free(x->seen);
+        free(x->s);
         free(x);
     }
 }
