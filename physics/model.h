@@ -113,6 +113,8 @@ typedef struct model_motion {
     int size;            /* of y, the outputs of the network */
     int stride;          /* of the rows of derivatives */
     const double *start; /* [2 size] y, y_t at t = 0 */
+    int pieces;          /* of s, within which it is smooth, */
+    const double *edges; /* [pieces + 1] from 0 to the length, dimensionless */
     void *context;       /* borrowed, of these: */
 
     /* residual [size] at y [3][size]: y, y_t, y_tt; by (NULL: not wanted): its derivatives by each

@@ -14,6 +14,7 @@ struct modes_model {
     double units[sizeof(solve_state) / sizeof(double)];
     double *memory; /* start [2 size], by_q and by_v [size][width] */
     double *by_q, *by_v;
+    double edges[DOMAIN_PIECES_MAX + 1];
     solve_state *seen; /* [room] at s [room], the last places */
     double *s;
     size_t room, count;
@@ -138,6 +139,26 @@ static ad_status make_physics(modes_model *x, const scene *rod_scene, ad_error *
     return status;
 }
 
+/* Where pieces of the rod end: modes are those of a piece. */
+static ad_status list_edges(modes_model *x, ad_error *error)
+{
+    const modes *m = x->m;
+    int pieces = 0;
+    if (m->pieces > DOMAIN_PIECES_MAX) {
+        return ad_fail(error, AD_BAD_INPUT, "strain modes of %d pieces of a rod; allowed: up to %d",
+                       m->pieces, DOMAIN_PIECES_MAX);
+    }
+    for (int e = m->hinges; e < m->elements; e++) {
+        const bool ends = e + 1 == m->elements || m->element[e + 1].own != m->element[e].own;
+        if (ends) {
+            x->edges[++pieces] = m->s[(e + 1) * (m->stages + 1) - 1];
+        }
+    }
+    x->motion.pieces = pieces;
+    x->motion.edges = x->edges;
+    return AD_OK;
+}
+
 static ad_status make_motion(modes_model *x, ad_error *error)
 {
     const size_t size = (size_t)x->m->size, width = (size_t)x->m->width;
@@ -158,7 +179,8 @@ static ad_status make_motion(modes_model *x, ad_error *error)
                                .residual = residual,
                                .observe = observe};
     solve_rod_units(x->rod, x->units);
-    return modes_initial(x->m, x->memory, x->memory + size, error);
+    ad_status status = list_edges(x, error);
+    return status != AD_OK ? status : modes_initial(x->m, x->memory, x->memory + size, error);
 }
 
 ad_status modes_model_create(const scene *rod_scene, const int counts[4], modes_model **result,

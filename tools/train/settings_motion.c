@@ -12,6 +12,9 @@ static const int MODES[4] = {10, 5, 8, 8};
 enum { DEGREE = 13, HELD_OUT = 32 };
 static const double INSTANTS = 1.4;
 
+/* Of waves in place of polynomials, the largest frequency: radians in half a window. */
+static const double IN_WINDOW = 8;
+
 /* What is not of time alone, or of tapes. */
 static ad_status check_given(const train_settings *settings, const scene *motion, char *key,
                              ad_error *error)
@@ -67,11 +70,13 @@ ad_status train_resolve_motion(train_settings *settings, scene *motion, char key
     if (network->degree == TRAIN_OPEN) {
         network->degree = network->fourier_features > 0 ? 0 : DEGREE;
     }
-    if (isnan(settings->fourier_frequency)) {
-        settings->fourier_frequency = 0;
+    const double half_time = scene_duration(motion) / motion->windows / 2;
+    if (network->fourier_features > 0) {
+        if (isnan(settings->fourier_frequency)) {
+            settings->fourier_frequency = IN_WINDOW / half_time;
+        }
+        network->fourier_bandwidth[0] = settings->fourier_frequency * half_time;
     }
-    network->fourier_bandwidth[0] =
-        settings->fourier_frequency * scene_duration(motion) / motion->windows / 2;
     if (points->points == 0) {
         const int functions = 1 + network->degree + 2 * network->fourier_features;
         points->points = (int)ceil(INSTANTS * functions);
