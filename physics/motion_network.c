@@ -1,5 +1,9 @@
 #include "physics/motion_network.h"
 
+#include "autodiff/dense.h"
+#include "physics/constants.h"
+
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,8 +17,46 @@ struct motion_network {
     double *t;      /* [count] */
     double *values; /* [count][3][functions] */
     double *room;   /* [3][count], s [count] */
-    double *unit;   /* [functions], one of which is 1 */
+    double *basis;  /* [functions][functions] parameters of one output for each function */
 };
+
+/* Functions whose second derivatives are orthonormal over a window, so that parameters are how much
+ * there is of accelerations of unit size: with others, even orthogonal polynomials times t^2,
+ * J^T J is so ill-conditioned that steps end digits before rounding. The same for every window. */
+static ad_status find_basis(motion_network *x, ad_error *error)
+{
+    enum { POINTS = 4 }; /* for each function */
+    const size_t n = (size_t)x->functions, points = POINTS * n;
+    const double begin = domain_window_time(&x->model->domain, 0);
+    const double span = domain_window_time(&x->model->domain, 1) - begin;
+    double *t = malloc((points + n * points + n * n + AD_DENSE_BASIS_WORK(n)) * sizeof *t);
+    int *order = malloc(n * sizeof *order);
+    ad_status status = ad_dense_load(error);
+    if (status == AD_OK && (!t || !order)) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for the functions of a motion");
+    }
+    double *columns = t + points, *made = columns + n * points, *work = made + n * n;
+    for (size_t i = 0; i < points && status == AD_OK; i++) {
+        t[i] = begin + span * (1 - cos(PI * ((double)i + 0.5) / (double)points)) / 2;
+    }
+    for (size_t j = 0; j < n; j++) {
+        x->basis[j * n + j] = 1;
+    }
+    status = status == AD_OK ? motion_network_at(x, 0, points, t, error) : status;
+    for (size_t i = 0; i < n * points && status == AD_OK; i++) {
+        columns[i] = motion_network_values(x, i % points, 2)[i / points];
+    }
+    if (status == AD_OK && ad_dense_basis(points, n, columns, 1e-11, made, order, work) < n) {
+        status = ad_fail(error, AD_BAD_ARGUMENT,
+                         "some of the network's %zu functions of time are the same", n);
+    }
+    for (size_t i = 0; i < n * n && status == AD_OK; i++) {
+        x->basis[i] = sqrt((double)points) * made[i];
+    }
+    free(t);
+    free(order);
+    return status;
+}
 
 /* t^2 times what one output is of its parameters, and its derivatives by t. */
 static ad_status compile(motion_network *x, const nn_mlp *mlp, ad_pool *pool, ad_error *error)
@@ -51,9 +93,10 @@ ad_status motion_network_create(const physics_model *m, const nn_mlp *mlp, ad_po
         return ad_fail(error, AD_NO_MEMORY, "out of memory for the network of a motion");
     }
     *x = (motion_network){.model = m, .functions = functions, .has_window = m->domain.windows > 1};
-    x->unit = calloc((size_t)functions, sizeof *x->unit);
-    ad_status status = x->unit ? compile(x, mlp, pool, error)
-                               : ad_fail(error, AD_NO_MEMORY, "out of memory for a motion");
+    x->basis = calloc((size_t)(functions * functions), sizeof *x->basis);
+    ad_status status = x->basis ? compile(x, mlp, pool, error)
+                                : ad_fail(error, AD_NO_MEMORY, "out of memory for a motion");
+    status = status == AD_OK ? find_basis(x, error) : status;
     if (status != AD_OK) {
         motion_network_free(x);
         return status;
@@ -69,7 +112,7 @@ void motion_network_free(motion_network *x)
         free(x->t);
         free(x->values);
         free(x->room);
-        free(x->unit);
+        free(x->basis);
         free(x);
     }
 }
@@ -110,11 +153,9 @@ ad_status motion_network_at(motion_network *x, int window, size_t count, const d
         const ad_run run = {.points = count,
                             .inputs = inputs,
                             .uniforms = uniforms,
-                            .parameters = x->unit,
+                            .parameters = x->basis + j * functions,
                             .outputs = outputs};
-        x->unit[j] = 1;
         status = ad_execute(x->program, &run, error);
-        x->unit[j] = 0;
         for (size_t i = 0; i < 3 * count; i++) {
             x->values[(3 * (i % count) + i / count) * functions + j] = x->room[i];
         }
@@ -146,9 +187,11 @@ void motion_network_state(const motion_network *x, size_t instant, const double 
             for (int j = 0; j < features; j++) {
                 sum += weights[j] * value[j];
             }
-            y[k * size + a] = sum + (k == 0   ? start[a] + elapsed * start[size + a]
-                                     : k == 1 ? start[size + a]
-                                              : 0);
+            for (int d = 2; d >= k; d--) { /* Taylor's polynomial of the start */
+                const double by = d - k == 0 ? 1 : d - k == 1 ? elapsed : elapsed * elapsed / 2;
+                sum += by * start[d * size + a];
+            }
+            y[k * size + a] = sum;
         }
     }
 }
@@ -222,5 +265,31 @@ ad_status motion_network_observe(motion_network *x, int window, const double *st
     free(times);
     free(y);
     free(room);
+    return status;
+}
+
+ad_status motion_network_missing(motion_network *x, int window, const double *start,
+                                 const double *parameters, double *distance, ad_error *error)
+{
+    enum { INSTANTS = 5 };
+    const domain *d = &x->model->domain;
+    const model_motion *motion = x->model->motion;
+    const double begin = domain_window_time(d, window), end = domain_window_time(d, window + 1);
+    const double rate = x->functions / (end - begin);
+    double t[INSTANTS], *y = malloc(3 * (size_t)motion->size * sizeof *y);
+    ad_status status = y ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a motion");
+    for (int i = 0; i < INSTANTS; i++) {
+        t[i] = begin + (end - begin) * (i + 0.5) / INSTANTS;
+    }
+    *distance = 0;
+    status = status == AD_OK ? ad_dense_load(error) : status;
+    status = status == AD_OK ? motion_network_at(x, window, INSTANTS, t, error) : status;
+    for (size_t i = 0; i < INSTANTS && status == AD_OK; i++) {
+        double found = 0;
+        motion_network_state(x, i, start, parameters, y);
+        status = motion->missing(motion->context, t[i], rate, y, &found, error);
+        *distance = found > *distance || isnan(found) ? found : *distance;
+    }
+    free(y);
     return status;
 }

@@ -17,12 +17,12 @@ void motion_network_free(motion_network *x); /* NULL is fine */
 ad_status motion_network_at(motion_network *x, int window, size_t count, const double *t,
                             ad_error *error);
 
-/* y, y_t, y_tt [3][size] at one of them, for parameters of the network and the state [2 size] that
+/* y, y_t, y_tt [3][size] at one of them, for parameters of the network and the state [3 size] that
  * the window starts from; NULL: that of t = 0. */
 void motion_network_state(const motion_network *x, size_t instant, const double *start,
                           const double *parameters, double *y);
 
-/* The functions of time there, by which y is linear in the parameters: [3][functions] of y and its
+/* The functions of time there, combinations of the network's, by which y is linear in the parameters: [3][functions] of y and its
  * derivatives; the bias of an output comes last. */
 int motion_network_functions(const motion_network *x);
 const double *motion_network_values(const motion_network *x, size_t instant, int derivative);
@@ -32,5 +32,9 @@ const double *motion_network_values(const motion_network *x, size_t instant, int
 ad_status motion_network_observe(motion_network *x, int window, const double *start,
                                  const double *parameters, size_t points, const double *s,
                                  const double *t, int columns, double *values, ad_error *error);
+
+/* The largest of what is missing (model_motion) at some instants of a window. */
+ad_status motion_network_missing(motion_network *x, int window, const double *start,
+                                 const double *parameters, double *distance, ad_error *error);
 
 #endif

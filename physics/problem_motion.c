@@ -158,18 +158,18 @@ static void take_point(problem *p, const blocks *x, const instant *at, size_t k,
             }
         }
     }
-    ad_dense_gram(p->pool, x->size, 3 * x->size, x->stacked, x->grams + k * 9 * x->size * x->size);
+    const size_t n = 3 * x->size;
+    double *gram = x->grams + k * n * n;
+    ad_dense_gram(p->pool, x->size, n, x->stacked, gram);
+    for (size_t i = 0; i < n; i++) { /* its upper triangle */
+        for (size_t j = 0; j < i; j++) {
+            gram[i * n + j] = gram[j * n + i];
+        }
+    }
     for (size_t d = 0; d < 3; d++) {
         memcpy(x->values + (3 * k + d) * x->functions,
                motion_network_values(p->motion, k, (int)d), x->functions * sizeof *x->values);
     }
-}
-
-/* Entry d a, e b of the symmetric matrix of a point, of which the upper triangle is there. */
-static double gram_at(const blocks *x, size_t k, size_t row, size_t column)
-{
-    const size_t n = 3 * x->size, low = row < column ? row : column;
-    return x->grams[(k * n + low) * n + row + column - low];
 }
 
 /* Rows of J^T J of output a, in which outputs before it are left out. */
@@ -177,10 +177,12 @@ static void list_left(const blocks *x, size_t a)
 {
     for (size_t b = a; b < x->size; b++) {
         for (size_t k = 0; k < x->inner / 3; k++) {
+            const size_t n = 3 * x->size;
+            const double *gram = x->grams + k * n * n + a * n + b;
             double by[3][3];
             for (size_t d = 0; d < 3; d++) {
                 for (size_t e = 0; e < 3; e++) {
-                    by[d][e] = gram_at(x, k, e * x->size + a, d * x->size + b);
+                    by[d][e] = gram[e * x->size * n + d * x->size];
                 }
             }
             const double *f = x->values + 3 * k * x->functions;

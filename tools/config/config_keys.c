@@ -237,7 +237,7 @@ const config_key config_keys[] = {
      .help = "Polynomial chaos: in place of waves all products of Legendre polynomials of the inputs up "
              "to this degree in all, where inputs that move the rod little count two- or threefold."},
     {"network.modes", CONFIG_INTEGER, ENTRIES(4, 4), AT(settings.modes), BETWEEN(0, SOLVE_MODES_MAX),
-     .fallback = "[10, 5, 8, 8] of one motion in the strain form, else 0",
+     .fallback = "[12, 6, 10, 10] of one motion in the strain form, else 0",
      .help = "Strain modes of bending, twist, stretch and shear, Legendre polynomials along each piece "
              "of the rod, for each direction; a locked strain, or one across the plane of a motion, "
              "has none."},

@@ -6,11 +6,11 @@
 #include <string.h>
 
 /* Modes of bending, twist, stretch and shear. */
-static const int MODES[4] = {10, 5, 8, 8};
+static const int MODES[4] = {12, 6, 10, 10};
 
 /* Of polynomials of time in a window, and instants for each of them. */
-enum { DEGREE = 13, HELD_OUT = 32 };
-static const double INSTANTS = 1.4;
+enum { DEGREE = 16, HELD_OUT = 32 };
+static const double INSTANTS = 1.2;
 
 /* Of waves in place of polynomials, the largest frequency: radians in half a window. */
 static const double IN_WINDOW = 8;
@@ -65,7 +65,7 @@ ad_status train_resolve_motion(train_settings *settings, scene *motion, char key
     if (modes[0] + modes[1] + modes[2] + modes[3] == 0) {
         memcpy(modes, MODES, sizeof settings->modes);
     }
-    network->orthonormal = true;
+    network->orthonormal = false; /* motion_network.h has a basis of its own */
     network->fourier_features = network->fourier_features > 0 ? network->fourier_features : 0;
     if (network->degree == TRAIN_OPEN) {
         network->degree = network->fourier_features > 0 ? 0 : DEGREE;

@@ -64,6 +64,7 @@ typedef struct trainer_info {
     bool interpolates;      /* the ratio is so large that the points are fitted, not the equations:
                              * above stop.held_out_ratio of the stage, or 100 where that is 0 */
     learnt_balance balance; /* when training is over; else NaN */
+    double missing; /* of one motion in the strain form, then: between its modes, of the length */
     witness_errors witness; /* of a family of rods at rest in mixed form, then; else NaN */
 } trainer_info;
 

@@ -1,10 +1,12 @@
 /* The verdict on a training run, and the measures that it rests on. */
 #include "physics/beam.h"
+#include "physics/motion_network.h"
 #include "physics/solve/solve.h"
 #include "physics/solve/stability.h"
 #include "tools/train/trainer_internal.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 ad_status trainer_measure_size(trainer *t, ad_error *error)
@@ -115,9 +117,31 @@ static bool has_witness(const trainer *t)
            !scene_is_beam(family) && family->unknown_count == 0 && !t->e->targets;
 }
 
+/* Of all windows, the largest of what is missing between modes. */
+static ad_status measure_missing(trainer *t, ad_error *error)
+{
+    const evaluator_model all = experiment_trained(t->e);
+    const size_t state = relay_numbers(all.physics);
+    motion_network *network = NULL;
+    ad_status status = motion_network_create(all.physics, all.mlp, t->e->pool, &network, error);
+    t->info.missing = 0;
+    for (int i = 0; i < all.windows && status == AD_OK; i++) {
+        double found = 0;
+        status = motion_network_missing(network, i,
+                                        i > 0 ? all.starts + (size_t)i * state : NULL,
+                                        all.parameters + (size_t)i * t->e->count, &found, error);
+        t->info.missing = fmax(t->info.missing, found);
+    }
+    motion_network_free(network);
+    return status;
+}
+
 ad_status trainer_measure_end(trainer *t, ad_error *error)
 {
     t->info.balance = experiment_balance(t->e, NULL);
+    if (t->e->modes) {
+        return measure_missing(t, error);
+    }
     return has_witness(t) ? witness_members(t->e, &t->info.witness, error) : AD_OK;
 }
 
@@ -140,6 +164,11 @@ static double estimate_by_residuals(const trainer *t)
 
 double trainer_estimate(const trainer *t)
 {
+    if (t->e->modes && t->info.state == TRAINER_DONE) {
+        int window = 0;
+        if (getenv("CAL")) printf("CAL missing %.3e root held out %.3e w %.4g size %g\n", t->info.missing, sqrt(worst_held_out(t, &window)), domain_longest_window(&t->e->model->domain), t->size);
+        return t->info.missing;
+    }
     return t->info.witness.compared ? t->info.witness.worst : estimate_by_residuals(t);
 }
 
