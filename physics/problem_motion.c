@@ -113,7 +113,7 @@ typedef struct blocks {
     double *stacked;               /* [size][3 size] S of a point */
     double *grams;                 /* [points][3 size][3 size] */
     double *values;                /* [inner][functions] */
-    double *left, *product;        /* [size functions][inner], [size functions][functions] */
+    double *left, *product;        /* [inner][rows], [rows][functions] of the outputs from one on */
 } blocks;
 
 static size_t list_blocks(const problem *p, blocks *x)
@@ -142,8 +142,8 @@ ad_status problem_motion_least_squares(problem *p, problem_least_squares *info, 
     if (!p->motion_blocks) {
         p->motion_blocks = malloc(numbers * sizeof *p->motion_blocks);
     }
-    *info = (problem_least_squares){.rows = x.size * x.inner / 3,
-                                    .bytes = numbers * sizeof(double)};
+    *info = (problem_least_squares){
+        .rows = x.size * x.inner / 3, .inner = x.inner, .bytes = numbers * sizeof(double)};
     return p->motion_blocks ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a motion");
 }
 
@@ -167,14 +167,15 @@ static void take_point(problem *p, const blocks *x, const instant *at, size_t k,
         }
     }
     for (size_t d = 0; d < 3; d++) {
-        memcpy(x->values + (3 * k + d) * x->functions,
-               motion_network_values(p->motion, k, (int)d), x->functions * sizeof *x->values);
+        memcpy(x->values + (3 * k + d) * x->functions, motion_network_values(p->motion, k, (int)d),
+               x->functions * sizeof *x->values);
     }
 }
 
 /* Rows of J^T J of output a, in which outputs before it are left out. */
 static void list_left(const blocks *x, size_t a)
 {
+    const size_t rows = (x->size - a) * x->functions;
     for (size_t b = a; b < x->size; b++) {
         for (size_t k = 0; k < x->inner / 3; k++) {
             const size_t n = 3 * x->size;
@@ -186,11 +187,11 @@ static void list_left(const blocks *x, size_t a)
                 }
             }
             const double *f = x->values + 3 * k * x->functions;
-            double *to = x->left + (b - a) * x->functions * x->inner + 3 * k;
-            for (size_t j = 0; j < x->functions; j++) {
-                for (size_t e = 0; e < 3; e++) {
-                    to[j * x->inner + e] = by[0][e] * f[j] + by[1][e] * f[x->functions + j] +
-                                           by[2][e] * f[2 * x->functions + j];
+            for (size_t e = 0; e < 3; e++) {
+                double *to = x->left + (3 * k + e) * rows + (b - a) * x->functions;
+                for (size_t j = 0; j < x->functions; j++) {
+                    to[j] = by[0][e] * f[j] + by[1][e] * f[x->functions + j] +
+                            by[2][e] * f[2 * x->functions + j];
                 }
             }
         }
@@ -219,8 +220,8 @@ static void put_product(const problem *p, const blocks *x, size_t a, double *jtj
     }
 }
 
-ad_status problem_motion_normal(problem *p, const double *x, double *loss, double *jtj,
-                                double *jtr, ad_error *error)
+ad_status problem_motion_normal(problem *p, const double *x, double *loss, double *jtj, double *jtr,
+                                ad_error *error)
 {
     blocks all;
     const problem_cloud *cloud = &p->sets[0].trained;
@@ -240,7 +241,7 @@ ad_status problem_motion_normal(problem *p, const double *x, double *loss, doubl
     }
     for (size_t a = 0; a < all.size && status == AD_OK; a++) {
         list_left(&all, a);
-        ad_dense_multiply(p->pool, false, false, (all.size - a) * all.functions, all.functions,
+        ad_dense_multiply(p->pool, true, false, (all.size - a) * all.functions, all.functions,
                           all.inner, all.left, all.values, 0, all.product);
         put_product(p, &all, a, jtj);
     }

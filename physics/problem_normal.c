@@ -19,6 +19,7 @@ ad_status problem_prepare_least_squares(problem *p, problem_least_squares *info,
         size_t points = p->sets[i].trained.count;
         ad_normal_info normal = ad_normal_inspect(p->sets[i].normal, points);
         info->rows += normal.rows * points;
+        info->inner = info->rows;
         info->bytes += normal.bytes;
         info->bytes += (size_t)p->sets[i].normal_fixed.rows * points * sizeof(double);
         info->slab_bytes += normal.slab_bytes;

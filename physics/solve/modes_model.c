@@ -61,9 +61,10 @@ static ad_status residual(void *context, double t, const double *y, double *resi
     return status;
 }
 
-/* The strains that forces ask for by the law of the material beside those of the modes, of which the
- * equations of the modes see some averages alone: inertia hardly holds back short waves of strain, so
- * that these are missing, as fast as damping lets them, B x_t + K x = what is missing of the stress. */
+/* The strains that forces ask for by the law of the material beside those of the modes, of which
+ * the equations of the modes see some averages alone: inertia hardly holds back short waves of
+ * strain, so that these are missing, as fast as damping lets them, B x_t + K x = what is missing of
+ * the stress. */
 static void miss_strain(const modes_point *at, double passed, double strain[MODES_STRAINS])
 {
     double R[3][3], asked[MODES_STRAINS];
@@ -145,7 +146,6 @@ static ad_status missing(void *context, double t, double rate, const double *y, 
     }
     x->missing_at = t;
     *distance = status == AD_OK ? moved_by(m, x->missing) + moved_by_residual(x, rate) : NAN;
-    if (getenv("CAL2")) printf("%g: %.2e %.2e\n", t, moved_by(m, x->missing), *distance - moved_by(m, x->missing));
     return status;
 }
 

@@ -180,11 +180,13 @@ const config_key config_keys[] = {
     SCENE_EXACT_ROWS(SCENE_QUANTITY)
 
     {"formulation", CONFIG_CHOICE, AT(scene.formulation), .names = scene_formulation_names,
-     .fallback = "mixed; of families at rest strain, where it takes the scene and there are no data",
+     .fallback = "mixed; of families at rest and of motions without hidden layers strain, where it takes the "
+                 "scene and there are no data",
      .help = "mixed: unknowns r, q, N, m, first order in s; displacement: r, q, second order. Of "
              "beams: w, slope, V, M; displacement, the strong form: w, fourth order, of timoshenko "
              "beams w and slope, second order. strain: of a family at rest, the curvature alone as a "
-             "function of the parameters, learnt from members. pose_strain, after Bensch et al. 2024: "
+             "function of the parameters, learnt from members; of one motion, strain modes along s whose "
+             "numbers are a network of time, network.modes. pose_strain, after Bensch et al. 2024: "
              "unknowns r, q and the strains v, u, that of the pose being residuals, N and m by the "
              "constitutive law."},
     {"members.solved", CONFIG_INTEGER, AT(settings.members), BETWEEN(0, 100000000),
