@@ -174,7 +174,7 @@ static const refusal refusals[] = {
      "features, wavenumber, parameters, frequency"},
     {BASE "network: {widths: [32]}\n", NULL,
      "scene.yaml:4:11: network.widths: unknown key; allowed in network: hidden, activation, "
-     "initialization, fourier, polynomial, inputs, symmetry, rotation"},
+     "initialization, fourier, polynomial, modes, inputs, symmetry, rotation"},
     {BASE "network: {fourier: {wavenumber: 0}}\n", NULL,
      "scene.yaml:4:33: network.fourier.wavenumber: is 0, which is out of range; allowed: a finite "
      "number > 0, in rad/m"},

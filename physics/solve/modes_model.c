@@ -281,9 +281,9 @@ static ad_status make_motion(modes_model *x, ad_error *error)
     solve_rod_units(x->rod, x->units);
     ad_status status = list_edges(x, error);
     status = status == AD_OK ? modes_initial(x->m, x->memory, x->memory + size, error) : status;
-    if (status == AD_OK &&
-        !modes_accelerations(x->m, x->memory, x->memory + size, x->memory + 2 * size)) {
-        status = ad_fail(error, AD_NOT_FINITE, "the mass matrix of the modes is singular");
+    double *a = x->memory + 2 * size; /* to begin with: any would do */
+    if (status == AD_OK && !modes_accelerations(x->m, x->memory, x->memory + size, a)) {
+        memset(a, 0, size * sizeof *a); /* without rotary inertia */
     }
     return status;
 }
