@@ -131,8 +131,14 @@ static bool takes_modes(const config *experiment)
                                            "losses.interior.weights.moment"};
     const train_settings *settings = &experiment->settings;
     const problem_settings *losses = &settings->losses;
-    bool takes = scene_is_dynamic(&experiment->scene) && settings->network.hidden_count <= 0 &&
-                 losses->causal_slices == 0 && losses->adaptive.kind == PROBLEM_ADAPTIVE_NONE &&
+    /* Of windows that are given, up to that of the largest degree (settings_motion.c). */
+    const double longest = 2.0 / 3;
+    const bool are_short =
+        settings->windows == 0 || scene_duration(&experiment->scene) / settings->windows <=
+                                      longest * rod_scales_of(&experiment->scene).time;
+    bool takes = are_short && scene_is_dynamic(&experiment->scene) &&
+                 settings->network.hidden_count <= 0 && losses->causal_slices == 0 &&
+                 losses->adaptive.kind == PROBLEM_ADAPTIVE_NONE &&
                  losses->balance == PROBLEM_BALANCE_NONE && losses->self_adaptive_rate == 0 &&
                  losses->interior.resample_every == 0 && !modes_model_refusal(&experiment->scene);
     for (int i = 0; i < settings->stage_count; i++) {

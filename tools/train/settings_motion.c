@@ -8,9 +8,11 @@
 /* Modes of bending, twist, stretch and shear. */
 static const int MODES[4] = {12, 6, 10, 10};
 
-/* Of polynomials of time in a window, and instants for each of them. */
-enum { DEGREE = 16, HELD_OUT = 32 };
-static const double INSTANTS = 1.2;
+/* Degree of polynomials of time in a window that is short, and more for each radian of the third
+ * bending frequency of a cantilever, 61.7 EI/(rhoA L^4)^(1/2), in half of it: 16 in windows of the
+ * default. Instants for each of them. */
+enum { DEGREE = 11, HELD_OUT = 32 };
+static const double THIRD_FREQUENCY = 61.697, INSTANTS = 1.2;
 
 /* Of waves in place of polynomials, the largest frequency: radians in half a window. */
 static const double IN_WINDOW = 8;
@@ -67,10 +69,12 @@ ad_status train_resolve_motion(train_settings *settings, scene *motion, char key
     }
     network->orthonormal = false; /* motion_network.h has a basis of its own */
     network->fourier_features = network->fourier_features > 0 ? network->fourier_features : 0;
-    if (network->degree == TRAIN_OPEN) {
-        network->degree = network->fourier_features > 0 ? 0 : DEGREE;
-    }
     const double half_time = scene_duration(motion) / motion->windows / 2;
+    if (network->degree == TRAIN_OPEN) {
+        const double radians = THIRD_FREQUENCY * half_time / rod_scales_of(motion).time;
+        const double degree = fmin(NN_DEGREE_MAX, floor(DEGREE + radians));
+        network->degree = network->fourier_features > 0 ? 0 : (int)degree;
+    }
     if (network->fourier_features > 0) {
         if (isnan(settings->fourier_frequency)) {
             settings->fourier_frequency = IN_WINDOW / half_time;
