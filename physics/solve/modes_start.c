@@ -225,16 +225,19 @@ bool modes_accelerations(modes *m, const double *q, const double *v, double *a)
     return modes_solve_positive(m, m->mass, a);
 }
 
-/* Weights of the four rows around s by Lagrange's cubic; the first of them. */
-static size_t cubic_weights(size_t count, const solve_seen *seen, double s, double weights[4])
+/* Rows around a place, whose polynomial goes through them: strains are derivatives of it. */
+enum { AROUND = 6 };
+
+/* Their weights by Lagrange's formula; the first of them. */
+static size_t weights_at(size_t count, const solve_seen *seen, double s, double weights[AROUND])
 {
     size_t first = 0;
-    while (first + 4 < count && seen[first + 2].s < s) {
+    while (first + AROUND < count && seen[first + AROUND / 2].s < s) {
         first++;
     }
-    for (int i = 0; i < 4; i++) {
+    for (int i = 0; i < AROUND; i++) {
         weights[i] = 1;
-        for (int k = 0; k < 4; k++) {
+        for (int k = 0; k < AROUND; k++) {
             const double at = seen[first + (size_t)k].s, own = seen[first + (size_t)i].s;
             weights[i] *= k == i ? 1 : (s - at) / (own - at);
         }
@@ -247,17 +250,17 @@ static solve_initial seen_at(const modes *m, size_t count, const solve_seen *see
 {
     const double length = m->rod->scales.length, time = m->rod->scales.time;
     solve_initial state = {{0}, {0}, {0}, {0}};
-    double weights[4];
-    const size_t first = cubic_weights(count, seen, s * length, weights);
+    double weights[AROUND];
+    const size_t first = weights_at(count, seen, s * length, weights);
     const double *upright = seen[first].rotation;
-    for (int i = 0; i < 4; i++) {
+    for (int i = 0; i < AROUND; i++) {
         const solve_seen *at = &seen[first + (size_t)i];
         double same = 0;
         for (int k = 0; k < 4; k++) {
             same += at->rotation[k] * upright[k];
         }
         for (int k = 0; k < 4; k++) {
-            state.rotation[k] += copysign(weights[i], same) * at->rotation[k];
+            state.rotation[k] += (same < 0 ? -1 : 1) * weights[i] * at->rotation[k];
         }
         for (int k = 0; k < 3; k++) {
             state.position[k] += weights[i] * at->position[k] / length;

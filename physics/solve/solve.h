@@ -78,7 +78,7 @@ typedef struct solve_settings {
     int modes[4];           /* of SOLVE_MODES: of bending, twist, stretch, shear, each direction and
                              * piece, without refinement; all 0: as many as the tolerance asks for */
     const solve_seen *from; /* of SOLVE_MODES: the state at t = 0 in place of the scene's, by */
-    size_t from_count;      /* ascending s from 0 to the length, 4 at least; 0: the scene's */
+    size_t from_count;      /* ascending s from 0 to the length, 6 at least; 0: the scene's */
 } solve_settings;
 
 /* What a place on a path of equilibria is. */

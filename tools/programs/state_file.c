@@ -10,7 +10,7 @@
 /* Of the length: rows may begin and end so far off. */
 static const double AT_END = 1e-6;
 
-enum { LEAST = 4, PLACES = 201, NUMBERS = 13 };
+enum { LEAST = 6, PLACES = 201, NUMBERS = 13 };
 
 static const char *const columns[NUMBERS] = {"x",  "y",  "z",  "qw", "qx", "qy", "qz",
                                              "vx", "vy", "vz", "w1", "w2", "w3"};
