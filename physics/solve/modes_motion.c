@@ -245,10 +245,11 @@ static ad_status solve_once(refined *at, const solve_settings *settings, const m
 }
 
 /* More modes of strains whose last two move the rod by more than a share of the tolerance, one of
- * others; none of what stays 0. False: there are no more. */
+ * others; none of what stays 0, or so near that it counts for nothing beside the tolerance. False:
+ * there are no more. */
 static bool add_modes(const modes_solution *x, double tolerance, modes_counts *counts)
 {
-    const double share = 0.2, nothing = 1e-13;
+    const double share = 0.2, nothing = fmax(1e-13, 1e-5 * tolerance);
     const modes *m = x->m;
     double size[MODES_STRAINS] = {0}, tail[MODES_STRAINS] = {0};
     bool more = false;
