@@ -249,7 +249,7 @@ static ad_status solve_once(refined *at, const solve_settings *settings, const m
  * there are no more. */
 static bool add_modes(const modes_solution *x, double tolerance, modes_counts *counts)
 {
-    const double share = 0.2, nothing = fmax(1e-13, 1e-5 * tolerance);
+    const double share = 0.2, nothing = fmax(1e-13, 1e-2 * tolerance);
     const modes *m = x->m;
     double size[MODES_STRAINS] = {0}, tail[MODES_STRAINS] = {0};
     bool more = false;
