@@ -111,6 +111,10 @@ static const refusal refusals[] = {
     {BASE "training: {stages: [{optimizer: lbfgs, learning_rate: 5}]}\n", NULL,
      "scene.yaml:4:55: training.stages[0].learning_rate: belongs to optimizer adam, soap, but this "
      "stage runs lbfgs; leave it out"},
+    {BASE "network: {modes: [3, 1, 2, 1]}\n", NULL,
+     "scene.yaml:4:18: network.modes: are of one motion in the strain form; leave them out"},
+    {BASE "network: {modes: [3, 1]}\n", NULL,
+     "scene.yaml:4:18: network.modes: has 2 entries; allowed: a list of 4 whole numbers 0 to 24"},
     {BASE "formulation: strain\n", NULL,
      "scene.yaml:4:14: formulation: strain learns a family of rods at rest from its members; give "
      "parameters with ranges, no time.duration and nothing to identify, or take mixed"},

@@ -389,7 +389,8 @@ ad_status train_settings_check(const train_settings *settings, const scene *rod_
                             "are of one motion in the strain form; leave them out");
     }
     if (is_motion) {
-        ad_status status = check_stages(settings, key, error);
+        ad_status status = train_check_motion(settings, key, error);
+        status = status == AD_OK ? check_stages(settings, key, error) : status;
         return status == AD_OK ? check_reference(settings, rod_scene, key, error) : status;
     }
     if (rod_scene->formulation == SCENE_STRAIN_FORM) {

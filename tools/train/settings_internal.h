@@ -28,6 +28,9 @@ ad_status train_resolve_windows(train_settings *settings, scene *rod_scene, char
 ad_status train_resolve_motion(train_settings *settings, scene *motion, char key[TRAIN_KEY_MAX],
                                ad_error *error);
 
+ad_status train_check_motion(const train_settings *settings, char key[TRAIN_KEY_MAX],
+                             ad_error *error);
+
 /* As train_settings_resolve and train_settings_check, of a family in the strain form. */
 ad_status train_resolve_family(train_settings *settings, scene *family, char key[TRAIN_KEY_MAX],
                                ad_error *error);
