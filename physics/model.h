@@ -105,17 +105,16 @@ typedef struct model_column {
 /* Residuals that are computed and not recorded, for training: of numbers y that depend on time
  * alone, into which a network of time without hidden layers enters as
  *
- *   y = start + start_t t + t^2 (start_tt / 2 + outputs),   t from the start of a window on,
+ *   y = start + start_t t + t^2 outputs,   t from the start of a window on,
  *
  * (with outputs by combinations of its functions: motion_network.c),
  *
- * so that the state of a window's start is met exactly, and training begins with its acceleration
- * going on. Dimensionless, like time. One thread at a
+ * so that the state of a window's start is met exactly. Dimensionless, like time. One thread at a
  * time. */
 typedef struct model_motion {
     int size;            /* of y, the outputs of the network */
     int stride;          /* of the rows of derivatives */
-    const double *start; /* [3 size] y, y_t, y_tt at t = 0 */
+    const double *start; /* [2 size] y, y_t at t = 0 */
     int pieces;          /* of s, within which it is smooth, */
     const double *edges; /* [pieces + 1] from 0 to the length, dimensionless */
     void *context;       /* borrowed, of these: */

@@ -187,8 +187,8 @@ void motion_network_state(const motion_network *x, size_t instant, const double 
             for (int j = 0; j < features; j++) {
                 sum += weights[j] * value[j];
             }
-            for (int d = 2; d >= k; d--) { /* Taylor's polynomial of the start */
-                const double by = d - k == 0 ? 1 : d - k == 1 ? elapsed : elapsed * elapsed / 2;
+            for (int d = 1; d >= k; d--) { /* Taylor's polynomial of the start */
+                const double by = d == k ? 1 : elapsed;
                 sum += by * start[d * size + a];
             }
             y[k * size + a] = sum;

@@ -17,7 +17,7 @@ void motion_network_free(motion_network *x); /* NULL is fine */
 ad_status motion_network_at(motion_network *x, int window, size_t count, const double *t,
                             ad_error *error);
 
-/* y, y_t, y_tt [3][size] at one of them, for parameters of the network and the state [3 size] that
+/* y, y_t, y_tt [3][size] at one of them, for parameters of the network and the state [2 size] that
  * the window starts from; NULL: that of t = 0. */
 void motion_network_state(const motion_network *x, size_t instant, const double *start,
                           const double *parameters, double *y);

@@ -35,7 +35,14 @@ static ad_status enter(problem *p, const problem_cloud *cloud, ad_error *error)
                              cloud->x + (size_t)p->model->domain.time * cloud->count, error);
 }
 
-/* Residuals at a point, weighted as those on tapes (problem_set.c), but for 1/points. */
+/* As weight_in_window of problem_set.c. */
+static double weight_at(const problem *p, double t)
+{
+    const double x = (t - p->setting.window[0]) / p->setting.window[1];
+    return p->model->domain.windows == 1 ? 1 : (1 + x) / sqrt(7.0 / 3);
+}
+
+/* Residuals at a point, with what they count, but for 1/points. */
 static ad_status evaluate(problem *p, const problem_cloud *cloud, const double *x, size_t k,
                           bool derive, instant *at, ad_error *error)
 {
@@ -43,7 +50,7 @@ static ad_status evaluate(problem *p, const problem_cloud *cloud, const double *
     const double t = problem_time_of(p, cloud, k);
     at->y = p->motion_room;
     at->residual = at->y + 3 * motion->size;
-    at->by = problem_weight_in_window(p, t);
+    at->by = weight_at(p, t);
     motion_network_state(p->motion, k, p->window > 0 ? p->setting.state : NULL, x, at->y);
     return motion->residual(motion->context, t, at->y, at->residual, derive ? at->slopes : NULL,
                             error);
@@ -97,6 +104,18 @@ ad_status problem_motion_run(problem *p, const problem_cloud *cloud, const doubl
         if (gradient && status == AD_OK) {
             add_gradient(p, &at, k, 2 * part, gradient);
         }
+    }
+    return status;
+}
+
+ad_status problem_motion_loss(problem *p, const problem_cloud *cloud, const double *x,
+                              double *terms, double *total, double *gradient, ad_error *error)
+{
+    const double weight = p->terms[0]->weight;
+    const ad_status status = problem_motion_run(p, cloud, x, NULL, terms, gradient, error);
+    *total = weight * *terms;
+    for (size_t i = 0; gradient && i < p->parameters; i++) {
+        gradient[i] *= weight;
     }
     return status;
 }

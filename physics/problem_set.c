@@ -58,21 +58,14 @@ typedef struct recording {
  * squares may be had by a bend of what was wrong at the start that leaves with more velocity than
  * it came with: windows of a rod that turns without shear and stretch then each pass on half again
  * the error, and ten periods are not solved. Larger weights at the end cost accuracy. */
-static const double ROOT_OF_MEAN = 1.5275252316519468; /* (7/3)^(1/2) */
-
-double problem_weight_in_window(const problem *p, double t)
-{
-    const double x = (t - p->setting.window[0]) / p->setting.window[1];
-    return p->model->domain.windows == 1 ? 1 : (1 + x) / ROOT_OF_MEAN;
-}
-
 static ad_value weight_in_window(const problem *p, const domain_place *at)
 {
+    const double size = sqrt(7.0 / 3);
     if (p->model->domain.windows == 1) {
         return ad_scalar(at->tape, 1);
     }
     ad_value x = ad_mul(domain_elapsed(&p->model->domain, at), ad_reciprocal(at->span));
-    return ad_scale(ad_add(ad_scalar(at->tape, 1), x), 1 / ROOT_OF_MEAN);
+    return ad_scale(ad_add(ad_scalar(at->tape, 1), x), 1 / size);
 }
 
 static double seconds_now(void)
@@ -406,13 +399,8 @@ ad_status problem_set_run(problem_set *set, ad_program *program, const problem_c
     double *outputs[2 + 2 * PROBLEM_SET_TERMS + PROBLEM_VIEWS] = {total};
     int count = 1;
     if (set->problem->model->motion) {
-        problem *p = (problem *)set->problem;
-        ad_status found = problem_motion_run(p, cloud, x, NULL, terms, gradient, error);
-        *total = p->terms[0]->weight * *terms;
-        for (size_t i = 0; gradient && i < p->parameters; i++) {
-            gradient[i] *= p->terms[0]->weight;
-        }
-        return found;
+        return problem_motion_loss((problem *)set->problem, cloud, x, terms, total, gradient,
+                                   error);
     }
     for (int i = 0; i < set->term_count; i++) {
         outputs[count++] = &means[i];

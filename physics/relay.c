@@ -39,7 +39,7 @@ size_t relay_numbers(const physics_model *m)
 {
     const int parameters = parameters_of(&m->domain); /* of more there is one window */
     if (m->motion) {
-        return 3 * (size_t)m->motion->size;
+        return 2 * (size_t)m->motion->size;
     }
     const size_t members = parameters <= RELAY_PARAMETERS_MAX ? (size_t)members_of(parameters) : 0;
     return 2 * (size_t)domain_pieces(&m->domain) * members * piece_numbers(m->state_rows);
@@ -317,16 +317,19 @@ static ad_status relay_motion(relay *r, int index, const double *start, const do
                               double *end, ad_error *error)
 {
     const double last = domain_window_time(&r->model->domain, index + 1);
-    ad_status status = AD_OK;
-    if (!r->motion) {
+    double *y = malloc(3 * (size_t)r->model->motion->size * sizeof *y);
+    ad_status status = y ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a state");
+    if (status == AD_OK && !r->motion) {
         status = motion_network_create(r->model, r->mlp, r->pool, &r->motion, error);
     }
     if (status == AD_OK) {
         status = motion_network_at(r->motion, index, 1, &last, error);
     }
     if (status == AD_OK) {
-        motion_network_state(r->motion, 0, index > 0 ? start : NULL, x, end);
+        motion_network_state(r->motion, 0, index > 0 ? start : NULL, x, y);
+        memcpy(end, y, relay_numbers(r->model) * sizeof *end);
     }
+    free(y);
     return status;
 }
 

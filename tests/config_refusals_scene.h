@@ -396,7 +396,7 @@ static const refusal scene_refusals[] = {
     {DYNAMIC "manufactured: {position: [0, 0, s], angles: [s, 0, 0]}\n"
              "initial: {velocity: [0, 0, 0]}\n",
      NULL, "scene.yaml:7:10: initial: follows from the manufactured solution; leave it out"},
-    {DYNAMIC "losses: {interior: {points: 3, sampler: grid}}\n", NULL,
+    {DYNAMIC "losses: {interior: {points: 3, sampler: grid}}\nformulation: mixed\n", NULL,
      "scene.yaml:6:29: losses.interior.points: 3 points are too few for a tensor grid in 2 "
      "dimensions of that aspect"},
     {KIRCHHOFF "reference: {analytic: elastica}\n"

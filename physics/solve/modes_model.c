@@ -14,7 +14,7 @@ struct modes_model {
     physics_model *physics;
     model_motion motion;
     double units[sizeof(solve_state) / sizeof(double)];
-    double *memory; /* start [3 size], by_q and by_v [size][width] */
+    double *memory; /* start [2 size], by_q and by_v [size][width] */
     double *by_q, *by_v;
     double *matrix;  /* [size + 1][size] */
     double *missing; /* [points][MODES_STRAINS] at time missing_at */
@@ -261,13 +261,13 @@ static ad_status make_motion(modes_model *x, ad_error *error)
                        "network.modes: are all 0 or of locked strains; nothing to learn");
     }
     const size_t points = (size_t)x->m->points;
-    x->memory = calloc(3 * size + 2 * size * width + (size + 1) * size + points * MODES_STRAINS,
+    x->memory = calloc(2 * size + 2 * size * width + (size + 1) * size + points * MODES_STRAINS,
                        sizeof *x->memory);
     x->pivots = malloc(size * sizeof *x->pivots);
     if (!x->memory || !x->pivots) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu modes", size);
     }
-    x->by_q = x->memory + 3 * size;
+    x->by_q = x->memory + 2 * size;
     x->by_v = x->by_q + size * width;
     x->matrix = x->by_v + size * width;
     x->missing = x->matrix + (size + 1) * size;
@@ -281,10 +281,6 @@ static ad_status make_motion(modes_model *x, ad_error *error)
     solve_rod_units(x->rod, x->units);
     ad_status status = list_edges(x, error);
     status = status == AD_OK ? modes_initial(x->m, x->memory, x->memory + size, error) : status;
-    double *a = x->memory + 2 * size; /* to begin with: any would do */
-    if (status == AD_OK && !modes_accelerations(x->m, x->memory, x->memory + size, a)) {
-        memset(a, 0, size * sizeof *a); /* without rotary inertia */
-    }
     return status;
 }
 

@@ -124,7 +124,6 @@ static bool takes_modes(const config *experiment)
                                            "network.fourier.features",
                                            "network.fourier.wavenumber",
                                            "network.fourier.frequency",
-                                           "losses.interior.points",
                                            "losses.interior.weights.strain",
                                            "losses.interior.weights.curvature",
                                            "losses.interior.weights.force",
