@@ -1,4 +1,4 @@
-#include "physics/evaluator.h"
+#include "physics/evaluator_table.h"
 
 #include <float.h>
 #include <math.h>
@@ -23,8 +23,9 @@ struct evaluator {
     ad_program *programs[2]; /* of the first window, of all later ones */
     domain_uniforms kinds[2];
     bool is_uniform[2][EVALUATOR_COLUMNS_MAX]; /* the same at all points */
-    double *parameters;                        /* [windows][count], combined */
+    double *parameters;                        /* [windows][count], combined; or a table */
     size_t count;                              /* of parameters of a window */
+    int tabled, table[MODEL_COLUMNS_MAX];      /* columns of the model that it has */
     double *starts;                            /* [windows][numbers] */
     size_t numbers;
 };
@@ -220,11 +221,20 @@ static ad_status build(evaluator *e, const evaluator_model *model, int later, ad
     }
     ad_value fields[MODEL_FIELDS_MAX], observed[MODEL_COLUMNS_MAX], values[EVALUATOR_COLUMNS_MAX];
     e->kinds[later] = model_uniforms(physics, later);
+    e->kinds[later].state = e->numbers > 0 ? e->kinds[later].state : 0;
     domain_place at = domain_record(&e->domain, &e->kinds[later], tape);
-    model_record_unknowns(physics, model->mlp, true, &at);
-    ad_value outputs = nn_mlp_record_combined(model->mlp, domain_network_input(&e->domain, &at), 0);
-    physics->call.ansatz(physics, &at, outputs, fields);
-    physics->call.observe(physics, &at, fields, observed);
+    if (physics->motion) {
+        ad_value numbers = ad_parameter(tape, "table", (int)e->count, 0);
+        ad_value rows = evaluator_table_record(physics, e->tabled, &at, numbers);
+        for (int i = 0; i < e->tabled; i++) {
+            observed[e->table[i]] = ad_row(rows, i);
+        }
+    } else {
+        model_record_unknowns(physics, model->mlp, true, &at);
+        ad_value input = domain_network_input(&e->domain, &at);
+        physics->call.ansatz(physics, &at, nn_mlp_record_combined(model->mlp, input, 0), fields);
+        physics->call.observe(physics, &at, fields, observed);
+    }
     for (int i = 0; i < e->columns; i++) {
         values[i] = differentiated(e, &e->column[i], observed[e->column[i].column], &at);
         e->is_uniform[later][i] = ad_extent_of(values[i]) == AD_UNIFORM;
@@ -302,6 +312,21 @@ static ad_status add_derivatives(evaluator *e, const physics_model *model, ad_er
     return status;
 }
 
+/* The columns of the model that are asked for, each once, and what of them a window keeps. */
+static void list_table(evaluator *e, const physics_model *physics)
+{
+    bool listed[MODEL_COLUMNS_MAX] = {false};
+    for (int i = 0; i < e->columns; i++) {
+        const int column = e->column[i].column;
+        if (!listed[column]) {
+            e->table[e->tabled++] = column;
+            listed[column] = true;
+        }
+    }
+    e->numbers = 0;
+    e->count = evaluator_table_numbers(physics, e->tabled);
+}
+
 static ad_status make(evaluator *e, const evaluator_model *model, const char *names, bool jacobian,
                       ad_error *error)
 {
@@ -313,16 +338,22 @@ static ad_status make(evaluator *e, const evaluator_model *model, const char *na
     if (status != AD_OK) {
         return status;
     }
+    if (model->physics->motion) {
+        list_table(e, model->physics);
+    }
     e->pool = ad_pool_create(1);
     e->parameters = calloc(windows * e->count, sizeof *e->parameters);
     e->starts = calloc(windows * e->numbers + 1, sizeof *e->starts);
     if (!e->pool || !e->parameters || !e->starts) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for the evaluation of a network");
     }
-    if (windows > 1) {
+    if (windows > 1 && e->numbers > 0) {
         memcpy(e->starts, model->starts, windows * e->numbers * sizeof *e->starts);
     }
-    for (size_t i = 0; i < windows; i++) {
+    if (model->physics->motion) {
+        status = evaluator_table_fill(model, e->tabled, e->table, e->pool, e->parameters, error);
+    }
+    for (size_t i = 0; i < windows && !model->physics->motion; i++) {
         nn_mlp_combine(model->mlp, model->parameters + i * numbers, e->parameters + i * e->count);
     }
     for (int i = 0; i < 2 && i < e->windows && status == AD_OK; i++) {

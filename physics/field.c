@@ -1,4 +1,5 @@
 #include "physics/field.h"
+#include "physics/motion_network.h"
 #include "physics/relay.h"
 
 #include <stdlib.h>
@@ -18,6 +19,7 @@ struct field {
     const double *earlier, *starts;
     double load_factor;
     field_program programs[2]; /* of the first window, of a later one; made when a point asks */
+    motion_network *motion;    /* of a model of such, in place of the programs */
     ad_pool *pool;
     int columns;
     double *points; /* [coordinates][capacity], dimensionless */
@@ -59,7 +61,9 @@ ad_status field_create(const physics_model *m, const nn_mlp *mlp, bool pose_only
     }
     *f = (field){.model = m, .mlp = mlp, .pool = pool, .load_factor = 1};
     f->columns = pose_only ? m->position_columns + m->rotation_columns : model_columns(m);
-    ad_status status = build(f, 0, &f->programs[0], error); /* at once: an error should show here */
+    ad_status status = m->motion && mlp /* at once: an error should show here */
+                           ? motion_network_create(m, mlp, pool, &f->motion, error)
+                           : build(f, 0, &f->programs[0], error);
     if (status != AD_OK) {
         field_free(f);
         return status;
@@ -73,6 +77,7 @@ void field_free(field *f)
     if (f) {
         ad_program_free(f->programs[0].program);
         ad_program_free(f->programs[1].program);
+        motion_network_free(f->motion);
         free(f->points);
         free(f->windows);
         free(f->values);
@@ -137,16 +142,21 @@ static ad_status evaluate_window(field *f, int index, const double *x, size_t co
                                  ad_error *error)
 {
     const domain *d = &f->model->domain;
+    const bool last = index == f->index;
+    const size_t parameters = f->mlp ? nn_mlp_parameters(f->mlp) : 0;
+    const double *of_window = last ? x : f->earlier + (size_t)index * parameters;
+    const double *start = index > 0 ? f->starts + (size_t)index * relay_numbers(f->model) : NULL;
+    if (f->motion) {
+        return motion_network_observe(f->motion, index, start, of_window, count, f->points,
+                                      f->points + count, f->columns, values, error);
+    }
     field_program *made = &f->programs[index > 0];
     ad_status status = made->program ? AD_OK : build(f, index, made, error);
     double *outputs[MODEL_COLUMNS_MAX], begin = domain_window_time(d, index);
     const double *inputs[DOMAIN_COORDINATES_MAX], *uniforms[DOMAIN_UNIFORMS_MAX];
     domain_uniforms kinds = model_uniforms(f->model, index);
     domain_setting setting = {
-        {begin, domain_window_time(d, index + 1) - begin}, NULL, f->load_factor};
-    if (index > 0) {
-        setting.state = f->starts + (size_t)index * relay_numbers(f->model);
-    }
+        {begin, domain_window_time(d, index + 1) - begin}, start, f->load_factor};
     domain_list_uniforms(&kinds, &setting, uniforms);
     for (int i = 0; i < f->columns; i++) {
         outputs[i] = values + (size_t)i * count;
@@ -154,12 +164,10 @@ static ad_status evaluate_window(field *f, int index, const double *x, size_t co
     for (int i = 0; i < d->count; i++) {
         inputs[i] = f->points + (size_t)i * count;
     }
-    bool last = index == f->index;
-    size_t parameters = f->mlp ? nn_mlp_parameters(f->mlp) : 0;
     ad_run run = {.points = count,
                   .inputs = inputs,
                   .uniforms = uniforms,
-                  .parameters = last ? x : f->earlier + (size_t)index * parameters,
+                  .parameters = of_window,
                   .outputs = outputs};
     if (status == AD_OK) {
         status = ad_execute(made->program, &run, error);

@@ -100,6 +100,42 @@ typedef struct model_column {
     bool of_motion;
 } model_column;
 
+/* ---- motions ------------------------------------------------------------------------------- */
+
+/* Residuals that are computed and not recorded, for training: of numbers y that depend on time
+ * alone, into which a network of time without hidden layers enters as
+ *
+ *   y = start + start_t t + t^2 outputs,   t from the start of a window on,
+ *
+ * (with outputs by combinations of its functions: motion_network.c),
+ *
+ * so that the state of a window's start is met exactly. Dimensionless, like time. One thread at a
+ * time. */
+typedef struct model_motion {
+    int size;            /* of y, the outputs of the network */
+    int stride;          /* of the rows of derivatives */
+    const double *start; /* [2 size] y, y_t at t = 0 */
+    int pieces;          /* of s, within which it is smooth, */
+    const double *edges; /* [pieces + 1] from 0 to the length, dimensionless */
+    void *context;       /* borrowed, of these: */
+
+    /* residual [size] at y [3][size]: y, y_t, y_tt; by (NULL: not wanted): its derivatives by each
+     * of them [size rows of stride], there until the next call. */
+    ad_status (*residual)(void *context, double t, const double *y, double *residual,
+                          const double *by[3], ad_error *error);
+
+    /* How far a motion may be off at t, where it was not trained, the largest distance over the
+     * length that places move: by what its equation asks for before it is projected on `size`
+     * numbers, and by its residual there, which changes as fast as exp(rate t). Instants of all
+     * windows come one after the other; an earlier one begins anew. */
+    ad_status (*missing)(void *context, double t, double rate, const double *y, double *distance,
+                         ad_error *error);
+
+    /* values [columns of the model][stride], in SI units, at s [n], ascending or not. */
+    ad_status (*observe)(void *context, double t, const double *y, size_t n, const double *s,
+                         size_t stride, double *values, ad_error *error);
+} model_motion;
+
 /* ---- models -------------------------------------------------------------------------------- */
 
 /* What differs between a rod, a beam and a model of one's own, from the network to what is seen. */
@@ -135,9 +171,11 @@ struct physics_model {
     int field_rows[MODEL_FIELDS_MAX];
     int unknowns;        /* the first so many fields come from the network, the others from these */
     int inputs, outputs; /* of the network; inputs 0: the coordinates */
-    const double *separate; /* [outputs], borrowed: the residual of the only term is separate[i]
-                             * times output i, less what the network does not count for; or NULL */
-    const void *own;        /* of the functions, borrowed */
+    const double *separate;     /* [outputs], borrowed: the residual of the only term is separate[i]
+                                 * times output i, less what the network does not count for; or NULL */
+    const void *own;            /* of the functions, borrowed */
+    const model_motion *motion; /* in place of the residual of its only term, of the functions and
+                                 * of a state that windows hand on; borrowed; NULL: none */
 
     int set_count;
     model_set sets[MODEL_SETS_MAX];

@@ -182,6 +182,9 @@ void problem_free(problem *p)
     scene_panels_free(&p->panels[1]);
     free(p->scratch);
     free(p->pair);
+    motion_network_free(p->motion);
+    free(p->motion_room);
+    free(p->motion_blocks);
     problem_weights_free(p);
     free(p);
 }
@@ -240,8 +243,10 @@ problem_set_info problem_set_inspect(const problem *p, int set)
                              .points = s->trained.count,
                              .held_out = s->held_out.count,
                              .tape = s->counts,
-                             .program = ad_program_inspect(s->gradient),
                              .fixed_rows = s->gradient_fixed.rows};
+    if (s->gradient) {
+        info.program = ad_program_inspect(s->gradient);
+    }
     if (s->gradient_fixed.program) {
         info.fixed_instructions = ad_program_inspect(s->gradient_fixed.program).instructions;
     }

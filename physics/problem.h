@@ -172,8 +172,9 @@ ad_status problem_evaluate(problem *p, const double *x, double *loss, double *gr
 /* The loss as a sum of squares of residuals, each times sqrt(weight / points); all weights are
  * taken as constants. */
 typedef struct problem_least_squares {
-    size_t rows;       /* residuals that parameters move, over all points */
-    size_t bytes;      /* of the workspaces, and of what is kept per point */
+    size_t rows;  /* residuals that parameters move, over all points */
+    size_t bytes; /* of the workspaces, and of what is kept per point */
+    size_t inner; /* products for an entry of J^T J: as many, or fewer where blocks are known */
     size_t slab_bytes; /* of the rows of J that the normal equations keep at a time */
 } problem_least_squares;
 

@@ -3,6 +3,7 @@
 #define PHYSICS_PROBLEM_INTERNAL_H
 
 #include "physics/breaks.h"
+#include "physics/motion_network.h"
 #include "physics/problem.h"
 
 enum {
@@ -93,7 +94,9 @@ struct problem {
     double balance_updates;        /* so far */
     problem_compilations compiled;
     char derivatives[160];
-    scene_panels panels[2]; /* of a scene, along s and t; none: no edges */
+    scene_panels panels[2];              /* of a scene, along s and t; none: no edges */
+    motion_network *motion;              /* of a model of such, made when it is needed */
+    double *motion_room, *motion_blocks; /* of problem_motion.c */
 };
 
 bool problem_all_finite(const double *x, size_t count);
@@ -116,6 +119,19 @@ double problem_placed(const problem *p, int coordinate, int piece, double x);
 void problem_set_forget_points(problem_set *set);
 double problem_time_of(const problem *p, const problem_cloud *cloud, size_t point);
 bool problem_points_are_inside(const problem *p, const problem_cloud *cloud);
+
+/* problem_motion.c, of a model with a motion, whose only term is of the only set: the mean square
+ * of its residuals over a cloud, with squares [points] and gradient [parameters] or NULL; memory
+ * for, and then loss, jtj and jtr, which are 0 before. */
+ad_status problem_motion_prepare(problem *p, ad_error *error);
+ad_status problem_motion_run(problem *p, const problem_cloud *cloud, const double *x,
+                             double *squares, double *mean, double *gradient, ad_error *error);
+ad_status problem_motion_loss(problem *p, const problem_cloud *cloud, const double *x,
+                              double *terms, double *total, double *gradient,
+                              ad_error *error); /* weighted */
+ad_status problem_motion_least_squares(problem *p, problem_least_squares *info, ad_error *error);
+ad_status problem_motion_normal(problem *p, const double *x, double *loss, double *jtj, double *jtr,
+                                ad_error *error);
 
 /* problem_set.c */
 ad_status problem_set_build(problem *p, problem_set *set, ad_error *error);

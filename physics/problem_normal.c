@@ -7,6 +7,9 @@
 
 ad_status problem_prepare_least_squares(problem *p, problem_least_squares *info, ad_error *error)
 {
+    if (p->model->motion) {
+        return problem_motion_least_squares(p, info, error);
+    }
     *info = (problem_least_squares){0};
     for (int i = 0; i < p->set_count; i++) {
         ad_status status = problem_set_prepare_normal(p, &p->sets[i], error);
@@ -16,6 +19,7 @@ ad_status problem_prepare_least_squares(problem *p, problem_least_squares *info,
         size_t points = p->sets[i].trained.count;
         ad_normal_info normal = ad_normal_inspect(p->sets[i].normal, points);
         info->rows += normal.rows * points;
+        info->inner = info->rows;
         info->bytes += normal.bytes;
         info->bytes += (size_t)p->sets[i].normal_fixed.rows * points * sizeof(double);
         info->slab_bytes += normal.slab_bytes;
@@ -42,7 +46,9 @@ ad_status problem_normal_equations(problem *p, const double *x, double *loss, do
     memset(jtj, 0, count * count * sizeof *jtj);
     memset(jtr, 0, count * sizeof *jtr);
     for (int i = 0; status == AD_OK && i < p->set_count; i++) {
-        if (!problem_is_held(p, &p->sets[i])) {
+        if (p->model->motion) {
+            status = problem_motion_normal(p, x, loss, jtj, jtr, error);
+        } else if (!problem_is_held(p, &p->sets[i])) {
             status = problem_set_normal(&p->sets[i], x, loss, jtj, jtr, error);
         }
     }
@@ -101,6 +107,9 @@ ad_status problem_jacobian(problem *p, const double *x, double *loss, double *jt
     problem_least_squares info;
     ad_status status = problem_prepare_least_squares(p, &info, error);
     size_t first = 0;
+    if (p->model->motion) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "the rows of a motion's Jacobian are not kept");
+    }
     for (int i = 0; status == AD_OK && i < p->set_count; i++) {
         problem_set *set = &p->sets[i];
         status = problem_set_jacobian(set, x, first, info.rows, jt, r, error);
@@ -196,6 +205,9 @@ ad_status problem_separate_matrix(problem *p, double *matrix, ad_error *error)
 ad_status problem_prepare_product(problem *p, problem_least_squares *info, ad_error *error)
 {
     *info = (problem_least_squares){0};
+    if (p->model->motion) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "matrix_free has no products of a motion's rows");
+    }
     if (!p->pair) {
         p->pair = calloc(2 * p->parameters, sizeof *p->pair);
     }

@@ -275,6 +275,9 @@ static ad_status compile_term(problem *p, problem_set *set, int index, bool weig
 ad_status problem_set_build(problem *p, problem_set *set, ad_error *error)
 {
     recording r;
+    if (p->model->motion) {
+        return problem_motion_prepare(p, error);
+    }
     if (!record_begin(p, set, &r)) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
     }
@@ -395,6 +398,10 @@ ad_status problem_set_run(problem_set *set, ad_program *program, const problem_c
     double means[PROBLEM_SET_TERMS];
     double *outputs[2 + 2 * PROBLEM_SET_TERMS + PROBLEM_VIEWS] = {total};
     int count = 1;
+    if (set->problem->model->motion) {
+        return problem_motion_loss((problem *)set->problem, cloud, x, terms, total, gradient,
+                                   error);
+    }
     for (int i = 0; i < set->term_count; i++) {
         outputs[count++] = &means[i];
     }
@@ -417,6 +424,9 @@ ad_status problem_set_run_term(problem *p, problem_set *set, int term, bool weig
                                const double *x, double *loss, double *gradient, ad_error *error)
 {
     int index = 0;
+    if (p->model->motion) {
+        return problem_motion_run(p, &set->trained, x, NULL, loss, gradient, error);
+    }
     while (set->terms[index] != term) {
         index++;
     }
@@ -560,7 +570,10 @@ static problem_place found_at(const problem *p, const problem_cloud *cloud, size
 ad_status problem_set_squares(problem_set *set, const problem_cloud *cloud, const double *x,
                               double *squares, ad_error *error)
 {
-    double *outputs[1 + 2 * PROBLEM_SET_TERMS] = {NULL};
+    double *outputs[1 + 2 * PROBLEM_SET_TERMS] = {NULL}, mean;
+    if (set->problem->model->motion) {
+        return problem_motion_run((problem *)set->problem, cloud, x, squares, &mean, NULL, error);
+    }
     for (int i = 0; i < set->term_count; i++) {
         outputs[1 + set->term_count + i] = squares + (size_t)i * cloud->count;
     }

@@ -1,5 +1,6 @@
 #include "physics/relay.h"
 #include "physics/constants.h"
+#include "physics/motion_network.h"
 
 #include <float.h>
 #include <math.h>
@@ -37,6 +38,9 @@ static int parameters_of(const domain *d)
 size_t relay_numbers(const physics_model *m)
 {
     const int parameters = parameters_of(&m->domain); /* of more there is one window */
+    if (m->motion) {
+        return 2 * (size_t)m->motion->size;
+    }
     const size_t members = parameters <= RELAY_PARAMETERS_MAX ? (size_t)members_of(parameters) : 0;
     return 2 * (size_t)domain_pieces(&m->domain) * members * piece_numbers(m->state_rows);
 }
@@ -204,6 +208,7 @@ struct relay {
     const nn_mlp *mlp;
     ad_pool *pool;
     relay_program programs[2]; /* of the first window, of a later one */
+    motion_network *motion;    /* of a model of such */
 };
 
 ad_status relay_create(const physics_model *m, const nn_mlp *mlp, ad_pool *pool, relay **result,
@@ -222,6 +227,7 @@ void relay_free(relay *r)
     if (r) {
         ad_program_free(r->programs[0].program);
         ad_program_free(r->programs[1].program);
+        motion_network_free(r->motion);
         free(r);
     }
 }
@@ -307,10 +313,33 @@ static ad_status run_piece(const relay *r, const relay_program *made, int index,
     return status;
 }
 
+static ad_status relay_motion(relay *r, int index, const double *start, const double *x,
+                              double *end, ad_error *error)
+{
+    const double last = domain_window_time(&r->model->domain, index + 1);
+    double *y = malloc(3 * (size_t)r->model->motion->size * sizeof *y);
+    ad_status status = y ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a state");
+    if (status == AD_OK && !r->motion) {
+        status = motion_network_create(r->model, r->mlp, r->pool, &r->motion, error);
+    }
+    if (status == AD_OK) {
+        status = motion_network_at(r->motion, index, 1, &last, error);
+    }
+    if (status == AD_OK) {
+        motion_network_state(r->motion, 0, index > 0 ? start : NULL, x, y);
+        memcpy(end, y, relay_numbers(r->model) * sizeof *end);
+    }
+    free(y);
+    return status;
+}
+
 ad_status relay_run(relay *r, int index, const double *start, const double *x, double *end,
                     ad_error *error)
 {
     const physics_model *m = r->model;
+    if (m->motion) {
+        return relay_motion(r, index, start, x, end, error);
+    }
     relay_program *made = &r->programs[index > 0];
     size_t numbers = piece_numbers(m->state_rows);
     int members = members_of(parameters_of(&m->domain));

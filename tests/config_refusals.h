@@ -116,6 +116,10 @@ static const refusal refusals[] = {
     {BASE "training: {stages: [{optimizer: lbfgs, learning_rate: 5}]}\n", NULL,
      "scene.yaml:4:55: training.stages[0].learning_rate: belongs to optimizer adam, soap, but this "
      "stage runs lbfgs; leave it out"},
+    {BASE "network: {modes: [3, 1, 2, 1]}\n", NULL,
+     "scene.yaml:4:18: network.modes: are of one motion in the strain form; leave them out"},
+    {BASE "network: {modes: [3, 1]}\n", NULL,
+     "scene.yaml:4:18: network.modes: has 2 entries; allowed: a list of 4 whole numbers 0 to 24"},
     {BASE "formulation: strain\n", NULL,
      "scene.yaml:4:14: formulation: strain learns a family of rods at rest from its members; give "
      "parameters with ranges, no time.duration and nothing to identify, or take mixed"},
@@ -179,7 +183,7 @@ static const refusal refusals[] = {
      "features, wavenumber, parameters, frequency"},
     {BASE "network: {widths: [32]}\n", NULL,
      "scene.yaml:4:11: network.widths: unknown key; allowed in network: hidden, activation, "
-     "initialization, fourier, polynomial, inputs, symmetry, rotation"},
+     "initialization, fourier, polynomial, modes, inputs, symmetry, rotation"},
     {BASE "network: {fourier: {wavenumber: 0}}\n", NULL,
      "scene.yaml:4:33: network.fourier.wavenumber: is 0, which is out of range; allowed: a finite "
      "number > 0, in rad/m"},

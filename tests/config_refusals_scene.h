@@ -18,6 +18,17 @@
     "  stiffness: {bending: [1, 1], torsion: 0.8}\n"
 
 static const refusal scene_refusals[] = {
+    {DYNAMIC "formulation: strain\nnetwork: {hidden: [8]}\n", NULL,
+     "scene.yaml:7:19: network.hidden: is not of a motion in the strain form, a linear network of "
+     "time for each mode; leave it out, or take formulation: mixed"},
+    {DYNAMIC "formulation: strain\nenforcement: {initial: soft}\n", NULL,
+     "scene.yaml:6:14: formulation: strain learns the motion of a rod by its strains, but initial "
+     "or "
+     "boundary conditions are terms of the loss; take mixed"},
+    {DYNAMIC "formulation: strain\nlosses: {interior: {points: 5}}\n", NULL,
+     "scene.yaml:7:29: losses.interior.points: are 5 instants for 17 functions of time; allowed: "
+     "as "
+     "many at least"},
     {"rod:\n"
      "  length: 1\n",
      NULL,
@@ -385,7 +396,7 @@ static const refusal scene_refusals[] = {
     {DYNAMIC "manufactured: {position: [0, 0, s], angles: [s, 0, 0]}\n"
              "initial: {velocity: [0, 0, 0]}\n",
      NULL, "scene.yaml:7:10: initial: follows from the manufactured solution; leave it out"},
-    {DYNAMIC "losses: {interior: {points: 3, sampler: grid}}\n", NULL,
+    {DYNAMIC "losses: {interior: {points: 3, sampler: grid}}\nformulation: mixed\n", NULL,
      "scene.yaml:6:29: losses.interior.points: 3 points are too few for a tensor grid in 2 "
      "dimensions of that aspect"},
     {KIRCHHOFF "reference: {analytic: elastica}\n"

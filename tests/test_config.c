@@ -240,7 +240,13 @@ static void test_defaults(void **state)
                         experiment->scene.rod.bending_stiffness[0].number,
                 1e-12);
     config_free(experiment);
-    experiment = read_with(DYNAMIC, NULL);
+    experiment = read_with(DYNAMIC, NULL); /* by its strain modes */
+    assert_int_equal(experiment->scene.formulation, SCENE_STRAIN_FORM);
+    config_free(experiment);
+    experiment = read_with(DYNAMIC, "network.fourier.features=80"); /* waves of s, too */
+    assert_int_equal(experiment->scene.formulation, SCENE_MIXED);
+    config_free(experiment);
+    experiment = read_with(DYNAMIC, "formulation=mixed");
     assert_int_equal(experiment->settings.stages[0].gauss_newton.scaling, OPTIM_SCALING_DIAGONAL);
     assert_int_equal(experiment->scene.rotation, SCENE_VECTOR);
     config_free(experiment);
@@ -263,7 +269,7 @@ static void test_defaults(void **state)
     config_free(experiment);
     experiment = read_with(DYNAMIC, "loads.tip.force=[0, 0, t]");
     assert_int_equal(experiment->scene.end.type, SCENE_LOADED);
-    assert_int_equal(experiment->settings.losses.held_out_points, 1024);
+    assert_int_equal(experiment->settings.losses.held_out_points, 32); /* instants */
     config_free(experiment);
 }
 

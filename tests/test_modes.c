@@ -445,6 +445,57 @@ static void test_memory(void **state)
     config_free(given);
 }
 
+/* A motion in two halves, with what is seen of the first as the start of the second, in as many
+ * modes: what is seen lies 1/100 of the length apart and goes through polynomials of degree 5. */
+static void test_from_seen(void **state)
+{
+    (void)state;
+    enum { SEEN = 101, COLUMNS = 25 };
+    static const char arm[] =
+        "rod:\n  length: 0.6\n  section: {shape: circle, radius: 0.03}\n"
+        "  material: {youngs_modulus: 1.0e6, poissons_ratio: 0.5, density: 1000}\n"
+        "  damping: {strain: [10, 10, 10], curvature: [0.02, 0.02, 0.02]}\n"
+        "boundary: {start: {type: clamped}}\n"
+        "loads: {gravity: [-9.81, -3, 0]}\n";
+    ad_error error = {.message = ""};
+    solve_settings settings = {.tolerance = 1e-9, .method = SOLVE_MODES, .modes = {6, 3, 4, 4}};
+    solve_seen seen[SEEN];
+    double s[SEEN], t[SEEN], values[COLUMNS * SEEN], tip[2][3];
+    const double times[3] = {0.2, 0.4, 0.2}; /* the first half, the whole, the second half */
+    for (int i = 0; i < 3; i++) {
+        char text[600];
+        config *all = NULL;
+        solution *solved = NULL;
+        solve_report report;
+        snprintf(text, sizeof text, "%stime: {duration: %g}\n", arm, times[i]);
+        settings.from = seen;
+        settings.from_count = i == 2 ? SEEN : 0;
+        for (int k = 0; k < SEEN; k++) {
+            s[k] = 0.6 * k / (SEEN - 1);
+            t[k] = times[i];
+        }
+        if (config_read("arm.yaml", text, 0, NULL, &all, &error) != AD_OK ||
+            solution_create(&all->scene, &settings, 1, t, &solved, &report, &error) != AD_OK ||
+            solution_evaluate(solved, COLUMNS, SEEN, s, t, values, &error) != AD_OK) {
+            fail_msg("%s", error.message);
+        }
+        for (int k = 0; k < SEEN && i == 0; k++) {
+            double *to = seen[k].position; /* x to qz, then vx to w3 */
+            seen[k].s = s[k];
+            for (int c = 0; c < 13; c++) {
+                to[c] = values[(c < 7 ? c : c + 12) * SEEN + k];
+            }
+        }
+        for (int c = 0; c < 3 && i > 0; c++) {
+            tip[i - 1][c] = values[c * SEEN + SEEN - 1];
+        }
+        solution_free(solved);
+        config_free(all);
+    }
+    print_message("in two halves: %.1e m\n", distance(tip[0], tip[1]));
+    assert_true(distance(tip[0], tip[1]) < 1e-7); /* measured: see the distance of rows */
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -452,6 +503,7 @@ int main(void)
         cmocka_unit_test(test_full_solver), cmocka_unit_test(test_plane),
         cmocka_unit_test(test_pendulum),    cmocka_unit_test(test_energy),
         cmocka_unit_test(test_reduced),     cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_from_seen),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -182,6 +182,10 @@ void modes_kinematics_start(const modes *m, kinematics *x);
  * q that are not far off. */
 ad_status modes_fit(modes *m, const solve_initial *given, double *q, double *v, ad_error *error);
 
+/* The same from what is seen along the rod [count], in SI units. */
+ad_status modes_fit_seen(modes *m, size_t count, const solve_seen *seen, double *q, double *v,
+                         ad_error *error);
+
 /* Time and inputs, for all that follows; AD_NOT_FINITE. */
 ad_status modes_at(modes *m, double t, const double *inputs, ad_error *error);
 

@@ -307,17 +307,20 @@ static void add_stress(const modes *m, int e, int p, double *by_q, double *by_v)
     const double *value = m->value + p * m->width;
     const double(*pull)[MODES_STRAINS] =
         (const double(*)[MODES_STRAINS])m->pull_by + p * MODES_STRAINS;
-    for (int b = element->own; b < element->end; b++) {
-        const int row = m->mode[b].strain;
-        const double by = at->weight * value[b];
-        for (int a = element->own; a < element->end; a++) {
-            const int c = m->mode[a].strain;
-            if (row == c) {
-                by_q[b * m->width + a] += by * value[a] * at->stiffness[c];
-                by_v[b * m->width + a] += by * value[a] * at->damping[c];
+    const bool beyond = m->has_tendons || m->rod->scene.rod.law;
+    for (int first = element->own, end; first < element->end; first = end) {
+        const int c = m->mode[first].strain; /* modes of one strain follow one another */
+        for (end = first; end < element->end && m->mode[end].strain == c; end++) {
+        }
+        for (int b = first; b < end; b++) {
+            const double by = at->weight * value[b];
+            const double K = by * at->stiffness[c], D = by * at->damping[c];
+            for (int a = first; a < end; a++) {
+                by_q[b * m->width + a] += value[a] * K;
+                by_v[b * m->width + a] += value[a] * D;
             }
-            if (m->has_tendons || m->rod->scene.rod.law) {
-                by_q[b * m->width + a] += by * value[a] * pull[row][c];
+            for (int a = element->own; a < element->end && beyond; a++) {
+                by_q[b * m->width + a] += by * value[a] * pull[c][m->mode[a].strain];
             }
         }
     }

@@ -124,14 +124,17 @@ static ad_status take(modes_solution *x, size_t which, const double *q, const do
 }
 
 /* Through all times, with a stop at each instant that no step may pass. */
-static ad_status go(modes_solution *x, double tolerance, size_t events, const double *event,
-                    ad_error *error)
+static ad_status go(modes_solution *x, const solve_settings *settings, double tolerance,
+                    size_t events, const double *event, ad_error *error)
 {
     const size_t size = (size_t)modes_size(x->m);
     double *q = x->room, *v = q + size, t = 0;
     solve_energy energy = {0};
     collocation *steps = NULL;
     ad_status status = modes_initial(x->m, q, v, error);
+    if (status == AD_OK && settings->from_count > 0) {
+        status = modes_fit_seen(x->m, settings->from_count, settings->from, q, v, error);
+    }
     status = status == AD_OK ? collocation_create(x->m, STAGES, &steps, error) : status;
     for (size_t i = 0, k = 0; i < x->count && status == AD_OK; i++) {
         while (status == AD_OK && t < x->times[i]) {
@@ -221,13 +224,13 @@ static ad_status look(refined *at, ad_error *error)
     return status;
 }
 
-static ad_status solve_once(refined *at, const modes_counts *counts, int finer, double tolerance,
-                            solve_report *report, ad_error *error)
+static ad_status solve_once(refined *at, const solve_settings *settings, const modes_counts *counts,
+                            int finer, double tolerance, solve_report *report, ad_error *error)
 {
     modes_solution *next = NULL;
     ad_status status = create(at->rod, counts, finer, at->given, at->times, &next, error);
     if (status == AD_OK) {
-        status = go(next, tolerance, at->events, at->event, error);
+        status = go(next, settings, tolerance, at->events, at->event, error);
         at->work += next->work;
         report->time_steps += next->steps;
     }
@@ -242,10 +245,11 @@ static ad_status solve_once(refined *at, const modes_counts *counts, int finer, 
 }
 
 /* More modes of strains whose last two move the rod by more than a share of the tolerance, one of
- * others; none of what stays 0. False: there are no more. */
+ * others; none of what stays 0, or so near that it counts for nothing beside the tolerance. False:
+ * there are no more. */
 static bool add_modes(const modes_solution *x, double tolerance, modes_counts *counts)
 {
-    const double share = 0.2, nothing = 1e-13;
+    const double share = 0.2, nothing = fmax(1e-13, 1e-2 * tolerance);
     const modes *m = x->m;
     double size[MODES_STRAINS] = {0}, tail[MODES_STRAINS] = {0};
     bool more = false;
@@ -311,7 +315,8 @@ static ad_status refine(refined *at, const solve_settings *settings, solve_repor
     ad_status status = AD_OK;
     for (int i = 0; i < SOLUTIONS_MAX && status == AD_OK; i++) {
         const double before = at->work;
-        status = solve_once(at, &counts, FINER * (is_given ? 2 : i), tolerance, report, error);
+        status =
+            solve_once(at, settings, &counts, FINER * (is_given ? 2 : i), tolerance, report, error);
         if (status != AD_OK || is_given) {
             break;
         }

@@ -1,16 +1,18 @@
 /* A reduced rod between its points. */
 #include "physics/solve/modes_internal.h"
+#include "physics/solve/mesh.h"
 #include "physics/solve/strain_inline.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-/* Where s lies: element, and the fraction of it. */
+/* Where s lies: element, and the fraction of it. What jumps between two is that just before. */
 static int element_of(const modes *m, double s, double *fraction)
 {
     int e = 0;
     double from = 0;
-    while (e + 1 < m->elements && s >= m->s[(e + 1) * (m->stages + 1) - 1]) {
+    while (e + 1 < m->elements &&
+           (e < m->hinges || s > m->s[(e + 1) * (m->stages + 1) - 1] + SOLVE_SAME_PLACE)) {
         e++;
     }
     from = e > 0 ? m->s[e * (m->stages + 1) - 1] : 0;

@@ -245,8 +245,7 @@ static void stress_points(modes *m, int e, bool derive)
         modes_point *at = &m->point[e * (m->stages + 1) + i];
         for (int c = 0; c < MODES_STRAINS; c++) {
             at->stress[c] = at->stiffness[c] * (at->strain[c] - at->rest[c]) +
-                            at->damping[c] * (at->rate[c] - at->rest_rate[c]) + at->pull[c] +
-                            at->law[c];
+                            at->damping[c] * at->rate[c] + at->pull[c] + at->law[c];
         }
     }
 }
@@ -450,11 +449,10 @@ void modes_power_now(const modes *m, double *load, double *dissipation)
             *dissipation += (at->drag + at->quadratic_drag * sqrt(square)) * square;
         }
         for (int c = 0; c < MODES_STRAINS && at->weight > 0; c++) {
-            const double rate = at->rate[c] - at->rest_rate[c];
+            const double rate = at->rate[c];
             const double elastic = at->stiffness[c] * (at->strain[c] - at->rest[c]) + at->law[c];
             *dissipation += at->weight * at->damping[c] * rate * rate;
-            *load -= at->weight * ((elastic + at->damping[c] * rate) * at->rest_rate[c] +
-                                   at->pull[c] * at->rate[c]);
+            *load -= at->weight * (elastic * at->rest_rate[c] + at->pull[c] * rate);
         }
     }
 }

@@ -224,3 +224,65 @@ bool modes_accelerations(modes *m, const double *q, const double *v, double *a)
     }
     return modes_solve_positive(m, m->mass, a);
 }
+
+/* Rows around a place, whose polynomial goes through them: strains are derivatives of it. */
+enum { AROUND = 6 };
+
+/* Their weights by Lagrange's formula; the first of them. */
+static size_t weights_at(size_t count, const solve_seen *seen, double s, double weights[AROUND])
+{
+    size_t first = 0;
+    while (first + AROUND < count && seen[first + AROUND / 2].s < s) {
+        first++;
+    }
+    for (int i = 0; i < AROUND; i++) {
+        weights[i] = 1;
+        for (int k = 0; k < AROUND; k++) {
+            const double at = seen[first + (size_t)k].s, own = seen[first + (size_t)i].s;
+            weights[i] *= k == i ? 1 : (s - at) / (own - at);
+        }
+    }
+    return first;
+}
+
+/* Between what is seen, dimensionless. */
+static solve_initial seen_at(const modes *m, size_t count, const solve_seen *seen, double s)
+{
+    const double length = m->rod->scales.length, time = m->rod->scales.time;
+    solve_initial state = {{0}, {0}, {0}, {0}};
+    double weights[AROUND];
+    const size_t first = weights_at(count, seen, s * length, weights);
+    const double *upright = seen[first].rotation;
+    for (int i = 0; i < AROUND; i++) {
+        const solve_seen *at = &seen[first + (size_t)i];
+        double same = 0;
+        for (int k = 0; k < 4; k++) {
+            same += at->rotation[k] * upright[k];
+        }
+        for (int k = 0; k < 4; k++) {
+            state.rotation[k] += (same < 0 ? -1 : 1) * weights[i] * at->rotation[k];
+        }
+        for (int k = 0; k < 3; k++) {
+            state.position[k] += weights[i] * at->position[k] / length;
+            state.velocity[k] += weights[i] * at->velocity[k] * time / length;
+            state.spin[k] += weights[i] * at->spin[k] * time;
+        }
+    }
+    quaternion_normalize(state.rotation);
+    return state;
+}
+
+ad_status modes_fit_seen(modes *m, size_t count, const solve_seen *seen, double *q, double *v,
+                         ad_error *error)
+{
+    solve_initial *given = calloc((size_t)m->points, sizeof *given);
+    if (!given) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a start");
+    }
+    for (int p = 0; p < m->points; p++) {
+        given[p] = seen_at(m, count, seen, m->s[p]);
+    }
+    const ad_status status = modes_fit(m, given, q, v, error);
+    free(given);
+    return status;
+}

@@ -54,6 +54,12 @@ const char *const *solve_method_names(void);
 
 enum { SOLVE_MODES_MAX = 24 }; /* of one strain and piece of the rod */
 
+/* A rod seen at one s, in SI units: position, rotation, velocity, all in the world, and angular
+ * velocity in the body frame; the columns x to w3 of its model. */
+typedef struct solve_seen {
+    double s, position[3], rotation[4], velocity[3], spin[3];
+} solve_seen;
+
 typedef struct solve_settings {
     double tolerance;    /* > 0; of the position over the length, or of a beam's deflection over its
                           * largest, everywhere. Of rods in motion: of the position, or of a tenth
@@ -68,9 +74,11 @@ typedef struct solve_settings {
                           * finds its buckled shape. 0: none. */
     int branch; /* rods at rest: at the so many-th bifurcation, leave the path that continues
                  * the unstressed rod for the one that crosses it; 0: never */
-    solve_method method; /* rods at rest, modes in motion; of other scenes collocation alone */
-    int modes[4];        /* of SOLVE_MODES: of bending, twist, stretch, shear, each direction and
-                          * piece, without refinement; all 0: as many as the tolerance asks for */
+    solve_method method;    /* rods at rest, modes in motion; of other scenes collocation alone */
+    int modes[4];           /* of SOLVE_MODES: of bending, twist, stretch, shear, each direction and
+                             * piece, without refinement; all 0: as many as the tolerance asks for */
+    const solve_seen *from; /* of SOLVE_MODES: the state at t = 0 in place of the scene's, by */
+    size_t from_count;      /* ascending s from 0 to the length, 6 at least; 0: the scene's */
 } solve_settings;
 
 /* What a place on a path of equilibria is. */

@@ -4,6 +4,7 @@
 #include "tools/config/config_keys.h"
 
 #include "physics/scene_rows.h"
+#include "physics/solve/solve.h"
 
 #include <math.h>
 
@@ -191,11 +192,13 @@ const config_key config_keys[] = {
     SCENE_EXACT_ROWS(SCENE_QUANTITY)
 
     {"formulation", CONFIG_CHOICE, AT(scene.formulation), .names = scene_formulation_names,
-     .fallback = "mixed; of families at rest strain, where it takes the scene and there are no data",
+     .fallback = "mixed; of families at rest and of motions without hidden layers strain, where it takes the "
+                 "scene and there are no data",
      .help = "mixed: unknowns r, q, N, m, first order in s; displacement: r, q, second order. Of "
              "beams: w, slope, V, M; displacement, the strong form: w, fourth order, of timoshenko "
              "beams w and slope, second order. strain: of a family at rest, the curvature alone as a "
-             "function of the parameters, learnt from members. pose_strain, after Bensch et al. 2024: "
+             "function of the parameters, learnt from members; of one motion, strain modes along s whose "
+             "numbers are a network of time, network.modes. pose_strain, after Bensch et al. 2024: "
              "unknowns r, q and the strains v, u, that of the pose being residuals, N and m by the "
              "constitutive law."},
     {"members.solved", CONFIG_INTEGER, AT(settings.members), BETWEEN(0, 100000000),
@@ -247,6 +250,11 @@ const config_key config_keys[] = {
                  "polynomials and 64 members for each allow",
      .help = "Polynomial chaos: in place of waves all products of Legendre polynomials of the inputs up "
              "to this degree in all, where inputs that move the rod little count two- or threefold."},
+    {"network.modes", CONFIG_INTEGER, ENTRIES(4, 4), AT(settings.modes), BETWEEN(0, SOLVE_MODES_MAX),
+     .fallback = "[12, 6, 10, 10] of one motion in the strain form, else 0",
+     .help = "Strain modes of bending, twist, stretch and shear, Legendre polynomials along each piece "
+             "of the rod, for each direction; a locked strain, or one across the plane of a motion, "
+             "has none."},
     {"network.inputs", CONFIG_CHOICE, AT(settings.groups.inputs), .names = input_names,
      .help = "Of a family whose network is of the parameters alone. groups: the dimensionless "
              "numbers of its equations, forces by EI/L^2 and so on, which --explain lists; "

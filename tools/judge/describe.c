@@ -72,6 +72,9 @@ void judge_describe(const session *s, judge_row *row)
     for (size_t i = 0; i < sizeof inside / sizeof *inside; i++) {
         row->equations += scene_physics_of(scene)->residual_rows(scene, inside[i]);
     }
+    if (s->e->modes) {
+        row->unknowns = row->equations = s->e->model->outputs;
+    }
     for (int i = 0; i < problem_sets(s->problem); i++) {
         row->instructions += (double)problem_set_inspect(s->problem, i).program.instructions;
     }

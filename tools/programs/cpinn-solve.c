@@ -7,6 +7,8 @@
 #include "tools/programs/cli.h"
 #include "tools/programs/path_files.h"
 #include "tools/programs/samples.h"
+#include "tools/programs/scene_line.h"
+#include "tools/programs/state_file.h"
 #include "tools/programs/unknowns.h"
 #include "tools/programs/work_precision.h"
 #include "tools/train/clock.h"
@@ -92,6 +94,7 @@ typedef struct options {
     solve_method method;
     const char *mode_counts;
     int modes[4]; /* of bending, twist, stretch, shear */
+    const char *from, *state_out;
 } options;
 
 typedef struct solving {
@@ -104,6 +107,8 @@ typedef struct solving {
     experiment *e;    /* with a reference only */
     reference *known; /* the same */
     samples grid;
+    solve_seen *from;
+    size_t from_count;
     size_t time_count;
     double *times; /* [time_count] at which a motion is wanted, s */
     solution *solved;
@@ -119,6 +124,7 @@ static void solving_free(solving *x)
     solution_free(x->solved);
     solution_path_free(x->path);
     free(x->times);
+    free(x->from);
     samples_free(&x->grid);
     reference_free(x->known);
     experiment_free(x->e);
@@ -179,44 +185,6 @@ static void judge(solving *x)
     solve_settings settings = settings_of(&x->asked);
     settings.nodes = x->asked.work_precision ? x->report.nodes : settings.nodes;
     solution_verdict(x->solved, x->scene, &settings, &x->report, &x->verdict);
-}
-
-static void print_number(const char *name, double value)
-{
-    if (isinf(value)) {
-        printf(", %s locked", name);
-    } else if (value > 0) {
-        printf(", %s %.4g", name, value);
-    }
-}
-
-static void print_scene(const solving *x)
-{
-    rod_numbers n = rod_numbers_of(x->scene);
-    printf("%s: %s", x->name, scene_is_dynamic(x->scene) ? "dynamic" : "static");
-    if (scene_is_beam(x->scene)) {
-        beam_numbers b = beam_numbers_of(x->scene);
-        print_number("shear kGA L^2/EI", b.shear_ratio);
-        print_number("foundation k L^4/EI", b.foundation);
-        print_number("rotary inertia rhoI/(rhoA L^2)", b.rotary_inertia);
-        print_number("duration", n.duration);
-        putchar('\n');
-        return;
-    }
-    print_number("shear kGA L^2/EI", n.shear_ratio);
-    print_number("stretch EA L^2/EI", n.axial_ratio);
-    print_number("tip force F L^2/EI", n.tip_force);
-    print_number("tip moment T L/EI", n.tip_moment);
-    print_number("line load f L^3/EI", n.distributed_force);
-    print_number("line moment l L^2/EI", n.distributed_moment);
-    print_number("foundation k L^4/EI", n.foundation);
-    print_number("weight rhoA g L^3/EI", n.weight);
-    print_number("point force F L^2/EI", n.point_force);
-    print_number("point moment T L/EI", n.point_moment);
-    print_number("actuation T L/EI", n.actuation);
-    print_number("curvature of tubes k L", n.tubes);
-    print_number("duration", n.duration);
-    putchar('\n');
 }
 
 static bool is_rod_in_motion(const solving *x)
@@ -401,7 +369,9 @@ static void choose_tolerance(solving *x)
 
 static ad_status solve(solving *x, ad_error *error)
 {
-    const solve_settings settings = settings_of(&x->asked);
+    solve_settings settings = settings_of(&x->asked);
+    settings.from = x->from;
+    settings.from_count = x->from_count;
     double start = train_seconds();
     ad_status status = solution_create(x->scene, &settings, x->time_count, x->times, &x->solved,
                                        &x->report, error);
@@ -435,9 +405,9 @@ static ad_status find_unknowns(solving *x, ad_error *error)
 static ad_status prepare(solving *x, ad_error *error)
 {
     const options *o = &x->asked;
-    const char *const tables[] = {o->out, o->work_precision, o->path};
+    const char *const tables[] = {o->out, o->work_precision, o->path, o->state_out};
     ad_status status = AD_OK;
-    for (int i = 0; i < 3 && status == AD_OK; i++) {
+    for (int i = 0; i < 4 && status == AD_OK; i++) {
         status = tables[i] ? table_check_path(tables[i], error) : AD_OK;
     }
     if (status == AD_OK && o->json && strcmp(o->json, "-") != 0) {
@@ -461,6 +431,12 @@ static ad_status prepare(solving *x, ad_error *error)
                              solution_columns(x->scene), error);
     if (status == AD_OK) {
         status = open_reference(x, error);
+    }
+    if (status == AD_OK && o->state_out && !is_rod_in_motion(x)) {
+        status = ad_fail(error, AD_BAD_INPUT, "--state-out: allowed: of a rod in motion");
+    }
+    if (status == AD_OK && o->from) {
+        status = state_file_read(o->from, scene_length(x->scene), &x->from, &x->from_count, error);
     }
     return status == AD_OK ? gather_times(x, error) : status;
 }
@@ -507,8 +483,12 @@ static ad_status run(solving *x, ad_error *error)
     if (status == AD_OK && o->out) {
         status = write_out(x, error);
     }
+    if (status == AD_OK && o->state_out) {
+        status =
+            state_file_write(o->state_out, x->solved, x->scene, scene_duration(x->scene), error);
+    }
     if (status == AD_OK && !o->quiet) {
-        print_scene(x);
+        scene_line_print(x->name, x->scene);
         status = print_report(x, error);
         if (o->out) {
             printf("wrote %s: %zu points\n", o->out, x->grid.count);
@@ -586,6 +566,12 @@ int main(int argc, char **argv)
         {"--modes", "B,T,ST,SH", CLI_TEXT, &o->mode_counts, 0, 0,
          "with --method modes: so many of bending and of shear, in each\ndirection, of twist and "
          "of stretch, along each piece of the rod; no estimate"},
+        {"--from", "FILE", CLI_TEXT, &o->from, 0, 0,
+         "with --method modes: begin with the state of the last instant in this\nfile of --out or "
+         "--state-out, or with a shape, at rest, without vx to w3; from an\nequilibrium by "
+         "--set initial.state=equilibrium, with any method"},
+        {"--state-out", "FILE", CLI_TEXT, &o->state_out, 0, 0,
+         "of a rod in motion: write its state at the end, for --from"},
         {"--path", "CSV", CLI_TEXT, &o->path, 0, 0,
          "of a rod at rest: follow its equilibria from the unstressed rod\nthrough limit points, "
          "write them and draw load against deflection"},
@@ -617,6 +603,9 @@ int main(int argc, char **argv)
     }
     if (o->method == SOLVE_MODES && o->nodes > 0) {
         return cli_fail(program, "--nodes and --method modes are given; allowed: --modes");
+    }
+    if (o->method != SOLVE_MODES && o->from) {
+        return cli_fail(program, "--from is given; allowed: with --method modes");
     }
     if (o->method != SOLVE_COLLOCATION && o->work_precision) {
         return cli_fail(program,

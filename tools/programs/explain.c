@@ -2,6 +2,7 @@
 
 #include "physics/beam.h"
 #include "physics/plausible.h"
+#include "physics/solve/modes_model.h"
 #include "physics/strain.h"
 #include "tools/programs/undeformed.h"
 #include "tools/train/linear_model.h"
@@ -221,6 +222,10 @@ static void print_motion(FILE *file, const scene *scene)
     fprintf(file, "  %-15s ", "motion");
     if (plane.is_planar) {
         plane_text(&plane, where);
+        if (scene->formulation == SCENE_STRAIN_FORM) {
+            fprintf(file, "planar, %s by symmetry: the strains in it alone\n", where);
+            return;
+        }
         int tendons = rod_residual_rows(scene, ROD_TENDON);
         fprintf(file, "planar, %s by symmetry: %d unknowns of %d, %d equations of %d\n", where,
                 rod_network_outputs(scene), rod_network_outputs(&spatial), (both ? 6 : 3) + tendons,
@@ -294,10 +299,28 @@ static void print_fields(FILE *file, const scene *scene, const problem *p)
     fprintf(file, "  %-15s %s\n", "derivatives", problem_derivatives(p));
 }
 
+static void print_modes(FILE *file, const experiment *e)
+{
+    int of[6];
+    modes_model_counts(e->modes, of);
+    fprintf(file,
+            "  %-15s strain, dynamic: q[%d] modes of time, bending %d, %d, twist %d, stretch %d, "
+            "shear %d, %d\n",
+            "form", e->model->outputs, of[3], of[4], of[5], of[2], of[0], of[1]);
+    print_motion(file, e->scene);
+    fprintf(file,
+            "  %-15s start, end and initial state: hard; rotation and position by the strains\n",
+            "boundary");
+    fprintf(file, "  %-15s q_t q_tt; of the residual by q, q_t, q_tt in closed form\n",
+            "derivatives");
+}
+
 static void print_unknowns(FILE *file, const experiment *e, const problem *p)
 {
     explain_heading(file, "Unknowns and equations");
-    if (e->targets) {
+    if (e->modes) {
+        print_modes(file, e);
+    } else if (e->targets) {
         explain_members(file, e);
     } else {
         print_fields(file, e->scene, p);

@@ -110,7 +110,8 @@ static void print_network(FILE *file, const experiment *e, const problem *p)
         fprintf(file, " + 2 x %d Fourier", network->fourier_features);
     }
     if (network->degree) {
-        fprintf(file, ", %d polynomials of degree %d", nn_mlp_features(e->mlp), network->degree);
+        fprintf(file, ", %d polynomials of degree %d%s", nn_mlp_features(e->mlp), network->degree,
+                e->modes ? " of time" : "");
     }
     for (int i = 0; i < network->hidden_count; i++) {
         fprintf(file, " - %d", network->hidden[i]);
@@ -213,7 +214,9 @@ static void print_plan(FILE *file, const experiment *e, problem *p, const refere
 
 void explain_costs(FILE *file, const experiment *e, problem *p, const reference *r)
 {
-    print_sets(file, p);
+    if (!e->modes) { /* the residual of a motion has no tape */
+        print_sets(file, p);
+    }
     print_network(file, e, p);
     print_plan(file, e, p, r);
 }

@@ -1,5 +1,6 @@
 #include "tools/train/experiment.h"
 
+#include "physics/solve/modes_model.h"
 #include "tools/train/measured.h"
 
 #include <stdlib.h>
@@ -42,12 +43,21 @@ static ad_status build_family(experiment *e, ad_error *error)
     return status;
 }
 
+/* The model of one motion in the strain form. */
+static ad_status build_motion(experiment *e, ad_error *error)
+{
+    ad_status status = modes_model_create(e->scene, e->settings->modes, &e->modes, error);
+    e->model = e->modes ? modes_model_physics(e->modes) : NULL;
+    return status;
+}
+
 static ad_status build_model(experiment *e, ad_error *error)
 {
-    return e->model ? AD_OK
-           : e->scene->formulation == SCENE_STRAIN_FORM
-               ? build_family(e, error)
-               : model_of_scene(e->scene, &e->settings->weights, &e->model, error);
+    const bool strains = e->scene->formulation == SCENE_STRAIN_FORM;
+    return e->model                                ? AD_OK
+           : strains && scene_is_dynamic(e->scene) ? build_motion(e, error)
+           : strains                               ? build_family(e, error)
+                     : model_of_scene(e->scene, &e->settings->weights, &e->model, error);
 }
 
 /* What stands against finding unknowns beside the network. */
@@ -172,7 +182,8 @@ void experiment_free(experiment *e)
         targets_free(e->targets);
         ad_pool_free(e->pool);
         nn_mlp_free(e->mlp);
-        if (!e->is_lent) {
+        modes_model_free(e->modes);
+        if (!e->is_lent && !e->modes) {
             model_free(e->model);
         }
         measured_free(e->measured);

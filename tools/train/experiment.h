@@ -53,9 +53,10 @@ typedef struct experiment {
     train_settings *settings;
     train_origin origin; /* owned */
     ad_pool *pool;
-    physics_model *model; /* owned, unless it was lent to experiment_of_model */
+    physics_model *model; /* owned, unless lent to experiment_of_model, or of `modes` */
     bool is_lent;
     nn_mlp *mlp;
+    struct modes_model *modes; /* of one motion in the strain form, owns the model; else NULL */
     struct targets *targets;   /* of a family in the strain form; else NULL */
     struct measured *measured; /* the data of the model's terms; once there is a problem */
     struct relay *relay;       /* from window to window */

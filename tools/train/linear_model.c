@@ -83,7 +83,7 @@ double linear_model_flops(const linear_model_info *plan)
     case TRAIN_KERNEL:
         return rows * rows * (n + rows / 3);
     default:
-        return n * n * (rows + n / 3);
+        return n * n * ((double)plan->inner + n / 3);
     }
 }
 
@@ -103,6 +103,7 @@ static ad_status size_up(problem *p, train_linear_algebra form, linear_model_inf
     *plan = (linear_model_info){.form = form, .parameters = problem_parameters(p)};
     if (status == AD_OK) {
         plan->rows = sizes.rows;
+        plan->inner = sizes.inner;
         if (form == TRAIN_LINEAR_AUTOMATIC) {
             plan->form = plan->rows < plan->parameters ? TRAIN_KERNEL : TRAIN_NORMAL_EQUATIONS;
         }
@@ -341,7 +342,7 @@ bool linear_model_keeps(const linear_model *m)
     if (m->info.form == TRAIN_SEPARATE) { /* it does not depend on x */
         return true;
     }
-    double products = (double)m->rows * (double)m->count * (double)m->count;
+    double products = (double)m->info.inner * (double)m->count * (double)m->count;
     return m->info.form == TRAIN_NORMAL_EQUATIONS && products > large;
 }
 

@@ -20,6 +20,7 @@ typedef struct linear_model linear_model;
 typedef struct linear_model_info {
     train_linear_algebra form; /* never automatic */
     size_t parameters, rows;   /* rows of J: residuals times points */
+    size_t inner;              /* products for an entry of J^T J */
     size_t order;              /* separate: rows of the matrix of an output */
     double bytes;              /* of its matrices, or of vectors and workspaces */
     int64_t factors;           /* matrices factored */

@@ -111,6 +111,8 @@ typedef struct train_settings {
     int windows;               /* of time, scene.windows; 0: open */
     int rotation;              /* of the network, a scene_rotation; TRAIN_OPEN: open */
     groups_settings groups;    /* inputs of the network of a family */
+    int modes[4];              /* of one motion in the strain form: bending, twist, stretch, shear;
+                                * all 0: open */
     rod_weights weights;       /* of the loss terms */
     problem_settings losses;   /* points of the interior, the boundary and held out and
                                 * adaptive.every 0, the sampler

@@ -384,6 +384,18 @@ ad_status train_settings_check(const train_settings *settings, const scene *rod_
         return train_refuse(key, groups->inputs ? "network.inputs" : "network.symmetry", error,
                             "is of a family, and no parameter has a range");
     }
+    const bool is_motion =
+        rod_scene->formulation == SCENE_STRAIN_FORM && !scene_is_family(rod_scene);
+    if (!is_motion &&
+        settings->modes[0] + settings->modes[1] + settings->modes[2] + settings->modes[3] > 0) {
+        return train_refuse(key, "network.modes", error,
+                            "are of one motion in the strain form; leave them out");
+    }
+    if (is_motion) {
+        ad_status status = train_check_motion(settings, key, error);
+        status = status == AD_OK ? check_stages(settings, key, error) : status;
+        return status == AD_OK ? check_reference(settings, rod_scene, key, error) : status;
+    }
     if (rod_scene->formulation == SCENE_STRAIN_FORM) {
         ad_status status = train_check_family(settings, rod_scene, key, error);
         return status == AD_OK ? check_stages(settings, key, error) : status;

@@ -20,6 +20,17 @@ ad_status train_refuse_stage(char key[TRAIN_KEY_MAX], int stage, const char *fie
 /* What the optimiser of a stage leaves open. */
 void train_resolve_stage(train_stage *stage, bool diagonal, bool linear);
 
+/* Windows of time of a scene in motion without hidden layers. */
+ad_status train_resolve_windows(train_settings *settings, scene *rod_scene, char key[TRAIN_KEY_MAX],
+                                ad_error *error);
+
+/* As train_settings_resolve, of one motion in the strain form. */
+ad_status train_resolve_motion(train_settings *settings, scene *motion, char key[TRAIN_KEY_MAX],
+                               ad_error *error);
+
+ad_status train_check_motion(const train_settings *settings, char key[TRAIN_KEY_MAX],
+                             ad_error *error);
+
 /* As train_settings_resolve and train_settings_check, of a family in the strain form. */
 ad_status train_resolve_family(train_settings *settings, scene *family, char key[TRAIN_KEY_MAX],
                                ad_error *error);

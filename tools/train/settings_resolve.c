@@ -149,6 +149,18 @@ static ad_status resolve_windows(train_settings *settings, scene *rod_scene,
     return AD_OK;
 }
 
+ad_status train_resolve_windows(train_settings *settings, scene *rod_scene, char key[TRAIN_KEY_MAX],
+                                ad_error *error)
+{
+    scene_breaks breaks;
+    ad_status status = scene_breaks_of(rod_scene, "t", &breaks, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    const pace changes = pace_of(rod_scene, &breaks);
+    return resolve_windows(settings, rod_scene, &breaks, &changes, key, error);
+}
+
 static ad_status check_bandwidth(const train_settings *settings, bool dynamic, char *key,
                                  ad_error *error)
 {
@@ -438,7 +450,9 @@ ad_status train_settings_resolve(train_settings *settings, scene *rod_scene,
     bool dynamic = scene_is_dynamic(rod_scene);
     ad_status status = check_stage_count(settings, key, error);
     if (status == AD_OK && rod_scene->formulation == SCENE_STRAIN_FORM) {
-        return train_resolve_family(settings, rod_scene, key, error);
+        return dynamic && !scene_is_family(rod_scene)
+                   ? train_resolve_motion(settings, rod_scene, key, error)
+                   : train_resolve_family(settings, rod_scene, key, error);
     }
     if (status == AD_OK) {
         status = resolve_network(settings, rod_scene, &d, key, error);

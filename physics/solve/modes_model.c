@@ -1,0 +1,336 @@
+#include "physics/solve/modes_model.h"
+
+#include "autodiff/dense.h"
+#include "physics/solve/modes_internal.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct modes_model {
+    solve_rod *rod;
+    modes *m;
+    physics_model *physics;
+    model_motion motion;
+    double units[sizeof(solve_state) / sizeof(double)];
+    double *memory; /* start [2 size], by_q and by_v [size][width] */
+    double *by_q, *by_v;
+    double *matrix;  /* [size + 1][size] */
+    double *missing; /* [points][MODES_STRAINS] at time missing_at */
+    double missing_at;
+    int *pivots; /* [size] */
+    double edges[DOMAIN_PIECES_MAX + 1];
+    solve_state *seen; /* [room] at s [room], the last places */
+    double *s;
+    size_t room, count;
+    modes_places *places;
+};
+
+const char *modes_model_refusal(const scene *rod_scene)
+{
+    const char *why = modes_refusal(rod_scene);
+    return why                                ? why
+           : scene_is_manufactured(rod_scene) ? "it is a manufactured solution"
+           : rod_scene->parameter_count > 0   ? "parameters have ranges or are to be identified"
+           : rod_scene->initial_enforcement != SCENE_HARD ||
+                   rod_scene->boundary_enforcement != SCENE_HARD
+               ? "initial or boundary conditions are terms of the loss"
+               : NULL;
+}
+
+/* ---- the equation of motion ---------------------------------------------------------------- */
+
+static ad_status residual(void *context, double t, const double *y, double *residual,
+                          const double *by[3], ad_error *error)
+{
+    modes_model *x = context;
+    modes *m = x->m;
+    ad_status status = modes_at(m, t, NULL, error);
+    if (status == AD_OK) {
+        modes_shape(m, y, y + m->size, y + 2 * m->size);
+        modes_forces(m, by != NULL, residual);
+    }
+    if (status == AD_OK && by) {
+        modes_mass(m);
+        modes_derivatives(m, x->by_q, x->by_v);
+        by[0] = x->by_q;
+        by[1] = x->by_v;
+        by[2] = m->mass;
+    }
+    return status;
+}
+
+/* The strains that forces ask for by the law of the material beside those of the modes, of which
+ * the equations of the modes see some averages alone: inertia hardly holds back short waves of
+ * strain, so that these are missing, as fast as damping lets them, B x_t + K x = what is missing of
+ * the stress. */
+static void miss_strain(const modes_point *at, double passed, double strain[MODES_STRAINS])
+{
+    double R[3][3], asked[MODES_STRAINS];
+    memcpy(R, at->R, sizeof R);
+    to_body(R, at->carried[0], asked + MODES_V);
+    to_body(R, at->carried[1], asked + MODES_U);
+    for (int c = 0; c < MODES_STRAINS; c++) {
+        const double stiffness = at->stiffness[c], slow = at->damping[c] / passed;
+        const double stress = asked[c] / at->weight - at->stress[c];
+        strain[c] = stiffness > 0 ? (stress + slow * strain[c]) / (stiffness + slow) : 0;
+    }
+}
+
+/* Of strains [points][MODES_STRAINS] the largest displacement. */
+static double moved_by(const modes *m, const double *strains)
+{
+    double turn[3] = {0}, shift[3] = {0}, most = 0;
+    for (int p = m->hinges * (m->stages + 1); p < m->points; p++) {
+        const modes_point *at = &m->point[p];
+        const double *strain = strains + p * MODES_STRAINS;
+        double R[3][3], stretch[3], bend[3], along[3];
+        memcpy(R, at->R, sizeof R);
+        to_world(R, strain + MODES_V, stretch);
+        to_world(R, strain + MODES_U, bend);
+        vector_cross(turn, at->along, along);
+        for (int k = 0; k < 3; k++) {
+            shift[k] += at->weight * (along[k] + stretch[k]);
+            turn[k] += at->weight * bend[k];
+        }
+        most = fmax(most, sqrt(vector_dot(shift, shift)));
+    }
+    return most;
+}
+
+/* The residual as a force that changes with `rate`: (K + rate D + rate^2 M) x = residual. */
+static double moved_by_residual(modes_model *x, double rate)
+{
+    const modes *m = x->m;
+    const size_t n = (size_t)m->size, width = (size_t)m->width;
+    double *matrix = x->matrix, *off = matrix + n * n, most = 0;
+    for (size_t i = 0; i < n; i++) {
+        for (size_t j = 0; j < n; j++) {
+            matrix[j * n + i] = x->by_q[i * width + j] + rate * x->by_v[i * width + j] +
+                                rate * rate * m->mass[i * width + j];
+        }
+    }
+    if (ad_dense_lu(n, matrix, x->pivots) != 0) {
+        return NAN;
+    }
+    ad_dense_lu_solve(n, 1, matrix, x->pivots, off);
+    for (int p = 0; p < m->points; p++) {
+        double moved[3] = {0};
+        for (int k = 0; k < 3; k++) {
+            for (size_t a = 0; a < n; a++) {
+                moved[k] += m->rho[(size_t)(p * 3 + k) * width + a] * off[a];
+            }
+        }
+        most = fmax(most, sqrt(vector_dot(moved, moved)));
+    }
+    return most;
+}
+
+static ad_status missing(void *context, double t, double rate, const double *y, double *distance,
+                         ad_error *error)
+{
+    modes_model *x = context;
+    modes *m = x->m;
+    const size_t n = (size_t)m->size;
+    const double *by[3];
+    if (t <= x->missing_at) {
+        x->missing_at = 0;
+        memset(x->missing, 0, (size_t)m->points * MODES_STRAINS * sizeof *x->missing);
+    }
+    ad_status status = residual(context, t, y, x->matrix + n * n, by, error);
+    for (int p = 0; p < m->points && status == AD_OK; p++) {
+        if (m->point[p].weight > 0) {
+            miss_strain(&m->point[p], t - x->missing_at, x->missing + p * MODES_STRAINS);
+        }
+    }
+    x->missing_at = t;
+    *distance = status == AD_OK ? moved_by(m, x->missing) + moved_by_residual(x, rate) : NAN;
+    return status;
+}
+
+/* Of the places looked at before nothing is made again. */
+static ad_status look_at(modes_model *x, size_t n, const double *s, ad_error *error)
+{
+    if (x->places && n == x->count && memcmp(s, x->s, n * sizeof *s) == 0) {
+        return AD_OK;
+    }
+    if (n > x->room) {
+        free(x->seen);
+        free(x->s);
+        x->seen = malloc(n * sizeof *x->seen);
+        x->s = malloc(n * sizeof *x->s);
+        x->room = x->seen && x->s ? n : 0;
+    }
+    modes_places_free(x->places);
+    x->places = NULL;
+    x->count = n;
+    if (n > x->room) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu places", n);
+    }
+    memcpy(x->s, s, n * sizeof *s);
+    return modes_places_create(x->m, n, s, &x->places, error);
+}
+
+static ad_status observe(void *context, double t, const double *y, size_t n, const double *s,
+                         size_t stride, double *values, ad_error *error)
+{
+    modes_model *x = context;
+    modes *m = x->m;
+    const size_t columns = (size_t)x->physics->column_count;
+    ad_status status = look_at(x, n, s, error);
+    status = status == AD_OK ? modes_at(m, t, NULL, error) : status;
+    if (status == AD_OK) {
+        modes_shape(m, y, y + m->size, y + 2 * m->size);
+        modes_forces(m, false, m->room);
+        modes_samples(m, x->places, x->seen);
+    }
+    for (size_t i = 0; i < n && status == AD_OK; i++) {
+        const double *state = (const double *)&x->seen[i];
+        for (size_t c = 0; c < columns; c++) {
+            values[c * stride + i] = state[c] * x->units[c];
+        }
+    }
+    return status;
+}
+
+/* ---- making -------------------------------------------------------------------------------- */
+
+/* In a plane across d1 or d2 the rod bends about that director and shears across it. */
+static modes_counts counts_in(const scene *rod_scene, const int of[4])
+{
+    modes_counts counts = modes_counts_of(of[0], of[1], of[2], of[3]);
+    const rod_plane plane = rod_plane_of(rod_scene);
+    if (plane.is_planar) {
+        counts.of[MODES_U + 1 - plane.director] = counts.of[MODES_U + 2] = 0;
+        counts.of[MODES_V + plane.director] = 0;
+    }
+    return counts;
+}
+
+static ad_status make_physics(modes_model *x, const scene *rod_scene, ad_error *error)
+{
+    const scene_physics *physics = scene_physics_of(rod_scene);
+    physics_model *to = x->physics = model_create();
+    if (!to) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a model");
+    }
+    ad_status status = model_domain_of(rod_scene, &to->domain, error);
+    to->scene = *rod_scene;
+    to->has_scene = true;
+    to->motion = &x->motion;
+    to->field_count = to->unknowns = 1;
+    to->field_rows[0] = to->outputs = x->motion.size;
+    snprintf(to->symbols[0], sizeof to->symbols[0], "q");
+    to->inputs = 1;
+    to->columns = physics->columns;
+    to->column_count = physics->column_count;
+    to->position_columns = physics->position_columns;
+    to->rotation_columns = physics->rotation_columns;
+    to->sets[to->set_count++] = (model_set){.name = "interior", .points = MODEL_INTERIOR};
+    to->sets[0].holds[0] = true; /* times alone */
+    to->terms[to->term_count++] = (model_term){.name = "motion", .weight = 1};
+    return status;
+}
+
+/* Where pieces of the rod end: modes are those of a piece. */
+static ad_status list_edges(modes_model *x, ad_error *error)
+{
+    const modes *m = x->m;
+    int pieces = 0;
+    if (m->pieces > DOMAIN_PIECES_MAX) {
+        return ad_fail(error, AD_BAD_INPUT, "strain modes of %d pieces of a rod; allowed: up to %d",
+                       m->pieces, DOMAIN_PIECES_MAX);
+    }
+    for (int e = m->hinges; e < m->elements; e++) {
+        const bool ends = e + 1 == m->elements || m->element[e + 1].own != m->element[e].own;
+        if (ends) {
+            x->edges[++pieces] = m->s[(e + 1) * (m->stages + 1) - 1];
+        }
+    }
+    x->motion.pieces = pieces;
+    x->motion.edges = x->edges;
+    return AD_OK;
+}
+
+static ad_status make_motion(modes_model *x, ad_error *error)
+{
+    const size_t size = (size_t)x->m->size, width = (size_t)x->m->width;
+    if (size == 0) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "network.modes: are all 0 or of locked strains; nothing to learn");
+    }
+    const size_t points = (size_t)x->m->points;
+    x->memory = calloc(2 * size + 2 * size * width + (size + 1) * size + points * MODES_STRAINS,
+                       sizeof *x->memory);
+    x->pivots = malloc(size * sizeof *x->pivots);
+    if (!x->memory || !x->pivots) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu modes", size);
+    }
+    x->by_q = x->memory + 2 * size;
+    x->by_v = x->by_q + size * width;
+    x->matrix = x->by_v + size * width;
+    x->missing = x->matrix + (size + 1) * size;
+    x->motion = (model_motion){.size = (int)size,
+                               .stride = (int)width,
+                               .start = x->memory,
+                               .context = x,
+                               .residual = residual,
+                               .missing = missing,
+                               .observe = observe};
+    solve_rod_units(x->rod, x->units);
+    ad_status status = list_edges(x, error);
+    status = status == AD_OK ? modes_initial(x->m, x->memory, x->memory + size, error) : status;
+    return status;
+}
+
+ad_status modes_model_create(const scene *rod_scene, const int counts[4], modes_model **result,
+                             ad_error *error)
+{
+    enum { FINER = 2 };
+    const char *why = modes_model_refusal(rod_scene);
+    modes_model *x = why ? NULL : calloc(1, sizeof *x);
+    *result = NULL;
+    if (!x) {
+        return why ? ad_fail(error, AD_BAD_INPUT, "strain modes in motion: %s", why)
+                   : ad_fail(error, AD_NO_MEMORY, "out of memory for a model");
+    }
+    scene as_mixed = *rod_scene; /* coefficients and formulas are those of any form */
+    as_mixed.formulation = SCENE_MIXED;
+    ad_status status = solve_rod_create(&as_mixed, &x->rod, error);
+    const modes_counts all = counts_in(&as_mixed, counts);
+    status = status == AD_OK ? modes_create(x->rod, NULL, &all, FINER, &x->m, error) : status;
+    status = status == AD_OK ? make_motion(x, error) : status;
+    status = status == AD_OK ? make_physics(x, rod_scene, error) : status;
+    if (status != AD_OK) {
+        modes_model_free(x);
+        return status;
+    }
+    *result = x;
+    return AD_OK;
+}
+
+void modes_model_free(modes_model *x)
+{
+    if (x) {
+        modes_free(x->m);
+        solve_rod_free(x->rod);
+        model_free(x->physics);
+        free(x->memory);
+        free(x->pivots);
+        modes_places_free(x->places);
+        free(x->seen);
+        free(x->s);
+        free(x);
+    }
+}
+
+physics_model *modes_model_physics(modes_model *x)
+{
+    return x->physics;
+}
+
+void modes_model_counts(const modes_model *x, int counts[6])
+{
+    memcpy(counts, x->m->counts.of, 6 * sizeof *counts);
+}
