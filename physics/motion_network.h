@@ -1,9 +1,12 @@
-/* The network of a motion (model_motion): a linear one of time alone, at instants. Not for callers
- * of the library. */
+/* The network of a motion (model_motion): a linear one of time alone, at instants. */
 #ifndef PHYSICS_MOTION_NETWORK_H
 #define PHYSICS_MOTION_NETWORK_H
 
 #include "physics/model.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
 
 typedef struct motion_network motion_network;
 
@@ -22,8 +25,8 @@ ad_status motion_network_at(motion_network *x, int window, size_t count, const d
 void motion_network_state(const motion_network *x, size_t instant, const double *start,
                           const double *parameters, double *y);
 
-/* The functions of time there, combinations of the network's, by which y is linear in the parameters: [3][functions] of y and its
- * derivatives; the bias of an output comes last. */
+/* The functions of time there, combinations of the network's, by which y is linear in the
+ * parameters: [3][functions] of y and its derivatives; the bias of an output comes last. */
 int motion_network_functions(const motion_network *x);
 const double *motion_network_values(const motion_network *x, size_t instant, int derivative);
 
@@ -36,5 +39,9 @@ ad_status motion_network_observe(motion_network *x, int window, const double *st
 /* The largest of what is missing (model_motion) at some instants of a window. */
 ad_status motion_network_missing(motion_network *x, int window, const double *start,
                                  const double *parameters, double *distance, ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -28,7 +28,8 @@ static void fill(const experiment *e, double *parameters)
 /* With the default network, but for one change; NULL: none. */
 static experiment *make_default(const char *path, const char *change)
 {
-    const char *changes[] = {"network.hidden=null", "network.fourier.features=null", change, NULL};
+    const char *changes[] = {"network.hidden=null", "network.fourier.features=null",
+                             "formulation=mixed", change, NULL};
     return make_experiment(path, changes, 1);
 }
 

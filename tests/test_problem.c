@@ -404,14 +404,14 @@ static void test_bad_state(void **state)
 /* ---- bad numbers -------------------------------------------------------------------------------
  */
 
-/* A load that stops being finite only beyond s = 0.4 m (NaN), or everywhere but before t = 0.25 s:
- * the place named lies there, in SI units, and the term is the balance of forces. */
+/* A load that stops being finite only beyond s = 1.93 m (NaN), or after t = 0.96 s, where no check
+ * looks: the place named lies there, in SI units, and the term is the balance of forces. */
 static void test_locate(void **state)
 {
     (void)state;
-    static const char *const beyond[] = {"loads.force=[0, 0, \"log(0.4-s)\"]", "rod.length=2",
+    static const char *const beyond[] = {"loads.force=[0, 0, \"log(1.93-s)\"]", "rod.length=2",
                                          "loads.tip=null", "reference.file=null", NULL};
-    static const char *const later[] = {"loads.force=[0, \"sqrt(0.25-t)\", 0]", "loads.tip=null",
+    static const char *const later[] = {"loads.force=[0, \"sqrt(0.96-t)\", 0]", "loads.tip=null",
                                         "reference.file=null", NULL};
     for (int k = 0; k < 2; k++) {
         made m = make_problem(DYNAMIC, k ? later : beyond, 1);
@@ -424,7 +424,8 @@ static void test_locate(void **state)
         assert_int_equal(problem_locate(m.p, m.e->parameters, &place, NULL), AD_OK);
         assert_true(place.term >= 0);
         assert_string_equal(problem_term_name(m.p, place.term), "force");
-        assert_true(k ? place.x[1] > 0.25 && place.x[1] <= 1 : place.x[0] > 0.4 && place.x[0] <= 2);
+        assert_true(k ? place.x[1] > 0.96 && place.x[1] <= 1
+                      : place.x[0] > 1.93 && place.x[0] <= 2);
         free(gradient);
         made_free(&m);
     }

@@ -411,7 +411,7 @@ static void test_not_finite(void **state)
     check_not_finite(
         ELASTICA, huge, 1,
         (const char *[]){"step 2", "loss term '", "s = ", " m; try", "learning_rate", NULL});
-    static const char *const bad_load[] = {"loads.force=[0, \"sqrt(0.25-t)\", 0]",
+    static const char *const bad_load[] = {"loads.force=[0, \"sqrt(0.96-t)\", 0]",
                                            "training.stages=[{optimizer: lbfgs, steps: 60}]", NULL};
     check_not_finite(
         DYNAMIC, bad_load, 0,

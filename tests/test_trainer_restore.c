@@ -118,6 +118,9 @@ static void test_items(void **state)
             /* Whoever opens the file has read the one; the other is found anew. */
             if (strcmp(name, "scene/yaml") != 0 && strcmp(name, "verdict") != 0) {
                 check_tampered(good, (tamper){name, LEAVE_OUT, 0});
+            }
+            if (strcmp(name, "scene/yaml") != 0 && strcmp(name, "verdict") != 0 &&
+                strcmp(name, "training/kernels") != 0) { /* texts have no length to be wrong */
                 check_tampered(good, (tamper){name, LENGTHEN, 0});
             }
         }

@@ -210,13 +210,14 @@ static ad_status restore_loads(trainer *t, const checkpoint *file, ad_error *err
 }
 
 /* Any other kernels are told of, not refused: the run goes on, but not to the same bits. */
-static void compare_kernels(trainer *t, const checkpoint *file)
+static ad_status compare_kernels(trainer *t, const checkpoint *file, ad_error *error)
 {
     const char *before;
-    if (checkpoint_get_text(file, "training/kernels", &before, NULL) == AD_OK &&
-        strcmp(before, ad_dense_kernels()) != 0) {
+    ad_status status = checkpoint_get_text(file, "training/kernels", &before, error);
+    if (status == AD_OK && strcmp(before, ad_dense_kernels()) != 0) {
         snprintf(t->info.kernels, sizeof t->info.kernels, "%s", before);
     }
+    return status;
 }
 
 /* Where the run stands, and the stage at work with the state of its optimiser. */
@@ -256,7 +257,9 @@ static ad_status restore_stage(trainer *t, const checkpoint *file, ad_error *err
 ad_status trainer_restore(trainer *t, const checkpoint *file, ad_error *error)
 {
     ad_status status = restore_stage(t, file, error);
-    compare_kernels(t, file);
+    if (status == AD_OK) {
+        status = compare_kernels(t, file, error);
+    }
     if (status == AD_OK) {
         status = restore_problem(t, file, error);
     }
