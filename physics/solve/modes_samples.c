@@ -1,6 +1,6 @@
 /* A reduced rod between its points. */
-#include "physics/solve/modes_internal.h"
 #include "physics/solve/mesh.h"
+#include "physics/solve/modes_internal.h"
 #include "physics/solve/strain_inline.h"
 
 #include <stdlib.h>
