@@ -116,7 +116,7 @@ void small_triangle(int rows, int n, double *a)
     }
 }
 
-SMALL_FOR_EACH_PROCESSOR static int factor(int n, double *a)
+SMALL_FOR_EACH_PROCESSOR static int factor_upper(int n, double *a)
 {
     const int stride = small_stride(n);
     for (int k = 0; k < n; k++) {
@@ -144,7 +144,7 @@ SMALL_FOR_EACH_PROCESSOR static int factor(int n, double *a)
 
 int small_cholesky(int n, double *a)
 {
-    return factor(n, a);
+    return factor_upper(n, a);
 }
 
 /* ---- solutions ----------------------------------------------------------------------------- */

@@ -15,7 +15,8 @@ enum { SMALL_LANES = 8, SMALL_MOST = 128 /* columns */ };
 
 /* Loops compiled for the widest vectors of the processor at hand, unless a compiler's options say
  * which; for static functions only. */
-#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__AVX512F__)
+#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__AVX512F__) &&                      \
+    !defined(__SANITIZE_THREAD__)
 #define SMALL_FOR_EACH_PROCESSOR __attribute__((target_clones("avx512f", "avx2", "default")))
 #else
 #define SMALL_FOR_EACH_PROCESSOR
