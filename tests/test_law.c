@@ -175,7 +175,7 @@ static scene_law learn(const train_law_settings *settings, train_law_report *rep
 {
     ad_error error = {.message = ""};
     train_law_data data;
-    scene_law law;
+    scene_law law = {0};
     if (train_law_read_data(FOLDER "neo_hooke_data.csv", &data, &error) != AD_OK ||
         train_law_fit(settings, &data, &law, report, &error) != AD_OK) {
         fail_msg("%s", error.message);
@@ -329,8 +329,8 @@ static void test_in_motion(void **state)
     static const char *const changes[] = {
         "reference=null", "time.duration=0.5",
         "rod.material={density: 1000, relaxation_time: 0.004}",
-        "loads.tip={force: [1.5*sin(pi*t)^2, 0.5*sin(pi*t)^2, 20*sin(pi*t)^2],"
-        " moment: [0.04*sin(pi*t)^2, 0, 0.02*sin(pi*t)^2]}"};
+        ("loads.tip={force: [1.5*sin(pi*t)^2, 0.5*sin(pi*t)^2, 20*sin(pi*t)^2],"
+         " moment: [0.04*sin(pi*t)^2, 0, 0.02*sin(pi*t)^2]}")};
     const double end = 0.5;
     double values[MODEL_COLUMNS_MAX], still[MODEL_COLUMNS_MAX];
     cpinn_solution *solved = solve(FOLDER "stretched.yaml", 4, changes, 1e-5, &end);
