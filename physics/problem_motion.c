@@ -135,19 +135,23 @@ typedef struct blocks {
     double *left, *product;        /* [inner][rows], [rows][functions] of the outputs from one on */
 } blocks;
 
-static size_t list_blocks(const problem *p, blocks *x)
+/* How many numbers there are, which begin at `memory`; NULL: there are none yet. */
+static size_t list_blocks(const problem *p, double *memory, blocks *x)
 {
     const size_t points = p->sets[0].trained.count;
     x->size = (size_t)p->model->motion->size;
     x->functions = (size_t)motion_network_functions(p->motion);
     x->inner = 3 * points;
-    x->stacked = p->motion_blocks;
-    x->grams = x->stacked + 3 * x->size * x->size;
-    x->values = x->grams + points * 9 * x->size * x->size;
-    x->left = x->values + x->inner * x->functions;
-    x->product = x->left + x->size * x->functions * x->inner;
-    return 3 * x->size * x->size + points * 9 * x->size * x->size + x->inner * x->functions +
-           x->size * x->functions * (x->inner + x->functions);
+    const size_t counts[] = {3 * x->size * x->size, points * 9 * x->size * x->size,
+                             x->inner * x->functions, x->size * x->functions * x->inner,
+                             x->size * x->functions * x->functions};
+    double **const to[] = {&x->stacked, &x->grams, &x->values, &x->left, &x->product};
+    size_t numbers = 0;
+    for (int i = 0; i < 5; i++) {
+        *to[i] = memory ? memory + numbers : NULL;
+        numbers += counts[i];
+    }
+    return numbers;
 }
 
 ad_status problem_motion_least_squares(problem *p, problem_least_squares *info, ad_error *error)
@@ -157,7 +161,7 @@ ad_status problem_motion_least_squares(problem *p, problem_least_squares *info, 
     if (status != AD_OK) {
         return status;
     }
-    const size_t numbers = list_blocks(p, &x);
+    const size_t numbers = list_blocks(p, NULL, &x);
     if (!p->motion_blocks) {
         p->motion_blocks = malloc(numbers * sizeof *p->motion_blocks);
     }
@@ -246,7 +250,7 @@ ad_status problem_motion_normal(problem *p, const double *x, double *loss, doubl
     const problem_cloud *cloud = &p->sets[0].trained;
     const double part = p->terms[0]->weight / (double)cloud->count;
     ad_status status = enter(p, cloud, error);
-    list_blocks(p, &all);
+    list_blocks(p, p->motion_blocks, &all);
     for (size_t k = 0; k < cloud->count && status == AD_OK; k++) {
         instant at;
         status = evaluate(p, cloud, x, k, true, &at, error);

@@ -115,13 +115,16 @@ static void judge_law(const solution *x, const scene *rod_scene, verdict *result
     const bool moves = scene_is_dynamic(rod_scene);
     const size_t n = moves ? PLACES * TIMES : PLACES;
     const int columns = solution_columns(rod_scene);
-    double *all = rod_scene->rod.law ? malloc(n * (size_t)(columns + 2) * sizeof *all) : NULL;
+    if (!rod_scene->rod.law) {
+        return;
+    }
+    double *all = malloc(n * (size_t)(columns + 2) * sizeof *all);
     ad_error ignored;
     for (size_t i = 0; i < n && all; i++) {
         all[i] = scene_length(rod_scene) * (double)(i % PLACES) / (PLACES - 1);
         all[n + i] = scene_duration(rod_scene) * (double)(i / PLACES) / (TIMES - 1);
     }
-    double *t = moves ? all + n : NULL;
+    double *t = moves && all ? all + n : NULL;
     if (all && solution_evaluate(x, columns, n, all, t, all + 2 * n, &ignored) == AD_OK) {
         solve_judge_law(rod_scene, n, all, t, all + 2 * n, result);
     }
