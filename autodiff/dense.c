@@ -296,6 +296,23 @@ void ad_dense_cholesky_solve(const ad_dense_factor *factor, double *x)
     }
 }
 
+int ad_dense_damped_step(ad_pool *pool, const double *matrix, const double *gradient,
+                         double damping, const double *scale, size_t n, ad_dense_factor *factor,
+                         double *step)
+{
+    for (size_t i = 0; i < n; i++) {
+        step[i] = damping * scale[i];
+    }
+    if (ad_dense_cholesky(pool, matrix, step, factor) != 0) {
+        return 1;
+    }
+    for (size_t i = 0; i < n; i++) {
+        step[i] = -gradient[i];
+    }
+    ad_dense_cholesky_solve(factor, step);
+    return 0;
+}
+
 /* ---- LU ---------------------------------------------------------------------------------------
  */
 

@@ -38,6 +38,13 @@ int ad_dense_cholesky(ad_pool *pool, const double *matrix, const double *shift,
 /* x[n]: the right side, then the solution. */
 void ad_dense_cholesky_solve(const ad_dense_factor *factor, double *x);
 
+/* The step of a damped least squares problem: (matrix + damping diag(scale[n])) step = -gradient,
+ * step and gradient [n]; it is also where the shift is kept until it is factored. 0, or not as
+ * above. */
+int ad_dense_damped_step(ad_pool *pool, const double *matrix, const double *gradient,
+                         double damping, const double *scale, size_t n, ad_dense_factor *factor,
+                         double *step);
+
 /* LU factors with partial pivoting of a general matrix [n][n], column-major, in place, by the
  * calling thread alone; pivots [n]. 0, or not when the matrix is singular or holds a NaN. */
 int ad_dense_lu(size_t n, double *matrix, int *pivots);

@@ -1,6 +1,7 @@
 /* Excitations stay within ranges and have the kinds they say; rollouts are the same for any number
  * of threads and rollouts, and what is between instants is what the reduced rod does. */
 #include "near.h"
+#include "rollouts_testing.h"
 
 #include "physics/solve/reduced.h"
 #include "tools/config/config.h"
@@ -9,17 +10,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-static const char arm[] =
-    "parameters: {p: {range: [-2, 3]}, e: {range: [0.5, 2], scale: log}}\n"
-    "rod:\n"
-    "  length: 1\n"
-    "  stiffness: {shear: [30*e, 40*e], axial: 50*e, bending: [e, 1.5*e], torsion: 0.8*e}\n"
-    "  inertia: {mass_per_length: 1, rotary: [0.01, 0.02, 0.03]}\n"
-    "  damping: {strain: [0.1, 0.1, 0.1], curvature: [0.05, 0.05, 0.05]}\n"
-    "boundary: {start: {type: clamped}, end: {type: loaded}}\n"
-    "loads: {tip: {force: [p, 0.5, 0]}}\n"
-    "time: {duration: 1}\n";
 
 static config *read_scene(void)
 {

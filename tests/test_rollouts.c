@@ -1,6 +1,7 @@
 /* The table of a one-step model against the solver: the reduced rod in place of a model is off by
  * what its own row says, one that is wrong by a known amount by that, one that grows diverges. */
 #include "near.h"
+#include "rollouts_testing.h"
 
 #include "physics/solve/reduced.h"
 #include "tools/config/config.h"
@@ -9,17 +10,6 @@
 
 #include <math.h>
 #include <string.h>
-
-static const char arm[] =
-    "parameters: {p: {range: [-2, 3]}, e: {range: [0.5, 2], scale: log}}\n"
-    "rod:\n"
-    "  length: 1\n"
-    "  stiffness: {shear: [30*e, 40*e], axial: 50*e, bending: [e, 1.5*e], torsion: 0.8*e}\n"
-    "  inertia: {mass_per_length: 1, rotary: [0.01, 0.02, 0.03]}\n"
-    "  damping: {strain: [0.1, 0.1, 0.1], curvature: [0.05, 0.05, 0.05]}\n"
-    "boundary: {start: {type: clamped}, end: {type: loaded}}\n"
-    "loads: {tip: {force: [p, 0.5, 0]}}\n"
-    "time: {duration: 1}\n";
 
 /* The rod, but for numbers that grow and one that is off. */
 typedef struct wrong {

@@ -166,9 +166,6 @@ static ad_status create_looks(control_loop *x, ad_error *error)
 
 /* ---- filter and controllers ---------------------------------------------------------------- */
 
-/* Up to so many times the process noise as innovations ask for (look_noise). */
-static const double ADAPT = 100;
-
 static void fill_filter(control_loop *x)
 {
     const control_settings *c = &x->control;
@@ -189,8 +186,7 @@ static void fill_filter(control_loop *x)
                                                  .parameter = x->parameter,
                                                  .sensor = x->sensor,
                                                  .deviation = x->numbers + n,
-                                                 .process = x->numbers + 2 * n,
-                                                 .adapt = ADAPT};
+                                                 .process = x->numbers + 2 * n};
 }
 
 /* One in the unit of what is seen, as large as control->accuracy of the place. */

@@ -328,16 +328,7 @@ static int linearize(void *context, const double *p, double *value, double *jtr,
 static int solve(void *context, double damping, const double *scale, double *step)
 {
     const fit *x = context;
-    double *shift = x->room; /* not in use now; states are fewer than rows of changes */
-    for (size_t i = 0; i < x->count; i++) {
-        shift[i] = damping * scale[i];
-        step[i] = -x->jtr[i];
-    }
-    if (ad_dense_cholesky(x->pool, x->jtj, shift, x->factor) != 0) {
-        return 1;
-    }
-    ad_dense_cholesky_solve(x->factor, step);
-    return OPTIM_OBJECTIVE_OK;
+    return ad_dense_damped_step(x->pool, x->jtj, x->jtr, damping, scale, x->count, x->factor, step);
 }
 
 static ad_status descend(fit *x, const residual_settings *settings, double *best, ad_error *error)

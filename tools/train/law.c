@@ -307,16 +307,7 @@ static int linearize(void *context, const double *p, double *value, double *jtr,
 static int solve(void *context, double damping, const double *scale, double *step)
 {
     const fit *x = context;
-    double shift[N + SCENE_LAW_UNITS_MAX * (2 + SCENE_LAW_FEATURES)];
-    for (size_t i = 0; i < x->count; i++) {
-        shift[i] = damping * scale[i];
-        step[i] = -x->jtr[i];
-    }
-    if (ad_dense_cholesky(x->pool, x->jtj, shift, x->factor) != 0) {
-        return 1;
-    }
-    ad_dense_cholesky_solve(x->factor, step);
-    return OPTIM_OBJECTIVE_OK;
+    return ad_dense_damped_step(x->pool, x->jtj, x->jtr, damping, scale, x->count, x->factor, step);
 }
 
 static void draw(const fit *x, int start, double *p)
