@@ -257,6 +257,24 @@ static void test_defaults(void **state)
                                     "linear_algebra: matrix_free}]"); /* has no diagonal */
     assert_int_equal(experiment->settings.stages[0].gauss_newton.scaling, OPTIM_SCALING_IDENTITY);
     config_free(experiment);
+    experiment = read_with(BASE, "training.stages[0].optimizer=adam"); /* all else as if given */
+    assert_int_equal(experiment->settings.stages[0].steps, 1000);
+    config_free(experiment);
+    experiment = read_with(DYNAMIC "parameters: {a: {range: [0, 1]}}\n"
+                                   "loads: {tip: {moment: [a, 0, 0]}}\n"
+                                   "surrogate: {step: 0.01}\n",
+                           "training.stages[0].steps=7"); /* of its usual stage */
+    assert_int_equal(experiment->settings.stages[0].optimizer, OPTIM_SSBROYDEN);
+    assert_int_equal(experiment->settings.stages[0].steps, 7);
+    config_free(experiment);
+    experiment = read_with(BASE "parameters: {a: {range: [0, 1]}}\n"
+                                "loads: {tip: {moment: [a, 0, 0]}}\n"
+                                "network: {polynomial: {degree: 0}}\n",
+                           "training.stages[0].steps=70");
+    assert_int_equal(experiment->settings.stages[0].optimizer, OPTIM_SOAP);
+    assert_int_equal(experiment->settings.stages[0].steps, 70);
+    assert_int_equal(experiment->settings.stages[0].adam.schedule.warmup_steps, 35);
+    config_free(experiment);
     experiment = read_with(BASE, "training.stages=[{optimizer: adam}]");
     assert_int_equal(experiment->settings.network.hidden_count, 3);
     assert_int_equal(experiment->settings.network.fourier_features, 0);

@@ -147,7 +147,7 @@ static bool takes_modes(const config *experiment)
                  losses->interior.resample_every == 0 && !modes_model_refusal(&experiment->scene);
     for (int i = 0; i < settings->stage_count; i++) {
         const train_stage *stage = &settings->stages[i];
-        takes = takes && stage->optimizer == OPTIM_GAUSS_NEWTON &&
+        takes = takes && train_may_take(stage, OPTIM_GAUSS_NEWTON) &&
                 (stage->linear_algebra == TRAIN_LINEAR_AUTOMATIC ||
                  stage->linear_algebra == TRAIN_NORMAL_EQUATIONS);
     }

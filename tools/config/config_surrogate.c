@@ -9,9 +9,8 @@ ad_status config_resolve_surrogate(config *experiment, ad_error *error)
 {
     ad_error reason;
     char key[TRAIN_KEY_MAX];
-    ad_status status = surrogate_settings_resolve(
-        &experiment->surrogate, &experiment->settings, &experiment->scene,
-        config_given(experiment->source, "training.stages"), key, &reason);
+    ad_status status = surrogate_settings_resolve(&experiment->surrogate, &experiment->settings,
+                                                  &experiment->scene, key, &reason);
     return config_blame_training(experiment, status, key, &reason, error);
 }
 

@@ -150,15 +150,17 @@ static ad_status resolve_loss(surrogate_settings *x, char key[TRAIN_KEY_MAX], ad
                                              "and surrogate.physics are 0; allowed: one above 0");
 }
 
-/* Adam on parts of the steps, since f with its derivatives is what costs. */
-static void stage_of_curves(const surrogate_settings *x, train_stage *stage)
+/* Of curves Adam on parts of the steps, since f with its derivatives is what costs. */
+static train_stage usual_stage(const surrogate_settings *x)
 {
-    stage->optimizer = OPTIM_ADAM;
-    stage->steps = DECOUPLED_STEPS;
-    stage->adam.schedule.kind = OPTIM_SCHEDULE_COSINE;
-    stage->adam.schedule.learning_rate = x->kind == SURROGATE_DDPINN ? 2e-3 : 4e-3;
-    stage->adam.schedule.decay_steps = DECOUPLED_STEPS;
-    stage->adam.schedule.final_fraction = 0.01;
+    train_stage stage = train_stage_default();
+    const bool curves = surrogate_is_decoupled(x->kind);
+    stage.optimizer = curves ? OPTIM_ADAM : OPTIM_SSBROYDEN;
+    stage.steps = curves ? DECOUPLED_STEPS : STEPS;
+    if (curves) {
+        stage.adam.schedule.learning_rate = x->kind == SURROGATE_DDPINN ? 2e-3 : 4e-3;
+    }
+    return stage;
 }
 
 static ad_status check_scene(const scene *of, char key[TRAIN_KEY_MAX], ad_error *error)
@@ -222,23 +224,14 @@ static ad_status check_training(const surrogate_settings *x, const train_setting
 }
 
 ad_status surrogate_settings_resolve(surrogate_settings *x, train_settings *training,
-                                     scene *rod_scene, bool stages_given, char key[TRAIN_KEY_MAX],
-                                     ad_error *error)
+                                     scene *rod_scene, char key[TRAIN_KEY_MAX], ad_error *error)
 {
     nn_mlp_settings *network = &training->network;
     if (network->hidden_count == TRAIN_OPEN) {
         network->hidden_count = x->kind == SURROGATE_LINEAR ? 0 : 2;
         network->hidden[0] = network->hidden[1] = WIDTH;
     }
-    if (!stages_given) {
-        training->stage_count = 1;
-        training->stages[0] = train_stage_default();
-        training->stages[0].optimizer = OPTIM_SSBROYDEN;
-        training->stages[0].steps = STEPS;
-        if (surrogate_is_decoupled(x->kind)) {
-            stage_of_curves(x, &training->stages[0]);
-        }
-    }
+    train_close_stage(&training->stages[0], usual_stage(x));
     ad_status status = check_scene(rod_scene, key, error);
     status = status == AD_OK ? resolve_names(x, rod_scene, key, error) : status;
     status = status == AD_OK ? resolve_loss(x, key, error) : status;

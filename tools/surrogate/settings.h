@@ -57,8 +57,7 @@ bool surrogate_names_parameter(const surrogate_settings *settings, const char *n
 /* Fills in what is open, network and stages (where they are not given) among it, and checks.
  * AD_BAD_INPUT: `key` receives the key that is to blame, `error` the rest of the line. */
 ad_status surrogate_settings_resolve(surrogate_settings *settings, train_settings *training,
-                                     scene *rod_scene, bool stages_given, char key[TRAIN_KEY_MAX],
-                                     ad_error *error);
+                                     scene *rod_scene, char key[TRAIN_KEY_MAX], ad_error *error);
 
 #ifdef __cplusplus
 }

@@ -66,8 +66,46 @@ train_settings train_settings_default(void)
     for (int i = 0; i < TRAIN_DATA_MAX; i++) {
         settings.data[i].weight = NAN;
     }
-    settings.stages[0].optimizer = OPTIM_GAUSS_NEWTON;
-    settings.stages[0].steps = 200;
-    settings.stages[0].lbfgs.descent.function_tolerance = 0.2; /* converging gains decades */
+    settings.stages[0].optimizer = (optim_method)TRAIN_OPEN;
+    settings.stages[0].steps = TRAIN_OPEN;
+    settings.stages[0].adam.schedule.learning_rate = NAN;
+    settings.stages[0].adam.schedule.warmup_steps = TRAIN_OPEN;
+    settings.stages[0].lbfgs.descent.function_tolerance = NAN;
     return settings;
+}
+
+train_stage train_usual_stage(void)
+{
+    train_stage stage = train_stage_default();
+    stage.optimizer = OPTIM_GAUSS_NEWTON;
+    stage.steps = 200;
+    stage.lbfgs.descent.function_tolerance = 0.2; /* converging gains decades */
+    return stage;
+}
+
+bool train_may_take(const train_stage *stage, optim_method optimizer)
+{
+    return (int)stage->optimizer == TRAIN_OPEN || stage->optimizer == optimizer;
+}
+
+void train_close_stage(train_stage *stage, train_stage usual)
+{
+    const train_stage from = (int)stage->optimizer == TRAIN_OPEN ? usual : train_stage_default();
+    optim_schedule *schedule = &stage->adam.schedule;
+    double *tolerance = &stage->lbfgs.descent.function_tolerance;
+    if ((int)stage->optimizer == TRAIN_OPEN) {
+        stage->optimizer = usual.optimizer;
+    }
+    if (stage->steps == TRAIN_OPEN) {
+        stage->steps = from.steps;
+    }
+    if (isnan(schedule->learning_rate)) {
+        schedule->learning_rate = from.adam.schedule.learning_rate;
+    }
+    if (schedule->warmup_steps == TRAIN_OPEN) {
+        const int64_t half = stage->steps / 2;
+        schedule->warmup_steps = from.adam.schedule.warmup_steps;
+        schedule->warmup_steps = schedule->warmup_steps < half ? schedule->warmup_steps : half;
+    }
+    *tolerance = isnan(*tolerance) ? from.lbfgs.descent.function_tolerance : *tolerance;
 }

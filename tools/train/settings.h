@@ -58,7 +58,8 @@ const char *const *train_targets_names(void);
 
 /* One optimiser for a number of steps; stages run in turn. */
 typedef struct train_stage {
-    optim_method optimizer;
+    optim_method optimizer; /* of train_settings_default, as steps, learning_rate, warmup_steps
+                             * and function_tolerance: open (TRAIN_OPEN, NaN) */
     int steps;
     optim_adam_settings adam;   /* also of soap; its schedule included; decay_steps 0: the steps
                                  * after warm-up, beta1, beta2 NaN: open */
@@ -140,8 +141,16 @@ typedef struct train_settings {
  * windows of time as the scene needs; no reference. */
 train_settings train_settings_default(void);
 
-/* A stage of adam with its defaults. */
+/* A stage of adam with its defaults; and the one of scenes that give none. */
 train_stage train_stage_default(void);
+train_stage train_usual_stage(void);
+
+/* Fills in what train_settings_default leaves open of its one stage: from the usual stage of a kind
+ * of scene, or where an optimiser was chosen from train_stage_default. */
+void train_close_stage(train_stage *stage, train_stage usual);
+
+/* Whether the stage's optimiser is this one or open. */
+bool train_may_take(const train_stage *stage, optim_method optimizer);
 
 /* Fill in what is open, from a scene that passes scene_check and loads in SI; sets windows and
  * rotation of the scene as well. AD_BAD_INPUT: `key` receives the key of the field that is to

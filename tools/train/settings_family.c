@@ -24,16 +24,6 @@ enum { PARAMETERS_FEW = 4, POLYNOMIALS = 1300, MEMBERS_OF_EACH = 64 };
 /* Rows of the history cost measurements over fresh members. */
 enum { OUTPUT_EVERY = 250 };
 
-/* What train_settings_default has. */
-static bool is_usual_stage(const train_settings *settings)
-{
-    const train_settings usual = train_settings_default();
-    const train_stage *stage = &settings->stages[0], *other = &usual.stages[0];
-    return settings->stage_count == usual.stage_count && stage->optimizer == other->optimizer &&
-           stage->steps == other->steps &&
-           stage->lbfgs.descent.function_tolerance == other->lbfgs.descent.function_tolerance;
-}
-
 /* Of one parameter a few fill its range, and of each further one four times as many do: members
  * near where equilibria end take a hundred times as long as others. */
 static int usual_members(const scene *family)
@@ -58,7 +48,7 @@ static bool takes_polynomials(const train_settings *settings, const scene *famil
     const bool few = family->parameter_count <= PARAMETERS_FEW && !settings->members_file;
     return network->hidden_count == TRAIN_OPEN && network->fourier_features <= 0 &&
            (network->degree > 0 || (network->degree == TRAIN_OPEN && few &&
-                                    settings->stages[0].optimizer == OPTIM_GAUSS_NEWTON));
+                                    train_may_take(&settings->stages[0], OPTIM_GAUSS_NEWTON)));
 }
 
 /* Where the inputs are not found one for each parameter is taken; the reason is said where they are
@@ -102,13 +92,14 @@ static void resolve_features(train_settings *settings, const scene *family)
     }
 }
 
-static void take_usual_stage(train_stage *stage)
+static train_stage usual_stage(void)
 {
-    *stage = train_stage_default();
-    stage->optimizer = OPTIM_SOAP;
-    stage->steps = STEPS;
-    stage->adam.schedule.learning_rate = LEARNING_RATE;
-    stage->adam.schedule.warmup_steps = WARMUP;
+    train_stage stage = train_stage_default();
+    stage.optimizer = OPTIM_SOAP;
+    stage.steps = STEPS;
+    stage.adam.schedule.learning_rate = LEARNING_RATE;
+    stage.adam.schedule.warmup_steps = WARMUP;
+    return stage;
 }
 
 ad_status train_resolve_family(train_settings *settings, scene *family, char key[TRAIN_KEY_MAX],
@@ -134,9 +125,8 @@ ad_status train_resolve_family(train_settings *settings, scene *family, char key
     if (takes_polynomials(settings, family)) {
         network->hidden_count = 0;
     }
-    if (network->hidden_count == TRAIN_OPEN && is_usual_stage(settings)) {
-        take_usual_stage(&settings->stages[0]);
-    }
+    train_close_stage(&settings->stages[0],
+                      network->hidden_count == TRAIN_OPEN ? usual_stage() : train_usual_stage());
     if (network->hidden_count == TRAIN_OPEN) {
         network->hidden_count = LAYERS;
         for (int i = 0; i < LAYERS; i++) {

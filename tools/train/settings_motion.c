@@ -68,6 +68,7 @@ ad_status train_resolve_motion(train_settings *settings, scene *motion, char key
     if (status != AD_OK) {
         return status;
     }
+    train_close_stage(&settings->stages[0], train_usual_stage());
     network->hidden_count = 0;
     settings->rotation = SCENE_QUATERNION; /* there is none */
     status = train_resolve_windows(settings, motion, key, error);

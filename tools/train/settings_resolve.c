@@ -455,6 +455,7 @@ ad_status train_settings_resolve(train_settings *settings, scene *rod_scene,
                    : train_resolve_family(settings, rod_scene, key, error);
     }
     if (status == AD_OK) {
+        train_close_stage(&settings->stages[0], train_usual_stage());
         status = resolve_network(settings, rod_scene, &d, key, error);
     }
     if (status != AD_OK) {
@@ -508,6 +509,7 @@ ad_status train_settings_resolve_model(train_settings *settings, const physics_m
     if (status != AD_OK) {
         return status;
     }
+    train_close_stage(&settings->stages[0], train_usual_stage());
     if (is_open(network->hidden_count)) {
         network->hidden_count =
             begins_with_gauss_newton(settings) ? 0 : nn_mlp_settings_default().hidden_count;
