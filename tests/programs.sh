@@ -87,3 +87,29 @@ finish() {
 
 elastica=$ROOT/configs/elastica_deep.yaml
 dynamic=$ROOT/configs/cantilever_deep.yaml
+
+# block PAGE LANGUAGE NUMBER: the content of a fenced block of a page of the project.
+block() {
+    awk -v open="\`\`\`$2" -v number="$3" '
+        $0 == "```" { inside = 0 }
+        inside { print }
+        $0 == open && ++count == number { inside = 1 }' "$ROOT/$1"
+}
+
+# run_page PAGE LEAST: its blocks of sh, a command a line, have exit status 0 in the order in which
+# they stand there; there are so many at least.
+run_page() {
+    local number=1 commands=0 command got line
+    while block "$1" sh "$number" >page.sh && [ -s page.sh ]; do
+        while IFS= read -r line; do
+            command=${line%%  #*}
+            [ -n "$command" ] || continue
+            got=0
+            bash -c "$command" >stdout.txt 2>stderr.txt </dev/null || got=$?
+            check "exit 0 of '$command'" -- test "$got" -eq 0
+            commands=$((commands + 1))
+        done <page.sh
+        number=$((number + 1))
+    done
+    check "commands of $1" -- test "$commands" -ge "$2"
+}

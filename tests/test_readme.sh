@@ -7,31 +7,15 @@ set -u
 . "$(dirname "$0")/programs.sh"
 PATH=$BIN/bench:$PATH
 ln -s "$ROOT/configs" "$ROOT/tests" .
-pages=(README.md configs/README.md configs/cases/README.md tools/bench/README.md)
-
-# block PAGE LANGUAGE NUMBER: the content of a fenced block.
-block() {
-    awk -v open="\`\`\`$2" -v number="$3" '
-        $0 == "```" { inside = 0 }
-        inside { print }
-        $0 == open && ++count == number { inside = 1 }' "$ROOT/$1"
-}
+pages=(README.md configs/README.md configs/cases/README.md configs/tutorial/README.md
+    tools/bench/README.md)
 
 # ---- README.md --------------------------------------------------------------------------------
 
 block README.md yaml 1 >shown.yaml
 same shown.yaml configs/soft_arm.yaml
 
-commands=0
-while IFS= read -r line; do
-    command=${line%%  #*}
-    [ -n "$command" ] || continue
-    got=0
-    bash -c "$command" >stdout.txt 2>stderr.txt </dev/null || got=$?
-    check "exit 0 of '$command'" -- test "$got" -eq 0
-    commands=$((commands + 1))
-done < <(block README.md sh 1)
-check there are commands -- test "$commands" -ge 5
+run_page README.md 5
 for file in runs/soft_arm/{checkpoint.h5,history.csv,config.yaml} soft_arm.csv solved.csv; do
     check "README.md leaves $file" -- test -s "$file"
 done

@@ -50,3 +50,10 @@ write("swinging_tips.csv", ["s", "t", "x", "y", "z"], tips)
 shape = [noisy(row, 5e-4, draw) for row in solve("bent.yaml", "stiffness_bending_0=3.1e-3", "21")
          if row["s"] > 0]
 write("bent_shape.csv", ["s", "x", "y", "z"], shape)
+
+rows = []
+for i in range(16):
+    known = {f"tension{k + 1}": round(draw.uniform(0, 3), 2) for k in range(3)}
+    at = ",".join(f"{name}={value}" for name, value in known.items()) + ",modulus=2.6e5,pitch=9.2e-3"
+    rows.append({**noisy(solve("../tutorial/measured.yaml", at, "2")[-1], 5e-4, draw), **known})
+write("../tutorial/tips.csv", ["tension1", "tension2", "tension3", "s", "x", "y", "z"], rows)
