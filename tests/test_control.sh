@@ -140,7 +140,9 @@ bad 'control.limits.rate\[0\]: is not positive' 'control.limits.rate=[-1]'
 bad 'control.track.at: is 0.2 m along a rod of 0.13 m' control.track.at=0.2
 bad 'control.task.path: is points, and there are none' control.task.path=points
 bad 'control.task.path: is file, and there is none' control.task.path=file
-bad 'control.task.points\[0\].position: missing' 'control.task.points=[{stay: 1}]'
+bad 'control.task.points\[0\].position: missing' 'control.task={path: points, points: [{stay: 1}]}'
+bad 'control.task.points: are given, but' 'control.task.points=[{position: [0, 0, 0.1]}]'
+bad 'control.task.file: is given, but' control.task.file=path.csv
 bad 'control.task.normal: is 0' 'control.task.normal=[0, 0, 0]'
 bad 'control.measurements\[0\].at: is 1 m along' 'control.measurements=[{what: position, at: 1}]'
 bad 'control.measurements\[0\].what: .* allowed: one of position, rotation' \

@@ -192,6 +192,14 @@ static ad_status check_task(control_settings *x, double length, char key[TRAIN_K
     if (task->path == CONTROL_FILE && !task->file) {
         return blame(key, error, "task.path", -1, "", "is file, and there is none; give task.file");
     }
+    if (task->path != CONTROL_POINTS && task->point_count > 0) {
+        return blame(key, error, "task.points", -1, "",
+                     "are given, but task.path is not points; give that, or leave them out");
+    }
+    if (task->path != CONTROL_FILE && task->file) {
+        return blame(key, error, "task.file", -1, "",
+                     "is given, but task.path is not file; give that, or leave it out");
+    }
     for (int i = 0; i < task->point_count; i++) {
         if (isnan(task->points[i].position[0])) {
             return blame(key, error, "task.points", i, "position",
