@@ -62,7 +62,7 @@ below 'reduced rod' 1 1
 
 # By a trained model, here of the least work: the linear map of steps alone.
 cpinn-train "$arm" --set surrogate.kind=linear --set surrogate.solved=800 >/dev/null 2>&1 # warns of it
-run 0 cpinn-control "$arm" --set surrogate.kind=linear --set control.tolerance=null \
+run 0 cpinn-control "$arm" --set surrogate.kind=linear --set control.tolerance.rms=1 --set control.tolerance.worst=1 \
     --set control.duration=1.5
 said stdout.txt 'model +trained one-step model, modes 2, 1, 2, 1'
 below 'one-step model' 1 6
@@ -116,9 +116,9 @@ loop 0 --set 'control.faults=[{kind: nan, from: 1.2, lasts: 0.1}, {kind: lost, f
 said stdout.txt 'missing 1, not_finite 5, outlier 3 samples'
 said stdout.txt 'late in 5 samples'
 below 'reduced rod' 2 1
-loop 0 --set control.tolerance=null --set 'control.constraints=[{what: position, axis: 1, low: -0.02}]'
+loop 0 --set control.tolerance.rms=1 --set control.tolerance.worst=1 --set 'control.constraints=[{what: position, axis: 1, low: -0.02}]'
 said stdout.txt 'constraint 0: violated in [0-9.]+ % of the periods, by at most (0\.00[01]|[0-9.]+e-0)'
-loop 0 --set control.tolerance=null --set 'control.limits={low: [1, 1, 1], high: [5, 5, 5], rate: [50]}' --out limits.csv
+loop 0 --set control.tolerance.rms=1 --set control.tolerance.worst=1 --set 'control.limits={low: [1, 1, 1], high: [5, 5, 5], rate: [50]}' --out limits.csv
 awk -F, 'NR > 2 { for (i = 11; i <= 13; i++)
              if ($i < 1 - 1e-9 || $i > 5 + 1e-9 || ($i - was[i]) ^ 2 > 1.000001) exit 1 }
          { for (i = 11; i <= 13; i++) was[i] = $i }' limits.csv || failed 'inputs beyond limits'

@@ -21,7 +21,7 @@ typedef struct robot {
 static ad_status open_robot(robot *r, const char *path, int count, const char **set,
                             ad_error *error)
 {
-    const char *all[SET_MAX + CONTROL_CHANGES_MAX + 2];
+    const char *all[SET_MAX + CONTROL_CHANGES_MAX + 3];
     ad_status status = config_read(path, NULL, count, set, &r->nominal, error);
     if (status == AD_OK && !config_controls(r->nominal)) {
         status = config_resolve_control(r->nominal, error);
@@ -35,6 +35,7 @@ static ad_status open_robot(robot *r, const char *path, int count, const char **
         all[count++] = c->changes[i];
     }
     all[count++] = "control=null";
+    all[count++] = "time.windows=1";
     all[count++] = "surrogate=null";
     status = config_read(path, NULL, count, all, &r->changed, error);
     if (status != AD_OK) {

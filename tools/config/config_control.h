@@ -152,10 +152,10 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
     {"control.faults[].measurement", CONFIG_INTEGER, CONTROL_AT(faults[0].measurement),            \
      BETWEEN(-1, CONTROL_MEASUREMENTS_MAX - 1), .help = "Which one, from 0; -1: all."},            \
     {"control.tolerance.rms", CONFIG_NUMBER, CONTROL_AT(tolerance_rms), POSITIVE, .unit = "m",     \
-     .fallback = "none",                                                                           \
+     .fallback = "2 % of the length",                                                             \
      .help = "cpinn-control ends with 3 where the error after the approach is larger, rms"},       \
     {"control.tolerance.worst", CONFIG_NUMBER, CONTROL_AT(tolerance_worst), POSITIVE, .unit = "m", \
-     .fallback = "none", .help = "or anywhere."},                                                  \
+     .fallback = "5 % of the length, or 2.5 rms", .help = "or anywhere."},                                                  \
     {"control.seed", CONFIG_LONG, CONTROL_AT(seed), BETWEEN(0, 9007199254740992),                  \
      .help = "Of noise, drop-outs and samples."},
 /* clang-format on */

@@ -355,6 +355,9 @@ ad_status config_resolve_physics(config *experiment, ad_error *error)
         status = resolve_formulation(experiment, error);
     }
     if (status == AD_OK) {
+        if (config_controls(experiment) && experiment->settings.windows == 0) {
+            experiment->settings.windows = 1; /* of a network, that nobody asks for */
+        }
         status = surrogate_is_given(&experiment->surrogate)
                      ? config_resolve_surrogate(experiment, error)
                  : config_has(experiment, "surrogate.")

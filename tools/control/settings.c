@@ -263,6 +263,9 @@ static ad_status check_lists(control_settings *x, double length, char key[TRAIN_
     return status;
 }
 
+/* Of the length, what a place may be off its path by where the scene does not say. */
+static const double RMS = 0.02, WORST = 0.05;
+
 ad_status control_settings_resolve(control_settings *x, const surrogate_settings *model,
                                    const scene *rod_scene, bool estimate_given,
                                    char key[TRAIN_KEY_MAX], ad_error *error)
@@ -291,6 +294,10 @@ ad_status control_settings_resolve(control_settings *x, const surrogate_settings
     status = status == AD_OK ? check_task(x, length, key, error) : status;
     status = status == AD_OK ? check_lists(x, length, key, error) : status;
     x->period = isnan(x->period) ? model->step : x->period;
+    x->tolerance_rms = isnan(x->tolerance_rms) ? RMS * length : x->tolerance_rms;
+    if (isnan(x->tolerance_worst)) {
+        x->tolerance_worst = fmax(WORST * length, WORST / RMS * x->tolerance_rms);
+    }
     if (status == AD_OK && x->period > model->step * (1 + 1e-12)) {
         char problem[120];
         snprintf(problem, sizeof problem, "is above the step of the model; allowed: up to %g s",
