@@ -218,7 +218,7 @@ static void test_estimate(void **state)
         const double estimate = trainer_estimate(r.trainer);
         print_message("%s: %.1e, estimated %.1e\n", modes[i], apart[0], estimate);
         assert_true(apart[0] < most[i]);
-        assert_true(apart[0] < 2 * estimate); /* both are the largest over some places */
+        assert_true(apart[0] < estimate && estimate < 5 * apart[0]); /* measured: 1.2 to 9 */
         stop(&r);
     }
 }
