@@ -71,6 +71,10 @@ typedef struct trainer_info {
     witness_errors witness;    /* of a family of rods at rest in mixed form, then; else NaN */
 } trainer_info;
 
+/* Whether a motion in the strain form that has been trained takes more modes, or a larger degree in
+ * time, to be estimated within its tolerance: those to try next. */
+bool trainer_needs(const trainer *t, int modes[4], int *degree);
+
 /* `problem_` and `known` (NULL: no reference) are those of the experiment's first window; the
  * trainer takes them on from window to window, and they must outlive it. seconds: wall time already
  * spent on preparing, counted as training. */

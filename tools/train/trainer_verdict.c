@@ -7,6 +7,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 ad_status trainer_measure_size(trainer *t, ad_error *error)
 {
@@ -183,6 +184,36 @@ double trainer_estimate(const trainer *t)
     return t->info.witness.compared ? t->info.witness.worst : estimate_by_residuals(t);
 }
 
+bool trainer_needs(const trainer *t, int modes[4], int *degree)
+{
+    enum { STEP = 4 };
+    const train_settings *settings = t->e->settings;
+    const double most = settings->tolerance / 2, in_time = OF_MOTION * t->info.motion.in_time;
+    const double estimate = trainer_estimate(t);
+    memcpy(modes, settings->modes, sizeof settings->modes);
+    *degree = settings->network.degree;
+    if (!t->e->modes || !(estimate > settings->tolerance)) {
+        return false;
+    }
+    if (in_time > most && *degree > 0) {
+        *degree = *degree + STEP < NN_DEGREE_MAX ? *degree + STEP : NN_DEGREE_MAX;
+    }
+    for (int i = 0; i < 4 && estimate - in_time > most; i++) {
+        const int more = modes[i] > 0 ? modes[i] + modes[i] / 3 + 1 : 0;
+        modes[i] = more < SOLVE_MODES_MAX ? more : SOLVE_MODES_MAX;
+    }
+    return *degree != settings->network.degree ||
+           memcmp(modes, settings->modes, sizeof settings->modes) != 0;
+}
+
+/* What would make the largest part of it smaller. */
+static const char *mend_motion(const trainer *t)
+{
+    return t->info.motion.in_time > t->info.motion.all / 2
+               ? "a larger network.polynomial.degree, or more time.windows"
+               : "more network.modes";
+}
+
 static void judge_witness(const trainer *t, verdict *result)
 {
     const witness_errors *w = &t->info.witness;
@@ -202,7 +233,8 @@ static void judge_estimate(const trainer *t, verdict *result)
         return;
     }
     bool moves = scene_is_dynamic(t->e->scene);
-    double bound = moves                          ? BOUND_IN_MOTION
+    double bound = t->e->settings->tolerance > 0  ? t->e->settings->tolerance
+                   : moves                        ? BOUND_IN_MOTION
                    : scene_is_family(t->e->scene) ? BOUND_OF_FAMILY
                                                   : BOUND_AT_REST;
     double estimate = trainer_estimate(t);
@@ -211,7 +243,7 @@ static void judge_estimate(const trainer *t, verdict *result)
                     "estimated error %.2g of the %s, above %.2g, by residuals at points never "
                     "trained on; try %s",
                     estimate, scene_is_beam(t->e->scene) ? "deflection" : "length", bound,
-                    t->e->modes ? "more network.modes, or more time.windows"
+                    t->e->modes ? mend_motion(t)
                     : moves ? "more time.windows, or a larger network.fourier.wavenumber with more "
                               "features"
                             : "more network.fourier.features");
