@@ -102,6 +102,12 @@ typedef struct model_column {
 
 /* ---- motions ------------------------------------------------------------------------------- */
 
+/* The largest distance over the length by which places are off, to first order: by all that a
+ * motion leaves out, and what of it is the network's of time. */
+typedef struct model_motion_error {
+    double all, in_time;
+} model_motion_error;
+
 /* Residuals that are computed and not recorded, for training: of numbers y that depend on time
  * alone, into which a network of time without hidden layers enters as
  *
@@ -124,12 +130,11 @@ typedef struct model_motion {
     ad_status (*residual)(void *context, double t, const double *y, double *residual,
                           const double *by[3], ad_error *error);
 
-    /* How far a motion may be off at t, where it was not trained, the largest distance over the
-     * length that places move: by what its equation asks for before it is projected on `size`
-     * numbers, and by its residual there, which changes as fast as exp(rate t). Instants of all
-     * windows come one after the other; an earlier one begins anew. */
-    ad_status (*missing)(void *context, double t, double rate, const double *y, double *distance,
-                         ad_error *error);
+    /* How far a motion is off until the end of a window, by its residual in an equation that is
+     * finer than that of `size` numbers; y [count][3][size] at the middles of as many equal parts
+     * of the window. Windows come one after the other; one that begins earlier begins anew. */
+    ad_status (*off)(void *context, double begin, double end, size_t count, const double *y,
+                     model_motion_error *off, ad_error *error);
 
     /* values [columns of the model][stride], in SI units, at s [n], ascending or not. */
     ad_status (*observe)(void *context, double t, const double *y, size_t n, const double *s,

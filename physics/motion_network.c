@@ -268,28 +268,28 @@ ad_status motion_network_observe(motion_network *x, int window, const double *st
     return status;
 }
 
-ad_status motion_network_missing(motion_network *x, int window, const double *start,
-                                 const double *parameters, double *distance, ad_error *error)
+ad_status motion_network_off(motion_network *x, int window, const double *start,
+                             const double *parameters, model_motion_error *off, ad_error *error)
 {
-    enum { INSTANTS = 5 };
+    enum { INSTANTS = 8 }; /* for each function: residuals have about as many zeros as there are */
     const domain *d = &x->model->domain;
     const model_motion *motion = x->model->motion;
     const double begin = domain_window_time(d, window), end = domain_window_time(d, window + 1);
-    const double rate = x->functions / (end - begin);
-    double t[INSTANTS], *y = malloc(3 * (size_t)motion->size * sizeof *y);
-    ad_status status = y ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a motion");
-    for (int i = 0; i < INSTANTS; i++) {
-        t[i] = begin + (end - begin) * (i + 0.5) / INSTANTS;
+    const size_t count = INSTANTS * (size_t)x->functions, size = (size_t)motion->size;
+    double *t = malloc((count + 3 * count * size) * sizeof *t), *y = t + count;
+    if (!t) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a motion");
     }
-    *distance = 0;
-    status = status == AD_OK ? ad_dense_load(error) : status;
-    status = status == AD_OK ? motion_network_at(x, window, INSTANTS, t, error) : status;
-    for (size_t i = 0; i < INSTANTS && status == AD_OK; i++) {
-        double found = 0;
-        motion_network_state(x, i, start, parameters, y);
-        status = motion->missing(motion->context, t[i], rate, y, &found, error);
-        *distance = found > *distance || isnan(found) ? found : *distance;
+    for (size_t i = 0; i < count; i++) {
+        t[i] = begin + (end - begin) * ((double)i + 0.5) / (double)count;
     }
-    free(y);
+    ad_status status = motion_network_at(x, window, count, t, error);
+    for (size_t i = 0; i < count && status == AD_OK; i++) {
+        motion_network_state(x, i, start, parameters, y + 3 * size * i);
+    }
+    if (status == AD_OK) {
+        status = motion->off(motion->context, begin, end, count, y, off, error);
+    }
+    free(t);
     return status;
 }

@@ -36,9 +36,10 @@ ad_status motion_network_observe(motion_network *x, int window, const double *st
                                  const double *parameters, size_t points, const double *s,
                                  const double *t, int columns, double *values, ad_error *error);
 
-/* The largest of what is missing (model_motion) at some instants of a window. */
-ad_status motion_network_missing(motion_network *x, int window, const double *start,
-                                 const double *parameters, double *distance, ad_error *error);
+/* How far a motion is off until the end of a window (model_motion), all before it included; first
+ * that of the first window, then of the others in turn. */
+ad_status motion_network_off(motion_network *x, int window, const double *start,
+                             const double *parameters, model_motion_error *off, ad_error *error);
 
 #ifdef __cplusplus
 }

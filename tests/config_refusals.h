@@ -118,6 +118,8 @@ static const refusal refusals[] = {
      "stage runs lbfgs; leave it out"},
     {BASE "network: {modes: [3, 1, 2, 1]}\n", NULL,
      "scene.yaml:4:18: network.modes: are of one motion in the strain form; leave them out"},
+    {BASE "network: {tolerance: 1.0e-3}\n", NULL,
+     "scene.yaml:4:22: network.tolerance: is of one motion in the strain form; leave it out"},
     {BASE "network: {modes: [3, 1]}\n", NULL,
      "scene.yaml:4:18: network.modes: has 2 entries; allowed: a list of 4 whole numbers 0 to 24"},
     {BASE "formulation: strain\n", NULL,
@@ -183,7 +185,7 @@ static const refusal refusals[] = {
      "features, wavenumber, parameters, frequency"},
     {BASE "network: {widths: [32]}\n", NULL,
      "scene.yaml:4:11: network.widths: unknown key; allowed in network: hidden, activation, "
-     "initialization, fourier, polynomial, modes, inputs, symmetry, rotation"},
+     "initialization, fourier, polynomial, modes, tolerance, inputs, symmetry, rotation"},
     {BASE "network: {fourier: {wavenumber: 0}}\n", NULL,
      "scene.yaml:4:33: network.fourier.wavenumber: is 0, which is out of range; allowed: a finite "
      "number > 0, in rad/m"},

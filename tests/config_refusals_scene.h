@@ -26,7 +26,7 @@ static const refusal scene_refusals[] = {
      "or "
      "boundary conditions are terms of the loss; take mixed"},
     {DYNAMIC "formulation: strain\nlosses: {interior: {points: 5}}\n", NULL,
-     "scene.yaml:7:29: losses.interior.points: are 5 instants for 17 functions of time; allowed: "
+     "scene.yaml:7:29: losses.interior.points: are 5 instants for 21 functions of time; allowed: "
      "as "
      "many at least"},
     {"rod:\n"

@@ -179,6 +179,13 @@ run 0 cpinn-bench "$elastica" --set 'network.hidden=[4]' --set losses.interior.p
     --methods adam:2 --seeds 1 --threads 1 --curve curve.csv --out bench
 said stdout.txt 'curve'
 
+run 0 cpinn-solve "$ROOT/configs/tapered_arm.yaml" --method modes --tol 1e-6 \
+    --work-precision modes.csv
+said stdout.txt '^ modes +ms +error$'
+said modes.csv '^seconds,error,modes$'
+check rods of more modes agree with spectral elements -- awk -F, 'NR == 2 { first = $2 }
+    { last = $2 } END { exit !(first > 1e-3 && last < 1e-6) }' modes.csv
+
 # ---- several equilibria -----------------------------------------------------------------------
 
 cat >column.yaml <<'END'

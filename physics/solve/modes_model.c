@@ -1,6 +1,6 @@
 #include "physics/solve/modes_model.h"
 
-#include "autodiff/dense.h"
+#include "physics/solve/modes_defect.h"
 #include "physics/solve/modes_internal.h"
 
 #include <math.h>
@@ -16,10 +16,8 @@ struct modes_model {
     double units[sizeof(solve_state) / sizeof(double)];
     double *memory; /* start [2 size], by_q and by_v [size][width] */
     double *by_q, *by_v;
-    double *matrix;  /* [size + 1][size] */
-    double *missing; /* [points][MODES_STRAINS] at time missing_at */
-    double missing_at;
-    int *pivots; /* [size] */
+    modes_counts finer;   /* of its modes */
+    modes_defect *defect; /* NULL: there is none yet */
     double edges[DOMAIN_PIECES_MAX + 1];
     solve_state *seen; /* [room] at s [room], the last places */
     double *s;
@@ -61,92 +59,16 @@ static ad_status residual(void *context, double t, const double *y, double *resi
     return status;
 }
 
-/* The strains that forces ask for by the law of the material beside those of the modes, of which
- * the equations of the modes see some averages alone: inertia hardly holds back short waves of
- * strain, so that these are missing, as fast as damping lets them, B x_t + K x = what is missing of
- * the stress. */
-static void miss_strain(const modes_point *at, double passed, double strain[MODES_STRAINS])
-{
-    double R[3][3], asked[MODES_STRAINS];
-    memcpy(R, at->R, sizeof R);
-    to_body(R, at->carried[0], asked + MODES_V);
-    to_body(R, at->carried[1], asked + MODES_U);
-    for (int c = 0; c < MODES_STRAINS; c++) {
-        const double stiffness = at->stiffness[c], slow = at->damping[c] / passed;
-        const double stress = asked[c] / at->weight - at->stress[c];
-        strain[c] = stiffness > 0 ? (stress + slow * strain[c]) / (stiffness + slow) : 0;
-    }
-}
-
-/* Of strains [points][MODES_STRAINS] the largest displacement. */
-static double moved_by(const modes *m, const double *strains)
-{
-    double turn[3] = {0}, shift[3] = {0}, most = 0;
-    for (int p = m->hinges * (m->stages + 1); p < m->points; p++) {
-        const modes_point *at = &m->point[p];
-        const double *strain = strains + p * MODES_STRAINS;
-        double R[3][3], stretch[3], bend[3], along[3];
-        memcpy(R, at->R, sizeof R);
-        to_world(R, strain + MODES_V, stretch);
-        to_world(R, strain + MODES_U, bend);
-        vector_cross(turn, at->along, along);
-        for (int k = 0; k < 3; k++) {
-            shift[k] += at->weight * (along[k] + stretch[k]);
-            turn[k] += at->weight * bend[k];
-        }
-        most = fmax(most, sqrt(vector_dot(shift, shift)));
-    }
-    return most;
-}
-
-/* The residual as a force that changes with `rate`: (K + rate D + rate^2 M) x = residual. */
-static double moved_by_residual(modes_model *x, double rate)
-{
-    const modes *m = x->m;
-    const size_t n = (size_t)m->size, width = (size_t)m->width;
-    double *matrix = x->matrix, *off = matrix + n * n, most = 0;
-    for (size_t i = 0; i < n; i++) {
-        for (size_t j = 0; j < n; j++) {
-            matrix[j * n + i] = x->by_q[i * width + j] + rate * x->by_v[i * width + j] +
-                                rate * rate * m->mass[i * width + j];
-        }
-    }
-    if (ad_dense_lu(n, matrix, x->pivots) != 0) {
-        return NAN;
-    }
-    ad_dense_lu_solve(n, 1, matrix, x->pivots, off);
-    for (int p = 0; p < m->points; p++) {
-        double moved[3] = {0};
-        for (int k = 0; k < 3; k++) {
-            for (size_t a = 0; a < n; a++) {
-                moved[k] += m->rho[(size_t)(p * 3 + k) * width + a] * off[a];
-            }
-        }
-        most = fmax(most, sqrt(vector_dot(moved, moved)));
-    }
-    return most;
-}
-
-static ad_status missing(void *context, double t, double rate, const double *y, double *distance,
-                         ad_error *error)
+static ad_status off(void *context, double begin, double end, size_t count, const double *y,
+                     model_motion_error *off, ad_error *error)
 {
     modes_model *x = context;
-    modes *m = x->m;
-    const size_t n = (size_t)m->size;
-    const double *by[3];
-    if (t <= x->missing_at) {
-        x->missing_at = 0;
-        memset(x->missing, 0, (size_t)m->points * MODES_STRAINS * sizeof *x->missing);
+    ad_status status = AD_OK;
+    if (!x->defect) {
+        status = modes_defect_create(x->rod, x->m, x->motion.start, &x->finer, &x->defect, error);
     }
-    ad_status status = residual(context, t, y, x->matrix + n * n, by, error);
-    for (int p = 0; p < m->points && status == AD_OK; p++) {
-        if (m->point[p].weight > 0) {
-            miss_strain(&m->point[p], t - x->missing_at, x->missing + p * MODES_STRAINS);
-        }
-    }
-    x->missing_at = t;
-    *distance = status == AD_OK ? moved_by(m, x->missing) + moved_by_residual(x, rate) : NAN;
-    return status;
+    return status == AD_OK ? modes_defect_follow(x->defect, begin, end, count, y, off, error)
+                           : status;
 }
 
 /* Of the places looked at before nothing is made again. */
@@ -260,23 +182,18 @@ static ad_status make_motion(modes_model *x, ad_error *error)
         return ad_fail(error, AD_BAD_INPUT,
                        "network.modes: are all 0 or of locked strains; nothing to learn");
     }
-    const size_t points = (size_t)x->m->points;
-    x->memory = calloc(2 * size + 2 * size * width + (size + 1) * size + points * MODES_STRAINS,
-                       sizeof *x->memory);
-    x->pivots = malloc(size * sizeof *x->pivots);
-    if (!x->memory || !x->pivots) {
+    x->memory = calloc(2 * size + 2 * size * width, sizeof *x->memory);
+    if (!x->memory) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu modes", size);
     }
     x->by_q = x->memory + 2 * size;
     x->by_v = x->by_q + size * width;
-    x->matrix = x->by_v + size * width;
-    x->missing = x->matrix + (size + 1) * size;
     x->motion = (model_motion){.size = (int)size,
                                .stride = (int)width,
                                .start = x->memory,
                                .context = x,
                                .residual = residual,
-                               .missing = missing,
+                               .off = off,
                                .observe = observe};
     solve_rod_units(x->rod, x->units);
     ad_status status = list_edges(x, error);
@@ -299,6 +216,11 @@ ad_status modes_model_create(const scene *rod_scene, const int counts[4], modes_
     as_mixed.formulation = SCENE_MIXED;
     ad_status status = solve_rod_create(&as_mixed, &x->rod, error);
     const modes_counts all = counts_in(&as_mixed, counts);
+    int finer[4];
+    for (int i = 0; i < 4; i++) {
+        finer[i] = counts[i] + counts[i] / 2 + 2;
+    }
+    x->finer = counts_in(&as_mixed, finer);
     status = status == AD_OK ? modes_create(x->rod, NULL, &all, FINER, &x->m, error) : status;
     status = status == AD_OK ? make_motion(x, error) : status;
     status = status == AD_OK ? make_physics(x, rod_scene, error) : status;
@@ -317,7 +239,7 @@ void modes_model_free(modes_model *x)
         solve_rod_free(x->rod);
         model_free(x->physics);
         free(x->memory);
-        free(x->pivots);
+        modes_defect_free(x->defect);
         modes_places_free(x->places);
         free(x->seen);
         free(x->s);

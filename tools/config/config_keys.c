@@ -246,15 +246,19 @@ const config_key config_keys[] = {
      .fallback = "the third bending frequency of the cantilever",
      .help = "Their largest frequency in time."},
     {"network.polynomial.degree", CONFIG_INTEGER, AT(settings.network.degree), BETWEEN(0, NN_DEGREE_MAX),
-     .fallback = "0; of families in the strain form without hidden layers and waves as large as 1300 "
+     .fallback = "0; of one motion in the strain form 20, with damping 16, more in long windows; of families in the strain form without hidden layers and waves as large as 1300 "
                  "polynomials and 64 members for each allow",
      .help = "Polynomial chaos: in place of waves all products of Legendre polynomials of the inputs up "
              "to this degree in all, where inputs that move the rod little count two- or threefold."},
     {"network.modes", CONFIG_INTEGER, ENTRIES(4, 4), AT(settings.modes), BETWEEN(0, SOLVE_MODES_MAX),
-     .fallback = "[12, 6, 10, 10] of one motion in the strain form, else 0",
+     .fallback = "[12, 6, 10, 10] of one motion in the strain form, with network.tolerance what it takes; else 0",
      .help = "Strain modes of bending, twist, stretch and shear, Legendre polynomials along each piece "
              "of the rod, for each direction; a locked strain, or one across the plane of a motion, "
              "has none."},
+    {"network.tolerance", CONFIG_NUMBER, AT(settings.tolerance), BETWEEN(1e-10, 0.1),
+     .help = "Of one motion in the strain form: cpinn-train takes more network.modes and a larger "
+             "network.polynomial.degree, from few or from those that are given, until the error is "
+             "estimated to be less of the length."},
     {"network.inputs", CONFIG_CHOICE, AT(settings.groups.inputs), .names = input_names,
      .help = "Of a family whose network is of the parameters alone. groups: the dimensionless "
              "numbers of its equations, forces by EI/L^2 and so on, which --explain lists; "

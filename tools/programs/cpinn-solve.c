@@ -362,14 +362,18 @@ static void choose_tolerance(solving *x)
     if (*tolerance == 0) {
         *tolerance = usual;
     }
-    if (x->asked.work_precision) {
+    if (x->asked.work_precision && x->asked.method != SOLVE_MODES) {
         *tolerance = fmin(*tolerance, usual / 100);
     }
 }
 
+/* With --work-precision modes are compared with spectral elements. */
 static ad_status solve(solving *x, ad_error *error)
 {
     solve_settings settings = settings_of(&x->asked);
+    if (x->asked.work_precision) {
+        settings.method = SOLVE_COLLOCATION;
+    }
     settings.from = x->from;
     settings.from_count = x->from_count;
     double start = train_seconds();
@@ -495,8 +499,9 @@ static ad_status run(solving *x, ad_error *error)
         }
     }
     if (status == AD_OK && o->work_precision) {
-        status = work_precision_write(x->scene, o->perturbation, x->solved, &x->grid,
-                                      o->work_precision, !o->quiet, error);
+        const solve_settings like = settings_of(o);
+        status = work_precision_write(x->scene, &like, x->solved, &x->grid, o->work_precision,
+                                      !o->quiet, error);
     }
     return status;
 }
@@ -579,8 +584,10 @@ int main(int argc, char **argv)
          "write the solution, as .csv, .h5, .hdf5 or .npz"},
         {"--grid", "NSxNT", CLI_TEXT, &o->grid, 0, 0, SAMPLES_GRID_HELP},
         {"--work-precision", "CSV", CLI_TEXT, &o->work_precision, 0, 0,
-         "solve with more and more nodes; print and write run time and\nerror against the finest; "
-         "cpinn-bench --methods config,solver\ndraws it beside networks"},
+         "solve with more and more nodes, with --method modes more and more\nmodes; print and "
+         "write "
+         "run time and error against the finest, of modes against spectral\nelements; cpinn-bench "
+         "--methods config,solver draws it beside networks"},
         CLI_SET(&o->overrides),
         CLI_AT(&o->at),
         CLI_VERDICT_JSON(&o->json),
@@ -607,14 +614,17 @@ int main(int argc, char **argv)
     if (o->method != SOLVE_MODES && o->from) {
         return cli_fail(program, "--from is given; allowed: with --method modes");
     }
-    if (o->method != SOLVE_COLLOCATION && o->work_precision) {
+    if (o->method == SOLVE_STRAIN && o->work_precision) {
         return cli_fail(program,
                         "--method %s and --work-precision are given; allowed: one of the "
                         "two",
                         o->method_name);
     }
-    if (o->nodes > 0 && o->work_precision) {
-        return cli_fail(program, "--nodes and --work-precision are given; allowed: one of the two");
+    if ((o->nodes > 0 || o->mode_counts || o->from) && o->work_precision) {
+        return cli_fail(program, "--%s and --work-precision are given; allowed: one of the two",
+                        o->nodes > 0 ? "nodes"
+                        : o->from    ? "from"
+                                     : "modes");
     }
     if (o->grid && !o->out && !o->work_precision) {
         return cli_fail(program, "--grid: nothing would be written there; give --out FILE too");

@@ -78,12 +78,12 @@ typedef struct training {
     unknowns unknown; /* of a scene that has some, once it is trained */
 } training;
 
-static ad_status begin(training *t, ad_error *error)
+static ad_status name_folder(training *t, ad_error *error)
 {
     char path[3900];
     snprintf(path, sizeof path, "runs/%s", t->s.e->settings->name);
     ad_status status = run_name(&t->folder, t->asked->out ? t->asked->out : path, error);
-    return status == AD_OK ? session_begin(&t->s, &t->folder, t->asked->resume, error) : status;
+    return status == AD_OK && !t->asked->resume ? run_check_new(&t->folder, error) : status;
 }
 
 static void announce_reference(training *t)
@@ -199,8 +199,11 @@ static void finish(training *t)
     }
     double estimate = trainer_estimate(t->s.trainer);
     if (isfinite(estimate)) {
-        progress_say(&t->progress, "estimated error %.1e of the %s", estimate,
-                     scene_is_beam(t->s.e->scene) ? "deflection" : "length");
+        progress_say(&t->progress, "estimated error %.1e of the %s%s", estimate,
+                     scene_is_beam(t->s.e->scene) ? "deflection" : "length",
+                     !t->s.e->modes                              ? ""
+                     : 2 * info.motion.in_time > info.motion.all ? ", most by degree in time"
+                                                                 : ", most by modes");
     }
     if (isfinite(info.balance.loads)) {
         progress_say(&t->progress, "loads out of balance by %.1e", info.balance.loads);
@@ -300,6 +303,61 @@ static bool is_asked_to_stop(void *context)
     return signals_caught() != 0;
 }
 
+static bool goes_on(void *context, const trainer_info *before)
+{
+    (void)context;
+    (void)before;
+    return !signals_caught();
+}
+
+/* Train a motion in the strain form in memory, anew with more modes or a larger degree as long as
+ * its error is estimated above the tolerance and falls. A signal stops it. */
+static ad_status grow(training *t, ad_error *error)
+{
+    const double enough = 0.7; /* of the estimate before */
+    double before = INFINITY;
+    signals_catch();
+    while (!isnan(t->s.e->settings->tolerance)) {
+        int modes[4], degree;
+        char texts[2][64];
+        config *settings = NULL;
+        cli_list given = t->asked->overrides;
+        trainer_watch_stop(t->s.trainer, is_asked_to_stop, NULL);
+        t->progress = progress_start(stdout, t->asked->quiet, t->s.trainer);
+        ad_status status = session_train(&t->s, goes_on, NULL, error);
+        const double estimate = trainer_estimate(t->s.trainer);
+        const int *now = t->s.e->settings->modes;
+        if (status != AD_OK || signals_caught()) {
+            return status;
+        }
+        progress_say(&t->progress,
+                     "network.modes [%d, %d, %d, %d], degree %d: estimated error "
+                     "%.1e of the length",
+                     now[0], now[1], now[2], now[3], t->s.e->settings->network.degree, estimate);
+        if (!(estimate < enough * before) || given.count + 2 > CLI_LIST_MAX ||
+            !trainer_needs(t->s.trainer, modes, &degree)) {
+            return AD_OK;
+        }
+        before = estimate;
+        snprintf(texts[0], sizeof texts[0], "network.modes=[%d, %d, %d, %d]", modes[0], modes[1],
+                 modes[2], modes[3]);
+        snprintf(texts[1], sizeof texts[1], "network.polynomial.degree=%d", degree);
+        for (int i = 0; i < 2; i++) {
+            given.texts[given.count++] = texts[i];
+        }
+        status = config_read(t->asked->config, NULL, given.count, given.texts, &settings, error);
+        session_free(&t->s);
+        t->s = (session){.e = NULL};
+        status = status == AD_OK ? config_session_prepare(settings, t->asked->threads, &t->s, error)
+                                 : status;
+        status = status == AD_OK ? session_start(&t->s, error) : status;
+        if (status != AD_OK) {
+            return status;
+        }
+    }
+    return AD_OK;
+}
+
 static ad_status train(training *t, ad_error *error)
 {
     signals_catch();
@@ -386,7 +444,18 @@ static ad_status go(training *t, config *settings, bool *began, ad_error *error)
         return AD_OK;
     }
     status = status == AD_OK ? session_start(&t->s, error) : status;
-    status = status == AD_OK ? begin(t, error) : status;
+    status = status == AD_OK ? name_folder(t, error) : status;
+    status = status == AD_OK ? grow(t, error) : status;
+    if (status == AD_OK && signals_caught()) {
+        t->verdict.signal = signals_caught();
+        verdict_add(&t->verdict, VERDICT_SIGNAL,
+                    "stopped before modes and degree were found; nothing is saved");
+        verdict_print(stderr, "cpinn-train: ", &t->verdict);
+        return AD_OK;
+    }
+    if (status == AD_OK) {
+        status = session_begin(&t->s, &t->folder, t->asked->resume, error);
+    }
     *began = status == AD_OK;
     return *began ? train(t, error) : status;
 }

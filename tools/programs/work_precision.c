@@ -16,7 +16,7 @@ typedef struct sweep {
     double *exact; /* [numbers] positions on the grid, by the finest solution */
     size_t numbers;
     int count;
-    double nodes[SWEEP_MAX], seconds[SWEEP_MAX], errors[SWEEP_MAX];
+    double size[SWEEP_MAX], seconds[SWEEP_MAX], errors[SWEEP_MAX];
 } sweep;
 
 /* Relative L2 of positions, as cpinn-bench measures it. */
@@ -35,7 +35,7 @@ static ad_status evaluate(const solution *solved, samples *p, ad_error *error)
     return solution_evaluate(solved, p->columns, p->count, p->s, p->t, p->values, error);
 }
 
-static double sweep_row(void *context, int nodes, double seconds, const solution *solved)
+static double sweep_row(void *context, int size, double seconds, const solution *solved)
 {
     sweep *rows = context;
     samples *grid = rows->grid;
@@ -44,22 +44,22 @@ static double sweep_row(void *context, int nodes, double seconds, const solution
         return NAN;
     }
     double error = distance(grid->values, rows->numbers, rows->exact);
-    rows->nodes[rows->count] = nodes;
+    rows->size[rows->count] = size;
     rows->seconds[rows->count] = seconds;
     rows->errors[rows->count++] = fmax(SMALLEST, error);
     return error;
 }
 
-static ad_status write_rows(const sweep *rows, const char *path, bool prints, ad_error *error)
+static ad_status write_rows(const sweep *rows, const char *of, const char *path, bool prints,
+                            ad_error *error)
 {
-    static const char *const names[3] = {"seconds", "error", "nodes"};
+    const char *const names[3] = {"seconds", "error", of};
     static const char *const units[3] = {"s", "", ""};
-    const double *columns[3] = {rows->seconds, rows->errors, rows->nodes};
+    const double *columns[3] = {rows->seconds, rows->errors, rows->size};
     if (prints) {
-        printf("%6s %10s %12s\n", "nodes", "ms", "error");
+        printf("%6s %10s %12s\n", of, "ms", "error");
         for (int i = 0; i < rows->count; i++) {
-            printf("%6.0f %10.3f %12.2e\n", rows->nodes[i], 1e3 * rows->seconds[i],
-                   rows->errors[i]);
+            printf("%6.0f %10.3f %12.2e\n", rows->size[i], 1e3 * rows->seconds[i], rows->errors[i]);
         }
     }
     const table_source table = {.names = names,
@@ -70,8 +70,9 @@ static ad_status write_rows(const sweep *rows, const char *path, bool prints, ad
     return table_write(path, &table, error);
 }
 
-ad_status work_precision_write(const scene *scene, double perturbation, const solution *finest,
-                               samples *grid, const char *path, bool prints, ad_error *error)
+ad_status work_precision_write(const scene *scene, const solve_settings *like,
+                               const solution *finest, samples *grid, const char *path, bool prints,
+                               ad_error *error)
 {
     sweep rows = {.grid = grid};
     rows.numbers = (size_t)scene_physics_of(scene)->position_columns * grid->count; /* come first */
@@ -82,9 +83,11 @@ ad_status work_precision_write(const scene *scene, double perturbation, const so
     ad_status status = evaluate(finest, grid, error);
     if (status == AD_OK) {
         memcpy(rows.exact, grid->values, rows.numbers * sizeof *rows.exact);
-        status = solve_sweep(scene, perturbation, grid->count, grid->t, sweep_row, &rows, error);
+        status = solve_sweep(scene, like, grid->count, grid->t, sweep_row, &rows, error);
     }
-    status = status == AD_OK ? write_rows(&rows, path, prints, error) : status;
+    status = status == AD_OK ? write_rows(&rows, like->method == SOLVE_MODES ? "modes" : "nodes",
+                                          path, prints, error)
+                             : status;
     free(rows.exact);
     return status;
 }

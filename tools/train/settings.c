@@ -50,6 +50,7 @@ train_settings train_settings_default(void)
                                .fourier_frequency = NAN,
                                .fourier_parameters = NAN,
                                .rotation = TRAIN_OPEN,
+                               .tolerance = NAN,
                                .weights = rod_weights_default(),
                                .losses = losses_default(),
                                .stage_count = 1,

@@ -391,6 +391,10 @@ ad_status train_settings_check(const train_settings *settings, const scene *rod_
         return train_refuse(key, "network.modes", error,
                             "are of one motion in the strain form; leave them out");
     }
+    if (!is_motion && !isnan(settings->tolerance)) {
+        return train_refuse(key, "network.tolerance", error,
+                            "is of one motion in the strain form; leave it out");
+    }
     if (is_motion) {
         ad_status status = train_check_motion(settings, key, error);
         status = status == AD_OK ? check_stages(settings, key, error) : status;

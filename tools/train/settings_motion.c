@@ -5,15 +5,16 @@
 #include <math.h>
 #include <string.h>
 
-/* Modes of bending, twist, stretch and shear. */
-static const int MODES[4] = {12, 6, 10, 10};
+/* Modes of bending, twist, stretch and shear; and what is begun with where a tolerance is given. */
+static const int MODES[4] = {12, 6, 10, 10}, MODES_FIRST[4] = {4, 2, 3, 3};
 
 /* Degree of polynomials of time in a window: that, and in a long one that is given one more for
  * each radian of the third bending frequency of a cantilever, 61.7 EI/(rhoA L^4)^(1/2), in half of
- * it, of which the default has 5. Degree 13 is a third quicker, to errors twice as large; 20 takes
- * half again the time to errors a third to a seventieth. Instants for each of them. */
-enum { DEGREE = 16, RADIANS = 5, HELD_OUT = 32 };
-static const double THIRD_FREQUENCY = 61.697, INSTANTS = 1.2;
+ * it, of which the default has 5. Errors add up from window to window unless they fade by damping:
+ * degree 20 takes a quarter to half again the time of 16, to errors a half to a sixtieth in motions
+ * without damping, to three quarters where there is some. Instants for each of them. */
+enum { DEGREE = 20, DEGREE_FADING = 16, DEGREE_FIRST = 12, RADIANS = 5, HELD_OUT = 32 };
+static const double FIRST_FREQUENCY = 3.516, THIRD_FREQUENCY = 61.697, INSTANTS = 1.2;
 
 /* Of waves in place of polynomials, the largest frequency: radians in half a window. */
 static const double IN_WINDOW = 8;
@@ -52,6 +53,14 @@ static ad_status check_given(const train_settings *settings, const scene *motion
     return AD_OK;
 }
 
+/* Before radians are added. */
+static int degree_of(const train_settings *settings, const scene *motion)
+{
+    const double duration = scene_duration(motion) / rod_scales_of(motion).time;
+    const double faded = rod_numbers_of(motion).curvature_damping * FIRST_FREQUENCY * duration;
+    return !isnan(settings->tolerance) ? DEGREE_FIRST : faded > 1 ? DEGREE_FADING : DEGREE;
+}
+
 /* With the bias; beside waves time itself. */
 static int functions_of(const nn_mlp_settings *network)
 {
@@ -74,15 +83,15 @@ ad_status train_resolve_motion(train_settings *settings, scene *motion, char key
     status = train_resolve_windows(settings, motion, key, error);
     int *modes = settings->modes;
     if (modes[0] + modes[1] + modes[2] + modes[3] == 0) {
-        memcpy(modes, MODES, sizeof settings->modes);
+        memcpy(modes, isnan(settings->tolerance) ? MODES : MODES_FIRST, sizeof settings->modes);
     }
     network->orthonormal = false; /* motion_network.h has a basis of its own */
     network->fourier_features = network->fourier_features > 0 ? network->fourier_features : 0;
     const double half_time = scene_duration(motion) / motion->windows / 2;
     if (network->degree == TRAIN_OPEN) {
         const double radians = THIRD_FREQUENCY * half_time / rod_scales_of(motion).time;
-        const double degree = fmin(NN_DEGREE_MAX, floor(DEGREE + fmax(0, radians - RADIANS)));
-        network->degree = network->fourier_features > 0 ? 0 : (int)degree;
+        const double degree = floor(degree_of(settings, motion) + fmax(0, radians - RADIANS));
+        network->degree = network->fourier_features > 0 ? 0 : (int)fmin(NN_DEGREE_MAX, degree);
     }
     if (network->fourier_features > 0) {
         if (isnan(settings->fourier_frequency)) {

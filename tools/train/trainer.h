@@ -67,9 +67,13 @@ typedef struct trainer_info {
     char kernels[32];       /* of a resumed run whose steps so far were computed with other kernels
                              * than ad_dense_kernels: theirs; else empty */
     learnt_balance balance; /* when training is over; else NaN */
-    double missing; /* of one motion in the strain form, then: between its modes, of the length */
-    witness_errors witness; /* of a family of rods at rest in mixed form, then; else NaN */
+    model_motion_error motion; /* then: of one motion in the strain form */
+    witness_errors witness;    /* of a family of rods at rest in mixed form, then; else NaN */
 } trainer_info;
+
+/* Whether a motion in the strain form that has been trained takes more modes, or a larger degree in
+ * time, to be estimated within its tolerance: those to try next. */
+bool trainer_needs(const trainer *t, int modes[4], int *degree);
 
 /* `problem_` and `known` (NULL: no reference) are those of the experiment's first window; the
  * trainer takes them on from window to window, and they must outlive it. seconds: wall time already

@@ -7,6 +7,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 ad_status trainer_measure_size(trainer *t, ad_error *error)
 {
@@ -121,9 +122,8 @@ static const double OF_FAMILY = 10;
 /* Of a motion at least: what windows hand on is exact to some 1e-9 only. */
 static const double ROUNDING_IN_MOTION = 1e-8;
 
-/* Of one motion in the strain form, of what is missing between its modes and instants: measured
- * with 4 to 12 modes on all of configs/, errors were 0.01 to 1.6 times that. */
-static const double OF_MISSING = 4;
+/* Of one motion in the strain form, of its error to first order. */
+static const double OF_MOTION = 2;
 
 /* What a network that has solved a scene stays below at rest; motions have waves without end. */
 static const double BOUND_AT_REST = 5e-8, BOUND_IN_MOTION = 1e-3, BOUND_OF_FAMILY = 1e-3;
@@ -135,19 +135,16 @@ static bool has_witness(const trainer *t)
            !scene_is_beam(family) && family->unknown_count == 0 && !t->e->targets;
 }
 
-/* Of all windows, the largest of what is missing between modes. */
-static ad_status measure_missing(trainer *t, ad_error *error)
+static ad_status measure_motion(trainer *t, ad_error *error)
 {
     const evaluator_model all = experiment_trained(t->e);
     const size_t state = relay_numbers(all.physics);
     motion_network *network = NULL;
     ad_status status = motion_network_create(all.physics, all.mlp, t->e->pool, &network, error);
-    t->info.missing = 0;
     for (int i = 0; i < all.windows && status == AD_OK; i++) {
-        double found = 0;
-        status = motion_network_missing(network, i, i > 0 ? all.starts + (size_t)i * state : NULL,
-                                        all.parameters + (size_t)i * t->e->count, &found, error);
-        t->info.missing = fmax(t->info.missing, found);
+        status =
+            motion_network_off(network, i, i > 0 ? all.starts + (size_t)i * state : NULL,
+                               all.parameters + (size_t)i * t->e->count, &t->info.motion, error);
     }
     motion_network_free(network);
     return status;
@@ -157,7 +154,7 @@ ad_status trainer_measure_end(trainer *t, ad_error *error)
 {
     t->info.balance = experiment_balance(t->e, NULL);
     if (t->e->modes) {
-        return measure_missing(t, error);
+        return measure_motion(t, error);
     }
     return has_witness(t) ? witness_members(t->e, &t->info.witness, error) : AD_OK;
 }
@@ -182,9 +179,39 @@ static double estimate_by_residuals(const trainer *t)
 double trainer_estimate(const trainer *t)
 {
     if (t->e->modes) {
-        return t->info.state == TRAINER_DONE ? OF_MISSING * t->info.missing : NAN;
+        return t->info.state == TRAINER_DONE ? OF_MOTION * t->info.motion.all : NAN;
     }
     return t->info.witness.compared ? t->info.witness.worst : estimate_by_residuals(t);
+}
+
+bool trainer_needs(const trainer *t, int modes[4], int *degree)
+{
+    enum { STEP = 4 };
+    const train_settings *settings = t->e->settings;
+    const double most = settings->tolerance / 2, in_time = OF_MOTION * t->info.motion.in_time;
+    const double estimate = trainer_estimate(t);
+    memcpy(modes, settings->modes, sizeof settings->modes);
+    *degree = settings->network.degree;
+    if (!t->e->modes || !(estimate > settings->tolerance)) {
+        return false;
+    }
+    if (in_time > most && *degree > 0) {
+        *degree = *degree + STEP < NN_DEGREE_MAX ? *degree + STEP : NN_DEGREE_MAX;
+    }
+    for (int i = 0; i < 4 && estimate - in_time > most; i++) {
+        const int more = modes[i] > 0 ? modes[i] + modes[i] / 3 + 1 : 0;
+        modes[i] = more < SOLVE_MODES_MAX ? more : SOLVE_MODES_MAX;
+    }
+    return *degree != settings->network.degree ||
+           memcmp(modes, settings->modes, sizeof settings->modes) != 0;
+}
+
+/* What would make the largest part of it smaller. */
+static const char *mend_motion(const trainer *t)
+{
+    return t->info.motion.in_time > t->info.motion.all / 2
+               ? "a larger network.polynomial.degree, or more time.windows"
+               : "more network.modes";
 }
 
 static void judge_witness(const trainer *t, verdict *result)
@@ -206,7 +233,8 @@ static void judge_estimate(const trainer *t, verdict *result)
         return;
     }
     bool moves = scene_is_dynamic(t->e->scene);
-    double bound = moves                          ? BOUND_IN_MOTION
+    double bound = t->e->settings->tolerance > 0  ? t->e->settings->tolerance
+                   : moves                        ? BOUND_IN_MOTION
                    : scene_is_family(t->e->scene) ? BOUND_OF_FAMILY
                                                   : BOUND_AT_REST;
     double estimate = trainer_estimate(t);
@@ -215,7 +243,7 @@ static void judge_estimate(const trainer *t, verdict *result)
                     "estimated error %.2g of the %s, above %.2g, by residuals at points never "
                     "trained on; try %s",
                     estimate, scene_is_beam(t->e->scene) ? "deflection" : "length", bound,
-                    t->e->modes ? "more network.modes, or more time.windows"
+                    t->e->modes ? mend_motion(t)
                     : moves ? "more time.windows, or a larger network.fourier.wavenumber with more "
                               "features"
                             : "more network.fourier.features");
