@@ -32,14 +32,15 @@ static int all_inputs(const surrogate_step *m)
     return m->ramps ? 2 * m->inputs : m->inputs;
 }
 
-static int blocks_of(const surrogate_step *m)
+int surrogate_step_blocks(const surrogate_step *m)
 {
-    return 1 + 2 * m->slow_count;
+    return 1 + SURROGATE_DEGREE * m->slow_count;
 }
 
 static size_t find_parts(const surrogate_step *of, step_parts *parts)
 {
-    const size_t n = (size_t)of->states, m = (size_t)all_inputs(of), blocks = (size_t)blocks_of(of);
+    const size_t n = (size_t)of->states, m = (size_t)all_inputs(of),
+                 blocks = (size_t)surrogate_step_blocks(of);
     size_t at = 0;
 #define STEP_PLACE(name, count)                                                                    \
     parts->name = of->numbers ? of->numbers + at : NULL;                                           \
@@ -118,7 +119,7 @@ static int padded(int count)
     X(z, coordinates(m) * STEP_LANES)                                                              \
     X(a, most *STEP_LANES)                                                                         \
     X(b, most *STEP_LANES)                                                                         \
-    X(moved, blocks_of(m) * (m->states + all_inputs(m)) * STEP_LANES)                              \
+    X(moved, surrogate_step_blocks(m) * (m->states + all_inputs(m)) * STEP_LANES)                  \
     X(linear, m->states *STEP_LANES)                                                               \
     X(g, 2 * STEP_LANES) /* the frame: cosine and sine, shortened */                               \
     X(rho, STEP_LANES)                                                                             \
@@ -359,14 +360,15 @@ STEP_INLINE void enter(const surrogate_step *m, int lanes, int count, const step
             x->moved[(n + i) * lanes + l] = *u - parts->input_center[i];
         }
     }
-    for (int j = 0; j < m->slow_count; j++) { /* times c and c^2 */
+    for (int j = 0; j < m->slow_count; j++) { /* times c, c^2, ... */
         const int size = (n + all) * lanes, i = m->slow[j];
         const double half = 0.5 * (parts->input_high[i] - parts->input_low[i]);
-        double *to = x->moved + (1 + 2 * j) * size;
-        for (int k = 0; k < size; k++) {
-            const double c = x->moved[(n + i) * lanes + k % lanes] / half;
-            to[k] = c * x->moved[k];
-            to[size + k] = c * to[k];
+        double *to = x->moved + (1 + SURROGATE_DEGREE * j) * size;
+        for (int d = 0; d < SURROGATE_DEGREE; d++, to += size) {
+            const double *from = d > 0 ? to - size : x->moved;
+            for (int k = 0; k < size; k++) {
+                to[k] = x->moved[(n + i) * lanes + k % lanes] / half * from[k];
+            }
         }
     }
     multiply(lanes, all, all, parts->input_map, NULL, x->moved + n * lanes, x->a);
@@ -381,8 +383,8 @@ STEP_INLINE void step_tile(const surrogate_step *m, int lanes, int count, const 
 {
     const int n = m->states;
     enter(m, lanes, count, parts, x, states, inputs, after);
-    multiply(lanes, blocks_of(m) * (n + all_inputs(m)), n, parts->linear, parts->next_center,
-             x->moved, x->linear);
+    multiply(lanes, surrogate_step_blocks(m) * (n + all_inputs(m)), n, parts->linear,
+             parts->next_center, x->moved, x->linear);
     if (m->layers > 0) {
         network(m, lanes, parts, x);
         leave_frame(m, lanes, x);
@@ -589,14 +591,17 @@ STEP_INLINE void differentiate_linear(const surrogate_step *m, const step_parts 
         const int i = m->slow[j];
         const double half = 0.5 * (parts->input_high[i] - parts->input_low[i]);
         const double c = x->moved[n + i] / half;
-        const double *one = parts->linear + (1 + 2 * j) * size, *two = one + size;
-        double *by_slow = x->by_linear + (n + i) * n;
-        for (int k = 0; k < size; k++) {
-            x->by_linear[k] += c * (one[k] + c * two[k]);
-        }
-        for (int k = 0; k < rows; k++) {
-            for (int r = 0; r < n; r++) {
-                by_slow[r] += x->moved[k] * (one[k * n + r] + 2 * c * two[k * n + r]) / half;
+        const double *block = parts->linear + (1 + SURROGATE_DEGREE * j) * size;
+        double *by_slow = x->by_linear + (n + i) * n, power = 1; /* c^(d - 1) */
+        for (int d = 1; d <= SURROGATE_DEGREE; d++, block += size, power *= c) {
+            for (int k = 0; k < size; k++) {
+                x->by_linear[k] += power * c * block[k];
+            }
+            for (int k = 0; k < rows; k++) {
+                const double moved = d * power / half * x->moved[k];
+                for (int r = 0; r < n; r++) {
+                    by_slow[r] += moved * block[k * n + r];
+                }
             }
         }
     }
