@@ -1,6 +1,8 @@
 /* What a loss by the equations of the rod is made of: flows, integrals, weights, beginnings. */
 #include "tools/surrogate/physics_internal.h"
 
+#include "autodiff/dense.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -47,18 +49,20 @@ static ad_status find_weight(physics_loss *x, reduced_rod *rod, ad_error *error)
 {
     enum { STEPS = 250 };
     const size_t n = (size_t)x->m->states, order = physics_order(x->m);
-    const double *flow = x->flow + (NODES - 1) * n * order;
-    double *by_state = calloc(12 * n + 6 * n, sizeof *by_state), *rows = by_state + 12 * n;
-    double most = 0;
+    decoupled flowing = *x->m;
+    double *by_state = calloc(12 * n + 6 * n + n * order + decoupled_work(x->m), sizeof *by_state);
+    double *rows = by_state + 12 * n, *flow = rows + 6 * n, most = 0;
     reduced_place tip;
     if (!by_state) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a tip");
     }
+    flowing.flows = true;
+    decoupled_flow(&flowing, 1, flow + n * order, flow);
     ad_status status = reduced_output(rod, 0, x->center, x->input_center, &tip, by_state, error);
     for (size_t k = 0; k < 3 * n; k++) {
         rows[k] = by_state[k] * x->scale[k % n];
     }
-    for (int s = 0; s < STEPS && x->m->flows && status == AD_OK; s++) {
+    for (int s = 0; s < STEPS && status == AD_OK; s++) {
         for (size_t k = 0; k < 3 * n * n; k++) {
             const size_t r = k / n / n, a = k / n % n, b = k % n;
             x->weight[a * n + b] += rows[r * n + a] * rows[r * n + b];
@@ -81,29 +85,42 @@ static ad_status find_weight(physics_loss *x, reduced_rod *rod, ad_error *error)
     return status;
 }
 
-/* Of rates: each over its mean square at the beginnings. */
-static ad_status find_rate_weight(physics_loss *x, physics_worker *w, ad_error *error)
+/* Of residuals of rates: (I - A)^-T weight (I - A)^-1, the weight of the error that a residual
+ * leaves behind. On a stiff rod rows of a residual are up to a hundred times as large as that. */
+static ad_status find_rate_weight(physics_loss *x, ad_error *error)
 {
-    enum { SOME = 256 };
-    const size_t n = (size_t)x->m->states;
-    double *given = w->steps[0].given, *rate = w->steps[0].n;
-    for (size_t s = 0; s < SOME; s++) {
-        const int *begin = x->begin[s * x->count / SOME];
-        const size_t row = (size_t)begin[0] * (size_t)(x->motions->steps + 1) + (size_t)begin[1];
-        physics_take_state(x, row, given);
-        physics_take_inputs(x, row, given + n);
-        if (!physics_remainder(x, w, given, 0, given, rate, NULL)) {
-            return ad_fail(error, AD_NOT_FINITE, "a rate of the rod is not finite");
+    const size_t n = (size_t)x->m->states, columns = n + (size_t)x->m->inputs + 1;
+    double *lu = malloc(3 * n * n * sizeof *lu), *p = lu + n * n, *wp = p + n * n;
+    int *pivots = malloc(n * sizeof *pivots);
+    ad_status status = AD_OK;
+    if (!lu || !pivots) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for the weight of a residual");
+    }
+    for (size_t k = 0; k < n * n && status == AD_OK; k++) {
+        p[k] = k % (n + 1) == 0;
+        lu[k % n * n + k / n] = p[k] - x->mean[k / n * columns + k % n]; /* column-major */
+    }
+    if (status == AD_OK && ad_dense_lu(n, lu, pivots) != 0) {
+        status = ad_fail(error, AD_NOT_FINITE, "the mean linear system of a step is singular");
+    }
+    if (status == AD_OK) {
+        ad_dense_lu_solve(n, n, lu, pivots, p); /* column c: the error by residual c */
+        for (size_t k = 0; k < n * n; k++) {
+            wp[k] = 0;
+            for (size_t j = 0; j < n; j++) {
+                wp[k] += p[k / n * n + j] * x->weight[j * n + k % n];
+            }
         }
-        for (size_t j = 0; j < n; j++) {
-            x->weight[j * n + j] += rate[j] * rate[j] / SOME;
+        for (size_t k = 0; k < n * n; k++) {
+            x->weight[k] = 0;
+            for (size_t j = 0; j < n; j++) {
+                x->weight[k] += wp[k / n * n + j] * p[k % n * n + j];
+            }
         }
     }
-    for (size_t j = 0; j < n; j++) {
-        double *at = &x->weight[j * n + j];
-        *at = *at > 0 ? 1 / *at : 1;
-    }
-    return AD_OK;
+    free(lu);
+    free(pivots);
+    return status;
 }
 
 static bool list_beginnings(physics_loss *x)
@@ -173,13 +190,15 @@ static bool make_worker(physics_loss *x, physics_worker *w)
 static ad_status allocate(physics_loss *x, ad_error *error)
 {
     const size_t n = (size_t)x->m->states;
+    const size_t columns = n + (size_t)x->m->inputs + 1;
     x->flow = calloc(NODES * n * physics_order(x->m), sizeof *x->flow);
+    x->zero = calloc(n * columns, sizeof *x->zero);
     x->integral = calloc(NODES * NODES * n * n, sizeof *x->integral);
     x->weight = calloc(n * n, sizeof *x->weight);
     x->gradients = calloc(CHUNKS * decoupled_parameters(x->m), sizeof *x->gradients);
     x->workers = calloc((size_t)ad_pool_threads(x->pool), sizeof *x->workers);
     bool good =
-        x->flow && x->integral && x->weight && x->gradients && x->workers && list_beginnings(x);
+        x->flow && x->zero && x->integral && x->weight && x->gradients && x->workers && list_beginnings(x);
     for (int t = 0; t < ad_pool_threads(x->pool) && good; t++) {
         good = make_worker(x, &x->workers[t]);
     }
@@ -203,24 +222,33 @@ static ad_status find_flows(physics_loss *x, ad_error *error)
     return AD_OK;
 }
 
-ad_status physics_loss_create(const scene *open, const int modes[4], const excite_rollouts *motions,
-                              const decoupled *m, const physics_loss_settings *settings,
-                              ad_pool *pool, physics_loss **result, ad_error *error)
+/* So that the base alone, all parameters 0, has a loss of 1. */
+static ad_status find_scale(physics_loss *x, ad_error *error)
+{
+    const int batch = x->settings.batch;
+    double *zero = calloc(decoupled_parameters(x->m), sizeof *zero), value = NAN;
+    x->settings.batch = 0;
+    x->factor = 1;
+    const bool fine = zero && physics_loss_evaluate(x, zero, &value, NULL) == 0;
+    x->settings.batch = batch;
+    x->factor = value > 0 ? 1 / value : 1;
+    free(zero);
+    return fine    ? AD_OK
+           : !zero ? ad_fail(error, AD_NO_MEMORY, "out of memory for a loss")
+                   : ad_fail(error, AD_NOT_FINITE, "the loss of curves that do not move is not finite");
+}
+
+ad_status physics_open(const scene *open, const int modes[4], const excite_rollouts *motions,
+                       const decoupled *m, const physics_loss_settings *settings, ad_pool *pool,
+                       physics_loss **result, ad_error *error)
 {
     const size_t n = (size_t)m->states, inputs = (size_t)m->inputs;
     const double tip = scene_length(open);
     reduced_settings of_rod = {.count = 1, .s = &tip};
     physics_loss *x = calloc(1, sizeof *x);
-    *result = NULL;
+    *result = x;
     if (!x) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a loss");
-    }
-    if (!(settings->physics + settings->data > 0) || settings->ahead < 1 ||
-        settings->ahead > AHEAD_MAX || (settings->rates && m->flows)) {
-        free(x);
-        return ad_fail(error, AD_BAD_ARGUMENT,
-                       "a loss of nothing, of %d steps in a row, or of rates beside a flow",
-                       settings->ahead);
     }
     *x = (physics_loss){
         .scene = open, .motions = motions, .m = m, .settings = *settings, .pool = pool};
@@ -228,23 +256,41 @@ ad_status physics_loss_create(const scene *open, const int modes[4], const excit
     x->scale = x->center + n;
     x->input_center = x->scale + n;
     x->input_scale = x->input_center + inputs;
-    x->linear = x->input_scale + inputs + n; /* behind the ranges of states */
+    x->mean = x->input_scale + inputs + n; /* behind the ranges of states */
     memcpy(of_rod.modes, modes, sizeof of_rod.modes);
     ad_status status = allocate(x, error);
+    x->linear = m->flows ? x->mean : x->zero;
     for (int t = 0; t < ad_pool_threads(pool) && status == AD_OK; t++) {
         status = reduced_create(open, &of_rod, &x->workers[t].rod, error);
     }
     status = status == AD_OK ? find_flows(x, error) : status;
-    status = status == AD_OK ? find_integrals(x, error) : status;
-    if (status == AD_OK && settings->tip && !settings->rates) {
+    return status == AD_OK ? find_integrals(x, error) : status;
+}
+
+ad_status physics_loss_create(const scene *open, const int modes[4], const excite_rollouts *motions,
+                              const decoupled *m, const physics_loss_settings *settings,
+                              ad_pool *pool, physics_loss **result, ad_error *error)
+{
+    const size_t n = (size_t)m->states;
+    physics_loss *x = NULL;
+    *result = NULL;
+    if (!(settings->physics + settings->data > 0) || settings->ahead < 1 ||
+        settings->ahead > AHEAD_MAX || (settings->rates && m->flows)) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "a loss of nothing, of %d steps in a row, or of rates beside a flow",
+                       settings->ahead);
+    }
+    ad_status status = physics_open(open, modes, motions, m, settings, pool, &x, error);
+    if (status == AD_OK && settings->tip) {
         status = find_weight(x, x->workers[0].rod, error);
     }
-    if (status == AD_OK && settings->rates) {
-        status = find_rate_weight(x, &x->workers[0], error);
-    }
-    for (size_t j = 0; j < n && status == AD_OK && !settings->tip && !settings->rates; j++) {
+    for (size_t j = 0; j < n && status == AD_OK && !settings->tip; j++) {
         x->weight[j * n + j] = 1;
     }
+    if (status == AD_OK && settings->rates) {
+        status = find_rate_weight(x, error);
+    }
+    status = status == AD_OK ? find_scale(x, error) : status;
     if (status != AD_OK) {
         physics_loss_free(x);
         return status;
@@ -265,6 +311,7 @@ void physics_loss_free(physics_loss *x)
     free(x->workers);
     free(x->begin);
     free(x->flow);
+    free(x->zero);
     free(x->integral);
     free(x->weight);
     free(x->gradients);

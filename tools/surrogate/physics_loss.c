@@ -25,7 +25,7 @@ static void draw_times(const physics_loss *x, size_t item, int ahead, double tim
     }
 }
 
-static void base_at(const physics_loss *x, const double *flow, const double *given, double *z)
+void physics_base(const physics_loss *x, const double *flow, const double *given, double *z)
 {
     const size_t n = (size_t)x->m->states, order = physics_order(x->m);
     for (size_t j = 0; j < n; j++) {
@@ -131,7 +131,7 @@ static bool go_forward(const physics_loss *x, physics_worker *w, size_t item, in
     decoupled_network(m, x->parameters, s->given, s->given + n, s->hidden, s->a);
     for (size_t i = 0; i < NODES && x->settings.physics > 0; i++) {
         decoupled_curve(m, s->a, times[i], s->y + i * n, s->rate + i * n);
-        base_at(x, flow + i * n * order, s->given, z);
+        physics_base(x, flow + i * n * order, s->given, z);
         for (size_t j = 0; j < n; j++) {
             z[j] += s->y[i * n + j];
         }
@@ -148,7 +148,7 @@ static bool go_forward(const physics_loss *x, physics_worker *w, size_t item, in
         }
     }
     decoupled_curve(m, s->a, 1, z, NULL);
-    base_at(x, flow + (NODES - 1) * n * order, s->given, next);
+    physics_base(x, flow + (NODES - 1) * n * order, s->given, next);
     for (size_t j = 0; j < n; j++) {
         next[j] += z[j];
     }
@@ -280,6 +280,21 @@ void physics_take_state(const physics_loss *x, size_t row, double *z)
     }
 }
 
+/* Moves a state off the motions by up to settings.scatter of what is usual, most of them less. */
+static void scatter_state(const physics_loss *x, size_t item, double *z)
+{
+    uint64_t state = x->settings.seed ^ ((uint64_t)x->number << 22) ^ (item << 3) ^ 5;
+    double reach = x->settings.scatter;
+    for (int j = -1; j < x->m->states; j++) {
+        const double uniform = (double)(nn_splitmix64(&state) >> 11) * 0x1p-53;
+        if (j < 0) {
+            reach *= uniform * uniform;
+        } else {
+            z[j] += reach * (2 * uniform - 1);
+        }
+    }
+}
+
 /* The loss of one beginning times scale, and where it is wanted its gradient. */
 static bool evaluate_one(const physics_loss *x, physics_worker *w, size_t item, double scale,
                          double *value, double *gradient)
@@ -289,6 +304,7 @@ static bool evaluate_one(const physics_loss *x, physics_worker *w, size_t item, 
     const size_t row = (size_t)begin[0] * (size_t)(x->motions->steps + 1) + (size_t)begin[1];
     double loss = 0, next[256], weighted[256];
     physics_take_state(x, row, w->steps[0].given);
+    scatter_state(x, item, w->steps[0].given);
     for (int k = 0; k < ahead; k++) {
         physics_step *s = &w->steps[k];
         physics_take_inputs(x, row + (size_t)k, s->given + n);
@@ -337,7 +353,7 @@ static void run_chunk(void *context, int chunk, int thread)
     for (size_t i = (size_t)chunk; i < all && !x->failed[chunk]; i += CHUNKS) {
         uint64_t state = x->settings.seed ^ ((uint64_t)x->number << 24) ^ i;
         const size_t item = all < x->count ? nn_splitmix64(&state) % x->count : i;
-        x->failed[chunk] = !evaluate_one(x, &x->workers[thread], item, 1 / (double)all,
+        x->failed[chunk] = !evaluate_one(x, &x->workers[thread], item, x->factor / (double)all,
                                          &x->values[chunk], gradient);
     }
 }

@@ -22,6 +22,7 @@ typedef struct physics_loss_settings {
     bool rates; /* physics: of z' - f at random times, as DD-PINN; false: of the defect at Radau's
                  * nodes, z - base - integral of what f has beside the linear flow */
     bool tip; /* errors count by what they do to the tip within 250 steps; false: by numbers of z */
+    double scatter; /* how far beginnings are moved off the motions, of what is usual there */
     int ahead; /* steps in a row that an error is followed */
     int batch; /* beginnings that an evaluation takes, drawn anew for every step; 0: all */
     int most;  /* of all beginnings so many, evenly; 0: all */
@@ -34,6 +35,12 @@ typedef struct physics_loss physics_loss;
  * with, small but not 0, since alpha = 0 never learns. AD_NO_MEMORY, AD_NOT_FINITE. */
 ad_status physics_prepare(const scene *open, const int modes[4], const excite_rollouts *motions,
                           uint64_t seed, const decoupled *m, double *numbers, ad_error *error);
+
+/* Node values nodes [count][steps][DECOUPLED_NODES][states] of the steps of motions, by the equations
+ * of the rod alone: what leaves no defect, from the base by Newton's method; not a number where that
+ * finds none. m has no terms. Without a flow this is one step of Radau's method of order 5. */
+ad_status physics_collocate(const scene *open, const int modes[4], const excite_rollouts *motions,
+                            const decoupled *m, ad_pool *pool, double *nodes, ad_error *error);
 
 /* Borrows all but the settings. */
 ad_status physics_loss_create(const scene *open, const int modes[4], const excite_rollouts *motions,

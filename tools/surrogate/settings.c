@@ -49,7 +49,12 @@ static bool names(int count, const char *const *all, const char *name)
 
 bool surrogate_is_decoupled(surrogate_kind_id kind)
 {
-    return kind >= SURROGATE_DDPINN;
+    return kind == SURROGATE_DDPINN || kind == SURROGATE_DDPINN_FLOW;
+}
+
+bool surrogate_is_polynomial(surrogate_kind_id kind)
+{
+    return kind == SURROGATE_POLYNOMIAL || kind == SURROGATE_POLYNOMIAL_FLOW;
 }
 
 bool surrogate_names_parameter(const surrogate_settings *settings, const char *name)
@@ -136,7 +141,8 @@ static ad_status resolve_names(surrogate_settings *x, const scene *of, char key[
 /* Weights of the loss that are open: as published, the equations alone, or both. */
 static ad_status resolve_loss(surrogate_settings *x, char key[TRAIN_KEY_MAX], ad_error *error)
 {
-    if (!surrogate_is_decoupled(x->kind)) {
+    const bool polynomial = surrogate_is_polynomial(x->kind);
+    if (!surrogate_is_decoupled(x->kind) && !polynomial) {
         return isnan(x->physics) && isnan(x->data)
                    ? AD_OK
                    : refuse(key, isnan(x->data) ? "surrogate.physics" : "surrogate.data", error,
@@ -145,6 +151,12 @@ static ad_status resolve_loss(surrogate_settings *x, char key[TRAIN_KEY_MAX], ad
     }
     x->physics = isnan(x->physics) ? 1 : x->physics;
     x->data = isnan(x->data) ? (x->kind == SURROGATE_DDPINN ? 0 : 3) : x->data;
+    if (polynomial && (x->physics == 0 || x->ahead > 1)) {
+        return refuse(key, x->ahead > 1 ? "surrogate.ahead" : "surrogate.physics", error,
+                      x->ahead > 1 ? "is of damped sines; polynomials follow one step; leave it out"
+                                   : "is 0, but nodes of polynomials have no solved steps; allowed: "
+                                     "above 0, or surrogate.kind: flow");
+    }
     return x->physics + x->data > 0 ? AD_OK
                                     : refuse(key, "surrogate.data", error,
                                              "and surrogate.physics are 0; allowed: one above 0");

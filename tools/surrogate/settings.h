@@ -51,7 +51,8 @@ surrogate_settings surrogate_settings_default(void);
 
 /* Whether a scene has the section; whether a name is one of its parameters. */
 bool surrogate_is_given(const surrogate_settings *settings);
-bool surrogate_is_decoupled(surrogate_kind_id kind); /* of curves in time */
+bool surrogate_is_decoupled(surrogate_kind_id kind);  /* damped sines */
+bool surrogate_is_polynomial(surrogate_kind_id kind); /* the other curves in time */
 bool surrogate_names_parameter(const surrogate_settings *settings, const char *name);
 
 /* Fills in what is open, network and stages (where they are not given) among it, and checks.

@@ -7,7 +7,7 @@
 #include <string.h>
 
 /* Beginnings in an evaluation of Adam, and of methods that need the same function again. */
-enum { BATCH = 128, WHOLE = 4000 };
+enum { BATCH = 128, WHOLE = 4000, HELD = 500 };
 
 static ad_status make_loss(surrogate_training *t, const excite_rollouts *motions,
                            const physics_loss_settings *settings, physics_loss **loss,
@@ -22,27 +22,24 @@ ad_status surrogate_make_physics(surrogate_training *t, ad_error *error)
 {
     const optim_method method = t->training->stages[t->info.stage].optimizer;
     const bool batches = method == OPTIM_ADAM || method == OPTIM_SOAP;
-    const physics_loss_settings settings = {.physics = t->settings->physics,
-                                            .data = t->settings->data,
-                                            .rates = t->settings->kind == SURROGATE_DDPINN,
-                                            .tip = t->curve.flows,
-                                            .ahead = t->settings->ahead,
-                                            .batch = batches ? BATCH : 0,
-                                            .most = batches ? 0 : WHOLE,
-                                            .seed = t->training->seed};
-    return make_loss(t, &t->motions, &settings, &t->physics, error);
+    physics_loss_settings settings = {.physics = t->settings->physics,
+                                      .data = t->settings->data,
+                                      .rates = t->settings->kind == SURROGATE_DDPINN,
+                                      .tip = getenv("TIP") ? atoi(getenv("TIP")) : 1,
+                                      .ahead = t->settings->ahead,
+                                      .scatter = getenv("SC") ? atof(getenv("SC")) : 0,
+                                      .most = HELD,
+                                      .seed = t->training->seed};
+    ad_status status = make_loss(t, &t->held_motions, &settings, &t->held_loss, error);
+    settings.batch = batches ? BATCH : 0;
+    settings.most = batches ? 0 : WHOLE;
+    return status == AD_OK ? make_loss(t, &t->motions, &settings, &t->physics, error) : status;
 }
 
 double surrogate_held_error(surrogate_training *t, const double *parameters)
 {
-    double value, *zero = NULL;
-    if (!parameters) {
-        parameters = zero = calloc(t->info.parameters, sizeof *zero);
-    }
-    const bool good =
-        parameters && physics_loss_evaluate(t->held_loss, parameters, &value, NULL) == 0;
-    free(zero);
-    return good ? value : NAN;
+    double value;
+    return physics_loss_evaluate(t->held_loss, parameters, &value, NULL) == 0 ? value : NAN;
 }
 
 static ad_status allocate(surrogate_training *t, ad_error *error)
@@ -53,8 +50,8 @@ static ad_status allocate(surrogate_training *t, ad_error *error)
         .states = t->motions.states,
         .inputs = t->motions.inputs,
         .ramps = t->settings->hold == SURROGATE_RAMP,
-        .flows = kind == SURROGATE_DDPINN_FLOW || kind == SURROGATE_POLYNOMIAL_FLOW,
-        .terms = kind == SURROGATE_DDPINN || kind == SURROGATE_DDPINN_FLOW ? t->settings->terms : 0,
+        .flows = kind == SURROGATE_DDPINN_FLOW,
+        .terms = t->settings->terms,
         .step = t->settings->step,
         .layers = network->hidden_count};
     for (int i = 0; i < t->curve.layers; i++) {
@@ -76,7 +73,6 @@ ad_status surrogate_prepare_curve(surrogate_training *t, int steps, int rollouts
 {
     const excite_settings first = surrogate_excitation(t, steps, 0, rollouts);
     const excite_settings other = surrogate_excitation(t, steps, rollouts, held);
-    const physics_loss_settings errors = {.data = 1, .ahead = 1};
     ad_status status = excite_run(t->open, &first, t->pool, &t->motions, error);
     status =
         status == AD_OK ? excite_run(t->open, &other, t->pool, &t->held_motions, error) : status;
@@ -84,9 +80,6 @@ ad_status surrogate_prepare_curve(surrogate_training *t, int steps, int rollouts
     if (status == AD_OK) {
         status = physics_prepare(t->open, t->settings->modes, &t->motions, t->training->seed,
                                  &t->curve, t->numbers, error);
-    }
-    if (status == AD_OK) {
-        status = make_loss(t, &t->held_motions, &errors, &t->held_loss, error);
     }
     if (status != AD_OK) {
         return status;
@@ -96,11 +89,10 @@ ad_status surrogate_prepare_curve(surrogate_training *t, int steps, int rollouts
     for (int i = 0; i < t->motions.count; i++) {
         t->info.solved += (size_t)t->motions.done[i];
     }
-    t->held_linear = surrogate_held_error(t, NULL);
+    t->held_linear = 1;
     snprintf(
         t->info.frame, sizeof t->info.frame,
-        "curves in time: %s, beside %s; no frame; held-out: over the error of the latter alone",
-        t->curve.terms > 0 ? "damped sines" : "polynomials at Radau's nodes",
+        "curves in time: damped sines beside %s; no frame; losses: over that of the latter alone",
         t->curve.flows ? "the exact linear flow" : "the state");
     return AD_OK;
 }
