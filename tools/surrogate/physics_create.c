@@ -238,6 +238,42 @@ static ad_status find_scale(physics_loss *x, ad_error *error)
                    : ad_fail(error, AD_NOT_FINITE, "the loss of curves that do not move is not finite");
 }
 
+/* Curves at the nodes that leave no defect, for every beginning; those without are left out. The
+ * distance from these is the defect times the inverse of its derivatives: as Newton's method sees it,
+ * and without the equations in every evaluation. */
+static ad_status find_targets(physics_loss *x, const int modes[4], ad_error *error)
+{
+    const size_t n = (size_t)x->m->states, each = NODES * n, steps = (size_t)x->motions->steps;
+    double *given = x->workers[0].steps[0].given, z[256];
+    size_t count = 0;
+    x->target = malloc(((size_t)x->motions->count * steps + 1) * each * sizeof *x->target);
+    ad_status status = x->target ? physics_collocate(x->scene, modes, x->motions, x->m, x->pool,
+                                                     x->target, error)
+                                 : ad_fail(error, AD_NO_MEMORY, "out of memory for nodes");
+    for (size_t b = 0; b < x->count && status == AD_OK; b++) {
+        const size_t i = (size_t)x->begin[b][0], k = (size_t)x->begin[b][1];
+        double *target = x->target + (i * steps + k) * each;
+        if (isnan(target[0])) {
+            continue;
+        }
+        physics_take_state(x, i * (steps + 1) + k, given);
+        physics_take_inputs(x, i * (steps + 1) + k, given + n);
+        given[physics_order(x->m) - 1] = 1;
+        for (size_t c = 0; c < NODES; c++) {
+            physics_base(x, x->flow + c * n * physics_order(x->m), given, z);
+            for (size_t j = 0; j < n; j++) {
+                double *y = target + c * n + j;
+                *y = (*y - x->center[j]) / x->scale[j] - z[j];
+            }
+        }
+        memmove(x->begin[count++], x->begin[b], sizeof x->begin[b]);
+    }
+    x->count = count;
+    return status != AD_OK || count > 0
+               ? status
+               : ad_fail(error, AD_NOT_FINITE, "no step of the rod's equations can be solved");
+}
+
 ad_status physics_open(const scene *open, const int modes[4], const excite_rollouts *motions,
                        const decoupled *m, const physics_loss_settings *settings, ad_pool *pool,
                        physics_loss **result, ad_error *error)
@@ -287,8 +323,11 @@ ad_status physics_loss_create(const scene *open, const int modes[4], const excit
     for (size_t j = 0; j < n && status == AD_OK && !settings->tip; j++) {
         x->weight[j * n + j] = 1;
     }
-    if (status == AD_OK && settings->rates) {
+    if (status == AD_OK && settings->tip && settings->rates) {
         status = find_rate_weight(x, error);
+    }
+    if (status == AD_OK && settings->physics > 0 && !settings->rates && settings->ahead == 1) {
+        status = find_targets(x, modes, error);
     }
     status = status == AD_OK ? find_scale(x, error) : status;
     if (status != AD_OK) {
@@ -310,6 +349,7 @@ void physics_loss_free(physics_loss *x)
     }
     free(x->workers);
     free(x->begin);
+    free(x->target);
     free(x->flow);
     free(x->zero);
     free(x->integral);

@@ -33,6 +33,7 @@ struct physics_loss {
     size_t count;      /* of beginnings */
     int (*begin)[2];   /* [count]: rollout, step */
     double *flow;      /* [NODES][n][order] to the nodes */
+    double *target;    /* of beginnings [count of rollouts][steps][NODES][n]: y; NULL: the defect */
     double *zero;      /* [n][n + inputs + 1] */
     double *integral;  /* [NODES][NODES][n][n] */
     double *weight;    /* [n][n], symmetric */

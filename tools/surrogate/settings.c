@@ -65,7 +65,7 @@ bool surrogate_names_parameter(const surrogate_settings *settings, const char *n
 /* ---- what is open, and checks -------------------------------------------------------------- */
 
 /* Steps of the optimiser, and the network, that were measured to be worth their time. */
-enum { STEPS = 4000, WIDTH = 64, DECOUPLED_STEPS = 16000 };
+enum { STEPS = 4000, NODES_STEPS = 2000, WIDTH = 64, DECOUPLED_STEPS = 16000 };
 
 static ad_status refuse(char key[TRAIN_KEY_MAX], const char *which, ad_error *error,
                         const char *problem)
@@ -138,9 +138,13 @@ static ad_status resolve_names(surrogate_settings *x, const scene *of, char key[
     return status;
 }
 
-/* Weights of the loss that are open: as published, the equations alone, or both. */
+/* Weights of the loss that are open: the equations alone. */
 static ad_status resolve_loss(surrogate_settings *x, char key[TRAIN_KEY_MAX], ad_error *error)
 {
+    if (x->weights == SURROGATE_PLAIN && x->kind != SURROGATE_DDPINN) {
+        return refuse(key, "surrogate.weights", error,
+                      "is plain, of surrogate.kind: ddpinn alone; leave it out");
+    }
     const bool polynomial = surrogate_is_polynomial(x->kind);
     if (!surrogate_is_decoupled(x->kind) && !polynomial) {
         return isnan(x->physics) && isnan(x->data)
@@ -150,7 +154,7 @@ static ad_status resolve_loss(surrogate_settings *x, char key[TRAIN_KEY_MAX], ad
                             "regressions on solved steps; leave it out");
     }
     x->physics = isnan(x->physics) ? 1 : x->physics;
-    x->data = isnan(x->data) ? (x->kind == SURROGATE_DDPINN ? 0 : 3) : x->data;
+    x->data = isnan(x->data) ? 0 : x->data;
     if (polynomial && (x->physics == 0 || x->ahead > 1)) {
         return refuse(key, x->ahead > 1 ? "surrogate.ahead" : "surrogate.physics", error,
                       x->ahead > 1 ? "is of damped sines; polynomials follow one step; leave it out"
@@ -246,7 +250,7 @@ ad_status surrogate_settings_resolve(surrogate_settings *x, train_settings *trai
         training->stage_count = 1;
         training->stages[0] = train_stage_default();
         training->stages[0].optimizer = OPTIM_SSBROYDEN;
-        training->stages[0].steps = STEPS;
+        training->stages[0].steps = surrogate_is_polynomial(x->kind) ? NODES_STEPS : STEPS;
         if (surrogate_is_decoupled(x->kind)) {
             stage_of_curves(x, &training->stages[0]);
         }

@@ -9,6 +9,10 @@
 /* Beginnings in an evaluation of Adam, and of methods that need the same function again. */
 enum { BATCH = 128, WHOLE = 4000, HELD = 500 };
 
+/* Off the motions, of what is usual there: nothing but the network brings a curve beside the state
+ * back to them. */
+static const double SCATTER = 0.3;
+
 static ad_status make_loss(surrogate_training *t, const excite_rollouts *motions,
                            const physics_loss_settings *settings, physics_loss **loss,
                            ad_error *error)
@@ -25,11 +29,13 @@ ad_status surrogate_make_physics(surrogate_training *t, ad_error *error)
     physics_loss_settings settings = {.physics = t->settings->physics,
                                       .data = t->settings->data,
                                       .rates = t->settings->kind == SURROGATE_DDPINN,
-                                      .tip = getenv("TIP") ? atoi(getenv("TIP")) : 1,
+                                      .tip = t->settings->weights == SURROGATE_TIP,
                                       .ahead = t->settings->ahead,
-                                      .scatter = getenv("SC") ? atof(getenv("SC")) : 0,
                                       .most = HELD,
                                       .seed = t->training->seed};
+    if (settings.rates && settings.tip && settings.data == 0) {
+        settings.scatter = SCATTER;
+    }
     ad_status status = make_loss(t, &t->held_motions, &settings, &t->held_loss, error);
     settings.batch = batches ? BATCH : 0;
     settings.most = batches ? 0 : WHOLE;
