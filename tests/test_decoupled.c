@@ -255,7 +255,8 @@ static void test_gradients(void **state)
 {
     (void)state;
     const physics_loss_settings settings[] = {
-        {.physics = 1, .rates = true, .scatter = 0.3, .ahead = 1, .batch = 8, .seed = 2, .tip = true},
+        {.physics = 1, .rates = true, .ahead = 1, .batch = 8, .seed = 2},
+        {.physics = 1, .scatter = 0.3, .ahead = 1, .batch = 8, .seed = 2, .tip = true, .all = 0.1},
         {.physics = 1, .ahead = 1, .seed = 2, .tip = true},
         {.physics = 1, .data = 0.5, .ahead = 3, .batch = 8, .seed = 2},
         {.data = 1, .ahead = 2, .most = 9, .seed = 2, .tip = true}};
@@ -283,17 +284,17 @@ static void test_nodes(void **state)
         const size_t rows = (size_t)x.motions.count * STEPS;
         double *nodes = calloc(rows * DECOUPLED_NODES * STATES, sizeof *nodes), most = 0, size = 0;
         assert_int_equal(reduced_create(&x.given->scene, &of, &rod, &error), AD_OK);
-        assert_int_equal(physics_collocate(&x.given->scene, modes, &x.motions, &x.m, pool, nodes,
-                                           &error),
-                         AD_OK);
+        assert_int_equal(
+            physics_collocate(&x.given->scene, modes, &x.motions, &x.m, pool, nodes, &error),
+            AD_OK);
         for (size_t row = 0; row < rows; row++) {
             const size_t from = row / STEPS * (STEPS + 1) + row % STEPS;
             const double *begin = x.motions.state + from * STATES;
             const double *u = x.motions.input + from * INPUTS, *scale = x.numbers + STATES;
             double at[STATES], whole[STATES];
             memcpy(at, begin, sizeof at);
-            assert_int_equal(
-                reduced_step(rod, 0, x.m.step, begin, u, whole, NULL, NULL, &error), AD_OK);
+            assert_int_equal(reduced_step(rod, 0, x.m.step, begin, u, whole, NULL, NULL, &error),
+                             AD_OK);
             for (int i = 0; i < DECOUPLED_NODES; i++) {
                 const double t = decoupled_nodes[i] - (i ? decoupled_nodes[i - 1] : 0);
                 const double *node = nodes + (row * DECOUPLED_NODES + (size_t)i) * STATES;

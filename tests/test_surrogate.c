@@ -310,7 +310,8 @@ static void test_curves(void **state)
             }
         }
         const size_t curve = decoupled_numbers(&loaded[0]->curve);
-        const size_t count = kind == 0 ? curve : 3 * surrogate_step_numbers(&loaded[0]->step) + curve;
+        const size_t count =
+            kind == 0 ? curve : 3 * surrogate_step_numbers(&loaded[0]->step) + curve;
         assert_memory_equal(loaded[0]->numbers, loaded[1]->numbers,
                             count * sizeof *loaded[0]->numbers);
         assert_int_equal(surrogate_one_step(loaded[0], &model, &error), AD_OK);
@@ -372,6 +373,11 @@ static void test_refusals(void **state)
     expect_refusal("surrogate.step=0", "surrogate.step");
     expect_refusal("surrogate.step=null", "surrogate.step: is not given");
     expect_refusal("surrogate.kind=flows", "flow, linear");
+    expect_refusal("surrogate.weights=plain", "surrogate.weights: is plain, of surrogate.kind");
+    expect_refusal("surrogate={step: 0.02, kind: polynomial, ahead: 2}",
+                   "surrogate.ahead: is of damped");
+    expect_refusal("surrogate={step: 0.02, kind: polynomial, physics: 0, data: 1}",
+                   "surrogate.physics: is 0, but");
     expect_refusal("surrogate.data=1", "surrogate.data: is of the kinds that are curves in time");
     expect_refusal("time.duration=null", "time.duration");
     expect_refusal("network.hidden=[]", "network.hidden");

@@ -253,12 +253,12 @@ static void explain_network(const surrogate_settings *s, const train_settings *s
         printf("%s%d", i ? " x " : "", network->hidden[i]);
     }
     if (sines) {
-        printf(") says a curve in\ntime from each state, damped sines beside %s, exact at its begin; "
-               "the loss is %g times\n%s and %g times errors of solved steps, %d in a row.\n\n",
-               flows ? "the exact linear flow" : "the state", s->physics,
-               flows ? "the defect of the rod's equations at Radau's nodes"
-                     : "z' - f at random times",
-               s->data, s->ahead);
+        printf(
+            ") says a curve in\ntime from each state, damped sines beside %s, exact at its begin; "
+            "the loss is %g times\n%s and %g times errors of solved steps, %d in a row.\n\n",
+            flows ? "the exact linear flow" : "the state", s->physics,
+            flows ? "the defect of the rod's equations at Radau's nodes" : "z' - f at random times",
+            s->data, s->ahead);
     } else {
         printf(") for what it leaves over, in\nthe frame of the robot's symmetry, if there is one; "
                "errors count by what they do to the tip\nover 250 steps; output layer by least "

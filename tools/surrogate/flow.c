@@ -132,8 +132,7 @@ static bool factor_gramian(const surrogate_step *m, const double *q, head *h)
             if (i == j && !(sum > 0)) {
                 return false;
             }
-            h->factor[i * h->each + j] =
-                i == j ? sqrt(sum) : sum / h->factor[j * h->each + j];
+            h->factor[i * h->each + j] = i == j ? sqrt(sum) : sum / h->factor[j * h->each + j];
         }
     }
     return true;
@@ -487,9 +486,9 @@ static bool allocate(surrogate_flow *x)
     return fine && x->even && x->odd && x->length;
 }
 
-ad_status surrogate_flow_create(int nodes, const surrogate_node *node,
-                                const surrogate_steps *steps, const double *q, ad_pool *pool,
-                                surrogate_flow **result, ad_error *error)
+ad_status surrogate_flow_create(int nodes, const surrogate_node *node, const surrogate_steps *steps,
+                                const double *q, ad_pool *pool, surrogate_flow **result,
+                                ad_error *error)
 {
     surrogate_flow *x = calloc(1, sizeof *x);
     *result = NULL;

@@ -14,9 +14,9 @@ typedef struct surrogate_node {
 } surrogate_node;
 
 /* q: of surrogate_gramian. Borrows models and the pool. */
-ad_status surrogate_flow_create(int nodes, const surrogate_node *node,
-                                const surrogate_steps *steps, const double *q, ad_pool *pool,
-                                surrogate_flow **result, ad_error *error);
+ad_status surrogate_flow_create(int nodes, const surrogate_node *node, const surrogate_steps *steps,
+                                const double *q, ad_pool *pool, surrogate_flow **result,
+                                ad_error *error);
 void surrogate_flow_free(surrogate_flow *x); /* NULL is fine */
 
 /* Those of the hidden layers; the first ones of the network's. */

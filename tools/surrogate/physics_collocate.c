@@ -99,7 +99,8 @@ static void run_rollout(void *context, int item, int thread)
         for (size_t i = 0; i < NODES; i++) {
             physics_base(x, x->flow + i * n * order, given, to + i * n);
             for (size_t j = 0; j < n; j++) {
-                to[i * n + j] = x->center[j] + x->scale[j] * (to[i * n + j] + w->steps[0].y[i * n + j]);
+                to[i * n + j] =
+                    x->center[j] + x->scale[j] * (to[i * n + j] + w->steps[0].y[i * n + j]);
             }
         }
     }

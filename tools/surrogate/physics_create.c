@@ -1,7 +1,7 @@
 /* What a loss by the equations of the rod is made of: flows, integrals, weights, beginnings. */
 #include "tools/surrogate/physics_internal.h"
 
-#include "autodiff/dense.h"
+#include "nn/rng.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -43,8 +43,8 @@ static ad_status find_integrals(physics_loss *x, ad_error *error)
     return AD_OK;
 }
 
-/* weight = sum over 250 steps of (F^k)^T C^T C F^k, so that its largest number is 1, and a
- * thousandth of the unit matrix; F the flow of a step, C of the tip by z in the middle. */
+/* weight = sum over 250 steps of (F^k)^T C^T C F^k, so that its largest number is 1, and
+ * settings.all times the unit matrix; F the flow of a step, C of the tip by z in the middle. */
 static ad_status find_weight(physics_loss *x, reduced_rod *rod, ad_error *error)
 {
     enum { STEPS = 250 };
@@ -78,48 +78,11 @@ static ad_status find_weight(physics_loss *x, reduced_rod *rod, ad_error *error)
         most = fmax(most, x->weight[j * n + j]);
     }
     for (size_t k = 0; k < n * n; k++) {
-        x->weight[k] =
-            (most > 0 ? x->weight[k] / most : 0) + (k % (n + 1) == 0 ? (most > 0 ? 1e-3 : 1) : 0);
+        x->weight[k] = (most > 0 ? x->weight[k] / most : 0) + (k % (n + 1) > 0 ? 0
+                                                               : most > 0      ? x->settings.all
+                                                                               : 1);
     }
     free(by_state);
-    return status;
-}
-
-/* Of residuals of rates: (I - A)^-T weight (I - A)^-1, the weight of the error that a residual
- * leaves behind. On a stiff rod rows of a residual are up to a hundred times as large as that. */
-static ad_status find_rate_weight(physics_loss *x, ad_error *error)
-{
-    const size_t n = (size_t)x->m->states, columns = n + (size_t)x->m->inputs + 1;
-    double *lu = malloc(3 * n * n * sizeof *lu), *p = lu + n * n, *wp = p + n * n;
-    int *pivots = malloc(n * sizeof *pivots);
-    ad_status status = AD_OK;
-    if (!lu || !pivots) {
-        status = ad_fail(error, AD_NO_MEMORY, "out of memory for the weight of a residual");
-    }
-    for (size_t k = 0; k < n * n && status == AD_OK; k++) {
-        p[k] = k % (n + 1) == 0;
-        lu[k % n * n + k / n] = p[k] - x->mean[k / n * columns + k % n]; /* column-major */
-    }
-    if (status == AD_OK && ad_dense_lu(n, lu, pivots) != 0) {
-        status = ad_fail(error, AD_NOT_FINITE, "the mean linear system of a step is singular");
-    }
-    if (status == AD_OK) {
-        ad_dense_lu_solve(n, n, lu, pivots, p); /* column c: the error by residual c */
-        for (size_t k = 0; k < n * n; k++) {
-            wp[k] = 0;
-            for (size_t j = 0; j < n; j++) {
-                wp[k] += p[k / n * n + j] * x->weight[j * n + k % n];
-            }
-        }
-        for (size_t k = 0; k < n * n; k++) {
-            x->weight[k] = 0;
-            for (size_t j = 0; j < n; j++) {
-                x->weight[k] += wp[k / n * n + j] * p[k % n * n + j];
-            }
-        }
-    }
-    free(lu);
-    free(pivots);
     return status;
 }
 
@@ -197,8 +160,8 @@ static ad_status allocate(physics_loss *x, ad_error *error)
     x->weight = calloc(n * n, sizeof *x->weight);
     x->gradients = calloc(CHUNKS * decoupled_parameters(x->m), sizeof *x->gradients);
     x->workers = calloc((size_t)ad_pool_threads(x->pool), sizeof *x->workers);
-    bool good =
-        x->flow && x->zero && x->integral && x->weight && x->gradients && x->workers && list_beginnings(x);
+    bool good = x->flow && x->zero && x->integral && x->weight && x->gradients && x->workers &&
+                list_beginnings(x);
     for (int t = 0; t < ad_pool_threads(x->pool) && good; t++) {
         good = make_worker(x, &x->workers[t]);
     }
@@ -233,23 +196,46 @@ static ad_status find_scale(physics_loss *x, ad_error *error)
     x->settings.batch = batch;
     x->factor = value > 0 ? 1 / value : 1;
     free(zero);
-    return fine    ? AD_OK
-           : !zero ? ad_fail(error, AD_NO_MEMORY, "out of memory for a loss")
-                   : ad_fail(error, AD_NOT_FINITE, "the loss of curves that do not move is not finite");
+    return fine ? AD_OK
+           : !zero
+               ? ad_fail(error, AD_NO_MEMORY, "out of memory for a loss")
+               : ad_fail(error, AD_NOT_FINITE, "the loss of curves that do not move is not finite");
+}
+
+/* States off the motions by up to settings.scatter of what is usual, most of them less. */
+static ad_status scatter_states(physics_loss *x, ad_error *error)
+{
+    const excite_rollouts *from = x->motions;
+    const size_t n = (size_t)from->states, rows = (size_t)from->count * (size_t)(from->steps + 1);
+    nn_rng random = nn_rng_split(x->settings.seed, "off the motions");
+    x->moved = *from;
+    x->moved.state = malloc(rows * n * sizeof *x->moved.state);
+    if (!x->moved.state) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for states");
+    }
+    for (size_t row = 0; row < rows; row++) {
+        const double part = nn_rng_uniform(&random), reach = x->settings.scatter * part * part;
+        for (size_t j = 0; j < n; j++) {
+            x->moved.state[row * n + j] =
+                from->state[row * n + j] + reach * x->scale[j] * (2 * nn_rng_uniform(&random) - 1);
+        }
+    }
+    x->motions = &x->moved;
+    return AD_OK;
 }
 
 /* Curves at the nodes that leave no defect, for every beginning; those without are left out. The
- * distance from these is the defect times the inverse of its derivatives: as Newton's method sees it,
- * and without the equations in every evaluation. */
+ * distance from these is the defect times the inverse of its derivatives: as Newton's method sees
+ * it, and without the equations in every evaluation. */
 static ad_status find_targets(physics_loss *x, const int modes[4], ad_error *error)
 {
     const size_t n = (size_t)x->m->states, each = NODES * n, steps = (size_t)x->motions->steps;
     double *given = x->workers[0].steps[0].given, z[256];
     size_t count = 0;
     x->target = malloc(((size_t)x->motions->count * steps + 1) * each * sizeof *x->target);
-    ad_status status = x->target ? physics_collocate(x->scene, modes, x->motions, x->m, x->pool,
-                                                     x->target, error)
-                                 : ad_fail(error, AD_NO_MEMORY, "out of memory for nodes");
+    ad_status status =
+        x->target ? physics_collocate(x->scene, modes, x->motions, x->m, x->pool, x->target, error)
+                  : ad_fail(error, AD_NO_MEMORY, "out of memory for nodes");
     for (size_t b = 0; b < x->count && status == AD_OK; b++) {
         const size_t i = (size_t)x->begin[b][0], k = (size_t)x->begin[b][1];
         double *target = x->target + (i * steps + k) * each;
@@ -311,10 +297,13 @@ ad_status physics_loss_create(const scene *open, const int modes[4], const excit
     physics_loss *x = NULL;
     *result = NULL;
     if (!(settings->physics + settings->data > 0) || settings->ahead < 1 ||
-        settings->ahead > AHEAD_MAX || (settings->rates && m->flows)) {
-        return ad_fail(error, AD_BAD_ARGUMENT,
-                       "a loss of nothing, of %d steps in a row, or of rates beside a flow",
-                       settings->ahead);
+        settings->ahead > AHEAD_MAX || (settings->rates && m->flows) ||
+        (settings->scatter > 0 && settings->data > 0)) {
+        return ad_fail(
+            error, AD_BAD_ARGUMENT,
+            "a loss of nothing, of %d steps in a row, of rates beside a flow, or of solved "
+            "steps from states off the motions",
+            settings->ahead);
     }
     ad_status status = physics_open(open, modes, motions, m, settings, pool, &x, error);
     if (status == AD_OK && settings->tip) {
@@ -323,8 +312,8 @@ ad_status physics_loss_create(const scene *open, const int modes[4], const excit
     for (size_t j = 0; j < n && status == AD_OK && !settings->tip; j++) {
         x->weight[j * n + j] = 1;
     }
-    if (status == AD_OK && settings->tip && settings->rates) {
-        status = find_rate_weight(x, error);
+    if (status == AD_OK && settings->scatter > 0) {
+        status = scatter_states(x, error);
     }
     if (status == AD_OK && settings->physics > 0 && !settings->rates && settings->ahead == 1) {
         status = find_targets(x, modes, error);
@@ -350,6 +339,7 @@ void physics_loss_free(physics_loss *x)
     free(x->workers);
     free(x->begin);
     free(x->target);
+    free(x->moved.state);
     free(x->flow);
     free(x->zero);
     free(x->integral);

@@ -27,6 +27,7 @@ typedef struct physics_worker {
 struct physics_loss {
     const scene *scene;
     const excite_rollouts *motions;
+    excite_rollouts moved; /* motions off which states were moved */
     const decoupled *m;
     physics_loss_settings settings;
     ad_pool *pool;
@@ -38,7 +39,7 @@ struct physics_loss {
     double *integral;  /* [NODES][NODES][n][n] */
     double *weight;    /* [n][n], symmetric */
     double *gradients; /* [CHUNKS][parameters] */
-    double factor; /* of the loss */
+    double factor;     /* of the loss */
     double values[CHUNKS];
     bool failed[CHUNKS];
     const double *parameters;

@@ -144,7 +144,8 @@ static bool go_forward(const physics_loss *x, physics_worker *w, size_t item, in
     draw_times(x, item, ahead, times);
     decoupled_network(m, x->parameters, s->given, s->given + n, s->hidden, s->a);
     for (size_t i = 0; i < NODES && x->settings.physics > 0; i++) {
-        decoupled_curve(m, s->a, times[i], s->y + i * n, x->settings.rates ? s->rate + i * n : NULL);
+        decoupled_curve(m, s->a, times[i], s->y + i * n,
+                        x->settings.rates ? s->rate + i * n : NULL);
         if (x->target) {
             continue;
         }
@@ -304,21 +305,6 @@ void physics_take_state(const physics_loss *x, size_t row, double *z)
     }
 }
 
-/* Moves a state off the motions by up to settings.scatter of what is usual, most of them less. */
-static void scatter_state(const physics_loss *x, size_t item, double *z)
-{
-    uint64_t state = x->settings.seed ^ ((uint64_t)x->number << 22) ^ (item << 3) ^ 5;
-    double reach = x->settings.scatter;
-    for (int j = -1; j < x->m->states; j++) {
-        const double uniform = (double)(nn_splitmix64(&state) >> 11) * 0x1p-53;
-        if (j < 0) {
-            reach *= uniform * uniform;
-        } else {
-            z[j] += reach * (2 * uniform - 1);
-        }
-    }
-}
-
 /* The loss of one beginning times scale, and where it is wanted its gradient. */
 static bool evaluate_one(const physics_loss *x, physics_worker *w, size_t item, double scale,
                          double *value, double *gradient)
@@ -328,7 +314,6 @@ static bool evaluate_one(const physics_loss *x, physics_worker *w, size_t item, 
     const size_t row = (size_t)begin[0] * (size_t)(x->motions->steps + 1) + (size_t)begin[1];
     double loss = 0, next[256] = {0}, weighted[256];
     physics_take_state(x, row, w->steps[0].given);
-    scatter_state(x, item, w->steps[0].given);
     for (int k = 0; k < ahead; k++) {
         physics_step *s = &w->steps[k];
         physics_take_inputs(x, row + (size_t)k, s->given + n);

@@ -22,10 +22,11 @@ typedef struct physics_loss_settings {
     bool rates; /* physics: of z' - f at random times, as DD-PINN; false: of the defect at Radau's
                  * nodes, z - base - integral of what f has beside the linear flow */
     bool tip; /* errors count by what they do to the tip within 250 steps; false: by numbers of z */
+    double all;     /* what each number of z counts beside the tip, of the one that does it most */
     double scatter; /* how far beginnings are moved off the motions, of what is usual there */
-    int ahead; /* steps in a row that an error is followed */
-    int batch; /* beginnings that an evaluation takes, drawn anew for every step; 0: all */
-    int most;  /* of all beginnings so many, evenly; 0: all */
+    int ahead;      /* steps in a row that an error is followed */
+    int batch;      /* beginnings that an evaluation takes, drawn anew for every step; 0: all */
+    int most;       /* of all beginnings so many, evenly; 0: all */
     uint64_t seed;
 } physics_loss_settings;
 
@@ -36,9 +37,10 @@ typedef struct physics_loss physics_loss;
 ad_status physics_prepare(const scene *open, const int modes[4], const excite_rollouts *motions,
                           uint64_t seed, const decoupled *m, double *numbers, ad_error *error);
 
-/* Node values nodes [count][steps][DECOUPLED_NODES][states] of the steps of motions, by the equations
- * of the rod alone: what leaves no defect, from the base by Newton's method; not a number where that
- * finds none. m has no terms. Without a flow this is one step of Radau's method of order 5. */
+/* Node values nodes [count][steps][DECOUPLED_NODES][states] of the steps of motions, by the
+ * equations of the rod alone: what leaves no defect, from the base by Newton's method; not a number
+ * where that finds none. m has no terms. Without a flow this is one step of Radau's method of
+ * order 5. */
 ad_status physics_collocate(const scene *open, const int modes[4], const excite_rollouts *motions,
                             const decoupled *m, ad_pool *pool, double *nodes, ad_error *error);
 

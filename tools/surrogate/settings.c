@@ -157,9 +157,10 @@ static ad_status resolve_loss(surrogate_settings *x, char key[TRAIN_KEY_MAX], ad
     x->data = isnan(x->data) ? 0 : x->data;
     if (polynomial && (x->physics == 0 || x->ahead > 1)) {
         return refuse(key, x->ahead > 1 ? "surrogate.ahead" : "surrogate.physics", error,
-                      x->ahead > 1 ? "is of damped sines; polynomials follow one step; leave it out"
-                                   : "is 0, but nodes of polynomials have no solved steps; allowed: "
-                                     "above 0, or surrogate.kind: flow");
+                      x->ahead > 1
+                          ? "is of damped sines; polynomials follow one step; leave it out"
+                          : "is 0, but nodes of polynomials have no solved steps; allowed: "
+                            "above 0, or surrogate.kind: flow");
     }
     return x->physics + x->data > 0 ? AD_OK
                                     : refuse(key, "surrogate.data", error,
@@ -167,12 +168,13 @@ static ad_status resolve_loss(surrogate_settings *x, char key[TRAIN_KEY_MAX], ad
 }
 
 /* Adam on parts of the steps, since f with its derivatives is what costs. */
-static void stage_of_curves(const surrogate_settings *x, train_stage *stage)
+static void stage_of_curves(train_stage *stage)
 {
     stage->optimizer = OPTIM_ADAM;
     stage->steps = DECOUPLED_STEPS;
     stage->adam.schedule.kind = OPTIM_SCHEDULE_COSINE;
-    stage->adam.schedule.learning_rate = x->kind == SURROGATE_DDPINN ? 2e-3 : 4e-3;
+    stage->adam.schedule.learning_rate = 2e-3;
+    stage->adam.clip_norm = 1; /* decays may turn negative */
     stage->adam.schedule.decay_steps = DECOUPLED_STEPS;
     stage->adam.schedule.final_fraction = 0.01;
 }
@@ -252,7 +254,7 @@ ad_status surrogate_settings_resolve(surrogate_settings *x, train_settings *trai
         training->stages[0].optimizer = OPTIM_SSBROYDEN;
         training->stages[0].steps = surrogate_is_polynomial(x->kind) ? NODES_STEPS : STEPS;
         if (surrogate_is_decoupled(x->kind)) {
-            stage_of_curves(x, &training->stages[0]);
+            stage_of_curves(&training->stages[0]);
         }
     }
     ad_status status = check_scene(rod_scene, key, error);

@@ -17,7 +17,7 @@ extern "C" {
     X(SURROGATE_DDPINN, "ddpinn")           /* damped sines beside the state, */                   \
     X(SURROGATE_DDPINN_FLOW, "ddpinn_flow") /* or beside the exact linear flow; */                 \
     /* tools/surrogate/surrogate_curve.h: */                                                       \
-    X(SURROGATE_POLYNOMIAL, "polynomial")   /* a learned method of Radau, */                       \
+    X(SURROGATE_POLYNOMIAL, "polynomial")           /* a learned method of Radau, */               \
     X(SURROGATE_POLYNOMIAL_FLOW, "polynomial_flow") /* beside the exact linear flow */
 #define SURROGATE_HOLD_LIST(X)                                                                     \
     X(SURROGATE_CONSTANT, "constant") /* inputs stay while a step lasts */                         \
@@ -50,8 +50,8 @@ typedef struct surrogate_settings {
     const char *parameters[SCENE_PARAMETERS_MAX]; /* slow ones, which stay for a rollout */
     int solved;                                   /* steps to learn from */
     surrogate_weighing weights;
-    int terms;                                    /* of curves: damped sines for each state, */
-    int ahead;                                    /* and steps in a row that an error is followed */
+    int terms;            /* of curves: damped sines for each state, */
+    int ahead;            /* and steps in a row that an error is followed */
     double physics, data; /* weights of the equations and of solved steps; NaN: open */
 } surrogate_settings;
 

@@ -25,8 +25,8 @@ typedef struct runner {
     const surrogate_step *step;
     const decoupled *curve; /* NULL: the step */
     const double *inner;    /* of polynomials, whose base the curve is; NULL: none */
-    surrogate_step part;    /* that polynomials are after a part of the step, not 0 once it is known */
-    double *work;           /* of step or damped sines; then [numbers], [base's work], [inputs] */
+    surrogate_step part; /* that polynomials are after a part of the step, not 0 once it is known */
+    double *work;        /* of step or damped sines; then [numbers], [base's work], [inputs] */
     double *numbers, *base_work, *end;
 } runner;
 
@@ -94,9 +94,9 @@ ad_status surrogate_one_step(const surrogate *s, one_step *result, ad_error *err
     const size_t own = sines ? decoupled_work(curve) : surrogate_step_work(m);
     const size_t numbers = parts ? surrogate_step_numbers(m) : 0;
     runner *x = malloc(sizeof *x);
-    double *work = calloc(own + numbers + (parts ? surrogate_curve_work(curve) : 0) +
-                              SURROGATE_INPUTS_MAX,
-                          sizeof *work);
+    double *work =
+        calloc(own + numbers + (parts ? surrogate_curve_work(curve) : 0) + SURROGATE_INPUTS_MAX,
+               sizeof *work);
     *result = (one_step){0};
     if (!x || !work) {
         free(x);
@@ -263,8 +263,8 @@ void surrogate_put_nodes(const surrogate_step *m, const double *inner, const dec
     checkpoint_put_doubles(file, "surrogate/base", base->numbers, 1, &count);
 }
 
-ad_status surrogate_get_nodes(const checkpoint *file, bool flows, surrogate_step *m, decoupled *base,
-                              double **numbers, ad_error *error)
+ad_status surrogate_get_nodes(const checkpoint *file, bool flows, surrogate_step *m,
+                              decoupled *base, double **numbers, ad_error *error)
 {
     ad_status status = surrogate_get(file, m, numbers, error);
     if (status != AD_OK) {
@@ -280,9 +280,9 @@ ad_status surrogate_get_nodes(const checkpoint *file, bool flows, surrogate_step
     m->numbers = *numbers = all;
     base->numbers = all + each + inner;
     status = checkpoint_get_doubles(file, "surrogate/inner", all + each, inner, error);
-    return status == AD_OK ? checkpoint_get_doubles(file, "surrogate/base", all + each + inner,
-                                                    count, error)
-                           : status;
+    return status == AD_OK
+               ? checkpoint_get_doubles(file, "surrogate/base", all + each + inner, count, error)
+               : status;
 }
 
 void surrogate_put_curve(const decoupled *m, int64_t shape[SURROGATE_CURVE], checkpoint *file)

@@ -67,8 +67,8 @@ ad_status surrogate_get(const checkpoint *file, surrogate_step *m, double **numb
  * as well. */
 void surrogate_put_nodes(const surrogate_step *m, const double *inner, const decoupled *base,
                          checkpoint *file);
-ad_status surrogate_get_nodes(const checkpoint *file, bool flows, surrogate_step *m, decoupled *base,
-                              double **numbers, ad_error *error);
+ad_status surrogate_get_nodes(const checkpoint *file, bool flows, surrogate_step *m,
+                              decoupled *base, double **numbers, ad_error *error);
 
 enum { SURROGATE_CURVE = 6 + DECOUPLED_LAYERS_MAX };
 void surrogate_put_curve(const decoupled *m, int64_t shape[SURROGATE_CURVE], checkpoint *file);

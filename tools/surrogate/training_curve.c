@@ -28,12 +28,15 @@ ad_status surrogate_make_physics(surrogate_training *t, ad_error *error)
     const bool batches = method == OPTIM_ADAM || method == OPTIM_SOAP;
     physics_loss_settings settings = {.physics = t->settings->physics,
                                       .data = t->settings->data,
-                                      .rates = t->settings->kind == SURROGATE_DDPINN,
+                                      .rates = t->settings->weights == SURROGATE_PLAIN,
                                       .tip = t->settings->weights == SURROGATE_TIP,
+                                      .all = t->curve.flows  ? 1e-3
+                                             : getenv("ALL") ? atof(getenv("ALL"))
+                                                             : 0.1,
                                       .ahead = t->settings->ahead,
                                       .most = HELD,
                                       .seed = t->training->seed};
-    if (settings.rates && settings.tip && settings.data == 0) {
+    if (!t->curve.flows && settings.tip && settings.data == 0 && settings.ahead == 1) {
         settings.scatter = SCATTER;
     }
     ad_status status = make_loss(t, &t->held_motions, &settings, &t->held_loss, error);
@@ -52,14 +55,13 @@ static ad_status allocate(surrogate_training *t, ad_error *error)
 {
     const nn_mlp_settings *network = &t->training->network;
     const surrogate_kind_id kind = t->settings->kind;
-    t->curve = (decoupled){
-        .states = t->motions.states,
-        .inputs = t->motions.inputs,
-        .ramps = t->settings->hold == SURROGATE_RAMP,
-        .flows = kind == SURROGATE_DDPINN_FLOW,
-        .terms = t->settings->terms,
-        .step = t->settings->step,
-        .layers = network->hidden_count};
+    t->curve = (decoupled){.states = t->motions.states,
+                           .inputs = t->motions.inputs,
+                           .ramps = t->settings->hold == SURROGATE_RAMP,
+                           .flows = kind == SURROGATE_DDPINN_FLOW,
+                           .terms = t->settings->terms,
+                           .step = t->settings->step,
+                           .layers = network->hidden_count};
     for (int i = 0; i < t->curve.layers; i++) {
         t->curve.width[i] = network->hidden[i];
     }

@@ -20,13 +20,14 @@ struct surrogate_training {
     double *work;    /* of the step */
     double held_linear;
     surrogate_step inner[SURROGATE_INNER]; /* the other nodes of polynomials; numbers behind */
-    surrogate_flow *flow; /* NULL: linear */
-    double *start;        /* [parameters], of the stage at work */
+    surrogate_flow *flow;                  /* NULL: linear */
+    double *start;                         /* [parameters], of the stage at work */
     optim_optimizer *optimizer;
     history rows;
     int64_t shape[SURROGATE_SHAPE]; /* lent to a checkpoint */
-    decoupled curve; /* damped sines, in place of steps, step and flow; of polynomials, their base */
-    double *base;    /* its numbers */
+    decoupled
+        curve;    /* damped sines, in place of steps, step and flow; of polynomials, their base */
+    double *base; /* its numbers */
     excite_rollouts motions, held_motions;
     physics_loss *physics, *held_loss; /* of the stage at work; errors of held-out steps */
 };
