@@ -231,7 +231,10 @@ static ad_status find_targets(physics_loss *x, const int modes[4], ad_error *err
 {
     const size_t n = (size_t)x->m->states, each = NODES * n, steps = (size_t)x->motions->steps;
     double *given = x->workers[0].steps[0].given, z[256];
+    decoupled plain =
+        *x->m; /* on stiff rods Radau's method is better by itself than beside a flow */
     size_t count = 0;
+    plain.flows = false;
     x->target = malloc(((size_t)x->motions->count * steps + 1) * each * sizeof *x->target);
     ad_status status =
         x->target ? physics_collocate(x->scene, modes, x->motions, x->m, x->pool, x->target, error)

@@ -13,6 +13,10 @@ enum { BATCH = 128, WHOLE = 4000, HELD = 500 };
  * back to them. */
 static const double SCATTER = 0.3;
 
+/* What each number of the state counts there beside the tip; what does nothing to the tip grows
+ * otherwise, until it does. */
+static const double ALL = 0.1;
+
 static ad_status make_loss(surrogate_training *t, const excite_rollouts *motions,
                            const physics_loss_settings *settings, physics_loss **loss,
                            ad_error *error)
@@ -30,9 +34,7 @@ ad_status surrogate_make_physics(surrogate_training *t, ad_error *error)
                                       .data = t->settings->data,
                                       .rates = t->settings->weights == SURROGATE_PLAIN,
                                       .tip = t->settings->weights == SURROGATE_TIP,
-                                      .all = t->curve.flows  ? 1e-3
-                                             : getenv("ALL") ? atof(getenv("ALL"))
-                                                             : 0.1,
+                                      .all = t->curve.flows ? 1e-3 : ALL,
                                       .ahead = t->settings->ahead,
                                       .most = HELD,
                                       .seed = t->training->seed};
