@@ -236,9 +236,9 @@ static ad_status find_targets(physics_loss *x, const int modes[4], ad_error *err
     size_t count = 0;
     plain.flows = false;
     x->target = malloc(((size_t)x->motions->count * steps + 1) * each * sizeof *x->target);
-    ad_status status =
-        x->target ? physics_collocate(x->scene, modes, x->motions, x->m, x->pool, x->target, error)
-                  : ad_fail(error, AD_NO_MEMORY, "out of memory for nodes");
+    ad_status status = x->target ? physics_collocate(x->scene, modes, x->motions, &plain, x->pool,
+                                                     x->target, error)
+                                 : ad_fail(error, AD_NO_MEMORY, "out of memory for nodes");
     for (size_t b = 0; b < x->count && status == AD_OK; b++) {
         const size_t i = (size_t)x->begin[b][0], k = (size_t)x->begin[b][1];
         double *target = x->target + (i * steps + k) * each;
