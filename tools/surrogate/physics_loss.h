@@ -1,6 +1,7 @@
 /* What a one-step model of decoupled.h is trained with: how far its curves are from the motion of
  * the reduced rod, x' = f(x, u), solved steps beside that if wanted, over one step or several in a
- * row. The gradient is exact: it goes through f.
+ * row. Over one step that is the distance from what has no defect at Radau's nodes, found before
+ * training; else the gradient goes through f, exactly. The base alone has a loss of 1.
  *
  *   physics_prepare(&scene, modes, &motions, seed, &model, numbers, &error);
  *   physics_loss_create(&scene, modes, &motions, &model, &settings, pool, &loss, &error);
@@ -19,8 +20,8 @@ extern "C" {
 
 typedef struct physics_loss_settings {
     double physics, data; /* weights, >= 0, not both 0 */
-    bool rates; /* physics: of z' - f at random times, as DD-PINN; false: of the defect at Radau's
-                 * nodes, z - base - integral of what f has beside the linear flow */
+    bool rates; /* physics: of z' - f at random times, as published; false: of Radau's nodes; over
+                 * several steps their defect, z - base - integral of what f has beside the flow */
     bool tip; /* errors count by what they do to the tip within 250 steps; false: by numbers of z */
     double all;     /* what each number of z counts beside the tip, of the one that does it most */
     double scatter; /* how far beginnings are moved off the motions, of what is usual there */
@@ -39,8 +40,8 @@ ad_status physics_prepare(const scene *open, const int modes[4], const excite_ro
 
 /* Node values nodes [count][steps][DECOUPLED_NODES][states] of the steps of motions, by the
  * equations of the rod alone: what leaves no defect, from the base by Newton's method; not a number
- * where that finds none. m has no terms. Without a flow this is one step of Radau's method of
- * order 5. */
+ * where that finds none. The network of m is not asked. Without a flow this is one step of Radau's
+ * method of order 5. */
 ad_status physics_collocate(const scene *open, const int modes[4], const excite_rollouts *motions,
                             const decoupled *m, ad_pool *pool, double *nodes, ad_error *error);
 
