@@ -257,7 +257,10 @@ static void explain_network(const surrogate_settings *s, const train_settings *s
             ") says a curve in\ntime from each state, damped sines beside %s, exact at its begin; "
             "the loss is %g times\n%s and %g times errors of solved steps, %d in a row.\n\n",
             flows ? "the exact linear flow" : "the state", s->physics,
-            flows ? "the defect of the rod's equations at Radau's nodes" : "z' - f at random times",
+            s->weights == SURROGATE_PLAIN ? "z' - f at random times"
+            : s->ahead > 1
+                ? "the defect of the rod's equations at Radau's nodes"
+                : "the distance from what has no defect of the equations at Radau's nodes",
             s->data, s->ahead);
     } else {
         printf(") for what it leaves over, in\nthe frame of the robot's symmetry, if there is one; "
