@@ -234,6 +234,39 @@ static void test_training(void **state)
     end(&part);
 }
 
+/* Parts of a step: the state at its begin, the whole step at its end, derivatives between. */
+static void check_parts(const one_step *model, const double *state)
+{
+    const double u[INPUTS] = {4, 3, 4, 1}, by = 1e-4, step = model->step;
+    double next[STATES], ends[2][STATES], moved[STATES], A[STATES * STATES], B[STATES * INPUTS];
+    assert_int_equal(
+        model->advance(model->context, 1, 1e-7 * step, state, u, NULL, next, NULL, NULL), 0);
+    for (int j = 0; j < STATES; j++) {
+        assert_near(next[j], state[j], 1e-4);
+    }
+    for (int side = 0; side < 2; side++) {
+        assert_int_equal(model->advance(model->context, 1, side ? step : (1 - 1e-7) * step, state,
+                                        u, NULL, ends[side], NULL, NULL),
+                         0);
+    }
+    for (int j = 0; j < STATES; j++) {
+        assert_near(ends[0][j], ends[1][j], 1e-4);
+    }
+    assert_int_equal(model->advance(model->context, 1, 0.35 * step, state, u, NULL, next, A, B), 0);
+    for (int c = 0; c < STATES; c++) {
+        for (int side = 0; side < 2; side++) {
+            memcpy(moved, state, sizeof moved);
+            moved[c] += side ? by : -by;
+            model->advance(model->context, 1, 0.35 * step, moved, u, NULL, ends[side], NULL, NULL);
+        }
+        for (int r = 0; r < STATES; r++) {
+            assert_near(A[r * STATES + c], (ends[1][r] - ends[0][r]) / (2 * by), 1e-3);
+        }
+    }
+    assert_int_equal(
+        model->advance(model->context, 1, 1.1 * step, state, u, NULL, next, NULL, NULL) != 0, 1);
+}
+
 /* Curves in time: a stage of Adam on batches and one on whole, resumed to the same bits by another
  * number of threads, and what is loaded steps any part of a step. */
 static void test_curves(void **state)
@@ -242,19 +275,17 @@ static void test_curves(void **state)
     static const char scene[] = ARM(
         "[0, 0, 9.81]",
         THREE) "surrogate: {step: 0.02, modes: [1, 1, 1, 0], parameters: [soft], solved: 1000, "
-               "ahead: 2,\n"
-               "            physics: 1}\n"
+               "physics: 1}\n"
                "network: {hidden: [8, 8]}\n"
                "training: {stages: [{optimizer: adam, steps: 60}, {optimizer: lbfgs, steps: 3}]}\n";
-    static const char *const kinds[] = {"surrogate.kind=ddpinn", "surrogate.kind=polynomial_flow"};
-    for (int kind = 0; kind < 2; kind++) {
+    static const char *const kinds[] = {"surrogate.kind=ddpinn", "surrogate.kind=polynomial_flow",
+                                        "surrogate.kind=polynomial"};
+    for (int kind = 0; kind < 3; kind++) {
         ad_error error = {.message = ""};
         checkpoint *file = NULL;
         surrogate *loaded[2] = {NULL};
         one_step model;
         char path[2][512];
-        double next[STATES], by_state[STATES * STATES], by_inputs[STATES * INPUTS];
-        const double u[INPUTS] = {4, 3, 4, 1};
         snprintf(path[0], sizeof path[0], "%s", at("part.h5"));
         snprintf(path[1], sizeof path[1], "%s", at("whole.h5"));
         trained whole = begin(scene, kinds[kind], 1), part = begin(scene, kinds[kind], 2);
@@ -280,13 +311,14 @@ static void test_curves(void **state)
                 fail_msg("%s", error.message);
             }
         }
+        const size_t curve = decoupled_numbers(&loaded[0]->curve);
+        const size_t count =
+            kind == 0 ? curve : 3 * surrogate_step_numbers(&loaded[0]->step) + curve;
         assert_memory_equal(loaded[0]->numbers, loaded[1]->numbers,
-                            decoupled_numbers(&loaded[0]->curve) * sizeof *loaded[0]->numbers);
+                            count * sizeof *loaded[0]->numbers);
         assert_int_equal(surrogate_one_step(loaded[0], &model, &error), AD_OK);
         assert_true(model.shorter);
-        assert_int_equal(model.advance(model.context, 1, 0.007, loaded[0]->numbers, u, NULL, next,
-                                       by_state, by_inputs),
-                         0);
+        check_parts(&model, loaded[0]->numbers);
         surrogate_one_step_free(&model);
         surrogate_free(loaded[0]);
         surrogate_free(loaded[1]);
@@ -343,6 +375,11 @@ static void test_refusals(void **state)
     expect_refusal("surrogate.step=0", "surrogate.step");
     expect_refusal("surrogate.step=null", "surrogate.step: is not given");
     expect_refusal("surrogate.kind=flows", "flow, linear");
+    expect_refusal("surrogate.weights=plain", "surrogate.weights: is plain, of surrogate.kind");
+    expect_refusal("surrogate={step: 0.02, kind: polynomial, ahead: 2}",
+                   "surrogate.ahead: is of damped");
+    expect_refusal("surrogate={step: 0.02, kind: polynomial, physics: 0, data: 1}",
+                   "surrogate.physics: is 0, but");
     expect_refusal("surrogate.data=1", "surrogate.data: is of the kinds that are curves in time");
     expect_refusal("time.duration=null", "time.duration");
     expect_refusal("network.hidden=[]", "network.hidden");

@@ -29,6 +29,7 @@ CONFIG_NAMES(balance_names, "none", "gradient_norm", )
 CONFIG_NAMES(scaling_names, OPTIM_SCALING_LIST(CONFIG_NAME))
 CONFIG_NAMES(surrogate_kinds, SURROGATE_KIND_LIST(CONFIG_NAME))
 CONFIG_NAMES(surrogate_holds, SURROGATE_HOLD_LIST(CONFIG_NAME))
+CONFIG_NAMES(surrogate_weights, SURROGATE_WEIGHTS_LIST(CONFIG_NAME))
 
 #define AT(field)            .offset = offsetof(config, field)
 #define STAGE(field)         AT(settings.stages[0].field)
@@ -480,18 +481,22 @@ const config_key config_keys[] = {
      .help = "flow: a linear map, and a network for what it leaves over of solved steps, in a frame "
              "that turns with the robot where that has such a symmetry; linear: the map alone. "
              "Others are curves in time that begin at the state, so that any part of a step has an "
-             "answer, learned from the rod's equations: ddpinn: damped sines, as published (Krauss "
-             "et al. 2024); polynomial: a learned method of Radau; ddpinn_flow, polynomial_flow: "
-             "both beside the exact linear flow."},
+             "answer, learned from the rod's equations: polynomial: values at the nodes of Radau's "
+             "method, in that frame; ddpinn: damped sines (Krauss et al. 2024); polynomial_flow, "
+             "ddpinn_flow: both beside the exact linear flow."},
     {"surrogate.terms", CONFIG_INTEGER, AT(surrogate.terms), BETWEEN(1, 16),
      .help = "Of ddpinn: damped sines for each number of the state."},
+    {"surrogate.weights", CONFIG_CHOICE, AT(surrogate.weights), .names = surrogate_weights,
+     .help = "Of ddpinn: tip: residuals count by the error that they leave, that by what it does to the "
+             "tip, and states are moved off the motions a little; plain: the mean square of z' - f "
+             "along the motions, as published."},
     {"surrogate.physics", CONFIG_NUMBER, AT(surrogate.physics), BETWEEN(0, 1e6),
      .fallback = "1",
      .help = "Of curves in time: weight of the rod's equations in the loss."},
     {"surrogate.data", CONFIG_NUMBER, AT(surrogate.data), BETWEEN(0, 1e6),
-     .fallback = "0 of ddpinn, else 3", .help = "Of curves in time: weight of solved steps."},
+     .fallback = "0", .help = "Of curves in time: weight of solved steps."},
     {"surrogate.ahead", CONFIG_INTEGER, AT(surrogate.ahead), BETWEEN(1, 32), .unit = "steps",
-     .help = "Of curves in time: steps in a row that the loss follows an error."},
+     .help = "Of damped sines: steps in a row that the loss follows an error."},
     {"surrogate.modes", CONFIG_INTEGER, ENTRIES(4, 4), AT(surrogate.modes), BETWEEN(0, 12),
      .fallback = "the fewest within surrogate.tolerance, when training begins",
      .help = "Of the reduced rod: bending, twist, stretch, shear, in each direction and segment; "

@@ -40,8 +40,12 @@ static ad_status read_model(const checkpoint *file, const char *path, surrogate 
         s->free_owner = free_owner;
         s->scene = &settings->scene;
         s->settings = settings->surrogate;
+        const surrogate_kind_id kind = s->settings.kind;
         status = curve ? surrogate_get_curve(file, &s->curve, &s->numbers, error)
-                       : surrogate_get(file, &s->step, &s->numbers, error);
+                 : surrogate_is_polynomial(kind)
+                     ? surrogate_get_nodes(file, kind == SURROGATE_POLYNOMIAL_FLOW, &s->step,
+                                           &s->curve, &s->numbers, error)
+                     : surrogate_get(file, &s->step, &s->numbers, error);
     }
     if (status == AD_OK &&
         (curve != surrogate_is_decoupled(s->settings.kind) ||

@@ -40,6 +40,17 @@ ad_status control_export(const config *of, const control_row *row, const char *m
                          "predictive with a trained one-step model, or control.model linear",
                          row->control.method == CONTROL_SAMPLING ? "sampling" : "the reduced rod");
     }
+    if (status == AD_OK && controller && controller->states == 0) {
+        status =
+            ad_fail(error, AD_BAD_INPUT,
+                    "--c: a loop with damped sines is not written as C; allowed: surrogate.kind "
+                    "flow, polynomial, polynomial_flow, linear");
+    }
+    if (status == AD_OK && filter && row->control.period < (1 - 1e-9) * filter->step) {
+        status = ad_fail(error, AD_BAD_INPUT,
+                         "--c: a loop with parts of a model's step is not written as C; allowed: "
+                         "--inner with a model of control.period");
+    }
     if (status == AD_OK && row->control.residual) {
         status = ad_fail(error, AD_BAD_INPUT,
                          "--c: a loop with control.residual is not written as C; leave it out");

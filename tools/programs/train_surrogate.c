@@ -243,21 +243,36 @@ static void interrupted(training *t)
 
 /* ---- the whole ----------------------------------------------------------------------------- */
 
-static void explain_curves(const surrogate_settings *s, const train_settings *settings)
+static void explain_network(const surrogate_settings *s, const train_settings *settings)
 {
-    const bool sines = s->kind == SURROGATE_DDPINN || s->kind == SURROGATE_DDPINN_FLOW;
-    const bool flows = s->kind == SURROGATE_DDPINN_FLOW || s->kind == SURROGATE_POLYNOMIAL_FLOW;
-    printf("A network (");
-    for (int i = 0; i < settings->network.hidden_count; i++) {
-        printf("%s%d", i ? " x " : "", settings->network.hidden[i]);
+    const bool flows = s->kind == SURROGATE_DDPINN_FLOW;
+    const nn_mlp_settings *network = &settings->network;
+    const bool sines = surrogate_is_decoupled(s->kind);
+    printf("%s network (", sines ? "A" : "A linear map by least squares, and a");
+    for (int i = 0; i < network->hidden_count; i++) {
+        printf("%s%d", i ? " x " : "", network->hidden[i]);
     }
-    printf(") says a curve in\ntime from each state, %s beside %s, exact at its begin; the loss is "
-           "%g times\n%s and %g times errors of solved steps, %d in a row.\n\n",
-           sines ? "damped sines" : "polynomials", flows ? "the exact linear flow" : "the state",
-           s->physics,
-           s->kind == SURROGATE_DDPINN ? "z' - f at random times"
-                                       : "the defect of the rod's equations at Radau's nodes",
-           s->data, s->ahead);
+    if (sines) {
+        printf(
+            ") says a curve in\ntime from each state, damped sines beside %s, exact at its begin; "
+            "the loss is %g times\n%s and %g times errors of solved steps, %d in a row.\n\n",
+            flows ? "the exact linear flow" : "the state", s->physics,
+            s->weights == SURROGATE_PLAIN ? "z' - f at random times"
+            : s->ahead > 1
+                ? "the defect of the rod's equations at Radau's nodes"
+                : "the distance from what has no defect of the equations at Radau's nodes",
+            s->data, s->ahead);
+    } else {
+        printf(") for what it leaves over, in\nthe frame of the robot's symmetry, if there is one; "
+               "errors count by what they do to the tip\nover 250 steps; output layer by least "
+               "squares in every evaluation.\n\n");
+    }
+    if (surrogate_is_polynomial(s->kind)) {
+        printf("Both are of the three nodes of Radau's method, whose values have no defect of the "
+               "rod's\nequations%s; solved steps have a weight of %g in their end.\n\n",
+               s->kind == SURROGATE_POLYNOMIAL_FLOW ? " beside the exact linear flow" : "",
+               s->data / (s->data + s->physics));
+    }
     for (int i = 0; i < settings->stage_count; i++) {
         printf("  stage %d: %s, up to %d steps\n", i + 1,
                optim_method_name(settings->stages[i].optimizer), settings->stages[i].steps);
@@ -308,24 +323,12 @@ static void explain(training *t)
     }
     printf(
         "\n%d steps are solved in rollouts under steps, ramps, bang-bang and chirps, and a tenth "
-        "as\nmany held out. %s",
-        s->solved, surrogate_is_decoupled(s->kind) ? "" : "A linear map by least squares");
-    if (surrogate_is_decoupled(s->kind)) {
-        explain_curves(s, settings);
-    } else if (s->kind == SURROGATE_LINEAR) {
-        printf(" is all.\n");
+        "as\nmany held out. ",
+        s->solved);
+    if (s->kind == SURROGATE_LINEAR) {
+        printf("A linear map by least squares is all.\n");
     } else {
-        printf(", and a network (");
-        for (int i = 0; i < settings->network.hidden_count; i++) {
-            printf("%s%d", i ? " x " : "", settings->network.hidden[i]);
-        }
-        printf(") for what it leaves over, in\nthe frame of the robot's symmetry, if there is one; "
-               "errors count by what they do to the tip\nover 250 steps; output layer by least "
-               "squares in every evaluation.\n\n");
-        for (int i = 0; i < settings->stage_count; i++) {
-            printf("  stage %d: %s, up to %d steps\n", i + 1,
-                   optim_method_name(settings->stages[i].optimizer), settings->stages[i].steps);
-        }
+        explain_network(s, settings);
     }
     printf("\nA verdict at the end: %d fresh rollouts of 5 s and of 1,000 steps beside the "
            "solver.\n",

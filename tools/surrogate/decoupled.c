@@ -36,7 +36,7 @@ int decoupled_given(const decoupled *m)
 
 int decoupled_outputs(const decoupled *m)
 {
-    return m->states * (m->terms > 0 ? 4 * m->terms : DECOUPLED_NODES);
+    return m->states * 4 * m->terms;
 }
 
 size_t decoupled_parameters(const decoupled *m)
@@ -139,29 +139,9 @@ void decoupled_network(const decoupled *m, const double *parameters, const doubl
 
 /* ---- curves -------------------------------------------------------------------------------- */
 
-/* Polynomials that are 1 at their node, 0 at the others and at 0; and their derivatives. */
-static void polynomials(double t, double value[DECOUPLED_NODES], double rate[DECOUPLED_NODES])
-{
-    for (int i = 0; i < DECOUPLED_NODES; i++) {
-        const double own = decoupled_nodes[i];
-        double p = t / own, d = 1 / own;
-        for (int j = 0; j < DECOUPLED_NODES; j++) {
-            if (j != i) {
-                const double by = 1 / (own - decoupled_nodes[j]);
-                d = (d * (t - decoupled_nodes[j]) + p) * by;
-                p *= (t - decoupled_nodes[j]) * by;
-            }
-        }
-        value[i] = p;
-        rate[i] = d;
-    }
-}
-
 void decoupled_curve(const decoupled *m, const double *a, double t, double *y, double *rate)
 {
     const int n = m->states;
-    double value[DECOUPLED_NODES], slope[DECOUPLED_NODES];
-    polynomials(t, value, slope);
     for (int j = 0; j < n; j++) {
         double sum = 0, change = 0;
         for (int i = 0; i < m->terms; i++) {
@@ -169,10 +149,6 @@ void decoupled_curve(const decoupled *m, const double *a, double t, double *y, d
             const double decay = exp(-of[3] * t), angle = of[1] * t + of[2], s = sin(angle);
             sum += of[0] * (decay * s - sin(of[2]));
             change += rate ? of[0] * decay * (of[1] * cos(angle) - of[3] * s) : 0;
-        }
-        for (int i = 0; i < DECOUPLED_NODES && m->terms == 0; i++) {
-            sum += value[i] * a[i * n + j];
-            change += slope[i] * a[i * n + j];
         }
         y[j] = sum;
         if (rate) {
@@ -197,16 +173,11 @@ void decoupled_curve_adjoint(const decoupled *m, const double *a, double t, cons
                              const double *by_rate, double *to_a)
 {
     const int n = m->states;
-    double value[DECOUPLED_NODES], slope[DECOUPLED_NODES];
-    polynomials(t, value, slope);
     for (int j = 0; j < n; j++) {
         const double of_y = by_y ? by_y[j] : 0, of_rate = by_rate ? by_rate[j] : 0;
         for (int i = 0; i < m->terms; i++) {
             const int at = 4 * (j * m->terms + i);
             sine_adjoint(a + at, t, of_y, of_rate, to_a + at);
-        }
-        for (int i = 0; i < DECOUPLED_NODES && m->terms == 0; i++) {
-            to_a[i * n + j] += value[i] * of_y + slope[i] * of_rate;
         }
     }
 }
@@ -350,18 +321,13 @@ static void differentiate(const decoupled *m, const numbers_of *x, double t, con
         before = other;
     }
     /* rows of the last layer, folded by dy/da */
-    double value[DECOUPLED_NODES], rate[DECOUPLED_NODES];
-    polynomials(t, value, rate);
     memset(r->out, 0, n * in * sizeof *r->out);
     for (size_t j = 0; j < n; j++) {
-        for (int i = 0; i < (m->terms > 0 ? m->terms : DECOUPLED_NODES); i++) {
-            double of[4] = {m->terms > 0 ? 0 : value[i], 0, 0, 0};
-            const size_t row =
-                m->terms > 0 ? 4 * (j * (size_t)m->terms + (size_t)i) : (size_t)i * n + j;
-            if (m->terms > 0) {
-                sine_adjoint(r->a + row, t, 1, 0, of);
-            }
-            for (size_t p = 0; p < (m->terms > 0 ? 4u : 1u); p++) {
+        for (size_t i = 0; i < (size_t)m->terms; i++) {
+            const size_t row = 4 * (j * (size_t)m->terms + i);
+            double of[4] = {0};
+            sine_adjoint(r->a + row, t, 1, 0, of);
+            for (size_t p = 0; p < 4; p++) {
                 for (size_t k = 0; k < in && of[p] != 0; k++) {
                     r->out[j * in + k] += of[p] * weights[(row + p) * in + k];
                 }

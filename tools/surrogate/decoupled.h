@@ -8,9 +8,9 @@
  *
  *   z(t) = base(t) + y(t),  y(0) = 0,  a = network(z(0), v)
  *   base = z(0), or the exact flow of z' = A z + B v + c
- *   y_j  = sum_i alpha (exp(-delta t) sin(beta t + gamma) - sin gamma)        damped sines, or
- *   y_j  = sum_i a_ij l_i(t)     l_i: t l_i(t) of Lagrange at Radau's nodes, 0 at t = 0
- */
+ *   y_j  = sum_i alpha (exp(-delta t) sin(beta t + gamma) - sin gamma)
+ *
+ * Without terms y = 0: the base alone, beside which polynomials of surrogate_curve.h are. */
 #ifndef SURROGATE_DECOUPLED_H
 #define SURROGATE_DECOUPLED_H
 
@@ -30,13 +30,13 @@ enum { DECOUPLED_LAYERS_MAX = 4, DECOUPLED_NODES = 3 };
     X(input_center, inputs)                                                                        \
     X(input_scale, inputs)                                                                         \
     X(state_range, n)            /* largest |z| of training */                                     \
-    X(flow, n *(n + inputs + 1)) /* [n][n + inputs + 1]: A, B, c; 0 without a flow */
+    X(flow, n *(n + inputs + 1)) /* [n][n + inputs + 1]: A, B, c; of the mean linear system */
 
 typedef struct decoupled {
     int states, inputs; /* of one_step */
     bool ramps;         /* inputs go linearly: those of the end are inputs of the network, too */
     bool flows;         /* base is the linear flow */
-    int terms;          /* of damped sines for each state; 0: polynomials */
+    int terms;          /* damped sines for each state */
     double step;        /* s */
     int layers, width[DECOUPLED_LAYERS_MAX];
     const double *numbers; /* DECOUPLED_NUMBERS, then weights [out][in] and biases of each layer */

@@ -17,12 +17,17 @@
 /* Of output weights, beside the mean square of features. */
 static const double RIDGE = 1e-9;
 
+/* Errors at nodes within a step, which take units from its end, count so much as if those of their
+ * linear maps were as large as at the end. */
+static const double INNER = 0.3;
+
 /* Outputs with one set of features and one scaling of them. */
 typedef struct head {
-    int outputs, first;  /* of the outputs of this parity, as a layer has them */
+    int each, first;     /* of the outputs of this parity, as a layer has them */
+    int outputs;         /* each of all nodes */
     bool odd, shortened; /* by which hidden units; times the length of the frame */
     int slot;            /* of the state's first number in z */
-    double factor[SURROGATE_STATES_MAX * SURROGATE_STATES_MAX]; /* L of Q = L L^T, [outputs]^2 */
+    double factor[SURROGATE_STATES_MAX * SURROGATE_STATES_MAX]; /* L of Q = L L^T, [each]^2 */
     double *target;                                             /* [outputs][count] */
     double *features;                                           /* [hidden + 1][count] */
     double *gram, *weights; /* [hidden + 1]^2, [outputs][hidden + 1] */
@@ -35,7 +40,8 @@ struct surrogate_flow {
     const surrogate_step *m;
     ad_pool *pool;
     size_t count, parameters;
-    int heads;
+    int nodes, heads;
+    double weight[DECOUPLED_NODES]; /* of nodes */
     head head[HEADS];
     double *even, *odd, *length; /* [inputs][count]; of the frame */
     ad_program *forward, *gradient;
@@ -62,21 +68,22 @@ static int find_heads(surrogate_flow *x)
     const int p = m->out_pairs, q = 2 * m->pairs;
     int count = 0;
     const head all[] = {
-        {.outputs = p, .first = 0, .shortened = true, .slot = 0},
-        {.outputs = p,
+        {.each = p, .first = 0, .shortened = true, .slot = 0},
+        {.each = p,
          .first = m->mirrors ? 0 : p,
          .odd = m->mirrors,
          .shortened = true,
          .slot = m->pairs},
-        {.outputs = m->out_evens, .first = m->mirrors ? p : 2 * p, .slot = q},
-        {.outputs = m->out_odds,
+        {.each = m->out_evens, .first = m->mirrors ? p : 2 * p, .slot = q},
+        {.each = m->out_odds,
          .first = m->mirrors ? p : 2 * p + m->out_evens,
          .odd = m->mirrors,
          .slot = q + m->evens},
     };
     for (int i = 0; i < HEADS; i++) {
-        if (all[i].outputs > 0) {
-            x->head[count++] = all[i];
+        if (all[i].each > 0) {
+            x->head[count] = all[i];
+            x->head[count++].outputs = x->nodes * all[i].each;
         }
     }
     return count;
@@ -111,30 +118,30 @@ static bool factor_gramian(const surrogate_step *m, const double *q, head *h)
     int of[SURROGATE_STATES_MAX], partner[SURROGATE_STATES_MAX];
     const int other = h->slot == 0 ? m->pairs : h->slot == m->pairs ? 0 : h->slot, n = m->states;
     for (int k = 0; k < n; k++) {
-        for (int o = 0; o < h->outputs; o++) {
+        for (int o = 0; o < h->each; o++) {
             of[o] = m->state_slot[k] == h->slot + o ? k : of[o];
             partner[o] = m->state_slot[k] == (h->shortened ? other : h->slot) + o ? k : partner[o];
         }
     }
-    for (int i = 0; i < h->outputs; i++) {
+    for (int i = 0; i < h->each; i++) {
         for (int j = 0; j <= i; j++) {
             double sum = 0.5 * (q[of[i] * n + of[j]] + q[partner[i] * n + partner[j]]);
             for (int k = 0; k < j; k++) {
-                sum -= h->factor[i * h->outputs + k] * h->factor[j * h->outputs + k];
+                sum -= h->factor[i * h->each + k] * h->factor[j * h->each + k];
             }
             if (i == j && !(sum > 0)) {
                 return false;
             }
-            h->factor[i * h->outputs + j] =
-                i == j ? sqrt(sum) : sum / h->factor[j * h->outputs + j];
+            h->factor[i * h->each + j] = i == j ? sqrt(sum) : sum / h->factor[j * h->each + j];
         }
     }
     return true;
 }
 
-/* Sample i: features in the frame, and what the linear map leaves over, turned and weighted. */
-static void fill_sample(surrogate_flow *x, const surrogate_steps *steps, size_t i,
-                        const double *linear)
+/* Sample i: features in the frame, and what the linear map of a node leaves over, turned and
+ * weighted. */
+static void fill_sample(surrogate_flow *x, const surrogate_steps *steps, size_t i, int node,
+                        const double *next, const double *linear)
 {
     enum { MOST = 2 * SURROGATE_STATES_MAX + 2 * SURROGATE_INPUTS_MAX };
     const surrogate_step *m = x->m;
@@ -144,7 +151,7 @@ static void fill_sample(surrogate_flow *x, const surrogate_steps *steps, size_t 
     double z[MOST], rest[MOST] = {0}, w[2] = {0, 0}, c = 1, s = 0, length = 1;
     surrogate_coordinates(m, steps->state + i * n, steps->input + i * all, z);
     for (int k = 0; k < m->states; k++) {
-        rest[m->state_slot[k]] = (steps->next[i * n + (size_t)k] - linear[k]) / from.state_scale[k];
+        rest[m->state_slot[k]] = (next[i * n + (size_t)k] - linear[k]) / from.state_scale[k];
     }
     if (m->turns) {
         for (int k = 0; k < p; k++) {
@@ -175,22 +182,37 @@ static void fill_sample(surrogate_flow *x, const surrogate_steps *steps, size_t 
     }
     for (int b = 0; b < x->heads; b++) { /* L^T e */
         const head *h = &x->head[b];
-        for (int o = 0; o < h->outputs; o++) {
+        for (int o = 0; o < h->each; o++) {
             double sum = 0;
-            for (int k = o; k < h->outputs; k++) {
-                sum += h->factor[k * h->outputs + o] * rest[h->slot + k];
+            for (int k = o; k < h->each; k++) {
+                sum += h->factor[k * h->each + o] * rest[h->slot + k];
             }
-            h->target[(size_t)o * x->count + i] = sum;
+            h->target[(size_t)(node * h->each + o) * x->count + i] = sum;
         }
     }
 }
 
-static ad_status fill(surrogate_flow *x, const surrogate_steps *steps, const double *q,
-                      ad_error *error)
+/* Multiplies what the linear map of a node leaves over; returns the sum of squares. */
+static double weigh_node(surrogate_flow *x, int node, double weight)
+{
+    double sum = 0;
+    for (int b = 0; b < x->heads; b++) {
+        const size_t size = x->count * (size_t)x->head[b].each;
+        double *target = x->head[b].target + (size_t)node * size;
+        for (size_t i = 0; i < size; i++) {
+            target[i] *= weight;
+            sum += target[i] * target[i];
+        }
+    }
+    return sum;
+}
+
+static ad_status fill(surrogate_flow *x, const surrogate_node *node, const surrogate_steps *steps,
+                      const double *q, ad_error *error)
 {
     surrogate_step linear = *x->m;
     linear.layers = 0;
-    double next[SURROGATE_STATES_MAX], sum = 0;
+    double base[SURROGATE_STATES_MAX], sum = 0, first = 0;
     double *work = malloc((surrogate_step_work(&linear) + 1) * sizeof *work);
     ad_status status = work ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for steps");
     for (int b = 0; b < x->heads && status == AD_OK; b++) {
@@ -201,16 +223,19 @@ static ad_status fill(surrogate_flow *x, const surrogate_steps *steps, const dou
     }
     const size_t n = (size_t)linear.states, m = (size_t)linear.inputs,
                  all = linear.ramps ? 2 * m : m;
-    for (size_t i = 0; i < x->count && status == AD_OK; i++) {
-        const double *u = steps->input + i * all;
-        surrogate_step_advance(&linear, work, 1, linear.step, steps->state + i * n, u,
-                               linear.ramps ? u + m : NULL, next, NULL, NULL);
-        fill_sample(x, steps, i, next);
+    for (size_t i = 0; i < x->count * (size_t)x->nodes && status == AD_OK; i++) {
+        const size_t sample = i % x->count, k = i / x->count;
+        const double *u = steps->input + sample * all;
+        linear.numbers = node[k].m->numbers;
+        surrogate_step_advance(&linear, work, 1, linear.step, steps->state + sample * n, u,
+                               linear.ramps ? u + m : NULL, base, NULL, NULL);
+        fill_sample(x, steps, sample, (int)k, node[k].next, base);
     }
-    for (int b = 0; b < x->heads && status == AD_OK; b++) {
-        for (size_t i = 0; i < x->count * (size_t)x->head[b].outputs; i++) {
-            sum += x->head[b].target[i] * x->head[b].target[i];
-        }
+    for (int k = 0; k < x->nodes && status == AD_OK; k++) {
+        const double own = weigh_node(x, k, 1);
+        x->weight[k] = k == 0 || !(own > 0) ? 1 : INNER * sqrt(first / own);
+        sum += weigh_node(x, k, x->weight[k]);
+        first = k == 0 ? own : first;
     }
     x->scale = sum > 0 ? 1 / sum : 1;
     free(work);
@@ -383,7 +408,24 @@ int surrogate_flow_evaluate(void *flow, const double *parameters, double *value,
 
 /* ---- the whole network --------------------------------------------------------------------- */
 
-bool surrogate_flow_finish(surrogate_flow *x, const double *parameters, double *network)
+/* L^-T of the columns of weights into the layer `to` [width][outs]. */
+static void add_outputs(const head *h, int node, double weight, int outs, double *to)
+{
+    const int n = h->each;
+    for (int i = 0; i < h->width; i++) {
+        double column[SURROGATE_STATES_MAX];
+        for (int o = n; o-- > 0;) {
+            double sum = h->weights[(node * n + o) * h->width + i] / weight;
+            for (int k = o + 1; k < n; k++) {
+                sum -= h->factor[k * n + o] * column[k];
+            }
+            column[o] = sum / h->factor[o * n + o];
+            to[i * outs + h->first + o] = column[o];
+        }
+    }
+}
+
+bool surrogate_flow_finish(surrogate_flow *x, const double *parameters, double *const *network)
 {
     const surrogate_step *m = x->m;
     const int outs[2] = {m->mirrors ? m->out_pairs + m->out_evens : m->states,
@@ -391,23 +433,13 @@ bool surrogate_flow_finish(surrogate_flow *x, const double *parameters, double *
     if (isnan(solve_outputs(x, parameters))) {
         return false;
     }
-    memcpy(network, parameters, x->parameters * sizeof *network);
-    double *even = network + x->parameters, *odd = even + (hidden(m, false) + 1) * outs[0];
-    for (int b = 0; b < x->heads; b++) {
-        const head *h = &x->head[b];
-        const int n = h->outputs;
-        double *to = h->odd ? odd : even;
-        for (int i = 0; i < h->width; i++) { /* L^-T of the column of weights */
-            double column[SURROGATE_STATES_MAX];
-            for (int o = n; o-- > 0;) {
-                double sum = h->weights[o * h->width + i];
-                for (int k = o + 1; k < n; k++) {
-                    sum -= h->factor[k * n + o] * column[k];
-                }
-                column[o] = sum / h->factor[o * n + o];
-                to[i * outs[h->odd] + h->first + o] = column[o];
-            }
-        }
+    for (int i = 0; i < x->nodes * x->heads; i++) {
+        const int node = i / x->heads;
+        const head *h = &x->head[i % x->heads];
+        double *even = network[node] + x->parameters;
+        double *odd = even + (hidden(m, false) + 1) * outs[0];
+        memcpy(network[node], parameters, x->parameters * sizeof *parameters);
+        add_outputs(h, node, x->weight[node], outs[h->odd], h->odd ? odd : even);
     }
     return true;
 }
@@ -454,7 +486,7 @@ static bool allocate(surrogate_flow *x)
     return fine && x->even && x->odd && x->length;
 }
 
-ad_status surrogate_flow_create(const surrogate_step *m, const surrogate_steps *steps,
+ad_status surrogate_flow_create(int nodes, const surrogate_node *node, const surrogate_steps *steps,
                                 const double *q, ad_pool *pool, surrogate_flow **result,
                                 ad_error *error)
 {
@@ -463,14 +495,15 @@ ad_status surrogate_flow_create(const surrogate_step *m, const surrogate_steps *
     if (!x) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
     }
-    x->m = m;
+    x->m = node[0].m;
+    x->nodes = nodes;
     x->pool = pool;
     x->count = steps->count;
-    x->parameters = count_parameters(m);
+    x->parameters = count_parameters(x->m);
     x->heads = find_heads(x);
     ad_status status =
         allocate(x) ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
-    status = status == AD_OK ? fill(x, steps, q, error) : status;
+    status = status == AD_OK ? fill(x, node, steps, q, error) : status;
     status = status == AD_OK ? record(x, error) : status;
     if (status != AD_OK) {
         surrogate_flow_free(x);

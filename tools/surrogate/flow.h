@@ -6,9 +6,15 @@
 
 typedef struct surrogate_flow surrogate_flow;
 
-/* m has its layers; its numbers but those of the network are known, and stay. q: of
- * surrogate_gramian. Borrows m and the pool. */
-ad_status surrogate_flow_create(const surrogate_step *m, const surrogate_steps *steps,
+/* What is learned beside the state: the end of a step, or nodes of a curve, the end first, with one
+ * network but for its output layers. */
+typedef struct surrogate_node {
+    const surrogate_step *m; /* has its layers; its numbers but those of the network are known */
+    const double *next;      /* [count][states] */
+} surrogate_node;
+
+/* q: of surrogate_gramian. Borrows models and the pool. */
+ad_status surrogate_flow_create(int nodes, const surrogate_node *node, const surrogate_steps *steps,
                                 const double *q, ad_pool *pool, surrogate_flow **result,
                                 ad_error *error);
 void surrogate_flow_free(surrogate_flow *x); /* NULL is fine */
@@ -20,7 +26,7 @@ void surrogate_flow_start(const surrogate_flow *x, uint64_t seed, double *parame
 /* An optim_objective: the loss over that of the linear map alone. */
 int surrogate_flow_evaluate(void *flow, const double *parameters, double *value, double *gradient);
 
-/* All numbers of the network, output layer included; false: not finite. */
-bool surrogate_flow_finish(surrogate_flow *x, const double *parameters, double *network);
+/* All numbers of the networks [nodes], output layers included; false: not finite. */
+bool surrogate_flow_finish(surrogate_flow *x, const double *parameters, double *const *network);
 
 #endif

@@ -16,6 +16,9 @@ void surrogate_steps_free(surrogate_steps *x)
     free(x->state);
     free(x->input);
     free(x->next);
+    for (int i = 0; i < SURROGATE_INNER; i++) {
+        free(x->inner[i]);
+    }
     *x = (surrogate_steps){0};
 }
 

@@ -1,6 +1,8 @@
 /* What a loss by the equations of the rod is made of: flows, integrals, weights, beginnings. */
 #include "tools/surrogate/physics_internal.h"
 
+#include "nn/rng.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -41,24 +43,26 @@ static ad_status find_integrals(physics_loss *x, ad_error *error)
     return AD_OK;
 }
 
-/* weight = sum over 250 steps of (F^k)^T C^T C F^k, so that its largest number is 1, and a
- * thousandth of the unit matrix; F the flow of a step, C of the tip by z in the middle. */
+/* weight = sum over 250 steps of (F^k)^T C^T C F^k, so that its largest number is 1, and
+ * settings.all times the unit matrix; F the flow of a step, C of the tip by z in the middle. */
 static ad_status find_weight(physics_loss *x, reduced_rod *rod, ad_error *error)
 {
     enum { STEPS = 250 };
     const size_t n = (size_t)x->m->states, order = physics_order(x->m);
-    const double *flow = x->flow + (NODES - 1) * n * order;
-    double *by_state = calloc(12 * n + 6 * n, sizeof *by_state), *rows = by_state + 12 * n;
-    double most = 0;
+    decoupled flowing = *x->m;
+    double *by_state = calloc(12 * n + 6 * n + n * order + decoupled_work(x->m), sizeof *by_state);
+    double *rows = by_state + 12 * n, *flow = rows + 6 * n, most = 0;
     reduced_place tip;
     if (!by_state) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a tip");
     }
+    flowing.flows = true;
+    decoupled_flow(&flowing, 1, flow + n * order, flow);
     ad_status status = reduced_output(rod, 0, x->center, x->input_center, &tip, by_state, error);
     for (size_t k = 0; k < 3 * n; k++) {
         rows[k] = by_state[k] * x->scale[k % n];
     }
-    for (int s = 0; s < STEPS && x->m->flows && status == AD_OK; s++) {
+    for (int s = 0; s < STEPS && status == AD_OK; s++) {
         for (size_t k = 0; k < 3 * n * n; k++) {
             const size_t r = k / n / n, a = k / n % n, b = k % n;
             x->weight[a * n + b] += rows[r * n + a] * rows[r * n + b];
@@ -74,36 +78,12 @@ static ad_status find_weight(physics_loss *x, reduced_rod *rod, ad_error *error)
         most = fmax(most, x->weight[j * n + j]);
     }
     for (size_t k = 0; k < n * n; k++) {
-        x->weight[k] =
-            (most > 0 ? x->weight[k] / most : 0) + (k % (n + 1) == 0 ? (most > 0 ? 1e-3 : 1) : 0);
+        x->weight[k] = (most > 0 ? x->weight[k] / most : 0) + (k % (n + 1) > 0 ? 0
+                                                               : most > 0      ? x->settings.all
+                                                                               : 1);
     }
     free(by_state);
     return status;
-}
-
-/* Of rates: each over its mean square at the beginnings. */
-static ad_status find_rate_weight(physics_loss *x, physics_worker *w, ad_error *error)
-{
-    enum { SOME = 256 };
-    const size_t n = (size_t)x->m->states;
-    double *given = w->steps[0].given, *rate = w->steps[0].n;
-    for (size_t s = 0; s < SOME; s++) {
-        const int *begin = x->begin[s * x->count / SOME];
-        const size_t row = (size_t)begin[0] * (size_t)(x->motions->steps + 1) + (size_t)begin[1];
-        physics_take_state(x, row, given);
-        physics_take_inputs(x, row, given + n);
-        if (!physics_remainder(x, w, given, 0, given, rate, NULL)) {
-            return ad_fail(error, AD_NOT_FINITE, "a rate of the rod is not finite");
-        }
-        for (size_t j = 0; j < n; j++) {
-            x->weight[j * n + j] += rate[j] * rate[j] / SOME;
-        }
-    }
-    for (size_t j = 0; j < n; j++) {
-        double *at = &x->weight[j * n + j];
-        *at = *at > 0 ? 1 / *at : 1;
-    }
-    return AD_OK;
 }
 
 static bool list_beginnings(physics_loss *x)
@@ -173,13 +153,15 @@ static bool make_worker(physics_loss *x, physics_worker *w)
 static ad_status allocate(physics_loss *x, ad_error *error)
 {
     const size_t n = (size_t)x->m->states;
+    const size_t columns = n + (size_t)x->m->inputs + 1;
     x->flow = calloc(NODES * n * physics_order(x->m), sizeof *x->flow);
+    x->zero = calloc(n * columns, sizeof *x->zero);
     x->integral = calloc(NODES * NODES * n * n, sizeof *x->integral);
     x->weight = calloc(n * n, sizeof *x->weight);
     x->gradients = calloc(CHUNKS * decoupled_parameters(x->m), sizeof *x->gradients);
     x->workers = calloc((size_t)ad_pool_threads(x->pool), sizeof *x->workers);
-    bool good =
-        x->flow && x->integral && x->weight && x->gradients && x->workers && list_beginnings(x);
+    bool good = x->flow && x->zero && x->integral && x->weight && x->gradients && x->workers &&
+                list_beginnings(x);
     for (int t = 0; t < ad_pool_threads(x->pool) && good; t++) {
         good = make_worker(x, &x->workers[t]);
     }
@@ -203,24 +185,95 @@ static ad_status find_flows(physics_loss *x, ad_error *error)
     return AD_OK;
 }
 
-ad_status physics_loss_create(const scene *open, const int modes[4], const excite_rollouts *motions,
-                              const decoupled *m, const physics_loss_settings *settings,
-                              ad_pool *pool, physics_loss **result, ad_error *error)
+/* So that the base alone, all parameters 0, has a loss of 1. */
+static ad_status find_scale(physics_loss *x, ad_error *error)
+{
+    const int batch = x->settings.batch;
+    double *zero = calloc(decoupled_parameters(x->m), sizeof *zero), value = NAN;
+    x->settings.batch = 0;
+    x->factor = 1;
+    const bool fine = zero && physics_loss_evaluate(x, zero, &value, NULL) == 0;
+    x->settings.batch = batch;
+    x->factor = value > 0 ? 1 / value : 1;
+    free(zero);
+    return fine ? AD_OK
+           : !zero
+               ? ad_fail(error, AD_NO_MEMORY, "out of memory for a loss")
+               : ad_fail(error, AD_NOT_FINITE, "the loss of curves that do not move is not finite");
+}
+
+/* States off the motions by up to settings.scatter of what is usual, most of them less. */
+static ad_status scatter_states(physics_loss *x, ad_error *error)
+{
+    const excite_rollouts *from = x->motions;
+    const size_t n = (size_t)from->states, rows = (size_t)from->count * (size_t)(from->steps + 1);
+    nn_rng random = nn_rng_split(x->settings.seed, "off the motions");
+    x->moved = *from;
+    x->moved.state = malloc(rows * n * sizeof *x->moved.state);
+    if (!x->moved.state) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for states");
+    }
+    for (size_t row = 0; row < rows; row++) {
+        const double part = nn_rng_uniform(&random), reach = x->settings.scatter * part * part;
+        for (size_t j = 0; j < n; j++) {
+            x->moved.state[row * n + j] =
+                from->state[row * n + j] + reach * x->scale[j] * (2 * nn_rng_uniform(&random) - 1);
+        }
+    }
+    x->motions = &x->moved;
+    return AD_OK;
+}
+
+/* Curves at the nodes that leave no defect, for every beginning; those without are left out. The
+ * distance from these is the defect times the inverse of its derivatives: as Newton's method sees
+ * it, and without the equations in every evaluation. */
+static ad_status find_targets(physics_loss *x, const int modes[4], ad_error *error)
+{
+    const size_t n = (size_t)x->m->states, each = NODES * n, steps = (size_t)x->motions->steps;
+    double *given = x->workers[0].steps[0].given, z[256];
+    decoupled plain =
+        *x->m; /* on stiff rods Radau's method is better by itself than beside a flow */
+    size_t count = 0;
+    plain.flows = false;
+    x->target = malloc(((size_t)x->motions->count * steps + 1) * each * sizeof *x->target);
+    ad_status status = x->target ? physics_collocate(x->scene, modes, x->motions, &plain, x->pool,
+                                                     x->target, error)
+                                 : ad_fail(error, AD_NO_MEMORY, "out of memory for nodes");
+    for (size_t b = 0; b < x->count && status == AD_OK; b++) {
+        const size_t i = (size_t)x->begin[b][0], k = (size_t)x->begin[b][1];
+        double *target = x->target + (i * steps + k) * each;
+        if (isnan(target[0])) {
+            continue;
+        }
+        physics_take_state(x, i * (steps + 1) + k, given);
+        physics_take_inputs(x, i * (steps + 1) + k, given + n);
+        given[physics_order(x->m) - 1] = 1;
+        for (size_t c = 0; c < NODES; c++) {
+            physics_base(x, x->flow + c * n * physics_order(x->m), given, z);
+            for (size_t j = 0; j < n; j++) {
+                double *y = target + c * n + j;
+                *y = (*y - x->center[j]) / x->scale[j] - z[j];
+            }
+        }
+        memmove(x->begin[count++], x->begin[b], sizeof x->begin[b]);
+    }
+    x->count = count;
+    return status != AD_OK || count > 0
+               ? status
+               : ad_fail(error, AD_NOT_FINITE, "no step of the rod's equations can be solved");
+}
+
+ad_status physics_open(const scene *open, const int modes[4], const excite_rollouts *motions,
+                       const decoupled *m, const physics_loss_settings *settings, ad_pool *pool,
+                       physics_loss **result, ad_error *error)
 {
     const size_t n = (size_t)m->states, inputs = (size_t)m->inputs;
     const double tip = scene_length(open);
     reduced_settings of_rod = {.count = 1, .s = &tip};
     physics_loss *x = calloc(1, sizeof *x);
-    *result = NULL;
+    *result = x;
     if (!x) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a loss");
-    }
-    if (!(settings->physics + settings->data > 0) || settings->ahead < 1 ||
-        settings->ahead > AHEAD_MAX || (settings->rates && m->flows)) {
-        free(x);
-        return ad_fail(error, AD_BAD_ARGUMENT,
-                       "a loss of nothing, of %d steps in a row, or of rates beside a flow",
-                       settings->ahead);
     }
     *x = (physics_loss){
         .scene = open, .motions = motions, .m = m, .settings = *settings, .pool = pool};
@@ -228,23 +281,47 @@ ad_status physics_loss_create(const scene *open, const int modes[4], const excit
     x->scale = x->center + n;
     x->input_center = x->scale + n;
     x->input_scale = x->input_center + inputs;
-    x->linear = x->input_scale + inputs + n; /* behind the ranges of states */
+    x->mean = x->input_scale + inputs + n; /* behind the ranges of states */
     memcpy(of_rod.modes, modes, sizeof of_rod.modes);
     ad_status status = allocate(x, error);
+    x->linear = m->flows ? x->mean : x->zero;
     for (int t = 0; t < ad_pool_threads(pool) && status == AD_OK; t++) {
         status = reduced_create(open, &of_rod, &x->workers[t].rod, error);
     }
     status = status == AD_OK ? find_flows(x, error) : status;
-    status = status == AD_OK ? find_integrals(x, error) : status;
-    if (status == AD_OK && settings->tip && !settings->rates) {
+    return status == AD_OK ? find_integrals(x, error) : status;
+}
+
+ad_status physics_loss_create(const scene *open, const int modes[4], const excite_rollouts *motions,
+                              const decoupled *m, const physics_loss_settings *settings,
+                              ad_pool *pool, physics_loss **result, ad_error *error)
+{
+    const size_t n = (size_t)m->states;
+    physics_loss *x = NULL;
+    *result = NULL;
+    if (!(settings->physics + settings->data > 0) || settings->ahead < 1 ||
+        settings->ahead > AHEAD_MAX || (settings->rates && m->flows) ||
+        (settings->scatter > 0 && settings->data > 0)) {
+        return ad_fail(
+            error, AD_BAD_ARGUMENT,
+            "a loss of nothing, of %d steps in a row, of rates beside a flow, or of solved "
+            "steps from states off the motions",
+            settings->ahead);
+    }
+    ad_status status = physics_open(open, modes, motions, m, settings, pool, &x, error);
+    if (status == AD_OK && settings->tip) {
         status = find_weight(x, x->workers[0].rod, error);
     }
-    if (status == AD_OK && settings->rates) {
-        status = find_rate_weight(x, &x->workers[0], error);
-    }
-    for (size_t j = 0; j < n && status == AD_OK && !settings->tip && !settings->rates; j++) {
+    for (size_t j = 0; j < n && status == AD_OK && !settings->tip; j++) {
         x->weight[j * n + j] = 1;
     }
+    if (status == AD_OK && settings->scatter > 0) {
+        status = scatter_states(x, error);
+    }
+    if (status == AD_OK && settings->physics > 0 && !settings->rates && settings->ahead == 1) {
+        status = find_targets(x, modes, error);
+    }
+    status = status == AD_OK ? find_scale(x, error) : status;
     if (status != AD_OK) {
         physics_loss_free(x);
         return status;
@@ -264,7 +341,10 @@ void physics_loss_free(physics_loss *x)
     }
     free(x->workers);
     free(x->begin);
+    free(x->target);
+    free(x->moved.state);
     free(x->flow);
+    free(x->zero);
     free(x->integral);
     free(x->weight);
     free(x->gradients);

@@ -27,23 +27,33 @@ typedef struct physics_worker {
 struct physics_loss {
     const scene *scene;
     const excite_rollouts *motions;
+    excite_rollouts moved; /* motions off which states were moved */
     const decoupled *m;
     physics_loss_settings settings;
     ad_pool *pool;
     size_t count;      /* of beginnings */
     int (*begin)[2];   /* [count]: rollout, step */
     double *flow;      /* [NODES][n][order] to the nodes */
+    double *target;    /* of beginnings [count of rollouts][steps][NODES][n]: y; NULL: the defect */
+    double *zero;      /* [n][n + inputs + 1] */
     double *integral;  /* [NODES][NODES][n][n] */
     double *weight;    /* [n][n], symmetric */
     double *gradients; /* [CHUNKS][parameters] */
+    double factor;     /* of the loss */
     double values[CHUNKS];
     bool failed[CHUNKS];
     const double *parameters;
     bool derives;
     int64_t number; /* of the step of training */
     physics_worker *workers;
-    const double *center, *scale, *input_center, *input_scale, *linear;
+    const double *center, *scale, *input_center, *input_scale;
+    const double *mean, *linear; /* [n][n + inputs + 1]: A, B, c; of the base, or 0 */
 };
+
+/* Without weights; *result is to be freed in any case. */
+ad_status physics_open(const scene *open, const int modes[4], const excite_rollouts *motions,
+                       const decoupled *m, const physics_loss_settings *settings, ad_pool *pool,
+                       physics_loss **result, ad_error *error);
 
 size_t physics_order(const decoupled *m); /* columns of a flow: z, v, 1 */
 
@@ -55,5 +65,7 @@ void physics_take_state(const physics_loss *x, size_t row, double *z);
  * wanted); false: it has no answer. */
 bool physics_remainder(const physics_loss *x, physics_worker *w, const double *given, double t,
                        const double *z, double *rest, double *by_z);
+
+void physics_base(const physics_loss *x, const double *flow, const double *given, double *z);
 
 #endif

@@ -25,7 +25,7 @@ static void draw_times(const physics_loss *x, size_t item, int ahead, double tim
     }
 }
 
-static void base_at(const physics_loss *x, const double *flow, const double *given, double *z)
+void physics_base(const physics_loss *x, const double *flow, const double *given, double *z)
 {
     const size_t n = (size_t)x->m->states, order = physics_order(x->m);
     for (size_t j = 0; j < n; j++) {
@@ -92,10 +92,19 @@ static void add_product(size_t n, bool transposed, double by, const double *matr
     }
 }
 
-/* Residuals at the nodes: z' - f (without a flow), or the defect of the integral equation. */
-static void find_residuals(const physics_loss *x, physics_step *s)
+/* Residuals at the nodes: z' - f (without a flow), the defect of the integral equation, or the
+ * distance from what has none. */
+static void find_residuals(const physics_loss *x, size_t item, physics_step *s)
 {
     const size_t n = (size_t)x->m->states;
+    const int *begin = x->begin[item];
+    for (size_t k = 0; k < NODES * n && x->target; k++) {
+        const size_t step = (size_t)begin[0] * (size_t)x->motions->steps + (size_t)begin[1];
+        s->residual[k] = s->y[k] - x->target[step * NODES * n + k];
+    }
+    if (x->target) {
+        return;
+    }
     for (size_t i = 0; i < NODES; i++) {
         double *r = s->residual + i * n;
         memcpy(r, (x->settings.rates ? s->rate : s->y) + i * n, n * sizeof *r);
@@ -121,6 +130,11 @@ static double weighed(const physics_loss *x, const double *r, double *to)
     return sum / (double)n;
 }
 
+static bool needs_end(const physics_loss *x)
+{
+    return x->settings.ahead > 1 || x->settings.data > 0;
+}
+
 static bool go_forward(const physics_loss *x, physics_worker *w, size_t item, int ahead,
                        physics_step *s, double *next, double *loss)
 {
@@ -130,8 +144,12 @@ static bool go_forward(const physics_loss *x, physics_worker *w, size_t item, in
     draw_times(x, item, ahead, times);
     decoupled_network(m, x->parameters, s->given, s->given + n, s->hidden, s->a);
     for (size_t i = 0; i < NODES && x->settings.physics > 0; i++) {
-        decoupled_curve(m, s->a, times[i], s->y + i * n, s->rate + i * n);
-        base_at(x, flow + i * n * order, s->given, z);
+        decoupled_curve(m, s->a, times[i], s->y + i * n,
+                        x->settings.rates ? s->rate + i * n : NULL);
+        if (x->target) {
+            continue;
+        }
+        physics_base(x, flow + i * n * order, s->given, z);
         for (size_t j = 0; j < n; j++) {
             z[j] += s->y[i * n + j];
         }
@@ -141,14 +159,17 @@ static bool go_forward(const physics_loss *x, physics_worker *w, size_t item, in
         }
     }
     if (x->settings.physics > 0) {
-        find_residuals(x, s);
+        find_residuals(x, item, s);
         for (size_t i = 0; i < NODES; i++) {
             *loss += x->settings.physics * (x->settings.rates ? 1.0 / NODES : node_weight[i]) *
                      weighed(x, s->residual + i * n, z);
         }
     }
+    if (!needs_end(x)) {
+        return true;
+    }
     decoupled_curve(m, s->a, 1, z, NULL);
-    base_at(x, flow + (NODES - 1) * n * order, s->given, next);
+    physics_base(x, flow + (NODES - 1) * n * order, s->given, next);
     for (size_t j = 0; j < n; j++) {
         next[j] += z[j];
     }
@@ -205,7 +226,6 @@ static void adjoint_of_state(const physics_loss *x, const physics_step *s, size_
 {
     const size_t n = (size_t)x->m->states;
     memset(sum, 0, n * sizeof *sum);
-    memset(by_z, 0, n * sizeof *by_z);
     for (size_t j = 0; j < NODES && !x->settings.rates; j++) {
         add_product(n, true, -1, x->integral + (j * NODES + i) * n * n, lambda + j * n, sum);
     }
@@ -239,8 +259,10 @@ static void go_back(const physics_loss *x, physics_worker *w, size_t item, int a
     draw_times(x, item, ahead, times);
     memset(w->to_a, 0, (size_t)decoupled_outputs(m) * sizeof *w->to_a);
     memset(w->to_given, 0, physics_order(m) * sizeof *w->to_given);
-    decoupled_curve_adjoint(m, s->a, 1, end, NULL, w->to_a);
-    add_base_adjoint(x, NODES - 1, end, w->to_given);
+    if (needs_end(x)) {
+        decoupled_curve_adjoint(m, s->a, 1, end, NULL, w->to_a);
+        add_base_adjoint(x, NODES - 1, end, w->to_given);
+    }
     for (size_t i = 0; i < NODES && x->settings.physics > 0; i++) {
         const double weight = rates ? 1.0 / NODES : node_weight[i];
         weighed(x, s->residual + i * n, lambda + i * n);
@@ -249,8 +271,11 @@ static void go_back(const physics_loss *x, physics_worker *w, size_t item, int a
         }
     }
     for (size_t i = 0; i < NODES && x->settings.physics > 0; i++) {
-        adjoint_of_state(x, s, i, lambda, sum, by_z);
-        add_base_adjoint(x, i, by_z, w->to_given);
+        memset(by_z, 0, n * sizeof *by_z);
+        if (!x->target) {
+            adjoint_of_state(x, s, i, lambda, sum, by_z);
+            add_base_adjoint(x, i, by_z, w->to_given);
+        }
         for (size_t j = 0; j < n && !rates; j++) {
             by_z[j] += lambda[i * n + j];
         }
@@ -287,7 +312,7 @@ static bool evaluate_one(const physics_loss *x, physics_worker *w, size_t item, 
     const size_t n = (size_t)x->m->states, order = physics_order(x->m);
     const int *begin = x->begin[item], ahead = x->settings.ahead;
     const size_t row = (size_t)begin[0] * (size_t)(x->motions->steps + 1) + (size_t)begin[1];
-    double loss = 0, next[256], weighted[256];
+    double loss = 0, next[256] = {0}, weighted[256];
     physics_take_state(x, row, w->steps[0].given);
     for (int k = 0; k < ahead; k++) {
         physics_step *s = &w->steps[k];
@@ -337,7 +362,7 @@ static void run_chunk(void *context, int chunk, int thread)
     for (size_t i = (size_t)chunk; i < all && !x->failed[chunk]; i += CHUNKS) {
         uint64_t state = x->settings.seed ^ ((uint64_t)x->number << 24) ^ i;
         const size_t item = all < x->count ? nn_splitmix64(&state) % x->count : i;
-        x->failed[chunk] = !evaluate_one(x, &x->workers[thread], item, 1 / (double)all,
+        x->failed[chunk] = !evaluate_one(x, &x->workers[thread], item, x->factor / (double)all,
                                          &x->values[chunk], gradient);
     }
 }

@@ -1,6 +1,7 @@
 /* What a one-step model of decoupled.h is trained with: how far its curves are from the motion of
  * the reduced rod, x' = f(x, u), solved steps beside that if wanted, over one step or several in a
- * row. The gradient is exact: it goes through f.
+ * row. Over one step that is the distance from what has no defect at Radau's nodes, found before
+ * training; else the gradient goes through f, exactly. The base alone has a loss of 1.
  *
  *   physics_prepare(&scene, modes, &motions, seed, &model, numbers, &error);
  *   physics_loss_create(&scene, modes, &motions, &model, &settings, pool, &loss, &error);
@@ -19,12 +20,14 @@ extern "C" {
 
 typedef struct physics_loss_settings {
     double physics, data; /* weights, >= 0, not both 0 */
-    bool rates; /* physics: of z' - f at random times, as DD-PINN; false: of the defect at Radau's
-                 * nodes, z - base - integral of what f has beside the linear flow */
+    bool rates; /* physics: of z' - f at random times, as published; false: of Radau's nodes; over
+                 * several steps their defect, z - base - integral of what f has beside the flow */
     bool tip; /* errors count by what they do to the tip within 250 steps; false: by numbers of z */
-    int ahead; /* steps in a row that an error is followed */
-    int batch; /* beginnings that an evaluation takes, drawn anew for every step; 0: all */
-    int most;  /* of all beginnings so many, evenly; 0: all */
+    double all;     /* what each number of z counts beside the tip, of the one that does it most */
+    double scatter; /* how far beginnings are moved off the motions, of what is usual there */
+    int ahead;      /* steps in a row that an error is followed */
+    int batch;      /* beginnings that an evaluation takes, drawn anew for every step; 0: all */
+    int most;       /* of all beginnings so many, evenly; 0: all */
     uint64_t seed;
 } physics_loss_settings;
 
@@ -34,6 +37,13 @@ typedef struct physics_loss physics_loss;
  * with, small but not 0, since alpha = 0 never learns. AD_NO_MEMORY, AD_NOT_FINITE. */
 ad_status physics_prepare(const scene *open, const int modes[4], const excite_rollouts *motions,
                           uint64_t seed, const decoupled *m, double *numbers, ad_error *error);
+
+/* Node values nodes [count][steps][DECOUPLED_NODES][states] of the steps of motions, by the
+ * equations of the rod alone: what leaves no defect, from the base by Newton's method; not a number
+ * where that finds none. The network of m is not asked. Without a flow this is one step of Radau's
+ * method of order 5. */
+ad_status physics_collocate(const scene *open, const int modes[4], const excite_rollouts *motions,
+                            const decoupled *m, ad_pool *pool, double *nodes, ad_error *error);
 
 /* Borrows all but the settings. */
 ad_status physics_loss_create(const scene *open, const int modes[4], const excite_rollouts *motions,

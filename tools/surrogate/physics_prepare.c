@@ -136,7 +136,7 @@ ad_status physics_prepare(const scene *open, const int modes[4], const excite_ro
         find_scales(open, motions, m, &x);
         draw_parameters(m, seed, x.network);
     }
-    if (status == AD_OK && m->flows) {
+    if (status == AD_OK) {
         status = find_flow(rod, motions, m, &x, error);
     }
     reduced_free(rod);

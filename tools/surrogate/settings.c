@@ -49,7 +49,12 @@ static bool names(int count, const char *const *all, const char *name)
 
 bool surrogate_is_decoupled(surrogate_kind_id kind)
 {
-    return kind >= SURROGATE_DDPINN;
+    return kind == SURROGATE_DDPINN || kind == SURROGATE_DDPINN_FLOW;
+}
+
+bool surrogate_is_polynomial(surrogate_kind_id kind)
+{
+    return kind == SURROGATE_POLYNOMIAL || kind == SURROGATE_POLYNOMIAL_FLOW;
 }
 
 bool surrogate_names_parameter(const surrogate_settings *settings, const char *name)
@@ -60,7 +65,7 @@ bool surrogate_names_parameter(const surrogate_settings *settings, const char *n
 /* ---- what is open, and checks -------------------------------------------------------------- */
 
 /* Steps of the optimiser, and the network, that were measured to be worth their time. */
-enum { STEPS = 3000, WIDTH = 64, DECOUPLED_STEPS = 16000 };
+enum { STEPS = 3000, NODES_STEPS = 2000, WIDTH = 64, DECOUPLED_STEPS = 16000 };
 
 static ad_status refuse(char key[TRAIN_KEY_MAX], const char *which, ad_error *error,
                         const char *problem)
@@ -133,10 +138,15 @@ static ad_status resolve_names(surrogate_settings *x, const scene *of, char key[
     return status;
 }
 
-/* Weights of the loss that are open: as published, the equations alone, or both. */
+/* Weights of the loss that are open: the equations alone. */
 static ad_status resolve_loss(surrogate_settings *x, char key[TRAIN_KEY_MAX], ad_error *error)
 {
-    if (!surrogate_is_decoupled(x->kind)) {
+    if (x->weights == SURROGATE_PLAIN && x->kind != SURROGATE_DDPINN) {
+        return refuse(key, "surrogate.weights", error,
+                      "is plain, of surrogate.kind: ddpinn alone; leave it out");
+    }
+    const bool polynomial = surrogate_is_polynomial(x->kind);
+    if (!surrogate_is_decoupled(x->kind) && !polynomial) {
         return isnan(x->physics) && isnan(x->data)
                    ? AD_OK
                    : refuse(key, isnan(x->data) ? "surrogate.physics" : "surrogate.data", error,
@@ -144,21 +154,30 @@ static ad_status resolve_loss(surrogate_settings *x, char key[TRAIN_KEY_MAX], ad
                             "regressions on solved steps; leave it out");
     }
     x->physics = isnan(x->physics) ? 1 : x->physics;
-    x->data = isnan(x->data) ? (x->kind == SURROGATE_DDPINN ? 0 : 3) : x->data;
+    x->data = isnan(x->data) ? 0 : x->data;
+    if (polynomial && (x->physics == 0 || x->ahead > 1)) {
+        return refuse(key, x->ahead > 1 ? "surrogate.ahead" : "surrogate.physics", error,
+                      x->ahead > 1
+                          ? "is of damped sines; polynomials follow one step; leave it out"
+                          : "is 0, but nodes of polynomials have no solved steps; allowed: "
+                            "above 0, or surrogate.kind: flow");
+    }
     return x->physics + x->data > 0 ? AD_OK
                                     : refuse(key, "surrogate.data", error,
                                              "and surrogate.physics are 0; allowed: one above 0");
 }
 
-/* Of curves Adam on parts of the steps, since f with its derivatives is what costs. */
+/* Of curves of sines Adam on parts of the steps, since f with its derivatives is what costs. */
 static train_stage usual_stage(const surrogate_settings *x)
 {
     train_stage stage = train_stage_default();
-    const bool curves = surrogate_is_decoupled(x->kind);
-    stage.optimizer = curves ? OPTIM_ADAM : OPTIM_SSBROYDEN;
-    stage.steps = curves ? DECOUPLED_STEPS : STEPS;
-    if (curves) {
-        stage.adam.schedule.learning_rate = x->kind == SURROGATE_DDPINN ? 2e-3 : 4e-3;
+    stage.optimizer = OPTIM_SSBROYDEN;
+    stage.steps = surrogate_is_polynomial(x->kind) ? NODES_STEPS : STEPS;
+    if (surrogate_is_decoupled(x->kind)) {
+        stage.optimizer = OPTIM_ADAM;
+        stage.steps = DECOUPLED_STEPS;
+        stage.adam.schedule.learning_rate = 2e-3;
+        stage.adam.clip_norm = 1; /* decays may turn negative */
     }
     return stage;
 }

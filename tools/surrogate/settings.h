@@ -13,20 +13,27 @@ extern "C" {
 #define SURROGATE_KIND_LIST(X)                                                                     \
     X(SURROGATE_FLOW, "flow")     /* linear map + network, regression on solved steps */           \
     X(SURROGATE_LINEAR, "linear") /* the linear map alone */                                       \
-    /* curves in time, tools/surrogate/decoupled.h, learned from the rod's equations */            \
-    X(SURROGATE_DDPINN, "ddpinn")           /* damped sines beside the state, as published */      \
-    X(SURROGATE_DDPINN_FLOW, "ddpinn_flow") /* beside the exact linear flow */                     \
-    X(SURROGATE_POLYNOMIAL, "polynomial")   /* polynomials: a learned method of Radau */           \
+    /* curves in time, learned from the rod's equations: tools/surrogate/decoupled.h, */           \
+    X(SURROGATE_DDPINN, "ddpinn")           /* damped sines beside the state, */                   \
+    X(SURROGATE_DDPINN_FLOW, "ddpinn_flow") /* or beside the exact linear flow; */                 \
+    /* tools/surrogate/surrogate_curve.h: */                                                       \
+    X(SURROGATE_POLYNOMIAL, "polynomial")           /* a learned method of Radau, */               \
     X(SURROGATE_POLYNOMIAL_FLOW, "polynomial_flow") /* beside the exact linear flow */
 #define SURROGATE_HOLD_LIST(X)                                                                     \
     X(SURROGATE_CONSTANT, "constant") /* inputs stay while a step lasts */                         \
     X(SURROGATE_RAMP, "linear")       /* go linearly to those of its end */
+
+/* What counts of the residuals of ddpinn. */
+#define SURROGATE_WEIGHTS_LIST(X)                                                                  \
+    X(SURROGATE_TIP, "tip")     /* the errors that they leave, by what these do to the tip */      \
+    X(SURROGATE_PLAIN, "plain") /* each number alike, on the motions alone: as published */
 
 #define SURROGATE_ENUM(name, text) name,
 typedef enum surrogate_kind_id {
     SURROGATE_KIND_LIST(SURROGATE_ENUM) SURROGATE_KIND_COUNT
 } surrogate_kind_id;
 typedef enum surrogate_hold { SURROGATE_HOLD_LIST(SURROGATE_ENUM) } surrogate_hold;
+typedef enum surrogate_weighing { SURROGATE_WEIGHTS_LIST(SURROGATE_ENUM) } surrogate_weighing;
 #undef SURROGATE_ENUM
 const char *const *surrogate_kind_names(void);
 const char *const *surrogate_hold_names(void);
@@ -42,8 +49,9 @@ typedef struct surrogate_settings {
     const char *inputs[SCENE_PARAMETERS_MAX];     /* actuated; none: all that are no parameters */
     const char *parameters[SCENE_PARAMETERS_MAX]; /* slow ones, which stay for a rollout */
     int solved;                                   /* steps to learn from */
-    int terms;                                    /* of curves: damped sines for each state, */
-    int ahead;                                    /* and steps in a row that an error is followed */
+    surrogate_weighing weights;
+    int terms;            /* of curves: damped sines for each state, */
+    int ahead;            /* and steps in a row that an error is followed */
     double physics, data; /* weights of the equations and of solved steps; NaN: open */
 } surrogate_settings;
 
@@ -51,7 +59,8 @@ surrogate_settings surrogate_settings_default(void);
 
 /* Whether a scene has the section; whether a name is one of its parameters. */
 bool surrogate_is_given(const surrogate_settings *settings);
-bool surrogate_is_decoupled(surrogate_kind_id kind); /* of curves in time */
+bool surrogate_is_decoupled(surrogate_kind_id kind);  /* damped sines */
+bool surrogate_is_polynomial(surrogate_kind_id kind); /* the other curves in time */
 bool surrogate_names_parameter(const surrogate_settings *settings, const char *name);
 
 /* Fills in what is open, network and stages (where they are not given) among it, and checks.

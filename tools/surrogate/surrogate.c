@@ -1,5 +1,6 @@
 #include "tools/surrogate/surrogate.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 void surrogate_free(surrogate *s)
@@ -23,16 +24,55 @@ bool surrogate_is_parameter(const surrogate *s, int i)
 typedef struct runner {
     const surrogate_step *step;
     const decoupled *curve; /* NULL: the step */
-    double *work;
+    const double *inner;    /* of polynomials, whose base the curve is; NULL: none */
+    surrogate_step part; /* that polynomials are after a part of the step, not 0 once it is known */
+    double *work;        /* of step or damped sines; then [numbers], [base's work], [inputs] */
+    double *numbers, *base_work, *end;
 } runner;
+
+/* Parts of a step by polynomials. What is known of the end is that of this part. */
+static int advance_part(runner *x, int count, double h, const double *states, const double *inputs,
+                        const double *after, double *next, double *by_state, double *by_inputs)
+{
+    const surrogate_step *m = x->step;
+    const size_t n = (size_t)m->states, given = (size_t)m->inputs;
+    const double t = h / m->step;
+    int bad = 0;
+    if (!(t > 0 && t < 1) || (after && !m->ramps)) {
+        return 2;
+    }
+    if (x->part.step != h) {
+        surrogate_curve_at(m, x->inner, x->curve, t, x->base_work, x->numbers);
+        x->part = *m;
+        x->part.step = h;
+        x->part.numbers = x->numbers;
+    }
+    if (!after) {
+        return surrogate_step_advance(&x->part, x->work, count, h, states, inputs, NULL, next,
+                                      by_state, by_inputs);
+    }
+    for (size_t i = 0; i < (size_t)count; i++) {
+        const double *u = inputs + i * given;
+        for (size_t k = 0; k < given; k++) {
+            x->end[k] = u[k] + (after[i * given + k] - u[k]) / t;
+        }
+        bad |= surrogate_step_advance(&x->part, x->work, 1, h, states + i * n, u, x->end,
+                                      next + i * n, by_state ? by_state + i * n * n : NULL,
+                                      by_inputs ? by_inputs + i * n * given : NULL);
+    }
+    return bad;
+}
 
 static int advance(void *context, int count, double h, const double *states, const double *inputs,
                    const double *after, double *next, double *by_state, double *by_inputs)
 {
-    const runner *x = context;
-    if (x->curve) {
+    runner *x = context;
+    if (x->curve && !x->inner) {
         return decoupled_advance(x->curve, x->work, count, h, states, inputs, after, next, by_state,
                                  by_inputs);
+    }
+    if (x->inner && fabs(h - x->step->step) > 1e-9 * x->step->step) {
+        return advance_part(x, count, h, states, inputs, after, next, by_state, by_inputs);
     }
     return surrogate_step_advance(x->step, x->work, count, h, states, inputs, after, next, by_state,
                                   by_inputs);
@@ -41,27 +81,39 @@ static int advance(void *context, int count, double h, const double *states, con
 static double outside(void *context, const double *state, const double *inputs)
 {
     const runner *x = context;
-    return x->curve ? decoupled_outside(x->curve, state, inputs)
-                    : surrogate_step_outside(x->step, state, inputs);
+    return x->curve && !x->inner ? decoupled_outside(x->curve, state, inputs)
+                                 : surrogate_step_outside(x->step, state, inputs);
 }
 
 ad_status surrogate_one_step(const surrogate *s, one_step *result, ad_error *error)
 {
     const surrogate_step *m = &s->step;
-    const decoupled *curve = surrogate_is_decoupled(s->settings.kind) ? &s->curve : NULL;
+    const bool sines = surrogate_is_decoupled(s->settings.kind);
+    const bool parts = surrogate_is_polynomial(s->settings.kind);
+    const decoupled *curve = sines || parts ? &s->curve : NULL;
+    const size_t own = sines ? decoupled_work(curve) : surrogate_step_work(m);
+    const size_t numbers = parts ? surrogate_step_numbers(m) : 0;
     runner *x = malloc(sizeof *x);
-    double *work = calloc(curve ? decoupled_work(curve) : surrogate_step_work(m), sizeof *work);
+    double *work =
+        calloc(own + numbers + (parts ? surrogate_curve_work(curve) : 0) + SURROGATE_INPUTS_MAX,
+               sizeof *work);
     *result = (one_step){0};
     if (!x || !work) {
         free(x);
         free(work);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
     }
-    *x = (runner){m, curve, work};
+    *x = (runner){.step = m,
+                  .curve = curve,
+                  .inner = parts ? s->numbers + numbers : NULL,
+                  .work = work,
+                  .end = work + own,
+                  .numbers = work + own + SURROGATE_INPUTS_MAX,
+                  .base_work = work + own + SURROGATE_INPUTS_MAX + numbers};
     *result = (one_step){.context = x,
-                         .states = curve ? curve->states : m->states,
-                         .inputs = curve ? curve->inputs : m->inputs,
-                         .step = curve ? curve->step : m->step,
+                         .states = sines ? curve->states : m->states,
+                         .inputs = sines ? curve->inputs : m->inputs,
+                         .step = sines ? curve->step : m->step,
                          .shorter = curve != NULL,
                          .advance = advance,
                          .outside = outside};
@@ -191,6 +243,46 @@ ad_status surrogate_get(const checkpoint *file, surrogate_step *m, double **numb
     }
     m->numbers = *numbers;
     return status;
+}
+
+static decoupled base_of(const surrogate_step *m, bool flows)
+{
+    return (decoupled){.states = m->states,
+                       .inputs = m->inputs,
+                       .ramps = m->ramps != 0,
+                       .flows = flows,
+                       .step = m->step};
+}
+
+void surrogate_put_nodes(const surrogate_step *m, const double *inner, const decoupled *base,
+                         checkpoint *file)
+{
+    const size_t sizes[] = {SURROGATE_INNER, surrogate_step_numbers(m)};
+    const size_t count = decoupled_numbers(base);
+    checkpoint_put_doubles(file, "surrogate/inner", inner, 2, sizes);
+    checkpoint_put_doubles(file, "surrogate/base", base->numbers, 1, &count);
+}
+
+ad_status surrogate_get_nodes(const checkpoint *file, bool flows, surrogate_step *m,
+                              decoupled *base, double **numbers, ad_error *error)
+{
+    ad_status status = surrogate_get(file, m, numbers, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    *base = base_of(m, flows);
+    const size_t each = surrogate_step_numbers(m), inner = SURROGATE_INNER * each;
+    const size_t count = decoupled_numbers(base);
+    double *all = realloc(*numbers, (each + inner + count) * sizeof *all);
+    if (!all) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
+    }
+    m->numbers = *numbers = all;
+    base->numbers = all + each + inner;
+    status = checkpoint_get_doubles(file, "surrogate/inner", all + each, inner, error);
+    return status == AD_OK
+               ? checkpoint_get_doubles(file, "surrogate/base", all + each + inner, count, error)
+               : status;
 }
 
 void surrogate_put_curve(const decoupled *m, int64_t shape[SURROGATE_CURVE], checkpoint *file)

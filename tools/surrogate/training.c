@@ -45,7 +45,11 @@ static ad_status draw_one(surrogate_training *t, int length, int part, surrogate
     excite_rollouts motions;
     ad_status status = excite_run(t->open, &settings, t->pool, &motions, error);
     if (status == AD_OK) {
+        const size_t before = steps->count;
         status = surrogate_steps_add(&motions, settings.linear, steps, error);
+        if (status == AD_OK && surrogate_is_polynomial(t->settings->kind)) {
+            status = surrogate_add_nodes(t, &motions, before, steps, error);
+        }
         excite_free(&motions);
     }
     return status;
@@ -119,7 +123,8 @@ static ad_status find_model(surrogate_training *t, reduced_rod *rod, ad_error *e
         return status;
     }
     add_network(t);
-    numbers = realloc(t->numbers, surrogate_step_numbers(&t->step) * sizeof *numbers);
+    const size_t nodes = surrogate_is_polynomial(t->settings->kind) ? DECOUPLED_NODES : 1;
+    numbers = realloc(t->numbers, nodes * surrogate_step_numbers(&t->step) * sizeof *numbers);
     t->numbers = numbers ? numbers : t->numbers;
     t->step.numbers = t->numbers;
     t->work = calloc(surrogate_step_work(&t->step), sizeof *t->work);
@@ -129,7 +134,7 @@ static ad_status find_model(surrogate_training *t, reduced_rod *rod, ad_error *e
     surrogate_step linear = t->step;
     linear.layers = 0;
     t->held_linear = weighted_error(t, &linear, &t->held);
-    return AD_OK;
+    return nodes > 1 ? surrogate_find_inner(t, error) : AD_OK;
 }
 
 ad_status surrogate_training_make_optimizer(surrogate_training *t, ad_error *error)
@@ -184,7 +189,12 @@ static ad_status prepare(surrogate_training *t, ad_error *error)
         t->info.loss = t->info.held_out = 1;
         return status;
     }
-    status = surrogate_flow_create(&t->step, &t->steps, t->gramian, t->pool, &t->flow, error);
+    surrogate_node nodes[DECOUPLED_NODES] = {{&t->step, t->steps.next}};
+    for (int i = 0; i < SURROGATE_INNER; i++) {
+        nodes[i + 1] = (surrogate_node){&t->inner[i], t->steps.inner[i]};
+    }
+    status = surrogate_flow_create(surrogate_is_polynomial(t->settings->kind) ? DECOUPLED_NODES : 1,
+                                   nodes, &t->steps, t->gramian, t->pool, &t->flow, error);
     if (status != AD_OK) {
         return status;
     }
@@ -243,6 +253,7 @@ void surrogate_training_free(surrogate_training *t)
         optim_free(t->optimizer);
         history_free(&t->rows);
         free(t->numbers);
+        free(t->base);
         free(t->gramian);
         free(t->work);
         free(t->start);
@@ -260,12 +271,17 @@ const surrogate_step *surrogate_training_step_of(surrogate_training *t)
         memcpy(t->numbers + decoupled_numbers(&t->curve) - count, now, count * sizeof *now);
         return &t->step;
     }
-    surrogate_numbers to = surrogate_numbers_of(&t->step, t->numbers);
     if (!t->flow) {
         return &t->step;
     }
     const double *best = t->optimizer ? optim_best_x(t->optimizer) : t->start;
-    return surrogate_flow_finish(t->flow, best, to.network) ? &t->step : NULL;
+    double *networks[DECOUPLED_NODES];
+    const size_t nodes = surrogate_is_polynomial(t->settings->kind) ? DECOUPLED_NODES : 1;
+    for (size_t i = 0; i < nodes; i++) {
+        networks[i] = t->numbers + (i + 1) * surrogate_step_numbers(&t->step) -
+                      surrogate_step_parameters(&t->step);
+    }
+    return surrogate_flow_finish(t->flow, best, networks) ? &t->step : NULL;
 }
 
 static ad_status add_row(surrogate_training *t, const optim_info *info, ad_error *error)

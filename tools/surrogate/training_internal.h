@@ -19,13 +19,15 @@ struct surrogate_training {
     double *gramian; /* [states][states] */
     double *work;    /* of the step */
     double held_linear;
-    surrogate_flow *flow; /* NULL: linear */
-    double *start;        /* [parameters], of the stage at work */
+    surrogate_step inner[SURROGATE_INNER]; /* the other nodes of polynomials; numbers behind */
+    surrogate_flow *flow;                  /* NULL: linear */
+    double *start;                         /* [parameters], of the stage at work */
     optim_optimizer *optimizer;
     history rows;
     int64_t shape[SURROGATE_SHAPE]; /* lent to a checkpoint */
-    /* Of curves in time, in place of steps, step and flow. */
-    decoupled curve;
+    decoupled
+        curve;    /* damped sines, in place of steps, step and flow; of polynomials, their base */
+    double *base; /* its numbers */
     excite_rollouts motions, held_motions;
     physics_loss *physics, *held_loss; /* of the stage at work; errors of held-out steps */
 };
@@ -35,6 +37,13 @@ ad_status surrogate_training_make_optimizer(surrogate_training *t, ad_error *err
 
 /* How rollouts of so many steps are drawn for training. */
 excite_settings surrogate_excitation(const surrogate_training *t, int steps, int first, int count);
+
+/* training_nodes.c. Node values of the steps behind `from`, which are of these motions: at the end
+ * in place of the solved state, or mixed with it. Steps without are left out. */
+ad_status surrogate_add_nodes(surrogate_training *t, const excite_rollouts *motions, size_t from,
+                              surrogate_steps *steps, ad_error *error);
+/* Models of the other nodes beside that of the end, which is known but for its network. */
+ad_status surrogate_find_inner(surrogate_training *t, ad_error *error);
 
 /* training_curve.c. Motions, the curve and its start; the loss of the stage at work; the mean error
  * of held-out steps for parameters (NULL: of the base alone), NaN where it is not finite. */

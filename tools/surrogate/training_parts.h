@@ -9,7 +9,8 @@
 /* Solved steps, sample by sample. */
 typedef struct surrogate_steps {
     size_t count;
-    double *state, *input, *next; /* [count][states], [count][inputs], [count][states] */
+    double *state, *input, *next;   /* [count][states], [count][inputs], [count][states] */
+    double *inner[SURROGATE_INNER]; /* as next, at the other nodes of a curve; NULL: no curve */
 } surrogate_steps;
 
 /* Adds those of rollouts. */

@@ -71,6 +71,7 @@ train_settings train_settings_default(void)
     settings.stages[0].steps = TRAIN_OPEN;
     settings.stages[0].adam.schedule.learning_rate = NAN;
     settings.stages[0].adam.schedule.warmup_steps = TRAIN_OPEN;
+    settings.stages[0].adam.clip_norm = NAN;
     settings.stages[0].lbfgs.descent.function_tolerance = NAN;
     return settings;
 }
@@ -107,6 +108,9 @@ void train_close_stage(train_stage *stage, train_stage usual)
         const int64_t half = stage->steps / 2;
         schedule->warmup_steps = from.adam.schedule.warmup_steps;
         schedule->warmup_steps = schedule->warmup_steps < half ? schedule->warmup_steps : half;
+    }
+    if (isnan(stage->adam.clip_norm)) {
+        stage->adam.clip_norm = from.adam.clip_norm;
     }
     *tolerance = isnan(*tolerance) ? from.lbfgs.descent.function_tolerance : *tolerance;
 }

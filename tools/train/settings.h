@@ -58,8 +58,8 @@ const char *const *train_targets_names(void);
 
 /* One optimiser for a number of steps; stages run in turn. */
 typedef struct train_stage {
-    optim_method optimizer; /* of train_settings_default, as steps, learning_rate, warmup_steps
-                             * and function_tolerance: open (TRAIN_OPEN, NaN) */
+    optim_method optimizer; /* of train_settings_default, as steps, learning_rate, warmup_steps,
+                             * clip_norm and function_tolerance: open (TRAIN_OPEN, NaN) */
     int steps;
     optim_adam_settings adam;   /* also of soap; its schedule included; decay_steps 0: the steps
                                  * after warm-up, beta1, beta2 NaN: open */

@@ -1,0 +1,130 @@
+/* Values at the nodes of a step that leave no defect of the equations. */
+#include "tools/surrogate/physics_internal.h"
+
+#include "autodiff/dense.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Numbers of z. */
+static const double SMALL = 1e-8;
+
+typedef struct job {
+    const physics_loss *x;
+    double *nodes;
+    double *matrices; /* [threads][(3 n)^2] */
+    int *pivots;      /* [threads][3 n] */
+} job;
+
+/* The defect y - integral of what f has beside the flow, and its derivatives, column-major. */
+static bool find_defect(const physics_loss *x, physics_worker *w, double *matrix, double *defect)
+{
+    const size_t n = (size_t)x->m->states, all = NODES * n;
+    physics_step *s = &w->steps[0];
+    for (size_t i = 0; i < NODES; i++) {
+        double *z = s->rate + i * n; /* free here */
+        physics_base(x, x->flow + i * n * physics_order(x->m), s->given, z);
+        for (size_t j = 0; j < n; j++) {
+            z[j] += s->y[i * n + j];
+        }
+        if (!physics_remainder(x, w, s->given, decoupled_nodes[i], z, s->n + i * n,
+                               s->by_z + i * n * n)) {
+            return false;
+        }
+    }
+    memcpy(defect, s->y, all * sizeof *defect);
+    memset(matrix, 0, all * all * sizeof *matrix);
+    for (size_t k = 0; k < all; k++) {
+        matrix[k * all + k] = 1;
+    }
+    for (size_t b = 0; b < NODES * NODES; b++) {
+        const size_t i = b / NODES, j = b % NODES;
+        for (size_t r = 0; r < n; r++) {
+            const double *row = x->integral + (b * n + r) * n;
+            for (size_t k = 0; k < n; k++) {
+                const double *by_z = s->by_z + (j * n + k) * n;
+                defect[i * n + r] -= row[k] * s->n[j * n + k];
+                for (size_t c = 0; c < n && row[k] != 0; c++) {
+                    matrix[(j * n + c) * all + i * n + r] -= row[k] * by_z[c];
+                }
+            }
+        }
+    }
+    return true;
+}
+
+static bool solve(const physics_loss *x, physics_worker *w, double *matrix, int *pivots)
+{
+    enum { MOST = 12 };
+    const size_t all = NODES * (size_t)x->m->states;
+    physics_step *s = &w->steps[0];
+    memset(s->y, 0, all * sizeof *s->y);
+    for (int turn = 0; turn < MOST; turn++) {
+        double most = 0;
+        if (!find_defect(x, w, matrix, s->residual) || ad_dense_lu(all, matrix, pivots) != 0) {
+            return false;
+        }
+        ad_dense_lu_solve(all, 1, matrix, pivots, s->residual);
+        for (size_t k = 0; k < all; k++) {
+            s->y[k] -= s->residual[k];
+            most = fmax(most, fabs(s->residual[k]));
+        }
+        if (most < SMALL) { /* quadratic: the next would be far below rounding */
+            return true;
+        }
+    }
+    return false;
+}
+
+static void run_rollout(void *context, int item, int thread)
+{
+    const job *of = context;
+    const physics_loss *x = of->x;
+    physics_worker *w = &x->workers[thread];
+    const size_t n = (size_t)x->m->states, all = NODES * n, order = physics_order(x->m);
+    const size_t steps = (size_t)x->motions->steps;
+    double *given = w->steps[0].given;
+    for (size_t k = 0; k < (size_t)x->motions->done[item]; k++) {
+        const size_t row = (size_t)item * (steps + 1) + k;
+        double *to = of->nodes + ((size_t)item * steps + k) * all;
+        physics_take_state(x, row, given);
+        physics_take_inputs(x, row, given + n);
+        given[order - 1] = 1;
+        if (!solve(x, w, of->matrices + (size_t)thread * all * all,
+                   of->pivots + (size_t)thread * all)) {
+            to[0] = NAN;
+            continue;
+        }
+        for (size_t i = 0; i < NODES; i++) {
+            physics_base(x, x->flow + i * n * order, given, to + i * n);
+            for (size_t j = 0; j < n; j++) {
+                to[i * n + j] =
+                    x->center[j] + x->scale[j] * (to[i * n + j] + w->steps[0].y[i * n + j]);
+            }
+        }
+    }
+}
+
+ad_status physics_collocate(const scene *open, const int modes[4], const excite_rollouts *motions,
+                            const decoupled *m, ad_pool *pool, double *nodes, ad_error *error)
+{
+    const physics_loss_settings settings = {.ahead = 1};
+    const size_t all = NODES * (size_t)m->states, threads = (size_t)ad_pool_threads(pool);
+    job of = {.nodes = nodes};
+    physics_loss *x = NULL;
+    ad_status status = physics_open(open, modes, motions, m, &settings, pool, &x, error);
+    of.matrices = malloc(threads * all * all * sizeof *of.matrices);
+    of.pivots = malloc(threads * all * sizeof *of.pivots);
+    if (status == AD_OK && (!of.matrices || !of.pivots)) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for nodes of steps");
+    }
+    if (status == AD_OK) {
+        of.x = x;
+        ad_pool_run(pool, motions->count, run_rollout, &of);
+    }
+    physics_loss_free(x);
+    free(of.matrices);
+    free(of.pivots);
+    return status;
+}

@@ -1,0 +1,93 @@
+/* Polynomials in time: what the equations of the rod say of the nodes of a step. */
+#include "tools/surrogate/training_internal.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static ad_status find_base(surrogate_training *t, const excite_rollouts *motions, ad_error *error)
+{
+    t->curve = (decoupled){.states = motions->states,
+                           .inputs = motions->inputs,
+                           .ramps = t->settings->hold == SURROGATE_RAMP,
+                           .flows = t->settings->kind == SURROGATE_POLYNOMIAL_FLOW,
+                           .step = t->settings->step};
+    t->base = calloc(decoupled_numbers(&t->curve), sizeof *t->base);
+    t->curve.numbers = t->base;
+    return t->base ? physics_prepare(t->open, t->settings->modes, motions, t->training->seed,
+                                     &t->curve, t->base, error)
+                   : ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
+}
+
+/* Row `from` becomes row `to` <= from. */
+static void move(const decoupled *m, surrogate_steps *x, size_t from, size_t to)
+{
+    const size_t n = (size_t)m->states, all = (size_t)decoupled_given(m);
+    memmove(x->state + to * n, x->state + from * n, n * sizeof *x->state);
+    memmove(x->next + to * n, x->next + from * n, n * sizeof *x->next);
+    memmove(x->input + to * all, x->input + from * all, all * sizeof *x->input);
+}
+
+ad_status surrogate_add_nodes(surrogate_training *t, const excite_rollouts *motions, size_t from,
+                              surrogate_steps *steps, ad_error *error)
+{
+    const size_t n = (size_t)motions->states, each = DECOUPLED_NODES * n;
+    const size_t rows = (size_t)motions->count * (size_t)motions->steps;
+    const double data = t->settings->data / (t->settings->data + t->settings->physics);
+    size_t to = from;
+    ad_status status = t->base ? AD_OK : find_base(t, motions, error);
+    double *nodes = malloc((rows + 1) * each * sizeof *nodes);
+    bool fine = nodes != NULL;
+    for (int i = 0; i < SURROGATE_INNER; i++) {
+        double *grown = realloc(steps->inner[i], (steps->count + 1) * n * sizeof *grown);
+        steps->inner[i] = grown ? grown : steps->inner[i];
+        fine = fine && grown;
+    }
+    if (status == AD_OK && !fine) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for nodes of steps");
+    }
+    if (status == AD_OK) {
+        status = physics_collocate(t->open, t->settings->modes, motions, &t->curve, t->pool, nodes,
+                                   error);
+    }
+    for (int i = 0; i < motions->count && status == AD_OK; i++) {
+        for (int k = 0; k < motions->done[i]; k++, from++) {
+            const double *of = nodes + ((size_t)i * (size_t)motions->steps + (size_t)k) * each;
+            if (isnan(of[0])) {
+                continue;
+            }
+            move(&t->curve, steps, from, to);
+            for (size_t j = 0; j < n; j++) {
+                double *end = steps->next + to * n + j;
+                *end = data * *end + (1 - data) * of[SURROGATE_INNER * n + j];
+            }
+            for (int s = 0; s < SURROGATE_INNER; s++) {
+                memcpy(steps->inner[s] + to * n, of + (size_t)s * n, n * sizeof *of);
+            }
+            to++;
+        }
+    }
+    steps->count = status == AD_OK ? to : steps->count;
+    free(nodes);
+    return status;
+}
+
+ad_status surrogate_find_inner(surrogate_training *t, ad_error *error)
+{
+    const size_t each = surrogate_step_numbers(&t->step), inputs = (size_t)t->step.inputs;
+    const size_t lead = (size_t)t->step.states + inputs * (t->step.ramps ? 2 : 1);
+    ad_status status = AD_OK;
+    for (int i = 0; i < SURROGATE_INNER && status == AD_OK; i++) {
+        double *own = t->numbers + (size_t)(i + 1) * each;
+        surrogate_steps steps = t->steps;
+        steps.next = t->steps.inner[i];
+        memcpy(own, t->numbers, each * sizeof *own);
+        t->inner[i] = t->step;
+        t->inner[i].numbers = own;
+        status = surrogate_fit_linear(t->pool, &t->inner[i], own, &steps, error);
+        /* the frame is that of the end */
+        memcpy(surrogate_numbers_of(&t->step, own).lead,
+               surrogate_numbers_of(&t->step, t->numbers).lead, lead * sizeof *own);
+    }
+    return status;
+}
