@@ -40,6 +40,7 @@ static int blocks_of(const surrogate_step *m)
 static size_t find_parts(const surrogate_step *of, step_parts *parts)
 {
     const size_t n = (size_t)of->states, m = (size_t)all_inputs(of), blocks = (size_t)blocks_of(of);
+    const size_t c = (size_t)of->drives;
     size_t at = 0;
 #define STEP_PLACE(name, count)                                                                    \
     parts->name = of->numbers ? of->numbers + at : NULL;                                           \
@@ -369,8 +370,8 @@ STEP_INLINE void enter(const surrogate_step *m, int lanes, int count, const step
             to[size + k] = c * to[k];
         }
     }
-    multiply(lanes, all, all, parts->input_map, NULL, x->moved + n * lanes, x->a);
-    for (int k = 0; k < all; k++) {
+    multiply(lanes, all, m->drives, parts->input_map, NULL, x->moved + n * lanes, x->a);
+    for (int k = 0; k < m->drives; k++) {
         memcpy(x->z + m->input_slot[k] * lanes, x->a + k * lanes, (size_t)lanes * sizeof *x->z);
     }
 }
@@ -618,9 +619,9 @@ STEP_INLINE void collect(const surrogate_step *m, int columns, const step_parts 
             double sum = 0;
             for (int end = i; end < all; end += m->inputs) {
                 double moved = 0;
-                for (int k = 0; k < all && m->layers > 0; k++) {
-                    moved +=
-                        parts->input_map[end * all + k] * x->by[m->input_slot[k] * columns + o];
+                for (int k = 0; k < m->drives && m->layers > 0; k++) {
+                    moved += parts->input_map[end * m->drives + k] *
+                             x->by[m->input_slot[k] * columns + o];
                 }
                 sum += x->by_linear[(n + end) * n + r] + parts->state_scale[r] * moved;
             }
