@@ -148,6 +148,7 @@ static void put_surrogate(const char *name, const surrogate_step *m, FILE *file)
     PUT(states)
     PUT(inputs)
     PUT(ramps)
+    PUT(drives)
     PUT(slow_count)
     PUT(turns)
     PUT(mirrors)
@@ -168,7 +169,7 @@ static void put_surrogate(const char *name, const surrogate_step *m, FILE *file)
     PUT(slow, SURROGATE_SLOW_MAX)
     PUT(width, SURROGATE_LAYERS_MAX)
     PUT(state_slot, SURROGATE_STATES_MAX)
-    PUT(input_slot, m->inputs * (1 + m->ramps))
+    PUT(input_slot, m->drives)
 #undef PUT
     fprintf(file, "    .step = %.17g,\n    .soft = %.17g,\n    .numbers = %s_numbers};\n", m->step,
             m->soft, name);

@@ -3,7 +3,10 @@
  * Where a turn of state and inputs gives the turned next state, pairs of modes turn as vectors
  * across the axis: (v1, v2) and (u2, -u1), whose second components change sign in the mirror that
  * leaves the first ones, as the twist u3 does. How inputs turn follows from the forces by which
- * they act on the modes. Candidates are tried in turn; the first that holds is taken. */
+ * they act on the modes of the straight robot: each force that is another combination of the inputs
+ * is a coordinate of its own. Two tendons at right angles give three, a pair and their sum, which
+ * the robot takes as it would take those of any other two. Candidates are tried in turn; the first
+ * that holds is taken. */
 #include "autodiff/dense.h"
 #include "nn/rng.h"
 #include "tools/surrogate/training_parts.h"
@@ -37,23 +40,30 @@ static const candidate candidates[] = {
     {false, false, 0, "none"},
 };
 
+enum { DRIVES_MAX = SURROGATE_INPUTS_MAX / 2 }; /* of one end of a step */
+
 typedef struct finder {
     reduced_rod *rod;
     const surrogate_steps *steps;
     surrogate_step *m;
     const scene *open;
-    int n, all;     /* states, inputs of both ends */
-    double *rest;   /* [n] */
-    double *middle; /* [inputs] */
-    double *by;     /* [n][inputs] of the rates by inputs at rest */
+    int n, all;                        /* states, inputs of both ends */
+    double rest[SURROGATE_STATES_MAX]; /* the state with which the scene begins */
+    double middle[SURROGATE_INPUTS_MAX];
+    double *by; /* [n][inputs] of the rates by inputs at rest */
     double *numbers;
     surrogate_numbers to;
+    /* of one end: coordinates and how they are made of the inputs; which inputs are not tried, as
+     * they have no force or are slow */
+    int drives;
+    double column[DRIVES_MAX][SURROGATE_INPUTS_MAX];
+    bool held[SURROGATE_INPUTS_MAX];
 } finder;
 
 surrogate_numbers surrogate_numbers_of(const surrogate_step *of, double *numbers)
 {
     const size_t n = (size_t)of->states, m = (size_t)(of->ramps ? 2 : 1) * (size_t)of->inputs;
-    const size_t blocks = (size_t)surrogate_step_blocks(of);
+    const size_t blocks = (size_t)surrogate_step_blocks(of), c = (size_t)of->drives;
     surrogate_numbers x;
     size_t at = 0;
 #define SURROGATE_PLACE(name, count)                                                               \
@@ -73,10 +83,10 @@ void surrogate_coordinates(const surrogate_step *m, const double *state, const d
     for (int k = 0; k < m->states; k++) {
         z[m->state_slot[k]] = (state[k] - from.state_center[k]) / from.state_scale[k];
     }
-    for (int k = 0; k < all; k++) {
+    for (int k = 0; k < m->drives; k++) {
         double sum = 0;
         for (int i = 0; i < all; i++) {
-            sum += from.input_map[i * all + k] * (inputs[i] - from.input_center[i]);
+            sum += from.input_map[i * m->drives + k] * (inputs[i] - from.input_center[i]);
         }
         z[m->input_slot[k]] = sum;
     }
@@ -177,91 +187,127 @@ static bool add_row(double *basis, int count, int size, const double *row)
     return true;
 }
 
-/* Coordinates of the inputs of one end: columns of map [inputs][inputs] and their classes. False:
- * the inputs are not such. */
+/* Adds a coordinate of the inputs; false: there are too many. */
+static bool add_drive(finder *x, const double *column, place class, place *classes)
+{
+    if (x->drives == DRIVES_MAX) {
+        return false;
+    }
+    memcpy(x->column[x->drives], column, (size_t)x->m->inputs * sizeof *column);
+    classes[x->drives++] = class;
+    return true;
+}
+
+/* What acts across: rows of both components, as they accelerate a pair of modes. */
+static bool place_pairs(finder *x, const place *places, place *classes, double *basis)
+{
+    const int m = x->m->inputs, half = x->n / 2;
+    double row[2 * SURROGATE_INPUTS_MAX];
+    int count = 0;
+    bool fine = true;
+    for (int k = half; k < x->n && fine; k++) { /* the second half of the rates: accelerations */
+        int other = -1;
+        for (int i = half; i < x->n && places[k] == FIRST; i++) {
+            other = places[i] == SECOND && x->m->state_slot[i] == x->m->state_slot[k] ? i : other;
+        }
+        for (int i = 0; i < m && other >= 0; i++) {
+            row[i] = x->by[k * m + i];
+            row[m + i] = x->to.state_scale[other] * x->by[other * m + i];
+        }
+        if (other >= 0 && count < 2 * m && add_row(basis, count, 2 * m, row)) {
+            const double *now = basis + 2 * m * count++;
+            fine = add_drive(x, now, FIRST, classes) && add_drive(x, now + m, SECOND, classes);
+        }
+    }
+    return fine;
+}
+
+/* Coordinates of the inputs of one end and their classes: what acts across, inputs that have no
+ * force, what acts on even and on odd numbers, and what is left over. False: there are too many. */
 static bool place_inputs(finder *x, const place *places, place *classes)
 {
     const int m = x->m->inputs, half = x->n / 2;
-    double *rows = calloc((size_t)(4 * m * m + 4 * m), sizeof *rows);
-    double *pairs = rows + m * m, *row = pairs + 2 * m * m; /* of both components */
-    int count = 0, pair_count = 0;
-    double *map = x->to.input_map;
-    const int all = x->all;
-    bool fine = rows != NULL;
-    memset(map, 0, (size_t)(all * all) * sizeof *map);
-    for (int k = half; k < x->n && fine; k++) { /* the second half of the rates: accelerations */
-        if (places[k] != FIRST) {
-            continue;
-        }
-        int other = -1;
-        for (int i = half; i < x->n; i++) {
-            other = places[i] == SECOND && x->m->state_slot[i] == x->m->state_slot[k] ? i : other;
-        }
-        for (int i = 0; i < m; i++) {
-            row[i] = x->by[k * m + i];
-            row[m + i] =
-                (reduced_mode_of(x->rod, other - half).strain == 3 ? -1 : 1) * x->by[other * m + i];
-        }
-        if (pair_count == m || !add_row(pairs, pair_count, 2 * m, row)) {
-            continue;
-        }
-        const double *now = pairs + 2 * m * pair_count++;
-        for (int part = 0; part < 2 && fine; part++) {
-            fine = count < m && add_row(rows, count, m, now + part * m);
-            for (int i = 0; i < m && fine; i++) {
-                map[i * all + count] = now[part * m + i];
+    double row[SURROGATE_INPUTS_MAX], *basis = calloc((size_t)(4 * m * m) + 1, sizeof *basis);
+    x->drives = 0;
+    bool fine = basis && place_pairs(x, places, classes, basis);
+    for (int class = EVEN; class <= ODD && fine; class ++) {
+        int count = 0;
+        for (int k = class == EVEN ? -m : 0; k < half && fine; k++) {
+            double force = 0;
+            for (int i = 0; i < half && k < 0; i++) {
+                force += fabs(x->by[(half + i) * m + m + k]);
             }
-            classes[count < m ? count : 0] = part ? SECOND : FIRST;
-            count += fine;
-        }
-    }
-    /* then what acts on odd and even numbers, inputs that do not act across by themselves first;
-     * and what is left over */
-    for (int turn = 0; turn < 3 && fine; turn++) {
-        for (int k = 0; k < (turn == 1 ? half : m) && count < m; k++) {
-            place class = EVEN;
-            for (int i = 0; i < m; i++) {
-                row[i] = turn == 1 ? x->by[(half + k) * m + i] : i == k;
+            if (k < 0) {
+                x->held[m + k] = force == 0;
             }
-            if (turn == 1) {
-                class = places[half + k];
-                if (class == FIRST || class == SECOND) {
-                    continue;
-                }
-            }
-            double across = 0, along = 0;
-            for (int i = 0; i < half && turn == 0; i++) {
-                const double by = fabs(x->by[(half + i) * m + k]);
-                *(places[half + i] == EVEN ? &along : &across) += by;
-            }
-            if (turn == 0 && across > DEPENDENT * along) {
+            if (k < 0 ? force > 0 : places[half + k] != (place) class) {
                 continue;
             }
-            if (add_row(rows, count, m, row)) {
-                const double *own = turn == 2 ? rows + count * m : row;
-                for (int i = 0; i < m; i++) {
-                    map[i * all + count] = own[i];
-                }
-                classes[count++] = class;
+            for (int i = 0; i < m; i++) {
+                row[i] = k < 0 ? i == m + k : x->by[(half + k) * m + i];
+            }
+            if (count < m && add_row(basis, count, m, row)) {
+                fine = add_drive(x, basis + m * count++, (place) class, classes);
             }
         }
     }
-    free(rows);
-    return fine && count == m;
+    int count = 0;
+    for (int k = 0; k < x->m->slow_count; k++) {
+        x->held[x->m->slow[k]] = true;
+    }
+    for (int k = 0; k < x->drives && count < m && fine; k++) {
+        count += add_row(basis, count, m, x->column[k]);
+    }
+    for (int k = 0; k < m && count < m && fine; k++) {
+        memset(row, 0, sizeof row);
+        row[k] = 1;
+        if (add_row(basis, count, m, row)) {
+            fine = add_drive(x, basis + m * count++, EVEN, classes);
+        }
+    }
+    free(basis);
+    return fine;
+}
+
+/* Inputs nearest to the middle of their ranges at which what changes its sign is 0. */
+static void center_inputs(finder *x, const place *classes)
+{
+    const int m = x->m->inputs;
+    double basis[SURROGATE_INPUTS_MAX * SURROGATE_INPUTS_MAX];
+    int count = 0;
+    memcpy(x->to.input_center, x->middle, (size_t)m * sizeof *x->middle);
+    for (int k = 0; k < x->drives && count < m; k++) {
+        if (classes[k] == EVEN || !add_row(basis, count, m, x->column[k])) {
+            continue;
+        }
+        const double *row = basis + m * count++;
+        double dot = 0;
+        for (int i = 0; i < m; i++) {
+            dot += row[i] * x->to.input_center[i];
+        }
+        for (int i = 0; i < m; i++) {
+            x->to.input_center[i] -= dot * row[i];
+        }
+    }
+    for (int i = m; i < x->all; i++) {
+        x->to.input_center[i] = x->to.input_center[i - m];
+    }
 }
 
 /* Of both ends of a step alike. */
 static void place_all(finder *x, const place *places, const place *classes)
 {
     surrogate_step *m = x->m;
-    const int ends = m->ramps ? 2 : 1, given = m->inputs, all = x->all;
-    double *map = x->to.input_map;
+    const int ends = m->ramps ? 2 : 1, given = m->inputs, own = x->drives;
     int count[4] = {m->out_pairs, m->out_pairs, m->out_evens, m->out_odds};
+    m->drives = ends * own;
+    x->to = surrogate_numbers_of(m, x->numbers);
+    memset(x->to.input_map, 0, (size_t)(x->all * m->drives) * sizeof *x->to.input_map);
     for (int end = 0; end < ends; end++) {
-        for (int k = 0; k < given; k++) {
-            m->input_slot[end * given + k] = count[classes[k]]++;
-            for (int i = 0; i < given && end; i++) {
-                map[(given + i) * all + given + k] = map[i * all + k];
+        for (int k = 0; k < own; k++) {
+            m->input_slot[end * own + k] = count[classes[k]]++;
+            for (int i = 0; i < given; i++) {
+                x->to.input_map[(end * given + i) * m->drives + end * own + k] = x->column[k][i];
             }
         }
     }
@@ -272,9 +318,10 @@ static void place_all(finder *x, const place *places, const place *classes)
     for (int k = 0; k < x->n; k++) {
         m->state_slot[k] += from[places[k]];
     }
-    for (int k = 0; k < all; k++) {
-        m->input_slot[k] += from[classes[k % given]];
+    for (int k = 0; k < m->drives; k++) {
+        m->input_slot[k] += from[classes[k % own]];
     }
+    center_inputs(x, classes);
 }
 
 /* ---- scales -------------------------------------------------------------------------------- */
@@ -301,18 +348,15 @@ static void scale(finder *x)
         }
         x->to.state_center[k] = stays ? mean : x->rest[k];
     }
-    for (int i = 0; i < all; i++) {
-        x->to.input_center[i] = x->middle[i % m->inputs];
-    }
     m->numbers = x->numbers;
     for (size_t i = 0; i < count; i++) {
         surrogate_coordinates(m, x->steps->state + i * (size_t)n, x->steps->input + i * (size_t)all,
                               z);
-        for (int k = 0; k < n + all; k++) {
+        for (int k = 0; k < n + m->drives; k++) {
             square[k] += z[k] * z[k] / (double)count;
         }
     }
-    for (int k = 0; k < n + all; k++) {
+    for (int k = 0; k < n + m->drives; k++) {
         const int slot = k < n ? m->state_slot[k] : m->input_slot[k - n];
         const double both = square[slot] + square[partner(m, slot)];
         const double size = both > 0 ? sqrt(both / 2) : 1;
@@ -320,7 +364,7 @@ static void scale(finder *x)
             x->to.state_scale[k] *= size;
         }
         for (int i = 0; i < all && k >= n; i++) {
-            x->to.input_map[i * all + k - n] /= size;
+            x->to.input_map[i * m->drives + k - n] /= size;
         }
     }
     for (int k = 0; k < n; k++) {
@@ -349,84 +393,116 @@ static void move(const surrogate_step *m, bool mirrors, double angle, double *z)
     }
 }
 
-/* The state and inputs of coordinates; inverse [all][all] of the map, column-major. */
-static void from_coordinates(const finder *x, const double *z, const double *inverse, double *state,
-                             double *inputs)
+/* The rates of a state that is moved, with those inputs, moved back and scaled to `rate`, and the
+ * coordinates of the inputs moved back, `drives`. */
+static ad_status rate_of_moved(finder *x, bool mirrors, double angle, const double *state,
+                               const double *inputs, double *rate, double *drives)
 {
+    enum { MOST = 2 * SURROGATE_STATES_MAX + 2 * SURROGATE_INPUTS_MAX };
     const surrogate_step *m = x->m;
+    double z[MOST], moved[SURROGATE_STATES_MAX];
+    const double back = mirrors ? angle : -angle; /* a mirror is its own inverse */
+    surrogate_coordinates(m, state, inputs, z);
+    move(m, mirrors, back, z);
+    for (int k = 0; k < x->drives; k++) {
+        drives[k] = z[m->input_slot[k]];
+    }
+    surrogate_coordinates(m, state, inputs, z);
+    move(m, mirrors, angle, z);
     for (int k = 0; k < x->n; k++) {
-        state[k] = x->to.state_center[k] + x->to.state_scale[k] * z[m->state_slot[k]];
+        moved[k] = x->to.state_center[k] + x->to.state_scale[k] * z[m->state_slot[k]];
     }
-    for (int i = 0; i < x->all && inputs; i++) {
-        inputs[i] = x->to.input_center[i];
-        for (int k = 0; k < x->all; k++) {
-            inputs[i] += inverse[k * x->all + i] * z[m->input_slot[k]];
-        }
+    const ad_status status = reduced_rate(x->rod, 0, moved, inputs, rate, NULL, NULL, NULL);
+    for (int k = 0; k < x->n; k++) {
+        z[m->state_slot[k]] = rate[k] / x->to.state_scale[k];
     }
+    move(m, mirrors, back, z);
+    for (int k = 0; k < x->n; k++) {
+        rate[k] = x->to.state_scale[k] * z[m->state_slot[k]];
+    }
+    return status;
 }
 
-static ad_status solve(finder *x, const double *state, const double *inputs, double *next,
-                       ad_error *error)
+/* What copies [copies][n] of the rates of one state are off being affine in their inputs' drives
+ * [copies][x->drives]; adds squares of it and of the copies, of modes in their scales. */
+static void add_misfit(const finder *x, int copies, const double *rates, const double *drives,
+                       double *basis, double *off, double *size)
 {
-    return reduced_step_linear(x->rod, 0, x->m->step, state, inputs,
-                               x->m->ramps ? inputs + x->m->inputs : NULL, next, NULL, NULL, error);
+    const double most = (double)copies;
+    double *row = basis + copies * copies;
+    int rank = 0;
+    for (int k = -1; k < x->drives; k++) {
+        for (int j = 0; j < copies; j++) {
+            row[j] = k < 0 ? 1 : drives[j * x->drives + k];
+        }
+        rank += add_row(basis, rank, copies, row);
+    }
+    for (int k = 0; k < x->n / 2; k++) {
+        double all = 0, left = 0;
+        for (int j = 0; j < copies; j++) {
+            row[j] = rates[j * x->n + k] / x->to.state_scale[k];
+            all += row[j] * row[j];
+        }
+        for (int b = 0; b < rank; b++) {
+            double dot = 0;
+            for (int j = 0; j < copies; j++) {
+                dot += basis[b * copies + j] * row[j];
+            }
+            for (int j = 0; j < copies; j++) {
+                row[j] -= dot * basis[b * copies + j];
+            }
+        }
+        for (int j = 0; j < copies; j++) {
+            left += row[j] * row[j];
+        }
+        *off += left * most / (most - rank);
+        *size += all;
+    }
 }
 
-/* By how much steps of moved states are off the moved steps, of what states change in a step:
- * coordinates of rates and modes alike. Not a number: no step was solved. */
+/* By how much a symmetry is off, of what states change in a step: a state's rates, when it is moved
+ * and they are moved back, are the same but for the inputs, in whose drives, moved back, they are
+ * affine. Rates become changes in a step by Euler's implicit rule, linear, as stiff ones matter
+ * little. Not a number: no rates were found. */
 static double measure(finder *x, const candidate *c)
 {
-    enum { TRIALS = 64, MOST = 2 * SURROGATE_STATES_MAX + 2 * SURROGATE_INPUTS_MAX };
-    const surrogate_step *m = x->m;
-    const int n = x->n, all = x->all;
+    enum { TRIALS = 64 };
+    const int n = x->n, all = x->all, copies = 2 * x->drives + 4, given = x->m->inputs;
+    const size_t of_one = (size_t)(n + x->drives + 1 + copies);
     nn_rng random = nn_rng_split(1, "symmetry");
-    double z[MOST], state[SURROGATE_STATES_MAX], inputs[2 * SURROGATE_INPUTS_MAX];
-    double next[SURROGATE_STATES_MAX], other[SURROGATE_STATES_MAX], off = 0, size = 0;
-    double *inverse = calloc((size_t)(2 * all * all) + 1, sizeof *inverse);
-    int *pivots = calloc((size_t)all + 1, sizeof *pivots);
-    if (!inverse || !pivots) {
-        free(inverse);
-        free(pivots);
-        return NAN;
-    }
-    double *copy = inverse + all * all;
-    for (int i = 0; i < all; i++) { /* z = map^T u: row k of the matrix is column k of the map */
-        for (int k = 0; k < all; k++) {
-            copy[i * all + k] = x->to.input_map[i * all + k];
-        }
-        inverse[i * all + i] = 1;
-    }
-    bool fine = ad_dense_lu((size_t)all, copy, pivots) == 0;
-    if (fine) {
-        ad_dense_lu_solve((size_t)all, (size_t)all, copy, pivots, inverse);
-    }
-    for (int t = 0; t < TRIALS && fine; t++) {
+    double inputs[SURROGATE_INPUTS_MAX], off = 0, size = 0;
+    double *euler =
+        calloc((size_t)(n * n + n + copies) + (size_t)copies * of_one + 1, sizeof *euler);
+    double *rates = euler + n * n, *drives = rates + (copies + 1) * n;
+    int *pivots = calloc((size_t)n + 1, sizeof *pivots);
+    for (int t = 0; t < TRIALS && euler && pivots; t++) {
         const size_t i = (size_t)nn_rng_below(&random, x->steps->count);
-        const double angle = c->turns ? 6.283185307179586 * nn_rng_uniform(&random) : 0;
-        const double *from = x->steps->state + i * (size_t)n;
+        const double *state = x->steps->state + i * (size_t)n;
         const double *u = x->steps->input + i * (size_t)all;
-        if (solve(x, from, u, next, NULL) != AD_OK) {
-            continue;
+        bool fine = reduced_rate(x->rod, 0, state, u, rates, euler, NULL, NULL) == AD_OK;
+        for (int k = 0; k < n * n; k++) {
+            euler[k] = (k % (n + 1) == 0) - x->m->step * euler[k];
         }
-        surrogate_coordinates(m, from, u, z);
-        move(m, c->mirrors, angle, z);
-        from_coordinates(x, z, inverse, state, inputs);
-        if (solve(x, state, inputs, other, NULL) != AD_OK) {
-            continue;
+        fine = fine && ad_dense_lu((size_t)n, euler, pivots) == 0;
+        for (int j = 0; j < copies && fine; j++) {
+            const bool mirrors = c->mirrors && nn_rng_uniform(&random) < 0.5;
+            const double angle = c->turns ? 6.283185307179586 * nn_rng_uniform(&random) : 0;
+            for (int k = 0; k < all; k++) {
+                const scene_parameter *of = &x->open->parameters[k % given];
+                const double drawn = of->low + nn_rng_uniform(&random) * (of->high - of->low);
+                inputs[k] = x->held[k % given] ? u[k] : k < given ? drawn : inputs[k - given];
+            }
+            fine = rate_of_moved(x, mirrors, angle, state, inputs, rates + j * n,
+                                 drives + j * x->drives) == AD_OK;
+            ad_dense_lu_solve((size_t)n, 1, euler, pivots, rates + j * n);
         }
-        surrogate_coordinates(m, next, u, z);
-        move(m, c->mirrors, angle, z);
-        from_coordinates(x, z, inverse, state, NULL);
-        for (int k = 0; k < n / 2; k++) {
-            const double unit = x->to.state_scale[k], gap = (state[k] - other[k]) / unit;
-            const double moved = (next[k] - from[k]) / unit;
-            off += gap * gap;
-            size += moved * moved;
+        if (fine) {
+            add_misfit(x, copies, rates, drives, drives + copies * x->drives, &off, &size);
         }
     }
-    free(inverse);
+    free(euler);
     free(pivots);
-    return fine && size > 0 ? sqrt(off / size) : NAN;
+    return size > 0 ? sqrt(off / size) : NAN;
 }
 
 /* ---- the search ---------------------------------------------------------------------------- */
@@ -435,7 +511,7 @@ static double measure(finder *x, const candidate *c)
 static void lead(finder *x)
 {
     const int half = x->n / 2;
-    memset(x->to.lead, 0, (size_t)(x->n + x->all) * sizeof *x->to.lead);
+    memset(x->to.lead, 0, (size_t)(x->n + x->m->drives) * sizeof *x->to.lead);
     for (int k = 0; k < half; k++) {
         const reduced_mode mode = reduced_mode_of(x->rod, k);
         if (mode.strain == 4 && mode.degree == 0) {
@@ -446,7 +522,7 @@ static void lead(finder *x)
 
 static bool try_one(finder *x, const candidate *c, double *off)
 {
-    place places[SURROGATE_STATES_MAX], classes[SURROGATE_INPUTS_MAX] = {EVEN};
+    place places[SURROGATE_STATES_MAX], classes[DRIVES_MAX] = {EVEN};
     surrogate_step *m = x->m;
     m->turns = c->turns;
     m->mirrors = c->mirrors;
@@ -464,10 +540,7 @@ static ad_status rest(finder *x, ad_error *error)
 {
     double rate[SURROGATE_STATES_MAX];
     scene_middle_values(x->open, x->middle);
-    ad_status status = reduced_initial(x->rod, x->middle, x->rest, error);
-    if (status == AD_OK && reduced_settle(x->rod, 0, x->middle, x->rest, NULL) != AD_OK) {
-        status = reduced_initial(x->rod, x->middle, x->rest, error);
-    }
+    const ad_status status = reduced_initial(x->rod, x->middle, x->rest, error);
     return status == AD_OK ? reduced_rate(x->rod, 0, x->rest, x->middle, rate, NULL, x->by, error)
                            : status;
 }
@@ -477,8 +550,7 @@ ad_status surrogate_find_frame(reduced_rod *rod, const surrogate_settings *setti
                                double **numbers, char text[256], ad_error *error)
 {
     const int n = reduced_states(rod), inputs = reduced_inputs(rod);
-    double by[SURROGATE_STATES_MAX * SURROGATE_INPUTS_MAX], at_rest[SURROGATE_STATES_MAX];
-    double middle[SURROGATE_INPUTS_MAX];
+    double by[SURROGATE_STATES_MAX * SURROGATE_INPUTS_MAX];
     *m = (surrogate_step){.kind = (int)settings->kind,
                           .states = n,
                           .inputs = inputs,
@@ -495,10 +567,9 @@ ad_status surrogate_find_frame(reduced_rod *rod, const surrogate_settings *setti
                 .m = m,
                 .open = open,
                 .n = n,
-                .rest = at_rest,
-                .middle = middle,
                 .by = by,
                 .all = m->ramps ? 2 * inputs : inputs};
+    m->drives = (m->ramps ? 2 : 1) * DRIVES_MAX; /* the most */
     *numbers = x.numbers = calloc(surrogate_step_numbers(m), sizeof *x.numbers);
     if (!x.numbers) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");

@@ -104,7 +104,7 @@ static ad_status solve(ad_pool *pool, int features, int outputs, const double *g
         trace += gram[i * size + i];
     }
     for (size_t i = 0; i < f && status == AD_OK; i++) {
-        shift[i] = RIDGE * trace / (double)f;
+        shift[i] = trace > 0 ? RIDGE * trace / (double)f : 1; /* numbers that stay 0 */
     }
     if (status == AD_OK && ad_dense_cholesky(pool, matrix, shift, factor) != 0) {
         status = ad_fail(error, AD_NOT_FINITE, "the linear map of the solved steps is not finite");
@@ -142,11 +142,11 @@ static void store(const surrogate_step *m, const group *g, bool other, const dou
                 linear[k * n + r] +=
                     i >= 0 && i < g->count ? out * row[b * g->count + i] / to->state_scale[k] : 0;
             }
-            for (int k = 0; k < all; k++) {
+            for (int k = 0; k < m->drives; k++) {
                 const int i = m->input_slot[k] - from;
                 for (int u = 0; u < all && i >= 0 && i < g->count; u++) {
                     linear[(n + u) * n + r] +=
-                        out * row[b * g->count + i] * to->input_map[u * all + k];
+                        out * row[b * g->count + i] * to->input_map[u * m->drives + k];
                 }
             }
         }
@@ -248,46 +248,58 @@ ad_status surrogate_fit_linear(ad_pool *pool, surrogate_step *m, double *numbers
 
 /* ---- what counts --------------------------------------------------------------------------- */
 
-ad_status surrogate_gramian(const surrogate_step *m, reduced_rod *rod, double *q, ad_error *error)
+/* q [n][n] = mean of C^T C, the derivatives of the tip's position in states that the robot visits.
+ */
+static ad_status see_tip(const surrogate_step *m, reduced_rod *rod, const surrogate_steps *steps,
+                         double *by_state, double *q, ad_error *error)
 {
-    enum { STEPS = 250, ROWS = 3 };
-    const double little = 1e-3;
-    const int n = m->states;
-    const surrogate_numbers at = surrogate_numbers_of(m, (double *)m->numbers);
-    double *room = calloc((size_t)(12 * n + 2 * ROWS * n) + 1, sizeof *room);
-    double *rows = room + 12 * n, *next = rows + ROWS * n, trace = 0;
+    enum { SEEN = 500, ROWS = 3 };
+    const size_t n = (size_t)m->states, all = (size_t)m->inputs * (m->ramps ? 2 : 1);
+    const size_t seen = steps->count < SEEN ? steps->count : SEEN;
+    ad_status status = AD_OK;
     reduced_place tip;
+    for (size_t i = 0; i < seen && status == AD_OK; i++) {
+        const size_t at = i * steps->count / seen;
+        status = reduced_output(rod, 0, steps->state + at * n, steps->input + at * all, &tip,
+                                by_state, error);
+        for (size_t a = 0; a < n * n; a++) {
+            for (size_t r = 0; r < ROWS; r++) {
+                q[a] += by_state[r * n + a / n] * by_state[r * n + a % n] / (double)seen;
+            }
+        }
+    }
+    return status;
+}
+
+ad_status surrogate_gramian(ad_pool *pool, const surrogate_step *m, reduced_rod *rod,
+                            const surrogate_steps *steps, double *q, ad_error *error)
+{
+    enum {
+        DOUBLINGS = 12
+    }; /* of the steps that are summed: the slowest robots die out in so many */
+    const double little = 1e-3;
+    const size_t n = (size_t)m->states;
+    const surrogate_numbers at = surrogate_numbers_of(m, (double *)m->numbers);
+    double *room = calloc(3 * n * n + 12 * n + 1, sizeof *room), trace = 0;
+    double *power = room, *next = room + n * n, *product = next + n * n;
     if (!room) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for what counts of errors");
     }
-    memset(q, 0, (size_t)(n * n) * sizeof *q);
-    ad_status status = reduced_output(rod, 0, at.state_center, at.input_center, &tip, room, error);
-    memcpy(rows, room, (size_t)(ROWS * n) * sizeof *rows); /* of the position */
-    for (int step = 0; step < STEPS && status == AD_OK; step++) {
-        for (int r = 0; r < ROWS; r++) {
-            for (int a = 0; a < n; a++) {
-                for (int b = 0; b < n; b++) {
-                    q[a * n + b] += rows[r * n + a] * rows[r * n + b];
-                }
-            }
-            for (int c = 0; c < n; c++) { /* times A; A^T is [n][n] at the begin of the map */
-                double sum = 0;
-                for (int k = 0; k < n; k++) {
-                    sum += rows[r * n + k] * at.linear[c * n + k];
-                }
-                next[r * n + c] = sum;
-            }
-        }
-        memcpy(rows, next, (size_t)(ROWS * n) * sizeof *rows);
+    memset(q, 0, n * n * sizeof *q);
+    memcpy(power, at.linear, n * n * sizeof *power); /* A^T is [n][n] at the begin of the map */
+    const ad_status status = see_tip(m, rod, steps, product + n * n, q, error);
+    for (int k = 0; k < DOUBLINGS && status == AD_OK; k++) {
+        ad_dense_multiply(pool, false, true, n, n, n, q, power, 0, product); /* Q A^k */
+        ad_dense_multiply(pool, false, false, n, n, n, power, product, 1, q);
+        ad_dense_multiply(pool, false, false, n, n, n, power, power, 0, next);
+        memcpy(power, next, n * n * sizeof *power);
     }
-    for (int a = 0; a < n; a++) { /* by coordinates */
-        for (int b = 0; b < n; b++) {
-            q[a * n + b] *= at.state_scale[a] * at.state_scale[b];
-        }
-        trace += q[a * n + a];
+    for (size_t a = 0; a < n * n; a++) { /* by coordinates */
+        q[a] *= at.state_scale[a / n] * at.state_scale[a % n];
+        trace += a % (n + 1) == 0 ? q[a] : 0;
     }
-    for (int a = 0; a < n; a++) {
-        q[a * n + a] += little * trace / n;
+    for (size_t a = 0; a < n; a++) {
+        q[a * n + a] += little * trace / (double)n;
     }
     free(room);
     return status;

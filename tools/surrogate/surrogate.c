@@ -141,7 +141,7 @@ ad_status surrogate_rod(const surrogate *s, int count, const double *places, red
 
 /* ---- in a checkpoint ----------------------------------------------------------------------- */
 
-enum { SINGLE = 14 };
+enum { SINGLE = 15 };
 _Static_assert(SINGLE + SURROGATE_SLOW_MAX + SURROGATE_LAYERS_MAX + SURROGATE_STATES_MAX +
                        SURROGATE_INPUTS_MAX ==
                    SURROGATE_SHAPE,
@@ -153,7 +153,7 @@ static void list_shape(surrogate_step *m, int *at[SURROGATE_SHAPE])
     int *const single[SINGLE] = {&m->kind,       &m->states,    &m->inputs,    &m->ramps,
                                  &m->turns,      &m->mirrors,   &m->pairs,     &m->evens,
                                  &m->odds,       &m->out_pairs, &m->out_evens, &m->out_odds,
-                                 &m->slow_count, &m->layers};
+                                 &m->slow_count, &m->layers,    &m->drives};
     int *const lists[] = {m->slow, m->width, m->state_slot, m->input_slot};
     const int counts[] = {SURROGATE_SLOW_MAX, SURROGATE_LAYERS_MAX, SURROGATE_STATES_MAX,
                           SURROGATE_INPUTS_MAX};
@@ -194,15 +194,16 @@ static bool is_sound(const surrogate_step *m)
     bool fine = is_between(1, m->states, SURROGATE_STATES_MAX) && is_between(0, m->ramps, 1) &&
                 is_between(0, m->inputs, SURROGATE_INPUTS_MAX) &&
                 is_between(0, all, SURROGATE_INPUTS_MAX) &&
+                is_between(all, m->drives, SURROGATE_INPUTS_MAX) &&
                 is_between(0, m->slow_count, SURROGATE_SLOW_MAX) &&
                 is_between(0, m->layers, SURROGATE_LAYERS_MAX) && m->pairs >= 0 && m->evens >= 0 &&
                 m->odds >= 0 && is_between(0, m->out_pairs, m->pairs) &&
                 is_between(0, m->out_evens, m->evens) && is_between(0, m->out_odds, m->odds) &&
-                2 * m->pairs + m->evens + m->odds == m->states + all &&
+                2 * m->pairs + m->evens + m->odds == m->states + m->drives &&
                 2 * m->out_pairs + m->out_evens + m->out_odds == m->states;
-    for (int i = 0; fine && i < m->states + all; i++) {
+    for (int i = 0; fine && i < m->states + m->drives; i++) {
         fine = is_between(0, i < m->states ? m->state_slot[i] : m->input_slot[i - m->states],
-                          m->states + all - 1);
+                          m->states + m->drives - 1);
     }
     for (int i = 0; fine && i < m->slow_count; i++) {
         fine = is_between(0, m->slow[i], m->inputs - 1);

@@ -56,7 +56,7 @@ ad_status surrogate_choose_modes(const struct scene *open, surrogate_settings *s
  * until it is written. get: the caller frees *numbers, also after a failure. */
 enum {
     SURROGATE_SHAPE =
-        14 + SURROGATE_SLOW_MAX + SURROGATE_LAYERS_MAX + SURROGATE_STATES_MAX + SURROGATE_INPUTS_MAX
+        15 + SURROGATE_SLOW_MAX + SURROGATE_LAYERS_MAX + SURROGATE_STATES_MAX + SURROGATE_INPUTS_MAX
 };
 void surrogate_put(surrogate_step *m, int64_t shape[SURROGATE_SHAPE], checkpoint *file);
 ad_status surrogate_get(const checkpoint *file, surrogate_step *m, double **numbers,

@@ -39,7 +39,7 @@ int surrogate_step_blocks(const surrogate_step *m)
 
 static size_t find_parts(const surrogate_step *of, step_parts *parts)
 {
-    const size_t n = (size_t)of->states, m = (size_t)all_inputs(of),
+    const size_t n = (size_t)of->states, m = (size_t)all_inputs(of), c = (size_t)of->drives,
                  blocks = (size_t)surrogate_step_blocks(of);
     size_t at = 0;
 #define STEP_PLACE(name, count)                                                                    \
@@ -371,8 +371,8 @@ STEP_INLINE void enter(const surrogate_step *m, int lanes, int count, const step
             }
         }
     }
-    multiply(lanes, all, all, parts->input_map, NULL, x->moved + n * lanes, x->a);
-    for (int k = 0; k < all; k++) {
+    multiply(lanes, all, m->drives, parts->input_map, NULL, x->moved + n * lanes, x->a);
+    for (int k = 0; k < m->drives; k++) {
         memcpy(x->z + m->input_slot[k] * lanes, x->a + k * lanes, (size_t)lanes * sizeof *x->z);
     }
 }
@@ -623,9 +623,9 @@ STEP_INLINE void collect(const surrogate_step *m, int columns, const step_parts 
             double sum = 0;
             for (int end = i; end < all; end += m->inputs) {
                 double moved = 0;
-                for (int k = 0; k < all && m->layers > 0; k++) {
-                    moved +=
-                        parts->input_map[end * all + k] * x->by[m->input_slot[k] * columns + o];
+                for (int k = 0; k < m->drives && m->layers > 0; k++) {
+                    moved += parts->input_map[end * m->drives + k] *
+                             x->by[m->input_slot[k] * columns + o];
                 }
                 sum += x->by_linear[(n + end) * n + r] + parts->state_scale[r] * moved;
             }

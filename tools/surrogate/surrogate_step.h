@@ -32,18 +32,18 @@ enum {
 };
 
 /* Numbers of surrogate_step, in their order in memory: name, count. n states, m inputs of a step
- * (with ramps those of its begin, then those of its end), blocks = 1 + SURROGATE_DEGREE slow_count:
- * the linear map is a polynomial of each slow input c = (u - u0) / half its range, with blocks for
- * 1, c, c^2, ... The linear part of an arm's steps for stiffnesses of 0.6 to 1.4 is met to 0.04 %
- * of its length by degree 2, 1.4e-3 % by 4. */
+ * (with ramps those of its begin, then those of its end), c coordinates of these, blocks = 1 +
+ * SURROGATE_DEGREE slow_count: the linear map is a polynomial of each slow input k = (u - u0) / half
+ * its range, with blocks for 1, k, k^2, ... The linear part of an arm's steps for stiffnesses of 0.6
+ * to 1.4 is met to 0.04 % of its length by degree 2, 1.4e-3 % by 4. */
 #define SURROGATE_STEP_NUMBERS(X)                                                                  \
     X(state_center, n) /* x0; below x1 */                                                          \
     X(next_center, n)                                                                              \
     X(input_center, m)             /* u0 */                                                        \
     X(linear, blocks *(n + m) * n) /* [blocks][n + m][n]: A^T, then B^T */                         \
     X(state_scale, n)              /* coordinates are (x - x0) / scale, which may be negative */   \
-    X(input_map, m *m)             /* [m][m]: coordinates of inputs are map^T (u - u0) */          \
-    X(lead, n + m)                 /* by pairs: w = sum of lead_k pair_k; 0 behind them */         \
+    X(input_map, m *c)             /* [m][c]: coordinates of inputs are map^T (u - u0) */          \
+    X(lead, n + c)                 /* by pairs: w = sum of lead_k pair_k; 0 behind them */         \
     X(state_range, n)              /* largest |x - x0| of training */                              \
     X(input_low, m)                                                                                \
     X(input_high, m)
@@ -52,6 +52,7 @@ typedef struct surrogate_step {
     int kind;           /* surrogate_kind_id */
     int states, inputs; /* inputs as one_step has them */
     int ramps;          /* 1: the network has inputs of both ends of the step */
+    int drives;         /* coordinates of the inputs of all ends, as many as inputs or more */
     int slow_count, slow[SURROGATE_SLOW_MAX]; /* inputs */
     double step;                              /* s */
     double soft;                              /* of the frame */

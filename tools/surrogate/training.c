@@ -116,8 +116,9 @@ static ad_status find_model(surrogate_training *t, reduced_rod *rod, ad_error *e
     const size_t n = (size_t)t->step.states;
     t->gramian = calloc(n * n, sizeof *t->gramian);
     if (status == AD_OK) {
-        status = t->gramian ? surrogate_gramian(&t->step, rod, t->gramian, error)
-                            : ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
+        status = t->gramian
+                     ? surrogate_gramian(t->pool, &t->step, rod, &t->steps, t->gramian, error)
+                     : ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
     }
     if (status != AD_OK) {
         return status;

@@ -45,7 +45,9 @@ ad_status surrogate_fit_linear(ad_pool *pool, surrogate_step *m, double *numbers
                                const surrogate_steps *steps, ad_error *error);
 
 /* The matrix Q [n][n], in coordinates of the state, of what an error of one step does to the tip
- * over many: sum_k (A^k)^T C^T C A^k and a little of every number's variance. */
-ad_status surrogate_gramian(const surrogate_step *m, reduced_rod *rod, double *q, ad_error *error);
+ * over many: sum_k (A^k)^T C^T C A^k, with C^T C the mean over solved steps, and a little of every
+ * number's variance. */
+ad_status surrogate_gramian(ad_pool *pool, const surrogate_step *m, reduced_rod *rod,
+                            const surrogate_steps *steps, double *q, ad_error *error);
 
 #endif
