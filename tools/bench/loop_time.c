@@ -43,7 +43,7 @@ int main(int argc, char **argv)
             place[i] += 2e-4 * noise();
         }
         for (int i = 0; i < OF(HORIZON); i++) {
-            const double turn = M_PI * OF(LOOK_AHEAD) * (double)(k + i);
+            const double turn = M_PI * (OF(SAMPLE) * (double)k + OF(LOOK_AHEAD) * i);
             path[i][0] = rest[0] + 0.03 * sin(turn);
             path[i][1] = rest[1] + 0.03 * (1 - cos(turn)) - 0.03;
             path[i][2] = NAN;

@@ -13,6 +13,7 @@ struct regulator {
     int controlled, turns, turn, delay;
     int flags;                 /* of the prediction, for the next answer */
     bool has_plan, has_inputs; /* to be prepared, to be predicted with */
+    bool late;                 /* there is no time to prepare, either */
     const double *rate;        /* [controlled], NULL: any */
     double *acting;            /* [delay + 1][controlled] from the present sample on */
     double *given;             /* [model.inputs] */
@@ -94,7 +95,7 @@ void regulator_start(regulator *x, const double *state, const double *inputs,
         x->acting[i] = inputs[x->inputs[i % x->controlled]];
     }
     estimator_start(x->filter, state, inputs, by_parameters);
-    x->has_plan = x->has_inputs = false;
+    x->has_plan = x->has_inputs = x->late = false;
     x->turn = x->flags = 0;
 }
 
@@ -165,12 +166,14 @@ int regulator_control(regulator *x, const double *reference, double *inputs)
     return flags | regulator_plan(x, reference, inputs);
 }
 
-void regulator_late(regulator *x, double *inputs)
+int regulator_late(regulator *x, double *inputs)
 {
     controller *plan = x->plan[x->turn];
     memcpy(inputs, controller_plan(plan), (size_t)x->controlled * sizeof *inputs);
     controller_skip(plan, 1);
     answer(x, inputs);
+    x->late = true;
+    return REGULATOR_LATE;
 }
 
 void regulator_predict(regulator *x)
@@ -186,9 +189,11 @@ void regulator_predict(regulator *x)
 void regulator_prepare(regulator *x)
 {
     if (x->has_plan) {
-        controller_prepare(x->plan[x->turn]);
+        if (!x->late) {
+            controller_prepare(x->plan[x->turn]);
+        }
         x->turn = (x->turn + 1) % x->turns;
-        x->has_plan = false;
+        x->has_plan = x->late = false;
     }
     regulator_predict(x);
 }

@@ -26,8 +26,13 @@
 extern "C" {
 #endif
 
-/* Flags: those of the filter, and those of the controller so many bits up. */
-enum { REGULATOR_CONTROLLER = 16, REGULATOR_DELAY_MAX = 100, REGULATOR_TURNS_MAX = 100 };
+/* Flags: those of the filter, those of the controller so many bits up, and of regulator_late. */
+enum {
+    REGULATOR_CONTROLLER = 16,
+    REGULATOR_LATE = 1 << 25,
+    REGULATOR_DELAY_MAX = 100,
+    REGULATOR_TURNS_MAX = 100
+};
 
 /* Arrays are borrowed. */
 typedef struct regulator_settings {
@@ -64,8 +69,9 @@ int regulator_plan(regulator *x, const double *reference, double *inputs);
 /* Both of them. */
 int regulator_control(regulator *x, const double *reference, double *inputs);
 
-/* In place of regulator_plan where there is no time for it: the last plan goes on. */
-void regulator_late(regulator *x, double *inputs);
+/* In place of regulator_plan where there is no time for it, nor to prepare what follows: the last
+ * plan goes on by a row, at its end held. Returns REGULATOR_LATE. */
+int regulator_late(regulator *x, double *inputs);
 
 /* The filter's prediction, and that with what the controller can do beforehand. The next call does
  * it where it was not called, and the next answer has its flags. */

@@ -136,8 +136,12 @@ static size_t memory_of(const export_loop *x)
             i < s->estimator.sensors ? x->sensors[i] : x->parts[i - s->estimator.sensors];
         numbers += kinematic_look_room(&look->rod);
     }
-    numbers += x->controller.surrogate ? surrogate_step_work(x->controller.surrogate) : 0;
-    numbers += x->filter.surrogate ? surrogate_step_work(x->filter.surrogate) : 0;
+    for (int i = 0; i < 2; i++) {
+        const export_step *m = i ? &x->controller : &x->filter;
+        numbers += m->surrogate ? surrogate_step_work(m->surrogate)
+                   : m->curve   ? decoupled_work(m->curve)
+                                : 0;
+    }
     return regulator_size(s) + numbers * sizeof(double) + sizeof *s + sizeof(view) +
            (size_t)looks * sizeof(kinematic_look) +
            (size_t)s->estimator.sensors * sizeof(estimator_sensor) + 512;
