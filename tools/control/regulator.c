@@ -138,12 +138,19 @@ static const double *state_ahead(regulator *x)
     return now;
 }
 
-/* The answer, which acts after what was answered before. */
+/* Where the answer goes, and what was answered before. */
+static double *answer_of(const regulator *x, const double **before)
+{
+    double *to = x->acting + x->delay * x->controlled;
+    *before = x->delay > 0 ? to - x->controlled : to;
+    return to;
+}
+
 static void answer(regulator *x, double *inputs)
 {
     const size_t m = (size_t)x->controlled;
-    double *to = x->acting + (size_t)x->delay * m;
-    const double *before = x->delay > 0 ? to - m : to;
+    const double *before;
+    double *to = answer_of(x, &before);
     for (size_t k = 0; k < m && x->rate; k++) { /* one plan is followed by another */
         inputs[k] = fmin(fmax(inputs[k], before[k] - x->rate[k]), before[k] + x->rate[k]);
     }
@@ -166,12 +173,15 @@ int regulator_control(regulator *x, const double *reference, double *inputs)
     return flags | regulator_plan(x, reference, inputs);
 }
 
-int regulator_late(regulator *x, double *inputs)
+int regulator_late(regulator *x, bool held, double *inputs)
 {
     controller *plan = x->plan[x->turn];
-    memcpy(inputs, controller_plan(plan), (size_t)x->controlled * sizeof *inputs);
+    const double *before;
+    (void)answer_of(x, &before);
+    memcpy(inputs, held ? before : controller_plan(plan), (size_t)x->controlled * sizeof *inputs);
     controller_skip(plan, 1);
     answer(x, inputs);
+    controller_applied(plan, 0, inputs);
     x->late = true;
     return REGULATOR_LATE;
 }

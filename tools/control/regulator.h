@@ -22,6 +22,8 @@
 #include "tools/control/controller.h"
 #include "tools/control/estimator.h"
 
+#include <stdbool.h>
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -70,8 +72,9 @@ int regulator_plan(regulator *x, const double *reference, double *inputs);
 int regulator_control(regulator *x, const double *reference, double *inputs);
 
 /* In place of regulator_plan where there is no time for it, nor to prepare what follows: the last
- * plan goes on by a row, at its end held. Returns REGULATOR_LATE. */
-int regulator_late(regulator *x, double *inputs);
+ * plan goes on, at its end held; or what was answered before is held, where nothing else can be
+ * sent any more. Returns REGULATOR_LATE. */
+int regulator_late(regulator *x, bool held, double *inputs);
 
 /* The filter's prediction, and that with what the controller can do beforehand. The next call does
  * it where it was not called, and the next answer has its flags. */

@@ -462,7 +462,7 @@ static void put_flags(const export_loop *x, FILE *file)
         {CONTROLLER_SOFT << REGULATOR_CONTROLLER, "a limit of what is seen is violated"},
         {CONTROLLER_OTHERS << REGULATOR_CONTROLLER, "other inputs not finite: the last ones"},
         {CONTROLLER_REFERENCE << REGULATOR_CONTROLLER, "the path is infinite: no wish there"},
-        {REGULATOR_LATE, "model_late was called: the last plan goes on, at its end held"}};
+        {REGULATOR_LATE, "model_late was called: the last plan goes on, or inputs are held"}};
     fputs("\n/* Flags, 0: all is well. What is done about each:\n", file);
     for (size_t i = 0; i < sizeof flags / sizeof *flags; i++) {
         fprintf(file, " *   0x%07x  ", (unsigned)flags[i].bit);
@@ -538,8 +538,9 @@ void export_loop_write_selftest(const export_loop *x, FILE *file)
             "/* Compares %s.c with cpinn's own loop: exit 1 and a line where they differ.\n"
             " *     cc -std=c11 -O2 -o selftest %s.c %s_selftest.c -lm && ./selftest */\n"
             "#include \"%s.h\"\n\n#include <math.h>\n#include <stdio.h>\n\n"
-            "enum { SAMPLES = %d, PARAMETERS = %d };\n#define TOLERANCE %g\n\n",
-            x->name, x->name, x->name, x->name, x->samples, e->parameters, TOLERANCE);
+            "enum { SAMPLES = %d, PARAMETERS = %d, LATE = %d };\n#define TOLERANCE %g\n\n",
+            x->name, x->name, x->name, x->name, x->samples, e->parameters, REGULATOR_LATE,
+            TOLERANCE);
     put_integers("", "parameter", (size_t)e->parameters, parameter, file);
     put_integers("", "sensor_values", (size_t)e->sensors, values, file);
     put_integers("", "expected_flags", (size_t)x->samples, x->flags, file);

@@ -162,10 +162,10 @@ int model_control(model_loop *x, const double *path, double *inputs)
     return regulator_control(x->both, path ? x->reference : NULL, inputs);
 }
 
-int model_late(model_loop *x, double *inputs)
+int model_late(model_loop *x, int held, double *inputs)
 {
     const int flags = regulator_filter(x->both);
-    return flags | regulator_late(x->both, inputs);
+    return flags | regulator_late(x->both, held != 0, inputs);
 }
 
 void model_applied(model_loop *x, const double *inputs)

@@ -27,7 +27,8 @@ void model_start(model_loop *x, const double *state, const double *inputs);
  *   model_late       in place of model_control and model_prepare, in a fraction of their time,
  *                    where there is none, and for each sample that has passed without a call: what
  *                    was measured is taken, the filter goes on by its model, inputs [CONTROLLED]
- *                    are the next ones of the last plan, at its end held
+ *                    are the next ones of the last plan, at its end held; or `held` (1), as where
+ *                    nothing can be sent any more, those answered before
  *   model_applied    only if something else acts from now on than was answered [CONTROLLED]
  *   model_prepare    what can be computed before the next measurement; the next call does it where
  *                    it was not called
@@ -36,7 +37,7 @@ void model_start(model_loop *x, const double *state, const double *inputs);
  * model_late return flags. */
 int model_measure(model_loop *x, int sensor, int age, const double *values);
 int model_control(model_loop *x, const double *path, double *inputs);
-int model_late(model_loop *x, double *inputs);
+int model_late(model_loop *x, int held, double *inputs);
 void model_applied(model_loop *x, const double *inputs);
 void model_prepare(model_loop *x);
 
