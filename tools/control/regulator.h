@@ -13,6 +13,9 @@
  * as samples in a step, which take turns: each plans in steps of its model and begins with its own
  * plan of one step ago. The filter's model goes by samples.
  *
+ * A filter that has been outside of what its model was made for, and contradicted by what is
+ * measured, for REGULATOR_LOST samples in turn begins again as the first regulator_start said.
+ *
  * The filter is told the inputs that act; faults have the answers that estimator.h and controller.h
  * state, and flags. Inputs are always finite and within their limits. One is for one thread at a
  * time. */
@@ -28,10 +31,13 @@
 extern "C" {
 #endif
 
-/* Flags: those of the filter, those of the controller so many bits up, and of regulator_late. */
+/* Flags: those of the filter, those of the controller so many bits up, and of both together. */
 enum {
     REGULATOR_CONTROLLER = 16,
     REGULATOR_LATE = 1 << 25,
+    REGULATOR_AGAIN = 1 << 26, /* the filter was lost, and begins again */
+    REGULATOR_LOST = 30,       /* samples outside of the model and against what is measured */
+    REGULATOR_CYCLE_MAX = 1 << 20,
     REGULATOR_DELAY_MAX = 100,
     REGULATOR_TURNS_MAX = 100
 };

@@ -462,7 +462,8 @@ static void put_flags(const export_loop *x, FILE *file)
         {CONTROLLER_SOFT << REGULATOR_CONTROLLER, "a limit of what is seen is violated"},
         {CONTROLLER_OTHERS << REGULATOR_CONTROLLER, "other inputs not finite: the last ones"},
         {CONTROLLER_REFERENCE << REGULATOR_CONTROLLER, "the path is infinite: no wish there"},
-        {REGULATOR_LATE, "model_late was called: the last plan goes on, or inputs are held"}};
+        {REGULATOR_LATE, "model_late was called: the last plan goes on, or inputs are held"},
+        {REGULATOR_AGAIN, "the filter was lost, outside of its model: it begins again, at rest"}};
     fputs("\n/* Flags, 0: all is well. What is done about each:\n", file);
     for (size_t i = 0; i < sizeof flags / sizeof *flags; i++) {
         fprintf(file, " *   0x%07x  ", (unsigned)flags[i].bit);
