@@ -81,7 +81,7 @@ function(put_whole)
     string(REGEX REPLACE "\n((const )?(struct )?[a-z_0-9]+ [*]*[a-z_0-9]+\\()"
         "\nWHOLE_FUNCTION \\1" lines "${lines}")
     string(REGEX REPLACE "\nextern const [^;]*;" "" lines "${lines}")
-    string(REGEX REPLACE "\n(const [a-z_]+ [a-z_]+ = {)" "\nWHOLE_FUNCTION \\1" lines "${lines}")
+    string(REGEX REPLACE "\n(const [a-z_]+ [a-z_]+([[][A-Z_]+[]])? = {)" "\nWHOLE_FUNCTION \\1" lines "${lines}")
     add_text(${WHOLE} "${lines}")
     set(text "${text}" PARENT_SCOPE)
 endfunction()

@@ -1,5 +1,5 @@
 /* An exported loop on the measurements that cpinn-control recorded (--out FILE.csv): its inputs and
- * what it finds are those of the record. Of one position as sensor, periods of a step, delay 1.
+ * what it finds are those of the record. Of one position as sensor.
  *   compare FILE.csv TOLERANCE     by the ranges of the inputs */
 #include HEADER
 
@@ -56,14 +56,15 @@ int main(int argc, char **argv)
 {
     OF(loop) *loop = OF(init)(memory, sizeof memory);
     const int rows = argc == 3 ? read_table(argv[1]) : 0, wished = column("reference_x");
-    const int seen = column("measured0_0"), last = rows - OF(HORIZON) - OF(DELAY) - 1;
+    const int seen = column("measured0_0"), each = (int)(OF(LOOK_AHEAD) / OF(SAMPLE) + 0.5);
+    const int last = rows - each * OF(HORIZON) - OF(DELAY);
     double worst = 0, path[OF(HORIZON)][3], inputs[OF(CONTROLLED)];
     for (int k = 0; k < last; k++) {
         if (!isnan(table[k][seen])) {
             OF(measure)(loop, 0, -1, table[k] + seen);
         }
         for (int i = 0; i < OF(HORIZON); i++) {
-            memcpy(path[i], table[k + OF(DELAY) + i + 1] + wished, sizeof path[i]);
+            memcpy(path[i], table[k + OF(DELAY) + (i + 1) * each] + wished, sizeof path[i]);
         }
         OF(control)(loop, path[0], inputs);
         for (int i = 0; i < OF(CONTROLLED); i++) {

@@ -9,30 +9,21 @@ cc --version >/dev/null 2>&1 || exit 77
 
 warnings='-std=c11 -Wall -Wextra -Wpedantic -Werror'
 
-# exported NAME ARGUMENTS...: a loop of the arm as C, with all checks.
+# exported NAME TRAINED ARGUMENTS...: a loop of the arm as C, with all checks.
 exported() {
-    local name=$1
-    shift
+    local name=$1 trained=$2
+    shift 2
     run 0 cpinn-control arm.yaml --c "$name" --out "$name.csv" --set control.duration=1.5 "$@"
     said stdout.txt '^wrote .* as C: difference from cpinn in 60 samples'
     check "$name by cc" -- cc $warnings -O1 -march=native -c "$name.c" -o loop.o
     check "$name allocates nothing" -- test -z "$(nm -u loop.o | grep -E 'alloc|free|printf|open')"
     check "$name has no other names" -- test -z "$(nm -g --defined-only loop.o | grep -v " ${name}_")"
-    if clang --version >/dev/null 2>&1; then
-        check "$name by clang" -- clang $warnings -c "$name.c" -o clang.o
-        check "$name by clang" -- clang $warnings -o selftest clang.o "${name}_selftest.c" -lm
-        check "$name by clang" -- ./selftest >selftest.txt
-    fi
-    check "$name with sanitizers" -- cc $warnings -march=native -fsanitize=address,undefined \
-        -fno-sanitize-recover=undefined -o selftest "$name.c" "${name}_selftest.c" -lm
-    check "$name with sanitizers" -- ./selftest >selftest.txt
-    if c++ --version >/dev/null 2>&1; then
-        echo "#include \"$name.h\"" >header.cc
-        check "$name.h in C++" -- c++ -Wall -Wextra -Wpedantic -Werror -c header.cc -o header.o
-    fi
     check "$name as cpinn-control" -- cc $warnings -DHEADER="\"$name.h\"" -DNAME="$name" -I. -o compare \
         "$ROOT/tests/export_loop_compare.c" loop.o -lm
     check "$name as cpinn-control" -- ./compare "$name.csv" 1e-9 >compare.txt
+    check "$name with faults" -- cc $warnings -DHEADER="\"$name.h\"" -DNAME="$name" -I. \
+        -DTRAINED="$trained" -o faults "$ROOT/tests/export_loop_faults.c" loop.o -lm
+    ./faults >faults.txt || failed "$name with faults: $(cat faults.txt)"
 }
 
 cat >arm.yaml <<'YAML'
@@ -57,16 +48,48 @@ YAML
 
 # ---- a linear model -------------------------------------------------------------------------------
 
-exported arm
+exported arm 0
+if clang --version >/dev/null 2>&1; then
+    check "arm by clang" -- clang $warnings -c arm.c -o clang.o
+    check "arm by clang" -- clang $warnings -o selftest clang.o arm_selftest.c -lm
+    check "arm by clang" -- ./selftest >selftest.txt
+fi
+check "arm with sanitizers" -- cc $warnings -fsanitize=address,undefined \
+    -fno-sanitize-recover=undefined -o selftest arm.c arm_selftest.c -lm
+check "arm with sanitizers" -- ./selftest >selftest.txt
+if c++ --version >/dev/null 2>&1; then
+    echo "#include \"arm.h\"" >header.cc
+    check "arm.h in C++" -- c++ -Wall -Wextra -Wpedantic -Werror -c header.cc -o header.o
+fi
 said arm.h '^#define arm_CONTROLLED +2 '
 said arm.h '^#define arm_PARAMETERS +1 '
 said arm.h 'the place was off the path'
 run 0 cpinn-control arm.yaml --c other --set control.duration=1.5 --set control.constraints=[] \
     --set 'control.measurements=[{what: position, at: 0.13, noise: 2.0e-4, dropouts: 0.2}, {what: rotation, at: 0.07, noise: 0.01, every: 2, delay: 1}]'
 
+# ---- trained models, curves in time and by shorter steps among them, and sampling ---------------------
+
+cat >>arm.yaml <<'YAML'
+surrogate: {step: 0.02, modes: [2, 1, 2, 1], inputs: [p1, p2], parameters: [stiffness], solved: 500}
+network: {hidden: [8]}
+training: {stages: [{optimizer: adam, steps: 5}]}
+YAML
+for kind in flow polynomial_flow; do
+    "$BIN/cpinn-train" arm.yaml --set surrogate.kind=$kind --out $kind --quiet 2>train.txt # 3: after 5 steps
+    check "$kind is trained" -- test $? -eq 3
+done
+exported flow 1 --run flow --set control.model=surrogate
+said flow.h 'median / worst of 8 rollouts:$'
+said flow.h ', diverged [0-9]+\.$'
+exported curve 1 --run polynomial_flow --set surrogate.kind=polynomial_flow --set control.period=0.01 \
+    --set control.model=surrogate
+run 0 cpinn-control arm.yaml --c sampled --set control.duration=0.5 --set control.method=sampling \
+    --set control.samples=32
+said stdout.txt '^wrote .* as C: difference from cpinn in 60 samples'
+
 # ---- a damaged number is noticed --------------------------------------------------------------------
 
-awk '!done && last ~ /^static const double loop_by_step_by_state/ { sub(/[0-9]\.[0-9]/, "7.7"); done = 1 }
+awk '!done && last ~ /^static const double loop_planned_by_state/ { sub(/[0-9]\.[0-9]/, "7.7"); done = 1 }
      { print; last = $0 }' arm.c >damaged.c
 cc -std=c11 -o selftest damaged.c arm_selftest.c -lm
 ./selftest >selftest.txt
@@ -82,7 +105,5 @@ refused 'arm.c: there is such a file already; --force' cpinn-control arm.yaml --
 refused 'no_such/x.c: no file can be written there' cpinn-control arm.yaml --c no_such/x "${short[@]}"
 refused 'a loop with the reduced rod is not written as C; allowed: ' \
     cpinn-control arm.yaml --c x "${short[@]}" --set control.model=reduced
-refused 'a loop with sampling is not written as C; allowed: ' \
-    cpinn-control arm.yaml --c x "${short[@]}" --set control.method=sampling
 
 finish

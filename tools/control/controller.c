@@ -504,3 +504,8 @@ int controller_iterations(const controller *c)
 {
     return c->iterations;
 }
+
+int controller_iterations_most(const controller *c)
+{
+    return c->most;
+}

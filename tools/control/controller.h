@@ -127,7 +127,9 @@ const double *controller_plan(const controller *c);
 const double *controller_drift(const controller *c); /* [model.states] */
 const double *controller_bias(const controller *c);  /* [v] */
 double controller_cost(const controller *c);         /* of the last plan, as its method saw it */
-int controller_iterations(const controller *c);      /* of the last quadratic program */
+/* Of the last quadratic program: rows added or dropped; and their bound. 0: the method has none. */
+int controller_iterations(const controller *c);
+int controller_iterations_most(const controller *c);
 
 #ifdef __cplusplus
 }

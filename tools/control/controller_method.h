@@ -26,6 +26,7 @@ struct controller {
     double *row, *next; /* [model.inputs], [max(n, v)] */
     double cost;
     int iterations; /* of the last quadratic program */
+    int most;       /* of them, set by the method */
     int iteration;  /* of the method within this feedback */
     int coasted;    /* samples without a state */
     bool known;     /* state and start are defined */

@@ -140,7 +140,7 @@ static void gauss_newton_init(controller *c, void *memory)
 
     (void)gauss_newton_layout(s, memory, x);
     sizes = gauss_newton_sizes(s, x);
-    (void)qp_init(x->program, &sizes);
+    c->most = qp_iterations_most(qp_init(x->program, &sizes));
     for (int i = 1; i < c->moves; i++) {
         for (int j = 0; j < c->m; j++) {
             if (isfinite(gauss_newton_rate(s, j))) {

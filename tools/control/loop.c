@@ -108,7 +108,7 @@ static void control(running *r)
     const double start = train_seconds();
     r->flags[1] = 0;
     if (happens(r, CONTROL_LATE, -1)) {
-        regulator_late(x->both, r->next);
+        (void)regulator_late(x->both, false, r->next);
         r->report->late++;
     } else {
         wish(r);

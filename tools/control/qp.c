@@ -74,6 +74,11 @@ int qp_iterations(const qp *x)
     return x->iterations;
 }
 
+int qp_iterations_most(const qp *x)
+{
+    return x->limit + x->most;
+}
+
 const double *qp_multipliers(const qp *x)
 {
     return x->all;

@@ -67,6 +67,8 @@ void qp_forget(qp *x); /* nothing is active at first */
 void qp_shift(qp *x, int first, int count, int by);
 
 int qp_iterations(const qp *x); /* of the last qp_solve */
+/* The last one may drop rows beyond the limit, each of them once. */
+int qp_iterations_most(const qp *x);
 /* Multipliers of the last qp_solve, [variables + rows], first of lower <= x <= upper and then of
  * the rows: negative where the lower bound holds, positive where the upper one does;
  * Hx + g + multipliers + A'multipliers = 0. */

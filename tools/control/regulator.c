@@ -13,10 +13,16 @@ struct regulator {
     int controlled, turns, turn, delay;
     int flags;                 /* of the prediction, for the next answer */
     bool has_plan, has_inputs; /* to be prepared, to be predicted with */
-    const double *rate;        /* [controlled], NULL: any */
-    double *acting;            /* [delay + 1][controlled] from the present sample on */
-    double *given;             /* [model.inputs] */
-    double *ahead;             /* [2][model.states] */
+    bool has_first;
+    bool late;             /* there is no time to prepare, either */
+    const double *rate;    /* [controlled], NULL: any */
+    double *acting;        /* [delay + 1][controlled] from the present sample on */
+    double *given;         /* [model.inputs] */
+    double *ahead;         /* [2][model.states] */
+    double *first;         /* of the first regulator_start: [states], [model.inputs], and */
+    double *by_parameters; /* [states][parameters] */
+    int parameters, lost;  /* lost: samples since when the filter is */
+    int cycle;             /* samples after which all sensors are due again */
 };
 
 /* All parts of the memory begin as aligned as it does. */
@@ -46,8 +52,8 @@ const char *regulator_refusal(const regulator_settings *settings)
 static size_t numbers_of(const regulator_settings *settings)
 {
     const one_step *model = &settings->estimator.model;
-    return (size_t)((settings->delay + 1) * settings->controller.controlled + model->inputs +
-                    2 * model->states);
+    return (size_t)((settings->delay + 1) * settings->controller.controlled + 2 * model->inputs +
+                    (3 + settings->estimator.parameters) * model->states);
 }
 
 size_t regulator_size(const regulator_settings *settings)
@@ -55,6 +61,21 @@ size_t regulator_size(const regulator_settings *settings)
     return padded(sizeof(regulator)) + padded(numbers_of(settings) * sizeof(double)) +
            padded(estimator_size(&settings->estimator)) +
            (size_t)settings->turns * padded(controller_size(&settings->controller));
+}
+
+/* The least common multiple of the sensors' samples. */
+static int cycle_of(const estimator_settings *of)
+{
+    int cycle = 1;
+    for (int i = 0; i < of->sensors; i++) {
+        const int every = of->sensor[i].every > 0 ? of->sensor[i].every : 1;
+        int all = cycle;
+        while (all % every != 0 && all < REGULATOR_CYCLE_MAX) {
+            all += cycle;
+        }
+        cycle = all;
+    }
+    return cycle;
 }
 
 regulator *regulator_init(void *memory, const regulator_settings *settings)
@@ -76,6 +97,10 @@ regulator *regulator_init(void *memory, const regulator_settings *settings)
     x->acting = (double *)(void *)at;
     x->given = x->acting + (x->delay + 1) * x->controlled;
     x->ahead = x->given + x->model.inputs;
+    x->first = x->ahead + 2 * x->model.states;
+    x->by_parameters = x->first + x->model.states + x->model.inputs;
+    x->parameters = settings->estimator.parameters;
+    x->cycle = cycle_of(&settings->estimator);
     at += padded(numbers_of(settings) * sizeof(double));
     x->filter = estimator_init(at, &settings->estimator);
     at += padded(estimator_size(&settings->estimator));
@@ -93,8 +118,19 @@ void regulator_start(regulator *x, const double *state, const double *inputs,
     for (int i = 0; i < (x->delay + 1) * x->controlled; i++) {
         x->acting[i] = inputs[x->inputs[i % x->controlled]];
     }
+    const size_t n = (size_t)x->model.states, count = n * (size_t)x->parameters;
+    if (!x->has_first) {
+        memcpy(x->first, state, n * sizeof *x->first);
+        memcpy(x->first + n, inputs, (size_t)x->model.inputs * sizeof *x->first);
+        memset(x->by_parameters, 0, count * sizeof *x->by_parameters);
+        if (by_parameters) {
+            memcpy(x->by_parameters, by_parameters, count * sizeof *x->by_parameters);
+        }
+        x->has_first = true;
+    }
     estimator_start(x->filter, state, inputs, by_parameters);
-    x->has_plan = x->has_inputs = false;
+    x->lost = 0;
+    x->has_plan = x->has_inputs = x->late = false;
     x->turn = x->flags = 0;
 }
 
@@ -104,12 +140,26 @@ int regulator_measure(regulator *x, int sensor, int age, const double *values)
     return estimator_measure(x->filter, sensor, age, values);
 }
 
+/* A network says nothing of where it was not trained. A filter that is there, and whose
+ * measurements contradict it, does not come back by itself. */
+static int find_again(regulator *x, int flags)
+{
+    enum { LOST = ESTIMATOR_OUTLIER | ESTIMATOR_INFLATED | ESTIMATOR_NO_ANSWER };
+    x->lost = (flags & ESTIMATOR_OUTSIDE) && (flags & LOST) ? x->lost + 1 : 0;
+    if (x->lost < REGULATOR_LOST || estimator_sample(x->filter) % x->cycle != 0) {
+        return flags;
+    }
+    x->lost = 0;
+    estimator_start(x->filter, x->first, x->first + x->model.states, x->by_parameters);
+    return flags | REGULATOR_AGAIN;
+}
+
 int regulator_filter(regulator *x)
 {
     regulator_prepare(x);
     const int flags = x->flags;
     x->flags = 0;
-    return flags | estimator_update(x->filter);
+    return find_again(x, flags | estimator_update(x->filter));
 }
 
 /* All inputs of the model with those that act `later` samples on. */
@@ -137,12 +187,19 @@ static const double *state_ahead(regulator *x)
     return now;
 }
 
-/* The answer, which acts after what was answered before. */
+/* Where the answer goes, and what was answered before. */
+static double *answer_of(const regulator *x, const double **before)
+{
+    double *to = x->acting + x->delay * x->controlled;
+    *before = x->delay > 0 ? to - x->controlled : to;
+    return to;
+}
+
 static void answer(regulator *x, double *inputs)
 {
     const size_t m = (size_t)x->controlled;
-    double *to = x->acting + (size_t)x->delay * m;
-    const double *before = x->delay > 0 ? to - m : to;
+    const double *before;
+    double *to = answer_of(x, &before);
     for (size_t k = 0; k < m && x->rate; k++) { /* one plan is followed by another */
         inputs[k] = fmin(fmax(inputs[k], before[k] - x->rate[k]), before[k] + x->rate[k]);
     }
@@ -165,12 +222,17 @@ int regulator_control(regulator *x, const double *reference, double *inputs)
     return flags | regulator_plan(x, reference, inputs);
 }
 
-void regulator_late(regulator *x, double *inputs)
+int regulator_late(regulator *x, bool held, double *inputs)
 {
     controller *plan = x->plan[x->turn];
-    memcpy(inputs, controller_plan(plan), (size_t)x->controlled * sizeof *inputs);
+    const double *before;
+    (void)answer_of(x, &before);
+    memcpy(inputs, held ? before : controller_plan(plan), (size_t)x->controlled * sizeof *inputs);
     controller_skip(plan, 1);
     answer(x, inputs);
+    controller_applied(plan, 0, inputs);
+    x->late = true;
+    return REGULATOR_LATE;
 }
 
 void regulator_predict(regulator *x)
@@ -186,9 +248,11 @@ void regulator_predict(regulator *x)
 void regulator_prepare(regulator *x)
 {
     if (x->has_plan) {
-        controller_prepare(x->plan[x->turn]);
+        if (!x->late) {
+            controller_prepare(x->plan[x->turn]);
+        }
         x->turn = (x->turn + 1) % x->turns;
-        x->has_plan = false;
+        x->has_plan = x->late = false;
     }
     regulator_predict(x);
 }

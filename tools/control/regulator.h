@@ -13,6 +13,9 @@
  * as samples in a step, which take turns: each plans in steps of its model and begins with its own
  * plan of one step ago. The filter's model goes by samples.
  *
+ * A filter that has been outside of what its model was made for, and contradicted by what is
+ * measured, for REGULATOR_LOST samples in turn begins again as the first regulator_start said.
+ *
  * The filter is told the inputs that act; faults have the answers that estimator.h and controller.h
  * state, and flags. Inputs are always finite and within their limits. One is for one thread at a
  * time. */
@@ -22,12 +25,22 @@
 #include "tools/control/controller.h"
 #include "tools/control/estimator.h"
 
+#include <stdbool.h>
+
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/* Flags: those of the filter, and those of the controller so many bits up. */
-enum { REGULATOR_CONTROLLER = 16, REGULATOR_DELAY_MAX = 100, REGULATOR_TURNS_MAX = 100 };
+/* Flags: those of the filter, those of the controller so many bits up, and of both together. */
+enum {
+    REGULATOR_CONTROLLER = 16,
+    REGULATOR_LATE = 1 << 25,
+    REGULATOR_AGAIN = 1 << 26, /* the filter was lost, and begins again */
+    REGULATOR_LOST = 30,       /* samples outside of the model and against what is measured */
+    REGULATOR_CYCLE_MAX = 1 << 20,
+    REGULATOR_DELAY_MAX = 100,
+    REGULATOR_TURNS_MAX = 100
+};
 
 /* Arrays are borrowed. */
 typedef struct regulator_settings {
@@ -64,8 +77,10 @@ int regulator_plan(regulator *x, const double *reference, double *inputs);
 /* Both of them. */
 int regulator_control(regulator *x, const double *reference, double *inputs);
 
-/* In place of regulator_plan where there is no time for it: the last plan goes on. */
-void regulator_late(regulator *x, double *inputs);
+/* In place of regulator_plan where there is no time for it, nor to prepare what follows: the last
+ * plan goes on, at its end held; or what was answered before is held, where nothing else can be
+ * sent any more. Returns REGULATOR_LATE. */
+int regulator_late(regulator *x, bool held, double *inputs);
 
 /* The filter's prediction, and that with what the controller can do beforehand. The next call does
  * it where it was not called, and the next answer has its flags. */

@@ -1,11 +1,49 @@
 /* A loop that cpinn-control ran, as C. */
 #include "tools/programs/control_run.h"
+#include "tools/programs/eval_rollouts.h"
 #include "tools/programs/export_loop.h"
 
 #include <math.h>
 #include <stdio.h>
 
-enum { LINES = 8, LINE = 300 };
+enum { LINES = 8, LINE = 300, ROLLOUTS = 8, SHORT_ROLLOUTS = 2 /* of a filter: many steps */ };
+
+/* Rollouts of a trained model that no training saw, beside the solver. */
+static ad_status verify(const surrogate *s, const char *whose, int count, char line[LINE],
+                        ad_error *error)
+{
+    one_step model;
+    rollouts_report x = {0};
+    ad_status status = surrogate_one_step(s, &model, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    const rollouts_subject subject = eval_rollouts_subject(s, &model);
+    ad_pool *pool = ad_pool_create(1);
+    status = pool ? rollouts_judge(&subject, count, 0, pool, &x, error)
+                  : ad_fail(error, AD_NO_MEMORY, "out of memory for rollouts");
+    double(*const e)[2] = x.rows[ROLLOUTS_MODEL].error;
+    snprintf(
+        line, LINE,
+        "%s beside the solver, %% of the length, median / worst of %d rollouts:\n *   one step "
+        "%.2g / %.2g, %.3g s %.2g / %.2g, %d steps %.2g / %.2g, diverged %d.",
+        whose, x.count, 100 * e[ROLLOUTS_ONE][0], 100 * e[ROLLOUTS_ONE][1],
+        x.steps[ROLLOUTS_SHORT] * x.step, 100 * e[ROLLOUTS_SHORT][0], 100 * e[ROLLOUTS_SHORT][1],
+        x.steps[ROLLOUTS_LONG], 100 * e[ROLLOUTS_LONG][0], 100 * e[ROLLOUTS_LONG][1],
+        x.rows[ROLLOUTS_MODEL].diverged);
+    ad_pool_free(pool);
+    rollouts_free(&x);
+    surrogate_one_step_free(&model);
+    return status;
+}
+
+static export_step step_of(const surrogate *s, const linear_step *linear)
+{
+    const bool curve = s && surrogate_is_decoupled(s->settings.kind);
+    return (export_step){.surrogate = curve || !s ? NULL : &s->step,
+                         .curve = curve ? &s->curve : NULL,
+                         .linear = s ? NULL : linear};
+}
 
 static void describe(const control_row *row, const char *model, char lines[LINES][LINE])
 {
@@ -25,35 +63,32 @@ static void describe(const control_row *row, const char *model, char lines[LINES
 }
 
 ad_status control_export(const config *of, const control_row *row, const char *model,
-                         const surrogate_step *filter, const surrogate_step *controller,
-                         const char *out, bool force, char said[256], ad_error *error)
+                         const surrogate *filter, const surrogate *controller, const char *out,
+                         bool force, char said[256], ad_error *error)
 {
     const loop_parts parts = loop_parts_of(row->loop);
     char lines[LINES][LINE] = {""}, name[EXPORT_LOOP_NAME + 1];
     const char *verified[LINES + 1] = {NULL};
-    const export_step steps[2] = {{filter, parts.linear[0]}, {controller, parts.linear[1]}};
+    const export_step steps[2] = {step_of(filter, parts.linear[0]),
+                                  step_of(controller, parts.linear[1])};
     ad_status status = export_loop_name(out, name, error);
-    if (status == AD_OK && (row->control.method == CONTROL_SAMPLING ||
-                            (!controller && (!parts.linear[0] || !parts.linear[1])))) {
+    if (status == AD_OK && (row->control.residual || (!controller && !parts.linear[1]))) {
         status = ad_fail(error, AD_BAD_INPUT,
-                         "--c: a loop with %s is not written as C; allowed: control.method "
-                         "predictive with a trained one-step model, or control.model linear",
-                         row->control.method == CONTROL_SAMPLING ? "sampling" : "the reduced rod");
+                         "--c: a loop with %s is not written as C; allowed: a trained one-step "
+                         "model, or control.model linear, without residual",
+                         row->control.residual ? "control.residual" : "the reduced rod");
     }
-    if (status == AD_OK && controller && controller->states == 0) {
-        status =
-            ad_fail(error, AD_BAD_INPUT,
-                    "--c: a loop with damped sines is not written as C; allowed: surrogate.kind "
-                    "flow, polynomial, polynomial_flow, linear");
-    }
-    if (status == AD_OK && filter && row->control.period < (1 - 1e-9) * filter->step) {
+    if (status == AD_OK && filter && surrogate_is_polynomial(filter->settings.kind) &&
+        row->control.period < (1 - 1e-9) * filter->settings.step) {
         status = ad_fail(error, AD_BAD_INPUT,
                          "--c: a loop with parts of a model's step is not written as C; allowed: "
                          "--inner with a model of control.period");
     }
-    if (status == AD_OK && row->control.residual) {
-        status = ad_fail(error, AD_BAD_INPUT,
-                         "--c: a loop with control.residual is not written as C; leave it out");
+    if (status == AD_OK && controller) {
+        status = verify(controller, "The controller's model", ROLLOUTS, lines[4], error);
+    }
+    if (status == AD_OK && filter && filter != controller) {
+        status = verify(filter, "The filter's model", SHORT_ROLLOUTS, lines[5], error);
     }
     if (status != AD_OK) {
         return status;

@@ -5,7 +5,7 @@
 #include "tools/config/config.h"
 #include "tools/control/loop.h"
 #include "tools/files/json.h"
-#include "tools/surrogate/surrogate_step.h"
+#include "tools/surrogate/surrogate.h"
 
 typedef struct control_row {
     const char *name; /* "linear model" */
@@ -27,10 +27,11 @@ ad_status control_write(const control_row *row, const char *path, bool moves, ad
 ad_status control_draw(const char *path, bool moves, ad_error *error);
 
 /* control_export.c: filter and controller as OUT.c, OUT.h and OUT_selftest.c (export_loop.h), of a
- * loop that was run; trained models of the filter and the controller, NULL: none. AD_BAD_INPUT: it
- * cannot be written; errors of export_loop_write. */
+ * loop that was run; trained models of the filter and the controller, NULL: none, which are
+ * verified in rollouts. AD_BAD_INPUT: it cannot be written; errors of rollouts_judge and
+ * export_loop_write. */
 ad_status control_export(const config *of, const control_row *row, const char *model,
-                         const surrogate_step *filter, const surrogate_step *controller,
-                         const char *out, bool force, char said[256], ad_error *error);
+                         const surrogate *filter, const surrogate *controller, const char *out,
+                         bool force, char said[256], ad_error *error);
 
 #endif

@@ -383,9 +383,8 @@ static ad_status run(controlling *x, ad_error *error)
     if (status == AD_OK && o->c) {
         const surrogate *plans = x->rows[0].control.model == CONTROL_SURROGATE ? x->trained : NULL;
         const surrogate *filters = plans && x->inner ? x->inner : plans;
-        status =
-            control_export(x->nominal, &x->rows[0], x->model_text, filters ? &filters->step : NULL,
-                           plans ? &plans->step : NULL, o->c, o->force, said, error);
+        status = control_export(x->nominal, &x->rows[0], x->model_text, filters, plans, o->c,
+                                o->force, said, error);
         if (status == AD_OK && !o->quiet) {
             printf("wrote %s as C: %s\n", o->c, said);
         }

@@ -3,6 +3,7 @@
 #include "tools/programs/cli.h"
 
 #include <ctype.h>
+#include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -186,28 +187,41 @@ static void put_linear(const char *name, const linear_step *m, FILE *file)
             name, m->states, m->inputs, m->h, name, name, name);
 }
 
-/* `macro` are the arguments of loop_model. */
+static void put_curve(const char *name, const decoupled *m, FILE *file)
+{
+    put_array(name, "_numbers", decoupled_numbers(m), m->numbers, file);
+    fprintf(file, "static const decoupled %s = {%d, %d, %d, %d, %d, %.17g, %d, {", name, m->states,
+            m->inputs, m->ramps, m->flows, m->terms, m->step, m->layers);
+    for (int i = 0; i < DECOUPLED_LAYERS_MAX; i++) {
+        fprintf(file, "%s%d", i ? ", " : "", m->width[i]);
+    }
+    fprintf(file, "}, %s_numbers};\n", name);
+}
+
+/* `macro` is a loop_step of loop_functions.c. */
 static void put_step(const char *name, const char *macro, const export_step *m, FILE *file)
 {
     if (m->surrogate) {
         put_surrogate(name, m->surrogate, file);
-        fprintf(file, "#define %s &%s, NULL\n", macro, name);
+    } else if (m->curve) {
+        put_curve(name, m->curve, file);
     } else {
         put_linear(name, m->linear, file);
-        fprintf(file, "#define %s NULL, &%s\n", macro, name);
     }
+    fprintf(file, "#define %s {%s%s, %s%s, %s%s, NULL}\n", macro, m->surrogate ? "&" : "NULL",
+            m->surrogate ? name : "", m->curve ? "&" : "NULL", m->curve ? name : "",
+            m->linear ? "&" : "NULL", m->linear ? name : "");
 }
 
 static void put_steps(const export_loop *x, FILE *file)
 {
-    const bool same = x->filter.surrogate && x->filter.surrogate == x->controller.surrogate;
-    put_step("loop_by_step", "LOOP_CONTROLLER", &x->controller, file);
-    if (same) {
+    put_step("loop_planned", "LOOP_CONTROLLER", &x->controller, file);
+    if (memcmp(&x->filter, &x->controller, sizeof x->filter) == 0) {
         fputs("#define LOOP_FILTER LOOP_CONTROLLER\n", file);
     } else {
-        put_step("loop_by_sample", "LOOP_FILTER", &x->filter, file);
+        put_step("loop_filtered", "LOOP_FILTER", &x->filter, file);
     }
-    fprintf(file, "#define LOOP_SHORTER %d\n", x->settings->controller.model.shorter);
+    fprintf(file, "#define LOOP_SAMPLE %.17g\n", x->settings->estimator.model.step);
 }
 
 /* Settings of a struct: a field that is an array `loop_FIELD`, and one that is a number. */
@@ -284,15 +298,27 @@ static void put_controller(const export_loop *x, FILE *file)
 {
     const controller_settings *c = &x->settings->controller;
     CONTROLLER_ARRAYS(PUT_ARRAY)
+    if (c->method == &controller_sampling) {
+        const mppi_settings *m = c->method_settings;
+        fprintf(file,
+                "static const mppi_settings loop_sampling = {%d, %d, %.17g, %.17g, %.17g, %.17g, "
+                "UINT64_C(%" PRIu64 ")};\n",
+                m->samples, m->batch, m->temperature, m->noise, m->memory, m->shrink, m->seed);
+    }
     put_array("loop_", "turn_rate", (size_t)c->controlled, x->settings->rate, file);
     put(x,
         "static const controller_settings loop_controller = {\n    .inputs = model_controlled,\n",
         file);
     CONTROLLER_ARRAYS(PUT_FIELD)
+    if (c->method == &controller_sampling) {
+        fputs("    .method = &controller_sampling,\n    .method_settings = &loop_sampling,\n",
+              file);
+    }
     PUT_WHOLE(c, horizon)
     PUT_WHOLE(c, moves)
     PUT_WHOLE(c, delay)
     PUT_WHOLE(c, iterations)
+    PUT_WHOLE(c, qp_limit)
     PUT_WHOLE(c, controlled)
     PUT_WHOLE(c, coast)
     PUT_REAL(c, terminal)
@@ -328,6 +354,8 @@ void export_loop_write_source(const export_loop *x, FILE *file)
     const size_t n = (size_t)s->estimator.model.states;
     fprintf(file,
             "/* %s, see %s.h; written by cpinn %s. */\n#include \"%s.h\"\n\n"
+            "#if defined(__OPTIMIZE__) && !defined(__clang__) /* -O2 alone takes twice as long */\n"
+            "#pragma GCC optimize(\"O3\", \"fp-contract=fast\")\n#endif\n"
             "#if defined(__GNUC__)\n#define WHOLE_FUNCTION static __attribute__((unused))\n"
             "#else\n#define WHOLE_FUNCTION static\n#endif\n",
             x->name, x->name, cli_version(), x->name);
@@ -409,7 +437,7 @@ static void put_inputs(const export_loop *x, FILE *file)
     fputs("};\n", file);
 }
 
-static void put_flags(FILE *file)
+static void put_flags(const export_loop *x, FILE *file)
 {
     static const struct {
         int bit;
@@ -434,10 +462,14 @@ static void put_flags(FILE *file)
         {CONTROLLER_QP << REGULATOR_CONTROLLER, "the program has no answer: the plan goes on"},
         {CONTROLLER_SOFT << REGULATOR_CONTROLLER, "a limit of what is seen is violated"},
         {CONTROLLER_OTHERS << REGULATOR_CONTROLLER, "other inputs not finite: the last ones"},
-        {CONTROLLER_REFERENCE << REGULATOR_CONTROLLER, "the path is infinite: no wish there"}};
+        {CONTROLLER_REFERENCE << REGULATOR_CONTROLLER, "the path is infinite: no wish there"},
+        {REGULATOR_LATE, "model_late was called: the last plan goes on, or inputs are held"},
+        {REGULATOR_AGAIN, "the filter was lost, outside of its model: it begins again, at rest"}};
     fputs("\n/* Flags, 0: all is well. What is done about each:\n", file);
     for (size_t i = 0; i < sizeof flags / sizeof *flags; i++) {
-        fprintf(file, " *   0x%07x  %s\n", (unsigned)flags[i].bit, flags[i].what);
+        fprintf(file, " *   0x%07x  ", (unsigned)flags[i].bit);
+        put(x, flags[i].what, file);
+        fputc('\n', file);
     }
     fputs(" */\n", file);
 }
@@ -451,11 +483,11 @@ void export_loop_write_header(const export_loop *x, FILE *file)
     for (const char *t = x->about; *t; t++) { /* nothing that ends the comment */
         fputc(*t == '*' || *t == '\n' || *t == '\\' ? ' ' : *t, file);
     }
-    fprintf(file,
-            ": one-step model, filter and predictive controller as C11 that needs\n"
-            " * nothing but libm; written by cpinn %s. SI units. cc -std=c11 -O3 -march=native is "
-            "quickest.\n",
-            cli_version());
+    fprintf(
+        file,
+        ": one-step model, filter and predictive controller as C11 that needs\n"
+        " * nothing but libm; written by cpinn %s. SI units. cc -std=c11 -O2 is all it takes.\n",
+        cli_version());
     for (const char *const *line = x->verified; line && *line; line++) {
         fprintf(file, "%s\n * %s", line == x->verified ? " *" : "", *line);
     }
@@ -475,7 +507,7 @@ void export_loop_write_header(const export_loop *x, FILE *file)
     put_macro(x, "MEMORY", (double)x->memory, "bytes", file);
     put_inputs(x, file);
     put_sensors(x, file);
-    put_flags(file);
+    put_flags(x, file);
     put_lines(x, export_loop_types, file);
     put(x, "\n#ifdef __cplusplus\n}\n#endif\n\n#endif\n", file);
 }
@@ -508,8 +540,9 @@ void export_loop_write_selftest(const export_loop *x, FILE *file)
             "/* Compares %s.c with cpinn's own loop: exit 1 and a line where they differ.\n"
             " *     cc -std=c11 -O2 -o selftest %s.c %s_selftest.c -lm && ./selftest */\n"
             "#include \"%s.h\"\n\n#include <math.h>\n#include <stdio.h>\n\n"
-            "enum { SAMPLES = %d, PARAMETERS = %d };\n#define TOLERANCE %g\n\n",
-            x->name, x->name, x->name, x->name, x->samples, e->parameters, TOLERANCE);
+            "enum { SAMPLES = %d, PARAMETERS = %d, LATE = %d };\n#define TOLERANCE %g\n\n",
+            x->name, x->name, x->name, x->name, x->samples, e->parameters, REGULATOR_LATE,
+            TOLERANCE);
     put_integers("", "parameter", (size_t)e->parameters, parameter, file);
     put_integers("", "sensor_values", (size_t)e->sensors, values, file);
     put_integers("", "expected_flags", (size_t)x->samples, x->flags, file);

@@ -6,8 +6,10 @@
 #include "physics/scene.h"
 #include "tools/control/kinematic_look.h"
 #include "tools/control/linear_step.h"
+#include "tools/control/mppi.h"
 #include "tools/control/regulator.h"
 #include "tools/control/view.h"
+#include "tools/surrogate/decoupled.h"
 #include "tools/surrogate/surrogate_step.h"
 
 #include <stdbool.h>
@@ -16,6 +18,7 @@
 /* A one-step model; one of them. */
 typedef struct export_step {
     const surrogate_step *surrogate;
+    const decoupled *curve;
     const linear_step *linear;
 } export_step;
 

@@ -87,7 +87,7 @@ static ad_status compile_and_run(const export_loop *x, const char *folder, char 
 {
     char command[512];
     snprintf(command, sizeof command,
-             "cd '%s' && { cc -std=c11 -O1 -o run %s.c %s_selftest.c -lm 2>&1 || exit 77; } && "
+             "cd '%s' && { cc -std=c11 -o run %s.c %s_selftest.c -lm 2>&1 || exit 77; } && "
              "./run",
              folder, x->name, x->name);
     fflush(stdout);

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SAMPLES = 60, MISSING = 20, NOT_A_NUMBER = 26, WILD = 33 };
+enum { SAMPLES = 60, MISSING = 20, NOT_A_NUMBER = 26, WILD = 33, LATE = 40, HELD = 41 };
 
 typedef struct recorder {
     export_loop *to;
@@ -108,7 +108,13 @@ static ad_status sample(recorder *r, int k, ad_error *error)
     double *answer = x->expected + k * known, *acting = r->acting + k * m;
     const double period = e->period > 0 ? e->period : e->model.step;
     measure(r, k, x->measured + k * values_of(x));
-    x->flags[k] = regulator_control(r->both, wish(r, k, x->paths + k * c->horizon * 3), answer);
+    const double *rows = wish(r, k, x->paths + k * c->horizon * 3);
+    if (k == LATE || k == HELD) { /* two in turn, which the C sees by the flag */
+        x->flags[k] = regulator_filter(r->both);
+        x->flags[k] |= regulator_late(r->both, k == HELD, answer);
+    } else {
+        x->flags[k] = regulator_control(r->both, rows, answer);
+    }
     memcpy(acting + s->delay * m, answer, (size_t)m * sizeof *answer);
     regulator_prepare(r->both);
     for (int i = 0; i < e->parameters; i++) {
@@ -136,8 +142,12 @@ static size_t memory_of(const export_loop *x)
             i < s->estimator.sensors ? x->sensors[i] : x->parts[i - s->estimator.sensors];
         numbers += kinematic_look_room(&look->rod);
     }
-    numbers += x->controller.surrogate ? surrogate_step_work(x->controller.surrogate) : 0;
-    numbers += x->filter.surrogate ? surrogate_step_work(x->filter.surrogate) : 0;
+    for (int i = 0; i < 2; i++) {
+        const export_step *m = i ? &x->controller : &x->filter;
+        numbers += m->surrogate ? surrogate_step_work(m->surrogate)
+                   : m->curve   ? decoupled_work(m->curve)
+                                : 0;
+    }
     return regulator_size(s) + numbers * sizeof(double) + sizeof *s + sizeof(view) +
            (size_t)looks * sizeof(kinematic_look) +
            (size_t)s->estimator.sensors * sizeof(estimator_sensor) + 512;

@@ -1,10 +1,14 @@
 
 /* ---- the loop ------------------------------------------------------------------------------ */
 
-typedef struct loop_step {
+typedef struct loop_step { /* one of the three */
     const surrogate_step *of;
+    const decoupled *curve;
+    const linear_step *linear;
     double *work;
 } loop_step;
+
+static const loop_step loop_by_sample = LOOP_FILTER, loop_by_step = LOOP_CONTROLLER;
 
 struct model_loop {
     regulator_settings settings;
@@ -21,14 +25,17 @@ static int loop_advance(void *context, int count, double h, const double *states
                         double *by_inputs)
 {
     const loop_step *x = context;
-    return surrogate_step_advance(x->of, x->work, count, h, states, inputs, after, next, by_state,
-                                  by_inputs);
+    return x->curve ? decoupled_advance(x->curve, x->work, count, h, states, inputs, after, next,
+                                        by_state, by_inputs)
+                    : surrogate_step_advance(x->of, x->work, count, h, states, inputs, after, next,
+                                             by_state, by_inputs);
 }
 
 static double loop_outside(void *context, const double *state, const double *inputs)
 {
     const loop_step *x = context;
-    return surrogate_step_outside(x->of, state, inputs);
+    return x->curve ? decoupled_outside(x->curve, state, inputs)
+                    : surrogate_step_outside(x->of, state, inputs);
 }
 
 /* Room of so many numbers, counted; without memory none. */
@@ -39,21 +46,21 @@ static double *loop_take(double *memory, size_t *used, size_t count)
     return at;
 }
 
-static one_step loop_model(loop_step *x, const surrogate_step *surrogate, const linear_step *linear,
-                           double *memory, size_t *used)
+static one_step loop_model(loop_step *x, const loop_step *from, double *memory, size_t *used)
 {
     one_step result;
-    if (!surrogate) {
-        return linear_one_step(linear);
+    *x = *from;
+    if (x->linear) {
+        return linear_one_step(x->linear);
     }
-    x->of = surrogate;
-    x->work = loop_take(memory, used, surrogate_step_work(surrogate));
+    x->work =
+        loop_take(memory, used, x->curve ? decoupled_work(x->curve) : surrogate_step_work(x->of));
     memset(&result, 0, sizeof result);
     result.context = x;
-    result.states = surrogate->states;
-    result.inputs = surrogate->inputs;
-    result.step = surrogate->step;
-    result.shorter = LOOP_SHORTER;
+    result.states = x->curve ? x->curve->states : x->of->states;
+    result.inputs = x->curve ? x->curve->inputs : x->of->inputs;
+    result.step = x->curve ? x->curve->step : x->of->step;
+    result.shorter = x->curve != NULL;
     result.advance = loop_advance;
     result.outside = loop_outside;
     return result;
@@ -80,8 +87,9 @@ static size_t loop_fill(model_loop *x, double *memory)
     x->settings.delay = model_DELAY;
     x->settings.rate = LOOP_RATE;
     filter->sensor = x->sensor;
-    filter->model = loop_model(&x->filter, LOOP_FILTER, memory, &used);
-    controller->model = loop_model(&x->controller, LOOP_CONTROLLER, memory, &used);
+    filter->model = loop_model(&x->filter, &loop_by_sample, memory, &used);
+    filter->model.step = LOOP_SAMPLE;
+    controller->model = loop_model(&x->controller, &loop_by_step, memory, &used);
     for (i = 0; i < LOOP_SENSORS; i++) {
         x->sensor[i] = loop_sensors[i];
         x->sensor[i].look = loop_look(&x->look[i], &loop_looks[i], memory, &used);
@@ -123,7 +131,7 @@ model_loop *model_init(void *memory, size_t size)
     if (size < model_size()) {
         return NULL;
     }
-    memset(x, 0, sizeof *x);
+    memset(memory, 0, model_size());
     numbers = loop_fill(x, (double *)(void *)(at + loop_bytes(sizeof *x)));
     at += loop_bytes(sizeof *x) + loop_bytes(numbers * sizeof(double));
     x->both = regulator_init(at, &x->settings);
@@ -154,6 +162,12 @@ int model_control(model_loop *x, const double *path, double *inputs)
     return regulator_control(x->both, path ? x->reference : NULL, inputs);
 }
 
+int model_late(model_loop *x, int held, double *inputs)
+{
+    const int flags = regulator_filter(x->both);
+    return flags | regulator_late(x->both, held != 0, inputs);
+}
+
 void model_applied(model_loop *x, const double *inputs)
 {
     regulator_applied(x->both, inputs);
@@ -162,6 +176,13 @@ void model_applied(model_loop *x, const double *inputs)
 void model_prepare(model_loop *x)
 {
     regulator_prepare(x->both);
+}
+
+int model_iterations(const model_loop *x, int *most)
+{
+    const controller *plan = regulator_controller(x->both);
+    *most = controller_iterations_most(plan);
+    return controller_iterations(plan);
 }
 
 /* ---- what is known ------------------------------------------------------------------------- */
@@ -189,7 +210,7 @@ double model_parameter_deviation(const model_loop *x, int parameter)
 int model_step(model_loop *x, const double *state, const double *inputs, double *next,
                double *by_state, double *by_inputs)
 {
-    const one_step *model = &x->settings.controller.model;
+    const one_step *model = &x->settings.estimator.model;
     return model->advance(model->context, 1, model->step, state, inputs, NULL, next, by_state,
                           by_inputs);
 }

@@ -24,7 +24,8 @@ int main(void)
                 model_measure(x, s, -1, values);
             }
         }
-        flags = model_control(x, paths[i], inputs);
+        flags = expected_flags[i] & LATE ? model_late(x, i % 2, inputs)
+                                         : model_control(x, paths[i], inputs);
         model_prepare(x);
         for (k = 0; k < model_CONTROLLED + PARAMETERS; k++) {
             const int is_input = k < model_CONTROLLED, p = is_input ? 0 : k - model_CONTROLLED;

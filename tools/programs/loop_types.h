@@ -24,16 +24,26 @@ void model_start(model_loop *x, const double *state, const double *inputs);
  *                    [HORIZON][3]: where the place has to be (m, world) 1, 2, .. times
  *                    model_LOOK_AHEAD after the inputs begin to act; NaN: no wish; NULL: what it
  *                    was, one step on
+ *   model_late       in place of model_control and model_prepare, in a fraction of their time,
+ *                    where there is none, and for each sample that has passed without a call: what
+ *                    was measured is taken, the filter goes on by its model, inputs [CONTROLLED]
+ *                    are the next ones of the last plan, at its end held; or `held` (1), as where
+ *                    nothing can be sent any more, those answered before
  *   model_applied    only if something else acts from now on than was answered [CONTROLLED]
  *   model_prepare    what can be computed before the next measurement; the next call does it where
  *                    it was not called
  *
- * Inputs are always finite, within their limits and rates. model_measure and model_control return
- * flags. */
+ * Inputs are always finite, within their limits and rates. model_measure, model_control and
+ * model_late return flags. */
 int model_measure(model_loop *x, int sensor, int age, const double *values);
 int model_control(model_loop *x, const double *path, double *inputs);
+int model_late(model_loop *x, int held, double *inputs);
 void model_applied(model_loop *x, const double *inputs);
 void model_prepare(model_loop *x);
+
+/* Of the last answer, before model_prepare: rows that its quadratic program added or dropped, which
+ * is most of what makes one sample longer than another; and how many there are at most. */
+int model_iterations(const model_loop *x, int *most);
 
 /* What the filter knows: the state [STATES], all inputs [INPUTS] with those it finds, and standard
  * deviations of one of each. */
@@ -42,9 +52,9 @@ const double *model_inputs(const model_loop *x);
 double model_state_deviation(const model_loop *x, int state);
 double model_parameter_deviation(const model_loop *x, int parameter);
 
-/* The model by itself: the state model_LOOK_AHEAD later for held inputs [INPUTS], and derivatives
- * [STATES][STATES], [STATES][INPUTS], NULL: not wanted. Not 0: there is no answer. And the place
- * [3], derivatives [3][STATES]. */
+/* The filter's model by itself: the state model_SAMPLE later for held inputs [INPUTS], and
+ * derivatives [STATES][STATES], [STATES][INPUTS], NULL: not wanted. Not 0: there is no answer. And
+ * the place [3], derivatives [3][STATES]. */
 int model_step(model_loop *x, const double *state, const double *inputs, double *next,
                double *by_state, double *by_inputs);
 int model_place(model_loop *x, const double *state, double *position, double *by_state);

@@ -8,18 +8,18 @@ const double decoupled_nodes[DECOUPLED_NODES] = {0.15505102572168219, 0.64494897
 
 /* ---- sizes --------------------------------------------------------------------------------- */
 
-typedef struct numbers_of {
+typedef struct decoupled_parts {
 #define DECOUPLED_FIELD(name, count) const double *name;
     DECOUPLED_NUMBERS(DECOUPLED_FIELD)
 #undef DECOUPLED_FIELD
     const double *network;
-} numbers_of;
+} decoupled_parts;
 
-static numbers_of split(const decoupled *m)
+static decoupled_parts split(const decoupled *m)
 {
     const size_t n = (size_t)m->states, inputs = (size_t)m->inputs;
     const double *at = m->numbers;
-    numbers_of x;
+    decoupled_parts x;
 #define DECOUPLED_TAKE(name, count)                                                                \
     x.name = at;                                                                                   \
     at += (count);
@@ -231,7 +231,7 @@ void decoupled_exponential(size_t n, double *a, double *e, double *room)
 
 void decoupled_flow(const decoupled *m, double t, double *work, double *flow)
 {
-    const numbers_of x = split(m);
+    const decoupled_parts x = split(m);
     const size_t n = (size_t)m->states, inputs = (size_t)m->inputs, order = flow_order(m);
     const size_t one = order - 1, columns = n + inputs + 1;
     if (!m->flows) {
@@ -291,7 +291,7 @@ static room room_of(const decoupled *m, double *work)
 }
 
 /* x->to = derivatives of z at the end by z, v at the begin. */
-static void differentiate(const decoupled *m, const numbers_of *x, double t, const room *r)
+static void differentiate(const decoupled *m, const decoupled_parts *x, double t, const room *r)
 {
     const size_t n = (size_t)m->states, order = flow_order(m), first = order - 1;
     const double *weights = x->network, *hidden = r->hidden;
@@ -346,7 +346,7 @@ static void differentiate(const decoupled *m, const numbers_of *x, double t, con
     }
 }
 
-static void scale_derivatives(const decoupled *m, const numbers_of *x, const room *r,
+static void scale_derivatives(const decoupled *m, const decoupled_parts *x, const room *r,
                               double *by_state, double *by_inputs)
 {
     const size_t n = (size_t)m->states, inputs = (size_t)m->inputs, first = flow_order(m) - 1;
@@ -366,7 +366,7 @@ int decoupled_advance(const decoupled *m, double *work, int count, double h, con
                       const double *inputs, const double *after, double *next, double *by_state,
                       double *by_inputs)
 {
-    const numbers_of x = split(m);
+    const decoupled_parts x = split(m);
     const room r = room_of(m, work);
     const size_t n = (size_t)m->states, number = (size_t)m->inputs, order = flow_order(m);
     const double t = h / m->step;
@@ -416,7 +416,7 @@ int decoupled_advance(const decoupled *m, double *work, int count, double h, con
 
 double decoupled_outside(const decoupled *m, const double *state, const double *inputs)
 {
-    const numbers_of x = split(m);
+    const decoupled_parts x = split(m);
     double most = 0;
     for (int j = 0; j < m->states; j++) {
         const double z = fabs(state[j] - x.state_center[j]) / x.state_scale[j];

@@ -13,7 +13,7 @@ typedef struct curve_parts {
 static size_t find_parts(const surrogate_step *end, double *numbers, curve_parts *x)
 {
     const size_t n = (size_t)end->states, m = (size_t)end->inputs * (end->ramps ? 2 : 1);
-    const size_t blocks = 1 + 2 * (size_t)end->slow_count;
+    const size_t blocks = (size_t)surrogate_step_blocks(end), c = (size_t)end->drives;
     surrogate_step hidden = *end; /* the same without an output */
     double *at = numbers;
 #define CURVE_PLACE(name, count)                                                                   \
@@ -32,7 +32,7 @@ static void add(const surrogate_step *end, double by, const curve_parts *from, s
                 const curve_parts *to)
 {
     const size_t n = (size_t)end->states, m = (size_t)end->inputs * (end->ramps ? 2 : 1);
-    const size_t size = (1 + 2 * (size_t)end->slow_count) * (n + m) * n;
+    const size_t size = (size_t)surrogate_step_blocks(end) * (n + m) * n;
     for (size_t k = 0; k < n; k++) {
         to->next_center[k] += by * from->next_center[k];
     }

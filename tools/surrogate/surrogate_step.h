@@ -33,9 +33,9 @@ enum {
 
 /* Numbers of surrogate_step, in their order in memory: name, count. n states, m inputs of a step
  * (with ramps those of its begin, then those of its end), c coordinates of these, blocks = 1 +
- * SURROGATE_DEGREE slow_count: the linear map is a polynomial of each slow input k = (u - u0) / half
- * its range, with blocks for 1, k, k^2, ... The linear part of an arm's steps for stiffnesses of 0.6
- * to 1.4 is met to 0.04 % of its length by degree 2, 1.4e-3 % by 4. */
+ * SURROGATE_DEGREE slow_count: the linear map is a polynomial of each slow input k = (u - u0) /
+ * half its range, with blocks for 1, k, k^2, ... The linear part of an arm's steps for stiffnesses
+ * of 0.6 to 1.4 is met to 0.04 % of its length by degree 2, 1.4e-3 % by 4. */
 #define SURROGATE_STEP_NUMBERS(X)                                                                  \
     X(state_center, n) /* x0; below x1 */                                                          \
     X(next_center, n)                                                                              \
