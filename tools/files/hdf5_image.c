@@ -1,5 +1,7 @@
 #include "tools/files/hdf5_image.h"
 
+#include "tools/files/checkpoint.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -26,12 +28,24 @@ static herr_t note(hid_t stack, void *printer)
     return H5Ewalk2(stack, H5E_WALK_UPWARD, look_at, &((hdf5_printer *)printer)->no_memory);
 }
 
-bool hdf5_image_silence(hdf5_printer *printer)
+static bool can_start(void)
 {
     void *volatile tried = malloc(STARTING); /* more than it will need */
     const bool fits = tried != NULL;
     free(tried);
-    printer->no_memory = !fits || H5open() < 0;
+    return fits;
+}
+
+void checkpoint_at_exit(void)
+{
+    if (can_start()) {
+        H5dont_atexit();
+    }
+}
+
+bool hdf5_image_silence(hdf5_printer *printer)
+{
+    printer->no_memory = !can_start() || H5open() < 0;
     return !printer->no_memory &&
            H5Eget_auto2(H5E_DEFAULT, &printer->function, &printer->data) >= 0 &&
            H5Eset_auto2(H5E_DEFAULT, note, printer) >= 0;

@@ -1,6 +1,7 @@
 #include "tools/programs/cli.h"
 
 #include "physics/verdict.h"
+#include "tools/files/checkpoint.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -240,6 +241,7 @@ int cli_parse(const cli_program *program, const cli_option *options, int count, 
 {
     bool only_operands = false;
     occupy_standard_files();
+    checkpoint_at_exit();
     check_output_at_exit(program->name);
     *operand = NULL;
     if (asked_for(argc, argv, "--help") || asked_for(argc, argv, "-h")) {
