@@ -17,7 +17,6 @@ if [ -d "$corpus" ]; then
     cp "$corpus"/* "$work/seeds"
 fi
 # HDF5 keeps memory of its own when it refuses some files.
-leaks=1
-case $name in *table | *checkpoint) leaks=0 ;; esac
-"$1" -max_total_time="$2" -timeout=5 -rss_limit_mb=1024 -max_len=16384 -detect_leaks=$leaks \
-    -artifact_prefix="$1-" -print_final_stats=0 -verbosity=0 "$work/found" "$work/seeds"
+case $name in *table | *checkpoint) export ASAN_OPTIONS=detect_leaks=0 ;; esac
+"$1" -max_total_time="$2" -timeout=5 -rss_limit_mb=1024 -max_len=16384 \
+    -artifact_prefix="$1-" -verbosity=0 "$work/found" "$work/seeds"
