@@ -12,10 +12,18 @@ const char *ad_status_text(ad_status status)
     return (unsigned)status < AD_STATUS_COUNT ? text[status] : "unknown status";
 }
 
+void ad_one_line(char *text)
+{
+    for (; *text; text++) {
+        *text = (unsigned char)*text < ' ' || *text == 0x7f ? '?' : *text;
+    }
+}
+
 ad_status ad_fail_list(ad_error *error, ad_status status, const char *format, va_list arguments)
 {
     if (error) {
         vsnprintf(error->message, sizeof error->message, format, arguments);
+        ad_one_line(error->message);
         error->status = status;
     }
     return status;

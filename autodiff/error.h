@@ -21,7 +21,8 @@ extern "C" {
     X(AD_BAD_INPUT, "bad input")                                                                   \
     X(AD_IO, "input or output failed")                                                             \
     X(AD_NO_BLAS, "OpenBLAS could not be loaded")                                                  \
-    X(AD_BAD_PROGRAM, "a compiled program does not compute what its tape says")
+    X(AD_BAD_PROGRAM, "a compiled program does not compute what its tape says")                    \
+    X(AD_NOT_WRITTEN, "the system could not write a file")
 
 typedef enum ad_status {
 #define AD_STATUS_ENUM(name, text) name,
@@ -37,6 +38,9 @@ typedef struct ad_error {
 
 /* Text of a status, never NULL. */
 const char *ad_status_text(ad_status status);
+
+/* Control characters, which names and paths may have, become question marks. */
+void ad_one_line(char *text);
 
 /* Write status and a printf-style message to `error` (NULL: only return) and return `status`. */
 ad_status ad_fail(ad_error *error, ad_status status, const char *format, ...)

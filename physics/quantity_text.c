@@ -39,7 +39,23 @@ void quantity_number_text(double number, char text[32])
     }
 }
 
+static bool is_written_as_number(const quantity *q, bool as_written)
+{
+    const quantity_node *node = q->node;
+    return !node || (node->uses == 0 && !(as_written || node->kind != QUANTITY_WRITTEN));
+}
+
 static void write_quantity(FILE *file, const quantity *q, bool as_written, int around);
+
+/* Formulas have no words for what is not finite, which YAML has. */
+static void write_argument(FILE *file, const quantity *q, bool as_written, int around)
+{
+    if (is_written_as_number(q, as_written) && !isfinite(q->number)) {
+        fputs(isnan(q->number) ? "(0/0)" : q->number > 0 ? "(1/0)" : "(-1/0)", file);
+    } else {
+        write_quantity(file, q, as_written, around);
+    }
+}
 
 /* `around`: the operator that takes it as an argument binds so tightly. */
 static void write_operation(FILE *file, const quantity_node *node, bool as_written, int around)
@@ -50,7 +66,7 @@ static void write_operation(FILE *file, const quantity_node *node, bool as_writt
         fprintf(file, "%s(", operation->name);
         for (int i = 0; i < operation->arity; i++) {
             fputs(i ? ", " : "", file);
-            write_quantity(file, &node->x[i], as_written, 0);
+            write_argument(file, &node->x[i], as_written, 0);
         }
         fputc(')', file);
         return;
@@ -59,9 +75,9 @@ static void write_operation(FILE *file, const quantity_node *node, bool as_writt
      * encloses both */
     bool power = operation->precedence == 3;
     fputs(enclosed ? "(" : "", file);
-    write_quantity(file, &node->x[0], as_written, operation->precedence - !power);
+    write_argument(file, &node->x[0], as_written, operation->precedence - !power);
     fputs(operation->name, file);
-    write_quantity(file, &node->x[1], as_written, operation->precedence);
+    write_argument(file, &node->x[1], as_written, operation->precedence);
     fputs(enclosed ? ")" : "", file);
 }
 
@@ -69,8 +85,7 @@ static void write_quantity(FILE *file, const quantity *q, bool as_written, int a
 {
     char number[32];
     const quantity_node *node = q->node;
-    bool told = node && (as_written || node->kind != QUANTITY_WRITTEN);
-    if (!node || (node->uses == 0 && !told)) {
+    if (is_written_as_number(q, as_written)) {
         quantity_number_text(q->number, number);
         fprintf(file, around && *number == '-' ? "(%s)" : "%s", number);
     } else if (node->kind == QUANTITY_OPERATION) {

@@ -84,6 +84,7 @@ void verdict_add_error(verdict *v, const ad_error *error)
     verdict_reason reason = error->status == AD_OK             ? VERDICT_NONE
                             : error->status == AD_NOT_FINITE   ? VERDICT_NOT_FINITE
                             : error->status == AD_BAD_INPUT    ? VERDICT_BAD_INPUT
+                            : error->status == AD_IO           ? VERDICT_BAD_INPUT
                             : error->status == AD_BAD_ARGUMENT ? VERDICT_NO_METHOD
                                                                : VERDICT_FAILED;
     verdict_add(v, reason, "%s", error->message);

@@ -213,6 +213,67 @@ static void other_files_are_refused(void **state)
     }
 }
 
+/* Opens the example for changes, as someone with HDF5 could; close_crafted makes its bytes fit. */
+static hid_t open_crafted(void)
+{
+    write_example(at("crafted.h5"), 1.0, 1);
+    hid_t file = H5Fopen(at("crafted.h5"), H5F_ACC_RDWR, H5P_DEFAULT);
+    assert_true(file >= 0);
+    return file;
+}
+
+static void refuse_crafted(hid_t file, const char *reason)
+{
+    size_t size;
+    H5Fclose(file);
+    unsigned char *bytes = slurp(at("crafted.h5"), &size);
+    forge_user_block(bytes, size);
+    spill(at("crafted.h5"), bytes, size);
+    free(bytes);
+    assert_refused(at("crafted.h5"), reason);
+}
+
+/* Groups with two names would be visited on 2^38 paths, a pipe would be waited for. */
+static void crafted_files_are_refused(void **state)
+{
+    (void)state;
+    const hsize_t eight = 8;
+    hid_t file = open_crafted(),
+          group = H5Gcreate2(file, "0", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+    for (int depth = 1; depth < 39; depth++) {
+        hid_t next = H5Gcreate2(group, "a", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+        H5Lcreate_hard(group, "a", group, "b", H5P_DEFAULT, H5P_DEFAULT);
+        H5Gclose(group);
+        group = next;
+    }
+    H5Gclose(group);
+    refuse_crafted(file, "item '0' holds something that is not an item");
+
+    file = open_crafted();
+    for (int k = 0; k < CHECKPOINT_MAX_LINKS + 1; k++) {
+        char name[16];
+        snprintf(name, sizeof name, "%d", k);
+        H5Gclose(H5Gcreate2(file, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+    }
+    refuse_crafted(file, "is a group of too many items");
+
+    assert_int_equal(mkfifo(at("pipe"), 0600), 0);
+    hid_t space = H5Screate_simple(1, &eight, NULL), creation = H5Pcreate(H5P_DATASET_CREATE);
+    file = open_crafted();
+    H5Pset_external(creation, at("pipe"), 0, 64);
+    H5Dclose(H5Dcreate2(file, "x", H5T_IEEE_F64LE, space, H5P_DEFAULT, creation, H5P_DEFAULT));
+    H5Pclose(creation);
+    refuse_crafted(file, "item 'x' has its values in another file");
+
+    file = open_crafted();
+    creation = H5Pcreate(H5P_DATASET_CREATE);
+    H5Pset_virtual(creation, space, at("other.h5"), "x", space);
+    H5Dclose(H5Dcreate2(file, "x", H5T_IEEE_F64LE, space, H5P_DEFAULT, creation, H5P_DEFAULT));
+    H5Pclose(creation);
+    H5Sclose(space);
+    refuse_crafted(file, "item 'x' has its values in another file");
+}
+
 static void damage_is_named(void **state)
 {
     (void)state;
@@ -335,6 +396,7 @@ int main(void)
         TEST(getters_name_the_item),
         TEST(bad_puts_are_remembered),
         TEST(other_files_are_refused),
+        TEST(crafted_files_are_refused),
         TEST(damage_is_named),
         TEST(every_changed_byte_is_refused),
         TEST(every_truncation_is_refused),

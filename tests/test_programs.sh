@@ -213,6 +213,14 @@ refused '^--set rod.length: ' cpinn-train "$elastica" --set rod.length
 refused 'weight 0' cpinn-train "$elastica" --set losses.interior.weights.strain=0 \
     --set losses.interior.weights.curvature=0 --set losses.interior.weights.force=0 \
     --set losses.interior.weights.moment=0
+# Causes have one exit status in all programs, and messages one line.
+refused 'no file can be written there' cpinn-eval a --grid 9 --out none/new.csv
+refused 'no file can be written there' cpinn-solve "$elastica" --out none/new.csv
+refused 'no file can be written there' cpinn-train "$elastica" --json none/new.json
+refused 'the folder cannot be made' cpinn-train "$elastica" "${small[@]}" --out /proc/none
+refused 'the folder cannot be made' cpinn-cases "$elastica" --out /proc/none
+refused 'two.lines' cpinn-solve $'two\nlines.yaml'
+refused 'two.lines' cpinn-solve "$elastica" --set $'two\nlines=1'
 echo data >file
 refused 'file: .*' cpinn-train "$elastica" "${small[@]}" --out file
 refused 'file/run: .*' cpinn-train "$elastica" "${small[@]}" --out file/run

@@ -115,7 +115,8 @@ static void test_exit_status(void **state)
     } rows[] = {{AD_OK, VERDICT_NONE, 0},
                 {AD_NOT_FINITE, VERDICT_NOT_FINITE, 1},
                 {AD_NO_MEMORY, VERDICT_FAILED, 1},
-                {AD_IO, VERDICT_FAILED, 1},
+                {AD_IO, VERDICT_BAD_INPUT, 2},
+                {AD_NOT_WRITTEN, VERDICT_FAILED, 1},
                 {AD_BAD_INPUT, VERDICT_BAD_INPUT, 2},
                 {AD_BAD_ARGUMENT, VERDICT_NO_METHOD, 2}};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {

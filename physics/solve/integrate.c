@@ -145,7 +145,7 @@ static ad_status open_integration(integration *in, const integrate_settings *set
     }
     in->state = solve_vector_create(rows, in->context);
     in->sample = solve_vector_create(rows, in->context);
-    if (!in->state || !in->sample) {
+    if (!in->state || !in->sample || !solve_vectors_fit(rows)) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for SUNDIALS");
     }
     status = motion_initial(in->motion, N_VGetArrayPointer(in->state), error);

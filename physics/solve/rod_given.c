@@ -2,7 +2,22 @@
  * loads, actuators. */
 #include "physics/solve/rod_model.h"
 
+#include <math.h>
 #include <string.h>
+
+/* A path of equilibria that ends there would be the wrong answer. */
+static ad_status check_finite(const solve_rod *rod, double s, const double *from, const double *to,
+                              ad_error *error)
+{
+    for (; from < to; from++) {
+        if (!isfinite(*from)) {
+            return ad_fail(error, AD_NOT_FINITE,
+                           "what loads, holds or shapes the rod is not finite at s = %g m",
+                           s * rod->scales.length);
+        }
+    }
+    return AD_OK;
+}
 
 static double *append(double *to, const double *from, size_t count)
 {
@@ -30,6 +45,7 @@ static ad_status given_at(const void *context, size_t n, const double *s, double
         status = solve_rod_actuators(rod, n, s, 0, actuators, error);
     }
     for (size_t i = 0; i < n && status == AD_OK; i++) {
+        const double *first = out;
         out = append(out, sections[i].strain_compliance, 3);
         out = append(out, sections[i].curvature_compliance, 3);
         out = append(out, rest[i].strain, 3);
@@ -39,6 +55,7 @@ static ad_status given_at(const void *context, size_t n, const double *s, double
         out = append(out, (const double *)&load[i], sizeof load[i] / sizeof(double));
         out = append(out, (const double *)&actuators[i * pulling],
                      pulling * sizeof *actuators / sizeof(double));
+        status = check_finite(rod, s[i], first, out, error);
     }
     return status;
 }

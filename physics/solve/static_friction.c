@@ -3,6 +3,7 @@
 #include "physics/solve/mesh.h"
 #include "physics/solve/quaternion.h"
 #include "physics/solve/static_system_internal.h"
+#include "physics/solve/vector.h"
 
 #include <kinsol/kinsol.h>
 #include <math.h>
@@ -214,7 +215,7 @@ static_friction *static_friction_create(static_system *system, SUNContext sundia
     x->angles = N_VNew_Serial((sunindextype)x->count, sundials);
     x->ones = N_VNew_Serial((sunindextype)x->count, sundials);
     x->kinsol = KINCreate(sundials);
-    if (!x->before || !x->angles || !x->ones || !x->kinsol ||
+    if (!x->before || !x->angles || !x->ones || !x->kinsol || !solve_vectors_fit(x->count) ||
         KINSetErrHandlerFn(x->kinsol, static_kinsol_say_nothing, NULL) != 0 ||
         KINSetMAA(x->kinsol, DEPTH) != 0 || KINSetNumMaxIters(x->kinsol, STEPS_MAX) != 0 ||
         KINInit(x->kinsol, follow, x->angles) != 0 || KINSetUserData(x->kinsol, x) != 0 ||

@@ -3,6 +3,7 @@
 #include "physics/solve/static_friction.h"
 #include "physics/solve/static_tension.h"
 #include "physics/solve/strain_newton.h"
+#include "physics/solve/vector.h"
 
 #include <kinsol/kinsol.h>
 #include <math.h>
@@ -99,7 +100,7 @@ static bool allocate(static_newton *x)
     x->matrix = SUNMatNewEmpty(x->context);
     x->solver = SUNLinSolNewEmpty(x->context);
     x->kinsol = KINCreate(x->context);
-    return x->y && x->ones && x->matrix && x->solver && x->kinsol;
+    return x->y && x->ones && x->matrix && x->solver && x->kinsol && solve_vectors_fit(x->unknowns);
 }
 
 static bool set_up(static_newton *x)

@@ -3,6 +3,7 @@
 #include "physics/solve/processor.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* ---- operations ---------------------------------------------------------------------------- */
@@ -96,6 +97,15 @@ N_Vector solve_vector_create(size_t rows, SUNContext context)
         vector->ops->nvwrmsnorm = wrms_norm;
     }
     return vector;
+}
+
+bool solve_vectors_fit(size_t rows)
+{
+    const size_t clones = 32, besides = (size_t)1 << 20;
+    void *volatile tried = malloc(clones * rows * sizeof(double) + besides);
+    const bool fit = tried != NULL;
+    free(tried);
+    return fit;
 }
 
 /* ---- for states of a rod ------------------------------------------------------------------- */

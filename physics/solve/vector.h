@@ -11,6 +11,10 @@
 /* Serial, of `rows` numbers; NULL when memory runs out. Clones have the same loops. */
 N_Vector solve_vector_create(size_t rows, SUNContext context);
 
+/* Whether there is memory for what SUNDIALS clones of such a vector, which it does without looking:
+ * asked before one of its solvers is created. */
+bool solve_vectors_fit(size_t rows);
+
 /* weight = 1 / (tolerance (1 + |x|)) */
 void solve_vector_weigh(double tolerance, N_Vector x, N_Vector weight);
 

@@ -67,9 +67,9 @@ static ad_status syntax_error(const config_origin *origin, const yaml_parser_t *
                               const char *text, size_t size, ad_error *error)
 {
     char where[300];
-    const char *problem = parser->problem ? parser->problem : "cannot be parsed";
+    const char *problem = parser->problem; /* none: memory, whatever libyaml calls it */
     yaml_mark_t mark = parser->problem_mark;
-    if (parser->error == YAML_MEMORY_ERROR) {
+    if (parser->error == YAML_MEMORY_ERROR || !parser->problem) {
         return ad_fail(error, AD_NO_MEMORY, "%s: out of memory", origin->file);
     }
     if (parser->error == YAML_READER_ERROR) {

@@ -116,6 +116,10 @@ ad_status checkpoint_get_text(const checkpoint *cp, const char *name, const char
 /* Name of a table's column, NULL if the item has none there; belongs to the checkpoint. */
 const char *checkpoint_column(const checkpoint *cp, const char *name, size_t column);
 
+/* For programs, before anything else here: HDF5 does not close itself when the process ends, which
+ * without memory it does in an endless loop that it reports. */
+void checkpoint_at_exit(void);
+
 /* 64-bit FNV-1a, continued from `hash`; start with CHECKPOINT_HASH_START. */
 #define CHECKPOINT_HASH_START UINT64_C(14695981039346656037)
 uint64_t checkpoint_hash(uint64_t hash, const void *bytes, size_t size);

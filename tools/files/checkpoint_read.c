@@ -98,12 +98,13 @@ static ad_status check_head(const char *path, const unsigned char *head, size_t 
 typedef struct reader {
     const char *path;
     size_t file_size; /* no item can hold more bytes than this */
+    size_t *links;    /* visited so far */
     checkpoint *cp;
     ad_error *error;
 } reader;
 
 /* The metadata of a file whose bytes passed their checksum can still be wrong: someone else wrote
- * it, or memory ran out inside HDF5. */
+ * it. */
 static ad_status refuse_item(const reader *from, const char *name, const char *problem)
 {
     char text[CHECKPOINT_MAX_NAME + 64];
@@ -272,6 +273,14 @@ static ad_status read_item(const reader *from, hid_t dataset, const char *name)
     hid_t type = H5Dget_type(dataset), space = H5Dget_space(dataset);
     ad_status status = type < 0 || space < 0 ? refuse_item(from, name, "cannot be read")
                                              : read_shape(from, name, type, space, &item, &width);
+    size_t bytes = item.kind == CHECKPOINT_TEXT ? width : sizeof(double);
+    const char *problem =
+        status == AD_OK && item.count > 0
+            ? hdf5_image_storage_problem(dataset, item.count, bytes, from->file_size)
+            : NULL;
+    if (problem) {
+        status = refuse_item(from, name, problem);
+    }
     if (status == AD_OK) {
         status = read_data(from, dataset, type, name, width, &item);
     }
@@ -299,6 +308,9 @@ static ad_status read_link(const reader *from, hid_t group, const char *prefix, 
     if (!hdf5_image_link_name(group, index, false, link, sizeof link)) {
         return refuse_item(from, prefix, "holds something that is not an item");
     }
+    if (++*from->links > CHECKPOINT_MAX_LINKS) {
+        return refuse_item(from, prefix, "is one of too many groups");
+    }
     snprintf(name, sizeof name, "%s%s%s", prefix, *prefix ? "/" : "", link);
     if (strlen(name) > CHECKPOINT_MAX_NAME) {
         return refuse_item(from, name, "has a name that is too long");
@@ -323,8 +335,8 @@ static ad_status read_link(const reader *from, hid_t group, const char *prefix, 
 static ad_status read_group(const reader *from, hid_t group, const char *prefix)
 {
     H5G_info_t info;
-    if (H5Gget_info(group, &info) < 0) {
-        return refuse_item(from, prefix, "cannot be read");
+    if (H5Gget_info(group, &info) < 0 || info.nlinks > CHECKPOINT_MAX_LINKS) {
+        return refuse_item(from, prefix, "cannot be read, or is a group of too many items");
     }
     ad_status status = AD_OK;
     for (hsize_t k = 0; status == AD_OK && k < info.nlinks; k++) {
@@ -382,14 +394,16 @@ static ad_status read_contents(const reader *from, hid_t file)
 static ad_status read_image(const reader *from, const unsigned char *bytes, size_t size)
 {
     hdf5_printer printer;
-    hdf5_image_silence(&printer);
+    if (!hdf5_image_silence(&printer)) {
+        return no_memory(from);
+    }
     hid_t file = hdf5_image_open(bytes, size);
-    ad_status status = file < 0 ? refuse(from->error, from->path,
-                                         "cannot be opened by HDF5: damaged, or out of memory")
-                                : read_contents(from, file);
+    ad_status status = file < 0
+                           ? refuse(from->error, from->path, "cannot be opened by HDF5: damaged")
+                           : read_contents(from, file);
     hdf5_image_close(file);
     hdf5_image_restore(&printer);
-    return status;
+    return status == AD_BAD_INPUT && printer.no_memory ? no_memory(from) : status;
 }
 
 /* Read the file's bytes and check all of them before HDF5 sees any. The first bytes are judged
@@ -437,7 +451,8 @@ ad_status checkpoint_open(const char *path, checkpoint **cp, ad_error *error)
     if (status != AD_OK) {
         return status;
     }
-    reader from = {path, size, calloc(1, sizeof *from.cp), error};
+    size_t links = 0;
+    reader from = {path, size, &links, calloc(1, sizeof *from.cp), error};
     if (from.cp) {
         from.cp->path = checkpoint_copy(path);
     }

@@ -142,7 +142,9 @@ static bool write_contents(hid_t file, const checkpoint *cp)
 static ad_status build_file(const checkpoint *cp, unsigned char **bytes, size_t *size)
 {
     hdf5_printer printer;
-    hdf5_image_silence(&printer);
+    if (!hdf5_image_silence(&printer)) {
+        return AD_NO_MEMORY;
+    }
     hid_t file = hdf5_image_create(CHECKPOINT_USER_BLOCK);
     ad_status status = AD_NO_MEMORY; /* in memory nothing else is left to go wrong */
     if (file >= 0 && write_contents(file, cp)) {

@@ -129,13 +129,15 @@ ad_status file_bytes_read(const char *path, size_t limit, unsigned char **bytes,
 static ad_status fail_write(ad_error *error, const char *path, const char *action, int code)
 {
     const char *advice = "the file is left as it was";
+    const bool place = code == EACCES || code == EROFS || code == ENOENT || code == ENOTDIR ||
+                       code == ENAMETOOLONG || code == ELOOP || code == EISDIR;
     if (code == ENOSPC || code == EDQUOT || code == EFBIG) {
         advice = "the file is left as it was; free some space or choose another place";
-    } else if (code == EACCES || code == EROFS || code == ENOENT || code == ENOTDIR) {
+    } else if (place) {
         advice = "its directory must exist and be writable";
     }
-    return ad_fail(error, AD_IO, "%s: cannot be written (%s): %s; %s", file_bytes_shown(path),
-                   action, strerror(code), advice);
+    return ad_fail(error, place ? AD_IO : AD_NOT_WRITTEN, "%s: cannot be written (%s): %s; %s",
+                   file_bytes_shown(path), action, strerror(code), advice);
 }
 
 /* Open and lock the partial file; returns its descriptor or -1 with errno set. EAGAIN and EACCES
@@ -155,6 +157,9 @@ static int open_partial(const char *partial, bool *busy)
             opened.st_ino != named.st_ino || opened.st_dev != named.st_dev;
     if (*busy || ftruncate(file, 0) != 0) {
         int code = errno;
+        if (!*busy) {
+            unlink(partial);
+        }
         close(file);
         errno = code;
         return -1;

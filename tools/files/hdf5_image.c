@@ -1,15 +1,54 @@
 #include "tools/files/hdf5_image.h"
 
+#include "tools/files/checkpoint.h"
+
 #include <stdlib.h>
 #include <string.h>
 
 /* Memory behind a growing image is extended by this many bytes at a time. */
 #define IMAGE_INCREMENT (1u << 20)
 
-void hdf5_image_silence(hdf5_printer *printer)
+/* Bytes that HDF5 has for itself and for the metadata of a file. */
+#define STARTING ((size_t)4 << 20)
+
+/* Compression by deflate shrinks at most 1032:1 (zlib's documentation), so a dataset that claims
+ * more for what it stores is damaged or mostly absent. */
+#define MAX_COMPRESSION 1032
+
+static herr_t look_at(unsigned number, const H5E_error2_t *error, void *no_memory)
 {
-    H5Eget_auto2(H5E_DEFAULT, &printer->function, &printer->data);
-    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+    (void)number;
+    *(bool *)no_memory |= error->min_num == H5E_NOSPACE || error->min_num == H5E_CANTALLOC;
+    return 0;
+}
+
+/* In place of what prints the errors. */
+static herr_t note(hid_t stack, void *printer)
+{
+    return H5Ewalk2(stack, H5E_WALK_UPWARD, look_at, &((hdf5_printer *)printer)->no_memory);
+}
+
+static bool can_start(void)
+{
+    void *volatile tried = malloc(STARTING); /* more than it will need */
+    const bool fits = tried != NULL;
+    free(tried);
+    return fits;
+}
+
+void checkpoint_at_exit(void)
+{
+    if (can_start()) {
+        H5dont_atexit();
+    }
+}
+
+bool hdf5_image_silence(hdf5_printer *printer)
+{
+    printer->no_memory = !can_start() || H5open() < 0;
+    return !printer->no_memory &&
+           H5Eget_auto2(H5E_DEFAULT, &printer->function, &printer->data) >= 0 &&
+           H5Eset_auto2(H5E_DEFAULT, note, printer) >= 0;
 }
 
 void hdf5_image_restore(const hdf5_printer *printer)
@@ -116,9 +155,52 @@ hid_t hdf5_image_open(const unsigned char *bytes, size_t size)
 bool hdf5_image_link_name(hid_t group, hsize_t index, bool by_creation, char *name, size_t size)
 {
     H5_index_t order = by_creation ? H5_INDEX_CRT_ORDER : H5_INDEX_NAME;
-    H5L_info_t info;
+    H5O_info_t info; /* of a hard link's object; a soft one may have none */
+    H5L_info_t link;
     ssize_t length =
         H5Lget_name_by_idx(group, ".", order, H5_ITER_INC, index, name, size, H5P_DEFAULT);
     return length > 0 && (size_t)length < size &&
-           H5Lget_info(group, name, &info, H5P_DEFAULT) >= 0 && info.type == H5L_TYPE_HARD;
+           H5Lget_info(group, name, &link, H5P_DEFAULT) >= 0 && link.type == H5L_TYPE_HARD &&
+           H5Oget_info_by_name(group, name, &info, H5P_DEFAULT) >= 0 && info.rc == 1;
+}
+
+static bool filters_are_known(hid_t creation)
+{
+    int count = H5Pget_nfilters(creation);
+    for (int k = 0; k < count; k++) {
+        unsigned flags;
+        size_t values = 0;
+        H5Z_filter_t filter =
+            H5Pget_filter2(creation, (unsigned)k, &flags, &values, NULL, 0, NULL, NULL);
+        if (filter != H5Z_FILTER_DEFLATE && filter != H5Z_FILTER_SHUFFLE &&
+            filter != H5Z_FILTER_FLETCHER32) {
+            return false;
+        }
+    }
+    return count >= 0;
+}
+
+const char *hdf5_image_storage_problem(hid_t dataset, hsize_t count, size_t width,
+                                       size_t image_size)
+{
+    const char *problem = NULL;
+    hid_t creation = H5Dget_create_plist(dataset);
+    H5D_layout_t layout = creation < 0 ? H5D_LAYOUT_ERROR : H5Pget_layout(creation);
+    hsize_t stored = layout == H5D_CHUNKED ? H5Dget_storage_size(dataset) : image_size;
+    hsize_t chunk[H5S_MAX_RANK], held = 1;
+    int rank = layout == H5D_CHUNKED ? H5Pget_chunk(creation, H5S_MAX_RANK, chunk) : 0;
+    for (int axis = 0; axis < rank; axis++) {
+        held *= chunk[axis]; /* HDF5 reads whole chunks, which have less than 2^32 bytes */
+    }
+    hsize_t ratio = layout == H5D_CHUNKED ? MAX_COMPRESSION : 1;
+    if (layout == H5D_LAYOUT_ERROR || layout == H5D_VIRTUAL || rank < 0 ||
+        H5Pget_external_count(creation) != 0) {
+        problem = "has its values in another file or is damaged";
+    } else if (!filters_are_known(creation)) {
+        problem = "is stored with a filter other than gzip, shuffle and fletcher32";
+    } else if (stored > image_size || (count > held ? count : held) / ratio > stored / width) {
+        problem = "has more rows than the file can hold";
+    }
+    hdf5_image_close(creation);
+    return problem;
 }

@@ -12,14 +12,16 @@
 
 #include "autodiff/error.h"
 
-/* The error printer that was installed before hdf5_image_silence. */
+/* The error printer that was installed before hdf5_image_silence, and what has been heard since. */
 typedef struct hdf5_printer {
     H5E_auto2_t function;
     void *data;
+    bool no_memory; /* an error since was one of memory */
 } hdf5_printer;
 
-/* Stop HDF5 printing its error stack, and put the printer back. */
-void hdf5_image_silence(hdf5_printer *printer);
+/* Stop HDF5 printing its error stack, and put the printer back. False: no memory to start HDF5,
+ * which is not touched then: it would recurse without end. `printer` must stay where it is. */
+bool hdf5_image_silence(hdf5_printer *printer);
 void hdf5_image_restore(const hdf5_printer *printer);
 
 /* A new file in memory behind `user_block` bytes (0, or a power of two >= 512) that are not HDF5;
@@ -45,8 +47,15 @@ hid_t hdf5_image_text_type(size_t size);
 void hdf5_image_close(hid_t identifier);
 
 /* Name of the link number `index` of `group`, by creation where `by_creation`, else by name, to
- * name [size] with its last zero. False: damaged, too long, or not a hard link (soft and external
- * links can lead out of the file, so they are never followed). */
+ * name [size] with its last zero. False: damaged, too long, or not the only hard link to its object
+ * (soft and external links can lead out of the file, and what has two names could be visited for
+ * ever, so they are never followed). */
 bool hdf5_image_link_name(hid_t group, hsize_t index, bool by_creation, char *name, size_t size);
+
+/* What is wrong with how the `count` > 0 elements of `width` bytes of a dataset are stored in an
+ * image of so many bytes, NULL if nothing is: not in this file, more than it can hold, or by a
+ * filter other than gzip, shuffle and fletcher32. Asked before there is memory for them. */
+const char *hdf5_image_storage_problem(hid_t dataset, hsize_t count, size_t width,
+                                       size_t image_size);
 
 #endif

@@ -68,11 +68,15 @@ const char *table_name_problem(const char *name, size_t length)
     static const char *const problems[] = {
         NULL, "the name of a column starts or ends with a blank, or is '.' or '..'",
         "the name of a column has a comma, quote, slash, '#' or control character"};
+    static const char mark[] = "\xef\xbb\xbf";
     if (length == 0) {
         return "a column has no name";
     }
     if (length > TABLE_MAX_NAME) {
         return "the name of a column is longer than 63 bytes";
+    }
+    if (length >= strlen(mark) && memcmp(name, mark, strlen(mark)) == 0) {
+        return "the name of a column starts with a byte order mark";
     }
     if (looks_like_number(name, length)) {
         return "a number stands where the name of a column must be";

@@ -9,10 +9,6 @@
 #include "tools/files/hdf5_image.h"
 #include "tools/files/table_parts.h"
 
-/* Compression by deflate shrinks at most 1032:1 (zlib's documentation), so a dataset that claims
- * more for what it stores is damaged or mostly absent. */
-#define MAX_COMPRESSION 1032
-
 typedef struct hdf5_reader {
     const table_wanted *wanted;
     size_t file_size;
@@ -27,25 +23,6 @@ static ad_status refuse(const hdf5_reader *reader, const char *column, const cha
                    "%s: column '%.63s' %s; allowed: one-dimensional float64 datasets of one length "
                    "at the root",
                    file_bytes_shown(reader->wanted->path), column, problem);
-}
-
-/* True if the values are in this file, and not many more than it can hold. */
-static bool storage_is_plausible(hid_t dataset, hsize_t rows, size_t width, size_t file_size)
-{
-    hid_t creation = H5Dget_create_plist(dataset);
-    H5D_layout_t layout = creation < 0 ? H5D_LAYOUT_ERROR : H5Pget_layout(creation);
-    bool plausible = creation >= 0 && H5Pget_external_count(creation) == 0;
-    hdf5_image_close(creation);
-    switch (layout) {
-    case H5D_COMPACT:
-    case H5D_CONTIGUOUS:
-        return plausible && rows <= file_size / width;
-    case H5D_CHUNKED:
-        return plausible && H5Dget_storage_size(dataset) <= file_size &&
-               rows / MAX_COMPRESSION <= H5Dget_storage_size(dataset) / width;
-    default:
-        return false;
-    }
 }
 
 /* Number of rows of a column, or an error. */
@@ -73,8 +50,10 @@ static ad_status check_column(const hdf5_reader *reader, hid_t dataset, const ch
     if (!is_line) {
         return refuse(reader, name, "is not one-dimensional");
     }
-    if (extent > 0 && !storage_is_plausible(dataset, extent, width, reader->file_size)) {
-        return refuse(reader, name, "has more rows than the file can hold");
+    const char *problem =
+        extent > 0 ? hdf5_image_storage_problem(dataset, extent, width, reader->file_size) : NULL;
+    if (problem) {
+        return refuse(reader, name, problem);
     }
     *rows = (size_t)extent;
     return AD_OK;
@@ -138,10 +117,12 @@ static ad_status read_link(hdf5_reader *reader, hid_t root, size_t column, bool 
 {
     char name[TABLE_MAX_NAME + 1];
     if (!hdf5_image_link_name(root, column, by_creation, name, sizeof name)) {
-        return ad_fail(reader->error, AD_BAD_INPUT,
-                       "%s: object %zu is a link elsewhere or its name is longer than %d bytes; "
-                       "allowed: one-dimensional float64 datasets at the root",
-                       file_bytes_shown(reader->wanted->path), column + 1, TABLE_MAX_NAME);
+        return ad_fail(
+            reader->error, AD_BAD_INPUT,
+            "%s: object %zu is a link elsewhere, has a second name, or one longer than %d "
+            "bytes; "
+            "allowed: one-dimensional float64 datasets at the root",
+            file_bytes_shown(reader->wanted->path), column + 1, TABLE_MAX_NAME);
     }
     const char *problem = table_name_problem(name, strlen(name));
     if (problem) {
@@ -197,11 +178,16 @@ ad_status table_from_hdf5(const table_wanted *wanted, const unsigned char *bytes
 {
     hdf5_reader reader = {.wanted = wanted, .file_size = size, .table = NULL, .error = error};
     hdf5_printer printer;
-    hdf5_image_silence(&printer);
+    if (!hdf5_image_silence(&printer)) {
+        return ad_fail(error, AD_NO_MEMORY, "%s: out of memory", file_bytes_shown(wanted->path));
+    }
     hid_t file = hdf5_image_open(bytes, size);
     ad_status status = read_columns(&reader, file);
     hdf5_image_close(file);
     hdf5_image_restore(&printer);
+    if (status == AD_BAD_INPUT && printer.no_memory) {
+        status = ad_fail(error, AD_NO_MEMORY, "%s: out of memory", file_bytes_shown(wanted->path));
+    }
     if (status != AD_OK) {
         table_free(reader.table);
         return status;
@@ -271,7 +257,9 @@ static bool write_column(hid_t file, const table_source *source, size_t column, 
 ad_status table_to_hdf5(const table_source *source, unsigned char **bytes, size_t *size)
 {
     hdf5_printer printer;
-    hdf5_image_silence(&printer);
+    if (!hdf5_image_silence(&printer)) {
+        return AD_NO_MEMORY;
+    }
     hid_t file = hdf5_image_create(0);
     hid_t creation = hdf5_image_creation(H5P_DATASET_CREATE);
     bool written = file >= 0 && creation >= 0;

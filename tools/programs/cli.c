@@ -1,5 +1,8 @@
 #include "tools/programs/cli.h"
 
+#include "physics/verdict.h"
+#include "tools/files/checkpoint.h"
+
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
@@ -16,10 +19,11 @@ const char *cli_version(void)
 static void print_line(const char *program, const char *middle, const char *format,
                        va_list arguments)
 {
+    char text[4096];
+    vsnprintf(text, sizeof text, format, arguments);
+    ad_one_line(text);
     fflush(stdout);
-    fprintf(stderr, "%s: %s", program, middle);
-    vfprintf(stderr, format, arguments);
-    fputc('\n', stderr);
+    fprintf(stderr, "%s: %s%s\n", program, middle, text);
 }
 
 int cli_fail(const char *program, const char *format, ...)
@@ -33,24 +37,15 @@ int cli_fail(const char *program, const char *format, ...)
 
 int cli_fail_error(const char *program, const ad_error *error)
 {
+    verdict blamed = {.count = 0};
     if (error->status == AD_BAD_INPUT) {
         fflush(stdout);
         fprintf(stderr, "%s\n", error->message);
-        return CLI_BAD;
+    } else {
+        cli_fail(program, "%s", error->message);
     }
-    return cli_fail(program, "%s", error->message);
-}
-
-int cli_refuse(const char *program, const ad_error *error)
-{
-    cli_fail_error(program, error);
-    return error->status == AD_NO_MEMORY ? 1 : CLI_BAD;
-}
-
-int cli_fail_training(const char *program, const ad_error *error)
-{
-    cli_fail_error(program, error);
-    return 1;
+    verdict_add_error(&blamed, error);
+    return verdict_exit_status(&blamed);
 }
 
 void cli_warn(const char *program, const char *format, ...)
@@ -246,6 +241,7 @@ int cli_parse(const cli_program *program, const cli_option *options, int count, 
 {
     bool only_operands = false;
     occupy_standard_files();
+    checkpoint_at_exit();
     check_output_at_exit(program->name);
     *operand = NULL;
     if (asked_for(argc, argv, "--help") || asked_for(argc, argv, "-h")) {

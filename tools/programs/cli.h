@@ -80,14 +80,11 @@ int cli_parse(const cli_program *program, const cli_option *options, int count, 
               char **argv, const char **operand);
 
 /* One line on stderr; returns CLI_BAD. An ad_error of bad input begins with its place in a file and
- * is printed as it is, any other after the name of the program. */
+ * is printed as it is, any other after the name of the program; what is returned is the exit status
+ * that the error has in every program: that of its verdict (physics/verdict.h), 2 where the input
+ * or a place for files is at fault, else 1. */
 int cli_fail(const char *program, const char *format, ...) __attribute__((format(printf, 2, 3)));
 int cli_fail_error(const char *program, const ad_error *error);
-
-/* The same for programs that train: before anything has been trained, bad input and files that
- * cannot be had are CLI_BAD, out of memory is 1; later everything is 1. */
-int cli_refuse(const char *program, const ad_error *error);
-int cli_fail_training(const char *program, const ad_error *error);
 
 /* One line of a table of errors, unless the value is NaN: name, value, and what follows it. */
 void cli_print_error(const char *name, double value, const char *unit);

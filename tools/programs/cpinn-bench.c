@@ -484,16 +484,16 @@ static int run(bench *b)
     ad_error error = {AD_OK, ""};
     if (read_plan(b, &error) != AD_OK || make_plan(b, &error) != AD_OK ||
         rehearse(b, &error) != AD_OK || (!signals_caught() && choose_folder(b, &error) != AD_OK)) {
-        return cli_refuse(program, &error);
+        return cli_fail_error(program, &error);
     }
     if (signals_caught()) {
         return 128 + signals_caught();
     }
     say(b, "%d runs of at most %.3g s of training each -> %s\n",
         b->results.cell_count * b->o->seeds, b->o->seconds, b->folder);
-    int result = train_all(b, &error) == AD_OK ? 0 : cli_fail_training(program, &error);
+    int result = train_all(b, &error) == AD_OK ? 0 : cli_fail_error(program, &error);
     if (finish(b, &error) != AD_OK) {
-        return cli_fail_training(program, &error);
+        return cli_fail_error(program, &error);
     }
     return signals_caught() ? 128 + signals_caught() : result;
 }

@@ -203,14 +203,14 @@ static int run(table *t, const options *o)
 {
     ad_error error = {AD_OK, ""};
     if (find_cases(t, o, &error) != AD_OK || (o->out && prepare_folder(o->out, &error) != AD_OK)) {
-        return cli_refuse(program, &error);
+        return cli_fail_error(program, &error);
     }
     ad_status status = run_rows(t, o, &error);
     if (status == AD_OK && o->out && t->count > 0) {
         status = write_files(t, o->out, &error);
     }
     if (status != AD_OK) {
-        return cli_fail_training(program, &error);
+        return cli_fail_error(program, &error);
     }
     return signals_caught() ? 128 + signals_caught() : !all_have_errors(t);
 }

@@ -411,7 +411,7 @@ static ad_status write_json(const controlling *x, ad_error *error)
 static void blame(controlling *x, const ad_error *error)
 {
     cli_fail_error(program, error);
-    verdict_add(&x->verdict, VERDICT_BAD_INPUT, "%s", error->message);
+    verdict_add_error(&x->verdict, error);
 }
 
 int main(int argc, char **argv)

@@ -340,7 +340,6 @@ int main(int argc, char **argv)
         report(&x, &o, length);
     } else {
         status = cli_fail_error(program, &error);
-        status = error.status == AD_BAD_PROGRAM || error.status == AD_NO_MEMORY ? 1 : status;
     }
     texts_free(&t);
     export_free(&x);

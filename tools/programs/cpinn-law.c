@@ -114,8 +114,7 @@ int main(int argc, char **argv)
         status = cli_fail(program, "%s: %s", data_file, error.message);
     } else {
         print(&settings, &law, &report, now() - begin);
-        status =
-            train_law_write(out, &law, &error) == AD_OK ? 0 : (cli_fail_error(program, &error), 1);
+        status = train_law_write(out, &law, &error) == AD_OK ? 0 : cli_fail_error(program, &error);
     }
     train_law_free_data(&data);
     return status;

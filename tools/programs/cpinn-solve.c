@@ -535,13 +535,10 @@ static bool read_modes(options *o)
     return good;
 }
 
-/* `error` as a verdict; what cannot be solved or written is the input's fault, but for memory. */
 static void blame(solving *x, const ad_error *error)
 {
     cli_fail_error(program, error);
-    verdict_add(&x->verdict,
-                error->status == AD_BAD_ARGUMENT ? VERDICT_NO_METHOD : VERDICT_BAD_INPUT, "%s",
-                error->message);
+    verdict_add_error(&x->verdict, error);
 }
 
 int main(int argc, char **argv)

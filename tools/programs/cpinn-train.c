@@ -423,17 +423,13 @@ static ad_status write_json(const training *t, ad_error *error)
     return json_end(&to, t->asked->json, error);
 }
 
-/* `error` as a verdict; before training every error but memory is one of the input. */
-static void blame(training *t, const ad_error *error, bool began)
+static void blame(training *t, const ad_error *error)
 {
-    verdict_reason reason = error->status == AD_NOT_FINITE           ? VERDICT_NOT_FINITE
-                            : began || error->status == AD_NO_MEMORY ? VERDICT_FAILED
-                                                                     : VERDICT_BAD_INPUT;
     cli_fail_error(program, error);
-    verdict_add(&t->verdict, reason, "%s", error->message);
+    verdict_add_error(&t->verdict, error);
 }
 
-static ad_status go(training *t, config *settings, bool *began, ad_error *error)
+static ad_status go(training *t, config *settings, ad_error *error)
 {
     ad_status status = config_session_prepare(settings, t->asked->threads, &t->s, error);
     if (status == AD_OK && t->asked->explain && *t->asked->explain) {
@@ -456,8 +452,7 @@ static ad_status go(training *t, config *settings, bool *began, ad_error *error)
     if (status == AD_OK) {
         status = session_begin(&t->s, &t->folder, t->asked->resume, error);
     }
-    *began = status == AD_OK;
-    return *began ? train(t, error) : status;
+    return status == AD_OK ? train(t, error) : status;
 }
 
 static int run(const options *o)
@@ -465,11 +460,10 @@ static int run(const options *o)
     training t = {.asked = o};
     config *settings;
     ad_error error = {AD_OK, ""};
-    bool began = false;
     bool writes = o->json && strcmp(o->json, "-") != 0;
     ad_status status = writes ? file_bytes_check(o->json, &error) : AD_OK;
     if (status != AD_OK) {
-        return cli_refuse(program, &error);
+        return cli_fail_error(program, &error);
     }
     status =
         config_read(o->config, NULL, o->overrides.count, o->overrides.texts, &settings, &error);
@@ -484,14 +478,13 @@ static int run(const options *o)
         return train_surrogate(&of, settings);
     }
     if (status == AD_OK) {
-        status = go(&t, settings, &began, &error);
+        status = go(&t, settings, &error);
     }
     if (status != AD_OK) {
-        blame(&t, &error, began);
+        blame(&t, &error);
     }
     if (o->json && !o->explain && write_json(&t, &error) != AD_OK) {
-        cli_fail_error(program, &error);
-        verdict_add(&t.verdict, VERDICT_FAILED, "%s", error.message);
+        blame(&t, &error);
     }
     run_end(&t.folder);
     session_free(&t.s);

@@ -101,8 +101,13 @@ static ad_status resume(training *t, ad_error *error)
 
 static ad_status begin(training *t, ad_error *error)
 {
-    ad_status status = t->asked->resume ? resume(t, error) : run_make_folder(t->folder.path, error);
-    if (status == AD_OK && !t->asked->resume) {
+    const bool again = t->asked->resume;
+    ad_status status = again ? AD_OK : run_make_folder(t->folder.path, error);
+    status = status == AD_OK ? run_lock(&t->folder, again, error) : status;
+    if (status == AD_OK) { /* what another process has left by now */
+        status = again ? resume(t, error) : run_check_new(&t->folder, error);
+    }
+    if (status == AD_OK && !again) {
         status = save(t, error);
     }
     return status == AD_OK
@@ -427,15 +432,11 @@ int train_surrogate(const train_surrogate_options *asked, config *settings)
     const ad_status status = go(&t, &began, &error);
     if (status != AD_OK) {
         cli_fail_error(asked->program, &error);
-        verdict_add(&t.verdict,
-                    status == AD_NOT_FINITE           ? VERDICT_NOT_FINITE
-                    : began || status == AD_NO_MEMORY ? VERDICT_FAILED
-                                                      : VERDICT_BAD_INPUT,
-                    "%s", error.message);
+        verdict_add_error(&t.verdict, &error);
     }
     if (asked->json && write_json(&t, &error) != AD_OK) {
         cli_fail_error(asked->program, &error);
-        verdict_add(&t.verdict, VERDICT_FAILED, "%s", error.message);
+        verdict_add_error(&t.verdict, &error);
     }
     run_end(&t.folder);
     rollouts_free(&t.report);

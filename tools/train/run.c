@@ -148,7 +148,7 @@ ad_status run_append(run_folder *run, const history *h, ad_error *error)
         history_print(h, (long)run->rows_written++, run->rows);
     }
     if (fflush(run->rows) != 0 || ferror(run->rows)) {
-        return ad_fail(error, AD_IO, "%s: %s", run->history, strerror(errno));
+        return ad_fail(error, AD_NOT_WRITTEN, "%s: %s", run->history, strerror(errno));
     }
     return AD_OK;
 }
