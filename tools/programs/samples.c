@@ -98,21 +98,24 @@ ad_status samples_of_file(samples *p, const char *path, const scene *scene, doub
     return status;
 }
 
-ad_status samples_write(const samples *p, const scene *scene, const char *path, ad_error *error)
+void samples_fill(const samples *p, const scene *scene, samples_sheet *sheet)
 {
     const model_column *model = scene_physics_of(scene)->columns;
-    const char *names[2 + MODEL_COLUMNS_MAX] = {"s", "t"};
-    const char *units[2 + MODEL_COLUMNS_MAX] = {"m", "s"};
-    const double *columns[2 + MODEL_COLUMNS_MAX] = {p->s, p->t};
+    *sheet = (samples_sheet){{"s", "t"}, {"m", "s"}, {p->s, p->t}, {.nrows = p->count}};
     for (int i = 0; i < p->columns; i++) {
-        names[2 + i] = model[i].name;
-        units[2 + i] = model[i].unit;
-        columns[2 + i] = p->values + (size_t)i * p->count;
+        sheet->names[2 + i] = model[i].name;
+        sheet->units[2 + i] = model[i].unit;
+        sheet->columns[2 + i] = p->values + (size_t)i * p->count;
     }
-    const table_source table = {.names = names,
-                                .columns = columns,
-                                .ncols = (size_t)p->columns + 2,
-                                .nrows = p->count,
-                                .units = units};
-    return table_write(path, &table, error);
+    sheet->table.names = sheet->names;
+    sheet->table.columns = sheet->columns;
+    sheet->table.units = sheet->units;
+    sheet->table.ncols = (size_t)p->columns + 2;
+}
+
+ad_status samples_write(const samples *p, const scene *scene, const char *path, ad_error *error)
+{
+    samples_sheet sheet;
+    samples_fill(p, scene, &sheet);
+    return table_write(path, &sheet.table, error);
 }

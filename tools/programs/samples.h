@@ -4,6 +4,7 @@
 
 #include "autodiff/error.h"
 #include "physics/model.h"
+#include "tools/files/table_file.h"
 
 typedef struct samples {
     size_t count;
@@ -30,6 +31,14 @@ ad_status samples_of_grid(samples *p, const char *grid, const scene *scene, doub
  * line: a point outside of the scene, a column that is missing. */
 ad_status samples_of_file(samples *p, const char *path, const scene *scene, double until,
                           int columns, ad_error *error);
+
+/* s, t and the columns, with their units, as a table that borrows them. */
+typedef struct samples_sheet {
+    const char *names[2 + MODEL_COLUMNS_MAX], *units[2 + MODEL_COLUMNS_MAX];
+    const double *columns[2 + MODEL_COLUMNS_MAX];
+    table_source table; /* of these */
+} samples_sheet;
+void samples_fill(const samples *p, const scene *scene, samples_sheet *sheet);
 
 /* Write s, t and the columns, with their units, as a table; see tools/files/table_file.h. */
 ad_status samples_write(const samples *p, const scene *scene, const char *path, ad_error *error);
