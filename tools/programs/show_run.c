@@ -49,6 +49,9 @@ static void put_error_curve(showing *x)
         }
         most[rows - 1] = fmax(most[rows - 1], sqrt(square));
     }
+    for (size_t i = 0; at && i < rows; i++) {
+        most[i] = most[i] > 1e-13 * scene_length(x->e->scene) ? most[i] : NAN; /* met exactly */
+    }
     if (at && rows > 1) {
         show_open_curve(&x->to, "Distance from the reference, largest along the rod", "t", "s", "m",
                    true);
@@ -61,7 +64,11 @@ static void put_error_curve(showing *x)
 static ad_status put_training(showing *x, ad_error *error)
 {
     history h = {.columns = 0};
-    ad_status status = history_get(&h, x->file, error);
+    for (const char *name; h.columns < HISTORY_COLUMNS_MAX &&
+                           (name = checkpoint_column(x->file, "history/table", (size_t)h.columns));) {
+        h.names[h.columns++] = name;
+    }
+    ad_status status = h.columns > 0 ? history_get(&h, x->file, error) : AD_OK;
     json_open(&x->to, "curves", '[');
     if (x->known) {
         put_error_curve(x);

@@ -104,7 +104,7 @@ void main() {
         vec3 n = normalize(turned), view = normalize(eye - at);
         if (dot(n, view) < 0.0) n = -n;
         float sky = 0.5 + 0.5 * dot(n, up);
-        float light = 0.40 + 0.20 * sky + 0.50 * max(dot(n, key), 0.0);
+        float light = 0.52 + 0.20 * sky + 0.46 * max(dot(n, key), 0.0);
         float edge = pow(1.0 - max(dot(n, view), 0.0), 3.0);
         float shine = pow(max(dot(n, normalize(key + view)), 0.0), 48.0);
         colour = colour * light * (1.0 - 0.35 * edge) + vec3(0.28 * shine);
@@ -159,9 +159,11 @@ class Gpu {
         gl.uniform3fv(this.uniform("up"), camera.up);
         gl.bufferData(gl.ARRAY_BUFFER, mesh.vertices.subarray(0, 10 * mesh.count), gl.DYNAMIC_DRAW);
         const parts = [[mesh.lines, gl.LINES, false], [mesh.solid, gl.TRIANGLES, true],
-            [mesh.clear, gl.TRIANGLES, false]];
+            [mesh.halo, gl.TRIANGLES, false], [mesh.clear, gl.TRIANGLES, false]];
+        gl.cullFace(gl.FRONT);
         for (const [indices, kind, depth] of parts) {
             gl.depthMask(depth);
+            (indices === mesh.halo ? gl.enable : gl.disable).call(gl, gl.CULL_FACE);
             gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, new Uint32Array(indices), gl.DYNAMIC_DRAW);
             gl.drawElements(kind, indices.length, gl.UNSIGNED_INT, 0);
         }
@@ -205,9 +207,10 @@ class Painter {
             c.lineTo(b[0], b[1]);
             c.stroke();
         }
-        const all = mesh.solid.concat(mesh.clear), order = [];
+        const all = mesh.halo.concat(mesh.solid, mesh.clear), order = [];
         for (let k = 0; k < all.length; k += 3) {
-            order.push([k, seen[all[k]][2] + seen[all[k + 1]][2] + seen[all[k + 2]][2]]);
+            const depth = seen[all[k]][2] + seen[all[k + 1]][2] + seen[all[k + 2]][2];
+            order.push([k, k < mesh.halo.length ? depth + 1e9 : depth]);
         }
         order.sort((a, b) => b[1] - a[1]);
         for (const [k] of order) {

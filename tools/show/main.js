@@ -30,9 +30,10 @@ function fillHead() {
 
 /* ---- what can be shown as colour ----------------------------------------------------------- */
 
-/* { name, unit, at(i), signed } with its range over the whole motion; constants are left out. */
+/* { name, unit, at(i), signed, parts: columns } with its range over the whole motion; first what
+ * varies, and nothing that is 0. */
 function quantitiesOf(motion) {
-    const rows = [];
+    const rows = [], constant = [];
     const offer = (name, unit, columns, value, signed) => {
         const from = columns.map(c => motion.find(c));
         if (!from.every(c => c)) {
@@ -45,25 +46,30 @@ function quantitiesOf(motion) {
             low = x < low ? x : low;
             high = x > high ? x : high;
         }
-        if (high - low > 1e-9 * Math.max(Math.abs(low), Math.abs(high), unit ? 1e-12 : 1)) {
-            rows.push({ name, unit, at, signed, low, high });
+        const most = Math.max(Math.abs(low), Math.abs(high));
+        if (most > (unit ? 1e-12 : 1e-9)) {
+            const varies = high - low > 1e-3 * most; /* columns are rounded */
+            (varies ? rows : constant).push({ name, unit, at, signed, parts: from,
+                low: varies ? low : Math.min(0, low), high: varies ? high : Math.max(0, high) });
         }
     };
     const size = v => Math.hypot(...v), first = v => v[0];
     offer("moment", "N m", ["m1", "m2", "m3"], size, false);
     offer("force", "N", ["n1", "n2", "n3"], size, false);
+    offer("moment", "N m", ["M"], first, true);
+    offer("shear force", "N", ["V"], first, true);
     offer("bending", "1/m", ["u1", "u2"], size, false);
     offer("twist", "1/m", ["u3"], first, true);
     offer("stretch", "", ["v3"], v => v[0] - 1, true);
     offer("shear", "", ["v1", "v2"], size, false);
     offer("speed", "m/s", ["vx", "vy", "vz"], size, false);
-    const used = /^([xyzw]|q[wxyz]|v[xyz123]|u[123]|n[123]|m[123]|w[123])$/;
+    const used = /^([xyzwMV]|q[wxyz]|v[xyz123]|u[123]|n[123]|m[123]|w[123])$/;
     for (const c of motion.columns) {
         if (!used.test(c.name)) {
             offer(c.name, c.unit, [c.name], first, true);
         }
     }
-    return rows;
+    return rows.concat(constant);
 }
 
 /* Which map of colours, and from where to where. */
@@ -118,6 +124,21 @@ class Picture {
         }
     }
 
+    /* Where a load acts, and its vector in the world. */
+    #loadAt(load, pose, frame) {
+        const { place, frame: axes } = poseAt(pose, this.motion.s, load.s);
+        let vector = load.vector.map(c => c.at(frame));
+        if (load.frame === "follower") {
+            vector = [0, 1, 2].map(k => axes.reduce((sum, d, i) => sum + d[k] * vector[i], 0));
+        }
+        return { place, vector };
+    }
+
+    /* How long one unit of it is drawn, over the size of the picture. */
+    #reach(load) {
+        return (/\/m$/.test(load.unit) ? 0.12 : 0.2) / (this.most[load.unit] || 1);
+    }
+
     /* The camera: all of the motion in view, across the plane in which it mostly is. */
     #look() {
         const seen = [];
@@ -130,9 +151,17 @@ class Picture {
                 seen.push(motion.placeAt(f, motion.points - 1));
             }
         }
+        for (const load of this.arrows) {
+            const steps = Math.ceil(this.motion.frames / 20);
+            for (let f = 0; f < this.motion.frames; f += steps) {
+                const { place, vector } = this.#loadAt(load, this.motion.pose(f), f);
+                seen.push(add(place, times(vector, this.#reach(load) * this.motion.span)));
+            }
+        }
         const places = seen.filter(p => p.every(Number.isFinite));
         const low = [0, 1, 2].map(k => Math.min(...places.map(p => p[k])));
         const high = [0, 1, 2].map(k => Math.max(...places.map(p => p[k])));
+        this.extent = [Math.min(...low), Math.max(...high)];
         const size = norm(minus(high, low)) || 1, centre = times(add(low, high), 0.5);
         const gravity = this.scene ? this.scene.gravity : [0, 0, 0];
         const flat = high[2] - low[2] < 1e-6 * size;
@@ -209,7 +238,7 @@ class Picture {
                     / (scale.high - scale.low)) : plain), this.shown.through ? 0.45 : 1);
             this.#drawEnds(pose);
         } else {
-            ball(mesh, pose.places[0], 0.018 * this.size, plain);
+            ball(mesh, pose.places[0], 0.014 * this.size, plain);
         }
         if (this.shown.reference && this.reference) {
             this.#drawReference(at);
@@ -307,7 +336,7 @@ class Picture {
         }
         const wide = Math.max(1.5 * this.radius, this.radius + 0.004 * this.size);
         tube(this.mesh, other.pose(frame), outlineOf("circle", 20), () => [wide, wide],
-            () => colour, 0.24);
+            () => colour, 0.45, this.mesh.halo);
     }
 
     /* The way of the last point, until now in full. */
@@ -334,18 +363,13 @@ class Picture {
 
     #drawLoads(pose, frame) {
         for (const load of this.arrows) {
-            const { place, frame: axes } = poseAt(pose, this.motion.s, load.s);
-            let vector = load.vector.map(c => c.at(frame));
-            if (load.frame === "follower") {
-                vector = [0, 1, 2].map(k => axes.reduce((sum, d, i) => sum + d[k] * vector[i], 0));
-            }
+            const { place, vector } = this.#loadAt(load, pose, frame);
             const most = this.most[load.unit], size = norm(vector);
             const isLine = /\/m$/.test(load.unit), isMoment = /^N m/.test(load.unit);
             if (!(most > 0) || !(size > 1e-9 * most)) {
                 continue;
             }
-            const length = (isLine ? 0.12 : 0.2) * this.size;
-            const seen = times(vector, length / most);
+            const seen = times(vector, this.#reach(load) * this.size);
             const colour = isMoment ? [0.55, 0.30, 0.68] : [0.80, 0.22, 0.18];
             arrow(this.mesh, place, seen, (isLine ? 0.0022 : 0.0042) * this.size, colour,
                 isMoment ? 2 : 1);
@@ -419,9 +443,14 @@ class Picture {
         if (this.shown.floor) {
             write("grid " + withUnit(this.step, "m"), right, low + 12, soft, "right");
         }
+        const written = []; /* one below the other, where they would meet */
         for (const [place, text] of this.tags) {
-            const [x, y] = camera.project(place);
-            write(text, x + 8, y - 8, ink);
+            let [x, y] = camera.project(place);
+            while (written.some(w => Math.abs(w[0] - x) < 70 && Math.abs(w[1] - y) < 15)) {
+                y += 4;
+            }
+            written.push([x, y]);
+            write(text, x + 10, y - 8, ink);
         }
         const [x, y] = camera.project(this.pose.places[this.pose.places.length - 1]);
         const box = this.labels.canvas.getBoundingClientRect();
@@ -498,7 +527,7 @@ class Player {
         if (asked.has("time")) {
             this.seek(Number(asked.get("time")));
         } else {
-            this.go(motion.t ? 0.35 * this.last : 0);
+            this.go(motion.t ? 0.35 * this.last : Math.round(0.35 * this.last));
         }
         if (asked.has("play") && this.last > 0) {
             this.play(true);
@@ -772,21 +801,28 @@ function addMotionCharts(player) {
         }, function (time) { this.show(time); });
     }
     if (motion.points > 1 && player.quantities.length) {
-        const series = { name: "", count: motion.points, x: k => motion.s.at(k),
-            y: k => player.quantity.at(player.picture.frame * motion.points + k) };
-        const about = { title: "", x: "s", xUnit: "m", yUnit: "", series: [series] };
+        const about = { x: "s", xUnit: "m" };
+        const along = (name, at) => ({ name, count: motion.points, x: k => motion.s.at(k),
+            y: k => at(player.picture.frame * motion.points + k) });
         const choose = () => {
             const q = player.quantity || player.quantities[0];
-            series.name = q.name;
-            series.y = k => q.at(player.picture.frame * motion.points + k);
+            const parts = q.parts.length > 1 ? q.parts : [];
+            about.series = [along(q.name, q.at), ...parts.map(c => along(c.name, c.at))];
             about.title = q.name[0].toUpperCase() + q.name.slice(1) + " along the rod";
             about.yUnit = q.unit;
-            about.yRange = [q.low, q.high];
+            about.yRange = [Math.min(q.low, ...parts.map(c => c.low)),
+                Math.max(q.high, ...parts.map(c => c.high))];
         };
         choose();
         const chart = addChart(player, about, function () { this.change(); });
         chart.at = null;
         player.onQuantity = () => { choose(); chart.draw(); };
+    }
+    if (motion.points > 1 && (motion.frames === 1 || !isTimed)) {
+        const bent = motion.place.map((c, k) => ({ name: "xyz"[k], count: motion.points,
+            x: i => motion.s.at(i), y: i => c.at(player.picture.frame * motion.points + i) }));
+        addChart(player, { title: "Position along the rod", x: "s", xUnit: "m", yUnit: "m",
+            series: bent, yRange: player.picture.extent }, function () { this.change(); });
     }
 }
 

@@ -21,6 +21,7 @@ class Motion {
         }
         this.quaternion = ["qw", "qx", "qy", "qz"].map(name => this.find(name));
         this.isPlaced = this.place.every(c => c);
+        this.span = this.s.high - this.s.low;
     }
 
     find(name) {
@@ -107,12 +108,14 @@ class Mesh {
         this.vertices = new Float32Array(1 << 16);
         this.solid = [];
         this.clear = []; /* drawn after the solid ones */
+        this.halo = []; /* the far sides alone, around something */
         this.lines = [];
         this.count = 0;
     }
 
     begin() {
-        this.count = this.solid.length = this.clear.length = this.lines.length = 0;
+        this.count = this.solid.length = this.clear.length = 0;
+        this.halo.length = this.lines.length = 0;
     }
 
     vertex(p, n, c, opacity = 1) {
@@ -147,8 +150,8 @@ function outlineOf(section, sides) {
 }
 
 /* A tube along a pose; half(k): [along d1, along d2]; colour(k): of point k. */
-function tube(mesh, pose, outline, half, colour, opacity = 1) {
-    const into = opacity < 1 ? mesh.clear : mesh.solid;
+function tube(mesh, pose, outline, half, colour, opacity = 1,
+    into = opacity < 1 ? mesh.clear : mesh.solid) {
     const sides = outline.length, points = pose.places.length, first = mesh.count;
     for (let k = 0; k < points; k++) {
         const [d1, d2] = pose.frames[k], p = pose.places[k], [a, b] = half(k), c = colour(k);
