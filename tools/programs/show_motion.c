@@ -123,12 +123,13 @@ static size_t *spread(size_t count, size_t most, size_t *kept)
     return which;
 }
 
-/* Without a column s, places are counted from 0 to 1. */
-static ad_status keep(const table_shapes *from, show_kept *kept, ad_error *error)
+/* At most so many frames and points. Without a column s, places are counted from 0 to 1. */
+static ad_status keep(const table_shapes *from, size_t frames, size_t points, show_kept *kept,
+                      ad_error *error)
 {
     memset(kept, 0, sizeof *kept);
-    kept->frame = spread(from->frames, SHOW_FRAMES_MAX, &kept->frames);
-    kept->point = spread(from->points, SHOW_POINTS_MAX, &kept->points);
+    kept->frame = spread(from->frames, frames, &kept->frames);
+    kept->point = spread(from->points, points, &kept->points);
     kept->s = malloc(kept->points * sizeof *kept->s + 1);
     kept->t = malloc(kept->frames * sizeof *kept->t + 1);
     if (!kept->frame || !kept->point || !kept->s || !kept->t) {
@@ -168,6 +169,12 @@ static bool is_place(const char *name)
     return strlen(name) == 1 && strchr("xyzw", *name);
 }
 
+/* What no picture needs. */
+static bool is_angular_velocity(const char *name)
+{
+    return strlen(name) == 2 && *name == 'w' && strchr("123", name[1]);
+}
+
 static void put_shapes(json *to, const table_source *table, const table_shapes *from,
                        const show_kept *kept, bool places_alone)
 {
@@ -188,7 +195,7 @@ static void put_shapes(json *to, const table_source *table, const table_shapes *
         const char *name = table->names[k];
         const double *values = table->columns[k];
         if ((places_alone && !is_place(name)) || values == from->s || values == from->t ||
-            values == from->member || (table->words && table->words[k])) {
+            values == from->member || is_angular_velocity(name) || (table->words && table->words[k])) {
             continue;
         }
         put_kept(to, name, table->units ? table->units[k] : "", values, from, kept,
@@ -205,7 +212,7 @@ ad_status show_motion(json *to, const table_source *table, const char *const *la
     show_kept other;
     memset(kept, 0, sizeof *kept);
     ad_status status = table_shapes_of(table, &from, error);
-    status = status == AD_OK ? keep(&from, kept, error) : status;
+    status = status == AD_OK ? keep(&from, SHOW_FRAMES_MAX, SHOW_POINTS_MAX, kept, error) : status;
     if (status != AD_OK) {
         return status;
     }
@@ -219,7 +226,7 @@ ad_status show_motion(json *to, const table_source *table, const char *const *la
         json_close(to, ']');
     }
     if (reference && table_shapes_of(reference, &from, error) == AD_OK) {
-        status = keep(&from, &other, error);
+        status = keep(&from, SHOW_FRAMES_MAX / 2, SHOW_POINTS_MAX / 2, &other, error);
         if (status == AD_OK) {
             json_open(to, "reference", '{');
             json_text(to, "name", reference_name);

@@ -913,20 +913,16 @@ function addRest() {
 
 /* ---- the page ------------------------------------------------------------------------------ */
 
-/* For "#measure": pictures per second, as fast as they are drawn, for two seconds. */
+/* For "#measure": how many pictures a second are drawn, by the median time of a hundred. */
 function measure(player) {
-    const start = performance.now();
-    let count = 0;
-    const one = () => {
-        player.at = count++ % (player.last + 1);
+    const spent = [];
+    for (let k = 0; k < 100; k++) {
+        const start = performance.now();
+        player.at = k % (player.last + 1);
         player.draw();
-        if (performance.now() - start < 2000) {
-            setTimeout(one, 0);
-        } else {
-            document.body.dataset.rate = (1000 * count / (performance.now() - start)).toFixed(1);
-        }
-    };
-    one();
+        spent.push(performance.now() - start);
+    }
+    document.body.dataset.rate = (1000 / spent.sort((a, b) => a - b)[50]).toFixed(1);
 }
 
 function begin() {
