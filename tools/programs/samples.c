@@ -1,9 +1,11 @@
 #include "tools/programs/samples.h"
 
-#include "tools/files/table_file.h"
+#include "tools/files/shapes_vtk.h"
 #include "tools/programs/cli.h"
+#include "tools/programs/section.h"
 #include "tools/train/reference.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 ad_status samples_make(samples *p, size_t count, int columns, ad_error *error)
@@ -117,5 +119,17 @@ ad_status samples_write(const samples *p, const scene *scene, const char *path, 
 {
     samples_sheet sheet;
     samples_fill(p, scene, &sheet);
-    return table_write(path, &sheet.table, error);
+    double *radius = NULL;
+    if (shapes_is_vtk(path) && (radius = malloc(p->count * sizeof *radius))) {
+        const size_t last = sheet.table.ncols++;
+        for (size_t i = 0; i < p->count; i++) {
+            radius[i] = fmax(section_half(scene, p->s[i], false), section_half(scene, p->s[i], true));
+        }
+        sheet.names[last] = "radius";
+        sheet.units[last] = "m";
+        sheet.columns[last] = radius;
+    }
+    ad_status status = shapes_write(path, &sheet.table, error);
+    free(radius);
+    return status;
 }

@@ -1,5 +1,6 @@
 /* What a scene says beside the motion of its rod, as data of a page: sections, ends, loads and
  * actuators. */
+#include "tools/programs/section.h"
 #include "tools/programs/show.h"
 
 #include <math.h>
@@ -43,43 +44,14 @@ static void put_along(const drawn *x, const char *name, quantity q, double scale
 
 /* ---- the rod ------------------------------------------------------------------------------- */
 
-static const scene_rod *rod_at(const scene *of, double s, scene_piece *piece)
-{
-    for (int i = 0; i < scene_pieces(of); i++) {
-        *piece = scene_piece_of(of, i);
-        if (s <= piece->to) {
-            break;
-        }
-    }
-    return &piece->rod;
-}
-
-/* Half the width along d1 and half the height along d2: of anything round both are the radius, of
- * tubes that of the outermost. */
-static double half_size(const drawn *x, double s, bool along_d2)
-{
-    scene_piece piece;
-    const scene_rod *rod = rod_at(x->of, s, &piece);
-    if (rod->section == SCENE_RECTANGLE) {
-        return value_at(x, along_d2 ? rod->height : rod->width, s, 0) / 2;
-    }
-    double radius = value_at(x, rod->radius, s, 0);
-    for (int i = 0; i < x->of->tube_count; i++) {
-        if (s <= scene_tube_end(x->of, i)) {
-            radius = fmax(radius, value_at(x, x->of->tubes[i].rod.radius, s, 0));
-        }
-    }
-    return radius;
-}
-
 static void put_section(const drawn *x)
 {
-    scene_piece piece;
-    json_text(x->to, "section", scene_section_names()[rod_at(x->of, 0, &piece)->section]);
+    const scene_piece piece = scene_piece_of(x->of, 0);
+    json_text(x->to, "section", scene_section_names()[piece.rod.section]);
     json_open(x->to, "half", '[');
     for (int k = 0; k < 2; k++) {
         for (size_t i = 0; i < x->kept->points; i++) {
-            x->along[i] = half_size(x, x->kept->s[i], k == 1);
+            x->along[i] = section_half(x->of, x->kept->s[i], k == 1);
         }
         show_column(x->to, k ? "height" : "width", "m", x->along, x->kept->points, false);
     }
