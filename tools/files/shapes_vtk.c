@@ -32,12 +32,10 @@ typedef struct shapes {
 static const struct vector {
     const char *name, *columns[3];
     bool to_world;
-} vectors[] = {{"strain", {"v1", "v2", "v3"}, false},
-               {"curvature", {"u1", "u2", "u3"}, false},
-               {"force", {"n1", "n2", "n3"}, true},
-               {"moment", {"m1", "m2", "m3"}, true},
-               {"velocity", {"vx", "vy", "vz"}, false},
-               {"angular_velocity", {"w1", "w2", "w3"}, false}};
+} vectors[] = {
+    {"strain", {"v1", "v2", "v3"}, false},   {"curvature", {"u1", "u2", "u3"}, false},
+    {"force", {"n1", "n2", "n3"}, true},     {"moment", {"m1", "m2", "m3"}, true},
+    {"velocity", {"vx", "vy", "vz"}, false}, {"angular_velocity", {"w1", "w2", "w3"}, false}};
 
 enum { VECTORS = sizeof vectors / sizeof *vectors };
 
@@ -189,8 +187,8 @@ static bool put(hid_t group, const char *name, hid_t type, const void *values, s
 static bool put_attribute(hid_t group, const char *name, hid_t type, size_t count,
                           const void *values)
 {
-    hid_t space = count ? H5Screate_simple(1, (const hsize_t[]){count}, NULL)
-                        : H5Screate(H5S_SCALAR);
+    hid_t space =
+        count ? H5Screate_simple(1, (const hsize_t[]){count}, NULL) : H5Screate(H5S_SCALAR);
     hid_t attribute = H5Acreate2(group, name, type, space, H5P_DEFAULT, H5P_DEFAULT);
     bool written = attribute >= 0 && H5Awrite(attribute, type, values) >= 0;
     hdf5_image_close(attribute);
@@ -222,8 +220,8 @@ static bool put_cells(hid_t root, const char *kind, bool lines, const shapes *x,
     const size_t frames = x->at.frames, points = x->at.points;
     hid_t group = open_group(root, kind);
     bool good = group >= 0;
-    good = good && put(group, "NumberOfCells", H5T_NATIVE_INT64,
-                       counted(numbers, frames, lines, 0), frames, 0);
+    good = good && put(group, "NumberOfCells", H5T_NATIVE_INT64, counted(numbers, frames, lines, 0),
+                       frames, 0);
     good = good && put(group, "NumberOfConnectivityIds", H5T_NATIVE_INT64,
                        counted(numbers, frames, lines ? (int64_t)points : 0, 0), frames, 0);
     for (size_t k = 0; k < 2 * frames; k++) {
@@ -233,8 +231,8 @@ static bool put_cells(hid_t root, const char *kind, bool lines, const shapes *x,
     for (size_t k = 0; lines && k < frames * points; k++) {
         numbers[k] = (int64_t)(k % points);
     }
-    good = good && put(group, "Connectivity", H5T_NATIVE_INT64, numbers,
-                       lines ? frames * points : 0, 0);
+    good = good &&
+           put(group, "Connectivity", H5T_NATIVE_INT64, numbers, lines ? frames * points : 0, 0);
     hdf5_image_close(group);
     return good;
 }

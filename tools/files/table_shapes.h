@@ -10,10 +10,10 @@ extern "C" {
 #endif
 
 typedef struct table_shapes {
-    size_t frames, points;   /* blocks, and rows of each */
-    const double *s, *t;     /* columns [frames points]; NULL: there is none */
-    const double *member;    /* the same */
-    const double *place[3];  /* x, y, z; all NULL: there are none */
+    size_t frames, points;  /* blocks, and rows of each */
+    const double *s, *t;    /* columns [frames points]; NULL: there is none */
+    const double *member;   /* the same */
+    const double *place[3]; /* x, y, z; all NULL: there are none */
 } table_shapes;
 
 /* The column of that name; NULL: there is none, or it holds words. */

@@ -10,32 +10,41 @@
 
 static const char program[] = "cpinn-show";
 
-static const char summary[] =
-    "Make one HTML file of a result, to be opened in any browser, without a network connection: the\n"
-    "rod in space, to be turned, zoomed and played, with directors, loads and tendons, coloured by\n"
-    "strain, force or moment; its reference as a ghost; errors, losses, the tip's path, all numbers,\n"
-    "the scene, and the verdict on top.";
+static const char summary[] = "Make one HTML file of a result, to be opened in any browser, "
+                              "without a network connection: the\n"
+                              "rod in space, to be turned, zoomed and played, with directors, "
+                              "loads and tendons, coloured by\n"
+                              "strain, force or moment; its reference as a ghost; errors, losses, "
+                              "the tip's path, all numbers,\n"
+                              "the scene, and the verdict on top.";
 
 static const char epilogue[] =
     "SOURCE is\n"
-    "  a run           the folder that cpinn-train wrote, or a checkpoint: network beside reference;\n"
-    "                  of a family at rest its parameters are varied in turn, with predicted errors\n"
+    "  a run           the folder that cpinn-train wrote, or a checkpoint: network beside "
+    "reference;\n"
+    "                  of a family at rest its parameters are varied in turn, with predicted "
+    "errors\n"
     "  SCENE.yaml      is solved first, as cpinn-solve does\n"
     "  a table         .csv, .h5 of cpinn-solve, cpinn-eval (also of --members) or cpinn-control\n"
     "                  --out; with --scene also its section, loads and tendons\n"
-    "  a folder        of cpinn-cases, cpinn-bench --out, cpinn-eval --rollouts: tables and pictures\n"
+    "  a folder        of cpinn-cases, cpinn-bench --out, cpinn-eval --rollouts: tables and "
+    "pictures\n"
     "\n"
     "  cpinn-show runs/soft_arm                              runs/soft_arm/report.html\n"
     "  cpinn-show configs/robots/tendon_pulled.yaml --out tendon.html\n"
     "  cpinn-show motion.csv --scene scene.yaml --reference measured.csv\n"
     "  cpinn-show loop.csv                                   wanted and true path, errors, inputs\n"
     "\n"
-    "In the page the mouse turns, shift moves, the wheel zooms, a double click begins anew; keys are\n"
-    "listed under the picture. Deflections of beams are drawn enlarged, thin rods thicker; the page\n"
-    "says so. Of more than 401 instants or 201 points an even choice is kept; a motion of 400 by 100\n"
+    "In the page the mouse turns, shift moves, the wheel zooms, a double click begins anew; keys "
+    "are\n"
+    "listed under the picture. Deflections of beams are drawn enlarged, thin rods thicker; the "
+    "page\n"
+    "says so. Of more than 401 instants or 201 points an even choice is kept; a motion of 400 by "
+    "100\n"
     "takes less than 3 MB.\n"
     "\n"
-    "Exit status: 0; 1 if the file cannot be written; 2 with one line that says what is wrong with\n"
+    "Exit status: 0; 1 if the file cannot be written; 2 with one line that says what is wrong "
+    "with\n"
     "the input.";
 
 static void showing_free(showing *x)
@@ -67,7 +76,10 @@ static ad_status show_solved(showing *x, ad_error *error)
     const scene *of = &x->settings->scene;
     const solve_settings settings = solve_settings_default(of);
     snprintf(x->title, sizeof x->title, "%s", x->settings->settings.name);
-    status = samples_of_grid(&x->samples, x->grid ? x->grid : scene_is_dynamic(of) ? "81x201" : NULL,
+    status = samples_of_grid(&x->samples,
+                             x->grid                ? x->grid
+                             : scene_is_dynamic(of) ? "81x201"
+                                                    : NULL,
                              of, scene_duration(of), solution_columns(of), error);
     const samples *p = &x->samples;
     if (status == AD_OK) {
@@ -134,8 +146,7 @@ static void choose_out(showing *x, bool is_folder, char *path, size_t size)
 {
     if (is_folder) {
         const size_t length = strlen(x->source);
-        snprintf(path, size, "%s%sreport.html", x->source,
-                 x->source[length - 1] == '/' ? "" : "/");
+        snprintf(path, size, "%s%sreport.html", x->source, x->source[length - 1] == '/' ? "" : "/");
     } else {
         snprintf(path, size, "%s.html", x->title);
     }
@@ -161,7 +172,8 @@ static ad_status run(showing *x, char *path, size_t size, ad_error *error)
 {
     struct stat of;
     if (stat(x->source, &of) != 0) {
-        return ad_fail(error, AD_BAD_INPUT, "%s: does not exist; allowed: a folder of a run, "
+        return ad_fail(error, AD_BAD_INPUT,
+                       "%s: does not exist; allowed: a folder of a run, "
                        "SCENE.yaml, a table",
                        file_bytes_shown(x->source));
     }

@@ -123,7 +123,8 @@ ad_status samples_write(const samples *p, const scene *scene, const char *path, 
     if (shapes_is_vtk(path) && (radius = malloc(p->count * sizeof *radius))) {
         const size_t last = sheet.table.ncols++;
         for (size_t i = 0; i < p->count; i++) {
-            radius[i] = fmax(section_half(scene, p->s[i], false), section_half(scene, p->s[i], true));
+            radius[i] =
+                fmax(section_half(scene, p->s[i], false), section_half(scene, p->s[i], true));
         }
         sheet.names[last] = "radius";
         sheet.units[last] = "m";

@@ -137,7 +137,7 @@ static ad_status keep(const table_shapes *from, size_t frames, size_t points, sh
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a report");
     }
     for (size_t i = 0; i < kept->points; i++) {
-        kept->s[i] = from->s              ? from->s[kept->point[i]]
+        kept->s[i] = from->s            ? from->s[kept->point[i]]
                      : from->points > 1 ? (double)kept->point[i] / (double)(from->points - 1)
                                         : 0;
     }
@@ -155,8 +155,8 @@ static void put_kept(json *to, const char *name, const char *unit, const double 
     const size_t rows = kept->frames * kept->points;
     double *few = malloc(rows * sizeof *few + 1);
     for (size_t i = 0; few && i < rows; i++) {
-        few[i] = values[kept->frame[i / kept->points] * from->points +
-                        kept->point[i % kept->points]];
+        few[i] =
+            values[kept->frame[i / kept->points] * from->points + kept->point[i % kept->points]];
     }
     if (few) {
         show_column(to, name, unit, few, rows, rounded);
@@ -195,7 +195,8 @@ static void put_shapes(json *to, const table_source *table, const table_shapes *
         const char *name = table->names[k];
         const double *values = table->columns[k];
         if ((places_alone && !is_place(name)) || values == from->s || values == from->t ||
-            values == from->member || is_angular_velocity(name) || (table->words && table->words[k])) {
+            values == from->member || is_angular_velocity(name) ||
+            (table->words && table->words[k])) {
             continue;
         }
         put_kept(to, name, table->units ? table->units[k] : "", values, from, kept,

@@ -10,7 +10,7 @@
 /* ---- parts of the page --------------------------------------------------------------------- */
 
 void show_open_curve(json *to, const char *title, const char *x, const char *x_unit,
-                       const char *y_unit, bool log)
+                     const char *y_unit, bool log)
 {
     json_open(to, NULL, '{');
     json_text(to, "title", title);
@@ -91,7 +91,7 @@ show_read_table *show_read_table_of(const table_file *from, const scene *of)
 
 /* The motion, with the table of --reference as its ghost, or `ghost`. */
 ad_status show_put_motion(showing *x, const table_source *table, const char *const *labels,
-                            const table_source *ghost, const char *ghost_name, ad_error *error)
+                          const table_source *ghost, const char *ghost_name, ad_error *error)
 {
     show_read_table *given = NULL;
     ad_error why;

@@ -54,7 +54,7 @@ static void put_error_curve(showing *x)
     }
     if (at && rows > 1) {
         show_open_curve(&x->to, "Distance from the reference, largest along the rod", "t", "s", "m",
-                   true);
+                        true);
         show_series(&x->to, "distance", at, most, rows);
         show_close_curve(&x->to);
     }
@@ -64,8 +64,9 @@ static void put_error_curve(showing *x)
 static ad_status put_training(showing *x, ad_error *error)
 {
     history h = {.columns = 0};
-    for (const char *name; h.columns < HISTORY_COLUMNS_MAX &&
-                           (name = checkpoint_column(x->file, "history/table", (size_t)h.columns));) {
+    for (const char *name;
+         h.columns < HISTORY_COLUMNS_MAX &&
+         (name = checkpoint_column(x->file, "history/table", (size_t)h.columns));) {
         h.names[h.columns++] = name;
     }
     ad_status status = h.columns > 0 ? history_get(&h, x->file, error) : AD_OK;
@@ -97,8 +98,7 @@ static void put_run_head(showing *x, const reference_errors *errors)
 {
     verdict judged;
     ad_error why;
-    if (checkpoint_has(x->file, "verdict") &&
-        report_get_verdict(x->file, &judged, &why) == AD_OK) {
+    if (checkpoint_has(x->file, "verdict") && report_get_verdict(x->file, &judged, &why) == AD_OK) {
         report_verdict(&x->to, &judged);
     }
     double seconds = history_last(x->file, "seconds"), steps = history_last(x->file, "step");
@@ -135,9 +135,9 @@ static ad_status put_run_motion(showing *x, const double *member, ad_error *erro
     const table_source ghost = {
         .names = names, .columns = columns, .ncols = 5, .nrows = r ? reference_points(r) : 0};
     samples_fill(&x->samples, x->e->scene, &sheet);
-    ad_status status =
-        show_put_motion(x, &sheet.table, NULL, is_rod && !scene_is_family(x->e->scene) ? &ghost : NULL,
-                   r ? reference_name(r) : NULL, error);
+    ad_status status = show_put_motion(x, &sheet.table, NULL,
+                                       is_rod && !scene_is_family(x->e->scene) ? &ghost : NULL,
+                                       r ? reference_name(r) : NULL, error);
     scene one;
     scene_member(x->e->scene, member, &one);
     return status == AD_OK ? show_scene(&x->to, &one, NULL, &x->kept, error) : status;
@@ -159,12 +159,11 @@ static ad_status evaluate_run(showing *x, double *member, ad_error *error)
     if (status == AD_OK) {
         field_enter(x->field, e->window, e->parameters, e->starts);
         field_member(x->field, member);
-        status =
-            samples_of_grid(&x->samples,
-                            x->grid                      ? x->grid
-                            : scene_is_dynamic(e->scene) ? "81x201"
-                                                         : NULL,
-                            e->scene, until, field_columns(x->field), error);
+        status = samples_of_grid(&x->samples,
+                                 x->grid                      ? x->grid
+                                 : scene_is_dynamic(e->scene) ? "81x201"
+                                                              : NULL,
+                                 e->scene, until, field_columns(x->field), error);
     }
     samples *p = &x->samples;
     return status == AD_OK ? field_evaluate(x->field, experiment_parameters(e), p->count,
@@ -289,8 +288,8 @@ static ad_status show_family(showing *x, ad_error *error)
     if (status == AD_OK) {
         const bool judged = *cpinn_family_without_error(family) == '\0';
         const cpinn_polish polish = {.steps = judged ? 2 : 0};
-        status = cpinn_family_evaluate(family, &polish, w.frames, w.parameters, w.values,
-                                       w.answers, error);
+        status = cpinn_family_evaluate(family, &polish, w.frames, w.parameters, w.values, w.answers,
+                                       error);
     }
     if (status == AD_OK) {
         put_run_head(x, NULL);

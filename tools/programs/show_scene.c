@@ -24,8 +24,7 @@ static quantity at_member(const drawn *x, quantity q, size_t frame)
         names[i] = x->of->parameters[i].name;
     }
     return x->values
-               ? quantity_with(q, count, names,
-                               x->values + x->kept->frame[frame] * (size_t)count)
+               ? quantity_with(q, count, names, x->values + x->kept->frame[frame] * (size_t)count)
                : q;
 }
 

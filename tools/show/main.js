@@ -3,7 +3,9 @@
 
 const report = JSON.parse(document.getElementById("data").textContent);
 const byId = id => document.getElementById(id);
-const asked = new URLSearchParams(location.hash.slice(1)); /* "#time=0.2&colour=moment&play=1" */
+
+/* "#time=0.2&colour=moment&hide=path,floor&size=900x600&theme=dark&play=1", to link to a picture. */
+const asked = new URLSearchParams(location.hash.slice(1));
 
 /* ---- the head ------------------------------------------------------------------------------ */
 
@@ -191,6 +193,9 @@ class Picture {
         const inside = this.guided.some(g => Math.max(...g.offset.map(o => Math.max(-o.low, o.high)))
             < thickest * this.thicker);
         this.shown.through = inside;
+        for (const name of (asked.get("hide") || "").split(",")) {
+            this.shown[name] = false;
+        }
     }
 
     resize() {
@@ -452,10 +457,14 @@ class Picture {
             written.push([x, y]);
             write(text, x + 10, y - 8, ink);
         }
-        const [x, y] = camera.project(this.pose.places[this.pose.places.length - 1]);
+    }
+
+    /* What tests compare the picture with: where it is on the page, and from where it is seen. */
+    describe() {
+        const { target, distance, width, height } = this.camera;
         const box = this.labels.canvas.getBoundingClientRect();
-        document.body.dataset.tip = [x + box.left + scrollX, y + box.top + scrollY]
-            .map(v => v.toFixed(1)).join(",");
+        document.body.dataset.camera = JSON.stringify({ target, distance, width, height, lens: LENS,
+            axes: this.camera.axes(), left: box.left + scrollX, top: box.top + scrollY });
     }
 
     /* The point under the mouse; -1: none is near. */
@@ -513,7 +522,8 @@ class Player {
         this.picture = new Picture(motion, reference);
         this.quantities = quantitiesOf(motion);
         const wanted = asked.get("colour");
-        this.quantity = this.quantities.find(q => q.name === wanted) || this.quantities[0] || null;
+        this.quantity = this.quantities.find(q => q.name === wanted)
+            || (wanted === "plain" ? null : this.quantities[0]) || null;
         this.charts = [];
         this.at = 0;
         this.playing = false;
@@ -768,7 +778,6 @@ class Player {
         for (const chart of this.charts) {
             chart.follow(time, frame);
         }
-        document.body.dataset.time = time;
     }
 }
 
@@ -929,6 +938,10 @@ function begin() {
     setTheme(asked.get("theme")
         || (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light"));
     fillHead();
+    if (asked.has("size")) {
+        const [width, height] = asked.get("size").split("x");
+        Object.assign(byId("stage").style, { width: width + "px", height: height + "px" });
+    }
     const motion = report.motion ? new Motion(report.motion) : null;
     let player = null;
     if (motion && motion.isPlaced) {
@@ -950,6 +963,7 @@ function begin() {
     };
     if (player) {
         player.draw();
+        player.picture.describe();
         if (asked.has("measure")) {
             measure(player);
         }
