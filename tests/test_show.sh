@@ -44,6 +44,15 @@ printf '<svg xmlns="http://www.w3.org/2000/svg"/>' >folder/cases.svg
 run 0 cpinn-show folder/
 said folder/report.html '"rows": \[\["case", "seconds"\], \["a", "1"\]\]'
 
+# Pictures of shapes over time, in a plane and in space.
+if command -v gnuplot >/dev/null; then
+    run 0 cpinn-show arm.csv --out still.svg
+    check a picture of 11 instants -- test "$(grep -c 'END' still.gp)" -eq 2 -a -s still.png -a -s still.svg
+    run 0 cpinn-show "$ROOT/configs/helix.yaml" --out helix.png
+    run 0 cpinn-show arm.csv --out moves.gif
+    check an animation -- test "$(head -c 6 moves.gif)" = GIF89a
+fi
+
 # What cannot be shown.
 mkdir empty
 refused 'there is nothing to show' cpinn-show empty

@@ -33,6 +33,7 @@ static const char epilogue[] =
     "  cpinn-show runs/soft_arm                              runs/soft_arm/report.html\n"
     "  cpinn-show configs/robots/tendon_pulled.yaml --out tendon.html\n"
     "  cpinn-show motion.csv --scene scene.yaml --reference measured.csv\n"
+    "  cpinn-show motion.csv --out motion.gif                (or .svg, .png)\n"
     "  cpinn-show loop.csv                                   wanted and true path, errors, inputs\n"
     "\n"
     "In the page the mouse turns, shift moves, the wheel zooms, a double click begins anew; keys "
@@ -189,7 +190,7 @@ static ad_status run(showing *x, char *path, size_t size, ad_error *error)
         choose_out(x, is_folder, path, size);
     }
     json_text(&x->to, "title", x->title);
-    if (status != AD_OK) {
+    if (status != AD_OK || show_is_plot(x->out)) {
         char *text;
         size_t length;
         ad_error unused;
@@ -206,8 +207,9 @@ int main(int argc, char **argv)
     char path[4200];
     ad_error error = {.message = ""};
     const cli_option list[] = {
-        {"--out", "FILE.html", CLI_TEXT, &x.out, 0, 0,
-         "where to write (default: report.html in the folder, else NAME.html)"},
+        {"--out", "FILE", CLI_TEXT, &x.out, 0, 0,
+         "where to write (default: report.html in the folder, else NAME.html);\nNAME.svg, .png: "
+         "shapes over time, .gif: moving, by gnuplot and NAME.gp"},
         {"--scene", "CONFIG.yaml", CLI_TEXT, &x.scene_path, 0, 0,
          "of a table: the scene that it solves, for section, loads, tendons"},
         {"--reference", "TABLE", CLI_TEXT, &x.reference_path, 0, 0,

@@ -96,6 +96,11 @@ ad_status show_put_motion(showing *x, const table_source *table, const char *con
     show_read_table *given = NULL;
     ad_error why;
     ad_status status = AD_OK;
+    if (show_is_plot(x->out)) {
+        status = show_plot(table, x->out, &why);
+        return status == AD_OK ? AD_OK
+                               : ad_fail(error, why.status, "%s: %s", x->source, why.message);
+    }
     if (x->reference_path) {
         table_shapes shapes;
         status = table_read(x->reference_path, TABLE_NONFINITE, &x->ghost, error);

@@ -163,6 +163,9 @@ static void put_actuators(const drawn *x)
 ad_status show_scene(json *to, const scene *of, const double *values, const show_kept *kept,
                      ad_error *error)
 {
+    if (kept->frames == 0) {
+        return AD_OK; /* a picture, no page */
+    }
     drawn x = {.to = to, .of = of, .values = values, .kept = kept};
     x.numbers = malloc((kept->frames + kept->points) * sizeof *x.numbers + 1);
     if (!x.numbers) {

@@ -53,6 +53,11 @@ show_read_table *show_read_table_of(const table_file *from, const scene *of);
 ad_status show_put_motion(showing *x, const table_source *table, const char *const *labels,
                           const table_source *ghost, const char *ghost_name, ad_error *error);
 
+/* Whether that file is to be a picture, .svg, .png or .gif; and the picture, by NAME.gp beside it.
+ * AD_IO: gnuplot is missing or failed. */
+bool show_is_plot(const char *path);
+ad_status show_plot(const table_source *table, const char *path, ad_error *error);
+
 /* The whole of a source, title included. AD_BAD_INPUT and others with one line. */
 ad_status show_run(showing *x, ad_error *error);
 ad_status show_folder(showing *x, ad_error *error);
