@@ -94,7 +94,8 @@ static void put_run_texts(showing *x)
     free(text);
 }
 
-static void put_run_head(showing *x, const reference_errors *errors)
+/* `member` (NULL: not one) are values of a family's parameters. */
+static void put_run_head(showing *x, const double *member, const reference_errors *errors)
 {
     verdict judged;
     ad_error why;
@@ -104,6 +105,9 @@ static void put_run_head(showing *x, const reference_errors *errors)
     double seconds = history_last(x->file, "seconds"), steps = history_last(x->file, "step");
     json_open(&x->to, "facts", '[');
     show_scene_facts(&x->to, x->e->scene);
+    for (int i = 0; member && i < scene_known_count(x->e->scene); i++) {
+        show_fact(&x->to, x->e->scene->parameters[i].name, "%.4g", member[i]);
+    }
     show_fact(&x->to, "parameters of the network", "%.0f", (double)x->e->count);
     if (!isnan(steps)) {
         show_fact(&x->to, "steps", "%.0f", steps);
@@ -196,10 +200,11 @@ static void sweep_free(sweep *w)
     free(w->texts);
 }
 
-static bool sweep_make(sweep *w, const scene *of, int columns)
+/* `member` NULL: all of it, else these values of the parameters alone. */
+static bool sweep_make(sweep *w, const scene *of, int columns, const double *member)
 {
     const int count = scene_known_count(of);
-    const size_t rows = (w->frames = (size_t)count * SWEEP) * FAMILY_POINTS;
+    const size_t rows = (w->frames = member ? 1 : (size_t)count * SWEEP) * FAMILY_POINTS;
     w->columns = columns;
     w->parameters = calloc(w->frames * (size_t)count, sizeof *w->parameters);
     w->values = calloc(rows * (size_t)columns, sizeof *w->values);
@@ -215,7 +220,7 @@ static bool sweep_make(sweep *w, const scene *of, int columns)
         double *values = w->parameters + i * (size_t)count;
         for (int k = 0; k < count; k++) {
             const double part = k == moves ? (double)(i % SWEEP) / (SWEEP - 1) : 0.5;
-            values[k] = scene_parameter_at(&of->parameters[k], part);
+            values[k] = member ? member[k] : scene_parameter_at(&of->parameters[k], part);
         }
         snprintf(w->texts[i], LABEL, "%.60s = %.4g", of->parameters[moves].name, values[moves]);
         w->labels[i] = w->texts[i];
@@ -271,18 +276,24 @@ static ad_status put_sweep(showing *x, sweep *w, cpinn_family *family, const dou
                            : status;
 }
 
-/* Every parameter through its range, the others in the middle of theirs. */
+/* Every parameter through its range, the others in the middle of theirs; or the member of --at. */
 static ad_status show_family(showing *x, ad_error *error)
 {
-    double s[FAMILY_POINTS];
+    double s[FAMILY_POINTS], member[SCENE_PARAMETERS_MAX];
+    const scene *of = x->e->scene;
     sweep w = {.frames = 0};
     cpinn_family *family = NULL;
     for (int i = 0; i < FAMILY_POINTS; i++) {
-        s[i] = scene_length(x->e->scene) * i / (FAMILY_POINTS - 1);
+        s[i] = scene_length(of) * i / (FAMILY_POINTS - 1);
     }
     const cpinn_family_settings settings = {.points = FAMILY_POINTS, .s = s};
     ad_status status = cpinn_family_open(x->source, &settings, &family, error);
-    if (status == AD_OK && !sweep_make(&w, x->e->scene, cpinn_family_columns(family))) {
+    if (status == AD_OK && x->at) {
+        status =
+            scene_member_read(scene_known_count(of), of->parameters, false, x->at, member, error);
+    }
+    if (status == AD_OK &&
+        !sweep_make(&w, of, cpinn_family_columns(family), x->at ? member : NULL)) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for a report");
     }
     if (status == AD_OK) {
@@ -292,7 +303,7 @@ static ad_status show_family(showing *x, ad_error *error)
                                        error);
     }
     if (status == AD_OK) {
-        put_run_head(x, NULL);
+        put_run_head(x, x->at ? member : NULL, NULL);
         status = put_sweep(x, &w, family, s, error);
         put_run_texts(x);
     }
@@ -312,7 +323,7 @@ ad_status show_run(showing *x, ad_error *error)
         return status;
     }
     snprintf(x->title, sizeof x->title, "%s", x->e->settings->name);
-    if (scene_is_family(x->e->scene) && x->e->targets && !x->at) {
+    if (scene_is_family(x->e->scene) && x->e->targets) {
         return show_family(x, error);
     }
     status = evaluate_run(x, member, error);
@@ -327,7 +338,7 @@ ad_status show_run(showing *x, ad_error *error)
         status = reference_compare(x->known, experiment_parameters(x->e), &errors, error);
     }
     if (status == AD_OK) {
-        put_run_head(x, x->known ? &errors : NULL);
+        put_run_head(x, member, x->known ? &errors : NULL);
         status = put_run_motion(x, member, error);
     }
     if (status == AD_OK) {
