@@ -89,6 +89,28 @@ void json_integer(json *to, const char *name, int64_t value)
     }
 }
 
+void json_bytes(json *to, const char *name, const void *bytes, size_t size)
+{
+    static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    const unsigned char *from = bytes;
+    if (!begin(to, name)) {
+        return;
+    }
+    fputc('"', to->file);
+    for (size_t i = 0; i < size; i += 3) {
+        unsigned long three = 0;
+        char four[4];
+        for (size_t k = 0; k < 3; k++) {
+            three = three << 8 | (i + k < size ? from[i + k] : 0u);
+        }
+        for (size_t k = 0; k < 4; k++) {
+            four[k] = i + k > size ? '=' : digits[three >> (18 - 6 * k) & 63];
+        }
+        fwrite(four, 1, 4, to->file);
+    }
+    fputc('"', to->file);
+}
+
 /* ---- the whole ----------------------------------------------------------------------------- */
 
 void json_begin(json *to)
@@ -98,23 +120,31 @@ void json_begin(json *to)
     json_open(to, NULL, '{');
 }
 
-ad_status json_end(json *to, const char *path, ad_error *error)
+ad_status json_take(json *to, char **text, size_t *size, ad_error *error)
 {
     json_close(to, '}');
     if (to->file) {
         fputc('\n', to->file);
     }
-    bool whole = to->file && fclose(to->file) == 0;
-    ad_status status;
-    if (!whole) {
-        status = ad_fail(error, AD_NO_MEMORY, "out of memory for %s", file_bytes_shown(path));
-    } else if (strcmp(path, "-") == 0) {
-        fputs(to->text, stdout); /* a program says when it ends that this could not be written */
-        status = AD_OK;
-    } else {
-        status = file_bytes_write(path, to->text, to->size, 1, error);
-    }
-    free(to->text);
+    ad_status status = to->file && fclose(to->file) == 0
+                           ? AD_OK
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for JSON");
+    *text = to->text;
+    *size = to->size;
     *to = (json){.file = NULL};
+    return status;
+}
+
+ad_status json_end(json *to, const char *path, ad_error *error)
+{
+    char *text;
+    size_t size;
+    ad_status status = json_take(to, &text, &size, error);
+    if (status == AD_OK && strcmp(path, "-") == 0) {
+        fputs(text, stdout); /* a program says when it ends that this could not be written */
+    } else if (status == AD_OK) {
+        status = file_bytes_write(path, text, size, 1, error);
+    }
+    free(text);
     return status;
 }

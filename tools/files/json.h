@@ -27,6 +27,9 @@ void json_begin(json *to);
  * and frees what is held. A file that is there is replaced. AD_IO, AD_NO_MEMORY. */
 ad_status json_end(json *to, const char *path, ad_error *error);
 
+/* Ends it as a text [size] and a zero, to be freed by the caller, also after AD_NO_MEMORY. */
+ad_status json_take(json *to, char **text, size_t *size, ad_error *error);
+
 /* `name`: NULL within an array. */
 void json_open(json *to, const char *name, char bracket);     /* '{' or '[' */
 void json_close(json *to, char bracket);                      /* '}' or ']' */
@@ -34,6 +37,7 @@ void json_text(json *to, const char *name, const char *text); /* NULL: null */
 void json_number(json *to, const char *name, double value);
 void json_integer(json *to, const char *name, int64_t value);
 void json_null(json *to, const char *name);
+void json_bytes(json *to, const char *name, const void *bytes, size_t size); /* in base64 */
 
 #ifdef __cplusplus
 }

@@ -1,6 +1,6 @@
 /* cpinn-eval: evaluate a trained network; see --help. */
 #include "tools/config/config_experiment.h"
-#include "tools/files/table_file.h"
+#include "tools/files/shapes_vtk.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/eval_family.h"
 #include "tools/programs/eval_rollouts.h"
@@ -470,7 +470,7 @@ static ad_status run(evaluation *x, ad_error *error)
 {
     const options *o = &x->asked;
     const eval_family_options *f = &o->family;
-    ad_status status = o->out ? table_check_path(o->out, error) : AD_OK;
+    ad_status status = o->out ? shapes_check_path(o->out, error) : AD_OK;
     status = status == AD_OK ? open_run(x, error) : status;
     if (status == AD_OK && is_answered(x)) {
         return run_family(x, error);
@@ -512,7 +512,7 @@ int main(int argc, char **argv)
     eval_rollouts_options *r = &x.asked.rollouts;
     const cli_option list[] = {
         {"--out", "FILE", CLI_TEXT, &x.asked.out, 0, 0,
-         "write the rod, as .csv, .h5, .hdf5 or .npz"},
+         "write the rod, as .csv, .h5, .hdf5 or .npz, or for ParaView as .vtkhdf\nor .pvd"},
         {"--grid", "NSxNT", CLI_TEXT, &x.asked.grid, 0, 0, SAMPLES_GRID_HELP},
         {"--points", "FILE", CLI_TEXT, &x.asked.points, 0, 0,
          "in place of a grid: CSV or HDF5 with columns s (m) and, in\nmotion, t (s)"},

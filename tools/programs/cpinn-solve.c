@@ -3,7 +3,7 @@
 #include "physics/model.h"
 #include "tools/config/config_experiment.h"
 #include "tools/files/file_bytes.h"
-#include "tools/files/table_file.h"
+#include "tools/files/shapes_vtk.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/path_files.h"
 #include "tools/programs/samples.h"
@@ -409,9 +409,9 @@ static ad_status find_unknowns(solving *x, ad_error *error)
 static ad_status prepare(solving *x, ad_error *error)
 {
     const options *o = &x->asked;
-    const char *const tables[] = {o->out, o->work_precision, o->path, o->state_out};
-    ad_status status = AD_OK;
-    for (int i = 0; i < 4 && status == AD_OK; i++) {
+    const char *const tables[] = {o->work_precision, o->path, o->state_out};
+    ad_status status = o->out ? shapes_check_path(o->out, error) : AD_OK;
+    for (int i = 0; i < 3 && status == AD_OK; i++) {
         status = tables[i] ? table_check_path(tables[i], error) : AD_OK;
     }
     if (status == AD_OK && o->json && strcmp(o->json, "-") != 0) {
@@ -578,7 +578,7 @@ int main(int argc, char **argv)
          "of a rod at rest: follow its equilibria from the unstressed rod\nthrough limit points, "
          "write them and draw load against deflection"},
         {"--out", "FILE", CLI_TEXT, &o->out, 0, 0,
-         "write the solution, as .csv, .h5, .hdf5 or .npz"},
+         "write the solution, as .csv, .h5, .hdf5 or .npz, or for ParaView as\n.vtkhdf or .pvd"},
         {"--grid", "NSxNT", CLI_TEXT, &o->grid, 0, 0, SAMPLES_GRID_HELP},
         {"--work-precision", "CSV", CLI_TEXT, &o->work_precision, 0, 0,
          "solve with more and more nodes, with --method modes more and more\nmodes; print and "

@@ -1,5 +1,7 @@
 #include "tools/programs/eval_family.h"
 
+#include "tools/files/shapes_vtk.h"
+
 #include "tools/config/config.h"
 #include "tools/library/family.h"
 #include "tools/programs/cli.h"
@@ -176,7 +178,7 @@ static ad_status write_out(const eval_family *x, ad_error *error)
                                     .ncols = to.used,
                                     .nrows = to.rows,
                                     .units = to.units};
-        status = table_write(x->asked.out, &table, error);
+        status = shapes_write(x->asked.out, &table, error);
     }
     free(to.numbers);
     free(to.words[0]);

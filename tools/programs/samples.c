@@ -1,9 +1,11 @@
 #include "tools/programs/samples.h"
 
-#include "tools/files/table_file.h"
+#include "tools/files/shapes_vtk.h"
 #include "tools/programs/cli.h"
+#include "tools/programs/section.h"
 #include "tools/train/reference.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 ad_status samples_make(samples *p, size_t count, int columns, ad_error *error)
@@ -98,21 +100,37 @@ ad_status samples_of_file(samples *p, const char *path, const scene *scene, doub
     return status;
 }
 
-ad_status samples_write(const samples *p, const scene *scene, const char *path, ad_error *error)
+void samples_fill(const samples *p, const scene *scene, samples_sheet *sheet)
 {
     const model_column *model = scene_physics_of(scene)->columns;
-    const char *names[2 + MODEL_COLUMNS_MAX] = {"s", "t"};
-    const char *units[2 + MODEL_COLUMNS_MAX] = {"m", "s"};
-    const double *columns[2 + MODEL_COLUMNS_MAX] = {p->s, p->t};
+    *sheet = (samples_sheet){{"s", "t"}, {"m", "s"}, {p->s, p->t}, {.nrows = p->count}};
     for (int i = 0; i < p->columns; i++) {
-        names[2 + i] = model[i].name;
-        units[2 + i] = model[i].unit;
-        columns[2 + i] = p->values + (size_t)i * p->count;
+        sheet->names[2 + i] = model[i].name;
+        sheet->units[2 + i] = model[i].unit;
+        sheet->columns[2 + i] = p->values + (size_t)i * p->count;
     }
-    const table_source table = {.names = names,
-                                .columns = columns,
-                                .ncols = (size_t)p->columns + 2,
-                                .nrows = p->count,
-                                .units = units};
-    return table_write(path, &table, error);
+    sheet->table.names = sheet->names;
+    sheet->table.columns = sheet->columns;
+    sheet->table.units = sheet->units;
+    sheet->table.ncols = (size_t)p->columns + 2;
+}
+
+ad_status samples_write(const samples *p, const scene *scene, const char *path, ad_error *error)
+{
+    samples_sheet sheet;
+    samples_fill(p, scene, &sheet);
+    double *radius = NULL;
+    if (shapes_is_vtk(path) && (radius = malloc(p->count * sizeof *radius))) {
+        const size_t last = sheet.table.ncols++;
+        for (size_t i = 0; i < p->count; i++) {
+            radius[i] =
+                fmax(section_half(scene, p->s[i], false), section_half(scene, p->s[i], true));
+        }
+        sheet.names[last] = "radius";
+        sheet.units[last] = "m";
+        sheet.columns[last] = radius;
+    }
+    ad_status status = shapes_write(path, &sheet.table, error);
+    free(radius);
+    return status;
 }

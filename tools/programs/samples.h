@@ -4,6 +4,7 @@
 
 #include "autodiff/error.h"
 #include "physics/model.h"
+#include "tools/files/table_file.h"
 
 typedef struct samples {
     size_t count;
@@ -31,7 +32,16 @@ ad_status samples_of_grid(samples *p, const char *grid, const scene *scene, doub
 ad_status samples_of_file(samples *p, const char *path, const scene *scene, double until,
                           int columns, ad_error *error);
 
-/* Write s, t and the columns, with their units, as a table; see tools/files/table_file.h. */
+/* s, t and the columns, with their units, as a table that borrows them. */
+typedef struct samples_sheet {
+    const char *names[3 + MODEL_COLUMNS_MAX], *units[3 + MODEL_COLUMNS_MAX];
+    const double *columns[3 + MODEL_COLUMNS_MAX]; /* there is room for one more */
+    table_source table;                           /* of these */
+} samples_sheet;
+void samples_fill(const samples *p, const scene *scene, samples_sheet *sheet);
+
+/* Write s, t and the columns, with their units, as a table (tools/files/table_file.h), or, with a
+ * column radius, for ParaView (tools/files/shapes_vtk.h). */
 ad_status samples_write(const samples *p, const scene *scene, const char *path, ad_error *error);
 
 #endif

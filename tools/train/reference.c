@@ -365,6 +365,11 @@ size_t reference_points(const reference *r)
     return r->points;
 }
 
+const double *reference_s(const reference *r)
+{
+    return r->s;
+}
+
 const double *reference_t(const reference *r)
 {
     return r->t;
@@ -405,6 +410,21 @@ reference_errors reference_estimates(const reference *r)
                               .tip = estimate,
                               .rotation = NAN,
                               .rotation_max = NAN};
+}
+
+static const double *column_of(const reference *r, const double *poses, int coordinate)
+{
+    return coordinate < r->model->position_columns ? poses + (size_t)coordinate * r->points : NULL;
+}
+
+const double *reference_known(const reference *r, int coordinate)
+{
+    return column_of(r, r->poses, coordinate);
+}
+
+const double *reference_found(const reference *r, int coordinate)
+{
+    return column_of(r, r->values, coordinate);
 }
 
 void reference_verdict(const reference *r, const reference_errors *errors, verdict *result)

@@ -27,6 +27,7 @@ void reference_free(reference *r);
 ad_status reference_enter(reference *r, const experiment *e, int from, ad_error *error);
 
 size_t reference_points(const reference *r);
+const double *reference_s(const reference *r);  /* [points] m */
 const double *reference_t(const reference *r);  /* [points] s */
 size_t reference_left_out(const reference *r);  /* points of a file outside the scene */
 const char *reference_name(const reference *r); /* "elastica", "file.csv", ... */
@@ -56,6 +57,11 @@ ad_status reference_compare(reference *r, const double *x, reference_errors *err
  * the next reference_enter its values are what the points are left with. AD_NO_MEMORY. */
 ad_status reference_compare_solution(reference *r, const solution *solved, reference_errors *errors,
                                      ad_error *error);
+
+/* What is known of a coordinate of the position, 0 or a rod's 0 to 2, and what was found by the
+ * comparison last: [points] m. NULL: of a beam there is one. */
+const double *reference_known(const reference *r, int coordinate);
+const double *reference_found(const reference *r, int coordinate);
 
 /* Adds the remark, if it is so, that the errors are below the estimated one of the reference
  * itself, and so say no more than that. */

@@ -1,0 +1,246 @@
+"""Reports of cpinn-show, read as a browser reads them.
+
+    test_show.py structure REPORT.html TABLE.csv   HTML, JSON, numbers: those of the table
+    test_show.py browser REPORT.html TABLE.csv     the picture, in Chromium; 77: there is none
+    test_show.py vtp FILE.pvd TABLE.csv            the files of each instant
+"""
+
+import base64
+import csv
+import html.parser
+import json
+import math
+import os
+import re
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+import xml.etree.ElementTree
+import zlib
+
+VOID = {"meta", "input", "br", "img", "link", "hr"}
+
+
+class Page(html.parser.HTMLParser):
+    """Elements have to be closed in turn; scripts are kept."""
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.texts, self.links, self.identifiers = [], {}, [], set()
+
+    def handle_starttag(self, tag, attributes):
+        about = dict(attributes)
+        self.links += [about[key] for key in ("src", "href") if key in about]
+        assert about.get("id") not in self.identifiers or "id" not in about, about
+        self.identifiers.add(about.get("id"))
+        if tag not in VOID:
+            self.open.append((tag, about.get("type", "")))
+
+    def handle_endtag(self, tag):
+        assert self.open and self.open[-1][0] == tag, (tag, self.open)
+        self.open.pop()
+
+    def handle_data(self, data):
+        if self.open:
+            self.texts[self.open[-1]] = self.texts.get(self.open[-1], "") + data
+
+
+def read_page(path):
+    with open(path, encoding="utf-8") as file:
+        text = file.read()
+    page = Page()
+    page.feed(text)
+    page.close()
+    assert text.startswith("<!DOCTYPE html>") and not page.open, page.open
+    assert not page.links, page.links  # self-contained
+    assert "<!--" not in text.replace("<!DOCTYPE", ""), "a place was not filled"
+    refuse = lambda word: sys.exit(f"{word} in JSON")
+    return json.loads(page.texts["script", "application/json"], parse_constant=refuse), page
+
+
+def read_table(path):
+    with open(path) as file:
+        rows = list(csv.DictReader(file))
+    return {name: [float(row[name]) for row in rows] for name in rows[0]}
+
+
+def numbers(column, count):
+    """The numbers of a column, and how far they may be rounded."""
+    if "kind" not in column:
+        return [column["value"]] * count, 0
+    data = base64.b64decode(column["data"], validate=True)
+    if column["kind"] == "f4":
+        values = struct.unpack(f"<{count}f", data)
+        return values, max(map(abs, values)) * 2.0**-24
+    step = (column["high"] - column["low"]) / 65534
+    return [column["low"] + (k + 32767) * step for k in struct.unpack(f"<{count}h", data)], step / 2
+
+
+def structure(path, table):
+    report, page = read_page(path)
+    motion = report["motion"]
+    count = motion["frames"] * motion["points"]
+    assert count == len(table["s"]), "a table this small is kept as it is"
+    assert {"title", "verdict", "picture", "legend", "charts"} <= page.identifiers
+    for name, unit in (("x", "m"), ("n1", "N"), ("m2", "N m"), ("u2", "1/m"), ("qw", "")):
+        column = next(c for c in motion["columns"] if c["name"] == name)
+        found, rounding = numbers(column, count)
+        assert column["unit"] == unit, column
+        worst = max(abs(a - b) for a, b in zip(found, table[name]))
+        assert worst <= 1.01 * rounding + 1e-300, (name, worst, rounding)
+    for name in "xyz":  # the tip, to the last digit of a float
+        column = next(c for c in motion["columns"] if c["name"] == name)
+        tip = numbers(column, count)[0][motion["points"] - 1 :: motion["points"]]
+        exact = table[name][motion["points"] - 1 :: motion["points"]]
+        assert list(tip) == [struct.unpack("f", struct.pack("f", x))[0] for x in exact], name
+    times = numbers(motion["t"][0], motion["frames"])[0] if "t" in motion else [0]
+    assert all(abs(a - b) < 1e-6 for a, b in zip(times, table["t"][:: motion["points"]]))
+    size = os.path.getsize(path)
+    room = 100_000 + 3 * 4 * 4 / 3 * count + 26 * 2 * 4 / 3 * count
+    assert size < room, (size, room)
+
+
+# ---- the picture -------------------------------------------------------------------------------
+
+
+def browser_at(page, *options):
+    found = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))),
+                 None)
+    if not found:
+        print("skipped: no Chromium")
+        sys.exit(77)
+    with tempfile.TemporaryDirectory() as home:
+        command = [found, "--headless=new", "--no-sandbox", "--use-gl=angle",
+                   "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars",
+                   f"--user-data-dir={home}", "--window-size=700,620", *options, page]
+        return subprocess.run(command, capture_output=True, timeout=120, text=True).stdout
+
+
+def read_png(path):
+    """Rows of bytes, and how many of them a pixel has."""
+    with open(path, "rb") as file:
+        data = file.read()
+    width, height, depth, kind = struct.unpack(">IIBB", data[16:26])
+    size = {2: 3, 6: 4}[kind]
+    assert depth == 8
+    packed, at = b"", 8
+    while at < len(data):
+        length, name = struct.unpack(">I4s", data[at : at + 8])
+        packed += data[at + 8 : at + 8 + length] if name == b"IDAT" else b""
+        at += 12 + length
+    raw, rows, above = zlib.decompress(packed), [], bytes(width * size)
+    for y in range(height):
+        first = y * (width * size + 1)
+        way, row = raw[first], bytearray(raw[first + 1 : first + 1 + width * size])
+        for i in range(len(row)):
+            left = row[i - size] if i >= size else 0
+            corner = above[i - size] if i >= size else 0
+            if way == 1:
+                row[i] = (row[i] + left) & 255
+            elif way == 2:
+                row[i] = (row[i] + above[i]) & 255
+            elif way == 3:
+                row[i] = (row[i] + (left + above[i]) // 2) & 255
+            elif way == 4:
+                guess = left + above[i] - corner
+                order = [(abs(guess - v), k) for k, v in enumerate((left, above[i], corner))]
+                row[i] = (row[i] + (left, above[i], corner)[min(order)[1]]) & 255
+        rows.append(row)
+        above = row
+    return rows, size
+
+
+def project(camera, place):
+    """A pinhole camera, written apart from that of the page: pixels of the page."""
+    right, up, back = camera["axes"]
+    part = [sum((p - t) * a for p, t, a in zip(place, camera["target"], axis))
+            for axis in (right, up, back)]
+    scale = camera["height"] / 2 / camera["lens"] / (camera["distance"] - part[2])
+    return (camera["left"] + camera["width"] / 2 + part[0] * scale,
+            camera["top"] + camera["height"] / 2 - part[1] * scale)
+
+
+def picture(path, table, way):
+    """The rod alone, in one colour at the last instant: where its pixels are."""
+    page = f"file://{os.path.abspath(path)}#colour=plain&hide=path,floor,reference,loads&theme=light&size=600x400"
+    page += f"&time={table['t'][-1]}" + ("&canvas=1" if way == "canvas" else "")
+    body = re.search(r"<body[^>]*>", browser_at(page, "--virtual-time-budget=4000", "--dump-dom"))
+    if not body:
+        print("skipped: Chromium does not start")
+        sys.exit(77)
+    said = dict(re.findall(r'data-([a-z]+)="([^"]*)"', body.group()))
+    assert said.get("ready") == "yes", said
+    camera = json.loads(said["camera"].replace("&quot;", '"'))
+    assert (camera["width"], camera["height"]) == (600, 400), camera
+    assert said["renderer"] in (way, "canvas"), said
+    with tempfile.TemporaryDirectory() as folder:
+        image = os.path.join(folder, "picture.png")
+        browser_at(page, "--virtual-time-budget=4000", f"--screenshot={image}")
+        rows, size = read_png(image)
+    assert (len(rows[0]) // size, len(rows)) == (700, 620)
+    left, top = camera["left"], camera["top"]
+    blue = [(x, y) for y in range(math.ceil(top), min(620, math.floor(top + camera["height"])))
+            for x in range(math.ceil(left), math.floor(left + camera["width"]))
+            if rows[y][size * x + 2] - rows[y][size * x] > 60
+            and not (x < left + 100 and y > top + camera["height"] - 100)]  # the axes
+    last = [i for i, t in enumerate(table["t"]) if t == table["t"][-1]]
+    seen = [project(camera, [table[name][i] for name in "xyz"]) for i in last]
+    radius = 0.006 * camera["height"] / camera["lens"]  # a generous one, of the drawn rod
+    low = [min(p[k] for p in seen) for k in (0, 1)]
+    high = [max(p[k] for p in seen) for k in (0, 1)]
+    for k in (0, 1):
+        drawn = min(p[k] for p in blue), max(p[k] for p in blue)
+        # the plate that holds the rod hides its beginning
+        assert abs(drawn[0] - low[k]) < radius + 8 and abs(drawn[1] - high[k]) < radius + 8, (
+            way, k, drawn, low, high)
+    assert max(high[0] - low[0], high[1] - low[1]) > 0.25 * camera["height"], (low, high)
+    tip = seen[-1]
+    assert any(math.hypot(x - tip[0], y - tip[1]) < 6 for x, y in blue), tip
+    print(f"{said['renderer']}: {len(blue)} pixels of the rod, its tip at {tip[0]:.0f}, {tip[1]:.0f}")
+
+
+# ---- files of instants --------------------------------------------------------------------------
+
+
+def vtp(path, table):
+    files = xml.etree.ElementTree.parse(path).getroot().findall("Collection/DataSet")
+    times = sorted(set(table["t"]))
+    assert [float(f.get("timestep")) for f in files] == times
+    points = len(table["t"]) // len(times)
+    for frame, file in enumerate(files):
+        with open(os.path.join(os.path.dirname(path), file.get("file")), "rb") as opened:
+            head, data = opened.read().split(b'<AppendedData encoding="raw">\n_')
+        piece = xml.etree.ElementTree.fromstring(
+            head + b"</VTKFile>").find("PolyData/Piece")
+        assert int(piece.get("NumberOfPoints")) == points and piece.get("NumberOfLines") == "1"
+        arrays, end = {}, 0
+        for array in piece.iter("DataArray"):
+            assert int(array.get("offset")) == end, array.attrib
+            (size,) = struct.unpack("<Q", data[end : end + 8])
+            kind = {"Float64": "d", "Int64": "q"}[array.get("type")]
+            arrays[array.get("Name")] = struct.unpack(
+                f"<{size // 8}{kind}", data[end + 8 : end + 8 + size])
+            end += 8 + size
+        assert data[end:] == b"\n</AppendedData>\n</VTKFile>\n"
+        part = slice(frame * points, (frame + 1) * points)
+        assert arrays["connectivity"] == tuple(range(points)) and arrays["offsets"] == (points,)
+        for k, name in enumerate("xyz"):
+            assert list(arrays["Points"][k::3]) == table[name][part]
+            assert list(arrays["velocity"][k::3]) == table["v" + name][part]
+        for k in range(points):  # force in the world: body components along the directors
+            world = arrays["force"][3 * k : 3 * k + 3]
+            for axis in (1, 2, 3):
+                d = arrays[f"d{axis}"][3 * k : 3 * k + 3]
+                body = sum(a * b for a, b in zip(world, d))
+                assert abs(body - table[f"n{axis}"][part][k]) < 1e-13
+
+
+if __name__ == "__main__":
+    rows = read_table(sys.argv[3])
+    if sys.argv[1] == "browser":
+        for renderer in ("webgl2", "canvas"):
+            picture(sys.argv[2], rows, renderer)
+    else:
+        {"structure": structure, "vtp": vtp}[sys.argv[1]](sys.argv[2], rows)

@@ -1,0 +1,470 @@
+#include "tools/files/shapes_vtk.h"
+
+#include "tools/files/file_bytes.h"
+#include "tools/files/hdf5_image.h"
+
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { ARRAYS_MAX = TABLE_MAX_COLUMNS + 16 };
+
+typedef struct array {
+    const char *name;
+    int components;           /* 1 or 3 */
+    const double *columns[3]; /* NULL: of a director */
+    int director;             /* 0 to 2 */
+    bool to_world;            /* components along the directors become those of the world */
+} array;
+
+typedef struct shapes {
+    const table_source *table;
+    table_shapes at;
+    const double *place[3];      /* x, y, z; of a beam s, NULL, w */
+    const double *quaternion[4]; /* all NULL: there is none */
+    int count;
+    array arrays[ARRAYS_MAX];
+} shapes;
+
+/* ---- what there is ------------------------------------------------------------------------- */
+
+static const struct vector {
+    const char *name, *columns[3];
+    bool to_world;
+} vectors[] = {
+    {"strain", {"v1", "v2", "v3"}, false},   {"curvature", {"u1", "u2", "u3"}, false},
+    {"force", {"n1", "n2", "n3"}, true},     {"moment", {"m1", "m2", "m3"}, true},
+    {"velocity", {"vx", "vy", "vz"}, false}, {"angular_velocity", {"w1", "w2", "w3"}, false}};
+
+enum { VECTORS = sizeof vectors / sizeof *vectors };
+
+static bool is_used(const shapes *x, const double *column)
+{
+    for (int k = 0; k < 3; k++) {
+        if (column == x->at.place[k]) {
+            return true;
+        }
+    }
+    for (int k = 0; k < 4; k++) {
+        if (column == x->quaternion[k]) {
+            return true;
+        }
+    }
+    for (int i = 0; i < x->count; i++) {
+        for (int k = 0; k < x->arrays[i].components; k++) {
+            if (column == x->arrays[i].columns[k]) {
+                return true;
+            }
+        }
+    }
+    return column == x->at.t || column == x->at.member;
+}
+
+static void find_vectors(shapes *x)
+{
+    for (int v = 0; v < VECTORS; v++) {
+        array a = {.name = vectors[v].name,
+                   .components = 3,
+                   .to_world = vectors[v].to_world && x->quaternion[0]};
+        for (int k = 0; k < 3; k++) {
+            a.columns[k] = table_source_column(x->table, vectors[v].columns[k]);
+        }
+        if (a.columns[0] && a.columns[1] && a.columns[2]) {
+            x->arrays[x->count++] = a;
+        }
+    }
+    for (int k = 0; k < 3 && x->quaternion[0]; k++) {
+        static const char *const names[] = {"d1", "d2", "d3"};
+        x->arrays[x->count++] = (array){.name = names[k], .components = 3, .director = k};
+    }
+}
+
+static ad_status find(shapes *x, const table_source *table, ad_error *error)
+{
+    static const char *const turned[] = {"qw", "qx", "qy", "qz"};
+    *x = (shapes){.table = table};
+    ad_status status = table_shapes_of(table, &x->at, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    memcpy(x->place, x->at.place, sizeof x->place);
+    if (!x->place[0]) {
+        x->place[0] = x->at.s;
+        x->place[2] = table_source_column(table, "w");
+        if (!x->place[0] || !x->place[2]) {
+            return ad_fail(error, AD_BAD_ARGUMENT,
+                           "there are no shapes; needed: columns x, y, z, or s and w of a beam");
+        }
+    }
+    for (int k = 0; k < 4; k++) {
+        x->quaternion[k] = table_source_column(table, turned[k]);
+    }
+    if (!x->quaternion[0] || !x->quaternion[1] || !x->quaternion[2] || !x->quaternion[3]) {
+        memset(x->quaternion, 0, sizeof x->quaternion);
+    }
+    find_vectors(x);
+    for (size_t k = 0; k < table->ncols; k++) {
+        const double *column = table_source_column(table, table->names[k]);
+        if (column && !is_used(x, column)) {
+            x->arrays[x->count++] =
+                (array){.name = table->names[k], .components = 1, .columns = {column}};
+        }
+    }
+    return AD_OK;
+}
+
+/* Director `which` at a row: a column of the rotation matrix of the quaternion. */
+static void director(const shapes *x, size_t row, int which, double d[3])
+{
+    const double w = x->quaternion[0][row];
+    const double v[3] = {x->quaternion[1][row], x->quaternion[2][row], x->quaternion[3][row]};
+    const double twice = 2 / (w * w + v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    const int next = (which + 1) % 3, last = (which + 2) % 3;
+    d[which] = 1 - twice * (v[next] * v[next] + v[last] * v[last]);
+    d[next] = twice * (v[which] * v[next] + w * v[last]);
+    d[last] = twice * (v[which] * v[last] - w * v[next]);
+}
+
+static void value(const shapes *x, const array *a, size_t row, double to[3])
+{
+    if (!a->columns[0]) {
+        director(x, row, a->director, to);
+        return;
+    }
+    for (int k = 0; k < a->components; k++) {
+        to[k] = a->columns[k][row];
+    }
+    if (a->to_world) {
+        double world[3] = {0, 0, 0}, d[3];
+        for (int i = 0; i < 3; i++) {
+            director(x, row, i, d);
+            for (int k = 0; k < 3; k++) {
+                world[k] += to[i] * d[k];
+            }
+        }
+        memcpy(to, world, sizeof world);
+    }
+}
+
+/* values [rows][components] of rows from `first` on; `a` NULL: the places. */
+static void fill(const shapes *x, const array *a, size_t first, size_t rows, double *values)
+{
+    for (size_t i = 0; i < rows; i++) {
+        if (a) {
+            value(x, a, first + i, values + i * (size_t)a->components);
+            continue;
+        }
+        for (int k = 0; k < 3; k++) {
+            values[3 * i + (size_t)k] = x->place[k] ? x->place[k][first + i] : 0;
+        }
+    }
+}
+
+/* The time of a frame; members are counted, and so are instants of several members. */
+static double time_of(const shapes *x, size_t frame)
+{
+    return x->at.t && !x->at.member ? x->at.t[frame * x->at.points] : (double)frame;
+}
+
+/* ---- one HDF5 file ------------------------------------------------------------------------- */
+
+/* A dataset of `rows` by `columns` numbers; columns 0: of one dimension. */
+static bool put(hid_t group, const char *name, hid_t type, const void *values, size_t rows,
+                size_t columns)
+{
+    hid_t creation = hdf5_image_creation(H5P_DATASET_CREATE);
+    hid_t space = H5Screate_simple(columns ? 2 : 1, (const hsize_t[]){rows, columns}, NULL);
+    hid_t dataset = H5Dcreate2(group, name, type, space, H5P_DEFAULT, creation, H5P_DEFAULT);
+    bool written = dataset >= 0 && (rows == 0 || H5Dwrite(dataset, type, H5S_ALL, H5S_ALL,
+                                                          H5P_DEFAULT, values) >= 0);
+    hdf5_image_close(dataset);
+    hdf5_image_close(space);
+    hdf5_image_close(creation);
+    return written;
+}
+
+static bool put_attribute(hid_t group, const char *name, hid_t type, size_t count,
+                          const void *values)
+{
+    hid_t space =
+        count ? H5Screate_simple(1, (const hsize_t[]){count}, NULL) : H5Screate(H5S_SCALAR);
+    hid_t attribute = H5Acreate2(group, name, type, space, H5P_DEFAULT, H5P_DEFAULT);
+    bool written = attribute >= 0 && H5Awrite(attribute, type, values) >= 0;
+    hdf5_image_close(attribute);
+    hdf5_image_close(space);
+    return written;
+}
+
+static hid_t open_group(hid_t parent, const char *name)
+{
+    hid_t creation = hdf5_image_creation(H5P_GROUP_CREATE);
+    hid_t group = H5Gcreate2(parent, name, H5P_DEFAULT, creation, H5P_DEFAULT);
+    hdf5_image_close(creation);
+    return group;
+}
+
+/* numbers [2 + frames] scratch: first + step k, k = 0 .. count - 1. */
+static const int64_t *counted(int64_t *numbers, size_t count, int64_t first, int64_t step)
+{
+    for (size_t k = 0; k < count; k++) {
+        numbers[k] = first + step * (int64_t)k;
+    }
+    return numbers;
+}
+
+/* One polyline for each instant, all with the numbers 0 .. points - 1: VTK needs them again for
+ * each instant. `lines` false: a kind of cells of which there are none. */
+static bool put_cells(hid_t root, const char *kind, bool lines, const shapes *x, int64_t *numbers)
+{
+    const size_t frames = x->at.frames, points = x->at.points;
+    hid_t group = open_group(root, kind);
+    bool good = group >= 0;
+    good = good && put(group, "NumberOfCells", H5T_NATIVE_INT64, counted(numbers, frames, lines, 0),
+                       frames, 0);
+    good = good && put(group, "NumberOfConnectivityIds", H5T_NATIVE_INT64,
+                       counted(numbers, frames, lines ? (int64_t)points : 0, 0), frames, 0);
+    for (size_t k = 0; k < 2 * frames; k++) {
+        numbers[k] = lines && k % 2 ? (int64_t)points : 0;
+    }
+    good = good && put(group, "Offsets", H5T_NATIVE_INT64, numbers, lines ? 2 * frames : frames, 0);
+    for (size_t k = 0; lines && k < frames * points; k++) {
+        numbers[k] = (int64_t)(k % points);
+    }
+    good = good &&
+           put(group, "Connectivity", H5T_NATIVE_INT64, numbers, lines ? frames * points : 0, 0);
+    hdf5_image_close(group);
+    return good;
+}
+
+/* Where the numbers of each instant begin. */
+static bool put_steps(hid_t root, const shapes *x, int64_t *numbers, double *values)
+{
+    const size_t frames = x->at.frames, points = x->at.points;
+    const int64_t count = (int64_t)frames;
+    hid_t steps = open_group(root, "Steps"), offsets = open_group(steps, "PointDataOffsets");
+    bool good = offsets >= 0 && put_attribute(steps, "NSteps", H5T_NATIVE_INT64, 0, &count);
+    for (size_t k = 0; k < frames; k++) {
+        values[k] = time_of(x, k);
+    }
+    good = good && put(steps, "Values", H5T_NATIVE_DOUBLE, values, frames, 0);
+    good = good &&
+           put(steps, "NumberOfParts", H5T_NATIVE_INT64, counted(numbers, frames, 1, 0), frames, 0);
+    good = good &&
+           put(steps, "PartOffsets", H5T_NATIVE_INT64, counted(numbers, frames, 0, 1), frames, 0);
+    counted(numbers, frames, 0, (int64_t)points);
+    good = good && put(steps, "PointOffsets", H5T_NATIVE_INT64, numbers, frames, 0);
+    for (int i = 0; good && i < x->count; i++) {
+        good = put(offsets, x->arrays[i].name, H5T_NATIVE_INT64, numbers, frames, 0);
+    }
+    enum { KINDS = 4, LINES = 1 }; /* vertices, lines, polygons, strips */
+    for (size_t k = 0; k < KINDS * frames; k++) {
+        numbers[k] = k % KINDS == LINES ? (int64_t)(k / KINDS) : 0;
+    }
+    good = good && put(steps, "CellOffsets", H5T_NATIVE_INT64, numbers, frames, KINDS);
+    for (size_t k = 0; k < KINDS * frames; k++) {
+        numbers[k] *= (int64_t)points;
+    }
+    good = good && put(steps, "ConnectivityIdOffsets", H5T_NATIVE_INT64, numbers, frames, KINDS);
+    hdf5_image_close(offsets);
+    hdf5_image_close(steps);
+    return good;
+}
+
+static bool put_root(hid_t root, const shapes *x, int64_t *numbers, double *values)
+{
+    static const char type_name[] = "PolyData";
+    const size_t frames = x->at.frames, rows = frames * x->at.points;
+    const int64_t version[] = {2, 0};
+    hid_t text = H5Tcopy(H5T_C_S1);
+    bool good = H5Tset_size(text, sizeof type_name - 1) >= 0 &&
+                H5Tset_strpad(text, H5T_STR_NULLPAD) >= 0 &&
+                put_attribute(root, "Type", text, 0, type_name) &&
+                put_attribute(root, "Version", H5T_NATIVE_INT64, 2, version);
+    hdf5_image_close(text);
+    counted(numbers, frames, (int64_t)x->at.points, 0);
+    good = good && put(root, "NumberOfPoints", H5T_NATIVE_INT64, numbers, frames, 0);
+    fill(x, NULL, 0, rows, values);
+    good = good && put(root, "Points", H5T_NATIVE_DOUBLE, values, rows, 3);
+    static const char *const kinds[] = {"Vertices", "Lines", "Polygons", "Strips"};
+    for (int k = 0; k < 4; k++) {
+        good = good && put_cells(root, kinds[k], k == 1, x, numbers);
+    }
+    hid_t data = open_group(root, "PointData");
+    for (int i = 0; good && i < x->count; i++) {
+        const array *a = &x->arrays[i];
+        fill(x, a, 0, rows, values);
+        good = put(data, a->name, H5T_NATIVE_DOUBLE, values, rows, a->components == 3 ? 3 : 0);
+    }
+    hdf5_image_close(data);
+    return good && put_steps(root, x, numbers, values);
+}
+
+static ad_status write_hdf5(const shapes *x, const char *path, ad_error *error)
+{
+    const size_t rows = x->at.frames * x->at.points;
+    int64_t *numbers = malloc((4 * x->at.frames + rows) * sizeof *numbers);
+    double *values = malloc((3 * rows + x->at.frames) * sizeof *values);
+    unsigned char *bytes = NULL;
+    size_t size = 0;
+    ad_status status = AD_NO_MEMORY;
+    if (numbers && values) {
+        hdf5_printer printer;
+        hdf5_image_silence(&printer);
+        hid_t file = hdf5_image_create(0);
+        hid_t root = file >= 0 ? open_group(file, "VTKHDF") : H5I_INVALID_HID;
+        bool written = root >= 0 && put_root(root, x, numbers, values);
+        hdf5_image_close(root);
+        status = written ? hdf5_image_bytes(file, 0, &bytes, &size) : AD_NO_MEMORY;
+        hdf5_image_close(file);
+        hdf5_image_restore(&printer);
+    }
+    status = status == AD_OK ? file_bytes_write(path, bytes, size, 1, error)
+                             : ad_fail(error, status, "%s: cannot be written: out of memory",
+                                       file_bytes_shown(path));
+    free(bytes);
+    free(values);
+    free(numbers);
+    return status;
+}
+
+/* ---- a file for each instant --------------------------------------------------------------- */
+
+/* The head of an array whose numbers stand at `offset` behind the XML; returns where they end. */
+static size_t put_head(FILE *file, const char *type, const char *name, size_t components,
+                       size_t numbers, size_t offset)
+{
+    fprintf(file,
+            "<DataArray type=\"%s\" Name=\"%s\" NumberOfComponents=\"%zu\" format=\"appended\" "
+            "offset=\"%zu\"/>\n",
+            type, name, components, offset);
+    return offset + sizeof(uint64_t) + numbers * sizeof(double);
+}
+
+static void put_numbers(FILE *file, const void *numbers, size_t count)
+{
+    const uint64_t size = count * sizeof(double);
+    fwrite(&size, sizeof size, 1, file);
+    fwrite(numbers, sizeof(double), count, file);
+}
+
+/* values [3 points], ids [points] scratch. */
+static void put_vtp(FILE *file, const shapes *x, size_t frame, double *values, int64_t *ids)
+{
+    const size_t points = x->at.points, first = frame * points;
+    const int64_t end = (int64_t)points;
+    size_t offset = 0;
+    fprintf(file,
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" "
+            "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<PolyData>\n"
+            "<Piece NumberOfPoints=\"%zu\" NumberOfVerts=\"0\" NumberOfLines=\"1\" "
+            "NumberOfStrips=\"0\" NumberOfPolys=\"0\">\n<Points>\n",
+            points);
+    offset = put_head(file, "Float64", "Points", 3, 3 * points, offset);
+    fprintf(file, "</Points>\n<Lines>\n");
+    offset = put_head(file, "Int64", "connectivity", 1, points, offset);
+    offset = put_head(file, "Int64", "offsets", 1, 1, offset);
+    fprintf(file, "</Lines>\n<PointData>\n");
+    for (int i = 0; i < x->count; i++) {
+        const size_t of = (size_t)x->arrays[i].components;
+        offset = put_head(file, "Float64", x->arrays[i].name, of, of * points, offset);
+    }
+    fprintf(file, "</PointData>\n</Piece>\n</PolyData>\n<AppendedData encoding=\"raw\">\n_");
+    fill(x, NULL, first, points, values);
+    put_numbers(file, values, 3 * points);
+    put_numbers(file, counted(ids, points, 0, 1), points);
+    put_numbers(file, &end, 1);
+    for (int i = 0; i < x->count; i++) {
+        fill(x, &x->arrays[i], first, points, values);
+        put_numbers(file, values, (size_t)x->arrays[i].components * points);
+    }
+    fprintf(file, "\n</AppendedData>\n</VTKFile>\n");
+}
+
+/* What `print` writes, as a file; frame: which, of all those that are the same otherwise. */
+static ad_status write_text(const char *path, const shapes *x, size_t frame, double *values,
+                            int64_t *ids, const char *stem, ad_error *error)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *file = open_memstream(&text, &size);
+    if (file && stem) {
+        fprintf(file, "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\">\n"
+                      "<Collection>\n");
+        for (size_t k = 0; k < x->at.frames; k++) {
+            fprintf(file, "<DataSet timestep=\"%.17g\" file=\"%s_%05zu.vtp\"/>\n", time_of(x, k),
+                    stem, k);
+        }
+        fprintf(file, "</Collection>\n</VTKFile>\n");
+    } else if (file) {
+        put_vtp(file, x, frame, values, ids);
+    }
+    ad_status status = file && fclose(file) == 0
+                           ? file_bytes_write(path, text, size, 1, error)
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for %s", path);
+    free(text);
+    return status;
+}
+
+static ad_status write_pvd(const shapes *x, const char *path, ad_error *error)
+{
+    const size_t points = x->at.points, length = strlen(path) - strlen(".pvd");
+    const char *slash = strrchr(path, '/');
+    double *values = malloc(3 * points * sizeof *values);
+    int64_t *ids = malloc(points * sizeof *ids);
+    char *name = malloc(length + 32), *stem = strdup(slash ? slash + 1 : path);
+    ad_status status = values && ids && name && stem
+                           ? AD_OK
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for %s", path);
+    for (size_t k = 0; k < x->at.frames && status == AD_OK; k++) {
+        snprintf(name, length + 32, "%.*s_%05zu.vtp", (int)length, path, k);
+        status = write_text(name, x, k, values, ids, NULL, error);
+    }
+    if (status == AD_OK) {
+        stem[strlen(stem) - strlen(".pvd")] = '\0';
+        status = write_text(path, x, 0, NULL, NULL, stem, error);
+    }
+    free(stem);
+    free(name);
+    free(ids);
+    free(values);
+    return status;
+}
+
+/* ---- the face ------------------------------------------------------------------------------ */
+
+static bool ends_with(const char *path, const char *ending)
+{
+    const size_t length = strlen(path), more = strlen(ending);
+    return length > more && strcmp(path + length - more, ending) == 0;
+}
+
+bool shapes_is_vtk(const char *path)
+{
+    return ends_with(path, ".vtkhdf") || ends_with(path, ".pvd");
+}
+
+ad_status shapes_check_path(const char *path, ad_error *error)
+{
+    if (ends_with(path, ".pvd") && strpbrk(path, "<>&\"")) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "%s: the name has one of < > & \"",
+                       file_bytes_shown(path));
+    }
+    return shapes_is_vtk(path) ? file_bytes_check(path, error) : table_check_path(path, error);
+}
+
+ad_status shapes_write(const char *path, const table_source *table, ad_error *error)
+{
+    shapes x;
+    ad_error why;
+    if (!shapes_is_vtk(path)) {
+        return table_write(path, table, error);
+    }
+    ad_status status = shapes_check_path(path, error);
+    if (status == AD_OK && find(&x, table, &why) != AD_OK) {
+        status = ad_fail(error, AD_BAD_ARGUMENT, "%s: %s", file_bytes_shown(path), why.message);
+    }
+    return status != AD_OK              ? status
+           : ends_with(path, ".vtkhdf") ? write_hdf5(&x, path, error)
+                                        : write_pvd(&x, path, error);
+}

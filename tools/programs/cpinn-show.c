@@ -1,0 +1,238 @@
+/* cpinn-show: a report as one HTML file; see --help. */
+#include "tools/files/file_bytes.h"
+#include "tools/programs/show_source.h"
+#include "tools/train/report.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+static const char program[] = "cpinn-show";
+
+static const char summary[] = "Make one HTML file of a result, to be opened in any browser, "
+                              "without a network connection: the\n"
+                              "rod in space, to be turned, zoomed and played, with directors, "
+                              "loads and tendons, coloured by\n"
+                              "strain, force or moment; its reference as a ghost; errors, losses, "
+                              "the tip's path, all numbers,\n"
+                              "the scene, and the verdict on top.";
+
+static const char epilogue[] =
+    "SOURCE is\n"
+    "  a run           the folder that cpinn-train wrote, or a checkpoint: network beside "
+    "reference;\n"
+    "                  of a family at rest its parameters are varied in turn, with predicted "
+    "errors\n"
+    "  SCENE.yaml      is solved first, as cpinn-solve does\n"
+    "  a table         .csv, .h5 of cpinn-solve, cpinn-eval (also of --members) or cpinn-control\n"
+    "                  --out; with --scene also its section, loads and tendons\n"
+    "  a folder        of cpinn-cases, cpinn-bench --out, cpinn-eval --rollouts: tables and "
+    "pictures\n"
+    "\n"
+    "  cpinn-show runs/soft_arm                              runs/soft_arm/report.html\n"
+    "  cpinn-show configs/robots/tendon_pulled.yaml --out tendon.html\n"
+    "  cpinn-show motion.csv --scene scene.yaml --reference measured.csv\n"
+    "  cpinn-show motion.csv --out motion.gif                (or .svg, .png)\n"
+    "  cpinn-show loop.csv                                   wanted and true path, errors, inputs\n"
+    "\n"
+    "In the page the mouse turns, shift moves, the wheel zooms, a double click begins anew; keys "
+    "are\n"
+    "listed under the picture. Deflections of beams are drawn enlarged, thin rods thicker; the "
+    "page\n"
+    "says so. Of more than 401 instants or 201 points an even choice is kept; a motion of 400 by "
+    "100\n"
+    "takes less than 3 MB.\n"
+    "\n"
+    "Exit status: 0; 1 if the file cannot be written; 2 with one line that says what is wrong "
+    "with\n"
+    "the input.";
+
+static void showing_free(showing *x)
+{
+    show_kept_free(&x->kept);
+    table_free(x->table);
+    table_free(x->ghost);
+    samples_free(&x->samples);
+    solution_free(x->solved);
+    reference_free(x->known);
+    field_free(x->field);
+    checkpoint_free(x->file);
+    experiment_free(x->e);
+    config_free(x->settings);
+}
+
+/* ---- a scene that is solved ---------------------------------------------------------------- */
+
+static ad_status show_solved(showing *x, ad_error *error)
+{
+    solve_report report;
+    samples_sheet sheet;
+    verdict judged = {.count = 0};
+    ad_status status = config_read_member(x->source, NULL, x->overrides.count, x->overrides.texts,
+                                          x->at, &x->settings, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    const scene *of = &x->settings->scene;
+    const solve_settings settings = solve_settings_default(of);
+    snprintf(x->title, sizeof x->title, "%s", x->settings->settings.name);
+    status = samples_of_grid(&x->samples,
+                             x->grid                ? x->grid
+                             : scene_is_dynamic(of) ? "81x201"
+                                                    : NULL,
+                             of, scene_duration(of), solution_columns(of), error);
+    const samples *p = &x->samples;
+    if (status == AD_OK) {
+        status = solution_create(of, &settings, p->count, p->t, &x->solved, &report, error);
+    }
+    if (status == AD_OK) {
+        status = solution_evaluate(x->solved, p->columns, p->count, p->s, p->t, p->values, error);
+    }
+    if (status != AD_OK) {
+        return status;
+    }
+    solution_verdict(x->solved, of, &settings, &report, &judged);
+    report_verdict(&x->to, &judged);
+    json_open(&x->to, "facts", '[');
+    show_scene_facts(&x->to, of);
+    show_fact(&x->to, "nodes", "%.0f", report.nodes);
+    if (!isnan(report.estimate)) {
+        show_fact(&x->to, "estimated error, largest, over the length", "%.1e", report.estimate);
+    }
+    json_close(&x->to, ']');
+    samples_fill(p, of, &sheet);
+    status = show_put_motion(x, &sheet.table, NULL, NULL, NULL, error);
+    return status == AD_OK ? show_scene(&x->to, of, NULL, &x->kept, error) : status;
+}
+
+/* ---- a table ------------------------------------------------------------------------------- */
+
+static ad_status show_table(showing *x, ad_error *error)
+{
+    static const char *const words[] = {"source", "reason", NULL};
+    ad_status status = table_read_words(x->source, TABLE_NONFINITE, words, &x->table, error);
+    if (status == AD_OK && x->scene_path) {
+        status = config_read_member(x->scene_path, NULL, x->overrides.count, x->overrides.texts,
+                                    x->at, &x->settings, error);
+    }
+    if (status != AD_OK) {
+        return status;
+    }
+    const scene *of = x->settings ? &x->settings->scene : NULL;
+    show_read_table *read = show_read_table_of(x->table, of);
+    if (!read) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a report");
+    }
+    show_title_of(x, x->source);
+    if (table_source_column(&read->table, "true_x")) {
+        status = show_loop(x, &read->table, error);
+    } else {
+        status = show_put_motion(x, &read->table, NULL, NULL, NULL, error);
+    }
+    free(read);
+    return status == AD_OK && of ? show_scene(&x->to, of, NULL, &x->kept, error) : status;
+}
+
+/* ---- the program --------------------------------------------------------------------------- */
+
+static bool ends_with(const char *text, const char *ending)
+{
+    const size_t length = strlen(text), more = strlen(ending);
+    return length > more && strcmp(text + length - more, ending) == 0;
+}
+
+/* "DIR/report.html" of a folder, else "NAME.html" here. */
+static void choose_out(showing *x, bool is_folder, char *path, size_t size)
+{
+    if (is_folder) {
+        const size_t length = strlen(x->source);
+        snprintf(path, size, "%s%sreport.html", x->source, x->source[length - 1] == '/' ? "" : "/");
+    } else {
+        snprintf(path, size, "%s.html", x->title);
+    }
+}
+
+/* The texts that every page has: what file it was made of. */
+static ad_status fill(showing *x, bool is_folder, ad_error *error)
+{
+    struct stat of;
+    char inside[4096];
+    snprintf(inside, sizeof inside, "%s/checkpoint.h5", x->source);
+    if (is_folder && stat(inside, &of) != 0) {
+        return show_folder(x, error);
+    }
+    if (ends_with(x->source, ".yaml") || ends_with(x->source, ".yml")) {
+        return show_solved(x, error);
+    }
+    return is_folder || ends_with(x->source, "checkpoint.h5") ? show_run(x, error)
+                                                              : show_table(x, error);
+}
+
+static ad_status run(showing *x, char *path, size_t size, ad_error *error)
+{
+    struct stat of;
+    if (stat(x->source, &of) != 0) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "%s: does not exist; allowed: a folder of a run, "
+                       "SCENE.yaml, a table",
+                       file_bytes_shown(x->source));
+    }
+    const bool is_folder = S_ISDIR(of.st_mode);
+    snprintf(path, size, "%s", x->out ? x->out : "");
+    ad_status status = x->out ? file_bytes_check(x->out, error) : AD_OK;
+    json_begin(&x->to);
+    json_text(&x->to, "program", "cpinn");
+    json_text(&x->to, "version", cli_version());
+    json_text(&x->to, "source", x->source);
+    status = status == AD_OK ? fill(x, is_folder, error) : status;
+    if (!x->out) {
+        choose_out(x, is_folder, path, size);
+    }
+    json_text(&x->to, "title", x->title);
+    if (status != AD_OK || show_is_plot(x->out)) {
+        char *text;
+        size_t length;
+        ad_error unused;
+        json_take(&x->to, &text, &length, &unused);
+        free(text);
+        return status;
+    }
+    return show_page(&x->to, x->title, path, error);
+}
+
+int main(int argc, char **argv)
+{
+    showing x = {.source = NULL};
+    char path[4200];
+    ad_error error = {.message = ""};
+    const cli_option list[] = {
+        {"--out", "FILE", CLI_TEXT, &x.out, 0, 0,
+         "where to write (default: report.html in the folder, else NAME.html);\nNAME.svg, .png: "
+         "shapes over time, .gif: moving, by gnuplot and NAME.gp"},
+        {"--scene", "CONFIG.yaml", CLI_TEXT, &x.scene_path, 0, 0,
+         "of a table: the scene that it solves, for section, loads, tendons"},
+        {"--reference", "TABLE", CLI_TEXT, &x.reference_path, 0, 0,
+         "shapes to be drawn beside as a ghost: columns s, x, y, z and, in\nmotion, t"},
+        {"--grid", "NSxNT", CLI_TEXT, &x.grid, 0, 0,
+         "of a run or scene: points along s and t (default 101 at rest,\n81x201 in motion)"},
+        CLI_SET(&x.overrides),
+        CLI_AT(&x.at),
+        {"--quiet", NULL, CLI_FLAG, &x.quiet, 0, 0, "say nothing but errors"},
+    };
+    const cli_program about = {program, "SOURCE", summary, epilogue, NULL, NULL};
+    int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &x.source);
+    if (status != CLI_RUN) {
+        return status;
+    }
+    status = 0;
+    if (run(&x, path, sizeof path, &error) != AD_OK) {
+        const bool unwritten = error.status == AD_IO || error.status == AD_NO_MEMORY;
+        cli_fail_error(program, &error);
+        status = unwritten ? 1 : CLI_BAD;
+    } else if (!x.quiet) {
+        printf("wrote %s\n", path);
+    }
+    showing_free(&x);
+    return status;
+}

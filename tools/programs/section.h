@@ -1,0 +1,12 @@
+/* How thick a rod is, for pictures. */
+#ifndef TOOLS_PROGRAMS_SECTION_H
+#define TOOLS_PROGRAMS_SECTION_H
+
+#include "physics/scene.h"
+
+/* Half the width along d1, or the height along d2, of the section at s, m; of anything round the
+ * radius, of concentric tubes that of the outermost. 0: none is given, or it depends on a
+ * parameter that is open. */
+double section_half(const scene *of, double s, bool along_d2);
+
+#endif

@@ -1,0 +1,61 @@
+/* Reports for cpinn-show: one JSON object, in one HTML file with all that shows it (tools/show).
+ *
+ *   title, program, verdict    as everywhere; null: nobody has judged
+ *   facts       [[name, value], ...] texts
+ *   motion      frames, points, s, t or labels, columns, reference {name, ...}: show_motion
+ *   scene       what is drawn beside the rod: show_scene
+ *   curves      [{title, x, x_unit, y, y_unit, log, series: [{name, x, y}]}]
+ *   tables      [{title, columns: [...], rows: [[...], ...]}]
+ *   images      [{title, data}]  SVG
+ *   texts       [{title, text}]
+ *
+ * Numbers in bulk are base64 of what processors of today have in memory, little endian: {name,
+ * unit, kind, data}, of kind f4 (float), i2 (int16 k for low + (high - low) (k + 32767)/65534,
+ * -32768: not a number) or all equal ("value" in place of data). */
+#ifndef TOOLS_PROGRAMS_SHOW_H
+#define TOOLS_PROGRAMS_SHOW_H
+
+#include "physics/scene.h"
+#include "tools/files/json.h"
+#include "tools/files/table_shapes.h"
+
+/* More frames or points are thinned out evenly. */
+enum { SHOW_FRAMES_MAX = 401, SHOW_POINTS_MAX = 201 };
+
+/* values [rows], where `stride` is how far apart those of one column are. */
+void show_column(json *to, const char *name, const char *unit, const double *values, size_t rows,
+                 bool rounded);
+
+/* A curve of a chart: x and y [rows], thinned out if there are very many. */
+void show_series(json *to, const char *name, const double *x, const double *y, size_t rows);
+
+/* What happens to the shapes of a table, frames and points thinned out; `labels` [frames], NULL:
+ * none. The instants [*frames] and places [*points] that are kept, as rows of the table's first
+ * block and first rows of blocks, are added to `kept` for show_scene, to be freed by the caller. */
+typedef struct show_kept {
+    size_t frames, points;
+    size_t *frame, *point;
+    double *s, *t; /* [points], [frames] */
+} show_kept;
+
+void show_kept_free(show_kept *kept);
+ad_status show_motion(json *to, const table_source *table, const char *const *labels,
+                      const table_source *reference, const char *reference_name, show_kept *kept,
+                      ad_error *error);
+
+/* Section, ends, loads, tendons, chambers and bodies of a scene at the kept instants; of a family
+ * values [frames of the table][parameter_count], of any other scene NULL. */
+ad_status show_scene(json *to, const scene *of, const double *values, const show_kept *kept,
+                     ad_error *error);
+
+/* Files of tools/show as lines, ended by NULL. */
+extern const char *const show_text_page[],
+    *const show_text_style[], *const show_text_vectors[], *const show_text_scene[],
+                                                              *const show_text_draw[],
+                                                                  *const show_text_charts[],
+                                                                      *const show_text_main[];
+
+/* Ends `to` and writes the page. AD_IO, AD_NO_MEMORY. */
+ad_status show_page(json *to, const char *title, const char *path, ad_error *error);
+
+#endif

@@ -1,0 +1,129 @@
+/* Parts of a report that several sources have. */
+#include "tools/programs/show_source.h"
+
+#include "physics/model.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- parts of the page --------------------------------------------------------------------- */
+
+void show_open_curve(json *to, const char *title, const char *x, const char *x_unit,
+                     const char *y_unit, bool log)
+{
+    json_open(to, NULL, '{');
+    json_text(to, "title", title);
+    json_text(to, "x", x);
+    json_text(to, "x_unit", x_unit);
+    json_text(to, "y_unit", y_unit);
+    json_text(to, "log", log ? "yes" : NULL);
+    json_open(to, "series", '[');
+}
+
+void show_close_curve(json *to)
+{
+    json_close(to, ']');
+    json_close(to, '}');
+}
+
+void show_fact(json *to, const char *name, const char *format, double value)
+{
+    char text[64];
+    snprintf(text, sizeof text, format, value);
+    json_open(to, NULL, '[');
+    json_text(to, NULL, name);
+    json_text(to, NULL, text);
+    json_close(to, ']');
+}
+
+void show_text(json *to, const char *title, const char *text)
+{
+    json_open(to, NULL, '{');
+    json_text(to, "title", title);
+    json_text(to, "text", text);
+    json_close(to, '}');
+}
+
+void show_scene_facts(json *to, const scene *of)
+{
+    show_fact(to, "length", "%g m", scene_length(of));
+    if (scene_is_dynamic(of)) {
+        show_fact(to, "duration", "%g s", scene_duration(of));
+    }
+}
+
+/* ---- tables -------------------------------------------------------------------------------- */
+
+const char *show_unit(const char *name, const scene *of)
+{
+    const scene_physics *rods = scene_physics_of(of);
+    for (int i = 0; i < rods->column_count; i++) {
+        if (strcmp(rods->columns[i].name, name) == 0) {
+            return rods->columns[i].unit;
+        }
+    }
+    return "";
+}
+
+show_read_table *show_read_table_of(const table_file *from, const scene *of)
+{
+    scene usual;
+    show_read_table *to = calloc(1, sizeof *to);
+    scene_defaults(&usual);
+    for (size_t k = 0; to && k < table_columns(from); k++) {
+        const char *name = table_name(from, k);
+        if (table_column(from, name)) {
+            const size_t n = to->table.ncols++;
+            to->names[n] = name;
+            to->units[n] = show_unit(name, of ? of : &usual);
+            to->columns[n] = table_column(from, name);
+        }
+    }
+    if (to) {
+        to->table.nrows = table_rows(from);
+        to->table.names = to->names;
+        to->table.columns = to->columns;
+        to->table.units = to->units;
+    }
+    return to;
+}
+
+/* The motion, with the table of --reference as its ghost, or `ghost`. */
+ad_status show_put_motion(showing *x, const table_source *table, const char *const *labels,
+                          const table_source *ghost, const char *ghost_name, ad_error *error)
+{
+    show_read_table *given = NULL;
+    ad_error why;
+    ad_status status = AD_OK;
+    if (show_is_plot(x->out)) {
+        status = show_plot(table, x->out, &why);
+        return status == AD_OK ? AD_OK
+                               : ad_fail(error, why.status, "%s: %s", x->source, why.message);
+    }
+    if (x->reference_path) {
+        table_shapes shapes;
+        status = table_read(x->reference_path, TABLE_NONFINITE, &x->ghost, error);
+        given = status == AD_OK ? show_read_table_of(x->ghost, NULL) : NULL;
+        if (status == AD_OK && !given) {
+            status = ad_fail(error, AD_NO_MEMORY, "out of memory for a report");
+        } else if (given && table_shapes_of(&given->table, &shapes, &why) != AD_OK) {
+            status = ad_fail(error, AD_BAD_INPUT, "%s: %s", x->reference_path, why.message);
+        }
+        ghost = given ? &given->table : ghost;
+        ghost_name = x->reference_path;
+    }
+    if (status == AD_OK &&
+        show_motion(&x->to, table, labels, ghost, ghost_name, &x->kept, &why) != AD_OK) {
+        status = ad_fail(error, why.status, "%s: %s", x->source, why.message);
+    }
+    free(given);
+    return status;
+}
+
+void show_title_of(showing *x, const char *path)
+{
+    const char *slash = strrchr(path, '/'), *name = slash && slash[1] ? slash + 1 : path;
+    const char *dot = strrchr(name, '.');
+    snprintf(x->title, sizeof x->title, "%.*s", (int)(dot && dot > name ? dot - name : 150), name);
+}

@@ -1,0 +1,349 @@
+/* cpinn-show: a trained network. */
+#include "tools/programs/show_source.h"
+
+#include "tools/library/cpinn.h"
+#include "tools/train/history.h"
+#include "tools/train/report.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- a run --------------------------------------------------------------------------------- */
+
+static void put_history_curve(json *to, const history *h, const char *title,
+                              const char *const *wanted)
+{
+    double *columns = malloc(2 * h->count * sizeof *columns + 1), *values = columns + h->count;
+    show_open_curve(to, title, "step", "", "", true);
+    for (; columns && *wanted; wanted++) {
+        bool any = false;
+        for (size_t i = 0; i < h->count; i++) {
+            columns[i] = history_value(h, i, "step");
+            values[i] = history_value(h, i, *wanted);
+            any = any || values[i] > 0;
+        }
+        if (any) {
+            show_series(to, *wanted, columns, values, h->count);
+        }
+    }
+    show_close_curve(to);
+    free(columns);
+}
+
+/* How far the field is from the reference: the largest distance at each instant. */
+static void put_error_curve(showing *x)
+{
+    const size_t count = reference_points(x->known);
+    const double *t = reference_t(x->known);
+    double *at = calloc(2 * count + 1, sizeof *at), *most = at + count;
+    size_t rows = 0;
+    for (size_t i = 0; at && i < count; i++) {
+        double square = 0;
+        for (int k = 0; k < 3 && reference_known(x->known, k); k++) {
+            square += pow(reference_found(x->known, k)[i] - reference_known(x->known, k)[i], 2);
+        }
+        if (rows == 0 || t[i] != at[rows - 1]) {
+            at[rows] = t[i];
+            most[rows++] = 0;
+        }
+        most[rows - 1] = fmax(most[rows - 1], sqrt(square));
+    }
+    for (size_t i = 0; at && i < rows; i++) {
+        most[i] = most[i] > 1e-13 * scene_length(x->e->scene) ? most[i] : NAN; /* met exactly */
+    }
+    if (at && rows > 1) {
+        show_open_curve(&x->to, "Distance from the reference, largest along the rod", "t", "s", "m",
+                        true);
+        show_series(&x->to, "distance", at, most, rows);
+        show_close_curve(&x->to);
+    }
+    free(at);
+}
+
+static ad_status put_training(showing *x, ad_error *error)
+{
+    history h = {.columns = 0};
+    for (const char *name;
+         h.columns < HISTORY_COLUMNS_MAX &&
+         (name = checkpoint_column(x->file, "history/table", (size_t)h.columns));) {
+        h.names[h.columns++] = name;
+    }
+    ad_status status = h.columns > 0 ? history_get(&h, x->file, error) : AD_OK;
+    json_open(&x->to, "curves", '[');
+    if (x->known) {
+        put_error_curve(x);
+    }
+    if (status == AD_OK && h.count > 1) {
+        put_history_curve(&x->to, &h, "Training: loss and error",
+                          (const char *const[]){"loss", "held_out", "error", NULL});
+    }
+    json_close(&x->to, ']');
+    history_free(&h);
+    return status;
+}
+
+static void put_run_texts(showing *x)
+{
+    char *text = experiment_text(x->e);
+    json_open(&x->to, "texts", '[');
+    if (text) {
+        show_text(&x->to, "Scene and settings (YAML)", text);
+    }
+    json_close(&x->to, ']');
+    free(text);
+}
+
+/* `member` (NULL: not one) are values of a family's parameters. */
+static void put_run_head(showing *x, const double *member, const reference_errors *errors)
+{
+    verdict judged;
+    ad_error why;
+    if (checkpoint_has(x->file, "verdict") && report_get_verdict(x->file, &judged, &why) == AD_OK) {
+        report_verdict(&x->to, &judged);
+    }
+    double seconds = history_last(x->file, "seconds"), steps = history_last(x->file, "step");
+    json_open(&x->to, "facts", '[');
+    show_scene_facts(&x->to, x->e->scene);
+    for (int i = 0; member && i < scene_known_count(x->e->scene); i++) {
+        show_fact(&x->to, x->e->scene->parameters[i].name, "%.4g", member[i]);
+    }
+    show_fact(&x->to, "parameters of the network", "%.0f", (double)x->e->count);
+    if (!isnan(steps)) {
+        show_fact(&x->to, "steps", "%.0f", steps);
+    }
+    if (!isnan(seconds)) {
+        show_fact(&x->to, "training", "%.3g s", seconds);
+    }
+    if (errors) {
+        show_fact(&x->to, "error of position, relative L2", "%.2e", errors->position);
+    }
+    json_close(&x->to, ']');
+}
+
+/* The reference as a table, of a rod; its points must be those of instants one after the other. */
+static ad_status put_run_motion(showing *x, const double *member, ad_error *error)
+{
+    samples_sheet sheet;
+    const reference *r = x->known;
+    static const char *const names[] = {"s", "t", "x", "y", "z"};
+    const bool is_rod = r && reference_known(r, 2);
+    const double *columns[5] = {NULL};
+    if (is_rod) {
+        columns[0] = reference_s(r);
+        columns[1] = reference_t(r);
+        for (int k = 0; k < 3; k++) {
+            columns[2 + k] = reference_known(r, k);
+        }
+    }
+    const table_source ghost = {
+        .names = names, .columns = columns, .ncols = 5, .nrows = r ? reference_points(r) : 0};
+    samples_fill(&x->samples, x->e->scene, &sheet);
+    ad_status status = show_put_motion(x, &sheet.table, NULL,
+                                       is_rod && !scene_is_family(x->e->scene) ? &ghost : NULL,
+                                       r ? reference_name(r) : NULL, error);
+    scene one;
+    scene_member(x->e->scene, member, &one);
+    return status == AD_OK ? show_scene(&x->to, &one, NULL, &x->kept, error) : status;
+}
+
+static ad_status evaluate_run(showing *x, double *member, ad_error *error)
+{
+    const experiment *e = x->e;
+    const domain *d = &e->model->domain;
+    const double until = scene_is_dynamic(e->scene)
+                             ? domain_window_time(d, e->window + 1) * d->coordinates[d->time].scale
+                             : 0;
+    ad_status status = field_create(e->model, e->mlp, false, e->pool, &x->field, error);
+    experiment_member_values(e, member);
+    if (status == AD_OK && x->at) {
+        status = scene_member_read(scene_known_count(e->scene), e->scene->parameters, false, x->at,
+                                   member, error);
+    }
+    if (status == AD_OK) {
+        field_enter(x->field, e->window, e->parameters, e->starts);
+        field_member(x->field, member);
+        status = samples_of_grid(&x->samples,
+                                 x->grid                      ? x->grid
+                                 : scene_is_dynamic(e->scene) ? "81x201"
+                                                              : NULL,
+                                 e->scene, until, field_columns(x->field), error);
+    }
+    samples *p = &x->samples;
+    return status == AD_OK ? field_evaluate(x->field, experiment_parameters(e), p->count,
+                                            (const double *const[]){p->s, p->t}, p->values, error)
+                           : status;
+}
+
+/* ---- a family ------------------------------------------------------------------------------ */
+
+enum { SWEEP = 21, FAMILY_POINTS = 61, LABEL = 96 };
+
+typedef struct sweep {
+    size_t frames;
+    int columns;
+    double *parameters; /* [frames][parameters] */
+    double *values;     /* [frames][points][columns] */
+    double *sorted;     /* member, s, then columns [frames points] each; then three [frames] */
+    cpinn_answer *answers;
+    const char **labels;
+    char (*texts)[LABEL];
+} sweep;
+
+static void sweep_free(sweep *w)
+{
+    free(w->parameters);
+    free(w->values);
+    free(w->sorted);
+    free(w->answers);
+    free(w->labels);
+    free(w->texts);
+}
+
+/* `member` NULL: all of it, else these values of the parameters alone. */
+static bool sweep_make(sweep *w, const scene *of, int columns, const double *member)
+{
+    const int count = scene_known_count(of);
+    const size_t rows = (w->frames = member ? 1 : (size_t)count * SWEEP) * FAMILY_POINTS;
+    w->columns = columns;
+    w->parameters = calloc(w->frames * (size_t)count, sizeof *w->parameters);
+    w->values = calloc(rows * (size_t)columns, sizeof *w->values);
+    w->sorted = calloc((rows + 1) * (size_t)(columns + 2) + 3 * w->frames, sizeof *w->sorted);
+    w->answers = calloc(w->frames, sizeof *w->answers);
+    w->labels = calloc(w->frames, sizeof *w->labels);
+    w->texts = calloc(w->frames, sizeof *w->texts);
+    if (!w->parameters || !w->values || !w->sorted || !w->answers || !w->labels || !w->texts) {
+        return false;
+    }
+    for (size_t i = 0; i < w->frames; i++) {
+        const int moves = (int)(i / SWEEP);
+        double *values = w->parameters + i * (size_t)count;
+        for (int k = 0; k < count; k++) {
+            const double part = k == moves ? (double)(i % SWEEP) / (SWEEP - 1) : 0.5;
+            values[k] = member ? member[k] : scene_parameter_at(&of->parameters[k], part);
+        }
+        snprintf(w->texts[i], LABEL, "%.60s = %.4g", of->parameters[moves].name, values[moves]);
+        w->labels[i] = w->texts[i];
+    }
+    return true;
+}
+
+static void put_family_curve(showing *x, const sweep *w)
+{
+    double *number = w->sorted + (size_t)(w->columns + 2) * w->frames * FAMILY_POINTS;
+    double *network = number + w->frames, *answer = network + w->frames;
+    for (size_t i = 0; i < w->frames; i++) {
+        number[i] = (double)i;
+        network[i] = w->answers[i].network_error;
+        answer[i] = w->answers[i].error;
+    }
+    json_open(&x->to, "curves", '[');
+    show_open_curve(&x->to, "Predicted error of the shape", "member", "", "m", true);
+    show_series(&x->to, "network", number, network, w->frames);
+    show_series(&x->to, "after two steps", number, answer, w->frames);
+    show_close_curve(&x->to);
+    json_close(&x->to, ']');
+}
+
+static ad_status put_sweep(showing *x, sweep *w, cpinn_family *family, const double *s,
+                           ad_error *error)
+{
+    const size_t rows = w->frames * FAMILY_POINTS;
+    const char *names[2 + MODEL_COLUMNS_MAX] = {"member", "s"};
+    const char *units[2 + MODEL_COLUMNS_MAX] = {"", "m"};
+    const double *columns[2 + MODEL_COLUMNS_MAX];
+    for (int k = 0; k < w->columns + 2; k++) {
+        double *to = w->sorted + (size_t)k * rows;
+        columns[k] = to;
+        for (size_t i = 0; i < rows; i++) {
+            to[i] = k == 0   ? (double)(i / FAMILY_POINTS)
+                    : k == 1 ? s[i % FAMILY_POINTS]
+                             : w->values[i * (size_t)w->columns + (size_t)(k - 2)];
+        }
+        if (k >= 2) {
+            names[k] = cpinn_family_column_name(family, k - 2);
+            units[k] = show_unit(names[k], x->e->scene);
+        }
+    }
+    const table_source table = {.names = names,
+                                .columns = columns,
+                                .ncols = (size_t)w->columns + 2,
+                                .nrows = rows,
+                                .units = units};
+    put_family_curve(x, w);
+    ad_status status = show_put_motion(x, &table, w->labels, NULL, NULL, error);
+    return status == AD_OK ? show_scene(&x->to, x->e->scene, w->parameters, &x->kept, error)
+                           : status;
+}
+
+/* Every parameter through its range, the others in the middle of theirs; or the member of --at. */
+static ad_status show_family(showing *x, ad_error *error)
+{
+    double s[FAMILY_POINTS], member[SCENE_PARAMETERS_MAX];
+    const scene *of = x->e->scene;
+    sweep w = {.frames = 0};
+    cpinn_family *family = NULL;
+    for (int i = 0; i < FAMILY_POINTS; i++) {
+        s[i] = scene_length(of) * i / (FAMILY_POINTS - 1);
+    }
+    const cpinn_family_settings settings = {.points = FAMILY_POINTS, .s = s};
+    ad_status status = cpinn_family_open(x->source, &settings, &family, error);
+    if (status == AD_OK && x->at) {
+        status =
+            scene_member_read(scene_known_count(of), of->parameters, false, x->at, member, error);
+    }
+    if (status == AD_OK &&
+        !sweep_make(&w, of, cpinn_family_columns(family), x->at ? member : NULL)) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for a report");
+    }
+    if (status == AD_OK) {
+        const bool judged = *cpinn_family_without_error(family) == '\0';
+        const cpinn_polish polish = {.steps = judged ? 2 : 0};
+        status = cpinn_family_evaluate(family, &polish, w.frames, w.parameters, w.values, w.answers,
+                                       error);
+    }
+    if (status == AD_OK) {
+        put_run_head(x, x->at ? member : NULL, NULL);
+        status = put_sweep(x, &w, family, s, error);
+        put_run_texts(x);
+    }
+    sweep_free(&w);
+    cpinn_family_free(family);
+    return status;
+}
+
+ad_status show_run(showing *x, ad_error *error)
+{
+    double member[SCENE_PARAMETERS_MAX];
+    reference_errors errors;
+    ad_error why;
+    ad_status status = config_experiment_open(x->source, x->overrides.count, x->overrides.texts, 0,
+                                              &x->e, &x->file, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    snprintf(x->title, sizeof x->title, "%s", x->e->settings->name);
+    if (scene_is_family(x->e->scene) && x->e->targets) {
+        return show_family(x, error);
+    }
+    status = evaluate_run(x, member, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    if (reference_create(x->e, &x->known, &why) != AD_OK) {
+        cli_warn("cpinn-show", "no reference: %s", why.message);
+        x->known = NULL;
+    }
+    if (x->known) {
+        status = reference_compare(x->known, experiment_parameters(x->e), &errors, error);
+    }
+    if (status == AD_OK) {
+        put_run_head(x, member, x->known ? &errors : NULL);
+        status = put_run_motion(x, member, error);
+    }
+    if (status == AD_OK) {
+        status = put_training(x, error);
+        put_run_texts(x);
+    }
+    return status;
+}

@@ -1,0 +1,192 @@
+/* What a scene says beside the motion of its rod, as data of a page: sections, ends, loads and
+ * actuators. */
+#include "tools/programs/section.h"
+#include "tools/programs/show.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* A scene at each kept instant. */
+typedef struct drawn {
+    json *to;
+    const scene *of;
+    const double *values; /* of a family: [frames of the table][parameter_count] */
+    const show_kept *kept;
+    double *numbers; /* [3][frames] */
+    double *along;   /* [points] */
+} drawn;
+
+static quantity at_member(const drawn *x, quantity q, size_t frame)
+{
+    const char *names[SCENE_PARAMETERS_MAX];
+    const int count = x->of->parameter_count;
+    for (int i = 0; i < count; i++) {
+        names[i] = x->of->parameters[i].name;
+    }
+    return x->values
+               ? quantity_with(q, count, names, x->values + x->kept->frame[frame] * (size_t)count)
+               : q;
+}
+
+static double value_at(const drawn *x, quantity q, double s, size_t frame)
+{
+    return q.is_given ? quantity_value(at_member(x, q, frame), s, x->kept->t[frame]) : 0;
+}
+
+static void put_along(const drawn *x, const char *name, quantity q, double scale)
+{
+    for (size_t i = 0; i < x->kept->points; i++) {
+        x->along[i] = scale * value_at(x, q, x->kept->s[i], 0);
+    }
+    show_column(x->to, name, "m", x->along, x->kept->points, false);
+}
+
+/* ---- the rod ------------------------------------------------------------------------------- */
+
+static void put_section(const drawn *x)
+{
+    const scene_piece piece = scene_piece_of(x->of, 0);
+    json_text(x->to, "section", scene_section_names()[piece.rod.section]);
+    json_open(x->to, "half", '[');
+    for (int k = 0; k < 2; k++) {
+        for (size_t i = 0; i < x->kept->points; i++) {
+            x->along[i] = section_half(x->of, x->kept->s[i], k == 1);
+        }
+        show_column(x->to, k ? "height" : "width", "m", x->along, x->kept->points, false);
+    }
+    json_close(x->to, ']');
+}
+
+/* ---- loads --------------------------------------------------------------------------------- */
+
+/* An arrow at a place; nothing where it is never anything. */
+static void put_arrow(const drawn *x, const char *name, const char *unit, double s,
+                      const quantity vector[3], scene_frame frame)
+{
+    if (!quantity_any_something(3, vector)) {
+        return;
+    }
+    const size_t frames = x->kept->frames;
+    json_open(x->to, NULL, '{');
+    json_text(x->to, "name", name);
+    json_text(x->to, "unit", unit);
+    json_number(x->to, "s", s);
+    json_text(x->to, "frame", scene_frame_names()[frame]);
+    json_open(x->to, "vector", '[');
+    for (int k = 0; k < 3; k++) {
+        for (size_t i = 0; i < frames; i++) {
+            x->numbers[i] = value_at(x, vector[k], s, i);
+        }
+        show_column(x->to, "", unit, x->numbers, frames, false);
+    }
+    json_close(x->to, ']');
+    json_close(x->to, '}');
+}
+
+static void put_load(const drawn *x, const char *name, double s, const scene_load *load)
+{
+    put_arrow(x, name, "N", s, load->force, load->frame);
+    put_arrow(x, name, "N m", s, load->moment, load->frame);
+}
+
+static void put_loads(const drawn *x)
+{
+    enum { PLACES = 11 };
+    const scene *of = x->of;
+    const double length = scene_length(of);
+    json_open(x->to, "arrows", '[');
+    if (scene_end_takes_force(of->start.type)) {
+        put_load(x, "base", 0, &of->loads.base);
+    }
+    if (scene_end_takes_force(of->end.type)) {
+        put_load(x, "tip", length, &of->loads.tip);
+    }
+    for (int i = 0; i < of->point_count; i++) {
+        put_load(x, "point", value_at(x, of->points[i].at, 0, 0), &of->points[i].load);
+    }
+    for (int i = 0; i < PLACES; i++) {
+        const double s = length * i / (PLACES - 1);
+        put_arrow(x, "line load", "N/m", s, of->loads.force, of->loads.frame);
+        put_arrow(x, "line moment", "N m/m", s, of->loads.moment, of->loads.frame);
+    }
+    json_close(x->to, ']');
+}
+
+/* ---- actuators and bodies ------------------------------------------------------------------ */
+
+/* A line along the rod at a body offset, and what acts in it. */
+static void put_guided(const drawn *x, const char *kind, const quantity offset[2], quantity start,
+                       quantity end, quantity acts, const char *unit)
+{
+    json_open(x->to, NULL, '{');
+    json_text(x->to, "kind", kind);
+    json_number(x->to, "start", value_at(x, start, 0, 0));
+    json_number(x->to, "end", end.is_given ? value_at(x, end, 0, 0) : scene_length(x->of));
+    json_open(x->to, "offset", '[');
+    put_along(x, "d1", offset[0], 1);
+    put_along(x, "d2", offset[1], 1);
+    json_close(x->to, ']');
+    json_open(x->to, "acts", '[');
+    for (size_t i = 0; i < x->kept->frames; i++) {
+        x->numbers[i] = value_at(x, acts, 0, i);
+    }
+    show_column(x->to, kind, unit, x->numbers, x->kept->frames, false);
+    json_close(x->to, ']');
+    json_close(x->to, '}');
+}
+
+static void put_actuators(const drawn *x)
+{
+    json_open(x->to, "guided", '[');
+    for (int i = 0; i < x->of->tendon_count; i++) {
+        const scene_tendon *tendon = &x->of->tendons[i];
+        const bool pulled = tendon->displacement.is_given;
+        put_guided(x, "tendon", tendon->offset, tendon->start, tendon->end,
+                   pulled ? tendon->displacement : tendon->tension, pulled ? "m" : "N");
+    }
+    for (int i = 0; i < x->of->chamber_count; i++) {
+        const scene_chamber *chamber = &x->of->chambers[i];
+        put_guided(x, "chamber", chamber->offset, chamber->start, chamber->end, chamber->pressure,
+                   "Pa");
+    }
+    json_close(x->to, ']');
+    json_open(x->to, "bodies", '[');
+    for (int i = 0; i < x->of->body_count; i++) {
+        json_open(x->to, NULL, '{');
+        json_number(x->to, "s", value_at(x, x->of->bodies[i].at, 0, 0));
+        json_number(x->to, "mass", value_at(x, x->of->bodies[i].mass, 0, 0));
+        json_close(x->to, '}');
+    }
+    json_close(x->to, ']');
+}
+
+ad_status show_scene(json *to, const scene *of, const double *values, const show_kept *kept,
+                     ad_error *error)
+{
+    if (kept->frames == 0) {
+        return AD_OK; /* a picture, no page */
+    }
+    drawn x = {.to = to, .of = of, .values = values, .kept = kept};
+    x.numbers = malloc((kept->frames + kept->points) * sizeof *x.numbers + 1);
+    if (!x.numbers) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a report");
+    }
+    x.along = x.numbers + kept->frames;
+    json_open(to, "scene", '{');
+    json_text(to, "model", scene_model_names()[of->rod.model]);
+    json_number(to, "length", scene_length(of));
+    json_number(to, "duration", scene_duration(of));
+    json_text(to, "start", scene_end_names()[of->start.type]);
+    json_text(to, "end", scene_end_names()[of->end.type]);
+    put_section(&x);
+    json_open(to, "gravity", '[');
+    for (int k = 0; k < 3; k++) {
+        json_number(to, NULL, value_at(&x, of->loads.gravity[k], 0, 0));
+    }
+    json_close(to, ']');
+    put_loads(&x);
+    put_actuators(&x);
+    json_close(to, '}');
+    free(x.numbers);
+    return AD_OK;
+}

@@ -1,0 +1,69 @@
+/* What the sources of cpinn-show share: a report in the making. */
+#ifndef TOOLS_PROGRAMS_SHOW_SOURCE_H
+#define TOOLS_PROGRAMS_SHOW_SOURCE_H
+
+#include "tools/config/config_experiment.h"
+#include "tools/programs/cli.h"
+#include "tools/programs/samples.h"
+#include "tools/programs/show.h"
+#include "tools/train/reference.h"
+
+typedef struct showing {
+    const char *source, *out, *scene_path, *reference_path, *grid, *at;
+    cli_list overrides;
+    bool quiet;
+    char title[160];
+    json to;
+    config *settings;
+    experiment *e;
+    checkpoint *file;
+    field *field;
+    reference *known;
+    solution *solved;
+    samples samples;
+    table_file *table, *ghost;
+    show_kept kept;
+} showing;
+
+/* Members of "curves", open until show_close_curve. */
+void show_open_curve(json *to, const char *title, const char *x, const char *x_unit,
+                     const char *y_unit, bool log);
+void show_close_curve(json *to);
+
+/* A member of "facts"; format is that of one double. */
+void show_fact(json *to, const char *name, const char *format, double value);
+void show_scene_facts(json *to, const scene *of);
+
+/* A member of "texts". */
+void show_text(json *to, const char *title, const char *text);
+
+/* The unit of a column of the scene's model, "" of others. */
+const char *show_unit(const char *name, const scene *of);
+
+/* A table that was read, as one to be written, to be freed; NULL: out of memory. `of` (NULL: a rod)
+ * is the scene whose units its columns have. */
+typedef struct show_read_table {
+    const char *names[TABLE_MAX_COLUMNS], *units[TABLE_MAX_COLUMNS];
+    const double *columns[TABLE_MAX_COLUMNS];
+    table_source table; /* of these; words are left out */
+} show_read_table;
+show_read_table *show_read_table_of(const table_file *from, const scene *of);
+
+/* The motion of a table beside that of --reference, or else `ghost` (NULL: none). */
+ad_status show_put_motion(showing *x, const table_source *table, const char *const *labels,
+                          const table_source *ghost, const char *ghost_name, ad_error *error);
+
+/* Whether that file is to be a picture, .svg, .png or .gif; and the picture, by NAME.gp beside it.
+ * AD_IO: gnuplot is missing or failed. */
+bool show_is_plot(const char *path);
+ad_status show_plot(const table_source *table, const char *path, ad_error *error);
+
+/* The whole of a source, title included. AD_BAD_INPUT and others with one line. */
+ad_status show_run(showing *x, ad_error *error);
+ad_status show_folder(showing *x, ad_error *error);
+ad_status show_loop(showing *x, const table_source *table, ad_error *error);
+
+/* "name" of "folder/name.yaml". */
+void show_title_of(showing *x, const char *path);
+
+#endif

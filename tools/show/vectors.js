@@ -1,0 +1,101 @@
+"use strict";
+/* Numbers: columns of the data, vectors of three as arrays, and how numbers are written. */
+
+/* A column as { name, unit, at(i), low, high }; its numbers are Float32, rounded ones to 1/65534 of
+ * their range. */
+function column(from) {
+    const result = { name: from.name, unit: from.unit || "", low: Infinity, high: -Infinity };
+    if (!("kind" in from)) {
+        const value = from.value === null ? NaN : from.value;
+        result.at = () => value;
+        result.low = result.high = value;
+        return result;
+    }
+    const text = atob(from.data);
+    const bytes = new Uint8Array(text.length);
+    for (let i = 0; i < bytes.length; i++) {
+        bytes[i] = text.charCodeAt(i);
+    }
+    let values;
+    if (from.kind === "f4") {
+        values = new Float32Array(bytes.buffer);
+    } else {
+        const few = new Int16Array(bytes.buffer);
+        const step = (from.high - from.low) / 65534;
+        values = new Float32Array(few.length);
+        for (let i = 0; i < few.length; i++) {
+            values[i] = few[i] === -32768 ? NaN : from.low + (few[i] + 32767) * step;
+        }
+    }
+    for (const value of values) {
+        if (value < result.low) {
+            result.low = value;
+        }
+        if (value > result.high) {
+            result.high = value;
+        }
+    }
+    result.at = i => values[i];
+    return result;
+}
+
+const add = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+const times = (a, k) => [a[0] * k, a[1] * k, a[2] * k];
+const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+const cross = (a, b) => [
+    a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+const norm = a => Math.hypot(a[0], a[1], a[2]);
+
+function unitVector(a, otherwise) {
+    const size = norm(a);
+    return size > 0 ? times(a, 1 / size) : otherwise;
+}
+
+/* Some vector across a unit vector. */
+function across(a) {
+    return unitVector(cross(a, Math.abs(a[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0]));
+}
+
+/* Directors d1, d2, d3 of a quaternion (w, x, y, z). */
+function directors(w, x, y, z) {
+    const n = 2 / (w * w + x * x + y * y + z * z || 1);
+    return [
+        [1 - n * (y * y + z * z), n * (x * y + w * z), n * (x * z - w * y)],
+        [n * (x * y - w * z), 1 - n * (x * x + z * z), n * (y * z + w * x)],
+        [n * (x * z + w * y), n * (y * z - w * x), 1 - n * (x * x + y * y)]];
+}
+
+/* 1, 2 or 5 times a power of ten, about `size`. */
+function round125(size) {
+    const power = Math.pow(10, Math.floor(Math.log10(size)));
+    const digit = size / power;
+    return power * (digit < 1.5 ? 1 : digit < 3.5 ? 2 : digit < 7.5 ? 5 : 10);
+}
+
+/* What to multiply numbers of about `size` with, and the unit they are then in. */
+function prefix(size, unit) {
+    const rows = [["G", 1e9], ["M", 1e6], ["k", 1e3], ["", 1], ["m", 1e-3], ["\u00b5", 1e-6],
+        ["n", 1e-9]];
+    if (!/^(m|s|N|N m|Pa|m\/s|N\/m|J)$/.test(unit) || !(size > 0)) {
+        return { factor: 1, unit: unit };
+    }
+    const most = /^(m|s|m\/s)$/.test(unit) ? 3 : 0; /* no kilometres */
+    const row = rows.slice(most).find(r => size >= 0.9999 * r[1]) || rows[rows.length - 1];
+    return { factor: 1 / row[1], unit: row[0] + unit };
+}
+
+function digits(value, count = 4) {
+    if (!Number.isFinite(value)) {
+        return "\u2013";
+    }
+    const text = value === 0 || (Math.abs(value) >= 1e-3 && Math.abs(value) < 1e6)
+        ? String(Number(value.toPrecision(count)))
+        : value.toExponential(count - 2);
+    return text.replace("-", "\u2212");
+}
+
+function withUnit(value, unit, count = 4) {
+    const as = prefix(Math.abs(value), unit);
+    return digits(value * as.factor, count) + (as.unit ? " " + as.unit : "");
+}
