@@ -60,12 +60,11 @@ typedef struct recording {
  * the error, and ten periods are not solved. Larger weights at the end cost accuracy. */
 static ad_value weight_in_window(const problem *p, const domain_place *at)
 {
-    const double size = sqrt(7.0 / 3);
     if (p->model->domain.windows == 1) {
         return ad_scalar(at->tape, 1);
     }
     ad_value x = ad_mul(domain_elapsed(&p->model->domain, at), ad_reciprocal(at->span));
-    return ad_scale(ad_add(ad_scalar(at->tape, 1), x), 1 / size);
+    return ad_scale(ad_add(ad_scalar(at->tape, 1), x), 1 / sqrt(7.0 / 3));
 }
 
 static double seconds_now(void)

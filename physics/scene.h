@@ -444,15 +444,13 @@ void scene_take_law(scene_rod *rod, const scene_law *law);
 scene_properties scene_rod_properties(const scene_rod *rod);
 scene_rest scene_rod_rest(const scene_rod *rod);
 
-/* Of one tube: bending and torsional stiffness (curvature_stiffness), mass; and where it ends, m.
- */
+/* Of one tube: bending and torsional stiffness, mass; and where it ends, m. */
 scene_properties scene_tube_properties(const scene_tube *tube);
 double scene_tube_end(const scene *rod_scene, int index);
 
-/* Whether a tendon is given by its displacement, so that its tension is not known. */
+/* Whether a tendon is given by its displacement, so that its tension is not known; and whether one
+ * has friction, so that its tension falls along it. */
 bool scene_has_displaced_tendons(const scene *rod_scene);
-
-/* Whether a tendon has friction, so that its tension falls along it. */
 bool scene_has_rubbing_tendons(const scene *rod_scene);
 
 /* Whether any stiffness is infinite: that strain has no constitutive law. Of the properties of one
@@ -526,9 +524,7 @@ bool scene_is_manufactured(const scene *rod_scene);
 
 /* Whether a rod does not shear or does not stretch, by infinite stiffness; of a beam: false. */
 bool scene_locks_strains(const scene *rod_scene);
-
-/* Whether an imperfection is given that is not the number 0. */
-bool scene_is_imperfect(const scene *rod_scene);
+bool scene_is_imperfect(const scene *rod_scene); /* by a number that is not 0, or a formula */
 
 /* Whether the model is a beam of small deflection. */
 static inline bool scene_is_beam(const scene *rod_scene)
@@ -558,14 +554,12 @@ static inline bool scene_end_is_placed(scene_end_type type)
     return type != SCENE_FREE && type != SCENE_LOADED;
 }
 
-/* Whether its position slides. */
 static inline bool scene_end_slides(scene_end_type type)
 {
     return type == SCENE_GUIDED || type == SCENE_ROLLER;
 }
 
-/* Whether loads.base or loads.tip act on it; what they do in held directions is up to the support.
- */
+/* Whether loads.base or loads.tip act on it: the support takes what they do where it is held. */
 static inline bool scene_end_takes_force(scene_end_type type)
 {
     return type == SCENE_LOADED || scene_end_slides(type);

@@ -8,6 +8,7 @@
 #include "tools/programs/path_files.h"
 #include "tools/programs/samples.h"
 #include "tools/programs/scene_line.h"
+#include "tools/programs/solution_print.h"
 #include "tools/programs/state_file.h"
 #include "tools/programs/unknowns.h"
 #include "tools/programs/work_precision.h"
@@ -192,14 +193,6 @@ static bool is_rod_in_motion(const solving *x)
     return scene_is_dynamic(x->scene) && !scene_is_beam(x->scene);
 }
 
-/* What the solver's estimate is relative to. */
-static const char *estimate_unit(const solving *x)
-{
-    return scene_is_beam(x->scene) ? "of the deflection"
-           : is_rod_in_motion(x)   ? "of the position"
-                                   : "of the length";
-}
-
 static void print_reference(const solving *x)
 {
     const reference_errors *errors = &x->errors;
@@ -211,86 +204,9 @@ static void print_reference(const solving *x)
     cli_print_error("rotation, largest", errors->rotation_max, " rad");
 }
 
-/* What was found of tendons whose displacement is given. */
-static void print_tensions(const solving *x)
-{
-    for (int i = 0; i < x->scene->tendon_count && !scene_is_dynamic(x->scene); i++) {
-        if (x->scene->tendons[i].displacement.is_given) {
-            char name[32];
-            snprintf(name, sizeof name, "tendons[%d].tension", i);
-            double tension = solution_tension(x->solved, i);
-            printf("  %-24s %.9g N%s\n", name, tension, tension > 0 ? "" : ", slack");
-        }
-    }
-}
-
-/* Prints the energy at the end of the motion, or at rest. */
-static ad_status print_energy(const solving *x, ad_error *error)
-{
-    solve_energy e;
-    ad_status status = solution_energy(x->solved, scene_duration(x->scene), &e, error);
-    if (status != AD_OK) {
-        return status;
-    }
-    if (scene_is_dynamic(x->scene)) {
-        printf("  %-24s kinetic %.9g, strain %.9g, work of loads %.9g, dissipated %.9g J\n",
-               "energy", e.kinetic, e.strain, e.work, e.dissipated);
-        cli_print_error("energy out of balance", x->report.energy_mismatch, " of the largest");
-        return AD_OK;
-    }
-    printf("  %-24s strain %.9g", "energy", e.strain);
-    if (!isnan(e.work)) {
-        printf(", potential of loads %.9g", -e.work + 0.0);
-    }
-    puts(" J");
-    return AD_OK;
-}
-
 static ad_status print_report(solving *x, ad_error *error)
 {
-    const solve_report *r = &x->report;
-    double tip[MODEL_COLUMNS_MAX];
-    double length = scene_length(x->scene), duration = scene_duration(x->scene);
-    const double *s = &length, *t = &duration;
-    int columns = scene_physics_of(x->scene)->position_columns;
-    ad_status status = solution_evaluate(x->solved, columns, 1, s, t, tip, error);
-    if (status != AD_OK) {
-        return status;
-    }
-    printf("solved: %d nodes, ", r->nodes);
-    if (r->mode_count > 0) {
-        const int *of = r->modes; /* v, u */
-        printf("%d modes (bending %d, %d, twist %d, stretch %d, shear %d, %d), ", r->mode_count,
-               of[3], of[4], of[5], of[2], of[0], of[1]);
-    }
-    if (scene_is_dynamic(x->scene)) {
-        printf("%ld steps of time, ", r->time_steps);
-    } else if (!scene_is_beam(x->scene)) {
-        printf("load in %ld step%s, %ld Newton steps, ", r->load_steps,
-               r->load_steps == 1 ? "" : "s", r->newton_steps);
-    }
-    printf("%.1f ms", 1e3 * x->seconds);
-    if (r->mode_count > 0) {
-        printf(", %.2g times real time", scene_duration(x->scene) / x->seconds);
-    }
-    putchar('\n');
-    if (!isnan(r->estimate)) {
-        printf("  %-24s %.3e %s", "estimated error", r->estimate_l2, estimate_unit(x));
-        if (is_rod_in_motion(x)) {
-            printf(", relative L2; at most %.1e of the length", r->estimate);
-        }
-        putchar('\n');
-    }
-    if (!isnan(r->balance)) {
-        printf("  %-24s %.3e\n", "loads out of balance", r->balance);
-    }
-    printf("  %-24s", "tip");
-    for (int i = 0; i < columns; i++) {
-        printf(" %.15g", tip[i]);
-    }
-    puts(" m");
-    print_tensions(x);
-    status = scene_is_beam(x->scene) ? AD_OK : print_energy(x, error);
+    ad_status status = solution_print(x->solved, x->scene, &x->report, x->seconds, error);
     verdict_print(stdout, "", &x->verdict);
     if (status == AD_OK && x->known) {
         print_reference(x);
