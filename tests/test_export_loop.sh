@@ -15,7 +15,7 @@ exported() {
     shift 2
     run 0 cpinn-control arm.yaml --c "$name" --out "$name.csv" --set control.duration=1.5 "$@"
     said stdout.txt '^wrote .* as C: difference from cpinn in 60 samples'
-    check "$name by cc" -- cc $warnings -O1 -march=native -c "$name.c" -o loop.o
+    check "$name by cc" -- cc $warnings -c "$name.c" -o loop.o
     check "$name allocates nothing" -- test -z "$(nm -u loop.o | grep -E 'alloc|free|printf|open')"
     check "$name has no other names" -- test -z "$(nm -g --defined-only loop.o | grep -v " ${name}_")"
     check "$name as cpinn-control" -- cc $warnings -DHEADER="\"$name.h\"" -DNAME="$name" -I. -o compare \
@@ -54,7 +54,7 @@ if clang --version >/dev/null 2>&1; then
     check "arm by clang" -- clang $warnings -o selftest clang.o arm_selftest.c -lm
     check "arm by clang" -- ./selftest >selftest.txt
 fi
-check "arm with sanitizers" -- cc $warnings -fsanitize=address,undefined \
+check "arm with sanitizers" -- cc $warnings -march=native -fsanitize=address,undefined \
     -fno-sanitize-recover=undefined -o selftest arm.c arm_selftest.c -lm
 check "arm with sanitizers" -- ./selftest >selftest.txt
 if c++ --version >/dev/null 2>&1; then
