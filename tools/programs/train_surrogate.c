@@ -225,9 +225,10 @@ static void finish(training *t)
 {
     const surrogate_training_info info = surrogate_training_inspect(t->own);
     if (!t->asked->quiet) {
-        say(t, "done: %lld steps in %.2f s%s%s, loss %.3e, held-out %.3e of the linear map's",
+        say(t, "done: %lld steps in %.2f s%s%s, loss %.3e, held-out %.3e of the %s's",
             (long long)info.step, t->seconds, *info.ended ? ": " : "", info.ended, info.loss,
-            info.held_out);
+            info.held_out,
+            surrogate_is_decoupled(t->settings->surrogate.kind) ? "base" : "linear map");
         eval_rollouts_print(stdout, &t->report);
         verdict_print(stdout, "", &t->verdict);
         printf("\n  %s\n  %s\n  %s\n\n  cpinn-eval %s --rollouts %d\n", t->folder.checkpoint,

@@ -65,7 +65,7 @@ bool surrogate_names_parameter(const surrogate_settings *settings, const char *n
 /* ---- what is open, and checks -------------------------------------------------------------- */
 
 /* Steps of the optimiser, and the network, that were measured to be worth their time. */
-enum { STEPS = 3000, NODES_STEPS = 2000, WIDTH = 64, DECOUPLED_STEPS = 16000 };
+enum { STEPS = 3000, WIDTH = 64, DECOUPLED_STEPS = 16000 };
 
 static ad_status refuse(char key[TRAIN_KEY_MAX], const char *which, ad_error *error,
                         const char *problem)
@@ -166,6 +166,9 @@ static ad_status resolve_loss(surrogate_settings *x, char key[TRAIN_KEY_MAX], ad
                                     : refuse(key, "surrogate.data", error,
                                              "and surrogate.physics are 0; allowed: one above 0");
 }
+
+/* Of polynomials, with three nodes in place of an end. */
+enum { NODES_STEPS = 2000 };
 
 /* Of curves of sines Adam on parts of the steps, since f with its derivatives is what costs. */
 static train_stage usual_stage(const surrogate_settings *x)

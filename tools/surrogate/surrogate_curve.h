@@ -1,6 +1,5 @@
 /* A one-step model for any part of its step: a polynomial of time through what the model says of
- * Radau's nodes, at the last of which, the end, it is the model itself. Plain C without library but
- * libm, as surrogate_step.h.
+ * Radau's nodes, at the last of which, the end, it is the model itself.
  *
  *   x(t) = base(t) + sum_i l_i(t) (x_i - base(c_i)),   l_i: 1 at node c_i, 0 at the others and at 0
  *
@@ -20,7 +19,7 @@ enum { SURROGATE_INNER = DECOUPLED_NODES - 1 };
 
 /* numbers [surrogate_step_numbers] at t in (0, 1] of a step, for the model at its end; inner
  * [SURROGATE_INNER][surrogate_step_numbers] of the other nodes; base without terms, its state, or
- * its flow. work [2 states (states + 2 inputs + 1) + decoupled_work(base)]. */
+ * its flow. work [surrogate_curve_work]. */
 void surrogate_curve_at(const surrogate_step *end, const double *inner, const decoupled *base,
                         double t, double *work, double *numbers);
 size_t surrogate_curve_work(const decoupled *base);

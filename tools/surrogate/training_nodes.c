@@ -74,8 +74,8 @@ ad_status surrogate_add_nodes(surrogate_training *t, const excite_rollouts *moti
 
 ad_status surrogate_find_inner(surrogate_training *t, ad_error *error)
 {
-    const size_t each = surrogate_step_numbers(&t->step), inputs = (size_t)t->step.inputs;
-    const size_t lead = (size_t)t->step.states + inputs * (t->step.ramps ? 2 : 1);
+    const size_t each = surrogate_step_numbers(&t->step);
+    const surrogate_numbers end = surrogate_numbers_of(&t->step, t->numbers);
     ad_status status = AD_OK;
     for (int i = 0; i < SURROGATE_INNER && status == AD_OK; i++) {
         double *own = t->numbers + (size_t)(i + 1) * each;
@@ -86,8 +86,8 @@ ad_status surrogate_find_inner(surrogate_training *t, ad_error *error)
         t->inner[i].numbers = own;
         status = surrogate_fit_linear(t->pool, &t->inner[i], own, &steps, error);
         /* the frame is that of the end */
-        memcpy(surrogate_numbers_of(&t->step, own).lead,
-               surrogate_numbers_of(&t->step, t->numbers).lead, lead * sizeof *own);
+        memcpy(own + (end.lead - t->numbers), end.lead,
+               (size_t)(end.state_range - end.lead) * sizeof *own);
     }
     return status;
 }
