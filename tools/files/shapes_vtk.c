@@ -450,7 +450,15 @@ ad_status shapes_check_path(const char *path, ad_error *error)
         return ad_fail(error, AD_BAD_ARGUMENT, "%s: the name has one of < > & \"",
                        file_bytes_shown(path));
     }
-    return shapes_is_vtk(path) ? file_bytes_check(path, error) : table_check_path(path, error);
+    if (shapes_is_vtk(path)) {
+        return file_bytes_check(path, error);
+    }
+    ad_error why;
+    ad_status status = table_check_path(path, &why);
+    return status == AD_OK
+               ? AD_OK
+               : ad_fail(error, status, "%s%s", why.message,
+                         status == AD_BAD_ARGUMENT ? ", and for ParaView .vtkhdf, .pvd" : "");
 }
 
 ad_status shapes_write(const char *path, const table_source *table, ad_error *error)

@@ -50,10 +50,12 @@ ad_status show_scene(json *to, const scene *of, const double *values, const show
 
 /* Files of tools/show as lines, ended by NULL. */
 extern const char *const show_text_page[],
-    *const show_text_style[], *const show_text_vectors[], *const show_text_scene[],
-                                                              *const show_text_draw[],
-                                                                  *const show_text_charts[],
-                                                                      *const show_text_main[];
+    *const show_text_style[], *const show_text_vectors[],
+                                  *const show_text_scene[], *const show_text_draw[],
+                                                                *const show_text_charts[],
+                                                                    *const show_text_picture[],
+                                                                        *const show_text_player[],
+                                                                            *const show_text_main[];
 
 /* Ends `to` and writes the page. AD_IO, AD_NO_MEMORY. */
 ad_status show_page(json *to, const char *title, const char *path, ad_error *error);

@@ -47,11 +47,12 @@ static void put_page(FILE *file, const char *title, const char *data)
         } else if (strstr(*line, "<!--data-->")) {
             put_data(file, data);
         } else if (strstr(*line, "<!--script-->")) {
-            put_lines(file, show_text_vectors);
-            put_lines(file, show_text_scene);
-            put_lines(file, show_text_draw);
-            put_lines(file, show_text_charts);
-            put_lines(file, show_text_main);
+            const char *const *const scripts[] = {
+                show_text_vectors, show_text_scene,  show_text_draw, show_text_charts,
+                show_text_picture, show_text_player, show_text_main};
+            for (size_t k = 0; k < sizeof scripts / sizeof *scripts; k++) {
+                put_lines(file, scripts[k]);
+            }
         } else {
             fputs(*line, file);
         }

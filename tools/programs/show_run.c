@@ -31,15 +31,20 @@ static void put_history_curve(json *to, const history *h, const char *title,
     free(columns);
 }
 
-/* How far the field is from the reference: the largest distance at each instant. */
+/* How far the field is from the reference: the largest distance at each instant, at rest that at
+ * each place. */
 static void put_error_curve(showing *x)
 {
     const size_t count = reference_points(x->known);
-    const double *t = reference_t(x->known);
+    const bool moves = scene_is_dynamic(x->e->scene);
+    const double *t = moves ? reference_t(x->known) : reference_s(x->known);
     double *at = calloc(2 * count + 1, sizeof *at), *most = at + count;
+    double largest = 0;
     size_t rows = 0;
+    bool ascending = true; /* as points of a file need not be, nor those of several members */
     for (size_t i = 0; at && i < count; i++) {
         double square = 0;
+        ascending = ascending && (i == 0 || t[i] >= t[i - 1]);
         for (int k = 0; k < 3 && reference_known(x->known, k); k++) {
             square += pow(reference_found(x->known, k)[i] - reference_known(x->known, k)[i], 2);
         }
@@ -48,13 +53,14 @@ static void put_error_curve(showing *x)
             most[rows++] = 0;
         }
         most[rows - 1] = fmax(most[rows - 1], sqrt(square));
+        largest = fmax(largest, most[rows - 1]);
     }
     for (size_t i = 0; at && i < rows; i++) {
-        most[i] = most[i] > 1e-13 * scene_length(x->e->scene) ? most[i] : NAN; /* met exactly */
+        most[i] = most[i] > 1e-6 * largest ? most[i] : NAN; /* met exactly, as at the start */
     }
-    if (at && rows > 1) {
-        show_open_curve(&x->to, "Distance from the reference, largest along the rod", "t", "s", "m",
-                        true);
+    if (at && rows > 1 && ascending) {
+        show_open_curve(&x->to, "Distance from the reference", moves ? "t" : "s", moves ? "s" : "m",
+                        "m", true);
         show_series(&x->to, "distance", at, most, rows);
         show_close_curve(&x->to);
     }
