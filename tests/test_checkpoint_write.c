@@ -135,7 +135,7 @@ static void failed_writes_change_nothing(void **state)
     setrlimit(RLIMIT_FSIZE, &old);
     signal(SIGXFSZ, SIG_DFL);
     checkpoint_free(cp);
-    assert_int_equal(status, AD_IO);
+    assert_int_equal(status, AD_NOT_WRITTEN);
     assert_non_null(strstr(error.message, "free some space"));
     assert_true(stamp_of(at("checkpoint.h5")) == 1.0);
     assert_int_equal(entries(0), 2); /* checkpoint.h5 and folder.h5, no partial file */

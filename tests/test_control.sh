@@ -61,7 +61,11 @@ said stdout.txt 'payload 0\.0(29|30)[0-9]* \+- '
 below 'reduced rod' 1 1
 
 # By a trained model, here of the least work: the linear map of steps alone.
-cpinn-train "$arm" --set surrogate.kind=linear --set surrogate.solved=800 >/dev/null 2>&1 # warns of it
+linear=(cpinn-train "$arm" --set surrogate.kind=linear --set surrogate.solved=800)
+"${linear[@]}" >/dev/null 2>&1 # warns of it
+mkdir taken && exec 9>taken/lock && flock 9 # one folder is for one process
+refused '^taken: in use by another process' "${linear[@]}" --out taken
+exec 9>&-
 run 0 cpinn-control "$arm" --set surrogate.kind=linear --set control.tolerance.rms=1 --set control.tolerance.worst=1 \
     --set control.duration=1.5
 said stdout.txt 'model +trained one-step model, modes 2, 1, 2, 1'

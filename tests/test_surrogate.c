@@ -346,9 +346,8 @@ static void test_frames(void **state)
     /* across gravity one mirror is left, d1 and d3 its plane */
     expect_frame(ARM("[9.81, 0, 0]", THREE) SURROGATE, false, true);
     expect_frame(ARM("[4, 7, 0]", THREE) SURROGATE, false, false);
-    /* unequal chambers bend it even where all have the same pressure; the sum of two tendons is a
-     * coordinate beside their pair; helical ones are of one hand, but the rod that they bend is of
-     * none as long as it is nearly straight */
+    /* unequal chambers bend it even where all have the same pressure; the sum of two is a
+     * coordinate beside their pair; what is thicker one way is not round */
     expect_frame(ARM("[0, 0, 9.81]", "  - {offset: [0.0, 0.013], area: 1, pressure: f2}\n"
                                      "  - {offset: [-0.009, -0.005], area: 0.7, pressure: f3}\n")
                      SURROGATE,
@@ -356,7 +355,9 @@ static void test_frames(void **state)
     expect_frame(ARM("[0, 0, 9.81]", "  - {offset: [0, 0.009], area: 1, pressure: f2 + f3}\n")
                      SURROGATE,
                  true, true);
-    expect_frame(ARM("[0, 0, 9.81]", THREE "initial: {}\n") SURROGATE, true, true);
+    expect_frame(ARM("[0, 0, 9.81]", THREE "springs: [{at: 0.13, stiffness: [20, 0, 0]}]\n")
+                     SURROGATE,
+                 false, true);
 }
 
 /* ---- bad input ----------------------------------------------------------------------------- */

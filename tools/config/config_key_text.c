@@ -25,8 +25,8 @@ const char *config_parameter_of(const char *path)
 config_parameter *config_parameter_find(config *experiment, const char *path)
 {
     const char *name = config_parameter_of(path);
-    const size_t length = strcspn(name, ".");
-    for (int i = 0; i < experiment->parameter_count; i++) {
+    const size_t length = name ? strcspn(name, ".") : 0;
+    for (int i = 0; name && i < experiment->parameter_count; i++) {
         const char *known = experiment->parameters[i].name;
         if (strlen(known) == length && strncmp(known, name, length) == 0) {
             return &experiment->parameters[i];
@@ -179,8 +179,8 @@ void config_key_suggest(const char *pattern, char suggestion[CONFIG_PATH_MAX])
              pattern);
     for (int i = 0; i < config_key_count; i++) {
         const char *part = below(config_keys[i].path, section);
-        int far = part ? spelling_distance(name, length, part, part_length(part)) : 1000;
-        if (far < best || (far == best && !*suggestion)) {
+        int far = part ? spelling_distance(name, length, part, part_length(part)) : 0;
+        if (part && (far < best || (far == best && !*suggestion))) {
             best = far;
             snprintf(suggestion, CONFIG_PATH_MAX, "%.*s",
                      (int)(part - config_keys[i].path + (ptrdiff_t)part_length(part)),

@@ -79,7 +79,8 @@ ad_status checkpoint_put_integer(checkpoint *cp, const char *name, int64_t value
 /* Write all items to `path` atomically, keeping `keep` >= 1 generations in all: `path`, and before
  * it "checkpoint.1.h5", "checkpoint.2.h5", ... beside "checkpoint.h5" (tools/files/file_bytes.h).
  * Once a first write has succeeded, `path` is complete at every instant, whatever kills the
- * process. Errors: the first failed put, AD_BAD_ARGUMENT (keep), AD_IO, AD_NO_MEMORY; the old file
+ * process. Errors: the first failed put, AD_BAD_ARGUMENT (keep), AD_IO (no place for a file),
+ * AD_NOT_WRITTEN (the disk is full or fails), AD_NO_MEMORY; the old file
  * is then untouched. */
 ad_status checkpoint_write(checkpoint *cp, const char *path, int keep, ad_error *error);
 

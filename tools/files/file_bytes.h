@@ -23,7 +23,8 @@ ad_status file_bytes_read(const char *path, size_t limit, unsigned char **bytes,
 /* Replace `path` by `size` bytes, keeping `keep` >= 1 generations in all: the file so far becomes
  * generation 1 (see file_bytes_older), generation 1 becomes 2, up to keep - 1. `path` itself never
  * disappears meanwhile: the old file gets its second name by link(2), by a copy where the file
- * system has no links. Errors: AD_BAD_ARGUMENT (keep), AD_IO, AD_NO_MEMORY; the file that was
+ * system has no links. Errors: AD_BAD_ARGUMENT (keep), AD_IO (no place for a file), AD_NOT_WRITTEN
+ * (the disk is full or fails), AD_NO_MEMORY; the file that was
  * there is then untouched and the partial one removed. */
 ad_status file_bytes_write(const char *path, const void *bytes, size_t size, int keep,
                            ad_error *error);

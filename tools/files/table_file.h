@@ -77,7 +77,8 @@ typedef struct table_source {
 
 /* Write the table to `path`, atomically (tools/files/file_bytes.h). CSV numbers are the shortest of
  * 15 to 17 digits that read back to the same double; NaN loses its payload in CSV, not in HDF5.
- * Errors: AD_BAD_ARGUMENT (ending, names, more than 4 GiB as .npz), AD_IO, AD_NO_MEMORY; a file
+ * Errors: AD_BAD_ARGUMENT (ending, names, more than 4 GiB as .npz), AD_IO (no place for a file),
+ * AD_NOT_WRITTEN (the disk is full or fails), AD_NO_MEMORY; a file
  * that was there is then untouched. */
 ad_status table_write(const char *path, const table_source *table, ad_error *error);
 

@@ -87,7 +87,7 @@ ad_status child_run(void (*work)(const void *task, void *result), const void *ta
     }
     if (pipe(ends) != 0) {
         free(received);
-        return ad_fail(error, AD_IO, "a pipe: %s", strerror(errno));
+        return ad_fail(error, AD_NO_MEMORY, "a pipe: %s", strerror(errno));
     }
     double began = train_seconds();
     fflush(NULL); /* or the child would have what is buffered as well */
@@ -112,5 +112,5 @@ ad_status child_run(void (*work)(const void *task, void *result), const void *ta
         report_end(child, why);
     }
     free(received);
-    return child > 0 ? AD_OK : ad_fail(error, AD_IO, "a process: %s", strerror(errno));
+    return child > 0 ? AD_OK : ad_fail(error, AD_NO_MEMORY, "a process: %s", strerror(errno));
 }

@@ -35,7 +35,8 @@ static ad_status write_files(const stress_row *row, const char *folder, ad_error
     } else {
         row->write(file);
     }
-    return fclose(file) == 0 ? AD_OK : ad_fail(error, AD_IO, "%s: %s", path, strerror(errno));
+    return fclose(file) == 0 ? AD_OK
+                             : ad_fail(error, AD_NOT_WRITTEN, "%s: %s", path, strerror(errno));
 }
 
 ad_status stress_run(const stress_row *row, judge_method method, const char *folder,

@@ -59,7 +59,8 @@ static bool named(const stress_row *row, const char *name)
 
 static bool is_asked(const options *o, const stress_row *row, judge_method method)
 {
-    if (!row->expected[method].why || (o->method && strcmp(o->method, judge_method_name(method)))) {
+    if (!row->expected[method].why ||
+        (o->method && strcmp(o->method, judge_method_name(method)) != 0)) {
         return false;
     }
     for (int i = 0; i < o->only.count; i++) {

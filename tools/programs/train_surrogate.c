@@ -186,6 +186,19 @@ static ad_status train(training *t, ad_error *error)
 
 /* ---- the verdict --------------------------------------------------------------------------- */
 
+/* What to try where rollouts are off: the losses are squares. */
+static const char *advice(const training *t)
+{
+    const surrogate_training_info info = surrogate_training_inspect(t->own);
+    return t->settings->surrogate.kind == SURROGATE_LINEAR ? "try surrogate.kind: flow"
+           : info.held_out > 2 * info.loss
+               ? "held-out steps are off by far more than those that were learnt: try more of them "
+                 "(surrogate.solved)"
+               : "try a longer training, a wider network (network.hidden) or a smaller range of "
+                 "the "
+                 "parameters";
+}
+
 static ad_status judge(training *t, ad_error *error)
 {
     surrogate *s = NULL;
@@ -203,17 +216,16 @@ static ad_status judge(training *t, ad_error *error)
         if (row->diverged > 0) {
             verdict_add(&t->verdict, VERDICT_DIVERGED,
                         "%d of %d rollouts of %d steps leave the solver by more than a quarter of "
-                        "the length",
-                        row->diverged, t->report.count, t->report.steps[ROLLOUTS_LONG]);
+                        "the length; %s; loops by the reduced rod need no model (surrogate: null)",
+                        row->diverged, t->report.count, t->report.steps[ROLLOUTS_LONG], advice(t));
         }
         const double own = row->error[ROLLOUTS_SHORT][ROLLOUTS_MEDIAN];
         const double modes = t->report.rows[ROLLOUTS_FINER].error[ROLLOUTS_SHORT][ROLLOUTS_MEDIAN];
         if (t->settings->surrogate.kind != SURROGATE_LINEAR && own > modes) {
             verdict_add(&t->verdict, VERDICT_NOT_CONVERGED,
                         "rollouts of 5 s are off the solver by %.2g %% of the length (median), "
-                        "more than the %.2g %% that modes leave out; train longer, with more "
-                        "solved steps or a wider network",
-                        100 * own, 100 * modes);
+                        "more than the %.2g %% that modes leave out; %s",
+                        100 * own, 100 * modes, advice(t));
         }
     }
     surrogate_one_step_free(&model);
@@ -269,9 +281,10 @@ static void explain_network(const surrogate_settings *s, const train_settings *s
                 : "the distance from what has no defect of the equations at Radau's nodes",
             s->data, s->ahead);
     } else {
-        printf(") for what it leaves over, in\nthe frame of the robot's symmetry, if there is one; "
-               "errors count by what they do to the tip\nover 250 steps; output layer by least "
-               "squares in every evaluation.\n\n");
+        printf(
+            ") for what it leaves over, in\nthe frame of the robot's symmetry, if there is one; "
+            "errors count by what they do to the tip\nover all that follow; output layer by least "
+            "squares in every evaluation.\n\n");
     }
     if (surrogate_is_polynomial(s->kind)) {
         printf("Both are of the three nodes of Radau's method, whose values have no defect of the "

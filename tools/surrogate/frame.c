@@ -3,7 +3,7 @@
  * Where a turn of state and inputs gives the turned next state, pairs of modes turn as vectors
  * across the axis: (v1, v2) and (u2, -u1), whose second components change sign in the mirror that
  * leaves the first ones, as the twist u3 does. How inputs turn follows from the forces by which
- * they act on the modes of the straight robot: each force that is another combination of the inputs
+ * they act on the modes of the robot at rest: each force that is another combination of the inputs
  * is a coordinate of its own. Two tendons at right angles give three, a pair and their sum, which
  * the robot takes as it would take those of any other two. Candidates are tried in turn; the first
  * that holds is taken. */
@@ -47,14 +47,14 @@ typedef struct finder {
     const surrogate_steps *steps;
     surrogate_step *m;
     const scene *open;
-    int n, all;                        /* states, inputs of both ends */
-    double rest[SURROGATE_STATES_MAX]; /* the state with which the scene begins */
+    int n, all; /* states, inputs of both ends */
+    double rest[SURROGATE_STATES_MAX];
     double middle[SURROGATE_INPUTS_MAX];
     double *by; /* [n][inputs] of the rates by inputs at rest */
     double *numbers;
     surrogate_numbers to;
     /* of one end: coordinates and how they are made of the inputs; which inputs are not tried, as
-     * they have no force or are slow */
+     * they do not act across or are slow */
     int drives;
     double column[DRIVES_MAX][SURROGATE_INPUTS_MAX];
     bool held[SURROGATE_INPUTS_MAX];
@@ -222,25 +222,26 @@ static bool place_pairs(finder *x, const place *places, place *classes, double *
     return fine;
 }
 
-/* Coordinates of the inputs of one end and their classes: what acts across, inputs that have no
- * force, what acts on even and on odd numbers, and what is left over. False: there are too many. */
+/* Coordinates of the inputs of one end and their classes: what acts across, inputs that do not by
+ * themselves, what acts on even and on odd numbers, and what is left over. False: there are too
+ * many. */
 static bool place_inputs(finder *x, const place *places, place *classes)
 {
     const int m = x->m->inputs, half = x->n / 2;
     double row[SURROGATE_INPUTS_MAX], *basis = calloc((size_t)(4 * m * m) + 1, sizeof *basis);
     x->drives = 0;
     bool fine = basis && place_pairs(x, places, classes, basis);
+    for (int k = 0; k < m; k++) {
+        double across = 0, along = 0;
+        for (int i = half; i < x->n; i++) {
+            *(places[i] == EVEN ? &along : &across) += fabs(x->by[i * m + k]);
+        }
+        x->held[k] = across <= DEPENDENT * along;
+    }
     for (int class = EVEN; class <= ODD && fine; class ++) {
         int count = 0;
         for (int k = class == EVEN ? -m : 0; k < half && fine; k++) {
-            double force = 0;
-            for (int i = 0; i < half && k < 0; i++) {
-                force += fabs(x->by[(half + i) * m + m + k]);
-            }
-            if (k < 0) {
-                x->held[m + k] = force == 0;
-            }
-            if (k < 0 ? force > 0 : places[half + k] != (place) class) {
+            if (k < 0 ? !x->held[m + k] : places[half + k] != (place) class) {
                 continue;
             }
             for (int i = 0; i < m; i++) {
@@ -536,12 +537,24 @@ static bool try_one(finder *x, const candidate *c, double *off)
     return *off <= MOST_OFF;
 }
 
+/* The robot at rest without its actuators, as far as their ranges go: even unequal ones leave it
+ * straight. */
 static ad_status rest(finder *x, ad_error *error)
 {
-    double rate[SURROGATE_STATES_MAX];
+    double rate[SURROGATE_STATES_MAX], inputs[SURROGATE_INPUTS_MAX];
     scene_middle_values(x->open, x->middle);
-    const ad_status status = reduced_initial(x->rod, x->middle, x->rest, error);
-    return status == AD_OK ? reduced_rate(x->rod, 0, x->rest, x->middle, rate, NULL, x->by, error)
+    for (int i = 0; i < x->m->inputs; i++) {
+        const scene_parameter *of = &x->open->parameters[i];
+        inputs[i] = fmin(fmax(0, of->low), of->high);
+    }
+    for (int k = 0; k < x->m->slow_count; k++) {
+        inputs[x->m->slow[k]] = x->middle[x->m->slow[k]];
+    }
+    ad_status status = reduced_initial(x->rod, inputs, x->rest, error);
+    if (status == AD_OK && reduced_settle(x->rod, 0, inputs, x->rest, NULL) != AD_OK) {
+        status = reduced_initial(x->rod, inputs, x->rest, error);
+    }
+    return status == AD_OK ? reduced_rate(x->rod, 0, x->rest, inputs, rate, NULL, x->by, error)
                            : status;
 }
 
