@@ -4,9 +4,8 @@
  * across the axis: (v1, v2) and (u2, -u1), whose second components change sign in the mirror that
  * leaves the first ones, as the twist u3 does. How inputs turn follows from the forces by which
  * they act on the modes of the robot at rest: each force that is another combination of the inputs
- * is a coordinate of its own. Two tendons at right angles give three, a pair and their sum, which
- * the robot takes as it would take those of any other two. Candidates are tried in turn; the first
- * that holds is taken. */
+ * is a coordinate of its own. Two tendons at right angles give three, a pair and their sum.
+ * Candidates are tried in turn; the first that holds is taken. */
 #include "autodiff/dense.h"
 #include "nn/rng.h"
 #include "tools/surrogate/training_parts.h"
@@ -290,9 +289,7 @@ static void center_inputs(finder *x, const place *classes)
             x->to.input_center[i] -= dot * row[i];
         }
     }
-    for (int i = m; i < x->all; i++) {
-        x->to.input_center[i] = x->to.input_center[i - m];
-    }
+    memmove(x->to.input_center + x->all - m, x->to.input_center, (size_t)m * sizeof *basis);
 }
 
 /* Of both ends of a step alike. */
@@ -429,7 +426,6 @@ static ad_status rate_of_moved(finder *x, bool mirrors, double angle, const doub
 static void add_misfit(const finder *x, int copies, const double *rates, const double *drives,
                        double *basis, double *off, double *size)
 {
-    const double most = (double)copies;
     double *row = basis + copies * copies;
     int rank = 0;
     for (int k = -1; k < x->drives; k++) {
@@ -456,7 +452,7 @@ static void add_misfit(const finder *x, int copies, const double *rates, const d
         for (int j = 0; j < copies; j++) {
             left += row[j] * row[j];
         }
-        *off += left * most / (most - rank);
+        *off += left * copies / (copies - rank);
         *size += all;
     }
 }
@@ -469,11 +465,10 @@ static double measure(finder *x, const candidate *c)
 {
     enum { TRIALS = 64 };
     const int n = x->n, all = x->all, copies = 2 * x->drives + 4, given = x->m->inputs;
-    const size_t of_one = (size_t)(n + x->drives + 1 + copies);
     nn_rng random = nn_rng_split(1, "symmetry");
     double inputs[SURROGATE_INPUTS_MAX], off = 0, size = 0;
-    double *euler =
-        calloc((size_t)(n * n + n + copies) + (size_t)copies * of_one + 1, sizeof *euler);
+    const int room = n * (n + 1) + copies * (n + x->drives + copies + 1);
+    double *euler = calloc((size_t)room, sizeof *euler);
     double *rates = euler + n * n, *drives = rates + (copies + 1) * n;
     int *pivots = calloc((size_t)n + 1, sizeof *pivots);
     for (int t = 0; t < TRIALS && euler && pivots; t++) {
@@ -550,9 +545,9 @@ static ad_status rest(finder *x, ad_error *error)
     for (int k = 0; k < x->m->slow_count; k++) {
         inputs[x->m->slow[k]] = x->middle[x->m->slow[k]];
     }
-    ad_status status = reduced_initial(x->rod, inputs, x->rest, error);
-    if (status == AD_OK && reduced_settle(x->rod, 0, inputs, x->rest, NULL) != AD_OK) {
-        status = reduced_initial(x->rod, inputs, x->rest, error);
+    const ad_status status = reduced_initial(x->rod, inputs, x->rest, error);
+    if (status == AD_OK) { /* leaves the state where it finds none */
+        (void)reduced_settle(x->rod, 0, inputs, x->rest, NULL);
     }
     return status == AD_OK ? reduced_rate(x->rod, 0, x->rest, inputs, rate, NULL, x->by, error)
                            : status;
