@@ -62,7 +62,7 @@ typedef struct finder {
 surrogate_numbers surrogate_numbers_of(const surrogate_step *of, double *numbers)
 {
     const size_t n = (size_t)of->states, m = (size_t)(of->ramps ? 2 : 1) * (size_t)of->inputs;
-    const size_t blocks = (size_t)surrogate_step_blocks(of), c = (size_t)of->drives;
+    const size_t blocks = 1 + 2 * (size_t)of->slow_count, c = (size_t)of->drives;
     surrogate_numbers x;
     size_t at = 0;
 #define SURROGATE_PLACE(name, count)                                                               \

@@ -76,7 +76,7 @@ static int groups_of(const surrogate_step *m, group groups[3])
 static void fill_row(const surrogate_step *m, const group *g, bool other, const double *z,
                      const double *next, const double *factor, double *row)
 {
-    const int from = other ? g->other : g->from, blocks = surrogate_step_blocks(m);
+    const int from = other ? g->other : g->from, blocks = 1 + 2 * m->slow_count;
     for (int b = 0; b < blocks; b++) {
         for (int k = 0; k < g->count; k++) {
             *row++ = factor[b] * z[from + k];
@@ -126,7 +126,7 @@ static void store(const surrogate_step *m, const group *g, bool other, const dou
                   surrogate_numbers *to)
 {
     const int n = m->states, all = m->ramps ? 2 * m->inputs : m->inputs;
-    const int blocks = surrogate_step_blocks(m), features = blocks * g->count + g->constant;
+    const int blocks = 1 + 2 * m->slow_count, features = blocks * g->count + g->constant;
     const int from = other ? g->other : g->from;
     for (int r = 0; r < n; r++) {
         const int o = m->state_slot[r] - from;
@@ -160,10 +160,10 @@ static ad_status add_products(ad_pool *pool, const surrogate_step *m, const grou
 {
     enum { MOST = 2 * SURROGATE_STATES_MAX + 2 * SURROGATE_INPUTS_MAX };
     const int n = m->states, all = m->ramps ? 2 * m->inputs : m->inputs;
-    const int size = surrogate_step_blocks(m) * g->count + g->constant + g->outputs;
+    const int size = (1 + 2 * m->slow_count) * g->count + g->constant + g->outputs;
     const size_t ends = g->other < 0 ? 1 : 2;
     const surrogate_numbers at = surrogate_numbers_of(m, (double *)m->numbers);
-    double z[MOST], next[MOST], factor[1 + SURROGATE_DEGREE * SURROGATE_SLOW_MAX] = {1};
+    double z[MOST], next[MOST], factor[1 + 2 * SURROGATE_SLOW_MAX] = {1};
     double *rows = malloc((steps->count * ends * (size_t)size + 1) * sizeof *rows);
     if (!rows) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a linear map");
@@ -175,10 +175,8 @@ static ad_status add_products(ad_pool *pool, const surrogate_step *m, const grou
         for (int j = 0; j < m->slow_count; j++) {
             const int k = m->slow[j];
             const double c = 2 * (u[k] - at.input_center[k]) / (at.input_high[k] - at.input_low[k]);
-            double power = c;
-            for (int d = 1; d <= SURROGATE_DEGREE; d++, power *= c) {
-                factor[SURROGATE_DEGREE * j + d] = power;
-            }
+            factor[1 + 2 * j] = c;
+            factor[2 + 2 * j] = c * c;
         }
         for (size_t e = 0; e < ends; e++) {
             fill_row(m, g, e == 1, z, next, factor, rows + (i * ends + e) * (size_t)size);
@@ -196,7 +194,7 @@ static void lead(const surrogate_step *m, const group *g, const surrogate_steps 
 {
     enum { MOST = 2 * SURROGATE_STATES_MAX + 2 * SURROGATE_INPUTS_MAX };
     const int n = m->states, all = m->ramps ? 2 * m->inputs : m->inputs;
-    const int features = surrogate_step_blocks(m) * g->count;
+    const int features = (1 + 2 * m->slow_count) * g->count;
     double z[MOST], ahead[MOST] = {0}, square = 0;
     for (int o = 0; o < g->outputs; o++) {
         for (int k = 0; k < g->count; k++) {
@@ -225,7 +223,7 @@ ad_status surrogate_fit_linear(ad_pool *pool, surrogate_step *m, double *numbers
     ad_status status = ad_dense_load(error);
     for (int g = 0; g < groups_of(m, groups) && status == AD_OK; g++) {
         const group *now = &groups[g];
-        const int features = surrogate_step_blocks(m) * now->count + now->constant;
+        const int features = (1 + 2 * m->slow_count) * now->count + now->constant;
         const int size = features + now->outputs;
         double *gram = calloc((size_t)(size * size + now->outputs * features) + 1, sizeof *gram);
         if (now->outputs > 0) {

@@ -25,7 +25,7 @@ surrogate_settings surrogate_settings_default(void)
 {
     return (surrogate_settings){.step = NAN,
                                 .tolerance = 5e-3,
-                                .solved = 30000,
+                                .solved = 20000,
                                 .terms = 4,
                                 .ahead = 1,
                                 .physics = NAN,
@@ -65,7 +65,7 @@ bool surrogate_names_parameter(const surrogate_settings *settings, const char *n
 /* ---- what is open, and checks -------------------------------------------------------------- */
 
 /* Steps of the optimiser, and the network, that were measured to be worth their time. */
-enum { STEPS = 3000, WIDTH = 64, DECOUPLED_STEPS = 16000 };
+enum { STEPS = 4000, WIDTH = 64, DECOUPLED_STEPS = 16000 };
 
 static ad_status refuse(char key[TRAIN_KEY_MAX], const char *which, ad_error *error,
                         const char *problem)

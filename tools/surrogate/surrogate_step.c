@@ -32,15 +32,15 @@ static int all_inputs(const surrogate_step *m)
     return m->ramps ? 2 * m->inputs : m->inputs;
 }
 
-int surrogate_step_blocks(const surrogate_step *m)
+static int blocks_of(const surrogate_step *m)
 {
-    return 1 + SURROGATE_DEGREE * m->slow_count;
+    return 1 + 2 * m->slow_count;
 }
 
 static size_t find_parts(const surrogate_step *of, step_parts *parts)
 {
-    const size_t n = (size_t)of->states, m = (size_t)all_inputs(of), c = (size_t)of->drives,
-                 blocks = (size_t)surrogate_step_blocks(of);
+    const size_t n = (size_t)of->states, m = (size_t)all_inputs(of), c = (size_t)of->drives;
+    const size_t blocks = (size_t)blocks_of(of);
     size_t at = 0;
 #define STEP_PLACE(name, count)                                                                    \
     parts->name = of->numbers ? of->numbers + at : NULL;                                           \
@@ -119,7 +119,7 @@ static int padded(int count)
     X(z, coordinates(m) * STEP_LANES)                                                              \
     X(a, most *STEP_LANES)                                                                         \
     X(b, most *STEP_LANES)                                                                         \
-    X(moved, surrogate_step_blocks(m) * (m->states + all_inputs(m)) * STEP_LANES)                  \
+    X(moved, blocks_of(m) * (m->states + all_inputs(m)) * STEP_LANES)                              \
     X(linear, m->states *STEP_LANES)                                                               \
     X(g, 2 * STEP_LANES) /* the frame: cosine and sine, shortened */                               \
     X(rho, STEP_LANES)                                                                             \
@@ -160,6 +160,31 @@ size_t surrogate_step_work(const surrogate_step *m)
 
 /* ---- products ------------------------------------------------------------------------------ */
 
+/* Of one state: outputs in vectors from o on, the last of which ends with the last output and so
+ * may find some twice; sums of several vectors at once do not wait for each other. */
+STEP_INLINE void multiply_one(int vectors, int inputs, int outputs, int o, const double *w,
+                              const double *bias, const double *x, double *y)
+{
+    step_lanes sum[4] = {{0}};
+    int at[4];
+    for (int v = 0; v < vectors; v++) {
+        at[v] =
+            o + v * STEP_LANES < outputs - STEP_LANES ? o + v * STEP_LANES : outputs - STEP_LANES;
+        if (bias) {
+            memcpy(&sum[v], bias + at[v], sizeof *sum);
+        }
+    }
+    for (int i = 0; i < inputs; i++) {
+        const double *row = w + i * outputs;
+        for (int v = 0; v < vectors; v++) {
+            sum[v] += x[i] * *(const step_lanes *)(const void *)(row + at[v]);
+        }
+    }
+    for (int v = 0; v < vectors; v++) {
+        memcpy(y + at[v], &sum[v], sizeof *sum);
+    }
+}
+
 /* y [outputs][lanes] = bias + w^T x for w [inputs][outputs], x [inputs][lanes]; the same sums in
  * the same order for any number of lanes. */
 STEP_INLINE void multiply(int lanes, int inputs, int outputs, const double *w, const double *bias,
@@ -167,17 +192,17 @@ STEP_INLINE void multiply(int lanes, int inputs, int outputs, const double *w, c
 {
     int o = 0;
     if (lanes == 1) {
-        for (; o + 2 * STEP_LANES <= outputs; o += 2 * STEP_LANES) {
-            step_lanes sum[2] = {{0}};
-            if (bias) {
-                memcpy(sum, bias + o, sizeof sum);
+        for (; outputs >= STEP_LANES && o < outputs; o += 4 * STEP_LANES) {
+            const int left = outputs - o;
+            if (left > 3 * STEP_LANES) {
+                multiply_one(4, inputs, outputs, o, w, bias, x, y);
+            } else if (left > 2 * STEP_LANES) {
+                multiply_one(3, inputs, outputs, o, w, bias, x, y);
+            } else if (left > STEP_LANES) {
+                multiply_one(2, inputs, outputs, o, w, bias, x, y);
+            } else {
+                multiply_one(1, inputs, outputs, o, w, bias, x, y);
             }
-            for (int i = 0; i < inputs; i++) {
-                const double *row = w + i * outputs + o;
-                sum[0] += x[i] * *(const step_lanes *)(const void *)row;
-                sum[1] += x[i] * *(const step_lanes *)(const void *)(row + STEP_LANES);
-            }
-            memcpy(y + o, sum, sizeof sum);
         }
         for (; o < outputs; o++) {
             double sum = bias ? bias[o] : 0;
@@ -188,19 +213,20 @@ STEP_INLINE void multiply(int lanes, int inputs, int outputs, const double *w, c
         }
         return;
     }
-    for (; o + 4 <= outputs; o += 4) {
+    for (; outputs >= 4 && o < outputs; o += 4) { /* the last ones end with the last output */
         step_lanes sum[4] = {{0}};
+        const int at = o < outputs - 4 ? o : outputs - 4;
         for (int k = 0; k < 4 && bias; k++) {
-            sum[k] += bias[o + k];
+            sum[k] += bias[at + k];
         }
         for (int i = 0; i < inputs; i++) {
             const step_lanes now = *(const step_lanes *)(const void *)(x + i * STEP_LANES);
-            const double *row = w + i * outputs + o;
+            const double *row = w + i * outputs + at;
             for (int k = 0; k < 4; k++) {
                 sum[k] += row[k] * now;
             }
         }
-        memcpy(y + o * STEP_LANES, sum, sizeof sum);
+        memcpy(y + at * STEP_LANES, sum, sizeof sum);
     }
     for (; o < outputs; o++) {
         step_lanes sum = {0};
@@ -360,15 +386,14 @@ STEP_INLINE void enter(const surrogate_step *m, int lanes, int count, const step
             x->moved[(n + i) * lanes + l] = *u - parts->input_center[i];
         }
     }
-    for (int j = 0; j < m->slow_count; j++) { /* times c, c^2, ... */
+    for (int j = 0; j < m->slow_count; j++) { /* times c and c^2 */
         const int size = (n + all) * lanes, i = m->slow[j];
         const double half = 0.5 * (parts->input_high[i] - parts->input_low[i]);
-        double *to = x->moved + (1 + SURROGATE_DEGREE * j) * size;
-        for (int d = 0; d < SURROGATE_DEGREE; d++, to += size) {
-            const double *from = d > 0 ? to - size : x->moved;
-            for (int k = 0; k < size; k++) {
-                to[k] = x->moved[(n + i) * lanes + k % lanes] / half * from[k];
-            }
+        double *to = x->moved + (1 + 2 * j) * size;
+        for (int k = 0; k < size; k++) {
+            const double c = x->moved[(n + i) * lanes + k % lanes] / half;
+            to[k] = c * x->moved[k];
+            to[size + k] = c * to[k];
         }
     }
     multiply(lanes, all, m->drives, parts->input_map, NULL, x->moved + n * lanes, x->a);
@@ -383,8 +408,8 @@ STEP_INLINE void step_tile(const surrogate_step *m, int lanes, int count, const 
 {
     const int n = m->states;
     enter(m, lanes, count, parts, x, states, inputs, after);
-    multiply(lanes, surrogate_step_blocks(m) * (n + all_inputs(m)), n, parts->linear,
-             parts->next_center, x->moved, x->linear);
+    multiply(lanes, blocks_of(m) * (n + all_inputs(m)), n, parts->linear, parts->next_center,
+             x->moved, x->linear);
     if (m->layers > 0) {
         network(m, lanes, parts, x);
         leave_frame(m, lanes, x);
@@ -591,17 +616,14 @@ STEP_INLINE void differentiate_linear(const surrogate_step *m, const step_parts 
         const int i = m->slow[j];
         const double half = 0.5 * (parts->input_high[i] - parts->input_low[i]);
         const double c = x->moved[n + i] / half;
-        const double *block = parts->linear + (1 + SURROGATE_DEGREE * j) * size;
-        double *by_slow = x->by_linear + (n + i) * n, power = 1; /* c^(d - 1) */
-        for (int d = 1; d <= SURROGATE_DEGREE; d++, block += size, power *= c) {
-            for (int k = 0; k < size; k++) {
-                x->by_linear[k] += power * c * block[k];
-            }
-            for (int k = 0; k < rows; k++) {
-                const double moved = d * power / half * x->moved[k];
-                for (int r = 0; r < n; r++) {
-                    by_slow[r] += moved * block[k * n + r];
-                }
+        const double *one = parts->linear + (1 + 2 * j) * size, *two = one + size;
+        double *by_slow = x->by_linear + (n + i) * n;
+        for (int k = 0; k < size; k++) {
+            x->by_linear[k] += c * (one[k] + c * two[k]);
+        }
+        for (int k = 0; k < rows; k++) {
+            for (int r = 0; r < n; r++) {
+                by_slow[r] += x->moved[k] * (one[k * n + r] + 2 * c * two[k * n + r]) / half;
             }
         }
     }

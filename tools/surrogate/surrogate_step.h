@@ -4,8 +4,7 @@
  *
  *   x+ = x1 + A (x - x0) + B (u - u0) + frame^-1 network(frame (x, u))
  *
- * with A, B polynomials of slow inputs, a stiffness.
- *
+ * with A, B polynomials of slow inputs, a stiffness. *
  * Coordinates: numbers of the state and inputs, scaled, in classes by how they take a turn of the
  * robot about its axis (pairs turn as a vector across it; the others stay) and the mirror (even
  * ones stay, odd ones change their sign). The frame turns pairs so that a leading one, the bending,
@@ -27,15 +26,13 @@ enum {
     SURROGATE_LAYERS_MAX = 4,
     SURROGATE_STATES_MAX = 128,
     SURROGATE_INPUTS_MAX = 64,
-    SURROGATE_SLOW_MAX = 4,
-    SURROGATE_DEGREE = 4 /* of the linear map in each slow input */
+    SURROGATE_SLOW_MAX = 4
 };
 
 /* Numbers of surrogate_step, in their order in memory: name, count. n states, m inputs of a step
- * (with ramps those of its begin, then those of its end), c coordinates of these, blocks = 1 +
- * SURROGATE_DEGREE slow_count: the linear map is a polynomial of each slow input k = (u - u0) /
- * half its range, with blocks for 1, k, k^2, ... The linear part of an arm's steps for stiffnesses
- * of 0.6 to 1.4 is met to 0.04 % of its length by degree 2, 1.4e-3 % by 4. */
+ * (with ramps those of its begin, then those of its end), c coordinates of these, blocks = 1 + 2
+ * slow_count: the linear map is a polynomial of each slow input k = (u - u0) / half its range, with
+ * blocks for 1, k, k^2. */
 #define SURROGATE_STEP_NUMBERS(X)                                                                  \
     X(state_center, n) /* x0; below x1 */                                                          \
     X(next_center, n)                                                                              \
@@ -68,9 +65,6 @@ typedef struct surrogate_step {
      * [i][o], of evens followed by biases [o]; evens first. */
     const double *numbers;
 } surrogate_step;
-
-/* Of the linear map. */
-int surrogate_step_blocks(const surrogate_step *m);
 
 /* How many numbers, doubles of work for one call, and parameters of the network among the numbers,
  * which are the last ones. */

@@ -8,8 +8,7 @@
 #include <string.h>
 
 /* Half of the steps are of long rollouts, in which motions build up, half of short ones, for more
- * values of slow parameters and more beginnings, bang-bang, as nothing leads a robot so far; and
- * one is held out for so many to learn from. */
+ * values of slow parameters and more beginnings; and one is held out for so many to learn from. */
 enum { LENGTHS = 2, HELD = 10 };
 static const int lengths[LENGTHS] = {250, 50};
 
@@ -39,9 +38,8 @@ static ad_status draw_one(surrogate_training *t, int length, int part, surrogate
 {
     const int learnt = (t->settings->solved / LENGTHS + length - 1) / length;
     const int first = (length == lengths[0] ? 0 : INT32_MAX / 2) + part * learnt;
-    excite_settings settings =
+    const excite_settings settings =
         surrogate_excitation(t, length, first, part == 0 ? learnt : (learnt + HELD - 1) / HELD);
-    settings.only = length == lengths[0] ? -1 : EXCITE_BANG;
     excite_rollouts motions;
     ad_status status = excite_run(t->open, &settings, t->pool, &motions, error);
     if (status == AD_OK) {
