@@ -15,6 +15,12 @@ enum { SMALL_LANES = 8, SMALL_MOST = 128 /* columns */ };
 
 /* Loops compiled for the widest vectors of the processor at hand, unless a compiler's options say
  * which; for static functions only. */
+/* ThreadSanitizer does not survive what chooses between them; clang's says so in this way. */
+#if defined(__has_feature)
+#if __has_feature(thread_sanitizer) && !defined(__SANITIZE_THREAD__)
+#define __SANITIZE_THREAD__ 1
+#endif
+#endif
 #if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__AVX512F__) &&                      \
     !defined(__SANITIZE_THREAD__)
 #define SMALL_FOR_EACH_PROCESSOR __attribute__((target_clones("avx512f", "avx2", "default")))

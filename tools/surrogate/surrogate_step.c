@@ -6,7 +6,14 @@
 #include <string.h>
 
 /* Compiled several times over, for the widest vectors of the processor at hand. */
-#if defined(__x86_64__) && !defined(__AVX512F__) && !defined(__AVX2__)
+/* ThreadSanitizer does not survive what chooses between them; clang's says so in this way. */
+#if defined(__has_feature)
+#if __has_feature(thread_sanitizer) && !defined(__SANITIZE_THREAD__)
+#define __SANITIZE_THREAD__ 1
+#endif
+#endif
+#if defined(__x86_64__) && !defined(__AVX512F__) && !defined(__SANITIZE_THREAD__) &&               \
+    !defined(__AVX2__)
 #define STEP_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
 #else
 #define STEP_CLONES
