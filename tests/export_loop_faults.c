@@ -1,7 +1,7 @@
 /* What an exported loop (cpinn-control --c) answers where something is wrong: the flag that its
  * header states, inputs that are finite and within their limits, and all well again after. With one
- * position as sensor and a delay of one sample; -DTRAINED=1: by a trained model, which knows what
- * it was made for. */
+ * position as sensor and a delay of one sample; -DTRAINED=1 or 2: by a trained model, which knows
+ * what it was made for. */
 #include HEADER
 
 #include <math.h>
@@ -150,7 +150,7 @@ static double run(fault which)
             fail(which, k, "flags are left");
         }
     }
-    if (which == FAR && TRAINED && (all & faults[FAR].flag) != faults[FAR].flag) {
+    if (which == FAR && TRAINED == 1 && (all & faults[FAR].flag) != faults[FAR].flag) {
         fail(which, BEGIN, "nobody says that the state is outside, and begins again");
     }
     OF(place)(robot, state, place, NULL);
@@ -161,6 +161,9 @@ int main(void)
 {
     const double good = run(NONE);
     for (int i = NONE; i < FAULTS; i++) {
+        if (TRAINED == 2 && i == FAR) {
+            continue; /* the robot here is the model itself, whose sines mean nothing out there */
+        }
         const double off = run((fault)i);
         printf("%-26s %.3g mm off at the end\n", faults[i].name, 1e3 * off);
         if (!(off <= good + 5e-4)) { /* m, of 3 mm: but for what a filter keeps of it */

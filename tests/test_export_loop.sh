@@ -74,14 +74,15 @@ surrogate: {step: 0.02, modes: [2, 1, 2, 1], inputs: [p1, p2], parameters: [stif
 network: {hidden: [8]}
 training: {stages: [{optimizer: adam, steps: 5}]}
 YAML
-for kind in flow polynomial_flow; do
+for kind in flow polynomial ddpinn_flow; do
     "$BIN/cpinn-train" arm.yaml --set surrogate.kind=$kind --out $kind --quiet 2>train.txt # 3: after 5 steps
     check "$kind is trained" -- test $? -eq 3
 done
 exported flow 1 --run flow --set control.model=surrogate
 said flow.h 'median / worst of 8 rollouts:$'
 said flow.h ', diverged [0-9]+\.$'
-exported curve 1 --run polynomial_flow --set surrogate.kind=polynomial_flow --set control.period=0.01 \
+exported nodes 1 --run polynomial --set surrogate.kind=polynomial --set control.model=surrogate
+exported curve 2 --run ddpinn_flow --set surrogate.kind=ddpinn_flow --set control.period=0.01 \
     --set control.model=surrogate
 run 0 cpinn-control arm.yaml --c sampled --set control.duration=0.5 --set control.method=sampling \
     --set control.samples=32
