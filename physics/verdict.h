@@ -40,6 +40,8 @@ extern "C" {
       "measurements are closer to the solution than the noise that is stated for them")            \
     X(VERDICT_KNOWN_TOGETHER, "known_together", VERDICT_SOLVED,                                    \
       "measurements tell a combination of unknowns much better than each of them")                 \
+    X(VERDICT_ESTIMATE_OFF, "estimate_off", VERDICT_SOLVED,                                        \
+      "what a filter has found is further from the truth than its standard deviation explains")    \
     X(VERDICT_DEVIATIONS_ROUGH, "deviations_rough", VERDICT_WARNING,                               \
       "standard deviations of unknowns are off, as what is measured is far from linear in them")   \
     X(VERDICT_AT_BOUND, "at_bound", VERDICT_WARNING,                                               \

@@ -66,6 +66,7 @@ static void test_words(void **state)
                                         "reference_too_coarse",
                                         "noise_overstated",
                                         "known_together",
+                                        "estimate_off",
                                         "deviations_rough",
                                         "at_bound",
                                         "not_told",

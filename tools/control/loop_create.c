@@ -371,6 +371,13 @@ static ad_status lay_path(control_loop *x, ad_error *error)
         const double end = task_path_end(x->path);
         c->duration = end > 0 ? end : c->task.approach + 5;
     }
+    if (status == AD_OK &&
+        floor(c->duration / x->period + 1e-9) * x->period < c->task.approach - 1e-9 * x->period) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "control.duration: %g s, and errors are told after control.task.approach, "
+                       "%g s; allowed: at least so long",
+                       c->duration, c->task.approach);
+    }
     return status;
 }
 

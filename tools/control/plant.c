@@ -17,6 +17,7 @@ struct plant {
     reduced_rod *rod;
     look *looks[LOOKS]; /* the place, the measurements, the constraints */
     int count;
+    double length;                       /* m, of the nominal rod */
     int from[SCENE_PARAMETERS_MAX];      /* of its inputs: which of the nominal ones; -1: none */
     double inputs[SCENE_PARAMETERS_MAX]; /* now; those of -1 stay in the middle of their range */
     double t;
@@ -24,8 +25,17 @@ struct plant {
     nn_rng noise[CONTROL_MEASUREMENTS_MAX], losses[CONTROL_MEASUREMENTS_MAX];
 };
 
+/* The end of the nominal rod is the end of this one, other places stay where they are. */
 static ad_status add_look(plant *x, const scene *of, look_what what, double at, ad_error *error)
 {
+    const double length = scene_length(of);
+    at = at >= x->length * (1 - 1e-12) ? length : at;
+    if (at > length) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "control.plant.set: makes the rod %g m long, and the place at %g m is seen "
+                       "or constrained; allowed: a rod that has it",
+                       length, at);
+    }
     const look_sensor sensor = {.what = what, .count = 1, .s = &at};
     return look_create(of, x->control->plant_modes, &sensor, &x->looks[x->count++], error);
 }
@@ -54,6 +64,7 @@ ad_status plant_create(const scene *of, const scene *nominal, const control_sett
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a plant");
     }
     x->control = control;
+    x->length = scene_length(nominal);
     map_inputs(x, of, nominal);
     ad_status status = reduced_create(of, &settings, &x->rod, error);
     status = status == AD_OK ? add_look(x, of, LOOK_POSITION, control->track_at, error) : status;

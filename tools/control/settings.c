@@ -304,6 +304,15 @@ ad_status control_settings_resolve(control_settings *x, const surrogate_settings
                  model->step);
         status = blame(key, error, "period", -1, "", problem);
     }
+    const bool eight = x->task.path == CONTROL_EIGHT; /* up and down it goes twice as often */
+    const double fastest = (eight ? 0.25 : 0.5) / model->step;
+    if (status == AD_OK && (eight || x->task.path == CONTROL_CIRCLE) &&
+        x->task.frequency >= fastest) {
+        char problem[120];
+        snprintf(problem, sizeof problem, "is too high for steps of %g s; allowed: below %g Hz",
+                 model->step, fastest);
+        status = blame(key, error, "task.frequency", -1, "", problem);
+    }
     if (status == AD_OK && x->residual && x->model == CONTROL_LINEAR) {
         status = blame(key, error, "residual", -1, "",
                        "is beside a model that is not linear; allowed: another control.model");

@@ -115,7 +115,11 @@ void control_print_details(const control_row *row)
     }
     printf("  %-10s normalised squares of innovations, 1 if consistent:", "filter");
     for (int i = 0; i < c->measurement_count; i++) {
-        printf("%s %.3g", i ? "," : "", r->innovation[i]);
+        if (isnan(r->innovation[i])) {
+            printf("%s -", i ? "," : ""); /* nothing has arrived */
+        } else {
+            printf("%s %.3g", i ? "," : "", r->innovation[i]);
+        }
     }
     putchar('\n');
     print_flags("filter", filter_flags, r->filter_flags);

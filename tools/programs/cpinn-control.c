@@ -102,7 +102,16 @@ static ad_status read_scenes(controlling *x, ad_error *error)
     const control_settings *c = &x->nominal->control;
     memcpy(overrides, o->overrides.texts, sizeof o->overrides.texts);
     for (int i = 0; i < c->change_count; i++) {
-        overrides[count++] = c->changes[i];
+        const char *key = c->changes[i];
+        const size_t word = strcspn(key, ".=[");
+        if ((word == 7 && memcmp(key, "control", word) == 0) ||
+            (word == 9 && memcmp(key, "surrogate", word) == 0)) {
+            return ad_fail(error, AD_BAD_INPUT,
+                           "%.200s: control.plant.set: %.200s: is nothing of the robot; allowed: "
+                           "keys of the scene other than control and surrogate",
+                           o->config, key);
+        }
+        overrides[count++] = key;
     }
     overrides[count++] = "control=null"; /* names that it has may be numbers now */
     overrides[count++] = "time.windows=1";
@@ -318,26 +327,39 @@ static ad_status blame_key(const config *of, ad_error *error)
     return config_refuse(of, key, problem, error);
 }
 
+/* Standard deviations from the truth by which an estimate is remarked on. */
+static const double ESTIMATE_OFF = 5;
+
 static void judge(controlling *x)
 {
     const control_row *row = &x->rows[0];
     const loop_report *r = &row->report;
     const control_settings *c = &row->control;
+    char reach[80] = "";
+    if (r->reach > c->tolerance_rms) {
+        snprintf(reach, sizeof reach, "; at rest it comes no nearer than %.2g mm rms",
+                 1e3 * r->reach);
+    }
     if (r->diverged) {
         verdict_add(&x->verdict, VERDICT_DIVERGED,
-                    "the robot left the path, or its simulation failed, %.4g s after the start",
-                    (double)r->done * c->period);
+                    "the robot was a length off the path, or its simulation failed, %.4g s after "
+                    "the start%s",
+                    (double)r->done * c->period, reach);
     } else if (r->rms > c->tolerance_rms || r->worst > c->tolerance_worst) {
-        char reach[80] = "";
-        if (r->reach > c->tolerance_rms) {
-            snprintf(reach, sizeof reach, "; at rest it comes no nearer than %.2g mm rms",
-                     1e3 * r->reach);
-        }
         verdict_add(&x->verdict, VERDICT_NOT_HELD,
                     "the place is off the path by %.3g mm rms and at most %.3g mm; allowed by "
                     "control.tolerance: %.3g and %.3g mm%s",
                     1e3 * r->rms, 1e3 * r->worst, 1e3 * c->tolerance_rms, 1e3 * c->tolerance_worst,
                     reach);
+    }
+    for (int i = 0; i < c->estimate_count; i++) {
+        const double off = fabs(r->estimate[i] - r->truth[i]);
+        if (off > ESTIMATE_OFF * r->deviation[i]) {
+            verdict_add(&x->verdict, VERDICT_ESTIMATE_OFF,
+                        "%.60s is found as %.4g, %.2g standard deviations off the truth, %.4g: the "
+                        "robot differs from the model in something else",
+                        c->estimate[i], r->estimate[i], off / r->deviation[i], r->truth[i]);
+        }
     }
 }
 
