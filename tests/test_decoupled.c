@@ -2,6 +2,7 @@
  * difference quotients, flows in parts; the loss by the rod's equations: its gradient, and that the
  * rod's own motion satisfies it. */
 #include "near.h"
+#include "rollouts_testing.h"
 
 #include "nn/rng.h"
 #include "physics/solve/reduced.h"
@@ -12,16 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const char arm[] =
-    "parameters: {p: {range: [-2, 3]}, e: {range: [0.8, 1.3]}}\n"
-    "rod:\n"
-    "  length: 1\n"
-    "  stiffness: {shear: [30*e, 40*e], axial: 50*e, bending: [e, 1.5*e], torsion: 0.8*e}\n"
-    "  inertia: {mass_per_length: 1, rotary: [0.01, 0.02, 0.03]}\n"
-    "  damping: {strain: [0.1, 0.1, 0.1], curvature: [0.05, 0.05, 0.05]}\n"
-    "boundary: {start: {type: clamped}, end: {type: loaded}}\n"
-    "loads: {tip: {force: [p, 0.5, 0]}}\n"
-    "time: {duration: 1}\n";
+static const char arm[] = ARM("{range: [0.8, 1.3]}");
 static const int modes[4] = {1, 0, 1, 0};
 
 enum { STATES = 6, INPUTS = 2, STEPS = 12 };

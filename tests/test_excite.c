@@ -11,6 +11,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+static const char arm[] = ARM("{range: [0.5, 2], scale: log}");
+
 static config *read_scene(void)
 {
     ad_error error = {.message = ""};

@@ -11,6 +11,8 @@
 #include <math.h>
 #include <string.h>
 
+static const char arm[] = ARM("{range: [0.5, 2], scale: log}");
+
 /* The rod, but for numbers that grow and one that is off. */
 typedef struct wrong {
     one_step rod;

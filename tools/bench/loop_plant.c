@@ -21,26 +21,11 @@ typedef struct robot {
 static ad_status open_robot(robot *r, const char *path, int count, const char **set,
                             ad_error *error)
 {
-    const char *all[SET_MAX + CONTROL_CHANGES_MAX + 3];
-    ad_status status = config_read(path, NULL, count, set, &r->nominal, error);
-    if (status == AD_OK && !config_controls(r->nominal)) {
-        status = config_resolve_control(r->nominal, error);
-    }
+    ad_status status = config_read_robot(path, count, set, &r->nominal, &r->changed, error);
     if (status != AD_OK) {
         return status;
     }
     const control_settings *c = &r->nominal->control;
-    memcpy(all, set, (size_t)count * sizeof *all);
-    for (int i = 0; i < c->change_count; i++) {
-        all[count++] = c->changes[i];
-    }
-    all[count++] = "control=null";
-    all[count++] = "time.windows=1";
-    all[count++] = "surrogate=null";
-    status = config_read(path, NULL, count, all, &r->changed, error);
-    if (status != AD_OK) {
-        return status;
-    }
     const scene *open = &r->nominal->scene;
     const surrogate_settings model = control_model_of(&r->nominal->surrogate);
     for (int k = 0; k < open->parameter_count; k++) {

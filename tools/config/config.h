@@ -104,6 +104,13 @@ ad_status config_write_physics(const config *config, FILE *file);
 bool config_controls(const config *config);
 ad_status config_resolve_control(config *config, ad_error *error);
 
+/* A scene as config_read has it, its section control resolved also where it is not given, and the
+ * robot that is simulated in its place: the same with the keys of control.plant.set, without
+ * control and surrogate. Both are the caller's to free, *nominal also on failure; they are NULL
+ * before. Errors of config_read; what is wrong with the plant is said of control.plant.set. */
+ad_status config_read_robot(const char *path, int count, const char *const *overrides,
+                            config **nominal, config **plant, ad_error *error);
+
 /* Blame `key` for something found after reading: the line as of config_read. */
 ad_status config_refuse(const config *config, const char *key, const char *problem,
                         ad_error *error);

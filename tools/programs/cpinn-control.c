@@ -84,49 +84,6 @@ typedef struct controlling {
     verdict verdict;
 } controlling;
 
-/* ---- reading ------------------------------------------------------------------------------- */
-
-/* The scene, and with the keys of control.plant.set the robot that is simulated. */
-static ad_status read_scenes(controlling *x, ad_error *error)
-{
-    const options *o = &x->asked;
-    const char *overrides[CLI_LIST_MAX + CONTROL_CHANGES_MAX + 3];
-    int count = o->overrides.count;
-    ad_status status = config_read(o->config, NULL, count, o->overrides.texts, &x->nominal, error);
-    if (status == AD_OK && !config_controls(x->nominal)) {
-        status = config_resolve_control(x->nominal, error);
-    }
-    if (status != AD_OK) {
-        return status;
-    }
-    const control_settings *c = &x->nominal->control;
-    memcpy(overrides, o->overrides.texts, sizeof o->overrides.texts);
-    for (int i = 0; i < c->change_count; i++) {
-        const char *key = c->changes[i];
-        const size_t word = strcspn(key, ".=[");
-        if ((word == 7 && memcmp(key, "control", word) == 0) ||
-            (word == 9 && memcmp(key, "surrogate", word) == 0)) {
-            return ad_fail(error, AD_BAD_INPUT,
-                           "%.200s: control.plant.set: %.200s: is nothing of the robot; allowed: "
-                           "keys of the scene other than control and surrogate",
-                           o->config, key);
-        }
-        overrides[count++] = key;
-    }
-    overrides[count++] = "control=null"; /* names that it has may be numbers now */
-    overrides[count++] = "time.windows=1";
-    if (surrogate_is_given(&x->nominal->surrogate)) {
-        overrides[count++] = "surrogate=null";
-    }
-    status = config_read(o->config, NULL, count, overrides, &x->plant, error);
-    if (status != AD_OK) {
-        char reason[sizeof error->message];
-        snprintf(reason, sizeof reason, "%s", error->message);
-        return ad_fail(error, AD_BAD_INPUT, "%.200s: control.plant.set: %.280s", o->config, reason);
-    }
-    return AD_OK;
-}
-
 /* Values of the scene's parameters in the plant. */
 static void find_truth(controlling *x)
 {
@@ -370,7 +327,10 @@ static ad_status run(controlling *x, ad_error *error)
     if (status == AD_OK && o->json && strcmp(o->json, "-") != 0) {
         status = file_bytes_check(o->json, error);
     }
-    status = status == AD_OK ? read_scenes(x, error) : status;
+    if (status == AD_OK) {
+        status = config_read_robot(o->config, o->overrides.count, o->overrides.texts, &x->nominal,
+                                   &x->plant, error);
+    }
     if (status == AD_OK && o->seed >= 0) {
         x->nominal->control.seed = o->seed;
     }

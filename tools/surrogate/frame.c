@@ -155,6 +155,20 @@ static bool place_states(finder *x, const candidate *c, place *places)
 
 /* ---- classes of the inputs ----------------------------------------------------------------- */
 
+/* Takes from a row [size] what orthonormal rows basis [count][size] have of it. */
+static void leave_out(const double *basis, int count, int size, double *row)
+{
+    for (int k = 0; k < count; k++) {
+        double dot = 0;
+        for (int i = 0; i < size; i++) {
+            dot += basis[k * size + i] * row[i];
+        }
+        for (int i = 0; i < size; i++) {
+            row[i] -= dot * basis[k * size + i];
+        }
+    }
+}
+
 /* Adds a row [size] to the orthonormal rows basis [count][size]; false: it depends on them. */
 static bool add_row(double *basis, int count, int size, const double *row)
 {
@@ -163,17 +177,8 @@ static bool add_row(double *basis, int count, int size, const double *row)
     for (int i = 0; i < size; i++) {
         before += row[i] * row[i];
     }
-    for (int turn = 0; turn < 2; turn++) {
-        for (int k = 0; k < count; k++) {
-            double dot = 0;
-            for (int i = 0; i < size; i++) {
-                dot += basis[k * size + i] * to[i];
-            }
-            for (int i = 0; i < size; i++) {
-                to[i] -= dot * basis[k * size + i];
-            }
-        }
-    }
+    leave_out(basis, count, size, to);
+    leave_out(basis, count, size, to); /* again, of rounding */
     for (int i = 0; i < size; i++) {
         after += to[i] * to[i];
     }
@@ -440,15 +445,7 @@ static void add_misfit(const finder *x, int copies, const double *rates, const d
             row[j] = rates[j * x->n + k] / x->to.state_scale[k];
             all += row[j] * row[j];
         }
-        for (int b = 0; b < rank; b++) {
-            double dot = 0;
-            for (int j = 0; j < copies; j++) {
-                dot += basis[b * copies + j] * row[j];
-            }
-            for (int j = 0; j < copies; j++) {
-                row[j] -= dot * basis[b * copies + j];
-            }
-        }
+        leave_out(basis, rank, copies, row);
         for (int j = 0; j < copies; j++) {
             left += row[j] * row[j];
         }
