@@ -16,11 +16,11 @@ static const char *const endings[TEXTS] = {".c", "_selftest.c",
                                            ".h"}; /* the last needs the others */
 
 /* What names within the C begin with. */
-static const char *const taken[] = {"controller", "estimator",      "gauss",      "gauss_newton",
-                                    "kinematic",  "kinematic_look", "kinematics", "lanes",
-                                    "linear",     "linear_step",    "look",       "loop",
-                                    "qp",         "regulator",      "sigma",      "small",
-                                    "surrogate",  "surrogate_step", "view"};
+static const char *const taken[] = {
+    "controller",     "estimator",  "gauss",     "gauss_newton",   "kinematic",
+    "kinematic_look", "kinematics", "lanes",     "linear",         "linear_step",
+    "look",           "loop",       "qp",        "regulator",      "sigma",
+    "small",          "step",       "surrogate", "surrogate_step", "view"};
 
 typedef void (*writer)(const export_loop *x, FILE *file);
 static const writer writers[TEXTS] = {export_loop_write_source, export_loop_write_selftest,

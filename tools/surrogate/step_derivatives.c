@@ -1,0 +1,240 @@
+/* Derivatives of one step by state and inputs. */
+#include "tools/surrogate/step_map.h"
+
+/* to [rows][columns] = w [rows][outputs] from [outputs][columns]; rows: a constant, at most 4. */
+STEP_INLINE void multiply_tile(int rows, int outputs, int columns, const double *w,
+                               const double *from, double *to)
+{
+    for (int c = 0; c < columns; c += STEP_LANES) {
+        step_lanes sum[4] = {{0}};
+        for (int o = 0; o < outputs; o++) {
+            const step_lanes now = *(const step_lanes *)(const void *)(from + o * columns + c);
+            for (int k = 0; k < rows; k++) {
+                sum[k] += w[k * outputs + o] * now;
+            }
+        }
+        for (int k = 0; k < rows; k++) {
+            memcpy(to + k * columns + c, &sum[k], sizeof sum[k]);
+        }
+    }
+}
+
+/* Rows [columns] of derivatives of all outputs, one row by each number. to [inputs] = w from for
+ * from [outputs]. */
+STEP_INLINE void multiply_rows(int inputs, int outputs, int columns, const double *w,
+                               const double *from, double *to)
+{
+    int i = 0;
+    for (; i + 4 <= inputs; i += 4) {
+        multiply_tile(4, outputs, columns, w + i * outputs, from, to + i * columns);
+    }
+    for (; i < inputs; i++) {
+        multiply_tile(1, outputs, columns, w + i * outputs, from, to + i * columns);
+    }
+}
+
+/* Back through units whose values are kept [width]. */
+STEP_INLINE void differentiate_units(const surrogate_step *m, int width, int columns,
+                                     const double *kept, double *by)
+{
+    const int half = width / 2;
+    for (int i = 0; i < (m->mirrors ? half : width); i++) {
+        const double slope = 1 - kept[i] * kept[i];
+        double *row = by + i * columns, *odd = by + (half + i) * columns;
+        if (!m->mirrors) {
+            for (int c = 0; c < columns; c++) {
+                row[c] *= slope;
+            }
+            continue;
+        }
+        const double other = 1 - kept[half + i] * kept[half + i];
+        const double same = 0.5 * (slope + other), cross = 0.5 * (slope - other);
+        for (int c = 0; c < columns; c++) {
+            const double even = row[c], was = odd[c];
+            row[c] = same * even + cross * was;
+            odd[c] = cross * even + same * was;
+        }
+    }
+}
+
+/* x->by becomes derivatives of the outputs in the frame, as step_layer() orders both, by its
+ * inputs. */
+STEP_INLINE void differentiate_network(const surrogate_step *m, int columns,
+                                       const step_parts *parts, step_work *x)
+{
+    const double *numbers[SURROGATE_LAYERS_MAX + 1], *at = parts->network, *kept = x->kept;
+    for (int l = 0; l <= m->layers; l++) {
+        numbers[l] = at;
+        at += (step_layer_inputs(m, l, false) + 1) * step_layer_outputs(m, l, false) +
+              step_layer_inputs(m, l, true) * step_layer_outputs(m, l, true);
+    }
+    for (int l = 0; l < m->layers; l++) {
+        kept += m->width[l];
+    }
+    for (int l = m->layers; l >= 0; l--) {
+        const int in = step_layer_inputs(m, l, false), out = step_layer_outputs(m, l, false);
+        const int in_odd = step_layer_inputs(m, l, true), out_odd = step_layer_outputs(m, l, true);
+        const double *odd = numbers[l] + (in + 1) * out;
+        double *swap = x->by;
+        if (l == m->layers) { /* the weights themselves */
+            memset(x->by_too, 0, (size_t)((in + in_odd) * columns) * sizeof *x->by);
+            for (int i = 0; i < in + in_odd; i++) {
+                const double *row = i < in ? numbers[l] + i * out : odd + (i - in) * out_odd;
+                memcpy(x->by_too + i * columns + (i < in ? 0 : out), row,
+                       (size_t)(i < in ? out : out_odd) * sizeof *row);
+            }
+        } else {
+            multiply_rows(in, out, columns, numbers[l], x->by, x->by_too);
+            multiply_rows(in_odd, out_odd, columns, odd, x->by + out * columns,
+                          x->by_too + in * columns);
+        }
+        x->by = x->by_too;
+        x->by_too = swap;
+        if (l > 0) {
+            kept -= m->width[l - 1];
+            differentiate_units(m, m->width[l - 1], columns, kept, x->by);
+        }
+    }
+}
+
+/* Columns in the order [first components, second ones, evens, odds] and rows likewise, by z in the
+ * frame; with a mirror step_layer() has another order of both. */
+STEP_INLINE void reorder(const surrogate_step *m, int columns, step_work *x)
+{
+    const int p = m->pairs, q = m->out_pairs, count = step_coordinates(m), outs = step_outputs(m);
+    double *swap = x->by;
+    for (int i = 0; i < count && m->mirrors; i++) {
+        const int row = i < p ? i : i < 2 * p ? i + m->evens : i < 2 * p + m->evens ? i - p : i;
+        for (int o = 0; o < outs; o++) {
+            const int column = o < q                      ? o
+                               : o < 2 * q                ? o + m->out_evens
+                               : o < 2 * q + m->out_evens ? o - q
+                                                          : o;
+            x->by_too[i * columns + o] = x->by[row * columns + column];
+        }
+    }
+    if (m->mirrors) {
+        x->by = x->by_too;
+        x->by_too = swap;
+    }
+}
+
+/* What the frame adds: pairs of inputs and outputs turn, and the frame moves with its leading pair.
+ */
+STEP_INLINE void differentiate_frame(const surrogate_step *m, int columns, const step_parts *parts,
+                                     step_work *x)
+{
+    const int p = m->pairs, q = m->out_pairs, outs = step_outputs(m), count = step_coordinates(m);
+    const double c = x->g[0], s = x->g[1], rho = x->rho[0];
+    /* derivatives of c and s by the leading pair */
+    const double by_w[2][2] = {{(1 - c * c) / rho, c * s / rho}, {-c * s / rho, (s * s - 1) / rho}};
+    double *by_c = x->by_too, *by_s = by_c + columns;
+    memset(by_c, 0, (size_t)(2 * columns) * sizeof *by_c);
+    for (int k = 0; k < p; k++) {
+        const double re = x->z[k], im = x->z[p + k];
+        double *one = x->by + k * columns, *other = x->by + (p + k) * columns;
+        for (int o = 0; o < outs; o++) {
+            by_c[o] += one[o] * re + other[o] * im;
+            by_s[o] += other[o] * re - one[o] * im;
+            const double turned = one[o] * c + other[o] * s;
+            other[o] = other[o] * c - one[o] * s;
+            one[o] = turned;
+        }
+    }
+    for (int i = 0; i < count + 2; i++) { /* outputs times c - is */
+        double *row = i < count ? x->by + i * columns : by_c + (i - count) * columns;
+        for (int k = 0; k < q; k++) {
+            const double re = row[k], im = row[q + k];
+            row[k] = re * c + im * s;
+            row[q + k] = im * c - re * s;
+        }
+    }
+    for (int k = 0; k < q; k++) { /* and their own turn */
+        by_c[k] += x->framed[k];
+        by_s[k] += x->framed[q + k];
+        by_c[q + k] += x->framed[q + k];
+        by_s[q + k] -= x->framed[k];
+    }
+    for (int k = 0; k < p; k++) {
+        for (int o = 0; o < outs; o++) {
+            x->by[k * columns + o] +=
+                parts->lead[k] * (by_c[o] * by_w[0][0] + by_s[o] * by_w[1][0]);
+            x->by[(p + k) * columns + o] +=
+                parts->lead[k] * (by_c[o] * by_w[0][1] + by_s[o] * by_w[1][1]);
+        }
+    }
+}
+
+/* x->by_linear: derivatives [n + inputs][n] of the linear map. */
+STEP_INLINE void differentiate_linear(const surrogate_step *m, const step_parts *parts,
+                                      step_work *x)
+{
+    const int n = m->states, rows = n + step_all_inputs(m), size = rows * n;
+    memcpy(x->by_linear, parts->linear, (size_t)size * sizeof *x->by_linear);
+    for (int j = 0; j < m->slow_count; j++) {
+        const int i = m->slow[j];
+        const double half = 0.5 * (parts->input_high[i] - parts->input_low[i]);
+        const double c = x->moved[n + i] / half;
+        const double *one = parts->linear + (1 + 2 * j) * size, *two = one + size;
+        double *by_slow = x->by_linear + (n + i) * n;
+        for (int k = 0; k < size; k++) {
+            x->by_linear[k] += c * (one[k] + c * two[k]);
+        }
+        for (int k = 0; k < rows; k++) {
+            for (int r = 0; r < n; r++) {
+                by_slow[r] += x->moved[k] * (one[k * n + r] + 2 * c * two[k * n + r]) / half;
+            }
+        }
+    }
+}
+
+/* From x->by, derivatives of outputs in the world by coordinates, to those of the state. */
+STEP_INLINE void collect(const surrogate_step *m, int columns, const step_parts *parts,
+                         const step_work *x, double *by_state, double *by_inputs)
+{
+    const int n = m->states, all = step_all_inputs(m);
+    for (int r = 0; r < n; r++) {
+        const int o = step_output_of(m, m->state_slot[r]);
+        for (int k = 0; k < n && by_state; k++) {
+            const double moved = m->layers > 0 ? x->by[m->state_slot[k] * columns + o] : 0;
+            by_state[r * n + k] =
+                x->by_linear[k * n + r] + parts->state_scale[r] * moved / parts->state_scale[k];
+        }
+        for (int i = 0; i < m->inputs && by_inputs; i++) {
+            double sum = 0;
+            for (int end = i; end < all; end += m->inputs) {
+                double moved = 0;
+                for (int k = 0; k < m->drives && m->layers > 0; k++) {
+                    moved += parts->input_map[end * m->drives + k] *
+                             x->by[m->input_slot[k] * columns + o];
+                }
+                sum += x->by_linear[(n + end) * n + r] + parts->state_scale[r] * moved;
+            }
+            by_inputs[r * m->inputs + i] = sum;
+        }
+    }
+}
+
+STEP_CLONES static void derivatives(const surrogate_step *m, const step_parts *parts, step_work *x,
+                                    const double *state, const double *inputs, const double *after,
+                                    double *next, double *by_state, double *by_inputs)
+{
+    const int columns = step_padded(step_outputs(m));
+    step_tile(m, 1, 1, parts, x, state, inputs, after, next);
+    if (m->layers > 0) {
+        differentiate_network(m, columns, parts, x);
+        reorder(m, columns, x);
+        if (m->turns) {
+            differentiate_frame(m, columns, parts, x);
+        }
+    }
+    differentiate_linear(m, parts, x);
+    collect(m, columns, parts, x, by_state, by_inputs);
+}
+
+void surrogate_step_differentiate(const surrogate_step *m, const step_parts *parts, step_work *x,
+                                  const double *state, const double *inputs, const double *after,
+                                  double *next, double *by_state, double *by_inputs)
+{
+    derivatives(m, parts, x, state, inputs, after, next, by_state, by_inputs);
+}
