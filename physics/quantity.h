@@ -215,8 +215,8 @@ int quantity_sign_changes(quantity q, const char *coordinate, quantity_interval 
 /* ---- as text --------------------------------------------------------------------------------- */
 
 /* As text that quantity_formula reads back to the same quantity: as its author wrote it, or from
- * its nodes, with defined names put in, which is the same however it was written. NULL when memory
- * runs out; the caller frees it. */
+ * its nodes, with defined names put in, which is the same however it was written, and may be nested
+ * more deeply than quantity_formula reads. NULL when memory runs out; the caller frees it. */
 char *quantity_text(quantity q, bool as_written);
 
 /* Shortest decimal text that reads back as the same number, with a point or an exponent that YAML
