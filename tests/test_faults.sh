@@ -19,15 +19,21 @@ cp "$elastica" scene.yaml
 printf 'training:\n  stages: [{optimizer: adam, steps: 2}]\nlosses:\n  interior:\n    points: 16\n' >>scene.yaml
 echo 'strain,moment' >law.csv
 seq -f '%g' 1 9 | sed 's/.*/0.0&,0.3&/' >>law.csv
+arm=$ROOT/configs/robots/soft_arm_control.yaml
+loop="$arm --set control.model=reduced --set control.plant.modes=[1,1,1,1] --set control.duration=1.1
+    --set control.estimate=null --set control.tolerance.rms=1 --set control.tolerance.worst=1 --quiet"
+run 0 cpinn-control $loop --out loop.csv
 
 # Of each program, what is quick.
 programs=('cpinn-train scene.yaml --out new --threads 1'
     'cpinn-eval whole --grid 9 --out new.csv' 'cpinn-eval whole --json'
     'cpinn-solve scene.yaml --nodes 20 --out new.h5' 'cpinn-solve scene.yaml --method strain'
     'cpinn-check scene.yaml --threads 1' 'cpinn-export whole --c new'
-    'cpinn-cases scene.yaml --out new --seconds 0.1 --threads 1' 'cpinn-stress --list'
-    'cpinn-bench scene.yaml --out new --help' 'cpinn-law law.csv --out new.csv --steps 2 --starts 1'
-    "cpinn-control $ROOT/configs/robots/soft_arm_control.yaml --run none")
+    'cpinn-cases scene.yaml --out new --seconds 0.1 --threads 1' 'cpinn-show whole --out new.html'
+    'cpinn-stress --only slender/10 --method solver --out new.csv'
+    'cpinn-bench scene.yaml --out new --methods w=adam:4 --networks 1x4 --seeds 1 --threads 1 --quiet'
+    'cpinn-law law.csv --out new.csv --steps 2 --starts 1' "cpinn-control $loop --json new.json"
+    "cpinn-residual $arm --measured loop.csv --steps 1 --units 2 --out new.csv")
 
 # faulty KIND N COMMAND...: with the N-th call failing, it has to end as promised.
 faulty() {

@@ -227,9 +227,7 @@ int main(int argc, char **argv)
     }
     status = 0;
     if (run(&x, path, sizeof path, &error) != AD_OK) {
-        const bool unwritten = error.status == AD_IO || error.status == AD_NO_MEMORY;
-        cli_fail_error(program, &error);
-        status = unwritten ? 1 : CLI_BAD;
+        status = cli_fail_error(program, &error);
     } else if (!x.quiet) {
         printf("wrote %s\n", path);
     }
