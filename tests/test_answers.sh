@@ -51,7 +51,7 @@ for run in strain mixed; do
 done
 run 0 cpinn-eval strain --at push=1,stiff=1 --grid 3
 said stdout.txt '^ +1000 +[0-9.]+ +0 +[0-9.]+$'
-run 0 cpinn-eval strain --at push=1,stiff=1 --json
+run 0 cpinn-eval strain --at push=1,stiff=1 --json -
 said stdout.txt '"answer": \{"error": [0-9.e-]+, "network_error": [0-9.e-]+, "trusted": 1'
 run 0 cpinn-eval strain
 said stdout.txt '^family of 2 parameters: push 0.5 to 2, stiff 0.8 to 1.25$'
@@ -80,7 +80,7 @@ check the member of the second row -- test "$(value shapes.csv 6 x)" = "$(value 
 run 0 cpinn-eval strain --members members.csv --grid 3 --out again.csv --threads 2
 check the same for any number of threads -- cmp shapes.csv again.csv
 run 0 cpinn-eval strain --members members.csv --out shapes.h5
-run 0 cpinn-eval strain --members members.csv --out shapes.csv --json
+run 0 cpinn-eval strain --members members.csv --out shapes.csv --json -
 said stdout.txt '"members": \{"count": 3, "trusted": 3, "outside": 0, "from_network": 3'
 
 bad_file() { # PATTERN CONTENT
@@ -113,7 +113,7 @@ for run in strain mixed; do
     said stdout.txt '^product .* 0      0 '
     check nothing on stderr -- test ! -s stderr.txt
 done
-run 0 cpinn-eval strain --verify 200 --seed 2 --json
+run 0 cpinn-eval strain --verify 200 --seed 2 --json -
 said stdout.txt '"answers": "product", "median": [0-9.e-]+'
 said stdout.txt '"wrong_though_trusted": 0'
 

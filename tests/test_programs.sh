@@ -69,7 +69,7 @@ done
 # Output that cannot be written is an error, whether it stays in the buffer or not.
 if [ -c /dev/full ]; then
     for command in 'cpinn-train --help' "cpinn-train $elastica --print-config" 'cpinn-eval a' \
-        'cpinn-eval a --json' 'cpinn-check --version' 'cpinn-bench --help' 'cpinn-solve --help' \
+        'cpinn-eval a --json -' 'cpinn-check --version' 'cpinn-bench --help' 'cpinn-solve --help' \
         'cpinn-cases --help' 'cpinn-stress --list' 'cpinn-control --help' 'cpinn-export --help' \
         'cpinn-law --help' 'cpinn-residual --help' 'cpinn-show --help'; do
         got=0
@@ -258,7 +258,7 @@ check as many rows as points -- test "$(wc -l <p.csv)" -eq 4
 run 0 cpinn-eval a --points points.csv --out p.h5
 run 0 cpinn-eval a --points p.h5 --out p2.csv
 same p2.csv p.csv
-run 0 cpinn-eval a --json
+run 0 cpinn-eval a --json -
 if command -v python3 >/dev/null; then
     check valid JSON -- python3 -c 'import json, sys
 report = json.load(open("stdout.txt"))

@@ -62,14 +62,14 @@ run 3 cpinn-train "$ROOT/configs/cantilever_deep.yaml" "${small[@]}" --set "$sho
 said stdout.txt '"reason": "energy_out_of_balance", "outcome": "warning"'
 out_of_balance='"(energy|momentum)_out_of_balance": [0-9.e+-]+'
 trained=$(grep -oE "$out_of_balance" stdout.txt)
-run 0 cpinn-eval run --json
+run 0 cpinn-eval run --json -
 check the same two numbers again -- test "$(grep -cE . <<<"$trained")" -eq 2 -a \
     "$trained" = "$(grep -oE "$out_of_balance" stdout.txt)"
 judged 3 warning not_converged cpinn-train "$ROOT/configs/elastica_deep.yaml" "${small[@]}" \
     --set "$short"
 run 3 cpinn-train "$ROOT/configs/elastica_deep.yaml" "${small[@]}" --set "$short" --resume --json -
 json stdout.txt warning not_converged 3
-run 0 cpinn-eval run --json # the evaluation itself went well
+run 0 cpinn-eval run --json - # the evaluation itself went well
 json stdout.txt warning not_converged 3
 run 0 cpinn-eval run
 said stdout.txt '^verdict on training: warning \(not_converged\): residuals'
@@ -83,7 +83,7 @@ END
 judged 3 warning unstable cpinn-train column.yaml --out run
 judged 1 stopped not_finite cpinn-train "$ROOT/configs/elastica_deep.yaml" "${small[@]}" \
     --set 'training.stages=[{optimizer: adam, steps: 30, learning_rate: 1e200}]'
-run 0 cpinn-eval run --json
+run 0 cpinn-eval run --json -
 json stdout.txt stopped unfinished 1
 judged 2 refused bad_input cpinn-train "$elastica" --set rod.length=-1
 judged 2 refused bad_input cpinn-train no_such.yaml

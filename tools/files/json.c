@@ -135,12 +135,22 @@ ad_status json_take(json *to, char **text, size_t *size, ad_error *error)
     return status;
 }
 
+bool json_is_printed(const char *path)
+{
+    return path && strcmp(path, "-") == 0;
+}
+
+ad_status json_check_path(const char *path, ad_error *error)
+{
+    return path && !json_is_printed(path) ? file_bytes_check(path, error) : AD_OK;
+}
+
 ad_status json_end(json *to, const char *path, ad_error *error)
 {
     char *text;
     size_t size;
     ad_status status = json_take(to, &text, &size, error);
-    if (status == AD_OK && strcmp(path, "-") == 0) {
+    if (status == AD_OK && json_is_printed(path)) {
         fputs(text, stdout); /* a program says when it ends that this could not be written */
     } else if (status == AD_OK) {
         status = file_bytes_write(path, text, size, 1, error);

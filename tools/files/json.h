@@ -23,6 +23,10 @@ typedef struct json {
 /* Starts the outermost object. */
 void json_begin(json *to);
 
+/* Whether "-" was asked for; and whether json_end can write there, nothing for NULL. */
+bool json_is_printed(const char *path);
+ad_status json_check_path(const char *path, ad_error *error);
+
 /* Ends it, writes it with a newline to the file `path`, or to standard output where that is "-",
  * and frees what is held. A file that is there is replaced. AD_IO, AD_NO_MEMORY. */
 ad_status json_end(json *to, const char *path, ad_error *error);

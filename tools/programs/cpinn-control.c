@@ -1,6 +1,5 @@
 /* cpinn-control: the closed loop of a scene in simulation; see --help. */
 #include "tools/config/config_surrogate.h"
-#include "tools/files/file_bytes.h"
 #include "tools/files/table_file.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/control_run.h"
@@ -324,9 +323,7 @@ static ad_status run(controlling *x, ad_error *error)
 {
     const options *o = &x->asked;
     ad_status status = o->out ? table_check_path(o->out, error) : AD_OK;
-    if (status == AD_OK && o->json && strcmp(o->json, "-") != 0) {
-        status = file_bytes_check(o->json, error);
-    }
+    status = status == AD_OK ? json_check_path(o->json, error) : status;
     if (status == AD_OK) {
         status = config_read_robot(o->config, o->overrides.count, o->overrides.texts, &x->nominal,
                                    &x->plant, error);
@@ -430,7 +427,7 @@ int main(int argc, char **argv)
     if (o->animate && !o->out) {
         return cli_fail(program, "--animate: nothing would be written; give --out FILE too");
     }
-    o->quiet = o->quiet || (o->json && strcmp(o->json, "-") == 0);
+    o->quiet = o->quiet || json_is_printed(o->json);
     ad_error error = {.message = ""};
     if (run(&x, &error) != AD_OK) {
         blame(&x, &error);

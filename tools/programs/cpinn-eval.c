@@ -76,7 +76,8 @@ enum { TIMED_POINTS = 4096 };
 typedef struct options {
     const char *checkpoint, *points, *grid, *out;
     int threads;
-    bool json, speed;
+    const char *json; /* file, or - */
+    bool speed;
     eval_family_options family;
     eval_rollouts_options rollouts;
 } options;
@@ -323,7 +324,7 @@ static void print_report(const evaluation *x)
     }
 }
 
-static void print_json_member(json *to, const evaluation *x)
+static void json_member(json *to, const evaluation *x)
 {
     const scene *scene = x->e->scene;
     json_open(to, "member", '{');
@@ -333,7 +334,7 @@ static void print_json_member(json *to, const evaluation *x)
     json_close(to, '}');
 }
 
-static void print_json_tip(json *to, const evaluation *x)
+static void json_tip(json *to, const evaluation *x)
 {
     json_open(to, "tip", '{');
     json_number(to, "s", *x->tip.s);
@@ -362,19 +363,19 @@ static void json_progress(json *to, const evaluation *x)
     json_integer(to, "parameters", (int64_t)x->e->count);
 }
 
-static ad_status print_json(const evaluation *x, ad_error *error)
+static ad_status write_json(const evaluation *x, ad_error *error)
 {
     json to;
     json_begin(&to);
     json_progress(&to, x);
     if (!x->field) {
         eval_family_json(&to, &x->family);
-        return json_end(&to, "-", error);
+        return json_end(&to, x->asked.json, error);
     }
     if (scene_is_family(x->e->scene)) {
-        print_json_member(&to, x);
+        json_member(&to, x);
     }
-    print_json_tip(&to, x);
+    json_tip(&to, x);
     json_number(&to, "loads_out_of_balance", x->balance.loads);
     json_number(&to, "energy_out_of_balance", x->balance.energy);
     json_number(&to, "momentum_out_of_balance", x->balance.momentum);
@@ -383,7 +384,7 @@ static ad_status print_json(const evaluation *x, ad_error *error)
     json_integer(&to, "threads", ad_pool_threads(x->e->pool));
     json_integer(&to, "points", (int64_t)x->samples.count);
     json_text(&to, "out", x->asked.out);
-    return json_end(&to, "-", error);
+    return json_end(&to, x->asked.json, error);
 }
 
 static ad_status choose_member(evaluation *x, ad_error *error)
@@ -471,6 +472,7 @@ static ad_status run(evaluation *x, ad_error *error)
     const options *o = &x->asked;
     const eval_family_options *f = &o->family;
     ad_status status = o->out ? shapes_check_path(o->out, error) : AD_OK;
+    status = status == AD_OK ? json_check_path(o->json, error) : status;
     status = status == AD_OK ? open_run(x, error) : status;
     if (status == AD_OK && is_answered(x)) {
         return run_family(x, error);
@@ -536,7 +538,8 @@ int main(int argc, char **argv)
          "it is more"},
         {"--speed", NULL, CLI_FLAG, &x.asked.speed, 0, 0,
          "measure how many points are evaluated in a second"},
-        {"--json", NULL, CLI_FLAG, &x.asked.json, 0, 0, "report as one JSON object"},
+        {"--json", "FILE|-", CLI_TEXT, &x.asked.json, 0, 0,
+         "write all of it as one JSON object; - is standard output, with\nnothing else on it"},
         {"--threads", "N", CLI_INTEGER, &x.asked.threads, 0, 1024,
          "default 0: one for each processor"}};
     const cli_program about = {program, "DIR_OR_CHECKPOINT", summary, epilogue, NULL, NULL};
@@ -572,9 +575,9 @@ int main(int argc, char **argv)
     status = 0;
     if (run(&x, &error) != AD_OK) {
         status = cli_fail_error(program, &error);
-    } else if (x.asked.json) {
-        status = print_json(&x, &error) == AD_OK ? 0 : cli_fail_error(program, &error);
-    } else {
+    } else if (x.asked.json && write_json(&x, &error) != AD_OK) {
+        status = cli_fail_error(program, &error);
+    } else if (!json_is_printed(x.asked.json)) {
         print_report(&x);
     }
     status = status == 0 ? eval_family_status(&x.family) : status;

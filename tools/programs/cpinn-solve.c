@@ -2,7 +2,6 @@
 #include "physics/beam.h"
 #include "physics/model.h"
 #include "tools/config/config_experiment.h"
-#include "tools/files/file_bytes.h"
 #include "tools/files/shapes_vtk.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/path_files.h"
@@ -330,9 +329,7 @@ static ad_status prepare(solving *x, ad_error *error)
     for (int i = 0; i < 3 && status == AD_OK; i++) {
         status = tables[i] ? table_check_path(tables[i], error) : AD_OK;
     }
-    if (status == AD_OK && o->json && strcmp(o->json, "-") != 0) {
-        status = file_bytes_check(o->json, error);
-    }
+    status = status == AD_OK ? json_check_path(o->json, error) : status;
     if (status == AD_OK) {
         status = find_unknowns(x, error);
     }
@@ -542,7 +539,7 @@ int main(int argc, char **argv)
     if (o->grid && !o->out && !o->work_precision) {
         return cli_fail(program, "--grid: nothing would be written there; give --out FILE too");
     }
-    o->quiet = o->quiet || (o->json && strcmp(o->json, "-") == 0);
+    o->quiet = o->quiet || json_is_printed(o->json);
     ad_error error = {.message = ""};
     if (run(&x, &error) != AD_OK) {
         blame(&x, &error);

@@ -2,7 +2,6 @@
 #include "autodiff/dense.h"
 #include "physics/plausible.h"
 #include "tools/config/config_session.h"
-#include "tools/files/file_bytes.h"
 #include "tools/judge/signals.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/explain.h"
@@ -460,8 +459,7 @@ static int run(const options *o)
     training t = {.asked = o};
     config *settings;
     ad_error error = {AD_OK, ""};
-    bool writes = o->json && strcmp(o->json, "-") != 0;
-    ad_status status = writes ? file_bytes_check(o->json, &error) : AD_OK;
+    ad_status status = json_check_path(o->json, &error);
     if (status != AD_OK) {
         return cli_fail_error(program, &error);
     }
@@ -515,7 +513,7 @@ static int parse(int count, char **arguments, options *o)
     };
     int result =
         cli_parse(&about, known, sizeof known / sizeof *known, count, arguments, &o->config);
-    o->quiet = o->quiet || (o->json && strcmp(o->json, "-") == 0);
+    o->quiet = o->quiet || json_is_printed(o->json);
     return result;
 }
 

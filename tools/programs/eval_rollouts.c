@@ -226,7 +226,7 @@ static ad_status write_files(const char *program, const rollouts_report *x, cons
     return status;
 }
 
-static ad_status print_json(const eval_rollouts_options *asked, const surrogate *s,
+static ad_status write_json(const eval_rollouts_options *asked, const surrogate *s,
                             const rollouts_report *x, ad_error *error)
 {
     json to;
@@ -254,7 +254,7 @@ static ad_status print_json(const eval_rollouts_options *asked, const surrogate 
         json_close(&to, '}');
     }
     json_close(&to, ']');
-    return json_end(&to, "-", error);
+    return json_end(&to, asked->json, error);
 }
 
 /* ---- all of it ----------------------------------------------------------------------------- */
@@ -281,21 +281,24 @@ static ad_status report_of(const eval_rollouts_options *asked, const surrogate *
 
 int eval_rollouts_run(const char *program, const eval_rollouts_options *asked)
 {
+    const bool printed = !json_is_printed(asked->json);
     surrogate *s = NULL;
     rollouts_report report = {0};
     ad_error error = {.message = ""};
-    ad_status result = surrogate_load(asked->path, &s, &error);
+    ad_status result = json_check_path(asked->json, &error);
+    result = result == AD_OK ? surrogate_load(asked->path, &s, &error) : result;
     result = result == AD_OK ? report_of(asked, s, &report, &error) : result;
     if (result == AD_OK && asked->out) {
         result = write_files(program, &report, asked->out, &error);
     }
     if (result == AD_OK && asked->json) {
-        result = print_json(asked, s, &report, &error);
-    } else if (result == AD_OK) {
+        result = write_json(asked, s, &report, &error);
+    }
+    if (result == AD_OK && printed) {
         eval_rollouts_print(stdout, &report);
     }
     const bool fails = result == AD_OK && rollouts_fail(&report, asked->tolerance);
-    if (fails && !asked->json) {
+    if (fails && printed) {
         puts(report.rows[ROLLOUTS_MODEL].diverged > 0 ? "not trusted: rollouts diverge"
                                                       : "not trusted: worse than --tolerance");
     }

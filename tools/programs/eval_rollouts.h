@@ -9,7 +9,7 @@ typedef struct eval_rollouts_options {
     const char *path, *out; /* of the run; a folder for files, or NULL */
     int count, seed, threads;
     double tolerance; /* of the worst error over 5 s by the length; NaN: none */
-    bool json;
+    const char *json; /* file, or - */
 } eval_rollouts_options;
 
 /* What is judged of a trained model; the result borrows from it. */
