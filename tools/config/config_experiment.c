@@ -4,7 +4,6 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 /* ---- making -------------------------------------------------------------------------------- */
 
@@ -145,23 +144,23 @@ ad_status config_experiment_open(const char *path, int count, const char *const 
                                  ad_error *error)
 {
     char found[4096];
-    struct stat info;
     checkpoint *opened = NULL;
-    bool folder = stat(path, &info) == 0 && S_ISDIR(info.st_mode);
     *result = NULL;
     if (file) {
         *file = NULL;
     }
-    int length = snprintf(found, sizeof found, "%s%s", path, folder ? "/checkpoint.h5" : "");
-    if (length < 0 || (size_t)length >= sizeof found) {
-        return ad_fail(error, AD_BAD_ARGUMENT, "%.200s...: the path is too long", path);
-    }
-    ad_status status = checkpoint_open(found, &opened, error);
+    ad_status status = run_open_checkpoint(path, found, &opened, error);
     if (status == AD_OK && checkpoint_has(opened, "surrogate/numbers")) {
         status = ad_fail(error, AD_BAD_INPUT,
                          "%s: is of a one-step model, not of a network of a scene; cpinn-eval "
                          "--rollouts N compares it with the solver",
                          found);
+    }
+    if (status == AD_OK && checkpoint_has(opened, "physics/text")) {
+        status = ad_fail(error, AD_BAD_INPUT,
+                         "%s: is of physics of one's own, whose equations are in the program that "
+                         "trained it; there cpinn_open_physics opens it",
+                         file_bytes_shown(found));
     }
     if (status == AD_OK) {
         status = restore(opened, found, count, overrides, threads, result, error);

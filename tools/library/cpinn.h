@@ -74,13 +74,19 @@ ad_status cpinn_train_scene(const scene *rod_scene, const train_settings *settin
 /* The same of physics of one's own: a model that the functions of physics/model.h put together,
  * with coordinates, fields and residuals; or that of a scene with further terms, where
  * train_settings_resolve, scene and settings have been through before model_of_scene. It is
- * borrowed, and must outlive what is made of it; so must what its residuals point to. Runs are in
- * memory alone: options->folder has to be NULL. */
+ * borrowed, and must outlive what is made of it; so must what its residuals point to. A folder
+ * keeps the network, not the equations, which are the program's: to be opened and resumed by it. */
 ad_status cpinn_train_physics(physics_model *physics, const train_settings *settings,
                               const cpinn_options *options, cpinn_model **model, ad_error *error);
 
 /* A model from a folder of a run, its checkpoint.h5 or any such file. */
 ad_status cpinn_open(const char *path, cpinn_model **model, ad_error *error);
+
+/* The same of physics of one's own, with the physics and settings that it was trained with.
+ * AD_BAD_INPUT: other coordinates, fields, terms or another network; whether residuals are still
+ * the same functions is not known. */
+ad_status cpinn_open_physics(const char *path, physics_model *physics,
+                             const train_settings *settings, cpinn_model **model, ad_error *error);
 void cpinn_free(cpinn_model *model);
 
 /* Write a checkpoint that cpinn_open and cpinn-eval read. AD_BAD_ARGUMENT: of an opened model,
