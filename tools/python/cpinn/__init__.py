@@ -213,6 +213,20 @@ def _file(scene):
             raise Error(rest if place.startswith(path) else str(error)) from None
 
 
+def _members(parameters, names):
+    """Rows of parameters [members, names]; from a dict {name: numbers} that are broadcast."""
+    if hasattr(parameters, "items"):
+        if set(parameters) != set(names):
+            raise Error(f"parameters are {', '.join(parameters)}; wanted: {', '.join(names)}")
+        columns = numpy.broadcast_arrays(*[parameters[name] for name in names])
+        parameters = numpy.stack([column.ravel() for column in columns], axis=1)
+    parameters = numpy.ascontiguousarray(parameters, dtype=float)
+    if len(names) > 1 and parameters.shape[-1:] != (len(names),):
+        raise Error(f"parameters have the shape {parameters.shape}; wanted: a column each for "
+                    f"{', '.join(names)}")
+    return parameters.reshape(-1, len(names))
+
+
 def _points(s, t):
     """The shape of s and t together, and both as flat arrays of doubles."""
     s, t = numpy.broadcast_arrays(numpy.asarray(s, dtype=float), numpy.asarray(t, dtype=float))
@@ -296,9 +310,9 @@ class Members:
 
     def solve(self, parameters):
         """values [members, points, columns] and results with fields estimate, load, nodes, steps
-        and solved, for parameters [members, names]; values are nan where there is no solution."""
-        parameters = numpy.ascontiguousarray(parameters, dtype=float)
-        parameters = parameters.reshape(-1, len(self.names))
+        and solved, for parameters [members, names], or {name: numbers} that are broadcast; values
+        are nan where there is no solution."""
+        parameters = _members(parameters, self.names)
         values = numpy.empty((len(parameters), self._s.size, len(self.columns)))
         results = numpy.zeros(len(parameters), dtype=numpy.dtype(
             [("estimate", "f8"), ("load", "f8"), ("nodes", "i4"), ("steps", "i4"),
@@ -341,12 +355,11 @@ class Family:
     def evaluate(self, parameters, s, t=0.0, polish=2, alone=False):
         """values [members, points, columns] at s (m, ascending; of a family in motion also t, s),
         and answers [members] with fields error and network_error (m), source, reason, trusted and
-        outside, for parameters [members, ranges] in SI units. polish: steps of Newton's method;
-        alone: what is not trusted is not solved."""
+        outside, for parameters [members, ranges] in SI units, or {name: numbers} that are
+        broadcast. polish: steps of Newton's method; alone: what is not trusted is not solved."""
         _, s, t = _points(s, t)
         made = self._at(s, t)
-        parameters = numpy.ascontiguousarray(parameters, dtype=float)
-        parameters = parameters.reshape(-1, len(self.ranges))
+        parameters = _members(parameters, self.ranges)
         values = numpy.empty((len(parameters), s.size, len(self.columns)))
         answers = numpy.zeros(len(parameters), dtype=self.answer)
         _call(_family_evaluate, made, ctypes.byref(_Polish(polish, alone)), len(parameters),
