@@ -46,10 +46,11 @@ ad_status run_check_new(const run_folder *run, ad_error *error)
     const char *const files[] = {run->checkpoint, run->history, run->config};
     for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
         if (access(files[i], F_OK) == 0) {
-            return ad_fail(error, AD_BAD_INPUT,
-                           "%s: there is a run already (%s); continue it with --resume, or choose "
-                           "another folder with --out",
-                           file_bytes_shown(run->path), strrchr(files[i], '/') + 1);
+            return ad_fail(
+                error, AD_BAD_INPUT,
+                "%s: there is a run already (%s); resume it (--resume), or choose another "
+                "folder (--out)",
+                file_bytes_shown(run->path), strrchr(files[i], '/') + 1);
         }
     }
     return AD_OK;
