@@ -5,7 +5,8 @@
  *   open      a model that was trained before, by this library or by cpinn-train
  *   evaluate  values and derivatives of a model at any points: evaluator_evaluate, in
  *             physics/evaluator.h; a few microseconds for one point, without allocations
- *   solve     the same scene by a classical method
+ *   solve     the same scene by a classical method; many members of a family at once
+ *   identify  numbers of a scene that are not known, from measurements
  *
  * A scene is filled in from scene_defaults, physics/scene.h, settings from train_settings_default,
  * tools/train/settings.h; what is left open there is chosen by what was measured to be best. All

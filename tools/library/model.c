@@ -281,7 +281,7 @@ static ad_status open_own(cpinn_model *model, physics_model *physics, const char
     const train_origin origin = experiment_own_origin(&model->own);
     ad_status status = run_open_checkpoint(path, found, &file, error);
     if (status == AD_OK) {
-        status = experiment_own_is_that(&model->own, found, file, error);
+        status = experiment_own_check(&model->own, found, file, error);
     }
     if (status == AD_OK) {
         status = experiment_of_model(physics, model->settings, &origin, 1, &model->s.e, error);

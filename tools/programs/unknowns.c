@@ -63,9 +63,8 @@ ad_status unknowns_find(const char *scene_file, const cli_list *overrides, const
         unknowns_free(x);
         return AD_OK;
     }
-    if (at && x->settings->settings.data_count >
-                  0) { /* what is wrong with it is said before the search */
-        config *member;
+    if (at && x->settings->settings.data_count > 0) {
+        config *member; /* what is wrong with it is said before the search */
         join_at(x, at, x->open->guess + scene_known_count(x->open));
         status = config_read_member(scene_file, NULL, overrides->count, overrides->texts, x->at,
                                     &member, error);

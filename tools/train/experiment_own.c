@@ -43,13 +43,11 @@ static void write_network(const nn_mlp_settings *network, FILE *file)
             activations[network->activation], network->fourier_features, network->degree);
 }
 
-static ad_status write_all(void *context, FILE *file)
+static void write_text(const experiment_own *own, FILE *file)
 {
-    const experiment_own *own = context;
     write_domain(&own->model->domain, file);
     write_physics(own->model, file);
     write_network(&own->settings->network, file);
-    return AD_OK;
 }
 
 /* Allocated; NULL when memory runs out. */
@@ -61,7 +59,7 @@ static char *text_of(const experiment_own *own)
     if (!file) {
         return NULL;
     }
-    write_all((void *)own, file);
+    write_text(own, file);
     if (fclose(file) != 0) {
         free(text);
         return NULL;
@@ -88,11 +86,10 @@ static ad_status compare(const char *path, const char *before, const char *now, 
     return AD_OK;
 }
 
-static ad_status continues(void *context, const char *path, const char *text, int64_t stage,
-                           ad_error *error)
+static ad_status check_same(const experiment_own *own, const char *path, const char *text,
+                            ad_error *error)
 {
-    (void)stage;
-    char *now = text_of(context);
+    char *now = text_of(own);
     ad_status status =
         now ? compare(path, text, now, error)
             : ad_fail(error, AD_NO_MEMORY, "out of memory while comparing experiments");
@@ -100,13 +97,8 @@ static ad_status continues(void *context, const char *path, const char *text, in
     return status;
 }
 
-train_origin experiment_own_origin(experiment_own *own)
-{
-    return (train_origin){.context = own, .write = write_all, .continues = continues};
-}
-
-ad_status experiment_own_is_that(const experiment_own *own, const char *path,
-                                 const checkpoint *file, ad_error *error)
+ad_status experiment_own_check(const experiment_own *own, const char *path, const checkpoint *file,
+                               ad_error *error)
 {
     const char *text;
     if (!checkpoint_has(file, "physics/text")) {
@@ -115,5 +107,25 @@ ad_status experiment_own_is_that(const experiment_own *own, const char *path,
                        file_bytes_shown(path));
     }
     ad_status status = checkpoint_get_text(file, "physics/text", &text, error);
-    return status == AD_OK ? continues((void *)own, path, text, 0, error) : status;
+    return status == AD_OK ? check_same(own, path, text, error) : status;
+}
+
+/* ---- as an origin -------------------------------------------------------------------------- */
+
+static ad_status write_all(void *context, FILE *file)
+{
+    write_text(context, file);
+    return AD_OK;
+}
+
+static ad_status continues(void *context, const char *path, const char *text, int64_t stage,
+                           ad_error *error)
+{
+    (void)stage; /* later stages may be others */
+    return check_same(context, path, text, error);
+}
+
+train_origin experiment_own_origin(experiment_own *own)
+{
+    return (train_origin){.context = own, .write = write_all, .continues = continues};
 }

@@ -21,8 +21,8 @@ train_origin experiment_own_origin(experiment_own *own);
 
 /* Whether the checkpoint holds a run of this physics and network. AD_BAD_INPUT, with the first line
  * that differs; `path` is that of the checkpoint. */
-ad_status experiment_own_is_that(const experiment_own *own, const char *path,
-                                 const checkpoint *file, ad_error *error);
+ad_status experiment_own_check(const experiment_own *own, const char *path, const checkpoint *file,
+                               ad_error *error);
 
 #ifdef __cplusplus
 }
