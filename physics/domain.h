@@ -68,7 +68,8 @@ int domain_find(const domain *d, const char *name);
  * Where a model is recorded on a tape. Coordinates are inputs, or constants where they do not vary;
  * derivatives are taken by those that are inputs (ad_derivative takes no results of operations).
  * What is set before a run is a uniform of the tape, so that the windows of time and the steps of a
- * load continuation run the same compiled program. */
+ * load continuation run the same compiled program. To try a residual by itself, a place may be
+ * filled in with nothing but the tape and inputs x. */
 typedef struct domain_place {
     ad_tape *tape;
     const domain *over; /* NULL: one piece; outlives the place */

@@ -97,17 +97,22 @@ static ad_status add_column(evaluator *e, const physics_model *model, int column
 static ad_status refuse_name(const physics_model *model, const char *name, size_t length,
                              ad_error *error)
 {
-    char known[300] = "";
+    char known[300] = "", by[100] = "";
     size_t at = 0;
     for (int i = 0; i < model->column_count && at < sizeof known; i++) {
         at += (size_t)snprintf(known + at, sizeof known - at, "%s%s", i ? ", " : "",
                                model->columns[i].name);
     }
+    at = 0;
+    for (int i = 0; i < model->domain.count && at < sizeof by; i++) {
+        at += (size_t)snprintf(by + at, sizeof by - at, "%s%s", i ? ", " : "",
+                               model->domain.coordinates[i].name);
+    }
     return ad_fail(error, AD_BAD_ARGUMENT,
-                   "%.*s is no column; allowed: %s, and behind an underscore up to %d letters s "
-                   "and t, as in %s_s",
-                   (int)(length < 40 ? length : 40), name, known, EVALUATOR_ORDER_MAX,
-                   model->columns[0].name);
+                   "%.*s is no column; allowed: %s, and behind an underscore what it is "
+                   "differentiated by, %d times at most, of %s: as in %s_%s",
+                   (int)(length < 40 ? length : 40), name, known, EVALUATOR_ORDER_MAX, by,
+                   model->columns[0].name, model->domain.coordinates[0].name);
 }
 
 /* The coordinate with the longest name that `text` begins with, and how long it is; one of several

@@ -363,7 +363,7 @@ int model_add_coordinate(physics_model *m, const char *name, const char *unit, d
     if (d->count == DOMAIN_COORDINATES_MAX || !is_name(name, DOMAIN_NAME) ||
         domain_find(d, name) >= 0 || !(high - low > 0 && high - low < 1e300) || !(scale >= 0)) {
         return refuse(m, "coordinate", name,
-                      "8 of different names up to 23 letters, low < high, scale 0 or more");
+                      "26 of different names up to 47 letters, low < high, scale 0 or more");
     }
     double unit_of = scale > 0 ? scale : high - low;
     domain_coordinate *c = &d->coordinates[d->count];

@@ -246,16 +246,18 @@ void model_free(physics_model *m);
 /* The functions below return the index of what they add. Their first error is kept, and
  * problem_create reports it: AD_BAD_ARGUMENT with what is allowed. */
 
-/* A coordinate from low to high in its unit of the SI (static text, may be ""). The tape sees it
- * from 0 on in units of `scale`, 0: of its range. */
+/* A coordinate from low to high in its unit of the SI (static text, may be ""). On the tape it is
+ * dimensionless, at->x[index]: divided by `scale`, 0: by its range. */
 int model_add_coordinate(physics_model *m, const char *name, const char *unit, double low,
                          double high, double scale);
 
 /* Says that a coordinate is time: causal weights and `initial` points follow it. */
 void model_set_time(physics_model *m, int coordinate);
 
-/* A field of so many rows. Without an ansatz of its own a model takes its fields from the outputs
- * of the network, in their order. */
+/* A field of so many rows. Its columns are named by the symbol, with a number from 1 on behind it
+ * where rows are several, and are in whatever unit the residuals take it to be. A model takes its
+ * fields from the outputs of the network, in their order, unless `call.ansatz` is set to a function
+ * that makes them of the outputs and the place: so conditions are met exactly. */
 int model_add_field(physics_model *m, const char *symbol, int rows);
 
 /* All of the domain; or the face where `coordinate` is at its low (0) or high (1) end. */

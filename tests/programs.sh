@@ -97,16 +97,19 @@ block() {
 }
 
 # run_page PAGE LEAST: its blocks of sh, a command a line, have exit status 0 in the order in which
-# they stand there; there are so many at least.
+# they stand there; there are so many at least. What a line exports those after it have.
 run_page() {
     local number=1 commands=0 command got line
+    export -p >page.env
     while block "$1" sh "$number" >page.sh && [ -s page.sh ]; do
         while IFS= read -r line; do
             command=${line%%  #*}
             [ -n "$command" ] || continue
             got=0
-            bash -c "$command" >stdout.txt 2>stderr.txt </dev/null || got=$?
+            bash -c '. ./page.env; eval "$1"; got=$?; export -p >page.env; exit $got' - "$command" \
+                >stdout.txt 2>stderr.txt </dev/null || got=$?
             check "exit 0 of '$command'" -- test "$got" -eq 0
+            [ "$got" -eq 0 ] || head -5 stderr.txt >&2
             commands=$((commands + 1))
         done <page.sh
         number=$((number + 1))

@@ -1,5 +1,6 @@
 /* Models of one's own: equations over one's own coordinates, and further terms on those of a scene;
  * and what is refused. */
+#include "temporary_folder.h"
 #include "training_testing.h"
 
 #include "tools/library/cpinn.h"
@@ -23,17 +24,23 @@ static ad_value clamp(const void *context, const domain_place *at, const ad_valu
     return ad_stack(2, (ad_value[]){*y, ad_derivative(*y, at->x[0], 1)});
 }
 
+static physics_model *circle(const double *moment, double weight)
+{
+    physics_model *m = model_create();
+    int x = model_add_coordinate(m, "x", "m", 0, 1, 0), inside = model_add_interior(m, "inside");
+    assert_int_equal(model_add_field(m, "y", 1), 0);
+    model_add_term(m, "bending", inside, 1, bending, moment);
+    model_add_term(m, "clamp", model_add_face(m, "clamp", x, 0), weight, clamp, NULL);
+    return m;
+}
+
 /* The circle of radius EI/M through the clamp, a nonlinear problem of one coordinate; 1e-9, its
  * slope 1e-7: ten times what 33 functions miss of it. */
 static void test_circle(void **state)
 {
     (void)state;
     const double moment = 0.5;
-    physics_model *m = model_create();
-    int x = model_add_coordinate(m, "x", "m", 0, 1, 0), inside = model_add_interior(m, "inside");
-    assert_int_equal(model_add_field(m, "y", 1), 0);
-    model_add_term(m, "bending", inside, 1, bending, &moment);
-    model_add_term(m, "clamp", model_add_face(m, "clamp", x, 0), 10, clamp, NULL);
+    physics_model *m = circle(&moment, 10);
     cpinn_model *trained = NULL;
     ad_error error = {AD_OK, ""};
     if (cpinn_train_physics(m, NULL, NULL, &trained, &error) != AD_OK) {
@@ -105,6 +112,71 @@ static void test_scene_with_a_term(void **state)
     config_free(file);
 }
 
+/* ---- runs in folders ----------------------------------------------------------------------------
+ */
+
+static bool stop_at_two(void *context, const cpinn_progress *now)
+{
+    (void)context;
+    return now->step < 2;
+}
+
+static double tip_of(const cpinn_model *trained)
+{
+    evaluator *e = NULL;
+    double y;
+    assert_int_equal(cpinn_evaluator(trained, "y", &e, NULL), AD_OK);
+    assert_int_equal(evaluator_evaluate_at(e, 1, (const double *const[]){&(double){1}}, &y, NULL),
+                     AD_OK);
+    evaluator_free(e);
+    return y;
+}
+
+/* Stopped, resumed to the same bits as in one go, opened; not as anything else. */
+static void test_folder(void **state)
+{
+    (void)state;
+    const double moment = 0.5;
+    char run[512];
+    snprintf(run, sizeof run, "%s", at("run"));
+    cpinn_options options = {.threads = 1, .folder = run, .progress = stop_at_two};
+    physics_model *m = circle(&moment, 10), *other = circle(&moment, 20);
+    cpinn_model *whole, *trained;
+    ad_error error = {AD_OK, ""};
+    assert_int_equal(cpinn_train_physics(m, NULL, NULL, &whole, &error), AD_OK);
+    assert_int_equal(cpinn_train_physics(m, NULL, &options, &trained, &error), AD_OK);
+    assert_int_equal(verdict_worst(cpinn_verdict(trained)), VERDICT_UNFINISHED);
+    cpinn_free(trained);
+    options = (cpinn_options){.threads = 1, .folder = run, .resume = true};
+    assert_int_equal(cpinn_train_physics(other, NULL, &options, &trained, &error), AD_BAD_INPUT);
+    assert_non_null(strstr(error.message, "weight: 20}' now; a run keeps"));
+    if (cpinn_train_physics(m, NULL, &options, &trained, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    assert_int_equal(cpinn_history_rows(trained), cpinn_history_rows(whole));
+    assert_true(tip_of(trained) == tip_of(whole));
+    assert_int_equal(cpinn_save(trained, at("saved.h5"), &error), AD_OK);
+    cpinn_free(trained);
+
+    const char *const files[] = {run, at("saved.h5")};
+    for (int i = 0; i < 2; i++) {
+        assert_int_equal(cpinn_open_physics(files[i], m, NULL, &trained, &error), AD_OK);
+        assert_int_equal(verdict_outcome_of(cpinn_verdict(trained)), VERDICT_SOLVED);
+        assert_true(tip_of(trained) == tip_of(whole));
+        cpinn_free(trained);
+        assert_int_equal(cpinn_open_physics(files[i], other, NULL, &trained, &error), AD_BAD_INPUT);
+        assert_null(trained);
+        assert_int_equal(cpinn_open(files[i], &trained, &error), AD_BAD_INPUT);
+        assert_non_null(strstr(error.message, "cpinn_open_physics opens it"));
+    }
+    cpinn_free(whole);
+    model_free(m);
+    model_free(other);
+    char command[600];
+    snprintf(command, sizeof command, "rm -r '%s'", run);
+    assert_int_equal(system(command), 0);
+}
+
 /* ---- refusals -----------------------------------------------------------------------------------
  */
 
@@ -156,8 +228,8 @@ static void test_refusals(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_circle),
-                                       cmocka_unit_test(test_scene_with_a_term),
-                                       cmocka_unit_test(test_refusals)};
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_circle), cmocka_unit_test(test_scene_with_a_term),
+        cmocka_unit_test(test_folder), cmocka_unit_test(test_refusals)};
+    return cmocka_run_group_tests(tests, make_directory, remove_directory);
 }

@@ -1,5 +1,8 @@
 """The Python package: test_python.py CONFIGS, in an empty folder. Exit status 77 without numpy."""
+import os
+import signal
 import sys
+import threading
 
 try:
     import numpy
@@ -52,6 +55,30 @@ solved = cpinn.solve(elastica, s)
 assert solved.verdict.outcome == "solved" and solved.estimate < 1e-9
 assert abs(solved.values["z"] - model.evaluate("z", s)["z"]).max() < 1e-8
 
+# The same rod, said by a dict; keys that are changed by a dict, with numbers of numpy.
+scene = {"rod": {"model": "kirchhoff", "length": 0.3,
+                 "stiffness": {"bending": [0.01, 0.01], "torsion": 0.01}},
+         "boundary": {"end": {"type": "loaded"}},
+         "loads": {"tip": {"force": [0.1, 0, 0]}}}
+for length in numpy.linspace(0.2, 0.3, 2):
+    by_dict = cpinn.solve(scene, length, overrides={"rod.length": length}).values
+    by_text = cpinn.solve(scene, length, overrides=[f"rod.length={length}"]).values
+    assert by_dict["x"] == by_text["x"] and by_dict["z"] == by_text["z"]
+turned = cpinn.solve(scene, 0.3, overrides={"loads.tip.force": numpy.array([0, 0.1, 0])}).values
+assert abs(turned["y"] - by_dict["x"]) < 1e-9
+raises("rod.lenght: unknown key; did you mean rod.length?", cpinn.solve,
+       {"rod": {**scene["rod"], "lenght": 1}}, 0.1)
+raises("is a str; allowed: a dict", cpinn.solve, scene, 0.1, overrides="rod.length=1")
+
+# Unknowns from data: within four deviations of what the data were made with, measure.py.
+found = cpinn.identify(configs + "/identify/stiffness.yaml", threads=1)
+for name, value in {"bending": 3.1e-3, "torsion": 1.9e-3, "weight": 0.03}.items():
+    assert abs(found.values[name] - value) < 4 * found.deviations[name], found
+assert found.correlations.shape == (3, 3) and found.correlations[0, 0] == 1
+assert found.freedom == 57 and 0.5 < found.chi_squared / found.freedom < 1.5
+assert found.verdict.outcome == "solved" and "bending = " in repr(found)
+raises("have no unknown", cpinn.identify, elastica)
+
 # Many members of a family.
 with open("family.yaml", "w") as file:
     file.write("""parameters: {force: {range: [-0.03, 0.03]}}
@@ -99,6 +126,14 @@ try:
     cpinn.train(moving, progress=fail)
     raise AssertionError("nothing was raised")
 except KeyError:
+    pass
+
+# Ctrl-C ends training after the step at work.
+threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+try:
+    cpinn.train(elastica, overrides={"training.stages": [{"optimizer": "adam", "steps": 10**9}]})
+    raise AssertionError("nothing was raised")
+except KeyboardInterrupt:
     pass
 
 raises("cannot be read", cpinn.train, "missing.yaml")

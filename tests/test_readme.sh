@@ -8,6 +8,7 @@ set -u
 PATH=$BIN/bench:$PATH
 ln -s "$ROOT/configs" "$ROOT/tests" .
 pages=(README.md configs/README.md configs/cases/README.md configs/tutorial/README.md
+    configs/tutorial/equations.md configs/tutorial/python.md
     tools/bench/README.md)
 
 # ---- README.md --------------------------------------------------------------------------------

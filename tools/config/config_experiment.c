@@ -1,10 +1,11 @@
 #include "tools/config/config_session.h"
 
 #include "tools/files/file_bytes.h"
+#include "tools/train/measurements.h"
 
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
+#include <unistd.h>
 
 /* ---- making -------------------------------------------------------------------------------- */
 
@@ -78,6 +79,56 @@ ad_status config_session_create(config *settings, int threads, session *s, ad_er
     return status == AD_OK ? session_start(s, error) : status;
 }
 
+/* ---- unknowns ------------------------------------------------------------------------------ */
+
+static ad_status check_unknowns(const config *settings, ad_error *error)
+{
+    const scene *open = &settings->scene;
+    char key[80];
+    if (open->unknown_count == 0) {
+        return config_refuse(settings, "parameters",
+                             "have no unknown; give one as {identify: GUESS, range: [LOW, HIGH]}",
+                             error);
+    }
+    snprintf(key, sizeof key, "parameters.%s", open->parameters[scene_known_count(open)].name);
+    return settings->settings.data_count > 0
+               ? AD_OK
+               : config_refuse(settings, key,
+                               "is to be identified, but there are no measurements; give data, or "
+                               "a value by --at",
+                               error);
+}
+
+ad_status config_identify(const config *settings, int threads, identified *found, ad_error *error)
+{
+    const scene *open = &settings->scene;
+    measurements *data = NULL;
+    char key[TRAIN_KEY_MAX] = "data";
+    ad_error reason = {.message = ""};
+    ad_status status = check_unknowns(settings, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    status = measurements_read(open, &settings->settings, &data, key, &reason);
+    if (status == AD_OK) {
+        const long processors = sysconf(_SC_NPROCESSORS_ONLN);
+        const identify_settings asked = {.threads = threads > 0      ? threads
+                                                    : processors > 0 ? (int)processors
+                                                                     : 1,
+                                         .noise_is_scaled = !measurements_tell_noise(data)};
+        snprintf(key, sizeof key, "data");
+        status = identify(open, measurements_count(data), measurements_sets(data), &asked, found,
+                          &reason);
+    }
+    if (status == AD_BAD_INPUT || status == AD_IO) {
+        config_refuse(settings, key, reason.message, error);
+    } else if (status != AD_OK) {
+        ad_fail(error, status, "%s", reason.message);
+    }
+    measurements_free(data);
+    return status;
+}
+
 /* ---- restoring ----------------------------------------------------------------------------- */
 
 /* The resolved scene of a checkpoint. When only its reference file is to blame the scene is read
@@ -145,23 +196,23 @@ ad_status config_experiment_open(const char *path, int count, const char *const 
                                  ad_error *error)
 {
     char found[4096];
-    struct stat info;
     checkpoint *opened = NULL;
-    bool folder = stat(path, &info) == 0 && S_ISDIR(info.st_mode);
     *result = NULL;
     if (file) {
         *file = NULL;
     }
-    int length = snprintf(found, sizeof found, "%s%s", path, folder ? "/checkpoint.h5" : "");
-    if (length < 0 || (size_t)length >= sizeof found) {
-        return ad_fail(error, AD_BAD_ARGUMENT, "%.200s...: the path is too long", path);
-    }
-    ad_status status = checkpoint_open(found, &opened, error);
+    ad_status status = run_open_checkpoint(path, found, &opened, error);
     if (status == AD_OK && checkpoint_has(opened, "surrogate/numbers")) {
         status = ad_fail(error, AD_BAD_INPUT,
                          "%s: is of a one-step model, not of a network of a scene; cpinn-eval "
                          "--rollouts N compares it with the solver",
                          found);
+    }
+    if (status == AD_OK && checkpoint_has(opened, "physics/text")) {
+        status = ad_fail(error, AD_BAD_INPUT,
+                         "%s: is of physics of one's own, whose equations are in the program that "
+                         "trained it; there cpinn_open_physics opens it",
+                         file_bytes_shown(found));
     }
     if (status == AD_OK) {
         status = restore(opened, found, count, overrides, threads, result, error);

@@ -4,6 +4,7 @@
 
 #include "tools/config/config.h"
 #include "tools/train/experiment.h"
+#include "tools/train/identify.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -20,6 +21,10 @@ ad_status config_experiment_create(config *settings, int threads, experiment **r
 ad_status config_experiment_open(const char *path, int count, const char *const *overrides,
                                  int threads, experiment **result, checkpoint **file,
                                  ad_error *error);
+
+/* The unknowns of a scene from its data. threads: 0 means one per processor. AD_BAD_INPUT: there
+ * are none, or no data; errors of identify, with the place of the key that is to blame. */
+ad_status config_identify(const config *settings, int threads, identified *found, ad_error *error);
 
 #ifdef __cplusplus
 }

@@ -5,7 +5,8 @@
  *   open      a model that was trained before, by this library or by cpinn-train
  *   evaluate  values and derivatives of a model at any points: evaluator_evaluate, in
  *             physics/evaluator.h; a few microseconds for one point, without allocations
- *   solve     the same scene by a classical method
+ *   solve     the same scene by a classical method; many members of a family at once
+ *   identify  numbers of a scene that are not known, from measurements
  *
  * A scene is filled in from scene_defaults, physics/scene.h, settings from train_settings_default,
  * tools/train/settings.h; what is left open there is chosen by what was measured to be best. All
@@ -74,13 +75,19 @@ ad_status cpinn_train_scene(const scene *rod_scene, const train_settings *settin
 /* The same of physics of one's own: a model that the functions of physics/model.h put together,
  * with coordinates, fields and residuals; or that of a scene with further terms, where
  * train_settings_resolve, scene and settings have been through before model_of_scene. It is
- * borrowed, and must outlive what is made of it; so must what its residuals point to. Runs are in
- * memory alone: options->folder has to be NULL. */
+ * borrowed, and must outlive what is made of it; so must what its residuals point to. A folder
+ * keeps the network, not the equations, which are the program's: to be opened and resumed by it. */
 ad_status cpinn_train_physics(physics_model *physics, const train_settings *settings,
                               const cpinn_options *options, cpinn_model **model, ad_error *error);
 
 /* A model from a folder of a run, its checkpoint.h5 or any such file. */
 ad_status cpinn_open(const char *path, cpinn_model **model, ad_error *error);
+
+/* The same of physics of one's own, with the physics and settings that it was trained with.
+ * AD_BAD_INPUT: other coordinates, fields, terms or another network; whether residuals are still
+ * the same functions is not known. */
+ad_status cpinn_open_physics(const char *path, physics_model *physics,
+                             const train_settings *settings, cpinn_model **model, ad_error *error);
 void cpinn_free(cpinn_model *model);
 
 /* Write a checkpoint that cpinn_open and cpinn-eval read. AD_BAD_ARGUMENT: of an opened model,
@@ -276,6 +283,41 @@ const verdict *cpinn_solution_verdict(const cpinn_solution *x);
 const scene *cpinn_solution_scene(const cpinn_solution *x);
 double cpinn_solution_estimate(const cpinn_solution *x); /* of the largest error; NaN: none */
 
+/* Columns of the scene's model, as evaluators have them without names. */
+int cpinn_solution_columns(const cpinn_solution *x);
+const char *cpinn_solution_column_name(const cpinn_solution *x, int column);
+
+/* values [columns][points] at s [points] (m) and t [points] (s, each one of the times solved for;
+ * ignored in a static scene, may then be NULL). */
+ad_status cpinn_solution_evaluate(const cpinn_solution *x, size_t points, const double *s,
+                                  const double *t, double *values, ad_error *error);
+
+/* ---- unknowns ----------------------------------------------------------------------------------
+ */
+
+/* Unknown numbers of the file's scene (parameters with `identify`) from its data, as cpinn-solve
+ * finds them. threads: 0, one per processor. AD_BAD_INPUT: no unknowns, no data; AD_IO,
+ * AD_NO_MEMORY. */
+typedef struct cpinn_unknowns cpinn_unknowns;
+
+ad_status cpinn_identify_file(const char *path, int count, const char *const *overrides,
+                              int threads, cpinn_unknowns **result, ad_error *error);
+void cpinn_unknowns_free(cpinn_unknowns *x);
+
+int cpinn_unknowns_count(const cpinn_unknowns *x);
+const char *cpinn_unknowns_name(const cpinn_unknowns *x, int unknown);
+double cpinn_unknowns_value(const cpinn_unknowns *x, int unknown);
+double cpinn_unknowns_deviation(const cpinn_unknowns *x, int unknown); /* standard; NaN: at the end
+                                                                        * of its range */
+double cpinn_unknowns_correlation(const cpinn_unknowns *x, int one, int other);
+double
+cpinn_unknowns_chi_squared(const cpinn_unknowns *x);    /* residuals over their noise, squared */
+double cpinn_unknowns_freedom(const cpinn_unknowns *x); /* degrees of it: numbers less unknowns */
+const verdict *cpinn_unknowns_verdict(const cpinn_unknowns *x);
+
+/* ---- members -----------------------------------------------------------------------------------
+ */
+
 /* Many equilibria of the rod at rest that the file describes, for values of its parameters that
  * have ranges (physics/solve/members.h). AD_BAD_INPUT, AD_BAD_ARGUMENT as there, AD_NO_MEMORY. */
 typedef struct cpinn_members cpinn_members;
@@ -291,15 +333,6 @@ const char *cpinn_members_name(const cpinn_members *x, int parameter);
 /* As solve_members_solve. */
 ad_status cpinn_members_solve(cpinn_members *x, size_t members, const double *parameters,
                               double *values, solve_member *results, ad_error *error);
-
-/* Columns of the scene's model, as evaluators have them without names. */
-int cpinn_solution_columns(const cpinn_solution *x);
-const char *cpinn_solution_column_name(const cpinn_solution *x, int column);
-
-/* values [columns][points] at s [points] (m) and t [points] (s, each one of the times solved for;
- * ignored in a static scene, may then be NULL). */
-ad_status cpinn_solution_evaluate(const cpinn_solution *x, size_t points, const double *s,
-                                  const double *t, double *values, ad_error *error);
 
 #ifdef __cplusplus
 }

@@ -2,6 +2,7 @@
 #include "tools/library/cpinn.h"
 
 #include "tools/config/config_session.h"
+#include "tools/train/experiment_own.h"
 #include "tools/train/report.h"
 
 #include <math.h>
@@ -18,8 +19,9 @@ struct cpinn_model {
     char names[HISTORY_COLUMNS_MAX][NAME_MAX_]; /* of the history */
     int columns;
     size_t count;
-    double *rows;        /* [count][columns] */
-    train_settings *own; /* of physics of one's own */
+    double *rows;             /* [count][columns] */
+    train_settings *settings; /* of physics of one's own: */
+    experiment_own own;
 };
 
 const char *cpinn_version(void)
@@ -33,7 +35,7 @@ void cpinn_free(cpinn_model *model)
         run_end(&model->folder);
         session_free(&model->s);
         free(model->rows);
-        free(model->own);
+        free(model->settings);
         free(model);
     }
 }
@@ -106,45 +108,19 @@ static ad_status go_through(cpinn_model *model, ad_error *error)
     return keep_history(model, error);
 }
 
-static ad_status train(cpinn_model *model, config *settings, ad_error *error)
+/* In memory, or in the folder of the options. */
+static ad_status begin(cpinn_model *model, ad_error *error)
 {
     const cpinn_options *o = &model->options;
-    session *s = &model->s;
-    ad_status status = config_session_create(settings, o->threads, s, error);
-    if (status == AD_OK && o->folder) {
-        status = run_name(&model->folder, o->folder, error);
-        status = status == AD_OK ? session_begin(s, &model->folder, o->resume, error) : status;
-    }
-    return status == AD_OK ? go_through(model, error) : status;
+    ad_status status = o->folder ? run_name(&model->folder, o->folder, error) : AD_OK;
+    return status == AD_OK && o->folder ? session_begin(&model->s, &model->folder, o->resume, error)
+                                        : status;
 }
 
-static ad_status train_own(cpinn_model *model, physics_model *physics, ad_error *error)
+static ad_status train(cpinn_model *model, config *settings, ad_error *error)
 {
-    const train_origin nobody = {.context = NULL};
-    char key[TRAIN_KEY_MAX];
-    ad_error why;
-    session *s = &model->s;
-    if (model->options.folder) {
-        return ad_fail(error, AD_BAD_ARGUMENT,
-                       "folder: a checkpoint holds a scene, and physics of one's own has none; "
-                       "allowed: NULL");
-    }
-    ad_status status = model_check(physics, error);
-    if (status != AD_OK) {
-        return status;
-    }
-    if (physics->has_scene) { /* and so resolved before the model was made of it */
-        status = train_settings_check(model->own, &physics->scene, key, &why);
-    } else {
-        status = train_settings_resolve_model(model->own, physics, key, &why);
-        status =
-            status == AD_OK ? train_settings_check_model(model->own, physics, key, &why) : status;
-    }
-    if (status != AD_OK) {
-        return ad_fail(error, status, "%s: %s", key, why.message);
-    }
-    status = session_prepare_model(physics, model->own, &nobody, model->options.threads, s, error);
-    status = status == AD_OK ? session_start(s, error) : status;
+    ad_status status = config_session_create(settings, model->options.threads, &model->s, error);
+    status = status == AD_OK ? begin(model, error) : status;
     return status == AD_OK ? go_through(model, error) : status;
 }
 
@@ -180,21 +156,65 @@ ad_status cpinn_train_scene(const scene *rod_scene, const train_settings *settin
     return status == AD_OK ? train_config(made, options, model, error) : status;
 }
 
-ad_status cpinn_train_physics(physics_model *physics, const train_settings *settings,
-                              const cpinn_options *options, cpinn_model **model, ad_error *error)
+/* ---- physics of one's own ------------------------------------------------------------------- */
+
+/* Settings resolved and checked. */
+static ad_status settle(train_settings *settings, physics_model *physics, ad_error *error)
+{
+    char key[TRAIN_KEY_MAX];
+    ad_error why;
+    ad_status status = model_check(physics, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    if (physics->has_scene) { /* and so resolved before the model was made of it */
+        status = train_settings_check(settings, &physics->scene, key, &why);
+    } else {
+        status = train_settings_resolve_model(settings, physics, key, &why);
+        status =
+            status == AD_OK ? train_settings_check_model(settings, physics, key, &why) : status;
+    }
+    return status == AD_OK ? AD_OK : ad_fail(error, status, "%s: %s", key, why.message);
+}
+
+/* A model with its own settings, which are resolved. */
+static ad_status make_own(physics_model *physics, const train_settings *settings,
+                          cpinn_model **result, ad_error *error)
 {
     cpinn_model *made;
-    *model = NULL;
     ad_status status = make(&made, error);
     if (status != AD_OK) {
         return status;
     }
-    made->options = options ? *options : (cpinn_options){.threads = 0};
-    made->own = malloc(sizeof *made->own);
-    if (!made->own) {
-        return hand_over(made, ad_fail(error, AD_NO_MEMORY, "out of memory for settings"), model);
+    made->settings = malloc(sizeof *made->settings);
+    if (!made->settings) {
+        return hand_over(made, ad_fail(error, AD_NO_MEMORY, "out of memory for settings"), result);
     }
-    *made->own = settings ? *settings : train_settings_default();
+    *made->settings = settings ? *settings : train_settings_default();
+    made->own = (experiment_own){.model = physics, .settings = made->settings};
+    return hand_over(made, settle(made->settings, physics, error), result);
+}
+
+static ad_status train_own(cpinn_model *model, physics_model *physics, ad_error *error)
+{
+    const train_origin origin = experiment_own_origin(&model->own);
+    session *s = &model->s;
+    ad_status status =
+        session_prepare_model(physics, model->settings, &origin, model->options.threads, s, error);
+    status = status == AD_OK ? session_start(s, error) : status;
+    status = status == AD_OK ? begin(model, error) : status;
+    return status == AD_OK ? go_through(model, error) : status;
+}
+
+ad_status cpinn_train_physics(physics_model *physics, const train_settings *settings,
+                              const cpinn_options *options, cpinn_model **model, ad_error *error)
+{
+    ad_status status = make_own(physics, settings, model, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    cpinn_model *made = *model;
+    made->options = options ? *options : (cpinn_options){.threads = 0};
     return hand_over(made, train_own(made, physics, error), model);
 }
 
@@ -232,6 +252,12 @@ static ad_status read_history(cpinn_model *model, const checkpoint *file, ad_err
     return checkpoint_get_doubles(file, item, model->rows, numbers, error);
 }
 
+static ad_status read_end(cpinn_model *model, const checkpoint *file, ad_error *error)
+{
+    ad_status status = read_history(model, file, error);
+    return status == AD_OK ? report_get_verdict(file, &model->verdict, error) : status;
+}
+
 ad_status cpinn_open(const char *path, cpinn_model **model, ad_error *error)
 {
     cpinn_model *made;
@@ -242,14 +268,38 @@ ad_status cpinn_open(const char *path, cpinn_model **model, ad_error *error)
         return status;
     }
     status = config_experiment_open(path, 0, NULL, 1, &made->s.e, &file, error);
-    if (status == AD_OK) {
-        status = read_history(made, file, error);
-    }
-    if (status == AD_OK) {
-        status = report_get_verdict(file, &made->verdict, error);
-    }
+    status = status == AD_OK ? read_end(made, file, error) : status;
     checkpoint_free(file);
     return hand_over(made, status, model);
+}
+
+static ad_status open_own(cpinn_model *model, physics_model *physics, const char *path,
+                          ad_error *error)
+{
+    char found[4096];
+    checkpoint *file;
+    const train_origin origin = experiment_own_origin(&model->own);
+    ad_status status = run_open_checkpoint(path, found, &file, error);
+    if (status == AD_OK) {
+        status = experiment_own_check(&model->own, found, file, error);
+    }
+    if (status == AD_OK) {
+        status = experiment_of_model(physics, model->settings, &origin, 1, &model->s.e, error);
+    }
+    if (status == AD_OK) {
+        status = experiment_get(model->s.e, file, error);
+    }
+    status = status == AD_OK ? read_end(model, file, error) : status;
+    checkpoint_free(file);
+    return status;
+}
+
+ad_status cpinn_open_physics(const char *path, physics_model *physics,
+                             const train_settings *settings, cpinn_model **model, ad_error *error)
+{
+    ad_status status = make_own(physics, settings, model, error);
+    return status == AD_OK ? hand_over(*model, open_own(*model, physics, path, error), model)
+                           : status;
 }
 
 /* ---- looking ------------------------------------------------------------------------------- */

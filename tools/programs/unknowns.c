@@ -1,12 +1,11 @@
 #include "tools/programs/unknowns.h"
 
+#include "tools/config/config_experiment.h"
 #include "tools/train/clock.h"
-#include "tools/train/measurements.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-#include <unistd.h>
 
 static const scene_parameter *unknown_of(const unknowns *x, int index)
 {
@@ -37,32 +36,6 @@ bool unknowns_leave_family(const unknowns *x, const char *at)
     return left;
 }
 
-static ad_status find(unknowns *x, ad_error *error)
-{
-    const train_settings *settings = &x->settings->settings;
-    const long processors = sysconf(_SC_NPROCESSORS_ONLN);
-    measurements *data = NULL;
-    char key[TRAIN_KEY_MAX] = "data";
-    ad_error reason = {.message = ""};
-    const double start = train_seconds();
-    ad_status status = measurements_read(x->open, settings, &data, key, &reason);
-    if (status == AD_OK) {
-        const identify_settings asked = {.threads = processors > 0 ? (int)processors : 1,
-                                         .noise_is_scaled = !measurements_tell_noise(data)};
-        snprintf(key, sizeof key, "data");
-        status = identify(x->open, measurements_count(data), measurements_sets(data), &asked,
-                          &x->found, &reason);
-    }
-    if (status == AD_BAD_INPUT || status == AD_IO) {
-        config_refuse(x->settings, key, reason.message, error);
-    } else if (status != AD_OK) {
-        ad_fail(error, status, "%s", reason.message);
-    }
-    measurements_free(data);
-    x->seconds = train_seconds() - start;
-    return status;
-}
-
 /* What was asked for by --at, and values of the unknowns. */
 static void join_at(unknowns *x, const char *at, const double *values)
 {
@@ -90,16 +63,8 @@ ad_status unknowns_find(const char *scene_file, const cli_list *overrides, const
         unknowns_free(x);
         return AD_OK;
     }
-    if (x->settings->settings.data_count == 0) {
-        char key[80];
-        snprintf(key, sizeof key, "parameters.%s", unknown_of(x, 0)->name);
-        return config_refuse(x->settings, key,
-                             "is to be identified, but there are no measurements; give data, or a "
-                             "value by --at",
-                             error);
-    }
-    if (at) { /* what is wrong with it is said before the search */
-        config *member;
+    if (at && x->settings->settings.data_count > 0) {
+        config *member; /* what is wrong with it is said before the search */
         join_at(x, at, x->open->guess + scene_known_count(x->open));
         status = config_read_member(scene_file, NULL, overrides->count, overrides->texts, x->at,
                                     &member, error);
@@ -108,7 +73,9 @@ ad_status unknowns_find(const char *scene_file, const cli_list *overrides, const
         }
         config_free(member);
     }
-    status = find(x, error);
+    const double start = train_seconds();
+    status = config_identify(x->settings, 0, &x->found, error);
+    x->seconds = train_seconds() - start;
     if (status == AD_OK) {
         join_at(x, at, x->found.value);
     }

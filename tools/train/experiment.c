@@ -203,6 +203,11 @@ ad_status experiment_refuse(const experiment *e, const char *key, const char *pr
                           : ad_fail(error, AD_BAD_INPUT, "%s: %s", key, problem);
 }
 
+const char *experiment_text_item(const experiment *e)
+{
+    return e->is_lent ? "physics/text" : "scene/yaml";
+}
+
 char *experiment_text(const experiment *e)
 {
     char *text = NULL;
@@ -389,7 +394,7 @@ void experiment_put(experiment *e, const double *parameters, checkpoint *file)
     if (!e->text) {
         e->text = experiment_text(e);
     }
-    checkpoint_put_text(file, "scene/yaml", e->text); /* NULL is refused and remembered */
+    checkpoint_put_text(file, experiment_text_item(e), e->text); /* NULL is refused and remembered */
     for (int i = 0; i < e->window; i++) {
         put_parameters(e, i, e->parameters + (size_t)i * e->count, file);
     }

@@ -4,7 +4,8 @@
  * Items of a checkpoint (tools/files/checkpoint.h), beside the network's parameters
  * "parameters/network/layer0/weight" [rows, columns] and so on; where time has several windows
  * "parameters/window1/network/layer0/weight" for each window begun, counted from 1:
- *   scene/yaml                 what its origin writes: the resolved experiment, reads back as it is
+ *   scene/yaml                 what its origin writes: the resolved experiment, reads back as it is;
+ *                              of physics of one's own physics/text, which says what it is
  *   network/fourier            [features, inputs] frequencies, where there are any
  *   network/basis              [rows, 1 + inputs + 2 features] nn_mlp_basis, where there is one
  *   network/edge_basis         the same, nn_mlp_edge_basis, where s is in several pieces
@@ -101,7 +102,7 @@ evaluator_model experiment_trained(const experiment *e);
 /* Go to the next window, from the state in which the one at work ends. */
 ad_status experiment_next_window(experiment *e, ad_error *error);
 
-/* scene/yaml, parameters, the window at work and frequencies to and from a checkpoint; `parameters`
+/* The text, parameters, the window at work and frequencies to and from a checkpoint; `parameters`
  * are those of the window at work, and they and the experiment are borrowed until the checkpoint is
  * written; what fails shows when it is written. Frequencies become part of a recording: get comes
  * before anything is made of the network. */
@@ -111,6 +112,9 @@ ad_status experiment_get(experiment *e, const checkpoint *file, ad_error *error)
 /* Blame a key for something found after reading. */
 ad_status experiment_refuse(const experiment *e, const char *key, const char *problem,
                             ad_error *error);
+
+/* The item of a checkpoint that holds what the origin writes. */
+const char *experiment_text_item(const experiment *e);
 
 /* What the origin writes, allocated; NULL when it cannot, or memory runs out. */
 char *experiment_text(const experiment *e);

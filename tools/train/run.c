@@ -28,15 +28,29 @@ ad_status run_name(run_folder *run, const char *path, ad_error *error)
     return AD_OK;
 }
 
+ad_status run_open_checkpoint(const char *path, char found[4096], checkpoint **file,
+                              ad_error *error)
+{
+    struct stat info;
+    bool folder = stat(path, &info) == 0 && S_ISDIR(info.st_mode);
+    int length = snprintf(found, 4096, "%s%s", path, folder ? "/checkpoint.h5" : "");
+    *file = NULL;
+    if (length < 0 || length >= 4096) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "%.200s...: the path is too long", path);
+    }
+    return checkpoint_open(found, file, error);
+}
+
 ad_status run_check_new(const run_folder *run, ad_error *error)
 {
     const char *const files[] = {run->checkpoint, run->history, run->config};
     for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
         if (access(files[i], F_OK) == 0) {
-            return ad_fail(error, AD_BAD_INPUT,
-                           "%s: there is a run already (%s); continue it with --resume, or choose "
-                           "another folder with --out",
-                           file_bytes_shown(run->path), strrchr(files[i], '/') + 1);
+            return ad_fail(
+                error, AD_BAD_INPUT,
+                "%s: there is a run already (%s); resume it (--resume), or choose another "
+                "folder (--out)",
+                file_bytes_shown(run->path), strrchr(files[i], '/') + 1);
         }
     }
     return AD_OK;

@@ -21,6 +21,11 @@ typedef struct run_folder {
 /* Names only; nothing is touched. AD_BAD_INPUT: the path is too long. */
 ad_status run_name(run_folder *run, const char *path, ad_error *error);
 
+/* The checkpoint of a run, `path`: its folder, its checkpoint.h5 or any such file; `found` receives
+ * the name of the file. AD_BAD_ARGUMENT: the path is too long; errors as of checkpoint_open. */
+ad_status run_open_checkpoint(const char *path, char found[4096], checkpoint **file,
+                              ad_error *error);
+
 /* AD_BAD_INPUT when the folder already holds a run. */
 ad_status run_check_new(const run_folder *run, ad_error *error);
 

@@ -62,7 +62,7 @@ static ad_status check_same(const session *s, const checkpoint *file, ad_error *
     const train_origin *origin = &s->e->origin;
     const char *text;
     int64_t stage;
-    ad_status status = checkpoint_get_text(file, "scene/yaml", &text, error);
+    ad_status status = checkpoint_get_text(file, experiment_text_item(s->e), &text, error);
     if (status == AD_OK) {
         status = checkpoint_get_int64(file, "training/stage", &stage, 1, error);
     }

@@ -286,9 +286,10 @@ static void judge_held_out(const trainer *t, verdict *result)
     }
     if (!converged) {
         verdict_add(result, VERDICT_NOT_CONVERGED,
-                    "residuals are still large%s on points never trained on; train longer, or look "
-                    "at --explain for what makes this scene hard",
-                    where);
+                    "residuals are still large%s on points never trained on; train longer, or %s",
+                    where,
+                    t->e->is_lent ? "take more network.fourier_features"
+                                  : "look at --explain for what makes this scene hard");
     }
 }
 

@@ -5,6 +5,8 @@
     print(model.verdict)                                  # solved, or a warning with its reason
     values = model.evaluate("z r_tt", s=1, t=[0.5, 1])    # {"z": array, "x_tt": array, ...}
     exact = cpinn.solve("cantilever.yaml", s=[0.5, 1], t=1).values["z"]
+    softer = cpinn.solve("cantilever.yaml", s=1, t=1, overrides={"rod.length": 0.8})
+    found = cpinn.identify("measured.yaml")               # found.values, found.deviations
     robot = cpinn.Members("robot.yaml", s=[0.1, 0.2])     # its parameters with ranges: robot.names
     shapes, results = robot.solve(numpy.random.rand(1000, len(robot.names)))
     family = cpinn.Family("runs/robot")                   # a network trained for all members
@@ -14,14 +16,24 @@ Names are those of the C library, physics/evaluator.h: columns of the scene's mo
 of beams "w"), r and q for all of a rod's position and rotation, and behind an underscore s and t as
 often as differentiated. All numbers are in SI units; arrays are numpy's, and s and t are broadcast
 against each other. Errors are raised as cpinn.Error, with the line that cpinn-train would print.
+
+A scene is the path of a file, or what such a file says as a dict: {"rod": {"length": 0.3, ...}, ...}.
+Files that a dict names need whole paths. `overrides` change keys, as --set does: {"rod.length": 0.3}
+or a list of "rod.length=0.3".
 """
+import contextlib
 import ctypes
+import io
+import json
 import os
+import signal
+import tempfile
+import threading
 
 import numpy
 
-__all__ = ["Error", "Family", "Members", "Model", "Progress", "Solution", "Verdict", "open", "solve", "train",
-           "version"]
+__all__ = ["Error", "Family", "Members", "Model", "Progress", "Solution", "Unknowns", "Verdict",
+           "identify", "open", "solve", "train", "version"]
 
 
 class Error(Exception):
@@ -40,6 +52,11 @@ class Progress(ctypes.Structure):
                 ("load_factor", ctypes.c_double), ("loss", ctypes.c_double),
                 ("held_out", ctypes.c_double), ("error", ctypes.c_double),
                 ("seconds", ctypes.c_double)]
+
+    def __repr__(self):
+        where = f"window {self.window} of {self.windows}, " if self.windows > 1 else ""
+        return (f"{where}step {self.step}: loss {self.loss:.3e}, held out {self.held_out:.3e}, "
+                f"error {self.error:.3e}, {self.seconds:.1f} s")
 
 
 _PROGRESS = ctypes.CFUNCTYPE(ctypes.c_bool, ctypes.c_void_p, ctypes.POINTER(Progress))
@@ -78,7 +95,12 @@ def _load():
         beside = os.path.join(os.path.dirname(os.path.abspath(__file__)), library_folder, name)
     except ImportError:
         beside = ""
-    return ctypes.CDLL(named or (beside if os.path.exists(beside) else name))
+    try:
+        return ctypes.CDLL(named or (beside if os.path.exists(beside) else name))
+    except OSError as error:
+        raise ImportError(f"cpinn: {error}; install cpinn and import the package from there "
+                          "(PREFIX/lib/python3/dist-packages), or set CPINN_LIBRARY to the path of "
+                          f"{name}") from None
 
 
 _library = _load()
@@ -126,6 +148,16 @@ _family_parameter = _declare("cpinn_family_parameter", ctypes.POINTER(_Parameter
 _family_columns = _declare("cpinn_family_columns", _I, _P)
 _family_name = _declare("cpinn_family_column_name", _S, _P, _I)
 _family_evaluate = _declare("cpinn_family_evaluate", _I, _P, _P, _Z, _P, _P, _P, _FAIL)
+_identify_file = _declare("cpinn_identify_file", _I, _S, _I, _TEXTS, _I, _OUT, _FAIL)
+_unknowns_free = _declare("cpinn_unknowns_free", None, _P)
+_unknowns_count = _declare("cpinn_unknowns_count", _I, _P)
+_unknowns_name = _declare("cpinn_unknowns_name", _S, _P, _I)
+_unknowns_value = _declare("cpinn_unknowns_value", _D, _P, _I)
+_unknowns_deviation = _declare("cpinn_unknowns_deviation", _D, _P, _I)
+_unknowns_correlation = _declare("cpinn_unknowns_correlation", _D, _P, _I, _I)
+_unknowns_chi_squared = _declare("cpinn_unknowns_chi_squared", _D, _P)
+_unknowns_freedom = _declare("cpinn_unknowns_freedom", _D, _P)
+_unknowns_verdict = _declare("cpinn_unknowns_verdict", _P, _P)
 _reason_word = _declare("cpinn_reason_word", _S, _I)
 _source_word = _declare("cpinn_source_word", _S, _I)
 _outcome_of = _declare("verdict_outcome_of", _I, _P)
@@ -147,9 +179,52 @@ def _made(function, *arguments):
     return made
 
 
+def _plain(value):
+    """What json does not know: numbers and arrays of numpy."""
+    return value.tolist() if hasattr(value, "tolist") else str(value)
+
+
 def _overrides(overrides):
+    if isinstance(overrides, str):
+        raise Error(f"overrides: '{overrides}' is a str; allowed: a dict, a list of 'key=value'")
+    if hasattr(overrides, "items"):
+        overrides = [key + "=" + (value if isinstance(value, str) else
+                                  json.dumps(value, default=_plain))
+                     for key, value in overrides.items()]
     texts = [text.encode() for text in overrides]
     return len(texts), (_S * (len(texts) + 1))(*texts)
+
+
+@contextlib.contextmanager
+def _file(scene):
+    """The path of a scene; one that is given as a dict is a file of YAML, of which JSON is a part,
+    for so long. What is wrong with it has a key and no place."""
+    if not hasattr(scene, "items"):
+        yield os.fsencode(scene)
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "scene.yaml")
+        with io.open(path, "w") as file:
+            json.dump(scene, file, default=_plain)
+        try:
+            yield os.fsencode(path)
+        except Error as error:
+            place, _, rest = str(error).partition(": ")
+            raise Error(rest if place.startswith(path) else str(error)) from None
+
+
+def _members(parameters, names):
+    """Rows of parameters [members, names]; from a dict {name: numbers} that are broadcast."""
+    if hasattr(parameters, "items"):
+        if set(parameters) != set(names):
+            raise Error(f"parameters are {', '.join(parameters)}; wanted: {', '.join(names)}")
+        columns = numpy.broadcast_arrays(*[parameters[name] for name in names])
+        parameters = numpy.stack([column.ravel() for column in columns], axis=1)
+    parameters = numpy.ascontiguousarray(parameters, dtype=float)
+    if len(names) > 1 and parameters.shape[-1:] != (len(names),):
+        raise Error(f"parameters have the shape {parameters.shape}; wanted: a column each for "
+                    f"{', '.join(names)}")
+    return parameters.reshape(-1, len(names))
 
 
 def _points(s, t):
@@ -223,20 +298,21 @@ class Members:
 
     columns = "x y z qw qx qy qz v1 v2 v3 u1 u2 u3".split()
 
-    def __init__(self, path, s, overrides=(), tolerance=1e-6, threads=1):
+    def __init__(self, scene, s, overrides=(), tolerance=1e-6, threads=1):
         self._s = numpy.ascontiguousarray(s, dtype=float).ravel()
         settings = _MembersSettings(tolerance, threads, self._s.size, self._s.ctypes.data)
-        self._handle = _made(_members_file, os.fsencode(path), *_overrides(overrides),
-                             ctypes.byref(settings))
+        with _file(scene) as path:
+            self._handle = _made(_members_file, path, *_overrides(overrides),
+                                 ctypes.byref(settings))
         self.names = []
         while _members_name(self._handle, len(self.names)):
             self.names.append(_members_name(self._handle, len(self.names)).decode())
 
     def solve(self, parameters):
         """values [members, points, columns] and results with fields estimate, load, nodes, steps
-        and solved, for parameters [members, names]; values are nan where there is no solution."""
-        parameters = numpy.ascontiguousarray(parameters, dtype=float)
-        parameters = parameters.reshape(-1, len(self.names))
+        and solved, for parameters [members, names], or {name: numbers} that are broadcast; values
+        are nan where there is no solution."""
+        parameters = _members(parameters, self.names)
         values = numpy.empty((len(parameters), self._s.size, len(self.columns)))
         results = numpy.zeros(len(parameters), dtype=numpy.dtype(
             [("estimate", "f8"), ("load", "f8"), ("nodes", "i4"), ("steps", "i4"),
@@ -279,12 +355,11 @@ class Family:
     def evaluate(self, parameters, s, t=0.0, polish=2, alone=False):
         """values [members, points, columns] at s (m, ascending; of a family in motion also t, s),
         and answers [members] with fields error and network_error (m), source, reason, trusted and
-        outside, for parameters [members, ranges] in SI units. polish: steps of Newton's method;
-        alone: what is not trusted is not solved."""
+        outside, for parameters [members, ranges] in SI units, or {name: numbers} that are
+        broadcast. polish: steps of Newton's method; alone: what is not trusted is not solved."""
         _, s, t = _points(s, t)
         made = self._at(s, t)
-        parameters = numpy.ascontiguousarray(parameters, dtype=float)
-        parameters = parameters.reshape(-1, len(self.ranges))
+        parameters = _members(parameters, self.ranges)
         values = numpy.empty((len(parameters), s.size, len(self.columns)))
         answers = numpy.zeros(len(parameters), dtype=self.answer)
         _call(_family_evaluate, made, ctypes.byref(_Polish(polish, alone)), len(parameters),
@@ -302,28 +377,65 @@ class Family:
             _family_free(made)
 
 
+class Unknowns:
+    """Unknown numbers of a scene, found from its data: values and (standard) deviations {name:
+    number}, correlations [unknowns, unknowns], chi_squared of so many degrees of freedom, verdict.
+    A deviation is nan where the value is an end of its range."""
+
+    def __init__(self, handle):
+        indices = range(_unknowns_count(handle))
+        names = [_unknowns_name(handle, i).decode() for i in indices]
+        self.values = {name: _unknowns_value(handle, i) for i, name in enumerate(names)}
+        self.deviations = {name: _unknowns_deviation(handle, i) for i, name in enumerate(names)}
+        self.correlations = numpy.array([[_unknowns_correlation(handle, i, k) for k in indices]
+                                         for i in indices])
+        self.chi_squared = _unknowns_chi_squared(handle)
+        self.freedom = _unknowns_freedom(handle)
+        self.verdict = Verdict(_unknowns_verdict(handle))
+
+    def __repr__(self):
+        found = [f"{name} = {value:.6g} +- {self.deviations[name]:.2g}"
+                 for name, value in self.values.items()]
+        return f"{', '.join(found)}; {self.verdict}"
+
+
 def version():
     return _version().decode()
 
 
-def train(path, overrides=(), threads=0, folder=None, resume=False, progress=None):
-    """Train what the file describes. overrides: "key=value"; folder: where the run is kept, None:
-    in memory alone; progress: called with a Progress after each step, false stops training. What it
-    raises ends training and is raised again."""
+@contextlib.contextmanager
+def _interrupts(raised):
+    """Ctrl-C is put into a list: between two steps Python only runs callbacks, out of which ctypes
+    lets no exception go."""
+    ours = (threading.current_thread() is threading.main_thread() and
+            signal.getsignal(signal.SIGINT) is signal.default_int_handler)
+    if ours:
+        signal.signal(signal.SIGINT, lambda *_: raised.append(KeyboardInterrupt()))
+    try:
+        yield
+    finally:
+        if ours:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def train(scene, overrides=(), threads=0, folder=None, resume=False, progress=None):
+    """Train a scene. folder: where the run is kept, None: in memory alone; resume: go on with the
+    run that is there; progress: called with a Progress after each step (print will do), False stops
+    training. What it raises ends training, as Ctrl-C does, and is raised again."""
     raised = []
 
     def stepped(_, now):
         try:
-            answer = progress(now.contents)
-            return answer is None or bool(answer)
+            answer = progress(now.contents) if progress else None
+            return not raised and (answer is None or bool(answer))
         except BaseException as error:  # handed on below
             raised.append(error)
             return False
 
     options = _Options(threads, os.fsencode(folder) if folder is not None else None, resume,
-                       _PROGRESS(stepped) if progress else _PROGRESS())
-    model = Model(_made(_train_file, os.fsencode(path), *_overrides(overrides),
-                        ctypes.byref(options)))
+                       _PROGRESS(stepped))
+    with _file(scene) as path, _interrupts(raised):
+        model = Model(_made(_train_file, path, *_overrides(overrides), ctypes.byref(options)))
     if raised:
         raise raised[0]
     return model
@@ -334,13 +446,24 @@ def open(path):
     return Model(_made(_open, os.fsencode(path)))
 
 
-def solve(path, s, t=0.0, overrides=(), tolerance=0.0):
-    """Solve what the file describes by a classical method, at points s (m), t (s)."""
+def solve(scene, s, t=0.0, overrides=(), tolerance=0.0):
+    """Solve a scene by a classical method, at points s (m), t (s)."""
     shape, s, t = _points(s, t)
     times = numpy.unique(t)
-    handle = _made(_solve_file, os.fsencode(path), *_overrides(overrides), tolerance, times.size,
-                   times.ctypes.data)
+    with _file(scene) as path:
+        handle = _made(_solve_file, path, *_overrides(overrides), tolerance, times.size,
+                       times.ctypes.data)
     try:
         return Solution(handle, shape, s, t)
     finally:
         _solution_free(handle)
+
+
+def identify(scene, overrides=(), threads=0):
+    """Find the unknowns of a scene (parameters with `identify`) from its data."""
+    with _file(scene) as path:
+        handle = _made(_identify_file, path, *_overrides(overrides), threads)
+    try:
+        return Unknowns(handle)
+    finally:
+        _unknowns_free(handle)
