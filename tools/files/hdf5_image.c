@@ -140,12 +140,48 @@ ad_status hdf5_image_bytes(hid_t file, size_t user_block, unsigned char **bytes,
     return AD_OK;
 }
 
+/* Where the superblock is: at 0, or behind a user block of 512, 1024, ... bytes; `size`: nowhere.
+ */
+static size_t superblock_place(const unsigned char *bytes, size_t size)
+{
+    static const unsigned char signature[] = {0x89, 'H', 'D', 'F', '\r', '\n', 0x1a, '\n'};
+    size_t place = 0;
+    while (place < size && size - place >= sizeof signature) {
+        if (memcmp(bytes + place, signature, sizeof signature) == 0) {
+            return place;
+        }
+        place = place ? 2 * place : 512;
+    }
+    return size;
+}
+
+/* Whether the superblock (versions 0 and 1) has the address of a driver's information, which files
+ * of several parts have. HDF5 takes as much memory as that block says, up to 4 GB. */
+static bool has_driver_block(const unsigned char *bytes, size_t size)
+{
+    enum { VERSION = 8, WIDTH_OF_ADDRESSES = 13, ADDRESSES = 24, DRIVER = 3 };
+    const size_t place = superblock_place(bytes, size), rest = size - place;
+    if (rest <= ADDRESSES || bytes[place + VERSION] > 1) {
+        return false;
+    }
+    const unsigned char *block = bytes + place;
+    const size_t width = block[WIDTH_OF_ADDRESSES];
+    const size_t first = ADDRESSES + (block[VERSION] == 1 ? 4 : 0) + DRIVER * width;
+    for (size_t k = first; k < first + width && k < rest; k++) {
+        if (block[k] != 0xff) {
+            return true;
+        }
+    }
+    return false;
+}
+
 hid_t hdf5_image_open(const unsigned char *bytes, size_t size)
 {
     hid_t file = H5I_INVALID_HID;
     hid_t access = memory_access();
     /* HDF5 copies the bytes and, opened read-only, does not change them. */
-    if (access >= 0 && H5Pset_file_image(access, (void *)bytes, size) >= 0) {
+    if (access >= 0 && !has_driver_block(bytes, size) &&
+        H5Pset_file_image(access, (void *)bytes, size) >= 0) {
         file = H5Fopen("cpinn image being read", H5F_ACC_RDONLY, access);
     }
     hdf5_image_close(access);
