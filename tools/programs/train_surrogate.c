@@ -110,9 +110,9 @@ static ad_status begin(training *t, ad_error *error)
     if (status == AD_OK && !again) {
         status = save(t, error);
     }
-    return status == AD_OK
-               ? run_begin(&t->folder, t->yaml, surrogate_training_history(t->own), error)
-               : status;
+    return status == AD_OK ? run_begin(&t->folder, t->yaml, surrogate_training_history(t->own),
+                                       t->settings->settings.output_tensorboard, error)
+                           : status;
 }
 
 /* ---- training ------------------------------------------------------------------------------ */
