@@ -135,7 +135,7 @@ void chart_draw(canvas *c, const chart *what, int column, int row, int columns, 
     view.top = up.high;
     draw_decades(c, &view);
     draw_abscissa(c, &view, what->x_unit);
-    for (int k = what->count - 1; k >= 0; k--) {
+    for (int k = 0; k < what->count; k++) {
         draw_series(c, &view, &what->series[k]);
     }
 }

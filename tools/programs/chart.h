@@ -15,7 +15,7 @@ typedef struct chart_series {
 typedef struct chart {
     const char *x_unit; /* "s" */
     int count;
-    chart_series series[CHART_SERIES]; /* the first on top */
+    chart_series series[CHART_SERIES]; /* the last on top */
 } chart;
 
 /* Least size of it, in cells. */

@@ -140,7 +140,7 @@ static void draw_axes(canvas *c, int column, int row, const int axes[2])
 static void draw_scale(canvas *c, int column, int row, int columns, double scale)
 {
     char text[32];
-    const double most = columns / 3.0 * CANVAS_ACROSS / scale; /* m */
+    const double most = columns / 5.0 * CANVAS_ACROSS / scale; /* m */
     const double power = pow(10, floor(log10(most)));
     const double length = power * (most >= 5 * power ? 5 : most >= 2 * power ? 2 : 1);
     const int cells = (int)lround(length * scale / CANVAS_ACROSS);
@@ -197,6 +197,7 @@ void shape_views_draw(const shape_views *w, canvas *c, int column, int row, int 
         wide = beside ? half : columns;
         tall = beside ? rows : low;
     }
+    draw_scale(c, column, row + rows, columns, scale);
     for (int i = 0; i < views; i++) {
         const int left = column + (beside ? i * (wide + 1) : 0),
                   top = row + (beside ? 0 : i * tall);
@@ -204,5 +205,4 @@ void shape_views_draw(const shape_views *w, canvas *c, int column, int row, int 
         draw_view(w, c, &view, axes[i]);
         draw_axes(c, left, top + tall - (beside || i == views - 1 ? 0 : 1), axes[i]);
     }
-    draw_scale(c, column, row + rows, columns, scale);
 }

@@ -54,14 +54,14 @@ void watch_free(watch *w)
 
 /* ---- curves -------------------------------------------------------------------------------- */
 
-enum { LOSS, ERROR, HELD_OUT };
+enum { HELD_OUT, LOSS, ERROR }; /* in the order in which they cover each other */
 
 static const struct {
     const char *name, *column;
     canvas_colour colour;
 } series[SERIES] = {[LOSS] = {"loss", "loss", CANVAS_CYAN},
-                    [ERROR] = {"error", "error", CANVAS_YELLOW},
-                    [HELD_OUT] = {"held-out", "held_out", CANVAS_MAGENTA}};
+                    [HELD_OUT] = {"held-out", "held_out", CANVAS_MAGENTA},
+                    [ERROR] = {"error", "error", CANVAS_YELLOW}};
 
 void watch_record(watch *w, double seconds, double loss)
 {
@@ -115,15 +115,22 @@ static void draw_curves(watch *w, const history *h, int column, int row, int col
 
 /* ---- the picture --------------------------------------------------------------------------- */
 
-/* The colours of the curves, and their numbers; as many as there is room for. */
-static void draw_legend(canvas *c, int row, const double numbers[SERIES])
+/* The colours of the curves, and their numbers; where there is no room for all, without that at
+ * points never trained on. */
+static void draw_legend(canvas *c, int row, const status_line *line)
 {
-    for (int k = 0, column = 0; k < SERIES; k++) {
+    enum { WIDE = 60 };
+    const double numbers[SERIES] = {[LOSS] = line->loss,
+                                    [HELD_OUT] = c->columns < WIDE ? NAN : line->held_out,
+                                    [ERROR] = line->error};
+    static const int order[SERIES] = {LOSS, HELD_OUT, ERROR};
+    for (int i = 0, column = 0; i < SERIES; i++) {
+        const int k = order[i];
         char text[48];
-        const int length = snprintf(text, sizeof text, " %s %.2e", series[k].name, numbers[k]);
-        if (isnan(numbers[k]) || column + 2 + length > c->columns) {
+        if (isnan(numbers[k])) {
             continue;
         }
+        snprintf(text, sizeof text, " %s %.2e", series[k].name, numbers[k]);
         canvas_put(c, column++, row, series[k].colour, 0x2501); /* ━ */
         canvas_put(c, column++, row, series[k].colour, 0x2501);
         column = canvas_text(c, column, row, CANVAS_PLAIN, text) + 2;
@@ -141,7 +148,7 @@ static void draw_head(canvas *c, const char *title, const watch_view *view)
         status_line_text(&others, c->columns - begin, text);
     }
     canvas_text(c, begin, 0, CANVAS_PLAIN, view->over ? view->over : text);
-    draw_legend(c, 1, (const double[]){line->loss, line->error, line->held_out});
+    draw_legend(c, 1, line);
 }
 
 /* Side by side where it is wide, one above the other where it is tall, else curves alone. */
