@@ -17,6 +17,7 @@
         return names;                                                                              \
     }
 
+CONFIG_NAMES(truth_names, "false", "true", )
 CONFIG_NAMES(unit_names, "SI", "EI", )
 CONFIG_NAMES(activation_names, NN_ACTIVATION_LIST(CONFIG_NAME))
 CONFIG_NAMES(initialization_names, NN_INITIALIZATION_LIST(CONFIG_NAME))
@@ -530,6 +531,9 @@ const config_key config_keys[] = {
     {"output.every", CONFIG_INTEGER, AT(settings.output_every), .unit = "steps", BETWEEN(1, 1e9),
      .fallback = "10; 1 where training begins with gauss_newton in one window",
      .help = "Steps between rows of history.csv, which every stage ends with as well."},
+    {"output.tensorboard", CONFIG_CHOICE, AT(settings.output_tensorboard), .names = truth_names,
+     .help = "Every column of history.csv also goes to event files, events.out.tfevents.*, which "
+             "`tensorboard --logdir runs` shows while training goes on."},
     {"reference.analytic", CONFIG_CHOICE, AT(settings.reference), .names = train_reference_names,
      .help = "A known solution of this scene to measure the error against."},
     {"reference.solve", CONFIG_NUMBER, AT(settings.reference_tolerance), BETWEEN(1e-13, 0.1),

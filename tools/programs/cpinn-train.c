@@ -64,7 +64,7 @@ typedef struct options {
     cli_list overrides;
     int threads;
     const char *explain; /* NULL: train; "": the scene; "program" */
-    bool resume, print_config, quiet;
+    bool resume, print_config, quiet, watch;
 } options;
 
 /* A session with what only a program has. */
@@ -366,7 +366,11 @@ static ad_status train(training *t, ad_error *error)
     announce_implausible(&t->progress, t->s.e->scene);
     announce_members(t);
     announce_stage(t);
+    if (t->asked->watch) {
+        progress_watch(&t->progress, t->s.trainer, t->s.e, t->s.known);
+    }
     ad_status status = session_train(&t->s, stepped, t, error);
+    progress_end(&t->progress, t->s.trainer);
     const trainer_state state = trainer_inspect(t->s.trainer).state;
     if (status == AD_OK && state == TRAINER_RUNNING) {
         interrupted(t);
@@ -472,7 +476,7 @@ static int run(const options *o)
     }
     if (status == AD_OK && surrogate_is_given(&settings->surrogate)) {
         const train_surrogate_options of = {program,   o->out,   o->json,           o->threads,
-                                            o->resume, o->quiet, o->explain != NULL};
+                                            o->resume, o->quiet, o->explain != NULL, o->watch};
         return train_surrogate(&of, settings);
     }
     if (status == AD_OK) {
@@ -508,6 +512,9 @@ static int parse(int count, char **arguments, options *o)
          "print what the scene consists of, what about it is hard or\n"
          "implausible, what is computed and what is left out, and stop;\n"
          "=program: the compiled programs, line by line"},
+        {"--watch", NULL, CLI_FLAG, &o->watch, 0, 0,
+         "draw loss, error and the rod's shape while it trains; into a\n"
+         "pipe, on a terminal that cannot (TERM) or with --quiet: lines\nas without it"},
         CLI_VERDICT_JSON(&o->json),
         CLI_VERDICT_QUIET(&o->quiet),
     };

@@ -32,6 +32,15 @@ static int room(const progress *p)
     return known ? size.ws_col - 1 : STATUS_LINE_WIDE;
 }
 
+void progress_watch(progress *p, const trainer *t, const experiment *e, const reference *known)
+{
+    p->watch = p->quiet ? NULL : watch_create(p->file, e->settings->name);
+    p->shapes = p->watch ? watch_shapes_create(e, known) : NULL;
+    if (p->watch) {
+        watch_record_rows(p->watch, trainer_history(t));
+    }
+}
+
 void progress_clear(progress *p)
 {
     if (p->width > 0) {
@@ -83,8 +92,8 @@ static double time_left(const progress *p, const trainer_info *info, const exper
     return status_time_left(&pace, at_most);
 }
 
-static int write_line(const progress *p, const trainer_info *info, const experiment *e, double now,
-                      int width, char text[STATUS_LINE_SIZE])
+static status_line line_of(const progress *p, const trainer_info *info, const experiment *e,
+                           double now)
 {
     const train_settings *settings = e->settings;
     const train_stage *stage = &settings->stages[info->stage];
@@ -98,10 +107,48 @@ static int write_line(const progress *p, const trainer_info *info, const experim
                         .load_factor = info->part,
                         .loss = info->loss,
                         .held_out = info->held_out,
-                        .error = info->errors.position};
+                        .error = info->errors.position,
+                        .steps_per_s = NAN};
     line.left = time_left(p, info, e, now, &line.at_most);
     line.points_per_s = (double)info->evaluations * info->points / (now - p->started);
-    return status_line_text(&line, width, text);
+    return line;
+}
+
+static void draw(progress *p, const trainer *t, const status_line *line, const char *over)
+{
+    if (p->shapes) {
+        watch_shapes_update(p->shapes, t);
+    }
+    watch_draw(p->watch,
+               &(watch_view){
+                   .line = *line, .over = over, .rows = trainer_history(t), .shapes = p->shapes});
+}
+
+static void step_of_picture(progress *p, const trainer *t, const trainer_info *info,
+                            const experiment *e, double now)
+{
+    watch_record(p->watch, info->seconds, info->loss);
+    if (info->state == TRAINER_RUNNING && watch_is_due(p->watch)) {
+        status_line line = line_of(p, info, e, now);
+        line.steps_per_s = (double)(info->step - p->first_step) / (now - p->started);
+        draw(p, t, &line, NULL);
+    }
+}
+
+void progress_end(progress *p, const trainer *t)
+{
+    const trainer_info info = trainer_inspect(t);
+    if (p->watch && info.step > p->first_step) {
+        char over[64];
+        const status_line line = {
+            .loss = info.loss, .held_out = info.held_out, .error = info.errors.position};
+        snprintf(over, sizeof over, "%lld steps in %.2f s", (long long)info.step, info.seconds);
+        draw(p, t, &line, over);
+    }
+    watch_free(p->watch);
+    watch_shapes_free(p->shapes);
+    p->watch = NULL;
+    p->shapes = NULL;
 }
 
 void progress_step(progress *p, const trainer *t, const experiment *e)
@@ -112,11 +159,16 @@ void progress_step(progress *p, const trainer *t, const experiment *e)
     double now = train_seconds();
     const trainer_info info = trainer_inspect(t);
     follow(p, &info, now);
+    if (p->watch) {
+        step_of_picture(p, t, &info, e, now);
+        return;
+    }
     if (now < p->next || info.state != TRAINER_RUNNING) {
         return;
     }
     char line[STATUS_LINE_SIZE];
-    int columns = room(p), width = write_line(p, &info, e, now, columns, line);
+    const status_line status = line_of(p, &info, e, now);
+    int columns = room(p), width = status_line_text(&status, columns, line);
     if (p->live) { /* blanks cover the rest of a longer line before */
         int before = p->width < columns ? p->width : columns;
         fprintf(p->file, "\r%-*s", before > width ? before : width, line);
@@ -138,10 +190,16 @@ void progress_say(progress *p, const char *format, ...)
     va_list arguments;
     va_start(arguments, format);
     progress_clear(p);
+    if (p->watch) {
+        watch_hide(p->watch);
+    }
     vfprintf(p->file, format, arguments);
     fputc('\n', p->file);
     fflush(p->file);
     va_end(arguments);
+    if (p->watch) {
+        watch_show(p->watch);
+    }
 }
 
 void progress_members(progress *p, const targets_errors *errors, double length)

@@ -1,9 +1,9 @@
-/* What a run says while it trains: one live line on a terminal, plain lines at growing intervals in
- * a pipe, and at the end error against run time. */
+/* What a run says while it trains: one live line or a picture on a terminal, plain lines at growing
+ * intervals in a pipe, and at the end error against run time. */
 #ifndef TOOLS_PROGRAMS_PROGRESS_H
 #define TOOLS_PROGRAMS_PROGRESS_H
 
-#include "tools/train/trainer.h"
+#include "tools/programs/watch.h"
 
 typedef struct progress {
     FILE *file;
@@ -21,15 +21,22 @@ typedef struct progress {
     bool window_whole;                /* this process has trained the window from its beginning */
     int windows_timed;                /* windows trained by this process from beginning to end */
     double windows_seconds;           /* that they took together */
+    watch *watch;                     /* the picture in place of the live line; NULL: none */
+    watch_shapes *shapes;
 } progress;
 
 progress progress_start(FILE *file, bool quiet, const trainer *t);
 
+/* From now on with a picture, where the file can show one, until progress_end; `known` may be NULL.
+ */
+void progress_watch(progress *p, const trainer *t, const experiment *e, const reference *known);
+
 /* To be called after every step. Prints only when it is time to. */
 void progress_step(progress *p, const trainer *t, const experiment *e);
 
-/* Removes the live line. */
+/* Removes the live line; the last picture stays. */
 void progress_clear(progress *p);
+void progress_end(progress *p, const trainer *t);
 
 /* Prints a line that stays, in place of the live line. */
 void progress_say(progress *p, const char *format, ...) __attribute__((format(printf, 2, 3)));

@@ -7,7 +7,7 @@
 /* ---- text ---------------------------------------------------------------------------------- */
 
 /* In the order in which they are shown. */
-typedef enum part { PLACE, LOAD, LOSS, HELD_OUT, ERROR, LEFT, SPEED, PARTS } part;
+typedef enum part { PLACE, LOAD, LOSS, HELD_OUT, ERROR, LEFT, STEPS, SPEED, PARTS } part;
 
 enum { LEVELS = 3 }; /* absent, short, long */
 
@@ -68,6 +68,9 @@ static void part_texts(const status_line *line, part_text texts[PARTS])
         bool less = line->at_most && *duration != '<';
         snprintf(texts[LEFT][1], sizeof texts[LEFT][1], "%s%s left", less ? "<" : "", duration);
     }
+    if (!isnan(line->steps_per_s)) {
+        snprintf(texts[STEPS][1], sizeof texts[STEPS][1], "%.3g steps/s", line->steps_per_s);
+    }
     if (!isnan(line->points_per_s)) {
         snprintf(texts[SPEED][1], sizeof texts[SPEED][1], "%.2fM points/s",
                  line->points_per_s / 1e6);
@@ -91,7 +94,7 @@ static int join(part_text texts[PARTS], const int levels[PARTS], char line[STATU
 
 int status_line_text(const status_line *line, int width, char text[STATUS_LINE_SIZE])
 {
-    static const part order[] = {ERROR, LOSS, PLACE, LEFT, LOAD, PLACE, HELD_OUT, SPEED};
+    static const part order[] = {ERROR, LOSS, PLACE, LEFT, LOAD, PLACE, HELD_OUT, STEPS, SPEED};
     part_text texts[PARTS];
     int levels[PARTS] = {0};
     part_texts(line, texts);

@@ -18,6 +18,7 @@ typedef struct status_line {
     double left;         /* s */
     bool at_most;        /* `left` is an upper bound */
     double points_per_s; /* evaluated */
+    double steps_per_s;
 } status_line;
 
 enum { STATUS_LINE_SIZE = 256, STATUS_LINE_WIDE = STATUS_LINE_SIZE - 1 };

@@ -5,13 +5,13 @@
 #include "tools/judge/signals.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/eval_rollouts.h"
+#include "tools/programs/surrogate_progress.h"
 #include "tools/surrogate/training.h"
 #include "tools/train/clock.h"
 #include "tools/train/report.h"
 #include "tools/train/run.h"
 
 #include <math.h>
-#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -30,24 +30,11 @@ typedef struct training {
     verdict verdict;
     rollouts_report report;
     bool judged;
-    double last_save, next, gap; /* s, when to save, and to speak again */
-    double seconds;              /* of training, when it was over */
+    double last_save; /* s */
+    double seconds;   /* of training, when it was over */
     int64_t saved;
+    surrogate_progress progress;
 } training;
-
-static void say(const training *t, const char *format, ...) __attribute__((format(printf, 2, 3)));
-
-static void say(const training *t, const char *format, ...)
-{
-    va_list arguments;
-    if (!t->asked->quiet) {
-        va_start(arguments, format);
-        vprintf(format, arguments);
-        va_end(arguments);
-        putchar('\n');
-        fflush(stdout);
-    }
-}
 
 /* ---- files --------------------------------------------------------------------------------- */
 
@@ -110,9 +97,9 @@ static ad_status begin(training *t, ad_error *error)
     if (status == AD_OK && !again) {
         status = save(t, error);
     }
-    return status == AD_OK
-               ? run_begin(&t->folder, t->yaml, surrogate_training_history(t->own), error)
-               : status;
+    return status == AD_OK ? run_begin(&t->folder, t->yaml, surrogate_training_history(t->own),
+                                       t->settings->settings.output_tensorboard, error)
+                           : status;
 }
 
 /* ---- training ------------------------------------------------------------------------------ */
@@ -123,38 +110,21 @@ static void announce(const training *t)
     const surrogate_settings *s = &t->settings->surrogate;
     const surrogate_step *m = surrogate_training_step_of(t->own);
     if (*info.modes) {
-        say(t, "%s", info.modes);
+        surrogate_progress_say(&t->progress, "%s", info.modes);
     }
-    say(t, "%s: one-step model of %.4g ms, kind %s, %d states, %d inputs",
-        t->settings->settings.name, 1e3 * s->step, surrogate_kind_names()[s->kind],
-        m ? m->states : 0, m ? m->inputs : 0);
-    say(t, "%s", info.frame);
-    say(t, "%zu parameters, %zu steps solved in %.2f s, %d thread%s -> %s", info.parameters,
-        info.solved, info.prepared, ad_pool_threads(t->pool),
-        ad_pool_threads(t->pool) == 1 ? "" : "s", t->folder.path);
+    surrogate_progress_say(&t->progress,
+                           "%s: one-step model of %.4g ms, kind %s, %d states, %d inputs",
+                           t->settings->settings.name, 1e3 * s->step,
+                           surrogate_kind_names()[s->kind], m ? m->states : 0, m ? m->inputs : 0);
+    surrogate_progress_say(&t->progress, "%s", info.frame);
+    surrogate_progress_say(&t->progress,
+                           "%zu parameters, %zu steps solved in %.2f s, %d thread%s -> %s",
+                           info.parameters, info.solved, info.prepared, ad_pool_threads(t->pool),
+                           ad_pool_threads(t->pool) == 1 ? "" : "s", t->folder.path);
     if (t->asked->resume) {
-        say(t, "resumed at step %lld, %.1f s into the run", (long long)info.step, info.seconds);
+        surrogate_progress_say(&t->progress, "resumed at step %lld, %.1f s into the run",
+                               (long long)info.step, info.seconds);
     }
-}
-
-static void tell_progress(training *t)
-{
-    const surrogate_training_info info = surrogate_training_inspect(t->own);
-    const train_settings *settings = &t->settings->settings;
-    const double now = train_seconds();
-    if (now < t->next || info.done) {
-        return;
-    }
-    const train_stage *stage = &settings->stages[info.stage];
-    char held_out[32] = "-"; /* before the first row of the history */
-    if (!isnan(info.held_out)) {
-        snprintf(held_out, sizeof held_out, "%.3e", info.held_out);
-    }
-    say(t, "%-9s stage %d/%d step %lld/%d  loss %.3e  held-out %s  %.1f s",
-        optim_method_name(stage->optimizer), info.stage + 1, settings->stage_count,
-        (long long)info.stage_step, stage->steps, info.loss, held_out, info.seconds);
-    t->next = now + t->gap;
-    t->gap = fmin(1.5 * t->gap, 60);
 }
 
 static bool is_due(const training *t, int64_t step)
@@ -169,6 +139,7 @@ static ad_status train(training *t, ad_error *error)
     ad_status status = AD_OK;
     signals_catch();
     t->last_save = train_seconds();
+    surrogate_progress_begin(&t->progress, &t->settings->settings, t->own);
     while (status == AD_OK && !surrogate_training_inspect(t->own).done && !signals_caught()) {
         status = surrogate_training_step(t->own, error);
         if (status == AD_OK) {
@@ -178,8 +149,9 @@ static ad_status train(training *t, ad_error *error)
         if (status == AD_OK && (info.done || signals_caught() || is_due(t, info.step))) {
             status = save(t, error);
         }
-        tell_progress(t);
+        surrogate_progress_step(&t->progress);
     }
+    surrogate_progress_end(&t->progress);
     t->seconds = surrogate_training_inspect(t->own).seconds;
     return status;
 }
@@ -237,7 +209,8 @@ static void finish(training *t)
 {
     const surrogate_training_info info = surrogate_training_inspect(t->own);
     if (!t->asked->quiet) {
-        say(t, "done: %lld steps in %.2f s%s%s, loss %.3e, held-out %.3e of the %s's",
+        surrogate_progress_say(
+            &t->progress, "done: %lld steps in %.2f s%s%s, loss %.3e, held-out %.3e of the %s's",
             (long long)info.step, t->seconds, *info.ended ? ": " : "", info.ended, info.loss,
             info.held_out,
             surrogate_is_decoupled(t->settings->surrogate.kind) ? "base" : "linear map");
@@ -255,8 +228,9 @@ static void interrupted(training *t)
     t->verdict.signal = signals_caught();
     verdict_add(&t->verdict, VERDICT_SIGNAL, "stopped at step %lld and saved; --resume goes on",
                 (long long)t->saved);
-    say(t, "stopped at step %lld and saved; --resume with --out %s goes on", (long long)t->saved,
-        t->folder.path);
+    surrogate_progress_say(&t->progress,
+                           "stopped at step %lld and saved; --resume with --out %s goes on",
+                           (long long)t->saved, t->folder.path);
 }
 
 /* ---- the whole ----------------------------------------------------------------------------- */
@@ -427,15 +401,17 @@ static ad_status go(training *t, bool *began, ad_error *error)
     if (status == AD_OK) {
         finish(t);
     } else if (*began) {
-        say(t, "stopped; the checkpoint of step %lld is kept: %s", (long long)t->saved,
-            t->folder.checkpoint);
+        surrogate_progress_say(&t->progress, "stopped; the checkpoint of step %lld is kept: %s",
+                               (long long)t->saved, t->folder.checkpoint);
     }
     return status;
 }
 
 int train_surrogate(const train_surrogate_options *asked, config *settings)
 {
-    training t = {.asked = asked, .settings = settings, .gap = 1};
+    training t = {.asked = asked,
+                  .settings = settings,
+                  .progress = {.quiet = asked->quiet, .pictures = asked->watch}};
     ad_error error = {AD_OK, ""};
     bool began = false;
     if (asked->explain) {

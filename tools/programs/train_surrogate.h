@@ -8,7 +8,7 @@
 typedef struct train_surrogate_options {
     const char *program, *out, *json; /* out, json: NULL: default, none */
     int threads;
-    bool resume, quiet, explain;
+    bool resume, quiet, explain, watch;
 } train_surrogate_options;
 
 /* Takes over `settings`. Returns the exit status. */

@@ -1,6 +1,7 @@
 #include "tools/train/run.h"
 
 #include "tools/files/file_bytes.h"
+#include "tools/train/run_events.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -43,7 +44,9 @@ ad_status run_open_checkpoint(const char *path, char found[4096], checkpoint **f
 
 ad_status run_check_new(const run_folder *run, ad_error *error)
 {
-    const char *const files[] = {run->checkpoint, run->history, run->config};
+    char events[4200];
+    run_events_path(run->path, 0, events, sizeof events);
+    const char *const files[] = {run->checkpoint, run->history, run->config, events};
     for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
         if (access(files[i], F_OK) == 0) {
             return ad_fail(
@@ -137,7 +140,8 @@ static ad_status write_history(const run_folder *run, const history *h, ad_error
     return status;
 }
 
-ad_status run_begin(run_folder *run, const char *config, const history *h, ad_error *error)
+ad_status run_begin(run_folder *run, const char *config, const history *h, bool tensorboard,
+                    ad_error *error)
 {
     ad_status status = file_bytes_write(run->config, config, strlen(config), 1, error);
     if (status == AD_OK) {
@@ -150,7 +154,8 @@ ad_status run_begin(run_folder *run, const char *config, const history *h, ad_er
             return ad_fail(error, AD_IO, "%s: %s", run->history, strerror(errno));
         }
     }
-    return status;
+    return status == AD_OK && tensorboard ? run_events_begin(run->path, h, &run->events, error)
+                                          : status;
 }
 
 ad_status run_append(run_folder *run, const history *h, ad_error *error)
@@ -158,13 +163,18 @@ ad_status run_append(run_folder *run, const history *h, ad_error *error)
     if (run->rows_written == h->count) {
         return AD_OK;
     }
-    while (run->rows_written < h->count) {
-        history_print(h, (long)run->rows_written++, run->rows);
+    ad_status status = AD_OK;
+    while (run->rows_written < h->count && status == AD_OK) {
+        history_print(h, (long)run->rows_written, run->rows);
+        if (run->events) {
+            status = run_events_append(run->events, h, run->rows_written, error);
+        }
+        run->rows_written++;
     }
     if (fflush(run->rows) != 0 || ferror(run->rows)) {
         return ad_fail(error, AD_NOT_WRITTEN, "%s: %s", run->history, strerror(errno));
     }
-    return AD_OK;
+    return status;
 }
 
 void run_end(run_folder *run)
@@ -176,5 +186,9 @@ void run_end(run_folder *run)
     if (run->rows) {
         fclose(run->rows);
         run->rows = NULL;
+    }
+    if (run->events) {
+        fclose(run->events);
+        run->events = NULL;
     }
 }

@@ -104,7 +104,8 @@ ad_status session_begin(session *s, run_folder *folder, bool resume, ad_error *e
     }
     char *text = status == AD_OK ? experiment_text(s->e) : NULL;
     if (status == AD_OK) {
-        status = text ? run_begin(folder, text, trainer_history(s->trainer), error)
+        status = text ? run_begin(folder, text, trainer_history(s->trainer),
+                                  s->e->settings->output_tensorboard, error)
                       : ad_fail(error, AD_NO_MEMORY, "out of memory for %s", folder->config);
     }
     free(text);

@@ -1,0 +1,218 @@
+#include "tools/programs/watch_shapes.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Members are a few of those that spread evenly over all ranges. */
+enum { MEMBERS = 7, COLUMNS = 7 /* of position and rotation, at most */ };
+
+struct watch_shapes {
+    const experiment *e;
+    bool failed; /* and not asked again */
+    field *field;
+    family_network *network; /* of a family in the strain form */
+    double *curvature;
+    double until; /* the last instant, s; 0 at rest */
+    double at[DOMAIN_COORDINATES_MAX][SHAPE_VIEWS_SHAPES * SHAPE_VIEWS_POINTS];
+    double values[SHAPE_VIEWS_SHAPES * TARGETS_POINTS * SOLVE_MEMBERS_COLUMNS +
+                  COLUMNS * SHAPE_VIEWS_SHAPES * SHAPE_VIEWS_POINTS];
+    shape_views shapes;
+};
+
+/* What is known of the shape at rest, or at the end of time. */
+static void take_known(shape_views *to, const scene *of, const reference *r)
+{
+    const double until = scene_duration(of) * (1 - REFERENCE_END_TOLERANCE);
+    const size_t apart = 1 + reference_points(r) / SHAPE_VIEWS_KNOWN;
+    for (size_t i = 0; i < reference_points(r) && to->known < SHAPE_VIEWS_KNOWN; i++) {
+        double *place = to->known_places[to->known];
+        if (until > 0 ? reference_t(r)[i] < until : i % apart != 0) {
+            continue;
+        }
+        for (int axis = 0; axis < SHAPE_VIEWS_AXES; axis++) {
+            place[axis] = to->beam ? 0 : reference_known(r, axis)[i];
+        }
+        if (to->beam) {
+            place[0] = reference_s(r)[i];
+            place[2] = reference_known(r, 0)[i];
+        }
+        to->known++;
+    }
+}
+
+watch_shapes *watch_shapes_create(const experiment *e, const reference *known)
+{
+    watch_shapes *w = calloc(1, sizeof *w);
+    if (w) {
+        w->e = e;
+        w->shapes.length = scene_length(e->scene);
+        w->shapes.beam = scene_is_beam(e->scene);
+        if (known && !scene_is_family(e->scene)) {
+            take_known(&w->shapes, e->scene, known);
+        }
+    }
+    return w;
+}
+
+void watch_shapes_free(watch_shapes *w)
+{
+    if (w) {
+        field_free(w->field);
+        family_network_free(w->network);
+        free(w->curvature);
+        free(w);
+    }
+}
+
+/* ---- asking the network -------------------------------------------------------------------- */
+
+/* Of member k in the range of parameter i, from 0 to 1: an additive recurrence that begins in the
+ * middle (Roberts' generalisation of the golden ratio to `dimension` of them). */
+static double spread(int k, int i, int dimension)
+{
+    double root = 2;
+    for (int n = 0; n < 30; n++) {
+        root = pow(1 + root, 1.0 / (dimension + 1));
+    }
+    return fmod(0.5 + k * pow(root, -(i + 1)), 1);
+}
+
+static ad_status ask_family(watch_shapes *w, const trainer *t, ad_error *error)
+{
+    const experiment *e = w->e;
+    const scene *open = e->scene;
+    solve_members *solver = targets_solver(e->targets);
+    double parameters[MEMBERS * SCENE_PARAMETERS_MAX];
+    if (!w->network) {
+        w->curvature = malloc(3 * MEMBERS * solve_members_nodes(solver) * sizeof *w->curvature);
+        ad_status status = w->curvature ? family_network_create(targets_family(e->targets), e->mlp,
+                                                                e->pool, &w->network, error)
+                                        : AD_NO_MEMORY;
+        if (status != AD_OK) {
+            return status;
+        }
+    }
+    for (int k = 0; k < MEMBERS; k++) {
+        for (int i = 0; i < open->parameter_count; i++) {
+            parameters[k * open->parameter_count + i] =
+                scene_parameter_at(&open->parameters[i], spread(k, i, open->parameter_count));
+        }
+    }
+    ad_status status = family_network_run(w->network, trainer_parameters(t), MEMBERS, parameters,
+                                          w->curvature, error);
+    if (status == AD_OK) {
+        status = solve_members_refine(solver, MEMBERS, parameters, w->curvature, 0, w->values, NULL,
+                                      NULL, error);
+    }
+    w->shapes.count = status == AD_OK ? MEMBERS : 0;
+    w->shapes.points = TARGETS_POINTS;
+    for (int k = 0; k < w->shapes.count; k++) {
+        for (int i = 0; i < w->shapes.points; i++) {
+            memcpy(w->shapes.places[k][i],
+                   w->values + (k * w->shapes.points + i) * SOLVE_MEMBERS_COLUMNS,
+                   SHAPE_VIEWS_AXES * sizeof(double));
+        }
+    }
+    return status;
+}
+
+/* The coordinates of each point of each shape. */
+static void choose_points(watch_shapes *w)
+{
+    const domain *over = &w->e->model->domain;
+    const bool moves = over->time >= 0, family = scene_is_family(w->e->scene);
+    w->shapes.points = SHAPE_VIEWS_POINTS;
+    w->shapes.count = family ? MEMBERS : moves ? SHAPE_VIEWS_SHAPES : 1;
+    w->until =
+        moves ? domain_window_time(over, w->e->window + 1) * over->coordinates[over->time].scale
+              : 0;
+    for (int c = 0, parameter = 0; c < over->count; c++) {
+        const domain_coordinate *x = &over->coordinates[c];
+        for (int k = 0; k < w->shapes.count; k++) {
+            const double instant = family ? w->until : w->until * k / (w->shapes.count - 1);
+            const double one =
+                c == 0 ? 0
+                : c == over->time
+                    ? instant
+                    : x->scale *
+                          domain_coordinate_at(x, spread(k, parameter, over->count - 1 - moves));
+            for (int i = 0; i < w->shapes.points; i++) {
+                w->at[c][k * w->shapes.points + i] =
+                    c == 0 ? w->shapes.length * i / (w->shapes.points - 1) : one;
+            }
+        }
+        parameter += c > 0 && c != over->time;
+    }
+}
+
+static ad_status ask_field(watch_shapes *w, const trainer *t, ad_error *error)
+{
+    const experiment *e = w->e;
+    const double *at[DOMAIN_COORDINATES_MAX];
+    ad_status status =
+        w->field ? AD_OK : field_create(e->model, e->mlp, true, e->pool, &w->field, error);
+    w->shapes.count = 0;
+    if (status != AD_OK) {
+        return status;
+    }
+    choose_points(w);
+    for (int c = 0; c < DOMAIN_COORDINATES_MAX; c++) {
+        at[c] = w->at[c];
+    }
+    field_enter(w->field, e->window, e->parameters, e->starts);
+    field_load(w->field, trainer_inspect(t).part);
+    const size_t all = (size_t)(w->shapes.count * w->shapes.points);
+    status = field_evaluate(w->field, trainer_parameters(t), all, at, w->values, error);
+    for (size_t i = 0; i < all; i++) {
+        double *place =
+            w->shapes.places[i / (size_t)w->shapes.points][i % (size_t)w->shapes.points];
+        for (int axis = 0; axis < SHAPE_VIEWS_AXES; axis++) {
+            place[axis] = w->shapes.beam ? 0 : w->values[(size_t)axis * all + i];
+        }
+        if (w->shapes.beam) {
+            place[0] = w->at[0][i];
+            place[2] = w->values[i];
+        }
+    }
+    w->shapes.count = status == AD_OK ? w->shapes.count : 0;
+    return status;
+}
+
+void watch_shapes_update(watch_shapes *w, const trainer *t)
+{
+    ad_error error;
+    if (!w->failed) {
+        w->failed = (w->e->targets ? ask_family(w, t, &error) : ask_field(w, t, &error)) != AD_OK;
+    }
+}
+
+/* ---- drawing ------------------------------------------------------------------------------- */
+
+static void draw_caption(const watch_shapes *w, canvas *c, int column, int row)
+{
+    char text[64];
+    if (scene_is_family(w->e->scene)) {
+        snprintf(text, sizeof text, "%d members of the family", w->shapes.count);
+        canvas_text(c, column, row, CANVAS_PLAIN, text);
+    } else if (w->shapes.count > 1) {
+        column = canvas_text(c, column, row, CANVAS_PLAIN, "t = 0 ");
+        for (int k = 0; k < w->shapes.count; k++) {
+            canvas_put(c, column++, row, shape_views_colour(&w->shapes, k), 0x25a0); /* ■ */
+        }
+        snprintf(text, sizeof text, " %.4g s", w->until);
+        column = canvas_text(c, column, row, CANVAS_PLAIN, text);
+    } else {
+        column = canvas_text(c, column, row, CANVAS_GREEN, "shape");
+    }
+    canvas_text(c, column, row, CANVAS_DIM, w->shapes.known ? "  reference" : "");
+}
+
+void watch_shapes_draw(const watch_shapes *w, canvas *c, int column, int row, int columns, int rows)
+{
+    if (w->shapes.count > 0) {
+        draw_caption(w, c, column, row);
+        shape_views_draw(&w->shapes, c, column, row + 1, columns, rows - 1);
+    }
+}
