@@ -2,8 +2,9 @@
 
 #include "tools/control/task.h"
 #include "tools/files/file_bytes.h"
-#include "tools/files/table_file.h"
+#include "tools/files/shapes_vtk.h"
 #include "tools/judge/gnuplot.h"
+#include "tools/programs/section.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -24,6 +25,34 @@ static ad_status write_table(const control_row *row, const char *path, ad_error 
                                 .ncols = (size_t)count,
                                 .nrows = (size_t)row->report.done};
     return table_write(path, &table, error);
+}
+
+ad_status control_write_shapes(const control_row *row, const scene *plant, const char *path,
+                               ad_error *error)
+{
+    table_source table = *loop_shapes(row->loop);
+    const char *names[TABLE_MAX_COLUMNS], *units[TABLE_MAX_COLUMNS];
+    const double *columns[TABLE_MAX_COLUMNS], *s = table_source_column(&table, "s");
+    const size_t last = table.ncols++;
+    double *radius = malloc(table.nrows * sizeof *radius + 1);
+    if (!radius) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for shapes");
+    }
+    for (size_t i = 0; i < table.nrows; i++) {
+        radius[i] = fmax(section_half(plant, s[i], false), section_half(plant, s[i], true));
+    }
+    memcpy(names, table.names, last * sizeof *names);
+    memcpy(units, table.units, last * sizeof *units);
+    memcpy(columns, table.columns, last * sizeof *columns);
+    names[last] = "radius";
+    units[last] = "m";
+    columns[last] = radius;
+    table.names = names;
+    table.units = units;
+    table.columns = columns;
+    const ad_status status = shapes_write(path, &table, error);
+    free(radius);
+    return status;
 }
 
 /* ---- the picture --------------------------------------------------------------------------- */
@@ -180,11 +209,17 @@ static ad_status write_moving(const control_row *row, const gnuplot_place *place
     return status;
 }
 
-ad_status control_write(const control_row *row, const char *path, bool moves, ad_error *error)
+ad_status control_write(const control_row *row, const scene *plant, const char *path, bool moves,
+                        ad_error *error)
 {
     gnuplot_place place;
+    char shapes[4200];
     ad_status status = gnuplot_beside(path, &place, error);
     status = status == AD_OK ? write_table(row, path, error) : status;
+    if (status == AD_OK) {
+        snprintf(shapes, sizeof shapes, "%s/%s_shapes.h5", place.folder, place.name);
+        status = control_write_shapes(row, plant, shapes, error);
+    }
     const gnuplot_picture picture = {.name = place.name,
                                      .about = "# A closed loop, by cpinn-control --out.\n",
                                      .width = 900,
