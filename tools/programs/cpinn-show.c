@@ -27,6 +27,7 @@ static const char epilogue[] =
     "  SCENE.yaml      is solved first, as cpinn-solve does\n"
     "  a table         .csv, .h5 of cpinn-solve, cpinn-eval (also of --members) or cpinn-control\n"
     "                  --out; with --scene also its section, loads and tendons\n"
+    "                  the record of cpinn-control is drawn with NAME_shapes.h5 beside it\n"
     "  a folder        of cpinn-cases, cpinn-bench --out, cpinn-eval --rollouts: tables and "
     "pictures\n"
     "\n"
@@ -34,7 +35,7 @@ static const char epilogue[] =
     "  cpinn-show configs/robots/tendon_pulled.yaml --out tendon.html\n"
     "  cpinn-show motion.csv --scene scene.yaml --reference measured.csv\n"
     "  cpinn-show motion.csv --out motion.gif                (or .svg, .png)\n"
-    "  cpinn-show loop.csv                                   wanted and true path, errors, inputs\n"
+    "  cpinn-show loop.csv --scene robot.yaml                the robot on its path, errors, inputs\n"
     "\n"
     "In the page the mouse turns, shift moves, the wheel zooms, a double click begins anew; keys "
     "are\n"
@@ -103,6 +104,7 @@ static ad_status show_solved(showing *x, ad_error *error)
     json_close(&x->to, ']');
     samples_fill(p, of, &sheet);
     status = show_put_motion(x, &sheet.table, NULL, NULL, NULL, error);
+    show_settings(&x->to, x->settings);
     return status == AD_OK ? show_scene(&x->to, of, NULL, &x->kept, error) : status;
 }
 
@@ -112,7 +114,8 @@ static ad_status show_table(showing *x, ad_error *error)
 {
     static const char *const words[] = {"source", "reason", NULL};
     ad_status status = table_read_words(x->source, TABLE_NONFINITE, words, &x->table, error);
-    if (status == AD_OK && x->scene_path) {
+    const bool loops = status == AD_OK && table_column(x->table, "true_x");
+    if (status == AD_OK && x->scene_path && !loops) {
         status = config_read_member(x->scene_path, NULL, x->overrides.count, x->overrides.texts,
                                     x->at, &x->settings, error);
     }
@@ -125,7 +128,7 @@ static ad_status show_table(showing *x, ad_error *error)
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a report");
     }
     show_title_of(x, x->source);
-    if (table_source_column(&read->table, "true_x")) {
+    if (loops) {
         status = show_loop(x, &read->table, error);
     } else {
         status = show_put_motion(x, &read->table, NULL, NULL, NULL, error);

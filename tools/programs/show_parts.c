@@ -45,6 +45,22 @@ void show_text(json *to, const char *title, const char *text)
     json_close(to, '}');
 }
 
+void show_settings(json *to, const config *settings)
+{
+    char *text = NULL;
+    size_t size;
+    FILE *file = open_memstream(&text, &size);
+    json_open(to, "texts", '[');
+    if (file && config_write(settings, file, false) == AD_OK && fflush(file) == 0) {
+        show_text(to, "Scene and settings (YAML)", text);
+    }
+    json_close(to, ']');
+    if (file) {
+        fclose(file);
+    }
+    free(text);
+}
+
 void show_scene_facts(json *to, const scene *of)
 {
     show_fact(to, "length", "%g m", scene_length(of));

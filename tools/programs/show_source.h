@@ -37,6 +37,9 @@ void show_scene_facts(json *to, const scene *of);
 /* A member of "texts". */
 void show_text(json *to, const char *title, const char *text);
 
+/* "texts" with all keys of a file. */
+void show_settings(json *to, const config *settings);
+
 /* The unit of a column of the scene's model, "" of others. */
 const char *show_unit(const char *name, const scene *of);
 

@@ -41,7 +41,8 @@ function decades(low, high) {
 const superscript = k => String(k).replace(/[-0-9]/g,
     c => (c === "-" ? "\u207b" : "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079"[c]));
 
-/* about: { title, x, xUnit, yUnit, log, series: [{ name, count, x(i), y(i), dashed }], seek }.
+/* about: { title, x, xUnit, yUnit, log, series: [{ name, count, x(i), y(i), dashed, half(i) }],
+ * colours, seek }; half: of a band around y; so many colours are taken in turn (6).
  * seek(x): where the user has clicked. */
 class Chart {
     constructor(parent, about) {
@@ -73,6 +74,10 @@ class Chart {
             for (let i = 0; i < one.count; i++) {
                 take(r.x, one.x(i));
                 take(r.y, this.about.log ? Math.log10(one.y(i)) : one.y(i));
+                if (one.half) {
+                    take(r.y, one.y(i) - one.half(i));
+                    take(r.y, one.y(i) + one.half(i));
+                }
             }
         }
         if (this.about.yRange) {
@@ -142,12 +147,28 @@ class Chart {
         element("text", { x: end, y: this.height - 3, "text-anchor": "end",
             text: about.x + (x.unit ? ` (${x.unit})` : "") }, this.svg);
         this.title.textContent = about.title + (y.unit ? ` (${y.unit})` : "");
+        about.series.forEach((one, k) => one.half && element("path", { class: "band",
+            style: `fill: ${this.#colour(k)}`, d: this.#band(one) }, this.svg));
         this.paths = about.series.map((one, k) => element("path", { class: "curve",
-            style: `stroke: var(--curve${k % 6})` + (one.dashed ? "; stroke-dasharray: 5 4" : ""),
+            style: `stroke: ${this.#colour(k)}` + (one.dashed ? "; stroke-dasharray: 5 4" : ""),
             d: this.#path(one) }, this.svg));
         this.cursor = element("line", { class: "cursor", x1: 0, x2: 0, y1: top, y2: floor,
             visibility: "hidden" }, this.svg);
         this.#say(this.at);
+    }
+
+    #colour(k) {
+        return `var(--curve${k % (this.about.colours || 6)})`;
+    }
+
+    /* From y - half to y + half. */
+    #band(one) {
+        const at = (i, sign) => this.toX(one.x(i)).toFixed(1) + " "
+            + this.toY(one.y(i) + sign * one.half(i)).toFixed(1);
+        const known = Array.from({ length: one.count }, (_, i) => i)
+            .filter(i => Number.isFinite(one.y(i) + one.half(i)));
+        return known.length ? "M" + known.map(i => at(i, 1)).concat(
+            known.reverse().map(i => at(i, -1))).join("L") + "Z" : "";
     }
 
     #path(one) {
@@ -188,7 +209,7 @@ class Chart {
     #say(at) {
         const rows = this.about.series.map((one, k) => {
             const row = element("span");
-            element("i", { style: `background: var(--curve${k % 6})` }, row);
+            element("i", { style: `background: ${this.#colour(k)}` }, row);
             row.append(one.name + " ");
             const i = at === null || at === undefined ? -1 : nearest(one, at);
             if (i >= 0) {

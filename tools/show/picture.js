@@ -97,9 +97,10 @@ function setTheme(name) {
 /* ---- the picture --------------------------------------------------------------------------- */
 
 class Picture {
-    constructor(motion, reference) {
+    constructor(motion, reference, paths) {
         this.motion = motion;
         this.reference = reference;
+        this.paths = paths; /* of a closed loop: wanted, then what was gone */
         this.scene = report.scene || null;
         this.shown = { directors: false, loads: true, actuators: true, reference: true, path: true,
             floor: true, through: false };
@@ -154,7 +155,7 @@ class Picture {
     /* The camera: all of the motion in view, across the plane in which it mostly is. */
     #look() {
         const seen = [];
-        for (const motion of [this.motion, this.reference]) {
+        for (const motion of [this.motion, this.reference, ...this.paths]) {
             const steps = motion ? Math.ceil(motion.frames / 60) : 0;
             for (let f = 0; motion && f < motion.frames; f += steps) {
                 for (let k = 0; k < motion.points; k += Math.ceil(motion.points / 40)) {
@@ -259,7 +260,7 @@ class Picture {
             this.#drawReference(at);
         }
         if (this.shown.path && motion.t && motion.frames > 1) {
-            this.#drawPath(motion, at, themeColour("--ink"));
+            this.#drawPaths(at);
         }
         if (this.shown.directors && motion.points > 1) {
             this.#drawDirectors(pose);
@@ -354,16 +355,25 @@ class Picture {
             () => colour, 0.45, this.mesh.halo);
     }
 
+    /* Of the tip; of a closed loop where its place was to be, and where it was. */
+    #drawPaths(at) {
+        if (this.paths.length === 0) {
+            this.#drawPath(this.motion, at, themeColour("--ink"));
+            return;
+        }
+        const time = timeAt(this.motion, at), [wanted, gone] = this.paths;
+        const colour = themeColour("--curve2");
+        thread(this.mesh, wanted.way(0, wanted.frames - 1), 0.0028 * this.size, colour, 0.55);
+        ball(this.mesh, wanted.placeBetween(frameAt(wanted, time), 0), 0.009 * this.size, colour);
+        this.#drawPath(gone, frameAt(gone, time), themeColour("--ink"));
+    }
+
     /* The way of the last point, until now in full. */
     #drawPath(motion, at, colour) {
-        const places = [], now = Math.floor(at);
-        for (let f = 0; f < motion.frames; f++) {
-            places.push(motion.placeAt(f, motion.points - 1));
-        }
-        const radius = 0.0016 * this.size;
-        thread(this.mesh, places.slice(0, now + 1).concat([motion.pose(at).places[motion.points - 1]]),
-            radius, colour);
-        thread(this.mesh, places.slice(now), 0.6 * radius, colour, 0.35);
+        const now = Math.floor(at), last = motion.frames - 1, radius = 0.0016 * this.size;
+        const place = motion.placeBetween(at, motion.points - 1);
+        thread(this.mesh, motion.way(0, now).concat([place]), radius, colour);
+        thread(this.mesh, [place].concat(motion.way(now + 1, last)), 0.6 * radius, colour, 0.35);
     }
 
     #drawDirectors(pose) {

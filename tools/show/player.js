@@ -2,9 +2,9 @@
 /* The picture in time, and everything that can be done with it. */
 
 class Player {
-    constructor(motion, reference) {
+    constructor(motion, reference, paths) {
         this.motion = motion;
-        this.picture = new Picture(motion, reference);
+        this.picture = new Picture(motion, reference, paths);
         this.quantities = quantitiesOf(motion);
         const wanted = asked.get("colour");
         this.quantity = this.quantities.find(q => q.name === wanted)
@@ -60,7 +60,7 @@ class Player {
             ["through", "See through", motion.points > 1],
             ["reference", picture.reference ? "Reference: " + picture.reference.name : "",
                 Boolean(picture.reference)],
-            ["path", "Path of the tip", motion.t && this.last > 0], ["floor", "Grid", true]];
+            ["path", picture.paths.length ? "Wanted path, path" : "Path of the tip", motion.t && this.last > 0], ["floor", "Grid", true]];
         this.boxes = {};
         for (const [key, text, there] of offers) {
             if (there) {

@@ -20,7 +20,7 @@ class Motion {
             this.#beam();
         }
         this.quaternion = ["qw", "qx", "qy", "qz"].map(name => this.find(name));
-        this.isPlaced = this.place.every(c => c);
+        this.isPlaced = this.place.every(c => c && c.low <= c.high);
         this.span = this.s.high - this.s.low;
     }
 
@@ -35,14 +35,32 @@ class Motion {
         const most = Math.max(Math.abs(w.low), Math.abs(w.high));
         this.enlarged = most > 0 && most < 0.1 * length ? round125(0.2 * length / most) : 1;
         this.place = [
-            { name: "x", unit: "m", at: i => s.at(i % points) },
-            { name: "y", unit: "m", at: () => 0 },
-            { name: "z", unit: "m", at: i => this.enlarged * w.at(i) }];
+            { name: "x", unit: "m", at: i => s.at(i % points), low: s.low, high: s.high },
+            { name: "y", unit: "m", at: () => 0, low: 0, high: 0 },
+            { name: "z", unit: "m", at: i => this.enlarged * w.at(i), low: this.enlarged * w.low,
+                high: this.enlarged * w.high }];
     }
 
     placeAt(frame, point) {
         const i = frame * this.points + point;
         return [this.place[0].at(i), this.place[1].at(i), this.place[2].at(i)];
+    }
+
+    /* A point at frame `at`, between frames of a motion. */
+    placeBetween(at, point) {
+        const first = Math.min(Math.floor(at), this.frames - 1), part = this.t ? at - first : 0;
+        const a = this.placeAt(first, point);
+        return part > 0 && first + 1 < this.frames
+            ? add(times(a, 1 - part), times(this.placeAt(first + 1, point), part)) : a;
+    }
+
+    /* Where the last point was from one frame to another. */
+    way(from, to) {
+        const places = [];
+        for (let f = from; f <= to; f++) {
+            places.push(this.placeAt(f, this.points - 1));
+        }
+        return places;
     }
 
     /* Places and directors at frame `at`, of a motion also between two frames. */
