@@ -23,7 +23,8 @@ static const char epilogue[] =
     "  a run           the folder that cpinn-train wrote, or a checkpoint: network beside "
     "reference;\n"
     "                  of a family at rest its parameters are varied in turn, with predicted "
-    "errors\n"
+    "errors;\n"
+    "                  of a one-step model rollouts beside the solver\n"
     "  SCENE.yaml      is solved first, as cpinn-solve does\n"
     "  a table         .csv, .h5 of cpinn-solve, cpinn-eval (also of --members) or cpinn-control\n"
     "                  --out; with --scene also its section, loads and tendons\n"
@@ -35,7 +36,8 @@ static const char epilogue[] =
     "  cpinn-show configs/robots/tendon_pulled.yaml --out tendon.html\n"
     "  cpinn-show motion.csv --scene scene.yaml --reference measured.csv\n"
     "  cpinn-show motion.csv --out motion.gif                (or .svg, .png)\n"
-    "  cpinn-show loop.csv --scene robot.yaml                the robot on its path, errors, inputs\n"
+    "  cpinn-show loop.csv --scene robot.yaml                the robot on its path, errors, "
+    "inputs\n"
     "\n"
     "In the page the mouse turns, shift moves, the wheel zooms, a double click begins anew; keys "
     "are\n"
@@ -168,8 +170,16 @@ static ad_status fill(showing *x, bool is_folder, ad_error *error)
     if (ends_with(x->source, ".yaml") || ends_with(x->source, ".yml")) {
         return show_solved(x, error);
     }
-    return is_folder || ends_with(x->source, "checkpoint.h5") ? show_run(x, error)
-                                                              : show_table(x, error);
+    if (!is_folder && !ends_with(x->source, "checkpoint.h5")) {
+        return show_table(x, error);
+    }
+    ad_status status = checkpoint_open(is_folder ? inside : x->source, &x->file, error);
+    if (status == AD_OK && checkpoint_has(x->file, "surrogate/numbers")) {
+        return show_surrogate(x, error);
+    }
+    checkpoint_free(x->file);
+    x->file = NULL;
+    return status == AD_OK ? show_run(x, error) : status;
 }
 
 static ad_status run(showing *x, char *path, size_t size, ad_error *error)

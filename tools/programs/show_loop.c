@@ -1,4 +1,5 @@
-/* cpinn-show: a closed loop, the record of cpinn-control --out with the robot's shapes beside it. */
+/* cpinn-show: a closed loop, the record of cpinn-control --out with the robot's shapes beside it.
+ */
 #include "tools/programs/control_judge.h"
 #include "tools/programs/show_source.h"
 #include "tools/train/report.h"
@@ -309,8 +310,8 @@ static ad_status put_robot(looped *l, ad_error *error)
         read->columns[kept++] = off;
     }
     table->ncols = kept;
-    ad_status status = show_put_motion(l->x, table, NULL, known ? &ghost : NULL,
-                                       "as the filter believes", error);
+    ad_status status =
+        show_put_motion(l->x, table, NULL, known ? &ghost : NULL, "as the filter believes", error);
     status = status == AD_OK && l->plant ? put_scene(l, table, error) : status;
     free(off);
     free(read);
@@ -325,8 +326,8 @@ static ad_status put_all(looped *l, ad_error *error)
     const table_source place = places(l, l->found), wanted = places(l, l->wanted);
     put_errors(l);
     put_curves(l);
-    ad_status status = l->shapes ? put_robot(l, error)
-                                 : show_put_motion(x, &place, NULL, NULL, NULL, error);
+    ad_status status =
+        l->shapes ? put_robot(l, error) : show_put_motion(x, &place, NULL, NULL, NULL, error);
     if (status == AD_OK && !show_is_plot(x->out)) {
         json_open(&x->to, "paths", '[');
         status = show_path(&x->to, "wanted path", &wanted, error);

@@ -40,6 +40,9 @@ void show_text(json *to, const char *title, const char *text);
 /* "texts" with all keys of a file. */
 void show_settings(json *to, const config *settings);
 
+/* What a training wrote of its losses, as a member of "curves". */
+ad_status show_history(json *to, const checkpoint *file, ad_error *error);
+
 /* The unit of a column of the scene's model, "" of others. */
 const char *show_unit(const char *name, const scene *of);
 
@@ -64,6 +67,7 @@ ad_status show_plot(const table_source *table, const char *path, ad_error *error
 /* The whole of a source, title included. AD_BAD_INPUT and others with one line. */
 ad_status show_run(showing *x, ad_error *error);
 ad_status show_folder(showing *x, ad_error *error);
+ad_status show_surrogate(showing *x, ad_error *error);
 ad_status show_loop(showing *x, const table_source *table, ad_error *error);
 
 /* "name" of "folder/name.yaml". */
