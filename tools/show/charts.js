@@ -134,8 +134,7 @@ class Chart {
             const h = this.toY(value);
             element("line", { class: "grid", x1: left, x2: end, y1: h, y2: h }, this.svg);
             element("text", { x: left - 6, y: h + 4, "text-anchor": "end",
-                text: about.log && Number.isInteger(at) ? "10" + superscript(at)
-                    : digits(about.log ? value : at, 3) }, this.svg);
+                text: about.log ? this.#decade(at, value) : digits(at, 3) }, this.svg);
         }
         for (const at of ticks(this.range.x[0] * x.factor, this.range.x[1] * x.factor, 6)) {
             const w = this.toX(at / x.factor);
@@ -146,7 +145,7 @@ class Chart {
         element("line", { class: "grid", x1: left, x2: end, y1: floor, y2: floor }, this.svg);
         element("text", { x: end, y: this.height - 3, "text-anchor": "end",
             text: about.x + (x.unit ? ` (${x.unit})` : "") }, this.svg);
-        this.title.textContent = about.title + (y.unit ? ` (${y.unit})` : "");
+        this.title.textContent = about.title + (y.unit && !about.log ? ` (${y.unit})` : "");
         about.series.forEach((one, k) => one.half && element("path", { class: "band",
             style: `fill: ${this.#colour(k)}`, d: this.#band(one) }, this.svg));
         this.paths = about.series.map((one, k) => element("path", { class: "curve",
@@ -154,7 +153,23 @@ class Chart {
             d: this.#path(one) }, this.svg));
         this.cursor = element("line", { class: "cursor", x1: 0, x2: 0, y1: top, y2: floor,
             visibility: "hidden" }, this.svg);
+        this.keys.replaceChildren();
+        this.values = about.series.map((one, k) => {
+            const row = element("span", {}, this.keys);
+            element("i", { style: `background: ${this.#colour(k)}`,
+                class: one.dashed ? "dashed" : "" }, row);
+            row.append(one.name + " ");
+            element("b", { text: " " }, row);
+            return row.lastChild.firstChild;
+        });
         this.#say(this.at);
+    }
+
+    /* A power of ten, with a unit as what it is. */
+    #decade(at, value) {
+        const unit = this.about.yUnit;
+        return prefix(value, unit).unit !== unit || (unit && Math.abs(at) < 1) ? withUnit(value, unit)
+            : Number.isInteger(at) ? "10" + superscript(at) : digits(value, 3);
     }
 
     #colour(k) {
@@ -207,19 +222,14 @@ class Chart {
 
     /* Names, with the values at a place. */
     #say(at) {
-        const rows = this.about.series.map((one, k) => {
-            const row = element("span");
-            element("i", { style: `background: ${this.#colour(k)}` }, row);
-            row.append(one.name + " ");
+        this.about.series.forEach((one, k) => {
             const i = at === null || at === undefined ? -1 : nearest(one, at);
-            if (i >= 0) {
-                const value = one.y(i);
-                element("b", { text: this.about.log ? digits(value, 4)
-                    : digits(value * this.yScale.factor, 4) }, row);
+            const value = i < 0 ? "" : this.about.log ? withUnit(one.y(i), this.about.yUnit)
+                : digits(one.y(i) * this.yScale.factor);
+            if (this.values[k].data !== value) {
+                this.values[k].data = value;
             }
-            return row;
         });
-        this.keys.replaceChildren(...rows);
     }
 }
 

@@ -55,11 +55,13 @@ function quantitiesOf(motion) {
 function scaleOf(quantity) {
     if (quantity.signed && quantity.low < 0 && quantity.high > 0) {
         const most = Math.max(-quantity.low, quantity.high);
-        return { map: DIVERGING, low: -most, high: most };
+        return { map: DIVERGING, shades: DIVERGING_SHADES, low: -most, high: most };
     }
-    return { map: SEQUENTIAL, low: quantity.signed ? quantity.low : Math.min(0, quantity.low),
+    return { map: SEQUENTIAL, shades: SEQUENTIAL_SHADES, low: quantity.signed ? quantity.low : Math.min(0, quantity.low),
         high: quantity.high };
 }
+
+const SEQUENTIAL_SHADES = shadesOf(SEQUENTIAL), DIVERGING_SHADES = shadesOf(DIVERGING);
 
 /* ---- time ---------------------------------------------------------------------------------- */
 
@@ -118,6 +120,8 @@ class Picture {
         }
         document.body.dataset.renderer = this.renderer.name;
         this.outline = null;
+        this.detail = 1; /* pixels that are drawn over those that are there */
+        this.pace = 0;
     }
 
     /* Sizes and loads of the scene. */
@@ -209,14 +213,38 @@ class Picture {
         }
     }
 
+    /* Where pictures come too slowly, as without a graphics processor, those that move are coarser;
+     * `passed` ms since the last one. */
+    keepUp(passed) {
+        const slow = 28, least = 0.4;
+        this.pace += (passed - this.pace) / 8;
+        if (this.pace > slow && this.detail > least) {
+            this.detail = Math.max(least, 0.8 * this.detail);
+            this.pace = 0;
+            this.#sizeCanvas();
+        }
+        document.body.dataset.detail = this.detail.toFixed(2);
+    }
+
+    rest() {
+        this.pace = 0;
+        this.detail = 1;
+        this.#sizeCanvas();
+    }
+
+    #sizeCanvas() {
+        const box = byId("stage").getBoundingClientRect();
+        this.canvas.width = Math.round(box.width * this.pixels * this.detail);
+        this.canvas.height = Math.round(box.height * this.pixels * this.detail);
+    }
+
     resize() {
         const box = byId("stage").getBoundingClientRect(), pixels = window.devicePixelRatio || 1;
-        for (const canvas of [this.canvas, this.labels.canvas]) {
-            canvas.width = Math.round(box.width * pixels);
-            canvas.height = Math.round(box.height * pixels);
-        }
+        this.labels.canvas.width = Math.round(box.width * pixels);
+        this.labels.canvas.height = Math.round(box.height * pixels);
         const camera = this.camera, isHome = camera.distance === camera.home.distance;
         this.pixels = pixels;
+        this.#sizeCanvas();
         camera.width = box.width;
         camera.height = box.height;
         camera.home.distance = camera.fit(this.places, 0.74);
@@ -244,14 +272,18 @@ class Picture {
         this.tags = [];
         mesh.begin();
         if (this.shown.floor) {
-            this.#drawFloor(pose);
+            this.#drawFloor();
         }
         this.outline = outlineOf(this.scene ? this.scene.section : "circle",
             this.renderer.name === "canvas" ? 10 : 24);
         if (motion.points > 1) {
+            const into = this.shown.through ? mesh.clear : mesh.solid, from = into.count;
             tube(mesh, pose, this.outline, k => this.halfAt(k), k => (quantity
-                ? colourOf(scale.map, (quantity.at(frame * motion.points + k) - scale.low)
+                ? colourOf(scale.shades, (quantity.at(frame * motion.points + k) - scale.low)
                     / (scale.high - scale.low)) : plain), this.shown.through ? 0.45 : 1);
+            if (this.shown.floor) {
+                mesh.shadow = { of: into, from, to: into.count };
+            }
             this.#drawEnds(pose);
         } else {
             ball(mesh, pose.places[0], 0.014 * this.size, plain);
@@ -271,12 +303,12 @@ class Picture {
         if (this.shown.actuators) {
             this.#drawActuators(pose);
         }
-        this.renderer.draw(mesh, this.camera);
+        this.renderer.draw(mesh, this.camera, this.floor);
         this.#drawLabels();
     }
 
-    #drawFloor(pose) {
-        const { up, side, front, target } = this.camera, mesh = this.mesh;
+    #drawFloor() {
+        const { up, side, front } = this.camera, mesh = this.mesh;
         const home = this.camera.home.target;
         const step = round125(this.size / 8), reach = 1.1 * this.size, colour = themeColour("--soft");
         const centre = add(home, times(up, this.floor - dot(home, up)));
@@ -300,20 +332,6 @@ class Picture {
                     mesh.line(a, b, colour, 0.55 * fade);
                 }
             }
-        }
-        /* the shadow, as wide as the rod */
-        const dark = [0, 0, 0], flat = p => add(p, times(up, this.floor - dot(p, up)));
-        let before = null;
-        for (let k = 0; k < pose.places.length && pose.places.length > 1; k++) {
-            const next = minus(pose.places[Math.min(k + 1, pose.places.length - 1)],
-                pose.places[Math.max(k - 1, 0)]);
-            const wide = times(unitVector(cross(up, next), side), Math.max(...this.halfAt(k)));
-            const a = mesh.vertex(flat(add(pose.places[k], wide)), [0, 0, 0], dark, 0.16);
-            const b = mesh.vertex(flat(minus(pose.places[k], wide)), [0, 0, 0], dark, 0.16);
-            if (before) {
-                mesh.clear.push(before[0], before[1], b, before[0], b, a);
-            }
-            before = [a, b];
         }
     }
 
@@ -350,7 +368,8 @@ class Picture {
             ball(this.mesh, other.pose(frame).places[0], 0.012 * this.size, colour);
             return;
         }
-        const wide = Math.max(1.5 * this.radius, this.radius + 0.004 * this.size);
+        const wide = this.radius + Math.min(0.012 * this.size,
+            Math.max(0.5 * this.radius, 0.004 * this.size));
         tube(this.mesh, other.pose(frame), outlineOf("circle", 20), () => [wide, wide],
             () => colour, 0.45, this.mesh.halo);
     }

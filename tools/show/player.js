@@ -1,6 +1,8 @@
 "use strict";
 /* The picture in time, and everything that can be done with it. */
 
+const FOLLOW = 60; /* ms from one picture of the charts to the next while it plays */
+
 class Player {
     constructor(motion, reference, paths) {
         this.motion = motion;
@@ -10,7 +12,7 @@ class Player {
         this.quantity = this.quantities.find(q => q.name === wanted)
             || (wanted === "plain" ? null : this.quantities[0]) || null;
         this.charts = [];
-        this.at = 0;
+        this.at = this.drawn = this.followed = 0;
         this.playing = false;
         this.last = motion.frames - 1;
         this.#controls();
@@ -233,6 +235,7 @@ class Player {
                 return;
             }
             const passed = Math.min(0.25, (now - this.before) / 1000) * Number(byId("speed").value);
+            this.picture.keepUp(now - this.before);
             this.before = now;
             if (this.motion.t) {
                 const t = timeAt(this.motion, this.at) + passed;
@@ -241,13 +244,18 @@ class Player {
                 this.at = (this.at + passed) % (this.last + 1);
             }
             this.draw();
-            this.drawn = (this.drawn || 0) + 1;
+            document.body.dataset.drawn = ++this.drawn;
             requestAnimationFrame(run);
         };
         if (on && !this.playing) {
             this.playing = true;
             this.before = performance.now();
             requestAnimationFrame(run);
+        }
+        if (!on && this.playing) {
+            this.picture.rest();
+            this.playing = false;
+            this.draw();
         }
         this.playing = on;
         byId("play").textContent = on ? "\u275a\u275a" : "\u25b6";
@@ -260,6 +268,11 @@ class Player {
         byId("time").value = at;
         byId("now").textContent = this.motion.labels ? this.motion.labels[frame]
             : this.motion.t ? "t = " + withUnit(time, "s") : `member ${frame + 1}`;
+        const now = performance.now();
+        if (this.playing && now - this.followed < FOLLOW) {
+            return;
+        }
+        this.followed = now;
         for (const chart of this.charts) {
             chart.follow(time, frame);
         }
