@@ -47,6 +47,64 @@ static void put_csv(json *to, const char *name, char *text)
     json_close(to, '}');
 }
 
+ad_status show_csv(showing *x, ad_error *error)
+{
+    unsigned char *bytes = NULL;
+    size_t size, length;
+    const ad_status status = file_bytes_read(x->source, 0, &bytes, &size, &length, error);
+    if (status == AD_OK) {
+        json_open(&x->to, "tables", '[');
+        put_csv(&x->to, x->title, (char *)bytes);
+        json_close(&x->to, ']');
+    }
+    free(bytes);
+    return status;
+}
+
+static void put_curves(json *to, const table_source *table)
+{
+    enum { CURVES_MAX = 12 };
+    bool ascends = table->nrows > 1;
+    for (size_t i = 1; i < table->nrows && ascends; i++) {
+        ascends = table->columns[0][i] > table->columns[0][i - 1];
+    }
+    json_open(to, "curves", '[');
+    for (size_t k = 1; k < table->ncols && k <= CURVES_MAX && ascends; k++) {
+        show_open_curve(to, table->names[k], table->names[0], table->units[0], table->units[k],
+                        false);
+        show_series(to, table->names[k], table->columns[0], table->columns[k], table->nrows);
+        show_close_curve(to);
+    }
+    json_close(to, ']');
+}
+
+ad_status show_numbers(showing *x, const table_source *table, ad_error *error)
+{
+    json *to = &x->to;
+    if (table->nrows == 0) {
+        return ad_fail(error, AD_BAD_INPUT, "%s: there are no rows to be shown", x->source);
+    }
+    put_curves(to, table);
+    json_open(to, "tables", '[');
+    json_open(to, NULL, '{');
+    json_text(to, "title", x->title);
+    json_open(to, "rows", '[');
+    for (size_t i = 0; i <= table->nrows && i <= ROWS_MAX; i++) {
+        json_open(to, NULL, '[');
+        for (size_t k = 0; k < table->ncols; k++) {
+            char text[32];
+            snprintf(text, sizeof text, "%.7g", i > 0 ? table->columns[k][i - 1] : 0);
+            json_text(to, NULL, i > 0 ? text : table->names[k]);
+        }
+        json_close(to, ']');
+    }
+    json_close(to, ']');
+    json_text(to, "cut", table->nrows > ROWS_MAX ? "yes" : NULL);
+    json_close(to, '}');
+    json_close(to, ']');
+    return AD_OK;
+}
+
 static int by_name(const void *a, const void *b)
 {
     return strcmp(*(char *const *)a, *(char *const *)b);

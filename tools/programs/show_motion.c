@@ -223,6 +223,10 @@ ad_status show_motion(json *to, const table_source *table, const char *const *la
     show_kept other;
     memset(kept, 0, sizeof *kept);
     ad_status status = table_shapes_of(table, &from, error);
+    double low, high;
+    if (status == AD_OK && from.place[0] && !range_of(from.place[0], table->nrows, &low, &high)) {
+        status = ad_fail(error, AD_BAD_INPUT, "no place is a finite number");
+    }
     status = status == AD_OK ? keep(&from, SHOW_FRAMES_MAX, SHOW_POINTS_MAX, kept, error) : status;
     if (status != AD_OK) {
         return status;

@@ -67,6 +67,10 @@ ad_status show_plot(const table_source *table, const char *path, ad_error *error
 /* The whole of a source, title included. AD_BAD_INPUT and others with one line. */
 ad_status show_run(showing *x, ad_error *error);
 ad_status show_folder(showing *x, ad_error *error);
+
+/* Tables without shapes: of numbers with a curve of each column over the first, or as a text. */
+ad_status show_numbers(showing *x, const table_source *table, ad_error *error);
+ad_status show_csv(showing *x, ad_error *error);
 ad_status show_surrogate(showing *x, ad_error *error);
 ad_status show_loop(showing *x, const table_source *table, ad_error *error);
 

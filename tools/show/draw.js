@@ -53,7 +53,7 @@ class Camera {
             distance = Math.max(distance, depth + Math.abs(dot(from, up)) / (LENS * room),
                 depth + Math.abs(dot(from, right)) / (LENS * room * wide));
         }
-        return distance;
+        return distance || 3 * (this.home.distance || 1); /* of a single place */
     }
 
     /* [x, y, depth] in pixels of the page from the upper left; depth in m. */

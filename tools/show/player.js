@@ -247,6 +247,7 @@ class Player {
             document.body.dataset.drawn = ++this.drawn;
             requestAnimationFrame(run);
         };
+        on = on && this.last > 0;
         if (on && !this.playing) {
             this.playing = true;
             this.before = performance.now();
