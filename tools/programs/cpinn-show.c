@@ -161,10 +161,10 @@ static ad_status show_table(showing *x, ad_error *error)
 {
     static const char *const words[] = {"source", "reason", NULL};
     show_title_of(x, x->source);
-    if (!has_shapes(x->source) && !show_is_plot(x->out)) {
+    ad_status status = table_read_words(x->source, TABLE_NONFINITE, words, &x->table, error);
+    if (status == AD_BAD_INPUT && !has_shapes(x->source) && !show_is_plot(x->out)) {
         return show_csv(x, error);
     }
-    ad_status status = table_read_words(x->source, TABLE_NONFINITE, words, &x->table, error);
     if (status == AD_OK && x->scene_path && !table_column(x->table, "true_x")) {
         status = config_read_member(x->scene_path, NULL, x->overrides.count, x->overrides.texts,
                                     x->at, &x->settings, error);

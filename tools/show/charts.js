@@ -47,7 +47,7 @@ const superscript = k => String(k).replace(/[-0-9]/g,
 class Chart {
     constructor(parent, about) {
         this.about = about;
-        this.width = 480;
+        this.width = Math.min(480, Math.max(300, parent.clientWidth - 30)); /* readable on phones */
         this.height = 190;
         this.room = { left: 58, right: 12, top: 8, bottom: 34 };
         const card = element("div", { class: "card chart" }, parent);
@@ -136,7 +136,8 @@ class Chart {
             element("text", { x: left - 6, y: h + 4, "text-anchor": "end",
                 text: about.log ? this.#decade(at, value) : digits(at, 3) }, this.svg);
         }
-        for (const at of ticks(this.range.x[0] * x.factor, this.range.x[1] * x.factor, 6)) {
+        for (const at of ticks(this.range.x[0] * x.factor, this.range.x[1] * x.factor,
+            Math.round(this.width / 80))) {
             const w = this.toX(at / x.factor);
             element("line", { class: "grid", x1: w, x2: w, y1: floor, y2: floor + 4 }, this.svg);
             element("text", { x: w, y: floor + 16, "text-anchor": "middle", text: digits(at, 4) },

@@ -43,15 +43,16 @@ class Camera {
             * this.home.distance;
     }
 
-    /* How far to be for all places to be seen, `room`: in which part of the picture. */
-    fit(places, room) {
+    /* How far to be for all places and what is `radius` around them to be seen, `room`: in which
+     * part of the picture. */
+    fit(places, radius, room) {
         const [right, up, back] = this.axes(), wide = this.width / this.height;
         let distance = 0;
         for (const p of places) {
             const from = minus(p, this.target);
             const depth = dot(from, back);
-            distance = Math.max(distance, depth + Math.abs(dot(from, up)) / (LENS * room),
-                depth + Math.abs(dot(from, right)) / (LENS * room * wide));
+            distance = Math.max(distance, depth + (Math.abs(dot(from, up)) + radius) / (LENS * room),
+                depth + (Math.abs(dot(from, right)) + radius) / (LENS * room * wide));
         }
         return distance || 3 * (this.home.distance || 1); /* of a single place */
     }

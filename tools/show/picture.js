@@ -247,7 +247,7 @@ class Picture {
         this.#sizeCanvas();
         camera.width = box.width;
         camera.height = box.height;
-        camera.home.distance = camera.fit(this.places, 0.74);
+        camera.home.distance = camera.fit(this.places, this.radius, 0.76);
         if (isHome || !this.wasFitted) {
             camera.distance = camera.home.distance;
             this.wasFitted = true;
@@ -490,6 +490,7 @@ class Picture {
         const written = []; /* one below the other, where they would meet */
         for (const [place, text] of this.tags) {
             let [x, y] = camera.project(place);
+            x = Math.min(x, camera.width - c.measureText(text).width - 14);
             while (written.some(w => Math.abs(w[0] - x) < 70 && Math.abs(w[1] - y) < 15)) {
                 y += 4;
             }
