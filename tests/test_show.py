@@ -124,7 +124,8 @@ class Browser:
         self.answers, ours = os.pipe()
         ends = [fcntl.fcntl(end, fcntl.F_DUPFD, 20) for end in (theirs, ours)]
         command = [found, "--headless=new", "--no-sandbox", "--enable-unsafe-swiftshader",
-                   "--hide-scrollbars", "--no-first-run", "--remote-debugging-pipe",
+                   "--hide-scrollbars", "--no-first-run", "--disable-dev-shm-usage",
+                   "--remote-debugging-pipe",
                    f"--user-data-dir={self.home}"]
         self.process = subprocess.Popen(
             command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, close_fds=False,

@@ -2,7 +2,6 @@
 
 #include "tools/control/task.h"
 #include "tools/files/file_bytes.h"
-#include "tools/files/shapes_vtk.h"
 #include "tools/judge/gnuplot.h"
 #include "tools/programs/section.h"
 
@@ -30,29 +29,7 @@ static ad_status write_table(const control_row *row, const char *path, ad_error 
 ad_status control_write_shapes(const control_row *row, const scene *plant, const char *path,
                                ad_error *error)
 {
-    table_source table = *loop_shapes(row->loop);
-    const char *names[TABLE_MAX_COLUMNS], *units[TABLE_MAX_COLUMNS];
-    const double *columns[TABLE_MAX_COLUMNS], *s = table_source_column(&table, "s");
-    const size_t last = table.ncols++;
-    double *radius = malloc(table.nrows * sizeof *radius + 1);
-    if (!radius) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for shapes");
-    }
-    for (size_t i = 0; i < table.nrows; i++) {
-        radius[i] = fmax(section_half(plant, s[i], false), section_half(plant, s[i], true));
-    }
-    memcpy(names, table.names, last * sizeof *names);
-    memcpy(units, table.units, last * sizeof *units);
-    memcpy(columns, table.columns, last * sizeof *columns);
-    names[last] = "radius";
-    units[last] = "m";
-    columns[last] = radius;
-    table.names = names;
-    table.units = units;
-    table.columns = columns;
-    const ad_status status = shapes_write(path, &table, error);
-    free(radius);
-    return status;
+    return section_write(path, loop_shapes(row->loop), plant, true, error);
 }
 
 /* ---- the picture --------------------------------------------------------------------------- */
