@@ -7,7 +7,7 @@ ln -s "$ROOT/configs" .
 page=configs/tutorial/README.md
 
 run_page $page 9
-for file in found.json bent.csv loop_rod.csv arm/checkpoint.h5 rollouts/rollouts.csv loop.csv \
+for file in found.json bent.csv loop_rod.csv arm/checkpoint.h5 rollouts/rollouts.csv loop.{csv,html} \
     arm_loop.{c,h} selftest; do
     check "$page leaves $file" -- test -s "$file"
 done

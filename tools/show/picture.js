@@ -42,7 +42,7 @@ function quantitiesOf(motion) {
     offer("stretch", "", ["v3"], v => v[0] - 1, true);
     offer("shear", "", ["v1", "v2"], size, false);
     offer("speed", "m/s", ["vx", "vy", "vz"], size, false);
-    const used = /^([xyzwMV]|q[wxyz]|v[xyz123]|u[123]|n[123]|m[123]|w[123])$/;
+    const used = /^([xyzwMV]|q[wxyz]|v[xyz123]|u[123]|n[123]|m[123]|w[123]|radius)$/;
     for (const c of motion.columns) {
         if (!used.test(c.name)) {
             offer(c.name, c.unit, [c.name], first, true);
@@ -131,7 +131,8 @@ class Picture {
         this.arrows = scene ? scene.arrows.map(load) : [];
         this.guided = scene ? scene.guided.map(g => ({ ...g, offset: g.offset.map(column),
             acts: column(g.acts[0]) })) : [];
-        this.half = scene ? scene.half.map(column) : null;
+        const radius = this.motion.find("radius");
+        this.half = scene ? scene.half.map(column) : radius ? [radius, radius] : null;
         this.most = {}; /* of the vectors, by unit */
         for (const a of this.arrows) {
             for (let f = 0; f < this.motion.frames; f++) {

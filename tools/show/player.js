@@ -94,7 +94,7 @@ class Player {
         if (this.picture.thicker > 1.01) {
             says.push(`The rod is drawn ${digits(this.picture.thicker, 2)} times as thick.`);
         }
-        if (!report.scene && this.motion.points > 1) {
+        if (!this.picture.half && this.motion.points > 1) {
             says.push("Its thickness is not known.");
         }
         if (data.frames < data.frames_of || data.points < data.points_of) {
