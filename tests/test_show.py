@@ -1,22 +1,26 @@
 """Reports of cpinn-show, read as a browser reads them.
 
     test_show.py structure REPORT.html TABLE.csv   HTML, JSON, numbers: those of the table
-    test_show.py browser REPORT.html TABLE.csv     the picture, in Chromium; 77: there is none
+    test_show.py browser REPORT.html TABLE.csv [OTHER.html...]
+                                                   the picture in Chromium; 77: there is none
     test_show.py vtp FILE.pvd TABLE.csv            the files of each instant
 """
 
 import base64
 import csv
+import fcntl
 import html.parser
 import json
 import math
 import os
-import re
+import select
 import shutil
 import struct
 import subprocess
 import sys
 import tempfile
+import time
+import urllib.parse
 import xml.etree.ElementTree
 import zlib
 
@@ -97,25 +101,107 @@ def structure(path, table):
         assert list(tip) == [struct.unpack("f", struct.pack("f", x))[0] for x in exact], name
     times = numbers(motion["t"][0], motion["frames"])[0] if "t" in motion else [0]
     assert all(abs(a - b) < 1e-6 for a, b in zip(times, table["t"][:: motion["points"]]))
-    size = os.path.getsize(path)
-    room = 100_000 + 3 * 4 * 4 / 3 * count + 26 * 2 * 4 / 3 * count
-    assert size < room, (size, room)
+    data = len(page.texts["script", "application/json"])
+    room = 20_000 + 3 * 4 * 4 / 3 * count + 26 * 2 * 4 / 3 * count
+    assert data < room, (data, room)
+    assert os.path.getsize(path) < data + 100_000  # what shows it
 
 
 # ---- the picture -------------------------------------------------------------------------------
 
 
-def browser_at(page, *options):
-    found = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))),
-                 None)
-    if not found:
-        print("skipped: no Chromium")
-        sys.exit(77)
-    with tempfile.TemporaryDirectory() as home:
-        command = [found, "--headless=new", "--no-sandbox", "--use-gl=angle",
-                   "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars",
-                   f"--user-data-dir={home}", "--window-size=700,620", *options, page]
-        return subprocess.run(command, capture_output=True, timeout=120, text=True).stdout
+class Browser:
+    """Chromium, told what to do through a pipe (its DevTools protocol)."""
+
+    def __init__(self):
+        found = next(filter(None, map(shutil.which, ("chromium", "chromium-browser",
+                                                     "google-chrome"))), None)
+        if not found:
+            print("skipped: no Chromium")
+            sys.exit(77)
+        self.home = tempfile.mkdtemp()
+        theirs, self.to = os.pipe()
+        self.answers, ours = os.pipe()
+        ends = [fcntl.fcntl(end, fcntl.F_DUPFD, 20) for end in (theirs, ours)]
+        command = [found, "--headless=new", "--no-sandbox", "--enable-unsafe-swiftshader",
+                   "--hide-scrollbars", "--no-first-run", "--disable-dev-shm-usage",
+                   "--remote-debugging-pipe",
+                   f"--user-data-dir={self.home}"]
+        self.process = subprocess.Popen(
+            command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, close_fds=False,
+            preexec_fn=lambda: (os.dup2(ends[0], 3), os.dup2(ends[1], 4)))
+        for end in (theirs, ours, *ends):
+            os.close(end)
+        self.calls, self.rest, self.said, self.session = 0, b"", [], None
+        targets = self.call("Target.getTargets")["targetInfos"]
+        page = next(target for target in targets if target["type"] == "page")
+        self.session = self.call("Target.attachToTarget", targetId=page["targetId"],
+                                 flatten=True)["sessionId"]
+        for part in ("Page", "Runtime", "Log"):
+            self.call(f"{part}.enable")
+
+    def close(self):
+        self.session = None
+        self.call("Browser.close")
+        self.process.wait(30)
+        shutil.rmtree(self.home, ignore_errors=True)
+
+    def call(self, method, **parameters):
+        self.calls += 1
+        message = {"id": self.calls, "method": method, "params": parameters}
+        if self.session:
+            message["sessionId"] = self.session
+        os.write(self.to, json.dumps(message).encode() + b"\0")
+        while True:
+            answer = self.read()
+            if answer.get("id") == self.calls:
+                assert "error" not in answer, answer
+                return answer["result"]
+            self.said.append(answer)
+
+    def read(self):
+        while b"\0" not in self.rest:
+            ready, _, _ = select.select([self.answers], [], [], 60)
+            part = os.read(self.answers, 1 << 20) if ready else b""
+            if not part:
+                print("skipped: Chromium does not start" if not self.session else "no answer")
+                sys.exit(77 if not self.session else 1)
+            self.rest += part
+        answer, self.rest = self.rest.split(b"\0", 1)
+        return json.loads(answer)
+
+    def evaluate(self, expression):
+        result = self.call("Runtime.evaluate", expression=expression, returnByValue=True)
+        assert "exceptionDetails" not in result, result
+        return result["result"].get("value")
+
+    def wait(self, expression):
+        for _ in range(600):
+            if self.evaluate(expression):
+                return
+            time.sleep(0.05)
+        sys.exit(f"never: {expression}")
+
+    def open(self, path, asked="", width=1000, height=800):
+        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height,
+                  deviceScaleFactor=1, mobile=False)
+        self.call("Page.navigate", url="about:blank")
+        self.said = []
+        self.call("Page.navigate", url=f"file://{urllib.parse.quote(os.path.abspath(path))}#{asked}")
+        self.wait("document.body && document.body.dataset.ready === 'yes'")
+
+    def press(self, key):
+        for kind in ("keyDown", "keyUp"):
+            self.call("Input.dispatchKeyEvent", type=kind, key=key)
+
+    def screenshot(self, path):
+        with open(path, "wb") as file:
+            file.write(base64.b64decode(self.call("Page.captureScreenshot")["data"]))
+
+    def wrong(self):
+        """What the page threw or said of errors; software that draws is remarked on."""
+        return [m["params"] for m in self.said if m.get("method") == "Runtime.exceptionThrown"
+                or m.get("method") == "Log.entryAdded" and m["params"]["entry"]["level"] == "error"]
 
 
 def read_png(path):
@@ -162,22 +248,18 @@ def project(camera, place):
             camera["top"] + camera["height"] / 2 - part[1] * scale)
 
 
-def picture(path, table, way):
+def picture(browser, path, table, way):
     """The rod alone, in one colour at the last instant: where its pixels are."""
-    page = f"file://{os.path.abspath(path)}#colour=plain&hide=path,floor,reference,loads&theme=light&size=600x400"
-    page += f"&time={table['t'][-1]}" + ("&canvas=1" if way == "canvas" else "")
-    body = re.search(r"<body[^>]*>", browser_at(page, "--virtual-time-budget=4000", "--dump-dom"))
-    if not body:
-        print("skipped: Chromium does not start")
-        sys.exit(77)
-    said = dict(re.findall(r'data-([a-z]+)="([^"]*)"', body.group()))
-    assert said.get("ready") == "yes", said
-    camera = json.loads(said["camera"].replace("&quot;", '"'))
+    asked = "colour=plain&hide=path,floor,reference,loads&theme=light&size=600x400"
+    asked += f"&time={table['t'][-1]}" + ("&canvas=1" if way == "canvas" else "")
+    browser.open(path, asked, 700, 620)
+    said = browser.evaluate("({...document.body.dataset})")
+    camera = json.loads(said["camera"])
     assert (camera["width"], camera["height"]) == (600, 400), camera
     assert said["renderer"] in (way, "canvas"), said
     with tempfile.TemporaryDirectory() as folder:
         image = os.path.join(folder, "picture.png")
-        browser_at(page, "--virtual-time-budget=4000", f"--screenshot={image}")
+        browser.screenshot(image)
         rows, size = read_png(image)
     assert (len(rows[0]) // size, len(rows)) == (700, 620)
     left, top = camera["left"], camera["top"]
@@ -199,6 +281,43 @@ def picture(path, table, way):
     tip = seen[-1]
     assert any(math.hypot(x - tip[0], y - tip[1]) < 6 for x, y in blue), tip
     print(f"{said['renderer']}: {len(blue)} pixels of the rod, its tip at {tip[0]:.0f}, {tip[1]:.0f}")
+
+
+def colours(browser, left, top, width, height):
+    """How many different ones a part of the page has."""
+    with tempfile.TemporaryDirectory() as folder:
+        image = os.path.join(folder, "picture.png")
+        browser.screenshot(image)
+        rows, size = read_png(image)
+    return len({bytes(rows[y][size * x : size * x + size]) for y in range(top, top + height, 2)
+                for x in range(left, left + width, 2)})
+
+
+def looks(browser, path, kind):
+    """A page of any kind: it is drawn, plays at the space key, fits a telephone, without errors."""
+    browser.open(path)
+    frames = browser.evaluate("report.motion ? report.motion.frames : 0")
+    if frames:
+        box = browser.evaluate("(() => { const b = byId('stage').getBoundingClientRect();"
+                               "return [b.left, b.top, b.width, b.height].map(Math.floor) })()")
+        found = colours(browser, box[0] + 8, box[1] + 8, box[2] - 16, min(box[3], 780 - box[1]) - 16)
+        assert found > 200, (path, found, "a sky alone has fewer")  # shaded, and with a map of colours
+    if frames > 1:
+        before = browser.evaluate("byId('now').textContent")
+        browser.press(" ")
+        browser.wait("Number(document.body.dataset.drawn) > 5")
+        browser.press(" ")
+        after = browser.evaluate("[byId('now').textContent, document.body.dataset.drawn]")
+        assert after[0] != before, (path, after)
+        time.sleep(0.3)
+        assert browser.evaluate("document.body.dataset.drawn") == after[1], "it stops"
+    charts = browser.evaluate("document.querySelectorAll('.chart path.curve').length")
+    tables = browser.evaluate("document.querySelectorAll('td').length")
+    assert charts + tables > 0, path
+    browser.open(path, "theme=dark", 400, 800)
+    assert browser.evaluate("document.documentElement.scrollWidth") <= 400, path
+    assert not browser.wrong(), (path, browser.wrong())
+    print(f"{kind}: {frames} instants or members, {charts} curves, {tables} cells")
 
 
 # ---- files of instants --------------------------------------------------------------------------
@@ -238,9 +357,13 @@ def vtp(path, table):
 
 
 if __name__ == "__main__":
-    rows = read_table(sys.argv[3])
     if sys.argv[1] == "browser":
+        chromium = Browser()
+        rows = read_table(sys.argv[3])
         for renderer in ("webgl2", "canvas"):
-            picture(sys.argv[2], rows, renderer)
+            picture(chromium, sys.argv[2], rows, renderer)
+        for page in sys.argv[4:]:
+            looks(chromium, page, os.path.basename(page))
+        chromium.close()
     else:
-        {"structure": structure, "vtp": vtp}[sys.argv[1]](sys.argv[2], rows)
+        {"structure": structure, "vtp": vtp}[sys.argv[1]](sys.argv[2], read_table(sys.argv[3]))

@@ -8,8 +8,27 @@ part=$3
 arm=$ROOT/configs/soft_arm.yaml
 run 0 cpinn-solve "$arm" --grid 21x11 --out arm.csv
 run 0 cpinn-show arm.csv --scene "$arm" --reference arm.csv
-if [ "$part" = browser ]; then
-    python3 "$ROOT/tests/test_show.py" browser arm.html arm.csv
+robot=$ROOT/configs/robots/soft_arm_control.yaml
+loop() {
+    run 0 cpinn-control "$robot" --set control.model=reduced --set control.duration=1.2 --out loop.csv
+    run 0 cpinn-show loop.csv --scene "$robot"
+}
+if [ "$part" = browser ]; then # a page of every kind
+    step=(--set surrogate.kind=linear --set surrogate.solved=500 --set surrogate.step=0.05
+        --set 'surrogate.modes=[1,1,1,1]' --set control.period=0.05)
+    "$BIN/cpinn-train" "$robot" --quiet "${step[@]}" --out step 2>stderr.txt # which may be off
+    run 0 cpinn-show step --out step.html
+    said step.html '"off the solver"'
+    said step.html 'reduced rod in two steps'
+    run 0 cpinn-train "$ROOT/configs/robots/bensch_2024.yaml" --quiet --threads 1 --out family
+    run 0 cpinn-show family --out family.html
+    run 0 cpinn-show "$ROOT/configs/robots/tendon_pulled.yaml" --out rest.html
+    run 0 cpinn-cases "$ROOT/configs/elastica.yaml" --out cases
+    run 0 cpinn-show cases --out cases.html
+    loop
+    [ "$failures" -eq 0 ] || exit 1
+    python3 "$ROOT/tests/test_show.py" browser arm.html arm.csv arm.html rest.html family.html \
+        step.html loop.html cases.html
     exit
 fi
 said stdout.txt '^wrote arm.html$'
@@ -43,13 +62,22 @@ said member.html '"share", "0.5"'
 run 0 cpinn-show "$ROOT/configs/robots/tendon_pulled.yaml" --out tendon.html
 said tendon.html '"kind": "tendon"'
 run 0 cpinn-show "$ROOT/configs/beam_cantilever.yaml" --out beam.html
-printf 't,reference_x,reference_y,reference_z,true_x,true_y,true_z,input_p,input_q\n0,0,0,0,0,0,3e-3,1,2\n1,1,0,0,1,0,-4e-3,1,2\n' >loop.csv
-run 0 cpinn-show loop.csv
-said loop.html '"at most", "4 mm"'
+printf 't,reference_x,reference_y,reference_z,true_x,true_y,true_z,input_p,input_q\n0,0,0,0,0,0,3e-3,1,2\n1,1,0,0,1,0,-4e-3,1,2\n' >place.csv
+run 0 cpinn-show place.csv
+said place.html '"at most", "4 mm"'
+loop
+said loop.html '"verdict": .*"outcome": "solved"'
+said loop.html '"as the filter believes"'
+said loop.html '"Estimate of stiffness"'
+run 0 cpinn-show "$robot" --at force1=1,force2=2,force3=3,stiffness=1 --grid 11x5 --out member.html
 mkdir folder
 printf 'case,seconds\na,1\n' >folder/cases.csv
 printf '<svg xmlns="http://www.w3.org/2000/svg"/>' >folder/cases.svg
 run 0 cpinn-show folder/
+run 0 cpinn-show folder/cases.csv --out words.html
+printf 'step,loss\n1,0.5\n2,0.25\n' >losses.csv
+run 0 cpinn-show losses.csv
+said losses.html '"title": "loss"'
 said folder/report.html '"rows": \[\["case", "seconds"\], \["a", "1"\]\]'
 
 # Pictures of shapes over time, in a plane and in space.
@@ -65,6 +93,8 @@ fi
 mkdir empty
 refused 'there is nothing to show' cpinn-show empty
 refused 'does not exist' cpinn-show nowhere
+printf 's,x,y,z\n0,nan,nan,nan\n1,nan,nan,nan\n' >nowhere.csv
+refused 'nowhere.csv: no place is a finite number' cpinn-show nowhere.csv
 printf 's,t,x,y,z\n0,0,0,0,0\n1,0,0,0,1\n0,1,0,0,0\n' >uneven.csv
 refused 'uneven.csv: rows 3 to 3 .* the first 2 are' cpinn-show uneven.csv
 

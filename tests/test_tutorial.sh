@@ -21,8 +21,8 @@ leaves() {
 robot() {
     local page=configs/tutorial/README.md
     run_page $page 9
-    leaves $page found.json bent.csv loop_rod.csv arm/checkpoint.h5 rollouts/rollouts.csv loop.csv \
-        arm_loop.{c,h} selftest
+    leaves $page found.json bent.csv loop_rod.csv arm/checkpoint.h5 rollouts/rollouts.csv \
+        loop.{csv,html} arm_loop.{c,h} selftest
 
     # the numbers of the robot in motion are those that were found at rest, within three deviations
     run 0 cpinn-solve configs/tutorial/measured.yaml

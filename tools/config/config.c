@@ -152,12 +152,25 @@ static ad_status read_all(config *experiment, const file_request *r, ad_error *e
     return status;
 }
 
+/* One member is neither stepped nor controlled: what would be its inputs are numbers now. */
+static ad_status close_member(config *experiment, const file_request *r, ad_error *error)
+{
+    ad_status status = config_close(experiment, r->at, error);
+    if (status == AD_OK && config_controls(experiment)) {
+        status = read_override(experiment, r->path, "control=null", error);
+    }
+    if (status == AD_OK && surrogate_is_given(&experiment->surrogate)) {
+        status = read_override(experiment, r->path, "surrogate=null", error);
+    }
+    return status;
+}
+
 static ad_status fill_from_file(config *experiment, const void *context, ad_error *error)
 {
     const file_request *r = context;
     ad_status status = read_all(experiment, r, error);
     if (status == AD_OK && r->member) {
-        status = config_close(experiment, r->at, error);
+        status = close_member(experiment, r, error);
     }
     return status == AD_OK ? resolve_and_check(experiment, error) : status;
 }

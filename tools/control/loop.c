@@ -211,6 +211,9 @@ static ad_status write_down(running *r, ad_error *error)
         put(r, &at, count, now->lost ? nothing : now->values);
         put(r, &at, 1, &last);
     }
+    for (int i = 0; i < c->estimate_count; i++) {
+        put(r, &at, 1, &x->of.truth[x->parameter[i].input]);
+    }
     const ad_status status = plant_limited(x->robot, limited, error);
     judge_constraints(r, limited);
     put(r, &at, c->limit_count, limited);
@@ -234,6 +237,10 @@ static ad_status sample(running *r, ad_error *error)
     if (seen.see(seen.context, 1, estimator_state(filtered), estimator_inputs(filtered),
                  r->estimated, NULL) != 0) {
         r->estimated[0] = r->estimated[1] = r->estimated[2] = NAN;
+    }
+    status = loop_shapes_take(x, r->k, error);
+    if (status != AD_OK) {
+        return status;
     }
     control(r);
     if (x->control.delay == 0) {

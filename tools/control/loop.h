@@ -16,6 +16,7 @@
 #include "tools/control/regulator.h"
 #include "tools/control/settings.h"
 #include "tools/control/view.h"
+#include "tools/files/table_shapes.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -80,6 +81,11 @@ loop_parts loop_parts_of(const control_loop *x);
 int loop_columns(const control_loop *x);
 const char *loop_column_name(const control_loop *x, int i);
 const double *loop_column(const control_loop *x, int i);
+
+/* The robot in space, at up to 401 of the samples, as a table of shapes
+ * (tools/files/table_shapes.h): t, s, x, y, z, qw to qz, u1 to u3, and estimated_x to _z, where the
+ * filter believes that it is. Borrowed from the loop. */
+const table_source *loop_shapes(const control_loop *x);
 
 #ifdef __cplusplus
 }

@@ -307,6 +307,9 @@ static ad_status create_record(control_loop *x, ad_error *error)
         }
         snprintf(x->names[x->columns++], LOOP_NAME, "innovation%d", i);
     }
+    for (int i = 0; i < c->estimate_count; i++) {
+        name(x, "truth_%.50s", c->estimate[i], 0);
+    }
     for (int i = 0; i < c->limit_count; i++) {
         snprintf(x->names[x->columns++], LOOP_NAME, "constraint%d", i);
     }
@@ -317,7 +320,8 @@ static ad_status create_record(control_loop *x, ad_error *error)
     }
     x->samples = (long)floor(c->duration / x->period + 1e-9) + 1;
     x->record = calloc((size_t)x->samples * (size_t)x->columns, sizeof *x->record);
-    return x->record ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a record");
+    return x->record ? loop_shapes_create(x, error)
+                     : ad_fail(error, AD_NO_MEMORY, "out of memory for a record");
 }
 
 /* ---- all of it ----------------------------------------------------------------------------- */
@@ -433,6 +437,7 @@ void loop_free(control_loop *x)
     free(x->seen.room);
     free(x->numbers);
     free(x->record);
+    loop_shapes_free(x);
     free(x);
 }
 

@@ -13,6 +13,23 @@
 
 enum { LOOP_NAME = 64, LOOP_COLUMNS = 256, LOOP_SEEN = 3 + CONTROL_LIMITS_MAX };
 
+/* loop_shapes.c; blocks of PLANT_POINTS rows. */
+enum { LOOP_SHAPE_COLUMNS = 15 };
+typedef struct loop_record_of_shapes {
+    look *look;     /* as the filter believes */
+    long every;     /* samples from one shape to the next */
+    size_t room;    /* rows */
+    double *values; /* [LOOP_SHAPE_COLUMNS][room] */
+    const double *columns[LOOP_SHAPE_COLUMNS];
+    table_source table;
+} loop_record_of_shapes;
+
+ad_status loop_shapes_create(control_loop *x, ad_error *error);
+void loop_shapes_free(control_loop *x);
+
+/* At sample k, if it is one of those that are kept. */
+ad_status loop_shapes_take(control_loop *x, long k, ad_error *error);
+
 struct control_loop {
     loop_setup of;
     control_settings control;
@@ -54,6 +71,7 @@ struct control_loop {
     int columns;
     char names[LOOP_COLUMNS][LOOP_NAME];
     double *record; /* [columns][samples] */
+    loop_record_of_shapes shapes;
 };
 
 #endif

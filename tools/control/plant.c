@@ -10,14 +10,18 @@
 /* Longest step of time, s: within it the method is far more exact than any model of the rod. */
 static const double STEP = 5e-3;
 
-enum { LOOKS = 1 + CONTROL_MEASUREMENTS_MAX + CONTROL_LIMITS_MAX, HALVINGS = 10 };
+enum {
+    SHAPE = 3,
+    LOOKS = 1 + CONTROL_MEASUREMENTS_MAX + CONTROL_LIMITS_MAX + SHAPE,
+    HALVINGS = 10
+};
 
 struct plant {
     const control_settings *control;
     reduced_rod *rod;
-    look *looks[LOOKS]; /* the place, the measurements, the constraints */
+    look *looks[LOOKS]; /* the place, the measurements, the constraints, the shape */
     int count;
-    double length;                       /* m, of the nominal rod */
+    double length, own_length;           /* m, of the nominal rod and of this one */
     int from[SCENE_PARAMETERS_MAX];      /* of its inputs: which of the nominal ones; -1: none */
     double inputs[SCENE_PARAMETERS_MAX]; /* now; those of -1 stay in the middle of their range */
     double t;
@@ -38,6 +42,22 @@ static ad_status add_look(plant *x, const scene *of, look_what what, double at, 
     }
     const look_sensor sensor = {.what = what, .count = 1, .s = &at};
     return look_create(of, x->control->plant_modes, &sensor, &x->looks[x->count++], error);
+}
+
+static ad_status add_shape(plant *x, const scene *of, ad_error *error)
+{
+    static const look_what parts[SHAPE] = {LOOK_POSITION, LOOK_ROTATION, LOOK_CURVATURE};
+    double s[PLANT_POINTS];
+    ad_status status = AD_OK;
+    x->own_length = scene_length(of);
+    for (int i = 0; i < PLANT_POINTS; i++) {
+        s[i] = x->own_length * i / (PLANT_POINTS - 1);
+    }
+    for (int k = 0; k < SHAPE && status == AD_OK; k++) {
+        const look_sensor sensor = {.what = parts[k], .count = PLANT_POINTS, .s = s};
+        status = look_create(of, x->control->plant_modes, &sensor, &x->looks[x->count++], error);
+    }
+    return status;
 }
 
 static void map_inputs(plant *x, const scene *of, const scene *nominal)
@@ -74,6 +94,7 @@ ad_status plant_create(const scene *of, const scene *nominal, const control_sett
     for (int i = 0; i < control->limit_count && status == AD_OK; i++) {
         status = add_look(x, of, control->limits[i].what, control->limits[i].at, error);
     }
+    status = status == AD_OK ? add_shape(x, of, error) : status;
     if (status == AD_OK) {
         const size_t n = (size_t)reduced_states(x->rod);
         x->state = x->memory = calloc(2 * n, sizeof *x->memory);
@@ -176,6 +197,23 @@ ad_status plant_place(plant *x, double position[3], ad_error *error)
 {
     int count = 0;
     return see(x, 0, position, &count, error);
+}
+
+ad_status plant_shape(plant *x, double *position, double *rotation, double *curvature,
+                      ad_error *error)
+{
+    double *const parts[SHAPE] = {position, rotation, curvature};
+    ad_status status = AD_OK;
+    for (int k = 0; k < SHAPE && status == AD_OK; k++) {
+        int count;
+        status = see(x, x->count - SHAPE + k, parts[k], &count, error);
+    }
+    return status;
+}
+
+double plant_length(const plant *x)
+{
+    return x->own_length;
 }
 
 /* By a rotation vector of normal numbers about the axes of what turns. */

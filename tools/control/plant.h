@@ -33,6 +33,13 @@ ad_status plant_measure(plant *x, int i, double values[4], int *count, ad_error 
 /* Whether a measurement is lost at random; one draw each call. */
 bool plant_loses(plant *x, int i);
 
+/* The whole robot now, at PLANT_POINTS places from its start to its end, evenly: position [][3]
+ * (m), rotation [][4] and curvature [][3] (1/m) as looks have them. */
+enum { PLANT_POINTS = 31 };
+ad_status plant_shape(plant *x, double *position, double *rotation, double *curvature,
+                      ad_error *error);
+double plant_length(const plant *x); /* m */
+
 /* The constrained numbers [control->limit_count] now. */
 ad_status plant_limited(plant *x, double *values, ad_error *error);
 

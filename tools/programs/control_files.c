@@ -2,8 +2,8 @@
 
 #include "tools/control/task.h"
 #include "tools/files/file_bytes.h"
-#include "tools/files/table_file.h"
 #include "tools/judge/gnuplot.h"
+#include "tools/programs/section.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -24,6 +24,12 @@ static ad_status write_table(const control_row *row, const char *path, ad_error 
                                 .ncols = (size_t)count,
                                 .nrows = (size_t)row->report.done};
     return table_write(path, &table, error);
+}
+
+ad_status control_write_shapes(const control_row *row, const scene *plant, const char *path,
+                               ad_error *error)
+{
+    return section_write(path, loop_shapes(row->loop), plant, true, error);
 }
 
 /* ---- the picture --------------------------------------------------------------------------- */
@@ -180,11 +186,17 @@ static ad_status write_moving(const control_row *row, const gnuplot_place *place
     return status;
 }
 
-ad_status control_write(const control_row *row, const char *path, bool moves, ad_error *error)
+ad_status control_write(const control_row *row, const scene *plant, const char *path, bool moves,
+                        ad_error *error)
 {
     gnuplot_place place;
+    char shapes[4200];
     ad_status status = gnuplot_beside(path, &place, error);
     status = status == AD_OK ? write_table(row, path, error) : status;
+    if (status == AD_OK) {
+        snprintf(shapes, sizeof shapes, "%s/%s_shapes.h5", place.folder, place.name);
+        status = control_write_shapes(row, plant, shapes, error);
+    }
     const gnuplot_picture picture = {.name = place.name,
                                      .about = "# A closed loop, by cpinn-control --out.\n",
                                      .width = 900,

@@ -1,7 +1,9 @@
 /* cpinn-control: the closed loop of a scene in simulation; see --help. */
 #include "tools/config/config_surrogate.h"
+#include "tools/files/shapes_vtk.h"
 #include "tools/files/table_file.h"
 #include "tools/programs/cli.h"
+#include "tools/programs/control_judge.h"
 #include "tools/programs/control_run.h"
 #include "tools/surrogate/surrogate.h"
 #include "tools/train/report.h"
@@ -35,6 +37,7 @@ static const char epilogue[] =
     "\n"
     "  cpinn-control configs/robots/soft_arm_control.yaml\n"
     "  cpinn-control SCENE.yaml --out loop.csv --animate      loop.csv, .svg, .png, .gif\n"
+    "  cpinn-show loop.csv --scene SCENE.yaml                 loop.html: the robot on its way\n"
     "  cpinn-control SCENE.yaml --compare                     beside other models and methods\n"
     "  cpinn-control SCENE.yaml --set control.task.path=eight --set control.period=0.001\n"
     "\n"
@@ -42,8 +45,9 @@ static const char epilogue[] =
     "the time of filter and controller in a period, medians, and the worst of both together; the\n"
     "rate that the medians allow; what was estimated at the end, with its standard deviation, and\n"
     "the truth. --out has all of every period in SI units: reference, true and estimated place,\n"
-    "inputs, estimates, measurements, normalised squares of innovations, seconds, and flags as\n"
-    "bits (tools/control/estimator.h, controller.h).\n"
+    "inputs, estimates and truth, measurements, normalised squares of innovations, seconds, and\n"
+    "flags as bits (tools/control/estimator.h, controller.h); beside it NAME_shapes.h5 has the\n"
+    "robot in space, which cpinn-show draws.\n"
     "\n"
     "--c writes filter and controller, with the model, as C11 that needs nothing but libm: "
     "NAME_init,\n"
@@ -62,7 +66,7 @@ static const char epilogue[] =
     "The exit status is 3 where the robot diverges or control.tolerance is not kept.";
 
 typedef struct options {
-    const char *config, *out, *run, *inner, *json, *c;
+    const char *config, *out, *shapes, *run, *inner, *json, *c;
     cli_list overrides;
     int seed;
     bool compare, animate, quiet, force;
@@ -283,47 +287,12 @@ static ad_status blame_key(const config *of, ad_error *error)
     return config_refuse(of, key, problem, error);
 }
 
-/* Standard deviations from the truth by which an estimate is remarked on. */
-static const double ESTIMATE_OFF = 5;
-
-static void judge(controlling *x)
-{
-    const control_row *row = &x->rows[0];
-    const loop_report *r = &row->report;
-    const control_settings *c = &row->control;
-    char reach[80] = "";
-    if (r->reach > c->tolerance_rms) {
-        snprintf(reach, sizeof reach, "; at rest it comes no nearer than %.2g mm rms",
-                 1e3 * r->reach);
-    }
-    if (r->diverged) {
-        verdict_add(&x->verdict, VERDICT_DIVERGED,
-                    "the robot was a length off the path, or its simulation failed, %.4g s after "
-                    "the start%s",
-                    (double)r->done * c->period, reach);
-    } else if (r->rms > c->tolerance_rms || r->worst > c->tolerance_worst) {
-        verdict_add(&x->verdict, VERDICT_NOT_HELD,
-                    "the place is off the path by %.3g mm rms and at most %.3g mm; allowed by "
-                    "control.tolerance: %.3g and %.3g mm%s",
-                    1e3 * r->rms, 1e3 * r->worst, 1e3 * c->tolerance_rms, 1e3 * c->tolerance_worst,
-                    reach);
-    }
-    for (int i = 0; i < c->estimate_count; i++) {
-        const double off = fabs(r->estimate[i] - r->truth[i]);
-        if (off > ESTIMATE_OFF * r->deviation[i]) {
-            verdict_add(&x->verdict, VERDICT_ESTIMATE_OFF,
-                        "%.60s is found as %.4g, %.2g standard deviations off the truth, %.4g: the "
-                        "robot differs from the model in something else",
-                        c->estimate[i], r->estimate[i], off / r->deviation[i], r->truth[i]);
-        }
-    }
-}
-
 static ad_status run(controlling *x, ad_error *error)
 {
     const options *o = &x->asked;
     ad_status status = o->out ? table_check_path(o->out, error) : AD_OK;
     status = status == AD_OK ? json_check_path(o->json, error) : status;
+    status = status == AD_OK && o->shapes ? shapes_check_path(o->shapes, error) : status;
     if (status == AD_OK) {
         status = config_read_robot(o->config, o->overrides.count, o->overrides.texts, &x->nominal,
                                    &x->plant, error);
@@ -352,13 +321,17 @@ static ad_status run(controlling *x, ad_error *error)
             control_print_head(x->nominal, row, x->model_text);
         }
     }
-    judge(x);
+    control_judge(&x->rows[0].control, &x->rows[0].report, &x->verdict);
     if (!o->quiet) {
         control_print(x->count, x->rows);
         control_print_details(&x->rows[0]);
         verdict_print(stdout, "", &x->verdict);
     }
-    status = o->out ? control_write(&x->rows[0], o->out, o->animate, error) : AD_OK;
+    const scene *plant = &x->plant->scene;
+    status = o->out ? control_write(&x->rows[0], plant, o->out, o->animate, error) : AD_OK;
+    if (status == AD_OK && o->shapes) {
+        status = control_write_shapes(&x->rows[0], plant, o->shapes, error);
+    }
     ad_error why;
     char said[256];
     if (status == AD_OK && o->c) {
@@ -405,6 +378,9 @@ int main(int argc, char **argv)
          "rod, in one table"},
         {"--out", "FILE", CLI_TEXT, &o->out, 0, 0,
          "write every period, as .csv, .h5, .hdf5 or .npz, and draw it\nbeside, as .svg and .png"},
+        {"--shapes", "FILE", CLI_TEXT, &o->shapes, 0, 0,
+         "write the moving robot, and where the filter believes that it is,\nas .vtkhdf or .pvd "
+         "for ParaView, or as a table; --out writes\nNAME_shapes.h5 for cpinn-show"},
         {"--animate", NULL, CLI_FLAG, &o->animate, 0, 0, "with --out: as a moving .gif, too"},
         {"--c", "OUT", CLI_TEXT, &o->c, 0, 0,
          "write filter and controller as C, OUT.c, OUT.h and OUT_selftest.c"},

@@ -23,10 +23,13 @@ static const char epilogue[] =
     "  a run           the folder that cpinn-train wrote, or a checkpoint: network beside "
     "reference;\n"
     "                  of a family at rest its parameters are varied in turn, with predicted "
-    "errors\n"
+    "errors;\n"
+    "                  of a one-step model rollouts beside the solver\n"
     "  SCENE.yaml      is solved first, as cpinn-solve does\n"
     "  a table         .csv, .h5 of cpinn-solve, cpinn-eval (also of --members) or cpinn-control\n"
     "                  --out; with --scene also its section, loads and tendons\n"
+    "                  the record of cpinn-control is drawn with NAME_shapes.h5 beside it\n"
+    "                  others as curves over their first column, or as they are\n"
     "  a folder        of cpinn-cases, cpinn-bench --out, cpinn-eval --rollouts: tables and "
     "pictures\n"
     "\n"
@@ -34,7 +37,8 @@ static const char epilogue[] =
     "  cpinn-show configs/robots/tendon_pulled.yaml --out tendon.html\n"
     "  cpinn-show motion.csv --scene scene.yaml --reference measured.csv\n"
     "  cpinn-show motion.csv --out motion.gif                (or .svg, .png)\n"
-    "  cpinn-show loop.csv                                   wanted and true path, errors, inputs\n"
+    "  cpinn-show loop.csv --scene robot.yaml                the robot on its path, errors, "
+    "inputs\n"
     "\n"
     "In the page the mouse turns, shift moves, the wheel zooms, a double click begins anew; keys "
     "are\n"
@@ -103,44 +107,79 @@ static ad_status show_solved(showing *x, ad_error *error)
     json_close(&x->to, ']');
     samples_fill(p, of, &sheet);
     status = show_put_motion(x, &sheet.table, NULL, NULL, NULL, error);
+    show_settings(&x->to, x->settings);
     return status == AD_OK ? show_scene(&x->to, of, NULL, &x->kept, error) : status;
 }
 
 /* ---- a table ------------------------------------------------------------------------------- */
-
-static ad_status show_table(showing *x, ad_error *error)
-{
-    static const char *const words[] = {"source", "reason", NULL};
-    ad_status status = table_read_words(x->source, TABLE_NONFINITE, words, &x->table, error);
-    if (status == AD_OK && x->scene_path) {
-        status = config_read_member(x->scene_path, NULL, x->overrides.count, x->overrides.texts,
-                                    x->at, &x->settings, error);
-    }
-    if (status != AD_OK) {
-        return status;
-    }
-    const scene *of = x->settings ? &x->settings->scene : NULL;
-    show_read_table *read = show_read_table_of(x->table, of);
-    if (!read) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a report");
-    }
-    show_title_of(x, x->source);
-    if (table_source_column(&read->table, "true_x")) {
-        status = show_loop(x, &read->table, error);
-    } else {
-        status = show_put_motion(x, &read->table, NULL, NULL, NULL, error);
-    }
-    free(read);
-    return status == AD_OK && of ? show_scene(&x->to, of, NULL, &x->kept, error) : status;
-}
-
-/* ---- the program --------------------------------------------------------------------------- */
 
 static bool ends_with(const char *text, const char *ending)
 {
     const size_t length = strlen(text), more = strlen(ending);
     return length > more && strcmp(text + length - more, ending) == 0;
 }
+
+/* Whether the first line of a .csv file names columns of shapes or of a closed loop; what is
+ * neither may hold words. */
+static bool has_shapes(const char *path)
+{
+    unsigned char *bytes = NULL;
+    size_t size, length;
+    ad_error why;
+    bool any = !ends_with(path, ".csv") ||
+               file_bytes_read(path, TABLE_MAX_LINE, &bytes, &size, &length, &why) != AD_OK;
+    char *rest = NULL, *line = any ? NULL : strtok_r((char *)bytes, "\r\n", &rest);
+    while (line && *line == '#') {
+        line = strtok_r(NULL, "\r\n", &rest);
+    }
+    for (char *name = line ? strtok_r(line, ", \t", &rest) : NULL; name && !any;
+         name = strtok_r(NULL, ", \t", &rest)) {
+        any = strcmp(name, "x") == 0 || strcmp(name, "s") == 0 || strcmp(name, "true_x") == 0;
+    }
+    free(bytes);
+    return any;
+}
+
+static ad_status show_read(showing *x, const show_read_table *read, ad_error *error)
+{
+    const table_source *table = &read->table;
+    if (table_source_column(table, "true_x")) {
+        return show_loop(x, table, error);
+    }
+    if (!table_source_column(table, "x") && !table_source_column(table, "w")) {
+        return show_numbers(x, table, error);
+    }
+    ad_status status = show_put_motion(x, table, NULL, NULL, NULL, error);
+    if (status == AD_OK && x->settings) {
+        show_settings(&x->to, x->settings);
+        status = show_scene(&x->to, &x->settings->scene, NULL, &x->kept, error);
+    }
+    return status;
+}
+
+static ad_status show_table(showing *x, ad_error *error)
+{
+    static const char *const words[] = {"source", "reason", NULL};
+    show_title_of(x, x->source);
+    ad_status status = table_read_words(x->source, TABLE_NONFINITE, words, &x->table, error);
+    if (status == AD_BAD_INPUT && !has_shapes(x->source) && !show_is_plot(x->out)) {
+        return show_csv(x, error);
+    }
+    if (status == AD_OK && x->scene_path && !table_column(x->table, "true_x")) {
+        status = config_read_member(x->scene_path, NULL, x->overrides.count, x->overrides.texts,
+                                    x->at, &x->settings, error);
+    }
+    const scene *of = x->settings ? &x->settings->scene : NULL;
+    show_read_table *read = status == AD_OK ? show_read_table_of(x->table, of) : NULL;
+    if (status == AD_OK && !read) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for a report");
+    }
+    status = status == AD_OK ? show_read(x, read, error) : status;
+    free(read);
+    return status;
+}
+
+/* ---- the program --------------------------------------------------------------------------- */
 
 /* "DIR/report.html" of a folder, else "NAME.html" here. */
 static void choose_out(showing *x, bool is_folder, char *path, size_t size)
@@ -165,8 +204,16 @@ static ad_status fill(showing *x, bool is_folder, ad_error *error)
     if (ends_with(x->source, ".yaml") || ends_with(x->source, ".yml")) {
         return show_solved(x, error);
     }
-    return is_folder || ends_with(x->source, "checkpoint.h5") ? show_run(x, error)
-                                                              : show_table(x, error);
+    if (!is_folder && !ends_with(x->source, "checkpoint.h5")) {
+        return show_table(x, error);
+    }
+    ad_status status = checkpoint_open(is_folder ? inside : x->source, &x->file, error);
+    if (status == AD_OK && checkpoint_has(x->file, "surrogate/numbers")) {
+        return show_surrogate(x, error);
+    }
+    checkpoint_free(x->file);
+    x->file = NULL;
+    return status == AD_OK ? show_run(x, error) : status;
 }
 
 static ad_status run(showing *x, char *path, size_t size, ad_error *error)

@@ -1,10 +1,9 @@
 #include "tools/programs/eval_family.h"
 
-#include "tools/files/shapes_vtk.h"
-
 #include "tools/config/config.h"
 #include "tools/library/family.h"
 #include "tools/programs/cli.h"
+#include "tools/programs/section.h"
 #include "tools/train/clock.h"
 #include "tools/train/members_given.h"
 
@@ -178,7 +177,7 @@ static ad_status write_out(const eval_family *x, ad_error *error)
                                     .ncols = to.used,
                                     .nrows = to.rows,
                                     .units = to.units};
-        status = shapes_write(x->asked.out, &table, error);
+        status = section_write(x->asked.out, &table, cpinn_family_scene(x->family), false, error);
     }
     free(to.numbers);
     free(to.words[0]);

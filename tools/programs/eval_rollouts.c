@@ -25,26 +25,53 @@ rollouts_subject eval_rollouts_subject(const surrogate *s, const one_step *model
     return subject;
 }
 
-/* ---- text ---------------------------------------------------------------------------------- */
+/* ---- the verdict --------------------------------------------------------------------------- */
 
-enum { CELL = 24 };
-
-static const char *percent(const double error[2], char text[CELL])
+/* What to try where rollouts are off: the losses are squares. */
+static const char *advice(surrogate_kind_id kind, double loss, double held_out)
 {
-    if (isnan(error[ROLLOUTS_WORST])) {
-        return "-";
-    }
-    snprintf(text, CELL, "%.2g / %.2g", 100 * error[ROLLOUTS_MEDIAN], 100 * error[ROLLOUTS_WORST]);
-    return text;
+    return kind == SURROGATE_LINEAR ? "try surrogate.kind: flow"
+           : held_out > 2 * loss
+               ? "held-out steps are off by far more than those that were learnt: try more of them "
+                 "(surrogate.solved)"
+               : "try a longer training, a wider network (network.hidden) or a smaller range of "
+                 "the parameters";
 }
 
-static const char *microseconds(double seconds, char text[CELL])
+void eval_rollouts_verdict(const rollouts_report *x, surrogate_kind_id kind, double loss,
+                           double held_out, verdict *to)
 {
-    if (isnan(seconds)) {
-        return "-";
+    const rollouts_row *row = &x->rows[ROLLOUTS_MODEL];
+    const char *try = advice(kind, loss, held_out);
+    if (row->diverged > 0) {
+        verdict_add(to, VERDICT_DIVERGED,
+                    "%d of %d rollouts of %d steps leave the solver by more than a quarter of "
+                    "the length; %s; loops by the reduced rod need no model (surrogate: null)",
+                    row->diverged, x->count, x->steps[ROLLOUTS_LONG], try);
     }
-    snprintf(text, CELL, seconds < 9.95e-5 ? "%.3g" : "%.0f", 1e6 * seconds);
-    return text;
+    const double own = row->error[ROLLOUTS_SHORT][ROLLOUTS_MEDIAN];
+    const double modes = x->rows[ROLLOUTS_FINER].error[ROLLOUTS_SHORT][ROLLOUTS_MEDIAN];
+    if (kind != SURROGATE_LINEAR && own > modes) {
+        verdict_add(to, VERDICT_NOT_CONVERGED,
+                    "rollouts of 5 s are off the solver by %.2g %% of the length (median), "
+                    "more than the %.2g %% that modes leave out; %s",
+                    100 * own, 100 * modes, try);
+    }
+}
+
+/* ---- text ---------------------------------------------------------------------------------- */
+
+enum { CELL = EVAL_ROLLOUTS_CELL };
+
+static void percent(const double error[2], char text[CELL])
+{
+    snprintf(text, CELL, isnan(error[ROLLOUTS_WORST]) ? "-" : "%.2g / %.2g",
+             100 * error[ROLLOUTS_MEDIAN], 100 * error[ROLLOUTS_WORST]);
+}
+
+static void microseconds(double seconds, char text[CELL])
+{
+    snprintf(text, CELL, isnan(seconds) ? "-" : seconds < 9.95e-5 ? "%.3g" : "%.0f", 1e6 * seconds);
 }
 
 /* The fastest row of the rod itself that is no worse over 5 s. */
@@ -60,33 +87,60 @@ static const rollouts_row *rod_as_good(const rollouts_report *x)
     return NULL;
 }
 
+void eval_rollouts_heads(const rollouts_report *x, char heads[EVAL_ROLLOUTS_CELLS][CELL])
+{
+    static const char *const names[] = {"",         "states", "one step", "",        "",
+                                        "diverged", "one",    "147",      "Jacobian"};
+    for (int k = 0; k < EVAL_ROLLOUTS_CELLS; k++) {
+        snprintf(heads[k], CELL, "%s", names[k]);
+    }
+    snprintf(heads[3], CELL, "%g s", x->steps[ROLLOUTS_SHORT] * x->step);
+    snprintf(heads[4], CELL, "%d steps", x->steps[ROLLOUTS_LONG]);
+}
+
+void eval_rollouts_cells(const rollouts_report *x, int r, char cells[EVAL_ROLLOUTS_CELLS][CELL])
+{
+    const rollouts_row *row = &x->rows[r];
+    snprintf(cells[0], CELL, "%s", row->name);
+    snprintf(cells[1], CELL, "%d", row->states);
+    for (int k = 0; k < ROLLOUTS_SPANS; k++) {
+        percent(row->error[k], cells[2 + k]);
+    }
+    snprintf(cells[5], CELL, r == ROLLOUTS_FINER ? "-" : "%d", row->diverged);
+    microseconds(row->alone, cells[6]);
+    microseconds(row->together, cells[7]);
+    microseconds(row->jacobian, cells[8]);
+}
+
+static void print_cells(FILE *file, char cells[EVAL_ROLLOUTS_CELLS][CELL])
+{
+    static const int widths[] = {-24, 7, 19, 19, 19, 10, 9, 9, 10};
+    for (int k = 0; k < EVAL_ROLLOUTS_CELLS; k++) {
+        fprintf(file, "%*s", widths[k], cells[k]);
+    }
+    fputc('\n', file);
+}
+
 void eval_rollouts_print(FILE *file, const rollouts_report *x)
 {
     const rollouts_row *model = &x->rows[ROLLOUTS_MODEL], *rod = rod_as_good(x);
-    char cells[6][CELL], spans[2][CELL];
-    snprintf(spans[0], CELL, "%g s", x->steps[ROLLOUTS_SHORT] * x->step);
-    snprintf(spans[1], CELL, "%d steps", x->steps[ROLLOUTS_LONG]);
+    char cells[EVAL_ROLLOUTS_CELLS][CELL];
     fprintf(file,
             "error of the tip in %% of the length (%g m), median / worst of %d rollouts with steps "
             "of %g s;\ntimes of a step in us of one core\n",
             x->length, x->count, x->step);
-    fprintf(file, "%-24s%7s %18s %18s %18s %9s %8s %8s %9s\n", "", "states", "one step", spans[0],
-            spans[1], "diverged", "one", "147", "Jacobian");
+    eval_rollouts_heads(x, cells);
+    print_cells(file, cells);
     for (int r = 0; r < ROLLOUTS_ROWS; r++) {
-        const rollouts_row *row = &x->rows[r];
-        fprintf(file, "%-24s%7d %18s %18s %18s ", row->name, row->states,
-                percent(row->error[ROLLOUTS_ONE], cells[0]),
-                percent(row->error[ROLLOUTS_SHORT], cells[1]),
-                percent(row->error[ROLLOUTS_LONG], cells[2]));
-        snprintf(cells[0], CELL, r == ROLLOUTS_FINER ? "-" : "%d", row->diverged);
-        fprintf(file, "%9s %8s %8s %9s\n", cells[0], microseconds(row->alone, cells[3]),
-                microseconds(row->together, cells[4]), microseconds(row->jacobian, cells[5]));
+        eval_rollouts_cells(x, r, cells);
+        print_cells(file, cells);
     }
+    eval_rollouts_heads(x, cells);
     fprintf(file, "%s in mm: one step %.2g / %.2g", model->name,
             1e3 * x->length * model->error[ROLLOUTS_ONE][0],
             1e3 * x->length * model->error[ROLLOUTS_ONE][1]);
     if (!isnan(model->error[ROLLOUTS_SHORT][1])) {
-        fprintf(file, ", %s %.2g / %.2g", spans[0],
+        fprintf(file, ", %s %.2g / %.2g", cells[3],
                 1e3 * x->length * model->error[ROLLOUTS_SHORT][0],
                 1e3 * x->length * model->error[ROLLOUTS_SHORT][1]);
     }
@@ -259,23 +313,29 @@ static ad_status write_json(const eval_rollouts_options *asked, const surrogate 
 
 /* ---- all of it ----------------------------------------------------------------------------- */
 
+ad_status eval_rollouts_judge(const surrogate *s, int count, uint64_t seed, ad_pool *pool,
+                              rollouts_report *report, ad_error *error)
+{
+    one_step model;
+    ad_status status = surrogate_one_step(s, &model, error);
+    if (status == AD_OK) {
+        const rollouts_subject subject = eval_rollouts_subject(s, &model);
+        status = rollouts_judge(&subject, count, seed, pool, report, error);
+        surrogate_one_step_free(&model);
+    }
+    return status;
+}
+
 static ad_status report_of(const eval_rollouts_options *asked, const surrogate *s,
                            rollouts_report *report, ad_error *error)
 {
     const long processors = sysconf(_SC_NPROCESSORS_ONLN);
     const int threads = asked->threads > 0 ? asked->threads : processors > 0 ? (int)processors : 1;
-    one_step model;
-    ad_status status = surrogate_one_step(s, &model, error);
-    if (status != AD_OK) {
-        return status;
-    }
-    const rollouts_subject subject = eval_rollouts_subject(s, &model);
     ad_pool *pool = ad_pool_create(threads);
-    status =
-        pool ? rollouts_judge(&subject, asked->count, (uint64_t)asked->seed, pool, report, error)
+    const ad_status status =
+        pool ? eval_rollouts_judge(s, asked->count, (uint64_t)asked->seed, pool, report, error)
              : ad_fail(error, AD_NO_MEMORY, "%d threads could not be started", threads);
     ad_pool_free(pool);
-    surrogate_one_step_free(&model);
     return status;
 }
 

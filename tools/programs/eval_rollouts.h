@@ -2,6 +2,7 @@
 #ifndef TOOLS_PROGRAMS_EVAL_ROLLOUTS_H
 #define TOOLS_PROGRAMS_EVAL_ROLLOUTS_H
 
+#include "physics/verdict.h"
 #include "tools/surrogate/rollouts.h"
 #include "tools/surrogate/surrogate.h"
 
@@ -14,6 +15,23 @@ typedef struct eval_rollouts_options {
 
 /* What is judged of a trained model; the result borrows from it. */
 rollouts_subject eval_rollouts_subject(const surrogate *s, const one_step *model);
+
+/* A training ends with so many rollouts, from the scene's seed plus this: */
+enum { EVAL_ROLLOUTS_JUDGED = 16, EVAL_ROLLOUTS_SEED = 1000003 };
+ad_status eval_rollouts_judge(const surrogate *s, int count, uint64_t seed, ad_pool *pool,
+                              rollouts_report *report, ad_error *error);
+
+/* Adds findings: it diverges, or is off by more than its modes are. loss and held_out of its
+ * training (NaN: not known) tell what to try. */
+void eval_rollouts_verdict(const rollouts_report *report, surrogate_kind_id kind, double loss,
+                           double held_out, verdict *to);
+
+/* A row as texts: name, states, one step, 5 s, 1000 steps, diverged, one, 147, Jacobian. */
+enum { EVAL_ROLLOUTS_CELLS = 9, EVAL_ROLLOUTS_CELL = 32 };
+void eval_rollouts_heads(const rollouts_report *report,
+                         char heads[EVAL_ROLLOUTS_CELLS][EVAL_ROLLOUTS_CELL]);
+void eval_rollouts_cells(const rollouts_report *report, int row,
+                         char cells[EVAL_ROLLOUTS_CELLS][EVAL_ROLLOUTS_CELL]);
 
 void eval_rollouts_print(FILE *file, const rollouts_report *report);
 

@@ -34,9 +34,9 @@ ad_status samples_of_file(samples *p, const char *path, const scene *scene, doub
 
 /* s, t and the columns, with their units, as a table that borrows them. */
 typedef struct samples_sheet {
-    const char *names[3 + MODEL_COLUMNS_MAX], *units[3 + MODEL_COLUMNS_MAX];
-    const double *columns[3 + MODEL_COLUMNS_MAX]; /* there is room for one more */
-    table_source table;                           /* of these */
+    const char *names[2 + MODEL_COLUMNS_MAX], *units[2 + MODEL_COLUMNS_MAX];
+    const double *columns[2 + MODEL_COLUMNS_MAX];
+    table_source table; /* of these */
 } samples_sheet;
 void samples_fill(const samples *p, const scene *scene, samples_sheet *sheet);
 

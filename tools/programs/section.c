@@ -1,6 +1,10 @@
 #include "tools/programs/section.h"
 
+#include "tools/files/shapes_vtk.h"
+
 #include <math.h>
+#include <stdlib.h>
+#include <string.h>
 
 static double size_at(quantity size, double s)
 {
@@ -25,4 +29,49 @@ double section_half(const scene *of, double s, bool along_d2)
         }
     }
     return radius;
+}
+
+static ad_status write_with(const char *path, const table_source *table, const double *radius,
+                            ad_error *error)
+{
+    const char *names[TABLE_MAX_COLUMNS], *units[TABLE_MAX_COLUMNS];
+    const char *const *words[TABLE_MAX_COLUMNS];
+    const double *columns[TABLE_MAX_COLUMNS];
+    const size_t last = table->ncols;
+    table_source with = *table;
+    memcpy(names, table->names, last * sizeof *names);
+    memcpy(columns, table->columns, last * sizeof *columns);
+    for (size_t k = 0; k < last; k++) {
+        units[k] = table->units ? table->units[k] : "";
+        words[k] = table->words ? table->words[k] : NULL;
+    }
+    names[last] = "radius";
+    columns[last] = radius;
+    units[last] = "m";
+    words[last] = NULL;
+    with.ncols++;
+    with.names = names;
+    with.columns = columns;
+    with.units = units;
+    with.words = words;
+    return shapes_write(path, &with, error);
+}
+
+ad_status section_write(const char *path, const table_source *table, const scene *of, bool always,
+                        ad_error *error)
+{
+    const double *s = table_source_column(table, "s");
+    if (!s || table->ncols == TABLE_MAX_COLUMNS || !(always || shapes_is_vtk(path))) {
+        return shapes_write(path, table, error);
+    }
+    double *radius = malloc(table->nrows * sizeof *radius + 1);
+    if (!radius) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for shapes");
+    }
+    for (size_t i = 0; i < table->nrows; i++) {
+        radius[i] = fmax(section_half(of, s[i], false), section_half(of, s[i], true));
+    }
+    const ad_status status = write_with(path, table, radius, error);
+    free(radius);
+    return status;
 }

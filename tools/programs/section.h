@@ -3,10 +3,16 @@
 #define TOOLS_PROGRAMS_SECTION_H
 
 #include "physics/scene.h"
+#include "tools/files/table_file.h"
 
 /* Half the width along d1, or the height along d2, of the section at s, m; of anything round the
  * radius, of concentric tubes that of the outermost. 0: none is given, or it depends on a
  * parameter that is open. */
 double section_half(const scene *of, double s, bool along_d2);
+
+/* shapes_write of a table with column s, for ParaView (or `always`) with a column radius, half of
+ * the larger size of the section. AD_NO_MEMORY, errors of shapes_write. */
+ad_status section_write(const char *path, const table_source *table, const scene *of, bool always,
+                        ad_error *error);
 
 #endif

@@ -4,7 +4,8 @@
  *   facts       [[name, value], ...] texts
  *   motion      frames, points, s, t or labels, columns, reference {name, ...}: show_motion
  *   scene       what is drawn beside the rod: show_scene
- *   curves      [{title, x, x_unit, y, y_unit, log, series: [{name, x, y}]}]
+ *   paths       [motion of one point, ...] of a closed loop: wanted, then what was gone
+ *   curves      [{title, x, x_unit, y, y_unit, log, series: [{name, dashed, x, y, half}]}]
  *   tables      [{title, columns: [...], rows: [[...], ...]}]
  *   images      [{title, data}]  SVG
  *   texts       [{title, text}]
@@ -29,6 +30,10 @@ void show_column(json *to, const char *name, const char *unit, const double *val
 /* A curve of a chart: x and y [rows], thinned out if there are very many. */
 void show_series(json *to, const char *name, const double *x, const double *y, size_t rows);
 
+/* The same dashed, or with a band from y - half to y + half (NULL: none) around it. */
+void show_series_with(json *to, const char *name, const double *x, const double *y,
+                      const double *half, bool dashed, size_t rows);
+
 /* What happens to the shapes of a table, frames and points thinned out; `labels` [frames], NULL:
  * none. The instants [*frames] and places [*points] that are kept, as rows of the table's first
  * block and first rows of blocks, are added to `kept` for show_scene, to be freed by the caller. */
@@ -42,6 +47,9 @@ void show_kept_free(show_kept *kept);
 ad_status show_motion(json *to, const table_source *table, const char *const *labels,
                       const table_source *reference, const char *reference_name, show_kept *kept,
                       ad_error *error);
+
+/* A place over time, columns t, x, y, z, as a member of "paths". */
+ad_status show_path(json *to, const char *name, const table_source *table, ad_error *error);
 
 /* Section, ends, loads, tendons, chambers and bodies of a scene at the kept instants; of a family
  * values [frames of the table][parameter_count], of any other scene NULL. */

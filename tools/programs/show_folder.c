@@ -1,92 +1,10 @@
-/* cpinn-show: closed loops, and folders of tables and pictures. */
+/* cpinn-show: a folder of tables and pictures. */
 #include "tools/files/file_bytes.h"
 #include "tools/programs/show_source.h"
 
 #include <dirent.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* ---- closed loops -------------------------------------------------------------------------- */
-
-static void put_named(showing *x, const table_source *table, const char *title,
-                      const char *beginning)
-{
-    const double *t = table_source_column(table, "t");
-    show_open_curve(&x->to, title, "t", "s", "", false);
-    for (size_t k = 0; k < table->ncols; k++) {
-        if (strncmp(table->names[k], beginning, strlen(beginning)) == 0) {
-            show_series(&x->to, table->names[k] + strlen(beginning), t, table->columns[k],
-                        table->nrows);
-        }
-    }
-    show_close_curve(&x->to);
-}
-
-/* Distances of the true place from that which is wanted [nrows]. */
-static void distances(const table_source *table, double *off)
-{
-    static const char *const names[][2] = {
-        {"reference_x", "true_x"}, {"reference_y", "true_y"}, {"reference_z", "true_z"}};
-    memset(off, 0, table->nrows * sizeof *off);
-    for (int k = 0; k < 3; k++) {
-        const double *wanted = table_source_column(table, names[k][0]);
-        const double *found = table_source_column(table, names[k][1]);
-        for (size_t i = 0; i < table->nrows; i++) {
-            off[i] = hypot(off[i], found[i] - wanted[i]);
-        }
-    }
-}
-
-/* The columns t, and x, y, z by other names. */
-static table_source path_of(const table_source *table, const char *kind, const double *columns[4])
-{
-    static const char *const names[] = {"t", "x", "y", "z"}, *const units[] = {"s", "m", "m", "m"};
-    columns[0] = table_source_column(table, "t");
-    for (int k = 0; k < 3; k++) {
-        char name[32];
-        snprintf(name, sizeof name, "%s_%c", kind, "xyz"[k]);
-        columns[1 + k] = table_source_column(table, name);
-    }
-    return (table_source){
-        .names = names, .columns = columns, .ncols = 4, .nrows = table->nrows, .units = units};
-}
-
-ad_status show_loop(showing *x, const table_source *table, ad_error *error)
-{
-    const double *wanted[4], *found[4];
-    const table_source path = path_of(table, "true", found);
-    const table_source ghost = path_of(table, "reference", wanted);
-    double *off = malloc(table->nrows * sizeof *off + 1), square = 0, most = 0;
-    for (int k = 0; k < 4; k++) {
-        if (!found[k] || !wanted[k] || !off) {
-            free(off);
-            return ad_fail(error, off ? AD_BAD_INPUT : AD_NO_MEMORY,
-                           "%s: needs columns t, reference_x to _z and true_x to _z", x->source);
-        }
-    }
-    distances(table, off);
-    for (size_t i = 0; i < table->nrows; i++) {
-        square += off[i] * off[i] / (double)table->nrows;
-        most = fmax(most, off[i]);
-    }
-    json_open(&x->to, "facts", '[');
-    show_fact(&x->to, "duration", "%g s", found[0][table->nrows - 1]);
-    show_fact(&x->to, "off the path, rms, approach included", "%.3g mm", 1e3 * sqrt(square));
-    show_fact(&x->to, "at most", "%.3g mm", 1e3 * most);
-    json_close(&x->to, ']');
-    json_open(&x->to, "curves", '[');
-    show_open_curve(&x->to, "Distance from the path", "t", "s", "m", true);
-    show_series(&x->to, "distance", found[0], off, table->nrows);
-    show_close_curve(&x->to);
-    put_named(x, table, "Inputs", "input_");
-    put_named(x, table, "Estimates", "estimate_");
-    json_close(&x->to, ']');
-    free(off);
-    return show_put_motion(x, &path, NULL, &ghost, "wanted path", error);
-}
-
-/* ---- folders ------------------------------------------------------------------------------- */
 
 enum { ROWS_MAX = 400, FILES_MAX = 400 };
 
@@ -127,6 +45,64 @@ static void put_csv(json *to, const char *name, char *text)
     json_close(to, ']');
     json_text(to, "cut", rest && *rest ? "yes" : NULL);
     json_close(to, '}');
+}
+
+ad_status show_csv(showing *x, ad_error *error)
+{
+    unsigned char *bytes = NULL;
+    size_t size, length;
+    const ad_status status = file_bytes_read(x->source, 0, &bytes, &size, &length, error);
+    if (status == AD_OK) {
+        json_open(&x->to, "tables", '[');
+        put_csv(&x->to, x->title, (char *)bytes);
+        json_close(&x->to, ']');
+    }
+    free(bytes);
+    return status;
+}
+
+static void put_curves(json *to, const table_source *table)
+{
+    enum { CURVES_MAX = 12 };
+    bool ascends = table->nrows > 1;
+    for (size_t i = 1; i < table->nrows && ascends; i++) {
+        ascends = table->columns[0][i] > table->columns[0][i - 1];
+    }
+    json_open(to, "curves", '[');
+    for (size_t k = 1; k < table->ncols && k <= CURVES_MAX && ascends; k++) {
+        show_open_curve(to, table->names[k], table->names[0], table->units[0], table->units[k],
+                        false);
+        show_series(to, table->names[k], table->columns[0], table->columns[k], table->nrows);
+        show_close_curve(to);
+    }
+    json_close(to, ']');
+}
+
+ad_status show_numbers(showing *x, const table_source *table, ad_error *error)
+{
+    json *to = &x->to;
+    if (table->nrows == 0) {
+        return ad_fail(error, AD_BAD_INPUT, "%s: there are no rows to be shown", x->source);
+    }
+    put_curves(to, table);
+    json_open(to, "tables", '[');
+    json_open(to, NULL, '{');
+    json_text(to, "title", x->title);
+    json_open(to, "rows", '[');
+    for (size_t i = 0; i <= table->nrows && i <= ROWS_MAX; i++) {
+        json_open(to, NULL, '[');
+        for (size_t k = 0; k < table->ncols; k++) {
+            char text[32];
+            snprintf(text, sizeof text, "%.7g", i > 0 ? table->columns[k][i - 1] : 0);
+            json_text(to, NULL, i > 0 ? text : table->names[k]);
+        }
+        json_close(to, ']');
+    }
+    json_close(to, ']');
+    json_text(to, "cut", table->nrows > ROWS_MAX ? "yes" : NULL);
+    json_close(to, '}');
+    json_close(to, ']');
+    return AD_OK;
 }
 
 static int by_name(const void *a, const void *b)

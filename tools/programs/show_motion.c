@@ -90,15 +90,25 @@ static void put_thinned(json *to, const char *name, const double *values, size_t
     free(few);
 }
 
-void show_series(json *to, const char *name, const double *x, const double *y, size_t rows)
+void show_series_with(json *to, const char *name, const double *x, const double *y,
+                      const double *half, bool dashed, size_t rows)
 {
     const size_t kept = rows < CURVE_ROWS ? rows : CURVE_ROWS;
     json_open(to, NULL, '{');
     json_text(to, "name", name);
+    json_text(to, "dashed", dashed ? "yes" : NULL);
     json_integer(to, "rows", (int64_t)kept);
     put_thinned(to, "x", x, rows, kept);
     put_thinned(to, "y", y, rows, kept);
+    if (half) {
+        put_thinned(to, "half", half, rows, kept);
+    }
     json_close(to, '}');
+}
+
+void show_series(json *to, const char *name, const double *x, const double *y, size_t rows)
+{
+    show_series_with(to, name, x, y, NULL, false, rows);
 }
 
 /* ---- what is kept -------------------------------------------------------------------------- */
@@ -213,6 +223,10 @@ ad_status show_motion(json *to, const table_source *table, const char *const *la
     show_kept other;
     memset(kept, 0, sizeof *kept);
     ad_status status = table_shapes_of(table, &from, error);
+    double low, high;
+    if (status == AD_OK && from.place[0] && !range_of(from.place[0], table->nrows, &low, &high)) {
+        status = ad_fail(error, AD_BAD_INPUT, "no place is a finite number");
+    }
     status = status == AD_OK ? keep(&from, SHOW_FRAMES_MAX, SHOW_POINTS_MAX, kept, error) : status;
     if (status != AD_OK) {
         return status;
@@ -237,5 +251,22 @@ ad_status show_motion(json *to, const table_source *table, const char *const *la
         }
     }
     json_close(to, '}');
+    return status;
+}
+
+ad_status show_path(json *to, const char *name, const table_source *table, ad_error *error)
+{
+    enum { PATH_ROWS = 1000 };
+    table_shapes from;
+    show_kept kept;
+    ad_status status = table_shapes_of(table, &from, error);
+    status = status == AD_OK ? keep(&from, PATH_ROWS, 1, &kept, error) : status;
+    if (status == AD_OK) {
+        json_open(to, NULL, '{');
+        json_text(to, "name", name);
+        put_shapes(to, table, &from, &kept, true);
+        json_close(to, '}');
+        show_kept_free(&kept);
+    }
     return status;
 }

@@ -2,6 +2,7 @@
 #include "tools/programs/show_source.h"
 
 #include "physics/model.h"
+#include "tools/train/history.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -45,12 +46,64 @@ void show_text(json *to, const char *title, const char *text)
     json_close(to, '}');
 }
 
+void show_settings(json *to, const config *settings)
+{
+    char *text = NULL;
+    size_t size;
+    FILE *file = open_memstream(&text, &size);
+    json_open(to, "texts", '[');
+    if (file && config_write(settings, file, false) == AD_OK && fflush(file) == 0) {
+        show_text(to, "Scene and settings (YAML)", text);
+    }
+    json_close(to, ']');
+    if (file) {
+        fclose(file);
+    }
+    free(text);
+}
+
 void show_scene_facts(json *to, const scene *of)
 {
     show_fact(to, "length", "%g m", scene_length(of));
     if (scene_is_dynamic(of)) {
         show_fact(to, "duration", "%g s", scene_duration(of));
     }
+}
+
+static void put_history_curve(json *to, const history *h, const char *title,
+                              const char *const *wanted)
+{
+    double *columns = malloc(2 * h->count * sizeof *columns + 1), *values = columns + h->count;
+    show_open_curve(to, title, "step", "", "", true);
+    for (; columns && *wanted; wanted++) {
+        bool any = false;
+        for (size_t i = 0; i < h->count; i++) {
+            columns[i] = history_value(h, i, "step");
+            values[i] = history_value(h, i, *wanted);
+            any = any || values[i] > 0;
+        }
+        if (any) {
+            show_series(to, *wanted, columns, values, h->count);
+        }
+    }
+    show_close_curve(to);
+    free(columns);
+}
+
+ad_status show_history(json *to, const checkpoint *file, ad_error *error)
+{
+    static const char *const losses[] = {"loss", "held_out", "error", NULL};
+    history h = {.columns = 0};
+    for (const char *name; h.columns < HISTORY_COLUMNS_MAX &&
+                           (name = checkpoint_column(file, "history/table", (size_t)h.columns));) {
+        h.names[h.columns++] = name;
+    }
+    const ad_status status = h.columns > 0 ? history_get(&h, file, error) : AD_OK;
+    if (status == AD_OK && h.count > 1) {
+        put_history_curve(to, &h, "Training: loss and error", losses);
+    }
+    history_free(&h);
+    return status;
 }
 
 /* ---- tables -------------------------------------------------------------------------------- */

@@ -11,26 +11,6 @@
 
 /* ---- a run --------------------------------------------------------------------------------- */
 
-static void put_history_curve(json *to, const history *h, const char *title,
-                              const char *const *wanted)
-{
-    double *columns = malloc(2 * h->count * sizeof *columns + 1), *values = columns + h->count;
-    show_open_curve(to, title, "step", "", "", true);
-    for (; columns && *wanted; wanted++) {
-        bool any = false;
-        for (size_t i = 0; i < h->count; i++) {
-            columns[i] = history_value(h, i, "step");
-            values[i] = history_value(h, i, *wanted);
-            any = any || values[i] > 0;
-        }
-        if (any) {
-            show_series(to, *wanted, columns, values, h->count);
-        }
-    }
-    show_close_curve(to);
-    free(columns);
-}
-
 /* How far the field is from the reference: the largest distance at each instant, at rest that at
  * each place. */
 static void put_error_curve(showing *x)
@@ -69,23 +49,12 @@ static void put_error_curve(showing *x)
 
 static ad_status put_training(showing *x, ad_error *error)
 {
-    history h = {.columns = 0};
-    for (const char *name;
-         h.columns < HISTORY_COLUMNS_MAX &&
-         (name = checkpoint_column(x->file, "history/table", (size_t)h.columns));) {
-        h.names[h.columns++] = name;
-    }
-    ad_status status = h.columns > 0 ? history_get(&h, x->file, error) : AD_OK;
     json_open(&x->to, "curves", '[');
     if (x->known) {
         put_error_curve(x);
     }
-    if (status == AD_OK && h.count > 1) {
-        put_history_curve(&x->to, &h, "Training: loss and error",
-                          (const char *const[]){"loss", "held_out", "error", NULL});
-    }
+    const ad_status status = show_history(&x->to, x->file, error);
     json_close(&x->to, ']');
-    history_free(&h);
     return status;
 }
 

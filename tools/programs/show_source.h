@@ -37,6 +37,12 @@ void show_scene_facts(json *to, const scene *of);
 /* A member of "texts". */
 void show_text(json *to, const char *title, const char *text);
 
+/* "texts" with all keys of a file. */
+void show_settings(json *to, const config *settings);
+
+/* What a training wrote of its losses, as a member of "curves". */
+ad_status show_history(json *to, const checkpoint *file, ad_error *error);
+
 /* The unit of a column of the scene's model, "" of others. */
 const char *show_unit(const char *name, const scene *of);
 
@@ -61,6 +67,11 @@ ad_status show_plot(const table_source *table, const char *path, ad_error *error
 /* The whole of a source, title included. AD_BAD_INPUT and others with one line. */
 ad_status show_run(showing *x, ad_error *error);
 ad_status show_folder(showing *x, ad_error *error);
+
+/* Tables without shapes: of numbers with a curve of each column over the first, or as a text. */
+ad_status show_numbers(showing *x, const table_source *table, ad_error *error);
+ad_status show_csv(showing *x, ad_error *error);
+ad_status show_surrogate(showing *x, ad_error *error);
 ad_status show_loop(showing *x, const table_source *table, ad_error *error);
 
 /* "name" of "folder/name.yaml". */

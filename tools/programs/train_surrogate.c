@@ -17,8 +17,6 @@
 #include <unistd.h>
 
 /* Rollouts of the verdict, whose inputs training has not seen. */
-enum { JUDGED = 16 };
-static const uint64_t FRESH = 1000003;
 
 typedef struct training {
     const train_surrogate_options *asked;
@@ -158,49 +156,20 @@ static ad_status train(training *t, ad_error *error)
 
 /* ---- the verdict --------------------------------------------------------------------------- */
 
-/* What to try where rollouts are off: the losses are squares. */
-static const char *advice(const training *t)
-{
-    const surrogate_training_info info = surrogate_training_inspect(t->own);
-    return t->settings->surrogate.kind == SURROGATE_LINEAR ? "try surrogate.kind: flow"
-           : info.held_out > 2 * info.loss
-               ? "held-out steps are off by far more than those that were learnt: try more of them "
-                 "(surrogate.solved)"
-               : "try a longer training, a wider network (network.hidden) or a smaller range of "
-                 "the "
-                 "parameters";
-}
-
 static ad_status judge(training *t, ad_error *error)
 {
     surrogate *s = NULL;
-    one_step model = {0};
     ad_status status = surrogate_load(t->folder.checkpoint, &s, error);
-    status = status == AD_OK ? surrogate_one_step(s, &model, error) : status;
     if (status == AD_OK) {
-        const rollouts_subject subject = eval_rollouts_subject(s, &model);
-        status = rollouts_judge(&subject, JUDGED, t->settings->settings.seed + FRESH, t->pool,
-                                &t->report, error);
+        status = eval_rollouts_judge(s, EVAL_ROLLOUTS_JUDGED,
+                                     t->settings->settings.seed + EVAL_ROLLOUTS_SEED, t->pool,
+                                     &t->report, error);
     }
     if (status == AD_OK) {
-        const rollouts_row *row = &t->report.rows[ROLLOUTS_MODEL];
+        const surrogate_training_info info = surrogate_training_inspect(t->own);
         t->judged = true;
-        if (row->diverged > 0) {
-            verdict_add(&t->verdict, VERDICT_DIVERGED,
-                        "%d of %d rollouts of %d steps leave the solver by more than a quarter of "
-                        "the length; %s; loops by the reduced rod need no model (surrogate: null)",
-                        row->diverged, t->report.count, t->report.steps[ROLLOUTS_LONG], advice(t));
-        }
-        const double own = row->error[ROLLOUTS_SHORT][ROLLOUTS_MEDIAN];
-        const double modes = t->report.rows[ROLLOUTS_FINER].error[ROLLOUTS_SHORT][ROLLOUTS_MEDIAN];
-        if (t->settings->surrogate.kind != SURROGATE_LINEAR && own > modes) {
-            verdict_add(&t->verdict, VERDICT_NOT_CONVERGED,
-                        "rollouts of 5 s are off the solver by %.2g %% of the length (median), "
-                        "more than the %.2g %% that modes leave out; %s",
-                        100 * own, 100 * modes, advice(t));
-        }
+        eval_rollouts_verdict(&t->report, s->settings.kind, info.loss, info.held_out, &t->verdict);
     }
-    surrogate_one_step_free(&model);
     surrogate_free(s);
     return status;
 }
@@ -217,7 +186,7 @@ static void finish(training *t)
         eval_rollouts_print(stdout, &t->report);
         verdict_print(stdout, "", &t->verdict);
         printf("\n  %s\n  %s\n  %s\n\n  cpinn-eval %s --rollouts %d\n", t->folder.checkpoint,
-               t->folder.history, t->folder.config, t->folder.path, JUDGED);
+               t->folder.history, t->folder.config, t->folder.path, EVAL_ROLLOUTS_JUDGED);
     } else if (verdict_outcome_of(&t->verdict) == VERDICT_WARNING) {
         verdict_print(stderr, "cpinn-train: ", &t->verdict);
     }
@@ -325,7 +294,7 @@ static void explain(training *t)
     }
     printf("\nA verdict at the end: %d fresh rollouts of 5 s and of 1,000 steps beside the "
            "solver.\n",
-           JUDGED);
+           EVAL_ROLLOUTS_JUDGED);
     if (config_controls(t->settings)) {
         explain_control(&t->settings->control);
     }

@@ -41,12 +41,13 @@ function decades(low, high) {
 const superscript = k => String(k).replace(/[-0-9]/g,
     c => (c === "-" ? "\u207b" : "\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079"[c]));
 
-/* about: { title, x, xUnit, yUnit, log, series: [{ name, count, x(i), y(i), dashed }], seek }.
+/* about: { title, x, xUnit, yUnit, log, series: [{ name, count, x(i), y(i), dashed, half(i) }],
+ * colours, seek }; half: of a band around y; so many colours are taken in turn (6).
  * seek(x): where the user has clicked. */
 class Chart {
     constructor(parent, about) {
         this.about = about;
-        this.width = 480;
+        this.width = Math.min(480, Math.max(300, parent.clientWidth - 30)); /* readable on phones */
         this.height = 190;
         this.room = { left: 58, right: 12, top: 8, bottom: 34 };
         const card = element("div", { class: "card chart" }, parent);
@@ -73,6 +74,10 @@ class Chart {
             for (let i = 0; i < one.count; i++) {
                 take(r.x, one.x(i));
                 take(r.y, this.about.log ? Math.log10(one.y(i)) : one.y(i));
+                if (one.half) {
+                    take(r.y, one.y(i) - one.half(i));
+                    take(r.y, one.y(i) + one.half(i));
+                }
             }
         }
         if (this.about.yRange) {
@@ -129,10 +134,10 @@ class Chart {
             const h = this.toY(value);
             element("line", { class: "grid", x1: left, x2: end, y1: h, y2: h }, this.svg);
             element("text", { x: left - 6, y: h + 4, "text-anchor": "end",
-                text: about.log && Number.isInteger(at) ? "10" + superscript(at)
-                    : digits(about.log ? value : at, 3) }, this.svg);
+                text: about.log ? this.#decade(at, value) : digits(at, 3) }, this.svg);
         }
-        for (const at of ticks(this.range.x[0] * x.factor, this.range.x[1] * x.factor, 6)) {
+        for (const at of ticks(this.range.x[0] * x.factor, this.range.x[1] * x.factor,
+            Math.round(this.width / 80))) {
             const w = this.toX(at / x.factor);
             element("line", { class: "grid", x1: w, x2: w, y1: floor, y2: floor + 4 }, this.svg);
             element("text", { x: w, y: floor + 16, "text-anchor": "middle", text: digits(at, 4) },
@@ -141,13 +146,45 @@ class Chart {
         element("line", { class: "grid", x1: left, x2: end, y1: floor, y2: floor }, this.svg);
         element("text", { x: end, y: this.height - 3, "text-anchor": "end",
             text: about.x + (x.unit ? ` (${x.unit})` : "") }, this.svg);
-        this.title.textContent = about.title + (y.unit ? ` (${y.unit})` : "");
+        this.title.textContent = about.title + (y.unit && !about.log ? ` (${y.unit})` : "");
+        about.series.forEach((one, k) => one.half && element("path", { class: "band",
+            style: `fill: ${this.#colour(k)}`, d: this.#band(one) }, this.svg));
         this.paths = about.series.map((one, k) => element("path", { class: "curve",
-            style: `stroke: var(--curve${k % 6})` + (one.dashed ? "; stroke-dasharray: 5 4" : ""),
+            style: `stroke: ${this.#colour(k)}` + (one.dashed ? "; stroke-dasharray: 5 4" : ""),
             d: this.#path(one) }, this.svg));
         this.cursor = element("line", { class: "cursor", x1: 0, x2: 0, y1: top, y2: floor,
             visibility: "hidden" }, this.svg);
+        this.keys.replaceChildren();
+        this.values = about.series.map((one, k) => {
+            const row = element("span", {}, this.keys);
+            element("i", { style: `background: ${this.#colour(k)}`,
+                class: one.dashed ? "dashed" : "" }, row);
+            row.append(one.name + " ");
+            element("b", { text: " " }, row);
+            return row.lastChild.firstChild;
+        });
         this.#say(this.at);
+    }
+
+    /* A power of ten, with a unit as what it is. */
+    #decade(at, value) {
+        const unit = this.about.yUnit;
+        return prefix(value, unit).unit !== unit || (unit && Math.abs(at) < 1) ? withUnit(value, unit)
+            : Number.isInteger(at) ? "10" + superscript(at) : digits(value, 3);
+    }
+
+    #colour(k) {
+        return `var(--curve${k % (this.about.colours || 6)})`;
+    }
+
+    /* From y - half to y + half. */
+    #band(one) {
+        const at = (i, sign) => this.toX(one.x(i)).toFixed(1) + " "
+            + this.toY(one.y(i) + sign * one.half(i)).toFixed(1);
+        const known = Array.from({ length: one.count }, (_, i) => i)
+            .filter(i => Number.isFinite(one.y(i) + one.half(i)));
+        return known.length ? "M" + known.map(i => at(i, 1)).concat(
+            known.reverse().map(i => at(i, -1))).join("L") + "Z" : "";
     }
 
     #path(one) {
@@ -186,19 +223,14 @@ class Chart {
 
     /* Names, with the values at a place. */
     #say(at) {
-        const rows = this.about.series.map((one, k) => {
-            const row = element("span");
-            element("i", { style: `background: var(--curve${k % 6})` }, row);
-            row.append(one.name + " ");
+        this.about.series.forEach((one, k) => {
             const i = at === null || at === undefined ? -1 : nearest(one, at);
-            if (i >= 0) {
-                const value = one.y(i);
-                element("b", { text: this.about.log ? digits(value, 4)
-                    : digits(value * this.yScale.factor, 4) }, row);
+            const value = i < 0 ? "" : this.about.log ? withUnit(one.y(i), this.about.yUnit)
+                : digits(one.y(i) * this.yScale.factor);
+            if (this.values[k].data !== value) {
+                this.values[k].data = value;
             }
-            return row;
         });
-        this.keys.replaceChildren(...rows);
     }
 }
 

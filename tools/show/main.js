@@ -35,6 +35,16 @@ function addChart(player, about, follow) {
     return chart;
 }
 
+/* Of a closed loop: where its place is, and where it was to be. */
+function addPlaceChart(player) {
+    const [wanted, gone] = player.picture.paths;
+    const curves = (of, kind, dashed) => of.place.map(c => ({ name: kind + c.name, dashed,
+        count: of.frames, x: f => of.t.at(f), y: f => c.at(f) }));
+    addChart(player, { title: "Position of the place; dashed: wanted", x: "t", xUnit: "s",
+        yUnit: "m", series: [...curves(gone, "", false), ...curves(wanted, "wanted ", true)],
+        colours: 3, seek: t => player.seek(t) }, function (time) { this.show(time); });
+}
+
 /* Where the tip is over time, and what colours the rod over its length now. */
 function addMotionCharts(player) {
     const motion = player.motion, tip = motion.points - 1;
@@ -43,7 +53,9 @@ function addMotionCharts(player) {
         return Math.max(...values) - Math.min(...values) > 1e-9 * player.picture.size;
     });
     const isTimed = motion.t !== null;
-    if (motion.frames > 1 && moving.length) {
+    if (report.paths) {
+        addPlaceChart(player);
+    } else if (motion.frames > 1 && moving.length) {
         addChart(player, {
             title: motion.enlarged !== 1 ? "Tip, enlarged" : "Position of the tip",
             x: isTimed ? "t" : "member", xUnit: isTimed ? "s" : "", yUnit: "m",
@@ -82,7 +94,9 @@ function addReportCharts(player) {
     for (const curve of report.curves || []) {
         const series = curve.series.map(one => {
             const x = column(one.x[0]), y = column(one.y[0]);
-            return { name: one.name, count: one.rows, x: i => x.at(i), y: i => y.at(i) };
+            const half = one.half && column(one.half[0]);
+            return { name: one.name, dashed: one.dashed === "yes", count: one.rows,
+                x: i => x.at(i), y: i => y.at(i), half: half && (i => half.at(i)) };
         });
         if (series.length === 0) {
             continue;
@@ -189,7 +203,8 @@ function begin() {
     let player = null;
     if (motion && motion.isPlaced) {
         const other = report.motion.reference ? new Motion(report.motion.reference) : null;
-        player = new Player(motion, other && other.isPlaced ? other : null);
+        player = new Player(motion, other && other.isPlaced ? other : null,
+            (report.paths || []).map(data => new Motion(data)));
         addMotionCharts(player);
         addNumbers(player);
     } else {

@@ -42,7 +42,7 @@ function quantitiesOf(motion) {
     offer("stretch", "", ["v3"], v => v[0] - 1, true);
     offer("shear", "", ["v1", "v2"], size, false);
     offer("speed", "m/s", ["vx", "vy", "vz"], size, false);
-    const used = /^([xyzwMV]|q[wxyz]|v[xyz123]|u[123]|n[123]|m[123]|w[123])$/;
+    const used = /^([xyzwMV]|q[wxyz]|v[xyz123]|u[123]|n[123]|m[123]|w[123]|radius)$/;
     for (const c of motion.columns) {
         if (!used.test(c.name)) {
             offer(c.name, c.unit, [c.name], first, true);
@@ -55,11 +55,13 @@ function quantitiesOf(motion) {
 function scaleOf(quantity) {
     if (quantity.signed && quantity.low < 0 && quantity.high > 0) {
         const most = Math.max(-quantity.low, quantity.high);
-        return { map: DIVERGING, low: -most, high: most };
+        return { map: DIVERGING, shades: DIVERGING_SHADES, low: -most, high: most };
     }
-    return { map: SEQUENTIAL, low: quantity.signed ? quantity.low : Math.min(0, quantity.low),
+    return { map: SEQUENTIAL, shades: SEQUENTIAL_SHADES, low: quantity.signed ? quantity.low : Math.min(0, quantity.low),
         high: quantity.high };
 }
+
+const SEQUENTIAL_SHADES = shadesOf(SEQUENTIAL), DIVERGING_SHADES = shadesOf(DIVERGING);
 
 /* ---- time ---------------------------------------------------------------------------------- */
 
@@ -97,9 +99,10 @@ function setTheme(name) {
 /* ---- the picture --------------------------------------------------------------------------- */
 
 class Picture {
-    constructor(motion, reference) {
+    constructor(motion, reference, paths) {
         this.motion = motion;
         this.reference = reference;
+        this.paths = paths; /* of a closed loop: wanted, then what was gone */
         this.scene = report.scene || null;
         this.shown = { directors: false, loads: true, actuators: true, reference: true, path: true,
             floor: true, through: false };
@@ -117,6 +120,8 @@ class Picture {
         }
         document.body.dataset.renderer = this.renderer.name;
         this.outline = null;
+        this.detail = 1; /* pixels that are drawn over those that are there */
+        this.pace = 0;
     }
 
     /* Sizes and loads of the scene. */
@@ -126,7 +131,8 @@ class Picture {
         this.arrows = scene ? scene.arrows.map(load) : [];
         this.guided = scene ? scene.guided.map(g => ({ ...g, offset: g.offset.map(column),
             acts: column(g.acts[0]) })) : [];
-        this.half = scene ? scene.half.map(column) : null;
+        const radius = this.motion.find("radius");
+        this.half = scene ? scene.half.map(column) : radius ? [radius, radius] : null;
         this.most = {}; /* of the vectors, by unit */
         for (const a of this.arrows) {
             for (let f = 0; f < this.motion.frames; f++) {
@@ -154,7 +160,7 @@ class Picture {
     /* The camera: all of the motion in view, across the plane in which it mostly is. */
     #look() {
         const seen = [];
-        for (const motion of [this.motion, this.reference]) {
+        for (const motion of [this.motion, this.reference, ...this.paths]) {
             const steps = motion ? Math.ceil(motion.frames / 60) : 0;
             for (let f = 0; motion && f < motion.frames; f += steps) {
                 for (let k = 0; k < motion.points; k += Math.ceil(motion.points / 40)) {
@@ -208,17 +214,41 @@ class Picture {
         }
     }
 
+    /* Where pictures come too slowly, as without a graphics processor, those that move are coarser;
+     * `passed` ms since the last one. */
+    keepUp(passed) {
+        const slow = 28, least = 0.4;
+        this.pace += (passed - this.pace) / 8;
+        if (this.pace > slow && this.detail > least) {
+            this.detail = Math.max(least, 0.8 * this.detail);
+            this.pace = 0;
+            this.#sizeCanvas();
+        }
+        document.body.dataset.detail = this.detail.toFixed(2);
+    }
+
+    rest() {
+        this.pace = 0;
+        this.detail = 1;
+        this.#sizeCanvas();
+    }
+
+    #sizeCanvas() {
+        const box = byId("stage").getBoundingClientRect();
+        this.canvas.width = Math.round(box.width * this.pixels * this.detail);
+        this.canvas.height = Math.round(box.height * this.pixels * this.detail);
+    }
+
     resize() {
         const box = byId("stage").getBoundingClientRect(), pixels = window.devicePixelRatio || 1;
-        for (const canvas of [this.canvas, this.labels.canvas]) {
-            canvas.width = Math.round(box.width * pixels);
-            canvas.height = Math.round(box.height * pixels);
-        }
+        this.labels.canvas.width = Math.round(box.width * pixels);
+        this.labels.canvas.height = Math.round(box.height * pixels);
         const camera = this.camera, isHome = camera.distance === camera.home.distance;
         this.pixels = pixels;
+        this.#sizeCanvas();
         camera.width = box.width;
         camera.height = box.height;
-        camera.home.distance = camera.fit(this.places, 0.74);
+        camera.home.distance = camera.fit(this.places, this.radius, 0.76);
         if (isHome || !this.wasFitted) {
             camera.distance = camera.home.distance;
             this.wasFitted = true;
@@ -243,14 +273,18 @@ class Picture {
         this.tags = [];
         mesh.begin();
         if (this.shown.floor) {
-            this.#drawFloor(pose);
+            this.#drawFloor();
         }
         this.outline = outlineOf(this.scene ? this.scene.section : "circle",
             this.renderer.name === "canvas" ? 10 : 24);
         if (motion.points > 1) {
+            const into = this.shown.through ? mesh.clear : mesh.solid, from = into.count;
             tube(mesh, pose, this.outline, k => this.halfAt(k), k => (quantity
-                ? colourOf(scale.map, (quantity.at(frame * motion.points + k) - scale.low)
+                ? colourOf(scale.shades, (quantity.at(frame * motion.points + k) - scale.low)
                     / (scale.high - scale.low)) : plain), this.shown.through ? 0.45 : 1);
+            if (this.shown.floor) {
+                mesh.shadow = { of: into, from, to: into.count };
+            }
             this.#drawEnds(pose);
         } else {
             ball(mesh, pose.places[0], 0.014 * this.size, plain);
@@ -259,7 +293,7 @@ class Picture {
             this.#drawReference(at);
         }
         if (this.shown.path && motion.t && motion.frames > 1) {
-            this.#drawPath(motion, at, themeColour("--ink"));
+            this.#drawPaths(at);
         }
         if (this.shown.directors && motion.points > 1) {
             this.#drawDirectors(pose);
@@ -270,12 +304,12 @@ class Picture {
         if (this.shown.actuators) {
             this.#drawActuators(pose);
         }
-        this.renderer.draw(mesh, this.camera);
+        this.renderer.draw(mesh, this.camera, this.floor);
         this.#drawLabels();
     }
 
-    #drawFloor(pose) {
-        const { up, side, front, target } = this.camera, mesh = this.mesh;
+    #drawFloor() {
+        const { up, side, front } = this.camera, mesh = this.mesh;
         const home = this.camera.home.target;
         const step = round125(this.size / 8), reach = 1.1 * this.size, colour = themeColour("--soft");
         const centre = add(home, times(up, this.floor - dot(home, up)));
@@ -299,20 +333,6 @@ class Picture {
                     mesh.line(a, b, colour, 0.55 * fade);
                 }
             }
-        }
-        /* the shadow, as wide as the rod */
-        const dark = [0, 0, 0], flat = p => add(p, times(up, this.floor - dot(p, up)));
-        let before = null;
-        for (let k = 0; k < pose.places.length && pose.places.length > 1; k++) {
-            const next = minus(pose.places[Math.min(k + 1, pose.places.length - 1)],
-                pose.places[Math.max(k - 1, 0)]);
-            const wide = times(unitVector(cross(up, next), side), Math.max(...this.halfAt(k)));
-            const a = mesh.vertex(flat(add(pose.places[k], wide)), [0, 0, 0], dark, 0.16);
-            const b = mesh.vertex(flat(minus(pose.places[k], wide)), [0, 0, 0], dark, 0.16);
-            if (before) {
-                mesh.clear.push(before[0], before[1], b, before[0], b, a);
-            }
-            before = [a, b];
         }
     }
 
@@ -349,21 +369,31 @@ class Picture {
             ball(this.mesh, other.pose(frame).places[0], 0.012 * this.size, colour);
             return;
         }
-        const wide = Math.max(1.5 * this.radius, this.radius + 0.004 * this.size);
+        const wide = this.radius + Math.min(0.012 * this.size,
+            Math.max(0.5 * this.radius, 0.004 * this.size));
         tube(this.mesh, other.pose(frame), outlineOf("circle", 20), () => [wide, wide],
             () => colour, 0.45, this.mesh.halo);
     }
 
+    /* Of the tip; of a closed loop where its place was to be, and where it was. */
+    #drawPaths(at) {
+        if (this.paths.length === 0) {
+            this.#drawPath(this.motion, at, themeColour("--ink"));
+            return;
+        }
+        const time = timeAt(this.motion, at), [wanted, gone] = this.paths;
+        const colour = themeColour("--curve2");
+        thread(this.mesh, wanted.way(0, wanted.frames - 1), 0.0028 * this.size, colour, 0.55);
+        ball(this.mesh, wanted.placeBetween(frameAt(wanted, time), 0), 0.009 * this.size, colour);
+        this.#drawPath(gone, frameAt(gone, time), themeColour("--ink"));
+    }
+
     /* The way of the last point, until now in full. */
     #drawPath(motion, at, colour) {
-        const places = [], now = Math.floor(at);
-        for (let f = 0; f < motion.frames; f++) {
-            places.push(motion.placeAt(f, motion.points - 1));
-        }
-        const radius = 0.0016 * this.size;
-        thread(this.mesh, places.slice(0, now + 1).concat([motion.pose(at).places[motion.points - 1]]),
-            radius, colour);
-        thread(this.mesh, places.slice(now), 0.6 * radius, colour, 0.35);
+        const now = Math.floor(at), last = motion.frames - 1, radius = 0.0016 * this.size;
+        const place = motion.placeBetween(at, motion.points - 1);
+        thread(this.mesh, motion.way(0, now).concat([place]), radius, colour);
+        thread(this.mesh, [place].concat(motion.way(now + 1, last)), 0.6 * radius, colour, 0.35);
     }
 
     #drawDirectors(pose) {
@@ -461,6 +491,7 @@ class Picture {
         const written = []; /* one below the other, where they would meet */
         for (const [place, text] of this.tags) {
             let [x, y] = camera.project(place);
+            x = Math.min(x, camera.width - c.measureText(text).width - 14);
             while (written.some(w => Math.abs(w[0] - x) < 70 && Math.abs(w[1] - y) < 15)) {
                 y += 4;
             }

@@ -1,16 +1,18 @@
 "use strict";
 /* The picture in time, and everything that can be done with it. */
 
+const FOLLOW = 60; /* ms from one picture of the charts to the next while it plays */
+
 class Player {
-    constructor(motion, reference) {
+    constructor(motion, reference, paths) {
         this.motion = motion;
-        this.picture = new Picture(motion, reference);
+        this.picture = new Picture(motion, reference, paths);
         this.quantities = quantitiesOf(motion);
         const wanted = asked.get("colour");
         this.quantity = this.quantities.find(q => q.name === wanted)
             || (wanted === "plain" ? null : this.quantities[0]) || null;
         this.charts = [];
-        this.at = 0;
+        this.at = this.drawn = this.followed = 0;
         this.playing = false;
         this.last = motion.frames - 1;
         this.#controls();
@@ -60,7 +62,7 @@ class Player {
             ["through", "See through", motion.points > 1],
             ["reference", picture.reference ? "Reference: " + picture.reference.name : "",
                 Boolean(picture.reference)],
-            ["path", "Path of the tip", motion.t && this.last > 0], ["floor", "Grid", true]];
+            ["path", picture.paths.length ? "Wanted path, path" : "Path of the tip", motion.t && this.last > 0], ["floor", "Grid", true]];
         this.boxes = {};
         for (const [key, text, there] of offers) {
             if (there) {
@@ -92,7 +94,7 @@ class Player {
         if (this.picture.thicker > 1.01) {
             says.push(`The rod is drawn ${digits(this.picture.thicker, 2)} times as thick.`);
         }
-        if (!report.scene && this.motion.points > 1) {
+        if (!this.picture.half && this.motion.points > 1) {
             says.push("Its thickness is not known.");
         }
         if (data.frames < data.frames_of || data.points < data.points_of) {
@@ -233,6 +235,7 @@ class Player {
                 return;
             }
             const passed = Math.min(0.25, (now - this.before) / 1000) * Number(byId("speed").value);
+            this.picture.keepUp(now - this.before);
             this.before = now;
             if (this.motion.t) {
                 const t = timeAt(this.motion, this.at) + passed;
@@ -241,13 +244,19 @@ class Player {
                 this.at = (this.at + passed) % (this.last + 1);
             }
             this.draw();
-            this.drawn = (this.drawn || 0) + 1;
+            document.body.dataset.drawn = ++this.drawn;
             requestAnimationFrame(run);
         };
+        on = on && this.last > 0;
         if (on && !this.playing) {
             this.playing = true;
             this.before = performance.now();
             requestAnimationFrame(run);
+        }
+        if (!on && this.playing) {
+            this.picture.rest();
+            this.playing = false;
+            this.draw();
         }
         this.playing = on;
         byId("play").textContent = on ? "\u275a\u275a" : "\u25b6";
@@ -260,6 +269,11 @@ class Player {
         byId("time").value = at;
         byId("now").textContent = this.motion.labels ? this.motion.labels[frame]
             : this.motion.t ? "t = " + withUnit(time, "s") : `member ${frame + 1}`;
+        const now = performance.now();
+        if (this.playing && now - this.followed < FOLLOW) {
+            return;
+        }
+        this.followed = now;
         for (const chart of this.charts) {
             chart.follow(time, frame);
         }

@@ -20,7 +20,7 @@ class Motion {
             this.#beam();
         }
         this.quaternion = ["qw", "qx", "qy", "qz"].map(name => this.find(name));
-        this.isPlaced = this.place.every(c => c);
+        this.isPlaced = this.place.every(c => c && c.low <= c.high);
         this.span = this.s.high - this.s.low;
     }
 
@@ -35,14 +35,32 @@ class Motion {
         const most = Math.max(Math.abs(w.low), Math.abs(w.high));
         this.enlarged = most > 0 && most < 0.1 * length ? round125(0.2 * length / most) : 1;
         this.place = [
-            { name: "x", unit: "m", at: i => s.at(i % points) },
-            { name: "y", unit: "m", at: () => 0 },
-            { name: "z", unit: "m", at: i => this.enlarged * w.at(i) }];
+            { name: "x", unit: "m", at: i => s.at(i % points), low: s.low, high: s.high },
+            { name: "y", unit: "m", at: () => 0, low: 0, high: 0 },
+            { name: "z", unit: "m", at: i => this.enlarged * w.at(i), low: this.enlarged * w.low,
+                high: this.enlarged * w.high }];
     }
 
     placeAt(frame, point) {
         const i = frame * this.points + point;
         return [this.place[0].at(i), this.place[1].at(i), this.place[2].at(i)];
+    }
+
+    /* A point at frame `at`, between frames of a motion. */
+    placeBetween(at, point) {
+        const first = Math.min(Math.floor(at), this.frames - 1), part = this.t ? at - first : 0;
+        const a = this.placeAt(first, point);
+        return part > 0 && first + 1 < this.frames
+            ? add(times(a, 1 - part), times(this.placeAt(first + 1, point), part)) : a;
+    }
+
+    /* Where the last point was from one frame to another. */
+    way(from, to) {
+        const places = [];
+        for (let f = from; f <= to; f++) {
+            places.push(this.placeAt(f, this.points - 1));
+        }
+        return places;
     }
 
     /* Places and directors at frame `at`, of a motion also between two frames. */
@@ -102,35 +120,82 @@ function poseAt(pose, arc, s) {
 
 /* ---- meshes -------------------------------------------------------------------------------- */
 
-/* Triangles and lines; a vertex is place, normal (0: not shaded) and colour with opacity. */
-class Mesh {
-    constructor() {
-        this.vertices = new Float32Array(1 << 16);
-        this.solid = [];
-        this.clear = []; /* drawn after the solid ones */
-        this.halo = []; /* the far sides alone, around something */
-        this.lines = [];
+/* Numbers that are filled in anew for each picture, without new memory. */
+class Numbers {
+    constructor(Kind) {
+        this.data = new Kind(1 << 14);
         this.count = 0;
     }
 
+    room(more) {
+        if (this.count + more > this.data.length) {
+            const larger = new this.data.constructor(2 * (this.count + more));
+            larger.set(this.data);
+            this.data = larger;
+        }
+    }
+
+    add(...values) {
+        this.room(values.length);
+        for (const value of values) {
+            this.data[this.count++] = value;
+        }
+    }
+
+    used() {
+        return this.data.subarray(0, this.count);
+    }
+}
+
+const VERTEX_NUMBERS = 10;
+
+/* Triangles, anticlockwise from outside, and lines; a vertex is place, normal (0: not shaded) and
+ * colour with opacity. */
+class Mesh {
+    constructor() {
+        this.vertices = new Numbers(Float32Array);
+        this.solid = new Numbers(Uint32Array);
+        this.clear = new Numbers(Uint32Array); /* drawn after the solid ones */
+        this.halo = new Numbers(Uint32Array); /* the far sides alone, around something */
+        this.lines = new Numbers(Uint32Array);
+        this.shadow = null; /* { of: triangles, from, to }: what throws one on the floor */
+    }
+
     begin() {
-        this.count = this.solid.length = this.clear.length = 0;
-        this.halo.length = this.lines.length = 0;
+        for (const part of [this.vertices, this.solid, this.clear, this.halo, this.lines]) {
+            part.count = 0;
+        }
+        this.shadow = null;
+    }
+
+    get count() {
+        return this.vertices.count / VERTEX_NUMBERS;
+    }
+
+    point(x, y, z, nx, ny, nz, c, opacity) {
+        const v = this.vertices, i = v.count;
+        v.room(VERTEX_NUMBERS);
+        const to = v.data;
+        to[i] = x;
+        to[i + 1] = y;
+        to[i + 2] = z;
+        to[i + 3] = nx;
+        to[i + 4] = ny;
+        to[i + 5] = nz;
+        to[i + 6] = c[0];
+        to[i + 7] = c[1];
+        to[i + 8] = c[2];
+        to[i + 9] = opacity;
+        v.count = i + VERTEX_NUMBERS;
+        return i / VERTEX_NUMBERS;
     }
 
     vertex(p, n, c, opacity = 1) {
-        if (10 * this.count + 10 > this.vertices.length) {
-            const more = new Float32Array(2 * this.vertices.length);
-            more.set(this.vertices);
-            this.vertices = more;
-        }
-        this.vertices.set([p[0], p[1], p[2], n[0], n[1], n[2], c[0], c[1], c[2], opacity],
-            10 * this.count);
-        return this.count++;
+        return this.point(p[0], p[1], p[2], n[0], n[1], n[2], c, opacity);
     }
 
     line(a, b, colour, opacity) {
-        this.lines.push(this.vertex(a, [0, 0, 0], colour, opacity),
+        this.lines.add(this.vertex(a, [0, 0, 0], colour, opacity),
             this.vertex(b, [0, 0, 0], colour, opacity));
     }
 }
@@ -155,18 +220,17 @@ function tube(mesh, pose, outline, half, colour, opacity = 1,
     const sides = outline.length, points = pose.places.length, first = mesh.count;
     for (let k = 0; k < points; k++) {
         const [d1, d2] = pose.frames[k], p = pose.places[k], [a, b] = half(k), c = colour(k);
-        for (const [x, y, nx, ny] of outline) {
-            mesh.vertex(
-                [p[0] + a * x * d1[0] + b * y * d2[0], p[1] + a * x * d1[1] + b * y * d2[1],
-                    p[2] + a * x * d1[2] + b * y * d2[2]],
-                [nx * d1[0] + ny * d2[0], nx * d1[1] + ny * d2[1], nx * d1[2] + ny * d2[2]], c,
-                opacity);
+        for (let j = 0; j < sides; j++) {
+            const [x, y, nx, ny] = outline[j], ax = a * x, by = b * y;
+            mesh.point(p[0] + ax * d1[0] + by * d2[0], p[1] + ax * d1[1] + by * d2[1],
+                p[2] + ax * d1[2] + by * d2[2], nx * d1[0] + ny * d2[0], nx * d1[1] + ny * d2[1],
+                nx * d1[2] + ny * d2[2], c, opacity);
         }
     }
     for (let k = 0; k + 1 < points; k++) {
         for (let j = 0; j < sides; j++) {
             const a = first + k * sides + j, b = first + k * sides + (j + 1) % sides;
-            into.push(a, b, b + sides, a, b + sides, a + sides);
+            into.add(a, b, b + sides, a, b + sides, a + sides);
         }
     }
     for (const [k, sign] of [[0, -1], [points - 1, 1]]) {
@@ -174,13 +238,12 @@ function tube(mesh, pose, outline, half, colour, opacity = 1,
         const centre = mesh.vertex(pose.places[k], d3, c, opacity);
         const rim = mesh.count;
         for (let j = 0; j < sides; j++) {
-            const at = 10 * (first + k * sides + j);
-            mesh.vertex([mesh.vertices[at], mesh.vertices[at + 1], mesh.vertices[at + 2]], d3, c,
-                opacity);
+            const at = VERTEX_NUMBERS * (first + k * sides + j), v = mesh.vertices.data;
+            mesh.point(v[at], v[at + 1], v[at + 2], d3[0], d3[1], d3[2], c, opacity);
         }
         for (let j = 0; j < sides; j++) {
             const a = rim + j, b = rim + (j + 1) % sides;
-            into.push(centre, sign > 0 ? a : b, sign > 0 ? b : a);
+            into.add(centre, sign > 0 ? a : b, sign > 0 ? b : a);
         }
     }
 }
@@ -234,7 +297,7 @@ function ball(mesh, centre, radius, colour) {
     for (let i = 0; i < rings; i++) {
         for (let j = 0; j < sides; j++) {
             const a = first + i * sides + j, b = first + i * sides + (j + 1) % sides;
-            mesh.solid.push(a, a + sides, b + sides, a, b + sides, b);
+            mesh.solid.add(a, a + sides, b + sides, a, b + sides, b);
         }
     }
 }
@@ -249,11 +312,18 @@ const DIVERGING = ["2166ac", "4393c3", "92c5de", "d1e5f0", "f2f2f2", "fddbc7", "
 
 const rgb = hex => [0, 2, 4].map(k => parseInt(hex.replace("#", "").slice(k, k + 2), 16) / 255);
 
-function colourOf(map, part) {
-    if (!Number.isFinite(part)) {
-        return [0.6, 0.6, 0.6];
-    }
-    const at = Math.min(1, Math.max(0, part)) * (map.length - 1);
-    const k = Math.min(Math.floor(at), map.length - 2), a = rgb(map[k]), b = rgb(map[k + 1]);
-    return a.map((x, i) => x + (b[i] - x) * (at - k));
+/* A map as colours to be looked up, so fine that no step is seen. */
+const SHADES = 512;
+function shadesOf(map) {
+    return Array.from({ length: SHADES }, (_, i) => {
+        const at = i / (SHADES - 1) * (map.length - 1), k = Math.min(Math.floor(at), map.length - 2);
+        const a = rgb(map[k]), b = rgb(map[k + 1]);
+        return a.map((x, d) => x + (b[d] - x) * (at - k));
+    });
+}
+const UNKNOWN = [0.6, 0.6, 0.6];
+
+function colourOf(shades, part) {
+    return Number.isFinite(part)
+        ? shades[Math.round(Math.min(1, Math.max(0, part)) * (SHADES - 1))] : UNKNOWN;
 }

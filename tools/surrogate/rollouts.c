@@ -103,13 +103,33 @@ static void one_steps(runner *x, const one_step *model, int steps, rollouts_row 
     median_and_worst(count, x->errors, row->error[ROLLOUTS_ONE]);
 }
 
-/* Errors of a rollout from begin to end or divergence; returns whether it diverges. */
+/* What a report keeps of rollout i after `done` of its steps: the tips and the states. */
+static void keep(const runner *x, int i, int done, const double *state, const double tip[3],
+                 rollouts_report *report)
+{
+    const size_t n = (size_t)x->truth->states, m = (size_t)x->truth->inputs;
+    double *to = report->states + (size_t)done * 2 * n;
+    memcpy(to, truth_state(x->truth, i, done), n * sizeof *to);
+    memcpy(to + n, state, n * sizeof *to);
+    memcpy(report->inputs + (size_t)done * m, truth_input(x->truth, i, done), m * sizeof *to);
+    if (done > 0) {
+        const size_t at = (size_t)i * (size_t)(x->truth->steps + 1) + (size_t)done;
+        memcpy(report->path[done - 1][0], x->tips[at], 3 * sizeof *tip);
+        memcpy(report->path[done - 1][1], tip, 3 * sizeof *tip);
+    }
+}
+
+/* Errors of a rollout from begin to end or divergence, which a report (or NULL) keeps; returns
+ * whether it diverges. */
 static bool rollout(const runner *x, const one_step *model, int i, int steps, double *errors,
-                    int *count, double (*path)[2][3])
+                    int *count, rollouts_report *report)
 {
     const size_t n = (size_t)x->truth->states;
     double *now = x->state, *next = x->state + n, tip[3];
     memcpy(now, truth_state(x->truth, i, 0), n * sizeof *now);
+    if (report) {
+        keep(x, i, 0, now, NULL, report);
+    }
     for (*count = 0; *count < steps && *count < x->truth->done[i]; ++*count) {
         const double error = advance(x, model, i, *count, now, next, tip);
         double *const other = now;
@@ -119,10 +139,8 @@ static bool rollout(const runner *x, const one_step *model, int i, int steps, do
             return true;
         }
         errors[*count] = error;
-        if (path) {
-            const size_t at = (size_t)i * (size_t)(x->truth->steps + 1) + (size_t)*count + 1;
-            memcpy(path[*count][0], x->tips[at], sizeof tip);
-            memcpy(path[*count][1], tip, sizeof tip);
+        if (report) {
+            keep(x, i, *count + 1, now, tip, report);
         }
     }
     return false;
@@ -179,7 +197,10 @@ static ad_status over_time(runner *x, const one_step *model, rollouts_report *re
         typical = i;
         largest_first = each[i] == sorted[count / 2];
     }
-    rollout(x, model, typical, steps, x->errors, &done, report->path);
+    for (size_t k = 0; k < 2 * (size_t)(steps + 1) * (size_t)x->truth->states; k++) {
+        report->states[k] = NAN;
+    }
+    rollout(x, model, typical, steps, x->errors, &done, report);
     for (int k = done; k < steps; k++) {
         for (int c = 0; c < 6; c++) {
             report->path[k][c / 3][c % 3] = NAN;
@@ -387,7 +408,10 @@ static ad_status prepare(const rollouts_subject *subject, const excite_rollouts 
     x->state = calloc(2 * (size_t)truth->states, sizeof *x->state);
     report->over_time = calloc(steps, sizeof *report->over_time);
     report->path = calloc(steps, sizeof *report->path);
-    if (!tips || !x->errors || !x->state || !report->over_time || !report->path) {
+    report->states = calloc(2 * (steps + 1) * (size_t)truth->states, sizeof *report->states);
+    report->inputs = calloc((steps + 1) * (size_t)truth->inputs + 1, sizeof *report->inputs);
+    if (!tips || !x->errors || !x->state || !report->over_time || !report->path ||
+        !report->states || !report->inputs) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %d rollouts", truth->count);
     }
     if (subject->model->states != truth->states || subject->model->inputs != truth->inputs) {
@@ -482,8 +506,11 @@ void rollouts_free(rollouts_report *report)
 {
     free(report->over_time);
     free(report->path);
+    free(report->states);
+    free(report->inputs);
     report->over_time = NULL;
     report->path = NULL;
+    report->states = report->inputs = NULL;
 }
 
 bool rollouts_fail(const rollouts_report *report, double tolerance)

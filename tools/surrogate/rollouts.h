@@ -54,9 +54,11 @@ typedef struct rollouts_report {
     long lost;                        /* steps that the solver could not take, left out */
     double outside;                   /* part of the steps outside of the range of training */
     rollouts_row rows[ROLLOUTS_ROWS];
-    double (*over_time)[2]; /* [steps of the short span]: errors of the model after each step */
-    double (*path)[2][3];   /* [steps of the short span]: m, the tip of a typical rollout by the
-                             * solver and by the model */
+    double (*over_time)[2];  /* [steps of the short span]: errors of the model after each step */
+    double (*path)[2][3];    /* [steps of the short span]: m, the tip of a typical rollout by the
+                              * solver and by the model */
+    double *states, *inputs; /* of that rollout [steps of the short span + 1]: [2][states of the
+                              * model], and the inputs [of the model] that follow */
 } rollouts_report;
 
 /* `count` rollouts that follow from the seed. AD_BAD_INPUT: a scene that reduced_create refuses. */

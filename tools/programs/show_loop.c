@@ -1,0 +1,360 @@
+/* cpinn-show: a closed loop, the record of cpinn-control --out with the robot's shapes beside it.
+ */
+#include "tools/programs/control_judge.h"
+#include "tools/programs/show_source.h"
+#include "tools/train/report.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+typedef struct looped {
+    showing *x;
+    const table_source *record;
+    const double *t, *wanted[4], *found[4], *estimated[4]; /* t, x, y, z; estimated: or NULL */
+    double *off, *missed;                                  /* [rows] m */
+    config *nominal, *plant;                               /* NULL: no --scene */
+    table_file *shapes;                                    /* NULL: there are none */
+} looped;
+
+/* ---- the record ---------------------------------------------------------------------------- */
+
+static const double *column_of(const looped *l, const char *kind, const char *name)
+{
+    char text[TABLE_MAX_NAME + 1];
+    snprintf(text, sizeof text, "%s_%.50s", kind, name);
+    return table_source_column(l->record, text);
+}
+
+static bool places_of(const looped *l, const char *kind, const double *columns[4])
+{
+    columns[0] = l->t;
+    for (int k = 0; k < 3; k++) {
+        columns[1 + k] = column_of(l, kind, (const char *const[]){"x", "y", "z"}[k]);
+    }
+    return columns[0] && columns[1] && columns[2] && columns[3];
+}
+
+static void distances(const looped *l, const double *const a[4], const double *const b[4],
+                      double *apart)
+{
+    for (size_t i = 0; i < l->record->nrows; i++) {
+        apart[i] = hypot(hypot(a[1][i] - b[1][i], a[2][i] - b[2][i]), a[3][i] - b[3][i]);
+    }
+}
+
+static ad_status read_record(looped *l, ad_error *error)
+{
+    const size_t rows = l->record->nrows;
+    l->t = table_source_column(l->record, "t");
+    if (!places_of(l, "true", l->found) || !places_of(l, "reference", l->wanted) || rows == 0) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "%s: needs rows, and columns t, reference_x to _z and true_x to _z",
+                       l->x->source);
+    }
+    l->off = malloc(2 * rows * sizeof *l->off);
+    if (!l->off) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a report");
+    }
+    l->missed = l->off + rows;
+    distances(l, l->found, l->wanted, l->off);
+    if (places_of(l, "estimated", l->estimated)) {
+        distances(l, l->estimated, l->found, l->missed);
+    } else {
+        l->estimated[1] = NULL;
+    }
+    return AD_OK;
+}
+
+/* ---- the verdict --------------------------------------------------------------------------- */
+
+static void put_errors(const looped *l)
+{
+    const control_settings *c = l->nominal ? &l->nominal->control : NULL;
+    const size_t rows = l->record->nrows;
+    const double approach = c && c->task.approach > 0 ? c->task.approach : 0;
+    const double period = rows > 1 ? l->t[1] - l->t[0] : 0;
+    loop_report report = {.done = (long)rows, .reach = NAN};
+    for (size_t i = 0; i < rows; i++) {
+        report.diverged = report.diverged || !isfinite(l->off[i]) ||
+                          (c && !(l->off[i] < scene_length(&l->nominal->scene)));
+        if (l->t[i] >= approach - 1e-9 * period) {
+            report.rms += l->off[i] * l->off[i];
+            report.worst = fmax(report.worst, l->off[i]);
+            report.judged++;
+        }
+    }
+    report.rms = sqrt(report.rms / (double)report.judged);
+    for (int i = 0; c && i < c->estimate_count; i++) {
+        const double *found = column_of(l, "estimate", c->estimate[i]);
+        const double *deviation = column_of(l, "deviation", c->estimate[i]);
+        const double *truth = column_of(l, "truth", c->estimate[i]);
+        report.estimate[i] = found ? found[rows - 1] : NAN;
+        report.deviation[i] = deviation ? deviation[rows - 1] : NAN;
+        report.truth[i] = truth ? truth[rows - 1] : NAN;
+    }
+    if (c) {
+        verdict judged = {.count = 0};
+        control_judge(c, &report, &judged);
+        report_verdict(&l->x->to, &judged);
+    }
+    json_open(&l->x->to, "facts", '[');
+    show_fact(&l->x->to, "duration", "%g s", l->t[rows - 1]);
+    show_fact(&l->x->to, "period", "%g ms", 1e3 * period);
+    show_fact(&l->x->to,
+              c ? "off the path after the approach, rms" : "off the path, rms, approach included",
+              "%.3g mm", 1e3 * report.rms);
+    show_fact(&l->x->to, "at most", "%.3g mm", 1e3 * report.worst);
+    json_close(&l->x->to, ']');
+}
+
+/* ---- curves -------------------------------------------------------------------------------- */
+
+static void put_inputs(const looped *l)
+{
+    const table_source *r = l->record;
+    show_open_curve(&l->x->to, "Inputs", "t", "s", "", false);
+    for (size_t k = 0; k < r->ncols; k++) {
+        if (strncmp(r->names[k], "input_", 6) == 0) {
+            show_series(&l->x->to, r->names[k] + 6, l->t, r->columns[k], r->nrows);
+        }
+    }
+    show_close_curve(&l->x->to);
+}
+
+/* Of each parameter that the filter finds: with two deviations, and the truth. */
+static void put_estimates(const looped *l)
+{
+    const table_source *r = l->record;
+    json *to = &l->x->to;
+    double *half = malloc(r->nrows * sizeof *half + 1);
+    for (size_t k = 0; k < r->ncols && half; k++) {
+        if (strncmp(r->names[k], "estimate_", 9) == 0) {
+            const char *name = r->names[k] + 9;
+            const double *deviation = column_of(l, "deviation", name);
+            const double *truth = column_of(l, "truth", name);
+            char title[120];
+            for (size_t i = 0; i < r->nrows; i++) {
+                half[i] = deviation ? 2 * deviation[i] : 0;
+            }
+            snprintf(title, sizeof title, "Estimate of %s", name);
+            show_open_curve(to, title, "t", "s", "", false);
+            show_series_with(to, deviation ? "estimate with two deviations" : "estimate", l->t,
+                             r->columns[k], deviation ? half : NULL, false, r->nrows);
+            if (truth && isfinite(truth[0])) {
+                show_series_with(to, "truth", l->t, truth, NULL, true, r->nrows);
+            }
+            show_close_curve(to);
+        }
+    }
+    free(half);
+}
+
+/* What is constrained, with what is allowed if the scene is known. */
+static void put_constraints(const looped *l)
+{
+    const control_settings *c = l->nominal ? &l->nominal->control : NULL;
+    const size_t rows = l->record->nrows;
+    double *limit = malloc(rows * sizeof *limit + 1);
+    for (int k = 0; k < CONTROL_LIMITS_MAX && limit; k++) {
+        char name[32];
+        snprintf(name, sizeof name, "constraint%d", k);
+        const double *values = table_source_column(l->record, name);
+        if (!values) {
+            break;
+        }
+        show_open_curve(&l->x->to, name, "t", "s", "", false);
+        show_series(&l->x->to, "value", l->t, values, rows);
+        for (int side = 0; side < 2 && c && k < c->limit_count; side++) {
+            const double at = side ? c->limits[k].high : c->limits[k].low;
+            for (size_t i = 0; i < rows; i++) {
+                limit[i] = at;
+            }
+            if (isfinite(at)) {
+                show_series_with(&l->x->to, side ? "at most" : "at least", l->t, limit, NULL, true,
+                                 rows);
+            }
+        }
+        show_close_curve(&l->x->to);
+    }
+    free(limit);
+}
+
+static void put_times(const looped *l)
+{
+    const double *filter = table_source_column(l->record, "filter_seconds");
+    const double *controller = table_source_column(l->record, "control_seconds");
+    if (filter && controller) {
+        show_open_curve(&l->x->to, "Time that a period takes", "t", "s", "s", true);
+        show_series(&l->x->to, "filter", l->t, filter, l->record->nrows);
+        show_series(&l->x->to, "controller", l->t, controller, l->record->nrows);
+        show_close_curve(&l->x->to);
+    }
+}
+
+static void put_curves(const looped *l)
+{
+    json_open(&l->x->to, "curves", '[');
+    show_open_curve(&l->x->to, "Distance", "t", "s", "m", true);
+    show_series(&l->x->to, "place off the path", l->t, l->off, l->record->nrows);
+    if (l->estimated[1]) {
+        show_series(&l->x->to, "estimate off the place", l->t, l->missed, l->record->nrows);
+    }
+    show_close_curve(&l->x->to);
+    put_inputs(l);
+    put_estimates(l);
+    put_constraints(l);
+    put_times(l);
+    json_close(&l->x->to, ']');
+}
+
+/* ---- the robot ----------------------------------------------------------------------------- */
+
+static table_source places(const looped *l, const double *const columns[4])
+{
+    static const char *const names[] = {"t", "x", "y", "z"}, *const units[] = {"s", "m", "m", "m"};
+    return (table_source){
+        .names = names, .columns = columns, .ncols = 4, .nrows = l->record->nrows, .units = units};
+}
+
+/* NAME_shapes.h5 beside NAME.csv, if it is there. */
+static ad_status read_shapes(looped *l, ad_error *error)
+{
+    char path[4200];
+    const char *dot = strrchr(l->x->source, '.');
+    snprintf(path, sizeof path, "%.*s_shapes.h5", (int)(dot - l->x->source), l->x->source);
+    return access(path, F_OK) == 0 ? table_read(path, TABLE_NONFINITE, &l->shapes, error) : AD_OK;
+}
+
+/* Row of the record at an instant of a shape. */
+static size_t row_at(const looped *l, double t)
+{
+    size_t low = 0, high = l->record->nrows - 1;
+    while (low < high) {
+        const size_t middle = (low + high) / 2;
+        if (l->t[middle] < t - 1e-9) {
+            low = middle + 1;
+        } else {
+            high = middle;
+        }
+    }
+    return low;
+}
+
+/* values [frames][parameters] of the plant: inputs as they were, the truth of what is estimated. */
+static ad_status put_scene(const looped *l, const table_source *shapes, ad_error *error)
+{
+    const scene *of = &l->plant->scene;
+    table_shapes at;
+    ad_status status = table_shapes_of(shapes, &at, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    const size_t count = (size_t)of->parameter_count;
+    double *values = malloc(at.frames * count * sizeof *values + 1);
+    for (size_t k = 0; k < count && values; k++) {
+        const scene_parameter *p = &of->parameters[k];
+        const double *input = column_of(l, "input", p->name);
+        input = input ? input : column_of(l, "truth", p->name);
+        for (size_t i = 0; i < at.frames; i++) {
+            const double now = input ? input[row_at(l, at.t[i * at.points])] : NAN;
+            values[i * count + k] = isfinite(now) ? now : scene_parameter_at(p, 0.5);
+        }
+    }
+    status = values ? show_scene(&l->x->to, of, count > 0 ? values : NULL, &l->x->kept, error)
+                    : ad_fail(error, AD_NO_MEMORY, "out of memory for a report");
+    free(values);
+    return status;
+}
+
+/* The robot beside where the filter believes it is; how far that is off at every point. */
+static ad_status put_robot(looped *l, ad_error *error)
+{
+    static const char *const beliefs[] = {"estimated_x", "estimated_y", "estimated_z"};
+    static const char *const names[] = {"s", "t", "x", "y", "z"};
+    show_read_table *read = show_read_table_of(l->shapes, NULL);
+    table_source *table = read ? &read->table : NULL;
+    double *off = table ? malloc(table->nrows * sizeof *off + 1) : NULL;
+    if (!off) {
+        free(read);
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a report");
+    }
+    const double *columns[5], *place[3];
+    bool known = true;
+    for (int k = 0; k < 5; k++) {
+        columns[k] = table_source_column(table, k < 2 ? names[k] : beliefs[k - 2]);
+        known = known && columns[k];
+    }
+    for (int k = 0; k < 3; k++) {
+        place[k] = table_source_column(table, names[2 + k]);
+        known = known && place[k];
+    }
+    const table_source ghost = {
+        .names = names, .columns = columns, .ncols = 5, .nrows = table->nrows};
+    size_t kept = 0;
+    for (size_t k = 0; k < table->ncols; k++) {
+        if (strncmp(table->names[k], "estimated_", 10) != 0) {
+            read->names[kept] = table->names[k];
+            read->units[kept] = table->units[k];
+            read->columns[kept++] = table->columns[k];
+        }
+    }
+    for (size_t i = 0; i < table->nrows && known; i++) {
+        off[i] = hypot(hypot(columns[2][i] - place[0][i], columns[3][i] - place[1][i]),
+                       columns[4][i] - place[2][i]);
+    }
+    if (known && kept < TABLE_MAX_COLUMNS) {
+        read->names[kept] = "estimate off";
+        read->units[kept] = "m";
+        read->columns[kept++] = off;
+    }
+    table->ncols = kept;
+    ad_status status =
+        show_put_motion(l->x, table, NULL, known ? &ghost : NULL, "as the filter believes", error);
+    status = status == AD_OK && l->plant ? put_scene(l, table, error) : status;
+    free(off);
+    free(read);
+    return status;
+}
+
+/* ---- all of it ----------------------------------------------------------------------------- */
+
+static ad_status put_all(looped *l, ad_error *error)
+{
+    showing *x = l->x;
+    const table_source place = places(l, l->found), wanted = places(l, l->wanted);
+    put_errors(l);
+    put_curves(l);
+    ad_status status =
+        l->shapes ? put_robot(l, error) : show_put_motion(x, &place, NULL, NULL, NULL, error);
+    if (status == AD_OK && !show_is_plot(x->out)) {
+        json_open(&x->to, "paths", '[');
+        status = show_path(&x->to, "wanted path", &wanted, error);
+        status = status == AD_OK ? show_path(&x->to, "path of the place", &place, error) : status;
+        json_close(&x->to, ']');
+    }
+    if (status == AD_OK && l->nominal) {
+        show_settings(&x->to, l->nominal);
+    }
+    return status;
+}
+
+ad_status show_loop(showing *x, const table_source *table, ad_error *error)
+{
+    looped l = {.x = x, .record = table};
+    ad_status status = x->at ? ad_fail(error, AD_BAD_INPUT,
+                                       "--at: a closed loop has values of its parameters itself")
+                             : read_record(&l, error);
+    if (status == AD_OK && x->scene_path) {
+        status = config_read_robot(x->scene_path, x->overrides.count, x->overrides.texts,
+                                   &l.nominal, &l.plant, error);
+    }
+    status = status == AD_OK ? read_shapes(&l, error) : status;
+    status = status == AD_OK ? put_all(&l, error) : status;
+    table_free(l.shapes);
+    config_free(l.nominal);
+    config_free(l.plant);
+    free(l.off);
+    return status;
+}
