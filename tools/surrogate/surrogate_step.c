@@ -1,24 +1,10 @@
 #include "tools/surrogate/surrogate_step.h"
 
 #include "autodiff/tanh.h"
+#include "physics/solve/processor.h"
 
 #include <math.h>
 #include <string.h>
-
-/* Compiled several times over, for the widest vectors of the processor at hand. */
-/* ThreadSanitizer does not survive what chooses between them; clang's says so in this way. */
-#if defined(__has_feature)
-#if __has_feature(thread_sanitizer) && !defined(__SANITIZE_THREAD__)
-#define __SANITIZE_THREAD__ 1
-#endif
-#endif
-#if defined(__x86_64__) && !defined(__AVX512F__) && !defined(__SANITIZE_THREAD__) &&               \
-    !defined(__AVX2__)
-#define STEP_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define STEP_CLONES
-#endif
-#define STEP_INLINE static inline __attribute__((always_inline))
 
 enum { STEP_LANES = 8 };
 typedef double step_lanes
@@ -169,8 +155,8 @@ size_t surrogate_step_work(const surrogate_step *m)
 
 /* Of one state: outputs in vectors from o on, the last of which ends with the last output and so
  * may find some twice; sums of several vectors at once do not wait for each other. */
-STEP_INLINE void multiply_one(int vectors, int inputs, int outputs, int o, const double *w,
-                              const double *bias, const double *x, double *y)
+PROCESSOR_INLINE void multiply_one(int vectors, int inputs, int outputs, int o, const double *w,
+                                   const double *bias, const double *x, double *y)
 {
     step_lanes sum[4] = {{0}};
     int at[4];
@@ -194,8 +180,8 @@ STEP_INLINE void multiply_one(int vectors, int inputs, int outputs, int o, const
 
 /* y [outputs][lanes] = bias + w^T x for w [inputs][outputs], x [inputs][lanes]; the same sums in
  * the same order for any number of lanes. */
-STEP_INLINE void multiply(int lanes, int inputs, int outputs, const double *w, const double *bias,
-                          const double *x, double *y)
+PROCESSOR_INLINE void multiply(int lanes, int inputs, int outputs, const double *w,
+                               const double *bias, const double *x, double *y)
 {
     int o = 0;
     if (lanes == 1) {
@@ -247,8 +233,8 @@ STEP_INLINE void multiply(int lanes, int inputs, int outputs, const double *w, c
 
 /* One layer: x [even inputs, then odd ones][lanes]; y likewise. Returns what follows its numbers.
  */
-STEP_INLINE const double *layer(const surrogate_step *m, int lanes, int at, const double *numbers,
-                                const double *x, double *y)
+PROCESSOR_INLINE const double *layer(const surrogate_step *m, int lanes, int at,
+                                     const double *numbers, const double *x, double *y)
 {
     const int in = layer_inputs(m, at, false), out = layer_outputs(m, at, false);
     const int in_odd = layer_inputs(m, at, true), out_odd = layer_outputs(m, at, true);
@@ -260,7 +246,8 @@ STEP_INLINE const double *layer(const surrogate_step *m, int lanes, int at, cons
 
 /* Units of y [width][lanes], sums and differences of what a mirror exchanges; kept (or NULL) are
  * the units themselves. */
-STEP_INLINE void activate(const surrogate_step *m, int lanes, int width, double *y, double *kept)
+PROCESSOR_INLINE void activate(const surrogate_step *m, int lanes, int width, double *y,
+                               double *kept)
 {
     const int half = m->mirrors ? width / 2 * lanes : 0;
     for (int i = 0; i < half; i++) {
@@ -284,7 +271,7 @@ STEP_INLINE void activate(const surrogate_step *m, int lanes, int width, double 
 /* ---- values -------------------------------------------------------------------------------- */
 
 /* Where output `k` of states stands among the network's. */
-STEP_INLINE int output_of(const surrogate_step *m, int slot)
+PROCESSOR_INLINE int output_of(const surrogate_step *m, int slot)
 {
     return slot < m->pairs       ? slot
            : slot < 2 * m->pairs ? slot - m->pairs + m->out_pairs
@@ -294,8 +281,8 @@ STEP_INLINE int output_of(const surrogate_step *m, int slot)
 }
 
 /* (p + iq)(c + is) in place. */
-STEP_INLINE void turn(int lanes, const double *c, const double *s, double sign, double *p,
-                      double *q)
+PROCESSOR_INLINE void turn(int lanes, const double *c, const double *s, double sign, double *p,
+                           double *q)
 {
     for (int l = 0; l < lanes; l++) {
         const double re = p[l] * c[l] - sign * (q[l] * s[l]);
@@ -305,8 +292,8 @@ STEP_INLINE void turn(int lanes, const double *c, const double *s, double sign, 
 }
 
 /* z in the frame becomes the network's inputs x->a, in the order of layer(). */
-STEP_INLINE void enter_frame(const surrogate_step *m, int lanes, const step_parts *parts,
-                             step_work *x)
+PROCESSOR_INLINE void enter_frame(const surrogate_step *m, int lanes, const step_parts *parts,
+                                  step_work *x)
 {
     const int p = m->pairs, rest = m->evens + m->odds;
     double *im = x->z + p * lanes;
@@ -338,7 +325,7 @@ STEP_INLINE void enter_frame(const surrogate_step *m, int lanes, const step_part
 }
 
 /* What layer() leaves in x->a becomes [first components, second ones, evens, odds], turned back. */
-STEP_INLINE void leave_frame(const surrogate_step *m, int lanes, step_work *x)
+PROCESSOR_INLINE void leave_frame(const surrogate_step *m, int lanes, step_work *x)
 {
     const int p = m->out_pairs;
     if (m->mirrors) {
@@ -356,7 +343,8 @@ STEP_INLINE void leave_frame(const surrogate_step *m, int lanes, step_work *x)
 }
 
 /* The network's outputs in x->a for coordinates x->z. */
-STEP_INLINE void network(const surrogate_step *m, int lanes, const step_parts *parts, step_work *x)
+PROCESSOR_INLINE void network(const surrogate_step *m, int lanes, const step_parts *parts,
+                              step_work *x)
 {
     const double *numbers = parts->network;
     double *kept = x->kept;
@@ -375,9 +363,9 @@ STEP_INLINE void network(const surrogate_step *m, int lanes, const step_parts *p
 
 /* Coordinates x->z of `lanes` states, and in x->moved how far states and inputs are from the
  * centers; rows beyond `count` repeat the last one. */
-STEP_INLINE void enter(const surrogate_step *m, int lanes, int count, const step_parts *parts,
-                       step_work *x, const double *states, const double *inputs,
-                       const double *after)
+PROCESSOR_INLINE void enter(const surrogate_step *m, int lanes, int count, const step_parts *parts,
+                            step_work *x, const double *states, const double *inputs,
+                            const double *after)
 {
     const int n = m->states, all = all_inputs(m), given = m->inputs;
     for (int l = 0; l < lanes; l++) {
@@ -409,9 +397,9 @@ STEP_INLINE void enter(const surrogate_step *m, int lanes, int count, const step
     }
 }
 
-STEP_INLINE void step_tile(const surrogate_step *m, int lanes, int count, const step_parts *parts,
-                           step_work *x, const double *states, const double *inputs,
-                           const double *after, double *next)
+PROCESSOR_INLINE void step_tile(const surrogate_step *m, int lanes, int count,
+                                const step_parts *parts, step_work *x, const double *states,
+                                const double *inputs, const double *after, double *next)
 {
     const int n = m->states;
     enter(m, lanes, count, parts, x, states, inputs, after);
@@ -434,16 +422,17 @@ STEP_INLINE void step_tile(const surrogate_step *m, int lanes, int count, const 
     }
 }
 
-STEP_CLONES static void step_one(const surrogate_step *m, const step_parts *parts, step_work *x,
-                                 const double *state, const double *inputs, const double *after,
-                                 double *next)
+FOR_EACH_PROCESSOR static void step_one(const surrogate_step *m, const step_parts *parts,
+                                        step_work *x, const double *state, const double *inputs,
+                                        const double *after, double *next)
 {
     step_tile(m, 1, 1, parts, x, state, inputs, after, next);
 }
 
-STEP_CLONES static void step_many(const surrogate_step *m, int count, const step_parts *parts,
-                                  step_work *x, const double *states, const double *inputs,
-                                  const double *after, double *next)
+FOR_EACH_PROCESSOR static void step_many(const surrogate_step *m, int count,
+                                         const step_parts *parts, step_work *x,
+                                         const double *states, const double *inputs,
+                                         const double *after, double *next)
 {
     step_tile(m, STEP_LANES, count, parts, x, states, inputs, after, next);
 }
@@ -451,8 +440,8 @@ STEP_CLONES static void step_many(const surrogate_step *m, int count, const step
 /* ---- derivatives, of one state ------------------------------------------------------------- */
 
 /* to [rows][columns] = w [rows][outputs] from [outputs][columns]; rows: a constant, at most 4. */
-STEP_INLINE void multiply_tile(int rows, int outputs, int columns, const double *w,
-                               const double *from, double *to)
+PROCESSOR_INLINE void multiply_tile(int rows, int outputs, int columns, const double *w,
+                                    const double *from, double *to)
 {
     for (int c = 0; c < columns; c += STEP_LANES) {
         step_lanes sum[4] = {{0}};
@@ -470,8 +459,8 @@ STEP_INLINE void multiply_tile(int rows, int outputs, int columns, const double 
 
 /* Rows [columns] of derivatives of all outputs, one row by each number. to [inputs] = w from for
  * from [outputs]. */
-STEP_INLINE void multiply_rows(int inputs, int outputs, int columns, const double *w,
-                               const double *from, double *to)
+PROCESSOR_INLINE void multiply_rows(int inputs, int outputs, int columns, const double *w,
+                                    const double *from, double *to)
 {
     int i = 0;
     for (; i + 4 <= inputs; i += 4) {
@@ -483,8 +472,8 @@ STEP_INLINE void multiply_rows(int inputs, int outputs, int columns, const doubl
 }
 
 /* Back through units whose values are kept [width]. */
-STEP_INLINE void differentiate_units(const surrogate_step *m, int width, int columns,
-                                     const double *kept, double *by)
+PROCESSOR_INLINE void differentiate_units(const surrogate_step *m, int width, int columns,
+                                          const double *kept, double *by)
 {
     const int half = width / 2;
     for (int i = 0; i < (m->mirrors ? half : width); i++) {
@@ -507,8 +496,8 @@ STEP_INLINE void differentiate_units(const surrogate_step *m, int width, int col
 }
 
 /* x->by becomes derivatives of the outputs in the frame, as layer() orders both, by its inputs. */
-STEP_INLINE void differentiate_network(const surrogate_step *m, int columns,
-                                       const step_parts *parts, step_work *x)
+PROCESSOR_INLINE void differentiate_network(const surrogate_step *m, int columns,
+                                            const step_parts *parts, step_work *x)
 {
     const double *numbers[SURROGATE_LAYERS_MAX + 1], *at = parts->network, *kept = x->kept;
     for (int l = 0; l <= m->layers; l++) {
@@ -547,7 +536,7 @@ STEP_INLINE void differentiate_network(const surrogate_step *m, int columns,
 
 /* Columns in the order [first components, second ones, evens, odds] and rows likewise, by z in the
  * frame; with a mirror layer() has another order of both. */
-STEP_INLINE void reorder(const surrogate_step *m, int columns, step_work *x)
+PROCESSOR_INLINE void reorder(const surrogate_step *m, int columns, step_work *x)
 {
     const int p = m->pairs, q = m->out_pairs, count = coordinates(m), outs = outputs(m);
     double *swap = x->by;
@@ -569,8 +558,8 @@ STEP_INLINE void reorder(const surrogate_step *m, int columns, step_work *x)
 
 /* What the frame adds: pairs of inputs and outputs turn, and the frame moves with its leading pair.
  */
-STEP_INLINE void differentiate_frame(const surrogate_step *m, int columns, const step_parts *parts,
-                                     step_work *x)
+PROCESSOR_INLINE void differentiate_frame(const surrogate_step *m, int columns,
+                                          const step_parts *parts, step_work *x)
 {
     const int p = m->pairs, q = m->out_pairs, outs = outputs(m), count = coordinates(m);
     const double c = x->g[0], s = x->g[1], rho = x->rho[0];
@@ -614,8 +603,8 @@ STEP_INLINE void differentiate_frame(const surrogate_step *m, int columns, const
 }
 
 /* x->by_linear: derivatives [n + inputs][n] of the linear map. */
-STEP_INLINE void differentiate_linear(const surrogate_step *m, const step_parts *parts,
-                                      step_work *x)
+PROCESSOR_INLINE void differentiate_linear(const surrogate_step *m, const step_parts *parts,
+                                           step_work *x)
 {
     const int n = m->states, rows = n + all_inputs(m), size = rows * n;
     memcpy(x->by_linear, parts->linear, (size_t)size * sizeof *x->by_linear);
@@ -637,8 +626,8 @@ STEP_INLINE void differentiate_linear(const surrogate_step *m, const step_parts 
 }
 
 /* From x->by, derivatives of outputs in the world by coordinates, to those of the state. */
-STEP_INLINE void collect(const surrogate_step *m, int columns, const step_parts *parts,
-                         const step_work *x, double *by_state, double *by_inputs)
+PROCESSOR_INLINE void collect(const surrogate_step *m, int columns, const step_parts *parts,
+                              const step_work *x, double *by_state, double *by_inputs)
 {
     const int n = m->states, all = all_inputs(m);
     for (int r = 0; r < n; r++) {
@@ -663,10 +652,10 @@ STEP_INLINE void collect(const surrogate_step *m, int columns, const step_parts 
     }
 }
 
-STEP_CLONES static void step_derivatives(const surrogate_step *m, const step_parts *parts,
-                                         step_work *x, const double *state, const double *inputs,
-                                         const double *after, double *next, double *by_state,
-                                         double *by_inputs)
+FOR_EACH_PROCESSOR static void step_derivatives(const surrogate_step *m, const step_parts *parts,
+                                                step_work *x, const double *state,
+                                                const double *inputs, const double *after,
+                                                double *next, double *by_state, double *by_inputs)
 {
     const int columns = padded(outputs(m));
     step_tile(m, 1, 1, parts, x, state, inputs, after, next);
