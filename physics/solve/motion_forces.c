@@ -165,7 +165,7 @@ static solve_actuation actuation_at(const motion *m, int element, int k, double 
 {
     const motion_block *at = motion_block_of(m, element, k);
     const int lane = k % LANES;
-    const size_t point = (size_t)(element * (m->degree + 1) + k);
+    const size_t point = (size_t)element * (m->degree + 1) + k;
     solve_actuation pulling = solve_actuation_at(m->rod, m->actuators, point, m->point_s[point], 1);
     pulling.tensions = m->tensions;
     for (int i = 0; i < 3; i++) {

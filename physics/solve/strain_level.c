@@ -9,7 +9,7 @@
 
 static size_t nodes_of(const strain_level *x)
 {
-    return (size_t)(x->stages * x->elements);
+    return (size_t)x->stages * x->elements;
 }
 
 static bool allocate(strain_level *x, const solve_rod *rod)

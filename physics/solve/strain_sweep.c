@@ -258,7 +258,7 @@ PROCESSOR_INLINE void respond_to_one(const sweep *w, int e, int own, int c, lane
 PROCESSOR_INLINE block block_of(strain_form *x, int e)
 {
     const int n = 3 * x->kind.stages;
-    const size_t first = (size_t)(e * n);
+    const size_t first = (size_t)e * n;
     return (block){.n = n,
                    .columns = e > 0 ? 4 : 1, /* the beginning of the first does not turn */
                    .matrix = x->matrix + first * (size_t)n,
