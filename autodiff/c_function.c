@@ -7,7 +7,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BLOCK_ROWS = 32, BLOCK_NUMBERS = 160, TERMS = 4, TERMS_NUMBERS = 64 };
+enum {
+    BLOCK_ROWS = 32,
+    BLOCK_NUMBERS = 160,
+    TERMS = 4,
+    TERMS_NUMBERS = 64,
+    C_ENTRY = 2 * C_OPERAND /* characters */
+};
 
 /* ---- products and sums ---------------------------------------------------------------------- */
 
@@ -121,31 +127,31 @@ static void write_product(c_function *f, const instruction *i)
     }
 }
 
-/* An entry of a place in a loop: row `row` at point j, or the same for all. */
+/* An entry of a place in a loop: row `row` at point j, or the same for all; to text [C_ENTRY]. */
 static void put_entry(c_function *f, place p, const char *row, char *text)
 {
     char start[C_OPERAND];
     if (p.kind == PLACE_MEMBER) {
-        snprintf(text, 2 * C_OPERAND, "m[%d + %s]", p.offset, row);
+        snprintf(text, C_ENTRY, "m[%d + %s]", p.offset, row);
         return;
     }
     if (p.kind != PLACE_TILE) {
         ad_c_begin_index(f, p, 0, start);
-        snprintf(text, 2 * C_OPERAND, "%s%s]", start, row);
+        snprintf(text, C_ENTRY, "%s%s]", start, row);
         return;
     }
     row_text(p.offset, row, p.stride, start);
     if (f->w.numbers == 1) {
-        snprintf(text, 2 * C_OPERAND, "w[%s]", start);
+        snprintf(text, C_ENTRY, "w[%s]", start);
     } else {
-        snprintf(text, 2 * C_OPERAND, "w[(%s) * %d + j]", start, f->w.numbers);
+        snprintf(text, C_ENTRY, "w[(%s) * %d + j]", start, f->w.numbers);
     }
 }
 
 /* A matrix of its own at every point, or of the member. */
 static void write_point_product(c_function *f, const instruction *i)
 {
-    char matrix[2 * C_OPERAND], x[2 * C_OPERAND], out[2 * C_OPERAND], entry[C_OPERAND];
+    char matrix[C_ENTRY], x[C_ENTRY], out[C_ENTRY], entry[C_OPERAND];
     bool transposed = i->op == OP_MATVEC_TRANSPOSED;
     int m = i->out.rows, k = i->in[1].rows;
     snprintf(entry, sizeof entry, transposed ? "(k * %d + i)" : "(i * %d + k)", transposed ? m : k);
@@ -162,7 +168,7 @@ static void write_point_product(c_function *f, const instruction *i)
 
 static void write_outer(c_function *f, const instruction *i)
 {
-    char y[2 * C_OPERAND], x[2 * C_OPERAND], out[2 * C_OPERAND], entry[C_OPERAND];
+    char y[C_ENTRY], x[C_ENTRY], out[C_ENTRY], entry[C_OPERAND];
     int k = i->in[1].rows;
     snprintf(entry, sizeof entry, "(i * %d + k)", k);
     put_entry(f, i->in[0], "i", y);
@@ -178,7 +184,7 @@ static void write_outer(c_function *f, const instruction *i)
 /* A value of the member at every point, or as it is. */
 static void write_spread(c_function *f, const instruction *i)
 {
-    char out[2 * C_OPERAND];
+    char out[C_ENTRY];
     put_entry(f, i->out, "r", out);
     fprintf(f->w.file,
             "    for (int r = 0; r < %d; r++) {\n        %s{\n            %s = m[%d + r];\n"
@@ -191,7 +197,7 @@ static void write_sum(c_function *f, const instruction *i)
 {
     bool outer = i->op == OP_OUTER_SUM, member = i->out.kind == PLACE_MEMBER;
     int columns = i->columns > 1 ? i->columns : 1, k = outer ? i->in[1].rows : 1;
-    char factor[2 * C_OPERAND] = "";
+    char factor[C_ENTRY] = "";
     f->uses_u = f->uses_u || !member;
     if (outer) {
         snprintf(factor, sizeof factor, " * w[(%d + k * %d) * %d + j]", i->in[1].offset,
@@ -267,7 +273,7 @@ static int output_at(const c_function *f, int output)
 
 static void write_outputs(c_function *f, const pass *p)
 {
-    char from[2 * C_OPERAND];
+    char from[C_ENTRY];
     for (int i = 0; i < p->output_count; i++) {
         batch_output o = p->outputs[i];
         int to = output_at(f, o.number);
@@ -289,7 +295,7 @@ static void write_outputs(c_function *f, const pass *p)
 /* What later passes need of the member. */
 static void write_kept(c_function *f, const pass *p)
 {
-    char from[2 * C_OPERAND];
+    char from[C_ENTRY];
     for (int i = 0; i < p->kept_count; i++) {
         put_entry(f, p->kept[i].from, "r", from);
         fprintf(f->w.file, "    for (int r = 0; r < %d; r++) {\n        m[%d + r] = %s;\n    }\n",

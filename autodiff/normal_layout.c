@@ -264,7 +264,7 @@ static size_t products_of_all(const normal_layout *l, int *sources)
 
 size_t ad_normal_flops(const normal_layout *l)
 {
-    return 2 * TILE * l->products;
+    return (size_t)2 * TILE * l->products;
 }
 
 /* What heads save must be worth making their combinations. */

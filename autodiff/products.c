@@ -229,7 +229,7 @@ INLINE void turn_block(const double *const *from, ptrdiff_t at, double *to, ptrd
                            __builtin_shufflevector(c, d, 1, 9, 3, 11, 5, 13, 7, 15)};
         const vec even_mixed = __builtin_shufflevector(even[0], even[1], 2, 3, 8, 9, 6, 7, 12, 13);
         const vec odd_mixed = __builtin_shufflevector(odd[0], odd[1], 2, 3, 8, 9, 6, 7, 12, 13);
-        double *row = to + 4 * h * stride;
+        double *row = to + h * stride * 4;
         *(vec *)row = __builtin_shufflevector(even[0], even_mixed, 0, 1, 10, 11, 4, 5, 14, 15);
         *(vec *)(row + stride) =
             __builtin_shufflevector(odd[0], odd_mixed, 0, 1, 10, 11, 4, 5, 14, 15);
@@ -279,9 +279,9 @@ static void add_outer_sum(int m, int k, int points, const double *y, ptrdiff_t y
         count = minimum(pieces(pieces(points - at, left), LINE) * LINE, points - at);
         for (int j = 0, vectors; j < k; j += vectors * LANES) {
             vectors = next_vectors(k - j);
-            const strip s = {count, k - j, y_stride, 1, turned, vectors * LANES, k, ADD};
+            const strip s = {count, k - j, y_stride, 1, turned, (ptrdiff_t)vectors * LANES, k, ADD};
             turn(minimum(k - j, vectors * LANES), vectors, count, x + j * x_stride + at, x_stride,
-                 turned, vectors * LANES);
+                 turned, (ptrdiff_t)vectors * LANES);
             run_strip(m, vectors, &s, y + at, sum + j, false);
         }
     }

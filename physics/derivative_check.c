@@ -121,9 +121,9 @@ static double range_of(const derivative_task *task, int coordinate, double *low)
 static ad_status make_batch(const derivative_task *task, size_t points, nn_rng *rng, int by,
                             derivative_batch *batch, ad_error *error)
 {
-    size_t shifted = STEPS * SHIFTS * points;
+    size_t shifted = (size_t)STEPS * SHIFTS * points;
     int count = task->model->domain.count;
-    double *memory = calloc(((size_t)count + 2 * ROWS_MAX) * shifted, sizeof *memory), low;
+    double *memory = calloc(((size_t)count + ROWS_MAX + ROWS_MAX) * shifted, sizeof *memory), low;
     if (!memory) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", shifted);
     }
@@ -150,7 +150,7 @@ static ad_status make_batch(const derivative_task *task, size_t points, nn_rng *
 /* The difference at point i by one of the steps. */
 static double difference(const derivative_batch *batch, int row, int step, size_t i)
 {
-    size_t shifted = STEPS * SHIFTS * batch->points;
+    size_t shifted = (size_t)STEPS * SHIFTS * batch->points;
     double sum = 0;
     for (int k = 0; k < SHIFTS; k++) {
         size_t at = (size_t)(step * SHIFTS + k) * batch->points + i;
@@ -167,7 +167,7 @@ static size_t center(const derivative_batch *batch, size_t i)
 
 static double at_center(const derivative_batch *batch, const double *values, int row, size_t i)
 {
-    size_t shifted = STEPS * SHIFTS * batch->points;
+    size_t shifted = (size_t)STEPS * SHIFTS * batch->points;
     return values[(size_t)row * shifted + center(batch, i)];
 }
 
@@ -231,7 +231,7 @@ static ad_status run(const derivative_task *task, const derivative_program *made
     domain_setting setting = {{domain_window_time(d, task->window)}, task->start, 1};
     setting.window[1] = d->time < 0 ? 0 : range_of(task, d->time, &low);
     domain_list_uniforms(&kinds, &setting, uniforms);
-    ad_run at = {.points = STEPS * SHIFTS * batch->points,
+    ad_run at = {.points = (size_t)STEPS * SHIFTS * batch->points,
                  .inputs = (const double *const *)batch->at,
                  .uniforms = uniforms,
                  .parameters = task->x,

@@ -93,7 +93,7 @@ ad_status motion_network_create(const physics_model *m, const nn_mlp *mlp, ad_po
         return ad_fail(error, AD_NO_MEMORY, "out of memory for the network of a motion");
     }
     *x = (motion_network){.model = m, .functions = functions, .has_window = m->domain.windows > 1};
-    x->basis = calloc((size_t)(functions * functions), sizeof *x->basis);
+    x->basis = calloc((size_t)functions * (size_t)functions, sizeof *x->basis);
     ad_status status = x->basis ? compile(x, mlp, pool, error)
                                 : ad_fail(error, AD_NO_MEMORY, "out of memory for a motion");
     status = status == AD_OK ? find_basis(x, error) : status;

@@ -250,9 +250,9 @@ static void crafted_files_are_refused(void **state)
     refuse_crafted(file, "item '0' holds something that is not an item");
 
     file = open_crafted();
-    for (int k = 0; k < CHECKPOINT_MAX_LINKS + 1; k++) {
+    for (size_t k = 0; k < CHECKPOINT_MAX_LINKS + 1; k++) {
         char name[16];
-        snprintf(name, sizeof name, "%d", k);
+        snprintf(name, sizeof name, "%zu", k);
         H5Gclose(H5Gcreate2(file, name, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
     }
     refuse_crafted(file, "is a group of too many items");

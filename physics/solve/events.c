@@ -263,7 +263,7 @@ static ad_status add_breaks(const solve_rod *rod, const samples *x, size_t *coun
 ad_status solve_events_find(const solve_rod *rod, size_t *count, double **times, ad_error *error)
 {
     *count = 0;
-    *times = malloc(2 * SAMPLES * sizeof **times);
+    *times = malloc(sizeof **times * 2 * SAMPLES);
     samples *x = calloc(1, sizeof *x);
     ad_status status =
         *times && x ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for %d samples", SAMPLES);

@@ -45,7 +45,7 @@ static kinematics_work divide_room(const kinematics *x, double *room)
 }
 
 /* to += by a */
-STRAIN_INLINE void add_multiple(double by, const lanes a[3], lanes to[3])
+PROCESSOR_INLINE void add_multiple(double by, const lanes a[3], lanes to[3])
 {
     for (int k = 0; k < 3; k++) {
         to[k] += by * a[k];
@@ -55,8 +55,8 @@ STRAIN_INLINE void add_multiple(double by, const lanes a[3], lanes to[3])
 /* ---- from the start to the last element ------------------------------------------------------ */
 
 /* Turns q by one step with terms [3][3], by the curvature's modes of an element by [modes][3]. */
-STRAIN_INLINE void take_step(const kinematics *x, int e, const double *base, const double *by,
-                             const lanes *state, lanes q[4])
+PROCESSOR_INLINE void take_step(const kinematics *x, int e, const double *base, const double *by,
+                                const lanes *state, lanes q[4])
 {
     lanes terms[3][3];
     for (int k = 0; k < 3; k++) {
@@ -73,8 +73,8 @@ STRAIN_INLINE void take_step(const kinematics *x, int e, const double *base, con
     step_on(terms, q);
 }
 
-STRAIN_INLINE void turn_points(const kinematics *x, int e, const lanes *state, const lanes from[4],
-                               kinematics_point *at)
+PROCESSOR_INLINE void turn_points(const kinematics *x, int e, const lanes *state,
+                                  const lanes from[4], kinematics_point *at)
 {
     const int n = x->stages;
     lanes q[4];
@@ -88,8 +88,8 @@ STRAIN_INLINE void turn_points(const kinematics *x, int e, const lanes *state, c
 }
 
 /* R v, R v_t, R u_t at the points of an element. */
-STRAIN_INLINE void strain_points(const kinematics *x, int e, const lanes *state,
-                                 kinematics_point *at)
+PROCESSOR_INLINE void strain_points(const kinematics *x, int e, const lanes *state,
+                                    kinematics_point *at)
 {
     for (int i = 0; i < x->stages; i++) {
         const double *origin = x->origin + (e * x->stages + i) * KINEMATICS_STRAINS;
@@ -113,8 +113,8 @@ STRAIN_INLINE void strain_points(const kinematics *x, int e, const lanes *state,
 }
 
 /* w' = R u_t */
-STRAIN_INLINE void spin_points(const kinematics *x, int e, const lanes from[3],
-                               kinematics_point *at)
+PROCESSOR_INLINE void spin_points(const kinematics *x, int e, const lanes from[3],
+                                  kinematics_point *at)
 {
     const int n = x->stages;
     const double *integral = x->integral + e * (n + 1) * n;
@@ -127,8 +127,8 @@ STRAIN_INLINE void spin_points(const kinematics *x, int e, const lanes from[3],
 }
 
 /* r' = R v, V' = w x R v + R v_t, w' = R u_t over a part of an element, by integrals [stages]. */
-STRAIN_INLINE void move_on(int n, const double *integral, const kinematics_point *at, lanes r[3],
-                           lanes velocity[3], lanes spin[3])
+PROCESSOR_INLINE void move_on(int n, const double *integral, const kinematics_point *at, lanes r[3],
+                              lanes velocity[3], lanes spin[3])
 {
     for (int j = 0; j < n; j++) {
         lanes turning[3];
@@ -140,7 +140,7 @@ STRAIN_INLINE void move_on(int n, const double *integral, const kinematics_point
     }
 }
 
-STRAIN_INLINE void begin_rod(const kinematics *x, kinematics_edge *edge)
+PROCESSOR_INLINE void begin_rod(const kinematics *x, kinematics_edge *edge)
 {
     lanes R[3][3], spin[3];
     in_all_lanes(3, x->start, edge->r);
@@ -151,7 +151,7 @@ STRAIN_INLINE void begin_rod(const kinematics *x, kinematics_edge *edge)
     lanes_to_world(R, spin, edge->spin);
 }
 
-STRAIN_INLINE void find_shape(const kinematics *x, const kinematics_work *w)
+PROCESSOR_INLINE void find_shape(const kinematics *x, const kinematics_work *w)
 {
     const int n = x->stages;
     begin_rod(x, w->edge);
@@ -178,8 +178,8 @@ STRAIN_INLINE void find_shape(const kinematics *x, const kinematics_work *w)
 
 /* ---- places ---------------------------------------------------------------------------------- */
 
-STRAIN_INLINE void find_place(const kinematics *x, const kinematics_work *w, int place,
-                              lanes seen[KINEMATICS_SEEN], lanes R[3][3], lanes spin[3])
+PROCESSOR_INLINE void find_place(const kinematics *x, const kinematics_work *w, int place,
+                                 lanes seen[KINEMATICS_SEEN], lanes R[3][3], lanes spin[3])
 {
     const int e = x->place_element[place], before = x->place_before[place];
     const kinematics_edge *from = &w->edge[e];
@@ -209,8 +209,8 @@ typedef struct kinematics_beyond {
 
 /* Of a turn theta at each point of an element alone: the velocity of the place changes by
  * (theta x R u_t) x arm + weight (w x (theta x R v) + theta x R v_t). */
-STRAIN_INLINE void turn_matrix(const kinematics_point *at, double weight, const lanes arm[3],
-                               lanes M[3][3])
+PROCESSOR_INLINE void turn_matrix(const kinematics_point *at, double weight, const lanes arm[3],
+                                  lanes M[3][3])
 {
     const lanes *w = at->spin, *l = at->along, *t = at->turned_rate;
     const lanes along = weight * (w[0] * l[0] + w[1] * l[1] + w[2] * l[2]) -
@@ -225,8 +225,8 @@ STRAIN_INLINE void turn_matrix(const kinematics_point *at, double weight, const 
 }
 
 /* Row `own` of derivatives by an element's modes from those by strains at a point. */
-STRAIN_INLINE void add_point(const kinematics *x, int e, int point,
-                             lanes of[2][KINEMATICS_KINDS][3][3], lanes *by)
+PROCESSOR_INLINE void add_point(const kinematics *x, int e, int point,
+                                lanes of[2][KINEMATICS_KINDS][3][3], lanes *by)
 {
     const double *value = x->value + (e * x->stages + point) * x->modes;
     for (int a = x->own[e]; a < x->own_end[e]; a++) {
@@ -238,9 +238,9 @@ STRAIN_INLINE void add_point(const kinematics *x, int e, int point,
 }
 
 /* Derivatives of a place by the modes of one element; `beyond` then has the element, too. */
-STRAIN_INLINE void differentiate_element(const kinematics *x, const kinematics_point *at, int e,
-                                         const double *weight, bool moving,
-                                         kinematics_beyond *beyond, lanes *by)
+PROCESSOR_INLINE void differentiate_element(const kinematics *x, const kinematics_point *at, int e,
+                                            const double *weight, bool moving,
+                                            kinematics_beyond *beyond, lanes *by)
 {
     const int n = x->stages;
     const double *integral = x->integral + e * (n + 1) * n, *full = integral + n * n;
@@ -292,8 +292,8 @@ STRAIN_INLINE void differentiate_element(const kinematics *x, const kinematics_p
     }
 }
 
-STRAIN_INLINE void differentiate(const kinematics *x, const kinematics_work *w, int place,
-                                 bool moving)
+PROCESSOR_INLINE void differentiate(const kinematics *x, const kinematics_work *w, int place,
+                                    bool moving)
 {
     const int n = x->stages, last = x->place_element[place];
     kinematics_beyond beyond;
@@ -307,8 +307,9 @@ STRAIN_INLINE void differentiate(const kinematics *x, const kinematics_work *w, 
 }
 
 /* Of one kind and row by mode a and by its rate. */
-STRAIN_INLINE void find_derivative(const kinematics *x, const kinematics_work *w, int place,
-                                   int row, int a, lanes R[3][3], const lanes spin[3], lanes by[2])
+PROCESSOR_INLINE void find_derivative(const kinematics *x, const kinematics_work *w, int place,
+                                      int row, int a, lanes R[3][3], const lanes spin[3],
+                                      lanes by[2])
 {
     const int k = row % 3, kinds = 3 * x->modes, e = x->place_element[place];
     const lanes *all = w->by + 3 * a, *theta = all + BY_TURN * kinds;
@@ -341,7 +342,7 @@ STRAIN_INLINE void find_derivative(const kinematics *x, const kinematics_work *w
 
 /* ---- all of it ------------------------------------------------------------------------------- */
 
-STRAIN_INLINE void load_states(const kinematics *x, int count, const double *states, lanes *to)
+PROCESSOR_INLINE void load_states(const kinematics *x, int count, const double *states, lanes *to)
 {
     const int size = 2 * x->modes;
     for (int a = 0; a < size; a++) {

@@ -7,7 +7,7 @@
 
 #define NUMBER         lanes
 #define ALGEBRA(name)  lanes_##name
-#define ALGEBRA_INLINE static inline __attribute__((always_inline, unused))
+#define ALGEBRA_INLINE PROCESSOR_INLINE
 #include "physics/solve/quaternion_algebra.h"
 #undef NUMBER
 #undef ALGEBRA

@@ -6,7 +6,7 @@
 #include "physics/solve/strain_algebra.h"
 
 /* q at the end of a step with terms a1, a2, a3. */
-STRAIN_INLINE void step_on(lanes a[3][3], lanes q[4])
+PROCESSOR_INLINE void step_on(lanes a[3][3], lanes q[4])
 {
     lanes c1[3], c2[3], sum[3], with[3], last[3], turn[4], next[4];
     lanes_vector_cross(a[1], a[0], c1);
@@ -28,7 +28,7 @@ STRAIN_INLINE void step_on(lanes a[3][3], lanes q[4])
 }
 
 /* Undoes rounding. */
-STRAIN_INLINE void normalise(lanes q[4])
+PROCESSOR_INLINE void normalise(lanes q[4])
 {
     const lanes by = 1.5 - 0.5 * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     for (int i = 0; i < 4; i++) {

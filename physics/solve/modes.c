@@ -163,7 +163,8 @@ static ad_status set_modes(modes *m, const mesh *x, const solve_parameters *open
     double compliance[MODES_STRAINS];
     const int per_piece = MODES_STRAINS * largest_count(&m->counts), hinges = m->hinges;
     bool failed = false;
-    m->mode = rows((size_t)(per_piece * m->pieces + hinges), sizeof *m->mode, &failed);
+    m->mode =
+        rows((size_t)per_piece * (size_t)m->pieces + (size_t)hinges, sizeof *m->mode, &failed);
     if (failed) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for modes");
     }

@@ -125,9 +125,8 @@ FOR_EACH_PROCESSOR static bool factor(int n, collocation_factors *f)
 }
 
 /* sum of (re + i im) (x + i y) over `count`, four at a time. */
-static inline __attribute__((always_inline)) void dot(int count, const double *re, const double *im,
-                                                      const double *x, const double *y,
-                                                      double *sum_re, double *sum_im)
+PROCESSOR_INLINE void dot(int count, const double *re, const double *im, const double *x,
+                          const double *y, double *sum_re, double *sum_im)
 {
     quad a, b, u, v, real = {0}, imaginary = {0};
     int c = 0;

@@ -64,7 +64,7 @@ ad_status modes_defect_create(solve_rod *rod, const modes *own, const double *in
         const size_t n = (size_t)x->m->size, width = (size_t)x->m->width;
         x->place = malloc((size_t)own->size * sizeof *x->place);
         x->pivots = malloc(n * sizeof *x->pivots);
-        x->y = calloc(4 * n + 2 * n * width + n * n + 3 * PARTS * n, sizeof *x->y);
+        x->y = calloc(4 * n + 2 * n * width + n * n + n * 3 * PARTS, sizeof *x->y);
         if (!x->place || !x->pivots || !x->y) {
             status = ad_fail(error, AD_NO_MEMORY, "out of memory for %zu modes", n);
         } else {

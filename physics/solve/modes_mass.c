@@ -1,7 +1,7 @@
 /* Turn and displacement of a reduced rod by each of its modes, side by side, and its mass. */
 #include "physics/solve/modes_rows.h"
 
-MODES_INLINE void move_rows(modes *m, int e)
+PROCESSOR_INLINE void move_rows(modes *m, int e)
 {
     const int n = m->stages, width = m->width, used = m->element[e].width, first = e * (n + 1);
     double *rate = m->room, *own = rate + n * 3 * width, *none = own + n * 6 * width;
@@ -32,7 +32,8 @@ MODES_INLINE void move_rows(modes *m, int e)
 }
 
 /* Four rows and four columns of x^T y, rows [count] of `width`. */
-MODES_INLINE void product_block(int count, int width, const double *x, const double *y, double *to)
+PROCESSOR_INLINE void product_block(int count, int width, const double *x, const double *y,
+                                    double *to)
 {
     quad sum[QUAD] = {{0}}, right;
     for (int r = 0; r < count; r++) {

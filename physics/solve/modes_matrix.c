@@ -3,8 +3,8 @@
 
 /* What x [stages + 1] and all `beyond` do at Gauss points, by the transposed matrix: to [stages].
  */
-MODES_INLINE void gather_rows(const modes *m, int e, int length, const double *x, int stride,
-                              const double *beyond, double *to)
+PROCESSOR_INLINE void gather_rows(const modes *m, int e, int length, const double *x, int stride,
+                                  const double *beyond, double *to)
 {
     const modes_element *element = &m->element[e];
     const int n = m->stages;
@@ -26,8 +26,8 @@ MODES_INLINE void gather_rows(const modes *m, int e, int length, const double *x
 }
 
 /* beyond += x [stages + 1] */
-MODES_INLINE void add_beyond(const modes *m, int length, const double *x, int stride,
-                             double *beyond)
+PROCESSOR_INLINE void add_beyond(const modes *m, int length, const double *x, int stride,
+                                 double *beyond)
 {
     for (int i = 0; i <= m->stages; i++) {
         for (int c = 0; c < length; c++) {
@@ -68,7 +68,7 @@ static changes changes_of(modes *m)
 _Static_assert((GAUSS_STAGES_MAX + 1) * 36 + 18 <= MODES_ROOM, "changes have room");
 
 /* Changes of w, then of its rate and of V, then of the acceleration. */
-MODES_INLINE void change_motion(modes *m, int e, changes *x)
+PROCESSOR_INLINE void change_motion(modes *m, int e, changes *x)
 {
     const int n = m->stages, width = m->width, used = m->element[e].width, first = e * (n + 1);
     for (int i = 0; i < n; i++) {
@@ -239,7 +239,7 @@ static void find_local(const modes *m, int p, local *x)
     }
 }
 
-MODES_INLINE void change_forces(modes *m, int e, changes *x)
+PROCESSOR_INLINE void change_forces(modes *m, int e, changes *x)
 {
     const int n = m->stages, width = m->width, used = m->element[e].width, first = e * (n + 1);
     for (int i = 0; i <= n; i++) {
@@ -327,8 +327,8 @@ static void add_stress(const modes *m, int e, int p, double *by_q, double *by_v)
 }
 
 /* Rows [6][width] of a point: R^T (changed - theta x carried), by q and by q_t. */
-MODES_INLINE void to_section(const modes *m, int p, const double carried[3], const double *rows,
-                             double *to)
+PROCESSOR_INLINE void to_section(const modes *m, int p, const double carried[3], const double *rows,
+                                 double *to)
 {
     const modes_point *at = &m->point[p];
     const int width = m->width;
@@ -349,8 +349,8 @@ MODES_INLINE void to_section(const modes *m, int p, const double carried[3], con
 }
 
 /* forces, moments [stages][6]: what modes_point.carried changes by; sections: room [12]. */
-MODES_INLINE void collect_rows(modes *m, int e, const double *forces, const double *moments,
-                               double *sections, double *by_q, double *by_v)
+PROCESSOR_INLINE void collect_rows(modes *m, int e, const double *forces, const double *moments,
+                                   double *sections, double *by_q, double *by_v)
 {
     const int n = m->stages, width = m->width;
     const modes_element *element = &m->element[e];
@@ -380,7 +380,7 @@ MODES_INLINE void collect_rows(modes *m, int e, const double *forces, const doub
 }
 
 /* Moments of the forces beyond, at Gauss points: along x force. */
-MODES_INLINE void add_arms(modes *m, int e, changes *x, const double *forces)
+PROCESSOR_INLINE void add_arms(modes *m, int e, changes *x, const double *forces)
 {
     const int n = m->stages, width = m->width;
     for (int i = 0; i < n; i++) {

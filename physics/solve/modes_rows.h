@@ -8,17 +8,15 @@
 
 #include <string.h>
 
-#define MODES_INLINE static inline __attribute__((always_inline, unused))
-
 /* Rows are `width` doubles apart; four columns of three of them. */
-MODES_INLINE void load_rows(const double *rows, int width, quad x[3])
+PROCESSOR_INLINE void load_rows(const double *rows, int width, quad x[3])
 {
     for (int k = 0; k < 3; k++) {
         memcpy(&x[k], rows + k * width, sizeof x[k]);
     }
 }
 
-MODES_INLINE void store_rows(const quad x[3], int width, double *rows)
+PROCESSOR_INLINE void store_rows(const quad x[3], int width, double *rows)
 {
     for (int k = 0; k < 3; k++) {
         memcpy(rows + k * width, &x[k], sizeof x[k]);
@@ -26,28 +24,28 @@ MODES_INLINE void store_rows(const quad x[3], int width, double *rows)
 }
 
 /* to += a x b, to += b x a: a the same for all columns. */
-MODES_INLINE void add_cross(const double a[3], const quad b[3], quad to[3])
+PROCESSOR_INLINE void add_cross(const double a[3], const quad b[3], quad to[3])
 {
     to[0] += a[1] * b[2] - a[2] * b[1];
     to[1] += a[2] * b[0] - a[0] * b[2];
     to[2] += a[0] * b[1] - a[1] * b[0];
 }
 
-MODES_INLINE void add_crossed(const quad b[3], const double a[3], quad to[3])
+PROCESSOR_INLINE void add_crossed(const quad b[3], const double a[3], quad to[3])
 {
     to[0] += b[1] * a[2] - b[2] * a[1];
     to[1] += b[2] * a[0] - b[0] * a[2];
     to[2] += b[0] * a[1] - b[1] * a[0];
 }
 
-MODES_INLINE void add_applied(double A[3][3], double factor, const quad x[3], quad to[3])
+PROCESSOR_INLINE void add_applied(double A[3][3], double factor, const quad x[3], quad to[3])
 {
     for (int i = 0; i < 3; i++) {
         to[i] += factor * (A[i][0] * x[0] + A[i][1] * x[1] + A[i][2] * x[2]);
     }
 }
 
-MODES_INLINE void add_scaled(double factor, const quad x[3], quad to[3])
+PROCESSOR_INLINE void add_scaled(double factor, const quad x[3], quad to[3])
 {
     for (int i = 0; i < 3; i++) {
         to[i] += factor * x[i];
@@ -58,8 +56,8 @@ MODES_INLINE void add_scaled(double factor, const quad x[3], quad to[3])
 
 /* to [stages + 1] = from + matrix rate [stages]: rows of `length` doubles, multiple of QUAD, those
  * of rates and of results as far apart as their strides. */
-MODES_INLINE void integrate_rows(const modes *m, int e, int length, const double *from,
-                                 const double *rate, int rate_stride, double *to, int stride)
+PROCESSOR_INLINE void integrate_rows(const modes *m, int e, int length, const double *from,
+                                     const double *rate, int rate_stride, double *to, int stride)
 {
     const modes_element *element = &m->element[e];
     const int n = m->stages;
@@ -78,7 +76,7 @@ MODES_INLINE void integrate_rows(const modes *m, int e, int length, const double
 }
 
 /* R e P of each own mode of v, u: [2][3] rows, zeros elsewhere. */
-MODES_INLINE void own_rows(const modes *m, int e, int p, int width, double *rows)
+PROCESSOR_INLINE void own_rows(const modes *m, int e, int p, int width, double *rows)
 {
     const modes_element *element = &m->element[e];
     const modes_point *at = &m->point[p];
@@ -93,7 +91,7 @@ MODES_INLINE void own_rows(const modes *m, int e, int p, int width, double *rows
 }
 
 /* R diag(inertia) R^T */
-MODES_INLINE void world_inertia(const modes_point *at, double J[3][3])
+PROCESSOR_INLINE void world_inertia(const modes_point *at, double J[3][3])
 {
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++) {

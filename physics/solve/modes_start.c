@@ -120,7 +120,7 @@ ad_status modes_fit(modes *m, const solve_initial *given, double *q, double *v, 
     enum { STEPS = 30 };
     const double near = 1e-10;
     const int n = m->size;
-    double *matrix = calloc((size_t)((n + 2) * m->width), sizeof *matrix);
+    double *matrix = calloc((size_t)(n + 2) * (size_t)m->width, sizeof *matrix);
     double *right = matrix ? matrix + n * m->width : NULL, before = INFINITY;
     bool done = matrix != NULL;
     if (!done) {

@@ -97,7 +97,7 @@ static bool place_nodes(motion *m, const double *edges)
         double middle = 0.5 * (m->edge[e] + m->edge[e + 1]);
         double half = 0.5 * (m->edge[e + 1] - m->edge[e]);
         for (int k = 0; k < n; k++) {
-            size_t node = (size_t)(e * m->degree + k), point = (size_t)(e * n + k);
+            size_t node = (size_t)e * m->degree + k, point = (size_t)e * n + k;
             double inside = k == 0 && e > 0 ? SIDE : k == n - 1 && e + 1 < m->elements ? -SIDE : 0;
             m->s[node] = k == n - 1 ? m->edge[e + 1] : middle + half * m->abscissas[k];
             m->point_s[point] = m->s[node] + inside * half;
@@ -112,7 +112,7 @@ static bool place_nodes(motion *m, const double *edges)
 static size_t point_of(const motion *m, int element, int block, int lane)
 {
     int k = block * LANES + lane;
-    return (size_t)(element * (m->degree + 1) + (k < m->degree ? k : m->degree));
+    return (size_t)element * (m->degree + 1) + (k < m->degree ? k : m->degree);
 }
 
 static void set_block_material(motion *m, int element, int index, double lock)

@@ -129,7 +129,7 @@ motion_power motion_power_now(motion *m)
 
 static void sample_node(const motion *m, int element, int k, double scale, solve_state *to)
 {
-    size_t node = (size_t)(element * m->degree + k);
+    size_t node = (size_t)element * m->degree + k;
     const motion_block *at = motion_block_of(m, element, k);
     const double *frame = motion_frame_of(m, element, k);
     const int lane = k % LANES;

@@ -42,8 +42,8 @@ enum { TERMS = 9 };
 static const double LARGEST_TURN = 0.02;
 
 /* a = by_inertia (J b x c), added to a. */
-static inline __attribute__((always_inline)) void
-add_gyroscopic(const spinning *x, const lanes b[3], const lanes c[3], lanes a[3])
+PROCESSOR_INLINE void add_gyroscopic(const spinning *x, const lanes b[3], const lanes c[3],
+                                     lanes a[3])
 {
     lanes momentum[3], turning[3];
     for (int i = 0; i < 3; i++) {
@@ -57,7 +57,7 @@ add_gyroscopic(const spinning *x, const lanes b[3], const lanes c[3], lanes a[3]
 
 /* A body that turns freely, J w_t = J w x w and q_t = q (0, w)/2, by h: coefficients of its Taylor
  * series follow from one another. */
-static inline __attribute__((always_inline)) void spin_by_series(spinning *x, double h, int terms)
+PROCESSOR_INLINE void spin_by_series(spinning *x, double h, int terms)
 {
     lanes w[TERMS + 1][3], q[TERMS + 1][4];
     memcpy(w[0], x->w, sizeof w[0]);
@@ -84,7 +84,7 @@ static inline __attribute__((always_inline)) void spin_by_series(spinning *x, do
 }
 
 /* The same where w does not change: q exp(w h/2), by the series of cosine and sine. */
-static inline __attribute__((always_inline)) void spin_steadily(spinning *x, double h)
+PROCESSOR_INLINE void spin_steadily(spinning *x, double h)
 {
     lanes square = {0}, half[3], turned[4];
     for (int i = 0; i < 3; i++) {
@@ -103,8 +103,7 @@ static inline __attribute__((always_inline)) void spin_steadily(spinning *x, dou
     }
 }
 
-static inline __attribute__((always_inline)) void load_nodes(const motion *m, size_t first,
-                                                             spinning *x)
+PROCESSOR_INLINE void load_nodes(const motion *m, size_t first, spinning *x)
 {
     const double *pose[LANES], *spin[LANES];
     for (size_t lane = 0; lane < LANES; lane++) {
@@ -120,8 +119,7 @@ static inline __attribute__((always_inline)) void load_nodes(const motion *m, si
     }
 }
 
-static inline __attribute__((always_inline)) void load_inertia(const motion *m, size_t first,
-                                                               spinning *x)
+PROCESSOR_INLINE void load_inertia(const motion *m, size_t first, spinning *x)
 {
     const double *inertia[LANES], *by_inertia[LANES];
     for (size_t lane = 0; lane < LANES; lane++) {
@@ -135,8 +133,7 @@ static inline __attribute__((always_inline)) void load_inertia(const motion *m, 
     }
 }
 
-static inline __attribute__((always_inline)) void store_nodes(motion *m, size_t first,
-                                                              const spinning *x, bool steady)
+PROCESSOR_INLINE void store_nodes(motion *m, size_t first, const spinning *x, bool steady)
 {
     for (size_t lane = 0; lane < LANES && first + lane < m->nodes; lane++) {
         for (int i = 0; i < 4; i++) {
@@ -149,7 +146,7 @@ static inline __attribute__((always_inline)) void store_nodes(motion *m, size_t 
 }
 
 /* Quaternions of length 1 + e, e of the order of rounding, lose it. */
-static inline __attribute__((always_inline)) void renormalize(lanes q[4])
+PROCESSOR_INLINE void renormalize(lanes q[4])
 {
     lanes by = 1.5 - 0.5 * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     for (int i = 0; i < 4; i++) {
@@ -157,7 +154,7 @@ static inline __attribute__((always_inline)) void renormalize(lanes q[4])
     }
 }
 
-static inline __attribute__((always_inline)) double sum_of(const lanes *lane)
+PROCESSOR_INLINE double sum_of(const lanes *lane)
 {
     const lanes x = *lane;
     return ((x[0] + x[4]) + (x[1] + x[5])) + ((x[2] + x[6]) + (x[3] + x[7]));

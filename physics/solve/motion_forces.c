@@ -49,8 +49,8 @@ void motion_set_nodes(motion *m, const double *state)
 
 /* slope [MOTION_LANES] of poses (or flows) of an element's nodes, at the points of a block, where
  * the element has length 2. */
-static inline __attribute__((always_inline)) void
-differentiate(const motion *m, int block, const double (*pose)[LANES], lanes slope[MOTION_LANES])
+PROCESSOR_INLINE void differentiate(const motion *m, int block, const double (*pose)[LANES],
+                                    lanes slope[MOTION_LANES])
 {
     int stride = m->blocks * LANES;
     for (int c = 0; c < MOTION_LANES; c++) {
@@ -65,8 +65,8 @@ differentiate(const motion *m, int block, const double (*pose)[LANES], lanes slo
 }
 
 /* Components `first` to `first + count` of rows [degree + 1] at the points of a block. */
-static inline __attribute__((always_inline)) void
-gather(const motion *m, int block, int first, int count, const double (*rows)[LANES], lanes *to)
+PROCESSOR_INLINE void gather(const motion *m, int block, int first, int count,
+                             const double (*rows)[LANES], lanes *to)
 {
     const double *row[LANES];
     for (int lane = 0; lane < LANES; lane++) {
@@ -165,7 +165,7 @@ static solve_actuation actuation_at(const motion *m, int element, int k, double 
 {
     const motion_block *at = motion_block_of(m, element, k);
     const int lane = k % LANES;
-    const size_t point = (size_t)(element * (m->degree + 1) + k);
+    const size_t point = (size_t)element * (m->degree + 1) + k;
     solve_actuation pulling = solve_actuation_at(m->rod, m->actuators, point, m->point_s[point], 1);
     pulling.tensions = m->tensions;
     for (int i = 0; i < 3; i++) {
@@ -219,8 +219,7 @@ static void pull_element(motion *m, int element)
 
 /* What n and m exert on r_s and q_s at the points of an element, times weights: m->wrench. And
  * torque [blocks][3] on q itself: vec(q* q_s) varies by -vec(turn p), so p_0 m + u/2 x m. */
-static inline __attribute__((always_inline)) void wrench_of(motion *m, int element, int block,
-                                                            lanes torque[3])
+PROCESSOR_INLINE void wrench_of(motion *m, int element, int block, lanes torque[3])
 {
     const motion_block *at = &m->block[element * m->blocks + block];
     const double scale = 2 / (m->edge[element + 1] - m->edge[element]);

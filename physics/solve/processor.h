@@ -4,19 +4,28 @@
 #ifndef PHYSICS_SOLVE_PROCESSOR_H
 #define PHYSICS_SOLVE_PROCESSOR_H
 
-/* ThreadSanitizer does not survive what chooses between them, which runs before it has begun. */
+/* Sanitizers watch the same operations in each version, and with all put into one function compile
+ * a file for half a minute; ThreadSanitizer does not survive what chooses between versions either,
+ * which runs before it has begun. */
 #if defined(__has_feature)
-#define WATCHES_THREADS __has_feature(thread_sanitizer)
-#elif defined(__SANITIZE_THREAD__)
-#define WATCHES_THREADS 1
+#define SANITIZED (__has_feature(address_sanitizer) || __has_feature(thread_sanitizer))
+#elif defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define SANITIZED 1
 #else
-#define WATCHES_THREADS 0
+#define SANITIZED 0
 #endif
 
-#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__AVX512F__) && !WATCHES_THREADS
+#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__AVX512F__) && !SANITIZED
 #define FOR_EACH_PROCESSOR __attribute__((target_clones("avx512f", "avx2", "default")))
 #else
 #define FOR_EACH_PROCESSOR
+#endif
+
+/* What functions FOR_EACH_PROCESSOR are made of; a plain one would be for the oldest processor. */
+#if SANITIZED
+#define PROCESSOR_INLINE static inline __attribute__((unused))
+#else
+#define PROCESSOR_INLINE static inline __attribute__((always_inline, unused))
 #endif
 
 /* So many numbers side by side, anywhere in memory. */

@@ -136,7 +136,7 @@ static ad_status allocate(reduced_rod *x, ad_error *error)
                             2 * n * (2 * n + inputs),
                             square,
                             collocation_derivative_room(x->step),
-                            (2 * OUTPUT_ROWS * n + 6) * (size_t)x->count,
+                            (n * 2 * OUTPUT_ROWS + 6) * (size_t)x->count,
                             KINEMATICS_SEEN * (size_t)x->count,
                             kinematics_room(&x->look)};
     size_t all = 0;

@@ -88,7 +88,7 @@ void static_system_excess(const static_system *x, const double *y, double *exces
     }
     for (int e = 0; e < x->elements; e++) {
         for (int i = 0; i < x->stages; i++) {
-            add_length(x, (size_t)(e * x->stages + i), width(x, e) * x->rule.weights[i],
+            add_length(x, (size_t)e * x->stages + i, width(x, e) * x->rule.weights[i],
                        y + edge(x, e) + (i + 1) * x->rows, excess);
         }
     }
@@ -151,7 +151,7 @@ void static_system_residual(static_system *x, const double *y, double *residual)
         double start[STATIC_ROWS_MAX], h = width(x, e), *rate = x->rate + (size_t)e * inner_rows(x);
         jump_over(x, e, y + edge(x, e), start, NULL);
         for (int i = 0; i < x->stages; i++) {
-            static_point at = static_system_point(x, (size_t)(e * x->stages + i));
+            static_point at = static_system_point(x, (size_t)e * x->stages + i);
             static_rate(&at, inner + i * rows, rate + i * rows, NULL);
         }
         for (int i = 0; i <= x->stages; i++) { /* the last is the end of the element */
@@ -177,7 +177,7 @@ void static_system_linearise(static_system *x, const double *y)
         jump_over(x, e, y + edge(x, e), rate, x->across[e]);
         const double *inner = y + edge(x, e) + x->rows;
         for (int i = 0; i < x->stages; i++) {
-            size_t p = (size_t)(e * x->stages + i);
+            size_t p = (size_t)e * x->stages + i;
             static_point at = static_system_point(x, p);
             static_rate(&at, inner + i * x->rows, rate, x->by_y[p]);
         }

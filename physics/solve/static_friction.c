@@ -31,7 +31,7 @@ struct static_friction {
 
 static size_t angle_count(const static_system *x)
 {
-    return (size_t)(x->elements * (x->stages + 2) * x->rod->frictions);
+    return (size_t)x->elements * (x->stages + 2) * x->rod->frictions;
 }
 
 /* ---- how tendons turn ---------------------------------------------------------------------- */
@@ -87,7 +87,7 @@ static void tangents_of(const static_system *x, int e, int tendon, const double 
 {
     for (int i = 0; i < x->stages; i++) {
         const double *at_y = y + edge(x, e) + (size_t)(i + 1) * (size_t)x->rows;
-        static_point at = static_system_point(x, (size_t)(e * x->stages + i));
+        static_point at = static_system_point(x, (size_t)e * x->stages + i);
         double strains[ACTUATION_ROWS], tangent[3], rotation[3][3];
         static_strains(&at, at_y, strains, strains + 3);
         solve_actuation_tangent(&at.actuation, tendon, strains, tangent);

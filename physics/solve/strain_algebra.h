@@ -8,15 +8,13 @@
 #include <math.h>
 #include <string.h>
 
-#define STRAIN_INLINE static inline __attribute__((always_inline, unused))
-
 typedef long long integer_lanes
     __attribute__((vector_size(LANES * sizeof(long long)), aligned(sizeof(double)), may_alias));
 
 static const lanes NO_LANES = {0};
 
 /* out = A x */
-STRAIN_INLINE void apply(lanes A[3][3], const lanes x[3], lanes out[3])
+PROCESSOR_INLINE void apply(lanes A[3][3], const lanes x[3], lanes out[3])
 {
     for (int i = 0; i < 3; i++) {
         out[i] = A[i][0] * x[0] + A[i][1] * x[1] + A[i][2] * x[2];
@@ -24,7 +22,7 @@ STRAIN_INLINE void apply(lanes A[3][3], const lanes x[3], lanes out[3])
 }
 
 /* out += A x */
-STRAIN_INLINE void add_applied(lanes A[3][3], const lanes x[3], lanes out[3])
+PROCESSOR_INLINE void add_applied(lanes A[3][3], const lanes x[3], lanes out[3])
 {
     for (int i = 0; i < 3; i++) {
         out[i] += A[i][0] * x[0] + A[i][1] * x[1] + A[i][2] * x[2];
@@ -32,7 +30,7 @@ STRAIN_INLINE void add_applied(lanes A[3][3], const lanes x[3], lanes out[3])
 }
 
 /* out = A B, A B^T */
-STRAIN_INLINE void multiply(lanes A[3][3], lanes B[3][3], lanes out[3][3])
+PROCESSOR_INLINE void multiply(lanes A[3][3], lanes B[3][3], lanes out[3][3])
 {
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++) {
@@ -41,7 +39,7 @@ STRAIN_INLINE void multiply(lanes A[3][3], lanes B[3][3], lanes out[3][3])
     }
 }
 
-STRAIN_INLINE void multiply_turned(lanes A[3][3], lanes B[3][3], lanes out[3][3])
+PROCESSOR_INLINE void multiply_turned(lanes A[3][3], lanes B[3][3], lanes out[3][3])
 {
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++) {
@@ -51,7 +49,7 @@ STRAIN_INLINE void multiply_turned(lanes A[3][3], lanes B[3][3], lanes out[3][3]
 }
 
 /* out = factor a^, which makes a cross product from the left. */
-STRAIN_INLINE void cross_matrix(const lanes a[3], double factor, lanes out[3][3])
+PROCESSOR_INLINE void cross_matrix(const lanes a[3], double factor, lanes out[3][3])
 {
     for (int i = 0; i < 3; i++) {
         int j = (i + 1) % 3, k = (i + 2) % 3;
@@ -62,7 +60,7 @@ STRAIN_INLINE void cross_matrix(const lanes a[3], double factor, lanes out[3][3]
 }
 
 /* out = factor a^ B */
-STRAIN_INLINE void cross_times(const lanes a[3], double factor, lanes B[3][3], lanes out[3][3])
+PROCESSOR_INLINE void cross_times(const lanes a[3], double factor, lanes B[3][3], lanes out[3][3])
 {
     for (int c = 0; c < 3; c++) {
         const lanes column[3] = {B[0][c], B[1][c], B[2][c]};
@@ -75,7 +73,7 @@ STRAIN_INLINE void cross_times(const lanes a[3], double factor, lanes B[3][3], l
 }
 
 /* out = A b^ */
-STRAIN_INLINE void times_cross(lanes A[3][3], const lanes b[3], lanes out[3][3])
+PROCESSOR_INLINE void times_cross(lanes A[3][3], const lanes b[3], lanes out[3][3])
 {
     for (int i = 0; i < 3; i++) {
         lanes_vector_cross(A[i], b, out[i]);
@@ -83,7 +81,7 @@ STRAIN_INLINE void times_cross(lanes A[3][3], const lanes b[3], lanes out[3][3])
 }
 
 /* out = A^-1 by cofactors: A is near 1. */
-STRAIN_INLINE void invert(lanes A[3][3], lanes out[3][3])
+PROCESSOR_INLINE void invert(lanes A[3][3], lanes out[3][3])
 {
     lanes determinant = NO_LANES;
     for (int i = 0; i < 3; i++) {
@@ -106,7 +104,7 @@ STRAIN_INLINE void invert(lanes A[3][3], lanes out[3][3])
 
 /* 1/sqrt(x) of x > 0, to rounding: Newton's method from a guess by the exponent (Lomont, 2003), as
  * the compiler makes no vectors of sqrt. */
-STRAIN_INLINE void inverse_root(const lanes *x, lanes *root)
+PROCESSOR_INLINE void inverse_root(const lanes *x, lanes *root)
 {
     const integer_lanes guess = 0x5fe6eb50c7b537a9LL - ((integer_lanes)*x >> 1);
     lanes y = (lanes)guess;
@@ -117,7 +115,7 @@ STRAIN_INLINE void inverse_root(const lanes *x, lanes *root)
 }
 
 /* The quaternion of a rotation vector of at most 3 rad; what is longer is no number. */
-STRAIN_INLINE void exponential(const lanes vector[3], lanes q[4])
+PROCESSOR_INLINE void exponential(const lanes vector[3], lanes q[4])
 {
     enum { TERMS = 10 }; /* beyond 1e-15 of 1.5^2 */
     const lanes x = 0.25 * (vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2]);
@@ -133,7 +131,7 @@ STRAIN_INLINE void exponential(const lanes vector[3], lanes q[4])
     }
 }
 
-STRAIN_INLINE void in_all_lanes(int count, const double *from, lanes *to)
+PROCESSOR_INLINE void in_all_lanes(int count, const double *from, lanes *to)
 {
     for (int i = 0; i < count; i++) {
         to[i] = NO_LANES + from[i];
@@ -141,7 +139,7 @@ STRAIN_INLINE void in_all_lanes(int count, const double *from, lanes *to)
 }
 
 /* vec (p* q) of numbers p. */
-STRAIN_INLINE void turned_from(const double p[4], const lanes q[4], lanes vector[3])
+PROCESSOR_INLINE void turned_from(const double p[4], const lanes q[4], lanes vector[3])
 {
     lanes from[4], turn[4];
     in_all_lanes(4, p, from);

@@ -13,8 +13,8 @@ typedef struct pulling {
     lanes force[3], moment[3], by_v[3][3], by_u[3][3], turning[3][3];
 } pulling;
 
-STRAIN_INLINE void pull_tendon(const strain_actuator *a, const lanes v[3], const lanes u[3],
-                               bool derive, pulling *sum)
+PROCESSOR_INLINE void pull_tendon(const strain_actuator *a, const lanes v[3], const lanes u[3],
+                                  bool derive, pulling *sum)
 {
     const lanes x = a->offset[0], y = a->offset[1];
     const lanes path[3] = {v[0] - u[2] * y + a->slope[0], v[1] + u[2] * x + a->slope[1],
@@ -53,7 +53,7 @@ STRAIN_INLINE void pull_tendon(const strain_actuator *a, const lanes v[3], const
     }
 }
 
-STRAIN_INLINE void pull_all(strain_form *x, int node, bool derive, pulling *sum)
+PROCESSOR_INLINE void pull_all(strain_form *x, int node, bool derive, pulling *sum)
 {
     strain_node *at = &x->at[node];
     memset(sum, 0, sizeof *sum);
@@ -70,7 +70,7 @@ STRAIN_INLINE void pull_all(strain_form *x, int node, bool derive, pulling *sum)
 }
 
 /* The part of a that an end holds. */
-STRAIN_INLINE void held_part(const scene_hold *hold, const lanes a[3], lanes part[3])
+PROCESSOR_INLINE void held_part(const scene_hold *hold, const lanes a[3], lanes part[3])
 {
     const double *d = hold->axis;
     const lanes along = a[0] * d[0] + a[1] * d[1] + a[2] * d[2];
@@ -81,8 +81,8 @@ STRAIN_INLINE void held_part(const scene_hold *hold, const lanes a[3], lanes par
 }
 
 /* Of a position off by `off` and a force beyond what is given. */
-STRAIN_INLINE void hold_row(const scene_hold *hold, const lanes off[3], const lanes beyond[3],
-                            lanes row[3])
+PROCESSOR_INLINE void hold_row(const scene_hold *hold, const lanes off[3], const lanes beyond[3],
+                               lanes row[3])
 {
     lanes held[2][3];
     held_part(hold, off, held[0]);
@@ -92,7 +92,7 @@ STRAIN_INLINE void hold_row(const scene_hold *hold, const lanes off[3], const la
     }
 }
 
-STRAIN_INLINE void turn_over(strain_edge *edge, lanes q[4])
+PROCESSOR_INLINE void turn_over(strain_edge *edge, lanes q[4])
 {
     if (edge->turns) {
         lanes turn[4], next[4];
@@ -106,8 +106,8 @@ STRAIN_INLINE void turn_over(strain_edge *edge, lanes q[4])
 
 /* Integrals over an element of rate [stages]: to its points and to its end from its beginning,
  * where `from` is known, */
-STRAIN_INLINE void integrate_on(strain_form *x, int e, lanes (*rate)[3], const lanes from[3],
-                                lanes (*to)[3], lanes end[3])
+PROCESSOR_INLINE void integrate_on(strain_form *x, int e, lanes (*rate)[3], const lanes from[3],
+                                   lanes (*to)[3], lanes end[3])
 {
     const int n = x->kind.stages;
     for (int k = 0; k < 3; k++) {
@@ -125,8 +125,8 @@ STRAIN_INLINE void integrate_on(strain_form *x, int e, lanes (*rate)[3], const l
 }
 
 /* and from its points and its beginning to its end, where `end` is known. */
-STRAIN_INLINE void integrate_back(strain_form *x, int e, lanes (*rate)[3], const lanes end[3],
-                                  lanes (*to)[3], lanes start[3])
+PROCESSOR_INLINE void integrate_back(strain_form *x, int e, lanes (*rate)[3], const lanes end[3],
+                                     lanes (*to)[3], lanes start[3])
 {
     const int n = x->kind.stages;
     for (int k = 0; k < 3; k++) {

@@ -9,7 +9,7 @@
 
 static size_t nodes_of(const strain_level *x)
 {
-    return (size_t)(x->stages * x->elements);
+    return (size_t)x->stages * x->elements;
 }
 
 static bool allocate(strain_level *x, const solve_rod *rod)
@@ -356,7 +356,7 @@ void strain_level_free(strain_level *x)
 
 /* ---- where members are --------------------------------------------------------------------- */
 
-STRAIN_INLINE void scale(size_t count, const lanes *from, const lanes *factor, lanes *to)
+PROCESSOR_INLINE void scale(size_t count, const lanes *from, const lanes *factor, lanes *to)
 {
     for (size_t k = 0; k < count; k++) {
         to[k] = *factor * from[k];
@@ -364,7 +364,7 @@ STRAIN_INLINE void scale(size_t count, const lanes *from, const lanes *factor, l
 }
 
 /* Where the end is on the way from where the unstressed rod has it. */
-STRAIN_INLINE void hold(strain_level *x, const lanes *factor)
+PROCESSOR_INLINE void hold(strain_level *x, const lanes *factor)
 {
     lanes *q = x->form->held_q, square = NO_LANES, dot = NO_LANES, by;
     for (int i = 0; i < 3; i++) {

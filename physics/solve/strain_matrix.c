@@ -12,7 +12,7 @@ typedef struct yielding {
     lanes by_n[3][3], by_u[3][3], moment_by_n[3][3], moment_by_u[3][3];
 } yielding;
 
-STRAIN_INLINE void yield_at(strain_form *x, int node, yielding *to)
+PROCESSOR_INLINE void yield_at(strain_form *x, int node, yielding *to)
 {
     const strain_point *point = &x->points[node];
     memset(to, 0, sizeof *to);
@@ -52,7 +52,7 @@ STRAIN_INLINE void yield_at(strain_form *x, int node, yielding *to)
     }
 }
 
-STRAIN_INLINE void add(lanes to[3][3], lanes from[3][3])
+PROCESSOR_INLINE void add(lanes to[3][3], lanes from[3][3])
 {
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++) {
@@ -62,7 +62,7 @@ STRAIN_INLINE void add(lanes to[3][3], lanes from[3][3])
 }
 
 /* r' and the rate of M. */
-STRAIN_INLINE void differentiate_rates(strain_form *x, int node, yielding *yield)
+PROCESSOR_INLINE void differentiate_rates(strain_form *x, int node, yielding *yield)
 {
     strain_node *at = &x->at[node];
     lanes part[3][3];
@@ -89,7 +89,7 @@ STRAIN_INLINE void differentiate_rates(strain_form *x, int node, yielding *yield
     }
 }
 
-STRAIN_INLINE void differentiate_point(strain_form *x, int node)
+PROCESSOR_INLINE void differentiate_point(strain_form *x, int node)
 {
     strain_node *at = &x->at[node];
     const strain_point *point = &x->points[node];
@@ -118,7 +118,7 @@ STRAIN_INLINE void differentiate_point(strain_form *x, int node)
 /* ---- ends ---------------------------------------------------------------------------------- */
 
 /* 2 vec(p* q) by a turn of q in the world: dq = (0, phi) q/2. */
-STRAIN_INLINE void quotient_by_turn(const lanes p[4], const lanes q[4], lanes by[3][3])
+PROCESSOR_INLINE void quotient_by_turn(const lanes p[4], const lanes q[4], lanes by[3][3])
 {
     for (int c = 0; c < 3; c++) {
         lanes unit[4] = {NO_LANES, NO_LANES, NO_LANES, NO_LANES}, turned[4], both[4];
@@ -132,7 +132,7 @@ STRAIN_INLINE void quotient_by_turn(const lanes p[4], const lanes q[4], lanes by
 }
 
 /* N and M at s = 1 by a turn, or the condition of the turn. */
-STRAIN_INLINE void differentiate_end(strain_form *x)
+PROCESSOR_INLINE void differentiate_end(strain_form *x)
 {
     strain_edge *edge = &x->edges[x->kind.elements];
     const solve_end *end = &x->kind.end;
@@ -172,7 +172,7 @@ STRAIN_INLINE void differentiate_end(strain_form *x)
 
 /* Of the condition of the moment at s = 0, in the body: m by a turn and by dM is R^T (dM + M x
  * phi). */
-STRAIN_INLINE void differentiate_start(strain_form *x)
+PROCESSOR_INLINE void differentiate_start(strain_form *x)
 {
     strain_edge *edge = &x->edges[0];
     lanes by[3][3], beyond[3], cross[3][3], upright[4];
@@ -200,7 +200,7 @@ typedef struct changed {
 } changed;
 
 /* Three of a direction; 0 where these are not sought. */
-STRAIN_INLINE void take(const lanes *direction, int first, lanes to[3])
+PROCESSOR_INLINE void take(const lanes *direction, int first, lanes to[3])
 {
     for (int k = 0; k < 3; k++) {
         to[k] = NO_LANES;
@@ -210,8 +210,8 @@ STRAIN_INLINE void take(const lanes *direction, int first, lanes to[3])
     }
 }
 
-STRAIN_INLINE void change_turns(strain_form *x, const lanes *direction, changed *points,
-                                changed *edges)
+PROCESSOR_INLINE void change_turns(strain_form *x, const lanes *direction, changed *points,
+                                   changed *edges)
 {
     const int n = x->kind.stages;
     lanes turn[3], end[3], rate[GAUSS_STAGES_MAX][3], at[GAUSS_STAGES_MAX][3];
@@ -232,8 +232,8 @@ STRAIN_INLINE void change_turns(strain_form *x, const lanes *direction, changed 
     }
 }
 
-STRAIN_INLINE void change_forces(strain_form *x, const lanes *direction, changed *points,
-                                 changed *edges)
+PROCESSOR_INLINE void change_forces(strain_form *x, const lanes *direction, changed *points,
+                                    changed *edges)
 {
     const int n = x->kind.stages;
     lanes N[3], start[3], rate[GAUSS_STAGES_MAX][3], at[GAUSS_STAGES_MAX][3];
@@ -271,8 +271,8 @@ STRAIN_INLINE void change_forces(strain_form *x, const lanes *direction, changed
     }
 }
 
-STRAIN_INLINE void change_places(strain_form *x, const lanes *direction, changed *points,
-                                 changed *edges)
+PROCESSOR_INLINE void change_places(strain_form *x, const lanes *direction, changed *points,
+                                    changed *edges)
 {
     const int n = x->kind.stages;
     lanes r[3], end[3], rate[GAUSS_STAGES_MAX][3], at[GAUSS_STAGES_MAX][3];
@@ -298,8 +298,8 @@ STRAIN_INLINE void change_places(strain_form *x, const lanes *direction, changed
     }
 }
 
-STRAIN_INLINE void change_moments(strain_form *x, const lanes *direction, changed *points,
-                                  changed *edges)
+PROCESSOR_INLINE void change_moments(strain_form *x, const lanes *direction, changed *points,
+                                     changed *edges)
 {
     const int n = x->kind.stages;
     lanes M[3], start[3], rate[GAUSS_STAGES_MAX][3], at[GAUSS_STAGES_MAX][3];
@@ -327,8 +327,8 @@ STRAIN_INLINE void change_moments(strain_form *x, const lanes *direction, change
     }
 }
 
-STRAIN_INLINE void rows_of_points(strain_form *x, const lanes *direction, changed *points,
-                                  lanes *to)
+PROCESSOR_INLINE void rows_of_points(strain_form *x, const lanes *direction, changed *points,
+                                     lanes *to)
 {
     for (int i = 0; i < x->nodes; i++) {
         strain_node *at = &x->at[i];
@@ -348,7 +348,8 @@ STRAIN_INLINE void rows_of_points(strain_form *x, const lanes *direction, change
 }
 
 /* Springs and ends, whose conditions are about edges. */
-STRAIN_INLINE void rows_of_edges(strain_form *x, const lanes *direction, changed *edges, lanes *to)
+PROCESSOR_INLINE void rows_of_edges(strain_form *x, const lanes *direction, changed *edges,
+                                    lanes *to)
 {
     changed *last = &edges[x->kind.elements];
     lanes beyond[3], given[3];
@@ -395,7 +396,7 @@ STRAIN_INLINE void rows_of_edges(strain_form *x, const lanes *direction, changed
 }
 
 /* The matrix times a direction [unknowns]. */
-STRAIN_INLINE void change(strain_form *x, const lanes *direction, lanes *to)
+PROCESSOR_INLINE void change(strain_form *x, const lanes *direction, lanes *to)
 {
     changed *points = x->columns, *edges = points + x->nodes;
     change_turns(x, direction, points, edges);
@@ -406,7 +407,7 @@ STRAIN_INLINE void change(strain_form *x, const lanes *direction, lanes *to)
     rows_of_edges(x, direction, edges, to);
 }
 
-STRAIN_INLINE void differentiate(strain_form *x)
+PROCESSOR_INLINE void differentiate(strain_form *x)
 {
     for (int i = 0; i < x->nodes; i++) {
         differentiate_point(x, i);

@@ -6,7 +6,7 @@
 
 /* ---- from s = 0 on ------------------------------------------------------------------------- */
 
-STRAIN_INLINE void turn_element(strain_form *x, int e, lanes q[4])
+PROCESSOR_INLINE void turn_element(strain_form *x, int e, lanes q[4])
 {
     const int n = x->kind.stages, parts = x->kind.substeps;
     strain_node *at = x->at + e * n;
@@ -32,7 +32,7 @@ STRAIN_INLINE void turn_element(strain_form *x, int e, lanes q[4])
 }
 
 /* Rotations of points and edges. */
-STRAIN_INLINE void turn_all(strain_form *x)
+PROCESSOR_INLINE void turn_all(strain_form *x)
 {
     lanes q[4];
     memcpy(q, x->start_q, sizeof q);
@@ -50,7 +50,7 @@ STRAIN_INLINE void turn_all(strain_form *x)
 /* ---- forces from s = 1 back ---------------------------------------------------------------- */
 
 /* N and M at s = 1 beyond what acts there. */
-STRAIN_INLINE void load_end(strain_form *x, lanes N[3], lanes M[3])
+PROCESSOR_INLINE void load_end(strain_form *x, lanes N[3], lanes M[3])
 {
     strain_edge *edge = &x->edges[x->kind.elements];
     const solve_end *end = &x->kind.end;
@@ -113,7 +113,7 @@ static void turn_springs(strain_form *x)
 }
 
 /* F and T at edges, and their changes by a turn. */
-STRAIN_INLINE void load_edges(strain_form *x)
+PROCESSOR_INLINE void load_edges(strain_form *x)
 {
     for (int e = 0; e <= x->kind.elements; e++) {
         strain_edge *edge = &x->edges[e];
@@ -139,7 +139,7 @@ STRAIN_INLINE void load_edges(strain_form *x)
     }
 }
 
-STRAIN_INLINE void load_element(strain_form *x, int e, const lanes end[3], lanes start[3])
+PROCESSOR_INLINE void load_element(strain_form *x, int e, const lanes end[3], lanes start[3])
 {
     const int n = x->kind.stages;
     strain_node *at = x->at + e * n;
@@ -172,7 +172,7 @@ STRAIN_INLINE void load_element(strain_form *x, int e, const lanes end[3], lanes
     }
 }
 
-STRAIN_INLINE void load_all(strain_form *x, lanes M[3])
+PROCESSOR_INLINE void load_all(strain_form *x, lanes M[3])
 {
     lanes N[3], start[3];
     load_edges(x);
@@ -193,7 +193,7 @@ STRAIN_INLINE void load_all(strain_form *x, lanes M[3])
 /* ---- strains ------------------------------------------------------------------------------- */
 
 /* (1 + C T_vv)^-1 */
-STRAIN_INLINE void soften(const strain_point *point, const pulling *pull, lanes inverse[3][3])
+PROCESSOR_INLINE void soften(const strain_point *point, const pulling *pull, lanes inverse[3][3])
 {
     lanes matrix[3][3];
     for (int i = 0; i < 3; i++) {
@@ -205,7 +205,7 @@ STRAIN_INLINE void soften(const strain_point *point, const pulling *pull, lanes 
 }
 
 /* Of what is still moving, the lanes in which a step was not so small that the next is rounding. */
-STRAIN_INLINE bool goes_on(const lanes step[3], integer_lanes *moving)
+PROCESSOR_INLINE bool goes_on(const lanes step[3], integer_lanes *moving)
 {
     const integer_lanes size = (integer_lanes){0} + 0x7fffffffffffffffLL;
     const lanes small = NO_LANES + 1e-9;
@@ -222,7 +222,7 @@ STRAIN_INLINE bool goes_on(const lanes step[3], integer_lanes *moving)
 }
 
 /* v under n and the pull of actuators, by Newton's method from where it was. */
-STRAIN_INLINE void find_strain(strain_form *x, int node)
+PROCESSOR_INLINE void find_strain(strain_form *x, int node)
 {
     enum { STEPS = 6 };
     integer_lanes moving = ~*(const integer_lanes *)x->still;
@@ -259,7 +259,7 @@ STRAIN_INLINE void find_strain(strain_form *x, int node)
 
 /* ---- position and moment ------------------------------------------------------------------- */
 
-STRAIN_INLINE void place_all(strain_form *x)
+PROCESSOR_INLINE void place_all(strain_form *x)
 {
     const int n = x->kind.stages;
     lanes r[3];
@@ -287,7 +287,7 @@ STRAIN_INLINE void place_all(strain_form *x)
     memcpy(x->edges[x->kind.elements].r, r, sizeof r);
 }
 
-STRAIN_INLINE void bend_element(strain_form *x, int e, const lanes end[3], lanes start[3])
+PROCESSOR_INLINE void bend_element(strain_form *x, int e, const lanes end[3], lanes start[3])
 {
     const int n = x->kind.stages;
     strain_node *at = x->at + e * n;
@@ -320,7 +320,7 @@ STRAIN_INLINE void bend_element(strain_form *x, int e, const lanes end[3], lanes
     }
 }
 
-STRAIN_INLINE void bend_all(strain_form *x, lanes M[3])
+PROCESSOR_INLINE void bend_all(strain_form *x, lanes M[3])
 {
     lanes start[3];
     for (int e = x->kind.elements; e >= 0; e--) {
@@ -338,7 +338,7 @@ STRAIN_INLINE void bend_all(strain_form *x, lanes M[3])
 
 /* ---- the residual -------------------------------------------------------------------------- */
 
-STRAIN_INLINE void miss_end(strain_form *x)
+PROCESSOR_INLINE void miss_end(strain_form *x)
 {
     strain_edge *edge = &x->edges[x->kind.elements];
     if (x->force_at >= 0) {
@@ -364,7 +364,7 @@ STRAIN_INLINE void miss_end(strain_form *x)
     }
 }
 
-STRAIN_INLINE void miss_start(strain_form *x)
+PROCESSOR_INLINE void miss_start(strain_form *x)
 {
     strain_edge *edge = &x->edges[0];
     const static_end *at = &x->start;
@@ -396,7 +396,7 @@ STRAIN_INLINE void miss_start(strain_form *x)
     }
 }
 
-STRAIN_INLINE void miss_points(strain_form *x)
+PROCESSOR_INLINE void miss_points(strain_form *x)
 {
     for (int i = 0; i < x->nodes; i++) {
         strain_node *at = &x->at[i];
@@ -420,7 +420,7 @@ STRAIN_INLINE void miss_points(strain_form *x)
     }
 }
 
-STRAIN_INLINE void miss_springs(strain_form *x)
+PROCESSOR_INLINE void miss_springs(strain_form *x)
 {
     for (int k = 0; k < x->kind.springs; k++) {
         const strain_spring *spring = &x->springs[k];
@@ -431,7 +431,7 @@ STRAIN_INLINE void miss_springs(strain_form *x)
     }
 }
 
-STRAIN_INLINE void find_positions(strain_form *x, lanes M[3])
+PROCESSOR_INLINE void find_positions(strain_form *x, lanes M[3])
 {
     turn_all(x);
     load_all(x, M);

@@ -27,14 +27,14 @@ typedef struct block {
     int (*swapped)[LANES];        /* [n] */
 } block;
 
-STRAIN_INLINE lanes *column_of(const block *b, int c)
+PROCESSOR_INLINE lanes *column_of(const block *b, int c)
 {
     return c < b->n    ? b->matrix + (size_t)c * (size_t)b->n
            : c == b->n ? b->right
                        : b->more + (size_t)(c - b->n - 1) * (size_t)b->n;
 }
 
-STRAIN_INLINE void swap(lanes *column, int lane, int a, int b)
+PROCESSOR_INLINE void swap(lanes *column, int lane, int a, int b)
 {
     double *numbers = (double *)column, held = numbers[a * LANES + lane];
     numbers[a * LANES + lane] = numbers[b * LANES + lane];
@@ -60,7 +60,7 @@ static void choose_pivots(strain_form *x, const block *b, int k)
 }
 
 /* Whether in any lane an entry below the diagonal is much larger. */
-STRAIN_INLINE bool needs_pivot(const lanes *column, int k, int n)
+PROCESSOR_INLINE bool needs_pivot(const lanes *column, int k, int n)
 {
     const integer_lanes size = {0x7fffffffffffffffLL, 0x7fffffffffffffffLL, 0x7fffffffffffffffLL,
                                 0x7fffffffffffffffLL, 0x7fffffffffffffffLL, 0x7fffffffffffffffLL,
@@ -77,7 +77,7 @@ STRAIN_INLINE bool needs_pivot(const lanes *column, int k, int n)
     return sum != 0;
 }
 
-STRAIN_INLINE void substitute_back(const block *b, lanes *right)
+PROCESSOR_INLINE void substitute_back(const block *b, lanes *right)
 {
     for (int k = b->n - 1; k >= 0; k--) {
         const lanes *from = column_of(b, k), found = right[k] / from[k];
@@ -89,7 +89,7 @@ STRAIN_INLINE void substitute_back(const block *b, lanes *right)
 }
 
 /* Subtracts multiples of column k, below row k, from others and from the right sides. */
-STRAIN_INLINE void eliminate(strain_form *x, const block *b)
+PROCESSOR_INLINE void eliminate(strain_form *x, const block *b)
 {
     const int n = b->n;
     integer_lanes negative = {0};
@@ -123,7 +123,7 @@ STRAIN_INLINE void eliminate(strain_form *x, const block *b)
 }
 
 /* Another right side. */
-STRAIN_INLINE void eliminate_again(const block *b)
+PROCESSOR_INLINE void eliminate_again(const block *b)
 {
     lanes *right = b->right;
     for (int k = 0; k < b->n; k++) {
@@ -148,8 +148,8 @@ typedef struct sweep {
 
 /* The changes of rows [stages][3] of element e, and of N and M at its beginning, by a change of its
  * curvatures (NULL: none), a turn of its beginning (NULL: none), and where `given` p beyond it. */
-STRAIN_INLINE void respond(const sweep *w, int e, const lanes *change, const lanes *turn,
-                           bool given, lanes *rows, lanes (*start)[3])
+PROCESSOR_INLINE void respond(const sweep *w, int e, const lanes *change, const lanes *turn,
+                              bool given, lanes *rows, lanes (*start)[3])
 {
     strain_form *x = w->form;
     const int n = x->kind.stages;
@@ -197,7 +197,7 @@ STRAIN_INLINE void respond(const sweep *w, int e, const lanes *change, const lan
 }
 
 /* The same by component c of u at one of its points, of rows alone. */
-STRAIN_INLINE void respond_to_one(const sweep *w, int e, int own, int c, lanes *rows)
+PROCESSOR_INLINE void respond_to_one(const sweep *w, int e, int own, int c, lanes *rows)
 {
     strain_form *x = w->form;
     const int n = x->kind.stages;
@@ -255,10 +255,10 @@ STRAIN_INLINE void respond_to_one(const sweep *w, int e, int own, int c, lanes *
     }
 }
 
-STRAIN_INLINE block block_of(strain_form *x, int e)
+PROCESSOR_INLINE block block_of(strain_form *x, int e)
 {
     const int n = 3 * x->kind.stages;
-    const size_t first = (size_t)(e * n);
+    const size_t first = (size_t)e * n;
     return (block){.n = n,
                    .columns = e > 0 ? 4 : 1, /* the beginning of the first does not turn */
                    .matrix = x->matrix + first * (size_t)n,
@@ -270,7 +270,7 @@ STRAIN_INLINE block block_of(strain_form *x, int e)
 /* ---- the rod ------------------------------------------------------------------------------- */
 
 /* What p at the end of element e does to its rows is taken from their right side. */
-STRAIN_INLINE void bring(const sweep *w, int e, lanes *right)
+PROCESSOR_INLINE void bring(const sweep *w, int e, lanes *right)
 {
     lanes rows[3 * GAUSS_STAGES_MAX], start[2][3];
     if (e + 1 < w->form->kind.elements) {
@@ -282,7 +282,7 @@ STRAIN_INLINE void bring(const sweep *w, int e, lanes *right)
 }
 
 /* p at the beginning of element e. */
-STRAIN_INLINE void hand_on(const sweep *w, int e, const lanes *found)
+PROCESSOR_INLINE void hand_on(const sweep *w, int e, const lanes *found)
 {
     if (e > 0) {
         strain_edge *edge = &w->form->edges[e];
@@ -292,7 +292,7 @@ STRAIN_INLINE void hand_on(const sweep *w, int e, const lanes *found)
 }
 
 /* P at the beginning of element e, beyond what acts there, by its D. */
-STRAIN_INLINE void hand_on_turns(const sweep *w, int e, const lanes *coupled)
+PROCESSOR_INLINE void hand_on_turns(const sweep *w, int e, const lanes *coupled)
 {
     strain_form *x = w->form;
     const int n = 3 * x->kind.stages;
@@ -314,7 +314,7 @@ STRAIN_INLINE void hand_on_turns(const sweep *w, int e, const lanes *coupled)
 }
 
 /* The turns of edges from s = 0 on, and with them the steps. */
-STRAIN_INLINE void turn_on(strain_form *x)
+PROCESSOR_INLINE void turn_on(strain_form *x)
 {
     const int n = x->kind.stages;
     lanes turn[3] = {NO_LANES, NO_LANES, NO_LANES};
@@ -335,7 +335,7 @@ STRAIN_INLINE void turn_on(strain_form *x)
     }
 }
 
-STRAIN_INLINE void solve_all(strain_form *x, bool moves)
+PROCESSOR_INLINE void solve_all(strain_form *x, bool moves)
 {
     const sweep w = {x, moves};
     const int last = x->kind.elements;
@@ -366,7 +366,7 @@ STRAIN_INLINE void solve_all(strain_form *x, bool moves)
     turn_on(x);
 }
 
-STRAIN_INLINE void solve_all_again(strain_form *x, bool moves)
+PROCESSOR_INLINE void solve_all_again(strain_form *x, bool moves)
 {
     const sweep w = {x, moves};
     for (int e = x->kind.elements - 1; e >= 0; e--) {

@@ -46,7 +46,7 @@ FOR_EACH_PROCESSOR static int linear_combination(int count, realtype *c, N_Vecto
 {
     sunindextype n = NV_LENGTH_S(z), i = 0;
     double *to = NV_DATA_S(z);
-    for (; i + 2 * LANES <= n; i += 2 * LANES) {
+    for (; i + LANES + LANES <= n; i += LANES + LANES) {
         lanes sum = {0}, next_sum = {0};
         for (int k = 0; k < count; k++) {
             const lanes *from = (const lanes *)(NV_DATA_S(x[k]) + i);

@@ -209,7 +209,7 @@ static bool look_at(estimator *x, const estimator_sensor *sensor, int count,
     sigma_spread(&x->sigma, count, x->states, x->z, x->u, x->states_at);
     spread_inputs(x, count, at->until, x->inputs_at);
     if (look->see(look->context, 1 + 2 * count, x->states_at, x->inputs_at, x->seen, NULL) != 0 ||
-        !estimator_is_usable((size_t)((1 + 2 * count) * look->values), x->seen)) {
+        !estimator_is_usable((size_t)(1 + 2 * count) * look->values, x->seen)) {
         return false;
     }
     memcpy(first, x->seen, (size_t)look->values * sizeof *first);

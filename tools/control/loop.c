@@ -300,7 +300,7 @@ static void conclude(running *r, double *room)
 
 ad_status loop_run(control_loop *x, loop_report *report, ad_error *error)
 {
-    const size_t rows = (size_t)(x->control.horizon * LOOP_SEEN);
+    const size_t rows = (size_t)x->control.horizon * LOOP_SEEN;
     running *r = calloc(1, sizeof *r);
     double *room = calloc(rows + (size_t)x->samples, sizeof *room);
     ad_status status = r && room ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a loop");

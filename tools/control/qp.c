@@ -89,8 +89,8 @@ SMALL_FOR_EACH_PROCESSOR static bool qp_invert(qp *x)
     const int n = x->n;
     const int stride = x->stride;
 
-    memset(x->inverse, 0, n * stride * sizeof *x->inverse);
-    memset(x->columns, 0, n * stride * sizeof *x->columns);
+    memset(x->inverse, 0, (size_t)n * stride * sizeof *x->inverse);
+    memset(x->columns, 0, (size_t)n * stride * sizeof *x->columns);
     for (int i = 0; i < n; i++) {
         double *row = x->inverse + i * stride;
 
@@ -119,7 +119,7 @@ qp_status qp_factor(qp *x, const double *H)
     const int stride = x->stride;
 
     x->factored = false;
-    memcpy(x->U, H, n * stride * sizeof *H);
+    memcpy(x->U, H, (size_t)n * stride * sizeof *H);
     if (small_cholesky(n, x->U) != 0) {
         return QP_BAD;
     }

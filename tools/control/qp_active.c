@@ -135,7 +135,8 @@ void qp_drop(qp *x, int i)
 
     x->side[x->row[i]] = 0;
     memcpy(column + i, x->L + i * most + i + 1, later);
-    memmove(x->M + i * x->stride, x->M + (i + 1) * x->stride, (k - i) * x->stride * sizeof *x->M);
+    memmove(x->M + i * x->stride, x->M + (i + 1) * x->stride,
+            (size_t)(k - i) * x->stride * sizeof *x->M);
     for (int c = 0; c < i; c++) {
         memmove(x->L + c * most + i, x->L + c * most + i + 1, later);
     }

@@ -52,8 +52,8 @@ const char *regulator_refusal(const regulator_settings *settings)
 static size_t numbers_of(const regulator_settings *settings)
 {
     const one_step *model = &settings->estimator.model;
-    return (size_t)((settings->delay + 1) * settings->controller.controlled + 2 * model->inputs +
-                    (3 + settings->estimator.parameters) * model->states);
+    return (size_t)(settings->delay + 1) * settings->controller.controlled +
+           2 * (size_t)model->inputs + (size_t)(3 + settings->estimator.parameters) * model->states;
 }
 
 size_t regulator_size(const regulator_settings *settings)
@@ -237,7 +237,7 @@ int regulator_late(regulator *x, bool held, double *inputs)
 
 void regulator_predict(regulator *x)
 {
-    const size_t kept = (size_t)(x->delay * x->controlled);
+    const size_t kept = (size_t)x->delay * x->controlled;
     if (x->has_inputs) {
         x->flags = estimator_predict(x->filter, inputs_at(x, 0), NULL);
         memmove(x->acting, x->acting + x->controlled, kept * sizeof *x->acting);

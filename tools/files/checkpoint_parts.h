@@ -9,7 +9,7 @@
 
 #define CHECKPOINT_USER_BLOCK 512
 #define CHECKPOINT_MAGIC      "cpinn checkpoint"
-#define CHECKPOINT_MAX_LINKS  (4 * CHECKPOINT_MAX_ITEMS) /* items and the groups above them */
+#define CHECKPOINT_MAX_LINKS  (4UL * CHECKPOINT_MAX_ITEMS) /* items and the groups above them */
 
 /* One row per kind of item: name, letter in the checksum, word in messages. */
 #define CHECKPOINT_KINDS(X)                                                                        \

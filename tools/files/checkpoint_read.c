@@ -25,7 +25,7 @@ static const char *advice(const char *path, char *scratch, size_t size)
             digits++;
         }
         if (digits > 0 && digits < stem && path[stem - digits - 1] == '.') {
-            index = atoi(path + stem - digits);
+            index = (int)strtol(path + stem - digits, NULL, 10); /* of six at most */
             stem -= digits + 1;
         }
     }

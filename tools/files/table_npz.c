@@ -96,9 +96,9 @@ bool table_fits_npz(const table_source *source)
     for (size_t k = 0; k < source->ncols; k++) {
         bool words = source->words && source->words[k];
         bytes += ZIP_ENTRY_OVERHEAD + 2 * (TABLE_MAX_NAME + 4) + ARRAY_HEADER;
-        bytes += words ? 4 * TABLE_MAX_NAME * rows : 8 * rows;
+        bytes += words ? rows * 4 * TABLE_MAX_NAME : rows * 8;
     }
-    bytes += DIRECTORY_END + 8 * TABLE_MAX_NAME * (uint64_t)source->ncols;
+    bytes += DIRECTORY_END + (uint64_t)source->ncols * 8 * TABLE_MAX_NAME;
     return bytes < UINT32_MAX && rows < UINT32_MAX;
 }
 

@@ -39,8 +39,10 @@ static drawing drawing_of(const compare_results *results, int scene, const compa
     for (d.end = d.first; d.end < results->cell_count && results->cells[d.end].scene == scene;
          d.end++) {
         const compare_cell *cell = &results->cells[d.end];
-        d.many_methods = d.many_methods || strcmp(cell->method, results->cells[d.first].method);
-        d.many_networks = d.many_networks || strcmp(cell->network, results->cells[d.first].network);
+        d.many_methods =
+            d.many_methods || strcmp(cell->method, results->cells[d.first].method) != 0;
+        d.many_networks =
+            d.many_networks || strcmp(cell->network, results->cells[d.first].network) != 0;
         compare_band_of(results, d.end, band);
         for (size_t i = 0; i < band->count; i++) {
             const compare_spread *spread = &band->errors[i];

@@ -433,19 +433,22 @@ static bool find_method(options *o)
 
 static bool read_modes(options *o)
 {
-    int end = 0;
     const char *text = o->mode_counts;
     if (!text) {
         return true;
     }
-    bool good = o->method == SOLVE_MODES &&
-                sscanf(text, "%d,%d,%d,%d%n", &o->modes[0], &o->modes[1], &o->modes[2],
-                       &o->modes[3], &end) == 4 &&
-                text[end] == '\0' && o->modes[0] + o->modes[1] + o->modes[2] + o->modes[3] > 0;
-    for (int i = 0; i < 4; i++) {
-        good &= o->modes[i] >= 0 && o->modes[i] <= SOLVE_MODES_MAX;
+    bool good = o->method == SOLVE_MODES;
+    int all = 0;
+    for (int i = 0; i < 4 && good; i++) {
+        char *end;
+        const long count = strtol(text, &end, 10);
+        good =
+            end != text && *end == (i < 3 ? ',' : '\0') && count >= 0 && count <= SOLVE_MODES_MAX;
+        o->modes[i] = good ? (int)count : 0;
+        all += o->modes[i];
+        text = end + 1;
     }
-    return good;
+    return good && all > 0;
 }
 
 static void blame(solving *x, const ad_error *error)

@@ -258,7 +258,7 @@ static size_t inputs_of(const export_family *x)
 static size_t linearised_of(const export_family *x)
 {
     const size_t nodes = (size_t)strain_mesh_nodes(&x->mesh), edges = (size_t)x->mesh.elements;
-    return 3 * nodes + 9 * (x->follows ? STRAIN_BLOCKS : STRAIN_LOAD_BY_TURN) * nodes + 18 * edges;
+    return 3 * nodes + nodes * 9 * (x->follows ? STRAIN_BLOCKS : STRAIN_LOAD_BY_TURN) + 18 * edges;
 }
 
 /* As `room` of the C divides it. */

@@ -60,7 +60,7 @@ static bool allocate(export_model *x, numbers *n)
 {
     const size_t count = (size_t)x->family.open->parameter_count;
     const size_t rows = 3 * (size_t)strain_mesh_nodes(&x->family.mesh);
-    const size_t shape = TARGETS_POINTS * SOLVE_MEMBERS_COLUMNS;
+    const size_t shape = (size_t)TARGETS_POINTS * SOLVE_MEMBERS_COLUMNS;
     x->family_numbers = calloc(PLACES_MAX + JUDGED * (count + 2 * rows) + MEMBERS * (3 + shape),
                                sizeof *x->family_numbers);
     n->s = x->family_numbers;

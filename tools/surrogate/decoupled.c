@@ -41,7 +41,7 @@ int decoupled_outputs(const decoupled *m)
 
 size_t decoupled_parameters(const decoupled *m)
 {
-    size_t count = 0, in = (size_t)(m->states + decoupled_given(m));
+    size_t count = 0, in = (size_t)m->states + decoupled_given(m);
     for (int l = 0; l <= m->layers; l++) {
         const size_t out = (size_t)(l < m->layers ? m->width[l] : decoupled_outputs(m));
         count += out * (in + 1);
@@ -63,7 +63,7 @@ size_t decoupled_numbers(const decoupled *m)
 /* Of the exponential: states, inputs, their slopes, 1. */
 static size_t flow_order(const decoupled *m)
 {
-    return (size_t)(m->states + decoupled_given(m) + 1);
+    return (size_t)m->states + decoupled_given(m) + 1;
 }
 
 static size_t widest(const decoupled *m)

@@ -152,7 +152,7 @@ static void run_rollout(void *context, int item, int thread)
     excite_rollouts *to = x->to;
     reduced_rod *rod = x->rods[thread];
     const excite_settings *settings = x->settings;
-    const size_t rows = (size_t)(settings->steps + 1);
+    const size_t rows = (size_t)settings->steps + 1;
     double *state = to->state + (size_t)item * rows * (size_t)to->states;
     double *input = to->input + (size_t)item * rows * (size_t)to->inputs;
     const double began = processor_seconds();

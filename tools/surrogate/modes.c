@@ -39,7 +39,7 @@ static ad_status roll(const scene *open, const surrogate_settings *settings, con
     status = status == AD_OK ? excite_run(open, &how, pool, &motions, error) : status;
     for (int i = 0; i < JUDGED * JUDGED_STEPS && status == AD_OK; i++) {
         const int r = i / JUDGED_STEPS, k = i % JUDGED_STEPS + 1;
-        const size_t row = (size_t)(r * (JUDGED_STEPS + 1) + k);
+        const size_t row = (size_t)r * (JUDGED_STEPS + 1) + (size_t)k;
         reduced_place tip = {.position = {NAN, NAN, NAN}};
         if (k <= motions.done[r]) {
             status =
@@ -81,7 +81,7 @@ ad_status surrogate_choose_modes(const scene *open, surrogate_settings *settings
 {
     static const int none[4] = {0, 0, 0, 0};
     const size_t count = sizeof tried / sizeof *tried;
-    double off = NAN, *tips = malloc(2 * 3 * JUDGED * JUDGED_STEPS * sizeof *tips);
+    double off = NAN, *tips = malloc(sizeof *tips * 2 * 3 * JUDGED * JUDGED_STEPS);
     text[0] = '\0';
     if (memcmp(settings->modes, none, sizeof none) != 0 || !tips) {
         const bool given = tips != NULL;

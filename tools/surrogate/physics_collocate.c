@@ -38,7 +38,7 @@ static bool find_defect(const physics_loss *x, physics_worker *w, double *matrix
     for (size_t k = 0; k < all; k++) {
         matrix[k * all + k] = 1;
     }
-    for (size_t b = 0; b < NODES * NODES; b++) {
+    for (size_t b = 0; b < (size_t)NODES * NODES; b++) {
         const size_t i = b / NODES, j = b % NODES;
         for (size_t r = 0; r < n; r++) {
             const double *row = x->integral + (b * n + r) * n;

@@ -156,7 +156,7 @@ static ad_status allocate(physics_loss *x, ad_error *error)
     const size_t columns = n + (size_t)x->m->inputs + 1;
     x->flow = calloc(NODES * n * physics_order(x->m), sizeof *x->flow);
     x->zero = calloc(n * columns, sizeof *x->zero);
-    x->integral = calloc(NODES * NODES * n * n, sizeof *x->integral);
+    x->integral = calloc(n * n * NODES * NODES, sizeof *x->integral);
     x->weight = calloc(n * n, sizeof *x->weight);
     x->gradients = calloc(CHUNKS * decoupled_parameters(x->m), sizeof *x->gradients);
     x->workers = calloc((size_t)ad_pool_threads(x->pool), sizeof *x->workers);

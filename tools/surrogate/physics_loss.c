@@ -10,7 +10,7 @@ static const double node_weight[NODES] = {0.1, 0.3, 1};
 
 size_t physics_order(const decoupled *m)
 {
-    return (size_t)(m->states + decoupled_given(m) + 1);
+    return (size_t)m->states + decoupled_given(m) + 1;
 }
 
 /* ---- one step ------------------------------------------------------------------------------ */

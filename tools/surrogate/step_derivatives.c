@@ -2,8 +2,8 @@
 #include "tools/surrogate/step_map.h"
 
 /* to [rows][columns] = w [rows][outputs] from [outputs][columns]; rows: a constant, at most 4. */
-STEP_INLINE void multiply_tile(int rows, int outputs, int columns, const double *w,
-                               const double *from, double *to)
+PROCESSOR_INLINE void multiply_tile(int rows, int outputs, int columns, const double *w,
+                                    const double *from, double *to)
 {
     for (int c = 0; c < columns; c += STEP_LANES) {
         step_lanes sum[4] = {{0}};
@@ -21,8 +21,8 @@ STEP_INLINE void multiply_tile(int rows, int outputs, int columns, const double 
 
 /* Rows [columns] of derivatives of all outputs, one row by each number. to [inputs] = w from for
  * from [outputs]. */
-STEP_INLINE void multiply_rows(int inputs, int outputs, int columns, const double *w,
-                               const double *from, double *to)
+PROCESSOR_INLINE void multiply_rows(int inputs, int outputs, int columns, const double *w,
+                                    const double *from, double *to)
 {
     int i = 0;
     for (; i + 4 <= inputs; i += 4) {
@@ -34,8 +34,8 @@ STEP_INLINE void multiply_rows(int inputs, int outputs, int columns, const doubl
 }
 
 /* Back through units whose values are kept [width]. */
-STEP_INLINE void differentiate_units(const surrogate_step *m, int width, int columns,
-                                     const double *kept, double *by)
+PROCESSOR_INLINE void differentiate_units(const surrogate_step *m, int width, int columns,
+                                          const double *kept, double *by)
 {
     const int half = width / 2;
     for (int i = 0; i < (m->mirrors ? half : width); i++) {
@@ -59,8 +59,8 @@ STEP_INLINE void differentiate_units(const surrogate_step *m, int width, int col
 
 /* x->by becomes derivatives of the outputs in the frame, as step_layer() orders both, by its
  * inputs. */
-STEP_INLINE void differentiate_network(const surrogate_step *m, int columns,
-                                       const step_parts *parts, step_work *x)
+PROCESSOR_INLINE void differentiate_network(const surrogate_step *m, int columns,
+                                            const step_parts *parts, step_work *x)
 {
     const double *numbers[SURROGATE_LAYERS_MAX + 1], *at = parts->network, *kept = x->kept;
     for (int l = 0; l <= m->layers; l++) {
@@ -99,7 +99,7 @@ STEP_INLINE void differentiate_network(const surrogate_step *m, int columns,
 
 /* Columns in the order [first components, second ones, evens, odds] and rows likewise, by z in the
  * frame; with a mirror step_layer() has another order of both. */
-STEP_INLINE void reorder(const surrogate_step *m, int columns, step_work *x)
+PROCESSOR_INLINE void reorder(const surrogate_step *m, int columns, step_work *x)
 {
     const int p = m->pairs, q = m->out_pairs, count = step_coordinates(m), outs = step_outputs(m);
     double *swap = x->by;
@@ -121,8 +121,8 @@ STEP_INLINE void reorder(const surrogate_step *m, int columns, step_work *x)
 
 /* What the frame adds: pairs of inputs and outputs turn, and the frame moves with its leading pair.
  */
-STEP_INLINE void differentiate_frame(const surrogate_step *m, int columns, const step_parts *parts,
-                                     step_work *x)
+PROCESSOR_INLINE void differentiate_frame(const surrogate_step *m, int columns,
+                                          const step_parts *parts, step_work *x)
 {
     const int p = m->pairs, q = m->out_pairs, outs = step_outputs(m), count = step_coordinates(m);
     const double c = x->g[0], s = x->g[1], rho = x->rho[0];
@@ -166,8 +166,8 @@ STEP_INLINE void differentiate_frame(const surrogate_step *m, int columns, const
 }
 
 /* x->by_linear: derivatives [n + inputs][n] of the linear map. */
-STEP_INLINE void differentiate_linear(const surrogate_step *m, const step_parts *parts,
-                                      step_work *x)
+PROCESSOR_INLINE void differentiate_linear(const surrogate_step *m, const step_parts *parts,
+                                           step_work *x)
 {
     const int n = m->states, rows = n + step_all_inputs(m), size = rows * n;
     memcpy(x->by_linear, parts->linear, (size_t)size * sizeof *x->by_linear);
@@ -189,8 +189,8 @@ STEP_INLINE void differentiate_linear(const surrogate_step *m, const step_parts 
 }
 
 /* From x->by, derivatives of outputs in the world by coordinates, to those of the state. */
-STEP_INLINE void collect(const surrogate_step *m, int columns, const step_parts *parts,
-                         const step_work *x, double *by_state, double *by_inputs)
+PROCESSOR_INLINE void collect(const surrogate_step *m, int columns, const step_parts *parts,
+                              const step_work *x, double *by_state, double *by_inputs)
 {
     const int n = m->states, all = step_all_inputs(m);
     for (int r = 0; r < n; r++) {
@@ -215,9 +215,10 @@ STEP_INLINE void collect(const surrogate_step *m, int columns, const step_parts 
     }
 }
 
-STEP_CLONES static void derivatives(const surrogate_step *m, const step_parts *parts, step_work *x,
-                                    const double *state, const double *inputs, const double *after,
-                                    double *next, double *by_state, double *by_inputs)
+FOR_EACH_PROCESSOR static void step_derivatives(const surrogate_step *m, const step_parts *parts,
+                                                step_work *x, const double *state,
+                                                const double *inputs, const double *after,
+                                                double *next, double *by_state, double *by_inputs)
 {
     const int columns = step_padded(step_outputs(m));
     step_tile(m, 1, 1, parts, x, state, inputs, after, next);
@@ -236,5 +237,5 @@ void surrogate_step_differentiate(const surrogate_step *m, const step_parts *par
                                   const double *state, const double *inputs, const double *after,
                                   double *next, double *by_state, double *by_inputs)
 {
-    derivatives(m, parts, x, state, inputs, after, next, by_state, by_inputs);
+    step_derivatives(m, parts, x, state, inputs, after, next, by_state, by_inputs);
 }

@@ -4,25 +4,11 @@
 #define STEP_MAP_H
 
 #include "autodiff/tanh.h"
+#include "physics/solve/processor.h"
 #include "tools/surrogate/surrogate_step.h"
 
 #include <math.h>
 #include <string.h>
-
-/* Compiled several times over, for the widest vectors of the processor at hand. */
-/* ThreadSanitizer does not survive what chooses between them; clang's says so in this way. */
-#if defined(__has_feature)
-#if __has_feature(thread_sanitizer) && !defined(__SANITIZE_THREAD__)
-#define __SANITIZE_THREAD__ 1
-#endif
-#endif
-#if defined(__x86_64__) && !defined(__AVX512F__) && !defined(__SANITIZE_THREAD__) &&               \
-    !defined(__AVX2__)
-#define STEP_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define STEP_CLONES
-#endif
-#define STEP_INLINE static inline __attribute__((always_inline))
 
 enum { STEP_LANES = 8 };
 typedef double step_lanes
@@ -38,17 +24,17 @@ typedef struct step_parts {
     const double *network;
 } step_parts;
 
-STEP_INLINE int step_all_inputs(const surrogate_step *m)
+PROCESSOR_INLINE int step_all_inputs(const surrogate_step *m)
 {
     return m->ramps ? 2 * m->inputs : m->inputs;
 }
 
-STEP_INLINE int step_blocks_of(const surrogate_step *m)
+PROCESSOR_INLINE int step_blocks_of(const surrogate_step *m)
 {
     return 1 + 2 * m->slow_count;
 }
 
-STEP_INLINE size_t step_find_parts(const surrogate_step *of, step_parts *parts)
+PROCESSOR_INLINE size_t step_find_parts(const surrogate_step *of, step_parts *parts)
 {
     const size_t n = (size_t)of->states, m = (size_t)step_all_inputs(of), c = (size_t)of->drives;
     const size_t blocks = (size_t)step_blocks_of(of);
@@ -64,7 +50,7 @@ STEP_INLINE size_t step_find_parts(const surrogate_step *of, step_parts *parts)
 
 /* Inputs or outputs of layer `at`, the last one among them: even ones, or odd ones. Without a
  * mirror all are even. */
-STEP_INLINE int step_layer_inputs(const surrogate_step *m, int at, bool odd)
+PROCESSOR_INLINE int step_layer_inputs(const surrogate_step *m, int at, bool odd)
 {
     if (at > 0) {
         return m->mirrors ? m->width[at - 1] / 2 : odd ? 0 : m->width[at - 1];
@@ -74,7 +60,7 @@ STEP_INLINE int step_layer_inputs(const surrogate_step *m, int at, bool odd)
                       : 2 * m->pairs + m->evens + m->odds;
 }
 
-STEP_INLINE int step_layer_outputs(const surrogate_step *m, int at, bool odd)
+PROCESSOR_INLINE int step_layer_outputs(const surrogate_step *m, int at, bool odd)
 {
     if (at < m->layers) {
         return step_layer_inputs(m, at + 1, odd);
@@ -84,17 +70,17 @@ STEP_INLINE int step_layer_outputs(const surrogate_step *m, int at, bool odd)
                       : 2 * m->out_pairs + m->out_evens + m->out_odds;
 }
 
-STEP_INLINE int step_coordinates(const surrogate_step *m)
+PROCESSOR_INLINE int step_coordinates(const surrogate_step *m)
 {
     return 2 * m->pairs + m->evens + m->odds;
 }
 
-STEP_INLINE int step_outputs(const surrogate_step *m)
+PROCESSOR_INLINE int step_outputs(const surrogate_step *m)
 {
     return 2 * m->out_pairs + m->out_evens + m->out_odds;
 }
 
-STEP_INLINE int step_widest(const surrogate_step *m)
+PROCESSOR_INLINE int step_widest(const surrogate_step *m)
 {
     int most = step_coordinates(m) > step_outputs(m) ? step_coordinates(m) : step_outputs(m);
     for (int i = 0; i < m->layers; i++) {
@@ -104,7 +90,7 @@ STEP_INLINE int step_widest(const surrogate_step *m)
 }
 
 /* Padded to whole vectors. */
-STEP_INLINE int step_padded(int count)
+PROCESSOR_INLINE int step_padded(int count)
 {
     return (count + STEP_LANES - 1) / STEP_LANES * STEP_LANES;
 }
@@ -131,7 +117,7 @@ typedef struct step_work {
 #undef STEP_FIELD
 } step_work;
 
-STEP_INLINE size_t step_divide(const surrogate_step *m, double *work, step_work *x)
+PROCESSOR_INLINE size_t step_divide(const surrogate_step *m, double *work, step_work *x)
 {
     const int most = step_padded(step_widest(m)), columns = step_padded(step_outputs(m));
     int units = 0;
@@ -151,8 +137,9 @@ STEP_INLINE size_t step_divide(const surrogate_step *m, double *work, step_work 
 
 /* Of one state: outputs in vectors from o on, the last of which ends with the last output and so
  * may find some twice; sums of several vectors at once do not wait for each other. */
-STEP_INLINE void step_multiply_one(int vectors, int inputs, int outputs, int o, const double *w,
-                                   const double *bias, const double *x, double *y)
+PROCESSOR_INLINE void step_multiply_one(int vectors, int inputs, int outputs, int o,
+                                        const double *w, const double *bias, const double *x,
+                                        double *y)
 {
     step_lanes sum[4] = {{0}};
     int at[4];
@@ -176,8 +163,8 @@ STEP_INLINE void step_multiply_one(int vectors, int inputs, int outputs, int o, 
 
 /* y [outputs][lanes] = bias + w^T x for w [inputs][outputs], x [inputs][lanes]; the same sums in
  * the same order for any number of lanes. */
-STEP_INLINE void step_multiply(int lanes, int inputs, int outputs, const double *w,
-                               const double *bias, const double *x, double *y)
+PROCESSOR_INLINE void step_multiply(int lanes, int inputs, int outputs, const double *w,
+                                    const double *bias, const double *x, double *y)
 {
     int o = 0;
     if (lanes == 1) {
@@ -229,8 +216,8 @@ STEP_INLINE void step_multiply(int lanes, int inputs, int outputs, const double 
 
 /* One layer: x [even inputs, then odd ones][lanes]; y likewise. Returns what follows its numbers.
  */
-STEP_INLINE const double *step_layer(const surrogate_step *m, int lanes, int at,
-                                     const double *numbers, const double *x, double *y)
+PROCESSOR_INLINE const double *step_layer(const surrogate_step *m, int lanes, int at,
+                                          const double *numbers, const double *x, double *y)
 {
     const int in = step_layer_inputs(m, at, false), out = step_layer_outputs(m, at, false);
     const int in_odd = step_layer_inputs(m, at, true), out_odd = step_layer_outputs(m, at, true);
@@ -242,8 +229,8 @@ STEP_INLINE const double *step_layer(const surrogate_step *m, int lanes, int at,
 
 /* Units of y [width][lanes], sums and differences of what a mirror exchanges; kept (or NULL) are
  * the units themselves. */
-STEP_INLINE void step_activate(const surrogate_step *m, int lanes, int width, double *y,
-                               double *kept)
+PROCESSOR_INLINE void step_activate(const surrogate_step *m, int lanes, int width, double *y,
+                                    double *kept)
 {
     const int half = m->mirrors ? width / 2 * lanes : 0;
     for (int i = 0; i < half; i++) {
@@ -267,7 +254,7 @@ STEP_INLINE void step_activate(const surrogate_step *m, int lanes, int width, do
 /* ---- values -------------------------------------------------------------------------------- */
 
 /* Where output `k` of states stands among the network's. */
-STEP_INLINE int step_output_of(const surrogate_step *m, int slot)
+PROCESSOR_INLINE int step_output_of(const surrogate_step *m, int slot)
 {
     return slot < m->pairs       ? slot
            : slot < 2 * m->pairs ? slot - m->pairs + m->out_pairs
@@ -277,8 +264,8 @@ STEP_INLINE int step_output_of(const surrogate_step *m, int slot)
 }
 
 /* (p + iq)(c + is) in place. */
-STEP_INLINE void step_turn(int lanes, const double *c, const double *s, double sign, double *p,
-                           double *q)
+PROCESSOR_INLINE void step_turn(int lanes, const double *c, const double *s, double sign, double *p,
+                                double *q)
 {
     for (int l = 0; l < lanes; l++) {
         const double re = p[l] * c[l] - sign * (q[l] * s[l]);
@@ -288,8 +275,8 @@ STEP_INLINE void step_turn(int lanes, const double *c, const double *s, double s
 }
 
 /* z in the frame becomes the network's inputs x->a, in the order of step_layer(). */
-STEP_INLINE void step_enter_frame(const surrogate_step *m, int lanes, const step_parts *parts,
-                                  step_work *x)
+PROCESSOR_INLINE void step_enter_frame(const surrogate_step *m, int lanes, const step_parts *parts,
+                                       step_work *x)
 {
     const int p = m->pairs, rest = m->evens + m->odds;
     double *im = x->z + p * lanes;
@@ -322,7 +309,7 @@ STEP_INLINE void step_enter_frame(const surrogate_step *m, int lanes, const step
 
 /* What step_layer() leaves in x->a becomes [first components, second ones, evens, odds], turned
  * back. */
-STEP_INLINE void step_leave_frame(const surrogate_step *m, int lanes, step_work *x)
+PROCESSOR_INLINE void step_leave_frame(const surrogate_step *m, int lanes, step_work *x)
 {
     const int p = m->out_pairs;
     if (m->mirrors) {
@@ -340,8 +327,8 @@ STEP_INLINE void step_leave_frame(const surrogate_step *m, int lanes, step_work 
 }
 
 /* The network's outputs in x->a for coordinates x->z. */
-STEP_INLINE void step_network(const surrogate_step *m, int lanes, const step_parts *parts,
-                              step_work *x)
+PROCESSOR_INLINE void step_network(const surrogate_step *m, int lanes, const step_parts *parts,
+                                   step_work *x)
 {
     const double *numbers = parts->network;
     double *kept = x->kept;
@@ -360,9 +347,9 @@ STEP_INLINE void step_network(const surrogate_step *m, int lanes, const step_par
 
 /* Coordinates x->z of `lanes` states, and in x->moved how far states and inputs are from the
  * centers; rows beyond `count` repeat the last one. */
-STEP_INLINE void step_enter(const surrogate_step *m, int lanes, int count, const step_parts *parts,
-                            step_work *x, const double *states, const double *inputs,
-                            const double *after)
+PROCESSOR_INLINE void step_enter(const surrogate_step *m, int lanes, int count,
+                                 const step_parts *parts, step_work *x, const double *states,
+                                 const double *inputs, const double *after)
 {
     const int n = m->states, all = step_all_inputs(m), given = m->inputs;
     for (int l = 0; l < lanes; l++) {
@@ -394,9 +381,9 @@ STEP_INLINE void step_enter(const surrogate_step *m, int lanes, int count, const
     }
 }
 
-STEP_INLINE void step_tile(const surrogate_step *m, int lanes, int count, const step_parts *parts,
-                           step_work *x, const double *states, const double *inputs,
-                           const double *after, double *next)
+PROCESSOR_INLINE void step_tile(const surrogate_step *m, int lanes, int count,
+                                const step_parts *parts, step_work *x, const double *states,
+                                const double *inputs, const double *after, double *next)
 {
     const int n = m->states;
     step_enter(m, lanes, count, parts, x, states, inputs, after);

@@ -22,16 +22,17 @@ size_t surrogate_step_work(const surrogate_step *m)
     return step_divide(m, NULL, &x);
 }
 
-STEP_CLONES static void step_one(const surrogate_step *m, const step_parts *parts, step_work *x,
-                                 const double *state, const double *inputs, const double *after,
-                                 double *next)
+FOR_EACH_PROCESSOR static void step_one(const surrogate_step *m, const step_parts *parts,
+                                        step_work *x, const double *state, const double *inputs,
+                                        const double *after, double *next)
 {
     step_tile(m, 1, 1, parts, x, state, inputs, after, next);
 }
 
-STEP_CLONES static void step_many(const surrogate_step *m, int count, const step_parts *parts,
-                                  step_work *x, const double *states, const double *inputs,
-                                  const double *after, double *next)
+FOR_EACH_PROCESSOR static void step_many(const surrogate_step *m, int count,
+                                         const step_parts *parts, step_work *x,
+                                         const double *states, const double *inputs,
+                                         const double *after, double *next)
 {
     step_tile(m, STEP_LANES, count, parts, x, states, inputs, after, next);
 }

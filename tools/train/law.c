@@ -40,7 +40,7 @@ ad_status train_law_read_data(const char *path, train_law_data *data, ad_error *
         return status;
     }
     const size_t rows = table_rows(file);
-    double *all = calloc(2 * N * rows + 1, sizeof *all);
+    double *all = calloc(rows * 2 * N + 1, sizeof *all);
     status = all ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu rows", rows);
     data->rows = rows;
     for (int i = 0; i < N && all; i++) {
@@ -153,12 +153,12 @@ static ad_status deal(fit *x, const train_law_data *data, ad_error *error)
 {
     const size_t rows = data->rows, out = (size_t)(x->asked->held_out * (double)rows);
     size_t *order = malloc((rows + 1) * sizeof *order), at = 0;
-    double *all = calloc(2 * N * rows + 1, sizeof *all);
+    double *all = calloc(rows * 2 * N + 1, sizeof *all);
     nn_rng rng = nn_rng_split(x->asked->seed, "held out");
     x->rows[0] = rows - out;
     x->rows[1] = out;
     x->data[0] = all;
-    x->data[1] = all + 2 * N * x->rows[0];
+    x->data[1] = all + x->rows[0] * 2 * N;
     for (size_t i = 0; order && i < rows; i++) {
         const size_t other = (size_t)nn_rng_below(&rng, i + 1);
         order[i] = order[other];
@@ -217,8 +217,8 @@ static scene_law_values record_law(const fit *x, ad_tape *tape, ad_value *wrt)
     double square[SCENE_LAW_UNITS_MAX * SCENE_LAW_FEATURES];
     wrt[0] = ad_parameter(tape, "c", N, 0);
     wrt[1] = ad_parameter(tape, "a", units, N);
-    wrt[2] = ad_parameter(tape, "b", units, (size_t)(N + units));
-    wrt[3] = ad_parameter(tape, "w", all, (size_t)(N + 2 * units));
+    wrt[2] = ad_parameter(tape, "b", units, (size_t)N + (size_t)units);
+    wrt[3] = ad_parameter(tape, "w", all, (size_t)N + 2 * (size_t)units);
     ad_value root = wrt[0], weight = wrt[1], by = wrt[3];
     if (x->asked->symmetry == SCENE_SYMMETRY_ROUND) {
         static const int of[N] = {0, 0, 2, 3, 3, 5};

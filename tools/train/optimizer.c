@@ -226,7 +226,7 @@ void optimizer_account(const optimizer *o, char text[160])
     const optim_info info = optim_inspect(o->own);
     const linear_model_info model = linear_model_inspect(o->model);
     int n = snprintf(text, 160, "%lld of %lld trial steps refused", (long long)info.refused,
-                     (long long)(info.refused + info.steps));
+                     (long long)info.refused + info.steps);
     if (info.unsolved) {
         n += snprintf(text + n, 160 - (size_t)n, ", %lld as the matrix was not positive definite",
                       (long long)info.unsolved);

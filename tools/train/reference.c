@@ -321,7 +321,7 @@ ad_status reference_create(const experiment *e, reference **result, ad_error *er
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a reference");
     }
     r->model = scene_physics_of(e->scene);
-    r->pose = (size_t)(r->model->position_columns + r->model->rotation_columns);
+    r->pose = (size_t)r->model->position_columns + (size_t)r->model->rotation_columns;
     r->members = 1;
     r->length = scene_length(e->scene);
     r->duration = scene_duration(e->scene);
