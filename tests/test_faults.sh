@@ -24,7 +24,7 @@ losses: {interior: {points: 16}, held_out_points: 8}
 training: {stages: [{optimizer: adam, steps: 2}]}
 reference: {analytic: elastica}
 END
-awk 'BEGIN { print "strain,moment"; for (i = 1; i <= 12; i++) printf "%g,%g\n", i / 100, i + i^3 / 40 }' >law.csv
+awk 'BEGIN { print "u1,m1"; for (i = 1; i <= 12; i++) printf "%g,%g\n", i / 100, i + i^3 / 40 }' >law.csv
 arm=$ROOT/configs/robots/soft_arm_control.yaml
 loop="$arm --set control.model=reduced --set control.plant.modes=[1,1,1,1] --set control.duration=1.1
     --set control.estimate=null --set control.tolerance.rms=1 --set control.tolerance.worst=1 --quiet"
