@@ -363,6 +363,8 @@ cut -d, -f1-11 "$data" >lacks.csv
 sed 's/^weight/x/; s/unit 3 by 2/unit 3 by/' learned.csv >odd.csv
 refused 'few.csv: 19 rows; allowed: 28 or more for 16 units' cpinn-law few.csv
 refused 'lacks.csv: has a column u3, but no m3; allowed: both or none' cpinn-law lacks.csv
+cut -d, -f1,11 "$data" | sed '1s/.*/strain,moment/' >named.csv
+refused '^named.csv: has no strain with its force or moment; allowed' cpinn-law named.csv
 refused 'symmetry square; allowed: none, point, mirrors, round' cpinn-law "$data" --symmetry square
 refused 'rod.law: .*odd.csv: row .* is .unit 3 by.; allowed here: .unit 3 by 2.' \
     cpinn-solve "$rubber" --set rod.law.file="$PWD/odd.csv"

@@ -24,7 +24,8 @@ ad_status config_file_text(const char *path, char **text, size_t *size, ad_error
     }
     FILE *file = fopen(path, "rb");
     if (!file) {
-        return ad_fail(error, AD_IO, "%s: cannot be read: %s", path, strerror(errno));
+        return ad_fail(error, errno == ENOMEM ? AD_NO_MEMORY : AD_IO, "%s: cannot be read: %s",
+                       path, strerror(errno));
     }
     *text = malloc((size_t)CONFIG_BYTES_MAX + 1);
     if (!*text) {

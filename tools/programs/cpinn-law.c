@@ -25,7 +25,8 @@ static const char epilogue[] =
     "\n"
     "  cpinn-law configs/law/neo_hooke_data.csv --symmetry round --convex --out neo_hooke.csv\n"
     "\n"
-    "Exit status: 0; 1 the law could not be written; 2 with one line that says what is wrong.";
+    "Exit status: 0; 1 the law could not be written, or memory has run out; 2 with one line that "
+    "says what is wrong.";
 
 /* The index of `text` among names; -1: none. */
 static int index_of(const char *const *names, const char *text)
@@ -95,7 +96,7 @@ int main(int argc, char **argv)
     if (status != CLI_RUN) {
         return status;
     }
-    ad_error error;
+    ad_error error, reason;
     train_law_data data;
     train_law_report report;
     scene_law law;
@@ -110,8 +111,9 @@ int main(int argc, char **argv)
         return cli_fail_error(program, &error);
     }
     const double begin = now();
-    if (train_law_fit(&settings, &data, &law, &report, &error) != AD_OK) {
-        status = cli_fail(program, "%s: %s", data_file, error.message);
+    if (train_law_fit(&settings, &data, &law, &report, &reason) != AD_OK) {
+        ad_fail(&error, reason.status, "%s: %s", data_file, reason.message);
+        status = cli_fail_error(program, &error);
     } else {
         print(&settings, &law, &report, now() - begin);
         status = train_law_write(out, &law, &error) == AD_OK ? 0 : cli_fail_error(program, &error);

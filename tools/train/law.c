@@ -43,12 +43,14 @@ ad_status train_law_read_data(const char *path, train_law_data *data, ad_error *
     double *all = calloc(rows * 2 * N + 1, sizeof *all);
     status = all ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu rows", rows);
     data->rows = rows;
+    bool any = false;
     for (int i = 0; i < N && all; i++) {
         const double *strain = table_column(file, STRAINS[i]);
         const double *stress = table_column(file, STRESSES[i]);
         data->strain[i] = all + (size_t)i * rows;
         data->stress[i] = all + (size_t)(N + i) * rows;
         data->known[i] = strain && stress;
+        any = any || data->known[i];
         if (!strain != !stress && status == AD_OK) {
             status =
                 ad_fail(error, AD_BAD_INPUT,
@@ -62,6 +64,12 @@ ad_status train_law_read_data(const char *path, train_law_data *data, ad_error *
         }
     }
     table_free(file);
+    if (status == AD_OK && !any) {
+        status = ad_fail(error, AD_BAD_INPUT,
+                         "%s: has no strain with its force or moment; allowed: columns v1, v2, v3, "
+                         "u1, u2, u3 beside n1, n2, n3, m1, m2, m3, some of them",
+                         path);
+    }
     if (status != AD_OK && all) {
         train_law_free_data(data);
     }

@@ -151,7 +151,8 @@ ad_status run_begin(run_folder *run, const char *config, const history *h, bool 
         run->rows = fopen(run->history, "a");
         run->rows_written = h->count;
         if (!run->rows) {
-            return ad_fail(error, AD_IO, "%s: %s", run->history, strerror(errno));
+            return ad_fail(error, errno == ENOMEM ? AD_NO_MEMORY : AD_IO, "%s: %s", run->history,
+                           strerror(errno));
         }
     }
     return status == AD_OK && tensorboard ? run_events_begin(run->path, h, &run->events, error)
