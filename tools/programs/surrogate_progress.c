@@ -46,7 +46,7 @@ static void draw(surrogate_progress *p, const status_line *line, const char *ove
     watch_draw(p->watch, &(watch_view){.line = *line,
                                        .over = over,
                                        .rows = surrogate_training_history(p->own),
-                                       .note = "errors of steps, over those of the linear map"});
+                                       .note = p->note});
 }
 
 static void draw_step(surrogate_progress *p, const surrogate_training_info *info)
