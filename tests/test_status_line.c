@@ -28,7 +28,8 @@ static const status_line longest = {.optimizer = "gauss_newton",
                                     .error = 1.234e-100,
                                     .left = 359999,
                                     .at_most = true,
-                                    .points_per_s = 1e10};
+                                    .points_per_s = 1e10,
+                                    .steps_per_s = 1.234e-100};
 
 static const status_line usual = {.optimizer = "gauss_newton",
                                   .window = 3,
@@ -42,7 +43,8 @@ static const status_line usual = {.optimizer = "gauss_newton",
                                   .held_out = 2.345e-5,
                                   .error = 3.456e-6,
                                   .left = 4805,
-                                  .points_per_s = 1.5e6};
+                                  .points_per_s = 1.5e6,
+                                  .steps_per_s = NAN};
 
 static void every_width_holds_the_error(void **state)
 {
@@ -92,6 +94,9 @@ static void a_log_has_room_for_all(void **state)
     assert_string_equal(text, "window 3/120 gauss_newton 1/1 step 7/200  load factor 0.25  "
                               "loss 1.23e-05  held-out 2.35e-05  error 3.46e-06  1h20m left  "
                               "1.50M points/s");
+    line.steps_per_s = 12.34;
+    status_line_text(&line, STATUS_LINE_WIDE, text);
+    assert_non_null(strstr(text, "1h20m left  12.3 steps/s  1.50M points/s"));
     line.left = 0.2;
     status_line_text(&line, STATUS_LINE_WIDE, text);
     assert_non_null(strstr(text, "  <1s left"));

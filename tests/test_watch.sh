@@ -89,6 +89,11 @@ said screen.txt 'deflection '
 watch 3 100x80 -- "$ROOT/configs/robots/tendon_family.yaml" --set members.solved=2000 \
     --set 'training.stages=[{optimizer: soap, steps: 20}]' --out family
 once '7 members of the family'
+watch 130 100x40 2 int -- "$ROOT/configs/robots/soft_arm_control.yaml" --set surrogate.kind=flow \
+    --set surrogate.solved=800 --set 'training.stages=[{optimizer: ssbroyden, steps: 100000}]' \
+    --out one_step
+once '^soft_arm_control  [0-9]+ steps in '
+once '^errors of steps, over those of the linear map'
 
 # ---- terminals that cannot, and none -----------------------------------------------------------
 

@@ -21,7 +21,7 @@ void canvas_put(canvas *c, int column, int row, canvas_colour colour, unsigned c
 int canvas_text(canvas *c, int column, int row, canvas_colour colour, const char *text)
 {
     for (; *text; text++) {
-        canvas_put(c, column++, row, colour, (unsigned char)*text);
+        canvas_put(c, column++, row, colour, *text >= ' ' && *text <= '~' ? (unsigned)*text : '?');
     }
     return column;
 }

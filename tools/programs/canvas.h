@@ -38,7 +38,7 @@ void canvas_clear(canvas *c, int columns, int rows);
 /* One character, of the basic plane; what lies outside is left out. */
 void canvas_put(canvas *c, int column, int row, canvas_colour colour, unsigned code);
 
-/* ASCII; returns the column behind it. */
+/* ASCII, of other bytes question marks; returns the column behind it. */
 int canvas_text(canvas *c, int column, int row, canvas_colour colour, const char *text);
 
 /* A part of a canvas, and what of a plane it shows: its corners are at the first and the last dots.

@@ -7,6 +7,8 @@
 /* Cells left of the plane, for numbers and the axis; below it. */
 enum { LEFT = 7, BELOW = 2, APART = 10 };
 
+enum { QUARTERS = 4 };
+
 /* ---- ranges -------------------------------------------------------------------------------- */
 
 typedef struct range {
@@ -32,7 +34,8 @@ static double height(double value)
     return value > 0 ? log10(value) : NAN;
 }
 
-/* Of what is to be seen: up in whole decades. */
+/* Of what is to be seen: up in quarters of a decade, so that it stays for a while, and so far that
+ * a power of ten is among it. */
 static void ranges_of(const chart *what, range *across, range *up)
 {
     *across = *up = none();
@@ -45,9 +48,10 @@ static void ranges_of(const chart *what, range *across, range *up)
     }
     *across = across->low <= across->high ? *across : (range){0, 1};
     across->low = across->low < 0.1 * across->high ? 0 : across->low;
-    across->high = across->high > across->low ? across->high : across->low + 1;
-    up->low = up->low <= up->high ? floor(up->low) : -1;
-    up->high = up->low <= up->high ? fmax(ceil(up->high), up->low + 1) : 0;
+    across->high = fmax(across->high, across->low > 0 ? 1.01 * across->low : 1e-3);
+    *up = up->low <= up->high ? *up : (range){-1, 0};
+    up->low = floor(QUARTERS * up->low) / QUARTERS;
+    up->high = fmax(ceil(QUARTERS * up->high) / QUARTERS, up->low + 1);
 }
 
 /* 1, 2 or 5 times a power of ten, at least `least`. */
@@ -67,16 +71,17 @@ static double round_step(double least)
 
 static void draw_decades(canvas *c, const canvas_view *view)
 {
-    const int decades = (int)(view->top - view->bottom);
-    const int every = decades > view->rows / 2 ? (2 * decades + view->rows - 1) / view->rows : 1;
+    const double tall = view->top - view->bottom;
+    const int first = (int)ceil(view->bottom), last = (int)floor(view->top);
+    const int every = tall > view->rows / 2.0 ? (int)ceil(2 * tall / view->rows) : 1;
     for (int i = 0; i < view->rows; i++) {
         canvas_put(c, view->column - 1, view->row + i, CANVAS_DIM, 0x2502); /* │ */
     }
-    for (int i = 0; i <= decades; i += every) {
+    for (int decade = first; decade <= last; decade += every) {
         char text[16];
-        const double down = (CANVAS_DOWN * view->rows - 1) * (double)(decades - i) / decades;
+        const double down = (CANVAS_DOWN * view->rows - 1) * (view->top - decade) / tall;
         const int row = view->row + (int)lround(down) / CANVAS_DOWN;
-        const int length = snprintf(text, sizeof text, "1e%+03d", (int)view->bottom + i);
+        const int length = snprintf(text, sizeof text, "1e%+03d", decade);
         canvas_text(c, view->column - 1 - length, row, CANVAS_DIM, text);
         canvas_put(c, view->column - 1, row, CANVAS_DIM, 0x2524); /* ┤ */
     }

@@ -140,7 +140,7 @@ static void draw_axes(canvas *c, int column, int row, const int axes[2])
 static void draw_scale(canvas *c, int column, int row, int columns, double scale)
 {
     char text[32];
-    const double most = columns / 5.0 * CANVAS_ACROSS / scale; /* m */
+    const double most = columns / 6.0 * CANVAS_ACROSS / scale; /* m */
     const double power = pow(10, floor(log10(most)));
     const double length = power * (most >= 5 * power ? 5 : most >= 2 * power ? 2 : 1);
     const int cells = (int)lround(length * scale / CANVAS_ACROSS);

@@ -43,15 +43,10 @@ void surrogate_progress_begin(surrogate_progress *p, const train_settings *setti
 
 static void draw(surrogate_progress *p, const status_line *line, const char *over)
 {
-    char note[96];
-    const double linear = surrogate_training_inspect(p->own).linear;
-    snprintf(note, sizeof note,
-             "losses over that of the linear map, off by %.2g %% of the length after a step",
-             100 * linear);
     watch_draw(p->watch, &(watch_view){.line = *line,
                                        .over = over,
                                        .rows = surrogate_training_history(p->own),
-                                       .note = linear > 0 ? note : NULL});
+                                       .note = p->note});
 }
 
 static void draw_step(surrogate_progress *p, const surrogate_training_info *info)

@@ -8,6 +8,7 @@
 
 typedef struct surrogate_progress {
     bool quiet, pictures; /* to be set; the rest is 0 at first */
+    const char *note;     /* too: of a picture */
     watch *watch;         /* from begin to end; NULL: lines */
     const train_settings *settings;
     surrogate_training *own;

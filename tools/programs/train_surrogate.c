@@ -380,7 +380,11 @@ int train_surrogate(const train_surrogate_options *asked, config *settings)
 {
     training t = {.asked = asked,
                   .settings = settings,
-                  .progress = {.quiet = asked->quiet, .pictures = asked->watch}};
+                  .progress = {.quiet = asked->quiet,
+                               .pictures = asked->watch,
+                               .note = surrogate_is_decoupled(settings->surrogate.kind)
+                                           ? "errors of steps, over those of the base"
+                                           : "errors of steps, over those of the linear map"}};
     ad_error error = {AD_OK, ""};
     bool began = false;
     if (asked->explain) {
