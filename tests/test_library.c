@@ -128,6 +128,36 @@ static void test_resume(void **state)
     remove(run);
 }
 
+/* Within four deviations of what the data were made with, configs/identify/measure.py. */
+static void test_unknowns(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"bending", "torsion", "weight"};
+    static const double values[] = {3.1e-3, 1.9e-3, 0.03};
+    cpinn_unknowns *found;
+    ad_error error = {AD_OK, ""};
+    if (cpinn_identify_file("configs/identify/stiffness.yaml", 0, NULL, 1, &found, &error)) {
+        fail_msg("%s", error.message);
+    }
+    assert_int_equal(cpinn_unknowns_count(found), 3);
+    for (int i = 0; i < 3; i++) {
+        assert_string_equal(cpinn_unknowns_name(found, i), names[i]);
+        assert_near(cpinn_unknowns_value(found, i), values[i],
+                    4 * cpinn_unknowns_deviation(found, i));
+        assert_true(cpinn_unknowns_correlation(found, i, i) == 1);
+    }
+    assert_true(isnan(cpinn_unknowns_value(found, 3)) &&
+                isnan(cpinn_unknowns_deviation(found, -1)));
+    assert_string_equal(cpinn_unknowns_name(found, 3), "");
+    assert_true(cpinn_unknowns_freedom(found) == 57);
+    assert_true(cpinn_unknowns_chi_squared(found) < 2 * 57);
+    assert_int_equal(verdict_outcome_of(cpinn_unknowns_verdict(found)), VERDICT_SOLVED);
+    cpinn_unknowns_free(found);
+    assert_int_equal(cpinn_identify_file(ELASTICA, 0, NULL, 1, &found, &error), AD_BAD_INPUT);
+    assert_null(found);
+    assert_non_null(strstr(error.message, "have no unknown"));
+}
+
 /* The field that is to blame is named, whether it is the scene's or the settings'. */
 static void test_refusals(void **state)
 {
@@ -175,8 +205,8 @@ static void test_refusals(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_by_hand),
-                                       cmocka_unit_test(test_resume),
-                                       cmocka_unit_test(test_refusals)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_by_hand), cmocka_unit_test(test_resume),
+        cmocka_unit_test(test_unknowns), cmocka_unit_test(test_refusals)};
     return cmocka_run_group_tests(tests, make_directory, remove_directory);
 }

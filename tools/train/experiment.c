@@ -394,7 +394,8 @@ void experiment_put(experiment *e, const double *parameters, checkpoint *file)
     if (!e->text) {
         e->text = experiment_text(e);
     }
-    checkpoint_put_text(file, experiment_text_item(e), e->text); /* NULL is refused and remembered */
+    /* NULL is refused and remembered */
+    checkpoint_put_text(file, experiment_text_item(e), e->text);
     for (int i = 0; i < e->window; i++) {
         put_parameters(e, i, e->parameters + (size_t)i * e->count, file);
     }

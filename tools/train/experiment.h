@@ -4,8 +4,8 @@
  * Items of a checkpoint (tools/files/checkpoint.h), beside the network's parameters
  * "parameters/network/layer0/weight" [rows, columns] and so on; where time has several windows
  * "parameters/window1/network/layer0/weight" for each window begun, counted from 1:
- *   scene/yaml                 what its origin writes: the resolved experiment, reads back as it is;
- *                              of physics of one's own physics/text, which says what it is
+ *   scene/yaml                 what its origin writes: the resolved experiment, reads back as it is
+ *   physics/text               in its place of physics of one's own: experiment_own.h
  *   network/fourier            [features, inputs] frequencies, where there are any
  *   network/basis              [rows, 1 + inputs + 2 features] nn_mlp_basis, where there is one
  *   network/edge_basis         the same, nn_mlp_edge_basis, where s is in several pieces
