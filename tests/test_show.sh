@@ -10,7 +10,8 @@ run 0 cpinn-solve "$arm" --grid 21x11 --out arm.csv
 run 0 cpinn-show arm.csv --scene "$arm" --reference arm.csv
 robot=$ROOT/configs/robots/soft_arm_control.yaml
 loop() {
-    run 0 cpinn-control "$robot" --set control.model=reduced --set control.duration=1.2 --out loop.csv
+    run 0 cpinn-control "$robot" --set control.model=reduced --set control.duration=1.2 \
+        --out loop.csv --shapes shapes.csv
     run 0 cpinn-show loop.csv --scene "$robot"
 }
 if [ "$part" = browser ]; then # a page of every kind
@@ -66,6 +67,17 @@ printf 't,reference_x,reference_y,reference_z,true_x,true_y,true_z,input_p,input
 run 0 cpinn-show place.csv
 said place.html '"at most", "4 mm"'
 loop
+# the ends of the shapes are the place that follows the path, true and as it is believed
+awk -F, 'FNR == 1 { file++; for (i = 1; i <= NF; i++) at[file, $i] = i; next }
+    file == 1 { for (k = 1; k <= 6; k++) place[FNR, k] = $(4 + k) }
+    file == 2 && (FNR - 1) % 31 == 0 { tips++
+        for (k = 1; k <= 6; k++) {
+            of = $(at[2, k > 3 ? "estimated_" substr("xyz", k - 3, 1) : substr("xyz", k, 1)])
+            wrong += (of - place[tips + 1, k]) ^ 2 > 1e-24 } }
+    END { print tips, wrong + 0 }' loop.csv shapes.csv >tips.txt
+said tips.txt '^61 0$'
+run 0 cpinn-control "$robot" --set control.model=reduced --set control.duration=1.2 --shapes loop.pvd
+check an instant for each -- test "$(grep -c vtp loop.pvd)" -eq 61
 said loop.html '"verdict": .*"outcome": "solved"'
 said loop.html '"as the filter believes"'
 said loop.html '"Estimate of stiffness"'

@@ -1,5 +1,6 @@
 /* cpinn-show: a closed loop, the record of cpinn-control --out with the robot's shapes beside it.
  */
+#include "tools/files/file_bytes.h"
 #include "tools/programs/control_judge.h"
 #include "tools/programs/show_source.h"
 #include "tools/train/report.h"
@@ -224,7 +225,13 @@ static ad_status read_shapes(looped *l, ad_error *error)
     char path[4200];
     const char *dot = strrchr(l->x->source, '.');
     snprintf(path, sizeof path, "%.*s_shapes.h5", (int)(dot - l->x->source), l->x->source);
-    return access(path, F_OK) == 0 ? table_read(path, TABLE_NONFINITE, &l->shapes, error) : AD_OK;
+    if (access(path, F_OK) != 0) {
+        return AD_OK;
+    }
+    const ad_status status = table_read(path, TABLE_NONFINITE, &l->shapes, error);
+    return status != AD_OK || table_column(l->shapes, "t")
+               ? status
+               : ad_fail(error, AD_BAD_INPUT, "%s: has no column t", file_bytes_shown(path));
 }
 
 /* Row of the record at an instant of a shape. */
@@ -268,51 +275,59 @@ static ad_status put_scene(const looped *l, const table_source *shapes, ad_error
     return status;
 }
 
-/* The robot beside where the filter believes it is; how far that is off at every point. */
+static const char *const shape_names[] = {"s", "t", "x", "y", "z"};
+
+/* Where the filter believes that the robot is, as columns of shapes [5], is taken out of a table;
+ * how far that is off [rows] takes its place. False: it is not there. */
+static bool take_beliefs(show_read_table *read, const double *columns[5], double *off)
+{
+    table_source *table = &read->table;
+    const double *place[3];
+    bool known = true;
+    for (int k = 0; k < 5; k++) {
+        char name[32];
+        snprintf(name, sizeof name, "%s%s", k < 2 ? "" : "estimated_", shape_names[k]);
+        columns[k] = table_source_column(table, name);
+        place[k < 2 ? 0 : k - 2] = table_source_column(table, shape_names[k]);
+        known = known && columns[k];
+    }
+    if (!known || !place[0] || !place[1] || !place[2]) {
+        return false;
+    }
+    for (size_t i = 0; i < table->nrows; i++) {
+        off[i] = hypot(hypot(columns[2][i] - place[0][i], columns[3][i] - place[1][i]),
+                       columns[4][i] - place[2][i]);
+    }
+    size_t kept = 0;
+    for (size_t k = 0; k < table->ncols; k++) {
+        if (strncmp(table->names[k], "estimated_", 10) != 0) {
+            read->names[kept] = read->names[k];
+            read->units[kept] = read->units[k];
+            read->columns[kept++] = read->columns[k];
+        }
+    }
+    read->names[kept] = "estimate off";
+    read->units[kept] = "m";
+    read->columns[kept] = off;
+    table->ncols = kept + 1;
+    return true;
+}
+
 static ad_status put_robot(looped *l, ad_error *error)
 {
-    static const char *const beliefs[] = {"estimated_x", "estimated_y", "estimated_z"};
-    static const char *const names[] = {"s", "t", "x", "y", "z"};
     show_read_table *read = show_read_table_of(l->shapes, NULL);
-    table_source *table = read ? &read->table : NULL;
-    double *off = table ? malloc(table->nrows * sizeof *off + 1) : NULL;
+    double *off = read ? malloc(read->table.nrows * sizeof *off + 1) : NULL;
     if (!off) {
         free(read);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a report");
     }
-    const double *columns[5], *place[3];
-    bool known = true;
-    for (int k = 0; k < 5; k++) {
-        columns[k] = table_source_column(table, k < 2 ? names[k] : beliefs[k - 2]);
-        known = known && columns[k];
-    }
-    for (int k = 0; k < 3; k++) {
-        place[k] = table_source_column(table, names[2 + k]);
-        known = known && place[k];
-    }
+    const double *columns[5];
+    const bool known = take_beliefs(read, columns, off);
     const table_source ghost = {
-        .names = names, .columns = columns, .ncols = 5, .nrows = table->nrows};
-    size_t kept = 0;
-    for (size_t k = 0; k < table->ncols; k++) {
-        if (strncmp(table->names[k], "estimated_", 10) != 0) {
-            read->names[kept] = table->names[k];
-            read->units[kept] = table->units[k];
-            read->columns[kept++] = table->columns[k];
-        }
-    }
-    for (size_t i = 0; i < table->nrows && known; i++) {
-        off[i] = hypot(hypot(columns[2][i] - place[0][i], columns[3][i] - place[1][i]),
-                       columns[4][i] - place[2][i]);
-    }
-    if (known && kept < TABLE_MAX_COLUMNS) {
-        read->names[kept] = "estimate off";
-        read->units[kept] = "m";
-        read->columns[kept++] = off;
-    }
-    table->ncols = kept;
-    ad_status status =
-        show_put_motion(l->x, table, NULL, known ? &ghost : NULL, "as the filter believes", error);
-    status = status == AD_OK && l->plant ? put_scene(l, table, error) : status;
+        .names = shape_names, .columns = columns, .ncols = 5, .nrows = read->table.nrows};
+    ad_status status = show_put_motion(l->x, &read->table, NULL, known ? &ghost : NULL,
+                                       "as the filter believes", error);
+    status = status == AD_OK && l->plant ? put_scene(l, &read->table, error) : status;
     free(off);
     free(read);
     return status;

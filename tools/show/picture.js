@@ -217,7 +217,7 @@ class Picture {
     /* Where pictures come too slowly, as without a graphics processor, those that move are coarser;
      * `passed` ms since the last one. */
     keepUp(passed) {
-        const slow = 28, least = 0.4;
+        const slow = 35, least = 0.4;
         this.pace += (passed - this.pace) / 8;
         if (this.pace > slow && this.detail > least) {
             this.detail = Math.max(least, 0.8 * this.detail);
