@@ -43,6 +43,10 @@ ad_status show_motion(json *to, const table_source *table, const char *const *la
                       const table_source *reference, const char *reference_name, show_kept *kept,
                       ad_error *error);
 
+/* The value of q at s and t, of a family that of its member [parameter_count]; 0: it is not given.
+ */
+double show_value(const scene *of, const double *member, quantity q, double s, double t);
+
 /* Section, ends, loads, tendons, chambers and bodies of a scene at the kept instants; of a family
  * values [frames of the table][parameter_count], of any other scene NULL. */
 ad_status show_scene(json *to, const scene *of, const double *values, const show_kept *kept,

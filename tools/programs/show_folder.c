@@ -83,6 +83,7 @@ ad_status show_loop(showing *x, const table_source *table, ad_error *error)
     put_named(x, table, "Estimates", "estimate_");
     json_close(&x->to, ']');
     free(off);
+    x->wanted = &ghost;
     return show_put_motion(x, &path, NULL, &ghost, "wanted path", error);
 }
 
