@@ -9,7 +9,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { INSTANTS = 8, MEMBERS = 9, TRAIL = 600, GIF_RATE = 20, MOVIE_RATE = 30, GIF_IMAGES = 1000 };
+enum {
+    INSTANTS = 8,
+    FOLLOWED = 6,
+    MEMBERS = 9,
+    TRAIL = 600,
+    GIF_RATE = 20,
+    MOVIE_RATE = 30,
+    GIF_IMAGES = 1000
+};
 
 typedef struct drawing {
     show_shapes shapes, other; /* `other`: a reference, where it has frames */
@@ -17,13 +25,14 @@ typedef struct drawing {
     picture_ring *rings;
     double *arc;
     const char *const *labels;
-    bool flat; /* of areas: as few of them as will do */
+    bool flat;    /* of areas: as few of them as will do */
+    bool follows; /* a wanted path: earlier instants are seen through */
 } drawing;
 
 static const char *const times[] = {"c3d7ee", "7fb0dd", "2f7fc1", "0b4f8a"};
 static const char *const kinds[] = {"3b4cc0", "2c8fbd", "27a684", "7fb93c",
                                     "e3b022", "e2711d", "b8232f"};
-static const char ink[] = "343a46", soft[] = "79838f", trail[] = "d6336c", wanted[] = "2b8a3e";
+static const char ink[] = "343a46", soft[] = "79838f", trail[] = "d6336c", wanted[] = "8fd19e";
 
 /* ---- camera -------------------------------------------------------------------------------- */
 
@@ -205,7 +214,8 @@ static void write_tip(const drawing *d, double frame)
 }
 
 /* The way of the last point of shapes, up to a frame. */
-static void draw_trail(const drawing *d, const show_shapes *x, double until, const char *colour)
+static void draw_trail(const drawing *d, const show_shapes *x, double until, const char *colour,
+                       double radius)
 {
     double places[TRAIL][3];
     const size_t last = (size_t)until, step = last / (TRAIL - 2) + 1;
@@ -215,7 +225,7 @@ static void draw_trail(const drawing *d, const show_shapes *x, double until, con
         show_place(x, (double)frame, x->count - 1, places[count++]);
     }
     show_place(x, until, x->count - 1, places[count++]);
-    picture_thread(d->p, places[0], count, 0.0028 * d->shapes.size, &paint);
+    picture_thread(d->p, places[0], count, radius * d->shapes.size, &paint);
 }
 
 static void draw_around(const drawing *d, double frame, bool is_still)
@@ -223,10 +233,10 @@ static void draw_around(const drawing *d, double frame, bool is_still)
     const show_shapes *x = &d->shapes;
     const bool moves = x->at.t && x->at.frames > 1;
     if (moves) {
-        draw_trail(d, x, frame, trail);
+        draw_trail(d, x, frame, trail, 0.0028);
     }
     if (d->other.at.frames > 0) {
-        draw_trail(d, &d->other, (double)(d->other.at.frames - 1), wanted);
+        draw_trail(d, &d->other, (double)(d->other.at.frames - 1), wanted, 0.0045);
     }
     draw_axes(d->p);
     draw_scale(d);
@@ -252,7 +262,8 @@ static void draw_around(const drawing *d, double frame, bool is_still)
 
 static void draw_robot(const drawing *d, double frame, picture_colour colour, bool is_main)
 {
-    const show_look look = {colour, is_main, d->flat ? 12 : 24};
+    const bool ghost = d->follows && !is_main;
+    const show_look look = {colour, ghost ? 0.2F : 1, is_main, d->flat ? 12 : 24};
     if (d->shapes.count > 1) {
         show_robot(d->p, &d->shapes, frame, &look, d->rings, d->arc);
     } else {
@@ -285,7 +296,7 @@ static bool is_hidden(const drawing *d, double frame, const double *drawn, size_
 static void draw_still(const drawing *d)
 {
     const show_shapes *x = &d->shapes;
-    const size_t frames = x->at.frames, most = x->at.t ? INSTANTS : MEMBERS;
+    const size_t frames = x->at.frames, most = d->follows ? FOLLOWED : x->at.t ? INSTANTS : MEMBERS;
     const size_t count = frames < most ? frames : most;
     double drawn[INSTANTS + MEMBERS];
     size_t done = 0;
@@ -464,7 +475,7 @@ ad_status show_plot(const showing *from, const table_source *table, const char *
 {
     static const int sizes[][2] = {{960, 640}, {960, 640}, {720, 480}, {1280, 720}, {1280, 720}};
     const int kind = ending_of(from->out);
-    drawing d = {.labels = labels, .flat = kind == 0};
+    drawing d = {.labels = labels, .flat = kind == 0, .follows = from->wanted != NULL};
     ad_error unused;
     ad_status status =
         show_shapes_create(table, from->of, from->members, d.flat ? 33 : 121, &d.shapes, error);

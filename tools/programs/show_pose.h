@@ -47,6 +47,7 @@ double show_room(const show_shapes *x);
 
 typedef struct show_look {
     picture_colour tube; /* of the rod */
+    float opacity;       /* 1: nothing is seen behind */
     bool ends;           /* with discs, tendons, chambers, bodies, loads */
     int sides;           /* of a round rod */
 } show_look;

@@ -104,7 +104,8 @@ static void draw_rod(const robot *r)
     const picture_colour light = {0.55F * r->look->tube.red + 0.45F,
                                   0.55F * r->look->tube.green + 0.45F,
                                   0.55F * r->look->tube.blue + 0.45F};
-    const picture_paint paint = {inside ? light : r->look->tube, inside ? 0.34F : 1, true};
+    const picture_paint paint = {inside ? light : r->look->tube, inside ? 0.34F : r->look->opacity,
+                                 true};
     const bool rectangle = of && scene_piece_of(of, 0).rod.section == SCENE_RECTANGLE;
     if (!of || of->tube_count == 0) {
         picture_tube(r->p, r->rings, r->x->count, r->look->sides, rectangle, &paint);
