@@ -39,8 +39,9 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
         training = libraries " tools/train tools/files "
         one_step = training " tools/surrogate tools/control "
         judging = one_step " tools/config tools/library tools/judge tools/fmu "
-        everything = judging " tools/programs "
+        everything = judging " tools/picture tools/programs "
         may["tools/files"] = " tools/files autodiff "
+        may["tools/picture"] = " tools/picture autodiff "
         may["tools/train"] = training
         may["tools/surrogate"] = one_step
         may["tools/control"] = one_step

@@ -1,4 +1,5 @@
 /* cpinn-show: a report as one HTML file; see --help. */
+#include "physics/solve/members.h"
 #include "tools/files/file_bytes.h"
 #include "tools/programs/show_source.h"
 #include "tools/train/report.h"
@@ -25,7 +26,7 @@ static const char epilogue[] =
     "                  of a family at rest its parameters are varied in turn, with predicted "
     "errors;\n"
     "                  of a one-step model rollouts beside the solver\n"
-    "  SCENE.yaml      is solved first, as cpinn-solve does\n"
+    "  SCENE.yaml      is solved first, as cpinn-solve does; of a family at rest some members\n"
     "  a table         .csv, .h5 of cpinn-solve, cpinn-eval (also of --members) or cpinn-control\n"
     "                  --out; with --scene also its section, loads and tendons\n"
     "                  the record of cpinn-control is drawn with NAME_shapes.h5 beside it\n"
@@ -36,7 +37,7 @@ static const char epilogue[] =
     "  cpinn-show runs/soft_arm                              runs/soft_arm/report.html\n"
     "  cpinn-show configs/robots/tendon_pulled.yaml --out tendon.html\n"
     "  cpinn-show motion.csv --scene scene.yaml --reference measured.csv\n"
-    "  cpinn-show motion.csv --out motion.gif                (or .svg, .png)\n"
+    "  cpinn-show motion.csv --out motion.mp4 --slow 5       (or .gif, .svg, .png)\n"
     "  cpinn-show loop.csv --scene robot.yaml                the robot on its path, errors, "
     "inputs\n"
     "\n"
@@ -68,13 +69,36 @@ static void showing_free(showing *x)
 
 /* ---- a scene that is solved ---------------------------------------------------------------- */
 
+/* Families at rest of which the members are solved at once. */
+static bool is_fan(const scene *of)
+{
+    ad_error unused;
+    solve_members *members = NULL;
+    const double s = scene_length(of);
+    const solve_members_settings settings = {.tolerance = 1e-6, .threads = 1, .points = 1, .s = &s};
+    const bool taken = scene_is_family(of) && !scene_is_dynamic(of) && of->unknown_count == 0 &&
+                       solve_members_create(of, &settings, &members, &unused) == AD_OK;
+    solve_members_free(members);
+    return taken;
+}
+
 static ad_status show_solved(showing *x, ad_error *error)
 {
     solve_report report;
     samples_sheet sheet;
     verdict judged = {.count = 0};
-    ad_status status = config_read_member(x->source, NULL, x->overrides.count, x->overrides.texts,
-                                          x->at, &x->settings, error);
+    ad_status status =
+        config_read(x->source, NULL, x->overrides.count, x->overrides.texts, &x->settings, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    if (!x->at && is_fan(&x->settings->scene)) {
+        return show_members(x, error);
+    }
+    config_free(x->settings);
+    x->settings = NULL;
+    status = config_read_member(x->source, NULL, x->overrides.count, x->overrides.texts, x->at,
+                                &x->settings, error);
     if (status != AD_OK) {
         return status;
     }
@@ -106,6 +130,7 @@ static ad_status show_solved(showing *x, ad_error *error)
     }
     json_close(&x->to, ']');
     samples_fill(p, of, &sheet);
+    x->of = of;
     status = show_put_motion(x, &sheet.table, NULL, NULL, NULL, error);
     show_settings(&x->to, x->settings);
     return status == AD_OK ? show_scene(&x->to, of, NULL, &x->kept, error) : status;
@@ -169,7 +194,7 @@ static ad_status show_table(showing *x, ad_error *error)
         status = config_read_member(x->scene_path, NULL, x->overrides.count, x->overrides.texts,
                                     x->at, &x->settings, error);
     }
-    const scene *of = x->settings ? &x->settings->scene : NULL;
+    const scene *of = x->of = x->settings ? &x->settings->scene : NULL;
     show_read_table *read = status == AD_OK ? show_read_table_of(x->table, of) : NULL;
     if (status == AD_OK && !read) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for a report");
@@ -250,13 +275,15 @@ static ad_status run(showing *x, char *path, size_t size, ad_error *error)
 
 int main(int argc, char **argv)
 {
-    showing x = {.source = NULL};
+    showing x = {.source = NULL, .slow = 1};
     char path[4200];
     ad_error error = {.message = ""};
     const cli_option list[] = {
         {"--out", "FILE", CLI_TEXT, &x.out, 0, 0,
          "where to write (default: report.html in the folder, else NAME.html);\nNAME.svg, .png: "
-         "shapes over time, .gif: moving, by gnuplot and NAME.gp"},
+         "a picture; NAME.gif: moving; NAME.mp4, .webm: a movie,\nby ffmpeg"},
+        {"--slow", "X", CLI_NUMBER, &x.slow, 1e-3, 1e6,
+         "of .gif, .mp4, .webm: that many times as long as the motion (default 1)"},
         {"--scene", "CONFIG.yaml", CLI_TEXT, &x.scene_path, 0, 0,
          "of a table: the scene that it solves, for section, loads, tendons"},
         {"--reference", "TABLE", CLI_TEXT, &x.reference_path, 0, 0,

@@ -50,6 +50,9 @@ ad_status show_motion(json *to, const table_source *table, const char *const *la
 
 /* A place over time, columns t, x, y, z, as a member of "paths". */
 ad_status show_path(json *to, const char *name, const table_source *table, ad_error *error);
+/* The value of q at s and t, of a family that of its member [parameter_count]; 0: it is not given.
+ */
+double show_value(const scene *of, const double *member, quantity q, double s, double t);
 
 /* Section, ends, loads, tendons, chambers and bodies of a scene at the kept instants; of a family
  * values [frames of the table][parameter_count], of any other scene NULL. */

@@ -249,30 +249,25 @@ static size_t row_at(const looped *l, double t)
     return low;
 }
 
-/* values [frames][parameters] of the plant: inputs as they were, the truth of what is estimated. */
-static ad_status put_scene(const looped *l, const table_source *shapes, ad_error *error)
+/* Of the plant, as x->of and x->members: inputs as they were, the truth of what is estimated. To be
+ * freed; NULL: out of memory. */
+static double *find_members(const looped *l, const table_shapes *at)
 {
     const scene *of = &l->plant->scene;
-    table_shapes at;
-    ad_status status = table_shapes_of(shapes, &at, error);
-    if (status != AD_OK) {
-        return status;
-    }
     const size_t count = (size_t)of->parameter_count;
-    double *values = malloc(at.frames * count * sizeof *values + 1);
+    double *values = malloc(at->frames * count * sizeof *values + 1);
     for (size_t k = 0; k < count && values; k++) {
         const scene_parameter *p = &of->parameters[k];
         const double *input = column_of(l, "input", p->name);
         input = input ? input : column_of(l, "truth", p->name);
-        for (size_t i = 0; i < at.frames; i++) {
-            const double now = input ? input[row_at(l, at.t[i * at.points])] : NAN;
+        for (size_t i = 0; i < at->frames; i++) {
+            const double now = input ? input[row_at(l, at->t[i * at->points])] : NAN;
             values[i * count + k] = isfinite(now) ? now : scene_parameter_at(p, 0.5);
         }
     }
-    status = values ? show_scene(&l->x->to, of, count > 0 ? values : NULL, &l->x->kept, error)
-                    : ad_fail(error, AD_NO_MEMORY, "out of memory for a report");
-    free(values);
-    return status;
+    l->x->of = of;
+    l->x->members = count > 0 ? values : NULL;
+    return values;
 }
 
 static const char *const shape_names[] = {"s", "t", "x", "y", "z"};
@@ -325,9 +320,21 @@ static ad_status put_robot(looped *l, ad_error *error)
     const bool known = take_beliefs(read, columns, off);
     const table_source ghost = {
         .names = shape_names, .columns = columns, .ncols = 5, .nrows = read->table.nrows};
-    ad_status status = show_put_motion(l->x, &read->table, NULL, known ? &ghost : NULL,
-                                       "as the filter believes", error);
-    status = status == AD_OK && l->plant ? put_scene(l, &read->table, error) : status;
+    table_shapes at;
+    double *members = NULL;
+    ad_status status = table_shapes_of(&read->table, &at, error);
+    if (status == AD_OK && l->plant && !(members = find_members(l, &at))) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for a report");
+    }
+    status = status == AD_OK ? show_put_motion(l->x, &read->table, NULL, known ? &ghost : NULL,
+                                               "as the filter believes", error)
+                             : status;
+    if (status == AD_OK && l->plant) {
+        status = show_scene(&l->x->to, l->x->of, l->x->members, &l->x->kept, error);
+    }
+    l->x->of = NULL;
+    l->x->members = NULL;
+    free(members);
     free(off);
     free(read);
     return status;
@@ -341,8 +348,10 @@ static ad_status put_all(looped *l, ad_error *error)
     const table_source place = places(l, l->found), wanted = places(l, l->wanted);
     put_errors(l);
     put_curves(l);
+    x->wanted = &wanted;
     ad_status status =
         l->shapes ? put_robot(l, error) : show_put_motion(x, &place, NULL, NULL, NULL, error);
+    x->wanted = NULL;
     if (status == AD_OK && !show_is_plot(x->out)) {
         json_open(&x->to, "paths", '[');
         status = show_path(&x->to, "wanted path", &wanted, error);

@@ -149,11 +149,6 @@ ad_status show_put_motion(showing *x, const table_source *table, const char *con
     show_read_table *given = NULL;
     ad_error why;
     ad_status status = AD_OK;
-    if (show_is_plot(x->out)) {
-        status = show_plot(table, x->out, &why);
-        return status == AD_OK ? AD_OK
-                               : ad_fail(error, why.status, "%s: %s", x->source, why.message);
-    }
     if (x->reference_path) {
         table_shapes shapes;
         status = table_read(x->reference_path, TABLE_NONFINITE, &x->ghost, error);
@@ -166,8 +161,13 @@ ad_status show_put_motion(showing *x, const table_source *table, const char *con
         ghost = given ? &given->table : ghost;
         ghost_name = x->reference_path;
     }
-    if (status == AD_OK &&
-        show_motion(&x->to, table, labels, ghost, ghost_name, &x->kept, &why) != AD_OK) {
+    if (status == AD_OK && show_is_plot(x->out)) {
+        status = show_plot(x, table, labels, ghost, &why);
+        if (status != AD_OK) {
+            ad_fail(error, status, "%s: %s", x->source, why.message);
+        }
+    } else if (status == AD_OK &&
+               show_motion(&x->to, table, labels, ghost, ghost_name, &x->kept, &why) != AD_OK) {
         status = ad_fail(error, why.status, "%s: %s", x->source, why.message);
     }
     free(given);

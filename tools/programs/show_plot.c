@@ -1,176 +1,504 @@
-/* cpinn-show: shapes as pictures, by gnuplot: .svg and .png of some instants, .gif of all. */
+/* cpinn-show: shapes as pictures, .svg and .png of some instants, .gif, .mp4 and .webm of all. */
 #include "tools/files/file_bytes.h"
-#include "tools/judge/gnuplot.h"
+#include "tools/judge/signals.h"
+#include "tools/picture/images.h"
+#include "tools/programs/show_pose.h"
 #include "tools/programs/show_source.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { STILL_FRAMES = 25, GIF_FRAMES = 120 };
+enum {
+    INSTANTS = 8,
+    FOLLOWED = 6,
+    MEMBERS = 9,
+    TRAIL = 600,
+    GIF_RATE = 20,
+    MOVIE_RATE = 30,
+    GIF_IMAGES = 1000
+};
 
-typedef struct plot {
-    const table_source *table;
-    table_shapes at;
-    size_t frames; /* drawn, */
-    size_t last;   /* and the number of the last there is */
-    double low[3], high[3];
-    int axes[3]; /* those along which it moves first */
-    bool flat;   /* it moves along the first two alone */
-} plot;
+typedef struct drawing {
+    show_shapes shapes, other; /* `other`: a reference, where it has frames */
+    picture *p;
+    picture_ring *rings;
+    double *arc;
+    const char *const *labels;
+    bool flat;    /* of areas: as few of them as will do */
+    bool follows; /* a wanted path: earlier instants are seen through */
+} drawing;
 
-static size_t frame_of(const plot *x, size_t drawn)
-{
-    return x->frames > 1 ? drawn * x->last / (x->frames - 1) : 0;
-}
+static const char *const times[] = {"c3d7ee", "7fb0dd", "2f7fc1", "0b4f8a"};
+static const char *const kinds[] = {"3b4cc0", "2c8fbd", "27a684", "7fb93c",
+                                    "e3b022", "e2711d", "b8232f"};
+static const char ink[] = "343a46", soft[] = "79838f", trail[] = "d6336c", wanted[] = "8fd19e";
 
-/* The box around all shapes, and the axes from the longest side to the shortest. */
-static void measure(plot *x)
+/* ---- camera -------------------------------------------------------------------------------- */
+
+/* Against gravity, where there is one for all; else z, of what lies in the plane of x and y then
+ * y. */
+static void up_of(const show_shapes *x, double up[3])
 {
     double size = 0;
     for (int k = 0; k < 3; k++) {
-        x->low[k] = INFINITY;
-        x->high[k] = -INFINITY;
-        for (size_t i = 0; i < x->table->nrows; i++) {
-            x->low[k] = fmin(x->low[k], x->at.place[k][i]);
-            x->high[k] = fmax(x->high[k], x->at.place[k][i]);
-        }
-        size = fmax(size, x->high[k] - x->low[k]);
+        const double one =
+            x->of ? show_value(x->of, show_member(x, 0), x->of->loads.gravity[k], 0, 0) : 0;
+        const double last = x->of ? show_value(x->of, show_member(x, (double)(x->at.frames - 1)),
+                                               x->of->loads.gravity[k], 0, 0)
+                                  : 0;
+        up[k] = one == last ? -one : NAN;
+        size = hypot(size, up[k]);
     }
-    int thin = 1; /* of equal ones y, so that x lies and z stands */
-    for (int k = 0; k < 3; k += 2) {
-        thin = x->high[k] - x->low[k] < x->high[thin] - x->low[thin] ? k : thin;
+    const bool flat = x->high[2] - x->low[2] < 1e-6 * x->size;
+    for (int k = 0; k < 3; k++) {
+        up[k] = size > 0 ? up[k] / size : k == (flat ? 1 : 2);
     }
-    x->axes[0] = thin == 0;
-    x->axes[1] = thin == 2 ? 1 : 2;
-    x->axes[2] = thin;
-    x->flat = x->high[thin] - x->low[thin] < 1e-6 * size;
 }
 
-/* A block of lines for each frame: place in mm, time. */
-static ad_status print_data(FILE *file, const void *context, ad_error *error)
+/* The corners of the box, and every place of some frames with room for the thickness. */
+static size_t places_of(const drawing *d, double *places, size_t most)
 {
-    const plot *x = context;
-    (void)error;
-    fprintf(file, "$rod << END\n");
-    for (size_t k = 0; k < x->frames; k++) {
-        const size_t first = frame_of(x, k) * x->at.points;
-        for (size_t i = first; i < first + x->at.points; i++) {
-            for (int d = 0; d < 3; d++) {
-                const int axis = x->flat ? x->axes[d] : d;
-                fprintf(file, "%.6g ", 1e3 * x->at.place[axis][i]);
+    const show_shapes *x = &d->shapes;
+    const double room = show_room(x);
+    size_t count = 0;
+    for (size_t i = 0; i < 40; i++) {
+        const double frame = (double)(x->at.frames - 1) * (double)i / 39;
+        for (size_t k = 0; k < x->count && count + 70 <= most; k += x->count > 40 ? 3 : 1) {
+            double place[3];
+            show_place(x, frame, k, place);
+            for (int side = 0; side < 6 && isfinite(place[0] + place[1] + place[2]); side++) {
+                memcpy(places + 3 * count, place, sizeof place);
+                places[3 * count++ + (size_t)(side / 2)] += side % 2 ? room : -room;
             }
-            fprintf(file, "%.6g\n", x->at.t ? x->at.t[i] : (double)frame_of(x, k) + 1);
         }
-        fprintf(file, "\n\n");
     }
-    fprintf(file, "END\n");
+    for (size_t i = 0; i < 60 && d->other.at.frames > 0; i++) {
+        show_place(&d->other, (double)(d->other.at.frames - 1) * (double)i / 59, d->other.count - 1,
+                   places + 3 * count++);
+    }
+    return count;
+}
+
+/* From the side along which shapes are widest, turned a little. */
+static double azimuth_of(const double *places, size_t count, const double centre[3],
+                         const double up[3], const double along[3])
+{
+    double side[3], front[3], a = 0, b = 0, c = 0, ahead[2] = {0, 0};
+    picture_level(up, side, front);
+    for (size_t i = 0; i < count; i++) {
+        double x = 0, y = 0;
+        for (int k = 0; k < 3; k++) {
+            x += (places[3 * i + (size_t)k] - centre[k]) * side[k];
+            y += (places[3 * i + (size_t)k] - centre[k]) * front[k];
+        }
+        a += x * x;
+        b += x * y;
+        c += y * y;
+    }
+    for (int k = 0; k < 3; k++) {
+        ahead[0] += along[k] * side[k];
+        ahead[1] += along[k] * front[k];
+    }
+    double azimuth = 0.5 * atan2(2 * b, a - c) + 1.57079632679489662;
+    if (-sin(azimuth) * ahead[0] + cos(azimuth) * ahead[1] < 0) { /* to the right */
+        azimuth += 3.14159265358979324;
+    }
+    return azimuth - 0.42;
+}
+
+static ad_status place_camera(drawing *d, ad_error *error)
+{
+    enum { MOST = 12000 };
+    const show_shapes *x = &d->shapes;
+    double *places = malloc(3 * MOST * sizeof *places), up[3], centre[3], first[3], last[3];
+    if (!places) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a picture");
+    }
+    size_t count = places_of(d, places, MOST - 400);
+    double lowest = INFINITY;
+    up_of(x, up);
+    show_place(x, (double)(x->at.frames - 1), 0, first);
+    show_place(x, (double)(x->at.frames - 1), x->count - 1, last);
+    for (int k = 0; k < 3; k++) {
+        centre[k] = (x->low[k] + x->high[k]) / 2;
+        last[k] -= first[k];
+    }
+    picture_look(d->p, centre, up, azimuth_of(places, count, centre, up, last), 0.36);
+    for (size_t i = 0; i < count; i++) {
+        lowest = fmin(lowest, places[3 * i] * up[0] + places[3 * i + 1] * up[1] +
+                                  places[3 * i + 2] * up[2]);
+    }
+    const double height = lowest - 0.035 * x->size, shown = (double)count;
+    for (size_t i = 0; i < (size_t)shown && count < MOST; i += 31) { /* and shadows */
+        double above = -height;
+        for (int k = 0; k < 3; k++) {
+            above += places[3 * i + (size_t)k] * up[k];
+        }
+        for (int k = 0; k < 3; k++) {
+            places[3 * count + (size_t)k] = places[3 * i + (size_t)k] - above * up[k];
+        }
+        count++;
+    }
+    picture_fit(d->p, count, places, 0.80);
+    picture_floor(d->p, height, show_round(x->size / 8), 0.95 * x->size);
+    free(places);
     return AD_OK;
 }
 
-static void print_axes(FILE *file, const plot *x)
+/* ---- around the robot ---------------------------------------------------------------------- */
+
+static void draw_axes(picture *p)
 {
-    static const char *const commands[] = {"x", "y", "z"};
-    for (int d = 0; d < (x->flat ? 2 : 3); d++) {
-        const int axis = x->flat ? x->axes[d] : d;
-        double room = 0.05 * (x->high[x->axes[0]] - x->low[x->axes[0]]);
-        room += 0.05 * (x->high[axis] - x->low[axis]) + 1e-6;
-        fprintf(file, "set %slabel '%c (mm)'\nset %srange [%.6g:%.6g]\n", commands[d], "xyz"[axis],
-                commands[d], 1e3 * (x->low[axis] - room), 1e3 * (x->high[axis] + room));
+    static const char *const names[] = {"x", "y", "z"}, *const colours[] = {"d33d38", "2f9e4c",
+                                                                            "2b6bd0"};
+    const double x = 50, y = picture_height(p) - 50;
+    for (int k = 0; k < 3; k++) {
+        const double right = picture_axis(p, 0)[k], up = picture_axis(p, 1)[k];
+        const double line[2][2] = {{x, y}, {x + 30 * right, y - 30 * up}};
+        picture_line(p, line[0], 2, 2.4, picture_rgb(colours[k]));
+        picture_text(p, x + 40 * right, y - 40 * up + 5, 15, PICTURE_MIDDLE,
+                     picture_rgb(colours[k]), names[k]);
     }
-    if (x->flat) {
-        fprintf(file, "set size ratio -1\n");
+}
+
+static void draw_scale(const drawing *d)
+{
+    picture *p = d->p;
+    const double bar = show_round(120 / picture_scale(p)), wide = bar * picture_scale(p);
+    const double right = picture_width(p) - 26, low = picture_height(p) - 30;
+    const double line[4][2] = {
+        {right - wide, low - 5}, {right - wide, low}, {right, low}, {right, low - 5}};
+    char text[64];
+    picture_line(p, line[0], 4, 2, picture_rgb(ink));
+    show_with_unit(bar, "m", 3, text, sizeof text);
+    picture_text(p, right - wide / 2, low - 9, 15, PICTURE_MIDDLE, picture_rgb(ink), text);
+    if (d->shapes.enlarged > 1) {
+        snprintf(text, sizeof text, "deflections %g times enlarged", d->shapes.enlarged);
+        picture_text(p, right, low + 20, 13, PICTURE_RIGHT, picture_rgb(soft), text);
+    }
+}
+
+/* Colours of instants, from the first to the last. */
+static void draw_instants(const drawing *d)
+{
+    enum { PIECES = 24 };
+    picture *p = d->p;
+    const double right = picture_width(p) - 26, wide = 150, y = 34;
+    char text[2][40];
+    for (int i = 0; i < PIECES; i++) {
+        const double line[2][2] = {{right - wide + wide * i / PIECES, y},
+                                   {right - wide + wide * (i + 1) / PIECES, y}};
+        picture_line(p, line[0], 2, 8, picture_between(times, 4, (double)i / (PIECES - 1)));
+    }
+    for (int k = 0; k < 2; k++) {
+        show_with_unit(show_time(&d->shapes, k ? (double)(d->shapes.at.frames - 1) : 0), "s", 3,
+                       text[k], sizeof text[k]);
+        picture_text(p, k ? right : right - wide, y + 24, 15, k ? PICTURE_RIGHT : PICTURE_LEFT,
+                     picture_rgb(ink), text[k]);
+    }
+}
+
+/* Where the last point is, in mm. */
+static void write_tip(const drawing *d, double frame)
+{
+    const show_shapes *x = &d->shapes;
+    double place[3];
+    char text[96];
+    show_place(x, frame, x->count - 1, place);
+    for (int k = 0; k < 3; k++) { /* no -0 */
+        place[k] = round(1e4 * place[k]) == 0 ? 0 : 1e3 * place[k];
+    }
+    snprintf(text, sizeof text, "tip (%.1f, %.1f, %.1f) mm", place[0], place[1], place[2]);
+    picture_text(d->p, 24, 34, 15, PICTURE_LEFT, picture_rgb(ink), text);
+}
+
+/* The way of the last point of shapes, up to a frame. */
+static void draw_trail(const drawing *d, const show_shapes *x, double until, const char *colour,
+                       double radius)
+{
+    double places[TRAIL][3];
+    const size_t last = (size_t)until, step = last / (TRAIL - 2) + 1;
+    size_t count = 0;
+    const picture_paint paint = {picture_rgb(colour), 1, false};
+    for (size_t frame = 0; frame <= last && count < TRAIL - 1; frame += step) {
+        show_place(x, (double)frame, x->count - 1, places[count++]);
+    }
+    show_place(x, until, x->count - 1, places[count++]);
+    picture_thread(d->p, places[0], count, radius * d->shapes.size, &paint);
+}
+
+static void draw_around(const drawing *d, double frame, bool is_still)
+{
+    const show_shapes *x = &d->shapes;
+    const bool moves = x->at.t && x->at.frames > 1;
+    if (moves) {
+        draw_trail(d, x, frame, trail, 0.0028);
+    }
+    if (d->other.at.frames > 0) {
+        draw_trail(d, &d->other, (double)(d->other.at.frames - 1), wanted, 0.0045);
+    }
+    draw_axes(d->p);
+    draw_scale(d);
+    if (moves || x->at.frames == 1) {
+        write_tip(d, frame);
+        show_actuation(d->p, x, frame, 60);
+    }
+    if (moves && is_still) {
+        draw_instants(d);
+    } else if (!is_still) {
+        char text[48];
+        if (x->at.t) {
+            show_with_unit(show_time(x, frame), "s", 3, text, sizeof text);
+        }
+        picture_text(d->p, picture_width(d->p) - 26, 34, 15, PICTURE_RIGHT, picture_rgb(ink),
+                     d->labels ? d->labels[(size_t)frame]
+                     : x->at.t ? text
+                               : "");
+    }
+}
+
+/* ---- stills -------------------------------------------------------------------------------- */
+
+static void draw_robot(const drawing *d, double frame, picture_colour colour, bool is_main)
+{
+    const bool ghost = d->follows && !is_main;
+    const show_look look = {colour, ghost ? 0.2F : 1, is_main, d->flat ? 12 : 24};
+    if (d->shapes.count > 1) {
+        show_robot(d->p, &d->shapes, frame, &look, d->rings, d->arc);
     } else {
-        const double wide = fmax(x->high[0] - x->low[0], x->high[1] - x->low[1]);
-        const double size = 1e3 * fmax(wide, x->high[2] - x->low[2]);
-        const double power = pow(10, floor(log10(size / 6))), digit = size / 6 / power;
-        const double step = power * (digit < 2 ? 2 : digit < 5 ? 5 : 10);
-        fprintf(file,
-                "set view 65,40,%.3g\nset view equal xyz\nset xyplane relative 0\n"
-                "set xtics %g\nset ytics %g\nset ztics %g\n",
-                fmin(1.1, 1.6e3 * wide / size), step, step, step);
+        double place[3];
+        const picture_paint paint = {colour, 1, true};
+        show_place(&d->shapes, frame, 0, place);
+        picture_ball(d->p, place, 0.02 * d->shapes.size, &paint);
     }
-    fprintf(file,
-            "set cblabel '%s'\nset palette defined (0 '#440154', 0.25 '#3b528b', 0.5 '#21918c', "
-            "0.75 '#5ec962', 1 '#fde725')\nunset key\n",
-            x->at.t ? "t (s)" : "member");
 }
 
-static const char *curve(const plot *x)
+/* Whether the last point of a frame is where that of one already drawn is, or of the last. */
+static bool is_hidden(const drawing *d, double frame, const double *drawn, size_t count)
 {
-    return x->flat ? "plot $rod using 1:2:4" : "splot $rod using 1:2:3:4";
+    const show_shapes *x = &d->shapes;
+    double place[3], other[3];
+    show_place(x, frame, x->count - 1, place);
+    for (size_t i = 0; i <= count; i++) {
+        double apart = 0;
+        show_place(x, i < count ? drawn[i] : (double)(x->at.frames - 1), x->count - 1, other);
+        for (int k = 0; k < 3; k++) {
+            apart = hypot(apart, place[k] - other[k]);
+        }
+        if (apart < 2.2 * x->radius) {
+            return true;
+        }
+    }
+    return false;
 }
 
-static ad_status print_still(FILE *file, const void *context, ad_error *error)
+static void draw_still(const drawing *d)
 {
-    const plot *x = context;
-    ad_status status = print_data(file, x, error);
-    print_axes(file, x);
-    fprintf(file, "%s with lines lw 2 %s\n", curve(x),
-            x->frames > 1 ? "lc palette" : "lc rgb '#0072B2'");
+    const show_shapes *x = &d->shapes;
+    const size_t frames = x->at.frames, most = d->follows ? FOLLOWED : x->at.t ? INSTANTS : MEMBERS;
+    const size_t count = frames < most ? frames : most;
+    double drawn[INSTANTS + MEMBERS];
+    size_t done = 0;
+    for (size_t i = 0; i < count; i++) {
+        const double part = count > 1 ? (double)i / (double)(count - 1) : 1;
+        const double frame = floor(part * (double)(frames - 1));
+        const picture_colour colour = x->at.t || count == 1
+                                          ? picture_between(times, 4, count > 1 ? part : 0.75)
+                                          : picture_between(kinds, 7, part);
+        if (i + 1 == count || !is_hidden(d, frame, drawn, done)) {
+            draw_robot(d, frame, colour, i + 1 == count || (!x->at.t && !d->flat));
+            drawn[done++] = frame;
+        }
+    }
+    draw_around(d, (double)(frames - 1), true);
+}
+
+static ad_status write_png(const drawing *d, const char *path, ad_error *error)
+{
+    const int width = picture_width(d->p), height = picture_height(d->p);
+    unsigned char *rgb = malloc(3 * (size_t)width * (size_t)height), *bytes = NULL;
+    size_t size = 0;
+    ad_status status = rgb ? picture_pixels(d->p, 3, rgb, error)
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for a picture");
+    status = status == AD_OK ? image_png(width, height, rgb, &bytes, &size, error) : status;
+    status = status == AD_OK ? file_bytes_write(path, bytes, size, 1, error) : status;
+    free(rgb);
+    free(bytes);
     return status;
 }
 
-/* The shape of each frame before those that were, in grey, for eight seconds. */
-static ad_status write_gif(const plot *x, const gnuplot_place *place, ad_error *error)
+static ad_status write_svg(const drawing *d, const char *path, ad_error *error)
 {
-    char *text = NULL, path[4200];
+    char *text = NULL;
     size_t size = 0;
-    FILE *file = open_memstream(&text, &size);
-    if (!file) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a picture");
-    }
-    fprintf(file, "# In this folder: gnuplot %s.gp\n\n", place->name);
-    ad_status status = print_data(file, x, error);
-    fprintf(file, "set terminal gif animate delay %ld size 720,540\nset output ",
-            lround(fmax(3, 800.0 / (double)x->frames)));
-    snprintf(path, sizeof path, "%s.gif", place->name);
-    gnuplot_quoted(file, path);
-    fputc('\n', file);
-    print_axes(file, x);
-    fprintf(file,
-            "set encoding utf8\ndo for [i=0:%zu] {\n%s index 0:i with lines lw 1 lc rgb '#CCCCCC', "
-            "\\\n  $rod index i using %s with lines lw 4 lc rgb '#0072B2'\n}\nunset output\n",
-            x->frames - 1, curve(x), x->flat ? "1:2" : "1:2:3");
-    if (fclose(file) != 0 && status == AD_OK) {
-        status = ad_fail(error, AD_NO_MEMORY, "out of memory for a picture");
-    }
-    snprintf(path, sizeof path, "%s/%s.gp", place->folder, place->name);
+    ad_status status = picture_svg(d->p, &text, &size, error);
     status = status == AD_OK ? file_bytes_write(path, text, size, 1, error) : status;
     free(text);
     return status;
 }
 
-bool show_is_plot(const char *path)
-{
-    const char *dot = path ? strrchr(path, '.') : NULL;
-    return dot &&
-           (strcmp(dot, ".svg") == 0 || strcmp(dot, ".png") == 0 || strcmp(dot, ".gif") == 0);
-}
+/* ---- movies -------------------------------------------------------------------------------- */
 
-ad_status show_plot(const table_source *table, const char *path, ad_error *error)
+typedef struct film {
+    const drawing *of;
+    double seconds; /* of the film */
+    int rate;       /* images a second */
+    size_t images;
+    unsigned char *rgb;
+} film;
+
+static ad_status draw_image(const film *f, size_t number, ad_error *error)
 {
-    plot x = {.table = table};
-    gnuplot_place place;
-    const bool moves = strcmp(strrchr(path, '.'), ".gif") == 0;
-    const size_t most = moves ? GIF_FRAMES : STILL_FRAMES;
-    ad_status status = table_shapes_of(table, &x.at, error);
-    if (status == AD_OK && !x.at.place[0]) {
-        status = ad_fail(error, AD_BAD_INPUT, "there are no columns x, y, z to be drawn");
+    const drawing *d = f->of;
+    const show_shapes *x = &d->shapes;
+    const double part = f->images > 1 ? (double)number / (double)(f->images - 1) : 0;
+    double frame = part * (double)(x->at.frames - 1);
+    if (x->at.t) { /* frames need not be evenly spaced in time */
+        const size_t last = x->at.frames - 1;
+        const double from = show_time(x, 0), t = from + part * (show_time(x, (double)last) - from);
+        size_t k = 0;
+        while (k + 1 < last && show_time(x, (double)k + 1) < t) {
+            k++;
+        }
+        const double a = show_time(x, (double)k), b = show_time(x, (double)k + 1);
+        frame = (double)k + (b > a ? fmin(1, fmax(0, (t - a) / (b - a))) : 0);
+    } else {
+        frame = floor(frame + 0.5);
     }
-    status = status == AD_OK ? gnuplot_beside(path, &place, error) : status;
+    picture_clear(d->p);
+    ad_status status = place_camera((drawing *)d, error);
     if (status != AD_OK) {
         return status;
     }
-    x.last = x.at.frames - 1;
-    x.frames = x.at.frames < most ? x.at.frames : most;
-    measure(&x);
-    const gnuplot_picture still = {.name = place.name,
-                                   .about = "# Shapes of a rod, by cpinn-show.\n",
-                                   .width = 720,
-                                   .height = 540,
-                                   .print = print_still,
-                                   .context = &x};
-    status = moves ? write_gif(&x, &place, error) : gnuplot_write(&still, place.folder, error);
-    return status == AD_OK ? gnuplot_draw(place.name, place.folder, error) : status;
+    draw_robot(d, frame, picture_between(times, 4, 0.75), true);
+    draw_around(d, frame, false);
+    return picture_pixels(d->p, 2, f->rgb, error);
+}
+
+static ad_status interrupted(ad_error *error)
+{
+    return signals_caught() ? ad_fail(error, AD_IO, "stopped by a signal") : AD_OK;
+}
+
+static ad_status write_gif(const film *f, const char *path, ad_error *error)
+{
+    const unsigned char *bytes = NULL;
+    size_t size = 0;
+    image_gif *gif = image_gif_create(picture_width(f->of->p), picture_height(f->of->p));
+    ad_status status = gif ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a picture");
+    for (int k = 0; status == AD_OK && k < 3; k++) {
+        status = draw_image(f, (size_t)k * (f->images - 1) / 2, error);
+        if (status == AD_OK) {
+            image_gif_sample(gif, f->rgb);
+        }
+    }
+    for (size_t k = 0; status == AD_OK && k < f->images; k++) {
+        status = draw_image(f, k, error);
+        status = status == AD_OK ? interrupted(error) : status;
+        if (status == AD_OK) {
+            status = image_gif_add(gif, f->rgb, 100 / f->rate, error);
+        }
+    }
+    status = status == AD_OK ? image_gif_end(gif, &bytes, &size, error) : status;
+    status = status == AD_OK ? file_bytes_write(path, bytes, size, 1, error) : status;
+    image_gif_free(gif);
+    return status;
+}
+
+static ad_status write_movie(const film *f, const char *path, ad_error *error)
+{
+    image_movie *movie = NULL;
+    ad_status status = image_movie_begin(path, picture_width(f->of->p), picture_height(f->of->p),
+                                         f->rate, &movie, error);
+    for (size_t k = 0; status == AD_OK && k < f->images; k++) {
+        status = draw_image(f, k, error);
+        status = status == AD_OK ? interrupted(error) : status;
+        status = status == AD_OK ? image_movie_add(movie, f->rgb, error) : status;
+    }
+    status = status == AD_OK ? image_movie_end(movie, error) : status;
+    image_movie_free(movie);
+    return status;
+}
+
+/* As long as the motion, `slow` times; members of a family eight seconds. */
+static ad_status write_film(const drawing *d, const char *path, bool is_gif, double slow,
+                            ad_error *error)
+{
+    enum { MEMBERS_SECONDS = 8 };
+    const show_shapes *x = &d->shapes;
+    film f = {.of = d, .rate = is_gif ? GIF_RATE : MOVIE_RATE};
+    f.seconds = x->at.t ? slow * (show_time(x, (double)(x->at.frames - 1)) - show_time(x, 0))
+                        : slow * MEMBERS_SECONDS;
+    if (x->at.frames < 2 || !(f.seconds > 0)) {
+        return ad_fail(error, AD_BAD_INPUT, "nothing moves; allowed: .svg, .png");
+    }
+    if (f.seconds * f.rate > (is_gif ? GIF_IMAGES : 1e6)) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "%g s are too long for %s; allowed: up to %g, by --slow", f.seconds,
+                       is_gif ? "a .gif" : "a movie", (is_gif ? GIF_IMAGES : 1e6) / f.rate);
+    }
+    f.images = (size_t)lround(f.seconds * f.rate) + 1;
+    f.rgb = malloc(3 * (size_t)picture_width(d->p) * (size_t)picture_height(d->p));
+    if (!f.rgb) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a picture");
+    }
+    signals_catch();
+    ad_status status = is_gif ? write_gif(&f, path, error) : write_movie(&f, path, error);
+    free(f.rgb);
+    return status;
+}
+
+/* ---- all ----------------------------------------------------------------------------------- */
+
+static const char *const endings[] = {".svg", ".png", ".gif", ".mp4", ".webm"};
+
+/* Which of the endings; -1: none. */
+static int ending_of(const char *path)
+{
+    const char *dot = path ? strrchr(path, '.') : NULL;
+    for (int k = 0; dot && k < 5; k++) {
+        if (strcmp(dot, endings[k]) == 0) {
+            return k;
+        }
+    }
+    return -1;
+}
+
+bool show_is_plot(const char *path)
+{
+    return ending_of(path) >= 0;
+}
+
+ad_status show_plot(const showing *from, const table_source *table, const char *const *labels,
+                    const table_source *other, ad_error *error)
+{
+    static const int sizes[][2] = {{960, 640}, {960, 640}, {720, 480}, {1280, 720}, {1280, 720}};
+    const int kind = ending_of(from->out);
+    drawing d = {.labels = labels, .flat = kind == 0, .follows = from->wanted != NULL};
+    ad_error unused;
+    ad_status status =
+        show_shapes_create(table, from->of, from->members, d.flat ? 33 : 121, &d.shapes, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    other = from->wanted ? from->wanted : from->reference_path ? other : NULL;
+    if (other && show_shapes_create(other, NULL, NULL, 2, &d.other, &unused) != AD_OK) {
+        d.other.at.frames = 0;
+    }
+    d.p = picture_create(sizes[kind][0], sizes[kind][1]);
+    d.rings = malloc(d.shapes.count * sizeof *d.rings);
+    d.arc = malloc(d.shapes.count * sizeof *d.arc);
+    status = d.p && d.rings && d.arc ? place_camera(&d, error)
+                                     : ad_fail(error, AD_NO_MEMORY, "out of memory for a picture");
+    if (status == AD_OK && kind >= 2) {
+        status = write_film(&d, from->out, kind == 2, from->slow, error);
+    } else if (status == AD_OK) {
+        draw_still(&d);
+        status = kind == 0 ? write_svg(&d, from->out, error) : write_png(&d, from->out, error);
+    }
+    picture_free(d.p);
+    free(d.rings);
+    free(d.arc);
+    return status;
 }

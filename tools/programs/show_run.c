@@ -113,12 +113,14 @@ static ad_status put_run_motion(showing *x, const double *member, ad_error *erro
     }
     const table_source ghost = {
         .names = names, .columns = columns, .ncols = 5, .nrows = r ? reference_points(r) : 0};
+    scene one;
+    scene_member(x->e->scene, member, &one);
+    x->of = &one;
     samples_fill(&x->samples, x->e->scene, &sheet);
     ad_status status = show_put_motion(x, &sheet.table, NULL,
                                        is_rod && !scene_is_family(x->e->scene) ? &ghost : NULL,
                                        r ? reference_name(r) : NULL, error);
-    scene one;
-    scene_member(x->e->scene, member, &one);
+    x->of = NULL;
     return status == AD_OK ? show_scene(&x->to, &one, NULL, &x->kept, error) : status;
 }
 
@@ -246,6 +248,8 @@ static ad_status put_sweep(showing *x, sweep *w, cpinn_family *family, const dou
                                 .nrows = rows,
                                 .units = units};
     put_family_curve(x, w);
+    x->of = x->e->scene;
+    x->members = w->parameters;
     ad_status status = show_put_motion(x, &table, w->labels, NULL, NULL, error);
     return status == AD_OK ? show_scene(&x->to, x->e->scene, w->parameters, &x->kept, error)
                            : status;

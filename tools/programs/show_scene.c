@@ -16,21 +16,23 @@ typedef struct drawn {
     double *along;   /* [points] */
 } drawn;
 
-static quantity at_member(const drawn *x, quantity q, size_t frame)
+double show_value(const scene *of, const double *member, quantity q, double s, double t)
 {
     const char *names[SCENE_PARAMETERS_MAX];
-    const int count = x->of->parameter_count;
-    for (int i = 0; i < count; i++) {
-        names[i] = x->of->parameters[i].name;
+    for (int i = 0; i < of->parameter_count; i++) {
+        names[i] = of->parameters[i].name;
     }
-    return x->values
-               ? quantity_with(q, count, names, x->values + x->kept->frame[frame] * (size_t)count)
-               : q;
+    return !q.is_given
+               ? 0
+               : quantity_value(member ? quantity_with(q, of->parameter_count, names, member) : q,
+                                s, t);
 }
 
 static double value_at(const drawn *x, quantity q, double s, size_t frame)
 {
-    return q.is_given ? quantity_value(at_member(x, q, frame), s, x->kept->t[frame]) : 0;
+    const size_t count = (size_t)x->of->parameter_count;
+    return show_value(x->of, x->values ? x->values + x->kept->frame[frame] * count : NULL, q, s,
+                      x->kept->t[frame]);
 }
 
 static void put_along(const drawn *x, const char *name, quantity q, double scale)

@@ -10,6 +10,7 @@
 
 typedef struct showing {
     const char *source, *out, *scene_path, *reference_path, *grid, *at;
+    double slow; /* movies take that many times as long as motions */
     cli_list overrides;
     bool quiet;
     char title[160];
@@ -23,6 +24,9 @@ typedef struct showing {
     samples samples;
     table_file *table, *ghost;
     show_kept kept;
+    const scene *of;            /* of pictures: what is shown; NULL: nobody knows, */
+    const table_source *wanted; /* of a closed loop: the path, t, x, y, z; else NULL, */
+    const double *members;      /* and of a family [frames][parameter_count]; else NULL */
 } showing;
 
 /* Members of "curves", open until show_close_curve. */
@@ -59,10 +63,12 @@ show_read_table *show_read_table_of(const table_file *from, const scene *of);
 ad_status show_put_motion(showing *x, const table_source *table, const char *const *labels,
                           const table_source *ghost, const char *ghost_name, ad_error *error);
 
-/* Whether that file is to be a picture, .svg, .png or .gif; and the picture, by NAME.gp beside it.
- * AD_IO: gnuplot is missing or failed. */
+/* Whether that file is to be a picture, .svg, .png, .gif, .mp4 or .webm; and the picture from->out,
+ * with the way of the last point of `other` (NULL: none) beside it. AD_BAD_INPUT: nothing can be
+ * drawn, or there is no encoder; AD_NOT_WRITTEN: it failed. */
 bool show_is_plot(const char *path);
-ad_status show_plot(const table_source *table, const char *path, ad_error *error);
+ad_status show_plot(const showing *from, const table_source *table, const char *const *labels,
+                    const table_source *other, ad_error *error);
 
 /* The whole of a source, title included. AD_BAD_INPUT and others with one line. */
 ad_status show_run(showing *x, ad_error *error);
@@ -72,6 +78,7 @@ ad_status show_folder(showing *x, ad_error *error);
 ad_status show_numbers(showing *x, const table_source *table, ad_error *error);
 ad_status show_csv(showing *x, ad_error *error);
 ad_status show_surrogate(showing *x, ad_error *error);
+ad_status show_members(showing *x, ad_error *error); /* of x->settings, a family at rest */
 ad_status show_loop(showing *x, const table_source *table, ad_error *error);
 
 /* "name" of "folder/name.yaml". */

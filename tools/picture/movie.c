@@ -1,0 +1,235 @@
+/* Movies by ffmpeg in a process of its own: raw images go in through a pipe. */
+#include "tools/picture/images.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+static const char program[] = "ffmpeg";
+
+struct image_movie {
+    char *path, *partial;
+    size_t image; /* bytes */
+    pid_t child;  /* 0: none runs */
+    int to;       /* its standard input; -1: closed */
+    FILE *said;   /* its standard error, without a name */
+    struct sigaction before;
+    bool ignores; /* SIGPIPE, since the encoder may end before its input does */
+};
+
+static bool has_ending(const char *path, const char *ending)
+{
+    const char *dot = strrchr(path, '.');
+    return dot && strcmp(dot, ending) == 0;
+}
+
+/* In the child: never returns; `report` gets errno where there is no such program. */
+static void become_encoder(const image_movie *x, int from, int report, const char *size,
+                           const char *rate, const char *output)
+{
+    char *const mp4[] = {"-c:v", "libx264", "-crf", "20", "-movflags", "+faststart", "-f", "mp4"};
+    char *const webm[] = {"-c:v", "libvpx-vp9", "-crf", "30", "-b:v", "0", "-f", "webm"};
+    char *const *kind = has_ending(x->path, ".webm") ? webm : mp4;
+    char *const arguments[] = {(char *)program,
+                               "-nostdin",
+                               "-loglevel",
+                               "error",
+                               "-y",
+                               "-f",
+                               "rawvideo",
+                               "-pixel_format",
+                               "rgb24",
+                               "-video_size",
+                               (char *)size,
+                               "-framerate",
+                               (char *)rate,
+                               "-i",
+                               "pipe:0",
+                               "-pix_fmt",
+                               "yuv420p",
+                               kind[0],
+                               kind[1],
+                               kind[2],
+                               kind[3],
+                               kind[4],
+                               kind[5],
+                               kind[6],
+                               kind[7],
+                               (char *)output,
+                               NULL};
+    const int nothing = open("/dev/null", O_WRONLY);
+    const int said = x->said ? fileno(x->said) : nothing;
+    setpgid(0, 0); /* Ctrl-C is for the program, which ends this */
+    signal(SIGPIPE, SIG_DFL);
+    if (dup2(from, STDIN_FILENO) >= 0 && dup2(nothing, STDOUT_FILENO) >= 0 &&
+        dup2(said, STDERR_FILENO) >= 0) {
+        execvp(program, arguments);
+    }
+    const int why = errno;
+    const ssize_t written = write(report, &why, sizeof why);
+    _exit(written < 0 ? 1 : 127);
+}
+
+/* A pipe whose ends close where another program begins. */
+static bool make_pipe(int ends[2])
+{
+    if (pipe(ends) != 0) {
+        return false;
+    }
+    fcntl(ends[0], F_SETFD, FD_CLOEXEC);
+    fcntl(ends[1], F_SETFD, FD_CLOEXEC);
+    return true;
+}
+
+static ad_status start(image_movie *x, int width, int height, int per_second, ad_error *error)
+{
+    int input[2], report[2], why = 0;
+    char size[32], rate[16], output[4200];
+    snprintf(size, sizeof size, "%dx%d", width, height);
+    snprintf(rate, sizeof rate, "%d", per_second);
+    snprintf(output, sizeof output, "file:%s", x->partial);
+    if (!make_pipe(input)) {
+        return ad_fail(error, AD_IO, "%s cannot be started: %s", program, strerror(errno));
+    }
+    if (!make_pipe(report)) {
+        why = errno;
+        close(input[0]);
+        close(input[1]);
+        return ad_fail(error, AD_IO, "%s cannot be started: %s", program, strerror(why));
+    }
+    fflush(NULL); /* or the child would have what is buffered as well */
+    x->child = fork();
+    if (x->child == 0) {
+        become_encoder(x, input[0], report[1], size, rate, output);
+    }
+    why = x->child < 0 ? errno : 0;
+    x->child = x->child < 0 ? 0 : x->child;
+    close(input[0]);
+    close(report[1]);
+    x->to = input[1];
+    ssize_t got = why ? 0 : read(report[0], &why, sizeof why);
+    close(report[0]);
+    if (got > 0 && why == ENOENT) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "%.200s: movies need the encoder %s, which is not installed "
+                       "(apt-get install %s); .gif needs nothing",
+                       x->path, program, program);
+    }
+    return why == 0 ? AD_OK
+                    : ad_fail(error, AD_IO, "%s cannot be started: %s", program, strerror(why));
+}
+
+ad_status image_movie_begin(const char *path, int width, int height, int per_second,
+                            image_movie **result, ad_error *error)
+{
+    image_movie *x = calloc(1, sizeof *x);
+    const size_t length = strlen(path);
+    struct sigaction ignore;
+    if (x) {
+        x->to = -1;
+        x->image = 3 * (size_t)width * (size_t)height;
+        x->path = strdup(path);
+        x->partial = malloc(length + sizeof ".partial");
+    }
+    if (!x || !x->path || !x->partial) {
+        image_movie_free(x);
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a movie");
+    }
+    snprintf(x->partial, length + sizeof ".partial", "%s.partial", path);
+    x->said = tmpfile();
+    memset(&ignore, 0, sizeof ignore);
+    ignore.sa_handler = SIG_IGN;
+    x->ignores = sigaction(SIGPIPE, &ignore, &x->before) == 0;
+    ad_status status = start(x, width, height, per_second, error);
+    if (status != AD_OK) {
+        image_movie_free(x);
+        return status;
+    }
+    *result = x;
+    return AD_OK;
+}
+
+/* Waits for its end; whether it was a good one. */
+static bool encoder_ends(image_movie *x)
+{
+    int status = -1;
+    if (x->to >= 0) {
+        close(x->to);
+        x->to = -1;
+    }
+    while (x->child > 0 && waitpid(x->child, &status, 0) < 0 && errno == EINTR) {
+    }
+    x->child = 0;
+    return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+/* With the first line that it said. */
+static ad_status encoder_failed(const image_movie *x, ad_error *error)
+{
+    char line[200] = "";
+    if (x->said) {
+        rewind(x->said);
+        while (fgets(line, sizeof line, x->said) && *line == '\n') {
+        }
+    }
+    line[strcspn(line, "\n")] = '\0';
+    ad_one_line(line);
+    return ad_fail(error, AD_NOT_WRITTEN, "%.200s: not written, %s failed: %s", x->path, program,
+                   *line ? line : "it says nothing");
+}
+
+ad_status image_movie_add(image_movie *x, const unsigned char *rgb, ad_error *error)
+{
+    for (size_t done = 0; done < x->image;) {
+        const ssize_t put = write(x->to, rgb + done, x->image - done);
+        if (put < 0 && errno != EINTR) {
+            encoder_ends(x);
+            return encoder_failed(x, error);
+        }
+        done += put > 0 ? (size_t)put : 0;
+    }
+    return AD_OK;
+}
+
+ad_status image_movie_end(image_movie *x, ad_error *error)
+{
+    if (!encoder_ends(x) || access(x->partial, F_OK) != 0) {
+        return encoder_failed(x, error);
+    }
+    return rename(x->partial, x->path) == 0
+               ? AD_OK
+               : ad_fail(error, AD_NOT_WRITTEN, "%.200s: not written: %s", x->path,
+                         strerror(errno));
+}
+
+void image_movie_free(image_movie *x)
+{
+    if (!x) {
+        return;
+    }
+    if (x->child > 0) {
+        kill(x->child, SIGKILL);
+        encoder_ends(x);
+    }
+    if (x->to >= 0) {
+        close(x->to);
+    }
+    if (x->partial && x->ignores) {
+        unlink(x->partial);
+    }
+    if (x->ignores) {
+        sigaction(SIGPIPE, &x->before, NULL);
+    }
+    if (x->said) {
+        fclose(x->said);
+    }
+    free(x->path);
+    free(x->partial);
+    free(x);
+}
