@@ -39,15 +39,15 @@ once() {
 
 # ---- the same run -----------------------------------------------------------------------------
 
-adam=(--set 'training.stages=[{optimizer: adam, steps: 3000}]')
+adam=(--set 'training.stages=[{optimizer: adam, steps: 12000}]')
 run 3 cpinn-train "${scene[@]}" "${adam[@]}" --out plain
 watch 3 100x60 -- "${scene[@]}" "${adam[@]}" --out watched
 check several pictures -- test "$(pictures)" -gt 2
-once '^[a-z_]+  3000 steps in [0-9.]+ s$'
+once '^[a-z_]+  12000 steps in [0-9.]+ s$'
 once '━━ loss .*━━ held-out .*━━ error '
 once '└.*┴.*┴'
 once 't = 0 ■■■■■■■■■ '
-once '^done: 3000 steps'
+once '^done: 12000 steps'
 said screen.txt '1e-0[0-9]┤'
 said screen.txt '⠉|⠒|⠤|⣀'
 for folder in plain watched; do

@@ -475,8 +475,9 @@ static int run(const options *o)
         return result;
     }
     if (status == AD_OK && surrogate_is_given(&settings->surrogate)) {
-        const train_surrogate_options of = {program,   o->out,   o->json,           o->threads,
-                                            o->resume, o->quiet, o->explain != NULL, o->watch};
+        const train_surrogate_options of = {
+            program, o->out, o->json, o->threads, o->resume, o->quiet, o->explain != NULL,
+            o->watch};
         return train_surrogate(&of, settings);
     }
     if (status == AD_OK) {

@@ -14,7 +14,7 @@ enum { SERIES = 3, RECORDS = 1024 };
 /* Rows that a picture may have however narrow it is. */
 enum { LEAST_TALL = 24 };
 
-/* Between drawings: s, and of the processor time that one takes. */
+/* Between drawings: s, and processor time over that of drawing. */
 static const double least_interval = 0.1, rest = 200;
 
 typedef struct curve {
@@ -26,8 +26,8 @@ struct watch {
     const char *title;
     terminal terminal;
     canvas picture;
-    double next;  /* s */
-    double spent; /* s of processor time, when it was due */
+    double next;                /* s */
+    double began, ended, spent; /* s of processor time: of the last drawing */
     int stride, skipped;
     curve curves[SERIES]; /* of the loss one of `stride` records; the others as they are drawn */
 };
@@ -184,8 +184,8 @@ bool watch_is_due(watch *w)
     if (train_seconds() < w->next) {
         return false;
     }
-    w->spent = processor_seconds();
-    return true;
+    w->began = processor_seconds();
+    return w->began - w->ended >= rest * w->spent;
 }
 
 void watch_draw(watch *w, const watch_view *view)
@@ -197,7 +197,9 @@ void watch_draw(watch *w, const watch_view *view)
     draw_head(&w->picture, w->title, view);
     draw_body(w, view);
     watch_show(w);
-    w->next = train_seconds() + fmax(least_interval, rest * (processor_seconds() - w->spent));
+    w->next = train_seconds() + least_interval;
+    w->ended = processor_seconds();
+    w->spent = w->ended - w->began;
 }
 
 void watch_hide(watch *w)

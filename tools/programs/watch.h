@@ -20,7 +20,7 @@ void watch_record(watch *w, double seconds, double loss);
 void watch_record_rows(watch *w, const history *h);
 
 /* Whether it is time to draw: ten times a second at most, and not so often that it takes more than
- * half a percent of the time. */
+ * half a percent of the processor time. */
 bool watch_is_due(watch *w);
 
 /* What is drawn beside the curve of the loss. */
