@@ -651,6 +651,21 @@ static void test_deep_nesting(void **state)
     }
 }
 
+/* libyaml compares each anchor with all before it. */
+static void test_many_anchors(void **state)
+{
+    (void)state;
+    char text[8192];
+    size_t used = 0;
+    ad_error error = {AD_OK, ""};
+    config *experiment = NULL;
+    for (int i = 0; i < 300; i++) {
+        used += (size_t)snprintf(text + used, sizeof text - used, "k%d: &a%d 1\n", i, i);
+    }
+    assert_int_equal(config_read("scene.yaml", text, 0, NULL, &experiment, &error), AD_BAD_INPUT);
+    assert_string_equal(error.message, "scene.yaml:257:7: anchor 257; allowed: 256 in a file");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -660,6 +675,7 @@ int main(void)
         cmocka_unit_test(test_every_key),
         cmocka_unit_test(test_aliases),
         cmocka_unit_test(test_alias_bomb),
+        cmocka_unit_test(test_many_anchors),
         cmocka_unit_test(test_numbers),
         cmocka_unit_test(test_locale),
         cmocka_unit_test(test_defaults),

@@ -21,8 +21,8 @@ fi
 limits=
 case $name in
 *table | *checkpoint)
-    export ASAN_OPTIONS=detect_leaks=0:allocator_may_return_null=1
-    limits=-malloc_limit_mb=4000000
+    export ASAN_OPTIONS=detect_leaks=0:allocator_may_return_null=1:max_allocation_size_mb=2000
+    limits=-malloc_limit_mb=2000
     ;;
 esac
 "$1" $limits -max_total_time="$2" -timeout=5 -rss_limit_mb=1024 -max_len=16384 \

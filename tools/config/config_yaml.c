@@ -6,7 +6,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-enum { CONFIG_BYTES_MAX = 1 << 20, DEPTH_MAX = 64 };
+enum { CONFIG_BYTES_MAX = 1 << 20, DEPTH_MAX = 64, ANCHORS_MAX = 256 };
 
 ad_status config_file_text(const char *path, char **text, size_t *size, ad_error *error)
 {
@@ -108,9 +108,16 @@ static ad_status no_more_documents(const config_origin *origin, yaml_parser_t *p
     return status;
 }
 
-/* The time that libyaml takes grows with the square of the depth. */
-static ad_status check_depth(const config_origin *origin, const char *text, size_t size,
-                             ad_error *error)
+static bool is_anchored(const yaml_event_t *event)
+{
+    return (event->type == YAML_SCALAR_EVENT && event->data.scalar.anchor) ||
+           (event->type == YAML_SEQUENCE_START_EVENT && event->data.sequence_start.anchor) ||
+           (event->type == YAML_MAPPING_START_EVENT && event->data.mapping_start.anchor);
+}
+
+/* The time that libyaml takes grows with the square of the depth and of the number of anchors. */
+static ad_status check_limits(const config_origin *origin, const char *text, size_t size,
+                              ad_error *error)
 {
     yaml_parser_t parser;
     yaml_event_t event;
@@ -120,13 +127,21 @@ static ad_status check_depth(const config_origin *origin, const char *text, size
         return ad_fail(error, AD_NO_MEMORY, "%s: out of memory", origin->file);
     }
     yaml_parser_set_input_string(&parser, (const unsigned char *)text, size);
-    for (int depth = 0; status == AD_OK && !over && yaml_parser_parse(&parser, &event);) {
+    for (int depth = 0, anchors = 0;
+         status == AD_OK && !over && yaml_parser_parse(&parser, &event);) {
+        anchors += is_anchored(&event);
         depth += event.type == YAML_SEQUENCE_START_EVENT || event.type == YAML_MAPPING_START_EVENT;
         depth -= event.type == YAML_SEQUENCE_END_EVENT || event.type == YAML_MAPPING_END_EVENT;
         over = event.type == YAML_STREAM_END_EVENT;
-        if (depth > DEPTH_MAX) {
-            char where[300];
+        char where[300] = "";
+        if (anchors > ANCHORS_MAX || depth > DEPTH_MAX) {
             where_text(origin, event.start_mark, where, sizeof where);
+        }
+        if (anchors > ANCHORS_MAX) {
+            status = ad_fail(error, AD_BAD_INPUT, "%s: anchor %d; allowed: %d in a file", where,
+                             anchors, ANCHORS_MAX);
+        }
+        if (depth > DEPTH_MAX) {
             status = ad_fail(error, AD_BAD_INPUT, "%s: nested %d deep; allowed: %d", where, depth,
                              DEPTH_MAX);
         }
@@ -140,7 +155,7 @@ ad_status config_document(const config_origin *origin, const char *text, size_t 
                           yaml_document_t *document, ad_error *error)
 {
     yaml_parser_t parser;
-    ad_status status = check_depth(origin, text, size, error);
+    ad_status status = check_limits(origin, text, size, error);
     if (status != AD_OK) {
         return status;
     }
