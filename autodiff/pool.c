@@ -3,6 +3,7 @@
  * training step usually follows at once. */
 #include "autodiff/blas.h"
 #include "autodiff/program.h"
+#include "autodiff/share.h"
 
 #include <pthread.h>
 #include <stdatomic.h>
@@ -27,6 +28,7 @@ struct ad_pool {
     void *asked_context;
     atomic_bool stopped; /* items have been left out since `asked` was set */
     bool quit;
+    share share;
 };
 
 struct worker {
@@ -168,6 +170,8 @@ void ad_pool_free(ad_pool *pool)
     pthread_mutex_destroy(&pool->mutex);
     pthread_cond_destroy(&pool->wake);
     pthread_cond_destroy(&pool->done);
+    free(pool->share.bounds);
+    free(pool->share.room);
     free(pool->handles);
     free(pool->workers);
     free(pool);
@@ -176,4 +180,34 @@ void ad_pool_free(ad_pool *pool)
 int ad_pool_threads(const ad_pool *pool)
 {
     return pool->threads;
+}
+
+ad_status ad_pool_share(ad_pool *pool, const ad_ranks *ranks, ad_error *error)
+{
+    share *s = &pool->share;
+    s->ranks = NULL;
+    if (!ranks || ranks->count < 2) {
+        return AD_OK;
+    }
+    if (ranks->count > AD_RANKS_MAX) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "%d ranks; allowed: at most %d", ranks->count,
+                       AD_RANKS_MAX);
+    }
+    free(s->bounds);
+    s->bounds = calloc(2 * ((size_t)ranks->count + 1), sizeof *s->bounds);
+    if (!s->bounds) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %d ranks", ranks->count);
+    }
+    s->ranks = ranks;
+    return AD_OK;
+}
+
+const ad_ranks *ad_pool_ranks(const ad_pool *pool)
+{
+    return pool->share.ranks;
+}
+
+share *ad_pool_get_share(ad_pool *pool)
+{
+    return &pool->share;
 }
