@@ -33,7 +33,8 @@ typedef struct ad_ranks {
 } ad_ranks;
 
 /* Programs of this pool share their points among these ranks from now on; ranks, borrowed, has to
- * outlive the pool; NULL, or a count of 1: every process is by itself. AD_NO_MEMORY. Programs with
+ * outlive the pool; NULL, or a count of 1: every process is by itself. AD_NO_MEMORY;
+ * AD_BAD_ARGUMENT: too many, or on processors of different kinds. Programs with
  * values of members are not shared: each rank runs all of them. */
 ad_status ad_pool_share(ad_pool *pool, const ad_ranks *ranks, ad_error *error);
 const ad_ranks *ad_pool_ranks(const ad_pool *pool); /* NULL: there are no others */

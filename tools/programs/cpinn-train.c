@@ -6,7 +6,9 @@
 #include "tools/judge/signals.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/explain.h"
+#include "tools/programs/launch.h"
 #include "tools/programs/progress.h"
+#include "tools/programs/ranks.h"
 #include "tools/programs/train_surrogate.h"
 #include "tools/programs/unknowns.h"
 #include "tools/train/report.h"
@@ -66,6 +68,7 @@ typedef struct options {
     int threads;
     const char *explain; /* NULL: train; "": the scene; "program" */
     bool resume, print_config, quiet;
+    const ad_ranks *ranks; /* NULL: this process is by itself */
 } options;
 
 /* A session with what only a program has. */
@@ -241,12 +244,18 @@ static void print_word(const char *text)
     putchar('\'');
 }
 
+/* The signal that has stopped training: some rank has caught it. */
+static int signal_of(const training *t)
+{
+    return (int)ad_ranks_largest(t->asked->ranks, signals_caught());
+}
+
 /* After a signal: the state is that after a whole step. */
 static void interrupted(training *t)
 {
     const options *o = t->asked;
     trainer_verdict(t->s.trainer, &t->verdict);
-    t->verdict.signal = signals_caught();
+    t->verdict.signal = signal_of(t);
     verdict_add(&t->verdict, VERDICT_SIGNAL, "stopped at step %lld and saved; --resume goes on",
                 (long long)t->s.saved_step);
     progress_say(&t->progress, "stopped at step %lld and saved; continue with",
@@ -310,6 +319,12 @@ static bool goes_on(void *context, const trainer_info *before)
     return !signals_caught();
 }
 
+static ad_status prepare(training *t, config *settings, ad_error *error)
+{
+    ad_status status = config_session_prepare(settings, t->asked->threads, &t->s, error);
+    return status == AD_OK ? ad_pool_share(t->s.e->pool, t->asked->ranks, error) : status;
+}
+
 /* Train a motion in the strain form in memory, anew with more modes or a larger degree as long as
  * its error is estimated above the tolerance and falls. A signal stops it. */
 static ad_status grow(training *t, ad_error *error)
@@ -327,7 +342,8 @@ static ad_status grow(training *t, ad_error *error)
         ad_status status = session_train(&t->s, goes_on, NULL, error);
         const double estimate = trainer_estimate(t->s.trainer);
         const int *now = t->s.e->settings->modes;
-        if (status != AD_OK || signals_caught()) {
+        t->verdict.signal = status == AD_OK ? signal_of(t) : 0;
+        if (status != AD_OK || t->verdict.signal) {
             return status;
         }
         progress_say(&t->progress,
@@ -348,8 +364,7 @@ static ad_status grow(training *t, ad_error *error)
         status = config_read(t->asked->config, NULL, given.count, given.texts, &settings, error);
         session_free(&t->s);
         t->s = (session){.e = NULL};
-        status = status == AD_OK ? config_session_prepare(settings, t->asked->threads, &t->s, error)
-                                 : status;
+        status = status == AD_OK ? prepare(t, settings, error) : status;
         status = status == AD_OK ? session_start(&t->s, error) : status;
         if (status != AD_OK) {
             return status;
@@ -431,7 +446,7 @@ static void blame(training *t, const ad_error *error)
 
 static ad_status go(training *t, config *settings, ad_error *error)
 {
-    ad_status status = config_session_prepare(settings, t->asked->threads, &t->s, error);
+    ad_status status = prepare(t, settings, error);
     if (status == AD_OK && t->asked->explain && *t->asked->explain) {
         return explain_programs(stdout, t->s.e, t->s.problem, error);
     }
@@ -442,8 +457,7 @@ static ad_status go(training *t, config *settings, ad_error *error)
     status = status == AD_OK ? session_start(&t->s, error) : status;
     status = status == AD_OK ? name_folder(t, error) : status;
     status = status == AD_OK ? grow(t, error) : status;
-    if (status == AD_OK && signals_caught()) {
-        t->verdict.signal = signals_caught();
+    if (status == AD_OK && t->verdict.signal) {
         verdict_add(&t->verdict, VERDICT_SIGNAL,
                     "stopped before modes and degree were found; nothing is saved");
         verdict_print(stderr, "cpinn-train: ", &t->verdict);
@@ -471,6 +485,10 @@ static int run(const options *o)
         int result = config_write(settings, stdout, true) == AD_OK ? 0 : 1;
         config_free(settings);
         return result;
+    }
+    if (status == AD_OK && surrogate_is_given(&settings->surrogate) && o->ranks) {
+        config_free(settings);
+        return launch_refuse(program, "one-step models are not shared among processes");
     }
     if (status == AD_OK && surrogate_is_given(&settings->surrogate)) {
         const train_surrogate_options of = {program,   o->out,   o->json,           o->threads,
@@ -522,9 +540,15 @@ static int parse(int count, char **arguments, options *o)
 int main(int count, char **arguments)
 {
     options o = {.threads = 0};
-    int result = parse(count, arguments, &o);
-    if (result != CLI_RUN) {
-        return result;
+    ad_error error;
+    if (ranks_begin(&o.ranks, &error) != AD_OK) {
+        return ranks_end(program, cli_fail_error(program, &error));
     }
-    return run(&o);
+    int result = parse(count, arguments, &o);
+    if (result == CLI_RUN) {
+        o.threads = ranks_threads(o.threads);
+        o.json = o.json && o.ranks && o.ranks->rank > 0 ? "-" : o.json; /* to nowhere */
+        result = run(&o);
+    }
+    return ranks_end(program, result);
 }

@@ -1,5 +1,6 @@
 #include "tools/train/session.h"
 
+#include "autodiff/ranks.h"
 #include "tools/train/clock.h"
 
 #include <stdlib.h>
@@ -45,6 +46,25 @@ void session_free(session *s)
     experiment_free(s->e);
 }
 
+/* ---- ranks --------------------------------------------------------------------------------- */
+
+/* Of several ranks the first keeps the folder. */
+static bool keeps_folder(const session *s)
+{
+    const ad_ranks *ranks = ad_pool_ranks(s->e->pool);
+    return s->folder && (!ranks || ranks->rank == 0);
+}
+
+/* What became of what the first rank did is the same for all. */
+static ad_status agreed(const session *s, ad_status status, ad_error *error)
+{
+    double first = (double)status;
+    ad_ranks_first(ad_pool_ranks(s->e->pool), 1, &first);
+    return (ad_status)first == status
+               ? status
+               : ad_fail(error, (ad_status)first, "rank 0 could not keep the run");
+}
+
 /* ---- runs ---------------------------------------------------------------------------------- */
 
 static ad_status save(session *s, ad_error *error)
@@ -86,9 +106,8 @@ static ad_status restore(session *s, ad_error *error)
     return status;
 }
 
-ad_status session_begin(session *s, run_folder *folder, bool resume, ad_error *error)
+static ad_status enter_folder(run_folder *folder, bool resume, ad_error *error)
 {
-    s->folder = folder;
     ad_status status = resume ? AD_OK : run_check_new(folder, error);
     if (status == AD_OK && !resume) {
         status = run_make_folder(folder->path, error);
@@ -96,19 +115,36 @@ ad_status session_begin(session *s, run_folder *folder, bool resume, ad_error *e
     if (status == AD_OK) {
         status = run_lock(folder, resume, error);
     }
-    if (status == AD_OK) { /* what another process has left by now */
-        status = resume ? restore(s, error) : run_check_new(folder, error);
+    if (status == AD_OK && !resume) { /* what another process has left by now */
+        status = run_check_new(folder, error);
     }
-    if (status == AD_OK && !resume) {
-        status = save(s, error);
-    }
+    return status;
+}
+
+static ad_status begin_files(session *s, bool resume, ad_error *error)
+{
+    ad_status status = resume ? AD_OK : save(s, error);
     char *text = status == AD_OK ? experiment_text(s->e) : NULL;
     if (status == AD_OK) {
-        status = text ? run_begin(folder, text, trainer_history(s->trainer), error)
-                      : ad_fail(error, AD_NO_MEMORY, "out of memory for %s", folder->config);
+        status = text ? run_begin(s->folder, text, trainer_history(s->trainer), error)
+                      : ad_fail(error, AD_NO_MEMORY, "out of memory for %s", s->folder->config);
     }
     free(text);
     return status;
+}
+
+ad_status session_begin(session *s, run_folder *folder, bool resume, ad_error *error)
+{
+    s->folder = folder;
+    ad_status status = keeps_folder(s) ? enter_folder(folder, resume, error) : AD_OK;
+    status = agreed(s, status, error);
+    if (status == AD_OK && resume) {
+        status = restore(s, error);
+    }
+    if (status == AD_OK && keeps_folder(s)) {
+        status = begin_files(s, resume, error);
+    }
+    return agreed(s, status, error);
 }
 
 static bool save_is_due(const session *s)
@@ -120,6 +156,7 @@ static bool save_is_due(const session *s)
 
 ad_status session_train(session *s, session_stepped stepped, void *context, ad_error *error)
 {
+    const ad_ranks *ranks = ad_pool_ranks(s->e->pool);
     bool stopped = false;
     s->last_save = train_seconds();
     s->saved_step = trainer_inspect(s->trainer).step;
@@ -130,13 +167,15 @@ ad_status session_train(session *s, session_stepped stepped, void *context, ad_e
             return status;
         }
         stopped = stepped && !stepped(context, &before);
+        stopped = ad_ranks_largest(ranks, stopped) > 0;
         bool over = trainer_inspect(s->trainer).state == TRAINER_DONE || stopped;
-        if (s->folder) {
+        if (keeps_folder(s)) {
             status = run_append(s->folder, trainer_history(s->trainer), error);
         }
-        if (status == AD_OK && s->folder && (over || save_is_due(s))) {
+        if (status == AD_OK && keeps_folder(s) && (over || save_is_due(s))) {
             status = save(s, error);
         }
+        status = s->folder ? agreed(s, status, error) : status;
         if (status != AD_OK) {
             return status;
         }
