@@ -31,7 +31,7 @@ static size_t pieces_of_all(int ranks, const int *pieces)
 size_t ad_share_room(int ranks, const int *pieces, int rank, size_t count)
 {
     const size_t width = count / (size_t)ranks + 1;
-    return (size_t)pieces[rank] * count + pieces_of_all(ranks, pieces) * width;
+    return (size_t)pieces[rank] * count + 1 + pieces_of_all(ranks, pieces) * width;
 }
 
 void ad_share_sum(share *s, const int *pieces, const double *const *own, size_t count,
@@ -42,7 +42,8 @@ void ad_share_sum(share *s, const int *pieces, const double *const *own, size_t 
     const size_t mine = (size_t)pieces[r->rank], first = share_first(count, ranks, r->rank),
                  width = share_first(count, ranks, r->rank + 1) - first;
     size_t *to = s->bounds, *from = s->bounds + ranks + 1;
-    double *send = s->room, *receive = send + mine * count;
+    double *send = s->room,
+           *receive = send + mine * count + 1; /* apart, also where nothing is sent */
     to[0] = from[0] = 0;
     for (int i = 0; i < ranks; i++) {
         const size_t start = share_first(count, ranks, i),

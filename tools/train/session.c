@@ -70,8 +70,8 @@ static ad_status agreed(const session *s, ad_status status, ad_error *error)
 static ad_status save(session *s, ad_error *error)
 {
     const train_settings *settings = s->e->settings;
-    ad_status status =
-        trainer_save(s->trainer, s->folder->checkpoint, settings->checkpoint_keep, error);
+    ad_status status = trainer_save(s->trainer, keeps_folder(s) ? s->folder->checkpoint : NULL,
+                                    settings->checkpoint_keep, error);
     s->last_save = train_seconds();
     s->saved_step = trainer_inspect(s->trainer).step;
     return status;
@@ -121,14 +121,12 @@ static ad_status enter_folder(run_folder *folder, bool resume, ad_error *error)
     return status;
 }
 
-static ad_status begin_files(session *s, bool resume, ad_error *error)
+static ad_status begin_files(session *s, ad_error *error)
 {
-    ad_status status = resume ? AD_OK : save(s, error);
-    char *text = status == AD_OK ? experiment_text(s->e) : NULL;
-    if (status == AD_OK) {
-        status = text ? run_begin(s->folder, text, trainer_history(s->trainer), error)
-                      : ad_fail(error, AD_NO_MEMORY, "out of memory for %s", s->folder->config);
-    }
+    char *text = experiment_text(s->e);
+    ad_status status =
+        text ? run_begin(s->folder, text, trainer_history(s->trainer), error)
+             : ad_fail(error, AD_NO_MEMORY, "out of memory for %s", s->folder->config);
     free(text);
     return status;
 }
@@ -141,8 +139,11 @@ ad_status session_begin(session *s, run_folder *folder, bool resume, ad_error *e
     if (status == AD_OK && resume) {
         status = restore(s, error);
     }
+    if (status == AD_OK && !resume) {
+        status = save(s, error);
+    }
     if (status == AD_OK && keeps_folder(s)) {
-        status = begin_files(s, resume, error);
+        status = begin_files(s, error);
     }
     return agreed(s, status, error);
 }
@@ -154,9 +155,18 @@ static bool save_is_due(const session *s)
            train_seconds() - s->last_save > settings->checkpoint_seconds;
 }
 
+/* Whether to save now, by the clock of the first rank, and to stop, when any rank wants to. */
+static bool decide(const session *s, bool *stopped)
+{
+    enum { GO_ON, SAVE, STOP };
+    const int wanted = *stopped ? STOP : keeps_folder(s) && save_is_due(s) ? SAVE : GO_ON;
+    const int now = (int)ad_ranks_largest(ad_pool_ranks(s->e->pool), wanted);
+    *stopped = now == STOP;
+    return now != GO_ON || trainer_inspect(s->trainer).state == TRAINER_DONE;
+}
+
 ad_status session_train(session *s, session_stepped stepped, void *context, ad_error *error)
 {
-    const ad_ranks *ranks = ad_pool_ranks(s->e->pool);
     bool stopped = false;
     s->last_save = train_seconds();
     s->saved_step = trainer_inspect(s->trainer).step;
@@ -167,12 +177,11 @@ ad_status session_train(session *s, session_stepped stepped, void *context, ad_e
             return status;
         }
         stopped = stepped && !stepped(context, &before);
-        stopped = ad_ranks_largest(ranks, stopped) > 0;
-        bool over = trainer_inspect(s->trainer).state == TRAINER_DONE || stopped;
+        const bool due = decide(s, &stopped);
         if (keeps_folder(s)) {
             status = run_append(s->folder, trainer_history(s->trainer), error);
         }
-        if (status == AD_OK && keeps_folder(s) && (over || save_is_due(s))) {
+        if (status == AD_OK && s->folder && due) {
             status = save(s, error);
         }
         status = s->folder ? agreed(s, status, error) : status;

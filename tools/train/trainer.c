@@ -224,7 +224,8 @@ ad_status trainer_add_row(trainer *t, ad_error *error)
     double began = train_seconds();
     const double *x = trainer_parameters(t);
     ad_status status = check_ranks(t, x, error);
-    status = status == AD_OK ? problem_held_out(t->problem, x, &info->held_out, NULL, error) : status;
+    status =
+        status == AD_OK ? problem_held_out(t->problem, x, &info->held_out, NULL, error) : status;
     if (status == AD_OK && t->known) {
         status = reference_compare(t->known, x, &info->errors, error);
     }
