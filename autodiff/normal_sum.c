@@ -12,7 +12,7 @@
 
 /* Numbers in a slab, and rows of J in a leaf: large enough that reading and writing J^T J once for
  * each costs little; numbers of J^T J that are exchanged at a time. */
-enum { SLAB_NUMBERS = 16 << 20, LEAF_ROWS = 2048, LEAVES_MAX = 16, PART = 1 << 18 };
+enum { SLAB_NUMBERS = 16 << 20, LEAF_ROWS = 2048, LEAVES_MAX = 8, PART = 1 << 18 };
 
 /* How points are cut. */
 typedef struct cutting {
@@ -208,7 +208,7 @@ static void share_leaves(ad_normal *normal, const cutting *c, const normal_run *
 static bool make_room(ad_normal *normal, const cutting *c)
 {
     const ad_ranks *ranks = ad_pool_ranks(normal->program->pool);
-    const size_t wanted = kept_leaves(normal, c), part = PART + normal->parameters + 1;
+    const size_t wanted = kept_leaves(normal, c), width = PART + normal->parameters + 1;
     if (!ad_normal_make_slab(normal, c->points)) {
         return false;
     }
@@ -218,12 +218,12 @@ static bool make_room(ad_normal *normal, const cutting *c)
         normal->leaf_capacity = normal->leaves ? wanted : 0;
     }
     if (ranks && !normal->packed) {
-        normal->packed = malloc((LEAVES_MAX + 1) * part * sizeof *normal->packed);
+        normal->packed = malloc((LEAVES_MAX + 1) * width * sizeof *normal->packed);
     }
     return (wanted == 0 || normal->leaves) &&
            (!ranks ||
             (normal->packed && ad_share_make_room(ad_pool_get_share(normal->program->pool),
-                                                  2 * (LEAVES_MAX + 1) * part)));
+                                                  2 * (LEAVES_MAX + 1) * width)));
 }
 
 ad_status ad_normal_add(ad_normal *normal, const ad_run *run, double *jtj, double *jtr, double *rtr,
@@ -252,4 +252,19 @@ ad_status ad_normal_add(ad_normal *normal, const ad_run *run, double *jtj, doubl
         share_leaves(normal, &c, &sums);
     }
     return AD_OK;
+}
+
+ad_share ad_normal_share(const ad_normal *normal, size_t points, int ranks, int rank)
+{
+    const cutting c = cut(normal, points);
+    const size_t n = normal->parameters, first = share_first(c.leaves, ranks, rank),
+                 end = share_first(c.leaves, ranks, rank + 1),
+                 others = n * (n + 3) / 2 / (size_t)ranks * (size_t)(ranks - 1),
+                 tile = (size_t)c.tile;
+    ad_share result = {.sum_bytes = (end - first + 1) * others * sizeof(double)};
+    if (c.leaves > 0) {
+        result.points = smaller(first_tile(&c, end) * tile, points) -
+                        smaller(first_tile(&c, first) * tile, points);
+    }
+    return result;
 }

@@ -46,12 +46,13 @@ void ad_ranks_first(const ad_ranks *ranks, size_t count, double *numbers);
 bool ad_ranks_agree(const ad_ranks *ranks, uint64_t x);
 
 /* What a rank does in a run over so many points: how many it takes, and the bytes that it sends
- * for sums over points and for values of points. */
+ * for sums over points and for values of points, if they are asked for. */
 typedef struct ad_share {
     size_t points, sum_bytes, value_bytes;
 } ad_share;
 
 ad_share ad_program_share(const ad_program *program, size_t points, int ranks, int rank);
+ad_share ad_normal_share(const ad_normal *normal, size_t points, int ranks, int rank);
 
 #ifdef __cplusplus
 }

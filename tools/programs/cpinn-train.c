@@ -107,9 +107,14 @@ static void announce_reference(training *t)
 static void announce(training *t)
 {
     trainer_info info = trainer_inspect(t->s.trainer);
-    progress_say(&t->progress, "%s: %zu parameters, %.0f points, %d thread%s -> %s",
-                 t->s.e->settings->name, t->s.e->count, info.points, ad_pool_threads(t->s.e->pool),
-                 ad_pool_threads(t->s.e->pool) == 1 ? "" : "s", t->folder.path);
+    char ranks[32] = "";
+    if (t->asked->ranks) {
+        snprintf(ranks, sizeof ranks, "%d ranks of ", t->asked->ranks->count);
+    }
+    progress_say(&t->progress, "%s: %zu parameters, %.0f points, %s%d thread%s -> %s",
+                 t->s.e->settings->name, t->s.e->count, info.points, ranks,
+                 ad_pool_threads(t->s.e->pool), ad_pool_threads(t->s.e->pool) == 1 ? "" : "s",
+                 t->folder.path);
     if (t->asked->resume) {
         progress_say(&t->progress, "resumed at step %lld, %.1f s into the run",
                      (long long)info.step, info.seconds);
@@ -189,6 +194,9 @@ static void finish(training *t)
     trainer_info info = trainer_inspect(t->s.trainer);
     progress_say(&t->progress, "done: %lld steps in %.2f s, loss %.3e, held-out %.3e",
                  (long long)info.step, info.seconds, info.loss, info.held_out);
+    if (t->asked->ranks) {
+        progress_say(&t->progress, "of which this rank waited %.2f s for others", ranks_waited());
+    }
     if (t->s.e->targets) {
         progress_members(&t->progress, &info.members, scene_length(t->s.e->scene));
     }

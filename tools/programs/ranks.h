@@ -13,6 +13,9 @@ ad_status ranks_begin(const ad_ranks **ranks, ad_error *error);
 /* Threads of this rank: `asked`, or where that is 0 its part of the processors that it may use. */
 int ranks_threads(int asked);
 
+/* Seconds in which this rank has waited for others and for their numbers. */
+double ranks_waited(void);
+
 /* At the very end. Returns the exit status of the program: that of rank 0, or of a rank that has
  * failed by itself, whose last words rank 0 repeats. When others do not come to an end as well, all
  * are ended. */

@@ -28,6 +28,7 @@ static struct {
     MPI_Comm work, control; /* for numbers; for ends */
     int *numbers;           /* [4][ranks] counts and places */
     FILE *errors;           /* what a rank but 0 has said on stderr */
+    double waited;          /* s */
     bool is_begun;
 } mpi;
 
@@ -64,6 +65,7 @@ static void wait_for(MPI_Request *request)
 {
     int done = 0;
     double seen = 0;
+    const double began = MPI_Wtime();
     for (unsigned i = 1; MPI_Test(request, &done, MPI_STATUS_IGNORE) == MPI_SUCCESS && !done; i++) {
         if (i % SPINS == 0) {
             if (mpi.ranks.rank == 0) {
@@ -72,6 +74,12 @@ static void wait_for(MPI_Request *request)
             sched_yield(); /* there may be more ranks than processors */
         }
     }
+    mpi.waited += MPI_Wtime() - began;
+}
+
+double ranks_waited(void)
+{
+    return mpi.waited;
 }
 
 /* ---- numbers --------------------------------------------------------------------------------- */
