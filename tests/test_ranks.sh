@@ -69,6 +69,21 @@ run 0 cpinn-eval killed --grid 11x7 --out killed.csv
 run 3 by 3 "${long[@]}" --out killed --resume
 answers long killed
 
+# A signal to any of them ends all after a step; the clock is that of the first.
+by 2 "${long[@]}" --out stopped >stdout.txt 2>stderr.txt </dev/null &
+pid=$!
+while [ "$(cat stopped/history.csv 2>/dev/null | wc -l)" -lt 20 ] && kill -0 "$pid"; do
+    sleep 0.02
+done
+kill -TERM "$(pgrep -f -- "^[^ ]*cpinn-train .*--out stopped" | sort -n | tail -1)"
+status=0
+wait "$pid" || status=$?
+pid=
+check exit 143 after SIGTERM -- test "$status" -eq 143
+run 3 "${long[@]}" --out stopped --resume
+answers long stopped
+run 3 by 2 "${deep[@]}" --set 'training.stages=[{optimizer: adam, steps: 100000000, stop: {seconds: 0.5}}]' --out timed
+
 # ---- words ---------------------------------------------------------------------------------------
 
 run 2 by 2 cpinn-train nowhere.yaml

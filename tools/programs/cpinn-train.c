@@ -29,6 +29,7 @@ static const char epilogue[] =
     "  cpinn-train rod.yaml --explain\n"
     "  cpinn-train rod.yaml --set loads.tip.force[2]=-10 --out runs/heavier\n"
     "  cpinn-train rod.yaml --out runs/rod --resume\n"
+    "  mpirun -n 4 cpinn-train rod.yaml        (points shared among processes, to the same bits)\n"
     "\n"
     "Ctrl-C finishes the step at hand, or gives up one of Gauss-Newton, saves, and says how to "
     "resume.\n"
@@ -529,7 +530,9 @@ static int parse(int count, char **arguments, options *o)
          "to another in the last digits;\nOPENBLAS_CORETYPE=Haswell, say, chooses them"},
         CLI_SET(&o->overrides),
         {"--threads", "N", CLI_INTEGER, &o->threads, 0, 1024,
-         "default 0: one for each processor; results do not depend on it"},
+         "default 0: one for each processor, shared among processes of mpirun;\nresults do not "
+         "depend "
+         "on it"},
         {"--print-config", NULL, CLI_FLAG, &o->print_config, 0, 0,
          "print the experiment with every default filled in, and stop"},
         {"--explain", "program", CLI_CHOICE, &o->explain, 0, 0,
