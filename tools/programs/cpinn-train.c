@@ -530,9 +530,8 @@ static int parse(int count, char **arguments, options *o)
          "to another in the last digits;\nOPENBLAS_CORETYPE=Haswell, say, chooses them"},
         CLI_SET(&o->overrides),
         {"--threads", "N", CLI_INTEGER, &o->threads, 0, 1024,
-         "default 0: one for each processor, shared among processes of mpirun;\nresults do not "
-         "depend "
-         "on it"},
+         "default 0: one for each processor, shared among processes of mpirun;\n"
+         "results do not depend on it"},
         {"--print-config", NULL, CLI_FLAG, &o->print_config, 0, 0,
          "print the experiment with every default filled in, and stop"},
         {"--explain", "program", CLI_CHOICE, &o->explain, 0, 0,
@@ -553,7 +552,9 @@ int main(int count, char **arguments)
     options o = {.threads = 0};
     ad_error error;
     if (ranks_begin(&o.ranks, &error) != AD_OK) {
-        return ranks_end(program, cli_fail_error(program, &error));
+        int rank;
+        launch_processes(&rank); /* one line */
+        return ranks_end(program, rank > 0 ? CLI_BAD : cli_fail_error(program, &error));
     }
     int result = parse(count, arguments, &o);
     if (result == CLI_RUN) {

@@ -149,10 +149,11 @@ ad_status ranks_begin(const ad_ranks **ranks, ad_error *error)
     MPI_Comm_size(mpi.work, &mpi.ranks.count);
     mpi.is_begun = true;
     if (mpi.ranks.count == 1) {
-        return ad_fail(error, AD_BAD_ARGUMENT,
-                       "started as %d processes that MPI does not connect; by srun: try "
-                       "--mpi=pmix or --mpi=pmi2, which srun --mpi=list may know",
-                       count);
+        return ad_fail(
+            error, AD_BAD_INPUT,
+            "mpirun or srun: started as %d processes that MPI does not connect; by srun: try "
+            "--mpi=pmix or --mpi=pmi2, which srun --mpi=list may know",
+            count);
     }
     mpi.ranks.gather = gather;
     mpi.ranks.exchange = exchange;
