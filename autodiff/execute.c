@@ -3,7 +3,7 @@
  * Points are cut into tiles and tiles dealt to chunks, both by the number of points alone, never by
  * the number of threads. A chunk adds up its tiles in order, whichever thread takes it, and the
  * chunks are added pairwise in order: so the sums are the same to the last bit for any number of
- * threads.
+ * threads, or of ranks, each of which takes some of the chunks (execute_ranks.c).
  *
  * Where there are values of members, a tile of points has whole members, or a part of one: the
  * points of a member are added up by the tile, or tile by tile and then in order. */
@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CHUNKS_FEW = 8, CHUNKS_MANY = 64, SLICE = 4096 };
+enum { SLICE = 4096 };
 
 /* ---- instructions --------------------------------------------------------------------------- */
 
@@ -245,21 +245,21 @@ static void run_tile(tile_state *t, size_t number)
     }
 }
 
-static void run_chunk(void *context, int chunk, int thread)
+static void run_chunk(void *context, int item, int thread)
 {
     const execution *e = context;
     tile_state t = begin(e, thread);
-    t.sums = e->program->sums + (size_t)chunk * (size_t)e->program->most_reduced;
+    t.sums = e->program->sums + (size_t)item * (size_t)e->program->most_reduced;
     memset(t.sums, 0, (size_t)e->pass->reduced * sizeof *t.sums);
-    size_t first = (size_t)chunk * e->tiles / e->chunks;
-    size_t end = ((size_t)chunk + 1) * e->tiles / e->chunks;
-    for (size_t number = first; number < end; number++) {
+    const size_t chunk = e->first_chunk + (size_t)item, end = first_tile(e, chunk + 1);
+    for (size_t number = first_tile(e, chunk); number < end; number++) {
         run_tile(&t, number);
         write_outputs(&t);
     }
 }
 
-/* Sum one slice of all chunks pairwise: (0+1)+(2+3), ... */
+/* Sum one slice of the chunks at hand pairwise: (0+1)+(2+3), ..., as far as they belong together.
+ */
 static void sum_slice(void *context, int slice, int thread)
 {
     (void)thread;
@@ -268,15 +268,17 @@ static void sum_slice(void *context, int slice, int thread)
     size_t count = minimum(e->width, (size_t)e->pass->reduced - start);
     double *sums = e->program->sums + start;
     for (size_t step = 1; step < e->chunks; step *= 2) {
-        for (size_t c = 0; c + step < e->chunks; c += 2 * step) {
-            double *to = sums + c * row;
+        const size_t pair = 2 * step;
+        for (size_t c = (e->first_chunk + pair - 1) / pair * pair; c + step < e->end_chunk;
+             c += pair) {
+            double *to = sums + (c - e->first_chunk) * row;
             const double *from = to + step * row;
-            for (size_t i = 0; i < count; i++) {
+            const bool whole = minimum(c + pair, e->chunks) <= e->end_chunk;
+            for (size_t i = 0; whole && i < count; i++) {
                 to[i] += from[i];
             }
         }
     }
-    memcpy(e->program->uniform + e->pass->reduced_offset + start, sums, count * sizeof *sums);
 }
 
 static void run_pass(execution *e)
@@ -291,13 +293,17 @@ static void run_pass(execution *e)
     if (p->count == 0 && p->output_count == 0 && p->kept_count == 0) {
         return;
     }
-    ad_pool_run(e->program->pool, (int)e->chunks, run_chunk, e);
+    if (e->end_chunk > e->first_chunk) {
+        ad_pool_run(e->program->pool, (int)(e->end_chunk - e->first_chunk), run_chunk, e);
+    }
     ad_execute_add_shares(e);
     e->width = SLICE;
     e->slices = ((size_t)e->pass->reduced + SLICE - 1) / SLICE;
     if (e->slices > 0) {
         ad_pool_run(e->program->pool, (int)e->slices, sum_slice, e);
+        ad_execute_sum(e);
     }
+    ad_execute_gather(e);
 }
 
 /* ---- runs ------------------------------------------------------------------------------------ */
@@ -323,7 +329,7 @@ static void cut_members(execution *e)
     e->tile = (int)rounded_up(e->step, TILE_STEP);
 }
 
-static void cut(execution *e, const pass *p, size_t points, size_t members)
+void ad_execute_cut(execution *e, const pass *p, size_t points, size_t members)
 {
     e->pass = p;
     e->members = members > 0 ? members : 1;
@@ -342,6 +348,7 @@ static void cut(execution *e, const pass *p, size_t points, size_t members)
     size_t chunks = e->tiles / CHUNKS_FEW;
     chunks = chunks < CHUNKS_FEW ? CHUNKS_FEW : chunks;
     e->chunks = minimum(e->tiles, minimum(chunks, CHUNKS_MANY));
+    ad_execute_deal(e);
 }
 
 /* Memory for so many items of equally many numbers; what is in it is lost. */
@@ -365,8 +372,10 @@ static bool make_room(execution *e, const ad_run *run)
                       program->member_rows);
     for (int s = 0; ok && s < program->pass_count; s++) {
         const pass *p = &program->passes[s];
-        cut(e, p, run->points, run->members);
-        ok = enlarge(&program->sums, &program->chunk_capacity, e->chunks, program->most_reduced) &&
+        ad_execute_cut(e, p, run->points, run->members);
+        ok = enlarge(&program->sums, &program->chunk_capacity, e->end_chunk - e->first_chunk,
+                     program->most_reduced) &&
+             ad_execute_make_room(e) &&
              enlarge(&program->shares, &program->share_capacity, e->parts > 1 ? e->tiles : 0,
                      program->most_summed);
     }
@@ -387,7 +396,7 @@ ad_status ad_execute(ad_program *program, const ad_run *run, ad_error *error)
                        run->points, run->members);
     }
     for (int s = 0; s < program->pass_count; s++) {
-        cut(&e, &program->passes[s], run->points, run->members);
+        ad_execute_cut(&e, &program->passes[s], run->points, run->members);
         e.input_units = program->input_units + s * program->tape->inputs;
         ad_uniform_evaluate(program, e.pass, run);
         run_pass(&e);
@@ -421,10 +430,10 @@ static void run_tile_job(void *context, int item, int thread)
     job->work(job->context, &t, (size_t)item);
 }
 
-void ad_execute_cut(ad_program *program, size_t points, int *tile, size_t *tiles)
+void ad_execute_tiling(ad_program *program, size_t points, int *tile, size_t *tiles)
 {
     execution e = {.program = program};
-    cut(&e, &program->passes[0], points, 1);
+    ad_execute_cut(&e, &program->passes[0], points, 1);
     *tile = e.tile;
     *tiles = e.tiles;
 }
@@ -432,19 +441,21 @@ void ad_execute_cut(ad_program *program, size_t points, int *tile, size_t *tiles
 int ad_execute_tile(ad_program *program, const pass *p, size_t points, size_t members)
 {
     execution e = {.program = program};
-    cut(&e, p, points, members);
+    ad_execute_cut(&e, p, points, members);
     return e.tile;
+}
+
+void ad_execute_begin(ad_program *program, const ad_run *run)
+{
+    ad_uniform_evaluate(program, &program->passes[0], run);
 }
 
 void ad_execute_tiles(ad_program *program, const ad_run *run, size_t first, size_t count,
                       tile_work work, void *context)
 {
     tile_job job = {{.program = program, .run = run}, first, work, context};
-    cut(&job.e, &program->passes[0], run->points, 1);
+    ad_execute_cut(&job.e, &program->passes[0], run->points, 1);
     job.e.input_units = program->input_units;
-    if (first == 0) {
-        ad_uniform_evaluate(program, job.e.pass, run);
-    }
     ad_pool_run(program->pool, (int)count, run_tile_job, &job);
 }
 

@@ -4,6 +4,8 @@
 
 #include "autodiff/program.h"
 
+enum { CHUNKS_FEW = 8, CHUNKS_MANY = 64 };
+
 typedef struct execution {
     ad_program *program;
     const ad_run *run;
@@ -16,7 +18,8 @@ typedef struct execution {
     size_t step;    /* of these, the ones that are taken */
     size_t parts;   /* tiles per member where they have a part of one, else 1 */
     size_t tiles, chunks;
-    size_t slices, width; /* of the final sum */
+    size_t first_chunk, end_chunk; /* those of this rank */
+    size_t slices, width;          /* of the final sum */
 } execution;
 
 /* One tile at work. */
@@ -52,6 +55,22 @@ static inline kernel_operand operand(const tile_state *t, place p, int row)
 /* out = a b, or out += a b, in `rows` rows; mask: which of the two are uniform. */
 void ad_execute_multiply_rows(const tile_state *t, place out, int row, int rows, kernel_operand a,
                               kernel_operand b, bool add, unsigned mask);
+
+static inline size_t first_tile(const execution *e, size_t chunk)
+{
+    return chunk * e->tiles / e->chunks;
+}
+
+/* Cut a pass over so many points into tiles, chunks and the share of this rank (execute.c). */
+void ad_execute_cut(execution *e, const pass *p, size_t points, size_t members);
+
+/* Which chunks this rank takes; memory for what it exchanges; sums that are everyone's, from those
+ * of its chunks, added up as far as they follow each other; values of points that are everyone's
+ * (execute_ranks.c). */
+void ad_execute_deal(execution *e);
+bool ad_execute_make_room(const execution *e);
+void ad_execute_sum(const execution *e);
+void ad_execute_gather(const execution *e);
 
 /* Values of members at their points; products with a matrix of each; sums over the points of each,
  * and those of all its tiles. */

@@ -1,33 +1,9 @@
-/* J^T J without J. Slab by slab of points: first every tile of the slab writes panels of it, then
- * blocks of J^T J, each of two groups of panels, are dealt to the threads (normal_multiply.c). So
- * there is one J^T J, whatever the number of threads, and each of its numbers is summed in the same
- * order. */
+/* J^T J without J: how it is made, and the rows of J as tiles write them, into panels or as such.
+ */
 #include "autodiff/normal.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-/* Numbers in a slab: large enough that reading and writing J^T J once per slab costs little. */
-enum { SLAB_NUMBERS = 16 << 20 };
-
-struct ad_normal {
-    ad_program *program;
-    jacobian jacobian;
-    normal_layout layout;
-    size_t parameters;
-    normal_slab slab; /* no room before the first run */
-    normal_space *spaces;
-    int threads;
-};
-
-/* One run. */
-typedef struct normal_run {
-    const ad_normal *normal;
-    int tile;
-    double *jtj, *jtr, *rtr;
-    double *columns, *residual; /* where whole rows of J go: [parameters][stride], [stride] */
-    size_t stride, points;      /* rows of J per residual */
-} normal_run;
 
 /* ---- making -------------------------------------------------------------------------------- */
 
@@ -113,30 +89,12 @@ static ad_status compile(ad_normal *normal, int count, const ad_value *residuals
     return status;
 }
 
-/* Numbers of a slab that belong to one point. */
-static size_t slab_numbers(const normal_layout *l)
-{
-    size_t panels = (size_t)l->source_panels + (size_t)l->plain_panels * (size_t)l->rows;
-    return panels * PANEL + (size_t)l->weight_count;
-}
-
-/* Points of a slab for a run over so many. */
-static size_t room_for(const ad_normal *normal, size_t points)
-{
-    int tile;
-    size_t tiles;
-    ad_execute_cut(normal->program, points, &tile, &tiles);
-    size_t most = SLAB_NUMBERS / (slab_numbers(&normal->layout) * (size_t)tile + 1);
-    most = most < 2 ? 2 : most;
-    return (tiles < most ? tiles : most) * (size_t)tile;
-}
-
 /* Empty columns of panels are 0, and stay so. */
-static bool make_room(ad_normal *normal, size_t points)
+bool ad_normal_make_slab(ad_normal *normal, size_t points)
 {
     const normal_layout *l = &normal->layout;
     normal_slab *slab = &normal->slab;
-    size_t room = room_for(normal, points);
+    size_t room = ad_normal_room(normal, points);
     if (room <= slab->room) {
         return true;
     }
@@ -190,6 +148,8 @@ void ad_normal_free(ad_normal *normal)
         free(normal->slab.basis);
         free(normal->slab.plain);
         free(normal->slab.weights);
+        free(normal->leaves);
+        free(normal->packed);
         free(normal);
     }
 }
@@ -197,7 +157,7 @@ void ad_normal_free(ad_normal *normal)
 ad_normal_info ad_normal_inspect(const ad_normal *normal, size_t points)
 {
     size_t threads = (size_t)ad_pool_threads(normal->program->pool);
-    size_t numbers = slab_numbers(&normal->layout) * room_for(normal, points);
+    size_t numbers = ad_normal_numbers(normal, points);
     return (ad_normal_info){.rows = (size_t)normal->jacobian.row_count,
                             .bytes = threads * normal->program->info.workspace_bytes,
                             .slab_bytes = numbers * sizeof(double),
@@ -398,7 +358,7 @@ static void write_panel(const normal_run *n, const tile_state *t, int panel, int
     }
 }
 
-static void write_panels(void *context, const tile_state *t, size_t item)
+void ad_normal_write_panels(void *context, const tile_state *t, size_t item)
 {
     const normal_run *n = context;
     const normal_layout *l = &n->normal->layout;
@@ -420,44 +380,6 @@ static void write_panels(void *context, const tile_state *t, size_t item)
     }
 }
 
-/* ---- sums of products ------------------------------------------------------------------------ */
-
-/* Item of the triangle of blocks of J^T J. */
-static void multiply_groups(void *context, int item, int thread)
-{
-    const normal_run *n = context;
-    const ad_normal *normal = n->normal;
-    const normal_layout *l = &normal->layout;
-    int row = 0, column = item;
-    for (; column >= l->group_count - row; row++) { /* a row has group_count - row blocks */
-        column -= l->group_count - row;
-    }
-    ad_normal_multiply(l, normal->program->kernels, &normal->slab, l->groups[row],
-                       l->groups[row + column], &normal->spaces[thread], n->jtj, n->jtr, n->rtr);
-}
-
-ad_status ad_normal_add(ad_normal *normal, const ad_run *run, double *jtj, double *jtr, double *rtr,
-                        ad_error *error)
-{
-    if (!make_room(normal, run->points)) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for rows of a Jacobian");
-    }
-    normal_run n = {.normal = normal, .jtj = jtj, .jtr = jtr, .rtr = rtr};
-    size_t tiles;
-    ad_execute_cut(normal->program, run->points, &n.tile, &tiles);
-    size_t most = normal->slab.room / (size_t)n.tile;
-    int groups = normal->layout.group_count;
-    for (size_t first = 0; first < tiles; first += most) {
-        size_t count = tiles - first < most ? tiles - first : most;
-        size_t points = (first + count) * (size_t)n.tile;
-        normal->slab.points =
-            (points < run->points ? points : run->points) - first * (size_t)n.tile;
-        ad_execute_tiles(normal->program, run, first, count, write_panels, &n);
-        ad_pool_run(normal->program->pool, groups * (groups + 1) / 2, multiply_groups, &n);
-    }
-    return AD_OK;
-}
-
 void ad_normal_jacobian(ad_normal *normal, const ad_run *run, size_t first, size_t stride,
                         double *jt, double *r)
 {
@@ -465,6 +387,7 @@ void ad_normal_jacobian(ad_normal *normal, const ad_run *run, size_t first, size
     size_t tiles;
     n.columns = jt + first;
     n.residual = r + first;
-    ad_execute_cut(normal->program, run->points, &n.tile, &tiles);
+    ad_execute_tiling(normal->program, run->points, &n.tile, &tiles);
+    ad_execute_begin(normal->program, run);
     ad_execute_tiles(normal->program, run, 0, tiles, write_rows, &n);
 }

@@ -102,6 +102,37 @@ typedef struct normal_space {
     int *sources[2], *used;          /* [source_count] */
 } normal_space;
 
+struct ad_normal {
+    ad_program *program;
+    jacobian jacobian;
+    normal_layout layout;
+    size_t parameters;
+    normal_slab slab; /* no room before the first run */
+    normal_space *spaces;
+    int threads;
+    double *leaves; /* sums that wait for others: [leaf_capacity][numbers of a leaf] */
+    double *packed; /* of each of them a part, and of J^T J */
+    size_t leaf_capacity;
+};
+
+/* One run. */
+typedef struct normal_run {
+    const ad_normal *normal;
+    int tile;
+    double *jtj, *jtr, *rtr;
+    double *columns, *residual; /* where whole rows of J go: [parameters][stride], [stride] */
+    size_t stride, points;      /* rows of J per residual */
+} normal_run;
+
+/* Points of a slab in a run over so many; memory for it (false: there is none); numbers of all
+ * that a run needs beside workspaces (normal_sum.c). */
+size_t ad_normal_room(const ad_normal *normal, size_t points);
+bool ad_normal_make_slab(ad_normal *normal, size_t points);
+size_t ad_normal_numbers(const ad_normal *normal, size_t points);
+
+/* A tile_work: item is the number of the tile within the slab, context a normal_run. */
+void ad_normal_write_panels(void *context, const tile_state *t, size_t item);
+
 /* Record adjoints of every row of the residuals, per point. Rows that no parameter moves and that
  * are 0 are left out. */
 ad_status ad_jacobian_record(jacobian *j, int count, const ad_value *residuals, int wrt_count,

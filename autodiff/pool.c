@@ -2,11 +2,15 @@
  * results must not depend on it. A worker spins for a moment before it sleeps, because the next
  * training step usually follows at once. */
 #include "autodiff/blas.h"
+#include "autodiff/dense.h"
 #include "autodiff/program.h"
+#include "autodiff/share.h"
 
 #include <pthread.h>
 #include <stdatomic.h>
+#include <stdio.h>
 #include <stdlib.h>
+#include <unistd.h>
 
 enum { SPINS = 2000, THREADS_MAX = 1024 };
 
@@ -27,6 +31,7 @@ struct ad_pool {
     void *asked_context;
     atomic_bool stopped; /* items have been left out since `asked` was set */
     bool quit;
+    share share;
 };
 
 struct worker {
@@ -168,6 +173,8 @@ void ad_pool_free(ad_pool *pool)
     pthread_mutex_destroy(&pool->mutex);
     pthread_cond_destroy(&pool->wake);
     pthread_cond_destroy(&pool->done);
+    free(pool->share.bounds);
+    free(pool->share.room);
     free(pool->handles);
     free(pool->workers);
     free(pool);
@@ -176,4 +183,52 @@ void ad_pool_free(ad_pool *pool)
 int ad_pool_threads(const ad_pool *pool)
 {
     return pool->threads;
+}
+
+/* What results depend on beside their inputs: kernels, and the size of tiles (FNV-1a). */
+static uint64_t kind_of_machine(void)
+{
+    char text[128];
+    uint64_t hash = 0xcbf29ce484222325u;
+    snprintf(text, sizeof text, "%s %s %ld", ad_kernels_select()->name, ad_dense_kernels(),
+             sysconf(_SC_LEVEL2_CACHE_SIZE));
+    for (const char *at = text; *at; at++) {
+        hash = (hash ^ (unsigned char)*at) * 0x100000001b3u;
+    }
+    return hash;
+}
+
+ad_status ad_pool_share(ad_pool *pool, const ad_ranks *ranks, ad_error *error)
+{
+    share *s = &pool->share;
+    s->ranks = NULL;
+    if (!ranks || ranks->count < 2) {
+        return AD_OK;
+    }
+    if (ranks->count > AD_RANKS_MAX) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "%d ranks; allowed: at most %d", ranks->count,
+                       AD_RANKS_MAX);
+    }
+    free(s->bounds);
+    s->bounds = calloc(2 * ((size_t)ranks->count + 1), sizeof *s->bounds);
+    if (!s->bounds) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %d ranks", ranks->count);
+    }
+    if (!ad_ranks_agree(ranks, kind_of_machine())) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "the ranks run on processors of different kinds, with kernels or tiles of "
+                       "their own, so that their numbers would differ; take machines of one kind");
+    }
+    s->ranks = ranks;
+    return AD_OK;
+}
+
+const ad_ranks *ad_pool_ranks(const ad_pool *pool)
+{
+    return pool->share.ranks;
+}
+
+share *ad_pool_get_share(ad_pool *pool)
+{
+    return &pool->share;
 }

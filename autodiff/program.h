@@ -199,11 +199,13 @@ size_t ad_execute_scratch(const instruction *i);
 /* For those who use the values of a tile in place: programs of one pass that sums nothing. Tiles
  * first .. first+count-1 are replayed on the pool's threads and handed to work, which sees outputs
  * by ad_execute_output: rows of `valid` points, or single numbers of a uniform value. The cut
- * depends on the number of points alone. Runs start with the tile 0. */
+ * depends on the number of points alone, and is not shared with other ranks. ad_execute_begin has
+ * to come before, once for all tiles. */
 typedef struct tile_state tile_state;
 typedef void (*tile_work)(void *context, const tile_state *t, size_t item);
-void ad_execute_cut(ad_program *program, size_t points, int *tile, size_t *tiles);
+void ad_execute_tiling(ad_program *program, size_t points, int *tile, size_t *tiles);
 int ad_execute_tile(ad_program *program, const pass *p, size_t points, size_t members);
+void ad_execute_begin(ad_program *program, const ad_run *run);
 void ad_execute_tiles(ad_program *program, const ad_run *run, size_t first, size_t count,
                       tile_work work, void *context);
 kernel_operand ad_execute_output(const tile_state *t, int output, bool *uniform);

@@ -253,6 +253,25 @@ problem_set_info problem_set_inspect(const problem *p, int set)
     return info;
 }
 
+ad_share problem_share(const problem *p, bool normal, int ranks, int rank)
+{
+    ad_share result = {.points = 0};
+    for (int i = 0; i < p->set_count; i++) {
+        const problem_set *s = &p->sets[i];
+        const size_t points = s->trained.count;
+        ad_share of_set = {.points = points}; /* a motion: every rank takes all of it */
+        if (normal && s->normal) {
+            of_set = ad_normal_share(s->normal, points, ranks, rank);
+        } else if (s->gradient) {
+            of_set = ad_program_share(s->gradient, points, ranks, rank);
+        }
+        result.points += of_set.points;
+        result.sum_bytes += of_set.sum_bytes;
+        result.value_bytes += of_set.value_bytes;
+    }
+    return result;
+}
+
 void problem_print(const problem *p, FILE *file)
 {
     for (int i = 0; i < p->set_count; i++) {

@@ -34,6 +34,7 @@
 #ifndef PHYSICS_PROBLEM_H
 #define PHYSICS_PROBLEM_H
 
+#include "autodiff/ranks.h"
 #include "nn/nn.h"
 #include "physics/model.h"
 #include "physics/sampling.h"
@@ -308,6 +309,10 @@ typedef struct problem_set_info {
 
 int problem_sets(const problem *p);
 problem_set_info problem_set_inspect(const problem *p, int set);
+
+/* What a rank of so many takes of all points, and sends in an evaluation of the loss with its
+ * gradient, or in one of the normal equations, which have to be prepared. */
+ad_share problem_share(const problem *p, bool normal, int ranks, int rank);
 
 /* The programs of every set that have been compiled, line by line as ad_program_print. */
 void problem_print(const problem *p, FILE *file);

@@ -2,6 +2,7 @@
 
 #include "physics/verdict.h"
 #include "tools/files/checkpoint.h"
+#include "tools/programs/launch.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -251,6 +252,10 @@ int cli_parse(const cli_program *program, const cli_option *options, int count, 
     if (asked_for(argc, argv, "--version")) {
         printf("%s %s\n", program->name, cli_version());
         return 0;
+    }
+    int rank;
+    if (launch_processes(&rank) > 1 && !launch_is_shared()) {
+        return launch_refuse(program->name, "does not share its work among processes");
     }
     for (int i = 1; i < argc; i++) {
         int status = CLI_RUN;

@@ -5,7 +5,9 @@
 #include "tools/judge/signals.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/explain.h"
+#include "tools/programs/launch.h"
 #include "tools/programs/progress.h"
+#include "tools/programs/ranks.h"
 #include "tools/programs/train_surrogate.h"
 #include "tools/programs/unknowns.h"
 #include "tools/train/report.h"
@@ -26,6 +28,7 @@ static const char epilogue[] =
     "  cpinn-train rod.yaml --explain\n"
     "  cpinn-train rod.yaml --set loads.tip.force[2]=-10 --out runs/heavier\n"
     "  cpinn-train rod.yaml --out runs/rod --resume\n"
+    "  mpirun -n 4 cpinn-train rod.yaml        (points shared among processes, to the same bits)\n"
     "\n"
     "Ctrl-C finishes the step at hand, or gives up one of Gauss-Newton, saves, and says how to "
     "resume.\n"
@@ -65,6 +68,7 @@ typedef struct options {
     int threads;
     const char *explain; /* NULL: train; "": the scene; "program" */
     bool resume, print_config, quiet, watch;
+    const ad_ranks *ranks; /* NULL: this process is by itself */
 } options;
 
 /* A session with what only a program has. */
@@ -103,9 +107,14 @@ static void announce_reference(training *t)
 static void announce(training *t)
 {
     trainer_info info = trainer_inspect(t->s.trainer);
-    progress_say(&t->progress, "%s: %zu parameters, %.0f points, %d thread%s -> %s",
-                 t->s.e->settings->name, t->s.e->count, info.points, ad_pool_threads(t->s.e->pool),
-                 ad_pool_threads(t->s.e->pool) == 1 ? "" : "s", t->folder.path);
+    char ranks[32] = "";
+    if (t->asked->ranks) {
+        snprintf(ranks, sizeof ranks, "%d ranks of ", t->asked->ranks->count);
+    }
+    progress_say(&t->progress, "%s: %zu parameters, %.0f points, %s%d thread%s -> %s",
+                 t->s.e->settings->name, t->s.e->count, info.points, ranks,
+                 ad_pool_threads(t->s.e->pool), ad_pool_threads(t->s.e->pool) == 1 ? "" : "s",
+                 t->folder.path);
     if (t->asked->resume) {
         progress_say(&t->progress, "resumed at step %lld, %.1f s into the run",
                      (long long)info.step, info.seconds);
@@ -185,6 +194,9 @@ static void finish(training *t)
     trainer_info info = trainer_inspect(t->s.trainer);
     progress_say(&t->progress, "done: %lld steps in %.2f s, loss %.3e, held-out %.3e",
                  (long long)info.step, info.seconds, info.loss, info.held_out);
+    if (t->asked->ranks) {
+        progress_say(&t->progress, "of which this rank waited %.2f s for others", ranks_waited());
+    }
     if (t->s.e->targets) {
         progress_members(&t->progress, &info.members, scene_length(t->s.e->scene));
     }
@@ -240,12 +252,18 @@ static void print_word(const char *text)
     putchar('\'');
 }
 
+/* The signal that has stopped training: some rank has caught it. */
+static int signal_of(const training *t)
+{
+    return (int)ad_ranks_largest(t->asked->ranks, signals_caught());
+}
+
 /* After a signal: the state is that after a whole step. */
 static void interrupted(training *t)
 {
     const options *o = t->asked;
     trainer_verdict(t->s.trainer, &t->verdict);
-    t->verdict.signal = signals_caught();
+    t->verdict.signal = signal_of(t);
     verdict_add(&t->verdict, VERDICT_SIGNAL, "stopped at step %lld and saved; --resume goes on",
                 (long long)t->s.saved_step);
     progress_say(&t->progress, "stopped at step %lld and saved; continue with",
@@ -309,6 +327,12 @@ static bool goes_on(void *context, const trainer_info *before)
     return !signals_caught();
 }
 
+static ad_status prepare(training *t, config *settings, ad_error *error)
+{
+    ad_status status = config_session_prepare(settings, t->asked->threads, &t->s, error);
+    return status == AD_OK ? ad_pool_share(t->s.e->pool, t->asked->ranks, error) : status;
+}
+
 /* Train a motion in the strain form in memory, anew with more modes or a larger degree as long as
  * its error is estimated above the tolerance and falls. A signal stops it. */
 static ad_status grow(training *t, ad_error *error)
@@ -326,7 +350,8 @@ static ad_status grow(training *t, ad_error *error)
         ad_status status = session_train(&t->s, goes_on, NULL, error);
         const double estimate = trainer_estimate(t->s.trainer);
         const int *now = t->s.e->settings->modes;
-        if (status != AD_OK || signals_caught()) {
+        t->verdict.signal = status == AD_OK ? signal_of(t) : 0;
+        if (status != AD_OK || t->verdict.signal) {
             return status;
         }
         progress_say(&t->progress,
@@ -347,8 +372,7 @@ static ad_status grow(training *t, ad_error *error)
         status = config_read(t->asked->config, NULL, given.count, given.texts, &settings, error);
         session_free(&t->s);
         t->s = (session){.e = NULL};
-        status = status == AD_OK ? config_session_prepare(settings, t->asked->threads, &t->s, error)
-                                 : status;
+        status = status == AD_OK ? prepare(t, settings, error) : status;
         status = status == AD_OK ? session_start(&t->s, error) : status;
         if (status != AD_OK) {
             return status;
@@ -434,7 +458,7 @@ static void blame(training *t, const ad_error *error)
 
 static ad_status go(training *t, config *settings, ad_error *error)
 {
-    ad_status status = config_session_prepare(settings, t->asked->threads, &t->s, error);
+    ad_status status = prepare(t, settings, error);
     if (status == AD_OK && t->asked->explain && *t->asked->explain) {
         return explain_programs(stdout, t->s.e, t->s.problem, error);
     }
@@ -445,8 +469,7 @@ static ad_status go(training *t, config *settings, ad_error *error)
     status = status == AD_OK ? session_start(&t->s, error) : status;
     status = status == AD_OK ? name_folder(t, error) : status;
     status = status == AD_OK ? grow(t, error) : status;
-    if (status == AD_OK && signals_caught()) {
-        t->verdict.signal = signals_caught();
+    if (status == AD_OK && t->verdict.signal) {
         verdict_add(&t->verdict, VERDICT_SIGNAL,
                     "stopped before modes and degree were found; nothing is saved");
         verdict_print(stderr, "cpinn-train: ", &t->verdict);
@@ -473,6 +496,10 @@ static int run(const options *o)
         int result = config_write(settings, stdout, true) == AD_OK ? 0 : 1;
         config_free(settings);
         return result;
+    }
+    if (status == AD_OK && surrogate_is_given(&settings->surrogate) && o->ranks) {
+        config_free(settings);
+        return launch_refuse(program, "one-step models are not shared among processes");
     }
     if (status == AD_OK && surrogate_is_given(&settings->surrogate)) {
         const train_surrogate_options of = {
@@ -506,7 +533,8 @@ static int parse(int count, char **arguments, options *o)
          "to another in the last digits;\nOPENBLAS_CORETYPE=Haswell, say, chooses them"},
         CLI_SET(&o->overrides),
         {"--threads", "N", CLI_INTEGER, &o->threads, 0, 1024,
-         "default 0: one for each processor; results do not depend on it"},
+         "default 0: one for each processor, shared among processes of mpirun;\n"
+         "results do not depend on it"},
         {"--print-config", NULL, CLI_FLAG, &o->print_config, 0, 0,
          "print the experiment with every default filled in, and stop"},
         {"--explain", "program", CLI_CHOICE, &o->explain, 0, 0,
@@ -528,9 +556,17 @@ static int parse(int count, char **arguments, options *o)
 int main(int count, char **arguments)
 {
     options o = {.threads = 0};
-    int result = parse(count, arguments, &o);
-    if (result != CLI_RUN) {
-        return result;
+    ad_error error;
+    if (ranks_begin(&o.ranks, &error) != AD_OK) {
+        int rank;
+        launch_processes(&rank); /* one line */
+        return ranks_end(program, rank > 0 ? CLI_BAD : cli_fail_error(program, &error));
     }
-    return run(&o);
+    int result = parse(count, arguments, &o);
+    if (result == CLI_RUN) {
+        o.threads = ranks_threads(o.threads);
+        o.json = o.json && o.ranks && o.ranks->rank > 0 ? "-" : o.json; /* to nowhere */
+        result = run(&o);
+    }
+    return ranks_end(program, result);
 }

@@ -1,5 +1,6 @@
 #include "tools/train/session.h"
 
+#include "autodiff/ranks.h"
 #include "tools/train/clock.h"
 
 #include <stdlib.h>
@@ -45,13 +46,32 @@ void session_free(session *s)
     experiment_free(s->e);
 }
 
+/* ---- ranks --------------------------------------------------------------------------------- */
+
+/* Of several ranks the first keeps the folder. */
+static bool keeps_folder(const session *s)
+{
+    const ad_ranks *ranks = ad_pool_ranks(s->e->pool);
+    return s->folder && (!ranks || ranks->rank == 0);
+}
+
+/* What became of what the first rank did is the same for all. */
+static ad_status agreed(const session *s, ad_status status, ad_error *error)
+{
+    double first = (double)status;
+    ad_ranks_first(ad_pool_ranks(s->e->pool), 1, &first);
+    return (ad_status)first == status
+               ? status
+               : ad_fail(error, (ad_status)first, "rank 0 could not keep the run");
+}
+
 /* ---- runs ---------------------------------------------------------------------------------- */
 
 static ad_status save(session *s, ad_error *error)
 {
     const train_settings *settings = s->e->settings;
-    ad_status status =
-        trainer_save(s->trainer, s->folder->checkpoint, settings->checkpoint_keep, error);
+    ad_status status = trainer_save(s->trainer, keeps_folder(s) ? s->folder->checkpoint : NULL,
+                                    settings->checkpoint_keep, error);
     s->last_save = train_seconds();
     s->saved_step = trainer_inspect(s->trainer).step;
     return status;
@@ -86,9 +106,8 @@ static ad_status restore(session *s, ad_error *error)
     return status;
 }
 
-ad_status session_begin(session *s, run_folder *folder, bool resume, ad_error *error)
+static ad_status enter_folder(run_folder *folder, bool resume, ad_error *error)
 {
-    s->folder = folder;
     ad_status status = resume ? AD_OK : run_check_new(folder, error);
     if (status == AD_OK && !resume) {
         status = run_make_folder(folder->path, error);
@@ -96,20 +115,38 @@ ad_status session_begin(session *s, run_folder *folder, bool resume, ad_error *e
     if (status == AD_OK) {
         status = run_lock(folder, resume, error);
     }
-    if (status == AD_OK) { /* what another process has left by now */
-        status = resume ? restore(s, error) : run_check_new(folder, error);
+    if (status == AD_OK && !resume) { /* what another process has left by now */
+        status = run_check_new(folder, error);
+    }
+    return status;
+}
+
+static ad_status begin_files(session *s, ad_error *error)
+{
+    char *text = experiment_text(s->e);
+    ad_status status =
+        text ? run_begin(s->folder, text, trainer_history(s->trainer),
+                         s->e->settings->output_tensorboard, error)
+             : ad_fail(error, AD_NO_MEMORY, "out of memory for %s", s->folder->config);
+    free(text);
+    return status;
+}
+
+ad_status session_begin(session *s, run_folder *folder, bool resume, ad_error *error)
+{
+    s->folder = folder;
+    ad_status status = keeps_folder(s) ? enter_folder(folder, resume, error) : AD_OK;
+    status = agreed(s, status, error);
+    if (status == AD_OK && resume) {
+        status = restore(s, error);
     }
     if (status == AD_OK && !resume) {
         status = save(s, error);
     }
-    char *text = status == AD_OK ? experiment_text(s->e) : NULL;
-    if (status == AD_OK) {
-        status = text ? run_begin(folder, text, trainer_history(s->trainer),
-                                  s->e->settings->output_tensorboard, error)
-                      : ad_fail(error, AD_NO_MEMORY, "out of memory for %s", folder->config);
+    if (status == AD_OK && keeps_folder(s)) {
+        status = begin_files(s, error);
     }
-    free(text);
-    return status;
+    return agreed(s, status, error);
 }
 
 static bool save_is_due(const session *s)
@@ -117,6 +154,16 @@ static bool save_is_due(const session *s)
     const train_settings *settings = s->e->settings;
     return trainer_inspect(s->trainer).step % settings->checkpoint_every == 0 ||
            train_seconds() - s->last_save > settings->checkpoint_seconds;
+}
+
+/* Whether to save now, by the clock of the first rank, and to stop, when any rank wants to. */
+static bool decide(const session *s, bool *stopped)
+{
+    enum { GO_ON, SAVE, STOP };
+    const int wanted = *stopped ? STOP : keeps_folder(s) && save_is_due(s) ? SAVE : GO_ON;
+    const int now = (int)ad_ranks_largest(ad_pool_ranks(s->e->pool), wanted);
+    *stopped = now == STOP;
+    return now != GO_ON || trainer_inspect(s->trainer).state == TRAINER_DONE;
 }
 
 ad_status session_train(session *s, session_stepped stepped, void *context, ad_error *error)
@@ -131,13 +178,14 @@ ad_status session_train(session *s, session_stepped stepped, void *context, ad_e
             return status;
         }
         stopped = stepped && !stepped(context, &before);
-        bool over = trainer_inspect(s->trainer).state == TRAINER_DONE || stopped;
-        if (s->folder) {
+        const bool due = decide(s, &stopped);
+        if (keeps_folder(s)) {
             status = run_append(s->folder, trainer_history(s->trainer), error);
         }
-        if (status == AD_OK && s->folder && (over || save_is_due(s))) {
+        if (status == AD_OK && s->folder && due) {
             status = save(s, error);
         }
+        status = s->folder ? agreed(s, status, error) : status;
         if (status != AD_OK) {
             return status;
         }

@@ -36,6 +36,9 @@ ad_status session_prepare_model(physics_model *m, train_settings *settings,
 ad_status session_start(session *s, ad_error *error);
 void session_free(session *s);
 
+/* Where the pool is shared among ranks (autodiff/ranks.h), all of them call everything here; the
+ * first one alone writes. */
+
 /* Keep the run in a folder that has got its names by run_name. A new one is made and gets its first
  * checkpoint, so that whatever a killed process leaves can be resumed; `resume`: the trainer goes
  * on where the checkpoint in it ends. AD_BAD_INPUT: there is a run already; or what is to be

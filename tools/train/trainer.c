@@ -1,3 +1,4 @@
+#include "autodiff/ranks.h"
 #include "tools/train/clock.h"
 #include "tools/train/trainer_internal.h"
 
@@ -199,12 +200,32 @@ void trainer_describe(const trainer *t, char text[160])
     }
 }
 
+/* Ranks come to the same parameters, each by itself. */
+static ad_status check_ranks(const trainer *t, const double *x, ad_error *error)
+{
+    const ad_ranks *ranks = ad_pool_ranks(t->e->pool);
+    uint64_t hash = 0xcbf29ce484222325u; /* FNV-1a */
+    for (size_t i = 0; ranks && i < t->e->count; i++) {
+        uint64_t bits;
+        memcpy(&bits, &x[i], sizeof bits);
+        hash = (hash ^ bits) * 0x100000001b3u;
+    }
+    return ad_ranks_agree(ranks, hash)
+               ? AD_OK
+               : ad_fail(error, AD_BAD_ARGUMENT,
+                         "step %lld: the ranks have come to different parameters; their machines, "
+                         "libraries or files differ",
+                         (long long)t->info.step);
+}
+
 ad_status trainer_add_row(trainer *t, ad_error *error)
 {
     trainer_info *info = &t->info;
     double began = train_seconds();
     const double *x = trainer_parameters(t);
-    ad_status status = problem_held_out(t->problem, x, &info->held_out, NULL, error);
+    ad_status status = check_ranks(t, x, error);
+    status =
+        status == AD_OK ? problem_held_out(t->problem, x, &info->held_out, NULL, error) : status;
     if (status == AD_OK && t->known) {
         status = reference_compare(t->known, x, &info->errors, error);
     }
@@ -396,7 +417,8 @@ void trainer_watch_stop(trainer *t, bool (*asked)(void *context), void *context)
 static optim_status take_step(trainer *t, bool again, bool *given_up)
 {
     const optimizer_objective f = {objective, linearize, t};
-    const bool watched = again && stage_of(t)->optimizer == OPTIM_GAUSS_NEWTON;
+    const bool watched = again && stage_of(t)->optimizer == OPTIM_GAUSS_NEWTON &&
+                         !ad_pool_ranks(t->e->pool); /* ranks end a step together */
     ad_pool_watch(t->e->pool, watched ? t->asked : NULL, t->asked_context);
     optim_status status = optimizer_step(t->optimizer, &f);
     *given_up = ad_pool_stopped(t->e->pool);
@@ -414,6 +436,14 @@ static optim_status take_step(trainer *t, bool again, bool *given_up)
 
 /* Of what is small with a part of the loads: where the next part starts. */
 static const double near_enough = 1e-2;
+
+/* By the clock of the first rank. */
+static double seconds_of_stage(const trainer *t)
+{
+    double passed = train_seconds() - t->stage_started;
+    ad_ranks_first(ad_pool_ranks(t->e->pool), 1, &passed);
+    return passed;
+}
 
 static const char *reason_to_end(trainer *t, optim_status status)
 {
@@ -436,7 +466,7 @@ static const char *reason_to_end(trainer *t, optim_status status)
                  t->info.held_out_ratio);
         return t->apart;
     }
-    if (stage->stop_seconds > 0 && train_seconds() - t->stage_started > stage->stop_seconds) {
+    if (stage->stop_seconds > 0 && seconds_of_stage(t) > stage->stop_seconds) {
         return "stop.seconds reached";
     }
     const bool holds =

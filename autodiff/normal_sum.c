@@ -1,0 +1,270 @@
+/* J^T J slab by slab of points: first every tile of the slab writes panels of it, then blocks of
+ * J^T J, each of two groups of panels, are dealt to the threads (normal_multiply.c). So there is
+ * one J^T J, whatever the number of threads, and each of its numbers is summed in the same order.
+ *
+ * Slabs belong to leaves, by the number of points alone, and leaves are added to J^T J one after
+ * the other. Each rank makes the sums of neighbouring leaves. */
+#include "autodiff/normal.h"
+#include "autodiff/share.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Numbers in a slab, and rows of J in a leaf: large enough that reading and writing J^T J once for
+ * each costs little; numbers of J^T J that are exchanged at a time. */
+enum { SLAB_NUMBERS = 16 << 20, LEAF_ROWS = 2048, LEAVES_MAX = 8, PART = 1 << 18 };
+
+/* How points are cut. */
+typedef struct cutting {
+    size_t points, tiles, leaves;
+    size_t slab; /* tiles */
+    int tile;
+} cutting;
+
+static size_t smaller(size_t a, size_t b)
+{
+    return a < b ? a : b;
+}
+
+/* Numbers of a slab that belong to one point. */
+static size_t slab_numbers(const normal_layout *l)
+{
+    size_t panels = (size_t)l->source_panels + (size_t)l->plain_panels * (size_t)l->rows;
+    return panels * PANEL + (size_t)l->weight_count;
+}
+
+static size_t first_tile(const cutting *c, size_t leaf)
+{
+    return leaf * c->tiles / c->leaves;
+}
+
+static cutting cut(const ad_normal *normal, size_t points)
+{
+    cutting c = {.points = points};
+    ad_execute_tiling(normal->program, points, &c.tile, &c.tiles);
+    const size_t leaves = (size_t)normal->layout.rows * points / LEAF_ROWS;
+    c.leaves = smaller(leaves < 1 ? 1 : smaller(leaves, LEAVES_MAX), c.tiles);
+    size_t most = SLAB_NUMBERS / (slab_numbers(&normal->layout) * (size_t)c.tile + 1);
+    most = most < 2 ? 2 : most;
+    c.slab = c.leaves ? smaller(most, (c.tiles + c.leaves - 1) / c.leaves) : 0;
+    return c;
+}
+
+/* J^T J, J^T r and r^T r. */
+static size_t leaf_numbers(const ad_normal *normal)
+{
+    return normal->parameters * (normal->parameters + 1) + 1;
+}
+
+/* How many leaves this rank makes, and which is the first; of any rank. */
+static size_t own_leaves(const ad_normal *normal, const cutting *c, size_t *first)
+{
+    const ad_ranks *ranks = ad_pool_ranks(normal->program->pool);
+    *first = ranks ? share_first(c->leaves, ranks->count, ranks->rank) : 0;
+    return ranks ? share_first(c->leaves, ranks->count, ranks->rank + 1) - *first : c->leaves;
+}
+
+/* How many of them are kept apart: one of several slabs that is added at once, or all of a rank. */
+static size_t kept_leaves(const ad_normal *normal, const cutting *c)
+{
+    size_t first, own = own_leaves(normal, c, &first);
+    bool whole = c->slab * c->leaves >= c->tiles; /* a slab is a leaf */
+    return ad_pool_ranks(normal->program->pool) ? own : !whole;
+}
+
+size_t ad_normal_room(const ad_normal *normal, size_t points)
+{
+    cutting c = cut(normal, points);
+    return c.slab * (size_t)c.tile;
+}
+
+size_t ad_normal_numbers(const ad_normal *normal, size_t points)
+{
+    cutting c = cut(normal, points);
+    return slab_numbers(&normal->layout) * c.slab * (size_t)c.tile +
+           kept_leaves(normal, &c) * leaf_numbers(normal);
+}
+
+/* ---- a leaf ---------------------------------------------------------------------------------- */
+
+/* Item of the triangle of blocks of J^T J. */
+static void multiply_groups(void *context, int item, int thread)
+{
+    const normal_run *n = context;
+    const ad_normal *normal = n->normal;
+    const normal_layout *l = &normal->layout;
+    int row = 0, column = item;
+    for (; column >= l->group_count - row; row++) { /* a row has group_count - row blocks */
+        column -= l->group_count - row;
+    }
+    ad_normal_multiply(l, normal->program->kernels, &normal->slab, l->groups[row],
+                       l->groups[row + column], &normal->spaces[thread], n->jtj, n->jtr, n->rtr);
+}
+
+static void add_leaf(ad_normal *normal, const ad_run *run, const cutting *c, size_t leaf,
+                     normal_run *n)
+{
+    const size_t end = first_tile(c, leaf + 1);
+    const int groups = normal->layout.group_count;
+    for (size_t first = first_tile(c, leaf), count; first < end; first += count) {
+        count = smaller(end - first, c->slab);
+        normal->slab.points =
+            smaller((first + count) * (size_t)c->tile, c->points) - first * (size_t)c->tile;
+        ad_execute_tiles(normal->program, run, first, count, ad_normal_write_panels, n);
+        ad_pool_run(normal->program->pool, groups * (groups + 1) / 2, multiply_groups, n);
+    }
+}
+
+/* Where the sums of a leaf that is kept apart go. */
+static normal_run kept(const ad_normal *normal, const cutting *c, size_t which)
+{
+    const size_t n = normal->parameters;
+    double *to = normal->leaves + which * leaf_numbers(normal);
+    memset(to, 0, leaf_numbers(normal) * sizeof *to);
+    return (normal_run){
+        .normal = normal, .tile = c->tile, .jtj = to, .jtr = to + n * n, .rtr = to + n * n + n};
+}
+
+/* ---- all of them ----------------------------------------------------------------------------- */
+
+/* Rows first .. end - 1 of the upper triangle of J^T J, then J^T r and r^T r as one more row. */
+typedef struct part {
+    size_t first, end, numbers;
+} part;
+
+static part next_part(size_t n, size_t first)
+{
+    part p = {first, first, 0};
+    while (p.end <= n && (p.end == first || p.numbers + n - p.end <= PART)) {
+        p.numbers += p.end < n ? n - p.end : n + 1;
+        p.end++;
+    }
+    return p;
+}
+
+typedef enum part_way { PART_PACK, PART_UNPACK, PART_ADD } part_way;
+
+/* Between the sums of a run and a packed part. */
+static void move_part(const normal_run *sums, part p, part_way way, double *packed)
+{
+    const size_t n = sums->normal->parameters;
+    for (size_t row = p.first; row < p.end; row++) {
+        double *at = row < n ? sums->jtj + row * n + row : sums->jtr;
+        const size_t count = row < n ? n - row : n;
+        for (size_t i = 0; way == PART_ADD && i < count; i++) {
+            at[i] += packed[i];
+        }
+        if (way != PART_ADD) {
+            memcpy(way == PART_PACK ? packed : at, way == PART_PACK ? at : packed,
+                   count * sizeof *at);
+        }
+        packed += count;
+    }
+    if (p.end > n) {
+        *packed = way == PART_PACK ? *sums->rtr : *packed;
+        *sums->rtr = way == PART_PACK  ? *sums->rtr
+                     : way == PART_ADD ? *sums->rtr + *packed
+                                       : *packed;
+    }
+}
+
+static void add_in_order(void *context, size_t width, double *pieces, double *to)
+{
+    for (size_t k = 0; k < *(const size_t *)context; k++, pieces += width) {
+        for (size_t i = 0; i < width; i++) {
+            to[i] += pieces[i];
+        }
+    }
+}
+
+/* Leaves of all ranks. */
+static void share_leaves(ad_normal *normal, const cutting *c, const normal_run *sums)
+{
+    share *s = ad_pool_get_share(normal->program->pool);
+    const double *packed[LEAVES_MAX];
+    int leaves[AD_RANKS_MAX];
+    size_t own, first, leaf_count = c->leaves, n = normal->parameters;
+    own = own_leaves(normal, c, &first);
+    for (int i = 0; i < s->ranks->count; i++) {
+        leaves[i] = (int)(share_first(c->leaves, s->ranks->count, i + 1) -
+                          share_first(c->leaves, s->ranks->count, i));
+    }
+    for (part p = next_part(n, 0); p.first <= n; p = next_part(n, p.end)) {
+        double *total = normal->packed + own * (PART + n + 1);
+        move_part(sums, p, PART_PACK, total);
+        for (size_t k = 0; k < own; k++) {
+            double *from = normal->leaves + k * leaf_numbers(normal);
+            const normal_run leaf = {
+                .normal = normal, .jtj = from, .jtr = from + n * n, .rtr = from + n * n + n};
+            double *to = normal->packed + k * (PART + n + 1);
+            move_part(&leaf, p, PART_PACK, to);
+            packed[k] = to;
+        }
+        ad_share_sum(s, leaves, packed, p.numbers, add_in_order, &leaf_count, total);
+        move_part(sums, p, PART_UNPACK, total);
+    }
+}
+
+static bool make_room(ad_normal *normal, const cutting *c)
+{
+    const ad_ranks *ranks = ad_pool_ranks(normal->program->pool);
+    const size_t wanted = kept_leaves(normal, c), width = PART + normal->parameters + 1;
+    if (!ad_normal_make_slab(normal, c->points)) {
+        return false;
+    }
+    if (wanted > normal->leaf_capacity) {
+        free(normal->leaves);
+        normal->leaves = malloc(wanted * leaf_numbers(normal) * sizeof *normal->leaves);
+        normal->leaf_capacity = normal->leaves ? wanted : 0;
+    }
+    if (ranks && !normal->packed) {
+        normal->packed = malloc((LEAVES_MAX + 1) * width * sizeof *normal->packed);
+    }
+    return (wanted == 0 || normal->leaves) &&
+           (!ranks ||
+            (normal->packed && ad_share_make_room(ad_pool_get_share(normal->program->pool),
+                                                  2 * (LEAVES_MAX + 1) * width)));
+}
+
+ad_status ad_normal_add(ad_normal *normal, const ad_run *run, double *jtj, double *jtr, double *rtr,
+                        ad_error *error)
+{
+    const cutting c = cut(normal, run->points);
+    if (!make_room(normal, &c)) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for rows of a Jacobian");
+    }
+    normal_run sums = {.normal = normal, .tile = c.tile, .jtj = jtj, .jtr = jtr, .rtr = rtr};
+    const bool shared = ad_pool_ranks(normal->program->pool) != NULL,
+               apart = kept_leaves(normal, &c) > 0;
+    size_t first, own = own_leaves(normal, &c, &first), n = normal->parameters;
+    ad_execute_begin(normal->program, run);
+    for (size_t k = 0; k < own; k++) {
+        normal_run leaf = apart ? kept(normal, &c, shared ? k : 0) : sums;
+        add_leaf(normal, run, &c, first + k, &leaf);
+        if (apart && !shared) {
+            for (size_t row = 0; row < n; row++) {
+                move_part(&sums, (part){row, row + 1, 0}, PART_ADD, leaf.jtj + row * n + row);
+            }
+            move_part(&sums, (part){n, n + 1, 0}, PART_ADD, leaf.jtr);
+        }
+    }
+    if (shared && c.leaves > 0) {
+        share_leaves(normal, &c, &sums);
+    }
+    return AD_OK;
+}
+
+ad_share ad_normal_share(const ad_normal *normal, size_t points, int ranks, int rank)
+{
+    const cutting c = cut(normal, points);
+    const size_t n = normal->parameters, first = share_first(c.leaves, ranks, rank),
+                 end = share_first(c.leaves, ranks, rank + 1),
+                 others = n * (n + 3) / 2 / (size_t)ranks * (size_t)(ranks - 1),
+                 tile = (size_t)c.tile;
+    ad_share result = {.sum_bytes = (end - first + 1) * others * sizeof(double)};
+    if (c.leaves > 0) {
+        result.points = smaller(first_tile(&c, end) * tile, points) -
+                        smaller(first_tile(&c, first) * tile, points);
+    }
+    return result;
+}

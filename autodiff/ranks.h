@@ -1,0 +1,61 @@
+/* Ranks: processes that compute together what one could compute alone, to the same bits.
+ *
+ * All of them run the same program on the same numbers. Where a program of the tape goes over
+ * points (ad_execute, ad_normal_add) each rank takes the points of some of the chunks; values of
+ * points and sums over them then become everyone's, in the order in which one process adds them up.
+ * So the ranks make the same decisions without asking each other, as long as these follow from the
+ * numbers; what comes from elsewhere (a clock, a signal, a file) has to be agreed on.
+ *
+ * How numbers get from one rank to another is the caller's: MPI in the programs
+ * (tools/ranks/ranks.h). Every rank calls the same functions in the same order. */
+#ifndef AD_RANKS_H
+#define AD_RANKS_H
+
+#include "autodiff/ad.h"
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { AD_RANKS_MAX = 4096 };
+
+typedef struct ad_ranks {
+    int rank, count;
+    void *context;
+    /* data[bounds[i]] to data[bounds[i + 1] - 1] are those of rank i, and become everyone's. */
+    void (*gather)(void *context, const size_t *bounds, double *data);
+    /* send[to[i]] to send[to[i + 1] - 1] go to rank i, and receive[from[i]] to
+     * receive[from[i + 1] - 1] come from it. */
+    void (*exchange)(void *context, const size_t *to, const double *send, const size_t *from,
+                     double *receive);
+} ad_ranks;
+
+/* Programs of this pool share their points among these ranks from now on; ranks, borrowed, has to
+ * outlive the pool; NULL, or a count of 1: every process is by itself. AD_NO_MEMORY;
+ * AD_BAD_ARGUMENT: too many, or on processors of different kinds. Programs with
+ * values of members are not shared: each rank runs all of them. */
+ad_status ad_pool_share(ad_pool *pool, const ad_ranks *ranks, ad_error *error);
+const ad_ranks *ad_pool_ranks(const ad_pool *pool); /* NULL: there are no others */
+
+/* Of all ranks the largest x; the numbers [count] of rank 0; whether x is the same everywhere.
+ * Without ranks, NULL, nothing is changed and everything is the same. */
+double ad_ranks_largest(const ad_ranks *ranks, double x);
+void ad_ranks_first(const ad_ranks *ranks, size_t count, double *numbers);
+bool ad_ranks_agree(const ad_ranks *ranks, uint64_t x);
+
+/* What a rank does in a run over so many points: how many it takes, and the bytes that it sends
+ * for sums over points and for values of points, if they are asked for. */
+typedef struct ad_share {
+    size_t points, sum_bytes, value_bytes;
+} ad_share;
+
+ad_share ad_program_share(const ad_program *program, size_t points, int ranks, int rank);
+ad_share ad_normal_share(const ad_normal *normal, size_t points, int ranks, int rank);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

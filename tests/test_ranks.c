@@ -1,0 +1,272 @@
+/* Programs and normal equations over several ranks: the bits of one process. The ranks are threads
+ * that exchange numbers through common memory. */
+#include "autodiff/ranks.h"
+
+#include <math.h>
+#include <pthread.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+/* ---- ranks that are threads ------------------------------------------------------------------ */
+
+enum { RANKS_MAX = 70 };
+
+typedef struct meeting {
+    pthread_barrier_t barrier;
+    const void *numbers[RANKS_MAX];
+    const size_t *bounds[RANKS_MAX];
+} meeting;
+
+typedef struct thread_rank {
+    meeting *at;
+    int rank, count;
+} thread_rank;
+
+static void gather(void *context, const size_t *bounds, double *data)
+{
+    const thread_rank *me = context;
+    me->at->numbers[me->rank] = data;
+    pthread_barrier_wait(&me->at->barrier);
+    for (int i = 0; i < me->count; i++) {
+        const double *from = me->at->numbers[i];
+        for (size_t k = bounds[i]; i != me->rank && k < bounds[i + 1]; k++) {
+            data[k] = from[k];
+        }
+    }
+    pthread_barrier_wait(&me->at->barrier);
+}
+
+static void exchange(void *context, const size_t *to, const double *send, const size_t *from,
+                     double *receive)
+{
+    const thread_rank *me = context;
+    me->at->numbers[me->rank] = send;
+    me->at->bounds[me->rank] = to;
+    pthread_barrier_wait(&me->at->barrier);
+    for (int i = 0; i < me->count; i++) {
+        const size_t *there = me->at->bounds[i], first = there[me->rank];
+        assert_int_equal(there[me->rank + 1] - first, from[i + 1] - from[i]);
+        memcpy(receive + from[i], (const double *)me->at->numbers[i] + first,
+               (from[i + 1] - from[i]) * sizeof *receive);
+    }
+    pthread_barrier_wait(&me->at->barrier);
+}
+
+typedef struct worker {
+    thread_rank self;
+    void (*work)(ad_pool *pool, double *results);
+    int threads;
+    double *results;
+} worker;
+
+static void *be_rank(void *argument)
+{
+    worker *w = argument;
+    const ad_ranks ranks = {w->self.rank, w->self.count, &w->self, gather, exchange};
+    ad_pool *pool = ad_pool_create(w->threads);
+    ad_error error;
+    assert_non_null(pool);
+    assert_int_equal(ad_pool_share(pool, &ranks, &error), AD_OK);
+    assert_true((ad_pool_ranks(pool) != NULL) == (ranks.count > 1));
+    w->work(pool, w->results);
+    ad_pool_free(pool);
+    return NULL;
+}
+
+/* The results [count] of every one of so many ranks are those of the first call, by one of two
+ * threads. */
+static void compare(void (*work)(ad_pool *pool, double *results), size_t count)
+{
+    static const int ranks[] = {1, 1, 2, 3, 7, 8, RANKS_MAX};
+    double *expected = calloc(count, sizeof *expected);
+    for (size_t i = 0; i < sizeof ranks / sizeof *ranks; i++) {
+        meeting at;
+        worker workers[RANKS_MAX];
+        pthread_t threads[RANKS_MAX];
+        pthread_barrier_init(&at.barrier, NULL, (unsigned)ranks[i]);
+        for (int k = 0; k < ranks[i]; k++) {
+            double *results = i == 0 ? expected : calloc(count, sizeof *results);
+            workers[k] = (worker){{&at, k, ranks[i]}, work, i == 0 ? 2 : 1, results};
+            pthread_create(&threads[k], NULL, be_rank, &workers[k]);
+        }
+        for (int k = 0; k < ranks[i]; k++) {
+            pthread_join(threads[k], NULL);
+            assert_memory_equal(workers[k].results, expected, count * sizeof *expected);
+            if (i > 0) {
+                free(workers[k].results);
+            }
+        }
+        pthread_barrier_destroy(&at.barrier);
+    }
+    assert_true(fabs(expected[0]) > 0);
+    free(expected);
+}
+
+/* ---- what they compute ----------------------------------------------------------------------- */
+
+enum { WIDTH = 40, PARAMETERS = 4 * WIDTH + 1, MANY = 6001 };
+
+static void fill(double *x, size_t count, double seed)
+{
+    for (size_t i = 0; i < count; i++) {
+        x[i] = sin(seed + 1.7 * (double)i);
+    }
+}
+
+/* A network of two inputs, and its parameters. */
+static ad_value network(ad_tape *tape, ad_value views[4])
+{
+    ad_value x = ad_stack(2, (ad_value[]){ad_input(tape, "s", 1), ad_input(tape, "t", 1)});
+    const int rows[4] = {2 * WIDTH, WIDTH, WIDTH, 1};
+    size_t offset = 0;
+    for (int i = 0; i < 4; i++) {
+        views[i] = ad_parameter(tape, "p", rows[i], offset);
+        offset += (size_t)rows[i];
+    }
+    ad_value hidden = ad_tanh(ad_add(ad_matvec(views[0], x), views[1]));
+    return ad_add(ad_matvec(views[2], hidden), views[3]);
+}
+
+/* Sums, a second pass that needs those of the first, and values of points, of so many points. */
+static void execute(ad_pool *pool, size_t points, double *results)
+{
+    ad_error error;
+    ad_tape *tape = ad_tape_create();
+    ad_value views[4], y = network(tape, views);
+    ad_value off = ad_sub(y, ad_div(ad_sum_points(y), ad_points(tape)));
+    ad_value outputs[7] = {ad_sum_points(ad_square(off)), y, ad_stack(2, (ad_value[]){off, y})};
+    assert_int_equal(ad_reverse(outputs[0], 4, views, AD_SUMMED, outputs + 3), AD_OK);
+    ad_program *program = NULL;
+    assert_int_equal(ad_compile(7, outputs, NULL, pool, &program, &error), AD_OK);
+    double x[PARAMETERS], *numbers = calloc(2 * points + 1, sizeof *numbers);
+    fill(x, PARAMETERS, 2);
+    fill(numbers, 2 * points, 0.3);
+    const double *const inputs[2] = {numbers, numbers + points};
+    double *to[7] = {results,
+                     results + 1,
+                     results + 1 + points,
+                     results + 1 + 3 * points,
+                     results + 1 + 3 * points + 2 * WIDTH,
+                     results + 1 + 3 * points + 3 * WIDTH,
+                     results + 1 + 3 * points + 4 * WIDTH};
+    const ad_run run = {.points = points, .inputs = inputs, .parameters = x, .outputs = to};
+    for (int i = 0; i < 2; i++) {
+        assert_int_equal(ad_execute(program, &run, &error), AD_OK);
+    }
+    free(numbers);
+    ad_program_free(program);
+    ad_tape_free(tape);
+}
+
+static void execute_all(ad_pool *pool, double *results)
+{
+    static const size_t points[] = {MANY, 1, 33, 300, 2048};
+    for (size_t i = 0; i < sizeof points / sizeof *points; i++) {
+        execute(pool, points[i], results);
+        results += 1 + 3 * points[i] + PARAMETERS;
+    }
+}
+
+static void test_programs(void **state)
+{
+    (void)state;
+    compare(execute_all, 5 * (1 + PARAMETERS) + 3 * (MANY + 1 + 33 + 300 + 2048));
+}
+
+enum { TRIANGLE = PARAMETERS * PARAMETERS, NORMAL = TRIANGLE + PARAMETERS + 1 };
+
+static void add_normal(ad_pool *pool, size_t points, double *results)
+{
+    ad_error error;
+    ad_tape *tape = ad_tape_create();
+    ad_value views[4], y = network(tape, views);
+    ad_value rows = ad_stack(2, (ad_value[]){y, ad_mul(y, ad_sin(y))});
+    ad_normal *normal = NULL;
+    assert_int_equal(ad_normal_compile(1, &rows, 4, views, PARAMETERS, pool, &normal, &error),
+                     AD_OK);
+    double x[PARAMETERS], *numbers = calloc(2 * points + 1, sizeof *numbers);
+    fill(x, PARAMETERS, 2);
+    fill(numbers, 2 * points, 0.3);
+    const double *const inputs[2] = {numbers, numbers + points};
+    const ad_run run = {.points = points, .inputs = inputs, .parameters = x};
+    for (int i = 0; i < 2; i++) { /* to what is there already */
+        assert_int_equal(ad_normal_add(normal, &run, results, results + TRIANGLE,
+                                       results + TRIANGLE + PARAMETERS, &error),
+                         AD_OK);
+    }
+    free(numbers);
+    ad_normal_free(normal);
+    ad_tape_free(tape);
+}
+
+static void add_normals(ad_pool *pool, double *results)
+{
+    static const size_t points[] = {MANY, 1, 1500, 2048};
+    for (size_t i = 0; i < sizeof points / sizeof *points; i++) {
+        add_normal(pool, points[i], results + i * NORMAL);
+    }
+}
+
+static void test_normal_equations(void **state)
+{
+    (void)state;
+    compare(add_normals, 4 * NORMAL);
+}
+
+/* What does not follow from numbers that all have. */
+static void agree(ad_pool *pool, double *results)
+{
+    const ad_ranks *ranks = ad_pool_ranks(pool);
+    const int rank = ranks ? ranks->rank : 0, last = ranks ? ranks->count - 1 : 0;
+    double first[2] = {rank == 0 ? 5 : 0, rank == 0 ? -7 : 1};
+    ad_ranks_first(ranks, 2, first);
+    results[0] = first[0];
+    results[1] = first[1];
+    results[2] = ad_ranks_largest(ranks, rank == last ? 3 : -1);
+    results[3] = ad_ranks_agree(ranks, 0xfedcba9876543210u);
+    results[4] = last == 0 || !ad_ranks_agree(ranks, 0xfedcba9876543210u + (rank == last));
+}
+
+static void test_agreement(void **state)
+{
+    (void)state;
+    compare(agree, 5);
+}
+
+/* Every point is somebody's. */
+static void test_shares(void **state)
+{
+    (void)state;
+    ad_error error;
+    ad_tape *tape = ad_tape_create();
+    ad_pool *pool = ad_pool_create(1);
+    ad_program *program = NULL;
+    ad_value views[4], loss = ad_sum_points(ad_square(network(tape, views))), outputs[4];
+    assert_int_equal(ad_reverse(loss, 4, views, AD_SUMMED, outputs), AD_OK);
+    assert_int_equal(ad_compile(4, outputs, NULL, pool, &program, &error), AD_OK);
+    for (int ranks = 1; ranks < 9; ranks++) {
+        size_t points = 0;
+        for (int i = 0; i < ranks; i++) {
+            ad_share share = ad_program_share(program, MANY, ranks, i);
+            points += share.points;
+            assert_true((share.sum_bytes > 0) == (ranks > 1));
+            assert_int_equal(share.value_bytes, 0);
+        }
+        assert_int_equal(points, MANY);
+    }
+    ad_program_free(program);
+    ad_pool_free(pool);
+    ad_tape_free(tape);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_programs), cmocka_unit_test(test_normal_equations),
+        cmocka_unit_test(test_agreement), cmocka_unit_test(test_shares)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

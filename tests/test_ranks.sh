@@ -1,0 +1,99 @@
+#!/bin/bash
+# Training by several processes: the bits of one, also when it goes on with another number of them;
+# processes that die; programs that do not share their work. Without mpirun there is nothing to do.
+#   test_ranks.sh BIN ROOT
+set -u
+. "$(dirname "$0")/programs.sh"
+command -v mpirun >/dev/null || exit 77
+export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 # in containers
+over=()
+mpirun --version | grep -q 'Open MPI' && over=(--oversubscribe)
+
+# by N COMMAND...
+by() {
+    local n=$1
+    shift
+    timeout 120 mpirun "${over[@]}" -n "$n" "$@"
+}
+
+# answers FOLDER...: same history but for seconds, same answers.
+answers() {
+    local first=$1 folder
+    for folder in "$@"; do
+        run 0 cpinn-eval "$folder" --grid 11x7 --out "$folder.csv"
+        without_seconds "$folder/history.csv" >"$folder.history"
+        same "$folder.csv" "$first.csv"
+        same "$folder.history" "$first.history"
+    done
+}
+
+# ---- first-order and quasi-Newton methods, points and weights that follow training --------------
+
+deep=(cpinn-train "$ROOT/configs/cantilever_deep.yaml" --threads 1 --quiet --set output.every=5
+    --set 'network.hidden=[12, 12]' --set losses.interior.points=300
+    --set losses.held_out_points=64)
+stages() {
+    echo "training.stages=[{optimizer: adam, steps: $1}, {optimizer: soap, steps: $1}, \
+{optimizer: lbfgs, steps: $1}, {optimizer: gauss_newton, steps: 2, $2}]"
+}
+causal=("${deep[@]}" --set "$(stages 20 "linear_algebra: matrix_free, scaling: identity")" --set losses.causal.slices=3
+    --set losses.causal.update_every=7 --set losses.interior.sampler=uniform
+    --set losses.interior.resample_every=9)
+run 3 "${causal[@]}" --out causal
+for n in 1 2 3; do
+    run 3 by "$n" "${causal[@]}" --out "causal_$n"
+done
+answers causal causal_1 causal_2 causal_3
+
+moving=("${deep[@]}" --set "$(stages 20 "scaling: diagonal")" --set losses.balance=gradient_norm
+    --set losses.interior.adaptive.kind=rad --set losses.interior.adaptive.every=8)
+run 3 "${moving[@]}" --out moving
+run 3 by 3 "${moving[@]}" --out moving_3
+answers moving moving_3
+
+# ---- a process that dies, and others that go on ---------------------------------------------------
+
+long=("${deep[@]}" --set "$(stages 400 "scaling: diagonal")" --set checkpoint.every=20)
+run 3 "${long[@]}" --out long
+by 2 "${long[@]}" --out killed >stdout.txt 2>stderr.txt </dev/null &
+pid=$!
+while [ "$(cat killed/history.csv 2>/dev/null | wc -l)" -lt 30 ] && kill -0 "$pid"; do
+    sleep 0.02
+done
+children=$(pgrep -f -- "^[^ ]*cpinn-train .*--out killed" | sort -n)
+check two processes train -- test "$(wc -w <<<"$children")" -eq 2
+kill -9 "${children##*$'\n'}"
+wait "$pid" && failed "a run with a dead process ended well"
+pid=
+run 0 cpinn-eval killed --grid 11x7 --out killed.csv
+run 3 by 3 "${long[@]}" --out killed --resume
+answers long killed
+
+# A signal to any of them ends all after a step; the clock is that of the first.
+by 2 "${long[@]}" --out stopped >stdout.txt 2>stderr.txt </dev/null &
+pid=$!
+while [ "$(cat stopped/history.csv 2>/dev/null | wc -l)" -lt 20 ] && kill -0 "$pid"; do
+    sleep 0.02
+done
+kill -TERM "$(pgrep -f -- "^[^ ]*cpinn-train .*--out stopped" | sort -n | tail -1)"
+status=0
+wait "$pid" || status=$?
+pid=
+check exit 143 after SIGTERM -- test "$status" -eq 143
+run 3 "${long[@]}" --out stopped --resume
+answers long stopped
+run 3 by 2 "${deep[@]}" --set 'training.stages=[{optimizer: adam, steps: 100000000, stop: {seconds: 0.5}}]' --out timed
+
+# ---- words ---------------------------------------------------------------------------------------
+
+run 2 by 2 cpinn-train nowhere.yaml
+check one line of error -- test "$(grep -c nowhere.yaml stderr.txt)" -eq 1
+run 2 by 2 "${long[@]}" --out long
+check one line of error -- test "$(grep -c 'there is a run already' stderr.txt)" -eq 1
+run 2 by 2 cpinn-solve "$ROOT/configs/elastica.yaml" --grid 11 --out solved.csv
+check one line of error -- test "$(grep -c 'does not share its work' stderr.txt)" -eq 1
+check nothing is written -- test ! -e solved.csv
+run 0 by 2 "${moving[@]}" --explain
+said stdout.txt 'ranks'
+
+finish

@@ -1,0 +1,24 @@
+/* The ranks of a program that mpirun or srun has started as several processes, by MPI. A program
+ * that is started alone never touches MPI. */
+#ifndef TOOLS_PROGRAMS_RANKS_H
+#define TOOLS_PROGRAMS_RANKS_H
+
+#include "autodiff/ranks.h"
+
+/* At the very beginning of main. *ranks: NULL for a process by itself. All but rank 0 say nothing
+ * from here on: what they print goes nowhere, their errors to rank 0 by ranks_end. AD_BAD_INPUT:
+ * there are several processes, but no MPI. */
+ad_status ranks_begin(const ad_ranks **ranks, ad_error *error);
+
+/* Threads of this rank: `asked`, or where that is 0 its part of the processors that it may use. */
+int ranks_threads(int asked);
+
+/* Seconds in which this rank has waited for others and for their numbers. */
+double ranks_waited(void);
+
+/* At the very end. Returns the exit status of the program: that of rank 0, or of a rank that has
+ * failed by itself, whose last words rank 0 repeats. When others do not come to an end as well, all
+ * are ended. */
+int ranks_end(const char *program, int exit_status);
+
+#endif

@@ -1,0 +1,32 @@
+/* Without MPI. */
+#include "tools/programs/launch.h"
+#include "tools/programs/ranks.h"
+
+ad_status ranks_begin(const ad_ranks **ranks, ad_error *error)
+{
+    int rank, count = launch_processes(&rank);
+    *ranks = NULL;
+    launch_share();
+    return count > 1
+               ? ad_fail(error, AD_BAD_INPUT,
+                         "mpirun or srun: started as %d processes, but built without MPI: install "
+                         "libopenmpi-dev or libmpich-dev and build again, or start one",
+                         count)
+               : AD_OK;
+}
+
+int ranks_threads(int asked)
+{
+    return asked;
+}
+
+double ranks_waited(void)
+{
+    return 0;
+}
+
+int ranks_end(const char *program, int exit_status)
+{
+    (void)program;
+    return exit_status;
+}
