@@ -184,7 +184,7 @@ static ad_status take_row(void *context, size_t index, const ranks_result *resul
         judge_name_of_file(row->name, task.path);
         row->method = task.method;
         memcpy(&row->result, result->bytes, sizeof row->result);
-        cases_print_row(stdout, row, t->width);
+        cases_print_row(stdout, row, t->count > 0 ? row - 1 : NULL, t->width);
         fflush(stdout);
         t->count++;
     }
