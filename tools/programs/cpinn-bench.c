@@ -520,12 +520,13 @@ static int run(bench *b)
     int result = ranks_queue(b->o->ranks, &jobs, &signal, &error) == AD_OK
                      ? 0
                      : cli_fail_error(program, &error);
+    const int stopped = signal ? ranks_queue_stopped(program, b->o->ranks, signal,
+                                                     (size_t)b->results.run_count, (size_t)count)
+                               : 0;
     if (ranks_is_first(b->o->ranks) && finish(b, &error) != AD_OK) {
         return cli_fail_error(program, &error);
     }
-    return signal ? ranks_queue_stopped(program, b->o->ranks, signal, (size_t)b->results.run_count,
-                                        (size_t)count)
-                  : result;
+    return stopped ? stopped : result;
 }
 
 static int parse(int count, char **arguments, options *o)

@@ -230,11 +230,13 @@ static int run(table *t, const options *o)
     const ranks_jobs jobs = {.count = count, .context = t, .work = do_row, .take = take_row};
     cases_print_heading(stdout, t->width);
     status = ranks_queue(o->ranks, &jobs, &signal, &error);
+    const int stopped =
+        signal ? ranks_queue_stopped(program, o->ranks, signal, t->count, count) : 0;
     if (status == AD_OK && writes && t->count > 0) {
         status = write_files(t, o->out, &error);
     }
     return status != AD_OK ? cli_fail_error(program, &error)
-           : signal        ? ranks_queue_stopped(program, o->ranks, signal, t->count, count)
+           : stopped       ? stopped
                            : !all_have_errors(t);
 }
 

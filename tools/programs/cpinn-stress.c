@@ -265,7 +265,9 @@ static int run(const options *o)
     printf("%-26s %-6s %-13s %-11s %8s %6s  %s\n", "scene", "method", "expected", "outcome",
            "error", "s", "verdict");
     ad_status status = ranks_queue(o->ranks, &jobs, &signal, &error);
-    if (status == AD_OK && !signal) {
+    const int stopped =
+        signal ? ranks_queue_stopped(program, o->ranks, signal, all.table.rows, all.count) : 0;
+    if (status == AD_OK && !stopped) {
         printf("%zu rows, %d not as expected\n", all.table.rows, all.surprises);
     }
     if (status == AD_OK && writes) {
@@ -274,8 +276,8 @@ static int run(const options *o)
     sheet_free(&all.table);
     remove_folder(all.folder);
     return status != AD_OK ? cli_fail_error(program, &error)
-           : signal ? ranks_queue_stopped(program, o->ranks, signal, all.table.rows, all.count)
-                    : all.surprises > 0;
+           : stopped       ? stopped
+                           : all.surprises > 0;
 }
 
 /* Returns CLI_RUN where rows are to be run. */
