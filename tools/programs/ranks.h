@@ -13,6 +13,11 @@ ad_status ranks_begin(const ad_ranks **ranks, ad_error *error);
 /* Threads of this rank: `asked`, or where that is 0 its part of the processors that it may use. */
 int ranks_threads(int asked);
 
+/* At the very end. Returns the exit status of the program: that of rank 0, or of a rank that has
+ * failed by itself, whose last words rank 0 repeats. When others do not come to an end as well, all
+ * are ended. */
+int ranks_end(const char *program, int exit_status);
+
 /* Messages between rank 0 and another one, as ranks_queue.h has them. A message that has come, if
  * there is one: bytes of malloc, and whose. */
 void ranks_send(int to, size_t size, const void *message);
@@ -20,10 +25,5 @@ bool ranks_receive(int *from, size_t *size, void **message);
 
 /* For rank 0: whether that rank is in ranks_end. */
 bool ranks_has_ended(int rank);
-
-/* At the very end. Returns the exit status of the program: that of rank 0, or of a rank that has
- * failed by itself, whose last words rank 0 repeats. When others do not come to an end as well, all
- * are ended. */
-int ranks_end(const char *program, int exit_status);
 
 #endif

@@ -20,7 +20,7 @@ typedef struct answer {
 static const int64_t NO_JOB = -1;
 static const double LAST_RESULTS = 0.3; /* s after a signal, for what others have cut short */
 
-/* A job that is done, of which results may be awaited. */
+/* What has become of a job. */
 typedef struct slot {
     bool is_done;
     ad_error error;
@@ -125,6 +125,7 @@ static void ask(const slot *last, int64_t index)
     free(message);
 }
 
+/* After a signal rank 0 is told of it, and not waited for. */
 static int64_t hear(void)
 {
     int64_t index;
@@ -132,6 +133,10 @@ static int64_t hear(void)
     size_t size;
     int from;
     while (!ranks_receive(&from, &size, &message)) {
+        if (signals_caught()) {
+            ask(&(slot){.is_done = false}, NO_JOB);
+            return NO_JOB;
+        }
         doze();
     }
     memcpy(&index, message, sizeof index);
