@@ -3,6 +3,7 @@
 #include "tools/judge/sheet.h"
 
 #include <math.h>
+#include <string.h>
 
 /* ---- for people ---------------------------------------------------------------------------- */
 
@@ -37,14 +38,15 @@ static void print_left_out(FILE *file, const char *text)
     }
 }
 
-void cases_print_row(FILE *file, const cases_row *row, int width)
+void cases_print_row(FILE *file, const cases_row *row, const cases_row *before, int width)
 {
+    const bool is_named =
+        row->method == JUDGE_PINN || !before || strcmp(before->name, row->name) != 0;
     char position[SHEET_TEXT], rotation[SHEET_TEXT], seconds[SHEET_TEXT], size[72];
     const judge_row *r = &row->result;
     size_text(row, size);
-    fprintf(file, "%-*s  %-6s  %8s  %8s  %7s  %-27s  ", width,
-            row->method == JUDGE_PINN ? row->name : "", judge_method_name(row->method),
-            sheet_error(r->errors[JUDGE_POSITION], position),
+    fprintf(file, "%-*s  %-6s  %8s  %8s  %7s  %-27s  ", width, is_named ? row->name : "",
+            judge_method_name(row->method), sheet_error(r->errors[JUDGE_POSITION], position),
             sheet_error(r->errors[JUDGE_ROTATION], rotation), sheet_seconds(r->seconds, seconds),
             size);
     print_left_out(file, *r->left_out ? r->left_out : "-");

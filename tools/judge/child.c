@@ -16,6 +16,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+/* s; a signal that another thread has caught does not end a wait */
+static const double look = 0.2;
+
 /* All of the child's result, or less: it was late, or went another way. */
 static size_t receive(int from, double seconds, char *result, size_t size)
 {
@@ -24,8 +27,10 @@ static size_t receive(int from, double seconds, char *result, size_t size)
     while (got < size) {
         struct pollfd waiting = {.fd = from, .events = POLLIN};
         double left = until - train_seconds();
-        int ready = left > 0 ? poll(&waiting, 1, (int)(1000 * left) + 1) : 0;
-        if (ready < 0 && errno == EINTR && !signals_caught()) {
+        double wait = left < look ? left : look;
+        int ready = left > 0 ? poll(&waiting, 1, (int)(1000 * wait) + 1) : 0;
+        bool woken = ready < 0 ? errno == EINTR : ready == 0 && left > 0;
+        if (woken && !signals_caught()) {
             continue;
         }
         ssize_t more = ready > 0 ? read(from, result + got, size - got) : 0;

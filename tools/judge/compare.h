@@ -94,6 +94,10 @@ typedef struct compare_results {
 ad_status compare_run_add(compare_run *run, const compare_row *row, ad_error *error);
 void compare_run_free(compare_run *run);
 
+/* A run as bytes, of malloc, for another process; and a run of them, as from zero. AD_NO_MEMORY. */
+ad_status compare_run_pack(const compare_run *run, void **bytes, size_t *size, ad_error *error);
+ad_status compare_run_unpack(const void *bytes, compare_run *run, ad_error *error);
+
 /* Prepares and takes one step, so that what cannot be trained is refused before anything is, and
  * what is loaded once is not charged to whoever comes first. Fills in names and parameters of the
  * cell but for the method; the seed that the config has. */

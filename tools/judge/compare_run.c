@@ -32,6 +32,37 @@ void compare_run_free(compare_run *run)
     run->count = run->capacity = 0;
 }
 
+/* The run, and its rows behind it. */
+ad_status compare_run_pack(const compare_run *run, void **bytes, size_t *size, ad_error *error)
+{
+    const size_t rows = run->count * sizeof *run->rows;
+    char *to = malloc(sizeof *run + rows);
+    if (!to) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a run of %zu rows", run->count);
+    }
+    memcpy(to, run, sizeof *run);
+    if (rows > 0) {
+        memcpy(to + sizeof *run, run->rows, rows);
+    }
+    *bytes = to;
+    *size = sizeof *run + rows;
+    return AD_OK;
+}
+
+ad_status compare_run_unpack(const void *bytes, compare_run *run, ad_error *error)
+{
+    memcpy(run, bytes, sizeof *run);
+    const size_t rows = run->count * sizeof *run->rows;
+    run->capacity = run->count;
+    run->rows = malloc(rows + 1);
+    if (!run->rows) {
+        run->count = run->capacity = 0;
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a run of %zu bytes", rows);
+    }
+    memcpy(run->rows, (const char *)bytes + sizeof *run, rows);
+    return AD_OK;
+}
+
 bool compare_failed(const compare_run *run)
 {
     verdict_reason reason = verdict_worst(&run->verdict);

@@ -1,9 +1,10 @@
 #include "tools/judge/signals.h"
 
 #include <signal.h>
+#include <stdatomic.h>
 #include <string.h>
 
-static volatile sig_atomic_t caught; /* a handler has nowhere else to put it */
+static atomic_int caught; /* a handler has nowhere else to put it; any thread may ask */
 
 static void on_signal(int number)
 {
@@ -22,5 +23,5 @@ void signals_catch(void)
 
 int signals_caught(void)
 {
-    return (int)caught;
+    return caught;
 }

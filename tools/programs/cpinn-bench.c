@@ -5,6 +5,8 @@
 #include "tools/judge/signals.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/progress.h"
+#include "tools/programs/ranks.h"
+#include "tools/programs/ranks_queue.h"
 #include "tools/train/run.h"
 
 #include <stdlib.h>
@@ -29,8 +31,9 @@ static const char epilogue[] =
     "\n"
     "Training time includes recording and compiling the equations and leaves out evaluating the\n"
     "error, which is done at least 5% of time apart. Runs go one after another, all methods with\n"
-    "one seed before the next seed, after an untimed step of each. Ctrl-C ends the run at hand "
-    "and\n"
+    "one seed before the next seed, after an untimed step of each; under mpirun or srun as many "
+    "at\n"
+    "a time as there are ranks, which share what a machine has. Ctrl-C ends the run at hand and\n"
     "writes what there is.\n"
     "\n"
     "DIR receives\n"
@@ -63,6 +66,7 @@ typedef struct options {
     int seeds, threads;
     double seconds;
     bool quiet;
+    const ad_ranks *ranks; /* NULL: this process is by itself */
 } options;
 
 /* What a cell is made of. */
@@ -355,27 +359,39 @@ static ad_status show(void *context, session *s, bool is_last, ad_error *error)
 
 /* Seeds outermost, so that what else the machine does is spread over the methods, and what there
  * is after Ctrl-C compares. */
-static ad_status train_all(bench *b, ad_error *error)
+static compare_run run_of(const bench *b, size_t index)
 {
-    int total = b->results.cell_count * b->o->seeds;
-    for (int i = 0; i < total && !signals_caught(); i++) {
-        assembled texts;
-        compare_run *run = &b->results.runs[b->results.run_count];
-        run->cell = i % b->results.cell_count;
-        run->seed = b->seeds[run->cell] + (uint64_t)(i / b->results.cell_count);
-        judge_task task = task_of(b, run->cell, &run->seed, &texts);
-        b->results.run_count++;
-        progress live = {.quiet = b->o->quiet, .limit = b->o->seconds};
-        task.step = show;
-        task.context = &live;
-        ad_status status = compare_do(&task, b->measure, run, error);
-        progress_clear(&live);
-        if (status != AD_OK) {
-            return status;
-        }
-        report(b, run, i + 1, total);
+    const int cells = b->results.cell_count, cell = (int)index % cells;
+    return (compare_run){.cell = cell, .seed = b->seeds[cell] + (uint64_t)((int)index / cells)};
+}
+
+static ad_status do_run(void *context, size_t index, ranks_result *result, ad_error *error)
+{
+    const bench *b = context;
+    assembled texts;
+    compare_run run = run_of(b, index);
+    judge_task task = task_of(b, run.cell, &run.seed, &texts);
+    const bool is_shown = !b->o->quiet && !b->o->ranks; /* of several at once none is */
+    progress live = {.quiet = !is_shown, .limit = b->o->seconds};
+    task.step = is_shown ? show : NULL;
+    task.context = &live;
+    ad_status status = compare_do(&task, b->measure, &run, error);
+    progress_clear(&live);
+    status =
+        status == AD_OK ? compare_run_pack(&run, &result->bytes, &result->size, error) : status;
+    compare_run_free(&run);
+    return status;
+}
+
+static ad_status take_run(void *context, size_t index, const ranks_result *result, ad_error *error)
+{
+    bench *b = context;
+    compare_run *run = &b->results.runs[b->results.run_count++];
+    ad_status status = compare_run_unpack(result->bytes, run, error);
+    if (status == AD_OK) {
+        report(b, run, (int)index + 1, b->results.cell_count * b->o->seeds);
     }
-    return AD_OK;
+    return status;
 }
 
 /* ---- results ------------------------------------------------------------------------------- */
@@ -479,23 +495,38 @@ static ad_status finish(const bench *b, ad_error *error)
     return status == AD_OK ? draw(b, error) : status;
 }
 
+static ad_status prepare(bench *b, ad_error *error)
+{
+    ad_status status = read_plan(b, error);
+    status = status == AD_OK ? make_plan(b, error) : status;
+    status = status == AD_OK ? rehearse(b, error) : status;
+    return status == AD_OK && !signals_caught() && ranks_is_first(b->o->ranks)
+               ? choose_folder(b, error)
+               : status;
+}
+
 static int run(bench *b)
 {
     ad_error error = {AD_OK, ""};
-    if (read_plan(b, &error) != AD_OK || make_plan(b, &error) != AD_OK ||
-        rehearse(b, &error) != AD_OK || (!signals_caught() && choose_folder(b, &error) != AD_OK)) {
+    int signal;
+    const ad_status prepared = prepare(b, &error);
+    if (prepared != AD_OK || signals_caught()) {
+        ranks_queue_none(b->o->ranks);
+        return prepared != AD_OK ? cli_fail_error(program, &error) : 128 + signals_caught();
+    }
+    const int count = b->results.cell_count * b->o->seeds;
+    const ranks_jobs jobs = {(size_t)count, b, do_run, take_run};
+    say(b, "%d runs of at most %.3g s of training each -> %s\n", count, b->o->seconds, b->folder);
+    int result = ranks_queue(b->o->ranks, &jobs, &signal, &error) == AD_OK
+                     ? 0
+                     : cli_fail_error(program, &error);
+    const int stopped = signal ? ranks_queue_stopped(program, b->o->ranks, signal,
+                                                     (size_t)b->results.run_count, (size_t)count)
+                               : 0;
+    if (ranks_is_first(b->o->ranks) && finish(b, &error) != AD_OK) {
         return cli_fail_error(program, &error);
     }
-    if (signals_caught()) {
-        return 128 + signals_caught();
-    }
-    say(b, "%d runs of at most %.3g s of training each -> %s\n",
-        b->results.cell_count * b->o->seeds, b->o->seconds, b->folder);
-    int result = train_all(b, &error) == AD_OK ? 0 : cli_fail_error(program, &error);
-    if (finish(b, &error) != AD_OK) {
-        return cli_fail_error(program, &error);
-    }
-    return signals_caught() ? 128 + signals_caught() : result;
+    return stopped ? stopped : result;
 }
 
 static int parse(int count, char **arguments, options *o)
@@ -532,21 +563,8 @@ static int parse(int count, char **arguments, options *o)
     return cli_parse(&about, known, sizeof known / sizeof *known, count, arguments, &last);
 }
 
-int main(int count, char **arguments)
+static void bench_free(bench *b)
 {
-    options o = {.seeds = 3, .seconds = 10, .error = "position"};
-    int result = parse(count, arguments, &o);
-    if (result != CLI_RUN) {
-        return result;
-    }
-    bench *b = calloc(1, sizeof *b);
-    if (!b) {
-        cli_fail(program, "out of memory");
-        return 1;
-    }
-    b->o = &o;
-    signals_catch();
-    result = run(b);
     for (int i = 0; i < b->results.run_count; i++) {
         compare_run_free(&b->results.runs[i]);
     }
@@ -556,5 +574,28 @@ int main(int count, char **arguments)
     free(b->cells);
     free(b->seeds);
     free(b);
-    return result;
+}
+
+int main(int count, char **arguments)
+{
+    options o = {.seeds = 3, .seconds = 10, .error = "position"};
+    ad_error error;
+    if (ranks_begin(&o.ranks, &error) != AD_OK) {
+        return ranks_end(program, cli_fail_error(program, &error));
+    }
+    int result = parse(count, arguments, &o);
+    if (result != CLI_RUN) {
+        return ranks_end(program, result);
+    }
+    bench *b = calloc(1, sizeof *b);
+    if (!b) {
+        cli_fail(program, "out of memory");
+        return ranks_end(program, 1);
+    }
+    o.threads = ranks_threads(o.threads);
+    b->o = &o;
+    signals_catch();
+    result = run(b);
+    bench_free(b);
+    return ranks_end(program, result);
 }

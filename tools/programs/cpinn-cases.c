@@ -4,6 +4,8 @@
 #include "tools/judge/gnuplot.h"
 #include "tools/judge/signals.h"
 #include "tools/programs/cli.h"
+#include "tools/programs/ranks.h"
+#include "tools/programs/ranks_queue.h"
 #include "tools/train/run.h"
 
 #include <dirent.h>
@@ -36,7 +38,8 @@ static const char epilogue[] =
     "and equations at a point, of the solver nodes along the rod and steps of Newton's method, in\n"
     "motion those of time.\n"
     "\n"
-    "Rows go one after another, each in a process of its own. One that ends with a warning, is\n"
+    "Rows go one after another, under mpirun or srun as many at a time as there are ranks, in the\n"
+    "same order; each in a process of its own. One that ends with a warning, is\n"
     "refused, stops, crashes or takes too long says so with its reason, and the next begins. "
     "Ctrl-C\n"
     "ends the table and writes what there is.\n"
@@ -59,9 +62,11 @@ typedef struct options {
     const char *out;
     double seconds;
     int threads;
+    const ad_ranks *ranks; /* NULL: this process is by itself */
 } options;
 
 typedef struct table {
+    const options *asked;
     int path_count;
     char *paths[PATHS_MAX]; /* owned */
     size_t count;
@@ -151,24 +156,35 @@ static ad_status prepare_folder(const char *folder, ad_error *error)
     return run_make_folder(folder, error);
 }
 
-/* What a signal has cut short is no row. */
-static ad_status run_rows(table *t, const options *o, ad_error *error)
+static judge_task task_of(const table *t, size_t row)
 {
-    cases_print_heading(stdout, t->width);
-    for (int i = 0; i < JUDGE_METHODS * t->path_count; i++) {
-        cases_row *row = &t->rows[t->count];
-        const judge_task task = {.path = t->paths[i / JUDGE_METHODS],
-                                 .method = (judge_method)(i % JUDGE_METHODS),
-                                 .threads = o->threads,
-                                 .seconds = o->seconds,
-                                 .patience = o->seconds + grace};
+    return (judge_task){.path = t->paths[row / JUDGE_METHODS],
+                        .method = (judge_method)(row % JUDGE_METHODS),
+                        .threads = t->asked->threads,
+                        .seconds = t->asked->seconds,
+                        .patience = t->asked->seconds + grace};
+}
+
+static ad_status do_row(void *context, size_t index, ranks_result *result, ad_error *error)
+{
+    judge_row row;
+    const judge_task task = task_of(context, index);
+    ad_status status = judge_run(&task, &row, error);
+    return status == AD_OK ? ranks_result_copy(result, sizeof row, &row, error) : status;
+}
+
+/* What a signal has cut short is no row. */
+static ad_status take_row(void *context, size_t index, const ranks_result *result, ad_error *error)
+{
+    table *t = context;
+    cases_row *row = &t->rows[t->count];
+    const judge_task task = task_of(t, index);
+    (void)error;
+    if (!result->is_cut) {
         judge_name_of_file(row->name, task.path);
         row->method = task.method;
-        ad_status status = judge_run(&task, &row->result, error);
-        if (status != AD_OK || signals_caught()) {
-            return status;
-        }
-        cases_print_row(stdout, row, t->width);
+        memcpy(&row->result, result->bytes, sizeof row->result);
+        cases_print_row(stdout, row, t->count > 0 ? row - 1 : NULL, t->width);
         fflush(stdout);
         t->count++;
     }
@@ -202,41 +218,60 @@ static bool all_have_errors(const table *t)
 static int run(table *t, const options *o)
 {
     ad_error error = {AD_OK, ""};
-    if (find_cases(t, o, &error) != AD_OK || (o->out && prepare_folder(o->out, &error) != AD_OK)) {
+    const bool writes = o->out && ranks_is_first(o->ranks);
+    int signal;
+    ad_status status = find_cases(t, o, &error);
+    status = status == AD_OK && writes ? prepare_folder(o->out, &error) : status;
+    if (status != AD_OK) {
+        ranks_queue_none(o->ranks);
         return cli_fail_error(program, &error);
     }
-    ad_status status = run_rows(t, o, &error);
-    if (status == AD_OK && o->out && t->count > 0) {
+    const size_t count = JUDGE_METHODS * (size_t)t->path_count;
+    const ranks_jobs jobs = {.count = count, .context = t, .work = do_row, .take = take_row};
+    cases_print_heading(stdout, t->width);
+    status = ranks_queue(o->ranks, &jobs, &signal, &error);
+    const int stopped =
+        signal ? ranks_queue_stopped(program, o->ranks, signal, t->count, count) : 0;
+    if (status == AD_OK && writes && t->count > 0) {
         status = write_files(t, o->out, &error);
     }
-    if (status != AD_OK) {
-        return cli_fail_error(program, &error);
-    }
-    return signals_caught() ? 128 + signals_caught() : !all_have_errors(t);
+    return status != AD_OK ? cli_fail_error(program, &error)
+           : stopped       ? stopped
+                           : !all_have_errors(t);
+}
+
+static int parse(int count, char **arguments, options *o)
+{
+    const char *last;
+    const cli_program about = {program, "FOLDER|CONFIG.yaml", summary, epilogue,
+                               NULL,    &o->operands};
+    const cli_option known[] = {
+        {"--out", "DIR", CLI_TEXT, &o->out, 0, 0,
+         "write the table as .csv and .h5, and a picture; what is there is\nnever overwritten"},
+        {"--seconds", "S", CLI_NUMBER, &o->seconds, 1e-3, 1e6,
+         "limit of a row; the error is then that of what there is (600)"},
+        {"--threads", "N", CLI_INTEGER, &o->threads, 0, 1024,
+         "of a network; default 0: one for each processor. The solver has one"}};
+    return cli_parse(&about, known, sizeof known / sizeof *known, count, arguments, &last);
 }
 
 int main(int count, char **arguments)
 {
-    table t = {.path_count = 0};
     options o = {.seconds = 600};
-    const char *last;
-    const cli_program about = {program, "FOLDER|CONFIG.yaml", summary, epilogue, NULL, &o.operands};
-    const cli_option known[] = {
-        {"--out", "DIR", CLI_TEXT, &o.out, 0, 0,
-         "write the table as .csv and .h5, and a picture; what is there is\nnever overwritten"},
-        {"--seconds", "S", CLI_NUMBER, &o.seconds, 1e-3, 1e6,
-         "limit of a row; the error is then that of what there is (600)"},
-        {"--threads", "N", CLI_INTEGER, &o.threads, 0, 1024,
-         "of a network; default 0: one for each processor. The solver has one"}};
-    int result = cli_parse(&about, known, sizeof known / sizeof *known, count, arguments, &last);
-    if (result != CLI_RUN) {
-        return result;
+    table t = {.asked = &o};
+    ad_error error;
+    if (ranks_begin(&o.ranks, &error) != AD_OK) {
+        return ranks_end(program, cli_fail_error(program, &error));
     }
-    signals_catch();
-    result = run(&t, &o);
+    int result = parse(count, arguments, &o);
+    if (result == CLI_RUN) {
+        o.threads = ranks_threads(o.threads);
+        signals_catch();
+        result = run(&t, &o);
+    }
     for (int i = 0; i < t.path_count; i++) {
         free(t.paths[i]);
     }
     free(t.rows);
-    return result;
+    return ranks_end(program, result);
 }

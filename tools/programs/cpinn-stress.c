@@ -4,6 +4,8 @@
 #include "tools/judge/signals.h"
 #include "tools/judge/stress.h"
 #include "tools/programs/cli.h"
+#include "tools/programs/ranks.h"
+#include "tools/programs/ranks_queue.h"
 
 #include <dirent.h>
 #include <errno.h>
@@ -22,7 +24,8 @@ static const char summary[] =
     "and where that makes sense by the solver of cpinn-solve.";
 
 static const char epilogue[] =
-    "Every scene runs in a process of its own, with a time limit, on one thread. Errors are those\n"
+    "Every scene runs in a process of its own, with a time limit, on one thread; under mpirun or\n"
+    "srun as many at a time as there are ranks, in the same order. Errors are those\n"
     "of position, relative L2, unless the scene says otherwise.\n"
     "\n"
     "Ctrl-C ends the table and writes what there is.\n"
@@ -45,6 +48,7 @@ typedef struct options {
     cli_list only;
     const char *out, *method;
     bool quick, is_long, list;
+    const ad_ranks *ranks; /* NULL: this process is by itself */
 } options;
 
 /* ---- which rows ---------------------------------------------------------------------------- */
@@ -138,8 +142,17 @@ static void print_row(const stress_row *row, judge_method method, const judge_ro
     fflush(stdout);
 }
 
-/* What the file of --out is made of. */
+/* A row by a method. */
+typedef struct planned {
+    const stress_row *row;
+    judge_method method;
+} planned;
+
+/* What is to be done, and what the file of --out is made of. */
 typedef struct record {
+    char folder[FOLDER]; /* of this process, for the files of its rows */
+    size_t count;
+    planned plan[ROWS_MAX];
     sheet table;
     char subjects[ROWS_MAX][SUBJECT];
     int surprises; /* rows not as expected */
@@ -194,29 +207,41 @@ static void remove_folder(const char *folder)
     rmdir(folder);
 }
 
-/* What a signal has cut short is no row. */
-static ad_status run_rows(const options *o, const char *folder, record *all, ad_error *error)
+static void make_plan(record *all, const options *o)
 {
-    printf("%-26s %-6s %-13s %-11s %8s %6s  %s\n", "scene", "method", "expected", "outcome",
-           "error", "s", "verdict");
     for (int g = 0; g < GROUPS; g++) {
         for (int k = 0; k < row_groups[g]->count; k++) {
             const stress_row *row = &row_groups[g]->rows[k];
-            for (int method = 0; method < JUDGE_METHODS; method++) {
-                if (!is_asked(o, row, (judge_method)method)) {
-                    continue;
+            for (judge_method method = 0; method < JUDGE_METHODS; method++) {
+                if (is_asked(o, row, method)) {
+                    all->plan[all->count++] = (planned){row, method};
                 }
-                judge_row result;
-                ad_status status = stress_run(row, (judge_method)method, folder, &result, error);
-                if (status != AD_OK || signals_caught()) {
-                    return status;
-                }
-                print_row(row, (judge_method)method, &result);
-                record_row(all, row, (judge_method)method, &result);
             }
         }
     }
-    printf("%zu rows, %d not as expected\n", all->table.rows, all->surprises);
+}
+
+static ad_status do_row(void *context, size_t index, ranks_result *result, ad_error *error)
+{
+    const record *all = context;
+    const planned *at = &all->plan[index];
+    judge_row row;
+    ad_status status = stress_run(at->row, at->method, all->folder, &row, error);
+    return status == AD_OK ? ranks_result_copy(result, sizeof row, &row, error) : status;
+}
+
+/* What a signal has cut short is no row. */
+static ad_status take_row(void *context, size_t index, const ranks_result *result, ad_error *error)
+{
+    record *all = context;
+    const planned *at = &all->plan[index];
+    judge_row row;
+    (void)error;
+    if (!result->is_cut) {
+        memcpy(&row, result->bytes, sizeof row);
+        print_row(at->row, at->method, &row);
+        record_row(all, at->row, at->method, &row);
+    }
     return AD_OK;
 }
 
@@ -225,54 +250,75 @@ static int run(const options *o)
     static const char *const names[] = {"subject", "scene",   "method", "expected", "outcome",
                                         "reason",  "verdict", "bound",  "error",    "seconds"};
     static record all;
-    char folder[FOLDER];
+    const bool writes = o->out && ranks_is_first(o->ranks);
+    int signal = 0;
     ad_error error = {AD_OK, ""};
     signals_catch();
-    if ((o->out && table_check_path(o->out, &error) != AD_OK) ||
-        make_folder(folder, &error) != AD_OK) {
+    if ((writes && table_check_path(o->out, &error) != AD_OK) ||
+        make_folder(all.folder, &error) != AD_OK) {
+        ranks_queue_none(o->ranks);
         return cli_fail_error(program, &error);
     }
+    make_plan(&all, o);
     all.table = sheet_create(names, WORDS, NUMBERS, ROWS_MAX);
-    ad_status status = run_rows(o, folder, &all, &error);
-    if (status == AD_OK && o->out) {
+    const ranks_jobs jobs = {.count = all.count, .context = &all, .work = do_row, .take = take_row};
+    printf("%-26s %-6s %-13s %-11s %8s %6s  %s\n", "scene", "method", "expected", "outcome",
+           "error", "s", "verdict");
+    ad_status status = ranks_queue(o->ranks, &jobs, &signal, &error);
+    const int stopped =
+        signal ? ranks_queue_stopped(program, o->ranks, signal, all.table.rows, all.count) : 0;
+    if (status == AD_OK && !stopped) {
+        printf("%zu rows, %d not as expected\n", all.table.rows, all.surprises);
+    }
+    if (status == AD_OK && writes) {
         status = sheet_write(&all.table, o->out, &error);
     }
     sheet_free(&all.table);
-    remove_folder(folder);
-    if (status != AD_OK) {
-        return cli_fail_error(program, &error);
+    remove_folder(all.folder);
+    return status != AD_OK ? cli_fail_error(program, &error)
+           : stopped       ? stopped
+                           : all.surprises > 0;
+}
+
+/* Returns CLI_RUN where rows are to be run. */
+static int parse(int count, char **arguments, options *o)
+{
+    const char *operand;
+    const cli_program about = {program, NULL, summary, epilogue, NULL, NULL};
+    const cli_option known[] = {
+        {"--only", "NAME", CLI_LIST, &o->only, 0, 0,
+         "a scene, or all of a subject, as in --only turns; may be repeated"},
+        {"--method", "NAME", CLI_TEXT, &o->method, 0, 0, "pinn or solver alone"},
+        {"--quick", NULL, CLI_FLAG, &o->quick, 0, 0, "those that take a moment, for the tests"},
+        {"--long", NULL, CLI_FLAG, &o->is_long, 0, 0, "also those that take minutes"},
+        {"--list", NULL, CLI_FLAG, &o->list, 0, 0, "print what is expected, and why, and stop"},
+        {"--out", "FILE", CLI_TEXT, &o->out, 0, 0, "write the table as .csv or .h5"}};
+    int result = cli_parse(&about, known, sizeof known / sizeof *known, count, arguments, &operand);
+    if (result != CLI_RUN) {
+        return result;
     }
-    return signals_caught() ? 128 + signals_caught() : all.surprises > 0;
+    const char *unknown = unknown_name(o);
+    if (unknown) {
+        return cli_fail(program, "--only %.100s: there is no such scene; --list shows all",
+                        unknown);
+    }
+    if (o->method && strcmp(o->method, "pinn") != 0 && strcmp(o->method, "solver") != 0) {
+        return cli_fail(program, "--method %.100s: allowed: pinn, solver", o->method);
+    }
+    if (o->list) {
+        print_list(o);
+        return 0;
+    }
+    return CLI_RUN;
 }
 
 int main(int count, char **arguments)
 {
     options o = {.out = NULL};
-    const char *operand;
-    const cli_program about = {program, NULL, summary, epilogue, NULL, NULL};
-    const cli_option known[] = {
-        {"--only", "NAME", CLI_LIST, &o.only, 0, 0,
-         "a scene, or all of a subject, as in --only turns; may be repeated"},
-        {"--method", "NAME", CLI_TEXT, &o.method, 0, 0, "pinn or solver alone"},
-        {"--quick", NULL, CLI_FLAG, &o.quick, 0, 0, "those that take a moment, for the tests"},
-        {"--long", NULL, CLI_FLAG, &o.is_long, 0, 0, "also those that take minutes"},
-        {"--list", NULL, CLI_FLAG, &o.list, 0, 0, "print what is expected, and why, and stop"},
-        {"--out", "FILE", CLI_TEXT, &o.out, 0, 0, "write the table as .csv or .h5"}};
-    int result = cli_parse(&about, known, sizeof known / sizeof *known, count, arguments, &operand);
-    if (result != CLI_RUN) {
-        return result;
+    ad_error error;
+    if (ranks_begin(&o.ranks, &error) != AD_OK) {
+        return ranks_end(program, cli_fail_error(program, &error));
     }
-    const char *unknown = unknown_name(&o);
-    if (unknown) {
-        return cli_fail(program, "--only %.100s: there is no such scene; --list shows all",
-                        unknown);
-    }
-    if (o.method && strcmp(o.method, "pinn") != 0 && strcmp(o.method, "solver") != 0) {
-        return cli_fail(program, "--method %.100s: allowed: pinn, solver", o.method);
-    }
-    if (o.list) {
-        print_list(&o);
-        return 0;
-    }
-    return run(&o);
+    int result = parse(count, arguments, &o);
+    return ranks_end(program, result == CLI_RUN ? run(&o) : result);
 }
