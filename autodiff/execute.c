@@ -299,8 +299,10 @@ static void run_pass(execution *e)
     ad_execute_add_shares(e);
     e->width = SLICE;
     e->slices = ((size_t)e->pass->reduced + SLICE - 1) / SLICE;
-    if (e->slices > 0) {
+    if (e->slices > 0 && e->end_chunk > e->first_chunk) {
         ad_pool_run(e->program->pool, (int)e->slices, sum_slice, e);
+    }
+    if (e->slices > 0) {
         ad_execute_sum(e);
     }
     ad_execute_gather(e);
