@@ -114,6 +114,9 @@ fi
 for program in "${programs[@]}"; do
     all_faults $program
 done
+for nth in 1444 2110 2517 2961 3257 3294 3331; do # while the scene is read, and that of the plant
+    faulty allocate $nth cpinn-control $loop --json new.json
+done
 for fault in 'write 3' 'write 7' 'fsync 2' 'fsync 5' 'rename 1' 'rename 4' 'mkdir 1' 'open 9' \
     'ftruncate 3' 'allocate 9000'; do
     rm -rf broken

@@ -226,6 +226,9 @@ static ad_status keep_field(config *experiment, const config_key *key, int index
         ad_status status = key->type == CONFIG_QUANTITY
                                ? quantity_check(*(quantity *)(void *)field, &reason)
                                : AD_OK;
+        if (status == AD_NO_MEMORY) {
+            return ad_fail(error, status, "%s", reason.message);
+        }
         if (status != AD_OK) {
             return config_blame(experiment->source, error, path, "%s", reason.message);
         }

@@ -31,6 +31,15 @@ static ad_status parse(const config *experiment, const config_key *key, const ch
     return AD_OK;
 }
 
+/* What a key is refused for, unless it is memory that has run out. */
+static ad_status refuse(const config *experiment, const char *path, const ad_error *reason,
+                        ad_error *error)
+{
+    return reason->status == AD_NO_MEMORY
+               ? ad_fail(error, AD_NO_MEMORY, "%s", reason->message)
+               : config_blame(experiment->source, error, path, "%s", reason->message);
+}
+
 /* Leaves the name of a parameter with a range open, and the scene a family. */
 static ad_status open_parameter(config *experiment, const config_parameter *parameter,
                                 const char *path, ad_error *error)
@@ -74,7 +83,7 @@ static ad_status open_parameter(config *experiment, const config_parameter *para
     return quantities_parameter(experiment->names, parameter->name, low, high, usual, &reason) ==
                    AD_OK
                ? AD_OK
-               : config_blame(experiment->source, error, path, "%s", reason.message);
+               : refuse(experiment, path, &reason, error);
 }
 
 /* From so many times its lower end on the range of an unknown is meant in powers of ten. */
@@ -109,7 +118,7 @@ static ad_status define_parameter(config *experiment, config_parameter *paramete
         parse(experiment, config_key_find(CONFIG_PARAMETER_PATH), path, &parameter->value, error);
     if (status == AD_OK &&
         quantities_define(experiment->names, parameter->name, parameter->value, &reason) != AD_OK) {
-        status = config_blame(experiment->source, error, path, "%s", reason.message);
+        status = refuse(experiment, path, &reason, error);
     }
     return status;
 }

@@ -81,7 +81,8 @@ static ad_status read_plant(const char *path, int count, const char *const *over
         return AD_OK;
     }
     snprintf(reason, sizeof reason, "%s", error->message);
-    return ad_fail(error, AD_BAD_INPUT, "%.200s: control.plant.set: %.280s", path, reason);
+    return ad_fail(error, status == AD_NO_MEMORY ? status : AD_BAD_INPUT,
+                   "%.200s: control.plant.set: %.280s", path, reason);
 }
 
 ad_status config_read_robot(const char *path, int count, const char *const *overrides,
