@@ -21,9 +21,9 @@ echo "srun $*" >>calls.txt
 while [ "${1#--}" != "$1" ]; do shift; done
 [ -e stop ] || exec "$@"
 "$@" &
-for _ in $(seq 600); do
+for _ in $(seq 6000); do
     [ "$(cat runs/*/history.csv 2>/dev/null | wc -l)" -ge 2 ] && break
-    sleep 0.1
+    sleep 0.01
 done
 kill -TERM $!
 wait $!
@@ -32,7 +32,7 @@ printf '#!/bin/sh\necho "scontrol $*" >>calls.txt\n' >bin/scontrol
 chmod +x bin/*
 PATH=$PWD/bin:$PATH
 export SLURM_JOB_ID=7 SLURM_ARRAY_JOB_ID=5 SLURM_ARRAY_TASK_ID=3 SLURM_CPUS_PER_TASK=1
-sed 's/hidden: .*/hidden: [4]/; s/steps: 5000$/steps: 20/; s/steps: 500$/steps: 5000/' "$elastica" >small.yaml
+sed 's/hidden: .*/hidden: [4]/; s/steps: 5000$/steps: 20/; s/steps: 500$/steps: 40000/' "$elastica" >small.yaml
 printf '%s\n' 'output: {every: 10}' >>small.yaml
 
 # twice FILE FOLDER REQUEUED SRUN: stopped and queued again, then resumed to the end.
