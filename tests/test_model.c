@@ -46,6 +46,7 @@ static void test_circle(void **state)
     if (cpinn_train_physics(m, NULL, NULL, &trained, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
+    assert_int_equal(verdict_worst(cpinn_verdict(trained)), VERDICT_ERROR_UNKNOWN);
     assert_int_equal(verdict_outcome_of(cpinn_verdict(trained)), VERDICT_SOLVED);
     evaluator *e = NULL;
     assert_int_equal(cpinn_evaluator(trained, "y y_x", &e, NULL), AD_OK);

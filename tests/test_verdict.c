@@ -67,6 +67,7 @@ static void test_words(void **state)
                                         "noise_overstated",
                                         "known_together",
                                         "estimate_off",
+                                        "error_unknown",
                                         "deviations_rough",
                                         "at_bound",
                                         "not_told",

@@ -290,6 +290,11 @@ static void judge_held_out(const trainer *t, verdict *result)
                     where,
                     t->e->is_lent ? "take more network.fourier_features"
                                   : "look at --explain for what makes this scene hard");
+    } else if (t->e->is_lent) {
+        verdict_add(result, VERDICT_ERROR_UNKNOWN,
+                    "residuals are small on points never trained on; what error they leave is not "
+                    "known of one's own equations: compare with a known case, or with a second "
+                    "training with more waves and another seed");
     }
 }
 
