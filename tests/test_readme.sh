@@ -28,11 +28,6 @@ check network and solver agree -- awk -F, 'NR == FNR { row[FNR] = $3 " " $4 " " 
         off = r[i] - $(i + 2); if (off > 1e-4 * 0.3 || off < -1e-4 * 0.3) exit 1 } }
     END { if (FNR != 1 + 41 * 25) exit 1 }' soft_arm.csv solved.csv
 
-if command -v gnuplot >/dev/null; then
-    run 0 gnuplot configs/soft_arm.gp
-    check the picture has every instant -- test "$(grep -c 'gnuplot_plot_' soft_arm.svg)" -ge 25
-fi
-
 # shown_in LANGUAGE FILE: the block stands in the file, line after line.
 shown_in() {
     block README.md "$1" 1 >block.txt
