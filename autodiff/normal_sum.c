@@ -223,7 +223,7 @@ static bool make_room(ad_normal *normal, const cutting *c)
     return (wanted == 0 || normal->leaves) &&
            (!ranks ||
             (normal->packed && ad_share_make_room(ad_pool_get_share(normal->program->pool),
-                                                  2 * (LEAVES_MAX + 1) * width)));
+                                                  width * 2 * (LEAVES_MAX + 1))));
 }
 
 ad_status ad_normal_add(ad_normal *normal, const ad_run *run, double *jtj, double *jtr, double *rtr,

@@ -119,7 +119,7 @@ static ad_status show_fan(showing *x, const scene *of, fan *f, ad_error *error)
 ad_status show_members(showing *x, ad_error *error)
 {
     const scene *of = &x->settings->scene;
-    const size_t rows = MEMBERS * POINTS;
+    const size_t rows = (size_t)MEMBERS * POINTS;
     fan f = {.solved = 0};
     snprintf(x->title, sizeof x->title, "%s", x->settings->settings.name);
     f.parameters = calloc(MEMBERS * (size_t)scene_known_count(of), sizeof *f.parameters);

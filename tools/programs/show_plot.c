@@ -111,7 +111,7 @@ static ad_status place_camera(drawing *d, ad_error *error)
 {
     enum { MOST = 12000 };
     const show_shapes *x = &d->shapes;
-    double *places = malloc(3 * MOST * sizeof *places), up[3], centre[3], first[3], last[3];
+    double *places = malloc(sizeof *places * 3 * MOST), up[3], centre[3], first[3], last[3];
     if (!places) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a picture");
     }

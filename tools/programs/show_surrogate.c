@@ -82,7 +82,7 @@ static ad_status make_shapes(rolled *r, ad_error *error)
     while (r->frames < most && isfinite(r->report.states[r->frames * 2 * n])) {
         r->frames++;
     }
-    r->columns = malloc(ALL * POINTS * r->frames * sizeof *r->columns + 1);
+    r->columns = malloc(sizeof *r->columns * r->frames * ALL * POINTS + 1);
     r->inputs = malloc((size_t)reduced_inputs(r->rod) * r->frames * sizeof *r->inputs + 1);
     return r->columns && r->inputs ? fill_shapes(r, error)
                                    : ad_fail(error, AD_NO_MEMORY, "out of memory for a report");

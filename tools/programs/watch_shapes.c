@@ -86,7 +86,7 @@ static ad_status ask_family(watch_shapes *w, const trainer *t, ad_error *error)
     solve_members *solver = targets_solver(e->targets);
     double parameters[MEMBERS * SCENE_PARAMETERS_MAX];
     if (!w->network) {
-        w->curvature = malloc(3 * MEMBERS * solve_members_nodes(solver) * sizeof *w->curvature);
+        w->curvature = malloc(sizeof *w->curvature * 3 * MEMBERS * solve_members_nodes(solver));
         ad_status status = w->curvature ? family_network_create(targets_family(e->targets), e->mlp,
                                                                 e->pool, &w->network, error)
                                         : AD_NO_MEMORY;
@@ -163,7 +163,7 @@ static ad_status ask_field(watch_shapes *w, const trainer *t, ad_error *error)
     }
     field_enter(w->field, e->window, e->parameters, e->starts);
     field_load(w->field, trainer_inspect(t).part);
-    const size_t all = (size_t)(w->shapes.count * w->shapes.points);
+    const size_t all = (size_t)w->shapes.count * (size_t)w->shapes.points;
     status = field_evaluate(w->field, trainer_parameters(t), all, at, w->values, error);
     for (size_t i = 0; i < all; i++) {
         double *place =
