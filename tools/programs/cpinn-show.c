@@ -1,6 +1,7 @@
 /* cpinn-show: a report as one HTML file; see --help. */
 #include "physics/solve/members.h"
 #include "tools/files/file_bytes.h"
+#include "tools/judge/signals.h"
 #include "tools/programs/show_source.h"
 #include "tools/train/report.h"
 
@@ -302,6 +303,7 @@ int main(int argc, char **argv)
     status = 0;
     if (run(&x, path, sizeof path, &error) != AD_OK) {
         status = cli_fail_error(program, &error);
+        status = signals_caught() ? 128 + signals_caught() : status;
     } else if (!x.quiet) {
         printf("wrote %s\n", path);
     }

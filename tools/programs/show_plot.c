@@ -32,7 +32,7 @@ typedef struct drawing {
 static const char *const times[] = {"c3d7ee", "7fb0dd", "2f7fc1", "0b4f8a"};
 static const char *const kinds[] = {"3b4cc0", "2c8fbd", "27a684", "7fb93c",
                                     "e3b022", "e2711d", "b8232f"};
-static const char ink[] = "343a46", soft[] = "79838f", trail[] = "d6336c", wanted[] = "8fd19e";
+static const char ink[] = "343a46", soft[] = "79838f", trail[] = "d6336c", wanted[] = "37b24d";
 
 /* ---- camera -------------------------------------------------------------------------------- */
 
@@ -214,18 +214,43 @@ static void write_tip(const drawing *d, double frame)
 }
 
 /* The way of the last point of shapes, up to a frame. */
-static void draw_trail(const drawing *d, const show_shapes *x, double until, const char *colour,
-                       double radius)
+static void draw_trail(const drawing *d, const show_shapes *x, double until)
 {
     double places[TRAIL][3];
     const size_t last = (size_t)until, step = last / (TRAIL - 2) + 1;
     size_t count = 0;
-    const picture_paint paint = {picture_rgb(colour), 1, false};
+    const picture_paint paint = {picture_rgb(trail), 1, false};
     for (size_t frame = 0; frame <= last && count < TRAIL - 1; frame += step) {
         show_place(x, (double)frame, x->count - 1, places[count++]);
     }
     show_place(x, until, x->count - 1, places[count++]);
-    picture_thread(d->p, places[0], count, radius * d->shapes.size, &paint);
+    picture_thread(d->p, places[0], count, 0.0028 * d->shapes.size, &paint);
+}
+
+/* The whole way of the last point of others, dashed. */
+static void draw_wanted(const drawing *d)
+{
+    double places[TRAIL][3], before[3], way = 0;
+    const double dash = 0.03 * d->shapes.size;
+    const show_shapes *x = &d->other;
+    const picture_paint paint = {picture_rgb(wanted), 1, false};
+    size_t count = 0;
+    for (size_t frame = 0; frame < x->at.frames; frame++) {
+        double step = 0;
+        show_place(x, (double)frame, x->count - 1, places[count]);
+        for (int k = 0; k < 3 && frame > 0; k++) {
+            step = hypot(step, places[count][k] - before[k]);
+        }
+        memcpy(before, places[count], sizeof before);
+        way += step;
+        if (fmod(way, 2 * dash) < dash && count + 1 < TRAIL) {
+            count++;
+        } else {
+            picture_thread(d->p, places[0], count, 0.0042 * d->shapes.size, &paint);
+            count = 0;
+        }
+    }
+    picture_thread(d->p, places[0], count, 0.0042 * d->shapes.size, &paint);
 }
 
 static void draw_around(const drawing *d, double frame, bool is_still)
@@ -233,10 +258,10 @@ static void draw_around(const drawing *d, double frame, bool is_still)
     const show_shapes *x = &d->shapes;
     const bool moves = x->at.t && x->at.frames > 1;
     if (moves) {
-        draw_trail(d, x, frame, trail, 0.0028);
+        draw_trail(d, x, frame);
     }
     if (d->other.at.frames > 0) {
-        draw_trail(d, &d->other, (double)(d->other.at.frames - 1), wanted, 0.0045);
+        draw_wanted(d);
     }
     draw_axes(d->p);
     draw_scale(d);
