@@ -100,7 +100,9 @@ static void draw_rod(const robot *r)
 {
     static const char *const metals[] = {"d8a23a", "c96f4a", "7aa870"};
     const scene *of = r->x->of;
-    const bool inside = of && of->chamber_count > 0 && r->look->ends;
+    const bool guided =
+        of && (of->chamber_count > 0 || (of->tendon_count > 0 && show_guides(r->x) == 0));
+    const bool inside = guided && r->look->ends;
     const picture_colour light = {0.55F * r->look->tube.red + 0.45F,
                                   0.55F * r->look->tube.green + 0.45F,
                                   0.55F * r->look->tube.blue + 0.45F};
@@ -123,7 +125,8 @@ static void draw_bodies(const robot *r)
     const picture_paint paint = {picture_rgb("4a505a"), 1, true};
     for (int i = 0; i < of->body_count; i++) {
         const picture_ring at = ring_at(r, value(r, of->bodies[i].at, 0));
-        picture_ball(r->p, at.place, 1.6 * fmax(at.half[0], 0.01 * r->x->size), &paint);
+        const double half = fmax(at.half[0], at.half[1]);
+        picture_ball(r->p, at.place, fmin(1.6 * half, fmax(0.6 * half, 0.03 * r->x->size)), &paint);
     }
 }
 
