@@ -1,60 +1,105 @@
 #!/bin/bash
-# The pictures of the robots, which tools/pictures.sh draws and pages show; the place that one names;
-# movies, for which an encoder stands in.
+# Pictures of cpinn-show: those of all robots, and .svg, .png, .gif and movies by a stand-in for the encoder.
 #   test_pictures.sh BIN ROOT
 set -u
 . "$(dirname "$0")/programs.sh"
+robots=$ROOT/configs/robots
+python=0
+command -v python3 >/dev/null || python=77
 
-is_png() {
-    [ "$(head -c 8 "$1" 2>/dev/null | od -An -tx1 | tr -d ' ')" = 89504e470d0a1a0a ]
+seen() { # KIND FILE [WORDS...]: by test_pictures.py
+    test $python = 77 || check "$@" -- python3 "$ROOT/tests/test_pictures.py" "$@"
 }
 
-mkdir drawn
-run 0 "$ROOT/tools/pictures.sh" "$work/drawn"
-check a picture of each robot -- test "$(ls drawn | wc -l)" -ge 12
-for file in drawn/*.png; do
-    name=$(basename "$file")
-    check "$name is a picture" -- is_png "$file"
-    check "$name is less than 250 kB" -- test "$(stat -c %s "$file")" -lt 250000
-    check "$name is in configs/robots" -- is_png "$ROOT/configs/robots/$name"
-    said "$ROOT/configs/README.md" "robots/$name"
+# ---- all robots ---------------------------------------------------------------------------------
+
+mkdir all
+run 0 "$ROOT/tools/pictures.sh" "$work/all"
+for scene in "$robots"/*.yaml; do
+    name=$(basename "$scene" .yaml)
+    case $name in *_published | *_residual) continue ;; esac
+    case $name in
+    *_control | tendon_family) seen png "all/$name.png" 960 640 ;;
+    *) seen file "all/$name.png" 960 640 ;; # quicker
+    esac
+    check "$name has its picture" -- test -s "$robots/$name.png"
+    check "$name is in the gallery" -- grep -qF "robots/$name.png" "$ROOT/configs/README.md"
 done
 
-# The tip, in mm to a tenth, is where the solver has it.
-robot=$ROOT/configs/robots/tendon_pulled.yaml
-run 0 cpinn-show "$robot" --out pulled.svg
-run 0 cpinn-solve "$robot" --out pulled.csv
-tip=$(awk -F, '$1 == "s" { for (i = 1; i <= NF; i++) at[$i] = i; next }
-    { x = $at["x"]; y = $at["y"]; z = $at["z"] }
-    END { printf "tip (%.1f, %.1f, %.1f) mm", 1000 * x, 1000 * y, 1000 * z }' pulled.csv)
-check "the picture names the $tip" -- grep -qF "$tip" pulled.svg
+# ---- what is drawn ------------------------------------------------------------------------------
 
-# An encoder gets whole images, 30 a second of the motion; what it makes is the movie.
-mkdir bin
-cat >bin/ffmpeg <<'END_OF_ENCODER'
-#!/bin/bash
+# The tip, tensions and the load that are written are those of the scene.
+run 0 cpinn-solve "$robots/tendon_one_segment.yaml" --grid 3 --out solved.csv
+run 0 cpinn-show "$robots/tendon_one_segment.yaml" --out robot.svg
+said stdout.txt '^wrote robot.svg$'
+seen svg robot.svg solved.csv 'tendons 2 N, 1 N, 0 N' '100 mN'
+check small -- test "$(wc -c <robot.svg)" -lt 150000
+run 0 cpinn-show "$robots/tendon_in_motion.yaml" --grid 21x26 --out motion.svg
+seen svg motion.svg '' 'tendon 300 mN' '500 ms'
+# A table alone, a beam, a ring, a family and one of its members.
+run 0 cpinn-solve "$ROOT/configs/soft_arm.yaml" --grid 21x13 --out arm.csv
+run 0 cpinn-show arm.csv --out arm.svg
+seen svg arm.svg '' '600 ms'
+run 0 cpinn-show "$ROOT/configs/beam_cantilever.yaml" --out beam.svg
+seen svg beam.svg
+run 0 cpinn-show "$ROOT/configs/ring.yaml" --out ring.png
+seen png ring.png 960 640
+run 0 cpinn-show "$robots/bensch_2024.yaml" --out family.html
+said family.html '"labels": \["tension_1 = '
+run 0 cpinn-show "$robots/bensch_2024.yaml" --at tension_1=2,share=0.5 --out member.svg
+seen svg member.svg '' 'tendons 2 N, 1 N'
+# A closed loop goes along its path.
+printf 't,reference_x,reference_y,reference_z,true_x,true_y,true_z\n0,0,0,0,0,0,3e-3\n1,1,0,0,1,0,-4e-3\n' >loop.csv
+run 0 cpinn-show loop.csv --out loop.svg
+seen svg loop.svg '' 'tip (1000.0, 0.0, -4.0) mm'
+
+# ---- what moves ---------------------------------------------------------------------------------
+
+# 0.6 s five times slower are 61 images of 50 ms.
+run 0 cpinn-show arm.csv --scene "$ROOT/configs/soft_arm.yaml" --out arm.gif --slow 5
+seen gif arm.gif 720 480 61 5
+
+mkdir encoder
+cat >encoder/ffmpeg <<'END'
+#!/bin/sh
 for last; do :; done
+echo "$*" >arguments.txt
 wc -c >"${last#file:}"
-echo "$*" >"$WORDS"
-END_OF_ENCODER
-chmod +x bin/ffmpeg
-cat >swing.yaml <<'END'
-rod: {model: kirchhoff, length: 0.3, section: {shape: circle, radius: 0.005},
-  material: {youngs_modulus: 1.0e7, poissons_ratio: 0.45, density: 1070}}
-boundary: {start: {type: clamped, rotation: [0, 1, 0, 1]}}
-loads: {gravity: [0, 0, -9.81]}
-time: {duration: 0.1}
 END
-export WORDS=$work/words.txt
-PATH=$work/bin:$PATH run 0 cpinn-show swing.yaml --out swing.mp4
-said words.txt '-pixel_format rgb24 -video_size 1280x720'
-images=$(($(cat swing.mp4) / (3 * 1280 * 720)))
-check whole images -- test "$(cat swing.mp4)" -eq $((images * 3 * 1280 * 720)) -a "$images" -ge 3
-printf '#!/bin/sh\necho it breaks >&2\nexit 1\n' >bin/ffmpeg
-PATH=$work/bin:$PATH run 1 cpinn-show swing.yaml --out broken.mp4
-said stderr.txt 'it breaks'
-check nothing is left -- test -z "$(ls | grep broken)"
-if ! command -v ffmpeg >/dev/null; then
-    refused 'ffmpeg, which is not installed' cpinn-show swing.yaml --out none.mp4
-fi
+chmod +x encoder/ffmpeg
+usual=$PATH
+PATH=$work/encoder:$usual
+for ending in mp4 webm; do
+    run 0 cpinn-show arm.csv --out "arm.$ending"
+    # 19 images at 30 a second
+    check "all of $ending" -- test "$(cat "arm.$ending")" -eq $((19 * 1280 * 720 * 3))
+    said arguments.txt "-video_size 1280x720 -framerate 30 .* -f $ending file:arm.$ending.partial\$"
+done
+# An encoder that fails at once, after some bytes, at the end: one line, no file.
+for fails in 'exit 1' 'head -c 100000 >/dev/null; exit 1' 'cat >/dev/null; exit 1' 'kill -9 $$'; do
+    printf '#!/bin/sh\necho "no such codec" >&2\nfor last; do :; done\necho half >"${last#file:}"\n%s\n' \
+        "$fails" >encoder/ffmpeg
+    rm -f other.mp4
+    run 1 cpinn-show arm.csv --out other.mp4
+    said stderr.txt '^cpinn-show: arm.csv: other.mp4: not written, ffmpeg failed: no such codec$'
+    check one line -- test "$(wc -l <stderr.txt)" -eq 1
+    check no file -- test ! -e other.mp4 -a ! -e other.mp4.partial
+done
+printf '#!/bin/sh\ncat >/dev/null\n' >encoder/ffmpeg
+run 1 cpinn-show arm.csv --out other.mp4
+said stderr.txt 'ffmpeg failed: it says nothing'
+PATH=$usual
+refused 'movies need the encoder ffmpeg, .*apt-get install ffmpeg.*; .gif needs nothing' \
+    env PATH="$BIN" cpinn-show arm.csv --out other.mp4
+
+# ---- what cannot be drawn -----------------------------------------------------------------------
+
+refused 'nothing moves; allowed: .svg, .png' cpinn-show solved.csv --out still.gif
+refused 'too long for a .gif; allowed: up to 50, by --slow' cpinn-show arm.csv --out long.gif --slow 1e3
+refused 'allowed: .*0.001' cpinn-show arm.csv --out long.gif --slow 0
+printf 's,n1\n0,1\n1,2\n' >numbers.csv
+refused 'numbers.csv: ' cpinn-show numbers.csv --out numbers.png
+mkdir folder
+printf 'case,seconds\na,1\n' >folder/cases.csv
+refused 'has no shapes for a picture; allowed: .html' cpinn-show folder --out folder.png
 finish

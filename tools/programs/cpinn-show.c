@@ -261,6 +261,9 @@ static ad_status run(showing *x, char *path, size_t size, ad_error *error)
     status = status == AD_OK ? fill(x, is_folder, error) : status;
     if (!x->out) {
         choose_out(x, is_folder, path, size);
+    } else if (status == AD_OK && show_is_plot(x->out) && !x->is_drawn) {
+        status = ad_fail(error, AD_BAD_INPUT, "%s: has no shapes for a picture; allowed: .html",
+                         file_bytes_shown(x->source));
     }
     json_text(&x->to, "title", x->title);
     if (status != AD_OK || show_is_plot(x->out)) {

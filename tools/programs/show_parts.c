@@ -163,6 +163,7 @@ ad_status show_put_motion(showing *x, const table_source *table, const char *con
     }
     if (status == AD_OK && show_is_plot(x->out)) {
         status = show_plot(x, table, labels, ghost, &why);
+        x->is_drawn = status == AD_OK;
         if (status != AD_OK) {
             ad_fail(error, status, "%s: %s", x->source, why.message);
         }

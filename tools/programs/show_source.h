@@ -24,6 +24,7 @@ typedef struct showing {
     samples samples;
     table_file *table, *ghost;
     show_kept kept;
+    bool is_drawn;              /* a picture is written */
     const scene *of;            /* of pictures: what is shown; NULL: nobody knows, */
     const table_source *wanted; /* of a closed loop: the path, t, x, y, z; else NULL, */
     const double *members;      /* and of a family [frames][parameter_count]; else NULL */
