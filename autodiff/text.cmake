@@ -4,6 +4,7 @@
 # With -DWHOLE=name all files are one text, PREFIX_name, with what they include of the project's own
 # in its place, once, to be one source: what has external linkage is WHOLE_FUNCTION, and static
 # functions of which several files have the name are called by the file, too.
+cmake_minimum_required(VERSION 3.25)
 set(text "#include \"${HEADER}\"\n")
 string(REPLACE "," ";" FILES "${FILES}")
 
