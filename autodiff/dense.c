@@ -1,6 +1,7 @@
 #include "autodiff/dense.h"
 
-#include "autodiff/program.h"
+#include "autodiff/execute.h"
+#include "autodiff/share.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -92,7 +93,8 @@ void ad_dense_multiply(ad_pool *pool, bool transpose_a, bool transpose_b, size_t
 
 /* ---- Cholesky: matrix = u^T u ------------------------------------------------------------------
  * u is kept by columns in panels of PANEL columns, each of which ends with its square tile on the
- * diagonal. Rows are found BAND tiles at a time. */
+ * diagonal. Rows are found BAND tiles at a time. Among ranks panels go around; those through which
+ * the diagonal of a band goes become everyone's first, and so at the end all are. */
 
 enum { BAND = 4, CHUNK = 128 }; /* CHUNK rows of two panels fit into the L1 cache */
 
@@ -106,8 +108,8 @@ struct ad_dense_factor {
 typedef struct band {
     const ad_dense_factor *factor;
     const double *matrix, *shift;
+    share *share;
     size_t first, end; /* tiles */
-    size_t panel;      /* of the first item */
 } band;
 
 ad_dense_factor *ad_dense_factor_create(size_t n)
@@ -136,15 +138,60 @@ static double *tile(const ad_dense_factor *f, size_t i, size_t j)
     return f->numbers + (j * (j + 1) / 2 + i) * TILE;
 }
 
+/* ---- whose panels they are ---- */
+
+static size_t ranks_of(const band *b)
+{
+    return b->share->ranks ? (size_t)b->share->ranks->count : 1;
+}
+
+/* The first panel of this rank from `panel` on. */
+static size_t own_from(const band *b, size_t panel)
+{
+    const size_t ranks = ranks_of(b), rank = ranks > 1 ? (size_t)b->share->ranks->rank : 0;
+    return panel + (rank + ranks - panel % ranks) % ranks;
+}
+
+/* Of those beyond the diagonal. */
+static size_t own_panel(const band *b, size_t which)
+{
+    return own_from(b, b->end) + ranks_of(b) * which;
+}
+
+static int own_panels(const band *b)
+{
+    const size_t first = own_from(b, b->end), end = b->factor->panels, ranks = ranks_of(b);
+    return first < end ? (int)((end - first + ranks - 1) / ranks) : 0;
+}
+
+/* The panels of the diagonal become everyone's. They lie one after the other, and ranks have to be
+ * in order. */
+static void share_diagonal(const band *b)
+{
+    const size_t ranks = ranks_of(b);
+    for (size_t from = b->first, to; from < b->end && ranks > 1; from = to) {
+        size_t *bounds = b->share->bounds;
+        const size_t rank = from % ranks;
+        to = minimum(from + ranks - rank, b->end);
+        for (size_t i = 0; i <= ranks; i++) {
+            size_t panel = i < rank ? from : minimum(from + i - rank, to);
+            bounds[i] = (panel * (panel + 1) - from * (from + 1)) / 2 * TILE;
+        }
+        b->share->ranks->gather(b->share->ranks->context, bounds, tile(b->factor, 0, from));
+    }
+}
+
+/* ---- factoring ---- */
+
 /* The tiles of one row of tiles; columns beyond n are those of the unit matrix. */
 static void load_tiles(void *context, int item, int thread)
 {
     const band *b = context;
     const ad_dense_factor *f = b->factor;
-    size_t row = (size_t)item;
+    const size_t row = (size_t)item, own = own_from(b, row), step = ranks_of(b);
     (void)thread;
     for (size_t i = row * PANEL; i < (row + 1) * PANEL; i++) {
-        for (size_t j = row; j < f->panels; j++) {
+        for (size_t j = own; j < f->panels; j += step) {
             double *to = tile(f, row, j) + i % PANEL * PANEL;
             size_t left = j * PANEL, from = i > left ? i : left;
             size_t end = left + PANEL < f->n ? left + PANEL : f->n;
@@ -153,8 +200,10 @@ static void load_tiles(void *context, int item, int thread)
                 memcpy(to + (from - left), b->matrix + i * f->n + from, (end - from) * sizeof *to);
             }
         }
-        double *pivot = tile(f, row, row) + i % PANEL * (PANEL + 1);
-        *pivot = i >= f->n ? 1 : *pivot + (b->shift ? b->shift[i] : 0);
+        if (own == row) {
+            double *pivot = tile(f, row, row) + i % PANEL * (PANEL + 1);
+            *pivot = i >= f->n ? 1 : *pivot + (b->shift ? b->shift[i] : 0);
+        }
     }
 }
 
@@ -163,10 +212,12 @@ static void update_panel(void *context, int item, int thread)
 {
     const band *b = context;
     const ad_dense_factor *f = b->factor;
-    size_t j = b->panel + (size_t)item, depth = b->first * PANEL;
+    const size_t diagonal = b->end - b->first, depth = b->first * PANEL;
+    const size_t which = (size_t)item,
+                 j = which < diagonal ? b->first + which : own_panel(b, which - diagonal);
     (void)thread;
     for (size_t k = 0; k < depth; k += CHUNK) {
-        size_t rows = depth - k < CHUNK ? depth - k : CHUNK;
+        const size_t rows = minimum(depth - k, CHUNK);
         for (size_t i = b->first; i < b->end && i <= j; i++) {
             f->kernels->products->multiply_panels(rows, tile(f, 0, i) + k * PANEL,
                                                   tile(f, 0, j) + k * PANEL, true, tile(f, i, j));
@@ -216,25 +267,25 @@ static void finish_panel(void *context, int item, int thread)
 {
     const band *b = context;
     (void)thread;
-    finish(b, b->panel + (size_t)item);
+    finish(b, own_panel(b, (size_t)item));
 }
 
 int ad_dense_cholesky(ad_pool *pool, const double *matrix, const double *shift,
                       ad_dense_factor *factor)
 {
     band b = {.factor = factor, .matrix = matrix, .shift = shift};
+    b.share = ad_pool_get_share(pool);
     ad_pool_run(pool, (int)factor->panels, load_tiles, &b);
     for (b.first = 0; b.first < factor->panels; b.first = b.end) {
-        b.end = b.first + BAND < factor->panels ? b.first + BAND : factor->panels;
-        b.panel = b.first;
-        ad_pool_run(pool, (int)(factor->panels - b.first), update_panel, &b);
+        b.end = minimum(b.first + BAND, factor->panels);
+        share_diagonal(&b);
+        ad_pool_run(pool, (int)(b.end - b.first) + own_panels(&b), update_panel, &b);
         for (size_t j = b.first; j < b.end; j++) {
             if (!finish(&b, j)) {
                 return 1;
             }
         }
-        b.panel = b.end;
-        ad_pool_run(pool, (int)(factor->panels - b.end), finish_panel, &b);
+        ad_pool_run(pool, own_panels(&b), finish_panel, &b);
     }
     return 0;
 }

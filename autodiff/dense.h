@@ -31,7 +31,8 @@ ad_dense_factor *ad_dense_factor_create(size_t n);
 void ad_dense_factor_free(ad_dense_factor *factor); /* NULL is fine */
 
 /* Factor the matrix plus diag(shift[n]), or without shift when it is NULL; 0, or not when that is
- * not positive definite to rounding. */
+ * not positive definite to rounding. Ranks of the pool (ranks.h) share the work, so all of them
+ * have to call it; each ends with the whole factor. */
 int ad_dense_cholesky(ad_pool *pool, const double *matrix, const double *shift,
                       ad_dense_factor *factor);
 

@@ -4,6 +4,7 @@
  *
  * Slabs belong to leaves, by the number of points alone, and leaves are added to J^T J one after
  * the other. Each rank makes the sums of neighbouring leaves. */
+#include "autodiff/execute.h"
 #include "autodiff/normal.h"
 #include "autodiff/share.h"
 
@@ -21,11 +22,6 @@ typedef struct cutting {
     int tile;
 } cutting;
 
-static size_t smaller(size_t a, size_t b)
-{
-    return a < b ? a : b;
-}
-
 /* Numbers of a slab that belong to one point. */
 static size_t slab_numbers(const normal_layout *l)
 {
@@ -33,7 +29,7 @@ static size_t slab_numbers(const normal_layout *l)
     return panels * PANEL + (size_t)l->weight_count;
 }
 
-static size_t first_tile(const cutting *c, size_t leaf)
+static size_t leaf_tile(const cutting *c, size_t leaf)
 {
     return leaf * c->tiles / c->leaves;
 }
@@ -43,10 +39,10 @@ static cutting cut(const ad_normal *normal, size_t points)
     cutting c = {.points = points};
     ad_execute_tiling(normal->program, points, &c.tile, &c.tiles);
     const size_t leaves = (size_t)normal->layout.rows * points / LEAF_ROWS;
-    c.leaves = smaller(leaves < 1 ? 1 : smaller(leaves, LEAVES_MAX), c.tiles);
+    c.leaves = minimum(leaves < 1 ? 1 : minimum(leaves, LEAVES_MAX), c.tiles);
     size_t most = SLAB_NUMBERS / (slab_numbers(&normal->layout) * (size_t)c.tile + 1);
     most = most < 2 ? 2 : most;
-    c.slab = c.leaves ? smaller(most, (c.tiles + c.leaves - 1) / c.leaves) : 0;
+    c.slab = c.leaves ? minimum(most, (c.tiles + c.leaves - 1) / c.leaves) : 0;
     return c;
 }
 
@@ -104,12 +100,12 @@ static void multiply_groups(void *context, int item, int thread)
 static void add_leaf(ad_normal *normal, const ad_run *run, const cutting *c, size_t leaf,
                      normal_run *n)
 {
-    const size_t end = first_tile(c, leaf + 1);
+    const size_t end = leaf_tile(c, leaf + 1);
     const int groups = normal->layout.group_count;
-    for (size_t first = first_tile(c, leaf), count; first < end; first += count) {
-        count = smaller(end - first, c->slab);
+    for (size_t first = leaf_tile(c, leaf), count; first < end; first += count) {
+        count = minimum(end - first, c->slab);
         normal->slab.points =
-            smaller((first + count) * (size_t)c->tile, c->points) - first * (size_t)c->tile;
+            minimum((first + count) * (size_t)c->tile, c->points) - first * (size_t)c->tile;
         ad_execute_tiles(normal->program, run, first, count, ad_normal_write_panels, n);
         ad_pool_run(normal->program->pool, groups * (groups + 1) / 2, multiply_groups, n);
     }
@@ -263,8 +259,8 @@ ad_share ad_normal_share(const ad_normal *normal, size_t points, int ranks, int 
                  tile = (size_t)c.tile;
     ad_share result = {.sum_bytes = (end - first + 1) * others * sizeof(double)};
     if (c.leaves > 0) {
-        result.points = smaller(first_tile(&c, end) * tile, points) -
-                        smaller(first_tile(&c, first) * tile, points);
+        result.points = minimum(leaf_tile(&c, end) * tile, points) -
+                        minimum(leaf_tile(&c, first) * tile, points);
     }
     return result;
 }

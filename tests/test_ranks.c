@@ -1,5 +1,6 @@
-/* Programs and normal equations over several ranks: the bits of one process. The ranks are threads
- * that exchange numbers through common memory. */
+/* Programs, normal equations and factors over several ranks: the bits of one process. The ranks are
+ * threads that exchange numbers through common memory. */
+#include "autodiff/dense.h"
 #include "autodiff/ranks.h"
 
 #include <math.h>
@@ -217,6 +218,41 @@ static void test_normal_equations(void **state)
     compare(add_normals, 4 * NORMAL);
 }
 
+/* Solutions of one positive definite system of each order, and whether others have a factor. */
+static const size_t orders[] = {1, 24, 25, 100, 290};
+enum { ORDERS = sizeof orders / sizeof *orders, ORDER_MAX = 290 };
+
+static void factor_matrices(ad_pool *pool, double *results)
+{
+    double *matrix = calloc(ORDER_MAX, ORDER_MAX * sizeof *matrix);
+    for (int k = 0; k < ORDERS; k++) {
+        const size_t n = orders[k];
+        ad_dense_factor *factor = ad_dense_factor_create(n);
+        double *x = results + (size_t)k * (ORDER_MAX + 1), shift[ORDER_MAX];
+        assert_non_null(factor);
+        fill(matrix, n * n, 0.1);
+        fill(x, n, 0.7);
+        for (size_t i = 0; i < n; i++) {
+            shift[i] = (double)n;
+        }
+        assert_int_equal(ad_dense_cholesky(pool, matrix, shift, factor), 0);
+        ad_dense_cholesky_solve(factor, x);
+        shift[n / 2] = -1;
+        x[ORDER_MAX] = ad_dense_cholesky(pool, matrix, shift, factor);
+        assert_true(x[ORDER_MAX] != 0);
+        ad_dense_factor_free(factor);
+    }
+    free(matrix);
+}
+
+static void test_factors(void **state)
+{
+    ad_error error;
+    (void)state;
+    assert_int_equal(ad_dense_load(&error), AD_OK);
+    compare(factor_matrices, ORDERS * (ORDER_MAX + 1));
+}
+
 /* What does not follow from numbers that all have. */
 static void agree(ad_pool *pool, double *results)
 {
@@ -267,6 +303,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_programs), cmocka_unit_test(test_normal_equations),
-        cmocka_unit_test(test_agreement), cmocka_unit_test(test_shares)};
+        cmocka_unit_test(test_factors), cmocka_unit_test(test_agreement),
+        cmocka_unit_test(test_shares)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
