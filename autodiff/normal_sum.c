@@ -13,7 +13,7 @@
 
 /* Numbers in a slab, and rows of J in a leaf: large enough that reading and writing J^T J once for
  * each costs little; numbers of J^T J that are exchanged at a time. */
-enum { SLAB_NUMBERS = 16 << 20, LEAF_ROWS = 2048, LEAVES_MAX = 8, PART = 1 << 18 };
+enum { SLAB_NUMBERS = 16 << 20, LEAF_ROWS = 1536, LEAVES_MAX = 8, PART = 1 << 18 };
 
 /* How points are cut. */
 typedef struct cutting {
@@ -38,8 +38,11 @@ static cutting cut(const ad_normal *normal, size_t points)
 {
     cutting c = {.points = points};
     ad_execute_tiling(normal->program, points, &c.tile, &c.tiles);
-    const size_t leaves = (size_t)normal->layout.rows * points / LEAF_ROWS;
-    c.leaves = minimum(leaves < 1 ? 1 : minimum(leaves, LEAVES_MAX), c.tiles);
+    const size_t rows = (size_t)normal->layout.rows * points;
+    for (c.leaves = 1; c.leaves < LEAVES_MAX && rows >= 2 * c.leaves * LEAF_ROWS;) {
+        c.leaves *= 2; /* as ranks are, most of the time */
+    }
+    c.leaves = minimum(c.leaves, c.tiles);
     size_t most = SLAB_NUMBERS / (slab_numbers(&normal->layout) * (size_t)c.tile + 1);
     most = most < 2 ? 2 : most;
     c.slab = c.leaves ? minimum(most, (c.tiles + c.leaves - 1) / c.leaves) : 0;
