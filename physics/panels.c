@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PANELS_MAX = 8192, SAMPLES = 6, OTHERS = 5 };
+enum { PANELS_MAX = 8192, SAMPLES = 6, OTHERS = 5, PARTS = 8 };
 
 /* A formula is seen where the slopes that it may have differ by no more than so many times those at
  * samples, or change it by no more than a share of all that it varies: the first, or where that
@@ -58,10 +58,26 @@ static double width(quantity_interval x)
     return x.high - x.low;
 }
 
+static quantity_interval hull(quantity_interval a, quantity_interval b)
+{
+    return (quantity_interval){fmin(a.low, b.low), fmax(a.high, b.high)};
+}
+
+/* By parts of the other coordinate, which cancel less. */
 static quantity_enclosure over(const dividing *in, quantity_interval panel)
 {
-    return in->along_s ? quantity_enclose_between(in->q, "s", panel, in->t)
-                       : quantity_enclose_between(in->q, "t", in->s, panel);
+    const quantity_interval *other = in->along_s ? &in->t : &in->s;
+    const int parts = width(*other) > 0 ? PARTS : 1;
+    quantity_enclosure all;
+    for (int i = 0; i < parts; i++) {
+        const quantity_interval part = {other->low + width(*other) * i / parts,
+                                        other->low + width(*other) * (i + 1) / parts};
+        quantity_enclosure one = in->along_s ? quantity_enclose_between(in->q, "s", panel, part)
+                                             : quantity_enclose_between(in->q, "t", part, panel);
+        all.value = i == 0 ? one.value : hull(all.value, one.value);
+        all.slope = i == 0 ? one.slope : hull(all.slope, one.slope);
+    }
+    return all;
 }
 
 static quantity_enclosure at(const dividing *in, double place, double share)
