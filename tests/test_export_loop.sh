@@ -82,7 +82,7 @@ exported flow 1 --run flow --set control.model=surrogate
 said flow.h 'median / worst of 8 rollouts:$'
 said flow.h ', diverged [0-9]+\.$'
 exported nodes 1 --run polynomial --set surrogate.kind=polynomial --set control.model=surrogate
-exported curve 2 --run ddpinn_flow --set surrogate.kind=ddpinn_flow --set control.period=0.01 \
+exported curve 2 --run ddpinn_flow --set surrogate.kind=ddpinn_flow --set control.period=0.01 --set control.horizon=6 \
     --set control.model=surrogate
 run 0 cpinn-control arm.yaml --c sampled --set control.duration=0.5 --set control.method=sampling \
     --set control.samples=32

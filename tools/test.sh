@@ -4,4 +4,4 @@
 set -eu
 cd "$(dirname "$0")/.."
 tools/setup.sh
-ctest --test-dir build --output-on-failure -j 2 "$@"
+ctest --test-dir build --output-on-failure -j 3 "$@"

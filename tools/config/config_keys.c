@@ -439,7 +439,7 @@ const config_key config_keys[] = {
      .names = train_linear_algebra_names, GAUSS_NEWTON,
      .help = "How steps are computed; automatic: by the numbers of parameters and residuals, "
              "separate for linear networks in the strain form, matrix_free, with scaling identity, "
-             "where matrices would take more than 2 GB."},
+             "where matrices would take more than 2 GB or kernel seconds a step."},
     {"training.stages[].scaling", CONFIG_CHOICE, STAGE(gauss_newton.scaling),
      .names = scaling_names, GAUSS_NEWTON,
      .fallback = "identity; without hidden layers diagonal in motion and for beams",

@@ -227,7 +227,7 @@ static ad_status run_selftest(export_model *x, const char *folder, ad_error *err
 {
     char command[512], first[256];
     snprintf(command, sizeof command,
-             "cd '%s' && { cc -std=c99 -O2 -o %s.run %s.c %s_selftest.c -lm 2>&1 || exit %d; } && "
+             "cd '%s' && { cc -std=c99 -o %s.run %s.c %s_selftest.c -lm 2>&1 || exit %d; } && "
              "./%s.run",
              folder, x->name, x->name, x->name, NOT_COMPILED, x->name);
     fflush(stdout);

@@ -112,6 +112,16 @@ static ad_status size_up(problem *p, train_linear_algebra form, linear_model_inf
     return status;
 }
 
+/* Some seconds of a processor: more than conjugate gradients take, at most as many products. */
+static bool is_slow(const linear_model_info *plan)
+{
+    static const double many = 1e11;
+    linear_model_info other = *plan;
+    other.form = TRAIN_MATRIX_FREE;
+    const double flops = linear_model_flops(plan);
+    return plan->form == TRAIN_KERNEL && flops > many && flops > linear_model_flops(&other);
+}
+
 ad_status linear_model_plan(problem *p, const train_stage *stage, int number,
                             linear_model_info *plan, ad_error *error)
 {
@@ -134,7 +144,7 @@ ad_status linear_model_plan(problem *p, const train_stage *stage, int number,
     }
     status = size_up(p, form == TRAIN_LINEAR_AUTOMATIC && separates ? TRAIN_SEPARATE : form, plan,
                      error);
-    if (status == AD_OK && plan->bytes > bytes_max() && identity &&
+    if (status == AD_OK && (plan->bytes > bytes_max() || is_slow(plan)) && identity &&
         stage->linear_algebra == TRAIN_LINEAR_AUTOMATIC) {
         status = size_up(p, TRAIN_MATRIX_FREE, plan, error);
     }

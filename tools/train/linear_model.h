@@ -29,8 +29,10 @@ typedef struct linear_model_info {
     int64_t iterations;        /* of conjugate gradients, in all */
 } linear_model_info;
 
-/* Choose a form for the problem and count its bytes; AD_BAD_INPUT when it needs too many, with what
- * to do, the key being named by the stage. Compiles what the problem needs for least squares. */
+/* Choose a form for the problem and count its bytes: where nothing is said, matrix_free for what
+ * needs more bytes than there may be, or seconds a step by the kernel; AD_BAD_INPUT when it needs
+ * too many, with what to do, the key being named by the stage. Compiles what the problem needs for
+ * least squares. */
 ad_status linear_model_plan(problem *p, const train_stage *stage, int number,
                             linear_model_info *plan, ad_error *error);
 
