@@ -176,24 +176,50 @@ bool ad_execute_make_room(const execution *e)
 
 /* ---- what is shared -------------------------------------------------------------------------- */
 
+/* Of one pass; e is cut. */
+static ad_share share_of_pass(const execution *e, int ranks, int rank)
+{
+    const size_t chunks = first_of(e, ranks, rank + 1) - first_of(e, ranks, rank),
+                 numbers = (size_t)e->pass->reduced;
+    ad_share result = {.points = first_point(e, ranks, rank + 1) - first_point(e, ranks, rank),
+                       .items = chunks,
+                       .bytes = chunks * (size_t)e->program->most_reduced * sizeof(double)};
+    if (ranks == 1) {
+        return result;
+    }
+    int counts[AD_RANKS_MAX];
+    size_t rows = 0;
+    count_pieces(e, ranks, counts);
+    for (int i = 0; i < e->pass->output_count; i++) {
+        rows += (size_t)e->pass->outputs[i].from.rows;
+    }
+    if (numbers > 0) {
+        result.sum_bytes =
+            ad_share_sent(ranks, rank, (size_t)counts[rank], numbers) * sizeof(double);
+        result.bytes += ad_share_room(ranks, counts, rank, numbers) * sizeof(double);
+    }
+    result.value_bytes = rows * result.points * (size_t)(ranks - 1) * sizeof(double);
+    result.exchanges = 2 * (numbers > 0) + (rows > 0);
+    return result;
+}
+
 ad_share ad_program_share(const ad_program *program, size_t points, int ranks, int rank)
 {
     ad_share result = {.points = 0};
+    if (program->members) { /* every rank takes all of them */
+        return (ad_share){.points = points, .items = CHUNKS_FEW};
+    }
     for (int s = 0; s < program->pass_count; s++) {
         execution e = {.program = (ad_program *)program};
-        piece pieces[PIECES_MAX];
         ad_execute_cut(&e, &program->passes[s], points, 1);
-        const size_t first = e.chunks ? first_point(&e, ranks, rank) : 0,
-                     end = e.chunks ? first_point(&e, ranks, rank + 1) : 0,
-                     own = e.chunks ? (size_t)list_pieces(e.chunks, first_of(&e, ranks, rank),
-                                                          first_of(&e, ranks, rank + 1), pieces)
-                                    : 0,
-                     others = (size_t)e.pass->reduced / (size_t)ranks * (size_t)(ranks - 1);
-        result.points = end - first > result.points ? end - first : result.points;
-        result.sum_bytes += (own + 1) * others * sizeof(double);
-        for (int i = 0; i < e.pass->output_count; i++) {
-            result.value_bytes +=
-                (size_t)e.pass->outputs[i].from.rows * (end - first) * sizeof(double);
+        if (e.chunks > 0) {
+            const ad_share of = share_of_pass(&e, ranks, rank);
+            result.points = of.points > result.points ? of.points : result.points;
+            result.items = of.items > result.items ? of.items : result.items;
+            result.bytes = of.bytes > result.bytes ? of.bytes : result.bytes;
+            result.exchanges += of.exchanges;
+            result.sum_bytes += of.sum_bytes;
+            result.value_bytes += of.value_bytes;
         }
     }
     return result;
