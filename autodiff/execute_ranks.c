@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-enum { PIECES_MAX = 16 }; /* of a rank: two for every level of the tree of 64 chunks */
+enum { PIECES_MAX = 20 }; /* of a rank: two for every level of the tree of 1,024 chunks */
 
 /* A whole part of the tree: the chunks from `first` on, `size` of them, a power of 2, or those that
  * there are. */
@@ -39,9 +39,27 @@ static const ad_ranks *ranks_of(const ad_program *program)
     return program->members ? NULL : ad_pool_ranks(program->pool);
 }
 
+/* Leaves: a power of 2 where there are more than a few, so that chunks are whole parts of their
+ * tree; at most CHUNKS_MANY chunks for a rank. */
+void ad_execute_cut_chunks(execution *e, int ranks)
+{
+    size_t leaves = e->tiles / CHUNKS_FEW;
+    leaves = leaves < CHUNKS_FEW ? CHUNKS_FEW : leaves;
+    e->chunks = minimum(e->tiles, minimum(leaves, CHUNKS_MANY));
+    e->leaves = 1;
+    while (e->chunks > 0 && 2 * e->chunks * e->leaves <= minimum(leaves, CHUNKS_MOST)) {
+        e->leaves *= 2;
+    }
+    for (int most = 1; most < ranks && e->leaves > 1; most *= 2) {
+        e->chunks *= 2;
+        e->leaves /= 2;
+    }
+}
+
 void ad_execute_deal(execution *e)
 {
     const ad_ranks *ranks = ranks_of(e->program);
+    ad_execute_cut_chunks(e, ranks ? ranks->count : 1);
     e->first_chunk = ranks ? first_of(e, ranks->count, ranks->rank) : 0;
     e->end_chunk = ranks ? first_of(e, ranks->count, ranks->rank + 1) : e->chunks;
 }
@@ -63,8 +81,8 @@ static void add_pieces(void *context, size_t width, double *values, double *to)
 {
     const execution *e = context;
     const int ranks = ranks_of(e->program)->count;
-    double *at[CHUNKS_MANY] = {NULL};
-    size_t size[CHUNKS_MANY] = {0}, count = 0;
+    double *at[CHUNKS_MOST] = {NULL};
+    size_t size[CHUNKS_MOST] = {0}, count = 0;
     for (int i = 0; i < ranks; i++) {
         piece own[PIECES_MAX];
         int pieces = list_pieces(e->chunks, first_of(e, ranks, i), first_of(e, ranks, i + 1), own);
@@ -212,6 +230,7 @@ ad_share ad_program_share(const ad_program *program, size_t points, int ranks, i
     for (int s = 0; s < program->pass_count; s++) {
         execution e = {.program = (ad_program *)program};
         ad_execute_cut(&e, &program->passes[s], points, 1);
+        ad_execute_cut_chunks(&e, ranks);
         if (e.chunks > 0) {
             const ad_share of = share_of_pass(&e, ranks, rank);
             result.points = of.points > result.points ? of.points : result.points;

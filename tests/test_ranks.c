@@ -113,7 +113,7 @@ static void compare(void (*work)(ad_pool *pool, double *results), size_t count)
 
 /* ---- what they compute ----------------------------------------------------------------------- */
 
-enum { WIDTH = 40, PARAMETERS = 4 * WIDTH + 1, MANY = 6001 };
+enum { WIDTH = 40, PARAMETERS = 4 * WIDTH + 1, MANY = 6001, LOTS = 20011, SMALL_TILE = 8 };
 
 static void fill(double *x, size_t count, double seed)
 {
@@ -137,8 +137,10 @@ static ad_value network(ad_tape *tape, ad_value views[4])
 }
 
 /* Sums, a second pass that needs those of the first, and values of points, of so many points. */
-static void execute(ad_pool *pool, size_t points, double *results)
+static void execute(ad_pool *pool, size_t points, int tile, double *results)
 {
+    ad_settings settings = ad_settings_default();
+    settings.tile = tile;
     ad_error error;
     ad_tape *tape = ad_tape_create();
     ad_value views[4], y = network(tape, views);
@@ -146,7 +148,7 @@ static void execute(ad_pool *pool, size_t points, double *results)
     ad_value outputs[7] = {ad_sum_points(ad_square(off)), y, ad_stack(2, (ad_value[]){off, y})};
     assert_int_equal(ad_reverse(outputs[0], 4, views, AD_SUMMED, outputs + 3), AD_OK);
     ad_program *program = NULL;
-    assert_int_equal(ad_compile(7, outputs, NULL, pool, &program, &error), AD_OK);
+    assert_int_equal(ad_compile(7, outputs, &settings, pool, &program, &error), AD_OK);
     double x[PARAMETERS], *numbers = calloc(2 * points + 1, sizeof *numbers);
     fill(x, PARAMETERS, 2);
     fill(numbers, 2 * points, 0.3);
@@ -169,9 +171,9 @@ static void execute(ad_pool *pool, size_t points, double *results)
 
 static void execute_all(ad_pool *pool, double *results)
 {
-    static const size_t points[] = {MANY, 1, 33, 300, 2048};
+    static const size_t points[] = {MANY, 1, 33, 300, 2048, LOTS}; /* the last: a tree of 256 */
     for (size_t i = 0; i < sizeof points / sizeof *points; i++) {
-        execute(pool, points[i], results);
+        execute(pool, points[i], points[i] == LOTS ? SMALL_TILE : 0, results);
         results += 1 + 3 * points[i] + PARAMETERS;
     }
 }
@@ -179,7 +181,7 @@ static void execute_all(ad_pool *pool, double *results)
 static void test_programs(void **state)
 {
     (void)state;
-    compare(execute_all, 5 * (1 + PARAMETERS) + 3 * (MANY + 1 + 33 + 300 + 2048));
+    compare(execute_all, 6 * (1 + PARAMETERS) + 3 * (MANY + 1 + 33 + 300 + 2048 + LOTS));
 }
 
 enum { TRIANGLE = PARAMETERS * PARAMETERS, NORMAL = TRIANGLE + PARAMETERS + 1 };
@@ -312,17 +314,22 @@ static void test_shares(void **state)
     ad_error error;
     ad_tape *tape = ad_tape_create();
     ad_pool *pool = ad_pool_create(1);
-    ad_program *program = NULL;
+    ad_program *program = NULL, *fine = NULL;
     ad_normal *normal = NULL;
     ad_value views[4], y = network(tape, views), outputs[4];
     assert_int_equal(ad_reverse(ad_sum_points(ad_square(y)), 4, views, AD_SUMMED, outputs), AD_OK);
+    ad_settings settings = ad_settings_default();
+    settings.tile = SMALL_TILE;
     assert_int_equal(ad_compile(4, outputs, NULL, pool, &program, &error), AD_OK);
+    assert_int_equal(ad_compile(4, outputs, &settings, pool, &fine, &error), AD_OK);
     assert_int_equal(ad_normal_compile(1, &y, 4, views, PARAMETERS, pool, &normal, &error), AD_OK);
-    for (int ranks = 1; ranks < 100; ranks += 1 + ranks / 9) {
-        size_t points = 0, rows = 0;
+    for (int ranks = 1; ranks < PARAMETERS; ranks += 1 + ranks / 9) {
+        size_t points = 0, rows = 0, busiest = 0;
         for (int i = 0; i < ranks; i++) {
             const ad_share share = ad_program_share(program, MANY, ranks, i),
-                           leaves = ad_normal_share(normal, MANY, ranks, i);
+                           leaves = ad_normal_share(normal, MANY, ranks, i),
+                           many = ad_program_share(fine, LOTS, ranks, i);
+            busiest = many.points > busiest ? many.points : busiest;
             points += share.points;
             rows += leaves.points;
             assert_true((share.sum_bytes > 0) == (ranks > 1));
@@ -332,9 +339,12 @@ static void test_shares(void **state)
         }
         assert_int_equal(points, MANY);
         assert_int_equal(rows, MANY);
+        /* a chunk and a tile too many, at most, as long as there are leaves */
+        assert_true(busiest <= (size_t)(LOTS / (ranks < 256 ? ranks : 256)) + LOTS / 256 + 64);
     }
     ad_normal_free(normal);
     ad_program_free(program);
+    ad_program_free(fine);
     ad_pool_free(pool);
     ad_tape_free(tape);
 }

@@ -191,8 +191,9 @@ static void print_seconds(FILE *file, int width, double seconds)
     fprintf(file, "%*s", width, text);
 }
 
-static double print_row(FILE *file, const step *s, const scaling_machine *machine, int ranks,
-                        double alone)
+/* alone: s of a step of one rank; 0: this is it. */
+static scaling_time print_row(FILE *file, const step *s, const scaling_machine *machine, int ranks,
+                              double alone)
 {
     size_t points;
     double bytes;
@@ -207,42 +208,32 @@ static double print_row(FILE *file, const step *s, const scaling_machine *machin
     print_seconds(file, 11, t.step);
     alone = alone > 0 ? alone : t.step;
     fprintf(file, "%10.2f%10.0f %%%11s\n", alone / t.step, 100 * alone / t.step / ranks, memory);
-    return t.step;
-}
-
-/* The least number of ranks of which more would have no fewer points. */
-static int most_useful(const step *s, const scaling_machine *machine)
-{
-    size_t points;
-    double bytes;
-    const double least = load_of(s, machine->threads, RANKS_MOST, &points, &bytes).work;
-    int ranks = 1;
-    while (ranks < RANKS_MOST &&
-           load_of(s, machine->threads, ranks, &points, &bytes).work > least) {
-        ranks++;
-    }
-    return ranks;
+    return t;
 }
 
 static void print_table(FILE *file, const step *s, const char *name, const scaling_machine *machine,
                         int now)
 {
+    scaling_time alone = {.step = 0}, best = {.step = INFINITY};
+    int fastest = 1;
     fprintf(file, "  %s: a step with %s, in ms\n", name,
             s->normal ? "J^T J, one factor and one evaluation" : "one evaluation");
     fprintf(file, "  %6s%9s%11s%10s%10s%11s%10s%12s%11s\n", "ranks", "points", "work", "sums",
             "repeated", "step", "speed-up", "efficiency", "memory");
-    double alone = 0;
     for (int ranks = 1; ranks <= RANKS_MOST; ranks *= 2) {
-        const double step = print_row(file, s, machine, ranks, alone);
-        alone = ranks == 1 ? step : alone;
+        const scaling_time t = print_row(file, s, machine, ranks, alone.step);
+        alone = ranks == 1 ? t : alone;
+        if (t.step < best.step) {
+            best = t;
+            fastest = ranks;
+        }
         if (ranks < now && now < 2 * ranks) {
-            print_row(file, s, machine, now, alone);
+            print_row(file, s, machine, now, alone.step);
         }
     }
-    fprintf(file,
-            "  beyond %d ranks of %d thread%s work falls no further: points are cut into so many "
-            "shares\n",
-            most_useful(s, machine), machine->threads, machine->threads == 1 ? "" : "s");
+    if (fastest < RANKS_MOST) {
+        fprintf(file, "  more ranks than %d gain nothing\n", fastest);
+    }
 }
 
 static void print_assumptions(FILE *file, const scaling_machine *machine)
