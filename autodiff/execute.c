@@ -268,21 +268,12 @@ static void run_leaves(tile_state *t, size_t first, size_t count, double *sums, 
     }
 }
 
-static size_t levels_of(size_t leaves)
-{
-    size_t levels = 0;
-    while (leaves >> (levels + 1)) {
-        levels++;
-    }
-    return levels;
-}
-
 static void run_chunk(void *context, int item, int thread)
 {
     const execution *e = context;
     tile_state t = begin(e, thread);
     const size_t row = (size_t)e->program->most_reduced, own = e->end_chunk - e->first_chunk,
-                 spare = own + (size_t)thread * levels_of(e->leaves);
+                 spare = own + (size_t)thread * leaf_levels(e);
     run_leaves(&t, (e->first_chunk + (size_t)item) * e->leaves, e->leaves,
                e->program->sums + (size_t)item * row, e->program->sums + spare * row);
 }
@@ -402,9 +393,7 @@ static bool make_room(execution *e, const ad_run *run)
         const pass *p = &program->passes[s];
         ad_execute_cut(e, p, run->points, run->members);
         ok = enlarge(&program->sums, &program->chunk_capacity,
-                     e->end_chunk - e->first_chunk +
-                         (size_t)ad_pool_threads(program->pool) * levels_of(e->leaves),
-                     program->most_reduced) &&
+                     rows_of_sums(e, e->end_chunk - e->first_chunk), program->most_reduced) &&
              ad_execute_make_room(e) &&
              enlarge(&program->shares, &program->share_capacity, e->parts > 1 ? e->tiles : 0,
                      program->most_summed);

@@ -62,6 +62,21 @@ static inline size_t first_tile(const execution *e, size_t chunk)
     return chunk * e->tiles / e->chunks;
 }
 
+static inline size_t leaf_levels(const execution *e)
+{
+    size_t levels = 0;
+    while (e->leaves >> (levels + 1)) {
+        levels++;
+    }
+    return levels;
+}
+
+/* Sums of so many chunks, and of each thread one for every level within its chunk. */
+static inline size_t rows_of_sums(const execution *e, size_t chunks)
+{
+    return chunks + (size_t)ad_pool_threads(e->program->pool) * leaf_levels(e);
+}
+
 /* Cut a pass over so many points into tiles, chunks and the share of this rank (execute.c); into
  * chunks for so many ranks (execute_ranks.c). */
 void ad_execute_cut(execution *e, const pass *p, size_t points, size_t members);

@@ -201,7 +201,8 @@ static ad_share share_of_pass(const execution *e, int ranks, int rank)
                  numbers = (size_t)e->pass->reduced;
     ad_share result = {.points = first_point(e, ranks, rank + 1) - first_point(e, ranks, rank),
                        .items = chunks,
-                       .bytes = chunks * (size_t)e->program->most_reduced * sizeof(double)};
+                       .bytes = rows_of_sums(e, chunks) * (size_t)e->program->most_reduced *
+                                sizeof(double)};
     if (ranks == 1) {
         return result;
     }
