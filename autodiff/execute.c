@@ -1,9 +1,10 @@
 /* Replay a program over tiles of points, or of members.
  *
- * Points are cut into tiles and tiles dealt to chunks, both by the number of points alone, never by
- * the number of threads. A chunk adds up its tiles in order, whichever thread takes it, and the
- * chunks are added pairwise in order: so the sums are the same to the last bit for any number of
- * threads, or of ranks, each of which takes some of the chunks (execute_ranks.c).
+ * Points are cut into tiles and tiles dealt to leaves, both by the number of points alone, never by
+ * the number of threads. A leaf adds up its tiles in order, whichever thread takes it, and the
+ * leaves are added pairwise in order: so the sums are the same to the last bit for any number of
+ * threads, or of ranks. What a thread takes at a time is a chunk, a whole part of the tree of
+ * leaves, of which there are more for more ranks; each rank takes some of them (execute_ranks.c).
  *
  * Where there are values of members, a tile of points has whole members, or a part of one: the
  * points of a member are added up by the tile, or tile by tile and then in order. */
@@ -245,17 +246,36 @@ static void run_tile(tile_state *t, size_t number)
     }
 }
 
+/* The sums of so many leaves; spare: as many rows of memory as they have levels above them. */
+static void run_leaves(tile_state *t, size_t first, size_t count, double *sums, double *spare)
+{
+    const execution *e = t->e;
+    const size_t half = count / 2, numbers = (size_t)e->pass->reduced, all = e->chunks * e->leaves;
+    if (half > 0) {
+        run_leaves(t, first, half, sums, spare);
+        run_leaves(t, first + half, half, spare, spare + e->program->most_reduced);
+        for (size_t i = 0; i < numbers; i++) {
+            sums[i] += spare[i];
+        }
+        return;
+    }
+    t->sums = sums;
+    memset(sums, 0, numbers * sizeof *sums);
+    const size_t end = (first + 1) * e->tiles / all;
+    for (size_t number = first * e->tiles / all; number < end; number++) {
+        run_tile(t, number);
+        write_outputs(t);
+    }
+}
+
 static void run_chunk(void *context, int item, int thread)
 {
     const execution *e = context;
     tile_state t = begin(e, thread);
-    t.sums = e->program->sums + (size_t)item * (size_t)e->program->most_reduced;
-    memset(t.sums, 0, (size_t)e->pass->reduced * sizeof *t.sums);
-    const size_t chunk = e->first_chunk + (size_t)item, end = first_tile(e, chunk + 1);
-    for (size_t number = first_tile(e, chunk); number < end; number++) {
-        run_tile(&t, number);
-        write_outputs(&t);
-    }
+    const size_t row = (size_t)e->program->most_reduced, own = e->end_chunk - e->first_chunk,
+                 spare = own + (size_t)thread * leaf_levels(e);
+    run_leaves(&t, (e->first_chunk + (size_t)item) * e->leaves, e->leaves,
+               e->program->sums + (size_t)item * row, e->program->sums + spare * row);
 }
 
 /* Sum one slice of the chunks at hand pairwise: (0+1)+(2+3), ..., as far as they belong together.
@@ -347,9 +367,6 @@ void ad_execute_cut(execution *e, const pass *p, size_t points, size_t members)
     if (e->program->members && e->each > 1) {
         cut_members(e);
     }
-    size_t chunks = e->tiles / CHUNKS_FEW;
-    chunks = chunks < CHUNKS_FEW ? CHUNKS_FEW : chunks;
-    e->chunks = minimum(e->tiles, minimum(chunks, CHUNKS_MANY));
     ad_execute_deal(e);
 }
 
@@ -375,8 +392,8 @@ static bool make_room(execution *e, const ad_run *run)
     for (int s = 0; ok && s < program->pass_count; s++) {
         const pass *p = &program->passes[s];
         ad_execute_cut(e, p, run->points, run->members);
-        ok = enlarge(&program->sums, &program->chunk_capacity, e->end_chunk - e->first_chunk,
-                     program->most_reduced) &&
+        ok = enlarge(&program->sums, &program->chunk_capacity,
+                     rows_of_sums(e, e->end_chunk - e->first_chunk), program->most_reduced) &&
              ad_execute_make_room(e) &&
              enlarge(&program->shares, &program->share_capacity, e->parts > 1 ? e->tiles : 0,
                      program->most_summed);

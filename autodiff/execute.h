@@ -4,7 +4,7 @@
 
 #include "autodiff/program.h"
 
-enum { CHUNKS_FEW = 8, CHUNKS_MANY = 64 };
+enum { CHUNKS_FEW = 8, CHUNKS_MANY = 64, CHUNKS_MOST = 1024 };
 
 typedef struct execution {
     ad_program *program;
@@ -18,6 +18,7 @@ typedef struct execution {
     size_t step;    /* of these, the ones that are taken */
     size_t parts;   /* tiles per member where they have a part of one, else 1 */
     size_t tiles, chunks;
+    size_t leaves;                 /* of a chunk in the sums' tree, a power of 2 */
     size_t first_chunk, end_chunk; /* those of this rank */
     size_t slices, width;          /* of the final sum */
 } execution;
@@ -61,8 +62,25 @@ static inline size_t first_tile(const execution *e, size_t chunk)
     return chunk * e->tiles / e->chunks;
 }
 
-/* Cut a pass over so many points into tiles, chunks and the share of this rank (execute.c). */
+static inline size_t leaf_levels(const execution *e)
+{
+    size_t levels = 0;
+    while (e->leaves >> (levels + 1)) {
+        levels++;
+    }
+    return levels;
+}
+
+/* Sums of so many chunks, and of each thread one for every level within its chunk. */
+static inline size_t rows_of_sums(const execution *e, size_t chunks)
+{
+    return chunks + (size_t)ad_pool_threads(e->program->pool) * leaf_levels(e);
+}
+
+/* Cut a pass over so many points into tiles, chunks and the share of this rank (execute.c); into
+ * chunks for so many ranks (execute_ranks.c). */
 void ad_execute_cut(execution *e, const pass *p, size_t points, size_t members);
+void ad_execute_cut_chunks(execution *e, int ranks);
 
 /* Which chunks this rank takes; memory for what it exchanges; sums that are everyone's, from those
  * of its chunks, added up as far as they follow each other; values of points that are everyone's

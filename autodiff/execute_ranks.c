@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-enum { PIECES_MAX = 16 }; /* of a rank: two for every level of the tree of 64 chunks */
+enum { PIECES_MAX = 20 }; /* of a rank: two for every level of the tree of 1,024 chunks */
 
 /* A whole part of the tree: the chunks from `first` on, `size` of them, a power of 2, or those that
  * there are. */
@@ -39,9 +39,27 @@ static const ad_ranks *ranks_of(const ad_program *program)
     return program->members ? NULL : ad_pool_ranks(program->pool);
 }
 
+/* Leaves: a power of 2 where there are more than a few, so that chunks are whole parts of their
+ * tree; at most CHUNKS_MANY chunks for a rank. */
+void ad_execute_cut_chunks(execution *e, int ranks)
+{
+    size_t leaves = e->tiles / CHUNKS_FEW;
+    leaves = leaves < CHUNKS_FEW ? CHUNKS_FEW : leaves;
+    e->chunks = minimum(e->tiles, minimum(leaves, CHUNKS_MANY));
+    e->leaves = 1;
+    while (e->chunks > 0 && 2 * e->chunks * e->leaves <= minimum(leaves, CHUNKS_MOST)) {
+        e->leaves *= 2;
+    }
+    for (int most = 1; most < ranks && e->leaves > 1; most *= 2) {
+        e->chunks *= 2;
+        e->leaves /= 2;
+    }
+}
+
 void ad_execute_deal(execution *e)
 {
     const ad_ranks *ranks = ranks_of(e->program);
+    ad_execute_cut_chunks(e, ranks ? ranks->count : 1);
     e->first_chunk = ranks ? first_of(e, ranks->count, ranks->rank) : 0;
     e->end_chunk = ranks ? first_of(e, ranks->count, ranks->rank + 1) : e->chunks;
 }
@@ -63,8 +81,8 @@ static void add_pieces(void *context, size_t width, double *values, double *to)
 {
     const execution *e = context;
     const int ranks = ranks_of(e->program)->count;
-    double *at[CHUNKS_MANY] = {NULL};
-    size_t size[CHUNKS_MANY] = {0}, count = 0;
+    double *at[CHUNKS_MOST] = {NULL};
+    size_t size[CHUNKS_MOST] = {0}, count = 0;
     for (int i = 0; i < ranks; i++) {
         piece own[PIECES_MAX];
         int pieces = list_pieces(e->chunks, first_of(e, ranks, i), first_of(e, ranks, i + 1), own);
@@ -176,24 +194,52 @@ bool ad_execute_make_room(const execution *e)
 
 /* ---- what is shared -------------------------------------------------------------------------- */
 
+/* Of one pass; e is cut. */
+static ad_share share_of_pass(const execution *e, int ranks, int rank)
+{
+    const size_t chunks = first_of(e, ranks, rank + 1) - first_of(e, ranks, rank),
+                 numbers = (size_t)e->pass->reduced;
+    ad_share result = {.points = first_point(e, ranks, rank + 1) - first_point(e, ranks, rank),
+                       .items = chunks,
+                       .bytes = rows_of_sums(e, chunks) * (size_t)e->program->most_reduced *
+                                sizeof(double)};
+    if (ranks == 1) {
+        return result;
+    }
+    int counts[AD_RANKS_MAX];
+    size_t rows = 0;
+    count_pieces(e, ranks, counts);
+    for (int i = 0; i < e->pass->output_count; i++) {
+        rows += (size_t)e->pass->outputs[i].from.rows;
+    }
+    if (numbers > 0) {
+        result.sum_bytes =
+            ad_share_sent(ranks, rank, (size_t)counts[rank], numbers) * sizeof(double);
+        result.bytes += ad_share_room(ranks, counts, rank, numbers) * sizeof(double);
+    }
+    result.value_bytes = rows * result.points * (size_t)(ranks - 1) * sizeof(double);
+    result.exchanges = 2 * (numbers > 0) + (rows > 0);
+    return result;
+}
+
 ad_share ad_program_share(const ad_program *program, size_t points, int ranks, int rank)
 {
     ad_share result = {.points = 0};
+    if (program->members) { /* every rank takes all of them */
+        return (ad_share){.points = points, .items = CHUNKS_FEW};
+    }
     for (int s = 0; s < program->pass_count; s++) {
         execution e = {.program = (ad_program *)program};
-        piece pieces[PIECES_MAX];
         ad_execute_cut(&e, &program->passes[s], points, 1);
-        const size_t first = e.chunks ? first_point(&e, ranks, rank) : 0,
-                     end = e.chunks ? first_point(&e, ranks, rank + 1) : 0,
-                     own = e.chunks ? (size_t)list_pieces(e.chunks, first_of(&e, ranks, rank),
-                                                          first_of(&e, ranks, rank + 1), pieces)
-                                    : 0,
-                     others = (size_t)e.pass->reduced / (size_t)ranks * (size_t)(ranks - 1);
-        result.points = end - first > result.points ? end - first : result.points;
-        result.sum_bytes += (own + 1) * others * sizeof(double);
-        for (int i = 0; i < e.pass->output_count; i++) {
-            result.value_bytes +=
-                (size_t)e.pass->outputs[i].from.rows * (end - first) * sizeof(double);
+        ad_execute_cut_chunks(&e, ranks);
+        if (e.chunks > 0) {
+            const ad_share of = share_of_pass(&e, ranks, rank);
+            result.points = of.points > result.points ? of.points : result.points;
+            result.items = of.items > result.items ? of.items : result.items;
+            result.bytes = of.bytes > result.bytes ? of.bytes : result.bytes;
+            result.exchanges += of.exchanges;
+            result.sum_bytes += of.sum_bytes;
+            result.value_bytes += of.value_bytes;
         }
     }
     return result;

@@ -3,7 +3,8 @@
  * one J^T J, whatever the number of threads, and each of its numbers is summed in the same order.
  *
  * Slabs belong to leaves, by the number of points alone, and leaves are added to J^T J one after
- * the other. Each rank makes the sums of neighbouring leaves. */
+ * the other. Each rank makes the sums of neighbouring leaves: that of the first adds them to J^T J,
+ * as one process does, and others keep theirs apart until they are exchanged. */
 #include "autodiff/execute.h"
 #include "autodiff/normal.h"
 #include "autodiff/share.h"
@@ -11,9 +12,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Numbers in a slab, and rows of J in a leaf: large enough that reading and writing J^T J once for
- * each costs little; numbers of J^T J that are exchanged at a time. */
-enum { SLAB_NUMBERS = 16 << 20, LEAF_ROWS = 1536, LEAVES_MAX = 8, PART = 1 << 18 };
+/* Numbers in a slab, and the least rows of J in a leaf: large enough that reading and writing J^T J
+ * once for each costs little; numbers of J^T J that are exchanged at a time. Leaves are a power of
+ * 2, which as many ranks or fewer share evenly. */
+enum { SLAB_NUMBERS = 16 << 20, LEAF_ROWS = 1024, LEAVES_MAX = 8, PART = 1 << 18 };
 
 /* How points are cut. */
 typedef struct cutting {
@@ -39,8 +41,8 @@ static cutting cut(const ad_normal *normal, size_t points)
     cutting c = {.points = points};
     ad_execute_tiling(normal->program, points, &c.tile, &c.tiles);
     const size_t rows = (size_t)normal->layout.rows * points;
-    for (c.leaves = 1; c.leaves < LEAVES_MAX && rows >= 2 * c.leaves * LEAF_ROWS;) {
-        c.leaves *= 2; /* as ranks are, most of the time */
+    for (c.leaves = 1; 2 * c.leaves <= LEAVES_MAX && 2 * c.leaves * LEAF_ROWS <= rows;) {
+        c.leaves *= 2;
     }
     c.leaves = minimum(c.leaves, c.tiles);
     size_t most = SLAB_NUMBERS / (slab_numbers(&normal->layout) * (size_t)c.tile + 1);
@@ -55,20 +57,35 @@ static size_t leaf_numbers(const ad_normal *normal)
     return normal->parameters * (normal->parameters + 1) + 1;
 }
 
-/* How many leaves this rank makes, and which is the first; of any rank. */
-static size_t own_leaves(const ad_normal *normal, const cutting *c, size_t *first)
+/* The leaves that a rank makes. */
+typedef struct leaf_range {
+    size_t first, count;
+} leaf_range;
+
+static leaf_range leaves_of(const cutting *c, int ranks, int rank)
 {
-    const ad_ranks *ranks = ad_pool_ranks(normal->program->pool);
-    *first = ranks ? share_first(c->leaves, ranks->count, ranks->rank) : 0;
-    return ranks ? share_first(c->leaves, ranks->count, ranks->rank + 1) - *first : c->leaves;
+    const size_t first = share_first(c->leaves, ranks, rank);
+    return (leaf_range){first, share_first(c->leaves, ranks, rank + 1) - first};
 }
 
-/* How many of them are kept apart: one of several slabs that is added at once, or all of a rank. */
-static size_t kept_leaves(const ad_normal *normal, const cutting *c)
+static leaf_range own_leaves(const ad_normal *normal, const cutting *c)
 {
-    size_t first, own = own_leaves(normal, c, &first);
+    const ad_ranks *ranks = ad_pool_ranks(normal->program->pool);
+    return ranks ? leaves_of(c, ranks->count, ranks->rank) : (leaf_range){0, c->leaves};
+}
+
+/* How many sums a rank has of its leaves: those that begin with the first are one. */
+static size_t sums_of(leaf_range leaves)
+{
+    return leaves.first == 0 && leaves.count > 0 ? 1 : leaves.count;
+}
+
+/* How many leaves are kept apart: each of a later rank, or one of several slabs until it is added.
+ */
+static size_t kept_leaves(const cutting *c, leaf_range own)
+{
     bool whole = c->slab * c->leaves >= c->tiles; /* a slab is a leaf */
-    return ad_pool_ranks(normal->program->pool) ? own : !whole;
+    return own.first > 0 ? own.count : !whole;
 }
 
 size_t ad_normal_room(const ad_normal *normal, size_t points)
@@ -81,7 +98,7 @@ size_t ad_normal_numbers(const ad_normal *normal, size_t points)
 {
     cutting c = cut(normal, points);
     return slab_numbers(&normal->layout) * c.slab * (size_t)c.tile +
-           kept_leaves(normal, &c) * leaf_numbers(normal);
+           kept_leaves(&c, own_leaves(normal, &c)) * leaf_numbers(normal);
 }
 
 /* ---- a leaf ---------------------------------------------------------------------------------- */
@@ -114,14 +131,24 @@ static void add_leaf(ad_normal *normal, const ad_run *run, const cutting *c, siz
     }
 }
 
-/* Where the sums of a leaf that is kept apart go. */
+/* Where the sums of a leaf that is kept apart are, and go. */
 static normal_run kept(const ad_normal *normal, const cutting *c, size_t which)
 {
     const size_t n = normal->parameters;
     double *to = normal->leaves + which * leaf_numbers(normal);
-    memset(to, 0, leaf_numbers(normal) * sizeof *to);
     return (normal_run){
         .normal = normal, .tile = c->tile, .jtj = to, .jtr = to + n * n, .rtr = to + n * n + n};
+}
+
+static normal_run begin_kept(const ad_normal *normal, const cutting *c, size_t which)
+{
+    const size_t n = normal->parameters;
+    const normal_run leaf = kept(normal, c, which);
+    for (size_t row = 0; row < n; row++) { /* what is below the diagonal is not looked at */
+        memset(leaf.jtj + row * n + row, 0, (n - row) * sizeof *leaf.jtj);
+    }
+    memset(leaf.jtr, 0, (n + 1) * sizeof *leaf.jtr);
+    return leaf;
 }
 
 /* ---- all of them ----------------------------------------------------------------------------- */
@@ -167,39 +194,40 @@ static void move_part(const normal_run *sums, part p, part_way way, double *pack
     }
 }
 
+/* Of all ranks; the first piece has what was there before. */
 static void add_in_order(void *context, size_t width, double *pieces, double *to)
 {
-    for (size_t k = 0; k < *(const size_t *)context; k++, pieces += width) {
+    memcpy(to, pieces, width * sizeof *to);
+    for (size_t k = 1; k < *(const size_t *)context; k++) {
+        pieces += width;
         for (size_t i = 0; i < width; i++) {
             to[i] += pieces[i];
         }
     }
 }
 
-/* Leaves of all ranks. */
+/* Sums of all ranks; `sums`: where they go, and where that of the first leaf is. */
 static void share_leaves(ad_normal *normal, const cutting *c, const normal_run *sums)
 {
     share *s = ad_pool_get_share(normal->program->pool);
     const double *packed[LEAVES_MAX];
-    int leaves[AD_RANKS_MAX];
-    size_t own, first, leaf_count = c->leaves, n = normal->parameters;
-    own = own_leaves(normal, c, &first);
+    int pieces[AD_RANKS_MAX];
+    const leaf_range own = own_leaves(normal, c);
+    const size_t n = normal->parameters, width = PART + n + 1, mine = sums_of(own);
+    size_t all = 0;
     for (int i = 0; i < s->ranks->count; i++) {
-        leaves[i] = (int)(share_first(c->leaves, s->ranks->count, i + 1) -
-                          share_first(c->leaves, s->ranks->count, i));
+        pieces[i] = (int)sums_of(leaves_of(c, s->ranks->count, i));
+        all += (size_t)pieces[i];
     }
     for (part p = next_part(n, 0); p.first <= n; p = next_part(n, p.end)) {
-        double *total = normal->packed + own * (PART + n + 1);
-        move_part(sums, p, PART_PACK, total);
-        for (size_t k = 0; k < own; k++) {
-            double *from = normal->leaves + k * leaf_numbers(normal);
-            const normal_run leaf = {
-                .normal = normal, .jtj = from, .jtr = from + n * n, .rtr = from + n * n + n};
-            double *to = normal->packed + k * (PART + n + 1);
-            move_part(&leaf, p, PART_PACK, to);
+        double *total = normal->packed + mine * width;
+        for (size_t k = 0; k < mine; k++) {
+            const normal_run from = own.first == 0 ? *sums : kept(normal, c, k);
+            double *to = normal->packed + k * width;
+            move_part(&from, p, PART_PACK, to);
             packed[k] = to;
         }
-        ad_share_sum(s, leaves, packed, p.numbers, add_in_order, &leaf_count, total);
+        ad_share_sum(s, pieces, packed, p.numbers, add_in_order, &all, total);
         move_part(sums, p, PART_UNPACK, total);
     }
 }
@@ -207,7 +235,8 @@ static void share_leaves(ad_normal *normal, const cutting *c, const normal_run *
 static bool make_room(ad_normal *normal, const cutting *c)
 {
     const ad_ranks *ranks = ad_pool_ranks(normal->program->pool);
-    const size_t wanted = kept_leaves(normal, c), width = PART + normal->parameters + 1;
+    const size_t wanted = kept_leaves(c, own_leaves(normal, c)),
+                 width = PART + normal->parameters + 1;
     if (!ad_normal_make_slab(normal, c->points)) {
         return false;
     }
@@ -225,6 +254,23 @@ static bool make_room(ad_normal *normal, const cutting *c)
                                                   width * 2 * (LEAVES_MAX + 1))));
 }
 
+/* To the sums, by way of memory of its own where it has several slabs. */
+static void add_leaf_at_once(ad_normal *normal, const ad_run *run, const cutting *c, size_t leaf,
+                             normal_run *sums)
+{
+    const size_t n = normal->parameters;
+    if (kept_leaves(c, (leaf_range){0, 1}) == 0) {
+        add_leaf(normal, run, c, leaf, sums);
+        return;
+    }
+    normal_run apart = begin_kept(normal, c, 0);
+    add_leaf(normal, run, c, leaf, &apart);
+    for (size_t row = 0; row < n; row++) {
+        move_part(sums, (part){row, row + 1, 0}, PART_ADD, apart.jtj + row * n + row);
+    }
+    move_part(sums, (part){n, n + 1, 0}, PART_ADD, apart.jtr);
+}
+
 ad_status ad_normal_add(ad_normal *normal, const ad_run *run, double *jtj, double *jtr, double *rtr,
                         ad_error *error)
 {
@@ -233,21 +279,17 @@ ad_status ad_normal_add(ad_normal *normal, const ad_run *run, double *jtj, doubl
         return ad_fail(error, AD_NO_MEMORY, "out of memory for rows of a Jacobian");
     }
     normal_run sums = {.normal = normal, .tile = c.tile, .jtj = jtj, .jtr = jtr, .rtr = rtr};
-    const bool shared = ad_pool_ranks(normal->program->pool) != NULL,
-               apart = kept_leaves(normal, &c) > 0;
-    size_t first, own = own_leaves(normal, &c, &first), n = normal->parameters;
+    const leaf_range own = own_leaves(normal, &c);
     ad_execute_begin(normal->program, run);
-    for (size_t k = 0; k < own; k++) {
-        normal_run leaf = apart ? kept(normal, &c, shared ? k : 0) : sums;
-        add_leaf(normal, run, &c, first + k, &leaf);
-        if (apart && !shared) {
-            for (size_t row = 0; row < n; row++) {
-                move_part(&sums, (part){row, row + 1, 0}, PART_ADD, leaf.jtj + row * n + row);
-            }
-            move_part(&sums, (part){n, n + 1, 0}, PART_ADD, leaf.jtr);
+    for (size_t k = 0; k < own.count; k++) {
+        if (own.first == 0) {
+            add_leaf_at_once(normal, run, &c, k, &sums);
+        } else {
+            normal_run leaf = begin_kept(normal, &c, k);
+            add_leaf(normal, run, &c, own.first + k, &leaf);
         }
     }
-    if (shared && c.leaves > 0) {
+    if (ad_pool_ranks(normal->program->pool) && c.leaves > 0) {
         share_leaves(normal, &c, &sums);
     }
     return AD_OK;
@@ -256,14 +298,20 @@ ad_status ad_normal_add(ad_normal *normal, const ad_run *run, double *jtj, doubl
 ad_share ad_normal_share(const ad_normal *normal, size_t points, int ranks, int rank)
 {
     const cutting c = cut(normal, points);
-    const size_t n = normal->parameters, first = share_first(c.leaves, ranks, rank),
-                 end = share_first(c.leaves, ranks, rank + 1),
-                 others = n * (n + 3) / 2 / (size_t)ranks * (size_t)(ranks - 1),
-                 tile = (size_t)c.tile;
-    ad_share result = {.sum_bytes = (end - first + 1) * others * sizeof(double)};
-    if (c.leaves > 0) {
-        result.points = minimum(leaf_tile(&c, end) * tile, points) -
-                        minimum(leaf_tile(&c, first) * tile, points);
+    const size_t n = normal->parameters, tile = (size_t)c.tile,
+                 groups = (size_t)normal->layout.group_count;
+    const leaf_range own = leaves_of(&c, ranks, rank);
+    ad_share result = {.points = 0};
+    if (c.leaves == 0) {
+        return result;
+    }
+    result.points = minimum(leaf_tile(&c, own.first + own.count) * tile, points) -
+                    minimum(leaf_tile(&c, own.first) * tile, points);
+    result.items = groups * (groups + 1) / 2;
+    result.bytes = kept_leaves(&c, own) * leaf_numbers(normal) * sizeof(double);
+    for (part p = next_part(n, 0); p.first <= n && ranks > 1; p = next_part(n, p.end)) {
+        result.sum_bytes += ad_share_sent(ranks, rank, sums_of(own), p.numbers) * sizeof(double);
+        result.exchanges += 2;
     }
     return result;
 }

@@ -128,7 +128,7 @@ struct ad_program {
     double **workspaces; /* per thread: tile * most_units numbers, then with values of members
                           * `scratch` and one row */
     size_t workspace_numbers, scratch;
-    double *sums; /* [chunk_capacity][most reduced] */
+    double *sums; /* [chunk_capacity][most reduced], of chunks and within them */
     size_t chunk_capacity;
     size_t member_capacity; /* numbers */
     double *shares;         /* of members that take several tiles: [most summed][tiles] */

@@ -45,10 +45,14 @@ double ad_ranks_largest(const ad_ranks *ranks, double x);
 void ad_ranks_first(const ad_ranks *ranks, size_t count, double *numbers);
 bool ad_ranks_agree(const ad_ranks *ranks, uint64_t x);
 
-/* What a rank does in a run over so many points: how many it takes, and the bytes that it sends
- * for sums over points and for values of points, if they are asked for. */
+/* What a rank does in a run over so many points. */
 typedef struct ad_share {
-    size_t points, sum_bytes, value_bytes;
+    size_t points;      /* that it takes; 0: there is nothing for it */
+    size_t items;       /* of equal work that its threads take */
+    size_t exchanges;   /* one after the other, in which each rank waits for numbers of all */
+    size_t sum_bytes;   /* that it sends for sums over points */
+    size_t value_bytes; /* and for values of points, if they are asked for */
+    size_t bytes;       /* that it keeps for sums of its own, and for what is exchanged */
 } ad_share;
 
 ad_share ad_program_share(const ad_program *program, size_t points, int ranks, int rank);

@@ -28,10 +28,22 @@ static size_t pieces_of_all(int ranks, const int *pieces)
     return all;
 }
 
+/* Several pieces are sent from a copy in which those for a rank follow each other. */
+static size_t copied(size_t pieces, size_t count)
+{
+    return pieces > 1 ? pieces * count : 0;
+}
+
 size_t ad_share_room(int ranks, const int *pieces, int rank, size_t count)
 {
     const size_t width = count / (size_t)ranks + 1;
-    return (size_t)pieces[rank] * count + 1 + pieces_of_all(ranks, pieces) * width;
+    return copied((size_t)pieces[rank], count) + 1 + pieces_of_all(ranks, pieces) * width;
+}
+
+size_t ad_share_sent(int ranks, int rank, size_t pieces, size_t count)
+{
+    const size_t own = share_first(count, ranks, rank + 1) - share_first(count, ranks, rank);
+    return pieces * (count - own) + (size_t)(ranks - 1) * own;
 }
 
 void ad_share_sum(share *s, const int *pieces, const double *const *own, size_t count,
@@ -43,18 +55,18 @@ void ad_share_sum(share *s, const int *pieces, const double *const *own, size_t 
                  width = share_first(count, ranks, r->rank + 1) - first;
     size_t *to = s->bounds, *from = s->bounds + ranks + 1;
     double *send = s->room,
-           *receive = send + mine * count + 1; /* apart, also where nothing is sent */
+           *receive = send + copied(mine, count) + 1; /* apart, also where nothing is sent */
     to[0] = from[0] = 0;
     for (int i = 0; i < ranks; i++) {
         const size_t start = share_first(count, ranks, i),
                      numbers = share_first(count, ranks, i + 1) - start;
-        for (size_t k = 0; k < mine; k++) {
+        for (size_t k = 0; k < mine && mine > 1; k++) {
             memcpy(send + to[i] + k * numbers, own[k] + start, numbers * sizeof *send);
         }
         to[i + 1] = to[i] + mine * numbers;
         from[i + 1] = from[i] + (size_t)pieces[i] * width;
     }
-    r->exchange(r->context, to, send, from, receive);
+    r->exchange(r->context, to, mine == 1 ? own[0] : send, from, receive);
     combine(context, width, receive, total + first);
     for (int i = 0; i <= ranks; i++) {
         to[i] = share_first(count, ranks, i);

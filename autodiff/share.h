@@ -24,11 +24,13 @@ static inline size_t share_first(size_t items, int ranks, int rank)
 typedef void (*share_combine)(void *context, size_t width, double *pieces, double *to);
 
 /* Of each rank pieces[rank] pieces of `count` numbers each; own: those of this rank. Every rank
- * puts together some of the numbers, then total [count] is everyone's; what is in it before is seen
- * by `combine`. ad_share_room is how many numbers of memory that needs. */
+ * puts together some of the numbers, then total [count] is everyone's. ad_share_room is how many
+ * numbers of memory that needs. */
 void ad_share_sum(share *s, const int *pieces, const double *const *own, size_t count,
                   share_combine combine, void *context, double *total);
 size_t ad_share_room(int ranks, const int *pieces, int rank, size_t count);
+/* How many numbers this rank sends for that, in two exchanges, if it has so many pieces. */
+size_t ad_share_sent(int ranks, int rank, size_t pieces, size_t count);
 bool ad_share_make_room(share *s, size_t numbers);
 
 #endif

@@ -250,26 +250,11 @@ problem_set_info problem_set_inspect(const problem *p, int set)
     if (s->gradient_fixed.program) {
         info.fixed_instructions = ad_program_inspect(s->gradient_fixed.program).instructions;
     }
-    return info;
-}
-
-ad_share problem_share(const problem *p, bool normal, int ranks, int rank)
-{
-    ad_share result = {.points = 0};
-    for (int i = 0; i < p->set_count; i++) {
-        const problem_set *s = &p->sets[i];
-        const size_t points = s->trained.count;
-        ad_share of_set = {.points = points}; /* a motion: every rank takes all of it */
-        if (normal && s->normal) {
-            of_set = ad_normal_share(s->normal, points, ranks, rank);
-        } else if (s->gradient) {
-            of_set = ad_program_share(s->gradient, points, ranks, rank);
-        }
-        result.points += of_set.points;
-        result.sum_bytes += of_set.sum_bytes;
-        result.value_bytes += of_set.value_bytes;
+    if (s->normal) {
+        info.rows = ad_program_inspect(ad_normal_program(s->normal));
+        info.normal_flops = ad_normal_inspect(s->normal, 0).flops;
     }
-    return result;
+    return info;
 }
 
 void problem_print(const problem *p, FILE *file)
@@ -336,30 +321,6 @@ ad_status problem_fuse(problem *p, const char *folder, problem_fuse_way way, pro
 const char *problem_derivatives(const problem *p)
 {
     return p->derivatives;
-}
-
-size_t problem_bytes(const problem *p)
-{
-    enum { LEAST_CHUNKS = 8 }; /* each sums for itself; more only for very many points */
-    size_t bytes = 2 * p->parameters * sizeof(double);
-    int threads = ad_pool_threads(p->pool);
-    for (int i = 0; i < p->set_count; i++) {
-        const problem_set *s = &p->sets[i];
-        const ad_program *programs[3] = {s->gradient, s->value, s->gradient_fixed.program};
-        bytes += ((size_t)p->model->domain.count + (size_t)s->about->source.rows) *
-                 (s->trained.count + s->held_out.count) * sizeof(double);
-        bytes += problem_weights_per_point(s) * s->trained.count * sizeof(double);
-        bytes +=
-            s->candidates.count *
-            ((size_t)(p->model->domain.count + s->term_count) * sizeof(double) + sizeof *s->ranked);
-        bytes += (size_t)s->gradient_fixed.rows * s->trained.count * sizeof(double);
-        for (int k = 0; k < 3 && programs[k]; k++) {
-            ad_program_info info = ad_program_inspect(programs[k]);
-            bytes += (size_t)threads * info.workspace_bytes;
-            bytes += LEAST_CHUNKS * info.reduced * sizeof(double);
-        }
-    }
-    return bytes;
 }
 
 /* ---- evaluating ------------------------------------------------------------------------------ */

@@ -342,8 +342,9 @@ static ad_status refresh_fixed(problem_set *set, problem_fixed *fixed, ad_error 
     return status;
 }
 
-static ad_status run(problem_set *set, ad_program *program, const problem_cloud *cloud,
-                     const double *x, double **outputs, ad_error *error)
+/* Over the first points of a cloud: rows of data are then not theirs. */
+static ad_status run_first(problem_set *set, ad_program *program, const problem_cloud *cloud,
+                           size_t points, const double *x, double **outputs, ad_error *error)
 {
     const double *inputs[PROBLEM_INPUTS + PROBLEM_FIXED_ROWS], *uniforms[PROBLEM_UNIFORMS];
     problem_fixed *fixed = program == set->gradient  ? &set->gradient_fixed
@@ -355,12 +356,18 @@ static ad_status run(problem_set *set, ad_program *program, const problem_cloud 
     }
     list_inputs(set, cloud, fixed, inputs);
     list_uniforms(set, uniforms);
-    ad_run r = {.points = cloud->count,
+    ad_run r = {.points = points,
                 .inputs = inputs,
                 .uniforms = uniforms,
                 .parameters = x,
                 .outputs = outputs};
     return ad_execute(program, &r, error);
+}
+
+static ad_status run(problem_set *set, ad_program *program, const problem_cloud *cloud,
+                     const double *x, double **outputs, ad_error *error)
+{
+    return run_first(set, program, cloud, cloud->count, x, outputs, error);
 }
 
 static ad_status compile_fields(problem *p, problem_set *set, ad_error *error)
@@ -417,6 +424,21 @@ ad_status problem_set_run(problem_set *set, ad_program *program, const problem_c
         terms[set->terms[i]] = means[i];
     }
     return status;
+}
+
+ad_status problem_rehearse(problem *p, int set, size_t points, const double *x, ad_error *error)
+{
+    problem_set *s = &p->sets[set];
+    double *outputs[2 + 2 * PROBLEM_SET_TERMS + PROBLEM_VIEWS] = {NULL};
+    const int first = 1 + s->term_count + (s->point_losses != NULL); /* of the gradient */
+    if (!s->gradient) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "a motion has no program");
+    }
+    for (int i = 0; i < s->view_count; i++) {
+        outputs[first + i] = p->scratch + s->view_offsets[i];
+    }
+    points = points < s->trained.count ? points : s->trained.count;
+    return run_first(s, s->gradient, &s->trained, points, x, outputs, error);
 }
 
 ad_status problem_set_run_term(problem *p, problem_set *set, int term, bool weighted,

@@ -25,11 +25,14 @@ typedef struct meeting {
 typedef struct thread_rank {
     meeting *at;
     int rank, count;
+    size_t exchanges, bytes; /* so far; sent to others */
 } thread_rank;
 
 static void gather(void *context, const size_t *bounds, double *data)
 {
-    const thread_rank *me = context;
+    thread_rank *me = context;
+    me->exchanges++;
+    me->bytes += (bounds[me->rank + 1] - bounds[me->rank]) * (size_t)(me->count - 1) * sizeof *data;
     me->at->numbers[me->rank] = data;
     pthread_barrier_wait(&me->at->barrier);
     for (int i = 0; i < me->count; i++) {
@@ -44,7 +47,9 @@ static void gather(void *context, const size_t *bounds, double *data)
 static void exchange(void *context, const size_t *to, const double *send, const size_t *from,
                      double *receive)
 {
-    const thread_rank *me = context;
+    thread_rank *me = context;
+    me->exchanges++;
+    me->bytes += (to[me->count] - (to[me->rank + 1] - to[me->rank])) * sizeof *send;
     me->at->numbers[me->rank] = send;
     me->at->bounds[me->rank] = to;
     pthread_barrier_wait(&me->at->barrier);
@@ -91,7 +96,7 @@ static void compare(void (*work)(ad_pool *pool, double *results), size_t count)
         pthread_barrier_init(&at.barrier, NULL, (unsigned)ranks[i]);
         for (int k = 0; k < ranks[i]; k++) {
             double *results = i == 0 ? expected : calloc(count, sizeof *results);
-            workers[k] = (worker){{&at, k, ranks[i]}, work, i == 0 ? 2 : 1, results};
+            workers[k] = (worker){{&at, k, ranks[i], 0, 0}, work, i == 0 ? 2 : 1, results};
             pthread_create(&threads[k], NULL, be_rank, &workers[k]);
         }
         for (int k = 0; k < ranks[i]; k++) {
@@ -109,7 +114,7 @@ static void compare(void (*work)(ad_pool *pool, double *results), size_t count)
 
 /* ---- what they compute ----------------------------------------------------------------------- */
 
-enum { WIDTH = 40, PARAMETERS = 4 * WIDTH + 1, MANY = 6001 };
+enum { WIDTH = 40, PARAMETERS = 4 * WIDTH + 1, MANY = 6001, LOTS = 20011, SMALL_TILE = 8 };
 
 static void fill(double *x, size_t count, double seed)
 {
@@ -133,8 +138,10 @@ static ad_value network(ad_tape *tape, ad_value views[4])
 }
 
 /* Sums, a second pass that needs those of the first, and values of points, of so many points. */
-static void execute(ad_pool *pool, size_t points, double *results)
+static void execute(ad_pool *pool, size_t points, int tile, double *results)
 {
+    ad_settings settings = ad_settings_default();
+    settings.tile = tile;
     ad_error error;
     ad_tape *tape = ad_tape_create();
     ad_value views[4], y = network(tape, views);
@@ -142,7 +149,7 @@ static void execute(ad_pool *pool, size_t points, double *results)
     ad_value outputs[7] = {ad_sum_points(ad_square(off)), y, ad_stack(2, (ad_value[]){off, y})};
     assert_int_equal(ad_reverse(outputs[0], 4, views, AD_SUMMED, outputs + 3), AD_OK);
     ad_program *program = NULL;
-    assert_int_equal(ad_compile(7, outputs, NULL, pool, &program, &error), AD_OK);
+    assert_int_equal(ad_compile(7, outputs, &settings, pool, &program, &error), AD_OK);
     double x[PARAMETERS], *numbers = calloc(2 * points + 1, sizeof *numbers);
     fill(x, PARAMETERS, 2);
     fill(numbers, 2 * points, 0.3);
@@ -165,9 +172,9 @@ static void execute(ad_pool *pool, size_t points, double *results)
 
 static void execute_all(ad_pool *pool, double *results)
 {
-    static const size_t points[] = {MANY, 1, 33, 300, 2048};
+    static const size_t points[] = {MANY, 1, 33, 300, 2048, LOTS}; /* the last: a tree of 256 */
     for (size_t i = 0; i < sizeof points / sizeof *points; i++) {
-        execute(pool, points[i], results);
+        execute(pool, points[i], points[i] == LOTS ? SMALL_TILE : 0, results);
         results += 1 + 3 * points[i] + PARAMETERS;
     }
 }
@@ -175,7 +182,7 @@ static void execute_all(ad_pool *pool, double *results)
 static void test_programs(void **state)
 {
     (void)state;
-    compare(execute_all, 5 * (1 + PARAMETERS) + 3 * (MANY + 1 + 33 + 300 + 2048));
+    compare(execute_all, 6 * (1 + PARAMETERS) + 3 * (MANY + 1 + 33 + 300 + 2048 + LOTS));
 }
 
 enum { TRIANGLE = PARAMETERS * PARAMETERS, NORMAL = TRIANGLE + PARAMETERS + 1 };
@@ -273,6 +280,69 @@ static void test_agreement(void **state)
     compare(agree, 5);
 }
 
+/* ---- what is said of it ---------------------------------------------------------------------- */
+
+static thread_rank self_of(const ad_pool *pool)
+{
+    const ad_ranks *ranks = ad_pool_ranks(pool);
+    return ranks ? *(const thread_rank *)ranks->context : (thread_rank){NULL, 0, 1, 0, 0};
+}
+
+/* What was exchanged since is what was foretold. */
+static void check_counts(const ad_pool *pool, const thread_rank *before, const ad_share *foretold)
+{
+    const thread_rank now = self_of(pool);
+    assert_int_equal(now.bytes - before->bytes, foretold->sum_bytes + foretold->value_bytes);
+    assert_int_equal(now.exchanges - before->exchanges, foretold->exchanges);
+}
+
+/* A loss with its gradient and values of points, and the rows of J. */
+static void count_bytes(ad_pool *pool, double *results)
+{
+    ad_error error;
+    ad_tape *tape = ad_tape_create();
+    ad_value views[4], y = network(tape, views), outputs[6] = {ad_sum_points(ad_square(y)), y};
+    ad_program *program = NULL;
+    ad_normal *normal = NULL;
+    assert_int_equal(ad_reverse(outputs[0], 4, views, AD_SUMMED, outputs + 2), AD_OK);
+    assert_int_equal(ad_compile(6, outputs, NULL, pool, &program, &error), AD_OK);
+    assert_int_equal(ad_normal_compile(1, &y, 4, views, PARAMETERS, pool, &normal, &error), AD_OK);
+    static const size_t points[] = {MANY, 1, 33};
+    double x[PARAMETERS], numbers[2 * MANY],
+        jtj[TRIANGLE + PARAMETERS + 1] = {0}, gradient[PARAMETERS], values[MANY];
+    fill(x, PARAMETERS, 2);
+    fill(numbers, 2 * MANY, 0.3);
+    for (size_t i = 0; i < sizeof points / sizeof *points; i++) {
+        const double *const inputs[2] = {numbers, numbers + points[i]};
+        double *to[6] = {results,
+                         values,
+                         gradient,
+                         gradient + 2 * WIDTH,
+                         gradient + 3 * WIDTH,
+                         gradient + 4 * WIDTH};
+        const ad_run run = {.points = points[i], .inputs = inputs, .parameters = x, .outputs = to};
+        thread_rank before = self_of(pool);
+        ad_share is = ad_program_share(program, points[i], before.count, before.rank);
+        assert_int_equal(ad_execute(program, &run, &error), AD_OK);
+        check_counts(pool, &before, &is);
+        before = self_of(pool);
+        is = ad_normal_share(normal, points[i], before.count, before.rank);
+        assert_int_equal(
+            ad_normal_add(normal, &run, jtj, jtj + TRIANGLE, jtj + TRIANGLE + PARAMETERS, &error),
+            AD_OK);
+        check_counts(pool, &before, &is);
+    }
+    ad_normal_free(normal);
+    ad_program_free(program);
+    ad_tape_free(tape);
+}
+
+static void test_counts(void **state)
+{
+    (void)state;
+    compare(count_bytes, 1);
+}
+
 /* Every point is somebody's. */
 static void test_shares(void **state)
 {
@@ -280,21 +350,37 @@ static void test_shares(void **state)
     ad_error error;
     ad_tape *tape = ad_tape_create();
     ad_pool *pool = ad_pool_create(1);
-    ad_program *program = NULL;
-    ad_value views[4], loss = ad_sum_points(ad_square(network(tape, views))), outputs[4];
-    assert_int_equal(ad_reverse(loss, 4, views, AD_SUMMED, outputs), AD_OK);
+    ad_program *program = NULL, *fine = NULL;
+    ad_normal *normal = NULL;
+    ad_value views[4], y = network(tape, views), outputs[4];
+    assert_int_equal(ad_reverse(ad_sum_points(ad_square(y)), 4, views, AD_SUMMED, outputs), AD_OK);
+    ad_settings settings = ad_settings_default();
+    settings.tile = SMALL_TILE;
     assert_int_equal(ad_compile(4, outputs, NULL, pool, &program, &error), AD_OK);
-    for (int ranks = 1; ranks < 9; ranks++) {
-        size_t points = 0;
+    assert_int_equal(ad_compile(4, outputs, &settings, pool, &fine, &error), AD_OK);
+    assert_int_equal(ad_normal_compile(1, &y, 4, views, PARAMETERS, pool, &normal, &error), AD_OK);
+    for (int ranks = 1; ranks < PARAMETERS; ranks += 1 + ranks / 9) {
+        size_t points = 0, rows = 0, busiest = 0;
         for (int i = 0; i < ranks; i++) {
-            ad_share share = ad_program_share(program, MANY, ranks, i);
+            const ad_share share = ad_program_share(program, MANY, ranks, i),
+                           leaves = ad_normal_share(normal, MANY, ranks, i),
+                           many = ad_program_share(fine, LOTS, ranks, i);
+            busiest = many.points > busiest ? many.points : busiest;
             points += share.points;
+            rows += leaves.points;
             assert_true((share.sum_bytes > 0) == (ranks > 1));
+            assert_true((leaves.exchanges > 0) == (ranks > 1));
             assert_int_equal(share.value_bytes, 0);
+            assert_true((share.items > 0) == (share.points > 0));
         }
         assert_int_equal(points, MANY);
+        assert_int_equal(rows, MANY);
+        /* a chunk and a tile too many, at most, as long as there are leaves */
+        assert_true(busiest <= (size_t)(LOTS / (ranks < 256 ? ranks : 256)) + LOTS / 256 + 64);
     }
+    ad_normal_free(normal);
     ad_program_free(program);
+    ad_program_free(fine);
     ad_pool_free(pool);
     ad_tape_free(tape);
 }
@@ -303,7 +389,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_programs), cmocka_unit_test(test_normal_equations),
-        cmocka_unit_test(test_factors), cmocka_unit_test(test_agreement),
-        cmocka_unit_test(test_shares)};
+        cmocka_unit_test(test_factors),  cmocka_unit_test(test_agreement),
+        cmocka_unit_test(test_counts),   cmocka_unit_test(test_shares)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -93,7 +93,14 @@ check one line of error -- test "$(grep -c 'there is a run already' stderr.txt)"
 run 2 by 2 cpinn-solve "$ROOT/configs/elastica.yaml" --grid 11 --out solved.csv
 check one line of error -- test "$(grep -c 'does not share its work' stderr.txt)" -eq 1
 check nothing is written -- test ! -e solved.csv
-run 0 by 2 "${moving[@]}" --explain
-said stdout.txt 'ranks'
+# What each would do, also of a program that is started alone: as many rows as ranks may be.
+run 0 by 3 "${moving[@]}" --explain
+cp stdout.txt three.txt
+run 0 "${moving[@]}" --explain
+for n in 1 2 4 1024; do
+    check "a row of $n ranks" -- grep -qE "^ +$n +[1-9][0-9]* .* [0-9]+ %" stdout.txt
+    check "a row of $n ranks" -- grep -qE "^ +$n +[1-9][0-9]* .* [0-9]+ %" three.txt
+done
+check a row of the ranks there are -- grep -qE '^ +3 +[1-9]' three.txt
 
 finish

@@ -10,6 +10,7 @@
 #include "tools/programs/ranks.h"
 #include "tools/programs/train_surrogate.h"
 #include "tools/programs/unknowns.h"
+#include "tools/train/clock.h"
 #include "tools/train/report.h"
 #include "tools/train/trainer_unknowns.h"
 
@@ -78,7 +79,8 @@ typedef struct training {
     run_folder folder;
     progress progress;
     verdict verdict;
-    unknowns unknown; /* of a scene that has some, once it is trained */
+    unknowns unknown;     /* of a scene that has some, once it is trained */
+    double began, waited; /* s, by the clock; by this rank for others before that */
 } training;
 
 static ad_status name_folder(training *t, ad_error *error)
@@ -181,6 +183,18 @@ static void find_unknowns(training *t)
     }
 }
 
+static void announce_waiting(training *t)
+{
+    const ad_ranks *ranks = t->asked->ranks;
+    const double part = (ranks_waited() - t->waited) / (train_seconds() - t->began),
+                 most = ad_ranks_largest(ranks, part), least = -ad_ranks_largest(ranks, -part);
+    if (ranks) {
+        progress_say(&t->progress,
+                     "of this run's time ranks waited %.1f to %.1f %% for others and their numbers",
+                     100 * least, 100 * most);
+    }
+}
+
 static void finish(training *t)
 {
     trainer_verdict(t->s.trainer, &t->verdict);
@@ -194,9 +208,7 @@ static void finish(training *t)
     trainer_info info = trainer_inspect(t->s.trainer);
     progress_say(&t->progress, "done: %lld steps in %.2f s, loss %.3e, held-out %.3e",
                  (long long)info.step, info.seconds, info.loss, info.held_out);
-    if (t->asked->ranks) {
-        progress_say(&t->progress, "of which this rank waited %.2f s for others", ranks_waited());
-    }
+    announce_waiting(t);
     if (t->s.e->targets) {
         progress_members(&t->progress, &info.members, scene_length(t->s.e->scene));
     }
@@ -393,6 +405,8 @@ static ad_status train(training *t, ad_error *error)
     if (t->asked->watch) {
         progress_watch(&t->progress, t->s.trainer, t->s.e, t->s.known);
     }
+    t->began = train_seconds();
+    t->waited = ranks_waited();
     ad_status status = session_train(&t->s, stepped, t, error);
     progress_end(&t->progress, t->s.trainer);
     const trainer_state state = trainer_inspect(t->s.trainer).state;
@@ -456,6 +470,18 @@ static void blame(training *t, const ad_error *error)
     verdict_add_error(&t->verdict, error);
 }
 
+/* On which ranks would run like this one: as they are, or as many as its processors have room for.
+ */
+static scaling_machine machine_of(const training *t)
+{
+    scaling_machine machine = {.threads = ad_pool_threads(t->s.e->pool)};
+    machine.ranks = ranks_on_machine(&machine.processors);
+    if (!t->asked->ranks && machine.processors > machine.threads) {
+        machine.ranks = machine.processors / machine.threads;
+    }
+    return machine;
+}
+
 static ad_status go(training *t, config *settings, ad_error *error)
 {
     ad_status status = prepare(t, settings, error);
@@ -463,7 +489,8 @@ static ad_status go(training *t, config *settings, ad_error *error)
         return explain_programs(stdout, t->s.e, t->s.problem, error);
     }
     if (status == AD_OK && t->asked->explain) {
-        explain_print(stdout, t->s.e, t->s.problem, t->s.known);
+        const scaling_machine machine = machine_of(t);
+        explain_print(stdout, t->s.e, t->s.problem, t->s.known, &machine);
         return AD_OK;
     }
     status = status == AD_OK ? session_start(&t->s, error) : status;

@@ -421,7 +421,8 @@ static void print_implausible(FILE *file, const scene *scene)
     }
 }
 
-void explain_print(FILE *file, const experiment *e, problem *p, const reference *r)
+void explain_print(FILE *file, const experiment *e, problem *p, const reference *r,
+                   const scaling_machine *machine)
 {
     const scene *scene = e->scene;
     struct scene middle;
@@ -446,6 +447,7 @@ void explain_print(FILE *file, const experiment *e, problem *p, const reference 
         explain_groups(file, scene, &e->settings->groups);
     }
     explain_costs(file, e, p, r);
+    explain_ranks(file, e, p, machine);
 }
 
 ad_status explain_programs(FILE *file, const experiment *e, problem *p, ad_error *error)

@@ -7,7 +7,6 @@
 #include "tools/train/trainer.h"
 
 #include <math.h>
-#include <stdint.h>
 #include <string.h>
 
 enum { EXPLAIN_WIDTH = 96 };
@@ -38,7 +37,7 @@ void explain_paragraph_add(paragraph *p, const char *text, bool comma)
         fprintf(p->file, "%s%s%s", p->column > p->indent ? " " : "", text, comma ? "," : "");
 }
 
-static void bytes_text(double bytes, char text[32])
+void explain_bytes_text(double bytes, char text[32])
 {
     static const char *const units[] = {"bytes", "KiB", "MiB", "GiB"};
     int unit = 0;
@@ -88,52 +87,12 @@ static void print_sets(FILE *file, const problem *p)
     for (int i = 0; i < problem_sets(p); i++) {
         problem_set_info set = problem_set_inspect(p, i);
         char workspace[32];
-        bytes_text((double)set.program.workspace_bytes, workspace);
+        explain_bytes_text((double)set.program.workspace_bytes, workspace);
         fprintf(file, "  %-9s%8zu%9zu%10zu%14zu%8d%11s\n", set.name, set.program.products,
                 set.program.groups, set.program.passes, set.program.flops_per_point,
                 set.program.tile, workspace);
     }
     print_compilation(file);
-}
-
-/* Prints what the ranks do, of which the process is one: the loss and its gradient, or the normal
- * equations. */
-static void print_share(FILE *file, const problem *p, const ad_ranks *ranks, bool normal)
-{
-    size_t least = SIZE_MAX, most = 0, sums = 0, values = 0;
-    char sum_text[32], value_text[32];
-    for (int i = 0; i < ranks->count; i++) {
-        const ad_share share = problem_share(p, normal, ranks->count, i);
-        least = share.points < least ? share.points : least;
-        most = share.points > most ? share.points : most;
-        sums = share.sum_bytes > sums ? share.sum_bytes : sums;
-        values = share.value_bytes > values ? share.value_bytes : values;
-    }
-    bytes_text((double)sums, sum_text);
-    bytes_text((double)values, value_text);
-    fprintf(file, "  %-15s ", normal ? "" : "ranks");
-    normal ? 0 : fprintf(file, "%d: ", ranks->count);
-    fprintf(file, "%zu to %zu points a rank, which sends up to %s of sums%s%s%s\n", least, most,
-            sum_text, values ? ", " : "", values ? value_text : "",
-            values ? " of losses of points" : "");
-}
-
-static void print_ranks(FILE *file, const experiment *e, const problem *p)
-{
-    const ad_ranks *ranks = ad_pool_ranks(e->pool);
-    if (!ranks) {
-        return;
-    }
-    if (e->modes) {
-        fprintf(file, "  %-15s %d, each of which does all of it: motions are not shared\n", "ranks",
-                ranks->count);
-        return;
-    }
-    print_share(file, p, ranks, false);
-    fprintf(file,
-            "  %-15s for the gradient; each keeps all coordinates and parameters, and repeats the\n"
-            "  %-15s step itself\n",
-            "", "");
 }
 
 static void print_network(FILE *file, const experiment *e, const problem *p)
@@ -159,18 +118,16 @@ static void print_network(FILE *file, const experiment *e, const problem *p)
     }
     fprintf(file, " - %d, %s, %zu parameters\n", network->outputs,
             network->hidden_count ? activations[network->activation] : "linear", e->count);
-    bytes_text((double)problem_bytes(p), bytes);
+    explain_bytes_text((double)problem_bytes(p, 1, 0), bytes);
     fprintf(file, "  %-15s %s for the loss and its gradient, on %d thread%s\n", "memory", bytes,
             ad_pool_threads(e->pool), ad_pool_threads(e->pool) == 1 ? "" : "s");
-    print_ranks(file, e, p);
 }
 
 /* Some minutes of two processors at 50 Gflop/s each. */
 static const double MANY_FLOPS = 1e13;
 
 /* Prints the matrices that Gauss-Newton needs beside the memory of the loss. */
-static void print_linear_algebra(FILE *file, const train_settings *settings, problem *p,
-                                 const ad_ranks *ranks)
+static void print_linear_algebra(FILE *file, const train_settings *settings, problem *p)
 {
     for (int i = 0; i < settings->stage_count; i++) {
         linear_model_info plan;
@@ -183,9 +140,6 @@ static void print_linear_algebra(FILE *file, const train_settings *settings, pro
             linear_model_describe(&plan, text);
         }
         fprintf(file, "  %-15s %s\n", "gauss_newton", error.status == AD_OK ? text : error.message);
-        if (error.status == AD_OK && ranks && plan.form == TRAIN_NORMAL_EQUATIONS) {
-            print_share(file, p, ranks, true);
-        }
         if (error.status == AD_OK) {
             const double flops = linear_model_flops(&plan);
             fprintf(file, "  %-15s a step takes up to %.2g Gflop%s\n", "", 1e-9 * flops,
@@ -237,7 +191,7 @@ static void print_plan(FILE *file, const experiment *e, problem *p, const refere
         explain_paragraph_add(&line, text, i + 1 < settings->stage_count);
     }
     fputc('\n', file);
-    print_linear_algebra(file, settings, p, e->modes ? NULL : ad_pool_ranks(e->pool));
+    print_linear_algebra(file, settings, p);
     print_weights(file, &settings->losses);
     if (!r && e->targets) {
         fprintf(file, "  %-15s %d fresh members\n", "reference", TARGETS_FRESH);

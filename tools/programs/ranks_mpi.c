@@ -185,28 +185,50 @@ static int processors(uint64_t *which)
     return CPU_COUNT(&allowed);
 }
 
-int ranks_threads(int asked)
+/* The processors that this rank may use, how many ranks there are on its machine, and how many of
+ * them may use the same. */
+static int look_around(int *here, int *sharing)
 {
     uint64_t own, *all;
-    int here, among = 0, count = processors(&own);
+    const int count = processors(&own);
     MPI_Comm machine;
-    if (asked > 0 || mpi.ranks.count < 2) {
-        return asked;
+    *here = *sharing = 1;
+    if (mpi.ranks.count < 2) {
+        return count;
     }
     MPI_Comm_split_type(mpi.work, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &machine);
-    MPI_Comm_size(machine, &here);
-    all = calloc((size_t)here, sizeof *all);
+    MPI_Comm_size(machine, here);
+    all = calloc((size_t)*here, sizeof *all);
     if (!all) {
         MPI_Abort(MPI_COMM_WORLD, EXIT_FAILURE);
         return 1;
     }
     MPI_Allgather(&own, 1, MPI_UINT64_T, all, 1, MPI_UINT64_T, machine);
-    for (int i = 0; i < here; i++) {
-        among += all[i] == own; /* those that share the same processors */
+    *sharing = 0;
+    for (int i = 0; i < *here; i++) {
+        *sharing += all[i] == own;
     }
     free(all);
     MPI_Comm_free(&machine);
-    return count > among ? count / among : 1;
+    return count;
+}
+
+int ranks_on_machine(int *processors)
+{
+    int here, sharing;
+    const int count = look_around(&here, &sharing);
+    *processors = here * count / sharing;
+    return here;
+}
+
+int ranks_threads(int asked)
+{
+    int here, sharing, count;
+    if (asked > 0 || mpi.ranks.count < 2) {
+        return asked;
+    }
+    count = look_around(&here, &sharing);
+    return count > sharing ? count / sharing : 1;
 }
 
 /* ---- messages -------------------------------------------------------------------------------- */

@@ -2,6 +2,8 @@
 #include "tools/programs/launch.h"
 #include "tools/programs/ranks.h"
 
+#include <unistd.h>
+
 ad_status ranks_begin(const ad_ranks **ranks, ad_error *error)
 {
     int rank, count = launch_processes(&rank);
@@ -18,6 +20,13 @@ ad_status ranks_begin(const ad_ranks **ranks, ad_error *error)
 int ranks_threads(int asked)
 {
     return asked;
+}
+
+int ranks_on_machine(int *processors)
+{
+    const long online = sysconf(_SC_NPROCESSORS_ONLN);
+    *processors = online > 0 ? (int)online : 1;
+    return 1;
 }
 
 double ranks_waited(void)

@@ -55,14 +55,17 @@ static bool keeps_folder(const session *s)
     return s->folder && (!ranks || ranks->rank == 0);
 }
 
+static ad_status not_kept(ad_status status, ad_error *error)
+{
+    return ad_fail(error, status, "rank 0 could not keep the run");
+}
+
 /* What became of what the first rank did is the same for all. */
 static ad_status agreed(const session *s, ad_status status, ad_error *error)
 {
     double first = (double)status;
     ad_ranks_first(ad_pool_ranks(s->e->pool), 1, &first);
-    return (ad_status)first == status
-               ? status
-               : ad_fail(error, (ad_status)first, "rank 0 could not keep the run");
+    return (ad_status)first == status ? status : not_kept((ad_status)first, error);
 }
 
 /* ---- runs ---------------------------------------------------------------------------------- */
@@ -156,14 +159,20 @@ static bool save_is_due(const session *s)
            train_seconds() - s->last_save > settings->checkpoint_seconds;
 }
 
-/* Whether to save now, by the clock of the first rank, and to stop, when any rank wants to. */
-static bool decide(const session *s, bool *stopped)
+/* After a step: whether to save now, by the clock of the first rank, and to stop, when any rank
+ * wants to; `status`: of what the first has appended to its files. */
+static ad_status decide(const session *s, ad_status status, bool *due, bool *stopped,
+                        ad_error *error)
 {
-    enum { GO_ON, SAVE, STOP };
-    const int wanted = *stopped ? STOP : keeps_folder(s) && save_is_due(s) ? SAVE : GO_ON;
+    enum { GO_ON, SAVE, STOP, FAILED };
+    const int wanted = status != AD_OK                     ? FAILED + (int)status
+                       : *stopped                          ? STOP
+                       : keeps_folder(s) && save_is_due(s) ? SAVE
+                                                           : GO_ON;
     const int now = (int)ad_ranks_largest(ad_pool_ranks(s->e->pool), wanted);
     *stopped = now == STOP;
-    return now != GO_ON || trainer_inspect(s->trainer).state == TRAINER_DONE;
+    *due = now != GO_ON || trainer_inspect(s->trainer).state == TRAINER_DONE;
+    return status != AD_OK || now < FAILED ? status : not_kept((ad_status)(now - FAILED), error);
 }
 
 ad_status session_train(session *s, session_stepped stepped, void *context, ad_error *error)
@@ -178,14 +187,14 @@ ad_status session_train(session *s, session_stepped stepped, void *context, ad_e
             return status;
         }
         stopped = stepped && !stepped(context, &before);
-        const bool due = decide(s, &stopped);
         if (keeps_folder(s)) {
             status = run_append(s->folder, trainer_history(s->trainer), error);
         }
+        bool due;
+        status = decide(s, status, &due, &stopped, error);
         if (status == AD_OK && s->folder && due) {
-            status = save(s, error);
+            status = agreed(s, save(s, error), error);
         }
-        status = s->folder ? agreed(s, status, error) : status;
         if (status != AD_OK) {
             return status;
         }
