@@ -19,6 +19,7 @@ struct cpinn_family {
     int count; /* of parameters */
     bool extrapolate;
     int threads;
+    const ad_ranks *ranks;
     double length;
     size_t points, nodes, chunk;
     double *s, *t; /* [points]; t NULL at rest */
@@ -98,8 +99,11 @@ static ad_status keep_points(cpinn_family *x, const cpinn_family_settings *setti
 
 static ad_status create_solver(cpinn_family *x, ad_error *error)
 {
-    const solve_members_settings settings = {
-        .tolerance = CPINN_TOLERANCE, .threads = x->threads, .points = x->points, .s = x->s};
+    const solve_members_settings settings = {.tolerance = CPINN_TOLERANCE,
+                                             .threads = x->threads,
+                                             .points = x->points,
+                                             .s = x->s,
+                                             .ranks = x->ranks};
     ad_status status = solve_members_create(&x->open, &settings, &x->solver, &x->why_not);
     if (status != AD_OK && status != AD_BAD_ARGUMENT) {
         return ad_fail(error, status, "%s", x->why_not.message);
@@ -146,6 +150,7 @@ ad_status cpinn_family_prepare(const scene *open, const cpinn_family_settings *s
     x->extrapolate = settings->extrapolate;
     x->length = scene_length(open);
     x->threads = thread_count(settings->threads);
+    x->ranks = settings->ranks;
     ad_status status = keep_points(x, settings, error);
     if (status == AD_OK) {
         status = create_solver(x, error);
@@ -316,6 +321,11 @@ const scene *cpinn_family_scene(const cpinn_family *x)
 int cpinn_family_threads(const cpinn_family *x)
 {
     return x->threads;
+}
+
+const ad_ranks *cpinn_family_ranks(const cpinn_family *x)
+{
+    return x->ranks;
 }
 
 size_t cpinn_family_points(const cpinn_family *x)

@@ -32,6 +32,7 @@ ad_status cpinn_family_of(const experiment *e, const cpinn_family_settings *sett
 solve_members *cpinn_family_solver(const cpinn_family *x);
 const scene *cpinn_family_scene(const cpinn_family *x);
 int cpinn_family_threads(const cpinn_family *x);
+const ad_ranks *cpinn_family_ranks(const cpinn_family *x); /* NULL: there are no others */
 size_t cpinn_family_points(const cpinn_family *x);
 const double *cpinn_family_s(const cpinn_family *x);
 const double *cpinn_family_t(const cpinn_family *x); /* NULL at rest */

@@ -329,8 +329,8 @@ static bool goes_on(void *context, const trainer_info *before)
 
 static ad_status prepare(training *t, config *settings, ad_error *error)
 {
-    ad_status status = config_session_prepare(settings, t->asked->threads, &t->s, error);
-    return status == AD_OK ? ad_pool_share(t->s.e->pool, t->asked->ranks, error) : status;
+    settings->settings.ranks = t->asked->ranks;
+    return config_session_prepare(settings, t->asked->threads, &t->s, error);
 }
 
 /* Train a motion in the strain form in memory, anew with more modes or a larger degree as long as

@@ -11,7 +11,8 @@ static ad_status prepare(session *s, double before, ad_status status, ad_error *
         status = experiment_problem(s->e, &s->problem, error);
     }
     s->prepared = train_seconds() - before;
-    return status == AD_OK ? reference_create(s->e, &s->known, error) : status;
+    status = status == AD_OK ? reference_create(s->e, &s->known, error) : status;
+    return status == AD_OK ? ad_pool_share(s->e->pool, s->e->settings->ranks, error) : status;
 }
 
 ad_status session_prepare(const scene *rod_scene, train_settings *settings,
