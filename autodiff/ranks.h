@@ -76,6 +76,10 @@ double ad_ranks_largest(const ad_ranks *ranks, double x);
 void ad_ranks_first(const ad_ranks *ranks, size_t count, double *numbers);
 bool ad_ranks_agree(const ad_ranks *ranks, uint64_t x);
 
+/* What has become of something that rank 0 does alone, files mostly, is the same for all: its
+ * status. A rank that has an error where rank 0 has none keeps it. */
+ad_status ad_ranks_status(const ad_ranks *ranks, ad_status status, ad_error *error);
+
 /* ---- what is shared -------------------------------------------------------------------------- */
 
 /* What a rank does in a run over so many points: how many it takes, and the bytes that it sends

@@ -497,14 +497,10 @@ static int run(const options *o)
         config_free(settings);
         return result;
     }
-    if (status == AD_OK && surrogate_is_given(&settings->surrogate) && o->ranks) {
-        config_free(settings);
-        return launch_refuse(program, "one-step models are not shared among processes");
-    }
     if (status == AD_OK && surrogate_is_given(&settings->surrogate)) {
         const train_surrogate_options of = {
-            program, o->out, o->json, o->threads, o->resume, o->quiet, o->explain != NULL,
-            o->watch};
+            program,  o->out,  o->json, o->threads, o->resume, o->quiet, o->explain != NULL,
+            o->watch, o->ranks};
         return train_surrogate(&of, settings);
     }
     if (status == AD_OK) {
@@ -543,7 +539,8 @@ static int parse(int count, char **arguments, options *o)
          "=program: the compiled programs, line by line"},
         {"--watch", NULL, CLI_FLAG, &o->watch, 0, 0,
          "draw loss, error and the rod's shape while it trains; into a\n"
-         "pipe, on a terminal that cannot (TERM) or with --quiet: lines\nas without it"},
+         "pipe, on a terminal that cannot (TERM), among several processes\n"
+         "or with --quiet: lines as without it"},
         CLI_VERDICT_JSON(&o->json),
         CLI_VERDICT_QUIET(&o->quiet),
     };
@@ -565,6 +562,7 @@ int main(int count, char **arguments)
     int result = parse(count, arguments, &o);
     if (result == CLI_RUN) {
         o.threads = ranks_threads(o.threads);
+        o.watch = o.watch && !o.ranks; /* what draws asks the network, which all would have to */
         o.json = o.json && o.ranks && o.ranks->rank > 0 ? "-" : o.json; /* to nowhere */
         result = run(&o);
     }

@@ -56,14 +56,9 @@ static bool keeps_folder(const session *s)
     return s->folder && (!ranks || ranks->rank == 0);
 }
 
-/* What became of what the first rank did is the same for all. */
 static ad_status agreed(const session *s, ad_status status, ad_error *error)
 {
-    double first = (double)status;
-    ad_ranks_first(ad_pool_ranks(s->e->pool), 1, &first);
-    return (ad_status)first == status
-               ? status
-               : ad_fail(error, (ad_status)first, "rank 0 could not keep the run");
+    return ad_ranks_status(ad_pool_ranks(s->e->pool), status, error);
 }
 
 /* ---- runs ---------------------------------------------------------------------------------- */
