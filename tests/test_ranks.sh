@@ -84,6 +84,54 @@ run 3 "${long[@]}" --out stopped --resume
 answers long stopped
 run 3 by 2 "${deep[@]}" --set 'training.stages=[{optimizer: adam, steps: 100000000, stop: {seconds: 0.5}}]' --out timed
 
+# ---- families and one-step models: work that is dealt ---------------------------------------------
+
+# told FOLDER OPTION... NUMBER...: what cpinn-eval says of a model, but for times, by so many
+# processes as by one.
+told() {
+    local folder=$1 option=$2 n
+    shift 2
+    run 3 cpinn-eval "$folder" "$option" 40 --threads 2 --json told.json
+    for n in "$@"; do
+        run 3 by "$n" cpinn-eval "$folder" "$option" 40 --threads 1 --json "told_$n.json"
+        sed -E 's/"[a-z_]*seconds[a-z_0-9]*": [^,}]*//g; s/, "threads.*//' told.json >one.txt
+        sed -E 's/"[a-z_]*seconds[a-z_0-9]*": [^,}]*//g; s/, "threads.*//' "told_$n.json" >several.txt
+        same one.txt several.txt
+    done
+}
+
+family=(cpinn-train "$ROOT/configs/robots/tendon_family.yaml" --quiet --set members.solved=500
+    --set 'network.hidden=[12]' --set output.every=4 --set 'training.stages=[{optimizer: soap, steps: 8},
+        {optimizer: soap, steps: 4, targets: physics}]')
+run 3 "${family[@]}" --threads 2 --out family
+for n in 2 3; do
+    run 3 by "$n" "${family[@]}" --threads 1 --out "family_$n"
+    without_seconds family/history.csv >one.txt
+    without_seconds "family_$n/history.csv" >several.txt
+    same one.txt several.txt
+done
+told family --verify 2 3
+sed -n '/^member/,$p' >members.csv <<END
+tension_1,tension_2,tension_3,turned,vertical,tip_x,tip_y,tip_z,stiffness
+1,0,0,0,1,0,0,0,1
+2,1,0,1,0,0.1,0,0,1
+3,1,2,2,0.5,0,0.1,0,0.7
+END
+run 0 cpinn-eval family --members members.csv --out shapes.csv
+run 0 by 2 cpinn-eval family --members members.csv --out shapes_2.csv
+same shapes.csv shapes_2.csv
+
+arm=(cpinn-train "$ROOT/configs/robots/soft_arm_control.yaml" --quiet --set surrogate.kind=ddpinn_flow
+    --set surrogate.step=0.05 --set 'surrogate.modes=[1, 1, 1, 1]' --set surrogate.solved=500
+    --set control.period=0.05 --set 'network.hidden=[8]' --set output.every=2
+    --set 'training.stages=[{optimizer: adam, steps: 6}, {optimizer: lbfgs, steps: 3}]')
+run 3 "${arm[@]}" --threads 2 --out arm
+run 3 by 3 "${arm[@]}" --threads 1 --out arm_3
+without_seconds arm/history.csv >one.txt
+without_seconds arm_3/history.csv >several.txt
+same one.txt several.txt
+told arm_3 --rollouts 2
+
 # ---- words ---------------------------------------------------------------------------------------
 
 run 2 by 2 cpinn-train nowhere.yaml

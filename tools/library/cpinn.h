@@ -261,8 +261,8 @@ typedef struct cpinn_family_check {
  * of successive steps below 1/4 allows, and CPINN_TOLERANCE of the length. */
 double cpinn_family_bound(const cpinn_family *x, const cpinn_answer *answer);
 
-/* Solve fresh members, drawn at random from the ranges, and compare. AD_BAD_ARGUMENT: no members.
- */
+/* Solve fresh members, drawn at random from the ranges, and compare; times are those of all ranks
+ * together. AD_BAD_ARGUMENT: no members. */
 ad_status cpinn_family_verify(cpinn_family *x, size_t members, uint64_t seed,
                               cpinn_family_check *result, ad_error *error);
 

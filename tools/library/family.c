@@ -232,8 +232,12 @@ ad_status cpinn_family_of(const experiment *e, const cpinn_family_settings *sett
     if (status != AD_OK) {
         return status;
     }
-    status = e->targets ? create_strain(e, *result, &network, error)
-                        : cpinn_family_fields(&trained, *result, &network, error);
+    if (settings->ranks) {
+        status = ad_pool_share(e->pool, settings->ranks, error);
+    }
+    status = status != AD_OK ? status
+             : e->targets    ? create_strain(e, *result, &network, error)
+                             : cpinn_family_fields(&trained, *result, &network, error);
     if (status != AD_OK) {
         cpinn_family_free(*result);
         *result = NULL;

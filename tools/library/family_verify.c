@@ -97,7 +97,8 @@ static ad_status create_truth(verifying *x, ad_error *error)
     const solve_members_settings settings = {.tolerance = TRUTH * CPINN_TOLERANCE,
                                              .threads = cpinn_family_threads(x->family),
                                              .points = x->points,
-                                             .s = cpinn_family_s(x->family)};
+                                             .s = cpinn_family_s(x->family),
+                                             .ranks = cpinn_family_ranks(x->family)};
     return cpinn_family_solver(x->family) ? solve_members_create(open, &settings, &x->truth, error)
                                           : AD_OK;
 }
@@ -228,7 +229,8 @@ static ad_status measure(verifying *x, int what, size_t members, double *result,
     while (rounds < most && spent < ENOUGH_SECONDS && status == AD_OK) {
         const double start = train_seconds();
         status = work(x, what, members > 1 ? 0 : rounds, members, error);
-        const double passed = train_seconds() - start;
+        double passed = train_seconds() - start; /* for all by the clock of the first rank */
+        ad_ranks_first(cpinn_family_ranks(x->family), 1, &passed);
         spent += passed;
         seconds[rounds++] = passed / (double)members;
     }
