@@ -86,14 +86,14 @@ run 3 by 2 "${deep[@]}" --set 'training.stages=[{optimizer: adam, steps: 1000000
 
 # ---- families and one-step models: work that is dealt ---------------------------------------------
 
-# told FOLDER OPTION... NUMBER...: what cpinn-eval says of a model, but for times, by so many
+# told STATUS FOLDER OPTION COUNT NUMBER...: what cpinn-eval says of a model, but for times, by so many
 # processes as by one.
 told() {
-    local folder=$1 option=$2 n
-    shift 2
-    run 3 cpinn-eval "$folder" "$option" 40 --threads 2 --json told.json
+    local status=$1 asked=("${@:2:3}") n
+    shift 4
+    run "$status" cpinn-eval "${asked[@]}" --threads 2 --json told.json
     for n in "$@"; do
-        run 3 by "$n" cpinn-eval "$folder" "$option" 40 --threads 1 --json "told_$n.json"
+        run "$status" by "$n" cpinn-eval "${asked[@]}" --threads 1 --json "told_$n.json"
         sed -E 's/"[a-z_]*seconds[a-z_0-9]*": [^,}]*//g; s/, "threads.*//' told.json >one.txt
         sed -E 's/"[a-z_]*seconds[a-z_0-9]*": [^,}]*//g; s/, "threads.*//' "told_$n.json" >several.txt
         same one.txt several.txt
@@ -110,8 +110,8 @@ for n in 2 3; do
     without_seconds "family_$n/history.csv" >several.txt
     same one.txt several.txt
 done
-told family --verify 2 3
-sed -n '/^member/,$p' >members.csv <<END
+told 0 family --verify 40 2 3
+cat >members.csv <<END
 tension_1,tension_2,tension_3,turned,vertical,tip_x,tip_y,tip_z,stiffness
 1,0,0,0,1,0,0,0,1
 2,1,0,1,0,0.1,0,0,1
@@ -130,7 +130,7 @@ run 3 by 3 "${arm[@]}" --threads 1 --out arm_3
 without_seconds arm/history.csv >one.txt
 without_seconds arm_3/history.csv >several.txt
 same one.txt several.txt
-told arm_3 --rollouts 2
+told 3 arm_3 --rollouts 5 2
 
 # ---- words ---------------------------------------------------------------------------------------
 
