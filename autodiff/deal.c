@@ -278,6 +278,9 @@ ad_status ad_pool_deal(ad_pool *pool, int count, ad_pool_item work, void *contex
               .share = ad_pool_get_share(pool),
               .failed = count};
     ad_status status = AD_OK;
+    if (count < 1) {
+        return AD_OK;
+    }
     pthread_mutex_init(&d.mutex, NULL);
     if (d.share->ranks && count > 1) { /* one is done sooner than sent */
         status = deal_to_ranks(&d, error);

@@ -10,8 +10,8 @@ enum { GROUP = 8 };
 typedef struct fields {
     int count, columns, threads;
     size_t points, nodes;
-    double *s, *t, *places; /* [points], [points] or NULL, [nodes] m */
-    ad_pool *pool;
+    double *s, *t, *places;           /* [points], [points] or NULL, [nodes] m */
+    ad_pool *pool;                    /* of the family */
     evaluator **shapes, **curvatures; /* [threads] */
     double **room;                    /* [threads] coordinates and values of a group */
 } fields;
@@ -30,7 +30,6 @@ static void fields_free(void *context)
             free(x->room[i]);
         }
     }
-    ad_pool_free(x->pool);
     free(x->s);
     free(x->t);
     free(x->places);
@@ -145,7 +144,7 @@ ad_status cpinn_family_fields(const evaluator_model *trained, const cpinn_family
                               cpinn_family_network *result, ad_error *error)
 {
     solve_members *solver = cpinn_family_solver(family);
-    const int threads = cpinn_family_threads(family);
+    const int threads = ad_pool_threads(cpinn_family_pool(family));
     fields *x = calloc(1, sizeof *x);
     if (!x) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a network");
@@ -158,16 +157,15 @@ ad_status cpinn_family_fields(const evaluator_model *trained, const cpinn_family
     x->s = copy(x->points, cpinn_family_s(family));
     x->t = cpinn_family_t(family) ? copy(x->points, cpinn_family_t(family)) : NULL;
     x->places = malloc((x->nodes + 1) * sizeof *x->places);
-    x->pool = ad_pool_create(threads);
+    x->pool = cpinn_family_pool(family);
     x->shapes = calloc((size_t)threads, sizeof *x->shapes);
     x->curvatures = calloc((size_t)threads, sizeof *x->curvatures);
     x->room = calloc((size_t)threads, sizeof *x->room);
     ad_status status = AD_OK;
-    if (!x->s || (cpinn_family_t(family) && !x->t) || !x->places || !x->pool || !x->shapes ||
-        !x->curvatures || !x->room) {
+    if (!x->s || (cpinn_family_t(family) && !x->t) || !x->places || !x->shapes || !x->curvatures ||
+        !x->room) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for a network");
     }
-    status = status == AD_OK ? ad_pool_share(x->pool, cpinn_family_ranks(family), error) : status;
     if (status == AD_OK && solver) {
         solve_members_places(solver, x->places);
     }
