@@ -103,7 +103,7 @@ ad_status ad_ranks_status(const ad_ranks *ranks, ad_status status, ad_error *err
     ad_ranks_first(ranks, 1, &first);
     return first == AD_OK || (ad_status)first == status
                ? status
-               : ad_fail(error, (ad_status)first, "rank 0 could not keep the run");
+               : ad_fail(error, (ad_status)first, "rank 0 has failed");
 }
 
 bool ad_ranks_agree(const ad_ranks *ranks, uint64_t x)

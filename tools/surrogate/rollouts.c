@@ -116,8 +116,6 @@ static void keep(const rollouts_runner *x, int i, int done, const double *state,
     }
 }
 
-/* Errors of a rollout from begin to end or divergence, which a report (or NULL) keeps; returns
- * whether it diverges. */
 bool rollouts_roll(const rollouts_runner *x, const one_step *model, int i, int steps,
                    double *errors, int *count, rollouts_report *report)
 {
