@@ -1,6 +1,6 @@
 #!/bin/bash
-# Training by several processes: the bits of one, also when it goes on with another number of them;
-# processes that die; programs that do not share their work. Without mpirun there is nothing to do.
+# Training and evaluation by several processes: the bits of one, also when it goes on with another
+# number of them; processes that die; programs that do not share their work. Without mpirun there is nothing to do.
 #   test_ranks.sh BIN ROOT
 set -u
 . "$(dirname "$0")/programs.sh"
@@ -86,31 +86,35 @@ run 3 by 2 "${deep[@]}" --set 'training.stages=[{optimizer: adam, steps: 1000000
 
 # ---- families and one-step models: work that is dealt ---------------------------------------------
 
-# told STATUS FOLDER OPTION COUNT NUMBER...: what cpinn-eval says of a model, but for times, by so many
-# processes as by one.
-told() {
-    local status=$1 asked=("${@:2:3}") n
-    shift 4
-    run "$status" cpinn-eval "${asked[@]}" --threads 2 --json told.json
-    for n in "$@"; do
-        run "$status" by "$n" cpinn-eval "${asked[@]}" --threads 1 --json "told_$n.json"
-        sed -E 's/"[a-z_]*seconds[a-z_0-9]*": [^,}]*//g; s/, "threads.*//' told.json >one.txt
-        sed -E 's/"[a-z_]*seconds[a-z_0-9]*": [^,}]*//g; s/, "threads.*//' "told_$n.json" >several.txt
-        same one.txt several.txt
-    done
+# said_by RANKS STATUS FOLDER OPTION COUNT: what cpinn-eval says of a model is, but for times, what one
+# process says.
+said_by() {
+    local n=$1 status=$2 no_times='s/"[a-z_]*seconds[a-z_0-9]*": [^,}]*//g'
+    shift 2
+    run "$status" cpinn-eval "$@" --threads 2 --json one.json
+    run "$status" by "$n" cpinn-eval "$@" --threads 1 --json several.json
+    sed -E "$no_times" one.json >one.txt
+    sed -E "$no_times" several.json >several.txt
+    same one.txt several.txt
+}
+
+# trained_by RANKS STATUS FOLDER COMMAND...: the history of FOLDER, which one process has trained.
+trained_by() {
+    local n=$1 status=$2 folder=$3
+    shift 3
+    run "$status" by "$n" "$@" --threads 1 --out "${folder}_$n"
+    without_seconds "$folder/history.csv" >one.txt
+    without_seconds "${folder}_$n/history.csv" >several.txt
+    same one.txt several.txt
 }
 
 family=(cpinn-train "$ROOT/configs/robots/tendon_family.yaml" --quiet --set members.solved=500
     --set 'network.hidden=[12]' --set output.every=4 --set 'training.stages=[{optimizer: soap, steps: 8},
         {optimizer: soap, steps: 4, targets: physics}]')
 run 3 "${family[@]}" --threads 2 --out family
-for n in 2 3; do
-    run 3 by "$n" "${family[@]}" --threads 1 --out "family_$n"
-    without_seconds family/history.csv >one.txt
-    without_seconds "family_$n/history.csv" >several.txt
-    same one.txt several.txt
-done
-told 0 family --verify 40 2 3
+trained_by 2 3 family "${family[@]}"
+trained_by 3 3 family "${family[@]}"
+said_by 3 0 family --verify 40
 cat >members.csv <<END
 tension_1,tension_2,tension_3,turned,vertical,tip_x,tip_y,tip_z,stiffness
 1,0,0,0,1,0,0,0,1
@@ -126,11 +130,8 @@ arm=(cpinn-train "$ROOT/configs/robots/soft_arm_control.yaml" --quiet --set surr
     --set control.period=0.05 --set 'network.hidden=[8]' --set output.every=2
     --set 'training.stages=[{optimizer: adam, steps: 6}, {optimizer: lbfgs, steps: 3}]')
 run 3 "${arm[@]}" --threads 2 --out arm
-run 3 by 3 "${arm[@]}" --threads 1 --out arm_3
-without_seconds arm/history.csv >one.txt
-without_seconds arm_3/history.csv >several.txt
-same one.txt several.txt
-told 3 arm_3 --rollouts 5 2
+trained_by 3 3 arm "${arm[@]}"
+said_by 2 3 arm_3 --rollouts 5
 
 # ---- words ---------------------------------------------------------------------------------------
 
@@ -141,6 +142,8 @@ check one line of error -- test "$(grep -c 'there is a run already' stderr.txt)"
 run 2 by 2 cpinn-solve "$ROOT/configs/elastica.yaml" --grid 11 --out solved.csv
 check one line of error -- test "$(grep -c 'does not share its work' stderr.txt)" -eq 1
 check nothing is written -- test ! -e solved.csv
+run 2 by 2 cpinn-eval long
+check one line of error -- test "$(grep -c 'shares only' stderr.txt)" -eq 1
 run 0 by 2 "${moving[@]}" --explain
 said stdout.txt 'ranks'
 

@@ -134,6 +134,9 @@ static void print_ranks(FILE *file, const experiment *e, const problem *p)
             "  %-15s for the gradient; each keeps all coordinates and parameters, and repeats the\n"
             "  %-15s step itself\n",
             "", "");
+    if (e->targets) {
+        fprintf(file, "  %-15s members are solved by whichever has a thread that is free\n", "");
+    }
 }
 
 static void print_network(FILE *file, const experiment *e, const problem *p)
