@@ -39,12 +39,25 @@ struct worker {
     int thread;
 };
 
+void ad_pool_stop(ad_pool *pool)
+{
+    atomic_store(&pool->stopped, true);
+}
+
+bool ad_pool_gives_up(ad_pool *pool)
+{
+    const bool result =
+        pool->asked && (atomic_load(&pool->stopped) || pool->asked(pool->asked_context));
+    if (result) {
+        ad_pool_stop(pool);
+    }
+    return result;
+}
+
 static void take_items(ad_pool *pool, int thread)
 {
     for (int item; (item = atomic_fetch_add(&pool->next, 1)) < pool->count;) {
-        if (pool->asked && (atomic_load(&pool->stopped) || pool->asked(pool->asked_context))) {
-            atomic_store(&pool->stopped, true);
-        } else {
+        if (!ad_pool_gives_up(pool)) {
             pool->work(pool->context, item, thread);
         }
     }
@@ -174,7 +187,9 @@ void ad_pool_free(ad_pool *pool)
     pthread_cond_destroy(&pool->wake);
     pthread_cond_destroy(&pool->done);
     free(pool->share.bounds);
+    free(pool->share.said);
     free(pool->share.room);
+    free(pool->share.items);
     free(pool->handles);
     free(pool->workers);
     free(pool);
@@ -210,8 +225,10 @@ ad_status ad_pool_share(ad_pool *pool, const ad_ranks *ranks, ad_error *error)
                        AD_RANKS_MAX);
     }
     free(s->bounds);
+    free(s->said);
     s->bounds = calloc(2 * ((size_t)ranks->count + 1), sizeof *s->bounds);
-    if (!s->bounds) {
+    s->said = calloc((size_t)ranks->count, sizeof *s->said);
+    if (!s->bounds || !s->said) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %d ranks", ranks->count);
     }
     if (!ad_ranks_agree(ranks, kind_of_machine())) {

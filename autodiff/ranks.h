@@ -3,6 +3,7 @@
  * All of them run the same program on the same numbers. Where a program of the tape goes over
  * points (ad_execute, ad_normal_add) each rank takes the points of some of the chunks; values of
  * points and sums over them then become everyone's, in the order in which one process adds them up.
+ * Items of other work are dealt to whoever is free (ad_pool_deal).
  * So the ranks make the same decisions without asking each other, as long as these follow from the
  * numbers; what comes from elsewhere (a clock, a signal, a file) has to be agreed on.
  *
@@ -30,6 +31,9 @@ typedef struct ad_ranks {
      * receive[from[i + 1] - 1] come from it. */
     void (*exchange)(void *context, const size_t *to, const double *send, const size_t *from,
                      double *receive);
+    /* Adds to a number of all ranks, 0 at first, and returns what it was before. Any thread calls
+     * it, but one of a rank at a time, and while no other function here is at work. */
+    int64_t (*add)(void *context, int64_t step);
 } ad_ranks;
 
 /* Programs of this pool share their points among these ranks from now on; ranks, borrowed, has to
@@ -39,11 +43,44 @@ typedef struct ad_ranks {
 ad_status ad_pool_share(ad_pool *pool, const ad_ranks *ranks, ad_error *error);
 const ad_ranks *ad_pool_ranks(const ad_pool *pool); /* NULL: there are no others */
 
+/* ---- items of work --------------------------------------------------------------------------- */
+
+/* What items make: item i has data[i * size] to data[(i + 1) * size - 1], of `all` bytes; the last
+ * may have fewer. */
+typedef struct ad_dealt {
+    void *data;
+    size_t size, all;
+} ad_dealt;
+
+typedef ad_status (*ad_pool_item)(void *context, int item, int thread, ad_error *error);
+
+/* Items 0 .. count-1, which do not need each other, each by whatever thread of whatever rank is
+ * free next; then made [made_count] is everyone's. Where items fail, the error of the first of
+ * them, on all ranks; what is made is not defined then. When one is asked to stop (ad_pool_watch),
+ * all are stopped. A single item is done by every rank. Does not allocate, or among ranks not twice
+ * for the same sizes; AD_NO_MEMORY. */
+ad_status ad_pool_deal(ad_pool *pool, int count, ad_pool_item work, void *context, int made_count,
+                       const ad_dealt *made, ad_error *error);
+
+/* total [width]: the sum of rows [items][width] in their order, of which work(context, item,
+ * thread) makes one; each rank makes neighbouring ones, and has no others afterwards. At most 64
+ * items. Memory and errors as above. */
+ad_status ad_pool_sum(ad_pool *pool, int items, ad_pool_work work, void *context, size_t width,
+                      double *rows, double *total, ad_error *error);
+
+/* ---- agreement ------------------------------------------------------------------------------- */
+
 /* Of all ranks the largest x; the numbers [count] of rank 0; whether x is the same everywhere.
  * Without ranks, NULL, nothing is changed and everything is the same. */
 double ad_ranks_largest(const ad_ranks *ranks, double x);
 void ad_ranks_first(const ad_ranks *ranks, size_t count, double *numbers);
 bool ad_ranks_agree(const ad_ranks *ranks, uint64_t x);
+
+/* What has become of something that rank 0 does alone, files mostly, is the same for all: its
+ * status. A rank that has an error where rank 0 has none keeps it. */
+ad_status ad_ranks_status(const ad_ranks *ranks, ad_status status, ad_error *error);
+
+/* ---- what is shared -------------------------------------------------------------------------- */
 
 /* What a rank does in a run over so many points. */
 typedef struct ad_share {

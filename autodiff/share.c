@@ -109,6 +109,15 @@ void ad_ranks_first(const ad_ranks *ranks, size_t count, double *numbers)
     }
 }
 
+ad_status ad_ranks_status(const ad_ranks *ranks, ad_status status, ad_error *error)
+{
+    double first = (double)status;
+    ad_ranks_first(ranks, 1, &first);
+    return first == AD_OK || (ad_status)first == status
+               ? status
+               : ad_fail(error, (ad_status)first, "rank 0 has failed");
+}
+
 bool ad_ranks_agree(const ad_ranks *ranks, uint64_t x)
 {
     const double half = 4294967296.0;

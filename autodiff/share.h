@@ -1,18 +1,27 @@
-/* Sums and values of several ranks (share.c). Private to autodiff. */
+/* Sums, values and items of several ranks (share.c, deal.c). Private to autodiff. */
 #ifndef AD_SHARE_H
 #define AD_SHARE_H
 
 #include "autodiff/ranks.h"
 
+enum { SHARE_SAID = 4 };
+
 /* Of a pool: its ranks, and memory for what they exchange. */
 typedef struct share {
-    const ad_ranks *ranks; /* of more than one, else NULL */
-    size_t *bounds;        /* [2][ranks + 1] */
+    const ad_ranks *ranks;      /* of more than one, else NULL */
+    size_t *bounds;             /* [2][ranks + 1] */
+    double (*said)[SHARE_SAID]; /* [ranks] of one who has done its items */
     double *room;
     size_t capacity; /* numbers */
+    int *items;      /* that this rank has been dealt */
+    size_t item_capacity;
 } share;
 
 share *ad_pool_get_share(ad_pool *pool);
+
+/* Of ad_pool_watch: whether an item is to be left out, and that others have been. */
+bool ad_pool_gives_up(ad_pool *pool);
+void ad_pool_stop(ad_pool *pool);
 
 /* The first of `items` that rank `rank` takes; the next rank's is where its own end. */
 static inline size_t share_first(size_t items, int ranks, int rank)

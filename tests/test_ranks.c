@@ -1,5 +1,5 @@
-/* Programs, normal equations and factors over several ranks: the bits of one process. The ranks are
- * threads that exchange numbers through common memory. */
+/* Programs, normal equations, factors and items of work over several ranks: the bits of one
+ * process. The ranks are threads that exchange numbers through common memory. */
 #include "autodiff/dense.h"
 #include "autodiff/ranks.h"
 
@@ -7,6 +7,7 @@
 #include <pthread.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -20,6 +21,7 @@ typedef struct meeting {
     pthread_barrier_t barrier;
     const void *numbers[RANKS_MAX];
     const size_t *bounds[RANKS_MAX];
+    _Atomic int64_t number;
 } meeting;
 
 typedef struct thread_rank {
@@ -62,6 +64,11 @@ static void exchange(void *context, const size_t *to, const double *send, const 
     pthread_barrier_wait(&me->at->barrier);
 }
 
+static int64_t add(void *context, int64_t step)
+{
+    return atomic_fetch_add(&((const thread_rank *)context)->at->number, step);
+}
+
 typedef struct worker {
     thread_rank self;
     void (*work)(ad_pool *pool, double *results);
@@ -72,7 +79,7 @@ typedef struct worker {
 static void *be_rank(void *argument)
 {
     worker *w = argument;
-    const ad_ranks ranks = {w->self.rank, w->self.count, &w->self, gather, exchange};
+    const ad_ranks ranks = {w->self.rank, w->self.count, &w->self, gather, exchange, add};
     ad_pool *pool = ad_pool_create(w->threads);
     ad_error error;
     assert_non_null(pool);
@@ -90,7 +97,7 @@ static void compare(void (*work)(ad_pool *pool, double *results), size_t count)
     static const int ranks[] = {1, 1, 2, 3, 7, 8, RANKS_MAX};
     double *expected = calloc(count, sizeof *expected);
     for (size_t i = 0; i < sizeof ranks / sizeof *ranks; i++) {
-        meeting at;
+        meeting at = {.number = 0};
         worker workers[RANKS_MAX];
         pthread_t threads[RANKS_MAX];
         pthread_barrier_init(&at.barrier, NULL, (unsigned)ranks[i]);
@@ -101,6 +108,9 @@ static void compare(void (*work)(ad_pool *pool, double *results), size_t count)
         }
         for (int k = 0; k < ranks[i]; k++) {
             pthread_join(threads[k], NULL);
+        }
+        assert_int_equal(at.number, 0);
+        for (int k = 0; k < ranks[i]; k++) {
             assert_memory_equal(workers[k].results, expected, count * sizeof *expected);
             if (i > 0) {
                 free(workers[k].results);
@@ -343,6 +353,126 @@ static void test_counts(void **state)
     compare(count_bytes, 1);
 }
 
+/* ---- items of work --------------------------------------------------------------------------- */
+
+enum { ITEMS = 301, EACH = 7, BYTES = 3, SUMMED = 16, SUM_WIDTH = 1000 };
+
+/* Item i makes EACH numbers, the last one two of them, and BYTES characters; those from `fails` on
+ * fail. */
+typedef struct items {
+    double numbers[ITEMS * EACH - 5];
+    char letters[ITEMS * BYTES];
+    int fails;
+    atomic_int done;
+    atomic_bool asked;
+} items;
+
+/* Some take a hundred times as long as others. */
+static double take_long(int item)
+{
+    volatile double x = item + 1;
+    for (int k = 0; k < (item % 13 == 0 ? 20000 : 200); k++) {
+        x = sin(x) + item;
+    }
+    return x;
+}
+
+static ad_status make_item(void *context, int item, int thread, ad_error *error)
+{
+    items *x = context;
+    const double number = take_long(item);
+    (void)thread;
+    for (int k = 0; k < (item < ITEMS - 1 ? EACH : 2); k++) {
+        x->numbers[item * EACH + k] = number + k;
+    }
+    for (int k = 0; k < BYTES; k++) {
+        x->letters[item * BYTES + k] = (char)(item + k);
+    }
+    x->done++;
+    return item >= x->fails ? ad_fail(error, AD_NOT_FINITE, "item %d", item) : AD_OK;
+}
+
+static void fill_row(void *context, int item, int thread)
+{
+    (void)thread;
+    fill((double *)context + (size_t)item * SUM_WIDTH, SUM_WIDTH, item);
+}
+
+static bool is_asked(void *context)
+{
+    items *x = context;
+    return x->asked;
+}
+
+static void test_one_item(ad_pool *pool, items *x)
+{
+    ad_error error;
+    const ad_dealt all[2] = {{x->numbers, EACH * sizeof *x->numbers, sizeof x->numbers},
+                             {x->letters, BYTES, sizeof x->letters}};
+    memset(x, 0, sizeof *x);
+    x->fails = ITEMS;
+    assert_int_equal(ad_pool_deal(pool, 0, make_item, x, 2, all, &error), AD_OK);
+    assert_int_equal(ad_pool_deal(pool, 1, make_item, x, 2, all, &error), AD_OK);
+    assert_int_equal(x->done, 1);
+}
+
+/* Everyone has all that is made, the same first error, and stops when one is asked to. */
+static void deal(ad_pool *pool, double *results)
+{
+    const ad_ranks *ranks = ad_pool_ranks(pool);
+    const int rank = ranks ? ranks->rank : 0, count = ranks ? ranks->count : 1;
+    ad_error error;
+    items *x = calloc(1, sizeof *x);
+    double *rows = calloc(SUMMED * SUM_WIDTH, sizeof *rows);
+    const ad_dealt all[2] = {{x->numbers, EACH * sizeof *x->numbers, sizeof x->numbers},
+                             {x->letters, BYTES, sizeof x->letters}};
+    test_one_item(pool, x);
+    for (int i = 0; i < 3; i++) {
+        memset(x, 0, sizeof *x);
+        x->fails = ITEMS;
+        assert_int_equal(ad_pool_deal(pool, ITEMS, make_item, x, 2, all, &error), AD_OK);
+    }
+    memcpy(results, x->numbers, sizeof x->numbers);
+    memcpy(results + ITEMS * EACH - 5, x->letters, sizeof x->letters);
+    results += ITEMS * EACH + ITEMS;
+    double done = x->done;
+    if (ranks) {
+        double each[RANKS_MAX];
+        size_t bounds[RANKS_MAX + 1] = {0};
+        for (int i = 0; i < count; i++) {
+            bounds[i + 1] = (size_t)i + 1;
+        }
+        each[rank] = x->done;
+        ranks->gather(ranks->context, bounds, each);
+        done = 0;
+        for (int i = 0; i < count; i++) {
+            done += each[i];
+        }
+    }
+    assert_int_equal(done, ITEMS); /* each once */
+    x->fails = 77;
+    assert_int_equal(ad_pool_deal(pool, ITEMS, make_item, x, 2, all, &error), AD_NOT_FINITE);
+    assert_string_equal(error.message, "item 77");
+    x->fails = ITEMS;
+    x->asked = rank == count - 1;
+    ad_pool_watch(pool, is_asked, x);
+    assert_int_equal(ad_pool_deal(pool, ITEMS, make_item, x, 2, all, &error), AD_OK);
+    assert_true(ad_pool_stopped(pool));
+    ad_pool_watch(pool, NULL, NULL);
+    assert_int_equal(ad_pool_sum(pool, SUMMED, fill_row, rows, SUM_WIDTH, rows, results, &error),
+                     AD_OK);
+    assert_int_equal(ad_pool_sum(pool, 0, fill_row, rows, 1, rows, results, &error),
+                     AD_BAD_ARGUMENT);
+    free(rows);
+    free(x);
+}
+
+static void test_items(void **state)
+{
+    (void)state;
+    compare(deal, ITEMS * EACH + ITEMS + SUM_WIDTH);
+}
+
 /* Every point is somebody's. */
 static void test_shares(void **state)
 {
@@ -390,6 +520,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_programs), cmocka_unit_test(test_normal_equations),
         cmocka_unit_test(test_factors),  cmocka_unit_test(test_agreement),
-        cmocka_unit_test(test_counts),   cmocka_unit_test(test_shares)};
+        cmocka_unit_test(test_counts),   cmocka_unit_test(test_items),
+        cmocka_unit_test(test_shares)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,6 @@
 #!/bin/bash
-# Training by several processes: the bits of one, also when it goes on with another number of them;
-# processes that die; programs that do not share their work. Without mpirun there is nothing to do.
+# Training and evaluation by several processes: the bits of one, also when it goes on with another
+# number of them; processes that die; programs that do not share their work. Without mpirun there is nothing to do.
 #   test_ranks.sh BIN ROOT
 set -u
 . "$(dirname "$0")/programs.sh"
@@ -84,6 +84,55 @@ run 3 "${long[@]}" --out stopped --resume
 answers long stopped
 run 3 by 2 "${deep[@]}" --set 'training.stages=[{optimizer: adam, steps: 100000000, stop: {seconds: 0.5}}]' --out timed
 
+# ---- families and one-step models: work that is dealt ---------------------------------------------
+
+# said_by RANKS STATUS FOLDER OPTION COUNT: what cpinn-eval says of a model is, but for times, what one
+# process says.
+said_by() {
+    local n=$1 status=$2 no_times='s/"[a-z_]*seconds[a-z_0-9]*": [^,}]*//g'
+    shift 2
+    run "$status" cpinn-eval "$@" --threads 2 --json one.json
+    run "$status" by "$n" cpinn-eval "$@" --threads 1 --json several.json
+    sed -E "$no_times" one.json >one.txt
+    sed -E "$no_times" several.json >several.txt
+    same one.txt several.txt
+}
+
+# trained_by RANKS STATUS FOLDER COMMAND...: the history of FOLDER, which one process has trained.
+trained_by() {
+    local n=$1 status=$2 folder=$3
+    shift 3
+    run "$status" by "$n" "$@" --threads 1 --out "${folder}_$n"
+    without_seconds "$folder/history.csv" >one.txt
+    without_seconds "${folder}_$n/history.csv" >several.txt
+    same one.txt several.txt
+}
+
+family=(cpinn-train "$ROOT/configs/robots/tendon_family.yaml" --quiet --set members.solved=500
+    --set 'network.hidden=[12]' --set output.every=4 --set 'training.stages=[{optimizer: soap, steps: 8},
+        {optimizer: soap, steps: 4, targets: physics}]')
+run 3 "${family[@]}" --threads 2 --out family
+trained_by 2 3 family "${family[@]}"
+trained_by 3 3 family "${family[@]}"
+said_by 3 0 family --verify 40
+cat >members.csv <<END
+tension_1,tension_2,tension_3,turned,vertical,tip_x,tip_y,tip_z,stiffness
+1,0,0,0,1,0,0,0,1
+2,1,0,1,0,0.1,0,0,1
+3,1,2,2,0.5,0,0.1,0,0.7
+END
+run 0 cpinn-eval family --members members.csv --out shapes.csv
+run 0 by 2 cpinn-eval family --members members.csv --out shapes_2.csv
+same shapes.csv shapes_2.csv
+
+arm=(cpinn-train "$ROOT/configs/robots/soft_arm_control.yaml" --quiet --set surrogate.kind=ddpinn_flow
+    --set surrogate.step=0.05 --set 'surrogate.modes=[1, 1, 1, 1]' --set surrogate.solved=500
+    --set control.period=0.05 --set 'network.hidden=[8]' --set output.every=2
+    --set 'training.stages=[{optimizer: adam, steps: 6}, {optimizer: lbfgs, steps: 3}]')
+run 3 "${arm[@]}" --threads 2 --out arm
+trained_by 3 3 arm "${arm[@]}"
+said_by 2 3 arm_3 --rollouts 5
+
 # ---- words ---------------------------------------------------------------------------------------
 
 run 2 by 2 cpinn-train nowhere.yaml
@@ -93,6 +142,8 @@ check one line of error -- test "$(grep -c 'there is a run already' stderr.txt)"
 run 2 by 2 cpinn-solve "$ROOT/configs/elastica.yaml" --grid 11 --out solved.csv
 check one line of error -- test "$(grep -c 'does not share its work' stderr.txt)" -eq 1
 check nothing is written -- test ! -e solved.csv
+run 2 by 2 cpinn-eval long
+check one line of error -- test "$(grep -c 'shares only' stderr.txt)" -eq 1
 # What each would do, also of a program that is started alone: as many rows as ranks may be.
 run 0 by 3 "${moving[@]}" --explain
 cp stdout.txt three.txt

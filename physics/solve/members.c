@@ -18,8 +18,6 @@ struct solve_members {
     double *values;
     ad_pool *pool;
     strain_group **groups; /* [threads] */
-    ad_status *statuses;   /* [threads] of the last run, as the next */
-    ad_error *errors;
 };
 
 /* ---- what is known of a scene -------------------------------------------------------------- */
@@ -53,10 +51,8 @@ static bool keep(solve_members *x)
     x->names = malloc((count + 1) * sizeof *x->names + bytes);
     x->values = malloc((count + 1) * sizeof *x->values);
     x->groups = calloc(threads, sizeof *x->groups);
-    x->statuses = calloc(threads, sizeof *x->statuses);
-    x->errors = calloc(threads, sizeof *x->errors);
     x->pool = ad_pool_create(x->threads);
-    if (!x->names || !x->values || !x->groups || !x->statuses || !x->errors || !x->pool) {
+    if (!x->names || !x->values || !x->groups || !x->pool) {
         return false;
     }
     char *text = (char *)(x->names + count + 1);
@@ -140,7 +136,7 @@ static double *after(double *of, size_t count)
     return of ? of + count : NULL;
 }
 
-static void run_group(void *context, int item, int thread)
+static ad_status run_group(void *context, int item, int thread, ad_error *error)
 {
     const batch *of = context;
     solve_members *x = of->x;
@@ -150,31 +146,33 @@ static void run_group(void *context, int item, int thread)
     const double *parameters = of->parameters + first * (size_t)x->count;
     double *values = after(of->values, first * x->points * SOLVE_MEMBERS_COLUMNS);
     double *curvature = after(of->curvature, first * unknowns);
-    ad_error *error = &x->errors[thread];
-    if (x->statuses[thread] == AD_OK) {
-        x->statuses[thread] =
-            of->given
-                ? strain_group_refine(group, members, parameters, of->given + first * unknowns,
-                                      of->steps, values, curvature,
-                                      of->answers ? of->answers + first : NULL, error)
-                : strain_group_solve(group, members, parameters, values, curvature,
-                                     of->results + first, error);
-    }
+    return of->given ? strain_group_refine(group, members, parameters, of->given + first * unknowns,
+                                           of->steps, values, curvature,
+                                           of->answers ? of->answers + first : NULL, error)
+                     : strain_group_solve(group, members, parameters, values, curvature,
+                                          of->results + first, error);
 }
 
 static ad_status run(batch *of, ad_error *error)
 {
-    solve_members *x = of->x;
-    for (int i = 0; i < x->threads; i++) {
-        x->statuses[i] = AD_OK;
-    }
-    ad_pool_run(x->pool, (int)((of->members + LANES - 1) / LANES), run_group, of);
-    for (int i = 0; i < x->threads; i++) {
-        if (x->statuses[i] != AD_OK) {
-            return ad_fail(error, x->statuses[i], "%s", x->errors[i].message);
+    const solve_members *x = of->x;
+    struct {
+        void *data;
+        size_t bytes; /* of a member */
+    } wanted[] = {{of->values, x->points * SOLVE_MEMBERS_COLUMNS * sizeof(double)},
+                  {of->curvature, 3 * solve_members_nodes(x) * sizeof(double)},
+                  {of->results, sizeof *of->results},
+                  {of->answers, sizeof *of->answers}};
+    ad_dealt made[sizeof wanted / sizeof *wanted];
+    int count = 0;
+    for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
+        if (wanted[i].data) {
+            made[count++] =
+                (ad_dealt){wanted[i].data, LANES * wanted[i].bytes, of->members * wanted[i].bytes};
         }
     }
-    return AD_OK;
+    return ad_pool_deal(x->pool, (int)((of->members + LANES - 1) / LANES), run_group, of, count,
+                        made, error);
 }
 
 ad_status solve_members_curvature(solve_members *x, size_t members, const double *parameters,
@@ -285,7 +283,8 @@ ad_status solve_members_create(const scene *open, const solve_members_settings *
         solve_members_free(x);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
     }
-    status = create_groups(x, &one, settings, error);
+    status = ad_pool_share(x->pool, settings->ranks, error);
+    status = status == AD_OK ? create_groups(x, &one, settings, error) : status;
     status = status == AD_OK && x->count > 0 ? choose_modes(x, error) : status;
     if (status != AD_OK) {
         solve_members_free(x);
@@ -303,8 +302,6 @@ void solve_members_free(solve_members *x)
         }
         ad_pool_free(x->pool);
         free(x->groups);
-        free(x->statuses);
-        free(x->errors);
         free(x->names);
         free(x->values);
         free(x);

@@ -1,6 +1,7 @@
 /* Many equilibria of one rod at rest at once, each with its own values of named parameters: what
  * data for networks are drawn from, and what networks are verified by. In the strain form
- * (strain_form.h), LANES members side by side and groups of them over threads.
+ * (strain_form.h), LANES members side by side and groups of them over threads, and over
+ * ranks where there are any.
  *
  *   quantities_coordinate(names, "pull", &error);          the name stays open in formulas that
  *   scene.tendons[0].tension = quantity_formula(names, "pull");              are read afterwards
@@ -19,6 +20,7 @@
 #ifndef PHYSICS_SOLVE_MEMBERS_H
 #define PHYSICS_SOLVE_MEMBERS_H
 
+#include "autodiff/ranks.h"
 #include "physics/scene.h"
 
 #ifdef __cplusplus
@@ -31,7 +33,9 @@ typedef struct solve_members_settings {
     double tolerance; /* > 0; of the position, over the length */
     int threads;
     size_t points;
-    const double *s; /* [points] where the shape is wanted, m; ascending */
+    const double *s;       /* [points] where the shape is wanted, m; ascending */
+    const ad_ranks *ranks; /* borrowed; among which members are dealt: all of them call the same
+                            * functions; NULL: this process is by itself */
 } solve_members_settings;
 
 /* Why a member has no solution. */

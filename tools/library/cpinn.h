@@ -176,8 +176,10 @@ typedef struct cpinn_family_settings {
     bool extrapolate; /* members outside the range are answered, too, and said to be so */
     int threads;      /* 0: one per processor; results do not depend on it */
     size_t points;
-    const double *s; /* [points] where shapes are wanted, m; ascending */
-    const double *t; /* [points] s, of a family in motion; else it may be NULL */
+    const double *s;       /* [points] where shapes are wanted, m; ascending */
+    const double *t;       /* [points] s, of a family in motion; else it may be NULL */
+    const ad_ranks *ranks; /* borrowed; among which members are dealt: all of them call the same
+                            * functions; NULL: this process is by itself */
 } cpinn_family_settings;
 
 /* A family from a folder of a run, its checkpoint.h5 or any such file. AD_BAD_ARGUMENT: the scene
@@ -259,8 +261,8 @@ typedef struct cpinn_family_check {
  * of successive steps below 1/4 allows, and CPINN_TOLERANCE of the length. */
 double cpinn_family_bound(const cpinn_family *x, const cpinn_answer *answer);
 
-/* Solve fresh members, drawn at random from the ranges, and compare. AD_BAD_ARGUMENT: no members.
- */
+/* Solve fresh members, drawn at random from the ranges, and compare; times are those of all ranks
+ * together. AD_BAD_ARGUMENT: no members. */
 ad_status cpinn_family_verify(cpinn_family *x, size_t members, uint64_t seed,
                               cpinn_family_check *result, ad_error *error);
 

@@ -18,7 +18,7 @@ struct cpinn_family {
     scene open;
     int count; /* of parameters */
     bool extrapolate;
-    int threads;
+    ad_pool *pool;
     double length;
     size_t points, nodes, chunk;
     double *s, *t; /* [points]; t NULL at rest */
@@ -31,6 +31,7 @@ struct cpinn_family {
     size_t *which;              /* [chunk] their places */
     solve_answer *refined;      /* [chunk] */
     solve_member *solved;       /* [chunk] */
+    cpinn_answer *others;       /* [chunk] of those that the solver of members does not solve */
 };
 
 static_assert((int)CPINN_REASON_NOT_FINITE == SOLVE_NOT_FINITE &&
@@ -98,8 +99,11 @@ static ad_status keep_points(cpinn_family *x, const cpinn_family_settings *setti
 
 static ad_status create_solver(cpinn_family *x, ad_error *error)
 {
-    const solve_members_settings settings = {
-        .tolerance = CPINN_TOLERANCE, .threads = x->threads, .points = x->points, .s = x->s};
+    const solve_members_settings settings = {.tolerance = CPINN_TOLERANCE,
+                                             .threads = ad_pool_threads(x->pool),
+                                             .points = x->points,
+                                             .s = x->s,
+                                             .ranks = ad_pool_ranks(x->pool)};
     ad_status status = solve_members_create(&x->open, &settings, &x->solver, &x->why_not);
     if (status != AD_OK && status != AD_BAD_ARGUMENT) {
         return ad_fail(error, status, "%s", x->why_not.message);
@@ -118,7 +122,9 @@ static ad_status make_room(cpinn_family *x, ad_error *error)
     x->which = malloc(x->chunk * sizeof *x->which);
     x->refined = malloc(x->chunk * sizeof *x->refined);
     x->solved = malloc(x->chunk * sizeof *x->solved);
-    return x->curvature && x->values && x->parameters && x->which && x->refined && x->solved
+    x->others = malloc(x->chunk * sizeof *x->others);
+    return x->curvature && x->values && x->parameters && x->which && x->refined && x->solved &&
+                   x->others
                ? AD_OK
                : ad_fail(error, AD_NO_MEMORY, "out of memory for members of a family");
 }
@@ -145,8 +151,11 @@ ad_status cpinn_family_prepare(const scene *open, const cpinn_family_settings *s
     x->count = open->parameter_count;
     x->extrapolate = settings->extrapolate;
     x->length = scene_length(open);
-    x->threads = thread_count(settings->threads);
-    ad_status status = keep_points(x, settings, error);
+    x->pool = ad_pool_create(thread_count(settings->threads));
+    ad_status status = x->pool ? ad_pool_share(x->pool, settings->ranks, error)
+                               : ad_fail(error, AD_NO_MEMORY, "%d threads could not be started",
+                                         thread_count(settings->threads));
+    status = status == AD_OK ? keep_points(x, settings, error) : status;
     if (status == AD_OK) {
         status = create_solver(x, error);
     }
@@ -227,8 +236,12 @@ ad_status cpinn_family_of(const experiment *e, const cpinn_family_settings *sett
     if (status != AD_OK) {
         return status;
     }
-    status = e->targets ? create_strain(e, *result, &network, error)
-                        : cpinn_family_fields(&trained, *result, &network, error);
+    if (settings->ranks) {
+        status = ad_pool_share(e->pool, settings->ranks, error);
+    }
+    status = status != AD_OK ? status
+             : e->targets    ? create_strain(e, *result, &network, error)
+                             : cpinn_family_fields(&trained, *result, &network, error);
     if (status != AD_OK) {
         cpinn_family_free(*result);
         *result = NULL;
@@ -262,6 +275,7 @@ void cpinn_family_free(cpinn_family *x)
             x->network.free(x->network.context);
         }
         solve_members_free(x->solver);
+        ad_pool_free(x->pool);
         experiment_free(x->owned);
         free(x->s);
         free(x->t);
@@ -271,6 +285,7 @@ void cpinn_family_free(cpinn_family *x)
         free(x->which);
         free(x->refined);
         free(x->solved);
+        free(x->others);
         free(x);
     }
 }
@@ -313,9 +328,9 @@ const scene *cpinn_family_scene(const cpinn_family *x)
     return &x->open;
 }
 
-int cpinn_family_threads(const cpinn_family *x)
+ad_pool *cpinn_family_pool(const cpinn_family *x)
 {
-    return x->threads;
+    return x->pool;
 }
 
 size_t cpinn_family_points(const cpinn_family *x)
@@ -507,21 +522,24 @@ static void look_outside(const cpinn_family *x, size_t members, const double *pa
 /* ---- the solver's answers ------------------------------------------------------------------ */
 
 /* The shape in `values` [points][columns], by the solver's columns. */
-static ad_status put_solution(cpinn_family *x, const solution *found, double *values,
+static ad_status put_solution(const cpinn_family *x, const solution *found, double *values,
                               ad_error *error)
 {
-    double *room = x->values; /* of members that are done */
-    ad_status status = solution_evaluate(found, x->columns, x->points, x->s, x->t, room, error);
-    for (size_t i = 0; i < x->points; i++) {
+    double *room = malloc((x->points * (size_t)x->columns + 1) * sizeof *room);
+    ad_status status =
+        room ? solution_evaluate(found, x->columns, x->points, x->s, x->t, room, error)
+             : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", x->points);
+    for (size_t i = 0; i < x->points && status == AD_OK; i++) {
         for (int c = 0; c < x->columns; c++) {
             values[i * (size_t)x->columns + (size_t)c] = room[(size_t)c * x->points + i];
         }
     }
+    free(room);
     return status;
 }
 
-ad_status cpinn_family_solve(cpinn_family *x, const double *parameters, double *values,
-                             cpinn_answer *answer, ad_error *error)
+static ad_status solve_one(const cpinn_family *x, const double *parameters, double *values,
+                           cpinn_answer *answer, ad_error *error)
 {
     scene one;
     solution *found = NULL;
@@ -551,6 +569,33 @@ ad_status cpinn_family_solve(cpinn_family *x, const double *parameters, double *
     return status;
 }
 
+typedef struct solving {
+    const cpinn_family *x;
+    const double *parameters;
+    double *values;
+    cpinn_answer *answers;
+} solving;
+
+static ad_status solve_item(void *context, int item, int thread, ad_error *error)
+{
+    const solving *of = context;
+    const size_t i = (size_t)item, width = of->x->points * (size_t)of->x->columns;
+    (void)thread;
+    return solve_one(of->x, of->parameters + i * (size_t)of->x->count, of->values + i * width,
+                     of->answers + i, error);
+}
+
+ad_status cpinn_family_solve(cpinn_family *x, size_t members, const double *parameters,
+                             double *values, cpinn_answer *answers, ad_error *error)
+{
+    const size_t bytes = x->points * (size_t)x->columns * sizeof *values;
+    const ad_dealt made[] = {{values, bytes, members * bytes},
+                             {answers, sizeof *answers, members * sizeof *answers}};
+    solving of = {x, parameters, values, answers};
+    return ad_pool_deal(x->pool, (int)members, solve_item, &of, sizeof made / sizeof *made, made,
+                        error);
+}
+
 /* Whether the solver is asked: not where the scene is none. */
 static bool is_wanting(const cpinn_family *x, int steps, cpinn_answer *answer)
 {
@@ -559,6 +604,28 @@ static bool is_wanting(const cpinn_family *x, int steps, cpinn_answer *answer)
         return true;
     }
     return !answer->trusted && answer->source == CPINN_FROM_NETWORK;
+}
+
+/* Those of `rest` members in x->which whose answer is not trusted, by the other solver. */
+static ad_status solve_others(cpinn_family *x, size_t rest, double *values, cpinn_answer *answers,
+                              ad_error *error)
+{
+    const size_t count = (size_t)x->count, width = x->points * (size_t)x->columns;
+    size_t others = 0;
+    for (size_t k = 0; k < rest; k++) {
+        if (!answers[x->which[k]].trusted) {
+            memmove(x->parameters + others * count, x->parameters + k * count,
+                    count * sizeof *x->parameters);
+            x->others[others] = answers[x->which[k]];
+            x->which[others++] = x->which[k];
+        }
+    }
+    ad_status status = cpinn_family_solve(x, others, x->parameters, x->values, x->others, error);
+    for (size_t k = 0; k < others && status == AD_OK; k++) {
+        answers[x->which[k]] = x->others[k];
+        memcpy(values + x->which[k] * width, x->values + k * width, width * sizeof *values);
+    }
+    return status;
 }
 
 /* Members of a chunk whose answer is wanting, by the solver of members, and those that it gives
@@ -587,14 +654,7 @@ static ad_status solve_rest(cpinn_family *x, int steps, size_t members, const do
             answer->error = x->solved[k].estimate * x->length;
         }
     }
-    for (size_t k = 0; k < rest && status == AD_OK; k++) {
-        cpinn_answer *answer = &answers[x->which[k]];
-        if (!answer->trusted) {
-            status = cpinn_family_solve(x, x->parameters + k * count, values + x->which[k] * width,
-                                        answer, error);
-        }
-    }
-    return status;
+    return status == AD_OK ? solve_others(x, rest, values, answers, error) : status;
 }
 
 ad_status cpinn_family_evaluate(cpinn_family *x, const cpinn_polish *polish, size_t members,

@@ -31,15 +31,15 @@ ad_status cpinn_family_of(const experiment *e, const cpinn_family_settings *sett
 /* NULL: the solver does not take the scene. */
 solve_members *cpinn_family_solver(const cpinn_family *x);
 const scene *cpinn_family_scene(const cpinn_family *x);
-int cpinn_family_threads(const cpinn_family *x);
+ad_pool *cpinn_family_pool(const cpinn_family *x); /* with its ranks; of the family */
 size_t cpinn_family_points(const cpinn_family *x);
 const double *cpinn_family_s(const cpinn_family *x);
 const double *cpinn_family_t(const cpinn_family *x); /* NULL at rest */
 
-/* One member by solution_create: values [points][columns]; of `answer` the reason is kept where the
- * solver has no doubt. AD_NO_MEMORY, AD_NO_BLAS. */
-ad_status cpinn_family_solve(cpinn_family *x, const double *parameters, double *values,
-                             cpinn_answer *answer, ad_error *error);
+/* Members by solution_create: values [members][points][columns]; of `answers` [members] the reason
+ * is kept where the solver has no doubt. AD_NO_MEMORY, AD_NO_BLAS. */
+ad_status cpinn_family_solve(cpinn_family *x, size_t members, const double *parameters,
+                             double *values, cpinn_answer *answers, ad_error *error);
 
 /* The network of the evaluator (physics/evaluator.h) of coordinates s, t and the parameters. */
 ad_status cpinn_family_fields(const evaluator_model *trained, const cpinn_family *x,

@@ -10,12 +10,10 @@ enum { GROUP = 8 };
 typedef struct fields {
     int count, columns, threads;
     size_t points, nodes;
-    double *s, *t, *places; /* [points], [points] or NULL, [nodes] m */
-    ad_pool *pool;
+    double *s, *t, *places;           /* [points], [points] or NULL, [nodes] m */
+    ad_pool *pool;                    /* of the family */
     evaluator **shapes, **curvatures; /* [threads] */
     double **room;                    /* [threads] coordinates and values of a group */
-    ad_status *statuses;              /* [threads], as the next */
-    ad_error *errors;
 } fields;
 
 static void fields_free(void *context)
@@ -32,15 +30,12 @@ static void fields_free(void *context)
             free(x->room[i]);
         }
     }
-    ad_pool_free(x->pool);
     free(x->s);
     free(x->t);
     free(x->places);
     free(x->shapes);
     free(x->curvatures);
     free(x->room);
-    free(x->statuses);
-    free(x->errors);
     free(x);
 }
 
@@ -82,30 +77,19 @@ static ad_status evaluate_group(const batch *of, size_t first, size_t members, i
     return status;
 }
 
-static void work(void *context, int item, int thread)
+static ad_status work(void *context, int item, int thread, ad_error *error)
 {
     const batch *of = context;
-    fields *x = of->x;
     const size_t first = GROUP * (size_t)item, left = of->members - first;
-    if (x->statuses[thread] == AD_OK) {
-        x->statuses[thread] =
-            evaluate_group(of, first, left < GROUP ? left : GROUP, thread, &x->errors[thread]);
-    }
+    return evaluate_group(of, first, left < GROUP ? left : GROUP, thread, error);
 }
 
 static ad_status run(batch *of, ad_error *error)
 {
-    fields *x = of->x;
-    for (int i = 0; i < x->threads; i++) {
-        x->statuses[i] = AD_OK;
-    }
-    ad_pool_run(x->pool, (int)((of->members + GROUP - 1) / GROUP), work, of);
-    for (int i = 0; i < x->threads; i++) {
-        if (x->statuses[i] != AD_OK) {
-            return ad_fail(error, x->statuses[i], "%s", x->errors[i].message);
-        }
-    }
-    return AD_OK;
+    const size_t bytes = of->points * (size_t)of->columns * sizeof *of->values;
+    const ad_dealt made = {of->values, GROUP * bytes, of->members * bytes};
+    return ad_pool_deal(of->x->pool, (int)((of->members + GROUP - 1) / GROUP), work, of, 1, &made,
+                        error);
 }
 
 static ad_status find_curvature(void *context, size_t members, const double *parameters,
@@ -160,7 +144,7 @@ ad_status cpinn_family_fields(const evaluator_model *trained, const cpinn_family
                               cpinn_family_network *result, ad_error *error)
 {
     solve_members *solver = cpinn_family_solver(family);
-    const int threads = cpinn_family_threads(family);
+    const int threads = ad_pool_threads(cpinn_family_pool(family));
     fields *x = calloc(1, sizeof *x);
     if (!x) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a network");
@@ -173,15 +157,13 @@ ad_status cpinn_family_fields(const evaluator_model *trained, const cpinn_family
     x->s = copy(x->points, cpinn_family_s(family));
     x->t = cpinn_family_t(family) ? copy(x->points, cpinn_family_t(family)) : NULL;
     x->places = malloc((x->nodes + 1) * sizeof *x->places);
-    x->pool = ad_pool_create(threads);
+    x->pool = cpinn_family_pool(family);
     x->shapes = calloc((size_t)threads, sizeof *x->shapes);
     x->curvatures = calloc((size_t)threads, sizeof *x->curvatures);
     x->room = calloc((size_t)threads, sizeof *x->room);
-    x->statuses = calloc((size_t)threads, sizeof *x->statuses);
-    x->errors = calloc((size_t)threads, sizeof *x->errors);
     ad_status status = AD_OK;
-    if (!x->s || (cpinn_family_t(family) && !x->t) || !x->places || !x->pool || !x->shapes ||
-        !x->curvatures || !x->room || !x->statuses || !x->errors) {
+    if (!x->s || (cpinn_family_t(family) && !x->t) || !x->places || !x->shapes || !x->curvatures ||
+        !x->room) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for a network");
     }
     if (status == AD_OK && solver) {

@@ -30,6 +30,8 @@ typedef struct verifying {
     solve_member *solved;           /* [BATCH] */
     cpinn_answer *answers;          /* [BATCH] */
     bool *known;                    /* [BATCH] whether it is solved */
+    double *packed;                 /* [BATCH][count] of members for the other solver */
+    size_t *which;                  /* [BATCH] their places */
     double *off[CPINN_WAY_COUNT];   /* [members] m; NaN: not known */
     double *ratio[CPINN_WAY_COUNT]; /* [members] predicted over actual */
     cpinn_family_check *result;
@@ -68,12 +70,15 @@ static bool make_room(verifying *x)
     x->solved = malloc(BATCH * sizeof *x->solved);
     x->answers = malloc(BATCH * sizeof *x->answers);
     x->known = malloc(BATCH * sizeof *x->known);
+    x->packed = malloc(BATCH * x->count * sizeof *x->packed);
+    x->which = malloc(BATCH * sizeof *x->which);
     for (int k = 0; k < CPINN_WAY_COUNT; k++) {
         x->off[k] = malloc(x->members * sizeof *x->off[k]);
         x->ratio[k] = malloc(x->members * sizeof *x->ratio[k]);
         made = made && x->off[k] && x->ratio[k];
     }
-    return made && x->parameters && x->values && x->answered && x->solved && x->answers && x->known;
+    return made && x->parameters && x->values && x->answered && x->solved && x->answers &&
+           x->known && x->packed && x->which;
 }
 
 static void verifying_free(verifying *x)
@@ -85,6 +90,8 @@ static void verifying_free(verifying *x)
     free(x->solved);
     free(x->answers);
     free(x->known);
+    free(x->packed);
+    free(x->which);
     for (int k = 0; k < CPINN_WAY_COUNT; k++) {
         free(x->off[k]);
         free(x->ratio[k]);
@@ -94,24 +101,17 @@ static void verifying_free(verifying *x)
 static ad_status create_truth(verifying *x, ad_error *error)
 {
     const scene *open = cpinn_family_scene(x->family);
+    const ad_pool *pool = cpinn_family_pool(x->family);
     const solve_members_settings settings = {.tolerance = TRUTH * CPINN_TOLERANCE,
-                                             .threads = cpinn_family_threads(x->family),
+                                             .threads = ad_pool_threads(pool),
                                              .points = x->points,
-                                             .s = cpinn_family_s(x->family)};
+                                             .s = cpinn_family_s(x->family),
+                                             .ranks = ad_pool_ranks(pool)};
     return cpinn_family_solver(x->family) ? solve_members_create(open, &settings, &x->truth, error)
                                           : AD_OK;
 }
 
 /* ---- members that are solved --------------------------------------------------------------- */
-
-static ad_status solve_other(verifying *x, const double *parameters, double *values, bool *known,
-                             ad_error *error)
-{
-    cpinn_answer answer = {.reason = CPINN_REASON_NONE};
-    ad_status status = cpinn_family_solve(x->family, parameters, values, &answer, error);
-    *known = answer.trusted;
-    return status;
-}
 
 static double distance(const verifying *x, const double *a, const double *b)
 {
@@ -130,38 +130,65 @@ static double distance(const verifying *x, const double *a, const double *b)
     return largest;
 }
 
+/* Members x->which [count] of those from `given` on by the other solver, to x->answered and
+ * x->answers. */
+static ad_status solve_others(verifying *x, size_t count, const double *given, ad_error *error)
+{
+    for (size_t k = 0; k < count; k++) {
+        memcpy(x->packed + k * x->count, given + x->which[k] * x->count, x->count * sizeof *given);
+        x->answers[k] = (cpinn_answer){.reason = CPINN_REASON_NONE};
+    }
+    return cpinn_family_solve(x->family, count, x->packed, x->answered, x->answers, error);
+}
+
 /* The first members also by the other solver. */
 static ad_status compare_solvers(verifying *x, size_t now, ad_error *error)
 {
     ad_status status = AD_OK;
-    for (size_t i = 0; i < now && x->result->compared < COMPARED && status == AD_OK; i++) {
-        bool known = false;
-        status = x->solved[i].solved
-                     ? solve_other(x, x->parameters + i * x->count, x->answered, &known, error)
-                     : AD_OK;
-        if (known) {
-            const double off = distance(x, x->values + i * x->width, x->answered);
-            x->result->apart = fmax(x->result->apart, off);
-            x->result->compared++;
+    for (size_t i = 0; i < now && x->result->compared < COMPARED && status == AD_OK;) {
+        size_t count = 0;
+        for (; i < now && count < COMPARED - x->result->compared; i++) {
+            x->which[count] = i;
+            count += x->solved[i].solved;
+        }
+        status = solve_others(x, count, x->parameters, error);
+        for (size_t k = 0; k < count && status == AD_OK; k++) {
+            const double off =
+                distance(x, x->values + x->which[k] * x->width, x->answered + k * x->width);
+            if (x->answers[k].trusted) {
+                x->result->apart = fmax(x->result->apart, off);
+                x->result->compared++;
+            }
         }
     }
     return status;
+}
+
+static double estimate_of(const verifying *x, size_t i)
+{
+    return x->truth ? x->solved[i].estimate : INFINITY;
 }
 
 static ad_status solve_batch(verifying *x, size_t first, size_t now, ad_error *error)
 {
     cpinn_family_check *result = x->result;
     const double *given = x->parameters + first * x->count;
+    size_t others = 0;
     ad_status status =
         x->truth ? solve_members_solve(x->truth, now, given, x->values, x->solved, error) : AD_OK;
     for (size_t i = 0; i < now && status == AD_OK; i++) {
-        const double estimate = x->truth ? x->solved[i].estimate : INFINITY;
-        const bool by_members = estimate <= CPINN_TOLERANCE;
-        x->known[i] = estimate <= ENOUGH * CPINN_TOLERANCE;
-        if (!x->known[i]) {
-            status =
-                solve_other(x, given + i * x->count, x->values + i * x->width, &x->known[i], error);
-        }
+        x->known[i] = estimate_of(x, i) <= ENOUGH * CPINN_TOLERANCE;
+        x->which[others] = i;
+        others += !x->known[i];
+    }
+    status = status == AD_OK ? solve_others(x, others, given, error) : status;
+    for (size_t k = 0; k < others && status == AD_OK; k++) {
+        const size_t i = x->which[k];
+        memcpy(x->values + i * x->width, x->answered + k * x->width, x->width * sizeof *x->values);
+        x->known[i] = x->answers[k].trusted;
+    }
+    for (size_t i = 0; i < now && status == AD_OK; i++) {
+        const bool by_members = estimate_of(x, i) <= CPINN_TOLERANCE;
         result->by_members += by_members;
         result->by_solver += !by_members && x->known[i];
         result->unsolved += !by_members && !x->known[i];
@@ -228,7 +255,8 @@ static ad_status measure(verifying *x, int what, size_t members, double *result,
     while (rounds < most && spent < ENOUGH_SECONDS && status == AD_OK) {
         const double start = train_seconds();
         status = work(x, what, members > 1 ? 0 : rounds, members, error);
-        const double passed = train_seconds() - start;
+        double passed = train_seconds() - start; /* for all by the clock of the first rank */
+        ad_ranks_first(ad_pool_ranks(cpinn_family_pool(x->family)), 1, &passed);
         spent += passed;
         seconds[rounds++] = passed / (double)members;
     }

@@ -4,6 +4,9 @@
 #include "tools/programs/cli.h"
 #include "tools/programs/eval_family.h"
 #include "tools/programs/eval_rollouts.h"
+#include "tools/programs/launch.h"
+#include "tools/programs/ranks.h"
+#include "tools/programs/ranks_queue.h"
 #include "tools/programs/samples.h"
 #include "tools/train/balance.h"
 #include "tools/train/clock.h"
@@ -59,6 +62,11 @@ static const char epilogue[] =
     "\n"
     "  cpinn-eval runs/arm --rollouts 64 --tolerance 1e-3 --out verified\n"
     "\n"
+    "Of --members, --verify and --rollouts several processes do a part each, with the same "
+    "results:\n"
+    "\n"
+    "  mpirun -n 4 cpinn-eval runs/robot --verify 20000\n"
+    "\n"
     "The verdict on training that the checkpoint keeps is printed, and is in --json as it is in "
     "that\n"
     "of cpinn-train. Exit status: 0, whatever it says; of a family 3 if a shape is not trusted, or "
@@ -80,6 +88,7 @@ typedef struct options {
     bool speed;
     eval_family_options family;
     eval_rollouts_options rollouts;
+    const ad_ranks *ranks; /* NULL: this process is by itself */
 } options;
 
 /* How far training has come, from "training/..."; -1 or NaN where the checkpoint does not say. */
@@ -506,10 +515,22 @@ static ad_status run(evaluation *x, ad_error *error)
     return status == AD_OK && o->speed ? measure(x, error) : status;
 }
 
-int main(int argc, char **argv)
+/* Several processes share what takes long. */
+static int check_ranks(const options *o)
 {
-    evaluation x = {
-        .asked.family = {.polish = -1, .seed = -1}, .asked.rollouts.tolerance = NAN, .rate = NAN};
+    return !o->ranks || o->family.members || o->family.verify > 0 || o->rollouts.count > 0
+               ? CLI_RUN
+               : launch_refuse(program, "shares only --members, --verify and --rollouts among "
+                                        "processes");
+}
+
+/* The whole program but for its ranks. */
+static int go(const ad_ranks *ranks, int argc, char **argv)
+{
+    evaluation x = {.asked = {.family = {.polish = -1, .seed = -1, .ranks = ranks},
+                              .rollouts = {.tolerance = NAN, .ranks = ranks},
+                              .ranks = ranks},
+                    .rate = NAN};
     eval_family_options *f = &x.asked.family;
     eval_rollouts_options *r = &x.asked.rollouts;
     const cli_option list[] = {
@@ -541,13 +562,17 @@ int main(int argc, char **argv)
         {"--json", "FILE|-", CLI_TEXT, &x.asked.json, 0, 0,
          "write all of it as one JSON object; - is standard output, with\nnothing else on it"},
         {"--threads", "N", CLI_INTEGER, &x.asked.threads, 0, 1024,
-         "default 0: one for each processor"}};
+         "default 0: one for each processor, shared among processes of mpirun;\n"
+         "results do not depend on it"}};
     const cli_program about = {program, "DIR_OR_CHECKPOINT", summary, epilogue, NULL, NULL};
     int status =
         cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &x.asked.checkpoint);
+    status = status == CLI_RUN ? check_ranks(&x.asked) : status;
     if (status != CLI_RUN) {
         return status;
     }
+    x.asked.threads = ranks_threads(x.asked.threads);
+    x.asked.json = x.asked.json && !ranks_is_first(ranks) ? "-" : x.asked.json; /* to nowhere */
     if (r->count == 0 && !isnan(r->tolerance)) {
         return cli_fail(program, "--tolerance: of --rollouts; allowed: the two together");
     }
@@ -583,4 +608,16 @@ int main(int argc, char **argv)
     status = status == 0 ? eval_family_status(&x.family) : status;
     evaluation_free(&x);
     return status;
+}
+
+int main(int argc, char **argv)
+{
+    const ad_ranks *ranks;
+    ad_error error;
+    if (ranks_begin(&ranks, &error) != AD_OK) {
+        int rank;
+        launch_processes(&rank); /* one line */
+        return ranks_end(program, rank > 0 ? CLI_BAD : cli_fail_error(program, &error));
+    }
+    return ranks_end(program, go(ranks, argc, argv));
 }

@@ -341,8 +341,8 @@ static bool goes_on(void *context, const trainer_info *before)
 
 static ad_status prepare(training *t, config *settings, ad_error *error)
 {
-    ad_status status = config_session_prepare(settings, t->asked->threads, &t->s, error);
-    return status == AD_OK ? ad_pool_share(t->s.e->pool, t->asked->ranks, error) : status;
+    settings->settings.ranks = t->asked->ranks;
+    return config_session_prepare(settings, t->asked->threads, &t->s, error);
 }
 
 /* Train a motion in the strain form in memory, anew with more modes or a larger degree as long as
@@ -524,14 +524,10 @@ static int run(const options *o)
         config_free(settings);
         return result;
     }
-    if (status == AD_OK && surrogate_is_given(&settings->surrogate) && o->ranks) {
-        config_free(settings);
-        return launch_refuse(program, "one-step models are not shared among processes");
-    }
     if (status == AD_OK && surrogate_is_given(&settings->surrogate)) {
         const train_surrogate_options of = {
-            program, o->out, o->json, o->threads, o->resume, o->quiet, o->explain != NULL,
-            o->watch};
+            program,  o->out,  o->json, o->threads, o->resume, o->quiet, o->explain != NULL,
+            o->watch, o->ranks};
         return train_surrogate(&of, settings);
     }
     if (status == AD_OK) {
@@ -570,7 +566,8 @@ static int parse(int count, char **arguments, options *o)
          "=program: the compiled programs, line by line"},
         {"--watch", NULL, CLI_FLAG, &o->watch, 0, 0,
          "draw loss, error and the rod's shape while it trains; into a\n"
-         "pipe, on a terminal that cannot (TERM) or with --quiet: lines\nas without it"},
+         "pipe, on a terminal that cannot (TERM), among several processes\n"
+         "or with --quiet: lines as without it"},
         CLI_VERDICT_JSON(&o->json),
         CLI_VERDICT_QUIET(&o->quiet),
     };
@@ -592,6 +589,7 @@ int main(int count, char **arguments)
     int result = parse(count, arguments, &o);
     if (result == CLI_RUN) {
         o.threads = ranks_threads(o.threads);
+        o.watch = o.watch && !o.ranks; /* what draws asks the network, which all would have to */
         o.json = o.json && o.ranks && o.ranks->rank > 0 ? "-" : o.json; /* to nowhere */
         result = run(&o);
     }

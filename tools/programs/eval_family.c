@@ -192,7 +192,8 @@ ad_status eval_family_run(const eval_family_options *asked, const experiment *e,
                                             .threads = asked->threads,
                                             .points = points->count,
                                             .s = points->s,
-                                            .t = points->t};
+                                            .t = points->t,
+                                            .ranks = asked->ranks};
     *result = (eval_family){.asked = *asked, .points = points};
     result->asked.seed = asked->seed < 0 ? SEED : asked->seed;
     ad_status status = cpinn_family_of(e, &settings, &result->family, error);
@@ -211,7 +212,8 @@ ad_status eval_family_run(const eval_family_options *asked, const experiment *e,
     }
     status = gather(result, error);
     status = status == AD_OK ? answer(result, error) : status;
-    return status == AD_OK && asked->out ? write_out(result, error) : status;
+    const bool writes = asked->out && (!asked->ranks || asked->ranks->rank == 0);
+    return status == AD_OK && writes ? write_out(result, error) : status;
 }
 
 /* ---- report -------------------------------------------------------------------------------- */

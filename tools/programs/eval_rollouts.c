@@ -332,9 +332,12 @@ static ad_status report_of(const eval_rollouts_options *asked, const surrogate *
     const long processors = sysconf(_SC_NPROCESSORS_ONLN);
     const int threads = asked->threads > 0 ? asked->threads : processors > 0 ? (int)processors : 1;
     ad_pool *pool = ad_pool_create(threads);
-    const ad_status status =
-        pool ? eval_rollouts_judge(s, asked->count, (uint64_t)asked->seed, pool, report, error)
+    ad_status status =
+        pool ? ad_pool_share(pool, asked->ranks, error)
              : ad_fail(error, AD_NO_MEMORY, "%d threads could not be started", threads);
+    if (status == AD_OK) {
+        status = eval_rollouts_judge(s, asked->count, (uint64_t)asked->seed, pool, report, error);
+    }
     ad_pool_free(pool);
     return status;
 }
@@ -348,7 +351,7 @@ int eval_rollouts_run(const char *program, const eval_rollouts_options *asked)
     ad_status result = json_check_path(asked->json, &error);
     result = result == AD_OK ? surrogate_load(asked->path, &s, &error) : result;
     result = result == AD_OK ? report_of(asked, s, &report, &error) : result;
-    if (result == AD_OK && asked->out) {
+    if (result == AD_OK && asked->out && (!asked->ranks || asked->ranks->rank == 0)) {
         result = write_files(program, &report, asked->out, &error);
     }
     if (result == AD_OK && asked->json) {

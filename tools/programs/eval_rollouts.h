@@ -2,6 +2,7 @@
 #ifndef TOOLS_PROGRAMS_EVAL_ROLLOUTS_H
 #define TOOLS_PROGRAMS_EVAL_ROLLOUTS_H
 
+#include "autodiff/ranks.h"
 #include "physics/verdict.h"
 #include "tools/surrogate/rollouts.h"
 #include "tools/surrogate/surrogate.h"
@@ -9,8 +10,9 @@
 typedef struct eval_rollouts_options {
     const char *path, *out; /* of the run; a folder for files, or NULL */
     int count, seed, threads;
-    double tolerance; /* of the worst error over 5 s by the length; NaN: none */
-    const char *json; /* file, or - */
+    double tolerance;      /* of the worst error over 5 s by the length; NaN: none */
+    const char *json;      /* file, or - */
+    const ad_ranks *ranks; /* that share the rollouts; the first writes; NULL: none */
 } eval_rollouts_options;
 
 /* What is judged of a trained model; the result borrows from it. */

@@ -26,6 +26,7 @@ typedef struct training {
     run_folder folder;
     char *yaml;
     verdict verdict;
+    int signal; /* that a rank has caught */
     rollouts_report report;
     bool judged;
     double last_save; /* s */
@@ -33,6 +34,17 @@ typedef struct training {
     int64_t saved;
     surrogate_progress progress;
 } training;
+
+/* Of several ranks the first keeps the folder; what has become of that is the same for all. */
+static bool keeps_folder(const training *t)
+{
+    return !t->asked->ranks || t->asked->ranks->rank == 0;
+}
+
+static ad_status agreed(const training *t, ad_status status, ad_error *error)
+{
+    return ad_ranks_status(t->asked->ranks, status, error);
+}
 
 /* ---- files --------------------------------------------------------------------------------- */
 
@@ -51,7 +63,7 @@ static ad_status save(training *t, ad_error *error)
 {
     t->last_save = train_seconds();
     t->saved = surrogate_training_inspect(t->own).step;
-    return surrogate_training_save(t->own, t->yaml, t->folder.checkpoint,
+    return surrogate_training_save(t->own, t->yaml, keeps_folder(t) ? t->folder.checkpoint : NULL,
                                    t->settings->settings.checkpoint_keep, error);
 }
 
@@ -84,20 +96,27 @@ static ad_status resume(training *t, ad_error *error)
     return status;
 }
 
-static ad_status begin(training *t, ad_error *error)
+static ad_status enter_folder(training *t, ad_error *error)
 {
     const bool again = t->asked->resume;
     ad_status status = again ? AD_OK : run_make_folder(t->folder.path, error);
     status = status == AD_OK ? run_lock(&t->folder, again, error) : status;
-    if (status == AD_OK) { /* what another process has left by now */
-        status = again ? resume(t, error) : run_check_new(&t->folder, error);
+    return status == AD_OK && !again /* what another process has left by now */
+               ? run_check_new(&t->folder, error)
+               : status;
+}
+
+static ad_status begin(training *t, ad_error *error)
+{
+    ad_status status = agreed(t, keeps_folder(t) ? enter_folder(t, error) : AD_OK, error);
+    if (status == AD_OK) {
+        status = t->asked->resume ? resume(t, error) : save(t, error);
     }
-    if (status == AD_OK && !again) {
-        status = save(t, error);
+    if (status == AD_OK && keeps_folder(t)) {
+        status = run_begin(&t->folder, t->yaml, surrogate_training_history(t->own),
+                           t->settings->settings.output_tensorboard, error);
     }
-    return status == AD_OK ? run_begin(&t->folder, t->yaml, surrogate_training_history(t->own),
-                                       t->settings->settings.output_tensorboard, error)
-                           : status;
+    return agreed(t, status, error);
 }
 
 /* ---- training ------------------------------------------------------------------------------ */
@@ -107,6 +126,10 @@ static void announce(const training *t)
     const surrogate_training_info info = surrogate_training_inspect(t->own);
     const surrogate_settings *s = &t->settings->surrogate;
     const surrogate_step *m = surrogate_training_step_of(t->own);
+    char ranks[32] = "";
+    if (t->asked->ranks) {
+        snprintf(ranks, sizeof ranks, "%d ranks of ", t->asked->ranks->count);
+    }
     if (*info.modes) {
         surrogate_progress_say(&t->progress, "%s", info.modes);
     }
@@ -115,10 +138,10 @@ static void announce(const training *t)
                            t->settings->settings.name, 1e3 * s->step,
                            surrogate_kind_names()[s->kind], m ? m->states : 0, m ? m->inputs : 0);
     surrogate_progress_say(&t->progress, "%s", info.frame);
-    surrogate_progress_say(&t->progress,
-                           "%zu parameters, %zu steps solved in %.2f s, %d thread%s -> %s",
-                           info.parameters, info.solved, info.prepared, ad_pool_threads(t->pool),
-                           ad_pool_threads(t->pool) == 1 ? "" : "s", t->folder.path);
+    surrogate_progress_say(
+        &t->progress, "%zu parameters, %zu steps solved in %.2f s, %s%d thread%s -> %s",
+        info.parameters, info.solved, info.prepared, ranks, ad_pool_threads(t->pool),
+        ad_pool_threads(t->pool) == 1 ? "" : "s", t->folder.path);
     if (t->asked->resume) {
         surrogate_progress_say(&t->progress, "resumed at step %lld, %.1f s into the run",
                                (long long)info.step, info.seconds);
@@ -132,21 +155,36 @@ static bool is_due(const training *t, int64_t step)
            train_seconds() - t->last_save > settings->checkpoint_seconds;
 }
 
+/* Whether to save now, by the clock of the first rank, and to stop, when any has caught a signal.
+ */
+static bool decide(training *t)
+{
+    const surrogate_training_info info = surrogate_training_inspect(t->own);
+    const ad_ranks *ranks = t->asked->ranks;
+    t->signal = (int)ad_ranks_largest(ranks, signals_caught());
+    return info.done || t->signal ||
+           ad_ranks_largest(ranks, keeps_folder(t) && is_due(t, info.step)) > 0;
+}
+
 static ad_status train(training *t, ad_error *error)
 {
     ad_status status = AD_OK;
     signals_catch();
     t->last_save = train_seconds();
     surrogate_progress_begin(&t->progress, &t->settings->settings, t->own);
-    while (status == AD_OK && !surrogate_training_inspect(t->own).done && !signals_caught()) {
+    while (status == AD_OK && !surrogate_training_inspect(t->own).done && !t->signal) {
         status = surrogate_training_step(t->own, error);
-        if (status == AD_OK) {
+        if (status != AD_OK) {
+            break;
+        }
+        const bool due = decide(t);
+        if (keeps_folder(t)) {
             status = run_append(&t->folder, surrogate_training_history(t->own), error);
         }
-        const surrogate_training_info info = surrogate_training_inspect(t->own);
-        if (status == AD_OK && (info.done || signals_caught() || is_due(t, info.step))) {
+        if (status == AD_OK && due) {
             status = save(t, error);
         }
+        status = agreed(t, status, error);
         surrogate_progress_step(&t->progress);
     }
     surrogate_progress_end(&t->progress);
@@ -194,7 +232,7 @@ static void finish(training *t)
 
 static void interrupted(training *t)
 {
-    t->verdict.signal = signals_caught();
+    t->verdict.signal = t->signal;
     verdict_add(&t->verdict, VERDICT_SIGNAL, "stopped at step %lld and saved; --resume goes on",
                 (long long)t->saved);
     surrogate_progress_say(&t->progress,
@@ -344,13 +382,15 @@ static ad_status go(training *t, bool *began, ad_error *error)
                                               : 1;
     snprintf(path, sizeof path, "runs/%s", t->settings->settings.name);
     ad_status status = run_name(&t->folder, t->asked->out ? t->asked->out : path, error);
-    if (status == AD_OK && !t->asked->resume) {
+    if (status == AD_OK && !t->asked->resume && keeps_folder(t)) {
         status = run_check_new(&t->folder, error);
     }
+    status = agreed(t, status, error);
     t->pool = status == AD_OK ? ad_pool_create(threads) : NULL;
     if (status == AD_OK && !t->pool) {
         status = ad_fail(error, AD_NO_MEMORY, "%d threads could not be started", threads);
     }
+    status = status == AD_OK ? ad_pool_share(t->pool, t->asked->ranks, error) : status;
     if (status == AD_OK) {
         status = surrogate_training_create(&t->settings->scene, &t->settings->surrogate,
                                            &t->settings->settings, t->pool, &t->own, error);

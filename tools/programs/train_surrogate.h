@@ -2,6 +2,7 @@
 #ifndef TOOLS_PROGRAMS_TRAIN_SURROGATE_H
 #define TOOLS_PROGRAMS_TRAIN_SURROGATE_H
 
+#include "autodiff/ranks.h"
 #include "physics/verdict.h"
 #include "tools/config/config.h"
 
@@ -9,6 +10,7 @@ typedef struct train_surrogate_options {
     const char *program, *out, *json; /* out, json: NULL: default, none */
     int threads;
     bool resume, quiet, explain, watch;
+    const ad_ranks *ranks; /* that share the work; the first prints and writes; NULL: none */
 } train_surrogate_options;
 
 /* Takes over `settings`. Returns the exit status. */

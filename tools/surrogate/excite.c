@@ -1,5 +1,6 @@
 #include "tools/surrogate/excite.h"
 
+#include "autodiff/ranks.h"
 #include "nn/rng.h"
 #include "physics/solve/reduced.h"
 
@@ -108,7 +109,6 @@ typedef struct runner {
     const scene *open;
     excite_rollouts *to;
     reduced_rod **rods; /* [threads] */
-    ad_status *status;  /* [threads] of the worst */
     long *tally;        /* [count][2] */
     double *seconds;    /* [count] */
 } runner;
@@ -145,7 +145,7 @@ static ad_status step_in_parts(const runner *x, reduced_rod *rod, int parts, dou
     return status;
 }
 
-static void run_rollout(void *context, int item, int thread)
+static ad_status run_rollout(void *context, int item, int thread, ad_error *error)
 {
     enum { USUAL = 4, MOST = 256 };
     runner *x = context;
@@ -157,30 +157,28 @@ static void run_rollout(void *context, int item, int thread)
     double *input = to->input + (size_t)item * rows * (size_t)to->inputs;
     const double began = processor_seconds();
     const int index = settings->first + item;
-    ad_error error;
+    ad_error unsettled;
     excite_draw(to->inputs, x->open->parameters, settings, index, input);
-    ad_status status = reduced_initial(rod, input, state, &error);
-    if (status == AD_OK && index % 4 != 3) { /* leaves the state where it finds none */
-        (void)reduced_settle(rod, 0, input, state, &error);
-    }
+    ad_status status = reduced_initial(rod, input, state, error);
     if (status != AD_OK) {
-        x->status[thread] = status;
+        return status;
+    }
+    if (index % 4 != 3) { /* leaves the state where it finds none */
+        (void)reduced_settle(rod, 0, input, state, &unsettled);
     }
     for (int k = 0; k < settings->steps && status == AD_OK; k++) {
         const double *from = state + k * to->states;
         status = AD_NOT_FINITE;
         for (int parts = USUAL; parts <= MOST && status == AD_NOT_FINITE; parts *= 2) {
             status = step_in_parts(x, rod, parts, k * settings->step, from, input + k * to->inputs,
-                                   state + (k + 1) * to->states, &error);
+                                   state + (k + 1) * to->states, error);
             x->tally[2 * item] += status == AD_OK && parts > USUAL;
         }
         to->done[item] += status == AD_OK;
         x->tally[2 * item + 1] += status == AD_NOT_FINITE;
-        if (status != AD_OK && status != AD_NOT_FINITE) {
-            x->status[thread] = status;
-        }
     }
     x->seconds[item] = processor_seconds() - began;
+    return status == AD_NOT_FINITE ? AD_OK : status; /* this rollout is over */
 }
 
 static ad_status check(const scene *open, const excite_settings *settings, ad_error *error)
@@ -202,19 +200,39 @@ static ad_status check(const scene *open, const excite_settings *settings, ad_er
     return AD_OK;
 }
 
-static ad_status allocate(runner *x, int threads, ad_error *error)
+static ad_status allocate(runner *x, ad_error *error)
 {
     excite_rollouts *to = x->to;
     const size_t count = (size_t)to->count, rows = count * (size_t)(to->steps + 1);
     to->state = calloc(rows * (size_t)to->states, sizeof *to->state);
     to->input = calloc(rows * (size_t)to->inputs, sizeof *to->input);
     to->done = calloc(count, sizeof *to->done);
-    x->status = calloc((size_t)threads, sizeof *x->status);
     x->tally = calloc(2 * count, sizeof *x->tally);
     x->seconds = calloc(count, sizeof *x->seconds);
-    return to->state && to->input && to->done && x->status && x->tally && x->seconds
+    return to->state && to->input && to->done && x->tally && x->seconds
                ? AD_OK
                : ad_fail(error, AD_NO_MEMORY, "out of memory for %d rollouts", to->count);
+}
+
+static ad_status run_rollouts(runner *x, ad_pool *pool, ad_error *error)
+{
+    excite_rollouts *to = x->to;
+    const size_t count = (size_t)to->count, rows = (size_t)to->steps + 1;
+    const size_t states = rows * (size_t)to->states * sizeof *to->state;
+    const size_t inputs = rows * (size_t)to->inputs * sizeof *to->input;
+    const ad_dealt made[] = {{to->state, states, count * states},
+                             {to->input, inputs, count * inputs},
+                             {to->done, sizeof *to->done, count * sizeof *to->done},
+                             {x->tally, 2 * sizeof *x->tally, 2 * count * sizeof *x->tally},
+                             {x->seconds, sizeof *x->seconds, count * sizeof *x->seconds}};
+    ad_status status =
+        ad_pool_deal(pool, to->count, run_rollout, x, sizeof made / sizeof *made, made, error);
+    for (int i = 0; i < to->count; i++) {
+        to->substepped += x->tally[2 * i];
+        to->lost += x->tally[2 * i + 1];
+        to->seconds += x->seconds[i];
+    }
+    return status;
 }
 
 ad_status excite_run(const scene *open, const excite_settings *settings, ad_pool *pool,
@@ -236,26 +254,13 @@ ad_status excite_run(const scene *open, const excite_settings *settings, ad_pool
     if (status == AD_OK) {
         result->states = reduced_states(x.rods[0]);
         result->inputs = reduced_inputs(x.rods[0]);
-        status = allocate(&x, threads, error);
+        status = allocate(&x, error);
     }
-    if (status == AD_OK) {
-        ad_pool_run(pool, result->count, run_rollout, &x);
-        for (int i = 0; i < threads && status == AD_OK; i++) {
-            if (x.status[i] != AD_OK) {
-                status = ad_fail(error, x.status[i], "a rollout cannot begin or go on");
-            }
-        }
-        for (int i = 0; i < result->count; i++) {
-            result->substepped += x.tally[2 * i];
-            result->lost += x.tally[2 * i + 1];
-            result->seconds += x.seconds[i];
-        }
-    }
+    status = status == AD_OK ? run_rollouts(&x, pool, error) : status;
     for (int i = 0; x.rods && i < threads; i++) {
         reduced_free(x.rods[i]);
     }
     free(x.rods);
-    free(x.status);
     free(x.tally);
     free(x.seconds);
     if (status != AD_OK) {

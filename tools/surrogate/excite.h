@@ -7,7 +7,8 @@
  *   ... motions.state, motions.input ...
  *   excite_free(&motions);
  *
- * Rollout i of a seed is the same whatever the number of rollouts and threads. */
+ * Rollout i of a seed is the same whatever the number of rollouts and threads. They are dealt to
+ * the ranks of the pool (autodiff/ranks.h). */
 #ifndef SURROGATE_EXCITE_H
 #define SURROGATE_EXCITE_H
 

@@ -2,6 +2,7 @@
 #include "tools/surrogate/physics_internal.h"
 
 #include "autodiff/dense.h"
+#include "autodiff/ranks.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -77,7 +78,7 @@ static bool solve(const physics_loss *x, physics_worker *w, double *matrix, int 
     return false;
 }
 
-static void run_rollout(void *context, int item, int thread)
+static ad_status run_rollout(void *context, int item, int thread, ad_error *error)
 {
     const job *of = context;
     const physics_loss *x = of->x;
@@ -85,6 +86,7 @@ static void run_rollout(void *context, int item, int thread)
     const size_t n = (size_t)x->m->states, all = NODES * n, order = physics_order(x->m);
     const size_t steps = (size_t)x->motions->steps;
     double *given = w->steps[0].given;
+    (void)error;
     for (size_t k = 0; k < (size_t)x->motions->done[item]; k++) {
         const size_t row = (size_t)item * (steps + 1) + k;
         double *to = of->nodes + ((size_t)item * steps + k) * all;
@@ -104,6 +106,7 @@ static void run_rollout(void *context, int item, int thread)
             }
         }
     }
+    return AD_OK;
 }
 
 ad_status physics_collocate(const scene *open, const int modes[4], const excite_rollouts *motions,
@@ -120,8 +123,10 @@ ad_status physics_collocate(const scene *open, const int modes[4], const excite_
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for nodes of steps");
     }
     if (status == AD_OK) {
+        const size_t bytes = (size_t)motions->steps * all * sizeof *nodes;
+        const ad_dealt made = {nodes, bytes, (size_t)motions->count * bytes};
         of.x = x;
-        ad_pool_run(pool, motions->count, run_rollout, &of);
+        status = ad_pool_deal(pool, motions->count, run_rollout, &of, 1, &made, error);
     }
     physics_loss_free(x);
     free(of.matrices);

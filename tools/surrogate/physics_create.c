@@ -158,9 +158,9 @@ static ad_status allocate(physics_loss *x, ad_error *error)
     x->zero = calloc(n * columns, sizeof *x->zero);
     x->integral = calloc(n * n * NODES * NODES, sizeof *x->integral);
     x->weight = calloc(n * n, sizeof *x->weight);
-    x->gradients = calloc(CHUNKS * decoupled_parameters(x->m), sizeof *x->gradients);
+    x->sums = calloc((CHUNKS + 1) * (2 + decoupled_parameters(x->m)), sizeof *x->sums);
     x->workers = calloc((size_t)ad_pool_threads(x->pool), sizeof *x->workers);
-    bool good = x->flow && x->zero && x->integral && x->weight && x->gradients && x->workers &&
+    bool good = x->flow && x->zero && x->integral && x->weight && x->sums && x->workers &&
                 list_beginnings(x);
     for (int t = 0; t < ad_pool_threads(x->pool) && good; t++) {
         good = make_worker(x, &x->workers[t]);
@@ -347,6 +347,6 @@ void physics_loss_free(physics_loss *x)
     free(x->zero);
     free(x->integral);
     free(x->weight);
-    free(x->gradients);
+    free(x->sums);
     free(x);
 }

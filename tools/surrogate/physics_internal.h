@@ -31,17 +31,16 @@ struct physics_loss {
     const decoupled *m;
     physics_loss_settings settings;
     ad_pool *pool;
-    size_t count;      /* of beginnings */
-    int (*begin)[2];   /* [count]: rollout, step */
-    double *flow;      /* [NODES][n][order] to the nodes */
-    double *target;    /* of beginnings [count of rollouts][steps][NODES][n]: y; NULL: the defect */
-    double *zero;      /* [n][n + inputs + 1] */
-    double *integral;  /* [NODES][NODES][n][n] */
-    double *weight;    /* [n][n], symmetric */
-    double *gradients; /* [CHUNKS][parameters] */
-    double factor;     /* of the loss */
-    double values[CHUNKS];
-    bool failed[CHUNKS];
+    size_t count;     /* of beginnings */
+    int (*begin)[2];  /* [count]: rollout, step */
+    double *flow;     /* [NODES][n][order] to the nodes */
+    double *target;   /* of beginnings [count of rollouts][steps][NODES][n]: y; NULL: the defect */
+    double *zero;     /* [n][n + inputs + 1] */
+    double *integral; /* [NODES][NODES][n][n] */
+    double *weight;   /* [n][n], symmetric */
+    double *sums;     /* [CHUNKS + 1][2 + parameters]: value, how many have none, gradient; of
+                       * chunks, then of all */
+    double factor;    /* of the loss */
     const double *parameters;
     bool derives;
     int64_t number; /* of the step of training */

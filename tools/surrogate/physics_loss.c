@@ -1,9 +1,13 @@
 #include "tools/surrogate/physics_internal.h"
 
+#include "autodiff/ranks.h"
 #include "nn/rng.h"
 
 #include <math.h>
 #include <string.h>
+
+/* What chunks are summed of. */
+enum { SUM_VALUE, SUM_FAILED, SUM_GRADIENT };
 
 /* How much the defect at a node counts; the last is the end of the step. */
 static const double node_weight[NODES] = {0.1, 0.3, 1};
@@ -351,19 +355,22 @@ static size_t batch_of(const physics_loss *x)
     return batch > 0 && batch < x->count ? batch : x->count;
 }
 
+static size_t sum_width(const physics_loss *x)
+{
+    return SUM_GRADIENT + (x->derives ? decoupled_parameters(x->m) : 0);
+}
+
 static void run_chunk(void *context, int chunk, int thread)
 {
-    physics_loss *x = context;
-    const size_t parameters = decoupled_parameters(x->m), all = batch_of(x);
-    double *gradient = x->gradients + (size_t)chunk * parameters;
-    x->values[chunk] = 0;
-    x->failed[chunk] = false;
-    memset(gradient, 0, parameters * sizeof *gradient);
-    for (size_t i = (size_t)chunk; i < all && !x->failed[chunk]; i += CHUNKS) {
+    const physics_loss *x = context;
+    const size_t all = batch_of(x), width = sum_width(x);
+    double *sum = x->sums + (size_t)chunk * width;
+    memset(sum, 0, width * sizeof *sum);
+    for (size_t i = (size_t)chunk; i < all && sum[SUM_FAILED] == 0; i += CHUNKS) {
         uint64_t state = x->settings.seed ^ ((uint64_t)x->number << 24) ^ i;
         const size_t item = all < x->count ? nn_splitmix64(&state) % x->count : i;
-        x->failed[chunk] = !evaluate_one(x, &x->workers[thread], item, x->factor / (double)all,
-                                         &x->values[chunk], gradient);
+        sum[SUM_FAILED] = !evaluate_one(x, &x->workers[thread], item, x->factor / (double)all,
+                                        &sum[SUM_VALUE], sum + SUM_GRADIENT);
     }
 }
 
@@ -378,16 +385,14 @@ int physics_loss_evaluate(void *loss, const double *parameters, double *value, d
     const size_t count = decoupled_parameters(x->m);
     x->parameters = parameters;
     x->derives = gradient != NULL;
-    ad_pool_run(x->pool, CHUNKS, run_chunk, x);
-    *value = 0;
-    for (int c = 0; c < CHUNKS; c++) {
-        *value += x->values[c];
-        for (size_t i = 0; i < count && gradient; i++) {
-            gradient[i] = (c > 0 ? gradient[i] : 0) + x->gradients[(size_t)c * count + i];
-        }
-        if (x->failed[c]) {
-            return 1; /* OPTIM_OBJECTIVE_NOT_FINITE */
-        }
+    const size_t width = sum_width(x);
+    double *total = x->sums + CHUNKS * width;
+    if (ad_pool_sum(x->pool, CHUNKS, run_chunk, x, width, x->sums, total, NULL) != AD_OK) {
+        return 2; /* OPTIM_OBJECTIVE_STOP */
     }
-    return isfinite(*value) ? 0 : 1;
+    *value = total[SUM_VALUE];
+    if (gradient) {
+        memcpy(gradient, total + SUM_GRADIENT, count * sizeof *gradient);
+    }
+    return total[SUM_FAILED] == 0 && isfinite(*value) ? 0 : 1; /* OPTIM_OBJECTIVE_NOT_FINITE */
 }

@@ -1,4 +1,4 @@
-#include "tools/surrogate/rollouts.h"
+#include "tools/surrogate/rollouts_internal.h"
 
 #include "physics/solve/reduced.h"
 #include "tools/surrogate/excite.h"
@@ -10,17 +10,6 @@
 
 static const double SHORT_SECONDS = 5, DIVERGED = 0.25;
 enum { LONG_STEPS = 1000, FRESH = 1000000 }; /* rollouts of that number on are for no training */
-
-/* A model in rollouts; tips are those of its own modes. */
-typedef struct runner {
-    const rollouts_subject *subject;
-    const excite_rollouts *truth;
-    double (*tips)[3]; /* [count][steps + 1] of the solver */
-    reduced_rod *rod;  /* the tip of a state */
-    double length;
-    double *errors; /* [count * steps] */
-    double *state;  /* [2][states] */
-} runner;
 
 static double *truth_state(const excite_rollouts *x, int i, int k)
 {
@@ -40,14 +29,15 @@ static int compare(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static void median_and_worst(size_t count, double *errors, double result[2])
+void rollouts_median_and_worst(size_t count, double *errors, double result[2])
 {
     qsort(errors, count, sizeof *errors, compare);
     result[ROLLOUTS_MEDIAN] = count ? errors[count / 2] : NAN;
     result[ROLLOUTS_WORST] = count ? errors[count - 1] : NAN;
 }
 
-static bool tip_of(const runner *x, const double *state, const double *inputs, double tip[3])
+static bool tip_of(const rollouts_runner *x, const double *state, const double *inputs,
+                   double tip[3])
 {
     reduced_place at;
     ad_error error;
@@ -75,8 +65,8 @@ static double apart(const double a[3], const double b[3], double length)
 /* ---- errors -------------------------------------------------------------------------------- */
 
 /* Error after step k of rollout i from `state`, which becomes the one after it; NaN: diverged. */
-static double advance(const runner *x, const one_step *model, int i, int k, const double *state,
-                      double *next, double tip[3])
+static double advance(const rollouts_runner *x, const one_step *model, int i, int k,
+                      const double *state, double *next, double tip[3])
 {
     const double *inputs = truth_input(x->truth, i, k), *after = truth_input(x->truth, i, k + 1);
     const double *expected = x->tips[(size_t)i * (size_t)(x->truth->steps + 1) + (size_t)k + 1];
@@ -89,23 +79,30 @@ static double advance(const runner *x, const one_step *model, int i, int k, cons
     return error <= DIVERGED ? error : NAN;
 }
 
-static void one_steps(runner *x, const one_step *model, int steps, rollouts_row *row)
+int rollouts_one_steps(const rollouts_runner *x, const one_step *model, int i, int steps,
+                       double *errors)
+{
+    double tip[3];
+    int k = 0;
+    for (; k < steps && k < x->truth->done[i]; k++) {
+        const double error = advance(x, model, i, k, truth_state(x->truth, i, k), x->state, tip);
+        errors[k] = isnan(error) ? INFINITY : error;
+    }
+    return k;
+}
+
+static void one_steps(rollouts_runner *x, const one_step *model, int steps, rollouts_row *row)
 {
     size_t count = 0;
-    double tip[3];
     for (int i = 0; i < x->truth->count; i++) {
-        for (int k = 0; k < steps && k < x->truth->done[i]; k++) {
-            const double error =
-                advance(x, model, i, k, truth_state(x->truth, i, k), x->state, tip);
-            x->errors[count++] = isnan(error) ? INFINITY : error;
-        }
+        count += (size_t)rollouts_one_steps(x, model, i, steps, x->errors + count);
     }
-    median_and_worst(count, x->errors, row->error[ROLLOUTS_ONE]);
+    rollouts_median_and_worst(count, x->errors, row->error[ROLLOUTS_ONE]);
 }
 
 /* What a report keeps of rollout i after `done` of its steps: the tips and the states. */
-static void keep(const runner *x, int i, int done, const double *state, const double tip[3],
-                 rollouts_report *report)
+static void keep(const rollouts_runner *x, int i, int done, const double *state,
+                 const double tip[3], rollouts_report *report)
 {
     const size_t n = (size_t)x->truth->states, m = (size_t)x->truth->inputs;
     double *to = report->states + (size_t)done * 2 * n;
@@ -119,10 +116,8 @@ static void keep(const runner *x, int i, int done, const double *state, const do
     }
 }
 
-/* Errors of a rollout from begin to end or divergence, which a report (or NULL) keeps; returns
- * whether it diverges. */
-static bool rollout(const runner *x, const one_step *model, int i, int steps, double *errors,
-                    int *count, rollouts_report *report)
+bool rollouts_roll(const rollouts_runner *x, const one_step *model, int i, int steps,
+                   double *errors, int *count, rollouts_report *report)
 {
     const size_t n = (size_t)x->truth->states;
     double *now = x->state, *next = x->state + n, tip[3];
@@ -146,25 +141,26 @@ static bool rollout(const runner *x, const one_step *model, int i, int steps, do
     return false;
 }
 
-static void rollouts(runner *x, const one_step *model, const int steps[ROLLOUTS_SPANS], int last,
+static void rollouts(rollouts_runner *x, const one_step *model, const int steps[ROLLOUTS_SPANS],
                      rollouts_row *row)
 {
-    for (int span = ROLLOUTS_SHORT; span <= last; span++) {
+    for (int span = ROLLOUTS_SHORT; span <= ROLLOUTS_LONG; span++) {
         size_t all = 0;
         row->diverged = 0;
         for (int i = 0; i < x->truth->count; i++) {
             int count;
-            const bool diverges = rollout(x, model, i, steps[span], x->errors + all, &count, NULL);
+            const bool diverges =
+                rollouts_roll(x, model, i, steps[span], x->errors + all, &count, NULL);
             row->diverged += diverges;
             all += diverges ? 0 : (size_t)count;
         }
-        median_and_worst(all, x->errors, row->error[span]);
+        rollouts_median_and_worst(all, x->errors, row->error[span]);
     }
 }
 
 /* The errors of the model after each step, and the rollout that is in the middle of all by its
  * largest error. */
-static ad_status over_time(runner *x, const one_step *model, rollouts_report *report,
+static ad_status over_time(rollouts_runner *x, const one_step *model, rollouts_report *report,
                            ad_error *error)
 {
     const int steps = report->steps[ROLLOUTS_SHORT], count = x->truth->count;
@@ -175,7 +171,7 @@ static ad_status over_time(runner *x, const one_step *model, rollouts_report *re
     }
     for (int i = 0; i < count; i++) {
         double *errors = x->errors + (size_t)i * (size_t)steps;
-        const bool diverges = rollout(x, model, i, steps, errors, &done, NULL);
+        const bool diverges = rollouts_roll(x, model, i, steps, errors, &done, NULL);
         each[i] = diverges ? INFINITY : 0;
         for (int k = 0; k < steps; k++) {
             errors[k] = k < done ? errors[k] : NAN;
@@ -189,7 +185,7 @@ static ad_status over_time(runner *x, const one_step *model, rollouts_report *re
             sorted[number] = e;
             number += !isnan(e);
         }
-        median_and_worst(number, sorted, report->over_time[k]);
+        rollouts_median_and_worst(number, sorted, report->over_time[k]);
     }
     memcpy(sorted, each, (size_t)count * sizeof *each);
     qsort(sorted, (size_t)count, sizeof *sorted, compare);
@@ -200,7 +196,7 @@ static ad_status over_time(runner *x, const one_step *model, rollouts_report *re
     for (size_t k = 0; k < 2 * (size_t)(steps + 1) * (size_t)x->truth->states; k++) {
         report->states[k] = NAN;
     }
-    rollout(x, model, typical, steps, x->errors, &done, report);
+    rollouts_roll(x, model, typical, steps, x->errors, &done, report);
     for (int k = done; k < steps; k++) {
         for (int c = 0; c < 6; c++) {
             report->path[k][c / 3][c % 3] = NAN;
@@ -244,8 +240,8 @@ static double time_steps(const one_step *model, int together, const double *stat
     return least;
 }
 
-static ad_status time_model(const runner *x, const one_step *model, rollouts_row *row,
-                            ad_error *error)
+ad_status rollouts_time_model(const rollouts_runner *x, const one_step *model, rollouts_row *row,
+                              ad_error *error)
 {
     const excite_rollouts *truth = x->truth;
     const size_t n = (size_t)truth->states, m = (size_t)truth->inputs, many = ROLLOUTS_TOGETHER;
@@ -270,75 +266,7 @@ static ad_status time_model(const runner *x, const one_step *model, rollouts_row
     return AD_OK;
 }
 
-/* ---- the rod itself ------------------------------------------------------------------------ */
-
-typedef struct rod_steps {
-    reduced_rod *rod;
-    int parts; /* 1 or 2; the first is a quarter, as inputs jump at the begin */
-} rod_steps;
-
-static int advance_rod(void *context, int count, double h, const double *states,
-                       const double *inputs, const double *after, double *next, double *by_state,
-                       double *by_inputs)
-{
-    const rod_steps *x = context;
-    const int n = reduced_states(x->rod), m = reduced_inputs(x->rod);
-    double between[SCENE_PARAMETERS_MAX];
-    ad_error error;
-    bool good = x->parts == 1 || !by_state;
-    for (int i = 0; i < count && good; i++) {
-        const double *from = states + (size_t)i * (size_t)n, *u = inputs + (size_t)i * (size_t)m;
-        const double *end = after ? after + (size_t)i * (size_t)m : NULL;
-        double *to = next + (size_t)i * (size_t)n, part = 0;
-        if (x->parts == 2) {
-            part = 0.25;
-            for (int k = 0; k < m; k++) {
-                between[k] = u[k] + (end ? part * (end[k] - u[k]) : 0);
-            }
-            good = reduced_step_linear(x->rod, 0, part * h, from, u, end ? between : NULL, to, NULL,
-                                       NULL, &error) == AD_OK;
-            from = to;
-            u = between;
-        }
-        good = good && reduced_step_linear(x->rod, 0, (1 - part) * h, from, u, end, to, by_state,
-                                           by_inputs, &error) == AD_OK;
-    }
-    return good ? 0 : 1;
-}
-
-static ad_status judge_rod(runner *x, rollouts_report *report, ad_error *error)
-{
-    const double h = x->subject->model->step;
-    for (int parts = 1; parts <= 2; parts++) {
-        rod_steps steps = {x->rod, parts};
-        const one_step model = {.context = &steps,
-                                .states = x->truth->states,
-                                .inputs = x->truth->inputs,
-                                .step = h,
-                                .shorter = 1,
-                                .advance = advance_rod};
-        rollouts_row *row = &report->rows[parts == 1 ? ROLLOUTS_ROD : ROLLOUTS_ROD_TWICE];
-        row->name = parts == 1 ? "reduced rod in one step" : "reduced rod in two steps";
-        row->states = x->truth->states;
-        one_steps(x, &model, report->steps[ROLLOUTS_SHORT], row);
-        rollouts(x, &model, report->steps, ROLLOUTS_SHORT, row);
-        const ad_status status = time_model(x, &model, row, error);
-        if (status != AD_OK) {
-            return status;
-        }
-    }
-    return AD_OK;
-}
-
-/* ---- the solver ---------------------------------------------------------------------------- */
-
-static ad_status make_rod(const scene *open, const int modes[4], reduced_rod **rod, ad_error *error)
-{
-    const double tip = scene_length(open);
-    reduced_settings settings = {.count = 1, .s = &tip};
-    memcpy(settings.modes, modes, sizeof settings.modes);
-    return reduced_create(open, &settings, rod, error);
-}
+/* ---- the whole ----------------------------------------------------------------------------- */
 
 static ad_status find_tips(reduced_rod *rod, const excite_rollouts *truth, double (*tips)[3],
                            ad_error *error)
@@ -357,7 +285,7 @@ static ad_status find_tips(reduced_rod *rod, const excite_rollouts *truth, doubl
 }
 
 /* The same inputs with more modes, for as long as the short span. */
-static ad_status judge_finer(runner *x, const excite_settings *settings, ad_pool *pool,
+static ad_status judge_finer(rollouts_runner *x, const excite_settings *settings, ad_pool *pool,
                              rollouts_report *report, ad_error *error)
 {
     const int steps = report->steps[ROLLOUTS_SHORT];
@@ -372,7 +300,8 @@ static ad_status judge_finer(runner *x, const excite_settings *settings, ad_pool
         finer.modes[k]++;
     }
     ad_status status = excite_run(x->subject->scene, &finer, pool, &motion, error);
-    status = status == AD_OK ? make_rod(x->subject->scene, finer.modes, &rod, error) : status;
+    status =
+        status == AD_OK ? rollouts_make_rod(x->subject->scene, finer.modes, &rod, error) : status;
     if (status == AD_OK) {
         tips = calloc((size_t)motion.count * (size_t)(steps + 1), sizeof *tips);
         status = tips ? find_tips(rod, &motion, tips, error)
@@ -388,7 +317,7 @@ static ad_status judge_finer(runner *x, const excite_settings *settings, ad_pool
     if (status == AD_OK) {
         row->name = "solver with finer modes";
         row->states = motion.states;
-        median_and_worst(count, x->errors, row->error[ROLLOUTS_SHORT]);
+        rollouts_median_and_worst(count, x->errors, row->error[ROLLOUTS_SHORT]);
         row->alone = motion.seconds / ((double)motion.count * steps);
     }
     reduced_free(rod);
@@ -397,13 +326,14 @@ static ad_status judge_finer(runner *x, const excite_settings *settings, ad_pool
     return status;
 }
 
-static ad_status prepare(const rollouts_subject *subject, const excite_rollouts *truth, runner *x,
-                         rollouts_report *report, ad_error *error)
+static ad_status prepare(const rollouts_subject *subject, const excite_rollouts *truth,
+                         rollouts_runner *x, rollouts_report *report, ad_error *error)
 {
     const size_t rows = (size_t)truth->count * (size_t)(truth->steps + 1);
     const size_t steps = (size_t)report->steps[ROLLOUTS_SHORT];
     double(*tips)[3] = calloc(rows, sizeof *tips);
-    *x = (runner){.subject = subject, .truth = truth, .tips = tips, .length = report->length};
+    *x = (rollouts_runner){
+        .subject = subject, .truth = truth, .tips = tips, .length = report->length};
     x->errors = calloc(rows, sizeof *x->errors);
     x->state = calloc(2 * (size_t)truth->states, sizeof *x->state);
     report->over_time = calloc(steps, sizeof *report->over_time);
@@ -420,7 +350,7 @@ static ad_status prepare(const rollouts_subject *subject, const excite_rollouts 
                        subject->model->states, subject->model->inputs, truth->states,
                        truth->inputs);
     }
-    ad_status status = make_rod(subject->scene, subject->modes, &x->rod, error);
+    ad_status status = rollouts_make_rod(subject->scene, subject->modes, &x->rod, error);
     return status == AD_OK ? find_tips(x->rod, truth, tips, error) : status;
 }
 
@@ -437,7 +367,7 @@ static double part_outside(const one_step *model, const excite_rollouts *truth)
     return model->outside && all > 0 ? outside / all : NAN;
 }
 
-static void judge_model(runner *x, rollouts_report *report)
+static void judge_model(rollouts_runner *x, rollouts_report *report)
 {
     const one_step *model = x->subject->model;
     rollouts_row *row = &report->rows[ROLLOUTS_MODEL];
@@ -445,7 +375,7 @@ static void judge_model(runner *x, rollouts_report *report)
     row->states = model->states;
     report->outside = part_outside(model, x->truth);
     one_steps(x, model, x->truth->steps, row);
-    rollouts(x, model, report->steps, ROLLOUTS_LONG, row);
+    rollouts(x, model, report->steps, row);
 }
 
 static void begin(const rollouts_subject *subject, int count, rollouts_report *report)
@@ -470,7 +400,7 @@ ad_status rollouts_judge(const rollouts_subject *subject, int count, uint64_t se
 {
     excite_settings settings = excite_settings_default();
     excite_rollouts truth = {0};
-    runner x = {0};
+    rollouts_runner x = {0};
     begin(subject, count, report);
     memcpy(settings.modes, subject->modes, sizeof settings.modes);
     settings.step = report->step;
@@ -486,10 +416,10 @@ ad_status rollouts_judge(const rollouts_subject *subject, int count, uint64_t se
         report->lost = truth.lost;
         report->solver = truth.seconds / ((double)count * settings.steps);
         judge_model(&x, report);
-        status = time_model(&x, subject->model, &report->rows[ROLLOUTS_MODEL], error);
+        status = rollouts_time_model(&x, subject->model, &report->rows[ROLLOUTS_MODEL], error);
     }
     status = status == AD_OK ? over_time(&x, subject->model, report, error) : status;
-    status = status == AD_OK ? judge_rod(&x, report, error) : status;
+    status = status == AD_OK ? rollouts_judge_rod(&x, pool, report, error) : status;
     status = status == AD_OK ? judge_finer(&x, &settings, pool, report, error) : status;
     reduced_free(x.rod);
     free(x.tips);

@@ -1,3 +1,4 @@
+#include "autodiff/ranks.h"
 #include "tools/surrogate/surrogate.h"
 #include "tools/surrogate/training_internal.h"
 #include "tools/train/clock.h"
@@ -314,14 +315,23 @@ static bool interpolates(const surrogate_training *t, double factor)
     return apart >= ROWS;
 }
 
+/* By the clock of the first rank. */
+static bool time_is_over(const surrogate_training *t, const train_stage *stage)
+{
+    double passed = train_seconds() - t->stage_began;
+    if (stage->stop_seconds > 0) {
+        ad_ranks_first(ad_pool_ranks(t->pool), 1, &passed);
+    }
+    return stage->stop_seconds > 0 && passed > stage->stop_seconds;
+}
+
 static const char *stop_reason(const surrogate_training *t, const train_stage *stage,
                                optim_status status)
 {
     return status != OPTIM_RUNNING              ? optim_status_text(status)
            : t->info.stage_step >= stage->steps ? "all steps done"
            : t->info.loss < stage->stop_loss    ? "the loss fell below stop.loss"
-           : stage->stop_seconds > 0 && train_seconds() - t->stage_began > stage->stop_seconds
-               ? "stop.seconds are over"
+           : time_is_over(t, stage)             ? "stop.seconds are over"
            : interpolates(t, stage->stop_held_out_ratio)
                ? "the held-out loss exceeds the training loss by stop.held_out_ratio"
                : NULL;

@@ -42,7 +42,7 @@ ad_status surrogate_training_save(surrogate_training *t, const char *yaml, const
         checkpoint_put_doubles(file, names[i], arrays[i].data, 1, &arrays[i].count);
     }
     history_put(&t->rows, file);
-    ad_status status = checkpoint_write(file, path, keep, error);
+    ad_status status = path ? checkpoint_write(file, path, keep, error) : AD_OK;
     checkpoint_free(file);
     return status;
 }

@@ -23,7 +23,8 @@ static ad_status build_family(experiment *e, ad_error *error)
     const targets_settings members = {.solved = settings->members,
                                       .file = settings->members_file,
                                       .sampler = settings->losses.interior.sampler,
-                                      .inputs = settings->groups};
+                                      .inputs = settings->groups,
+                                      .ranks = settings->ranks};
     ad_status status = targets_create(e->scene, &members, e->pool, &e->targets, error);
     if (status == AD_OK) {
         const model_source source = targets_source(e->targets);

@@ -11,7 +11,8 @@ static ad_status prepare(session *s, double before, ad_status status, ad_error *
         status = experiment_problem(s->e, &s->problem, error);
     }
     s->prepared = train_seconds() - before;
-    return status == AD_OK ? reference_create(s->e, &s->known, error) : status;
+    status = status == AD_OK ? reference_create(s->e, &s->known, error) : status;
+    return status == AD_OK ? ad_pool_share(s->e->pool, s->e->settings->ranks, error) : status;
 }
 
 ad_status session_prepare(const scene *rod_scene, train_settings *settings,
@@ -55,17 +56,9 @@ static bool keeps_folder(const session *s)
     return s->folder && (!ranks || ranks->rank == 0);
 }
 
-static ad_status not_kept(ad_status status, ad_error *error)
-{
-    return ad_fail(error, status, "rank 0 could not keep the run");
-}
-
-/* What became of what the first rank did is the same for all. */
 static ad_status agreed(const session *s, ad_status status, ad_error *error)
 {
-    double first = (double)status;
-    ad_ranks_first(ad_pool_ranks(s->e->pool), 1, &first);
-    return (ad_status)first == status ? status : not_kept((ad_status)first, error);
+    return ad_ranks_status(ad_pool_ranks(s->e->pool), status, error);
 }
 
 /* ---- runs ---------------------------------------------------------------------------------- */
@@ -172,7 +165,9 @@ static ad_status decide(const session *s, ad_status status, bool *due, bool *sto
     const int now = (int)ad_ranks_largest(ad_pool_ranks(s->e->pool), wanted);
     *stopped = now == STOP;
     *due = now != GO_ON || trainer_inspect(s->trainer).state == TRAINER_DONE;
-    return status != AD_OK || now < FAILED ? status : not_kept((ad_status)(now - FAILED), error);
+    return status != AD_OK || now < FAILED
+               ? status
+               : ad_fail(error, (ad_status)(now - FAILED), "rank 0 could not keep the run");
 }
 
 ad_status session_train(session *s, session_stepped stepped, void *context, ad_error *error)

@@ -138,6 +138,7 @@ typedef struct train_settings {
     double reference_tolerance;    /* of a classical solution, of the position over the length; 0:
                                     * open, NaN: no such reference */
     quantity reference_deflection; /* of a beam, formula of s and t; not given: none */
+    const ad_ranks *ranks;         /* borrowed; processes that share the training; NULL: none */
 } train_settings;
 
 /* The measured recipe: random waves and one stage of Gauss-Newton, up to 200 steps, in as many

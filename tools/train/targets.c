@@ -95,8 +95,11 @@ ad_status targets_create(const scene *family, const targets_settings *settings, 
     for (int i = 0; i < TARGETS_POINTS; i++) {
         s[i] = t->length * i / (TARGETS_POINTS - 1);
     }
-    const solve_members_settings solver = {
-        .tolerance = TOLERANCE, .threads = ad_pool_threads(pool), .points = TARGETS_POINTS, .s = s};
+    const solve_members_settings solver = {.tolerance = TOLERANCE,
+                                           .threads = ad_pool_threads(pool),
+                                           .points = TARGETS_POINTS,
+                                           .s = s,
+                                           .ranks = settings->ranks};
     ad_status status = solve_members_create(family, &solver, &t->solver, error);
     if (status == AD_OK) {
         t->nodes = solve_members_nodes(t->solver);
@@ -384,22 +387,28 @@ static ad_status fill_fresh(targets *t, const model_draw *draw, ad_error *error)
     return status;
 }
 
-/* A member for which the step is not trusted, solved; one without a solution does not count: its
- * target is what the network says. */
-static ad_status solve_one(targets *t, const model_draw *draw, size_t point, const double *si,
-                           const double *network, ad_error *error)
+/* Members for which the step is not trusted, solved: `count` of those at `first`, which [count], by
+ * parameters in t->x. One without a solution does not count: its target is what the network says.
+ */
+static ad_status solve_others(targets *t, const model_draw *draw, size_t first, size_t count,
+                              const size_t *which, ad_error *error)
 {
-    double *own = t->refined + (BATCH - 1) * t->rows;
-    ad_status status = solve_members_curvature(t->solver, 1, si, NULL, own, &t->results[0], error);
-    put_target(t, draw, point, status == AD_OK && t->results[0].solved ? own : network);
+    ad_status status =
+        solve_members_curvature(t->solver, count, t->x, NULL, t->refined, t->results, error);
+    for (size_t i = 0; i < count && status == AD_OK; i++) {
+        const double *network = t->curvature + which[i] * t->rows;
+        put_target(t, draw, first + which[i],
+                   t->results[i].solved ? t->refined + i * t->rows : network);
+    }
     return status;
 }
 
-/* `count` points from `first` on, fewer than BATCH. */
+/* `count` points from `first` on, at most BATCH. */
 static ad_status refine(targets *t, const model_draw *draw, size_t first, size_t count,
                         ad_error *error)
 {
     const size_t modes = (size_t)family_modes(t->family);
+    size_t which[BATCH], others = 0;
     for (size_t k = 0; k < count; k++) {
         for (size_t i = 0; i < t->parameters; i++) {
             t->x[i * count + k] = draw->x[i * draw->count + first + k];
@@ -418,19 +427,20 @@ static ad_status refine(targets *t, const model_draw *draw, size_t first, size_t
         if (t->answers[k].trusted) {
             put_target(t, draw, first + k, t->refined + k * t->rows);
         } else {
-            status = solve_one(t, draw, first + k, t->si + k * t->parameters,
-                               t->curvature + k * t->rows, error);
+            memcpy(t->x + others * t->parameters, t->si + k * t->parameters,
+                   t->parameters * sizeof *t->x);
+            which[others++] = k;
         }
     }
-    return status;
+    return status == AD_OK ? solve_others(t, draw, first, others, which, error) : status;
 }
 
 static ad_status fill_by_physics(targets *t, const model_draw *draw, size_t from, ad_error *error)
 {
     ad_status status = AD_OK;
-    for (size_t first = from; first < draw->count && status == AD_OK; first += BATCH - 1) {
+    for (size_t first = from; first < draw->count && status == AD_OK; first += BATCH) {
         const size_t left = draw->count - first;
-        status = refine(t, draw, first, left < BATCH - 1 ? left : BATCH - 1, error);
+        status = refine(t, draw, first, left < BATCH ? left : BATCH, error);
     }
     return status;
 }

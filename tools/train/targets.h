@@ -41,6 +41,7 @@ typedef struct targets_settings {
     const char *file;      /* or a table of them (tools/train/members_given.h); NULL: none */
     sampling_kind sampler; /* of the pool; no grid */
     groups_settings inputs;
+    const ad_ranks *ranks; /* that share the solving of members (physics/solve/members.h) */
 } targets_settings;
 
 typedef struct targets targets;

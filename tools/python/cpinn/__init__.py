@@ -69,12 +69,14 @@ class _Options(ctypes.Structure):
 
 class _MembersSettings(ctypes.Structure):
     _fields_ = [("tolerance", ctypes.c_double),
-                ("threads", ctypes.c_int), ("points", ctypes.c_size_t), ("s", ctypes.c_void_p)]
+                ("threads", ctypes.c_int), ("points", ctypes.c_size_t), ("s", ctypes.c_void_p),
+                ("ranks", ctypes.c_void_p)]
 
 
 class _FamilySettings(ctypes.Structure):
     _fields_ = [("extrapolate", ctypes.c_bool), ("threads", ctypes.c_int),
-                ("points", ctypes.c_size_t), ("s", ctypes.c_void_p), ("t", ctypes.c_void_p)]
+                ("points", ctypes.c_size_t), ("s", ctypes.c_void_p), ("t", ctypes.c_void_p),
+                ("ranks", ctypes.c_void_p)]
 
 
 class _Polish(ctypes.Structure):
