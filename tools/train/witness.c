@@ -1,5 +1,6 @@
 #include "tools/train/witness.h"
 
+#include "autodiff/ranks.h"
 #include "physics/field.h"
 #include "physics/solve/solve.h"
 #include "physics/sort.h"
@@ -40,45 +41,79 @@ static double distance(const double *a, const double *b)
     return largest;
 }
 
-static ad_status compare(const experiment *e, field *network, nn_rng *rng, double *off, bool *found,
-                         ad_error *error)
+/* A fresh member. */
+typedef struct witness {
+    double parameters[SCENE_PARAMETERS_MAX];
+    double exact[3 * POINTS]; /* positions of its solution */
+    int found;                /* it has one */
+} witness;
+
+typedef struct witnesses {
+    const scene *family;
+    double s[POINTS];
+    witness all[WITNESS_MEMBERS];
+} witnesses;
+
+static void draw(const experiment *e, witnesses *x)
 {
-    const scene *family = e->scene;
-    double s[POINTS], exact[3 * POINTS], values[MODEL_COLUMNS_MAX * POINTS];
-    double more[SCENE_PARAMETERS_MAX][POINTS], member_values[SCENE_PARAMETERS_MAX];
-    const double *at[DOMAIN_COORDINATES_MAX] = {s};
-    scene member;
+    nn_rng rng = nn_rng_split(e->settings->seed, "witness");
+    *x = (witnesses){.family = e->scene};
     for (int i = 0; i < POINTS; i++) {
-        s[i] = scene_length(family) * i / (POINTS - 1);
+        x->s[i] = scene_length(e->scene) * i / (POINTS - 1);
     }
-    for (int k = 0; k < family->parameter_count; k++) {
-        member_values[k] = scene_parameter_at(&family->parameters[k], nn_rng_uniform(rng));
+    for (int m = 0; m < WITNESS_MEMBERS; m++) {
+        for (int k = 0; k < e->scene->parameter_count; k++) {
+            x->all[m].parameters[k] =
+                scene_parameter_at(&e->scene->parameters[k], nn_rng_uniform(&rng));
+        }
+    }
+}
+
+static ad_status solve_item(void *context, int item, int thread, ad_error *error)
+{
+    witnesses *x = context;
+    witness *one = &x->all[item];
+    scene member;
+    (void)thread;
+    (void)error;
+    scene_member(x->family, one->parameters, &member);
+    one->found = solve_one(&member, x->s, one->exact);
+    return AD_OK;
+}
+
+static ad_status compare(const experiment *e, field *network, const witnesses *x, int m,
+                         double *off, ad_error *error)
+{
+    const witness *one = &x->all[m];
+    double values[MODEL_COLUMNS_MAX * POINTS], more[SCENE_PARAMETERS_MAX][POINTS];
+    const double *at[DOMAIN_COORDINATES_MAX] = {x->s};
+    for (int k = 0; k < x->family->parameter_count; k++) {
         for (int i = 0; i < POINTS; i++) {
-            more[k][i] = member_values[k];
+            more[k][i] = one->parameters[k];
         }
         at[1 + k] = more[k];
     }
-    scene_member(family, member_values, &member);
-    *found = solve_one(&member, s, exact);
-    ad_status status =
-        *found ? field_evaluate(network, experiment_parameters(e), POINTS, at, values, error)
-               : AD_OK;
-    *off = *found && status == AD_OK ? distance(values, exact) / scene_length(family) : 0;
+    ad_status status = field_evaluate(network, experiment_parameters(e), POINTS, at, values, error);
+    *off = status == AD_OK ? distance(values, one->exact) / scene_length(x->family) : 0;
     return status;
 }
 
 ad_status witness_members(const experiment *e, witness_errors *result, ad_error *error)
 {
     double off[WITNESS_MEMBERS];
-    nn_rng rng = nn_rng_split(e->settings->seed, "witness");
+    witnesses x;
     field *network = NULL;
     int n = 0;
+    const ad_dealt made = {x.all, sizeof *x.all, sizeof x.all};
     *result = (witness_errors){NAN, NAN, NAN, 0};
+    draw(e, &x);
     ad_status status = field_create(e->model, e->mlp, false, e->pool, &network, error);
+    if (status == AD_OK) {
+        status = ad_pool_deal(e->pool, WITNESS_MEMBERS, solve_item, &x, 1, &made, error);
+    }
     for (int m = 0; status == AD_OK && m < WITNESS_MEMBERS; m++) {
-        bool found;
-        status = compare(e, network, &rng, &off[n], &found, error);
-        n += found;
+        status = x.all[m].found ? compare(e, network, &x, m, &off[n], error) : AD_OK;
+        n += x.all[m].found;
     }
     field_free(network);
     if (status == AD_OK && n > 0) {
