@@ -1,5 +1,5 @@
 /* The page of --explain: what a step takes on any number of ranks. The time of a point and the
- * rates of the linear algebra are measured here, in about a tenth of a second; what ranks take,
+ * rates of the linear algebra are measured here, in some tenths of a second; what ranks take,
  * send and keep is what the programs say (autodiff/ranks.h). */
 #include "autodiff/dense.h"
 #include "tools/programs/explain_parts.h"
@@ -10,11 +10,11 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 enum { RANKS_MOST = 1024, SETS = MODEL_SETS_MAX, ORDER = 400, STEPS = 12 };
 
-static const double LONG = 0.02;    /* s of a processor: enough to be measured */
+/* s of processors: that of the other threads is only known to some milliseconds. */
+static const double LONG = 0.06;
 static const double COPYING = 10e9; /* bytes/s of a thread that goes over large matrices */
 static const double PASSES = 5;     /* over J^T J in a step: cleared, summed, shifted, solved */
 
@@ -26,50 +26,82 @@ typedef struct rates {
 
 /* ---- measuring ------------------------------------------------------------------------------- */
 
-/* s for a point: over as many points as take long enough, or all of them, the least of a few. */
+/* s of processors for one run, of as many as take long enough. */
+static ad_status time_runs(ad_status (*run)(void *context, ad_error *error), void *context,
+                           double *seconds, ad_error *error)
+{
+    const double began = train_processor_seconds();
+    ad_status status = AD_OK;
+    int runs = 0;
+    do {
+        status = run(context, error);
+        *seconds = (train_processor_seconds() - began) / ++runs;
+    } while (status == AD_OK && *seconds * runs < LONG);
+    return status;
+}
+
+typedef struct rehearsal {
+    problem *p;
+    int set;
+    size_t points;
+    const double *x;
+} rehearsal;
+
+static ad_status rehearse(void *context, ad_error *error)
+{
+    const rehearsal *r = context;
+    return problem_rehearse(r->p, r->set, r->points, r->x, error);
+}
+
+/* s for a point: over all of them, or as many as take long enough. */
 static ad_status time_points(problem *p, int set, const double *x, double *seconds, ad_error *error)
 {
     const size_t all = problem_set_inspect(p, set).points;
-    double total = 0;
-    size_t points = all < 64 ? all : 64;
-    ad_status first = problem_rehearse(p, set, points, x, error); /* computes what is kept, too */
-    *seconds = INFINITY;
-    while (first == AD_OK && (total < 2 * LONG || isinf(*seconds))) {
+    rehearsal r = {p, set, all < 64 ? all : 64, x};
+    double took = 0;
+    ad_status status = rehearse(&r, error); /* computes what is kept, too */
+    while (status == AD_OK && r.points < all && took < LONG / 4) {
         const double began = train_processor_seconds();
-        ad_status status = problem_rehearse(p, set, points, x, error);
-        const double took = train_processor_seconds() - began;
-        if (status != AD_OK) {
-            return status;
-        }
-        total += took;
-        if (took < LONG && points < all) { /* what it takes beside its points counts too much */
-            points = 2 * points < all ? 2 * points : all;
-        } else {
-            *seconds = fmin(*seconds, took / (double)points);
-        }
+        r.points = 2 * r.points < all ? 2 * r.points : all;
+        status = rehearse(&r, error);
+        took = train_processor_seconds() - began;
     }
-    return first;
+    status = status == AD_OK ? time_runs(rehearse, &r, seconds, error) : status;
+    *seconds = all > 0 ? *seconds / (double)r.points : 0;
+    return status;
+}
+
+typedef struct factoring {
+    ad_pool *pool;
+    double *matrix;
+    ad_dense_factor *factor;
+} factoring;
+
+static ad_status factor(void *context, ad_error *error)
+{
+    const factoring *f = context;
+    return ad_dense_cholesky(f->pool, f->matrix, NULL, f->factor) == 0
+               ? AD_OK
+               : ad_fail(error, AD_NOT_FINITE, "a unit matrix has no factor");
 }
 
 /* By a Cholesky factor of fixed order, which has the kernels of J^T J. */
-static ad_status time_products(ad_pool *pool, double *rate, ad_error *error)
+static ad_status time_products(double *rate, ad_error *error)
 {
-    const double flops = pow(ORDER, 3) / 3;
-    double *matrix = calloc(ORDER * ORDER, sizeof *matrix), least = INFINITY;
-    ad_dense_factor *factor = ad_dense_factor_create(ORDER);
-    ad_status status =
-        matrix && factor ? ad_dense_load(error) : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    factoring f = {ad_pool_create(1), calloc((size_t)ORDER * ORDER, sizeof *f.matrix),
+                   ad_dense_factor_create(ORDER)};
+    double seconds = 1;
+    ad_status status = f.pool && f.matrix && f.factor
+                           ? ad_dense_load(error)
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory");
     for (size_t i = 0; status == AD_OK && i < ORDER; i++) {
-        matrix[i * (ORDER + 1)] = 1;
+        f.matrix[i * (ORDER + 1)] = 1;
     }
-    for (int i = 0; status == AD_OK && i < 5; i++) {
-        const double began = train_processor_seconds();
-        ad_dense_cholesky(pool, matrix, NULL, factor);
-        least = fmin(least, train_processor_seconds() - began);
-    }
-    *rate = flops / least;
-    ad_dense_factor_free(factor);
-    free(matrix);
+    status = status == AD_OK ? time_runs(factor, &f, &seconds, error) : status;
+    *rate = pow(ORDER, 3) / 3 / seconds;
+    ad_dense_factor_free(f.factor);
+    ad_pool_free(f.pool);
+    free(f.matrix);
     return status;
 }
 
@@ -118,7 +150,7 @@ static ad_status measure(const experiment *e, problem *p, rates *r, ad_error *er
     if (trainer_fuse_folder(kept, false)) {
         problem_fuse(p, kept, PROBLEM_FUSE_KEPT, &state, NULL); /* as a run has them */
     }
-    ad_status status = time_products(e->pool, &r->products, error);
+    ad_status status = time_products(&r->products, error);
     for (int i = 0; status == AD_OK && i < problem_sets(p); i++) {
         status = time_points(p, i, experiment_parameters(e), &r->point[i], error);
     }
@@ -280,7 +312,12 @@ static ad_status print_stages(FILE *file, step *s, const scaling_machine *machin
         const bool least_squares = settings->stages[i].optimizer == OPTIM_GAUSS_NEWTON;
         s->normal = false;
         s->bytes = 0;
-        if (told[least_squares] || (least_squares && !plan_normal(s, i, error))) {
+        if (told[least_squares]) {
+            continue;
+        }
+        told[least_squares] = true;
+        if (least_squares && !plan_normal(s, i, error)) {
+            fprintf(file, "  gauss_newton: no model but of normal equations\n");
             continue;
         }
         if (!least_squares) {
@@ -289,7 +326,6 @@ static ad_status print_stages(FILE *file, step *s, const scaling_machine *machin
         if (status == AD_OK) {
             print_table(file, s, optim_method_name(settings->stages[i].optimizer), machine, now);
         }
-        told[least_squares] = true;
     }
     return status;
 }

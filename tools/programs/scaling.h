@@ -25,8 +25,8 @@ typedef struct scaling_network {
     double bandwidth; /* bytes/s: of a rank within a machine, of a machine between them */
 } scaling_network;
 
-/* Between processes of one machine by Open MPI 4.1, as measured on two processors of a server of
- * 2023; between machines as of InfiniBand HDR100. */
+/* Between processes of one machine by Open MPI 4.1, as measured on two processors of a server;
+ * between machines as of InfiniBand HDR100. */
 extern const scaling_network scaling_memory, scaling_infiniband;
 
 /* Where ranks run: each machine takes the next `ranks` of them. */
