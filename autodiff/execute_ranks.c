@@ -199,7 +199,9 @@ static ad_share share_of_pass(const execution *e, int ranks, int rank)
 {
     const size_t chunks = first_of(e, ranks, rank + 1) - first_of(e, ranks, rank),
                  numbers = (size_t)e->pass->reduced;
-    ad_share result = {.points = first_point(e, ranks, rank + 1) - first_point(e, ranks, rank),
+    const size_t first = first_point(e, ranks, rank);
+    ad_share result = {.first = first,
+                       .points = first_point(e, ranks, rank + 1) - first,
                        .items = chunks,
                        .bytes = rows_of_sums(e, chunks) * (size_t)e->program->most_reduced *
                                 sizeof(double)};
@@ -222,6 +224,19 @@ static ad_share share_of_pass(const execution *e, int ranks, int rank)
     return result;
 }
 
+/* All points of both. */
+static void add_range(ad_share *to, const ad_share *of)
+{
+    const size_t end = of->first + of->points, before = to->first + to->points;
+    if (to->points == 0 || of->points == 0) {
+        to->first = of->points > 0 ? of->first : to->first;
+        to->points += of->points;
+        return;
+    }
+    to->first = minimum(to->first, of->first);
+    to->points = (end > before ? end : before) - to->first;
+}
+
 ad_share ad_program_share(const ad_program *program, size_t points, int ranks, int rank)
 {
     ad_share result = {.points = 0};
@@ -234,7 +249,7 @@ ad_share ad_program_share(const ad_program *program, size_t points, int ranks, i
         ad_execute_cut_chunks(&e, ranks);
         if (e.chunks > 0) {
             const ad_share of = share_of_pass(&e, ranks, rank);
-            result.points = of.points > result.points ? of.points : result.points;
+            add_range(&result, &of);
             result.items = of.items > result.items ? of.items : result.items;
             result.bytes = of.bytes > result.bytes ? of.bytes : result.bytes;
             result.exchanges += of.exchanges;

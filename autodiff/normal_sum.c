@@ -305,8 +305,8 @@ ad_share ad_normal_share(const ad_normal *normal, size_t points, int ranks, int 
     if (c.leaves == 0) {
         return result;
     }
-    result.points = minimum(leaf_tile(&c, own.first + own.count) * tile, points) -
-                    minimum(leaf_tile(&c, own.first) * tile, points);
+    result.first = minimum(leaf_tile(&c, own.first) * tile, points);
+    result.points = minimum(leaf_tile(&c, own.first + own.count) * tile, points) - result.first;
     result.items = groups * (groups + 1) / 2;
     result.bytes = kept_leaves(&c, own) * leaf_numbers(normal) * sizeof(double);
     for (part p = next_part(n, 0); p.first <= n && ranks > 1; p = next_part(n, p.end)) {

@@ -84,7 +84,8 @@ ad_status ad_ranks_status(const ad_ranks *ranks, ad_status status, ad_error *err
 
 /* What a rank does in a run over so many points. */
 typedef struct ad_share {
-    size_t points;      /* that it takes; 0: there is nothing for it */
+    size_t first;       /* the first point that it takes */
+    size_t points;      /* how many; 0: there is nothing for it */
     size_t items;       /* of equal work that its threads take */
     size_t exchanges;   /* one after the other, in which each rank waits for numbers of all */
     size_t sum_bytes;   /* that it sends for sums over points */

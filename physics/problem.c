@@ -503,7 +503,9 @@ int problem_state(problem *p, problem_array *arrays, problem_generator *generato
         *points = (problem_array){.data = set->trained.x,
                                   .rows = (size_t)p->model->domain.count,
                                   .columns = set->trained.count,
-                                  .given = given};
+                                  .given = given,
+                                  .drawn = set->about->points == MODEL_GIVEN ? NULL
+                                                                             : &set->trained.drawn};
         snprintf(points->name, sizeof points->name, "points/%s", set->about->name);
         if (set->trained.data) {
             problem_array *data = &arrays[count++];
@@ -516,7 +518,7 @@ int problem_state(problem *p, problem_array *arrays, problem_generator *generato
         generators[(*generator_count)++] = (problem_generator){set->about->name, &set->rng};
     }
     if (p->model->scene.unknown_count > 0) {
-        arrays[count++] = (problem_array){"unknowns/released", &p->released, 1, 1, false};
+        arrays[count++] = (problem_array){"unknowns/released", &p->released, 1, 1, false, NULL};
     }
     return count + problem_weights_state(p, arrays + count);
 }
@@ -528,9 +530,15 @@ ad_status problem_restored(problem *p, ad_error *error)
     }
     for (int i = 0; i < p->set_count; i++) {
         problem_set_refresh(&p->sets[i]);
-        const problem_cloud *trained = &p->sets[i].trained;
+        problem_cloud *trained = &p->sets[i].trained;
         size_t numbers = (size_t)p->sets[i].about->source.rows * trained->count;
-        if (!problem_points_are_inside(p, trained)) {
+        if (!trained->drawn.still) {
+            trained->first = 0;
+            trained->end = trained->count; /* they have been filled in */
+        } else if (problem_cloud_redraw(p, &p->sets[i], trained, error) != AD_OK) {
+            return AD_BAD_INPUT;
+        }
+        if (!trained->drawn.still && !problem_points_are_inside(p, trained)) {
             return ad_fail(error, AD_BAD_INPUT, "checkpoint: a point lies outside the scene");
         }
         if (!problem_all_finite(trained->data, numbers)) {

@@ -156,6 +156,7 @@ typedef struct problem_fusing {
 ad_status problem_fuse(problem *p, const char *folder, problem_fuse_way way, problem_fusing *state,
                        ad_error *error);
 
+const ad_ranks *problem_ranks(const problem *p);            /* that share it, or NULL */
 size_t problem_parameters(const problem *p);                /* length of x */
 int problem_views(const problem *p, const nn_view **views); /* the network's, nn_mlp_views */
 
@@ -273,6 +274,13 @@ ad_status problem_locate(problem *p, const double *x, problem_place *place, ad_e
 
 /* ---- state as a value ---------------------------------------------------------------------- */
 
+/* Points that have not moved since they were drawn follow from where their generator was before. */
+typedef struct problem_drawn {
+    bool still; /* false: they have moved */
+    sampling_kind sampler;
+    nn_rng before;
+} problem_drawn;
+
 /* Live memory that a checkpoint writes, and fills in place to restore: point sets
  * [coordinates][points], their data, weights, and the states of the generators. */
 typedef struct problem_array {
@@ -280,6 +288,8 @@ typedef struct problem_array {
     double *data;
     size_t rows, columns;
     bool given; /* as the set's source has it once and for all: a checkpoint has the same */
+    problem_drawn *drawn; /* of points, or NULL: while they are still, `before` stands for `data`,
+                             which may have those of this rank alone */
 } problem_array;
 
 typedef struct problem_generator {
@@ -292,7 +302,8 @@ enum { PROBLEM_STATE_MAX = 4 * MODEL_SETS_MAX + 8 };
 int problem_state(problem *p, problem_array *arrays, problem_generator *generators,
                   int *generator_count);
 
-/* Call it after a restore: AD_BAD_INPUT when a point or weight lies where none can be. */
+/* Call it after a restore: draws points that are still, AD_BAD_INPUT when a point or weight lies
+ * where none can be. */
 ad_status problem_restored(problem *p, ad_error *error);
 
 /* ---- what was built ------------------------------------------------------------------------- */

@@ -40,7 +40,8 @@ static ad_status make_candidates(problem *p, problem_set *set, ad_error *error)
     size_t least = set->trained.count, wanted = (size_t)a->candidates;
     wanted = wanted > 0 ? wanted : CANDIDATES * least;
     const problem_points points = {(int)(wanted > least ? wanted : least), SAMPLING_SOBOL, 0};
-    ad_status status = problem_cloud_make(p, set, &set->candidates, &points, &set->rng, error);
+    ad_status status =
+        problem_cloud_make(p, set, &set->candidates, &points, false, &set->rng, error);
     if (status != AD_OK) {
         return status;
     }
@@ -228,6 +229,7 @@ ad_status problem_set_adapt(problem *p, problem_set *set, int64_t step, const do
     default:
         move_by_gaussians(p, set);
     }
+    set->trained.drawn.still = false;
     problem_set_refresh(set);
     return AD_OK;
 }

@@ -16,11 +16,14 @@ enum {
     PROBLEM_FIXED_BYTES = 16 << 20 /* of numbers kept per point set */
 };
 
-/* Dimensionless, [coordinates][count]; behind them room to draw the points of a piece. */
+/* Points, dimensionless. Where ranks share them each has those that it takes, all at their places.
+ */
 typedef struct problem_cloud {
-    double *x;
+    double *x;    /* [coordinates][count], of each those from `first` to `end` - 1 */
     double *data; /* [source.rows][count]; NULL: none */
     size_t count;
+    size_t first, end;
+    problem_drawn drawn;
 } problem_cloud;
 
 /* A candidate for adaptive points; key: what those with the largest are chosen by. */
@@ -103,16 +106,24 @@ bool problem_all_finite(const double *x, size_t count);
 
 /* problem_points.c */
 problem_points problem_points_of(const problem *p, const problem_set *set);
+bool problem_set_is_shared(const problem *p, const problem_set *set);
 ad_status problem_set_sample(problem *p, problem_set *set, ad_error *error);
 ad_status problem_set_resample(problem *p, problem_set *set, ad_error *error);
 /* Data for the trained points, by the network at x where they follow it. */
 bool problem_set_follows(const problem_set *set);
 ad_status problem_set_supply(problem *p, problem_set *set, const double *x, ad_error *error);
-/* A cloud with the points of a set, and other points in the same memory. */
+/* A cloud with the points of a set, or with none of them yet, and other points in the same memory.
+ */
 ad_status problem_cloud_make(const problem *p, const problem_set *set, problem_cloud *cloud,
-                             const problem_points *points, nn_rng *rng, ad_error *error);
+                             const problem_points *points, bool none, nn_rng *rng, ad_error *error);
 ad_status problem_cloud_fill(const problem *p, const problem_set *set, problem_cloud *cloud,
                              sampling_kind kind, nn_rng *rng, ad_error *error);
+/* Draws points that the cloud does not have yet: these too; all of them again, as they were drawn.
+ */
+ad_status problem_cloud_hold(const problem *p, const problem_set *set, problem_cloud *cloud,
+                             size_t first, size_t end, ad_error *error);
+ad_status problem_cloud_redraw(const problem *p, const problem_set *set, problem_cloud *cloud,
+                               ad_error *error);
 /* From the unit interval to the range of a coordinate: of the first to a piece of it, of time to
  * the window at work. */
 double problem_placed(const problem *p, int coordinate, int piece, double x);
@@ -152,6 +163,8 @@ ad_status problem_set_squares(problem_set *set, const problem_cloud *cloud, cons
 /* weighted: by the weights of points. */
 ad_status problem_set_run_term(problem *p, problem_set *set, int term, bool weighted,
                                const double *x, double *loss, double *gradient, ad_error *error);
+/* All trained points, of which this rank may have had those alone that it takes. */
+ad_status problem_set_hold_all(problem_set *set, ad_error *error);
 /* Rows of the set's Jacobian: compiled when they are not yet, which the others need; the set's part
  * of the normal equations, added; the rows as such, written from row `first` on. */
 ad_status problem_set_prepare_normal(problem *p, problem_set *set, ad_error *error);

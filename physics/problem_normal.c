@@ -182,6 +182,7 @@ ad_status problem_separate_matrix(problem *p, double *matrix, ad_error *error)
         ad_value y = nn_mlp_record_single(p->mlp, m->call.input(m, &at), wrt);
         status = ad_normal_compile(1, &y, 2, wrt, size, p->pool, &normal, error);
     }
+    status = status == AD_OK ? problem_set_hold_all(&p->sets[0], error) : status;
     for (int i = 0; i < m->domain.count; i++) {
         inputs[i] = cloud->x + (size_t)i * cloud->count;
     }

@@ -54,41 +54,65 @@ static int pieces_of(const problem *p, const problem_set *set)
     return set->about->holds[0] ? 1 : domain_pieces(&p->model->domain);
 }
 
-/* `count` of the points of a cloud, from `first` on, in one piece. */
-static ad_status piece_fill(const problem *p, const problem_set *set, problem_cloud *cloud,
-                            int piece, size_t first, size_t count, sampling_kind kind, nn_rng *rng,
-                            double *unit, ad_error *error)
+/* Of the points of a cloud those of one piece, where they are between its `first` and `end`. */
+static ad_status draw_piece(const problem *p, const problem_set *set, problem_cloud *cloud,
+                            int piece, nn_rng *rng, ad_error *error)
 {
-    int which[DOMAIN_COORDINATES_MAX], dimension = varying(p, set, which), next = 0;
-    if (dimension > 0) {
-        ad_status status = sampling_fill(kind, rng, dimension, count, unit, error);
-        if (status != AD_OK) {
-            return status;
+    int which[DOMAIN_COORDINATES_MAX], dimension = varying(p, set, which);
+    const size_t count = cloud->count / (size_t)pieces_of(p, set), start = (size_t)piece * count;
+    const size_t first = cloud->first > start ? cloud->first - start : 0,
+                 end = cloud->end < start ? 0 : cloud->end - start;
+    const size_t from = first < count ? first : count, to = end < count ? end : count;
+    double *at[DOMAIN_COORDINATES_MAX];
+    for (int i = 0; i < dimension; i++) {
+        at[i] = cloud->x + (size_t)which[i] * cloud->count + start;
+    }
+    ad_status status = dimension > 0 ? sampling_fill_part(cloud->drawn.sampler, rng, dimension,
+                                                          count, from, to, at, error)
+                                     : AD_OK;
+    for (int i = 0; status == AD_OK && i < p->model->domain.count; i++) {
+        double *x = cloud->x + (size_t)i * cloud->count + start;
+        for (size_t k = from; k < to; k++) {
+            x[k] = set->about->holds[i] ? held(p, set, i) : problem_placed(p, i, piece, x[k]);
         }
     }
-    for (int i = 0; i < p->model->domain.count; i++) {
-        bool varies = !set->about->holds[i];
-        const double *from = unit + (size_t)(varies ? next++ : 0) * count;
-        double *to = cloud->x + (size_t)i * cloud->count + first;
-        for (size_t k = 0; k < count; k++) {
-            to[k] = varies ? problem_placed(p, i, piece, from[k]) : held(p, set, i);
-        }
+    return status;
+}
+
+static ad_status draw_points(const problem *p, const problem_set *set, problem_cloud *cloud,
+                             nn_rng *rng, ad_error *error)
+{
+    ad_status status = AD_OK;
+    for (int piece = 0; status == AD_OK && piece < pieces_of(p, set); piece++) {
+        status = draw_piece(p, set, cloud, piece, rng, error);
     }
-    return AD_OK;
+    return status;
 }
 
 ad_status problem_cloud_fill(const problem *p, const problem_set *set, problem_cloud *cloud,
                              sampling_kind kind, nn_rng *rng, ad_error *error)
 {
-    int pieces = pieces_of(p, set);
-    size_t count = cloud->count / (size_t)pieces;
-    double *unit = cloud->x + (size_t)p->model->domain.count * cloud->count;
-    ad_status status = AD_OK;
-    for (int piece = 0; status == AD_OK && piece < pieces; piece++) {
-        status =
-            piece_fill(p, set, cloud, piece, (size_t)piece * count, count, kind, rng, unit, error);
+    cloud->drawn = (problem_drawn){.still = true, .sampler = kind, .before = *rng};
+    return draw_points(p, set, cloud, rng, error);
+}
+
+ad_status problem_cloud_redraw(const problem *p, const problem_set *set, problem_cloud *cloud,
+                               ad_error *error)
+{
+    nn_rng rng = cloud->drawn.before;
+    return draw_points(p, set, cloud, &rng, error);
+}
+
+ad_status problem_cloud_hold(const problem *p, const problem_set *set, problem_cloud *cloud,
+                             size_t first, size_t end, ad_error *error)
+{
+    if (first >= end || (first >= cloud->first && end <= cloud->end)) {
+        return AD_OK;
     }
-    return status;
+    const bool some = cloud->end > cloud->first;
+    cloud->first = some && cloud->first < first ? cloud->first : first;
+    cloud->end = some && cloud->end > end ? cloud->end : end;
+    return problem_cloud_redraw(p, set, cloud, error);
 }
 
 /* ---- data ---- */
@@ -131,7 +155,7 @@ ad_status problem_set_supply(problem *p, problem_set *set, const double *x, ad_e
 }
 
 ad_status problem_cloud_make(const problem *p, const problem_set *set, problem_cloud *cloud,
-                             const problem_points *points, nn_rng *rng, ad_error *error)
+                             const problem_points *points, bool none, nn_rng *rng, ad_error *error)
 {
     bool given = set->about->points == MODEL_GIVEN;
     int which[DOMAIN_COORDINATES_MAX], dimension = varying(p, set, which);
@@ -148,7 +172,10 @@ ad_status problem_cloud_make(const problem *p, const problem_set *set, problem_c
         }
     }
     cloud->count = each * (size_t)pieces;
-    cloud->x = calloc((size_t)p->model->domain.count * (cloud->count + each), sizeof *cloud->x);
+    cloud->first = 0;
+    cloud->end = none ? 0 : cloud->count;
+    cloud->drawn.still = false;
+    cloud->x = calloc((size_t)p->model->domain.count * cloud->count, sizeof *cloud->x);
     if (!cloud->x || !cloud_has_data(set, cloud)) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", cloud->count);
     }
@@ -233,8 +260,18 @@ static ad_status cloud_extend(const problem *p, problem_cloud *cloud, ad_error *
     panel_points(p, cloud, room, x + cloud->count);
     free(cloud->x);
     cloud->x = x;
-    cloud->count = room;
+    cloud->count = cloud->end = room;
+    cloud->drawn.still = false;
     return AD_OK;
+}
+
+/* Whether all that is done with the points of a set is done point by point by programs, which ranks
+ * share: weights, data and moves need all of them. */
+bool problem_set_is_shared(const problem *p, const problem_set *set)
+{
+    const problem_settings *s = &p->settings;
+    return !p->model->motion && set->about->points != MODEL_GIVEN && set->about->source.rows == 0 &&
+           !s->causal_slices && !s->adaptive.kind && !(s->self_adaptive_rate > 0);
 }
 
 /* Every set has a generator of its own, and its held-out points another. */
@@ -251,13 +288,15 @@ ad_status problem_set_sample(problem *p, problem_set *set, ad_error *error)
     if (set->about->points == MODEL_GIVEN) {
         unseen.points = (int)set->about->source.held_out_points;
     }
-    ad_status status = problem_cloud_make(p, set, &set->trained, &trained, &set->rng, error);
+    ad_status status = problem_cloud_make(p, set, &set->trained, &trained,
+                                          ad_pool_ranks(p->pool) && problem_set_is_shared(p, set),
+                                          &set->rng, error);
     if (status == AD_OK) {
         status = cloud_supply(set, &set->trained, false, NULL, &set->rng, error);
     }
     bool watched = unseen.points > 0;
     if (status == AD_OK && watched) {
-        status = problem_cloud_make(p, set, &set->held_out, &unseen, &held_out, error);
+        status = problem_cloud_make(p, set, &set->held_out, &unseen, false, &held_out, error);
     }
     if (status == AD_OK && watched) {
         status = cloud_supply(set, &set->held_out, true, NULL, &held_out, error);

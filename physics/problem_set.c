@@ -323,12 +323,56 @@ static void list_uniforms(const problem_set *set, const double **uniforms)
     uniforms[count] = set->balance;
 }
 
+/* The points that this rank takes of so many, or all of them. */
+static ad_status hold(problem_set *set, const ad_share *of, ad_error *error)
+{
+    return problem_cloud_hold(set->problem, set, &set->trained, of->first, of->first + of->points,
+                              error);
+}
+
+static bool has_all(const problem_set *set)
+{
+    return set->trained.first == 0 && set->trained.end == set->trained.count;
+}
+
+static ad_status hold_for(problem_set *set, const ad_program *program, size_t points,
+                          ad_error *error)
+{
+    const ad_ranks *ranks = ad_pool_ranks(set->problem->pool);
+    if (has_all(set)) {
+        return AD_OK;
+    }
+    const ad_share of =
+        ad_program_share(program, points, ranks ? ranks->count : 1, ranks ? ranks->rank : 0);
+    return hold(set, &of, error);
+}
+
+static ad_status hold_for_rows(problem_set *set, const ad_normal *normal, ad_error *error)
+{
+    const ad_ranks *ranks = ad_pool_ranks(set->problem->pool);
+    if (has_all(set)) {
+        return AD_OK;
+    }
+    const ad_share of = ad_normal_share(normal, set->trained.count, ranks ? ranks->count : 1,
+                                        ranks ? ranks->rank : 0);
+    return hold(set, &of, error);
+}
+
+ad_status problem_set_hold_all(problem_set *set, ad_error *error)
+{
+    return problem_cloud_hold(set->problem, set, &set->trained, 0, set->trained.count, error);
+}
+
 static ad_status refresh_fixed(problem_set *set, problem_fixed *fixed, ad_error *error)
 {
     const double *inputs[PROBLEM_INPUTS], *uniforms[PROBLEM_UNIFORMS];
     double *outputs[PROBLEM_FIXED_ROWS];
     if (!fixed->stale || !fixed->program) {
         return AD_OK;
+    }
+    ad_status status = hold_for(set, fixed->program, set->trained.count, error);
+    if (status != AD_OK) {
+        return status;
     }
     list_inputs(set, &set->trained, NULL, inputs);
     list_uniforms(set, uniforms);
@@ -337,7 +381,7 @@ static ad_status refresh_fixed(problem_set *set, problem_fixed *fixed, ad_error 
     }
     ad_run r = {
         .points = set->trained.count, .inputs = inputs, .uniforms = uniforms, .outputs = outputs};
-    ad_status status = ad_execute(fixed->program, &r, error);
+    status = ad_execute(fixed->program, &r, error);
     fixed->stale = status != AD_OK;
     return status;
 }
@@ -351,6 +395,9 @@ static ad_status run_first(problem_set *set, ad_program *program, const problem_
                            : program == set->product ? &set->product_fixed
                                                      : NULL;
     ad_status status = fixed ? refresh_fixed(set, fixed, error) : AD_OK;
+    if (status == AD_OK && cloud == &set->trained) {
+        status = hold_for(set, program, points, error);
+    }
     if (status != AD_OK) {
         return status;
     }
@@ -552,6 +599,7 @@ ad_status problem_set_normal(problem_set *set, const double *x, double *loss, do
 {
     const double *inputs[PROBLEM_INPUTS + PROBLEM_FIXED_ROWS], *uniforms[PROBLEM_UNIFORMS];
     ad_status status = refresh_fixed(set, &set->normal_fixed, error);
+    status = status == AD_OK ? hold_for_rows(set, set->normal, error) : status;
     if (status != AD_OK) {
         return status;
     }
@@ -567,6 +615,7 @@ ad_status problem_set_jacobian(problem_set *set, const double *x, size_t first, 
 {
     const double *inputs[PROBLEM_INPUTS + PROBLEM_FIXED_ROWS], *uniforms[PROBLEM_UNIFORMS];
     ad_status status = refresh_fixed(set, &set->normal_fixed, error);
+    status = status == AD_OK ? problem_set_hold_all(set, error) : status;
     if (status != AD_OK) {
         return status;
     }
@@ -609,7 +658,8 @@ ad_status problem_set_locate(problem *p, problem_set *set, const double *x, prob
     if (!squares) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory while looking for a bad number");
     }
-    ad_status status = problem_set_squares(set, &set->trained, x, squares, error);
+    ad_status status = problem_set_hold_all(set, error); /* any of them may be the place */
+    status = status == AD_OK ? problem_set_squares(set, &set->trained, x, squares, error) : status;
     for (int i = 0; status == AD_OK && i < set->term_count && place->term < 0; i++) {
         for (size_t k = 0; k < points && place->term < 0; k++) {
             if (!isfinite(squares[(size_t)i * points + k])) {

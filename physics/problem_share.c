@@ -1,6 +1,11 @@
 /* What a process does and holds of a problem, alone or as one of several ranks. */
 #include "physics/problem_internal.h"
 
+const ad_ranks *problem_ranks(const problem *p)
+{
+    return ad_pool_ranks(p->pool);
+}
+
 ad_share problem_share(const problem *p, int set, bool normal, int ranks, int rank)
 {
     const problem_set *s = &p->sets[set];
@@ -24,8 +29,11 @@ size_t problem_bytes(const problem *p, int ranks, int rank)
         } programs[] = {{s->gradient, s->trained.count},
                         {s->value, s->held_out.count},
                         {s->gradient_fixed.program, s->trained.count}};
+        const size_t trained = problem_set_is_shared(p, s)
+                                   ? problem_share(p, i, false, ranks, rank).points
+                                   : s->trained.count;
         bytes += ((size_t)p->model->domain.count + (size_t)s->about->source.rows) *
-                 (s->trained.count + s->held_out.count) * sizeof(double);
+                 (trained + s->held_out.count) * sizeof(double);
         bytes += problem_weights_per_point(s) * s->trained.count * sizeof(double);
         bytes +=
             s->candidates.count *

@@ -176,25 +176,31 @@ static double axis_point(sampling_kind kind, size_t index, size_t count)
     return sin(half_angle) * sin(half_angle);
 }
 
-static ad_status fill_tensor(sampling_kind kind, int dimension, size_t count, const double *aspect,
-                             double *points, ad_error *error)
+/* Those that are wanted of `count` points. */
+typedef struct part {
+    size_t count, first, end;
+    double *const *to;
+} part;
+
+static ad_status fill_tensor(sampling_kind kind, int dimension, const double *aspect,
+                             const part *wanted, ad_error *error)
 {
     size_t shape[SAMPLING_MAX_GRID_DIMENSION] = {0}, actual = 0;
-    const ad_status status = sampling_grid_shape(dimension, count, aspect, shape, &actual, error);
+    const ad_status status =
+        sampling_grid_shape(dimension, wanted->count, aspect, shape, &actual, error);
     if (status != AD_OK) {
         return status;
     }
-    if (actual != count) {
+    if (actual != wanted->count) {
         return ad_fail(error, AD_BAD_ARGUMENT,
                        "%zu points have no %s shape of that aspect; the nearest below is %zu",
-                       count, sampling_kind_text(kind), actual);
+                       wanted->count, sampling_kind_text(kind), actual);
     }
-    size_t stride = count;
+    size_t stride = wanted->count;
     for (int axis = 0; axis < dimension; axis++) {
         stride /= shape[axis];
-        double *coordinate = points + (size_t)axis * count;
-        for (size_t i = 0; i < count; i++) {
-            coordinate[i] = axis_point(kind, i / stride % shape[axis], shape[axis]);
+        for (size_t i = wanted->first; i < wanted->end; i++) {
+            wanted->to[axis][i] = axis_point(kind, i / stride % shape[axis], shape[axis]);
         }
     }
     return AD_OK;
@@ -202,10 +208,13 @@ static ad_status fill_tensor(sampling_kind kind, int dimension, size_t count, co
 
 /* ---- random sets ---- */
 
-static void fill_uniform(nn_rng *rng, size_t total, double *points)
+static void fill_uniform(nn_rng *rng, const part *wanted, double *coordinate)
 {
-    for (size_t i = 0; i < total; i++) {
-        points[i] = nn_rng_uniform(rng);
+    for (size_t i = 0; i < wanted->count; i++) {
+        const double x = nn_rng_uniform(rng);
+        if (i >= wanted->first && i < wanted->end) {
+            coordinate[i] = x;
+        }
     }
 }
 
@@ -273,14 +282,18 @@ static void sobol_directions(int coordinate, uint32_t direction[32])
     }
 }
 
-static void fill_sobol(nn_rng *rng, int coordinate, size_t count, double *values)
+static void fill_sobol(nn_rng *rng, int axis, const part *wanted, double *coordinate)
 {
     uint32_t direction[32];
-    sobol_directions(coordinate, direction);
-    const uint64_t shift = rng ? nn_rng_next(rng) >> 11 : 0;
+    sobol_directions(axis, direction);
+    const uint64_t shift = rng ? nn_rng_next(rng) >> 11 : 0,
+                   gray = wanted->first ^ wanted->first >> 1;
     uint32_t word = 0;
-    for (size_t i = 0; i < count; i++) {
-        values[i] = (double)(((uint64_t)word << 21) ^ shift) * 0x1p-53;
+    for (int bit = 0; bit < 32; bit++) {
+        word ^= gray >> bit & 1U ? direction[bit] : 0;
+    }
+    for (size_t i = wanted->first; i < wanted->end; i++) {
+        coordinate[i] = (double)(((uint64_t)word << 21) ^ shift) * 0x1p-53;
         /* Going from Gray code i to i + 1 flips the bit of the lowest zero of i. The last index
          * of a full 2^32 has none within 32 bits and needs no successor. */
         int bit = 0;
@@ -293,13 +306,14 @@ static void fill_sobol(nn_rng *rng, int coordinate, size_t count, double *values
 
 /* ---- */
 
-ad_status sampling_fill_aspect(sampling_kind kind, nn_rng *rng, int dimension, size_t count,
-                               const double *aspect, double *points, ad_error *error)
+static ad_status fill(sampling_kind kind, nn_rng *rng, int dimension, const double *aspect,
+                      const part *wanted, ad_error *error)
 {
+    const size_t count = wanted->count;
     if ((unsigned)kind >= SAMPLING_KIND_COUNT) {
         return ad_fail(error, AD_BAD_ARGUMENT, "sampling kind %d does not exist", (int)kind);
     }
-    if (dimension < 1 || dimension > SAMPLING_MAX_DIMENSION || count == 0) {
+    if (dimension < 1 || dimension > SAMPLING_MAX_DIMENSION || count == 0 || wanted->end > count) {
         return ad_fail(error, AD_BAD_ARGUMENT,
                        "%s sampling of %zu points in dimension %d; allowed: 1 or more points, "
                        "dimension 1 to %d",
@@ -310,25 +324,40 @@ ad_status sampling_fill_aspect(sampling_kind kind, nn_rng *rng, int dimension, s
                        kinds[kind].text);
     }
     if (kinds[kind].tensor) {
-        return fill_tensor(kind, dimension, count, aspect, points, error);
+        return fill_tensor(kind, dimension, aspect, wanted, error);
     }
     if (kind == SAMPLING_SOBOL && (uint64_t)count > (UINT64_C(1) << 32)) {
         return ad_fail(error, AD_BAD_ARGUMENT, "sobol sampling gives at most 2^32 points, not %zu",
                        count);
     }
-    if (kind == SAMPLING_UNIFORM) {
-        fill_uniform(rng, (size_t)dimension * count, points);
-        return AD_OK;
-    }
     for (int axis = 0; axis < dimension; axis++) {
-        double *coordinate = points + (size_t)axis * count;
         if (kind == SAMPLING_LATIN_HYPERCUBE) {
-            fill_latin(rng, count, coordinate);
+            fill_latin(rng, count, wanted->to[axis]);
+        } else if (kind == SAMPLING_UNIFORM) {
+            fill_uniform(rng, wanted, wanted->to[axis]);
         } else {
-            fill_sobol(rng, axis, count, coordinate);
+            fill_sobol(rng, axis, wanted, wanted->to[axis]);
         }
     }
     return AD_OK;
+}
+
+ad_status sampling_fill_part(sampling_kind kind, nn_rng *rng, int dimension, size_t count,
+                             size_t first, size_t end, double *const *to, ad_error *error)
+{
+    const part wanted = {count, first, end, to};
+    return fill(kind, rng, dimension, NULL, &wanted, error);
+}
+
+ad_status sampling_fill_aspect(sampling_kind kind, nn_rng *rng, int dimension, size_t count,
+                               const double *aspect, double *points, ad_error *error)
+{
+    double *to[SAMPLING_MAX_DIMENSION];
+    const part wanted = {count, 0, count, to};
+    for (int axis = 0; axis < dimension && axis < SAMPLING_MAX_DIMENSION; axis++) {
+        to[axis] = points + (size_t)axis * count;
+    }
+    return fill(kind, rng, dimension, aspect, &wanted, error);
 }
 
 ad_status sampling_fill(sampling_kind kind, nn_rng *rng, int dimension, size_t count,

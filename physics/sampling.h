@@ -76,7 +76,13 @@ ad_status sampling_count(sampling_kind kind, int dimension, size_t count, const 
 ad_status sampling_fill(sampling_kind kind, nn_rng *rng, int dimension, size_t count,
                         double *points, ad_error *error);
 
-/* The same with the aspect of sampling_grid_shape. */
+/* Of these points number `first` to `end` - 1 alone: coordinate i into to[i][first] to
+ * to[i][end - 1], where to[i] is [count]. The generator goes on as far as for all of them.
+ * latin_hypercube draws all: it needs those before and after, and writes them. */
+ad_status sampling_fill_part(sampling_kind kind, nn_rng *rng, int dimension, size_t count,
+                             size_t first, size_t end, double *const *to, ad_error *error);
+
+/* All of them, with the aspect of sampling_grid_shape. */
 ad_status sampling_fill_aspect(sampling_kind kind, nn_rng *rng, int dimension, size_t count,
                                const double *aspect, double *points, ad_error *error);
 

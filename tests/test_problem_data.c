@@ -182,7 +182,11 @@ static void keep(fitted *to, fitted *from)
     assert_int_equal(problem_state(to->p, b, gb, &generators), count);
     for (int i = 0; i < count; i++) {
         assert_string_equal(a[i].name, b[i].name);
-        memcpy(b[i].data, a[i].data, a[i].rows * a[i].columns * sizeof(double));
+        if (a[i].drawn && a[i].drawn->still) {
+            *b[i].drawn = *a[i].drawn;
+        } else {
+            memcpy(b[i].data, a[i].data, a[i].rows * a[i].columns * sizeof(double));
+        }
     }
     for (int i = 0; i < generators; i++) {
         *gb[i].rng = *ga[i].rng;

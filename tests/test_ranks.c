@@ -122,6 +122,12 @@ static void compare(void (*work)(ad_pool *pool, double *results), size_t count)
     free(expected);
 }
 
+static thread_rank self_of(const ad_pool *pool)
+{
+    const ad_ranks *ranks = ad_pool_ranks(pool);
+    return ranks ? *(const thread_rank *)ranks->context : (thread_rank){NULL, 0, 1, 0, 0};
+}
+
 /* ---- what they compute ----------------------------------------------------------------------- */
 
 enum { WIDTH = 40, PARAMETERS = 4 * WIDTH + 1, MANY = 6001, LOTS = 20011, SMALL_TILE = 8 };
@@ -252,7 +258,12 @@ static void factor_matrices(ad_pool *pool, double *results)
         for (size_t i = 0; i < n; i++) {
             shift[i] = (double)n;
         }
+        const thread_rank before = self_of(pool);
         assert_int_equal(ad_dense_cholesky(pool, matrix, shift, factor), 0);
+        const thread_rank now = self_of(pool);
+        const ad_dense_share is = ad_dense_cholesky_share(n, now.count, now.rank);
+        assert_int_equal(now.bytes - before.bytes, is.bytes);
+        assert_int_equal(now.exchanges - before.exchanges, is.exchanges);
         ad_dense_cholesky_solve(factor, x);
         shift[n / 2] = -1;
         x[ORDER_MAX] = ad_dense_cholesky(pool, matrix, shift, factor);
@@ -291,12 +302,6 @@ static void test_agreement(void **state)
 }
 
 /* ---- what is said of it ---------------------------------------------------------------------- */
-
-static thread_rank self_of(const ad_pool *pool)
-{
-    const ad_ranks *ranks = ad_pool_ranks(pool);
-    return ranks ? *(const thread_rank *)ranks->context : (thread_rank){NULL, 0, 1, 0, 0};
-}
 
 /* What was exchanged since is what was foretold. */
 static void check_counts(const ad_pool *pool, const thread_rank *before, const ad_share *foretold)
@@ -473,6 +478,21 @@ static void test_items(void **state)
     compare(deal, ITEMS * EACH + ITEMS + SUM_WIDTH);
 }
 
+/* Of a large matrix the ranks share the n^3/3 operations evenly, but for the diagonal. */
+static void check_factor_shares(int ranks)
+{
+    const size_t n = 2400;
+    const double all = pow((double)n, 3) / 3;
+    double sum = 0;
+    for (int i = 0; i < ranks; i++) {
+        const ad_dense_share share = ad_dense_cholesky_share(n, ranks, i);
+        assert_true((share.exchanges > 0) == (ranks > 1) && (share.bytes == 0 || ranks > 1));
+        assert_true(share.flops < 1.1 * all / ranks + 0.1 * all);
+        sum += share.flops;
+    }
+    assert_true(sum > 0.99 * all && sum < all * (1.02 + 0.08 * ranks));
+}
+
 /* Every point is somebody's. */
 static void test_shares(void **state)
 {
@@ -496,6 +516,8 @@ static void test_shares(void **state)
                            leaves = ad_normal_share(normal, MANY, ranks, i),
                            many = ad_program_share(fine, LOTS, ranks, i);
             busiest = many.points > busiest ? many.points : busiest;
+            assert_true(share.points == 0 || share.first == points); /* one after the other */
+            assert_true(leaves.points == 0 || leaves.first == rows);
             points += share.points;
             rows += leaves.points;
             assert_true((share.sum_bytes > 0) == (ranks > 1));
@@ -505,6 +527,7 @@ static void test_shares(void **state)
         }
         assert_int_equal(points, MANY);
         assert_int_equal(rows, MANY);
+        check_factor_shares(ranks);
         /* a chunk and a tile too many, at most, as long as there are leaves */
         assert_true(busiest <= (size_t)(LOTS / (ranks < 256 ? ranks : 256)) + LOTS / 256 + 64);
     }

@@ -51,9 +51,28 @@ run 3 "${moving[@]}" --out moving
 run 3 by 3 "${moving[@]}" --out moving_3
 answers moving moving_3
 
+# ---- memory ---------------------------------------------------------------------------------------
+
+# memory N: MiB of the largest of N processes that share 4 million points of 16 bytes.
+memory() {
+    rm -f peak.*
+    run 3 by "$1" python3 -c 'import os, resource, subprocess, sys
+status = subprocess.call(sys.argv[1:])
+with open(f"peak.{os.getpid()}", "w") as file:
+    print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss // 1024, file=file)
+sys.exit(status)' cpinn-train "$ROOT/configs/cantilever_deep.yaml" --threads 1 --quiet --set reference=null \
+        --set losses.interior.points=4194304 --set losses.held_out_points=64 --set 'network.hidden=[4]' \
+        --set 'training.stages=[{optimizer: adam, steps: 1}]' --out "memory_$1"
+    cat peak.* | sort -n | tail -1
+}
+alone=$(memory 1) shared=$(memory 4)
+# 48 of 64 MiB of points, less some 10 of MPI's own for each process beside it.
+check "memory: $alone MiB alone, $shared MiB of one of four" -- test "$((alone - shared))" -ge 30
+
 # ---- a process that dies, and others that go on ---------------------------------------------------
 
-long=("${deep[@]}" --set "$(stages 400 "scaling: diagonal")" --set checkpoint.every=20)
+long=("${deep[@]}" --set "$(stages 400 "scaling: diagonal")" --set checkpoint.every=20
+    --set losses.interior.resample_every=150)
 run 3 "${long[@]}" --out long
 by 2 "${long[@]}" --out killed >stdout.txt 2>stderr.txt </dev/null &
 pid=$!

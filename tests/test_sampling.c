@@ -464,6 +464,42 @@ static void kinds_have_names_and_errors_are_clear(void **unused)
                         "13 points have no grid shape of that aspect; the nearest below is 12");
 }
 
+/* Whatever part is drawn, its points are those of all, and the generator ends where it does then.
+ */
+static void parts_are_those_of_the_whole(void **state)
+{
+    (void)state;
+    enum { COUNT = 1023, DIMENSION = 3 };
+    static const size_t cuts[] = {0, 1, 8, 500, 512, 777, 1022, COUNT};
+    const nn_rng before = nn_rng_seed(7);
+    for (int kind = 0; kind < SAMPLING_KIND_COUNT; kind++) {
+        size_t count;
+        nn_rng rng = before;
+        assert_int_equal(sampling_count((sampling_kind)kind, DIMENSION, COUNT, NULL, &count, NULL),
+                         AD_OK);
+        double *whole = fill((sampling_kind)kind, &rng, DIMENSION, count);
+        for (size_t i = 0; i + 1 < sizeof cuts / sizeof *cuts; i++) {
+            const size_t first = cuts[i] < count ? cuts[i] : count,
+                         end = cuts[i + 1] < count ? cuts[i + 1] : count;
+            nn_rng again = before;
+            double *part = calloc(DIMENSION * count, sizeof *part), *to[DIMENSION];
+            for (int axis = 0; axis < DIMENSION; axis++) {
+                to[axis] = part + (size_t)axis * count;
+            }
+            assert_int_equal(sampling_fill_part((sampling_kind)kind, &again, DIMENSION, count,
+                                                first, end, to, NULL),
+                             AD_OK);
+            assert_memory_equal(&again, &rng, sizeof rng);
+            for (size_t k = 0; k < DIMENSION * count; k++) {
+                const bool wanted = k % count >= first && k % count < end;
+                assert_true(part[k] == (wanted || kind == SAMPLING_LATIN_HYPERCUBE ? whole[k] : 0));
+            }
+            free(part);
+        }
+        free(whole);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -481,6 +517,7 @@ int main(void)
         cmocka_unit_test(chebyshev_and_grid_points_are_exact),
         cmocka_unit_test(counts_map_to_shapes),
         cmocka_unit_test(sets_are_deterministic),
+        cmocka_unit_test(parts_are_those_of_the_whole),
         cmocka_unit_test(kinds_have_names_and_errors_are_clear),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -52,8 +52,11 @@ static void copy_item(const checkpoint *from, size_t i, checkpoint *to, const ta
         integers[0] = chosen && change->how == CHANGE ? (int64_t)change->value : integers[0];
         checkpoint_put_int64(to, name, integers, longer > count ? 1 : rank, &longer);
     } else if (checkpoint_get_uint64(from, name, (uint64_t *)numbers, count, NULL) == AD_OK) {
-        ((uint64_t *)numbers)[count] = 1;
-        checkpoint_put_uint64(to, name, (uint64_t *)numbers, 1, &longer);
+        uint64_t *words = (uint64_t *)numbers;
+        words[count] = 1;
+        words[count - 1] =
+            chosen && change->how == CHANGE ? (uint64_t)change->value : words[count - 1];
+        checkpoint_put_uint64(to, name, words, 1, &longer);
     } else {
         assert_int_equal(checkpoint_get_text(from, name, &text, NULL), AD_OK);
         checkpoint_put_text(to, name, text);
@@ -149,8 +152,8 @@ static void test_values(void **state)
         {"parameters/network/layer0/bias", CHANGE, INFINITY},
         {"optimizer/x", CHANGE, NAN},
         {"optimizer/gradient", CHANGE, INFINITY},
-        {"points/interior", CHANGE, 1.5},
-        {"points/initial", CHANGE, NAN},
+        {"points/interior", CHANGE, 7},
+        {"points/initial", CHANGE, 1e9},
         {"causal/weights", CHANGE, 2},
         {"causal/epsilon_index", CHANGE, 3},
         {"history/table", RENAME_COLUMN, 0},

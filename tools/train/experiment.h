@@ -11,11 +11,12 @@
  *   network/edge_basis         the same, nn_mlp_edge_basis, where s is in several pieces
  *   family/affine, modes, project, scale  of a family in the strain form: physics/family.h
  *   optimizer/...              state of the optimiser at work, optim.h
- *   points/..., data/...       point sets [coordinates, points] and data [rows, points], problem.h
- *   causal/..., balance/..., self_adaptive/...  weights that follow training, where there are any
- *   generators/...             uint64 [4] states of the random generators
- *   training/...               stage, step, seconds: tools/train/trainer.h
- *   history/table              rows of history.csv, with its columns */
+ *   points/...                 uint64 [5]: the state of the generator before it drew the points of
+ * a set, and their number; or, where they have moved, [coordinates, points] data/... of points,
+ * [rows, points], problem.h causal/..., balance/..., self_adaptive/...  weights that follow
+ * training, where there are any generators/...             uint64 [4] states of the random
+ * generators training/...               stage, step, seconds: tools/train/trainer.h history/table
+ * rows of history.csv, with its columns */
 #ifndef TOOLS_TRAIN_EXPERIMENT_H
 #define TOOLS_TRAIN_EXPERIMENT_H
 

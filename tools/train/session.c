@@ -7,12 +7,12 @@
 
 static ad_status prepare(session *s, double before, ad_status status, ad_error *error)
 {
+    status = status == AD_OK ? ad_pool_share(s->e->pool, s->e->settings->ranks, error) : status;
     if (status == AD_OK) {
         status = experiment_problem(s->e, &s->problem, error);
     }
     s->prepared = train_seconds() - before;
-    status = status == AD_OK ? reference_create(s->e, &s->known, error) : status;
-    return status == AD_OK ? ad_pool_share(s->e->pool, s->e->settings->ranks, error) : status;
+    return status == AD_OK ? reference_create(s->e, &s->known, error) : status;
 }
 
 ad_status session_prepare(const scene *rod_scene, train_settings *settings,

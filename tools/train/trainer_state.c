@@ -30,6 +30,20 @@ static void put_loads(const optim_continuation *loads, checkpoint *file)
     }
 }
 
+enum { WORDS = 4, DRAWN = WORDS + 1 }; /* of a generator; and how many points it has drawn */
+
+static void put_array(checkpoint *file, const problem_array *array, uint64_t drawn[DRAWN])
+{
+    const size_t shape[2] = {array->rows, array->columns}, count = DRAWN;
+    if (array->drawn && array->drawn->still) {
+        memcpy(drawn, array->drawn->before.state, WORDS * sizeof *drawn);
+        drawn[WORDS] = array->columns;
+        checkpoint_put_uint64(file, array->name, drawn, 1, &count);
+    } else {
+        checkpoint_put_doubles(file, array->name, array->data, 2, shape);
+    }
+}
+
 ad_status trainer_save(trainer *t, const char *path, int keep, ad_error *error)
 {
     checkpoint *file = checkpoint_create(CPINN_VERSION);
@@ -59,11 +73,11 @@ ad_status trainer_save(trainer *t, const char *path, int keep, ad_error *error)
     problem_generator generators[PROBLEM_STATE_MAX];
     int generator_count,
         point_count = problem_state(t->problem, points, generators, &generator_count);
+    uint64_t drawn[PROBLEM_STATE_MAX][DRAWN];
     for (int i = 0; i < point_count; i++) {
-        size_t shape[2] = {points[i].rows, points[i].columns};
-        checkpoint_put_doubles(file, points[i].name, points[i].data, 2, shape);
+        put_array(file, &points[i], drawn[i]);
     }
-    size_t words = 4;
+    const size_t words = WORDS;
     for (int i = 0; i < generator_count; i++) {
         char name[NAME_MAX_];
         item_name(name, "generators", generators[i].name);
@@ -125,6 +139,29 @@ static ad_status check_given(const checkpoint *file, const problem_array *now, a
     return status;
 }
 
+static ad_status get_array(const checkpoint *file, const problem_array *array, ad_error *error)
+{
+    int rank;
+    size_t shape[CHECKPOINT_MAX_RANK];
+    uint64_t drawn[DRAWN];
+    const bool still =
+        array->drawn && checkpoint_shape(file, array->name, &rank, shape) && rank == 1;
+    if (array->drawn) {
+        array->drawn->still = still;
+    }
+    if (!still) {
+        return checkpoint_get_doubles(file, array->name, array->data, array->rows * array->columns,
+                                      error);
+    }
+    ad_status status = checkpoint_get_uint64(file, array->name, drawn, DRAWN, error);
+    if (status == AD_OK && drawn[WORDS] != array->columns) {
+        return ad_fail(error, AD_BAD_INPUT, "checkpoint: %s are %llu, not %zu", array->name,
+                       (unsigned long long)drawn[WORDS], array->columns);
+    }
+    memcpy(array->drawn->before.state, drawn, status == AD_OK ? WORDS * sizeof *drawn : 0);
+    return status;
+}
+
 static ad_status restore_problem(trainer *t, const checkpoint *file, ad_error *error)
 {
     problem_array points[PROBLEM_STATE_MAX];
@@ -132,15 +169,13 @@ static ad_status restore_problem(trainer *t, const checkpoint *file, ad_error *e
     int generator_count, count = problem_state(t->problem, points, generators, &generator_count);
     ad_status status = AD_OK;
     for (int i = 0; status == AD_OK && i < count; i++) {
-        const problem_array *now = &points[i];
-        status = now->given ? check_given(file, now, error)
-                            : checkpoint_get_doubles(file, now->name, now->data,
-                                                     now->rows * now->columns, error);
+        status = points[i].given ? check_given(file, &points[i], error)
+                                 : get_array(file, &points[i], error);
     }
     for (int i = 0; status == AD_OK && i < generator_count; i++) {
         char name[NAME_MAX_];
         item_name(name, "generators", generators[i].name);
-        status = checkpoint_get_uint64(file, name, generators[i].rng->state, 4, error);
+        status = checkpoint_get_uint64(file, name, generators[i].rng->state, WORDS, error);
     }
     return status == AD_OK ? problem_restored(t->problem, error) : status;
 }
