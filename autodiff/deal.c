@@ -73,7 +73,7 @@ static void do_next(void *context, int item, int thread)
 static bool find_take(int count, int ranks, int64_t k, int *first, int *end)
 {
     for (int64_t at = 0; at < count; k -= ranks) {
-        const int64_t left = (count - at) / (2 * ranks), size = left > 0 ? left : 1;
+        const int64_t left = (count - at) / ((int64_t)2 * ranks), size = left > 0 ? left : 1;
         if (k < ranks && at + k * size < count) {
             *first = (int)(at + k * size);
             *end = *first + (int)size < count ? *first + (int)size : count;

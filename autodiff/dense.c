@@ -94,7 +94,9 @@ void ad_dense_multiply(ad_pool *pool, bool transpose_a, bool transpose_b, size_t
 /* ---- Cholesky: matrix = u^T u ------------------------------------------------------------------
  * u is kept by columns in panels of PANEL columns, each of which ends with its square tile on the
  * diagonal. Rows are found BAND tiles at a time. Among ranks panels go around; those through which
- * the diagonal of a band goes become everyone's first, and so at the end all are. */
+ * the diagonal of a band goes become everyone's first, and so at the end all are. ScaLAPACK, SLATE
+ * and PETSc keep the matrix itself in parts and would factor larger ones, but add up in an order
+ * that follows from the number of processes, by whichever BLAS is there: other bits. */
 
 enum { BAND = 4, CHUNK = 128 }; /* CHUNK rows of two panels fit into the L1 cache */
 
@@ -288,6 +290,31 @@ int ad_dense_cholesky(ad_pool *pool, const double *matrix, const double *shift,
         ad_pool_run(pool, own_panels(&b), finish_panel, &b);
     }
     return 0;
+}
+
+/* In multiplications of tiles, 2 TILE PANEL operations each; what a tile of the diagonal takes is
+ * counted as half of one. */
+ad_dense_share ad_dense_cholesky_share(size_t n, int ranks, int rank)
+{
+    const size_t panels = (n + PANEL - 1) / PANEL, count = (size_t)ranks;
+    ad_dense_share result = {.flops = 0};
+    for (size_t first = 0, end; first < panels; first = end) {
+        end = minimum(first + BAND, panels);
+        const size_t deep = end - first;
+        for (size_t j = first; j < panels; j++) {
+            const size_t rows = j < end ? j - first + 1 : deep;
+            const bool own = j % count == (size_t)rank;
+            if (own || j < end) { /* rows of so many tiles, by all tiles above each */
+                result.flops += (double)(rows * first) + (double)(rows * rows) / 2;
+            }
+            if (own && j < end) {
+                result.bytes += (count - 1) * (j + 1) * TILE * sizeof(double);
+            }
+        }
+        result.exchanges += count > 1 ? (end - 1) / count - first / count + 1 : 0;
+    }
+    result.flops *= 2.0 * TILE * PANEL;
+    return result;
 }
 
 /* u^T z = x, from above. */

@@ -169,6 +169,21 @@ typedef struct step {
     double repeated, bytes; /* s; of its matrices */
 } step;
 
+/* The factor of J^T J is shared as well. */
+static void add_factor(const step *s, int threads, int ranks, scaling_load *to)
+{
+    ad_dense_share most = {.flops = 0};
+    for (int rank = 0; rank < ranks; rank++) {
+        const ad_dense_share of = ad_dense_cholesky_share(s->e->count, ranks, rank);
+        most.flops = fmax(most.flops, of.flops);
+        most.bytes = of.bytes > most.bytes ? of.bytes : most.bytes;
+        most.exchanges = of.exchanges;
+    }
+    to->work += most.flops / s->r.products / threads;
+    to->exchanges += (double)most.exchanges;
+    to->bytes += (double)most.bytes;
+}
+
 /* s of a thread for a point of a set; normal: of the normal equations. */
 static double seconds_of_point(const step *s, int set, bool normal)
 {
@@ -208,6 +223,9 @@ static scaling_load load_of(const step *s, int threads, int ranks, size_t *point
             *points += normal == s->normal ? most : 0;
             *bytes += normal ? (double)kept : 0;
         }
+    }
+    if (s->normal) {
+        add_factor(s, threads, ranks, &all);
     }
     *bytes += s->bytes;
     return all;
@@ -273,7 +291,8 @@ static void print_assumptions(FILE *file, const scaling_machine *machine)
     const scaling_network *const networks[] = {&scaling_memory, &scaling_infiniband};
     explain_heading(file, "Ranks: points of the busiest one, and the time of a step by a model");
     fprintf(file,
-            "  work, at rates measured here: points and J^T J, shared; repeated: by every rank;\n"
+            "  work, at rates measured here: points, J^T J and its factor, shared;\n"
+            "  repeated: by every rank;\n"
             "  ranks of %d thread%s, %d on a machine of %d processor%s\n",
             machine->threads, machine->threads == 1 ? "" : "s", machine->ranks, machine->processors,
             machine->processors == 1 ? "" : "s");
@@ -296,8 +315,7 @@ static bool plan_normal(step *s, int stage, ad_error *error)
     }
     s->normal = true;
     s->bytes = plan.bytes;
-    s->repeated = n * n * n / 3 / s->r.products / ad_pool_threads(s->e->pool) +
-                  PASSES * n * n * sizeof(double) / COPYING;
+    s->repeated = PASSES * n * n * sizeof(double) / COPYING;
     return true;
 }
 
@@ -348,6 +366,9 @@ void explain_ranks(FILE *file, const experiment *e, problem *p, const scaling_ma
     }
     if (status != AD_OK) {
         fprintf(file, "  %-15s no model of their time: %s\n", "ranks", error.message);
+    }
+    if (e->targets) {
+        fprintf(file, "  members are solved by whichever rank has a thread that is free\n");
     }
     ad_error shared;
     if (ad_pool_share(e->pool, ranks, &shared) != AD_OK) {

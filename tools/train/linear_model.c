@@ -9,12 +9,13 @@
 #include <string.h>
 #include <unistd.h>
 
-/* And no more than the machine has. */
-static double bytes_max(void)
+/* And no more than the smallest machine has. */
+static double bytes_max(const problem *p)
 {
     static const double most = 2e9;
     const double pages = (double)sysconf(_SC_PHYS_PAGES), bytes = (double)sysconf(_SC_PAGESIZE);
-    return pages > 0 && bytes > 0 ? fmin(most, pages * bytes) : most;
+    const double here = pages > 0 && bytes > 0 ? fmin(most, pages * bytes) : most;
+    return -ad_ranks_largest(problem_ranks(p), -here);
 }
 
 enum { RANK = 80, ITERATIONS_MAX = 200 }; /* of the preconditioner; of conjugate gradients */
@@ -126,6 +127,7 @@ ad_status linear_model_plan(problem *p, const train_stage *stage, int number,
                             linear_model_info *plan, ad_error *error)
 {
     const bool identity = stage->gauss_newton.scaling == OPTIM_SCALING_IDENTITY;
+    const double most = bytes_max(p);
     ad_status status = AD_OK;
     size_t order;
     if (stage->linear_algebra == TRAIN_MATRIX_FREE && !identity) {
@@ -144,18 +146,18 @@ ad_status linear_model_plan(problem *p, const train_stage *stage, int number,
     }
     status = size_up(p, form == TRAIN_LINEAR_AUTOMATIC && separates ? TRAIN_SEPARATE : form, plan,
                      error);
-    if (status == AD_OK && (plan->bytes > bytes_max() || is_slow(plan)) && identity &&
+    if (status == AD_OK && (plan->bytes > most || is_slow(plan)) && identity &&
         stage->linear_algebra == TRAIN_LINEAR_AUTOMATIC) {
         status = size_up(p, TRAIN_MATRIX_FREE, plan, error);
     }
-    if (status == AD_OK && plan->bytes > bytes_max()) {
+    if (status == AD_OK && plan->bytes > most) {
         return ad_fail(error, AD_BAD_INPUT,
                        "training.stages[%d].optimizer: gauss_newton by %s keeps %.1f GB%s "
                        "for %zu parameters and %zu residuals; allowed: at most %.1f GB; make "
                        "network.hidden smaller, or take %s",
                        number, linear_model_form_name(plan->form), 1e-9 * plan->bytes,
                        plan->form == TRAIN_MATRIX_FREE ? "" : " of matrices", plan->parameters,
-                       plan->rows, 1e-9 * bytes_max(),
+                       plan->rows, 1e-9 * most,
                        plan->form == TRAIN_MATRIX_FREE ? "lbfgs"
                        : identity                      ? "linear_algebra matrix_free"
                                   : "scaling identity with linear_algebra matrix_free");
