@@ -18,7 +18,7 @@ END
 cat >mixed.yaml <<END
 $scene
 network: {fourier: {features: 40}}
-losses: {interior: {points: 100}, held_out_points: 50}
+losses: {interior: {points: 20}, held_out_points: 50}
 training: {stages: [{optimizer: gauss_newton, steps: 8}]}
 END
 cpinn-train strain.yaml --out strain --quiet --threads 1 >/dev/null 2>&1

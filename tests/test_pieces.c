@@ -1,5 +1,6 @@
 /* Networks of scenes that jump along s, by the default recipe: against closed forms, against the
  * classical solver, and where they are joined. */
+#include "fewer.h"
 #include "near.h"
 
 #include "cpinn.h"
@@ -269,7 +270,7 @@ static void test_random(void **state)
 {
     (void)state;
     nn_rng rng = nn_rng_split(7, "pieces");
-    for (int i = 0; i < 12; i++) {
+    for (int i = 0; i < FEWER(12); i++) {
         char text[200];
         double at[6], width = pow(10, nn_rng_between(&rng, -3, -0.5));
         for (int k = 0; k < 6; k++) {

@@ -1,6 +1,7 @@
 /* One-step models: the step's derivatives against difference quotients, also where the robot is
  * straight; a small training that has to beat the linear map, resumed to the same bits and the same
  * for any number of threads; symmetries that are found and that are not; bad input. */
+#include "fewer.h"
 #include "near.h"
 #include "temporary_folder.h"
 
@@ -278,7 +279,7 @@ static void test_curves(void **state)
                "training: {stages: [{optimizer: adam, steps: 60}, {optimizer: lbfgs, steps: 3}]}\n";
     static const char *const kinds[] = {"surrogate.kind=ddpinn", "surrogate.kind=polynomial_flow",
                                         "surrogate.kind=polynomial"};
-    for (int kind = 0; kind < 3; kind++) {
+    for (int kind = 0; kind < FEWER(3); kind++) {
         ad_error error = {.message = ""};
         checkpoint *file = NULL;
         surrogate *loaded[2] = {NULL};
