@@ -7,10 +7,11 @@
 
 enum { NUMBERS_MAX = 20000, NAMES_MAX = 32 };
 
-/* What to do with one item: leave it out, give it one number too many, or change its first. */
+/* What to do with one item: leave it out, give it one number too many, change its first or last, or
+ * have the coordinates of points, as earlier versions had, where they are drawn again. */
 typedef struct tamper {
     const char *name;
-    enum { LEAVE_OUT, LENGTHEN, CHANGE, RENAME_COLUMN } how;
+    enum { LEAVE_OUT, LENGTHEN, CHANGE, RENAME_COLUMN, AT_COORDINATES } how;
     double value;
 } tamper;
 
@@ -53,6 +54,15 @@ static void copy_item(const checkpoint *from, size_t i, checkpoint *to, const ta
         checkpoint_put_int64(to, name, integers, longer > count ? 1 : rank, &longer);
     } else if (checkpoint_get_uint64(from, name, (uint64_t *)numbers, count, NULL) == AD_OK) {
         uint64_t *words = (uint64_t *)numbers;
+        if (chosen && change->how == AT_COORDINATES) {
+            const size_t points[2] = {2, (size_t)words[count - 1]};
+            assert_true(2 * points[1] < NUMBERS_MAX);
+            for (size_t k = 0; k < 2 * points[1]; k++) {
+                numbers[k] = change->value;
+            }
+            checkpoint_put_doubles(to, name, numbers, 2, points);
+            return;
+        }
         words[count] = 1;
         words[count - 1] =
             chosen && change->how == CHANGE ? (uint64_t)change->value : words[count - 1];
@@ -154,6 +164,8 @@ static void test_values(void **state)
         {"optimizer/gradient", CHANGE, INFINITY},
         {"points/interior", CHANGE, 7},
         {"points/initial", CHANGE, 1e9},
+        {"points/interior", AT_COORDINATES, 1.5},
+        {"points/initial", AT_COORDINATES, NAN},
         {"causal/weights", CHANGE, 2},
         {"causal/epsilon_index", CHANGE, 3},
         {"history/table", RENAME_COLUMN, 0},
@@ -163,6 +175,9 @@ static void test_values(void **state)
         assert_true(checkpoint_has(good, changes[i].name));
         check_tampered(good, changes[i]);
     }
+    ad_error error = {AD_OK, ""};
+    assert_int_equal(
+        restore_tampered(good, &(tamper){"points/interior", AT_COORDINATES, 0.25}, &error), AD_OK);
     checkpoint_free(good);
 }
 
