@@ -361,7 +361,12 @@ void ad_execute_cut(execution *e, const pass *p, size_t points, size_t members)
     size_t wanted = (e->count + CHUNKS_FEW - 1) / CHUNKS_FEW; /* work for several threads */
     wanted = rounded_up(wanted, TILE_STEP);
     wanted = wanted < TILE_MIN ? TILE_MIN : wanted;
-    e->tile = (int)minimum(wanted, (size_t)e->program->tile);
+    const size_t most = (size_t)e->program->tile, tiles = (e->count + most - 1) / most;
+    if (tiles > CHUNKS_FEW) { /* as many for each of so many ranks or threads */
+        const size_t each = rounded_up(tiles, CHUNKS_FEW);
+        wanted = rounded_up((e->count + each - 1) / each, TILE_STEP);
+    }
+    e->tile = (int)minimum(wanted, most);
     e->step = (size_t)e->tile;
     e->tiles = (e->count + e->step - 1) / e->step;
     if (e->program->members && e->each > 1) {
