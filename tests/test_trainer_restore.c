@@ -7,11 +7,12 @@
 
 enum { NUMBERS_MAX = 20000, NAMES_MAX = 32 };
 
-/* What to do with one item: leave it out, give it one number too many, change its first or last, or
- * have the coordinates of points, as earlier versions had, where they are drawn again. */
+/* What to do with one item: leave it out, give it one number too many, change its first or last,
+ * have the coordinates of points, as earlier versions had, where they are drawn again, or have a
+ * generator of zeros, which never ends. */
 typedef struct tamper {
     const char *name;
-    enum { LEAVE_OUT, LENGTHEN, CHANGE, RENAME_COLUMN, AT_COORDINATES } how;
+    enum { LEAVE_OUT, LENGTHEN, CHANGE, RENAME_COLUMN, AT_COORDINATES, CLEAR } how;
     double value;
 } tamper;
 
@@ -64,6 +65,7 @@ static void copy_item(const checkpoint *from, size_t i, checkpoint *to, const ta
             return;
         }
         words[count] = 1;
+        memset(words, 0, chosen && change->how == CLEAR ? 4 * sizeof *words : 0);
         words[count - 1] =
             chosen && change->how == CHANGE ? (uint64_t)change->value : words[count - 1];
         checkpoint_put_uint64(to, name, words, 1, &longer);
@@ -164,6 +166,8 @@ static void test_values(void **state)
         {"optimizer/gradient", CHANGE, INFINITY},
         {"points/interior", CHANGE, 7},
         {"points/initial", CHANGE, 1e9},
+        {"points/interior", CLEAR, 0},
+        {"generators/interior", CLEAR, 0},
         {"points/interior", AT_COORDINATES, 1.5},
         {"points/initial", AT_COORDINATES, NAN},
         {"causal/weights", CHANGE, 2},

@@ -139,6 +139,17 @@ static ad_status check_given(const checkpoint *file, const problem_array *now, a
     return status;
 }
 
+/* The state of a generator first: one of zeros would give zeros for ever. */
+static ad_status get_words(const checkpoint *file, const char *name, uint64_t *words, size_t count,
+                           ad_error *error)
+{
+    ad_status status = checkpoint_get_uint64(file, name, words, count, error);
+    if (status == AD_OK && (words[0] | words[1] | words[2] | words[3]) == 0) {
+        return ad_fail(error, AD_BAD_INPUT, "checkpoint: %s is no state of a generator", name);
+    }
+    return status;
+}
+
 static ad_status get_array(const checkpoint *file, const problem_array *array, ad_error *error)
 {
     int rank;
@@ -153,12 +164,14 @@ static ad_status get_array(const checkpoint *file, const problem_array *array, a
         return checkpoint_get_doubles(file, array->name, array->data, array->rows * array->columns,
                                       error);
     }
-    ad_status status = checkpoint_get_uint64(file, array->name, drawn, DRAWN, error);
+    ad_status status = get_words(file, array->name, drawn, DRAWN, error);
     if (status == AD_OK && drawn[WORDS] != array->columns) {
-        return ad_fail(error, AD_BAD_INPUT, "checkpoint: %s are %llu, not %zu", array->name,
-                       (unsigned long long)drawn[WORDS], array->columns);
+        status = ad_fail(error, AD_BAD_INPUT, "checkpoint: %s are %llu, not %zu", array->name,
+                         (unsigned long long)drawn[WORDS], array->columns);
     }
-    memcpy(array->drawn->before.state, drawn, status == AD_OK ? WORDS * sizeof *drawn : 0);
+    if (status == AD_OK) {
+        memcpy(array->drawn->before.state, drawn, WORDS * sizeof *drawn);
+    }
     return status;
 }
 
@@ -175,7 +188,7 @@ static ad_status restore_problem(trainer *t, const checkpoint *file, ad_error *e
     for (int i = 0; status == AD_OK && i < generator_count; i++) {
         char name[NAME_MAX_];
         item_name(name, "generators", generators[i].name);
-        status = checkpoint_get_uint64(file, name, generators[i].rng->state, WORDS, error);
+        status = get_words(file, name, generators[i].rng->state, WORDS, error);
     }
     return status == AD_OK ? problem_restored(t->problem, error) : status;
 }
