@@ -31,7 +31,6 @@ struct cpinn_family {
     size_t *which;              /* [chunk] their places */
     solve_answer *refined;      /* [chunk] */
     solve_member *solved;       /* [chunk] */
-    cpinn_answer *others;       /* [chunk] of those that the solver of members does not solve */
 };
 
 static_assert((int)CPINN_REASON_NOT_FINITE == SOLVE_NOT_FINITE &&
@@ -122,9 +121,7 @@ static ad_status make_room(cpinn_family *x, ad_error *error)
     x->which = malloc(x->chunk * sizeof *x->which);
     x->refined = malloc(x->chunk * sizeof *x->refined);
     x->solved = malloc(x->chunk * sizeof *x->solved);
-    x->others = malloc(x->chunk * sizeof *x->others);
-    return x->curvature && x->values && x->parameters && x->which && x->refined && x->solved &&
-                   x->others
+    return x->curvature && x->values && x->parameters && x->which && x->refined && x->solved
                ? AD_OK
                : ad_fail(error, AD_NO_MEMORY, "out of memory for members of a family");
 }
@@ -285,7 +282,6 @@ void cpinn_family_free(cpinn_family *x)
         free(x->which);
         free(x->refined);
         free(x->solved);
-        free(x->others);
         free(x);
     }
 }
@@ -571,29 +567,50 @@ static ad_status solve_one(const cpinn_family *x, const double *parameters, doub
 
 typedef struct solving {
     const cpinn_family *x;
-    const double *parameters;
-    double *values;
+    const size_t *which;
+    const double *parameters; /* of all members */
+    double *values;           /* of those that are solved, one after the other, as `answers` */
     cpinn_answer *answers;
 } solving;
 
 static ad_status solve_item(void *context, int item, int thread, ad_error *error)
 {
     const solving *of = context;
-    const size_t i = (size_t)item, width = of->x->points * (size_t)of->x->columns;
+    const size_t k = (size_t)item, width = of->x->points * (size_t)of->x->columns;
     (void)thread;
-    return solve_one(of->x, of->parameters + i * (size_t)of->x->count, of->values + i * width,
-                     of->answers + i, error);
+    return solve_one(of->x, of->parameters + of->which[k] * (size_t)of->x->count,
+                     of->values + k * width, of->answers + k, error);
 }
 
-ad_status cpinn_family_solve(cpinn_family *x, size_t members, const double *parameters,
-                             double *values, cpinn_answer *answers, ad_error *error)
+ad_status cpinn_family_solve(const cpinn_family *x, size_t count, const size_t *which,
+                             const double *parameters, double *values, cpinn_answer *answers,
+                             ad_error *error)
 {
-    const size_t bytes = x->points * (size_t)x->columns * sizeof *values;
-    const ad_dealt made[] = {{values, bytes, members * bytes},
-                             {answers, sizeof *answers, members * sizeof *answers}};
-    solving of = {x, parameters, values, answers};
-    return ad_pool_deal(x->pool, (int)members, solve_item, &of, sizeof made / sizeof *made, made,
-                        error);
+    if (count == 0) {
+        return AD_OK;
+    }
+    const size_t width = x->points * (size_t)x->columns, bytes = width * sizeof *values;
+    solving of = {x, which, parameters, malloc(count * bytes + 1),
+                  malloc((count + 1) * sizeof *answers)};
+    const ad_dealt made[] = {{of.values, bytes, count * bytes},
+                             {of.answers, sizeof *answers, count * sizeof *answers}};
+    ad_status status = of.values && of.answers
+                           ? AD_OK
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", count);
+    for (size_t k = 0; k < count && status == AD_OK; k++) {
+        of.answers[k] = answers[which[k]];
+    }
+    if (status == AD_OK) {
+        status = ad_pool_deal(x->pool, (int)count, solve_item, &of, sizeof made / sizeof *made,
+                              made, error);
+    }
+    for (size_t k = 0; k < count && status == AD_OK; k++) {
+        answers[which[k]] = of.answers[k];
+        memcpy(values + which[k] * width, of.values + k * width, bytes);
+    }
+    free(of.values);
+    free(of.answers);
+    return status;
 }
 
 /* Whether the solver is asked: not where the scene is none. */
@@ -604,28 +621,6 @@ static bool is_wanting(const cpinn_family *x, int steps, cpinn_answer *answer)
         return true;
     }
     return !answer->trusted && answer->source == CPINN_FROM_NETWORK;
-}
-
-/* Those of `rest` members in x->which whose answer is not trusted, by the other solver. */
-static ad_status solve_others(cpinn_family *x, size_t rest, double *values, cpinn_answer *answers,
-                              ad_error *error)
-{
-    const size_t count = (size_t)x->count, width = x->points * (size_t)x->columns;
-    size_t others = 0;
-    for (size_t k = 0; k < rest; k++) {
-        if (!answers[x->which[k]].trusted) {
-            memmove(x->parameters + others * count, x->parameters + k * count,
-                    count * sizeof *x->parameters);
-            x->others[others] = answers[x->which[k]];
-            x->which[others++] = x->which[k];
-        }
-    }
-    ad_status status = cpinn_family_solve(x, others, x->parameters, x->values, x->others, error);
-    for (size_t k = 0; k < others && status == AD_OK; k++) {
-        answers[x->which[k]] = x->others[k];
-        memcpy(values + x->which[k] * width, x->values + k * width, width * sizeof *values);
-    }
-    return status;
 }
 
 /* Members of a chunk whose answer is wanting, by the solver of members, and those that it gives
@@ -654,7 +649,14 @@ static ad_status solve_rest(cpinn_family *x, int steps, size_t members, const do
             answer->error = x->solved[k].estimate * x->length;
         }
     }
-    return status == AD_OK ? solve_others(x, rest, values, answers, error) : status;
+    size_t others = 0;
+    for (size_t k = 0; k < rest; k++) {
+        x->which[others] = x->which[k];
+        others += !answers[x->which[k]].trusted;
+    }
+    return status == AD_OK
+               ? cpinn_family_solve(x, others, x->which, parameters, values, answers, error)
+               : status;
 }
 
 ad_status cpinn_family_evaluate(cpinn_family *x, const cpinn_polish *polish, size_t members,

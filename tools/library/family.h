@@ -36,10 +36,12 @@ size_t cpinn_family_points(const cpinn_family *x);
 const double *cpinn_family_s(const cpinn_family *x);
 const double *cpinn_family_t(const cpinn_family *x); /* NULL at rest */
 
-/* Members by solution_create: values [members][points][columns]; of `answers` [members] the reason
- * is kept where the solver has no doubt. AD_NO_MEMORY, AD_NO_BLAS. */
-ad_status cpinn_family_solve(cpinn_family *x, size_t members, const double *parameters,
-                             double *values, cpinn_answer *answers, ad_error *error);
+/* Of some members those by solution_create whose numbers are which [count]: parameters, values
+ * [members][points][columns]; of `answers` [members] the reason is kept where the solver has no
+ * doubt. AD_NO_MEMORY, AD_NO_BLAS. */
+ad_status cpinn_family_solve(const cpinn_family *x, size_t count, const size_t *which,
+                             const double *parameters, double *values, cpinn_answer *answers,
+                             ad_error *error);
 
 /* The network of the evaluator (physics/evaluator.h) of coordinates s, t and the parameters. */
 ad_status cpinn_family_fields(const evaluator_model *trained, const cpinn_family *x,

@@ -30,8 +30,7 @@ typedef struct verifying {
     solve_member *solved;           /* [BATCH] */
     cpinn_answer *answers;          /* [BATCH] */
     bool *known;                    /* [BATCH] whether it is solved */
-    double *packed;                 /* [BATCH][count] of members for the other solver */
-    size_t *which;                  /* [BATCH] their places */
+    size_t *which;                  /* [BATCH] members for the other solver */
     double *off[CPINN_WAY_COUNT];   /* [members] m; NaN: not known */
     double *ratio[CPINN_WAY_COUNT]; /* [members] predicted over actual */
     cpinn_family_check *result;
@@ -70,7 +69,6 @@ static bool make_room(verifying *x)
     x->solved = malloc(BATCH * sizeof *x->solved);
     x->answers = malloc(BATCH * sizeof *x->answers);
     x->known = malloc(BATCH * sizeof *x->known);
-    x->packed = malloc(BATCH * x->count * sizeof *x->packed);
     x->which = malloc(BATCH * sizeof *x->which);
     for (int k = 0; k < CPINN_WAY_COUNT; k++) {
         x->off[k] = malloc(x->members * sizeof *x->off[k]);
@@ -78,7 +76,7 @@ static bool make_room(verifying *x)
         made = made && x->off[k] && x->ratio[k];
     }
     return made && x->parameters && x->values && x->answered && x->solved && x->answers &&
-           x->known && x->packed && x->which;
+           x->known && x->which;
 }
 
 static void verifying_free(verifying *x)
@@ -90,7 +88,6 @@ static void verifying_free(verifying *x)
     free(x->solved);
     free(x->answers);
     free(x->known);
-    free(x->packed);
     free(x->which);
     for (int k = 0; k < CPINN_WAY_COUNT; k++) {
         free(x->off[k]);
@@ -130,15 +127,14 @@ static double distance(const verifying *x, const double *a, const double *b)
     return largest;
 }
 
-/* Members x->which [count] of those from `given` on by the other solver, to x->answered and
- * x->answers. */
-static ad_status solve_others(verifying *x, size_t count, const double *given, ad_error *error)
+/* Members x->which [count] of those from `given` on by the other solver, also into x->answers. */
+static ad_status solve_others(verifying *x, size_t count, const double *given, double *values,
+                              ad_error *error)
 {
     for (size_t k = 0; k < count; k++) {
-        memcpy(x->packed + k * x->count, given + x->which[k] * x->count, x->count * sizeof *given);
-        x->answers[k] = (cpinn_answer){.reason = CPINN_REASON_NONE};
+        x->answers[x->which[k]] = (cpinn_answer){.reason = CPINN_REASON_NONE};
     }
-    return cpinn_family_solve(x->family, count, x->packed, x->answered, x->answers, error);
+    return cpinn_family_solve(x->family, count, x->which, given, values, x->answers, error);
 }
 
 /* The first members also by the other solver. */
@@ -151,12 +147,12 @@ static ad_status compare_solvers(verifying *x, size_t now, ad_error *error)
             x->which[count] = i;
             count += x->solved[i].solved;
         }
-        status = solve_others(x, count, x->parameters, error);
+        status = solve_others(x, count, x->parameters, x->answered, error);
         for (size_t k = 0; k < count && status == AD_OK; k++) {
-            const double off =
-                distance(x, x->values + x->which[k] * x->width, x->answered + k * x->width);
-            if (x->answers[k].trusted) {
-                x->result->apart = fmax(x->result->apart, off);
+            const size_t at = x->which[k] * x->width;
+            if (x->answers[x->which[k]].trusted) {
+                x->result->apart =
+                    fmax(x->result->apart, distance(x, x->values + at, x->answered + at));
                 x->result->compared++;
             }
         }
@@ -181,11 +177,9 @@ static ad_status solve_batch(verifying *x, size_t first, size_t now, ad_error *e
         x->which[others] = i;
         others += !x->known[i];
     }
-    status = status == AD_OK ? solve_others(x, others, given, error) : status;
+    status = status == AD_OK ? solve_others(x, others, given, x->values, error) : status;
     for (size_t k = 0; k < others && status == AD_OK; k++) {
-        const size_t i = x->which[k];
-        memcpy(x->values + i * x->width, x->answered + k * x->width, x->width * sizeof *x->values);
-        x->known[i] = x->answers[k].trusted;
+        x->known[x->which[k]] = x->answers[x->which[k]].trusted;
     }
     for (size_t i = 0; i < now && status == AD_OK; i++) {
         const bool by_members = estimate_of(x, i) <= CPINN_TOLERANCE;
