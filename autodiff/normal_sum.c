@@ -80,12 +80,16 @@ static size_t sums_of(leaf_range leaves)
     return leaves.first == 0 && leaves.count > 0 ? 1 : leaves.count;
 }
 
+static bool is_one_slab(const cutting *c) /* a leaf */
+{
+    return c->slab * c->leaves >= c->tiles;
+}
+
 /* How many leaves are kept apart: each of a later rank, or one of several slabs until it is added.
  */
 static size_t kept_leaves(const cutting *c, leaf_range own)
 {
-    bool whole = c->slab * c->leaves >= c->tiles; /* a slab is a leaf */
-    return own.first > 0 ? own.count : !whole;
+    return own.first > 0 ? own.count : !is_one_slab(c);
 }
 
 size_t ad_normal_room(const ad_normal *normal, size_t points)
@@ -259,7 +263,7 @@ static void add_leaf_at_once(ad_normal *normal, const ad_run *run, const cutting
                              normal_run *sums)
 {
     const size_t n = normal->parameters;
-    if (kept_leaves(c, (leaf_range){0, 1}) == 0) {
+    if (is_one_slab(c)) {
         add_leaf(normal, run, c, leaf, sums);
         return;
     }

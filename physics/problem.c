@@ -532,14 +532,17 @@ ad_status problem_restored(problem *p, ad_error *error)
         problem_set_refresh(&p->sets[i]);
         problem_cloud *trained = &p->sets[i].trained;
         size_t numbers = (size_t)p->sets[i].about->source.rows * trained->count;
-        if (!trained->drawn.still) {
+        if (trained->drawn.still) {
+            const ad_status status = problem_cloud_redraw(p, &p->sets[i], trained, error);
+            if (status != AD_OK) {
+                return status;
+            }
+        } else {
             trained->first = 0;
             trained->end = trained->count; /* they have been filled in */
-        } else if (problem_cloud_redraw(p, &p->sets[i], trained, error) != AD_OK) {
-            return AD_BAD_INPUT;
-        }
-        if (!trained->drawn.still && !problem_points_are_inside(p, trained)) {
-            return ad_fail(error, AD_BAD_INPUT, "checkpoint: a point lies outside the scene");
+            if (!problem_points_are_inside(p, trained)) {
+                return ad_fail(error, AD_BAD_INPUT, "checkpoint: a point lies outside the scene");
+            }
         }
         if (!problem_all_finite(trained->data, numbers)) {
             return ad_fail(error, AD_BAD_INPUT, "checkpoint: data of a point are not finite");

@@ -106,7 +106,6 @@ bool problem_all_finite(const double *x, size_t count);
 
 /* problem_points.c */
 problem_points problem_points_of(const problem *p, const problem_set *set);
-bool problem_set_is_shared(const problem *p, const problem_set *set);
 ad_status problem_set_sample(problem *p, problem_set *set, ad_error *error);
 ad_status problem_set_resample(problem *p, problem_set *set, ad_error *error);
 /* Data for the trained points, by the network at x where they follow it. */
@@ -163,8 +162,6 @@ ad_status problem_set_squares(problem_set *set, const problem_cloud *cloud, cons
 /* weighted: by the weights of points. */
 ad_status problem_set_run_term(problem *p, problem_set *set, int term, bool weighted,
                                const double *x, double *loss, double *gradient, ad_error *error);
-/* All trained points, of which this rank may have had those alone that it takes. */
-ad_status problem_set_hold_all(problem_set *set, ad_error *error);
 /* Rows of the set's Jacobian: compiled when they are not yet, which the others need; the set's part
  * of the normal equations, added; the rows as such, written from row `first` on. */
 ad_status problem_set_prepare_normal(problem *p, problem_set *set, ad_error *error);
@@ -178,6 +175,15 @@ ad_status problem_set_product(problem_set *set, const double *pair, double *prod
                               ad_error *error);
 ad_status problem_set_locate(problem *p, problem_set *set, const double *x, problem_place *place,
                              ad_error *error);
+
+/* problem_share.c. Whether ranks may have a part of the trained points each; what they may not have
+ * yet: those that this rank takes of the first so many in a run of the program, or for the rows of
+ * J; all. */
+bool problem_set_is_shared(const problem *p, const problem_set *set);
+ad_status problem_set_hold(problem_set *set, const ad_program *program, size_t points,
+                           ad_error *error);
+ad_status problem_set_hold_rows(problem_set *set, ad_error *error);
+ad_status problem_set_hold_all(problem_set *set, ad_error *error);
 
 /* problem.c */
 problem_set *problem_set_of_term(problem *p, int term);

@@ -265,15 +265,6 @@ static ad_status cloud_extend(const problem *p, problem_cloud *cloud, ad_error *
     return AD_OK;
 }
 
-/* Whether all that is done with the points of a set is done point by point by programs, which ranks
- * share: weights, data and moves need all of them. */
-bool problem_set_is_shared(const problem *p, const problem_set *set)
-{
-    const problem_settings *s = &p->settings;
-    return !p->model->motion && set->about->points != MODEL_GIVEN && set->about->source.rows == 0 &&
-           !s->causal_slices && !s->adaptive.kind && !(s->self_adaptive_rate > 0);
-}
-
 /* Every set has a generator of its own, and its held-out points another. */
 ad_status problem_set_sample(problem *p, problem_set *set, ad_error *error)
 {

@@ -316,51 +316,19 @@ static void list_inputs(const problem_set *set, const problem_cloud *cloud,
     }
 }
 
+/* Where the gradient by each view goes. */
+static void list_views(const problem_set *set, double *gradient, double **outputs)
+{
+    for (int i = 0; i < set->view_count; i++) {
+        outputs[i] = gradient ? gradient + set->view_offsets[i] : NULL;
+    }
+}
+
 static void list_uniforms(const problem_set *set, const double **uniforms)
 {
     const problem *p = set->problem;
     int count = domain_list_uniforms(&p->kinds, &p->setting, uniforms);
     uniforms[count] = set->balance;
-}
-
-/* The points that this rank takes of so many, or all of them. */
-static ad_status hold(problem_set *set, const ad_share *of, ad_error *error)
-{
-    return problem_cloud_hold(set->problem, set, &set->trained, of->first, of->first + of->points,
-                              error);
-}
-
-static bool has_all(const problem_set *set)
-{
-    return set->trained.first == 0 && set->trained.end == set->trained.count;
-}
-
-static ad_status hold_for(problem_set *set, const ad_program *program, size_t points,
-                          ad_error *error)
-{
-    const ad_ranks *ranks = ad_pool_ranks(set->problem->pool);
-    if (has_all(set)) {
-        return AD_OK;
-    }
-    const ad_share of =
-        ad_program_share(program, points, ranks ? ranks->count : 1, ranks ? ranks->rank : 0);
-    return hold(set, &of, error);
-}
-
-static ad_status hold_for_rows(problem_set *set, const ad_normal *normal, ad_error *error)
-{
-    const ad_ranks *ranks = ad_pool_ranks(set->problem->pool);
-    if (has_all(set)) {
-        return AD_OK;
-    }
-    const ad_share of = ad_normal_share(normal, set->trained.count, ranks ? ranks->count : 1,
-                                        ranks ? ranks->rank : 0);
-    return hold(set, &of, error);
-}
-
-ad_status problem_set_hold_all(problem_set *set, ad_error *error)
-{
-    return problem_cloud_hold(set->problem, set, &set->trained, 0, set->trained.count, error);
 }
 
 static ad_status refresh_fixed(problem_set *set, problem_fixed *fixed, ad_error *error)
@@ -370,7 +338,7 @@ static ad_status refresh_fixed(problem_set *set, problem_fixed *fixed, ad_error 
     if (!fixed->stale || !fixed->program) {
         return AD_OK;
     }
-    ad_status status = hold_for(set, fixed->program, set->trained.count, error);
+    ad_status status = problem_set_hold(set, fixed->program, set->trained.count, error);
     if (status != AD_OK) {
         return status;
     }
@@ -396,7 +364,7 @@ static ad_status run_first(problem_set *set, ad_program *program, const problem_
                                                      : NULL;
     ad_status status = fixed ? refresh_fixed(set, fixed, error) : AD_OK;
     if (status == AD_OK && cloud == &set->trained) {
-        status = hold_for(set, program, points, error);
+        status = problem_set_hold(set, program, points, error);
     }
     if (status != AD_OK) {
         return status;
@@ -462,9 +430,7 @@ ad_status problem_set_run(problem_set *set, ad_program *program, const problem_c
         if (set->point_losses) {
             outputs[count++] = set->point_losses;
         }
-        for (int i = 0; i < set->view_count; i++) {
-            outputs[count++] = gradient ? gradient + set->view_offsets[i] : NULL;
-        }
+        list_views(set, gradient, outputs + count);
     }
     ad_status status = run(set, program, cloud, x, outputs, error);
     for (int i = 0; status == AD_OK && i < set->term_count; i++) {
@@ -481,9 +447,7 @@ ad_status problem_rehearse(problem *p, int set, size_t points, const double *x, 
     if (!s->gradient) {
         return ad_fail(error, AD_BAD_ARGUMENT, "a motion has no program");
     }
-    for (int i = 0; i < s->view_count; i++) {
-        outputs[first + i] = p->scratch + s->view_offsets[i];
-    }
+    list_views(s, p->scratch, outputs + first);
     points = points < s->trained.count ? points : s->trained.count;
     return run_first(s, s->gradient, &s->trained, points, x, outputs, error);
 }
@@ -506,9 +470,7 @@ ad_status problem_set_run_term(problem *p, problem_set *set, int term, bool weig
         }
     }
     double *outputs[1 + PROBLEM_VIEWS] = {loss};
-    for (int i = 0; i < set->view_count; i++) {
-        outputs[1 + i] = gradient ? gradient + set->view_offsets[i] : NULL;
-    }
+    list_views(set, gradient, outputs + 1);
     return run(set, *program, &set->trained, x, outputs, error);
 }
 
@@ -583,9 +545,7 @@ ad_status problem_set_product(problem_set *set, const double *pair, double *prod
                               ad_error *error)
 {
     double *outputs[PROBLEM_VIEWS];
-    for (int i = 0; i < set->view_count; i++) {
-        outputs[i] = product + set->view_offsets[i];
-    }
+    list_views(set, product, outputs);
     return run(set, set->product, &set->trained, pair, outputs, error);
 }
 
@@ -594,37 +554,46 @@ ad_status problem_set_prepare_normal(problem *p, problem_set *set, ad_error *err
     return set->normal ? AD_OK : compile_normal(p, set, error);
 }
 
+/* What the rows of J are computed from, at the points that there are. */
+typedef struct rows_run {
+    const double *inputs[PROBLEM_INPUTS + PROBLEM_FIXED_ROWS], *uniforms[PROBLEM_UNIFORMS];
+    ad_run run;
+} rows_run;
+
+static void begin_rows(problem_set *set, const double *x, rows_run *r)
+{
+    list_inputs(set, &set->trained, &set->normal_fixed, r->inputs);
+    list_uniforms(set, r->uniforms);
+    r->run = (ad_run){.points = set->trained.count,
+                      .inputs = r->inputs,
+                      .uniforms = r->uniforms,
+                      .parameters = x};
+}
+
 ad_status problem_set_normal(problem_set *set, const double *x, double *loss, double *jtj,
                              double *jtr, ad_error *error)
 {
-    const double *inputs[PROBLEM_INPUTS + PROBLEM_FIXED_ROWS], *uniforms[PROBLEM_UNIFORMS];
+    rows_run r;
     ad_status status = refresh_fixed(set, &set->normal_fixed, error);
-    status = status == AD_OK ? hold_for_rows(set, set->normal, error) : status;
+    status = status == AD_OK ? problem_set_hold_rows(set, error) : status;
     if (status != AD_OK) {
         return status;
     }
-    list_inputs(set, &set->trained, &set->normal_fixed, inputs);
-    list_uniforms(set, uniforms);
-    ad_run r = {
-        .points = set->trained.count, .inputs = inputs, .uniforms = uniforms, .parameters = x};
-    return ad_normal_add(set->normal, &r, jtj, jtr, loss, error);
+    begin_rows(set, x, &r);
+    return ad_normal_add(set->normal, &r.run, jtj, jtr, loss, error);
 }
 
 ad_status problem_set_jacobian(problem_set *set, const double *x, size_t first, size_t stride,
                                double *jt, double *r, ad_error *error)
 {
-    const double *inputs[PROBLEM_INPUTS + PROBLEM_FIXED_ROWS], *uniforms[PROBLEM_UNIFORMS];
+    rows_run rows;
     ad_status status = refresh_fixed(set, &set->normal_fixed, error);
     status = status == AD_OK ? problem_set_hold_all(set, error) : status;
-    if (status != AD_OK) {
-        return status;
+    if (status == AD_OK) {
+        begin_rows(set, x, &rows);
+        ad_normal_jacobian(set->normal, &rows.run, first, stride, jt, r);
     }
-    list_inputs(set, &set->trained, &set->normal_fixed, inputs);
-    list_uniforms(set, uniforms);
-    ad_run run = {
-        .points = set->trained.count, .inputs = inputs, .uniforms = uniforms, .parameters = x};
-    ad_normal_jacobian(set->normal, &run, first, stride, jt, r);
-    return AD_OK;
+    return status;
 }
 
 static problem_place found_at(const problem *p, const problem_cloud *cloud, size_t point, int term)

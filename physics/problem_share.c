@@ -17,6 +17,59 @@ ad_share problem_share(const problem *p, int set, bool normal, int ranks, int ra
                        : (ad_share){.points = points, .items = 1}; /* a motion: all take all */
 }
 
+/* Whether all that is done with the points of a set is done point by point by programs, which ranks
+ * share: weights, data and moves need all of them. */
+bool problem_set_is_shared(const problem *p, const problem_set *set)
+{
+    const problem_settings *s = &p->settings;
+    return !p->model->motion && set->about->points != MODEL_GIVEN && set->about->source.rows == 0 &&
+           !s->causal_slices && !s->adaptive.kind && !(s->self_adaptive_rate > 0);
+}
+
+/* ---- points that this rank has ------------------------------------------------------------- */
+
+static bool has_all(const problem_set *set)
+{
+    return set->trained.first == 0 && set->trained.end == set->trained.count;
+}
+
+static ad_status hold(problem_set *set, const ad_share *of, ad_error *error)
+{
+    return problem_cloud_hold(set->problem, set, &set->trained, of->first, of->first + of->points,
+                              error);
+}
+
+ad_status problem_set_hold(problem_set *set, const ad_program *program, size_t points,
+                           ad_error *error)
+{
+    const ad_ranks *ranks = problem_ranks(set->problem);
+    if (has_all(set)) {
+        return AD_OK;
+    }
+    const ad_share of =
+        ad_program_share(program, points, ranks ? ranks->count : 1, ranks ? ranks->rank : 0);
+    return hold(set, &of, error);
+}
+
+ad_status problem_set_hold_rows(problem_set *set, ad_error *error)
+{
+    const ad_ranks *ranks = problem_ranks(set->problem);
+    if (has_all(set)) {
+        return AD_OK;
+    }
+    const ad_share of = ad_normal_share(set->normal, set->trained.count, ranks ? ranks->count : 1,
+                                        ranks ? ranks->rank : 0);
+    return hold(set, &of, error);
+}
+
+ad_status problem_set_hold_all(problem_set *set, ad_error *error)
+{
+    const ad_share all = {.points = set->trained.count};
+    return hold(set, &all, error);
+}
+
+/* ---- memory -------------------------------------------------------------------------------- */
+
 size_t problem_bytes(const problem *p, int ranks, int rank)
 {
     size_t bytes = 2 * p->parameters * sizeof(double);
