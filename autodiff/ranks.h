@@ -68,6 +68,12 @@ ad_status ad_pool_deal(ad_pool *pool, int count, ad_pool_item work, void *contex
 ad_status ad_pool_sum(ad_pool *pool, int items, ad_pool_work work, void *context, size_t width,
                       double *rows, double *total, ad_error *error);
 
+/* Whether this is the only process, or rank 0, which prints and writes for all. */
+static inline bool ad_ranks_is_first(const ad_ranks *ranks)
+{
+    return !ranks || ranks->rank == 0;
+}
+
 /* ---- agreement ------------------------------------------------------------------------------- */
 
 /* Of all ranks the largest x; the numbers [count] of rank 0; whether x is the same everywhere.

@@ -500,7 +500,7 @@ static ad_status prepare(bench *b, ad_error *error)
     ad_status status = read_plan(b, error);
     status = status == AD_OK ? make_plan(b, error) : status;
     status = status == AD_OK ? rehearse(b, error) : status;
-    return status == AD_OK && !signals_caught() && ranks_is_first(b->o->ranks)
+    return status == AD_OK && !signals_caught() && ad_ranks_is_first(b->o->ranks)
                ? choose_folder(b, error)
                : status;
 }
@@ -523,7 +523,7 @@ static int run(bench *b)
     const int stopped = signal ? ranks_queue_stopped(program, b->o->ranks, signal,
                                                      (size_t)b->results.run_count, (size_t)count)
                                : 0;
-    if (ranks_is_first(b->o->ranks) && finish(b, &error) != AD_OK) {
+    if (ad_ranks_is_first(b->o->ranks) && finish(b, &error) != AD_OK) {
         return cli_fail_error(program, &error);
     }
     return stopped ? stopped : result;

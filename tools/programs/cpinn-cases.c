@@ -218,7 +218,7 @@ static bool all_have_errors(const table *t)
 static int run(table *t, const options *o)
 {
     ad_error error = {AD_OK, ""};
-    const bool writes = o->out && ranks_is_first(o->ranks);
+    const bool writes = o->out && ad_ranks_is_first(o->ranks);
     int signal;
     ad_status status = find_cases(t, o, &error);
     status = status == AD_OK && writes ? prepare_folder(o->out, &error) : status;

@@ -572,7 +572,7 @@ static int go(const ad_ranks *ranks, int argc, char **argv)
         return status;
     }
     x.asked.threads = ranks_threads(x.asked.threads);
-    x.asked.json = x.asked.json && !ranks_is_first(ranks) ? "-" : x.asked.json; /* to nowhere */
+    x.asked.json = x.asked.json && !ad_ranks_is_first(ranks) ? "-" : x.asked.json; /* to nowhere */
     if (r->count == 0 && !isnan(r->tolerance)) {
         return cli_fail(program, "--tolerance: of --rollouts; allowed: the two together");
     }

@@ -250,7 +250,7 @@ static int run(const options *o)
     static const char *const names[] = {"subject", "scene",   "method", "expected", "outcome",
                                         "reason",  "verdict", "bound",  "error",    "seconds"};
     static record all;
-    const bool writes = o->out && ranks_is_first(o->ranks);
+    const bool writes = o->out && ad_ranks_is_first(o->ranks);
     int signal = 0;
     ad_error error = {AD_OK, ""};
     signals_catch();

@@ -590,7 +590,7 @@ int main(int count, char **arguments)
     if (result == CLI_RUN) {
         o.threads = ranks_threads(o.threads);
         o.watch = o.watch && !o.ranks; /* what draws asks the network, which all would have to */
-        o.json = o.json && o.ranks && o.ranks->rank > 0 ? "-" : o.json; /* to nowhere */
+        o.json = o.json && !ad_ranks_is_first(o.ranks) ? "-" : o.json; /* to nowhere */
         result = run(&o);
     }
     return ranks_end(program, result);

@@ -212,7 +212,7 @@ ad_status eval_family_run(const eval_family_options *asked, const experiment *e,
     }
     status = gather(result, error);
     status = status == AD_OK ? answer(result, error) : status;
-    const bool writes = asked->out && (!asked->ranks || asked->ranks->rank == 0);
+    const bool writes = asked->out && ad_ranks_is_first(asked->ranks);
     return status == AD_OK && writes ? write_out(result, error) : status;
 }
 

@@ -351,7 +351,7 @@ int eval_rollouts_run(const char *program, const eval_rollouts_options *asked)
     ad_status result = json_check_path(asked->json, &error);
     result = result == AD_OK ? surrogate_load(asked->path, &s, &error) : result;
     result = result == AD_OK ? report_of(asked, s, &report, &error) : result;
-    if (result == AD_OK && asked->out && (!asked->ranks || asked->ranks->rank == 0)) {
+    if (result == AD_OK && asked->out && ad_ranks_is_first(asked->ranks)) {
         result = write_files(program, &report, asked->out, &error);
     }
     if (result == AD_OK && asked->json) {

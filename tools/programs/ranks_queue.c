@@ -51,11 +51,6 @@ typedef struct server {
     double stopped;  /* since when that is known, s */
 } server;
 
-bool ranks_is_first(const ad_ranks *ranks)
-{
-    return !ranks || ranks->rank == 0;
-}
-
 ad_status ranks_result_copy(ranks_result *result, size_t size, const void *bytes, ad_error *error)
 {
     result->bytes = malloc(size + 1);

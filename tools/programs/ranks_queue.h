@@ -38,9 +38,6 @@ void ranks_queue_none(const ad_ranks *ranks);
 int ranks_queue_stopped(const char *program, const ad_ranks *ranks, int signal, size_t done,
                         size_t count);
 
-/* Whether this process prints and writes: the only one, or rank 0. */
-bool ranks_is_first(const ad_ranks *ranks);
-
 /* A copy of so many bytes as a result. AD_NO_MEMORY. */
 ad_status ranks_result_copy(ranks_result *result, size_t size, const void *bytes, ad_error *error);
 

@@ -38,7 +38,7 @@ typedef struct training {
 /* Of several ranks the first keeps the folder; what has become of that is the same for all. */
 static bool keeps_folder(const training *t)
 {
-    return !t->asked->ranks || t->asked->ranks->rank == 0;
+    return ad_ranks_is_first(t->asked->ranks);
 }
 
 static ad_status agreed(const training *t, ad_status status, ad_error *error)

@@ -168,5 +168,3 @@ ad_status rollouts_judge_rod(rollouts_runner *x, ad_pool *pool, rollouts_report 
     close_rods(&all, threads);
     return status;
 }
-
-/* ---- the solver ---------------------------------------------------------------------------- */

@@ -52,8 +52,7 @@ void session_free(session *s)
 /* Of several ranks the first keeps the folder. */
 static bool keeps_folder(const session *s)
 {
-    const ad_ranks *ranks = ad_pool_ranks(s->e->pool);
-    return s->folder && (!ranks || ranks->rank == 0);
+    return s->folder && ad_ranks_is_first(ad_pool_ranks(s->e->pool));
 }
 
 static ad_status agreed(const session *s, ad_status status, ad_error *error)

@@ -21,7 +21,7 @@ void trainer_fuse(trainer *t)
 {
     problem_fuse_way way = t->lasts ? PROBLEM_FUSE_COMPILE : PROBLEM_FUSE_KEPT;
     const ad_ranks *ranks = ad_pool_ranks(t->e->pool);
-    const bool first = !ranks || ranks->rank == 0; /* others take what it has kept by then */
+    const bool first = ad_ranks_is_first(ranks); /* others take what it has kept by then */
     if (!t->lasts &&
         train_seconds() - t->began > (first ? TRAINER_FUSE_AFTER : 3 * TRAINER_FUSE_AFTER)) {
         t->lasts = true;
