@@ -23,12 +23,7 @@ said stdout.txt \
 said stdout.txt '^ +solver +[0-9.]+e-1[0-9] .* [0-9]+ nodes, [0-9]+ steps +time$'
 said stdout.txt '^c_wrong +pinn +- +- +- +- +-$'
 said stdout.txt '^ +refused \(bad_input\): few/c_wrong.yaml:[0-9]+:[0-9]+: reference.analytic: '
-if command -v gnuplot >/dev/null; then
-    check nothing on stderr -- test ! -s stderr.txt
-else
-    check one line on stderr -- test "$(wc -l <stderr.txt)" -eq 1
-    said stderr.txt 'no picture, gnuplot is not installed'
-fi
+check nothing on stderr -- test ! -s stderr.txt
 said a/cases.csv '^case,method,outcome,reason,left_out,position_error,rotation_error,seconds,unknowns,equations,instructions,points,steps$'
 check two rows for each case, in order -- test \
     "$(cut -d, -f1,2 a/cases.csv | tail -n +2 | tr '\n' ' ')" = \
@@ -40,9 +35,7 @@ said a/cases.gp '^\$pinn << END'
 check a point for each row with an error -- test \
     "$(grep -cE '^[0-9].* [0-9]+ (a_beam|b_bent)$' a/cases.gp)" -eq \
     "$(awk -F, 'NR > 1 && $6 != "nan"' a/cases.csv | wc -l)"
-if command -v gnuplot >/dev/null; then
-    check a picture -- test -s a/cases.svg -a -s a/cases.png
-fi
+check a picture -- test -s a/cases.svg -a -s a/cases.png
 
 # ---- one that takes too long, one that the solver refuses -------------------------------------
 

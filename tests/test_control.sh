@@ -92,9 +92,12 @@ same a.numbers b.numbers
 check another seed is another loop -- test "$(cmp -s a.numbers c.numbers; echo $?)" -eq 1
 said a.csv '^t,reference_x,.*,true_z,.*,input_force1,.*,estimate_stiffness,deviation_stiffness,'
 check scripts -- test -s a.gp -a -s a_moving.gp
-if command -v gnuplot >/dev/null; then
-    check pictures -- test -s a.svg -a -s a.png -a -s a.gif
-fi
+check pictures -- test -s a.svg -a -s a.png -a -s a.gif
+short=("$BIN/cpinn-control" "$arm" --set control.model=reduced --set "$quick" --set "$early")
+run 0 env PATH="$BIN" "${short[@]}" --out undrawn.csv
+said stderr.txt '^cpinn-control: warning: no picture, gnuplot is not installed; once it is: '
+run 0 env PATH="$BIN" "${short[@]}" --out undrawn.csv --quiet
+check quiet without gnuplot -- test ! -s stdout.txt -a ! -s stderr.txt
 loop 0 --set "$quick" --set "$early" --json report.json --out d.h5
 said report.json '"loops": \[\{"name": "reduced rod", "error": null, "samples": 21, "diverged": 0'
 check what is said beside JSON -- test -s stdout.txt

@@ -15,6 +15,7 @@ import sys
 try:
     import fmpy
     import numpy
+    from fmpy.util import compile_platform_binary
     from fmpy.validation import validate_fmu
 except ImportError as error:
     print("skipped:", error)
@@ -71,8 +72,7 @@ def check(path, table):
     sources_only = os.path.abspath(path) + ".sources.fmu"
     shutil.make_archive(sources_only, "zip", folder)
     os.replace(sources_only + ".zip", sources_only)
-    subprocess.run([sys.executable, "-m", "fmpy.cli", "compile", sources_only], check=True,
-                   stdout=subprocess.DEVNULL)
+    compile_platform_binary(sources_only)
     compare("from sources", fmpy.simulate_fmu(sources_only, fmi_type="CoSimulation", **settings),
             table)
 

@@ -343,7 +343,8 @@ static ad_status run(controlling *x, ad_error *error)
             printf("wrote %s as C: %s\n", o->c, said);
         }
     }
-    if (status == AD_OK && o->out && control_draw(o->out, o->animate, &why) != AD_OK) {
+    if (status == AD_OK && o->out && control_draw(o->out, o->animate, &why) != AD_OK &&
+        !o->quiet) {
         cli_warn(program, "%s", why.message);
     }
     return status;

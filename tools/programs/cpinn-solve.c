@@ -371,7 +371,7 @@ static ad_status follow_path(solving *x, ad_error *error)
     if (status == AD_OK && !o->quiet) {
         path_files_print(x->path, stdout);
     }
-    if (status == AD_OK && path_files_draw(o->path, &why) != AD_OK) {
+    if (status == AD_OK && path_files_draw(o->path, &why) != AD_OK && !o->quiet) {
         cli_warn(program, "%s", why.message);
     }
     return status;

@@ -120,7 +120,9 @@ def prepare(case, method, threads):
             r = torch.cat(residuals(y, blend[:, None], world=True)) / n ** 0.5
             return r, r
 
-        per_point = torch.func.vmap(torch.func.jacrev(rows, has_aux=True), (None, 0, 0, 1))
+        from torch import func  # since PyTorch 2
+
+        per_point = func.vmap(func.jacrev(rows, has_aux=True), (None, 0, 0, 1))
 
         def step():
             parts = [per_point(x, *p)
