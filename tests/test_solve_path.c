@@ -282,7 +282,7 @@ static void test_twist(void **state)
  * 2 pi 3^(1/2) B/C (Zajac 1962, J. Appl. Mech. 29). Without the spring, which nothing pulls at, the
  * whole ring could turn about its tangent where it is held. The
  * path ends at 3^(1/2) times that twist, where more than three modes are unstable. Off by at most
- * 5.4e-10, which is the mesh's. */
+ * 5.4e-10, which is the mesh's; with any kernels of BLAS. */
 static void test_ring(void **state)
 {
     (void)state;

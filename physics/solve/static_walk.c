@@ -134,65 +134,34 @@ static double test_full_load(tracer *x, const arc_place *place)
     return load_of(x, place) - 1;
 }
 
-typedef struct trace_root {
-    double length; /* from `here` */
-    double load;
-    int count;
-    double tests[ROOT_STEPS], loads[ROOT_STEPS];
-} trace_root;
-
 /* The test at some length from `here`, where x->trial is then; NaN: there is no equilibrium. */
-static double test_at(tracer *x, trace_test test, double length, trace_root *root)
+static double test_at(tracer *x, trace_test test, double length)
 {
-    double off, value = NAN;
+    double off;
     const arc_place *before = x->has_before ? &x->before : NULL;
-    if (static_arc_step(x->arc, before, x->distance, &x->here, length, &x->trial, &off, x->steps)) {
-        value = test(x, &x->trial);
-    }
-    if (isfinite(value) && root->count < ROOT_STEPS) {
-        root->tests[root->count] = value;
-        root->loads[root->count++] = load_of(x, &x->trial);
-    }
-    return value;
-}
-
-/* The load where the test is 0, by Lagrange's polynomial through the last few: nearer to a
- * bifurcation equilibria are less exact than it. */
-static double load_at_root(const trace_root *root)
-{
-    enum { POINTS = 4 };
-    int first = root->count > POINTS ? root->count - POINTS : 0;
-    double load = 0;
-    for (int i = first; i < root->count; i++) {
-        double weight = 1;
-        for (int j = first; j < root->count; j++) {
-            if (j != i) {
-                weight *= root->tests[j] / (root->tests[j] - root->tests[i]);
-            }
-        }
-        load += weight * root->loads[i];
-    }
-    return load;
+    bool found =
+        static_arc_step(x->arc, before, x->distance, &x->here, length, &x->trial, &off, x->steps);
+    return found ? test(x, &x->trial) : NAN;
 }
 
 /* The root of the test between lengths a and b, with values of different sign: regula falsi
- * (Illinois), to the share `small` of the larger. x->trial is then near it. false: a pole, or no
- * equilibria. */
-static bool locate(tracer *x, trace_test test, double a, double b, double small, trace_root *root)
+ * (Illinois), to the share `small` of the larger. *length: of the root, near which x->trial is
+ * then. false: a pole, or no equilibria. */
+static bool locate(tracer *x, trace_test test, double a, double b, double small, double *length)
 {
-    double at_a = test_at(x, test, a, root), at_b = test_at(x, test, b, root);
+    double at_a = test_at(x, test, a), at_b = test_at(x, test, b);
     double size = fmax(fabs(at_a), fabs(at_b)), value = INFINITY;
     if (!(at_a * at_b <= 0)) {
         return false;
     }
-    while (root->count < ROOT_STEPS && fabs(value) > small * size && fabs(b - a) > 1e-15) {
-        double c = (a * at_b - b * at_a) / (at_b - at_a), found = test_at(x, test, c, root);
+    for (int i = 2; i < ROOT_STEPS && fabs(value) > small * size && fabs(b - a) > 1e-15; i++) {
+        double c = (a * at_b - b * at_a) / (at_b - at_a), found = test_at(x, test, c);
         if (!isfinite(found)) { /* too near to where other paths cross: back to the last */
-            test_at(x, test, root->length, &(trace_root){.count = 0});
+            test_at(x, test, *length);
             break;
         }
         value = found;
-        root->length = c;
+        *length = c;
         if (value * at_b < 0) {
             a = b;
             at_a = at_b;
@@ -202,19 +171,41 @@ static bool locate(tracer *x, trace_test test, double a, double b, double small,
         b = c;
         at_b = value;
     }
-    root->load = load_at_root(root);
     return fabs(value) <= 1e-3 * size;
+}
+
+/* The load at a mark that is located: where Lagrange's polynomial through four places around it, two
+ * on either side, has its root. At a bifurcation itself equilibria are nearly singular and their
+ * loads off by up to 1e-8; a share of the step away they are exact. x->trial is then at the mark. */
+static double load_at_mark(tracer *x, trace_test test, double length)
+{
+    enum { PLACES_AROUND = 4 };
+    static const double around[PLACES_AROUND] = {-2e-2, -1e-2, 1e-2, 2e-2};
+    double tests[PLACES_AROUND], loads[PLACES_AROUND], load = 0;
+    for (int i = 0; i < PLACES_AROUND; i++) {
+        tests[i] = test_at(x, test, length + around[i] * x->length);
+        loads[i] = load_of(x, &x->trial);
+    }
+    for (int i = 0; i < PLACES_AROUND; i++) {
+        double weight = 1;
+        for (int j = 0; j < PLACES_AROUND; j++) {
+            weight *= j == i ? 1 : tests[j] / (tests[j] - tests[i]);
+        }
+        load += weight * loads[i];
+    }
+    test_at(x, test, length);
+    return isfinite(load) ? load : load_of(x, &x->trial);
 }
 
 static ad_status mark_limit(tracer *x, double length, ad_error *error)
 {
-    trace_root root = {.count = 0};
-    if (!locate(x, test_limit, 0, length, 1e-5, &root)) {
+    double to_mark = 0;
+    if (!locate(x, test_limit, 0, length, 1e-5, &to_mark)) {
         return AD_OK;
     }
+    double load = load_at_mark(x, test_limit, to_mark);
     x->turned = true;
-    return record(x, x->trial.at, root.load, x->arclength + root.length, x->unstable,
-                  SOLUTION_LIMIT, error);
+    return record(x, x->trial.at, load, x->arclength + to_mark, x->unstable, SOLUTION_LIMIT, error);
 }
 
 /* To where the other path goes on, at x->here. */
@@ -254,26 +245,26 @@ static ad_status mark_bifurcation(tracer *x, double length, bool *found, bool *l
     const double reach[3][2] = {
         {0, length}, {-0.5 * length, 1.5 * length}, {-FIRST, length + FIRST}};
     const arc_place *from[2] = {&x->next, &x->here};
-    trace_root root = {.count = 0};
+    double to_mark = 0;
     *found = false;
     for (int i = 0; i < 6 && !*found; i++) {
-        root.count = 0;
         *found = static_arc_weakest(x->arc, from[i % 2], x->side) &&
-                 locate(x, test_bifurcation, reach[i / 2][0], reach[i / 2][1], 1e-4, &root) &&
-                 x->arclength + root.length > x->crossing + APART;
+                 locate(x, test_bifurcation, reach[i / 2][0], reach[i / 2][1], 1e-4, &to_mark) &&
+                 x->arclength + to_mark > x->crossing + APART;
     }
     if (!*found) {
         return AD_OK;
     }
     x->bifurcations++;
-    x->crossing = x->arclength + root.length;
-    ad_status status = record(x, x->trial.at, root.load, x->arclength + root.length, x->unstable,
+    x->crossing = x->arclength + to_mark;
+    double load = load_at_mark(x, test_bifurcation, to_mark);
+    ad_status status = record(x, x->trial.at, load, x->arclength + to_mark, x->unstable,
                               SOLUTION_BIFURCATION, error);
     if (status == AD_OK && !x->branch && x->bifurcations == x->settings->branch &&
         static_arc_weakest(x->arc, &x->trial, x->side) && leave(x)) {
         *left = x->branch = true;
         x->turned = false;
-        x->arclength += root.length + ASIDE;
+        x->arclength += to_mark + ASIDE;
         adopt(x, x->here.at);
         status = static_unstable(x->mesh, &x->unstable, error);
     }
@@ -283,10 +274,10 @@ static ad_status mark_bifurcation(tracer *x, double length, bool *found, bool *l
 /* The equilibrium under the full load within a step; *done: it is the one to stop at. */
 static ad_status cross(tracer *x, double length, bool *done, ad_error *error)
 {
-    trace_root root = {.count = 0};
+    double to_mark = 0;
     int unstable;
     *done = false;
-    if (!locate(x, test_full_load, 0, length, 1e-9, &root)) {
+    if (!locate(x, test_full_load, 0, length, 1e-9, &to_mark)) {
         return AD_OK;
     }
     x->trial.at[x->size - 1] = 1;
@@ -305,8 +296,7 @@ static ad_status cross(tracer *x, double length, bool *done, ad_error *error)
         x->has_fallback = true;
     }
     if (status == AD_OK) {
-        status =
-            record(x, x->trial.at, 1, x->arclength + root.length, unstable, SOLUTION_PLAIN, error);
+        status = record(x, x->trial.at, 1, x->arclength + to_mark, unstable, SOLUTION_PLAIN, error);
     }
     x->trace->arrived = *done;
     return status;
