@@ -7,7 +7,7 @@ cd "$(dirname "$0")/.."
 command -v debootstrap >/dev/null || tools/setup.sh debootstrap
 root=$(mktemp -d "${TMPDIR:-/tmp}/cpinn_fresh_XXXXXX")
 leave() {
-    umount "$root/proc" "$root/dev/shm" "$root/dev" 2>/dev/null || true
+    umount "$root/proc" "$root/dev/pts" "$root/dev/shm" "$root/dev" 2>/dev/null || true
     rm -rf --one-file-system "$root"
 }
 trap leave EXIT
@@ -22,6 +22,7 @@ rm "$root.log"
 cp /etc/resolv.conf /etc/hosts "$root/etc/"
 mount --bind /dev "$root/dev"
 mount -t tmpfs tmpfs "$root/dev/shm"
+mount --bind /dev/pts "$root/dev/pts"
 mount -t proc proc "$root/proc"
 mkdir "$root/cpinn"
 git archive HEAD | tar -x -C "$root/cpinn"

@@ -7,6 +7,6 @@ cd "$(dirname "$0")/.."
 tools/setup.sh
 status=0
 ctest --test-dir build --output-on-failure -j 3 --output-junit tests.xml "$@" || status=$?
-skipped=$(sed -n 's/^ *<testcase name="\([^"]*\)".* status="notrun".*/\1/p' build/tests.xml | xargs)
+skipped=$(sed -n 's/^[[:space:]]*<testcase name="\([^"]*\)".* status="notrun".*/\1/p' build/tests.xml | xargs)
 echo "$(echo "$skipped" | wc -w) skipped${skipped:+: $skipped}"
 exit $status

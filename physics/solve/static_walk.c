@@ -174,9 +174,10 @@ static bool locate(tracer *x, trace_test test, double a, double b, double small,
     return fabs(value) <= 1e-3 * size;
 }
 
-/* The load at a mark that is located: where Lagrange's polynomial through four places around it, two
- * on either side, has its root. At a bifurcation itself equilibria are nearly singular and their
- * loads off by up to 1e-8; a share of the step away they are exact. x->trial is then at the mark. */
+/* The load at a mark that is located: where Lagrange's polynomial through four places around it,
+ * two on either side, has its root. At a bifurcation itself equilibria are nearly singular and
+ * their loads off by up to 1e-8; a share of the step away they are exact. x->trial is then at the
+ * mark. */
 static double load_at_mark(tracer *x, trace_test test, double length)
 {
     enum { PLACES_AROUND = 4 };
