@@ -3,10 +3,12 @@
 #include "physics/constants.h"
 #include "physics/rod.h"
 #include "physics/scene_field.h"
+#include "physics/sort.h"
 
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 /* What rods are made of. The softest gels that carry themselves have some 1e3 Pa, diamond has
  * 1.2e12; the lightest foams weigh 5 kg/m^3, osmium 22,600. */
@@ -219,4 +221,73 @@ scene_warnings scene_implausible(const scene *rod_scene)
         check_turn(&all, rod_scene);
     }
     return all;
+}
+
+/* ---- positions ----------------------------------------------------------------------------- */
+
+/* Where a member is held at s = 0, or else at its end; without supports where it begins. */
+static void widen(const scene *member, scene_range held[3])
+{
+    const quantity *at = scene_end_is_placed(member->start.type) ? member->start.position
+                         : scene_end_is_placed(member->end.type) ? member->end.position
+                                                                 : member->initial.position;
+    for (int k = 0; k < 3; k++) {
+        const scene_range here = scene_range_of(member, quantity_or(at[k], quantity_number(0)));
+        held[k].low = fmin(held[k].low, here.low);
+        held[k].high = fmax(held[k].high, here.high);
+    }
+}
+
+/* The box of all places that the parameters may give to the end that is held. */
+static void find_held(const scene *open, scene_range held[3])
+{
+    double parameters[SCENE_PARAMETERS_MAX];
+    for (int k = 0; k < 3; k++) {
+        held[k] = (scene_range){INFINITY, -INFINITY};
+    }
+    for (int corner = 0; corner < 2; corner++) {
+        scene member;
+        for (int i = 0; i < open->parameter_count; i++) {
+            parameters[i] = corner ? open->parameters[i].high : open->parameters[i].low;
+        }
+        scene_member(open, parameters, &member);
+        widen(&member, held);
+    }
+}
+
+ad_status scene_positions_implausible(const scene *open, size_t rows, const double *const *position,
+                                      bool *implausible, char text[SCENE_WARNING_TEXT])
+{
+    static const double FAR = 10;
+    const int columns = scene_is_beam(open) ? 1 : 3;
+    scene_range held[3] = {{0, 0}};
+    size_t count = 0;
+    double *far = malloc((rows + 1) * sizeof *far);
+    *implausible = false;
+    if (!far) {
+        return AD_NO_MEMORY;
+    }
+    if (columns == 3) {
+        find_held(open, held);
+    }
+    for (size_t i = 0; i < rows; i++) {
+        double square = 0;
+        for (int k = 0; k < columns; k++) {
+            const double at = position[k][i];
+            square += pow(fmax(0, fmax(held[k].low - at, at - held[k].high)), 2);
+        }
+        far[count] = sqrt(square) / scene_length(open);
+        count += isfinite(far[count]);
+    }
+    sort_ascending(count, far);
+    const double most = count > 0 ? far[count - 1 - (count - 1) / 4] : 0;
+    free(far);
+    if (most > FAR) {
+        *implausible = true;
+        snprintf(text, SCENE_WARNING_TEXT,
+                 "positions lie some %.3g times the length, %g m, from where the rod is held; they "
+                 "are in m%s",
+                 most, scene_length(open), most > 10 * FAR ? ", not in mm" : "");
+    }
+    return AD_OK;
 }

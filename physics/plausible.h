@@ -21,6 +21,13 @@ typedef struct scene_warnings {
  * without dimension have; ratios are judged in every scene. */
 scene_warnings scene_implausible(const scene *rod_scene);
 
+/* Whether positions in a table, position[3][rows], of a beam [1][rows], NaN where one is
+ * missing, are hardly of this rod, since a fourth of them lies more than ten lengths from
+ * where it is held, wherever its parameters put that; `text` then says so. AD_NO_MEMORY, without a
+ * message. */
+ad_status scene_positions_implausible(const scene *open, size_t rows, const double *const *position,
+                                      bool *implausible, char text[SCENE_WARNING_TEXT]);
+
 #ifdef __cplusplus
 }
 #endif

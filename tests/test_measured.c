@@ -3,6 +3,7 @@
 
 #include "physics/solve/solve.h"
 #include "tools/files/table_file.h"
+#include "tools/train/measured.h"
 
 #define ROD                                                                                        \
     "rod: {model: kirchhoff, length: 0.3, section: {shape: circle, radius: 0.005}, "               \
@@ -161,6 +162,46 @@ static void test_resume(void **state)
     stop(&again);
 }
 
+/* Terms of a network that is 0 everywhere, of measurements with what cameras leave out. */
+static double loss_of(const char *rows, size_t *missing)
+{
+    char text[1000];
+    double loss;
+    FILE *file = fopen(path[0], "w");
+    assert_non_null(file);
+    fputs(rows, file);
+    fclose(file);
+    snprintf(text, sizeof text, ROD "data: [{quantity: position, file: %s, noise: 0.5}]\n",
+             path[0]);
+    run r = start_text(text, 1);
+    double *nothing = calloc(r.made.e->count, sizeof *nothing);
+    assert_int_equal(problem_evaluate(r.made.p, nothing, &loss, NULL, NULL), AD_OK);
+    loss = problem_losses(r.made.p)[problem_terms(r.made.p) - 1];
+    *missing = measured_fields_missing(r.made.e->measured);
+    assert_int_equal(measured_missing(r.made.e->measured), *missing > 0);
+    free(nothing);
+    stop(&r);
+    return loss;
+}
+
+/* The straight rod is at (s, 0, 0): misses of 1 along z in two rows, one of 2 along y in one of
+ * them, over a noise of a half. What is missing, and columns that nobody asks for, change nothing
+ * but the number of rows that the mean is of. */
+static void test_lost_markers(void **state)
+{
+    (void)state;
+    size_t missing;
+    assert_true(fabs(loss_of("s,x,y,z\n0.1,0.1,0,1\n0.2,0.2,2,1\n", &missing) - 12) < 1e-12);
+    assert_int_equal(missing, 0);
+    assert_true(fabs(loss_of("frame,s,x,y,z,remark\n"
+                             "a.png,0.1,0.1,,1,\n"
+                             "b.png,0.15,nan,,NaN,\"lost, it seems\"\n"
+                             "c.png,0.2,0.2,2,1,7\n",
+                             &missing) -
+                     12) < 1e-12);
+    assert_int_equal(missing, 4);
+}
+
 /* The mean square of the angles between the rotations of a file and those of the rod without a
  * network, over the noise, from nothing to half a turn and of both signs. */
 static void test_angles(void **state)
@@ -213,10 +254,21 @@ static void test_refusals(void **state)
          "data[0].file: FILE: column 'y' is missing; of a quantity all columns are needed"},
         {"s,x,y,z\n0.1,2,3,4\n0.4,1,2,3\n", "position",
          "data[0].file: FILE:3: s is 0.4; allowed: 0 to 0.3"},
-        {"s,x,y,z\n\n0.1,nan,3,4\n", "position",
-         "data[0].file: FILE:3:5: 'nan': the field is not finite; allowed: a decimal number such "
-         "as "
-         "-1.5e-3"},
+        {"s,x,y,z\n\n0.1,inf,3,4\n", "position",
+         "data[0].file: FILE:3:5: 'inf': the field is not finite; allowed: a decimal number such "
+         "as -1.5e-3, or nan or nothing where it is missing"},
+        {"s,x,y,z\n0.1,0.1,0,0\n0.2,lost,3,4\n", "position",
+         "data[0].file: FILE:3:5: 'lost': the field is not a number; allowed: a decimal number "
+         "such as -1.5e-3, or nan or nothing where it is missing"},
+        {"s,x,y,z\n0.1,0.1,0,0\n,1,2,3\n", "position",
+         "data[0].file: FILE:3: column 's' has no number; allowed there: a number in each row"},
+        {"s,x,y,z\n0.1,,nan,\n", "position",
+         "data[0].file: FILE: in every row a number is missing; at least one row is needed"},
+        {"s,qw,qx,qy,qz\n0.1,1,0,0,0\n0.2,,,,\n0.3,0,1,0,1\n", "rotation",
+         "data[0].file: FILE:4: the length of qw to qz is 1.41421; allowed: 0.999 to 1.001"},
+        {"s,x,y,z\n0.1,99,3,4\n0.2,190,9,-21\n0.3,260,14,-80\n", "position",
+         "data[0].file: FILE: positions lie some 908 times the length, 0.3 m, from where the rod "
+         "is held; they are in m, not in mm"},
         {"s,qw,qx,qy,qz\n0.1,0,1,0,1\n", "rotation",
          "data[0].file: FILE:2: the length of qw to qz is 1.41421; allowed: 0.999 to 1.001"},
         {"s,vx,vy,vz\n0.1,0,1,0\n", "velocity", "data[0].quantity: this scene has no velocity"},
@@ -267,7 +319,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_unknown_load), cmocka_unit_test(test_unknown_motion),
         cmocka_unit_test(test_resume),       cmocka_unit_test(test_angles),
-        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_lost_markers), cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, make_files, remove_files);
 }

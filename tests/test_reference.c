@@ -274,16 +274,18 @@ static void test_file(void **state)
     experiment_free(e);
 }
 
-/* Points beyond the scene are counted; rows may have no rotation, and none may lie at the tip. */
+/* Points beyond the scene, and without a number, are counted; rows may have no rotation, and none
+ * may lie at the tip. */
 static void test_left_out(void **state)
 {
     (void)state;
-    write_text("s,t,x,y,z\n0,0,0,0,0\n1,1,0,0,1\n2.1,1,0,0,1\n1,3.1,0,0,1\n-0.1,0,0,0,0\n");
+    write_text("s,t,x,y,z\n0,0,0,0,0\n1,1,0,0,1\n2.1,1,0,0,1\n1,3.1,0,0,1\n-0.1,0,0,0,0\n"
+               "1,2,,,nan\n");
     experiment *e = with_file(moving_rod);
     reference *r = reference_of(e);
     reference_errors errors = compare(r, e);
     assert_int_equal(reference_points(r), 2);
-    assert_int_equal(reference_left_out(r), 3);
+    assert_int_equal(reference_left_out(r), 4);
     assert_true(isfinite(errors.position));
     assert_true(isnan(errors.tip) && isnan(errors.rotation) && isnan(errors.rotation_max));
     reference_free(r);
@@ -311,7 +313,9 @@ static void test_refused_files(void **state)
         {static_rod, "s,x,y,z\n", "no rows"},
         {static_rod, "s,x,y,z\n3,0,0,0\n", "none of its 1 points lies in the scene"},
         {static_rod, "s,x,y,z,qw,qx,qy,qz\n0,0,0,0,0,0,0,0\n", "row 1: the quaternion"},
-        {static_rod, "s,x,y,z\n0,0,nan,0\n", "field.csv:2:5"}};
+        {static_rod, "s,x,y,z\n0,0,inf,0\n", "field.csv:2:5"},
+        {static_rod, "s,x,y,z\n0,0,nan,0\n1,1,0,\n", "none of its 2 points lies in the scene"},
+        {static_rod, "s,x,y,z\n1,900,0,0\n2,1800,0,0\n", "they are in m, not in mm"}};
     (void)state;
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         ad_error error = {.message = ""};

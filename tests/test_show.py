@@ -293,6 +293,27 @@ def colours(browser, left, top, width, height):
                 for x in range(left, left + width, 2)})
 
 
+def words_of_numbers(browser):
+    """Numbers with the prefix of the largest on their axis, however small; what rounding leaves is 0."""
+    minus = "\u2212"
+    for call, wanted in [("withUnit(4.4e-16, 'N')", "0 N"), ("withUnit(4.4e-12, 'N')", "4.4 pN"),
+                         ("withUnit(-0.0125, 'm')", minus + "12.5 mm"), ("withUnit(0, 'm')", "0 m"),
+                         ("withUnit(2.5e-13, 'rad')", "2.50e" + minus + "13"),
+                         ("tickText(0.30000000000000004, 0.1)", "0.3"), ("tickText(-0, 0.1)", "0"),
+                         ("tickText(-2, 0.5)", minus + "2.0"), ("tickText(400, 200)", "400"),
+                         ("tickText(3e-17, 1e-17)", "3.0e" + minus + "17")]:
+        found = browser.evaluate(call)
+        assert found.replace(" rad", "") == wanted, (call, found, wanted)
+    drawn = """(() => { const box = element("div", {}, document.body);
+        new Chart(box, { title: "", x: "s", xUnit: "m", yUnit: "N", series: [{ name: "", count: 2,
+            x: i => 2e-11 * i, y: i => SIZE * i }] });
+        const all = [...box.querySelectorAll("text")].map(x => x.textContent).join(" ");
+        box.remove(); return all; })()"""
+    for size in "1e-3", "3e-10", "2e-12", "1e-17", "0":
+        found = browser.evaluate(drawn.replace("SIZE", size))
+        assert "e" not in found and "pm" in found, (size, found)
+
+
 def looks(browser, path, kind):
     """A page of any kind: it is drawn, plays at the space key, fits a telephone, without errors."""
     browser.open(path)
@@ -314,6 +335,13 @@ def looks(browser, path, kind):
     charts = browser.evaluate("document.querySelectorAll('.chart path.curve').length")
     tables = browser.evaluate("document.querySelectorAll('td').length")
     assert charts + tables > 0, path
+    names = "[...document.querySelectorAll('summary')].map(x => x.textContent).join()"
+    if frames > 1:
+        of = "The tip over time" if browser.evaluate("!!report.motion.t") else "The tips of all members"
+        assert of in browser.evaluate(names), (path, of)
+    numbers = "[...document.querySelectorAll('.chart text')]"
+    cut = f"{numbers}.filter(x => x.getBBox().x < 0).map(x => x.textContent).join()"
+    assert browser.evaluate(cut) == "", (path, browser.evaluate(cut))
     browser.open(path, "theme=dark", 400, 800)
     assert browser.evaluate("document.documentElement.scrollWidth") <= 400, path
     assert not browser.wrong(), (path, browser.wrong())
@@ -362,6 +390,7 @@ if __name__ == "__main__":
         rows = read_table(sys.argv[3])
         for renderer in ("webgl2", "canvas"):
             picture(chromium, sys.argv[2], rows, renderer)
+        words_of_numbers(chromium)
         for page in sys.argv[4:]:
             looks(chromium, page, os.path.basename(page))
         chromium.close()

@@ -51,6 +51,11 @@ said trained/report.html '"verdict": .*"outcome": "solved"'
 said trained/report.html '"name": "classical solution'
 said trained/report.html 'Training: loss and error'
 
+# A body has the size that it has in a picture, by its place: 8 mm on a rod of 5 mm.
+run 0 cpinn-show "$arm" --set 'bodies=[{at: 0.3, mass: 0.01}]' --set time=null --out body.html
+bodies=$(tr -d '\n ' <body.html | grep -o '"bodies":.[^]]*')
+check "size of a body: $bodies" -- grep -qE '"radius":0\.008(0+[0-9])?,' <<<"$bodies"
+
 # A family: all of it, and one member.
 run 0 cpinn-train "$ROOT/configs/robots/bensch_2024.yaml" --quiet --threads 1 --out family
 run 0 cpinn-show family

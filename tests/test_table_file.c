@@ -568,6 +568,48 @@ static void columns_of_words(void **state)
     }
 }
 
+/* Of what was measured nobody minds what stands in columns that nobody asks for. */
+static void measured_columns(void **state)
+{
+    static const char text[] = "name,x,y,z,w\n\"a,b\",1,,nan,1\nc,2,7,-3,inf\n";
+    static const char *const missing[] = {":2: column 'y' has no number",
+                                          " row 1: column 'y' has no number"};
+    static const char *const words[] = {":2:1: '\"a,b\"': the field is not a number",
+                                        "column 'name' is not float64"};
+    static const char *const infinite[] = {":3:10: 'inf': the field is not finite",
+                                           "column 'w' row 2: inf is not finite"};
+    const char *const names[] = {"name", "x", "y", "z", "w"}, *const texts[] = {"a b", "c"};
+    const double x[] = {1, 2}, y[] = {NAN, 7}, z[] = {NAN, -3}, w[] = {1, INFINITY};
+    const double *const columns[] = {NULL, x, y, z, w}, *found;
+    const char *const *const held[] = {texts, NULL, NULL, NULL, NULL};
+    (void)state;
+    spill(at("m.csv"), text, sizeof text - 1);
+    assert_int_equal(write_words(at("m.h5"), names, columns, held, 5, 2, NULL), AD_OK);
+    for (int i = 0; i < 2; i++) {
+        table_file *table = read_or_fail(at(i ? "m.h5" : "m.csv"), TABLE_MEASURED);
+        ad_error error = {.message = ""};
+        assert_int_equal(table_rows(table), 2);
+        assert_memory_equal(table_column(table, "x"), x, sizeof x);
+        assert_true(isnan(table_column(table, "y")[0]) && table_column(table, "y")[1] == 7);
+        assert_int_equal(table_find(table, "z", TABLE_MEASURED, &found, &error), AD_OK);
+        assert_true(isnan(found[0]) && found[1] == -3);
+        assert_int_equal(table_find(table, "absent", TABLE_FINITE, &found, &error), AD_OK);
+        assert_null(found);
+        assert_int_equal(table_find(table, "y", TABLE_FINITE, &found, &error), AD_BAD_INPUT);
+        assert_non_null(strstr(error.message, missing[i]));
+        assert_null(table_column(table, "name"));
+        assert_int_equal(table_find(table, "name", TABLE_MEASURED, &found, &error), AD_BAD_INPUT);
+        assert_non_null(strstr(error.message, words[i]));
+        assert_int_equal(table_find(table, "w", TABLE_MEASURED, &found, &error), AD_BAD_INPUT);
+        assert_non_null(strstr(error.message, infinite[i]));
+        assert_null(found);
+        table_free(table);
+    }
+    spill(at("rows.csv"), "x\n1,2\n", 6); /* a row that is none is refused all the same */
+    assert_int_equal(table_read(at("rows.csv"), TABLE_MEASURED, &(table_file *){NULL}, NULL),
+                     AD_BAD_INPUT);
+}
+
 static void words_refused(void **state)
 {
     const double one[] = {1};
@@ -608,6 +650,7 @@ int main(void)
         TEST(csv_limits),
         TEST(csv_rows_know_their_lines),
         TEST(columns_of_words),
+        TEST(measured_columns),
         TEST(words_refused),
         TEST(csv_ignores_the_locale),
         TEST(csv_numbers_are_short),

@@ -37,12 +37,14 @@ robot() {
 # Its programs compare with closed forms themselves.
 equations() {
     local page=configs/tutorial/equations.md
-    run_page $page 14
+    run_page $page 18
     leaves $page wire_run/checkpoint.h5 wire_exact/history.csv wire_network.c
     . ./page.env
     check a run goes on where it stopped -- awk -F, '$1 == "" { exit 1 } END { exit NR < 6 }' \
         wire_run/history.csv
     run 2 ./wire nonsense
+    run 0 ./front
+    said stdout.txt 'residuals are still large .*take hidden layers and ssbroyden in place of waves'
     run 1 ./wire train # over the run that is there
     said stderr.txt 'wire_run: there is a run already'
 }

@@ -77,6 +77,15 @@ const char *solve_trials_reason(const solve_trials *x)
     return x->reason.message;
 }
 
+size_t solve_measured_missing(const solve_measured *set)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < set->rows * (size_t)set->columns; i++) {
+        count += isnan(set->values[i]) != 0;
+    }
+    return count;
+}
+
 /* ---- rows ---------------------------------------------------------------------------------- */
 
 static int compare_rows(const void *left, const void *right)
@@ -98,11 +107,12 @@ static bool starts_quaternion(const solve_trials *x, int column)
     return x->has_quaternion && column == x->first_rotation;
 }
 
-static size_t residuals_of(const solve_trials *x, const solve_measured *set)
+static size_t residuals_of(const solve_trials *x, const solve_measured *set, size_t row)
 {
     size_t count = (size_t)set->columns;
     for (int c = 0; c < set->columns; c++) {
-        count -= starts_quaternion(x, set->column[c]);
+        count -=
+            starts_quaternion(x, set->column[c]) || isnan(set->values[(size_t)c * set->rows + row]);
     }
     return count;
 }
@@ -120,7 +130,7 @@ static void take_row(solve_trials *x, const solve_measured *set, size_t row)
                                        .known_count = (int)count,
                                        .t = scene_is_dynamic(&x->open) ? set->t[row] : 0,
                                        .residual = x->residuals};
-    x->residuals += residuals_of(x, set);
+    x->residuals += residuals_of(x, set, row);
 }
 
 /* Rows in the order of experiments, and where each of these begins. */
@@ -293,7 +303,7 @@ static void compare(const solve_trials *x, const measured_row *of, const double 
                 *residuals++ = vector[i] / set->noise[c];
             }
             c += QUATERNION - 1;
-        } else {
+        } else if (!isnan(*measured)) {
             *residuals++ = (computed[(size_t)set->column[c] * stride] - *measured) / set->noise[c];
         }
     }

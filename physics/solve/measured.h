@@ -18,7 +18,7 @@ extern "C" {
 
 /* Rows of measured numbers, in SI; borrowed. Of a rotation in space all four numbers are there or
  * none: its residual is the rotation vector between the two, with the noise of its first column, in
- * rad, about every axis. */
+ * rad, about every axis. Other numbers may be missing. */
 typedef struct solve_measured {
     size_t rows;
     const double *s;     /* [rows] m */
@@ -27,8 +27,10 @@ typedef struct solve_measured {
     int columns;
     int column[MODEL_COLUMNS_MAX];   /* [columns] of the scene's model, ascending */
     double noise[MODEL_COLUMNS_MAX]; /* [columns] standard deviation, > 0, in the column's unit */
-    const double *values;            /* [columns][rows] */
+    const double *values;            /* [columns][rows]; NaN: missing, and does not count */
 } solve_measured;
+
+size_t solve_measured_missing(const solve_measured *set); /* numbers that are */
 
 typedef struct solve_trials solve_trials;
 

@@ -2,6 +2,26 @@
 #include "tests/fuzz/fuzz.h"
 #include "tools/files/table_parts.h"
 
+/* What was measured: whatever stands in a column is refused, if at all, by whoever asks for it. */
+static void read_measured(const unsigned char *text, size_t size)
+{
+    const table_wanted wanted = {"fuzz.csv", TABLE_MEASURED, NULL};
+    ad_error error;
+    table_file *table;
+    if (table_from_csv(&wanted, text, size, &table, &error) != AD_OK) {
+        fuzz_refused(&error);
+        return;
+    }
+    for (size_t k = 0; k < table->columns; k++) {
+        const double *found;
+        if (table_find(table, table->names[k], TABLE_FINITE, &found, &error) != AD_OK) {
+            fuzz_refused(&error);
+        }
+        fuzz_require(!found || table_column(table, table->names[k]) == found);
+    }
+    table_free(table);
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size)
 {
     const char *const words[] = {"place", NULL};
@@ -10,6 +30,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size)
     table_file *table, *again;
     unsigned char *text = (unsigned char *)fuzz_text(bytes, size), *written = NULL;
     const ad_status status = table_from_csv(&wanted, text, size, &table, &error);
+    read_measured(text, size);
     free(text);
     if (status != AD_OK) {
         fuzz_refused(&error);

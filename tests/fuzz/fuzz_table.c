@@ -4,13 +4,15 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size)
 {
-    const table_wanted wanted = {"fuzz.h5", TABLE_NONFINITE, NULL};
-    ad_error error = {AD_OK, ""};
-    table_file *table;
-    if (table_from_hdf5(&wanted, bytes, size, &table, &error) == AD_OK) {
-        table_free(table);
-    } else {
-        fuzz_refused(&error);
+    for (int i = TABLE_FINITE; i <= TABLE_MEASURED; i++) {
+        const table_wanted wanted = {"fuzz.h5", (table_numbers)i, NULL};
+        ad_error error = {AD_OK, ""};
+        table_file *table;
+        if (table_from_hdf5(&wanted, bytes, size, &table, &error) == AD_OK) {
+            table_free(table);
+        } else {
+            fuzz_refused(&error);
+        }
     }
     return 0;
 }

@@ -119,6 +119,7 @@ ad_status config_identify(const config *settings, int threads, identified *found
         snprintf(key, sizeof key, "data");
         status = identify(open, measurements_count(data), measurements_sets(data), &asked, found,
                           &reason);
+        found->missing = measurements_missing(data);
     }
     if (status == AD_BAD_INPUT || status == AD_IO) {
         config_refuse(settings, key, reason.message, error);

@@ -363,7 +363,8 @@ const config_key config_keys[] = {
              "them. History has it as data0_position and so on, in units of the noise."},
     {"data[].file", CONFIG_TEXT, AT(settings.data[0].file), .fallback = "required",
      .help = "CSV or HDF5, a row for each place: columns s, in motion t, and those of the quantity, "
-             "named and in units as cpinn-eval writes them; relative to this file. Others are left."},
+             "named and in units as cpinn-eval writes them; relative to this file. Others are left, and "
+             "of the quantity nan or an empty field is a number that is missing."},
     {"data[].noise", CONFIG_NUMBER, AT(settings.data[0].noise), NOT_NEGATIVE,
      .unit = "of the SI, rad",
      .help = "Standard deviation of each number: differences count in its units; 0: in those of the "

@@ -43,10 +43,10 @@ static ad_status read_file(task_path *x, ad_error *error)
 {
     static const char *const names[4] = {"t", "x", "y", "z"};
     const char *file = x->of.file;
-    ad_status status = table_read(file, TABLE_FINITE, &x->table, error);
+    ad_status status = table_read(file, TABLE_MEASURED, &x->table, error);
     for (int k = 0; k < 4 && status == AD_OK; k++) {
-        x->columns[k] = table_column(x->table, names[k]);
-        if (!x->columns[k]) {
+        status = table_find(x->table, names[k], TABLE_FINITE, &x->columns[k], error);
+        if (status == AD_OK && !x->columns[k]) {
             status = ad_fail(error, AD_BAD_INPUT, "%.300s: has no column %s; allowed: t, x, y, z",
                              file, names[k]);
         }

@@ -44,7 +44,7 @@ typedef struct csv_reader {
     const char *start, *stop; /* the current line without its end */
     const char *field;        /* next field of it, NULL behind the last */
     table_file *table;
-    ad_error *error;
+    ad_error *error; /* not NULL */
 } csv_reader;
 
 typedef struct csv_field {
@@ -113,12 +113,16 @@ static bool next_field(csv_reader *reader, csv_field *field)
         return false;
     }
     const char *start = reader->field;
-    const char *comma = memchr(start, ',', (size_t)(reader->stop - start));
-    const char *stop = comma ? comma : reader->stop;
-    reader->field = comma ? comma + 1 : NULL;
-    while (start < stop && is_blank(*start)) {
+    while (start < reader->stop && is_blank(*start)) {
         start++;
     }
+    const char *text = start < reader->stop && *start == '"'
+                           ? memchr(start + 1, '"', (size_t)(reader->stop - start - 1))
+                           : NULL;
+    text = text ? text : start;
+    const char *comma = memchr(text, ',', (size_t)(reader->stop - text));
+    const char *stop = comma ? comma : reader->stop;
+    reader->field = comma ? comma + 1 : NULL;
     while (stop > start && is_blank(stop[-1])) {
         stop--;
     }
@@ -127,20 +131,30 @@ static bool next_field(csv_reader *reader, csv_field *field)
     return true;
 }
 
+/* Rows that there may be, at most; the shortest has a separator or line end for each column. */
+static size_t count_rows(const csv_reader *reader, size_t columns)
+{
+    const size_t most = (size_t)(reader->end - reader->next) / columns + 1;
+    size_t lines = 1;
+    for (const char *byte = reader->next; byte < reader->end; byte++) {
+        lines += *byte == '\n';
+    }
+    return lines < most ? lines : most;
+}
+
 static ad_status read_header(csv_reader *reader)
 {
     csv_field field;
-    size_t columns = 0, count = 1;
-    for (const char *byte = reader->start; byte < reader->stop; byte++) {
-        count += *byte == ',';
+    size_t columns = 0, count = 0;
+    while (next_field(reader, &field)) {
+        count++;
     }
+    reader->field = reader->start;
     if (count > TABLE_MAX_COLUMNS) {
         return refuse(reader, reader->start, NULL, 0, "too many columns; allowed: 1024");
     }
-    /* The shortest row has one digit and one separator or line end for each column; one more row
-     * is for what a row that will be refused stores before it is. */
-    size_t capacity = (size_t)(reader->end - reader->next + 1) / (2 * count) + 1;
-    reader->table = table_create(count, capacity);
+    const size_t capacity = count_rows(reader, count);
+    reader->table = table_create(reader->wanted, count, capacity);
     if (reader->table) {
         reader->table->lines = calloc(capacity, sizeof *reader->table->lines);
     }
@@ -199,19 +213,22 @@ static bool parse_word(const char *text, double *value)
 
 static ad_status parse_number(const csv_reader *reader, csv_field field, double *value)
 {
-    static const char allowed[] = "allowed: a decimal number such as -1.5e-3";
-    char text[MAX_NUMBER + 1], problem[128];
+    const table_numbers numbers = reader->wanted->numbers;
+    char text[MAX_NUMBER + 1], problem[160];
     const char *wrong = NULL;
     char *behind = text;
     if (field.length == 0) {
-        wrong = "is empty";
+        *value = NAN;
+        wrong = numbers != TABLE_MEASURED ? "is empty" : NULL;
     } else if (field.length > MAX_NUMBER) {
         wrong = "is longer than 127 bytes";
     } else {
         memcpy(text, field.start, field.length);
         text[field.length] = 0;
         if (parse_word(text, value)) {
-            wrong = reader->wanted->numbers == TABLE_FINITE ? "is not finite" : NULL;
+            wrong = numbers == TABLE_FINITE || (numbers == TABLE_MEASURED && isinf(*value))
+                        ? "is not finite"
+                        : NULL;
         } else {
             /* strtod alone would also take hexadecimal numbers and leading blanks. */
             bool plain = strspn(text, "0123456789+-.eE") == field.length;
@@ -226,7 +243,8 @@ static ad_status parse_number(const csv_reader *reader, csv_field field, double 
     if (!wrong) {
         return AD_OK;
     }
-    snprintf(problem, sizeof problem, "the field %s; %s", wrong, allowed);
+    snprintf(problem, sizeof problem, "the field %s; allowed: a decimal number such as -1.5e-3%s",
+             wrong, numbers == TABLE_MEASURED ? ", or nan or nothing where it is missing" : "");
     return refuse(reader, field.start, field.start, field.length, problem);
 }
 
@@ -252,10 +270,11 @@ static ad_status read_row(csv_reader *reader)
         if (count < table->columns) {
             /* Room for every row that fits the file was made with the header. */
             ad_status status =
-                table->words[count]
+                table->problems[count].status != AD_OK ? AD_OK
+                : table->words[count]
                     ? take_word(reader, field, table->words[count][table->rows])
                     : parse_number(reader, field, &table->values[count][table->rows]);
-            if (status != AD_OK) {
+            if (status != AD_OK && !table_postpones(reader->wanted, table, count, reader->error)) {
                 return status;
             }
         }
@@ -301,7 +320,9 @@ ad_status table_from_csv(const table_wanted *wanted, const unsigned char *bytes,
 {
     const char *text = (const char *)bytes;
     size_t mark = size >= 3 && memcmp(bytes, "\xef\xbb\xbf", 3) == 0 ? 3 : 0;
-    csv_reader reader = {.wanted = wanted, .next = text + mark, .end = text + size, .error = error};
+    ad_error reason = {.message = ""};
+    csv_reader reader = {
+        .wanted = wanted, .next = text + mark, .end = text + size, .error = &reason};
     number_guard guard;
     if (!hold_plain_numbers(&guard)) {
         return ad_fail(error, AD_NO_MEMORY, "%s: out of memory", file_bytes_shown(wanted->path));
@@ -310,7 +331,7 @@ ad_status table_from_csv(const table_wanted *wanted, const unsigned char *bytes,
     release_plain_numbers(&guard);
     if (status != AD_OK) {
         table_free(reader.table);
-        return status;
+        return ad_fail(error, status, "%s", reason.message);
     }
     *table = reader.table;
     return AD_OK;

@@ -1,5 +1,6 @@
 #include "tools/files/table_file.h"
 
+#include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
@@ -96,7 +97,7 @@ const char *table_word_problem(const char *word, size_t length)
                                    : problems[spelling_of(word, length)];
 }
 
-table_file *table_create(size_t columns, size_t rows)
+table_file *table_create(const table_wanted *wanted, size_t columns, size_t rows)
 {
     table_file *table = calloc(1, sizeof *table);
     if (!table) {
@@ -107,7 +108,10 @@ table_file *table_create(size_t columns, size_t rows)
     table->values = calloc(columns, sizeof *table->values);
     table->words = calloc(columns, sizeof *table->words);
     table->pointers = calloc(columns, sizeof *table->pointers);
-    bool complete = table->names && table->values && table->words && table->pointers;
+    table->problems = calloc(columns, sizeof *table->problems);
+    table->path = strdup(file_bytes_shown(wanted->path));
+    bool complete = table->names && table->values && table->words && table->pointers &&
+                    table->problems && table->path;
     for (size_t k = 0; complete && k < columns; k++) {
         table->values[k] = calloc(rows > 0 ? rows : 1, sizeof **table->values);
         complete = table->values[k] != NULL;
@@ -117,6 +121,16 @@ table_file *table_create(size_t columns, size_t rows)
         return NULL;
     }
     return table;
+}
+
+bool table_postpones(const table_wanted *wanted, table_file *table, size_t column,
+                     const ad_error *reason)
+{
+    if (reason->status != AD_BAD_INPUT || wanted->numbers != TABLE_MEASURED) {
+        return false;
+    }
+    table->problems[column] = *reason;
+    return true;
 }
 
 bool table_wants_words(const table_wanted *wanted, const char *name)
@@ -166,6 +180,8 @@ void table_free(table_file *table)
     free(table->values);
     free(table->names);
     free(table->lines);
+    free(table->problems);
+    free(table->path);
     free(table);
 }
 
@@ -227,7 +243,31 @@ static size_t find_column(const table_file *table, const char *name)
 const double *table_column(const table_file *table, const char *name)
 {
     size_t k = find_column(table, name);
-    return k < table->columns ? table->values[k] : NULL;
+    return k < table->columns && table->problems[k].status == AD_OK ? table->values[k] : NULL;
+}
+
+ad_status table_find(const table_file *table, const char *name, table_numbers numbers,
+                     const double **column, ad_error *error)
+{
+    const size_t k = find_column(table, name);
+    *column = NULL;
+    if (k == table->columns) {
+        return AD_OK;
+    }
+    if (table->problems[k].status != AD_OK) {
+        return ad_fail(error, AD_BAD_INPUT, "%s", table->problems[k].message);
+    }
+    for (size_t row = 0; numbers == TABLE_FINITE && row < table->rows; row++) {
+        const size_t line = table_line(table, row);
+        if (!isfinite(table->values[k][row])) {
+            return ad_fail(error, AD_BAD_INPUT,
+                           "%s:%s%zu: column '%s' has no number; allowed there: a number in each "
+                           "row",
+                           table->path, line ? "" : " row ", line ? line : row + 1, name);
+        }
+    }
+    *column = table->values[k];
+    return AD_OK;
 }
 
 const char *const *table_words(const table_file *table, const char *name)

@@ -3,7 +3,8 @@
  * ".npz", which is written only.
  *
  * CSV: one line of column names, then one line of numbers for each row, fields separated by commas,
- *   blanks around a field ignored, empty lines and lines whose first character is '#' skipped.
+ *   blanks around a field ignored, empty lines and lines whose first character is '#' skipped. A
+ *   field that begins with a double quote ends with the next one, so that texts may have commas.
  * Lines end in LF or CR LF; a UTF-8 byte order mark may come first. Numbers are decimal with a
  * point whatever the locale is ("-1.5e-3"), or the words nan, inf, infinity in any case. HDF5: each
  * column a one-dimensional float64 dataset at the root, named as the column, no other objects;
@@ -30,8 +31,10 @@ extern "C" {
 #define TABLE_MAX_LINE    65536 /* bytes of one CSV line */
 
 typedef enum table_numbers {
-    TABLE_FINITE,   /* refuse nan and inf, naming where they are */
-    TABLE_NONFINITE /* accept them */
+    TABLE_FINITE,    /* refuse nan and inf, naming where they are */
+    TABLE_NONFINITE, /* accept them */
+    TABLE_MEASURED   /* nan, an empty field: a number that is missing, NaN. What is no number is
+                      * refused where table_find is asked for its column, not before */
 } table_numbers;
 
 typedef struct table_file table_file;
@@ -47,8 +50,15 @@ size_t table_rows(const table_file *table);
 size_t table_columns(const table_file *table);
 /* Name of a column, 0 <= index < table_columns; belongs to the table. */
 const char *table_name(const table_file *table, size_t index);
-/* Values [table_rows] of the column of that name, NULL if there is none; belong to the table. */
+/* Values [table_rows] of the column of that name, NULL if there is none or it has what is no
+ * number; belong to the table. */
 const double *table_column(const table_file *table, const char *name);
+
+/* The same of a table that was read as TABLE_MEASURED: AD_OK with NULL if there is no such column.
+ * AD_BAD_INPUT, with file, line and byte as above: it has what is no number; `numbers` is
+ * TABLE_FINITE, and one is missing. */
+ad_status table_find(const table_file *table, const char *name, table_numbers numbers,
+                     const double **column, ad_error *error);
 
 /* The same, but the columns named in `words`, which ends with NULL, hold words if the file has
  * them: table_words gives them, table_column NULL. A word has 1 to 63 bytes; in CSV it ends at a

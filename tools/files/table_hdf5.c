@@ -12,9 +12,9 @@
 typedef struct hdf5_reader {
     const table_wanted *wanted;
     size_t file_size;
-    table_file *table; /* made with the first column */
+    table_file *table; /* made with the first column that can be read */
     size_t columns;    /* how many there will be */
-    ad_error *error;
+    ad_error *error;   /* not NULL */
 } hdf5_reader;
 
 static ad_status refuse(const hdf5_reader *reader, const char *column, const char *problem)
@@ -72,24 +72,38 @@ static ad_status read_words(const hdf5_reader *reader, hid_t dataset, const char
     bool read = type >= 0 && (table->rows == 0 || H5Dread(dataset, type, H5S_ALL, H5S_ALL,
                                                           H5P_DEFAULT, table->words[column]) >= 0);
     hdf5_image_close(type);
-    strcpy(table->names[column], name);
     return read ? AD_OK : refuse(reader, name, "cannot be read, the file is damaged");
+}
+
+static ad_status make_table(hdf5_reader *reader, size_t rows)
+{
+    reader->table = table_create(reader->wanted, reader->columns, rows);
+    if (!reader->table) {
+        return ad_fail(reader->error, AD_NO_MEMORY, "%s: out of memory for %zu x %zu numbers",
+                       file_bytes_shown(reader->wanted->path), rows, reader->columns);
+    }
+    reader->table->rows = rows;
+    return AD_OK;
+}
+
+/* The table has as many rows as the first column that can be read. */
+static ad_status count_rows(hdf5_reader *reader, hid_t dataset, const char *name, size_t column)
+{
+    size_t rows = 0;
+    ad_status status = check_column(reader, dataset, name, &rows);
+    (void)column;
+    return status == AD_OK ? make_table(reader, rows)
+           : status == AD_BAD_INPUT && reader->wanted->numbers == TABLE_MEASURED ? AD_OK
+                                                                                 : status;
 }
 
 static ad_status read_column(hdf5_reader *reader, hid_t dataset, const char *name, size_t column)
 {
+    const table_numbers numbers = reader->wanted->numbers;
     size_t rows = 0;
     ad_status status = check_column(reader, dataset, name, &rows);
     if (status != AD_OK) {
         return status;
-    }
-    if (!reader->table) {
-        reader->table = table_create(reader->columns, rows);
-        if (!reader->table) {
-            return ad_fail(reader->error, AD_NO_MEMORY, "%s: out of memory for %zu x %zu numbers",
-                           file_bytes_shown(reader->wanted->path), rows, reader->columns);
-        }
-        reader->table->rows = rows;
     }
     if (rows != reader->table->rows) {
         return refuse(reader, name, "has another length than the first column");
@@ -102,18 +116,20 @@ static ad_status read_column(hdf5_reader *reader, hid_t dataset, const char *nam
         H5Dread(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) < 0) {
         return refuse(reader, name, "cannot be read, the file is damaged");
     }
-    for (size_t row = 0; reader->wanted->numbers == TABLE_FINITE && row < rows; row++) {
-        if (!isfinite(values[row])) {
+    for (size_t row = 0; numbers != TABLE_NONFINITE && row < rows; row++) {
+        if (!isfinite(values[row]) && !(numbers == TABLE_MEASURED && isnan(values[row]))) {
             return ad_fail(reader->error, AD_BAD_INPUT,
                            "%s: column '%s' row %zu: %g is not finite; allowed: finite numbers",
                            file_bytes_shown(reader->wanted->path), name, row + 1, values[row]);
         }
     }
-    strcpy(reader->table->names[column], name);
     return AD_OK;
 }
 
-static ad_status read_link(hdf5_reader *reader, hid_t root, size_t column, bool by_creation)
+typedef ad_status visit(hdf5_reader *reader, hid_t dataset, const char *name, size_t column);
+
+static ad_status visit_link(hdf5_reader *reader, hid_t root, size_t column, bool by_creation,
+                            visit *does)
 {
     char name[TABLE_MAX_NAME + 1];
     if (!hdf5_image_link_name(root, column, by_creation, name, sizeof name)) {
@@ -132,8 +148,11 @@ static ad_status read_link(hdf5_reader *reader, hid_t root, size_t column, bool 
     hid_t object = H5Oopen(root, name, H5P_DEFAULT);
     ad_status status = object < 0 || H5Iget_type(object) != H5I_DATASET
                            ? refuse(reader, name, "is not a dataset")
-                           : read_column(reader, object, name, column);
+                           : does(reader, object, name, column);
     hdf5_image_close(object);
+    if (reader->table) {
+        strcpy(reader->table->names[column], name);
+    }
     return status;
 }
 
@@ -166,8 +185,17 @@ static ad_status read_columns(hdf5_reader *reader, hid_t file)
     }
     bool by_creation = tracks_creation(root);
     reader->columns = (size_t)info.nlinks;
+    for (size_t k = 0; status == AD_OK && !reader->table && k < info.nlinks; k++) {
+        status = visit_link(reader, root, k, by_creation, count_rows);
+    }
+    if (status == AD_OK && !reader->table) {
+        status = make_table(reader, 0);
+    }
     for (size_t k = 0; status == AD_OK && k < info.nlinks; k++) {
-        status = read_link(reader, root, k, by_creation);
+        status = visit_link(reader, root, k, by_creation, read_column);
+        if (status != AD_OK && table_postpones(reader->wanted, reader->table, k, reader->error)) {
+            status = AD_OK;
+        }
     }
     hdf5_image_close(root);
     return status;
@@ -176,7 +204,8 @@ static ad_status read_columns(hdf5_reader *reader, hid_t file)
 ad_status table_from_hdf5(const table_wanted *wanted, const unsigned char *bytes, size_t size,
                           table_file **table, ad_error *error)
 {
-    hdf5_reader reader = {.wanted = wanted, .file_size = size, .table = NULL, .error = error};
+    ad_error reason = {.message = ""};
+    hdf5_reader reader = {.wanted = wanted, .file_size = size, .table = NULL, .error = &reason};
     hdf5_printer printer;
     if (!hdf5_image_silence(&printer)) {
         return ad_fail(error, AD_NO_MEMORY, "%s: out of memory", file_bytes_shown(wanted->path));
@@ -186,11 +215,12 @@ ad_status table_from_hdf5(const table_wanted *wanted, const unsigned char *bytes
     hdf5_image_close(file);
     hdf5_image_restore(&printer);
     if (status == AD_BAD_INPUT && printer.no_memory) {
-        status = ad_fail(error, AD_NO_MEMORY, "%s: out of memory", file_bytes_shown(wanted->path));
+        status =
+            ad_fail(&reason, AD_NO_MEMORY, "%s: out of memory", file_bytes_shown(wanted->path));
     }
     if (status != AD_OK) {
         table_free(reader.table);
-        return status;
+        return ad_fail(error, status, "%s", reason.message);
     }
     *table = reader.table;
     return AD_OK;

@@ -13,6 +13,8 @@ struct table_file {
     char (**words)[TABLE_MAX_NAME + 1]; /* [columns], each [rows] or NULL */
     const char ***pointers;             /* [columns], to the words */
     size_t *lines;                      /* [rows], of a CSV file; NULL: it was HDF5 */
+    ad_error *problems; /* [columns], of TABLE_MEASURED: what is no number; of others all AD_OK */
+    char *path;         /* as messages have it */
 };
 
 /* What to read. */
@@ -34,7 +36,11 @@ const char *table_name_problem(const char *name, size_t length);
 const char *table_word_problem(const char *word, size_t length);
 
 /* Room for `columns` columns of `rows` values, names empty; NULL when memory ran out. */
-table_file *table_create(size_t columns, size_t rows);
+table_file *table_create(const table_wanted *wanted, size_t columns, size_t rows);
+
+/* Whether what is wrong with a column can wait until somebody asks for it; the table keeps it. */
+bool table_postpones(const table_wanted *wanted, table_file *table, size_t column,
+                     const ad_error *reason);
 
 /* bytes [size] are followed by a zero byte. */
 ad_status table_from_csv(const table_wanted *wanted, const unsigned char *bytes, size_t size,

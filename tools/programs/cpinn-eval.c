@@ -257,7 +257,8 @@ static void print_reference(const evaluation *x)
     }
     printf("error against %s (%zu points", reference_name(x->known), reference_points(x->known));
     if (reference_left_out(x->known)) {
-        printf("; %zu outside the scene left out", reference_left_out(x->known));
+        printf("; %zu outside the scene, or without a number, left out",
+               reference_left_out(x->known));
     }
     printf(")\n");
     cli_print_error("position, relative L2", x->errors.position, "");

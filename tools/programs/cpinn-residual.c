@@ -1,4 +1,5 @@
 /* cpinn-residual: learns what measured motions tell of a robot beyond its model; see --help. */
+#include "physics/plausible.h"
 #include "tools/config/config.h"
 #include "tools/control/look.h"
 #include "tools/control/reduced_model.h"
@@ -23,7 +24,8 @@ static const char epilogue[] =
     "its\n"
     "name or input_NAME, and the measured place x, y, z or measured0_0, measured0_1, measured0_2 "
     "(m;\n"
-    "nan: lost): what cpinn-control --out writes of a loop. A parameter without a column has the\n"
+    "nan or nothing: lost): what cpinn-control --out writes of a loop. A parameter without a "
+    "column has the\n"
     "middle of its range. Rows of a motion are equally far apart in time, inputs are held from "
     "one\n"
     "to the next, and it begins at rest under its first inputs; where t falls another one begins.\n"
@@ -56,12 +58,15 @@ typedef struct learning {
     one_look look;
     residual *net;
     double h, place;
-    size_t rows, run_count;
+    size_t rows, run_count, lost;   /* rows without a place */
     double *inputs, *seen, *starts; /* [rows][inputs], [rows][3], [runs][states] */
     residual_run runs[RUNS_MAX];
 } learning;
 
 /* ---- the table ----------------------------------------------------------------------------- */
+
+static const char *const place_names[3][2] = {
+    {"x", "measured0_0"}, {"y", "measured0_1"}, {"z", "measured0_2"}};
 
 static const double *column(const table_file *file, const char *first, const char *other)
 {
@@ -69,37 +74,72 @@ static const double *column(const table_file *file, const char *first, const cha
     return found ? found : table_column(file, other);
 }
 
+/* Of a parameter in a loop's table. */
+static void name_input(const scene_parameter *p, char name[128])
+{
+    snprintf(name, 128, "input_%.100s", p->name);
+}
+
+/* Whether columns that will be used have what is no number. */
+static ad_status check_table(const learning *x, const table_file *file, ad_error *error)
+{
+    const double *found;
+    ad_status status = table_find(file, "t", TABLE_FINITE, &found, error);
+    for (int i = 0; i < 2 * x->step.inputs && status == AD_OK; i++) {
+        const scene_parameter *p = reduced_input(x->rod, i / 2);
+        char other[128];
+        name_input(p, other);
+        status = table_find(file, i % 2 ? other : p->name, TABLE_FINITE, &found, error);
+    }
+    for (int k = 0; k < 6 && status == AD_OK; k++) {
+        status = table_find(file, place_names[k / 2][k % 2], TABLE_MEASURED, &found, error);
+    }
+    return status;
+}
+
+/* What the camera saw, and how much of it is missing. */
+static ad_status fill_seen(learning *x, const table_file *file, ad_error *error)
+{
+    const double *from[3];
+    char text[SCENE_WARNING_TEXT];
+    bool implausible;
+    for (int k = 0; k < 3; k++) {
+        from[k] = column(file, place_names[k][0], place_names[k][1]);
+        if (!from[k]) {
+            return ad_fail(error, AD_BAD_INPUT,
+                           "has no column %s; allowed: t, inputs, and x, y, z "
+                           "or measured0_0, measured0_1, measured0_2",
+                           place_names[k][0]);
+        }
+    }
+    for (size_t r = 0; r < x->rows; r++) {
+        bool lost = false;
+        for (int k = 0; k < 3; k++) {
+            x->seen[3 * r + (size_t)k] = from[k][r];
+            lost = lost || isnan(from[k][r]);
+        }
+        x->lost += lost;
+    }
+    if (scene_positions_implausible(&x->settings->scene, x->rows, from, &implausible, text) !=
+        AD_OK) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory");
+    }
+    return implausible ? ad_fail(error, AD_BAD_INPUT, "%s", text) : AD_OK;
+}
+
 static ad_status fill(learning *x, const table_file *file, ad_error *error)
 {
-    static const char *const names[3][2] = {
-        {"x", "measured0_0"}, {"y", "measured0_1"}, {"z", "measured0_2"}};
     const size_t inputs = (size_t)x->step.inputs;
     for (size_t i = 0; i < inputs; i++) {
         const scene_parameter *p = reduced_input(x->rod, (int)i);
         char other[128];
-        snprintf(other, sizeof other, "input_%.100s", p->name);
+        name_input(p, other);
         const double *from = column(file, p->name, other);
         for (size_t r = 0; r < x->rows; r++) {
             x->inputs[r * inputs + i] = from ? from[r] : scene_parameter_at(p, 0.5);
-            if (!isfinite(x->inputs[r * inputs + i])) {
-                return ad_fail(error, AD_BAD_INPUT, "row %zu of %s is %g; allowed: a number", r + 1,
-                               p->name, from[r]);
-            }
         }
     }
-    for (int k = 0; k < 3; k++) {
-        const double *from = column(file, names[k][0], names[k][1]);
-        if (!from) {
-            return ad_fail(error, AD_BAD_INPUT,
-                           "has no column %s; allowed: t, inputs, and x, y, z "
-                           "or measured0_0, measured0_1, measured0_2",
-                           names[k][0]);
-        }
-        for (size_t r = 0; r < x->rows; r++) {
-            x->seen[3 * r + (size_t)k] = from[r];
-        }
-    }
-    return AD_OK;
+    return fill_seen(x, file, error);
 }
 
 /* Motions begin where t falls. */
@@ -134,8 +174,10 @@ static ad_status read_table(learning *x, ad_error *error)
     const char *path = x->asked.measured;
     ad_error reason;
     table_file *file = NULL;
-    ad_status status = table_read(path, TABLE_NONFINITE, &file, error);
+    ad_status status = table_read(path, TABLE_MEASURED, &file, error);
+    status = status == AD_OK ? check_table(x, file, error) : status;
     if (status != AD_OK) {
+        table_free(file);
         return status;
     }
     x->rows = table_rows(file);
@@ -271,6 +313,9 @@ static ad_status learn(learning *x, ad_error *error)
         printf("%zu motions, %zu held out, %zu samples of %g s; %d states, %zu numbers; %.1f s\n",
                x->run_count, held, x->rows, x->h, x->step.states, residual_count(x->net),
                train_seconds() - start);
+        if (x->lost > 0) {
+            printf("%zu samples have no place, and do not count\n", x->lost);
+        }
         printf("place, rms, m  trained on  held out    us a step\n");
         print_row(x, "model", &x->step, held);
         print_row(x, "with network", &corrected, held);

@@ -77,8 +77,8 @@ static const char epilogue[] =
     "{file, points, place, direction, limit_points, bifurcations, estimated_error} or null;\n"
     "identified {unknowns: [{name, value, standard_deviation, low, high, known_by (measurements,\n"
     "range, end_of_range)}], correlations, not_told: [{name: part of its range}], collinearity,\n"
-    "others: [{name: value, chi_squared}], chi_squared, numbers, experiments, noise_factor,\n"
-    "steps, solutions, seconds} or null.\n"
+    "others: [{name: value, chi_squared}], chi_squared, numbers, missing, experiments,\n"
+    "noise_factor, steps, solutions, seconds} or null.\n"
     "Numbers that are not known are null; what was not reached is not there.\n"
     "\n"
     "Where the whole load is not reached, nothing is written but one line (load_not_reached).";

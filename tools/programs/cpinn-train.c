@@ -11,6 +11,7 @@
 #include "tools/programs/train_surrogate.h"
 #include "tools/programs/unknowns.h"
 #include "tools/train/clock.h"
+#include "tools/train/measured.h"
 #include "tools/train/report.h"
 #include "tools/train/trainer_unknowns.h"
 
@@ -94,15 +95,25 @@ static ad_status name_folder(training *t, ad_error *error)
 static void announce_reference(training *t)
 {
     if (reference_left_out(t->s.known)) {
-        progress_say(&t->progress,
-                     "reference %s: %zu points lie outside the scene and are left out",
-                     reference_name(t->s.known), reference_left_out(t->s.known));
+        progress_say(
+            &t->progress,
+            "reference %s: %zu points lie outside the scene, or lack a number, and are left out",
+            reference_name(t->s.known), reference_left_out(t->s.known));
     }
     if (*reference_account(t->s.known)) {
         progress_say(&t->progress, "reference: %s", reference_account(t->s.known));
     }
     if (*reference_remark(t->s.known)) {
         progress_say(&t->progress, "reference: %s", reference_remark(t->s.known));
+    }
+}
+
+static void announce_measurements(training *t)
+{
+    const size_t missing = t->s.e->measured ? measured_fields_missing(t->s.e->measured) : 0;
+    if (missing > 0) {
+        progress_say(&t->progress, "data: %zu number%s missing, and left out", missing,
+                     missing == 1 ? " is" : "s are");
     }
 }
 
@@ -134,6 +145,7 @@ static void announce(training *t)
     if (t->s.known) {
         announce_reference(t);
     }
+    announce_measurements(t);
 }
 
 static void announce_implausible(progress *live, const scene *scene)

@@ -203,7 +203,8 @@ static void print_plan(FILE *file, const experiment *e, problem *p, const refere
     }
     fprintf(file, "  %-15s %s, %zu points", "reference", reference_name(r), reference_points(r));
     if (reference_left_out(r)) {
-        fprintf(file, " (%zu outside the scene left out)", reference_left_out(r));
+        fprintf(file, " (%zu outside the scene, or without a number, left out)",
+                reference_left_out(r));
     }
     double estimate = reference_estimates(r).position_max;
     if (!isnan(estimate)) {

@@ -65,9 +65,16 @@ static ad_status check_point(const char *path, const table_file *table, size_t r
 static ad_status take_points(samples *p, const char *path, const table_file *table,
                              const scene *scene, double until, int columns, ad_error *error)
 {
-    const double *s = table_column(table, "s"), *t = table_column(table, "t");
+    const double *s, *t = NULL;
     bool dynamic = scene_is_dynamic(scene);
     size_t rows = table_rows(table);
+    ad_status status = table_find(table, "s", TABLE_FINITE, &s, error);
+    if (status == AD_OK && dynamic) {
+        status = table_find(table, "t", TABLE_FINITE, &t, error);
+    }
+    if (status != AD_OK) {
+        return status;
+    }
     if (!s || (dynamic && !t)) {
         return ad_fail(error, AD_BAD_INPUT, "%s: column '%s' is missing; points have columns s%s",
                        path, s ? "t" : "s", dynamic ? " and t" : "");
@@ -75,7 +82,7 @@ static ad_status take_points(samples *p, const char *path, const table_file *tab
     if (rows == 0) {
         return ad_fail(error, AD_BAD_INPUT, "%s: there are no rows; at least one is needed", path);
     }
-    ad_status status = samples_make(p, rows, columns, error);
+    status = samples_make(p, rows, columns, error);
     for (size_t i = 0; i < rows && status == AD_OK; i++) {
         p->s[i] = s[i];
         p->t[i] = t ? t[i] : 0;
@@ -91,7 +98,7 @@ ad_status samples_of_file(samples *p, const char *path, const scene *scene, doub
                           int columns, ad_error *error)
 {
     table_file *table = NULL;
-    ad_status status = table_read(path, TABLE_FINITE, &table, error);
+    ad_status status = table_read(path, TABLE_MEASURED, &table, error);
     if (status == AD_OK) {
         status = take_points(p, path, table, scene, until, columns, error);
     }

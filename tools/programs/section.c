@@ -31,6 +31,13 @@ double section_half(const scene *of, double s, bool along_d2)
     return radius;
 }
 
+double section_ball(const scene *of, double s)
+{
+    const double least = 0.01 * scene_length(of), most = 0.03 * scene_length(of);
+    const double half = fmax(least, fmax(section_half(of, s, false), section_half(of, s, true)));
+    return fmin(1.6 * half, fmax(1.2 * half, most));
+}
+
 static ad_status write_with(const char *path, const table_source *table, const double *radius,
                             ad_error *error)
 {

@@ -1,4 +1,5 @@
 /* cpinn-show: what a robot consists of in a picture. */
+#include "tools/programs/section.h"
 #include "tools/programs/show.h"
 #include "tools/programs/show_pose.h"
 
@@ -124,9 +125,8 @@ static void draw_bodies(const robot *r)
     const scene *of = r->x->of;
     const picture_paint paint = {picture_rgb("4a505a"), 1, true};
     for (int i = 0; i < of->body_count; i++) {
-        const picture_ring at = ring_at(r, value(r, of->bodies[i].at, 0));
-        const double half = fmax(at.half[0], at.half[1]);
-        picture_ball(r->p, at.place, fmin(1.6 * half, fmax(0.6 * half, 0.03 * r->x->size)), &paint);
+        const double s = value(r, of->bodies[i].at, 0);
+        picture_ball(r->p, ring_at(r, s).place, section_ball(of, s), &paint);
     }
 }
 
@@ -360,8 +360,10 @@ void show_with_unit(double value, const char *unit, int digits, char *text, size
     static const struct {
         const char *prefix;
         double factor;
-    } rows[] = {{"G", 1e9}, {"M", 1e6}, {"k", 1e3}, {"", 1}, {"m", 1e-3}, {"\302\265", 1e-6}};
+    } rows[] = {{"G", 1e9},         {"M", 1e6},  {"k", 1e3},   {"", 1},     {"m", 1e-3},
+                {"\302\265", 1e-6}, {"n", 1e-9}, {"p", 1e-12}, {"f", 1e-15}};
     const size_t count = sizeof rows / sizeof *rows;
+    value = fabs(value) < rows[count - 1].factor ? 0 : value; /* what rounding leaves */
     size_t row = strcmp(unit, "m") == 0 || strcmp(unit, "s") == 0 ? 3 : 0; /* no kilometres */
     while (row + 1 < count && fabs(value) < 0.9999 * rows[row].factor) {
         row++;

@@ -155,7 +155,9 @@ static void put_actuators(const drawn *x)
     json_open(x->to, "bodies", '[');
     for (int i = 0; i < x->of->body_count; i++) {
         json_open(x->to, NULL, '{');
-        json_number(x->to, "s", value_at(x, x->of->bodies[i].at, 0, 0));
+        const double s = value_at(x, x->of->bodies[i].at, 0, 0);
+        json_number(x->to, "s", s);
+        json_number(x->to, "radius", section_ball(x->of, s));
         json_number(x->to, "mass", value_at(x, x->of->bodies[i].mass, 0, 0));
         json_close(x->to, '}');
     }

@@ -118,6 +118,9 @@ void unknowns_print(const unknowns *x)
                found->experiments == 1 ? "" : "s", found->steps, found->solutions,
                found->by_members ? " in batches" : "", 1e3 * x->seconds);
     }
+    if (found->missing > 0) {
+        printf("; %zu more are missing", found->missing);
+    }
     putchar('\n');
     for (int i = 0; i < found->count; i++) {
         printf("  %-24s %.6g", unknown_of(x, i)->name, found->value[i]);
@@ -201,6 +204,7 @@ void unknowns_json(const unknowns *x, json *to)
     json_close(to, ']');
     json_number(to, "chi_squared", found->chi_squared);
     json_integer(to, "numbers", (long long)found->residuals);
+    json_integer(to, "missing", (long long)found->missing);
     json_integer(to, "experiments", (long long)found->experiments);
     json_number(to, "noise_factor", found->noise_factor);
     json_integer(to, "steps", found->steps);

@@ -19,13 +19,14 @@ function element(name, attributes = {}, parent = null) {
     return made;
 }
 
-/* About `count` round numbers within a range. */
+/* About `count` round numbers within a range, and their distance. */
 function ticks(low, high, count) {
     const step = round125((high - low) / count);
     const result = [];
     for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) {
         result.push(k * step);
     }
+    result.step = step;
     return result;
 }
 
@@ -83,6 +84,10 @@ class Chart {
         if (this.about.yRange) {
             r.y = this.about.yRange.slice();
         }
+        if (!this.about.log && hasPrefix(this.about.yUnit)
+            && Math.max(...r.y.map(Math.abs)) < NOTHING) {
+            r.y = [-NOTHING, NOTHING];
+        }
         for (const range of [r.x, r.y]) {
             if (!(range[0] <= range[1])) {
                 range[0] = 0;
@@ -129,19 +134,21 @@ class Chart {
         this.yScale = y;
         const x = prefix(Math.max(...this.range.x.map(Math.abs)), about.xUnit);
         this.xScale = x;
-        for (const at of about.log ? decades(low, high) : ticks(low * y.factor, high * y.factor, 4)) {
+        const marks = about.log ? decades(low, high) : ticks(low * y.factor, high * y.factor, 4);
+        for (const at of marks) {
             const value = about.log ? Math.pow(10, at) : at / y.factor;
             const h = this.toY(value);
             element("line", { class: "grid", x1: left, x2: end, y1: h, y2: h }, this.svg);
             element("text", { x: left - 6, y: h + 4, "text-anchor": "end",
-                text: about.log ? this.#decade(at, value) : digits(at, 3) }, this.svg);
+                text: about.log ? this.#decade(at, value) : tickText(at, marks.step) }, this.svg);
         }
-        for (const at of ticks(this.range.x[0] * x.factor, this.range.x[1] * x.factor,
-            Math.round(this.width / 80))) {
+        const places = ticks(this.range.x[0] * x.factor, this.range.x[1] * x.factor,
+            Math.round(this.width / 80));
+        for (const at of places) {
             const w = this.toX(at / x.factor);
             element("line", { class: "grid", x1: w, x2: w, y1: floor, y2: floor + 4 }, this.svg);
-            element("text", { x: w, y: floor + 16, "text-anchor": "middle", text: digits(at, 4) },
-                this.svg);
+            element("text", { x: w, y: floor + 16, "text-anchor": "middle",
+                text: tickText(at, places.step) }, this.svg);
         }
         element("line", { class: "grid", x1: left, x2: end, y1: floor, y2: floor }, this.svg);
         element("text", { x: end, y: this.height - 3, "text-anchor": "end",

@@ -142,7 +142,7 @@ function addNumbers(player) {
     const names = motion.columns.map(c => c.name + (c.unit ? ` (${c.unit})` : ""));
     const row = (first, i) => [digits(first, 6), ...motion.columns.map(c => digits(c.at(i), 6))];
     if (motion.frames > 1) {
-        addDetails("The tip over time: numbers", false, box => addTable(box,
+        addDetails(motion.t ? "The tip over time: numbers" : "The tips of all members: numbers", false, box => addTable(box,
             [[motion.t ? "t (s)" : "member", ...names],
                 ...Array.from({ length: motion.frames }, (_, f) => row(
                     motion.t ? motion.t.at(f) : f + 1, (f + 1) * motion.points - 1))]));

@@ -353,7 +353,7 @@ class Picture {
             }
         }
         for (const body of scene ? scene.bodies : []) {
-            ball(this.mesh, poseAt(pose, this.motion.s, body.s).place, 2.2 * this.radius,
+            ball(this.mesh, poseAt(pose, this.motion.s, body.s).place, body.radius,
                 [0.35, 0.37, 0.42]);
         }
     }

@@ -73,16 +73,17 @@ function round125(size) {
     return power * (digit < 1.5 ? 1 : digit < 3.5 ? 2 : digit < 7.5 ? 5 : 10);
 }
 
+/* What has a prefix of the SI, and less than this of it is what rounding leaves of 0. */
+const hasPrefix = unit => /^(m|s|N|N m|Pa|m\/s|N\/m|J)$/.test(unit);
+const NOTHING = 1e-15;
+
 /* What to multiply numbers of about `size` with, and the unit they are then in. */
 function prefix(size, unit) {
     const rows = [["G", 1e9], ["M", 1e6], ["k", 1e3], ["", 1], ["m", 1e-3], ["\u00b5", 1e-6],
-        ["n", 1e-9]];
-    if (!/^(m|s|N|N m|Pa|m\/s|N\/m|J)$/.test(unit) || !(size > 0)) {
-        return { factor: 1, unit: unit };
-    }
+        ["n", 1e-9], ["p", 1e-12], ["f", NOTHING]];
     const most = /^(m|s|m\/s)$/.test(unit) ? 3 : 0; /* no kilometres */
-    const row = rows.slice(most).find(r => size >= 0.9999 * r[1]) || rows[rows.length - 1];
-    return { factor: 1 / row[1], unit: row[0] + unit };
+    const row = hasPrefix(unit) && rows.slice(most).find(r => size >= 0.9999 * r[1]);
+    return row ? { factor: 1 / row[1], unit: row[0] + unit } : { factor: 1, unit: unit };
 }
 
 function digits(value, count = 4) {
@@ -95,7 +96,16 @@ function digits(value, count = 4) {
     return text.replace("-", "\u2212");
 }
 
-function withUnit(value, unit, count = 4) {
+/* One of the numbers on an axis that are `step` apart: all have as many digits. */
+function tickText(value, step) {
+    const places = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+    const most = Math.max(Math.abs(value), step);
+    return places > 6 || most >= 1e6 ? digits(Math.abs(value) < step / 2 ? 0 : value, 3)
+        : (value.toFixed(places) * 1 === 0 ? "0" : value.toFixed(places)).replace("-", "\u2212");
+}
+
+function withUnit(given, unit, count = 4) {
+    const value = hasPrefix(unit) && Math.abs(given) < NOTHING ? 0 : given;
     const as = prefix(Math.abs(value), unit);
     return digits(value * as.factor, count) + (as.unit ? " " + as.unit : "");
 }

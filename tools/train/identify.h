@@ -39,6 +39,7 @@ typedef struct identified {
     double chi_squared;  /* sum of squared residuals, each over its noise */
     double noise_factor; /* by which the noise was scaled, else 1 */
     size_t residuals;    /* numbers that were measured */
+    size_t missing;      /* that the files lack */
     size_t experiments;  /* members of the family that they are of */
     bool by_members;     /* solved in batches */
     bool scaled;         /* noise_is_scaled */

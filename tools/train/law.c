@@ -34,7 +34,7 @@ void train_law_free_data(train_law_data *data)
 ad_status train_law_read_data(const char *path, train_law_data *data, ad_error *error)
 {
     table_file *file = NULL;
-    ad_status status = table_read(path, TABLE_FINITE, &file, error);
+    ad_status status = table_read(path, TABLE_MEASURED, &file, error);
     *data = (train_law_data){.rows = 0};
     if (status != AD_OK) {
         return status;
@@ -45,13 +45,18 @@ ad_status train_law_read_data(const char *path, train_law_data *data, ad_error *
     data->rows = rows;
     bool any = false;
     for (int i = 0; i < N && all; i++) {
-        const double *strain = table_column(file, STRAINS[i]);
-        const double *stress = table_column(file, STRESSES[i]);
+        const double *strain = NULL, *stress = NULL;
+        if (status == AD_OK) {
+            status = table_find(file, STRAINS[i], TABLE_FINITE, &strain, error);
+        }
+        if (status == AD_OK) {
+            status = table_find(file, STRESSES[i], TABLE_FINITE, &stress, error);
+        }
         data->strain[i] = all + (size_t)i * rows;
         data->stress[i] = all + (size_t)(N + i) * rows;
         data->known[i] = strain && stress;
         any = any || data->known[i];
-        if (!strain != !stress && status == AD_OK) {
+        if (status == AD_OK && !strain != !stress) {
             status =
                 ad_fail(error, AD_BAD_INPUT,
                         "%s: has a column %s, but no %s; allowed: both or "

@@ -39,7 +39,7 @@ static ad_value rotation_vector(ad_value q)
     return ad_mul(ad_scale(ad_select(ad_sub(z, small), far, near), 2), part);
 }
 
-/* data: the columns, then the root of the weight of the row. */
+/* data: the columns, then for each the root of its weight, 0 where its number is missing. */
 static ad_value residual(const void *context, const domain_place *at, const ad_value *fields)
 {
     const measured_set *set = context;
@@ -52,7 +52,8 @@ static ad_value residual(const void *context, const domain_place *at, const ad_v
     ad_value off = turns
                        ? rotation_vector(ad_quaternion_multiply(ad_quaternion_conjugate(then), now))
                        : ad_sub(now, then);
-    return ad_mul(ad_scale(ad_row(at->data, columns), 1 / set->scale), off);
+    ad_value weights = ad_slice(at->data, columns, turns ? 3 : columns);
+    return ad_mul(ad_scale(weights, 1 / set->scale), off);
 }
 
 /* ---- points -------------------------------------------------------------------------------- */
@@ -88,18 +89,19 @@ static ad_status fill(void *context, const model_draw *draw, ad_error *error)
             draw->x[(size_t)i * draw->count + point] = set->x[i][row];
         }
         for (int i = 0; i < rows->columns; i++) {
-            draw->data[(size_t)i * draw->count + point] =
-                rows->values[(size_t)i * rows->rows + row];
+            const double value = rows->values[(size_t)i * rows->rows + row];
+            draw->data[(size_t)i * draw->count + point] = isnan(value) ? 0 : value;
+            draw->data[(size_t)(rows->columns + i) * draw->count + point] =
+                isnan(value) ? 0 : sqrt((double)draw->count / (double)count);
         }
-        draw->data[(size_t)rows->columns * draw->count + point++] =
-            sqrt((double)draw->count / (double)count);
+        point++;
     }
     for (; point < draw->count; point++) {
         for (int i = 0; i < d->count; i++) {
             draw->x[(size_t)i * draw->count + point] =
                 i == d->time ? domain_window_time(d, draw->window) : d->coordinates[i].low;
         }
-        for (int i = 0; i <= rows->columns; i++) {
+        for (int i = 0; i < 2 * rows->columns; i++) {
             draw->data[(size_t)i * draw->count + point] = i == 0 && rows->columns == 4;
         }
     }
@@ -121,7 +123,7 @@ static double natural_scale(const measured_set *set)
                                              [TRAIN_ANGULAR_VELOCITY] = 1 / scale.time};
     double largest = 0;
     for (size_t row = 0; row < set->rows->rows; row++) {
-        largest = fmax(largest, fabs(set->rows->values[row]));
+        largest = fmax(largest, fabs(set->rows->values[row])); /* NaN is passed over */
     }
     return !scene_is_beam(&set->m->scene) ? of[set->quantity] : largest > 0 ? largest : 1;
 }
@@ -178,7 +180,7 @@ static ad_status add_set(physics_model *m, measured *x, const train_data *of, in
     }
     set->scale = of->noise > 0 ? of->noise : natural_scale(set);
     const model_source source = {
-        .rows = set->rows->columns + 1, .fill = fill, .context = set, .points = set->largest};
+        .rows = 2 * set->rows->columns, .fill = fill, .context = set, .points = set->largest};
     snprintf(term, sizeof term, "data%d", index);
     int points = model_add_given(m, term, &source);
     snprintf(term, sizeof term, "data%d_%s", index, train_quantity_names()[of->quantity]);
@@ -208,6 +210,20 @@ ad_status measured_add(physics_model *m, const train_settings *settings, measure
 double measured_unit(const measured *x)
 {
     return measurements_tell_noise(x->files) ? 1 : x->sets[0].scale;
+}
+
+size_t measured_missing(const measured *x)
+{
+    size_t count = 0;
+    for (int i = 0; i < x->count; i++) {
+        count += solve_measured_missing(x->sets[i].rows);
+    }
+    return count;
+}
+
+size_t measured_fields_missing(const measured *x)
+{
+    return measurements_missing(x->files);
 }
 
 void measured_free(measured *x)

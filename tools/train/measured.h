@@ -24,6 +24,11 @@ void measured_free(measured *x);
 /* Of one without noise: by what residuals of the terms are divided, SI; with noise: 1. */
 double measured_unit(const measured *x);
 
+/* Numbers without a value: among those that the terms have, and among those of the files, whose
+ * rows without any the terms have not. */
+size_t measured_missing(const measured *x);
+size_t measured_fields_missing(const measured *x);
+
 #ifdef __cplusplus
 }
 #endif

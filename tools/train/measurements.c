@@ -1,5 +1,6 @@
 #include "tools/train/measurements.h"
 
+#include "physics/plausible.h"
 #include "tools/files/table_file.h"
 #include "tools/train/identify.h"
 #include "tools/train/reference.h"
@@ -12,6 +13,7 @@ struct measurements {
     int count;
     solve_measured set[TRAIN_DATA_MAX];
     double *numbers[TRAIN_DATA_MAX]; /* all of a set */
+    size_t missing;
     bool tells_noise;
 };
 
@@ -20,11 +22,17 @@ typedef struct reading {
     const scene *open;
     const char *path;
     const table_file *table;
+    const double *values[MODEL_COLUMNS_MAX]; /* of the quantity */
 } reading;
 
 int measurements_count(const measurements *x)
 {
     return x->count;
+}
+
+size_t measurements_missing(const measurements *x)
+{
+    return x->missing;
 }
 
 bool measurements_tell_noise(const measurements *x)
@@ -73,31 +81,41 @@ bool measurements_columns(const scene *rod_scene, train_quantity quantity, int *
     return false;
 }
 
-static ad_status missing(const reading *r, const char *name, const char *what, ad_error *error)
+/* Refuses a table without a column, or with one that has what is no number. */
+static ad_status need(const reading *r, const char *name, table_numbers numbers, const char *what,
+                      ad_error *error)
 {
-    return ad_fail(error, AD_BAD_INPUT, "%s: column '%s' is missing; %s", r->path, name, what);
+    const double *column;
+    ad_status status = table_find(r->table, name, numbers, &column, error);
+    return status != AD_OK || column
+               ? status
+               : ad_fail(error, AD_BAD_INPUT, "%s: column '%s' is missing; %s", r->path, name,
+                         what);
 }
 
-static ad_status check_columns(const reading *r, const solve_measured *set, ad_error *error)
+static ad_status check_columns(reading *r, const solve_measured *set, ad_error *error)
 {
     const scene *open = r->open;
     if (table_rows(r->table) == 0) {
         return ad_fail(error, AD_BAD_INPUT, "%s: there are no rows; at least one is needed",
                        r->path);
     }
-    if (!table_column(r->table, "s")) {
-        return missing(r, "s", "the place along the rod in m", error);
+    ad_status status = need(r, "s", TABLE_FINITE, "the place along the rod in m", error);
+    if (status == AD_OK && scene_is_dynamic(open)) {
+        status = need(r, "t", TABLE_FINITE, "the time in s", error);
     }
-    if (scene_is_dynamic(open) && !table_column(r->table, "t")) {
-        return missing(r, "t", "the time in s", error);
+    for (int i = 0; i < scene_known_count(open) && status == AD_OK; i++) {
+        status =
+            need(r, open->parameters[i].name, TABLE_FINITE,
+                 "a parameter with a range that is not to be found has a value in each row", error);
     }
-    for (int i = 0; i < scene_known_count(open); i++) {
-        if (!table_column(r->table, open->parameters[i].name)) {
-            return missing(r, open->parameters[i].name,
-                           "a parameter with a range that is not to be found has a value in each "
-                           "row",
-                           error);
-        }
+    for (int c = 0; c < set->columns && status == AD_OK; c++) {
+        const char *name = scene_physics_of(open)->columns[set->column[c]].name;
+        status = need(r, name, TABLE_MEASURED, "of a quantity all columns are needed", error);
+        r->values[c] = table_column(r->table, name);
+    }
+    if (status != AD_OK) {
+        return status;
     }
     for (int i = scene_known_count(open); i < open->parameter_count; i++) {
         if (table_column(r->table, open->parameters[i].name)) {
@@ -107,13 +125,20 @@ static ad_status check_columns(const reading *r, const solve_measured *set, ad_e
                            r->path, open->parameters[i].name);
         }
     }
-    for (int c = 0; c < set->columns; c++) {
-        const char *name = scene_physics_of(open)->columns[set->column[c]].name;
-        if (!table_column(r->table, name)) {
-            return missing(r, name, "of a quantity all columns are needed", error);
-        }
-    }
     return AD_OK;
+}
+
+/* Positions in mm, of which chi squared would say nothing. */
+static ad_status check_positions(const reading *r, ad_error *error)
+{
+    char text[SCENE_WARNING_TEXT];
+    bool implausible;
+    if (scene_positions_implausible(r->open, table_rows(r->table), r->values, &implausible, text) !=
+        AD_OK) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu measured rows",
+                       table_rows(r->table));
+    }
+    return implausible ? ad_fail(error, AD_BAD_INPUT, "%s: %s", r->path, text) : AD_OK;
 }
 
 /* ---- rows ---------------------------------------------------------------------------------- */
@@ -132,58 +157,84 @@ static ad_status check_number(const reading *r, size_t row, const char *name, do
                    value, low, high);
 }
 
-/* Rows of s, t, known values; then the measured columns. */
-static ad_status take_rows(const reading *r, solve_measured *set, double *numbers, ad_error *error)
+/* A quaternion is unit to a few digits, as it was written. */
+static ad_status check_rotation(const reading *r, size_t row, ad_error *error)
+{
+    double square = 0;
+    for (int c = 0; c < 4; c++) {
+        square += pow(r->values[c][row], 2);
+    }
+    return check_number(r, row, "the length of qw to qz", sqrt(square), 0.999, 1.001, error);
+}
+
+/* Of a row, numbers of the quantity that count: of a quaternion all four do, or none. */
+static int count_numbers(const reading *r, const solve_measured *set, size_t row)
+{
+    int count = 0;
+    for (int c = 0; c < set->columns; c++) {
+        count += isfinite(r->values[c][row]) != 0;
+    }
+    return set->columns == 4 && count < 4 ? 0 : count;
+}
+
+/* s, t and known values of a row, which has to be within the scene whether it counts or not. */
+static ad_status take_row(const reading *r, size_t row, double *s, double *t, double *known,
+                          ad_error *error)
 {
     const scene *open = r->open;
-    const size_t rows = set->rows, parameters = (size_t)open->parameter_count;
     const double length = scene_length(open), duration = scene_duration(open);
-    const double *from = table_column(r->table, "s"), *at = table_column(r->table, "t");
+    const double from = table_column(r->table, "s")[row];
+    ad_status status = check_number(r, row, "s", from, 0, length, error);
+    *s = fmin(length, fmax(0, from));
+    *t = 0;
+    if (status == AD_OK && scene_is_dynamic(open)) {
+        const double at = table_column(r->table, "t")[row];
+        *t = fmin(duration, fmax(0, at));
+        status = check_number(r, row, "t", at, 0, duration, error);
+    }
+    for (int k = 0; k < open->parameter_count && status == AD_OK; k++) {
+        const scene_parameter *p = &open->parameters[k];
+        known[k] = k < scene_known_count(open) ? table_column(r->table, p->name)[row] : 0;
+        status = k < scene_known_count(open)
+                     ? check_number(r, row, p->name, known[k], p->low, p->high, error)
+                     : AD_OK;
+    }
+    return status;
+}
+
+/* numbers: s, t, known values of the rows that have a number, then their measured columns. */
+static ad_status take_rows(const reading *r, solve_measured *set, double *numbers, size_t *missing,
+                           ad_error *error)
+{
+    const size_t rows = table_rows(r->table), parameters = (size_t)r->open->parameter_count;
     double *s = numbers, *t = s + rows, *known = t + rows, *values = known + rows * parameters;
     ad_status status = AD_OK;
     for (size_t i = 0; i < rows && status == AD_OK; i++) {
-        s[i] = fmin(length, fmax(0, from[i]));
-        t[i] = scene_is_dynamic(open) ? fmin(duration, fmax(0, at[i])) : 0;
-        status = check_number(r, i, "s", from[i], 0, length, error);
-        if (status == AD_OK && scene_is_dynamic(open)) {
-            status = check_number(r, i, "t", at[i], 0, duration, error);
+        const size_t to = set->rows;
+        const int count = count_numbers(r, set, i);
+        status = take_row(r, i, s + to, t + to, known + to * parameters, error);
+        if (status == AD_OK && count > 0 && set->columns == 4) {
+            status = check_rotation(r, i, error);
         }
-        for (size_t k = 0; k < parameters && status == AD_OK; k++) {
-            const scene_parameter *p = &open->parameters[k];
-            const double *column =
-                k < (size_t)scene_known_count(open) ? table_column(r->table, p->name) : NULL;
-            known[i * parameters + k] = column ? column[i] : 0;
-            status =
-                column ? check_number(r, i, p->name, column[i], p->low, p->high, error) : AD_OK;
+        for (int c = 0; c < set->columns; c++) {
+            values[(size_t)c * rows + to] = r->values[c][i];
         }
+        *missing += (size_t)(set->columns - count);
+        set->rows += count > 0;
     }
-    for (int c = 0; c < set->columns; c++) {
-        memcpy(values + (size_t)c * rows,
-               table_column(r->table, scene_physics_of(open)->columns[set->column[c]].name),
-               rows * sizeof *values);
+    for (int c = 1; c < set->columns; c++) { /* columns follow one another */
+        memmove(values + (size_t)c * set->rows, values + (size_t)c * rows,
+                set->rows * sizeof *values);
     }
     set->s = s;
     set->t = t;
     set->known = known;
     set->values = values;
-    return status;
-}
-
-/* A quaternion is unit to a few digits, as it was written. */
-static ad_status check_rotations(const reading *r, const solve_measured *set, ad_error *error)
-{
-    for (size_t i = 0; i < set->rows; i++) {
-        double square = 0;
-        for (int c = 0; c < set->columns; c++) {
-            square += pow(set->values[(size_t)c * set->rows + i], 2);
-        }
-        ad_status status =
-            check_number(r, i, "the length of qw to qz", sqrt(square), 0.999, 1.001, error);
-        if (status != AD_OK) {
-            return status;
-        }
-    }
-    return AD_OK;
+    return status != AD_OK || set->rows > 0
+               ? status
+               : ad_fail(error, AD_BAD_INPUT,
+                         "%s: in every row a number is missing; at least one row is needed",
+                         r->path);
 }
 
 static ad_status read_file(const scene *open, const train_data *file, int index, measurements *x,
@@ -202,20 +253,20 @@ static ad_status read_file(const scene *open, const train_data *file, int index,
         set->column[c] = first + c;
         set->noise[c] = file->noise > 0 ? file->noise : 1;
     }
-    ad_status status = table_read(file->file, TABLE_FINITE, &table, error);
-    const reading r = {open, file->file, table};
+    ad_status status = table_read(file->file, TABLE_MEASURED, &table, error);
+    reading r = {.open = open, .path = file->file, .table = table};
     status = status == AD_OK ? check_columns(&r, set, error) : status;
     if (status == AD_OK) {
-        set->rows = table_rows(table);
-        double *numbers = malloc(set->rows * (size_t)(2 + open->parameter_count + set->columns) *
-                                 sizeof *numbers);
+        const size_t rows = table_rows(table);
+        double *numbers =
+            malloc(rows * (size_t)(2 + open->parameter_count + set->columns) * sizeof *numbers);
         x->numbers[x->count++] = numbers;
-        status = numbers ? take_rows(&r, set, numbers, error)
-                         : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu measured rows",
-                                   set->rows);
+        status = numbers
+                     ? take_rows(&r, set, numbers, &x->missing, error)
+                     : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu measured rows", rows);
     }
-    if (status == AD_OK && set->columns == 4) {
-        status = check_rotations(&r, set, error);
+    if (status == AD_OK && file->quantity == TRAIN_POSITION) {
+        status = check_positions(&r, error);
     }
     table_free(table);
     return status;
@@ -231,7 +282,7 @@ static ad_status check_unknowns(const scene *open, const measurements *x, const 
         const solve_measured *set = &x->set[i];
         const bool quaternion =
             files[i].quantity == TRAIN_ROTATION && set->columns == 4; /* three numbers */
-        numbers += set->rows * (size_t)(set->columns - quaternion);
+        numbers += set->rows * (size_t)(set->columns - quaternion) - solve_measured_missing(set);
         if ((files[i].noise > 0) != (files[0].noise > 0) ||
             (!(files[i].noise > 0) && files[i].quantity != files[0].quantity)) {
             snprintf(key, TRAIN_KEY_MAX, "data[%d].noise", files[i].noise > 0 ? 0 : i);

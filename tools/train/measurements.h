@@ -1,6 +1,7 @@
 /* What was measured on a scene: the files of its list `data` as rows in SI,
  * with columns s, in motion t, of a family each parameter that is known, and those of the
- * quantity. */
+ * quantity. Other columns may hold anything. Of the quantity numbers may be missing, as those of a
+ * marker that a camera lost: they do not count, and are NaN; rows without any are left out. */
 #ifndef TOOLS_TRAIN_MEASUREMENTS_H
 #define TOOLS_TRAIN_MEASUREMENTS_H
 
@@ -16,7 +17,8 @@ typedef struct measurements measurements;
 /* One set for each entry of the settings' list; its noise is 1 where none is given. AD_BAD_INPUT,
  * AD_IO: `key` receives the key to blame, and the error has the file, and where it is one row its
  * line: columns missing, no rows, places off the rod, times beyond the duration, known values out
- * of their range, numbers that are not finite; a quantity that the scene has not. Of a scene with
+ * of their range, what is no number, positions that are hardly in m; a quantity that the scene has
+ * not. Of a scene with
  * unknowns also: noise given of some files and not of others, weights that differ, fewer numbers
  * than unknowns. AD_NO_MEMORY. */
 ad_status measurements_read(const scene *open, const train_settings *settings,
@@ -24,6 +26,7 @@ ad_status measurements_read(const scene *open, const train_settings *settings,
 void measurements_free(measurements *x); /* NULL is allowed */
 
 int measurements_count(const measurements *x);
+size_t measurements_missing(const measurements *x);  /* fields of the files without a number */
 bool measurements_tell_noise(const measurements *x); /* of all is given how large it is */
 const solve_measured *measurements_sets(const measurements *x); /* [measurements_count] */
 

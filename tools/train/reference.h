@@ -29,7 +29,8 @@ ad_status reference_enter(reference *r, const experiment *e, int from, ad_error 
 size_t reference_points(const reference *r);
 const double *reference_s(const reference *r);  /* [points] m */
 const double *reference_t(const reference *r);  /* [points] s */
-size_t reference_left_out(const reference *r);  /* points of a file outside the scene */
+size_t reference_left_out(const reference *r);  /* points of a file outside the scene,
+                                                 * or without a number */
 const char *reference_name(const reference *r); /* "elastica", "file.csv", ... */
 
 /* Of a classical solution, tools/train/reference_solve.h: how it was come by, and what was wrong

@@ -1,4 +1,5 @@
 /* The reference of a file: positions and, where it knows them, rotations at points of its own. */
+#include "physics/plausible.h"
 #include "tools/files/table_file.h"
 #include "tools/train/reference_internal.h"
 
@@ -36,15 +37,21 @@ static ad_status find_columns(reference *r, const char *path, const table_file *
                               file_columns *columns, ad_error *error)
 {
     const char *missing = NULL;
+    const double *t = NULL;
     size_t positions = (size_t)r->model->position_columns;
     int turns = 0;
-    columns->s = table_column(table, "s");
-    columns->t = dynamic ? table_column(table, "t") : NULL;
-    missing = !columns->s ? "s" : dynamic && !columns->t ? "t" : NULL;
-    for (size_t k = 0; k < r->pose; k++) {
-        columns->pose[k] = table_column(table, r->model->columns[k].name);
+    ad_status status = table_find(table, "s", TABLE_FINITE, &columns->s, error);
+    status = status == AD_OK ? table_find(table, "t", TABLE_FINITE, &t, error) : status;
+    columns->t = dynamic ? t : NULL;
+    for (size_t k = 0; k < r->pose && status == AD_OK; k++) {
+        status =
+            table_find(table, r->model->columns[k].name, TABLE_MEASURED, &columns->pose[k], error);
         turns += k >= positions && columns->pose[k];
     }
+    if (status != AD_OK) {
+        return status;
+    }
+    missing = !columns->s ? "s" : dynamic && !columns->t ? "t" : NULL;
     r->rotations = turns > 0;
     for (size_t k = 0; !missing && k < (turns ? r->pose : positions); k++) {
         missing = columns->pose[k] ? NULL : r->model->columns[k].name;
@@ -52,8 +59,7 @@ static ad_status find_columns(reference *r, const char *path, const table_file *
     if (missing) {
         return blame_missing(path, missing, r->model, dynamic, error);
     }
-    const double *t = dynamic ? NULL : table_column(table, "t");
-    for (size_t i = 1; t && i < table_rows(table); i++) {
+    for (size_t i = 1; t && !dynamic && i < table_rows(table); i++) {
         if (t[i] != t[0]) {
             return ad_fail(error, AD_BAD_INPUT,
                            "%s: column 't' holds several times, but the scene is static; allowed: "
@@ -79,7 +85,28 @@ static bool normalized(double rotation[4])
     return size > 0;
 }
 
-/* Points outside the scene are passed over; the arrays have room for every row. */
+static ad_status check_positions(const scene *of, const char *path, const file_columns *columns,
+                                 size_t rows, ad_error *error)
+{
+    char text[SCENE_WARNING_TEXT];
+    bool implausible;
+    if (scene_positions_implausible(of, rows, columns->pose, &implausible, text) != AD_OK) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", rows);
+    }
+    return implausible ? ad_fail(error, AD_BAD_INPUT, "%s: %s", path, text) : AD_OK;
+}
+
+static bool has_pose(const reference *r, const double pose[REFERENCE_POSE])
+{
+    bool has = true;
+    for (size_t k = 0; k < r->pose; k++) {
+        has = has && isfinite(pose[k]);
+    }
+    return has;
+}
+
+/* Points outside the scene, and those without a number, are passed over; the arrays have room for
+ * every row. */
 static ad_status take_rows(reference *r, const char *path, const file_columns *columns, size_t rows,
                            ad_error *error)
 {
@@ -94,6 +121,9 @@ static ad_status take_rows(reference *r, const char *path, const file_columns *c
         for (size_t k = 0; k < r->pose; k++) {
             pose[k] = columns->pose[k] ? columns->pose[k][i] : 0;
         }
+        if (!has_pose(r, pose)) {
+            continue;
+        }
         if (r->rotations && is_quaternion && !normalized(pose + positions)) {
             return ad_fail(error, AD_BAD_INPUT,
                            "%s: row %zu: the quaternion qw, qx, qy, qz is 0; allowed: not 0", path,
@@ -105,9 +135,11 @@ static ad_status take_rows(reference *r, const char *path, const file_columns *c
     }
     r->left_out = rows - kept;
     if (kept == 0) {
-        return ad_fail(error, AD_BAD_INPUT,
-                       "%s: none of its %zu points lies in the scene: s from 0 to %g m%s", path,
-                       rows, r->length, columns->t ? ", t within the duration" : "");
+        return ad_fail(
+            error, AD_BAD_INPUT,
+            "%s: none of its %zu points lies in the scene and has all its numbers: s from 0 to "
+            "%g m%s",
+            path, rows, r->length, columns->t ? ", t within the duration" : "");
     }
     for (size_t k = 1; k < r->pose; k++) { /* rows of poses follow one another */
         memmove(r->poses + k * kept, r->poses + k * r->points, kept * sizeof *r->poses);
@@ -123,13 +155,16 @@ ad_status reference_read(reference *r, const experiment *e, ad_error *error)
     table_file *table = NULL;
     file_columns columns;
     snprintf(r->name, sizeof r->name, "%s", slash ? slash + 1 : path);
-    ad_status status = table_read(path, TABLE_FINITE, &table, error);
+    ad_status status = table_read(path, TABLE_MEASURED, &table, error);
     if (status == AD_OK) {
         status = find_columns(r, path, table, scene_is_dynamic(e->scene), &columns, error);
     }
     if (status == AD_OK && table_rows(table) == 0) {
         status =
             ad_fail(error, AD_BAD_INPUT, "%s: there are no rows; at least one is needed", path);
+    }
+    if (status == AD_OK) {
+        status = check_positions(e->scene, path, &columns, table_rows(table), error);
     }
     if (status == AD_OK) {
         status = reference_allocate(r, table_rows(table), error);

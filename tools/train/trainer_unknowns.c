@@ -146,12 +146,14 @@ ad_status trainer_unknowns(trainer *t, identified *result, ad_error *error)
     if (status != AD_OK) {
         return status;
     }
+    noise.numbers -= measured_missing(t->e->measured);
     for (size_t i = 0; i < count; i++) {
         result->bounded[i] = is_at_bound(z[i], step[i] * slope[i]);
     }
     result->steps = (int)t->info.step;
     result->chi_squared = noise.chi_squared;
     result->residuals = noise.numbers;
+    result->missing = measured_fields_missing(t->e->measured);
     result->scaled = !(t->e->settings->data[0].noise > 0);
     result->noise_factor = 1;
     if (result->scaled && noise.numbers > count) {
