@@ -499,18 +499,19 @@ int problem_state(problem *p, problem_array *arrays, problem_generator *generato
     for (int i = 0; i < p->set_count; i++) {
         problem_set *set = &p->sets[i];
         problem_array *points = &arrays[count++];
-        const bool given = set->about->points == MODEL_GIVEN && set->about->source.draw_every == 0;
+        const model_source *source = &set->about->source;
+        const bool given = set->about->points == MODEL_GIVEN && source->draw_every == 0,
+                   drawn = set->about->points != MODEL_GIVEN && !source->fill;
         *points = (problem_array){.data = set->trained.x,
                                   .rows = (size_t)p->model->domain.count,
                                   .columns = set->trained.count,
                                   .given = given,
-                                  .drawn = set->about->points == MODEL_GIVEN ? NULL
-                                                                             : &set->trained.drawn};
+                                  .drawn = drawn ? &set->trained.drawn : NULL};
         snprintf(points->name, sizeof points->name, "points/%s", set->about->name);
         if (set->trained.data) {
             problem_array *data = &arrays[count++];
             *data = (problem_array){.data = set->trained.data,
-                                    .rows = (size_t)set->about->source.rows,
+                                    .rows = (size_t)source->rows,
                                     .columns = set->trained.count,
                                     .given = given};
             snprintf(data->name, sizeof data->name, "data/%s", set->about->name);

@@ -276,7 +276,7 @@ ad_status problem_locate(problem *p, const double *x, problem_place *place, ad_e
 
 /* Points that have not moved since they were drawn follow from where their generator was before. */
 typedef struct problem_drawn {
-    bool still; /* false: they have moved */
+    bool still; /* false: they have moved, or a source may have */
     sampling_kind sampler;
     nn_rng before;
 } problem_drawn;

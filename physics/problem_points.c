@@ -135,7 +135,11 @@ static ad_status cloud_supply(const problem_set *set, problem_cloud *cloud, bool
                              .x = cloud->x,
                              .fields = fields,
                              .data = cloud->data};
-    return source->fill ? source->fill(source->context, &draw, error) : AD_OK;
+    if (!source->fill) {
+        return AD_OK;
+    }
+    cloud->drawn.still = false; /* the source may move them, as that of members does */
+    return source->fill(source->context, &draw, error);
 }
 
 bool problem_set_follows(const problem_set *set)

@@ -1,11 +1,13 @@
 /* A library to be preloaded (test_faults.sh): the n-th call of one kind fails, whoever makes it,
  * the libraries that are used as well. CPINN_FAULT="allocate 120": that one; "write 3+": all from
- * the third on. CPINN_FAULT_COUNTS=FILE: how many calls there were of each, at the end. */
+ * the third on; "rename 4!": the process is killed in its place. CPINN_FAULT_COUNTS=FILE: how many
+ * calls there were of each, at the end. */
 #define _GNU_SOURCE /* RTLD_NEXT, off64_t */
 #include <dlfcn.h>
 #include <errno.h>
 #include <execinfo.h>
 #include <fcntl.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <stdatomic.h>
 #include <stdbool.h>
@@ -33,7 +35,7 @@ static const char *const kinds[] = {
 static atomic_long calls[KIND_COUNT];
 static int failing = KIND_COUNT;
 static long first;
-static bool further;
+static bool further, kills;
 
 /* HDF5 and SUNDIALS use some memory without looking whether they have got it; the programs try
  * before whether there is plenty (hdf5_image_silence, solve_vectors_fit). */
@@ -64,6 +66,7 @@ __attribute__((constructor)) static void prepare(void)
         }
     }
     further = plus == '+';
+    kills = plus == '!';
 }
 
 /* The first that is due, and `further` all after it. */
@@ -73,6 +76,9 @@ static bool fails(int kind)
     const long now = ++calls[kind];
     if (kind != failing || now < first || looking) {
         return false;
+    }
+    if (kills) {
+        raise(SIGKILL);
     }
     looking = true;
     const bool failed = kind != KIND_allocate || !is_in_library();

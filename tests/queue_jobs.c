@@ -79,7 +79,7 @@ int main(int count, char **arguments)
     ad_error error;
     const bool whole = count == 4;
     plan p = {whole ? arguments[2] : "", whole ? strtoul(arguments[3], NULL, 10) : 0, 0, 0};
-    if (ranks_begin(&ranks, &error) != AD_OK) {
+    if (ranks_begin(count, arguments, &ranks, &error) != AD_OK) {
         return ranks_end(program, cli_fail_error(program, &error));
     }
     p.rank = ranks ? (size_t)ranks->rank : 0;

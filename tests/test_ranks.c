@@ -2,6 +2,7 @@
  * process. The ranks are threads that exchange numbers through common memory. */
 #include "autodiff/dense.h"
 #include "autodiff/ranks.h"
+#include "tools/programs/ranks.h"
 
 #include <math.h>
 #include <pthread.h>
@@ -538,12 +539,62 @@ static void test_shares(void **state)
     ad_tape_free(tape);
 }
 
+/* ---- what ranks are about to do ---------------------------------------------------------------
+ */
+
+/* The line that differs is said, on every rank, with the rank that has it, and the error of one
+ * that cannot begin; the first of them, if there are several. */
+static void compare_texts(ad_pool *pool, double *results)
+{
+    static const struct {
+        const char *usual, *odd, *says;
+        ad_status own, status; /* of the odd rank before; of all, but for its own */
+    } rows[] = {
+        {"a: 1\nb: 2\n", "a: 1\nb: 2\n", NULL, AD_OK, AD_OK},
+        {"a: 1\n  b: 2\nc\n", "a: 1\n  b: 3\nc\n", "'b: 3' there, 'b: 2' on", AD_OK, AD_BAD_INPUT},
+        {"a: 1\n", "a: 1\nb: 2\n", "'b: 2' there, 'nothing' on", AD_OK, AD_BAD_INPUT},
+        {"a: 1\nb: 2\n", "a: 1\n", "'nothing' there, 'b: 2' on", AD_OK, AD_BAD_INPUT},
+        {"", "a\n", "'a' there, 'nothing' on", AD_OK, AD_BAD_INPUT},
+        {"a\n", NULL, ": no scene", AD_IO, AD_IO},
+    };
+    const ad_ranks *ranks = ad_pool_ranks(pool);
+    const int count = ranks ? ranks->count : 1;
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        for (int odd = 1; odd < count; odd += 1 + count / 3) {
+            const bool is_odd = ranks->rank == odd || (ranks->rank > odd && i % 2);
+            ad_error error = {AD_OK, ""};
+            char name[32];
+            if (is_odd && rows[i].own != AD_OK) {
+                ad_fail(&error, rows[i].own, "no scene");
+            }
+            const ad_status status = ranks_compare(ranks, is_odd ? rows[i].own : AD_OK,
+                                                   is_odd ? rows[i].odd : rows[i].usual, &error);
+            snprintf(name, sizeof name, "rank %d", odd);
+            assert_int_equal(status, rows[i].status);
+            if (rows[i].own == AD_OK && rows[i].says) {
+                assert_non_null(strstr(error.message, rows[i].says));
+            }
+            if (rows[i].says && !(is_odd && rows[i].own != AD_OK)) {
+                assert_memory_equal(error.message, name, strlen(name));
+            }
+        }
+    }
+    assert_int_equal(ranks_compare(NULL, AD_IO, NULL, NULL), AD_IO);
+    results[0] = 1;
+}
+
+static void test_texts(void **state)
+{
+    (void)state;
+    compare(compare_texts, 1);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_programs), cmocka_unit_test(test_normal_equations),
         cmocka_unit_test(test_factors),  cmocka_unit_test(test_agreement),
         cmocka_unit_test(test_counts),   cmocka_unit_test(test_items),
-        cmocka_unit_test(test_shares)};
+        cmocka_unit_test(test_shares),   cmocka_unit_test(test_texts)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -163,6 +163,34 @@ check one line of error -- test "$(grep -c 'does not share its work' stderr.txt)
 check nothing is written -- test ! -e solved.csv
 run 2 by 2 cpinn-eval long
 check one line of error -- test "$(grep -c 'shares only' stderr.txt)" -eq 1
+# Ranks that were given something else: one line says which, and what; nothing is begun.
+others=(cpinn-train "$elastica" --quiet --out others --set 'training.stages=[{optimizer: adam, steps: 3}]')
+# other_says PATTERN OPTIONS...: two as they are, and one with these options.
+other_says() {
+    local pattern=$1
+    shift
+    run 2 timeout 120 mpirun "${over[@]}" -n 2 "${others[@]}" : -n 1 "$@"
+    check one line of error -- test "$(grep -c 'rank [0-9]' stderr.txt)" -eq 1
+    said stderr.txt "rank 2 is about to do something else than rank 0: $pattern"
+    check nothing is begun -- test ! -e others
+}
+other_says "'--set loads.drag=1' there, 'nothing' on rank 0" "${others[@]}" --set loads.drag=1
+other_says "'cpinn-eval .*' there, 'cpinn-train .*' on rank 0" cpinn-eval long
+mkdir -p elsewhere
+sed 's/length: .*/length: 0.31/' "$elastica" >"elsewhere/$(basename "$elastica")"
+other_says "'.*elastica_deep.yaml .[0-9]* bytes, hash " cpinn-train "elsewhere/$(basename "$elastica")" "${others[@]:2}"
+for part in . elsewhere; do # the same scene, other measurements
+    echo 'data: [{quantity: position, file: measured.csv}]' | cat "$elastica" - >"$part/measured.yaml"
+    printf 's,x,y,z\n0.1,0,0,%s\n' "0.1${#part}" >"$part/measured.csv"
+done
+run 2 timeout 120 mpirun "${over[@]}" -n 1 cpinn-train measured.yaml --out others : \
+    -n 1 --wdir elsewhere cpinn-train measured.yaml --out others
+said stderr.txt "rank 1 is about to do something else than rank 0: '.*elsewhere/measured.csv.*' there"
+run 2 timeout 120 mpirun "${over[@]}" -n 1 cpinn-train measured.yaml --out others : \
+    -n 1 cpinn-train measured.yaml --out others --nonsense
+said stderr.txt "'--nonsense' there"
+run 3 timeout 120 mpirun "${over[@]}" -n 1 "${others[@]}" --threads 1 : -n 1 "${others[@]}" --threads=2
+
 # What each would do, also of a program that is started alone: as many rows as ranks may be.
 run 0 by 3 "${moving[@]}" --explain
 cp stdout.txt three.txt

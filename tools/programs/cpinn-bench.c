@@ -580,7 +580,7 @@ int main(int count, char **arguments)
 {
     options o = {.seeds = 3, .seconds = 10, .error = "position"};
     ad_error error;
-    if (ranks_begin(&o.ranks, &error) != AD_OK) {
+    if (ranks_begin(count, arguments, &o.ranks, &error) != AD_OK) {
         return ranks_end(program, cli_fail_error(program, &error));
     }
     int result = parse(count, arguments, &o);

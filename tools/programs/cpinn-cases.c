@@ -260,7 +260,7 @@ int main(int count, char **arguments)
     options o = {.seconds = 600};
     table t = {.asked = &o};
     ad_error error;
-    if (ranks_begin(&o.ranks, &error) != AD_OK) {
+    if (ranks_begin(count, arguments, &o.ranks, &error) != AD_OK) {
         return ranks_end(program, cli_fail_error(program, &error));
     }
     int result = parse(count, arguments, &o);

@@ -615,7 +615,7 @@ int main(int argc, char **argv)
 {
     const ad_ranks *ranks;
     ad_error error;
-    if (ranks_begin(&ranks, &error) != AD_OK) {
+    if (ranks_begin(argc, argv, &ranks, &error) != AD_OK) {
         int rank;
         launch_processes(&rank); /* one line */
         return ranks_end(program, rank > 0 ? CLI_BAD : cli_fail_error(program, &error));

@@ -16,6 +16,7 @@
 #include "tools/train/trainer_unknowns.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 static const char program[] = "cpinn-train";
@@ -84,12 +85,12 @@ typedef struct training {
     double began, waited; /* s, by the clock; by this rank for others before that */
 } training;
 
-static ad_status name_folder(training *t, ad_error *error)
+static ad_status name_folder(const options *o, const char *name, run_folder *folder,
+                             ad_error *error)
 {
     char path[3900];
-    snprintf(path, sizeof path, "runs/%s", t->s.e->settings->name);
-    ad_status status = run_name(&t->folder, t->asked->out ? t->asked->out : path, error);
-    return status == AD_OK && !t->asked->resume ? run_check_new(&t->folder, error) : status;
+    snprintf(path, sizeof path, "runs/%s", name);
+    return run_name(folder, o->out ? o->out : path, error);
 }
 
 static void announce_reference(training *t)
@@ -506,7 +507,12 @@ static ad_status go(training *t, config *settings, ad_error *error)
         return AD_OK;
     }
     status = status == AD_OK ? session_start(&t->s, error) : status;
-    status = status == AD_OK ? name_folder(t, error) : status;
+    if (status == AD_OK) {
+        status = name_folder(t->asked, t->s.e->settings->name, &t->folder, error);
+    }
+    if (status == AD_OK && !t->asked->resume) {
+        status = run_check_new(&t->folder, error);
+    }
     status = status == AD_OK ? grow(t, error) : status;
     if (status == AD_OK && t->verdict.signal) {
         verdict_add(&t->verdict, VERDICT_SIGNAL,
@@ -520,17 +526,65 @@ static ad_status go(training *t, config *settings, ad_error *error)
     return status == AD_OK ? train(t, error) : status;
 }
 
+static void name_file(FILE *to, const char *path)
+{
+    if (path) {
+        ranks_name_file(to, path);
+        fputc('\n', to);
+    }
+}
+
+/* What is computed: the scene with all that its files said, files that are read later, and the
+ * checkpoint that is gone on from. */
+static void describe(FILE *to, const options *o, const config *settings)
+{
+    const train_settings *training = &settings->settings;
+    run_folder folder;
+    config_write(settings, to, false);
+    for (int i = 0; i < training->data_count; i++) {
+        name_file(to, training->data[i].file);
+    }
+    name_file(to, training->members_file);
+    name_file(to, training->reference_file);
+    if (o->resume && name_folder(o, training->name, &folder, NULL) == AD_OK) {
+        name_file(to, folder.checkpoint);
+    }
+}
+
+/* Ranks with other scenes would train a mixture of them. */
+static ad_status compare_ranks(const options *o, const config *settings, ad_status status,
+                               ad_error *error)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *file = o->ranks && status == AD_OK ? open_memstream(&text, &size) : NULL;
+    if (file) {
+        describe(file, o, settings);
+    }
+    if (o->ranks && status == AD_OK && (!file || fclose(file) != 0)) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for what ranks compare");
+    }
+    status = ranks_compare(o->ranks, status, text, error);
+    free(text);
+    return status;
+}
+
 static int run(const options *o)
 {
     training t = {.asked = o};
-    config *settings;
+    config *settings = NULL;
     ad_error error = {AD_OK, ""};
     ad_status status = json_check_path(o->json, &error);
     if (status != AD_OK) {
+        compare_ranks(o, NULL, status, &error);
         return cli_fail_error(program, &error);
     }
     status =
         config_read(o->config, NULL, o->overrides.count, o->overrides.texts, &settings, &error);
+    status = compare_ranks(o, settings, status, &error);
+    if (status != AD_OK) {
+        config_free(settings);
+    }
     if (status == AD_OK && o->print_config) {
         int result = config_write(settings, stdout, true) == AD_OK ? 0 : 1;
         config_free(settings);
@@ -593,7 +647,7 @@ int main(int count, char **arguments)
 {
     options o = {.threads = 0};
     ad_error error;
-    if (ranks_begin(&o.ranks, &error) != AD_OK) {
+    if (ranks_begin(count, arguments, &o.ranks, &error) != AD_OK) {
         int rank;
         launch_processes(&rank); /* one line */
         return ranks_end(program, rank > 0 ? CLI_BAD : cli_fail_error(program, &error));

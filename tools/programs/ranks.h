@@ -5,10 +5,24 @@
 
 #include "autodiff/ranks.h"
 
-/* At the very beginning of main. *ranks: NULL for a process by itself. All but rank 0 say nothing
- * from here on: what they print goes nowhere, their errors to rank 0 by ranks_end. AD_BAD_INPUT:
- * there are several processes, but no MPI. */
-ad_status ranks_begin(const ad_ranks **ranks, ad_error *error);
+#include <stdio.h>
+
+/* At the very beginning of main, with its arguments [count]. *ranks: NULL for a process by itself.
+ * All but rank 0 say nothing from here on: what they print goes nowhere, their errors to rank 0 by
+ * ranks_end. AD_BAD_INPUT: there are several processes, but no MPI; ranks have other arguments,
+ * files that these name, or another version. */
+ad_status ranks_begin(int count, char **arguments, const ad_ranks **ranks, ad_error *error);
+
+/* Whether ranks are about to do the same, before any of them begins; the lines of `text`, each with
+ * its end, say what. `status`: of this rank so far; with an error, which is kept, text does not
+ * count. The error of a rank that has one, on all ranks; AD_BAD_INPUT where some have other lines
+ * than rank 0. Without ranks, NULL, `status`. */
+ad_status ranks_compare(const ad_ranks *ranks, ad_status status, const char *text, ad_error *error);
+ad_status ranks_compare_arguments(const ad_ranks *ranks, int count, char **arguments,
+                                  ad_error *error);
+
+/* Of such a line: a file's name, with a hash of what is in it. */
+void ranks_name_file(FILE *to, const char *path);
 
 /* Threads of this rank: `asked`, or where that is 0 its part of the processors that it may use. */
 int ranks_threads(int asked);

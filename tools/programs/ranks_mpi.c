@@ -158,12 +158,12 @@ static void fall_silent(void)
     }
 }
 
-ad_status ranks_begin(const ad_ranks **ranks, ad_error *error)
+ad_status ranks_begin(int count, char **arguments, const ad_ranks **ranks, ad_error *error)
 {
-    int rank, provided, count = launch_processes(&rank);
+    int rank, provided, processes = launch_processes(&rank);
     *ranks = NULL;
     launch_share();
-    if (count == 1) {
+    if (processes == 1) {
         return AD_OK;
     }
     MPI_Init_thread(NULL, NULL, MPI_THREAD_SERIALIZED, &provided);
@@ -177,7 +177,7 @@ ad_status ranks_begin(const ad_ranks **ranks, ad_error *error)
             error, AD_BAD_INPUT,
             "mpirun or srun: started as %d processes that MPI does not connect; by srun: try "
             "--mpi=pmix or --mpi=pmi2, which srun --mpi=list may know",
-            count);
+            processes);
     }
     if (provided < MPI_THREAD_SERIALIZED) {
         return ad_fail(error, AD_BAD_INPUT,
@@ -196,7 +196,7 @@ ad_status ranks_begin(const ad_ranks **ranks, ad_error *error)
         fall_silent();
     }
     *ranks = &mpi.ranks;
-    return AD_OK;
+    return ranks_compare_arguments(*ranks, count, arguments, error);
 }
 
 /* ---- threads --------------------------------------------------------------------------------- */

@@ -4,16 +4,17 @@
 
 #include <unistd.h>
 
-ad_status ranks_begin(const ad_ranks **ranks, ad_error *error)
+ad_status ranks_begin(int count, char **arguments, const ad_ranks **ranks, ad_error *error)
 {
-    int rank, count = launch_processes(&rank);
+    int rank, processes = launch_processes(&rank);
+    (void)count, (void)arguments;
     *ranks = NULL;
     launch_share();
-    return count > 1
+    return processes > 1
                ? ad_fail(error, AD_BAD_INPUT,
                          "mpirun or srun: started as %d processes, but built without MPI: install "
                          "libopenmpi-dev or libmpich-dev and build again, or start one",
-                         count)
+                         processes)
                : AD_OK;
 }
 
