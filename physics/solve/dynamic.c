@@ -23,6 +23,7 @@ struct dynamic_solution {
 typedef struct refined {
     const solve_rod *rod;
     solve_quadrature *places;
+    solve_events *events;
     double lock, of_loads; /* what meshes may miss of them */
     size_t count;
     const double *times; /* [count] */
@@ -209,6 +210,28 @@ static ad_status look(refined *at, ad_error *error)
     return status;
 }
 
+/* Through time, again with more instants where steps have not met what drives the rod, however well
+ * they agree with one another. */
+static ad_status go(refined *at, dynamic_solution *x, solve_report *report, ad_error *error)
+{
+    const int rounds = 6;
+    const char *key = NULL;
+    size_t missed = 1;
+    ad_status status = AD_OK;
+    for (int i = 0; i < rounds && missed > 0 && status == AD_OK; i++) {
+        status = motion_go(x->motion, &at->by, &x->at, report, error);
+        at->total += at->by.work;
+        if (status == AD_OK) {
+            status = solve_events_meet(at->events, &at->by.clock, &missed, &key, error);
+        }
+        if (!affords(at, 1)) {
+            break;
+        }
+    }
+    report->unresolved = status == AD_OK && missed > 0 ? key : report->unresolved;
+    return status;
+}
+
 static ad_status solve_once(refined *at, dynamic_solution **result, solve_report *report,
                             ad_error *error)
 {
@@ -219,8 +242,7 @@ static ad_status solve_once(refined *at, dynamic_solution **result, solve_report
     if (status != AD_OK) {
         return status;
     }
-    status = motion_go(x->motion, &at->by, &x->at, &of_this, error);
-    at->total += at->by.work;
+    status = go(at, x, &of_this, error);
     of_this.nodes = (int)motion_nodes(x->motion);
     if (status != AD_OK) {
         report->time = at->best ? report->time : of_this.time;
@@ -403,7 +425,12 @@ static ad_status solve_refined(refined *at, const solve_settings *settings, solv
 {
     motion_apart by_time = NOTHING;
     ad_status status = motion_places_of(at->rod, &at->places, error);
-    report->unresolved = status == AD_OK ? at->places->unresolved : NULL;
+    status = status == AD_OK ? solve_events_create(at->rod, &at->events, error) : status;
+    at->by.events = at->events;
+    if (status == AD_OK) {
+        const char *of_t = at->events->drives->unresolved;
+        report->unresolved = at->places->unresolved ? at->places->unresolved : of_t;
+    }
     status = status == AD_OK ? solve_once(at, &at->best, report, error) : status;
     status = status == AD_OK ? look(at, error) : status;
     if (status != AD_OK || settings->nodes > 0) {
@@ -437,6 +464,8 @@ ad_status dynamic_solve(const solve_rod *rod, const solve_settings *settings, si
                   .by = {.tolerance = (is_given ? 1 : 10) * settings->tolerance, .shortened = 1}};
     ad_status status = solve_refined(&at, settings, report, error);
     solve_quadrature_free(at.places);
+    solve_events_free(at.events);
+    free(at.by.clock.ends);
     for (size_t i = 0; i < sizeof at.seen / sizeof *at.seen; i++) {
         free(at.seen[i]);
     }

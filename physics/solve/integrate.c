@@ -1,7 +1,6 @@
 #include "physics/solve/integrate.h"
 
 #include "physics/gauss.h"
-#include "physics/solve/events.h"
 #include "physics/solve/motion_fastest.h"
 #include "physics/solve/motion_system.h"
 #include "physics/solve/vector.h"
@@ -12,6 +11,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* Of the methods (integrate.h). */
+static const ARKODE_DIRKTableID IMPLICIT_TABLE = ARKODE_ARK548L2SAb_DIRK_8_4_5;
+static const ARKODE_ERKTableID EXPLICIT_TABLE = ARKODE_ARK436L2SA_ERK_6_3_4;
 
 typedef struct integration {
     motion *motion;
@@ -24,8 +27,9 @@ typedef struct integration {
     double tolerance;              /* of a step */
     double initial;                /* energy */
     double work, dissipated, time; /* so far, up to `time` */
-    size_t events, event;          /* how many, and which comes next */
-    double *event_times;
+    const solve_events *events;    /* NULL: none */
+    size_t event;                  /* which comes next */
+    solve_clock *clock;            /* NULL: none */
 } integration;
 
 /* ---- what SUNDIALS calls ------------------------------------------------------------------- */
@@ -78,7 +82,6 @@ static void keep_words(int code, const char *module, const char *function, char 
 
 static void close_integration(integration *in)
 {
-    free(in->event_times);
     if (in->stepper) {
         ARKStepFree(&in->stepper);
     }
@@ -117,11 +120,29 @@ static bool set_up(integration *in, const integrate_settings *settings)
     int bad = ARKStepSetErrHandlerFn(s, keep_words, in);
     bad |= ARKStepSetUserData(s, in);
     bad |= ARKStepWFtolerances(s, weigh);
-    bad |= ARKStepSetTableNum(s, implicit ? ARKODE_ARK548L2SAb_DIRK_8_4_5 : ARKODE_DIRK_NONE,
-                              implicit ? ARKODE_ERK_NONE : ARKODE_ARK436L2SA_ERK_6_3_4);
+    bad |= ARKStepSetTableNum(s, implicit ? IMPLICIT_TABLE : ARKODE_DIRK_NONE,
+                              implicit ? ARKODE_ERK_NONE : EXPLICIT_TABLE);
     bad |= ARKStepSetInterpolantType(s, ARK_INTERP_LAGRANGE);
     bad |= implicit ? set_up_stages(in) : 0;
     return bad == 0;
+}
+
+/* The stages of its steps. */
+static ad_status start_clock(integration *in, ad_error *error)
+{
+    solve_clock *clock = in->clock;
+    ARKodeButcherTable table = in->system ? ARKodeButcherTable_LoadDIRK(IMPLICIT_TABLE)
+                                          : ARKodeButcherTable_LoadERK(EXPLICIT_TABLE);
+    clock->count = 0;
+    clock->stages = 0;
+    for (int i = 0; table && i < table->stages && i < EVENTS_STAGES_MAX; i++) {
+        clock->at[i] = table->c[i];
+        clock->weights[i] = table->b[i];
+        clock->stages++;
+    }
+    ARKodeButcherTable_Free(table);
+    return table ? solve_clock_add(clock, 0, error)
+                 : ad_fail(error, AD_NO_MEMORY, "out of memory for SUNDIALS");
 }
 
 static ad_status open_integration(integration *in, const integrate_settings *settings,
@@ -136,10 +157,6 @@ static ad_status open_integration(integration *in, const integrate_settings *set
     if (implicit) {
         status = motion_system_create(in->motion, in->context, &in->system, error);
     }
-    if (status != AD_OK) {
-        return status;
-    }
-    status = solve_events_find(motion_rod(in->motion), &in->events, &in->event_times, error);
     if (status != AD_OK) {
         return status;
     }
@@ -167,6 +184,9 @@ static ad_status open_integration(integration *in, const integrate_settings *set
         status = status == AD_OK ? motion_fastest_at_start(f, &frequency, error) : status;
         motion_fastest_free(f);
         ARKStepSetMaxStep(in->stepper, 1 / motion_explicit_steps(frequency));
+    }
+    if (in->clock) {
+        status = status == AD_OK ? start_clock(in, error) : status;
     }
     in->quadrature =
         solve_gauss_rule_of(implicit ? 3 : 2); /* explicit steps are small for stability */
@@ -246,12 +266,14 @@ static bool record(integration *in, double t, bool has_stepped, double *to, solv
 /* One step, which ends at the next event or at the end. */
 static bool step(integration *in, double end, double *t)
 {
-    while (in->event < in->events && in->event_times[in->event] <= *t) {
+    const solve_events *e = in->events;
+    while (e && in->event < e->count && e->times[in->event] <= *t) {
         in->event++;
     }
-    double stop = in->event < in->events ? fmin(end, in->event_times[in->event]) : end;
+    double stop = e && in->event < e->count ? fmin(end, e->times[in->event]) : end;
     return ARKStepSetStopTime(in->stepper, stop) >= 0 &&
-           ARKStepEvolve(in->stepper, stop, in->state, t, ARK_ONE_STEP) >= 0;
+           ARKStepEvolve(in->stepper, stop, in->state, t, ARK_ONE_STEP) >= 0 &&
+           (!in->clock || solve_clock_add(in->clock, *t, &in->error) == AD_OK);
 }
 
 static bool run(integration *in, long steps_max, size_t count, const double *times, double *states,
@@ -302,7 +324,10 @@ ad_status motion_integrate(motion *m, const integrate_settings *settings, size_t
                            const double *times, double *states, solve_energy *energies,
                            integrate_counts *counts, ad_error *error)
 {
-    integration in = {.motion = m, .tolerance = settings->tolerance};
+    integration in = {.motion = m,
+                      .tolerance = settings->tolerance,
+                      .events = settings->events,
+                      .clock = settings->clock};
     *counts = (integrate_counts){0};
     ad_status status = open_integration(&in, settings, error);
     if (status == AD_OK &&

@@ -12,6 +12,7 @@
 #ifndef PHYSICS_SOLVE_INTEGRATE_H
 #define PHYSICS_SOLVE_INTEGRATE_H
 
+#include "physics/solve/events.h"
 #include "physics/solve/motion.h"
 
 typedef enum integrate_method { INTEGRATE_IMPLICIT, INTEGRATE_EXPLICIT } integrate_method;
@@ -21,6 +22,8 @@ typedef struct integrate_settings {
     double tolerance; /* of each step, relative and absolute, in every row */
     long steps_max;   /* 0: as many as it takes */
     double step;      /* length of each, whatever its error; 0: as long as the tolerance allows */
+    const solve_events *events; /* what no step may pass; NULL: nothing */
+    solve_clock *clock;         /* takes the steps that are made; NULL: nobody asks */
 } integrate_settings;
 
 typedef struct integrate_counts {

@@ -1,6 +1,5 @@
 #include "physics/solve/motion_compose.h"
 
-#include "physics/solve/events.h"
 #include "physics/solve/motion_fastest.h"
 
 #include <math.h>
@@ -35,8 +34,9 @@ typedef struct composition {
     long steps, steps_max;
     bool is_driven; /* what is prescribed may move: kicks and drifts do not see its work */
     double power;   /* then, now */
-    size_t events, event;
-    double *event_times;
+    const solve_events *events; /* NULL: none */
+    size_t event;               /* which comes next */
+    solve_clock *clock;         /* NULL: none */
 } composition;
 
 /* ---- one step ------------------------------------------------------------------------------ */
@@ -75,7 +75,7 @@ static ad_status step(composition *in, double h, double t, bool joined, bool joi
     in->work += in->is_driven ? 0 : work;
     in->t = t;
     in->steps++;
-    return status;
+    return status == AD_OK && in->clock ? solve_clock_add(in->clock, t, error) : status;
 }
 
 /* What is prescribed does work that is integrated from the ends of steps. */
@@ -153,10 +153,10 @@ static ad_status go_to(composition *in, double stop, ad_error *error)
 static void find_varying(composition *in)
 {
     const solve_rod *rod = motion_rod(in->motion);
-    double from = in->event > 0 ? in->event_times[in->event - 1] : 0;
-    double to = in->event < in->events ? in->event_times[in->event] : rod->duration;
-    bool varies = rod->load_moves || rod->rest_moves || rod->jumps.loads_move ||
-                  rod->actuators > 0 || rod->ends[0].moves || rod->ends[1].moves;
+    const solve_events *e = in->events;
+    double from = in->event > 0 ? e->times[in->event - 1] : 0;
+    double to = e && in->event < e->count ? e->times[in->event] : rod->duration;
+    bool varies = e && e->drives->count > 0;
     bool jumps = to - from <= EVENTS_JUMP * rod->duration;
     double steps = 0.5 * (double)motion_nodes(in->motion);
     in->varying = varies && !jumps ? (to - from) / steps : INFINITY;
@@ -178,8 +178,9 @@ static ad_status run(composition *in, size_t count, const double *times, double 
     ad_status status = AD_OK;
     find_varying(in);
     for (size_t i = 0; i < count && status == AD_OK; i++) {
-        while (status == AD_OK && in->event < in->events && in->event_times[in->event] < times[i]) {
-            status = go_to(in, in->event_times[in->event], error);
+        const solve_events *e = in->events;
+        while (status == AD_OK && e && in->event < e->count && e->times[in->event] < times[i]) {
+            status = go_to(in, e->times[in->event], error);
             in->event++;
             find_varying(in);
         }
@@ -194,6 +195,21 @@ static ad_status run(composition *in, size_t count, const double *times, double 
 
 /* ---- making and freeing -------------------------------------------------------------------- */
 
+/* Kicks are where forces are asked for. */
+static ad_status start_clock(solve_clock *clock, ad_error *error)
+{
+    double at = 0;
+    _Static_assert((int)KICKS <= (int)EVENTS_STAGES_MAX, "a step's kicks");
+    clock->count = 0;
+    clock->stages = KICKS;
+    for (int i = 0; i < KICKS; i++) {
+        clock->at[i] = at;
+        clock->weights[i] = kick_of(i);
+        at += i + 1 < KICKS ? drift_of(i) : 0;
+    }
+    return solve_clock_add(clock, 0, error);
+}
+
 static ad_status open_composition(composition *in, ad_error *error)
 {
     const solve_rod *rod = motion_rod(in->motion);
@@ -206,8 +222,8 @@ static ad_status open_composition(composition *in, ad_error *error)
     if (status == AD_OK) {
         status = motion_fastest_create(in->motion, &in->fastest, error);
     }
-    if (status == AD_OK) {
-        status = solve_events_find(rod, &in->events, &in->event_times, error);
+    if (status == AD_OK && in->clock) {
+        status = start_clock(in->clock, error);
     }
     if (status == AD_OK) {
         status = motion_initial(in->motion, in->state, error);
@@ -227,7 +243,11 @@ ad_status motion_compose(motion *m, const integrate_settings *settings, size_t c
                          const double *times, double *states, solve_energy *energies,
                          integrate_counts *counts, ad_error *error)
 {
-    composition in = {.motion = m, .longest = settings->step, .steps_max = settings->steps_max};
+    composition in = {.motion = m,
+                      .longest = settings->step,
+                      .steps_max = settings->steps_max,
+                      .events = settings->events,
+                      .clock = settings->clock};
     ad_error cause = {.message = ""};
     ad_status status = open_composition(&in, &cause);
     status = status == AD_OK ? run(&in, count, times, states, energies, &cause) : status;
@@ -238,7 +258,6 @@ ad_status motion_compose(motion *m, const integrate_settings *settings, size_t c
     *counts = (integrate_counts){.steps = in.steps, .time = in.t};
     motion_fastest_free(in.fastest);
     free(in.state);
-    free(in.event_times);
     return status;
 }
 
