@@ -32,8 +32,9 @@ typedef struct integrate_counts {
 } integrate_counts;
 
 /* From the initial state through times [count], ascending, >= 0, to states
- * [count][nodes][MOTION_ROWS] and energies [count]. AD_NOT_FINITE when steps
- * become too small or too many, and errors of formulas; counts->time then says how far it came. */
+ * [count][nodes][MOTION_ROWS] and energies [count]; steps depend on the last of these times alone.
+ * AD_NOT_FINITE when steps become too small or too many, and errors of formulas; counts->time then
+ * says how far it came. */
 ad_status motion_integrate(motion *m, const integrate_settings *settings, size_t count,
                            const double *times, double *states, solve_energy *energies,
                            integrate_counts *counts, ad_error *error);

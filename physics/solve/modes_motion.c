@@ -275,17 +275,10 @@ static bool add_modes(const modes_solution *x, double tolerance, modes_counts *c
 static void take_report(const refined *at, solve_report *report)
 {
     const modes_solution *x = at->best;
-    double mismatch = 0, largest = 0;
-    for (size_t i = 0; i < x->count; i++) {
-        const solve_energy *e = &x->all[i];
-        mismatch = motion_larger(mismatch, fabs(e->mismatch));
-        largest = fmax(largest, fmax(e->kinetic + e->strain, fmax(fabs(e->work), e->dissipated)));
-    }
+    motion_report_energies(x->count, x->all, report);
     for (size_t i = 0; i < x->given; i++) {
         x->energies[i] = x->all[x->which[i]];
     }
-    report->energy = largest;
-    report->energy_mismatch = mismatch == 0 ? 0 : mismatch / largest;
     report->nodes = x->m->points - x->m->hinges * (x->m->stages + 1);
     report->time = 1;
     report->mode_count = x->m->size;
