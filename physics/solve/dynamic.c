@@ -8,13 +8,15 @@
 #include <string.h>
 
 /* Intervals between nodes: each mesh has half as many again as the one before. Solutions are
- * compared at so many points, at the times given and at so many more. */
-enum { COARSEST = 12, FINEST = 2048, COMPARED = MOTION_COMPARED, MORE_TIMES = 8 };
+ * compared at so many points and times, which have nothing to do with the times given. */
+enum { COARSEST = 12, FINEST = 2048, COMPARED = MOTION_COMPARED, FIXED_TIMES = 32 };
 
 struct dynamic_solution {
     motion *motion;
     motion_record at;
+    bool *aside;            /* [times in `at`] given, and none of those that are fixed */
     size_t given;           /* times */
+    size_t fixed;           /* times in `at` that are not aside */
     size_t *which;          /* [given] of those in `at` */
     solve_energy *energies; /* [given] */
 };
@@ -23,13 +25,15 @@ struct dynamic_solution {
 typedef struct refined {
     const solve_rod *rod;
     solve_quadrature *places;
+    solve_events *events;
     double lock, of_loads; /* what meshes may miss of them */
     size_t count;
     const double *times; /* [count] */
     int intervals;
     motion_steps by;
     dynamic_solution *best;
-    solve_state *seen[3];  /* [times][COMPARED] of the last solutions, the best first; NULL: none */
+    solve_state
+        *seen[3]; /* [FIXED_TIMES][COMPARED] of the last solutions, the best first; NULL: none */
     motion_apart distance; /* between the last two */
     double total;          /* work of all */
 } refined;
@@ -41,6 +45,7 @@ void dynamic_free(dynamic_solution *x)
     if (x) {
         motion_free(x->motion);
         free(x->at.times);
+        free(x->aside);
         free(x->at.states);
         free(x->at.energies);
         free(x->which);
@@ -78,18 +83,23 @@ static double lock_for(double tolerance)
     return fmin(100 / tolerance, 1e10);
 }
 
-/* The times given, and more, ascending and each once. */
+/* The fixed times up to the last, and aside of them the times given; ascending and each once. */
 static void place_times(dynamic_solution *x, const double *times)
 {
     double last = x->given > 0 ? times[x->given - 1] : 0;
-    size_t more = 1, next = 0;
-    while (more < MORE_TIMES || next < x->given) {
-        double extra = more < MORE_TIMES ? last * (double)more / MORE_TIMES : INFINITY;
-        double t = next < x->given && times[next] <= extra ? times[next] : extra;
-        more += extra <= t;
-        if (x->at.count == 0 || t > x->at.times[x->at.count - 1]) {
+    size_t fixed = 1, next = 0;
+    while (fixed <= FIXED_TIMES || next < x->given) {
+        double stop = fixed < FIXED_TIMES   ? last * (double)fixed / FIXED_TIMES
+                      : fixed > FIXED_TIMES ? INFINITY
+                                            : last;
+        double t = next < x->given && times[next] < stop ? times[next] : stop;
+        size_t count = x->at.count;
+        if (count == 0 || t > x->at.times[count - 1]) {
+            x->aside[count] = t < stop;
+            x->fixed += t == stop;
             x->at.times[x->at.count++] = t;
         }
+        fixed += t == stop;
         for (; next < x->given && times[next] <= t; next++) {
             x->which[next] = x->at.count - 1;
         }
@@ -106,14 +116,16 @@ static ad_status create(const refined *at, dynamic_solution **result, ad_error *
     ad_status status =
         motion_mesh(at->rod, at->places, at->lock, at->of_loads, at->intervals, &x->motion, error);
     if (status == AD_OK) {
-        size_t count = at->count, most = count + MORE_TIMES;
+        size_t count = at->count, most = count + FIXED_TIMES;
         x->given = count;
         x->which = malloc((count + 1) * sizeof *x->which);
         x->energies = malloc((count + 1) * sizeof *x->energies);
         x->at.times = malloc(most * sizeof *x->at.times);
+        x->aside = malloc(most * sizeof *x->aside);
         x->at.states = malloc(most * motion_nodes(x->motion) * MOTION_ROWS * sizeof(double));
         x->at.energies = malloc(most * sizeof *x->at.energies);
-        if (!x->which || !x->energies || !x->at.times || !x->at.states || !x->at.energies) {
+        if (!x->which || !x->energies || !x->at.times || !x->aside || !x->at.states ||
+            !x->at.energies) {
             status = ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", count);
         }
     }
@@ -126,20 +138,32 @@ static ad_status create(const refined *at, dynamic_solution **result, ad_error *
     return AD_OK;
 }
 
-/* The largest energy, and the largest mismatch over it; not a number if one is none. */
-static void take_energies(dynamic_solution *x, solve_report *report)
+void motion_report_energies(size_t count, const solve_energy *energies, solve_report *report)
 {
     double mismatch = 0, largest = 0;
-    for (size_t i = 0; i < x->at.count; i++) {
-        const solve_energy *e = &x->at.energies[i];
+    for (size_t i = 0; i < count; i++) {
+        const solve_energy *e = &energies[i];
         mismatch = motion_larger(mismatch, fabs(e->mismatch));
         largest = fmax(largest, fmax(e->kinetic + e->strain, fmax(fabs(e->work), e->dissipated)));
     }
+    report->energy = largest + SOLVE_ENERGY_ROUNDING / SOLVE_ENERGY_ALLOWED;
+    report->energy_mismatch = mismatch / report->energy;
+}
+
+/* Of the times that are not asked for. */
+static void take_energies(dynamic_solution *x, solve_report *report)
+{
+    solve_energy all[FIXED_TIMES];
+    size_t count = 0;
+    for (size_t i = 0; i < x->at.count; i++) {
+        if (!x->aside[i]) {
+            all[count++] = x->at.energies[i];
+        }
+    }
+    motion_report_energies(count, all, report);
     for (size_t i = 0; i < x->given; i++) {
         x->energies[i] = x->at.energies[x->which[i]];
     }
-    report->energy = largest;
-    report->energy_mismatch = mismatch == 0 ? 0 : mismatch / largest;
 }
 
 /* ---- refining ------------------------------------------------------------------------------ */
@@ -196,16 +220,42 @@ static ad_status look(refined *at, ad_error *error)
     for (int i = 0; i < COMPARED; i++) {
         s[i] = (double)i / (COMPARED - 1);
     }
-    solve_state *all = at->seen[2] ? at->seen[2] : malloc(x->at.count * COMPARED * sizeof *all);
+    solve_state *all =
+        at->seen[2] ? at->seen[2] : malloc((size_t)FIXED_TIMES * COMPARED * sizeof *all);
     at->seen[2] = at->seen[1];
     at->seen[1] = at->seen[0];
     at->seen[0] = all;
     if (!all) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", x->at.count);
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %d times", FIXED_TIMES);
     }
     for (size_t which = 0; which < x->at.count && status == AD_OK; which++) {
-        status = at_time(x, which, COMPARED, s, all + which * COMPARED, error);
+        if (!x->aside[which]) {
+            status = at_time(x, which, COMPARED, s, all, error);
+            all += COMPARED;
+        }
     }
+    return status;
+}
+
+/* Through time, again with more instants where steps have not met what drives the rod, however well
+ * they agree with one another. */
+static ad_status go(refined *at, dynamic_solution *x, solve_report *report, ad_error *error)
+{
+    const int rounds = 6;
+    const char *key = NULL;
+    size_t missed = 1;
+    ad_status status = AD_OK;
+    for (int i = 0; i < rounds && missed > 0 && status == AD_OK; i++) {
+        status = motion_go(x->motion, &at->by, &x->at, report, error);
+        at->total += at->by.work;
+        if (status == AD_OK) {
+            status = solve_events_meet(at->events, &at->by.clock, &missed, &key, error);
+        }
+        if (!affords(at, 1)) {
+            break;
+        }
+    }
+    report->unresolved = status == AD_OK && missed > 0 ? key : report->unresolved;
     return status;
 }
 
@@ -219,8 +269,7 @@ static ad_status solve_once(refined *at, dynamic_solution **result, solve_report
     if (status != AD_OK) {
         return status;
     }
-    status = motion_go(x->motion, &at->by, &x->at, &of_this, error);
-    at->total += at->by.work;
+    status = go(at, x, &of_this, error);
     of_this.nodes = (int)motion_nodes(x->motion);
     if (status != AD_OK) {
         report->time = at->best ? report->time : of_this.time;
@@ -246,7 +295,7 @@ static ad_status solve_again(refined *at, solve_report *report, bool *failed, ad
         status = look(at, error);
     }
     if (status == AD_OK) {
-        at->distance = motion_compare(next->at.count, at->seen[0], at->seen[1]);
+        at->distance = motion_compare(at->best->fixed, at->seen[0], at->seen[1]);
     }
     return *failed ? AD_OK : status;
 }
@@ -303,9 +352,8 @@ static double left_over(int count, const double *distance)
 static double left_over_at_right_angles(const refined *at)
 {
     const double safe = 1.5, least = 0.5;
-    const size_t count = at->best->at.count;
-    double first = motion_compare(count, at->seen[1], at->seen[2]).l2;
-    double over = motion_compare(count, at->seen[0], at->seen[2]).l2;
+    double first = motion_compare(at->best->fixed, at->seen[1], at->seen[2]).l2;
+    double over = motion_compare(at->best->fixed, at->seen[0], at->seen[2]).l2;
     double last = at->distance.l2 * at->distance.l2, before = first * first;
     double of_last = last + over * over - before; /* 2 e_3^2 */
     bool points_apart = over * over < before + last;
@@ -403,7 +451,12 @@ static ad_status solve_refined(refined *at, const solve_settings *settings, solv
 {
     motion_apart by_time = NOTHING;
     ad_status status = motion_places_of(at->rod, &at->places, error);
-    report->unresolved = status == AD_OK ? at->places->unresolved : NULL;
+    status = status == AD_OK ? solve_events_create(at->rod, &at->events, error) : status;
+    at->by.events = at->events;
+    if (status == AD_OK) {
+        const char *of_t = at->events->drives->unresolved;
+        report->unresolved = at->places->unresolved ? at->places->unresolved : of_t;
+    }
     status = status == AD_OK ? solve_once(at, &at->best, report, error) : status;
     status = status == AD_OK ? look(at, error) : status;
     if (status != AD_OK || settings->nodes > 0) {
@@ -437,6 +490,8 @@ ad_status dynamic_solve(const solve_rod *rod, const solve_settings *settings, si
                   .by = {.tolerance = (is_given ? 1 : 10) * settings->tolerance, .shortened = 1}};
     ad_status status = solve_refined(&at, settings, report, error);
     solve_quadrature_free(at.places);
+    solve_events_free(at.events);
+    free(at.by.clock.ends);
     for (size_t i = 0; i < sizeof at.seen / sizeof *at.seen; i++) {
         free(at.seen[i]);
     }

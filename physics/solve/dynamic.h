@@ -11,7 +11,7 @@ typedef struct dynamic_solution dynamic_solution;
  * rod->scales.time. settings->nodes: one mesh of at least so many nodes, settings->tolerance that
  * of time steps, no estimate. Otherwise steps and then the mesh grow finer until the error is
  * estimated to be below the tolerance, in position and in what a rotation moves over a tenth of the
- * rod, relative L2 over s and t, at the times given and some in between; and nowhere above
+ * rod, relative L2 over s and t; and nowhere above
  * SOLVE_PEAK tolerances. The solution is that on the finest mesh. The estimate is the last distance
  * between two meshes; more where distances fall slowly, as those of motions with waves that have
  * kinks do; less, where three meshes show that their errors are at right angles. AD_OK also when
@@ -38,6 +38,11 @@ typedef struct motion_apart {
  * [count][MOTION_COMPARED]; positions, and rotations by what they move over a tenth of the rod. */
 enum { MOTION_COMPARED = 33 };
 motion_apart motion_compare(size_t count, const solve_state *x, const solve_state *y);
+
+/* The largest energy of those at `count` times, and the largest mismatch over it; not a number if
+ * one is none. The energy has a part of its own that what rounding leaves of a rod at rest is small
+ * beside. */
+void motion_report_energies(size_t count, const solve_energy *energies, solve_report *report);
 
 /* [count] */
 const solve_energy *dynamic_energies(const dynamic_solution *x);

@@ -1,279 +1,304 @@
 #include "physics/solve/events.h"
 
-#include "physics/breaks.h"
+#include "physics/gauss.h"
 #include "physics/sort.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Samples of time; points along the rod; numbers of a load, of v* and u*, and of an end. */
-enum { SAMPLES = 2049, POINTS = 5, LOAD = 12, REST = 6, END = 13 };
-enum { ALONG = LOAD + REST, NUMBERS = POINTS * ALONG + 2 * END };
+/* ---- instants ------------------------------------------------------------------------------ */
 
-_Static_assert(sizeof(solve_load) == LOAD * sizeof(double), "a load is its numbers");
-
-/* Of the duration: how far before and after a break, whose place is exact, loads are those of
- * either side. */
-static const double EVENTS_HALF_JUMP = 1e-12;
-
-/* Panels that are narrow are those on which something differs from what samples would have it by so
- * much of the largest change. Bounds that are wide, as those of formulas of s and t are, make
- * others short. */
-static const double UNSEEN = 1e-4;
-
-enum { EXTRA = SAMPLES }; /* place of one more */
-
-typedef struct samples {
-    double s[SAMPLES + 1], t[SAMPLES + 1];
-    solve_load loads[SAMPLES + 1];
-    solve_rest rest[SAMPLES + 1];
-    solve_end_state ends[SAMPLES + 1];
-    double numbers[SAMPLES + 1][NUMBERS]; /* all that acts */
-} samples;
-
-/* Those from `first` on, at their times. */
-static ad_status take(const solve_rod *rod, samples *x, int first, int count, ad_error *error)
+static ad_status add(solve_events *e, double t, ad_error *error)
 {
+    if ((e->count & (e->count + 1)) == 0) { /* room for one less than a power of two */
+        double *more = realloc(e->times, (2 * e->count + 1) * sizeof *more);
+        if (!more) {
+            return ad_fail(error, AD_NO_MEMORY, "out of memory for instants");
+        }
+        e->times = more;
+    }
+    e->times[e->count++] = t;
+    return AD_OK;
+}
+
+/* Where between two times most of the change of a drive is: two instants, one jump. */
+static ad_status add_jump(solve_events *e, size_t which, double early, double late, ad_error *error)
+{
+    const solve_drives *d = e->drives;
+    double before = solve_drive_at(d, which, early), after = solve_drive_at(d, which, late);
+    while (late - early > EVENTS_JUMP * d->duration) {
+        double middle = (early + late) / 2, value = solve_drive_at(d, which, middle);
+        bool is_later = fabs(value - before) < fabs(after - value);
+        *(is_later ? &before : &after) = value;
+        *(is_later ? &early : &late) = middle;
+    }
+    ad_status status = add(e, early, error);
+    return status == AD_OK ? add(e, late, error) : status;
+}
+
+/* On one panel: an instant wherever any drive has changed by half of its range since the last;
+ * before, sum: [drives]. */
+static ad_status add_changes(solve_events *e, int panel, double *before, double *sum,
+                             ad_error *error)
+{
+    const solve_drives *d = e->drives;
+    const int parts = solve_drives_parts(d, panel);
+    const double inside = solve_drives_inside(d), from = d->edges[panel] + inside;
+    const double length = d->edges[panel + 1] - inside - from;
     ad_status status = AD_OK;
-    for (int point = 0; status == AD_OK && point < POINTS; point++) {
-        for (int i = first; i < first + count; i++) {
-            x->s[i] = (point + 0.5) / POINTS;
-        }
-        status = solve_rod_loads(rod, (size_t)count, x->s + first, x->t + first, x->loads + first,
-                                 error);
-        if (status == AD_OK && rod->rest_moves) {
-            status = solve_rod_rests(rod, (size_t)count, x->s + first, x->t + first,
-                                     x->rest + first, error);
-        }
-        for (int i = first; i < first + count; i++) {
-            double *to = x->numbers[i] + point * ALONG;
-            memcpy(to, &x->loads[i], sizeof x->loads[i]);
-            memcpy(to + LOAD, x->rest[i].strain, sizeof x->rest[i].strain);
-            memcpy(to + LOAD + 3, x->rest[i].curvature, sizeof x->rest[i].curvature);
-        }
-    }
-    for (int end = 0; status == AD_OK && end < 2; end++) {
-        for (int i = first; i < first + count; i++) {
-            x->s[i] = end;
-        }
-        status = solve_rod_ends(rod, end, (size_t)count, x->s + first, x->t + first,
-                                x->ends + first, error);
-        for (int i = first; i < first + count; i++) {
-            double *to = x->numbers[i] + POINTS * ALONG + end * END;
-            memcpy(to, x->ends[i].position, 3 * sizeof *to);
-            memcpy(to + 3, x->ends[i].rotation, 4 * sizeof *to);
-            memcpy(to + 7, x->ends[i].force, 3 * sizeof *to);
-            memcpy(to + 10, x->ends[i].moment, 3 * sizeof *to);
-        }
-    }
-    return status;
-}
-
-static double distance(const double *p, const double *q)
-{
-    double sum = 0;
-    for (int i = 0; i < NUMBERS; i++) {
-        sum += (p[i] - q[i]) * (p[i] - q[i]);
-    }
-    return sqrt(sum);
-}
-
-/* Where between samples i and i + 1 most of the change is: from *early to *late. */
-static ad_status bisect(const solve_rod *rod, samples *x, int i, double *early, double *late,
-                        ad_error *error)
-{
-    double before[NUMBERS], after[NUMBERS];
-    ad_status status = AD_OK;
-    memcpy(before, x->numbers[i], sizeof before);
-    memcpy(after, x->numbers[i + 1], sizeof after);
-    *early = x->t[i];
-    *late = x->t[i + 1];
-    while (status == AD_OK && *late - *early > EVENTS_JUMP * rod->duration) {
-        double *middle = x->numbers[EXTRA];
-        x->t[EXTRA] = (*early + *late) / 2;
-        status = take(rod, x, EXTRA, 1, error);
-        bool is_later = distance(middle, before) < distance(after, middle);
-        memcpy(is_later ? before : after, middle, sizeof before);
-        *(is_later ? early : late) = x->t[EXTRA];
-    }
-    return status;
-}
-
-static double largest_change(const samples *x)
-{
-    double largest = 0;
-    for (int i = 1; i < SAMPLES; i++) {
-        largest = fmax(largest, distance(x->numbers[i], x->numbers[0]));
-    }
-    return largest;
-}
-
-/* Jumps get two instants. */
-static ad_status choose(const solve_rod *rod, samples *x, size_t *count, double *times,
-                        ad_error *error)
-{
-    double largest = largest_change(x), sum = 0;
-    ad_status status = AD_OK;
-    for (int i = 0; status == AD_OK && i + 1 < SAMPLES && largest > 0; i++) {
-        double next = distance(x->numbers[i + 1], x->numbers[i]);
-        sum += next;
-        if (next > largest / 2) {
-            status = bisect(rod, x, i, &times[*count], &times[*count + 1], error);
-            *count += 2;
-            sum = 0;
-        } else if (sum > largest / 2) {
-            times[(*count)++] = x->t[i];
-            sum = next;
-        }
-    }
-    return status;
-}
-
-static ad_status check_finite(const solve_rod *rod, const samples *x, ad_error *error)
-{
-    for (int i = 0; i < SAMPLES; i++) {
-        for (int k = 0; k < NUMBERS; k++) {
-            if (!isfinite(x->numbers[i][k])) {
-                return ad_fail(error, AD_NOT_FINITE,
-                               "what loads, holds or shapes the rod is not finite at t = %g s",
-                               x->t[i] * rod->scales.time);
+    for (int i = 0; i <= parts && status == AD_OK; i++) {
+        double early = from + length * (i - 1) / parts, late = from + length * i / parts;
+        bool is_due = false, jumps = false;
+        for (size_t k = 0; k < d->count && status == AD_OK; k++) {
+            double value = solve_drive_at(d, k, late), half = d->all[k].range / 2;
+            double change = i > 0 ? fabs(value - before[k]) : 0;
+            before[k] = value;
+            sum[k] = i > 0 ? sum[k] + change : 0;
+            is_due |= sum[k] > half;
+            if (change > half) {
+                jumps = true;
+                status = add_jump(e, k, early, late, error);
             }
         }
-    }
-    return AD_OK;
-}
-
-/* ---- together ------------------------------------------------------------------------------ */
-
-/* How far numbers at t are from the line between samples before and after. */
-static double off_line(const samples *x, double t, const double *numbers)
-{
-    double step = x->t[1], line[NUMBERS];
-    int i = (int)fmin(t / step, SAMPLES - 2);
-    double share = t / step - i;
-    for (int k = 0; k < NUMBERS; k++) {
-        line[k] = (1 - share) * x->numbers[i][k] + share * x->numbers[i + 1][k];
-    }
-    return distance(numbers, line);
-}
-
-/* Which panels [count], edges in units of time, are narrow: looked at in two places each. */
-static ad_status find_narrow(const solve_rod *rod, const samples *x, int count, const double *edges,
-                             bool *narrow, ad_error *error)
-{
-    enum { EACH = 2, BATCH = SAMPLES / EACH };
-    double largest = largest_change(x), *off = calloc((size_t)count, sizeof *off);
-    samples *within = calloc(1, sizeof *within);
-    ad_status status =
-        off && within ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for %d panels", count);
-    for (int first = 0; status == AD_OK && first < count; first += BATCH) {
-        int here = count - first < BATCH ? count - first : BATCH;
-        for (int i = 0; i < here * EACH; i++) {
-            const double *edge = edges + first + i / EACH;
-            within->t[i] = edge[0] + (edge[1] - edge[0]) * (i % EACH + 0.25) / EACH;
-        }
-        status = take(rod, within, 0, here * EACH, error);
-        for (int i = 0; status == AD_OK && i < here * EACH; i++) {
-            double *to = &off[first + i / EACH];
-            *to = fmax(*to, off_line(x, within->t[i], within->numbers[i]));
-            largest = fmax(largest, distance(within->numbers[i], x->numbers[0]));
+        if (is_due) {
+            status = status == AD_OK && !jumps ? add(e, early, error) : status;
+            memset(sum, 0, d->count * sizeof *sum);
         }
     }
-    for (int i = 0; status == AD_OK && i < count; i++) {
-        narrow[i] = off[i] > UNSEEN * largest;
-    }
-    free(off);
-    free(within);
     return status;
 }
 
-/* The edges of narrow panels and of their neighbours, *edges [*count]; freed by the caller, also
- * after a failure. */
-static ad_status find_edges(const solve_rod *rod, const samples *x, int *count, double **edges,
-                            ad_error *error)
+static bool is_break(const solve_drives *d, double t)
 {
-    scene_panels panels = {0};
-    ad_status status = scene_panels_of(&rod->scene, "t", &panels, error);
-    bool *narrow = calloc((size_t)panels.count + 3, sizeof *narrow);
-    *edges = panels.edges;
-    *count = 0;
-    if (status != AD_OK || !narrow) {
-        free(narrow);
-        return status != AD_OK ? status : ad_fail(error, AD_NO_MEMORY, "out of memory for panels");
-    }
-    for (int i = 0; i <= panels.count; i++) {
-        panels.edges[i] /= rod->scales.time;
-    }
-    status = find_narrow(rod, x, panels.count, panels.edges, narrow + 1, error);
-    for (int i = 1; i < panels.count; i++) {
-        if (narrow[i - 1] || narrow[i] || narrow[i + 1] || narrow[i + 2]) {
-            panels.edges[(*count)++] = panels.edges[i];
+    for (int i = 0; i < d->breaks; i++) {
+        if (fabs(d->places[i] - t) <= solve_drives_inside(d)) {
+            return true;
         }
     }
-    free(narrow);
+    return false;
+}
+
+/* Ascending; of those that are one jump, or closer, the sure ones alone, which are sorted. */
+static void tidy(solve_events *e, size_t sure)
+{
+    const double near = 2 * EVENTS_JUMP * e->drives->duration;
+    double *known = e->times;
+    size_t kept = sure, at = 0;
+    sort_ascending(e->count - sure, e->times + sure);
+    for (size_t i = sure; i < e->count; i++) {
+        double t = e->times[i];
+        while (at + 1 < sure && known[at + 1] <= t) {
+            at++;
+        }
+        bool is_known = sure > 0 && (fabs(known[at] - t) <= near ||
+                                     (at + 1 < sure && fabs(known[at + 1] - t) <= near));
+        if (!is_known && (kept == sure || t > e->times[kept - 1])) {
+            e->times[kept++] = t;
+        }
+    }
+    e->count = kept;
+    sort_ascending(e->count, e->times);
+}
+
+static ad_status find(solve_events *e, ad_error *error)
+{
+    const solve_drives *d = e->drives;
+    const double inside = solve_drives_inside(d);
+    ad_status status = AD_OK;
+    for (int p = 1; p < d->panels && status == AD_OK; p++) {
+        bool jumps = is_break(d, d->edges[p]);
+        status = add(e, d->edges[p] - (jumps ? inside : 0), error);
+        status = status == AD_OK && jumps ? add(e, d->edges[p] + inside, error) : status;
+    }
+    const size_t sure = e->count;
+    double *room = malloc((2 * d->count + 1) * sizeof *room);
+    status = room ? status : ad_fail(error, AD_NO_MEMORY, "out of memory for instants");
+    for (int p = 0; p < d->panels && status == AD_OK; p++) {
+        status = add_changes(e, p, room, room + d->count, error);
+    }
+    free(room);
+    tidy(e, sure);
     return status;
 }
 
-/* Instants [*count] that samples gave, and those before and after each break of the scene's
- * formulas and between their narrow panels, which see what samples miss; of two that are one jump
- * those of the break. */
-static ad_status add_breaks(const solve_rod *rod, const samples *x, size_t *count, double **times,
-                            ad_error *error)
+ad_status solve_events_create(const solve_rod *rod, solve_events **result, ad_error *error)
 {
-    scene_breaks breaks;
-    double *edges = NULL, *all = NULL;
-    int edge_count = 0;
-    size_t kept = 0;
-    const double scale = 1 / rod->scales.time, near = 2 * EVENTS_JUMP * rod->duration;
-    ad_status status = scene_breaks_of(&rod->scene, "t", &breaks, error);
-    status = status == AD_OK ? find_edges(rod, x, &edge_count, &edges, error) : status;
-    if (status == AD_OK) {
-        all = malloc((*count + 2 * (size_t)breaks.count + (size_t)edge_count + 1) * sizeof *all);
-        status = all ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for instants");
-    }
+    solve_events *e = calloc(1, sizeof *e);
+    *result = NULL;
+    ad_status status = e ? solve_drives_create(rod, &e->drives, error)
+                         : ad_fail(error, AD_NO_MEMORY, "out of memory for instants");
+    status = status == AD_OK ? find(e, error) : status;
     if (status != AD_OK) {
-        free(edges);
+        solve_events_free(e);
         return status;
     }
-    for (int i = 0; i < breaks.count; i++) {
-        all[kept++] = fmax(0, breaks.place[i] * scale - EVENTS_HALF_JUMP * rod->duration);
-        all[kept++] =
-            fmin(rod->duration, breaks.place[i] * scale + EVENTS_HALF_JUMP * rod->duration);
-    }
-    const size_t sure = kept;
-    for (size_t i = 0; i < *count + (size_t)edge_count; i++) {
-        double at = i < *count ? (*times)[i] : edges[i - *count];
-        bool is_known = false;
-        for (size_t k = 0; k < sure; k++) {
-            is_known |= fabs(at - all[k]) <= near;
-        }
-        if (!is_known) {
-            all[kept++] = at;
-        }
-    }
-    free(edges);
-    sort_ascending(kept, all);
-    free(*times);
-    *times = all;
-    *count = kept;
+    *result = e;
     return AD_OK;
 }
 
-ad_status solve_events_find(const solve_rod *rod, size_t *count, double **times, ad_error *error)
+void solve_events_free(solve_events *e)
 {
-    *count = 0;
-    *times = malloc(sizeof **times * 2 * SAMPLES);
-    samples *x = calloc(1, sizeof *x);
-    ad_status status =
-        *times && x ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for %d samples", SAMPLES);
-    for (int i = 0; status == AD_OK && i < SAMPLES; i++) {
-        x->t[i] = rod->duration * i / (SAMPLES - 1);
+    if (e) {
+        solve_drives_free(e->drives);
+        free(e->times);
+        free(e);
     }
-    status = status == AD_OK ? take(rod, x, 0, SAMPLES, error) : status;
-    status = status == AD_OK ? check_finite(rod, x, error) : status;
-    status = status == AD_OK ? choose(rod, x, count, *times, error) : status;
-    status = status == AD_OK ? add_breaks(rod, x, count, times, error) : status;
-    free(x);
+}
+
+/* ---- whether steps have met it ------------------------------------------------------------- */
+
+ad_status solve_clock_add(solve_clock *clock, double t, ad_error *error)
+{
+    if (clock->count == clock->room) {
+        size_t room = 2 * clock->room + 64;
+        double *more = realloc(clock->ends, room * sizeof *more);
+        if (!more) {
+            return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu steps", room);
+        }
+        clock->ends = more;
+        clock->room = room;
+    }
+    clock->ends[clock->count++] = t;
+    return AD_OK;
+}
+
+/* A step has met a drive where its sums are off by no more than a share of what the drive does
+ * within it beyond a straight line; what is then left, error control and the next tolerance see.
+ * Nothing is asked of steps in which a drive does less than a share of all that it does, or than so
+ * much of its range in a unit of time. */
+static const double SHARE = 0.05, LITTLE_OF_SIZE = 1e-3, LITTLE_OF_RANGE = 1e-4;
+
+/* Parts of a panel, each with so many points of quadrature; a step no longer than a part sees what
+ * the panel has. */
+enum { CELLS = 32, POINTS = 4, QUANTILES = 8 };
+
+/* A drive in one step, which is from -1/2 to 1/2: integrals of the drive and of it times the place;
+ * and of how far it is from a straight line. */
+typedef struct moments {
+    double zeroth, first, beyond;
+} moments;
+
+typedef struct meeting {
+    solve_events *e;
+    const solve_clock *clock;
+    const gauss_rule *rule;
+    size_t which;
+    double from, length, left, right; /* the step, and the drive at its ends */
+    double wanted, passed;            /* of moments.beyond, for quantiles */
+} meeting;
+
+static double line_at(const meeting *in, double t)
+{
+    return in->left + (in->right - in->left) * (t - in->from) / in->length;
+}
+
+static ad_status add_cell(meeting *in, double from, double length, bool divides, moments *sum,
+                          ad_error *error)
+{
+    double before = sum->beyond;
+    for (int i = 0; i < in->rule->stages; i++) {
+        double t = from + length * in->rule->nodes[i], weight = length * in->rule->weights[i];
+        double value = solve_drive_at(in->e->drives, in->which, t) - line_at(in, t);
+        sum->zeroth += weight * value;
+        sum->first += weight * value * ((t - in->from) / in->length - 0.5);
+        sum->beyond += weight * fabs(value);
+    }
+    in->passed += sum->beyond - before;
+    if (divides && in->passed > in->wanted) {
+        in->passed = 0;
+        return add(in->e, from + length, error);
+    }
+    return AD_OK;
+}
+
+/* By quadrature on parts of panels; divides: with instants between equal shares of `wanted`. */
+static ad_status integrate(meeting *in, int panel, bool divides, moments *sum, ad_error *error)
+{
+    const solve_drives *d = in->e->drives;
+    const double inside = solve_drives_inside(d), end = in->from + in->length;
+    ad_status status = AD_OK;
+    *sum = (moments){0};
+    for (int p = panel; p < d->panels && d->edges[p] < end && status == AD_OK; p++) {
+        double low = fmax(in->from, d->edges[p] + inside);
+        double high = fmin(end, d->edges[p + 1] - inside);
+        double part = (d->edges[p + 1] - d->edges[p]) / CELLS;
+        int cells = high > low ? 1 + (int)((high - low) / part) : 0;
+        for (int i = 0; i < cells && status == AD_OK; i++) {
+            double length = (high - low) / cells;
+            status = add_cell(in, low + length * i, length, divides, sum, error);
+        }
+    }
+    return status;
+}
+
+static moments seen_by_stages(const meeting *in)
+{
+    moments sum = {0};
+    for (int i = 0; i < in->clock->stages; i++) {
+        double at = in->clock->at[i], t = in->from + at * in->length;
+        double weight = in->clock->weights[i] * in->length;
+        double value = solve_drive_at(in->e->drives, in->which, t) - line_at(in, t);
+        sum.zeroth += weight * value;
+        sum.first += weight * value * (at - 0.5);
+    }
+    return sum;
+}
+
+/* One drive in one step. */
+static ad_status meet(meeting *in, int panel, bool *missed, ad_error *error)
+{
+    const solve_drives *d = in->e->drives;
+    const solve_drive *drive = &d->all[in->which];
+    const double inside = solve_drives_inside(d);
+    const double little = fmin(LITTLE_OF_SIZE * drive->size, LITTLE_OF_RANGE * drive->range);
+    moments exact, seen;
+    in->left = solve_drive_at(d, in->which, in->from + fmin(inside, in->length / 4));
+    in->right = solve_drive_at(d, in->which, in->from + in->length - fmin(inside, in->length / 4));
+    *missed = false;
+    ad_status status = integrate(in, panel, false, &exact, error);
+    if (status != AD_OK || exact.beyond <= little) {
+        return status;
+    }
+    seen = seen_by_stages(in);
+    double off = fmax(fabs(seen.zeroth - exact.zeroth), fabs(seen.first - exact.first));
+    *missed = !(off <= SHARE * exact.beyond);
+    if (*missed) {
+        in->wanted = exact.beyond / QUANTILES;
+        in->passed = 0;
+        status = integrate(in, panel, true, &exact, error);
+    }
+    return status;
+}
+
+ad_status solve_events_meet(solve_events *e, const solve_clock *clock, size_t *missed,
+                            const char **key, ad_error *error)
+{
+    const gauss_rule rule = solve_gauss_rule_of(POINTS);
+    const solve_drives *d = e->drives;
+    const size_t sure = e->count;
+    meeting in = {.e = e, .clock = clock, .rule = &rule};
+    ad_status status = AD_OK;
+    int panel = 0;
+    *missed = 0;
+    for (size_t i = 0; d->count > 0 && i + 1 < clock->count && status == AD_OK; i++) {
+        bool any = false;
+        in.from = clock->ends[i];
+        in.length = clock->ends[i + 1] - in.from;
+        while (panel + 1 < d->panels && d->edges[panel + 1] <= in.from) {
+            panel++;
+        }
+        if (in.length <= (d->edges[panel + 1] - d->edges[panel]) / CELLS) {
+            continue;
+        }
+        for (in.which = 0; in.which < d->count && status == AD_OK; in.which++) {
+            bool misses;
+            status = meet(&in, panel, &misses, error);
+            *key = misses ? d->all[in.which].key : *key;
+            any |= misses;
+        }
+        *missed += any;
+    }
+    tidy(e, sure);
     return status;
 }

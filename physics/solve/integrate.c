@@ -1,7 +1,6 @@
 #include "physics/solve/integrate.h"
 
 #include "physics/gauss.h"
-#include "physics/solve/events.h"
 #include "physics/solve/motion_fastest.h"
 #include "physics/solve/motion_system.h"
 #include "physics/solve/vector.h"
@@ -12,6 +11,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* Of the methods (integrate.h). */
+static const ARKODE_DIRKTableID IMPLICIT_TABLE = ARKODE_ARK548L2SAb_DIRK_8_4_5;
+static const ARKODE_ERKTableID EXPLICIT_TABLE = ARKODE_ARK436L2SA_ERK_6_3_4;
 
 typedef struct integration {
     motion *motion;
@@ -24,8 +27,12 @@ typedef struct integration {
     double tolerance;              /* of a step */
     double initial;                /* energy */
     double work, dissipated, time; /* so far, up to `time` */
-    size_t events, event;          /* how many, and which comes next */
-    double *event_times;
+    const solve_events *events;    /* NULL: none */
+    size_t event;                  /* which comes next */
+    solve_clock *clock;            /* NULL: none */
+    ARKodeButcherTable table;      /* of the steps */
+    double *rows; /* explicit: state before the last step, stages of one that goes aside */
+    double begun; /* the last step */
 } integration;
 
 /* ---- what SUNDIALS calls ------------------------------------------------------------------- */
@@ -78,7 +85,6 @@ static void keep_words(int code, const char *module, const char *function, char 
 
 static void close_integration(integration *in)
 {
-    free(in->event_times);
     if (in->stepper) {
         ARKStepFree(&in->stepper);
     }
@@ -89,6 +95,8 @@ static void close_integration(integration *in)
         N_VDestroy(in->sample);
     }
     motion_system_free(in->system);
+    ARKodeButcherTable_Free(in->table);
+    free(in->rows);
     if (in->context) {
         SUNContext_Free(&in->context);
     }
@@ -117,11 +125,26 @@ static bool set_up(integration *in, const integrate_settings *settings)
     int bad = ARKStepSetErrHandlerFn(s, keep_words, in);
     bad |= ARKStepSetUserData(s, in);
     bad |= ARKStepWFtolerances(s, weigh);
-    bad |= ARKStepSetTableNum(s, implicit ? ARKODE_ARK548L2SAb_DIRK_8_4_5 : ARKODE_DIRK_NONE,
-                              implicit ? ARKODE_ERK_NONE : ARKODE_ARK436L2SA_ERK_6_3_4);
+    bad |= ARKStepSetTableNum(s, implicit ? IMPLICIT_TABLE : ARKODE_DIRK_NONE,
+                              implicit ? ARKODE_ERK_NONE : EXPLICIT_TABLE);
     bad |= ARKStepSetInterpolantType(s, ARK_INTERP_LAGRANGE);
     bad |= implicit ? set_up_stages(in) : 0;
     return bad == 0;
+}
+
+/* The stages of its steps. */
+static ad_status start_clock(integration *in, ad_error *error)
+{
+    solve_clock *clock = in->clock;
+    const ARKodeButcherTable table = in->table;
+    clock->count = 0;
+    clock->stages = 0;
+    for (int i = 0; i < table->stages && i < EVENTS_STAGES_MAX; i++) {
+        clock->at[i] = table->c[i];
+        clock->weights[i] = table->b[i];
+        clock->stages++;
+    }
+    return solve_clock_add(clock, 0, error);
 }
 
 static ad_status open_integration(integration *in, const integrate_settings *settings,
@@ -139,13 +162,12 @@ static ad_status open_integration(integration *in, const integrate_settings *set
     if (status != AD_OK) {
         return status;
     }
-    status = solve_events_find(motion_rod(in->motion), &in->events, &in->event_times, error);
-    if (status != AD_OK) {
-        return status;
-    }
     in->state = solve_vector_create(rows, in->context);
     in->sample = solve_vector_create(rows, in->context);
-    if (!in->state || !in->sample || !solve_vectors_fit(rows)) {
+    in->table = implicit ? ARKodeButcherTable_LoadDIRK(IMPLICIT_TABLE)
+                         : ARKodeButcherTable_LoadERK(EXPLICIT_TABLE);
+    in->rows = malloc((implicit ? 1 : (EVENTS_STAGES_MAX + 1) * rows) * sizeof *in->rows);
+    if (!in->state || !in->sample || !in->table || !in->rows || !solve_vectors_fit(rows)) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for SUNDIALS");
     }
     status = motion_initial(in->motion, N_VGetArrayPointer(in->state), error);
@@ -167,6 +189,9 @@ static ad_status open_integration(integration *in, const integrate_settings *set
         status = status == AD_OK ? motion_fastest_at_start(f, &frequency, error) : status;
         motion_fastest_free(f);
         ARKStepSetMaxStep(in->stepper, 1 / motion_explicit_steps(frequency));
+    }
+    if (in->clock) {
+        status = status == AD_OK ? start_clock(in, error) : status;
     }
     in->quadrature =
         solve_gauss_rule_of(implicit ? 3 : 2); /* explicit steps are small for stability */
@@ -226,12 +251,43 @@ static bool integrate_power(integration *in, double t)
     return true;
 }
 
-static bool record(integration *in, double t, bool has_stepped, double *to, solve_energy *energy)
+/* The state at t within the last explicit step, by a shorter one: what it does not resolve, no
+ * interpolation has; NULL: see the error. */
+static double *step_aside(integration *in, double t)
 {
+    const size_t rows = motion_nodes(in->motion) * MOTION_ROWS;
+    const ARKodeButcherTable by = in->table;
+    double h = t - in->begun, *to = N_VGetArrayPointer(in->sample);
+    for (int i = 0; i <= by->stages; i++) { /* the last is the end */
+        const double *factors = i < by->stages ? by->A[i] : by->b;
+        memcpy(to, in->rows, rows * sizeof *to);
+        for (int j = 0; j < i; j++) {
+            const double *stage = in->rows + (size_t)(j + 1) * rows;
+            for (size_t k = 0; k < rows; k++) {
+                to[k] += h * factors[j] * stage[k];
+            }
+        }
+        double at = i < by->stages ? in->begun + by->c[i] * h : t;
+        if (motion_at(in->motion, at, &in->error) != AD_OK) {
+            return NULL;
+        }
+        if (i < by->stages) {
+            motion_rate(in->motion, to, in->rows + (size_t)(i + 1) * rows);
+        }
+    }
+    motion_prescribe(in->motion, to);
+    return to;
+}
+
+static bool record(integration *in, double t, bool has_stepped, bool aside, double *to,
+                   solve_energy *energy)
+{
+    const integration before = *in;
     if (has_stepped && !integrate_power(in, t)) {
         return false;
     }
-    const double *state = state_at(in, t, has_stepped);
+    bool within = has_stepped && aside && !in->system;
+    const double *state = within ? step_aside(in, t) : state_at(in, t, has_stepped);
     if (!state) {
         return false;
     }
@@ -240,18 +296,35 @@ static bool record(integration *in, double t, bool has_stepped, double *to, solv
     double expected = in->initial + in->work - in->dissipated;
     *energy = (solve_energy){now.kinetic, now.strain, in->work, in->dissipated,
                              now.kinetic + now.strain - expected};
+    if (aside) {
+        in->work = before.work;
+        in->dissipated = before.dissipated;
+        in->time = before.time;
+    }
     return true;
+}
+
+/* Before a step from t on. */
+static void keep_state(integration *in, double t)
+{
+    const size_t rows = motion_nodes(in->motion) * MOTION_ROWS;
+    if (!in->system) {
+        memcpy(in->rows, N_VGetArrayPointer(in->state), rows * sizeof *in->rows);
+    }
+    in->begun = t;
 }
 
 /* One step, which ends at the next event or at the end. */
 static bool step(integration *in, double end, double *t)
 {
-    while (in->event < in->events && in->event_times[in->event] <= *t) {
+    const solve_events *e = in->events;
+    while (e && in->event < e->count && e->times[in->event] <= *t) {
         in->event++;
     }
-    double stop = in->event < in->events ? fmin(end, in->event_times[in->event]) : end;
+    double stop = e && in->event < e->count ? fmin(end, e->times[in->event]) : end;
     return ARKStepSetStopTime(in->stepper, stop) >= 0 &&
-           ARKStepEvolve(in->stepper, stop, in->state, t, ARK_ONE_STEP) >= 0;
+           ARKStepEvolve(in->stepper, stop, in->state, t, ARK_ONE_STEP) >= 0 &&
+           (!in->clock || solve_clock_add(in->clock, *t, &in->error) == AD_OK);
 }
 
 static bool run(integration *in, long steps_max, size_t count, const double *times, double *states,
@@ -267,7 +340,9 @@ static bool run(integration *in, long steps_max, size_t count, const double *tim
     for (long steps = 0; true; steps++) {
         bool has_stepped = steps > 0;
         for (; done < count && times[done] <= *t; done++) {
-            if (!record(in, times[done], has_stepped, states + done * rows, energies + done)) {
+            bool aside = done + 1 < count; /* no step stops there */
+            if (!record(in, times[done], has_stepped, aside, states + done * rows,
+                        energies + done)) {
                 return false;
             }
         }
@@ -281,8 +356,8 @@ static bool run(integration *in, long steps_max, size_t count, const double *tim
         if (has_stepped && !integrate_power(in, *t)) {
             return false;
         }
-        /* Within explicit steps the fastest vibrations are not resolved: stop at each time. */
-        if (!step(in, times[in->system ? count - 1 : done], t)) {
+        keep_state(in, *t);
+        if (!step(in, times[count - 1], t)) {
             return false;
         }
     }
@@ -302,7 +377,10 @@ ad_status motion_integrate(motion *m, const integrate_settings *settings, size_t
                            const double *times, double *states, solve_energy *energies,
                            integrate_counts *counts, ad_error *error)
 {
-    integration in = {.motion = m, .tolerance = settings->tolerance};
+    integration in = {.motion = m,
+                      .tolerance = settings->tolerance,
+                      .events = settings->events,
+                      .clock = settings->clock};
     *counts = (integrate_counts){0};
     ad_status status = open_integration(&in, settings, error);
     if (status == AD_OK &&

@@ -12,6 +12,7 @@
 #ifndef PHYSICS_SOLVE_INTEGRATE_H
 #define PHYSICS_SOLVE_INTEGRATE_H
 
+#include "physics/solve/events.h"
 #include "physics/solve/motion.h"
 
 typedef enum integrate_method { INTEGRATE_IMPLICIT, INTEGRATE_EXPLICIT } integrate_method;
@@ -21,6 +22,8 @@ typedef struct integrate_settings {
     double tolerance; /* of each step, relative and absolute, in every row */
     long steps_max;   /* 0: as many as it takes */
     double step;      /* length of each, whatever its error; 0: as long as the tolerance allows */
+    const solve_events *events; /* what no step may pass; NULL: nothing */
+    solve_clock *clock;         /* takes the steps that are made; NULL: nobody asks */
 } integrate_settings;
 
 typedef struct integrate_counts {
@@ -29,8 +32,9 @@ typedef struct integrate_counts {
 } integrate_counts;
 
 /* From the initial state through times [count], ascending, >= 0, to states
- * [count][nodes][MOTION_ROWS] and energies [count]. AD_NOT_FINITE when steps
- * become too small or too many, and errors of formulas; counts->time then says how far it came. */
+ * [count][nodes][MOTION_ROWS] and energies [count]; steps depend on the last of these times alone.
+ * AD_NOT_FINITE when steps become too small or too many, and errors of formulas; counts->time then
+ * says how far it came. */
 ad_status motion_integrate(motion *m, const integrate_settings *settings, size_t count,
                            const double *times, double *states, solve_energy *energies,
                            integrate_counts *counts, ad_error *error);

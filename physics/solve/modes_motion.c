@@ -125,7 +125,7 @@ static ad_status take(modes_solution *x, size_t which, const double *q, const do
 
 /* Through all times, with a stop at each instant that no step may pass. */
 static ad_status go(modes_solution *x, const solve_settings *settings, double tolerance,
-                    size_t events, const double *event, ad_error *error)
+                    const solve_events *e, ad_error *error)
 {
     const size_t size = (size_t)modes_size(x->m);
     double *q = x->room, *v = q + size, t = 0;
@@ -138,11 +138,11 @@ static ad_status go(modes_solution *x, const solve_settings *settings, double to
     status = status == AD_OK ? collocation_create(x->m, STAGES, &steps, error) : status;
     for (size_t i = 0, k = 0; i < x->count && status == AD_OK; i++) {
         while (status == AD_OK && t < x->times[i]) {
-            while (k < events && event[k] <= t) {
+            while (k < e->count && e->times[k] <= t) {
                 k++;
             }
-            const bool meets = k < events && event[k] < x->times[i];
-            const double end = meets ? event[k] : x->times[i];
+            const bool meets = k < e->count && e->times[k] < x->times[i];
+            const double end = meets ? e->times[k] : x->times[i];
             status = collocation_go(steps, t, end, NULL, tolerance, q, v, &energy, error);
             t = end;
         }
@@ -188,8 +188,7 @@ typedef struct refined {
     solve_rod *rod;
     size_t given;
     const double *times; /* [given] */
-    size_t events;
-    double *event; /* [events] */
+    solve_events *events;
     modes_solution *best;
     solve_state *seen[2]; /* [times][MOTION_COMPARED] of the last solutions, the best first */
     double work;
@@ -230,7 +229,7 @@ static ad_status solve_once(refined *at, const solve_settings *settings, const m
     modes_solution *next = NULL;
     ad_status status = create(at->rod, counts, finer, at->given, at->times, &next, error);
     if (status == AD_OK) {
-        status = go(next, settings, tolerance, at->events, at->event, error);
+        status = go(next, settings, tolerance, at->events, error);
         at->work += next->work;
         report->time_steps += next->steps;
     }
@@ -276,17 +275,10 @@ static bool add_modes(const modes_solution *x, double tolerance, modes_counts *c
 static void take_report(const refined *at, solve_report *report)
 {
     const modes_solution *x = at->best;
-    double mismatch = 0, largest = 0;
-    for (size_t i = 0; i < x->count; i++) {
-        const solve_energy *e = &x->all[i];
-        mismatch = motion_larger(mismatch, fabs(e->mismatch));
-        largest = fmax(largest, fmax(e->kinetic + e->strain, fmax(fabs(e->work), e->dissipated)));
-    }
+    motion_report_energies(x->count, x->all, report);
     for (size_t i = 0; i < x->given; i++) {
         x->energies[i] = x->all[x->which[i]];
     }
-    report->energy = largest;
-    report->energy_mismatch = mismatch == 0 ? 0 : mismatch / largest;
     report->nodes = x->m->points - x->m->hinges * (x->m->stages + 1);
     report->time = 1;
     report->mode_count = x->m->size;
@@ -350,9 +342,10 @@ ad_status modes_motion_solve(solve_rod *rod, const solve_settings *settings, siz
     refined at = {.rod = rod, .given = count, .times = times};
     *result = NULL;
     *report = solve_report_blank();
-    ad_status status = solve_events_find(rod, &at.events, &at.event, error);
+    ad_status status = solve_events_create(rod, &at.events, error);
+    report->unresolved = status == AD_OK ? at.events->drives->unresolved : NULL;
     status = status == AD_OK ? refine(&at, settings, report, error) : status;
-    free(at.event);
+    solve_events_free(at.events);
     free(at.seen[0]);
     free(at.seen[1]);
     if (status != AD_OK) {

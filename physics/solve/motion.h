@@ -98,6 +98,11 @@ bool motion_is_separable(const motion *m);
 void motion_start(motion *m, const double *state);
 void motion_finish(const motion *m, double *state);
 
+/* Nodes to the last bit, so that steps to somewhere else can be taken back. */
+size_t motion_kept_size(const motion *m); /* of `kept`, doubles */
+void motion_keep(const motion *m, double *kept);
+ad_status motion_take_back(motion *m, const double *kept, double t, ad_error *error);
+
 /* Nodes move freely by h, which may be negative, to the time t: r_t = V, bodies turn as free ones
  * do. */
 ad_status motion_drift(motion *m, double h, double t, ad_error *error);

@@ -1,6 +1,5 @@
 #include "physics/solve/motion_compose.h"
 
-#include "physics/solve/events.h"
 #include "physics/solve/motion_fastest.h"
 
 #include <math.h>
@@ -33,10 +32,16 @@ typedef struct composition {
     double initial, work, dissipated; /* energy */
     double t;
     long steps, steps_max;
-    bool is_driven; /* what is prescribed may move: kicks and drifts do not see its work */
-    double power;   /* then, now */
-    size_t events, event;
-    double *event_times;
+    bool is_driven;     /* what is prescribed may move: kicks and drifts do not see its work */
+    double power;       /* then, now */
+    double *kept;       /* the nodes, while steps go aside */
+    size_t count, next; /* times, and which comes next */
+    const double *times;
+    double *states;
+    solve_energy *energies;
+    const solve_events *events; /* NULL: none */
+    size_t event;               /* which comes next */
+    solve_clock *clock;         /* NULL: none */
 } composition;
 
 /* ---- one step ------------------------------------------------------------------------------ */
@@ -51,20 +56,21 @@ static double kick_of(int i)
     return KICK[i < 4 ? i : 6 - i];
 }
 
-/* From in->t to t, by h. The first kick joins the last one of the step before when `joined`, and
- * the last is left to the next step when `joins`. */
-static ad_status step(composition *in, double h, double t, bool joined, bool joins, ad_error *error)
+/* From in->t to t, by h. The last kick of a step before of length `behind` joins the first, and the
+ * last is left to the next step when `joins`. */
+static ad_status step(composition *in, double h, double t, double behind, bool joins,
+                      ad_error *error)
 {
     double at = 0, work = 0;
     ad_status status = AD_OK;
     for (int i = 0; i < KICKS - joins && status == AD_OK; i++) {
         bool is_first = i == 0, is_last = i == KICKS - 1;
         bool slows = i == KICKS / 2 && motion_rod(in->motion)->resists;
-        double before = is_first ? (joined ? drift_of(5) : 0) : drift_of(i - 1);
+        double before = is_first ? behind * drift_of(5) : h * drift_of(i - 1);
         double after = is_last ? 0 : drift_of(i);
-        double kick = kick_of(i) * (is_first && joined ? 2 : 1);
+        double kick = kick_of(i) * (is_first ? h + behind : h);
         in->dissipated += slows ? motion_resist(in->motion, 0.5 * h) : 0;
-        work += motion_kick(in->motion, h * kick, h * before, h * after);
+        work += motion_kick(in->motion, kick, before, h * after);
         in->dissipated += slows ? motion_resist(in->motion, 0.5 * h) : 0;
         if (!is_last) {
             at += after;
@@ -75,7 +81,7 @@ static ad_status step(composition *in, double h, double t, bool joined, bool joi
     in->work += in->is_driven ? 0 : work;
     in->t = t;
     in->steps++;
-    return status;
+    return status == AD_OK && in->clock ? solve_clock_add(in->clock, t, error) : status;
 }
 
 /* What is prescribed does work that is integrated from the ends of steps. */
@@ -108,6 +114,40 @@ static ad_status look(composition *in, ad_error *error)
                          : ad_fail(error, AD_NOT_FINITE, "accelerations are not finite numbers");
 }
 
+/* What is found at the next of the times. */
+static ad_status record(composition *in, ad_error *error)
+{
+    motion_energy now = motion_energy_now(in->motion);
+    motion_finish(in->motion, in->states + in->next * motion_nodes(in->motion) * MOTION_ROWS);
+    double mismatch = now.kinetic + now.strain - (in->initial + in->work - in->dissipated);
+    in->energies[in->next++] =
+        (solve_energy){now.kinetic, now.strain, in->work, in->dissipated, mismatch};
+    return isfinite(mismatch) /* nor its work */
+               ? AD_OK
+               : ad_fail(error, AD_NOT_FINITE, "the energy is not a finite number");
+}
+
+/* To times that come before `stop`, by steps that are taken back. */
+static ad_status look_aside(composition *in, double behind, double stop, ad_error *error)
+{
+    ad_status status = AD_OK;
+    while (status == AD_OK && in->next + 1 < in->count && in->times[in->next] < stop) {
+        const composition before = *in;
+        double t = in->times[in->next], h = t - in->t;
+        motion_keep(in->motion, in->kept);
+        in->clock = NULL;
+        status = step(in, h, t, behind, false, error);
+        if (in->is_driven && status == AD_OK) {
+            add_driven_work(in, h);
+        }
+        status = status == AD_OK ? record(in, error) : status;
+        *in = before;
+        in->next++;
+        status = status == AD_OK ? motion_take_back(in->motion, in->kept, in->t, error) : status;
+    }
+    return status;
+}
+
 /* At most LOOK_AGAIN equal steps towards `stop`, which is later. */
 static ad_status advance(composition *in, double stop, ad_error *error)
 {
@@ -120,9 +160,11 @@ static ad_status advance(composition *in, double stop, ad_error *error)
     long count = needed < LOOK_AGAIN ? (long)needed : LOOK_AGAIN;
     in->power = in->is_driven ? motion_power_now(in->motion).load : 0;
     for (long i = 0; i < count && status == AD_OK; i++) {
-        bool joined = !in->is_driven && i > 0, joins = !in->is_driven && i + 1 < count;
+        bool joins = !in->is_driven && i + 1 < count;
+        double behind = !in->is_driven && i > 0 ? h : 0;
         double to = (double)(i + 1) == needed ? stop : from + h * (double)(i + 1);
-        status = step(in, h, to, joined, joins, error);
+        status = look_aside(in, behind, to, error);
+        status = status == AD_OK ? step(in, h, to, behind, joins, error) : status;
         if (in->is_driven && status == AD_OK) {
             add_driven_work(in, h);
         }
@@ -153,46 +195,50 @@ static ad_status go_to(composition *in, double stop, ad_error *error)
 static void find_varying(composition *in)
 {
     const solve_rod *rod = motion_rod(in->motion);
-    double from = in->event > 0 ? in->event_times[in->event - 1] : 0;
-    double to = in->event < in->events ? in->event_times[in->event] : rod->duration;
-    bool varies = rod->load_moves || rod->rest_moves || rod->jumps.loads_move ||
-                  rod->actuators > 0 || rod->ends[0].moves || rod->ends[1].moves;
+    const solve_events *e = in->events;
+    double from = in->event > 0 ? e->times[in->event - 1] : 0;
+    double to = e && in->event < e->count ? e->times[in->event] : rod->duration;
+    bool varies = e && e->drives->count > 0;
     bool jumps = to - from <= EVENTS_JUMP * rod->duration;
     double steps = 0.5 * (double)motion_nodes(in->motion);
     in->varying = varies && !jumps ? (to - from) / steps : INFINITY;
 }
 
-static void record(composition *in, double *state, solve_energy *energy)
+/* To the last of the times; the others are looked at on the way. */
+static ad_status run(composition *in, ad_error *error)
 {
-    motion_energy now = motion_energy_now(in->motion);
-    motion_finish(in->motion, state);
-    double expected = in->initial + in->work - in->dissipated;
-    *energy = (solve_energy){now.kinetic, now.strain, in->work, in->dissipated,
-                             now.kinetic + now.strain - expected};
-}
-
-static ad_status run(composition *in, size_t count, const double *times, double *states,
-                     solve_energy *energies, ad_error *error)
-{
-    size_t rows = motion_nodes(in->motion) * MOTION_ROWS;
+    const solve_events *e = in->events;
+    const double end = in->count > 0 ? in->times[in->count - 1] : 0;
     ad_status status = AD_OK;
     find_varying(in);
-    for (size_t i = 0; i < count && status == AD_OK; i++) {
-        while (status == AD_OK && in->event < in->events && in->event_times[in->event] < times[i]) {
-            status = go_to(in, in->event_times[in->event], error);
-            in->event++;
-            find_varying(in);
-        }
-        status = status == AD_OK ? go_to(in, times[i], error) : status;
-        record(in, states + i * rows, &energies[i]);
-        if (status == AD_OK && !isfinite(energies[i].mismatch)) { /* nor its work */
-            status = ad_fail(error, AD_NOT_FINITE, "the energy is not a finite number");
-        }
+    while (status == AD_OK && e && in->event < e->count && e->times[in->event] < end) {
+        status = go_to(in, e->times[in->event], error);
+        in->event++;
+        find_varying(in);
+    }
+    status = status == AD_OK ? go_to(in, end, error) : status;
+    while (in->next < in->count && status == AD_OK) { /* those that are the same */
+        status = record(in, error);
     }
     return status;
 }
 
 /* ---- making and freeing -------------------------------------------------------------------- */
+
+/* Kicks are where forces are asked for. */
+static ad_status start_clock(solve_clock *clock, ad_error *error)
+{
+    double at = 0;
+    _Static_assert((int)KICKS <= (int)EVENTS_STAGES_MAX, "a step's kicks");
+    clock->count = 0;
+    clock->stages = KICKS;
+    for (int i = 0; i < KICKS; i++) {
+        clock->at[i] = at;
+        clock->weights[i] = kick_of(i);
+        at += i + 1 < KICKS ? drift_of(i) : 0;
+    }
+    return solve_clock_add(clock, 0, error);
+}
 
 static ad_status open_composition(composition *in, ad_error *error)
 {
@@ -202,12 +248,14 @@ static ad_status open_composition(composition *in, ad_error *error)
         in->is_driven |= solve_end_is_driven(&rod->ends[end]);
     }
     in->state = malloc(motion_nodes(in->motion) * MOTION_ROWS * sizeof *in->state);
-    ad_status status = in->state ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    in->kept = malloc(motion_kept_size(in->motion) * sizeof *in->kept);
+    ad_status status =
+        in->state && in->kept ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
     if (status == AD_OK) {
         status = motion_fastest_create(in->motion, &in->fastest, error);
     }
-    if (status == AD_OK) {
-        status = solve_events_find(rod, &in->events, &in->event_times, error);
+    if (status == AD_OK && in->clock) {
+        status = start_clock(in->clock, error);
     }
     if (status == AD_OK) {
         status = motion_initial(in->motion, in->state, error);
@@ -227,10 +275,18 @@ ad_status motion_compose(motion *m, const integrate_settings *settings, size_t c
                          const double *times, double *states, solve_energy *energies,
                          integrate_counts *counts, ad_error *error)
 {
-    composition in = {.motion = m, .longest = settings->step, .steps_max = settings->steps_max};
+    composition in = {.motion = m,
+                      .longest = settings->step,
+                      .steps_max = settings->steps_max,
+                      .events = settings->events,
+                      .clock = settings->clock,
+                      .count = count,
+                      .times = times,
+                      .states = states,
+                      .energies = energies};
     ad_error cause = {.message = ""};
     ad_status status = open_composition(&in, &cause);
-    status = status == AD_OK ? run(&in, count, times, states, energies, &cause) : status;
+    status = status == AD_OK ? run(&in, &cause) : status;
     if (status != AD_OK) {
         ad_fail(error, status, "time integration stopped at t = %g of %g: %s", in.t,
                 count > 0 ? times[count - 1] : 0, cause.message);
@@ -238,7 +294,7 @@ ad_status motion_compose(motion *m, const integrate_settings *settings, size_t c
     *counts = (integrate_counts){.steps = in.steps, .time = in.t};
     motion_fastest_free(in.fastest);
     free(in.state);
-    free(in.event_times);
+    free(in.kept);
     return status;
 }
 

@@ -29,6 +29,28 @@ void motion_finish(const motion *m, double *state)
     }
 }
 
+enum { KEPT = 2 * LANES + 3 }; /* of a node */
+
+size_t motion_kept_size(const motion *m)
+{
+    return m->nodes * KEPT;
+}
+
+void motion_keep(const motion *m, double *kept)
+{
+    memcpy(kept, m->pose, m->nodes * sizeof *m->pose);
+    memcpy(kept + m->nodes * LANES, m->flow, m->nodes * sizeof *m->flow);
+    memcpy(kept + 2 * m->nodes * LANES, m->spin, m->nodes * sizeof *m->spin);
+}
+
+ad_status motion_take_back(motion *m, const double *kept, double t, ad_error *error)
+{
+    memcpy(m->pose, kept, m->nodes * sizeof *m->pose);
+    memcpy(m->flow, kept + m->nodes * LANES, m->nodes * sizeof *m->flow);
+    memcpy(m->spin, kept + 2 * m->nodes * LANES, m->nodes * sizeof *m->spin);
+    return motion_at(m, t, error);
+}
+
 /* ---- moving freely ------------------------------------------------------------------------- */
 
 /* Nodes side by side. */

@@ -113,7 +113,9 @@ static ad_status compose(motion *m, motion_steps *by, double frequency, const mo
     for (int i = 0; i < attempts; i++) {
         integrate_counts counts = {0};
         integrate_settings settings = {.step =
-                                           1 / (motion_compose_steps(frequency) * by->shortened)};
+                                           1 / (motion_compose_steps(frequency) * by->shortened),
+                                       .events = by->events,
+                                       .clock = &by->clock};
         status = motion_compose(m, &settings, to->count, to->times, to->states, to->energies,
                                 &counts, error);
         by->work += (double)counts.steps * composed_step_work((double)motion_nodes(m));
@@ -157,7 +159,9 @@ ad_status motion_go(motion *m, motion_steps *by, const motion_record *to, solve_
         double step_work = implicit_step_work(rod, nodes);
         integrate_settings settings = {.method = INTEGRATE_IMPLICIT,
                                        .tolerance = by->tolerance,
-                                       .steps_max = 1 + (long)fmin(work / step_work, 1e9)};
+                                       .steps_max = 1 + (long)fmin(work / step_work, 1e9),
+                                       .events = by->events,
+                                       .clock = &by->clock};
         status = integrate(m, by, &settings, step_work, to, report, error);
         by->follows = status == AD_NOT_FINITE;
         if (!by->follows) {
@@ -169,7 +173,10 @@ ad_status motion_go(motion *m, motion_steps *by, const motion_record *to, solve_
         by->is_composed = true;
         return compose(m, by, frequency, to, report, error);
     }
-    integrate_settings settings = {.method = INTEGRATE_EXPLICIT, .tolerance = by->tolerance};
+    integrate_settings settings = {.method = INTEGRATE_EXPLICIT,
+                                   .tolerance = by->tolerance,
+                                   .events = by->events,
+                                   .clock = &by->clock};
     return status == AD_OK
                ? integrate(m, by, &settings, explicit_step_work(nodes), to, report, error)
                : status;

@@ -31,6 +31,8 @@ typedef struct motion_record {
 typedef struct motion_steps {
     double tolerance; /* of adaptive steps */
     double shortened; /* steps that are composed of flows: so much shorter than the longest */
+    const solve_events *events; /* what no step may pass */
+    solve_clock clock;          /* the last steps; `ends` is freed by the owner; set */
     bool follows;     /* every vibration of the mesh, where implicit steps took too long; set */
     bool is_composed; /* the last steps were: they shorten with the mesh; set */
     double work;      /* of the last, in forces on one node, which take some 40 ns; set */

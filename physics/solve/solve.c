@@ -148,20 +148,14 @@ static ad_status solve(solution *x, const scene *rod_scene, const solve_settings
                                     : solve_rod_scene(x, rod_scene, settings, report, error);
 }
 
-/* Of a motion, whose meshes and steps take what breaks, and in t panels, are found. */
+/* Of a motion, whose meshes and steps take what breaks are found. */
 static ad_status find_unresolved(const scene *rod_scene, solve_report *report, ad_error *error)
 {
     scene_breaks breaks;
-    scene_panels panels = {0};
     ad_status status = AD_OK;
     for (int i = 0; i < 2 && status == AD_OK && !report->unresolved; i++) {
         status = scene_breaks_of(rod_scene, i == 0 ? "s" : "t", &breaks, error);
         report->unresolved = breaks.unresolved;
-    }
-    if (status == AD_OK && !report->unresolved && !scene_is_beam(rod_scene)) {
-        status = scene_panels_of(rod_scene, "t", &panels, error);
-        report->unresolved = status == AD_OK ? panels.unresolved : NULL;
-        scene_panels_free(&panels);
     }
     return status;
 }
