@@ -27,6 +27,8 @@ typedef struct blas {
                   const int *, int *);
     void (*trtri)(const char *, const char *, const int *, double *, const int *, int *);
     void (*sytf2)(const char *, const int *, double *, const int *, int *, int *);
+    void (*geev)(const char *, const char *, const int *, double *, const int *, double *, double *,
+                 double *, const int *, double *, const int *, double *, const int *, int *);
     const char *core; /* the kernels OpenBLAS chose, as it names them */
 } blas;
 

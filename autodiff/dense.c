@@ -461,3 +461,12 @@ int ad_dense_negative(size_t n, double *matrix, int *pivots)
     }
     return count;
 }
+
+int ad_dense_eigenvalues(size_t n, double *matrix, double *real, double *imaginary, double *work)
+{
+    int size = (int)n, room = (int)AD_DENSE_EIGEN_WORK(n), one = 1, info = 0;
+    double unused;
+    ad_blas_load(NULL)->geev("N", "N", &size, matrix, &size, real, imaginary, &unused, &one,
+                             &unused, &one, work, &room, &info);
+    return info;
+}

@@ -73,6 +73,11 @@ size_t ad_dense_basis(size_t rows, size_t n, double *a, double least, double *co
 /* How many eigenvalues of a symmetric matrix [n][n] are negative; it is overwritten, pivots [n]. */
 int ad_dense_negative(size_t n, double *matrix, int *pivots);
 
+/* Eigenvalues of a general matrix [n][n], column-major, which is overwritten: real, imaginary [n],
+ * work [AD_DENSE_EIGEN_WORK(n)]. 0, or not when they are not found. */
+#define AD_DENSE_EIGEN_WORK(n) (3 * (size_t)(n) + 1)
+int ad_dense_eigenvalues(size_t n, double *matrix, double *real, double *imaginary, double *work);
+
 #ifdef __cplusplus
 }
 #endif

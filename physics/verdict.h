@@ -32,6 +32,8 @@ extern "C" {
     X(VERDICT_NONE, "none", VERDICT_SOLVED, "nothing to remark")                                   \
     X(VERDICT_SEVERAL_EQUILIBRIA, "several_equilibria", VERDICT_SOLVED,                            \
       "the rod is pushed from both ends, so that other equilibria may exist")                      \
+    X(VERDICT_STABILITY_OPEN, "stability_open", VERDICT_SOLVED,                                    \
+      "whether an equilibrium is stable is not known, or up to a damping that is not given")       \
     X(VERDICT_END_TURN, "end_turn", VERDICT_SOLVED,                                                \
       "a held end is turned so far that another way round may be meant")                           \
     X(VERDICT_REFERENCE_TOO_COARSE, "reference_too_coarse", VERDICT_SOLVED,                        \

@@ -62,6 +62,7 @@ static void test_words(void **state)
     (void)state;
     static const char *const words[] = {"none",
                                         "several_equilibria",
+                                        "stability_open",
                                         "end_turn",
                                         "reference_too_coarse",
                                         "noise_overstated",

@@ -21,6 +21,17 @@ const char *modes_refusal(const scene *x)
                                               : NULL;
 }
 
+modes_counts modes_counts_in(const scene *rod_scene, const int of[4])
+{
+    modes_counts counts = modes_counts_of(of[0], of[1], of[2], of[3]);
+    const rod_plane plane = rod_plane_of(rod_scene);
+    if (plane.is_planar) {
+        counts.of[MODES_U + 1 - plane.director] = counts.of[MODES_U + 2] = 0;
+        counts.of[MODES_V + plane.director] = 0;
+    }
+    return counts;
+}
+
 /* ---- pieces and elements ------------------------------------------------------------------- */
 
 /* Points of each piece: so many more than modes of a strain, of which shapes are no polynomials. */

@@ -31,6 +31,10 @@ static inline modes_counts modes_counts_of(int bending, int twist, int stretch, 
     return (modes_counts){{shear, shear, stretch, bending, bending, twist}};
 }
 
+/* The same, for a scene: in a plane across d1 or d2 the rod bends about that director alone, and
+ * shears across it. */
+modes_counts modes_counts_in(const scene *rod_scene, const int of[4]);
+
 /* Why this form cannot do a rod, NULL: it can; static text. */
 const char *modes_refusal(const scene *rod_scene);
 

@@ -150,6 +150,19 @@ void modes_add_row(const modes *m, double by, const double *row, double off, dou
 /* The accelerations a [size] of a state at the present time; false: the mass is not positive. */
 bool modes_accelerations(modes *m, const double *q, const double *v, double *a);
 
+/* A state and the motion near it: [size] and [size][width] each. */
+typedef struct modes_linear {
+    double *q, *v, *residual, *by_q, *by_v, *factor;
+    int *pivots; /* [size] */
+} modes_linear;
+
+/* The equilibrium at the present time and inputs, by Newton's method from q; v becomes 0, the rest
+ * is what its last step came from. AD_NOT_FINITE: none is found. */
+ad_status modes_settle(modes *m, const modes_linear *x, ad_error *error);
+
+/* q [size] nearest to strains [points][MODES_STRAINS]; hinges stay upright. */
+void modes_project(const modes *m, const double (*strains)[MODES_STRAINS], double *q);
+
 /* Where to look at a rod: s [n] within [0, 1]. AD_NO_MEMORY. */
 typedef struct modes_place {
     int element, before; /* the last of its points before the place; -1: none */

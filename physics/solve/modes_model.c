@@ -118,18 +118,6 @@ static ad_status observe(void *context, double t, const double *y, size_t n, con
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-/* In a plane across d1 or d2 the rod bends about that director and shears across it. */
-static modes_counts counts_in(const scene *rod_scene, const int of[4])
-{
-    modes_counts counts = modes_counts_of(of[0], of[1], of[2], of[3]);
-    const rod_plane plane = rod_plane_of(rod_scene);
-    if (plane.is_planar) {
-        counts.of[MODES_U + 1 - plane.director] = counts.of[MODES_U + 2] = 0;
-        counts.of[MODES_V + plane.director] = 0;
-    }
-    return counts;
-}
-
 static ad_status make_physics(modes_model *x, const scene *rod_scene, ad_error *error)
 {
     const scene_physics *physics = scene_physics_of(rod_scene);
@@ -215,12 +203,12 @@ ad_status modes_model_create(const scene *rod_scene, const int counts[4], modes_
     scene as_mixed = *rod_scene; /* coefficients and formulas are those of any form */
     as_mixed.formulation = SCENE_MIXED;
     ad_status status = solve_rod_create(&as_mixed, &x->rod, error);
-    const modes_counts all = counts_in(&as_mixed, counts);
+    const modes_counts all = modes_counts_in(&as_mixed, counts);
     int finer[4];
     for (int i = 0; i < 4; i++) {
         finer[i] = counts[i] + counts[i] / 2 + 2;
     }
-    x->finer = counts_in(&as_mixed, finer);
+    x->finer = modes_counts_in(&as_mixed, finer);
     status = status == AD_OK ? modes_create(x->rod, NULL, &all, FINER, &x->m, error) : status;
     status = status == AD_OK ? make_motion(x, error) : status;
     status = status == AD_OK ? make_physics(x, rod_scene, error) : status;

@@ -1,4 +1,5 @@
 /* How a reduced rod starts: modes that come nearest to a shape and its motion; equilibria. */
+#include "autodiff/dense.h"
 #include "physics/solve/modes_internal.h"
 
 #include <math.h>
@@ -152,17 +153,33 @@ ad_status modes_fit(modes *m, const solve_initial *given, double *q, double *v, 
                 : ad_fail(error, AD_NOT_FINITE, "modes for the initial shape are not found");
 }
 
-/* Strains between states just before and behind each point, and the modes nearest to them:
- * Legendre's polynomials are orthogonal in the sums of Gauss. */
-static void project(const modes *m, const solve_initial *before, const solve_initial *behind,
-                    const double *distance, double *q)
+/* Legendre's polynomials are orthogonal in the sums of Gauss. */
+void modes_project(const modes *m, const double (*strains)[MODES_STRAINS], double *q)
 {
     double *size = m->room;
     memset(q, 0, (size_t)m->size * sizeof *q);
     memset(size, 0, (size_t)m->size * sizeof *size);
     for (int p = 0; p < m->points; p++) {
         const modes_point *at = &m->point[p];
-        double strain[MODES_STRAINS], step[3], turn[4], mid[4], R[3][3];
+        for (int a = 0; a < m->size && at->weight > 0; a++) {
+            const double value = at->weight * m->value[p * m->width + a];
+            const int c = m->mode[a].strain;
+            q[a] += value * (strains[p][c] - at->origin[c]);
+            size[a] += value * m->value[p * m->width + a];
+        }
+    }
+    for (int a = 0; a < m->size; a++) {
+        q[a] /= size[a] > 0 ? size[a] : 1;
+    }
+}
+
+/* Strains between states just before and behind each point. */
+static void strains_between(const modes *m, const solve_initial *before,
+                            const solve_initial *behind, const double *distance,
+                            double (*strains)[MODES_STRAINS])
+{
+    for (int p = 0; p < m->points; p++) {
+        double step[3], turn[4], mid[4], R[3][3];
         for (int k = 0; k < 4; k++) {
             mid[k] = before[p].rotation[k] + behind[p].rotation[k];
         }
@@ -171,20 +188,11 @@ static void project(const modes *m, const solve_initial *before, const solve_ini
         for (int k = 0; k < 3; k++) {
             step[k] = (behind[p].position[k] - before[p].position[k]) / distance[p];
         }
-        to_body(R, step, strain + MODES_V);
+        to_body(R, step, strains[p] + MODES_V);
         quaternion_quotient(before[p].rotation, behind[p].rotation, turn);
         for (int k = 0; k < 3; k++) {
-            strain[MODES_U + k] = 2 * turn[1 + k] / distance[p];
+            strains[p][MODES_U + k] = 2 * turn[1 + k] / distance[p];
         }
-        for (int a = 0; a < m->size && at->weight > 0; a++) {
-            const double value = at->weight * m->value[p * m->width + a];
-            const int c = m->mode[a].strain;
-            q[a] += value * (strain[c] - at->origin[c]);
-            size[a] += value * m->value[p * m->width + a];
-        }
-    }
-    for (int a = 0; a < m->size; a++) {
-        q[a] /= size[a] > 0 ? size[a] : 1; /* hinges start upright */
     }
 }
 
@@ -193,7 +201,8 @@ ad_status modes_initial(modes *m, double *q, double *v, ad_error *error)
     const double step = 1e-4; /* of an element, to either side */
     const size_t n = (size_t)m->points;
     solve_initial *given = calloc(3 * n, sizeof *given);
-    double *s = malloc(2 * n * sizeof *s), *distance = s + n;
+    double *s = malloc((2 + MODES_STRAINS) * n * sizeof *s), *distance = s + n;
+    double(*strains)[MODES_STRAINS] = (double(*)[MODES_STRAINS])(s + 2 * n);
     ad_status status = given && s ? modes_at(m, 0, m->input, error)
                                   : ad_fail(error, AD_NO_MEMORY, "out of memory for a start");
     for (int side = 0; side < 3 && status == AD_OK; side++) { /* there, before, behind */
@@ -206,12 +215,53 @@ ad_status modes_initial(modes *m, double *q, double *v, ad_error *error)
                                 (double *)(given + (size_t)side * n), error);
     }
     if (status == AD_OK) {
-        project(m, given + n, given + 2 * n, distance, q);
+        strains_between(m, given + n, given + 2 * n, distance, strains);
+        modes_project(m, (const double(*)[MODES_STRAINS])strains, q);
         status = modes_fit(m, given, q, v, error);
     }
     free(given);
     free(s);
     return status;
+}
+
+/* The residual becomes what the modes are off by; returns its largest number, not a number where
+ * the matrix is singular. */
+static double solve_stiffness(const modes *m, const modes_linear *x)
+{
+    const size_t n = (size_t)m->size, width = (size_t)m->width;
+    double most = 0;
+    for (size_t i = 0; i < n * n; i++) {
+        x->factor[i] = x->by_q[i % n * width + i / n];
+    }
+    if (ad_dense_lu(n, x->factor, x->pivots) != 0) {
+        return NAN;
+    }
+    ad_dense_lu_solve(n, 1, x->factor, x->pivots, x->residual);
+    for (size_t i = 0; i < n; i++) {
+        most = fabs(x->residual[i]) > most || isnan(x->residual[i]) ? fabs(x->residual[i]) : most;
+    }
+    return most;
+}
+
+ad_status modes_settle(modes *m, const modes_linear *x, ad_error *error)
+{
+    enum { STEPS = 60 };
+    const double near = 1e-11, farthest = 0.5;
+    double moved = INFINITY;
+    memset(x->v, 0, (size_t)m->size * sizeof *x->v);
+    for (int step = 0; step < STEPS && moved > near; step++) {
+        modes_shape(m, x->q, x->v, NULL);
+        modes_forces(m, true, x->residual);
+        modes_mass(m);
+        modes_derivatives(m, x->by_q, x->by_v);
+        moved = solve_stiffness(m, x);
+        const double part = fmin(1, farthest / moved);
+        for (int k = 0; k < m->size; k++) {
+            x->q[k] -= part * x->residual[k];
+        }
+    }
+    return moved <= near ? AD_OK
+                         : ad_fail(error, AD_NOT_FINITE, "no equilibrium is found from the state");
 }
 
 bool modes_accelerations(modes *m, const double *q, const double *v, double *a)

@@ -273,44 +273,12 @@ static double largest(int n, const double *x)
     return most;
 }
 
-/* The residual becomes what the modes are off by; returns its largest number, not a number where
- * the matrix is singular. */
-static double solve_stiffness(reduced_rod *x)
-{
-    const size_t n = (size_t)x->m->size, width = (size_t)x->m->width;
-    for (size_t i = 0; i < n * n; i++) {
-        x->mass[i] = x->by_q[i % n * width + i / n];
-    }
-    if (ad_dense_lu(n, x->mass, x->pivots) != 0) {
-        return NAN;
-    }
-    ad_dense_lu_solve(n, 1, x->mass, x->pivots, x->residual);
-    return largest((int)n, x->residual);
-}
-
 ad_status reduced_settle(reduced_rod *x, double t, const double *inputs, double *state,
                          ad_error *error)
 {
-    enum { STEPS = 60 };
-    const double near = 1e-11, farthest = 0.5;
-    const int n = x->m->size;
+    const modes_linear room = {x->q, x->v, x->residual, x->by_q, x->by_v, x->mass, x->pivots};
     ad_status status = go_to(x, t, state, inputs, error);
-    double moved = INFINITY;
-    memset(x->v, 0, (size_t)n * sizeof *x->v);
-    for (int step = 0; step < STEPS && status == AD_OK && moved > near; step++) {
-        modes_shape(x->m, x->q, x->v, NULL);
-        modes_forces(x->m, true, x->residual);
-        modes_mass(x->m);
-        modes_derivatives(x->m, x->by_q, x->by_v);
-        moved = solve_stiffness(x);
-        const double part = fmin(1, farthest / moved);
-        for (int k = 0; k < n; k++) {
-            x->q[k] -= part * x->residual[k];
-        }
-    }
-    if (status == AD_OK && !(moved <= near)) {
-        return ad_fail(error, AD_NOT_FINITE, "no equilibrium is found from the state");
-    }
+    status = status == AD_OK ? modes_settle(x->m, &room, error) : status;
     if (status == AD_OK) {
         give_state(x, state);
     }

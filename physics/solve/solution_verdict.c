@@ -6,19 +6,20 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* -1: not asked, or memory ran out. */
-static int unstable_modes(const solution *x, const scene *rod_scene)
+/* Nothing is known where memory has run out. */
+static stability stability_of(const solution *x, const scene *rod_scene)
 {
     double s[STABILITY_POINTS], values[MODEL_COLUMNS_MAX * STABILITY_POINTS];
+    stability found = {.modes = -1, .share = NAN};
     ad_error ignored;
-    int modes = -1;
     if (!scene_is_dynamic(rod_scene) && !scene_is_beam(rod_scene) &&
         stability_points(rod_scene, s, &ignored) == AD_OK &&
         solution_evaluate(x, solution_columns(rod_scene), STABILITY_POINTS, s, NULL, values,
-                          &ignored) == AD_OK) {
-        stability_count(rod_scene, values, &modes, &ignored);
+                          &ignored) == AD_OK &&
+        stability_find(rod_scene, values, &found, &ignored) != AD_OK) {
+        snprintf(found.unknown, sizeof found.unknown, "%.180s", ignored.message);
     }
-    return modes;
+    return found;
 }
 
 /* What is allowed, in tolerances of the position, but at most a tenth of the energy. Motions whose
@@ -246,19 +247,20 @@ void solution_verdict(const solution *x, const scene *rod_scene, const solve_set
                     "boundary.end.rotation_vector",
                     size * 180 / PI, turn[0] / size, turn[1] / size, turn[2] / size);
     }
-    int modes = unstable_modes(x, rod_scene);
-    if (modes > 0) {
-        char place[160] = "";
-        if (settings->branch == 0 && !isnan(report->bifurcation_load)) {
-            snprintf(place, sizeof place,
-                     "; another path crosses this one at %.9g of the load: --branch 1 follows it",
-                     report->bifurcation_load);
-        }
-        verdict_add(result, VERDICT_UNSTABLE,
-                    "in this equilibrium, which continues the unstressed rod, the energy falls in "
-                    "%d direction%s%s; try --perturb 10, which looks for another",
-                    modes, modes == 1 ? "" : "s", place);
-    } else if (is_left_behind(settings, report)) {
+    const stability found = stability_of(x, rod_scene);
+    char advice[200] = "; try --perturb 10, which looks for another";
+    if (settings->branch == 0 && !isnan(report->bifurcation_load)) {
+        snprintf(
+            advice, sizeof advice,
+            "; another path crosses that of the unstressed rod at %.9g of the load: --branch 1 "
+            "follows it; try --perturb 10, which looks for another",
+            report->bifurcation_load);
+    }
+    stability_judge(&found, advice, result);
+    if (stability_is_lost(&found)) {
+        return;
+    }
+    if (is_left_behind(settings, report)) {
         judge_path(report, result);
     } else if (report->may_buckle || settings->branch > 0) {
         judge_uniqueness(rod_scene, settings, report, result);

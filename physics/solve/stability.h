@@ -1,8 +1,9 @@
-/* Is a static equilibrium a minimum of the energy, or only a place where the forces balance? */
+/* Is a static equilibrium stable, or only a place where the forces balance? */
 #ifndef PHYSICS_SOLVE_STABILITY_H
 #define PHYSICS_SOLVE_STABILITY_H
 
 #include "physics/scene.h"
+#include "physics/verdict.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -38,6 +39,37 @@ ad_status stability_points(const scene *rod_scene, double *s, ad_error *error);
  * AD_NO_MEMORY, and what the tape says of formulas. */
 ad_status stability_count(const scene *rod_scene, const double *values, int *count,
                           ad_error *error);
+
+enum { STABILITY_TEXT = 200 };
+
+/* What is known of an equilibrium: the second variation, or where there is none the linearised
+ * motion about it, of strain modes (physics/solve/modes.h), whose vibrations are e^(lambda t). */
+typedef struct stability {
+    int modes;        /* as stability_count; >= 0: the next four are not asked for */
+    double share;     /* the largest real part of a lambda over its size: 1 where the rod gives way
+                       * at once (divergence), in flutter as much damping as would end it; below
+                       * what rounding leaves of 0, or < 0 with damping: nothing grows */
+    double growth;    /* that real part, 1/s */
+    double frequency; /* the imaginary one, rad/s; 0: divergence */
+    bool damped;      /* the scene has a damping or a drag, which counts */
+    bool massless;    /* a mass of 1 kg/m stands for that which the scene does not give */
+    char unknown[STABILITY_TEXT]; /* "": known; else why not */
+} stability;
+
+/* Of a scene at rest and values as for stability_count; of others, and of manufactured ones,
+ * nothing is asked: modes is -1, share not a number, `unknown` empty. AD_NO_MEMORY, what the tape
+ * says of formulas. */
+ad_status stability_find(const scene *rod_scene, const double *values, stability *result,
+                         ad_error *error);
+bool stability_is_lost(const stability *x);
+bool stability_flutters(const stability *x); /* where it is lost: by a vibration */
+
+/* Adds to a verdict that it is lost, with an advice, or the remark that it is not known. */
+void stability_judge(const stability *x, const char *advice, verdict *result);
+
+/* The part of stability_find that is not the second variation: fills in the rest of `result`. */
+ad_status stability_of_motion(const scene *rod_scene, const double *values, stability *result,
+                              ad_error *error);
 
 /* The same on the way to the loads, where tubes are not yet what they are at rest. */
 ad_status stability_count_at(const scene *rod_scene, double load_factor, const double *values,

@@ -297,13 +297,14 @@ static ad_status trace(static_solution **x, const solve_settings *settings, path
                          "branch %d: this scene has no path from its unstressed shape to leave",
                          settings->branch);
     }
-    bool better = end && goal != TRACE_FIRST_MARK;
+    const bool marked = !isnan(report->limit_load) || !isnan(report->bifurcation_load);
+    bool better = end && (goal != TRACE_FIRST_MARK || !marked);
     if (better && settings->branch == 0 && report->load_fraction == 1) {
-        int here = -1, there = -1;
+        bool here = false, there = false;
         better = leads_elsewhere(*x, end);
-        status = better ? static_unstable(*x, &here, error) : status;
-        status = better && status == AD_OK ? static_unstable(end, &there, error) : status;
-        better = better && !(here == 0 && there > 0); /* never for one that is worse */
+        status = better ? static_gives_way(*x, &here, error) : status;
+        status = better && status == AD_OK ? static_gives_way(end, &there, error) : status;
+        better = better && (here || !there); /* never for one that is worse */
     }
     if (better && status == AD_OK) {
         static_free(*x);
@@ -317,16 +318,35 @@ static ad_status trace(static_solution **x, const solve_settings *settings, path
     return status;
 }
 
-/* Where a path that is not stable at its end has lost its stability; of a rod that winds a lot
- * nobody waits for that. */
+/* Where a path that is not stable at its end has lost its stability, or the equilibrium to which it
+ * truly leads: the load alone steps across the bend of an imperfect column. Of a rod that winds a
+ * lot nobody waits for that. */
 static ad_status find_loss(static_solution **x, const solve_settings *settings, path_shape *path,
                            solve_report *report, ad_error *error)
 {
-    int unstable;
-    ad_status status = static_unstable(*x, &unstable, error);
-    return status == AD_OK && unstable > 0 && path->wavenumber < FEW
+    bool lost;
+    ad_status status = static_gives_way(*x, &lost, error);
+    return status == AD_OK && lost && path->wavenumber < FEW
                ? trace(x, settings, path, TRACE_FIRST_MARK, report, error)
                : status;
+}
+
+/* On finer meshes until the estimate is within the tolerance. */
+static ad_status converge(static_solution **x, const solve_settings *settings, path_shape *path,
+                          solve_report *report, ad_error *error)
+{
+    bool done = settings->nodes > 0 || report->load_fraction < 1;
+    double before = NAN; /* of two meshes */
+    report->estimate = NAN;
+    ad_status status = done ? AD_OK : look_between(*x, report, error);
+    while (status == AD_OK && !done && 2 * static_system_elements((*x)->system) <= ELEMENTS_MAX) {
+        status = improve(x, path, settings->tolerance, report, error);
+        status = status == AD_OK ? look_between(*x, report, error) : status;
+        bool rounding = report->estimate < ROUNDING && report->estimate > before / 2;
+        done = report->estimate <= settings->tolerance || rounding || report->load_fraction < 1;
+        before = report->estimate;
+    }
+    return status;
 }
 
 ad_status static_solve(const solve_rod *rod, const solve_settings *settings,
@@ -353,22 +373,13 @@ ad_status static_solve(const solve_rod *rod, const solve_settings *settings,
         trace_goal goal = settings->branch > 0 ? TRACE_WHOLE : TRACE_FULL_LOAD;
         status = trace(&x, settings, &path, goal, report, error);
     }
-    bool done = settings->nodes > 0;
-    double before = NAN; /* of two meshes */
-    if (status == AD_OK && !done && report->load_fraction == 1) {
-        status = look_between(x, report, error);
-    }
-    while (status == AD_OK && !done && report->load_fraction == 1 &&
-           2 * static_system_elements(x->system) <= ELEMENTS_MAX) {
-        status = improve(&x, &path, settings->tolerance, report, error);
-        status = status == AD_OK ? look_between(x, report, error) : status;
-        bool rounding = report->estimate < ROUNDING && report->estimate > before / 2;
-        done = report->estimate <= settings->tolerance || rounding;
-        before = report->estimate;
-    }
+    status = status == AD_OK ? converge(&x, settings, &path, report, error) : status;
     if (status == AD_OK && report->load_fraction == 1 && isnan(report->bifurcation_load) &&
         !path.traced) {
         status = find_loss(&x, settings, &path, report, error);
+        if (status == AD_OK && path.traced) {
+            status = converge(&x, settings, &path, report, error);
+        }
     }
     if (status != AD_OK) {
         static_free(x);

@@ -20,16 +20,18 @@ void static_trace_free(static_trace *x)
     }
 }
 
-ad_status static_unstable(const static_solution *x, int *count, ad_error *error)
+enum { SAMPLED = sizeof(solve_state) / sizeof(double) * STABILITY_POINTS };
+
+/* values [columns][STABILITY_POINTS] of the scene as it was given, in SI units. */
+static ad_status sample(const static_solution *x, scene *given, double *values, ad_error *error)
 {
-    enum { N = STABILITY_POINTS, COLUMNS = sizeof(solve_state) / sizeof(double) };
-    double s[N], values[COLUMNS * N], units[COLUMNS];
+    enum { N = STABILITY_POINTS };
+    double s[N], units[SAMPLED / N];
     solve_state states[N];
-    scene given = x->rod->scene;
-    int columns = solution_columns(&given);
-    given.motion = x->rod->motion;
-    *count = -1;
-    ad_status status = stability_points(&given, s, error);
+    *given = x->rod->scene;
+    int columns = solution_columns(given);
+    given->motion = x->rod->motion;
+    ad_status status = stability_points(given, s, error);
     for (int i = 0; i < N && status == AD_OK; i++) {
         s[i] /= x->rod->scales.length;
     }
@@ -43,7 +45,30 @@ ad_status static_unstable(const static_solution *x, int *count, ad_error *error)
             values[c * N + i] = ((const double *)&states[i])[c] * units[c];
         }
     }
-    return stability_count_at(&given, static_system_load(x->system), values, count, error);
+    return AD_OK;
+}
+
+ad_status static_unstable(const static_solution *x, int *count, ad_error *error)
+{
+    double values[SAMPLED];
+    scene given;
+    *count = -1;
+    ad_status status = sample(x, &given, values, error);
+    return status == AD_OK
+               ? stability_count_at(&given, static_system_load(x->system), values, count, error)
+               : status;
+}
+
+ad_status static_gives_way(const static_solution *x, bool *lost, ad_error *error)
+{
+    double values[SAMPLED];
+    scene given;
+    stability found;
+    *lost = false;
+    ad_status status = sample(x, &given, values, error);
+    status = status == AD_OK ? stability_find(&given, values, &found, error) : status;
+    *lost = status == AD_OK && stability_is_lost(&found) && !stability_flutters(&found);
+    return status;
 }
 
 /* ---- meshes -------------------------------------------------------------------------------- */

@@ -45,4 +45,8 @@ void static_trace_report(const static_trace *x, solve_report *report);
  * formula. */
 ad_status static_unstable(const static_solution *x, int *count, ad_error *error);
 
+/* Whether the equilibrium under the full load is known not to be stable, as stability_find says,
+ * other than by flutter, which no other path evades. */
+ad_status static_gives_way(const static_solution *x, bool *lost, ad_error *error);
+
 #endif

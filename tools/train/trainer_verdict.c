@@ -96,6 +96,22 @@ int trainer_unstable_modes(const trainer *t)
     return modes;
 }
 
+/* Of loads that have no energy vibrations tell, which nobody waits for on the way. */
+static void judge_stability(const trainer *t, verdict *result)
+{
+    double s[STABILITY_POINTS], values[MODEL_COLUMNS_MAX * STABILITY_POINTS];
+    ad_error ignored;
+    scene one;
+    stability found;
+    if (shape_at_rest(t, &one, s, values) &&
+        stability_find(&one, values, &found, &ignored) == AD_OK) {
+        stability_judge(&found,
+                        ", so that the rod buckles or snaps to another; rod.rest.imperfection says "
+                        "to which, or take another training.seed",
+                        result);
+    }
+}
+
 static void judge_law(const trainer *t, verdict *result)
 {
     double s[STABILITY_POINTS], values[MODEL_COLUMNS_MAX * STABILITY_POINTS];
@@ -355,14 +371,7 @@ void trainer_verdict(const trainer *t, verdict *result)
     }
     judge_motion_balance(&info->balance, t->e->modes != NULL, result);
     judge_law(t, result);
-    int modes = trainer_unstable_modes(t);
-    if (modes > 0) {
-        verdict_add(result, VERDICT_UNSTABLE,
-                    "in this equilibrium the energy falls in %d direction%s, so that the rod "
-                    "buckles or snaps to another; rod.rest.imperfection says to which, or take "
-                    "another training.seed",
-                    modes, modes == 1 ? "" : "s");
-    }
+    judge_stability(t, result);
     if (t->known) {
         reference_verdict(t->known, &info->errors, result);
     }

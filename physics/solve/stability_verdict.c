@@ -1,0 +1,70 @@
+/* What is known of the stability of an equilibrium, and how it is said. */
+#include "physics/constants.h"
+#include "physics/solve/stability.h"
+
+#include <math.h>
+
+/* Real parts of vibrations over their size: of a scene without damping less is held by what any
+ * material damps (steel 1e-3, polymers some 1e-2), and less yet is rounding. */
+static const double HELD = 0.01, ROUNDING = 1e-6;
+
+ad_status stability_find(const scene *rod_scene, const double *values, stability *result,
+                         ad_error *error)
+{
+    *result = (stability){.modes = -1, .share = NAN};
+    if (scene_is_dynamic(rod_scene) || scene_is_beam(rod_scene) ||
+        scene_is_manufactured(rod_scene)) {
+        return AD_OK;
+    }
+    ad_status status = stability_count(rod_scene, values, &result->modes, error);
+    return status == AD_OK && result->modes < 0
+               ? stability_of_motion(rod_scene, values, result, error)
+               : status;
+}
+
+bool stability_is_lost(const stability *x)
+{
+    return x->modes > 0 || x->share > (x->damped ? ROUNDING : HELD);
+}
+
+bool stability_flutters(const stability *x)
+{
+    return x->modes < 0 && x->frequency > x->growth * ROUNDING;
+}
+
+static void judge_motion(const stability *x, const char *advice, verdict *result)
+{
+    const char *mass = x->massless ? " (with a mass of 1 kg/m, as none is given)" : "";
+    if (!stability_flutters(x)) {
+        verdict_add(result, VERDICT_UNSTABLE,
+                    "in this equilibrium the rod gives way: a push grows by a factor of e in %.3g "
+                    "s%s%s",
+                    1 / x->growth, mass, advice);
+    } else {
+        verdict_add(
+            result, VERDICT_UNSTABLE,
+            "in this equilibrium the rod flutters: a vibration of %.4g Hz grows by a factor "
+            "of e in %.3g s%s",
+            x->frequency / (2 * PI), 1 / x->growth, mass);
+    }
+}
+
+void stability_judge(const stability *x, const char *advice, verdict *result)
+{
+    if (x->modes > 0) {
+        verdict_add(result, VERDICT_UNSTABLE,
+                    "in this equilibrium the energy falls in %d direction%s%s", x->modes,
+                    x->modes == 1 ? "" : "s", advice);
+    } else if (stability_is_lost(x)) {
+        judge_motion(x, advice, result);
+    } else if (x->unknown[0]) {
+        verdict_add(result, VERDICT_STABILITY_OPEN,
+                    "whether this equilibrium is stable is not known: %s", x->unknown);
+    } else if (x->share > ROUNDING) {
+        verdict_add(result, VERDICT_STABILITY_OPEN,
+                    "this equilibrium is stable if its vibration of %.4g Hz%s is damped by more "
+                    "than %.2g of the critical damping; the scene has none",
+                    x->frequency / (2 * PI), x->massless ? ", with a mass of 1 kg/m," : "",
+                    x->share);
+    }
+}
