@@ -27,8 +27,8 @@ exported() {
         -DTRAINED="$trained" -o faults "$ROOT/tests/export_loop_faults.c" loop.o -lm
     ./faults >faults.txt || failed "$name with faults: $(cat faults.txt)"
     check "$name for fuzzing" -- cc $warnings -fsanitize=address,undefined \
-        -fno-sanitize-recover=undefined $wild -DHEADER="\"$name.h\"" -DNAME="$name" -I. -o fuzz \
-        "$ROOT/tests/export_loop_fuzz.c" "$name.c" -lm
+        -fno-sanitize-recover=undefined $wild -DHEADER="\"$name.h\"" -DNAME="$name" -DTRAINED="$trained" \
+        -I. -o fuzz "$ROOT/tests/export_loop_fuzz.c" "$name.c" -lm
     ./fuzz >fuzz.txt 2>&1 || failed "$name with anything: $(head -20 fuzz.txt)"
 }
 
