@@ -31,7 +31,7 @@ static void compare(const char *what, int count, const double *is, const double 
     double worst = 0, size = 0;
     for (int i = 0; i < count; i++) {
         double off = fabs(is[i] - wanted[i]);
-        worst = off <= worst ? worst : off;
+        worst = off <= worst || isnan(worst) ? worst : off;
         size = fmax(size, fabs(wanted[i]));
     }
     if (!(worst <= tolerance)) {

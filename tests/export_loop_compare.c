@@ -72,7 +72,8 @@ int main(int argc, char **argv)
             char name[80];
             snprintf(name, sizeof name, "input_%s", OF(input_names)[input]);
             const double range = OF(upper)[input] - OF(lower)[input];
-            worst = fmax(worst, fabs(inputs[i] - table[k + OF(DELAY)][column(name)]) / range);
+            const double off = fabs(inputs[i] - table[k + OF(DELAY)][column(name)]) / range;
+            worst = off <= worst || isnan(worst) ? worst : off;
         }
         OF(prepare)(loop);
     }

@@ -8,6 +8,8 @@ set -u
 cc --version >/dev/null 2>&1 || exit 77
 
 warnings='-std=c11 -Wall -Wextra -Wpedantic -Werror'
+wild=-ftrivial-auto-var-init=pattern # what nobody has set is no index
+cc $wild -E -x c /dev/null >/dev/null 2>&1 || wild=
 
 # exported NAME TRAINED ARGUMENTS...: a loop of the arm as C, with all checks.
 exported() {
@@ -24,6 +26,10 @@ exported() {
     check "$name with faults" -- cc $warnings -DHEADER="\"$name.h\"" -DNAME="$name" -I. \
         -DTRAINED="$trained" -o faults "$ROOT/tests/export_loop_faults.c" loop.o -lm
     ./faults >faults.txt || failed "$name with faults: $(cat faults.txt)"
+    check "$name for fuzzing" -- cc $warnings -fsanitize=address,undefined \
+        -fno-sanitize-recover=undefined $wild -DHEADER="\"$name.h\"" -DNAME="$name" -DTRAINED="$trained" \
+        -I. -o fuzz "$ROOT/tests/export_loop_fuzz.c" "$name.c" -lm
+    ./fuzz >fuzz.txt 2>&1 || failed "$name with anything: $(head -20 fuzz.txt)"
 }
 
 cat >arm.yaml <<'YAML'

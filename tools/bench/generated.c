@@ -195,7 +195,7 @@ static double difference(side *a, side *b)
         call(b, x, other);
         for (int k = 0; k < RESULTS; k++) {
             double off = fabs(one[k] - other[k]) / fmax(1, fabs(one[k]));
-            worst = off <= worst ? worst : off; /* also where it is not a number */
+            worst = off <= worst || isnan(worst) ? worst : off;
         }
     }
     return worst;

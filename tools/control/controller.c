@@ -167,6 +167,25 @@ controller *controller_init(void *memory, const controller_settings *settings)
     return c;
 }
 
+void controller_start(controller *c, const double *inputs)
+{
+    const controller_settings settings = c->settings;
+
+    (void)controller_init(c, &settings);
+    for (int i = 0; i <= c->delay; i++) {
+        controller_applied(c, i, inputs);
+    }
+}
+
+void controller_forget(controller *c)
+{
+    memset(c->drift, 0, (size_t)c->n * sizeof *c->drift);
+    memset(c->bias, 0, (size_t)c->v * sizeof *c->bias);
+    c->foreseen = false;
+    c->prepared = false;
+    c->restart = true;
+}
+
 bool controller_finite(const double *x, int count)
 {
     double sum[SMALL_LANES] = {0}; /* of zeros, unless one is not finite */

@@ -109,6 +109,12 @@ const char *controller_refusal(const controller_settings *settings);
 size_t controller_size(const controller_settings *settings);
 controller *controller_init(void *memory, const controller_settings *settings);
 
+/* As controller_init has left it, but with inputs [m] that are and were applied. */
+void controller_start(controller *c, const double *inputs);
+/* Forgets what the model was found to leave out, and what was foreseen: where the states before
+ * were none of the robot's. The plan goes on. */
+void controller_forget(controller *c);
+
 /* inputs [m]: to be applied `delay` samples after the state's time. Returns flags. */
 int controller_feedback(controller *c, const controller_sample *now, double *inputs);
 /* What can be done before the next state is known, for the next controller_feedback, which does it

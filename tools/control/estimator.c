@@ -35,11 +35,14 @@ static void begin(estimator *x, const double *inputs)
     memcpy(first->u, x->u, (size_t)(x->n * x->stride) * sizeof *x->u);
 }
 
-void estimator_start(estimator *x, const double *state, const double *inputs,
-                     const double *by_parameters)
+int estimator_start(estimator *x, const double *state, const double *inputs,
+                    const double *by_parameters)
 {
     const estimator_settings *s = &x->settings;
     const int states = x->states;
+    if (!estimator_is_answer(x, 1, state) || !estimator_is_usable((size_t)x->inputs, inputs)) {
+        return ESTIMATOR_BAD_START;
+    }
     memcpy(x->z, state, (size_t)states * sizeof *state);
     memset(x->u, 0, (size_t)(x->n * x->stride) * sizeof *x->u);
     for (int i = 0; i < states; i++) {
@@ -58,6 +61,7 @@ void estimator_start(estimator *x, const double *state, const double *inputs,
     }
     small_triangle(x->n, x->n, x->u);
     begin(x, inputs);
+    return 0;
 }
 
 /* x->next [count][states]: where the model comes to rest from x->states_at with x->inputs_at. */
@@ -88,7 +92,9 @@ int estimator_start_resting(estimator *x, const double *state, const double *inp
 {
     const int parameters = x->settings.parameters, count = 1 + 2 * parameters, states = x->states;
     double apart[ESTIMATOR_PARAMETERS_MAX], *by = x->rows;
-    estimator_start(x, state, inputs, NULL);
+    if (estimator_start(x, state, inputs, NULL) != 0) {
+        return ESTIMATOR_BAD_START;
+    }
     for (int i = 0; i < count; i++) {
         double *to = x->inputs_at + i * x->inputs;
         memcpy(x->states_at + i * states, state, (size_t)states * sizeof *state);
@@ -109,8 +115,7 @@ int estimator_start_resting(estimator *x, const double *state, const double *inp
         const double *plus = x->next + (1 + 2 * (i % parameters)) * states, *minus = plus + states;
         by[i] = (plus[i / parameters] - minus[i / parameters]) / apart[i % parameters];
     }
-    estimator_start(x, x->next, inputs, by);
-    return 0;
+    return estimator_start(x, x->next, inputs, by);
 }
 
 /* ---- samples ------------------------------------------------------------------------------- */

@@ -35,7 +35,7 @@
  * answer is taken; if it has none, either, the mean stays. Deviations of states become 1.1 times as
  * large.
  *
- * Inputs that are not finite: the last ones are held. */
+ * Inputs that are not finite: the last ones are held. A start that is none: not taken. */
 #ifndef CONTROL_ESTIMATOR_H
 #define CONTROL_ESTIMATOR_H
 
@@ -67,7 +67,8 @@ enum {
     ESTIMATOR_AT_EDGE = 128,      /* a parameter is at an end of its range */
     ESTIMATOR_INCONSISTENT = 256, /* normalised innovations of a sensor are out of bounds */
     ESTIMATOR_BAD_INPUTS = 512,   /* given to estimator_predict: the last ones are held */
-    ESTIMATOR_BAD_CALL = 1024     /* no such sensor, or a sample that has been measured */
+    ESTIMATOR_BAD_CALL = 1024,    /* no such sensor, or a sample that has been measured */
+    ESTIMATOR_BAD_START = 2048    /* given to estimator_start: it is not taken */
 };
 
 typedef struct estimator_parameter {
@@ -123,14 +124,17 @@ estimator *estimator_init(void *memory, const estimator_settings *settings);
 
 /* Sample 0: state [states], inputs [model.inputs], of which the parameters are taken, too; those
  * outside their ranges at the nearer end. by_parameters (or NULL) [states][parameters]: how the
- * state depends on the parameters, as an equilibrium does; both are uncertain together then. */
-void estimator_start(estimator *x, const double *state, const double *inputs,
-                     const double *by_parameters);
+ * state depends on the parameters, as an equilibrium does; both are uncertain together then.
+ * Returns 0, or ESTIMATOR_BAD_START and all is as before: a state that is not finite or is none
+ * that the model may answer (beyond 1e12 times the largest deviation), or inputs that are not
+ * finite. */
+int estimator_start(estimator *x, const double *state, const double *inputs,
+                    const double *by_parameters);
 
 /* As before, from rest with held inputs: the state to which the model comes from `state` in at most
  * `steps`, for the parameters as given and each of them changed by its deviation: state and
- * parameters are uncertain together. Returns 0, or ESTIMATOR_NO_ANSWER: it does not come to rest,
- * and starts as estimator_start does. */
+ * parameters are uncertain together. Returns 0, ESTIMATOR_BAD_START, or ESTIMATOR_NO_ANSWER: it
+ * does not come to rest, and starts as estimator_start does. */
 int estimator_start_resting(estimator *x, const double *state, const double *inputs, int steps);
 
 /* values [look.values] seen `age` samples ago, or the sensor's delay: age < 0. Once for a sensor

@@ -88,6 +88,10 @@ double estimator_chi_squared(double n, double chance);
 void estimator_go_on(estimator *x, const estimator_record *from);
 void estimator_take(estimator *x, estimator_record *at);
 
+/* Whether states [count][states] may be an answer of the model: none is beyond 1e12 times its
+ * largest deviation, where rounding would be all there is. */
+bool estimator_is_answer(const estimator *x, int count, const double *states);
+
 /* x->ahead from z by the model alone, to the present sample. */
 void estimator_look_ahead(estimator *x);
 

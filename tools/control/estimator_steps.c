@@ -77,19 +77,24 @@ static bool is_known(estimator *x, const double *next, const double *inputs)
     return x->outside <= 2;
 }
 
-/* States beyond 1e12 times the largest deviation are no answer: rounding would be all there is. */
-static bool advance(estimator *x, int count, const double *after)
+bool estimator_is_answer(const estimator *x, int count, const double *states)
 {
-    const one_step *model = &x->settings.model;
-    bool good = model->advance(model->context, count, x->settings.period, x->states_at,
-                               x->inputs_at, after, x->next, NULL, NULL) == 0;
-    for (int k = 0; k < x->states && good; k++) {
+    bool good = true;
+    for (int k = 0; k < x->states; k++) {
         const double most = 1e12 * largest(x, k);
         for (int i = 0; i < count; i++) {
-            good &= fabs(x->next[i * x->states + k]) <= most;
+            good &= fabs(states[i * x->states + k]) <= most;
         }
     }
     return good;
+}
+
+static bool advance(estimator *x, int count, const double *after)
+{
+    const one_step *model = &x->settings.model;
+    return model->advance(model->context, count, x->settings.period, x->states_at, x->inputs_at,
+                          after, x->next, NULL, NULL) == 0 &&
+           estimator_is_answer(x, count, x->next);
 }
 
 /* Without an answer for all points. */

@@ -10,6 +10,7 @@ static int advance_linear(void *context, int count, double h, const double *stat
 {
     const linear_step *x = context;
     const size_t n = (size_t)x->states, m = (size_t)x->inputs;
+    double zero = 0; /* unless one is not finite */
     if (after || fabs(h - x->h) > 1e-9 * x->h) {
         return 1;
     }
@@ -23,6 +24,7 @@ static int advance_linear(void *context, int count, double h, const double *stat
                 sum += x->by_inputs[r * m + c] * inputs[i * m + c];
             }
             next[i * n + r] = sum;
+            zero += 0 * sum;
         }
         if (by_state) {
             memcpy(by_state + i * n * n, x->by_state, n * n * sizeof *by_state);
@@ -31,7 +33,7 @@ static int advance_linear(void *context, int count, double h, const double *stat
             memcpy(by_inputs + i * n * m, x->by_inputs, n * m * sizeof *by_inputs);
         }
     }
-    return 0;
+    return zero == 0 ? 0 : 1;
 }
 
 one_step linear_one_step(const linear_step *x)

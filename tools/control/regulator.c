@@ -14,15 +14,17 @@ struct regulator {
     int flags;                 /* of the prediction, for the next answer */
     bool has_plan, has_inputs; /* to be prepared, to be predicted with */
     bool has_first;
-    bool late;             /* there is no time to prepare, either */
-    const double *rate;    /* [controlled], NULL: any */
-    double *acting;        /* [delay + 1][controlled] from the present sample on */
-    double *given;         /* [model.inputs] */
-    double *ahead;         /* [2][model.states] */
-    double *first;         /* of the first regulator_start: [states], [model.inputs], and */
-    double *by_parameters; /* [states][parameters] */
-    int parameters, lost;  /* lost: samples since when the filter is */
-    int cycle;             /* samples after which all sensors are due again */
+    bool late;                   /* there is no time to prepare, either */
+    const double *rate;          /* [controlled], NULL: any */
+    const double *lower, *upper; /* [controlled] */
+    const double *deviation;     /* [model.states] */
+    double *acting;              /* [delay + 1][controlled] from the present sample on */
+    double *given;               /* [model.inputs] */
+    double *ahead;               /* [2][model.states] */
+    double *first;               /* of the first regulator_start: [states], [model.inputs], and */
+    double *by_parameters;       /* [states][parameters] */
+    int parameters, lost;        /* lost: samples since when the filter is */
+    int cycle;                   /* samples after which all sensors are due again */
 };
 
 /* All parts of the memory begin as aligned as it does. */
@@ -109,12 +111,29 @@ regulator *regulator_init(void *memory, const regulator_settings *settings)
         at += padded(controller_size(c));
     }
     x->rate = settings->rate;
+    x->lower = c->lower;
+    x->upper = c->upper;
+    x->deviation = settings->estimator.deviation;
     return x;
 }
 
-void regulator_start(regulator *x, const double *state, const double *inputs,
-                     const double *by_parameters)
+/* Whether a robot may have been given it: a model answers it, but what follows is nothing to learn
+ * from. */
+static bool may_act(const regulator *x, int k, double input)
 {
+    return fabs(input - x->lower[k]) <= REGULATOR_FAR * (x->upper[k] - x->lower[k]);
+}
+
+int regulator_start(regulator *x, const double *state, const double *inputs,
+                    const double *by_parameters)
+{
+    bool good = true;
+    for (int k = 0; k < x->controlled; k++) {
+        good &= may_act(x, k, inputs[x->inputs[k]]);
+    }
+    if (!good || estimator_start(x->filter, state, inputs, by_parameters) != 0) {
+        return ESTIMATOR_BAD_START;
+    }
     for (int i = 0; i < (x->delay + 1) * x->controlled; i++) {
         x->acting[i] = inputs[x->inputs[i % x->controlled]];
     }
@@ -128,10 +147,13 @@ void regulator_start(regulator *x, const double *state, const double *inputs,
         }
         x->has_first = true;
     }
-    estimator_start(x->filter, state, inputs, by_parameters);
+    for (int i = 0; i < x->turns; i++) {
+        controller_start(x->plan[i], x->acting);
+    }
     x->lost = 0;
     x->has_plan = x->has_inputs = x->late = false;
     x->turn = x->flags = 0;
+    return 0;
 }
 
 int regulator_measure(regulator *x, int sensor, int age, const double *values)
@@ -140,17 +162,33 @@ int regulator_measure(regulator *x, int sensor, int age, const double *values)
     return estimator_measure(x->filter, sensor, age, values);
 }
 
+/* Whether the filter is where no robot can be: its model, which answers all the same, would need
+ * long to come back from there. */
+static bool is_far(const regulator *x)
+{
+    const double *state = estimator_state(x->filter);
+    bool far = false;
+    for (int i = 0; i < x->model.states && x->has_first; i++) {
+        far |= fabs(state[i] - x->first[i]) > REGULATOR_FAR * x->deviation[i];
+    }
+    return far;
+}
+
 /* A network says nothing of where it was not trained. A filter that is there, and whose
  * measurements contradict it, does not come back by itself. */
 static int find_again(regulator *x, int flags)
 {
     enum { LOST = ESTIMATOR_OUTLIER | ESTIMATOR_INFLATED | ESTIMATOR_NO_ANSWER };
-    x->lost = (flags & ESTIMATOR_OUTSIDE) && (flags & LOST) ? x->lost + 1 : 0;
+    const bool lost = (flags & ESTIMATOR_OUTSIDE) && (flags & LOST);
+    x->lost = lost || is_far(x) ? x->lost + 1 : 0;
     if (x->lost < REGULATOR_LOST || estimator_sample(x->filter) % x->cycle != 0) {
         return flags;
     }
     x->lost = 0;
     estimator_start(x->filter, x->first, x->first + x->model.states, x->by_parameters);
+    for (int i = 0; i < x->turns; i++) {
+        controller_forget(x->plan[i]);
+    }
     return flags | REGULATOR_AGAIN;
 }
 
@@ -200,8 +238,10 @@ static void answer(regulator *x, double *inputs)
     const size_t m = (size_t)x->controlled;
     const double *before;
     double *to = answer_of(x, &before);
-    for (size_t k = 0; k < m && x->rate; k++) { /* one plan is followed by another */
-        inputs[k] = fmin(fmax(inputs[k], before[k] - x->rate[k]), before[k] + x->rate[k]);
+    for (size_t k = 0; k < m; k++) { /* one plan is followed by another, or by what was applied */
+        const double rate = x->rate ? x->rate[k] : INFINITY;
+        inputs[k] = fmin(fmax(inputs[k], before[k] - rate), before[k] + rate);
+        inputs[k] = fmin(fmax(inputs[k], x->lower[k]), x->upper[k]);
     }
     memcpy(to, inputs, m * sizeof *to);
     x->has_plan = x->has_inputs = true;
@@ -260,7 +300,7 @@ void regulator_prepare(regulator *x)
 void regulator_applied(regulator *x, const double *inputs)
 {
     for (int k = 0; k < x->controlled; k++) {
-        if (!isfinite(inputs[k])) {
+        if (!may_act(x, k, inputs[k])) {
             return;
         }
     }

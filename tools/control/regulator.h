@@ -14,7 +14,9 @@
  * plan of one step ago. The filter's model goes by samples.
  *
  * A filter that has been outside of what its model was made for, and contradicted by what is
- * measured, for REGULATOR_LOST samples in turn begins again as the first regulator_start said.
+ * measured, for REGULATOR_LOST samples in turn begins again as the first regulator_start said; so
+ * does one that is for as long where no robot can be, whatever is measured: REGULATOR_FAR times the
+ * deviations at the start away from it. The controllers forget then what they have learned.
  *
  * The filter is told the inputs that act; faults have the answers that estimator.h and controller.h
  * state, and flags. Inputs are always finite and within their limits. One is for one thread at a
@@ -37,6 +39,7 @@ enum {
     REGULATOR_LATE = 1 << 25,
     REGULATOR_AGAIN = 1 << 26, /* the filter was lost, and begins again */
     REGULATOR_LOST = 30,       /* samples outside of the model and against what is measured */
+    REGULATOR_FAR = 1000000,   /* times its scale: no state or input of a robot */
     REGULATOR_CYCLE_MAX = 1 << 20,
     REGULATOR_DELAY_MAX = 100,
     REGULATOR_TURNS_MAX = 100
@@ -61,9 +64,11 @@ const char *regulator_refusal(const regulator_settings *settings);
 size_t regulator_size(const regulator_settings *settings);
 regulator *regulator_init(void *memory, const regulator_settings *settings);
 
-/* Sample 0: as estimator_start, with inputs that act until the first answer does. */
-void regulator_start(regulator *x, const double *state, const double *inputs,
-                     const double *by_parameters);
+/* Sample 0: as estimator_start, with inputs that act until the first answer does; nothing is left
+ * of what was before. Returns 0 or ESTIMATOR_BAD_START, also of inputs that regulator_applied
+ * ignores: all goes on as before. */
+int regulator_start(regulator *x, const double *state, const double *inputs,
+                    const double *by_parameters);
 
 /* As estimator_measure. */
 int regulator_measure(regulator *x, int sensor, int age, const double *values);
@@ -88,7 +93,7 @@ void regulator_predict(regulator *x);
 void regulator_prepare(regulator *x);
 
 /* What acts from the present sample on where it was not what was answered [controlled]: before
- * regulator_prepare. Not finite: ignored. */
+ * regulator_prepare. Not finite, or REGULATOR_FAR times their range away: ignored. */
 void regulator_applied(regulator *x, const double *inputs);
 
 /* For what they say; to be called by nobody else for what they do. */

@@ -284,6 +284,7 @@ void export_family_write_header(const export_family *x, FILE *file)
     put_numbers(x, "NODES", (size_t)strain_mesh_nodes(&x->mesh), file);
     put_numbers(x, "MEMORY", memory_of(x), file);
     put_numbers(x, "OUT_OF_RANGE", 1, file);
+    put_numbers(x, "SINGULAR", 2, file);
     fputs("\n/* parameters: index, range */\nenum {\n", file);
     for (int i = 0; i < count; i++) {
         const scene_parameter *p = &x->open->parameters[i];

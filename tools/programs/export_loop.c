@@ -454,6 +454,7 @@ static void put_flags(const export_loop *x, FILE *file)
         {ESTIMATOR_INCONSISTENT, "innovations are larger or smaller than noise says"},
         {ESTIMATOR_BAD_INPUTS, "inputs not finite: the last ones are held"},
         {ESTIMATOR_BAD_CALL, "no such sensor, or measured already"},
+        {ESTIMATOR_BAD_START, "of model_start: no such state or inputs, not taken"},
         {CONTROLLER_STATE << REGULATOR_CONTROLLER, "no state: the plan coasts on its prediction"},
         {CONTROLLER_OUTSIDE << REGULATOR_CONTROLLER, "its state is outside of the model"},
         {CONTROLLER_HELD << REGULATOR_CONTROLLER, "inputs are held: too long without a state"},

@@ -22,6 +22,12 @@ static void copy(int count, const double *from, double *to)
     }
 }
 
+/* The larger of two sizes; not a number where one of them is none. */
+static double larger(double one, double other)
+{
+    return other <= one || one != one ? one : other;
+}
+
 static void set_unit(int n, double *x)
 {
     int i;
@@ -197,7 +203,8 @@ static void fill(room r, int i, int a, int j)
 }
 
 /* Gauss' elimination of the matrix. A pivot makes way where one below it is a hundred times as
- * large. Returns negative pivots and exchanges, -1: the matrix is singular. */
+ * large. Returns negative pivots and exchanges; -1: the matrix is singular or has what is not a
+ * number, and cannot be solved with. */
 static int eliminate(double *a, double *lower, int *rows)
 {
     double pivot[N];
@@ -260,7 +267,7 @@ static void solve(room r, const int *rows, int apart, double *x)
     }
 }
 
-/* Residual and blocks, and the matrix eliminated. */
+/* Residual and blocks, and the matrix eliminated; returns what that returns. */
 static int linearise(room r, const double *curvature, int *rows)
 {
     int i, j, a, c;
@@ -350,7 +357,7 @@ static double distance(room r, const double *step)
                 weigh(i < NODES ? to_point[i] : to_edge[ELEMENTS], slope + c * NODES);
             square += moved * moved;
         }
-        most = square <= most ? most : square; /* also what is not a number */
+        most = larger(most, square);
     }
     return LENGTH * sqrt(most);
 }
@@ -360,37 +367,47 @@ static double largest(const double *x)
     double most = 0;
     int i;
     for (i = 0; i < N; i++) {
-        most = fabs(x[i]) <= most ? most : fabs(x[i]);
+        most = larger(most, fabs(x[i]));
     }
     return most;
 }
 
-/* Parameters are in r.x. */
-static void polish(room r, int steps, double *curvature, model_answer *answer)
+/* What is known before a step, or where none can be taken. */
+static int unknown(model_answer *answer)
 {
-    int rows[N], i, k;
-    double length = 0, before = 0, left = 0;
     if (answer) {
-        answer->stable = 1;
+        answer->stable = answer->trusted = 0;
+        answer->predicted = answer->left = HUGE_VAL;
         answer->ratio = -1;
     }
+    return model_SINGULAR;
+}
+
+/* Parameters are in r.x. Where there is no step, the curvature is as the one before left it. */
+static int polish(room r, int steps, double *curvature, model_answer *answer)
+{
+    int rows[N], i, k, stable = 1;
+    double length = 0, before, predicted = 0, left = 0, ratio = -1;
     for (k = 0; k < steps || (k == 0 && answer); k++) {
         const int negative = linearise(r, curvature, rows);
+        if (negative < 0) {
+            return unknown(answer);
+        }
         solve(r, rows, 1, r.residual);
         length = largest(r.residual);
-        if (answer) {
-            answer->stable = answer->stable && negative == 0;
-            if (k == 0) {
-                left = distance(r, r.residual);
-                answer->predicted = left + MESH;
-            }
+        if (!(length < 1e100)) { /* nor would the curvature be finite for ever */
+            return unknown(answer);
+        }
+        stable = stable && negative == 0;
+        if (k == 0 && answer) {
+            predicted = left = distance(r, r.residual);
         }
         for (i = 0; i < N && k < steps; i++) {
             curvature[i] -= r.residual[i % 3 * NODES + i / 3];
         }
     }
     if (!answer) {
-        return;
+        return 0;
     }
     if (steps > 0) { /* one more, with the last matrix */
         before = length;
@@ -398,11 +415,15 @@ static void polish(room r, int steps, double *curvature, model_answer *answer)
         residual(r.x, r.residual, r.w);
         solve(r, rows, 1, r.residual);
         left = distance(r, r.residual);
-        answer->ratio = before > 0 ? largest(r.residual) / before : 0;
+        ratio = before > 0 ? largest(r.residual) / before : 0;
     }
+    answer->stable = stable;
+    answer->predicted = predicted + MESH;
     answer->left = left + MESH;
-    answer->trusted = answer->stable && answer->predicted <= 0.05 * LENGTH &&
-                      (answer->ratio <= 0.25 || left <= 1e-9 * LENGTH);
+    answer->ratio = ratio;
+    answer->trusted =
+        stable && answer->predicted <= 0.05 * LENGTH && (ratio <= 0.25 || left <= 1e-9 * LENGTH);
+    return answer->left < HUGE_VAL ? 0 : unknown(answer);
 }
 
 int model_network(const double *parameters, double *curvature, double *memory)
@@ -418,8 +439,7 @@ int model_polish(const double *parameters, int steps, double *curvature, model_a
 {
     const room r = divide(memory);
     const int status = place(parameters, r.x);
-    polish(r, steps, curvature, answer);
-    return status;
+    return status | polish(r, steps, curvature, answer);
 }
 
 int model_shape_of(const double *parameters, const double *curvature, double *to, double *memory)
@@ -433,9 +453,9 @@ int model_shape_of(const double *parameters, const double *curvature, double *to
 
 static int find(room r, const double *parameters, int steps, model_answer *answer)
 {
-    const int status = place(parameters, r.x);
+    int status = place(parameters, r.x);
     network(r.x, r.curvature, r.w);
-    polish(r, steps, r.curvature, answer);
+    status |= polish(r, steps, r.curvature, answer);
     copy(N, r.curvature, r.x + P);
     return status;
 }
@@ -461,12 +481,17 @@ int model_tip_jacobian(const double *parameters, int steps, double *to, double *
                        model_answer *answer, double *memory)
 {
     const room r = divide(memory);
-    const int status = find(r, parameters, steps, answer);
+    int status = find(r, parameters, steps, answer);
     double *change = r.x + P + N + P * P;
     int rows[N], i;
     tip(r.x, to, r.w);
     if (steps > 0) { /* residual (p, u) = 0 */
-        linearise(r, r.curvature, rows);
+        if (linearise(r, r.curvature, rows) < 0) {
+            for (i = 0; i < model_COLUMNS * P; i++) {
+                jacobian[i] = NAN;
+            }
+            return status | model_SINGULAR;
+        }
         set_unit(P, r.x + P + N);
         residual_by(r.x, r.by, r.w);
         for (i = 0; i < P; i++) {

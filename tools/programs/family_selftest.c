@@ -4,7 +4,7 @@ static double distance(int count, const double *is, const double *wanted)
     int i;
     for (i = 0; i < count; i++) {
         const double off = fabs(is[i] - wanted[i]);
-        most = off <= most ? most : off; /* also what is not a number */
+        most = off <= most || most != most ? most : off; /* not a number where one is none */
     }
     return most;
 }
@@ -25,7 +25,7 @@ int main(void)
             one[1] += distance(3, tip, tips[i]) / model_places[model_POINTS - 1];
         }
         for (k = 0; k < 2; k++) {
-            off[k] = one[k] <= off[k] ? off[k] : one[k];
+            off[k] = one[k] <= off[k] || off[k] != off[k] ? off[k] : one[k];
         }
         for (k = 0; k < P; k++) {
             beyond[k] = 2 * model_upper[k] - model_lower[k];

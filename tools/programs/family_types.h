@@ -2,9 +2,13 @@
  * rod, three numbers each, times the length, is what a network says; steps of Newton's method
  * for the rod's equation polish it, 0, 1 or 2 of them; positions, rotations and all else follow
  * from it. The functions work in the caller's memory alone, model_MEMORY numbers, and keep nothing:
- * several may run at once, each with memory of its own. They return 0, or model_OUT_OF_RANGE where
- * a parameter is beyond its range by more than rounding, or not a number: the result is then
- * that at the nearer end of the range (of what is not a number: at its lower end). */
+ * several may run at once, each with memory of its own. They return 0, or what is wrong, added up:
+ *   model_OUT_OF_RANGE  a parameter is beyond its range by more than rounding, or not a number: the
+ *                       result is that at the nearer end of the range (of what is not a number: at
+ *                       its lower end)
+ *   model_SINGULAR      a step has no finite answer: the curvature stays as the one before left it,
+ *                       with that the result goes on; the answer is neither stable nor trusted, its
+ *                       distances are infinite; derivatives of an equilibrium are not a number */
 
 /* What is known of an answer. Distances are the largest over the rod, in m, to where one more
  * step, linearised, leads, and what the mesh leaves of any member when steps have settled, the

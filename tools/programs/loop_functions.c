@@ -135,14 +135,14 @@ model_loop *model_init(void *memory, size_t size)
     numbers = loop_fill(x, (double *)(void *)(at + loop_bytes(sizeof *x)));
     at += loop_bytes(sizeof *x) + loop_bytes(numbers * sizeof(double));
     x->both = regulator_init(at, &x->settings);
-    model_start(x, NULL, NULL);
+    (void)model_start(x, NULL, NULL);
     return x;
 }
 
-void model_start(model_loop *x, const double *state, const double *inputs)
+int model_start(model_loop *x, const double *state, const double *inputs)
 {
-    regulator_start(x->both, state ? state : loop_state, inputs ? inputs : loop_inputs,
-                    state || inputs ? NULL : loop_by_parameters);
+    return regulator_start(x->both, state ? state : loop_state, inputs ? inputs : loop_inputs,
+                           state || inputs ? NULL : loop_by_parameters);
 }
 
 /* ---- each sample --------------------------------------------------------------------------- */

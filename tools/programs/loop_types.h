@@ -13,8 +13,9 @@ extern const double model_lower[model_INPUTS], model_upper[model_INPUTS]; /* ran
 size_t model_size(void);
 model_loop *model_init(void *memory, size_t size);
 
-/* Sample 0 again, with another state [STATES] and inputs [INPUTS]; NULL: as at rest. */
-void model_start(model_loop *x, const double *state, const double *inputs);
+/* Sample 0 again, with another state [STATES] and inputs [INPUTS]; NULL: as at rest. Returns 0, or
+ * a flag: they are not finite or none that the model may answer, and all goes on as before. */
+int model_start(model_loop *x, const double *state, const double *inputs);
 
 /* Each sample, in this order:
  *
