@@ -308,11 +308,11 @@ ad_status ad_execute(ad_program *program, const ad_run *run, ad_error *error);
 /* The elementwise groups of a program can be taken from C that is written for it and compiled by
  * the command cc: the same bits, in half the time. Begin takes compiled groups from `folder`, where
  * an earlier compilation kept them and which must belong to this user alone (it is made if it is
- * missing); if there are none and it is to `compile`, it starts the compiler and returns. For runs
- * over so many points and members (others go on as they are). Finish takes over what is ready, or
- * waits for it; until then, and where there is no compiler, the program goes on as it is. What was
- * tried is not tried again. Errors: AD_IO, AD_NO_MEMORY; the program can be used all the same. Not
- * while it runs. */
+ * missing), below folders where only this user and root can put others in its place; if there are
+ * none and it is to `compile`, it starts the compiler and returns. For runs over so many points and
+ * members (others go on as they are). Finish takes over what is ready, or waits for it; until then,
+ * and where there is no compiler, the program goes on as it is. What was tried is not tried again.
+ * Errors: AD_IO, AD_NO_MEMORY; the program can be used all the same. Not while it runs. */
 typedef enum ad_fuse_state { AD_INTERPRETED, AD_FUSING, AD_FUSED } ad_fuse_state;
 
 ad_status ad_fuse_begin(ad_program *program, size_t points, size_t members, const char *folder,
