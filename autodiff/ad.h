@@ -235,6 +235,11 @@ bool ad_uses(int count, const ad_value *y, ad_value x);
  * started. NULL when threads or memory run out, of which OpenBLAS takes 128 MiB for each. */
 typedef struct ad_pool ad_pool;
 ad_pool *ad_pool_create(int threads);
+
+/* The same of 1 to AD_THREADS_MAX threads, or 0: one per processor. Errors: AD_BAD_ARGUMENT,
+ * AD_NO_MEMORY; *pool is then NULL. */
+#define AD_THREADS_MAX 1024
+ad_status ad_pool_open(int threads, ad_pool **pool, ad_error *error);
 void ad_pool_free(ad_pool *pool);
 int ad_pool_threads(const ad_pool *pool);
 
