@@ -235,6 +235,11 @@ bool ad_uses(int count, const ad_value *y, ad_value x);
  * started. NULL when threads or memory run out, of which OpenBLAS takes 128 MiB for each. */
 typedef struct ad_pool ad_pool;
 ad_pool *ad_pool_create(int threads);
+
+/* The same of 1 to AD_THREADS_MAX threads, or 0: one per processor. Errors: AD_BAD_ARGUMENT,
+ * AD_NO_MEMORY; *pool is then NULL. */
+#define AD_THREADS_MAX 1024
+ad_status ad_pool_open(int threads, ad_pool **pool, ad_error *error);
 void ad_pool_free(ad_pool *pool);
 int ad_pool_threads(const ad_pool *pool);
 
@@ -308,11 +313,11 @@ ad_status ad_execute(ad_program *program, const ad_run *run, ad_error *error);
 /* The elementwise groups of a program can be taken from C that is written for it and compiled by
  * the command cc: the same bits, in half the time. Begin takes compiled groups from `folder`, where
  * an earlier compilation kept them and which must belong to this user alone (it is made if it is
- * missing); if there are none and it is to `compile`, it starts the compiler and returns. For runs
- * over so many points and members (others go on as they are). Finish takes over what is ready, or
- * waits for it; until then, and where there is no compiler, the program goes on as it is. What was
- * tried is not tried again. Errors: AD_IO, AD_NO_MEMORY; the program can be used all the same. Not
- * while it runs. */
+ * missing), below folders where only this user and root can put others in its place; if there are
+ * none and it is to `compile`, it starts the compiler and returns. For runs over so many points and
+ * members (others go on as they are). Finish takes over what is ready, or waits for it; until then,
+ * and where there is no compiler, the program goes on as it is. What was tried is not tried again.
+ * Errors: AD_IO, AD_NO_MEMORY; the program can be used all the same. Not while it runs. */
 typedef enum ad_fuse_state { AD_INTERPRETED, AD_FUSING, AD_FUSED } ad_fuse_state;
 
 ad_status ad_fuse_begin(ad_program *program, size_t points, size_t members, const char *folder,

@@ -8,9 +8,12 @@
 
 #include <dlfcn.h>
 #include <pthread.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
+
+extern char **environ;
 
 static struct {
     pthread_once_t once;
@@ -30,27 +33,36 @@ static const char *preferred_core(void)
     return NULL;
 }
 
-static void *load_with(const char *variable, const char *value, void *(*next)(void))
+/* For as long as it is loaded, the process has an environment with these variables, unless they are
+ * set. It is another array, and the own one is back afterwards: other threads that look at it see
+ * one or the other. So it is not freed; nor is it taken back where somebody has changed it. */
+static void *load_library(ad_error *error)
 {
-    bool set = value && !getenv(variable);
-    if (set) {
-        setenv(variable, value, 1);
+    static char threads[] = "OPENBLAS_NUM_THREADS=1", core[64], **during;
+    char **const before = environ;
+    size_t count = 0;
+    while (before && before[count]) {
+        count++;
     }
-    void *result = next();
-    if (set) {
-        unsetenv(variable);
+    during = malloc((count + 3) * sizeof *during);
+    if (!during) {
+        ad_fail(error, AD_NO_MEMORY, "out of memory for OpenBLAS");
+        return NULL;
     }
-    return result;
-}
-
-static void *load_library(void)
-{
-    return dlopen(AD_OPENBLAS_LIBRARY, RTLD_NOW | RTLD_LOCAL);
-}
-
-static void *load_single_threaded(void)
-{
-    return load_with("OPENBLAS_NUM_THREADS", "1", load_library);
+    memcpy(during, before, count * sizeof *during);
+    if (!getenv("OPENBLAS_NUM_THREADS")) {
+        during[count++] = threads;
+    }
+    if (preferred_core() && !getenv("OPENBLAS_CORETYPE")) {
+        snprintf(core, sizeof core, "OPENBLAS_CORETYPE=%s", preferred_core());
+        during[count++] = core;
+    }
+    during[count] = NULL;
+    char **now = during;
+    __atomic_store_n(&environ, during, __ATOMIC_RELEASE);
+    void *library = dlopen(AD_OPENBLAS_LIBRARY, RTLD_NOW | RTLD_LOCAL);
+    __atomic_compare_exchange_n(&environ, &now, before, false, __ATOMIC_RELEASE, __ATOMIC_RELAXED);
+    return library;
 }
 
 bool ad_blas_fits(int threads)
@@ -67,7 +79,10 @@ static void load(void)
         ad_fail(&state.error, AD_NO_MEMORY, "out of memory for OpenBLAS: 168 MiB of address space");
         return;
     }
-    void *library = load_with("OPENBLAS_CORETYPE", preferred_core(), load_single_threaded);
+    void *library = load_library(&state.error);
+    if (state.error.status != AD_OK) {
+        return;
+    }
     const struct {
         const char *name;
         void *to;

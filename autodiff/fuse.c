@@ -3,9 +3,12 @@
  * and command, loaded. Both give the same bits, so it does not matter when the one takes over.
  *
  * What is loaded is code. So the folder and the file must belong to this user and be writable by
- * nobody else, and the file ends with the hash it is kept by and a checksum, so that a damaged one
- * is not taken, nor that of another program under this one's name.
+ * nobody else, and nobody else may be able to put another folder in the place of this one or of one
+ * above it. The file ends with the hash it is kept by and a checksum, so that a damaged one is not
+ * taken, nor that of another program under this one's name. It is opened once: what is checked is
+ * what is loaded, whatever has its name by then.
  */
+#define _DEFAULT_SOURCE /* realpath, S_ISVTX */
 #include "autodiff/c_code.h"
 
 #include <dirent.h>
@@ -28,6 +31,7 @@
 enum {
     PATH_ROOM = 4096,
     ARGUMENTS_MAX = 32,
+    LIBRARIES_MAX = 4096,   /* of programs that are loaded at once */
     COMPILER_SECONDS = 600, /* one that takes longer hangs */
     LEFTOVER_SECONDS = 7200 /* files of a compiler that nobody waits for any more */
 };
@@ -44,7 +48,7 @@ typedef struct seal {
     uint64_t hash, size, checksum;
 } seal;
 
-static const char seal_mark[8] = "cpinn 2";
+static const char seal_mark[8] = "cpinn 3";
 
 extern char **environ;
 
@@ -68,23 +72,30 @@ static bool is_private(const struct stat *s)
     return s->st_uid == geteuid() && (s->st_mode & (S_IWGRP | S_IWOTH)) == 0;
 }
 
-/* The bytes of a file that only this user could have written; NULL: it is none, or cannot be read.
- */
-static char *read_private(const char *path, size_t *size)
+/* A file that only this user could have written; -1: it is none. Never waits, as a FIFO would. */
+static int open_private(const char *path, int flags)
 {
     struct stat s;
-    int file = open(path, O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
-    char *bytes = NULL;
-    if (file >= 0 && fstat(file, &s) == 0 && S_ISREG(s.st_mode) && is_private(&s)) {
-        *size = (size_t)s.st_size;
-        bytes = malloc(*size + 1);
-        if (bytes && read(file, bytes, *size) != (ssize_t)*size) {
-            free(bytes);
-            bytes = NULL;
-        }
-    }
-    if (file >= 0) {
+    int file = open(path, flags | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+    if (file >= 0 && (fstat(file, &s) != 0 || !S_ISREG(s.st_mode) || !is_private(&s))) {
         close(file);
+        file = -1;
+    }
+    return file;
+}
+
+/* All bytes of a file; NULL: they cannot be read. */
+static char *read_all(int file, size_t *size)
+{
+    struct stat s;
+    if (fstat(file, &s) != 0) {
+        return NULL;
+    }
+    *size = (size_t)s.st_size;
+    char *bytes = malloc(*size + 1);
+    if (bytes && pread(file, bytes, *size, 0) != (ssize_t)*size) {
+        free(bytes);
+        bytes = NULL;
     }
     return bytes;
 }
@@ -96,10 +107,10 @@ static seal seal_of(uint64_t hash, const char *bytes, size_t size)
     return s;
 }
 
-static bool is_sealed(const char *path, uint64_t hash)
+static bool is_sealed(int file, uint64_t hash)
 {
     size_t size = 0;
-    char *bytes = read_private(path, &size);
+    char *bytes = read_all(file, &size);
     bool ok = bytes && size > sizeof(seal);
     if (ok) {
         size -= sizeof(seal);
@@ -110,24 +121,31 @@ static bool is_sealed(const char *path, uint64_t hash)
     return ok;
 }
 
-static bool seal_file(const char *path, uint64_t hash)
+/* What the compiler has made, and others may write to where the user's files are so by default. */
+static int open_sealed(const char *path, uint64_t hash)
 {
     size_t size = 0;
-    char *bytes = read_private(path, &size);
-    FILE *file = bytes ? fopen(path, "ab") : NULL;
-    if (!file) {
-        free(bytes);
-        return false;
+    chmod(path, S_IRWXU);
+    int file = open_private(path, O_RDWR | O_APPEND);
+    char *bytes = file >= 0 ? read_all(file, &size) : NULL;
+    if (bytes) {
+        const seal end = seal_of(hash, bytes, size);
+        if (write(file, &end, sizeof end) == (ssize_t)sizeof end) {
+            free(bytes);
+            return file;
+        }
     }
-    const seal end = seal_of(hash, bytes, size);
-    bool ok = fwrite(&end, sizeof end, 1, file) == 1;
     free(bytes);
-    return fclose(file) == 0 && ok;
+    if (file >= 0) {
+        close(file);
+    }
+    return -1;
 }
 
 static bool write_private(const char *path, const char *bytes, size_t size)
 {
-    int file = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, S_IRUSR | S_IWUSR);
+    unlink(path); /* of a process that was killed */
+    int file = open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, S_IRUSR | S_IWUSR);
     FILE *stream = file >= 0 ? fdopen(file, "wb") : NULL;
     bool ok = stream && fwrite(bytes, 1, size, stream) == size;
     if (!stream && file >= 0) {
@@ -154,15 +172,34 @@ static void remove_leftovers(const char *folder)
     }
 }
 
-/* A folder that only this user can write to, made if it is missing. */
-static ad_status make_private(const char *folder, ad_error *error)
+/* Whether nobody but this user and root can put another file in the place of this user's here. */
+static bool is_safe_above(const char *folder)
+{
+    struct stat s;
+    return lstat(folder, &s) == 0 && S_ISDIR(s.st_mode) &&
+           (s.st_uid == geteuid() || s.st_uid == 0) &&
+           ((s.st_mode & (S_IWGRP | S_IWOTH)) == 0 || (s.st_mode & S_ISVTX) != 0);
+}
+
+/* A folder that only this user can write to, made if it is missing, as a path [PATH_ROOM] without
+ * links. From the root on, so that what is found stays so. */
+static ad_status make_private(const char *folder, char *path, ad_error *error)
 {
     struct stat s;
     mkdir(folder, S_IRWXU);
-    if (stat(folder, &s) != 0) {
+    if (!realpath(folder, path)) {
         return ad_fail(error, AD_IO, "%s: %s", folder, strerror(errno));
     }
-    if (!S_ISDIR(s.st_mode) || !is_private(&s)) {
+    for (char *end = strchr(path, '/'); end && end[1]; end = strchr(end + 1, '/')) {
+        char *first = end == path ? end + 1 : end, kept = *first;
+        *first = '\0';
+        if (!is_safe_above(path)) {
+            return ad_fail(error, AD_IO, "%s: others can put another folder in the place of %s",
+                           path, folder);
+        }
+        *first = kept;
+    }
+    if (lstat(path, &s) != 0 || !S_ISDIR(s.st_mode) || !is_private(&s)) {
         return ad_fail(error, AD_IO, "%s: is no folder that only its user can write to", folder);
     }
     return AD_OK;
@@ -170,19 +207,49 @@ static ad_status make_private(const char *folder, ad_error *error)
 
 /* ---- loading -------------------------------------------------------------------------------- */
 
-static ad_status load(ad_program *program, const char *path, ad_error *error)
+/* The table's name has the hash: whatever has it is the code of these groups. */
+static void name_table(uint64_t hash, char *name, size_t room)
 {
-    fused_groups *table = NULL;
-    void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL), *found = NULL;
-    found = library ? dlsym(library, TABLE_NAME) : NULL;
-    if (!found) {
-        const char *why = dlerror();
-        if (library) {
+    snprintf(name, room, TABLE_NAME "_%016" PRIx64, hash);
+}
+
+/* The library is opened by the number of `file`. The loader takes what it once opened by the same
+ * name, when another file had this number: then by another number. NULL: fails, dlerror says why.
+ */
+static void *open_library(int file, const char *name, void **table)
+{
+    void *library = NULL;
+    int number = file;
+    *table = NULL;
+    for (int i = 0; i < LIBRARIES_MAX && number >= 0 && !*table; i++) {
+        char path[64];
+        snprintf(path, sizeof path, "/proc/self/fd/%d", number);
+        library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+        *table = library ? dlsym(library, name) : NULL;
+        int next = library && !*table ? fcntl(file, F_DUPFD_CLOEXEC, number + 1) : -1;
+        if (library && !*table) {
             dlclose(library);
+            library = NULL;
         }
-        return ad_fail(error, AD_IO, "%s: %s", path, why ? why : "no groups");
+        if (number != file) {
+            close(number);
+        }
+        number = next;
     }
-    table = found;
+    return library;
+}
+
+static ad_status load(ad_program *program, int file, uint64_t hash, ad_error *error)
+{
+    char name[sizeof TABLE_NAME + 32];
+    void *found = NULL;
+    name_table(hash, name, sizeof name);
+    void *library = open_library(file, name, &found);
+    if (!library) {
+        const char *why = dlerror();
+        return ad_fail(error, AD_IO, "compiled groups: %s", why ? why : "none");
+    }
+    const fused_groups *table = found;
     for (int s = 0; s < program->pass_count; s++) {
         pass *p = &program->passes[s];
         for (int g = 0; g < p->group_count; g++) {
@@ -195,6 +262,33 @@ static ad_status load(ad_program *program, const char *path, ad_error *error)
     }
     program->library = library;
     return AD_OK;
+}
+
+/* Takes what is kept for these groups. */
+static bool load_kept(ad_program *program, const fusing *f)
+{
+    int file = open_private(f->kept, O_RDONLY);
+    bool ok = file >= 0 && is_sealed(file, f->hash) && load(program, file, f->hash, NULL) == AD_OK;
+    if (file >= 0) {
+        close(file);
+    }
+    return ok;
+}
+
+/* Keeps what the compiler has made, and takes it. */
+static ad_status load_made(ad_program *program, const fusing *f, ad_error *error)
+{
+    int file = open_sealed(f->made, f->hash);
+    if (file < 0 || rename(f->made, f->kept) != 0) {
+        ad_fail(error, AD_IO, "%s: %s", f->kept, strerror(errno));
+        if (file >= 0) {
+            close(file);
+        }
+        return AD_IO;
+    }
+    ad_status status = load(program, file, f->hash, error);
+    close(file);
+    return status;
 }
 
 /* ---- compiling ------------------------------------------------------------------------------ */
@@ -231,19 +325,22 @@ static int spawn_quietly(pid_t *child, char *const *arguments)
     return failure;
 }
 
-/* cc FLAGS -mavx... -o MADE SOURCE -lmvec -lm, without a word. */
+/* cc FLAGS -mavx... -DTABLE -o MADE SOURCE -lmvec -lm, without a word. */
 static ad_status start_compiler(const ad_program *program, fusing *f, ad_error *error)
 {
     char compiler[PATH_ROOM], words[512], *arguments[ARGUMENTS_MAX] = {compiler}, *rest = NULL;
+    char table[2 * sizeof TABLE_NAME + 32] = "-D" TABLE_NAME "=";
     int count = 1;
+    name_table(f->hash, table + strlen(table), sizeof table - strlen(table));
     if (!ad_fuse_compiler(compiler, sizeof compiler)) {
         return ad_fail(error, AD_IO, "no compiler: no cc in a folder of PATH");
     }
     snprintf(words, sizeof words, "%s %s", FLAGS, program->kernels->flags);
-    for (char *word = strtok_r(words, " ", &rest); word && count < ARGUMENTS_MAX - 6;
+    for (char *word = strtok_r(words, " ", &rest); word && count < ARGUMENTS_MAX - 7;
          word = strtok_r(NULL, " ", &rest)) {
         arguments[count++] = word;
     }
+    arguments[count++] = table;
     arguments[count++] = "-o";
     arguments[count++] = f->made;
     arguments[count++] = f->source;
@@ -328,15 +425,15 @@ static ad_status begin(ad_program *program, const char *text, size_t size, const
     f->hash = hash_bytes(0, FLAGS, strlen(FLAGS));
     f->hash = hash_bytes(f->hash, program->kernels->flags, strlen(program->kernels->flags));
     f->hash = hash_bytes(f->hash, text, size);
-    if (!name_files(f, program, folder)) {
-        return ad_fail(error, AD_IO, "%s: too long a name", folder);
+    char path[PATH_ROOM];
+    ad_status status = make_private(folder, path, error);
+    if (status == AD_OK && !name_files(f, program, path)) {
+        status = ad_fail(error, AD_IO, "%s: too long a name", folder);
     }
-    ad_status status = make_private(folder, error);
-    if (status != AD_OK || (is_sealed(f->kept, f->hash) && load(program, f->kept, NULL) == AD_OK) ||
-        !compile) {
+    if (status != AD_OK || load_kept(program, f) || !compile) {
         return status;
     }
-    remove_leftovers(folder);
+    remove_leftovers(path);
     if (!write_private(f->source, text, size)) {
         return ad_fail(error, AD_IO, "%s: %s", f->source, strerror(errno));
     }
@@ -402,10 +499,8 @@ ad_status ad_fuse_finish(ad_program *program, bool wait, ad_fuse_state *state, a
         status = ad_fail(error, AD_IO, "cc has not ended after %d s", COMPILER_SECONDS);
     } else if (ended < 0 || !WIFEXITED(how) || WEXITSTATUS(how) != 0) {
         status = ad_fail(error, AD_IO, "cc does not compile the groups of a program");
-    } else if (!seal_file(f->made, f->hash) || rename(f->made, f->kept) != 0) {
-        status = ad_fail(error, AD_IO, "%s: %s", f->kept, strerror(errno));
     } else {
-        status = load(program, f->kept, error);
+        status = load_made(program, f, error);
     }
     stop(program);
     *state = program->library ? AD_FUSED : AD_INTERPRETED;

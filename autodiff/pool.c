@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-enum { SPINS = 2000, THREADS_MAX = 1024 };
+enum { SPINS = 2000 };
 
 struct ad_pool {
     int threads; /* including the caller */
@@ -143,7 +143,7 @@ void ad_pool_run(ad_pool *pool, int count, ad_pool_work work, void *context)
 
 ad_pool *ad_pool_create(int threads)
 {
-    if (threads < 1 || threads > THREADS_MAX || !ad_blas_fits(threads)) {
+    if (threads < 1 || threads > AD_THREADS_MAX || !ad_blas_fits(threads)) {
         return NULL;
     }
     ad_pool *pool = calloc(1, sizeof *pool);
@@ -169,6 +169,25 @@ ad_pool *ad_pool_create(int threads)
         pool->started++;
     }
     return pool;
+}
+
+ad_status ad_pool_open(int threads, ad_pool **pool, ad_error *error)
+{
+    *pool = NULL;
+    if (threads < 0 || threads > AD_THREADS_MAX) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "threads: is %d; allowed: 1 to %d, or 0, one per processor", threads,
+                       AD_THREADS_MAX);
+    }
+    const long processors = sysconf(_SC_NPROCESSORS_ONLN);
+    const int most = processors < AD_THREADS_MAX ? (int)processors : AD_THREADS_MAX;
+    const int count = threads > 0 ? threads : most > 1 ? most : 1;
+    *pool = ad_pool_create(count);
+    return *pool ? AD_OK
+                 : ad_fail(error, AD_NO_MEMORY,
+                           "out of memory: %d thread%s, with 128 MiB of address space each, could "
+                           "not be started; try fewer",
+                           count, count == 1 ? "" : "s");
 }
 
 void ad_pool_free(ad_pool *pool)

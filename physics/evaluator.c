@@ -1,5 +1,6 @@
 #include "physics/evaluator_table.h"
 
+#include "autodiff/host.h"
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
@@ -393,12 +394,14 @@ static ad_status create(const evaluator_model *model, const char *names, bool ja
 ad_status evaluator_create(const evaluator_model *model, const char *names, evaluator **result,
                            ad_error *error)
 {
+    AD_LEAVE_HOST;
     return create(model, names, false, result, error);
 }
 
 ad_status evaluator_create_jacobian(const evaluator_model *model, const char *names,
                                     evaluator **result, ad_error *error)
 {
+    AD_LEAVE_HOST;
     return create(model, names, true, result, error);
 }
 
@@ -442,6 +445,7 @@ static int window_at(const evaluator *e, double t)
 ad_status evaluator_evaluate_at(evaluator *e, size_t points, const double *const *at,
                                 double *values, ad_error *error)
 {
+    AD_LEAVE_HOST;
     double scaled[DOMAIN_COORDINATES_MAX][CHUNK];
     const domain *d = &e->domain;
     ad_status status = AD_OK;
@@ -468,6 +472,7 @@ ad_status evaluator_evaluate_at(evaluator *e, size_t points, const double *const
 ad_status evaluator_evaluate(evaluator *e, size_t points, const double *s, const double *t,
                              double *values, ad_error *error)
 {
+    AD_LEAVE_HOST;
     const int given = e->dynamic ? 2 : 1;
     if (e->domain.count > given) {
         return ad_fail(error, AD_BAD_ARGUMENT,
@@ -491,6 +496,7 @@ static void put_rounded(size_t count, const double *from, uint64_t seed, double 
 ad_status evaluator_rounding(evaluator *e, size_t points, const double *const *at, double *change,
                              ad_error *error)
 {
+    AD_LEAVE_HOST;
     enum { TIMES = 8 };
     size_t columns = (size_t)e->columns, count = (size_t)e->windows * e->count;
     double *exact = calloc(2 * columns * points + count + 1, sizeof *exact),

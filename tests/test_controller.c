@@ -182,6 +182,49 @@ static void test_linear(void **state)
     free(c);
 }
 
+/* Far from where it is to be, every input goes as fast as it may, from what acts now on: the limit
+ * is to the move before, not to the first. Where it is active, it holds to the last digits. */
+static void test_rate(void **state)
+{
+    linear x = random_linear();
+    const int inputs[M] = {0, 1};
+    const double others[M] = {0}, lower[M] = {-50, -50}, upper[M] = {50, 50}, rate[M] = {0.3, 0.2};
+    const double weight[V] = {2, 0.5}, last[M] = {1, -2}, now[N] = {0};
+    const controller_settings settings = {.model = {&x, N, M, 1, 0, linear_advance, NULL},
+                                          .look = {&x, N, M, V, linear_see},
+                                          .horizon = 4,
+                                          .iterations = 2,
+                                          .controlled = M,
+                                          .inputs = inputs,
+                                          .others = others,
+                                          .lower = lower,
+                                          .upper = upper,
+                                          .rate = rate,
+                                          .weight = weight};
+    controller *c = make_controller(&settings);
+    double reference[4 * V], u[M];
+    const controller_sample sample = {.state = now, .reference = reference};
+
+    (void)state;
+    for (int i = 0; i < 4 * V; i++) {
+        reference[i] = 1e3;
+    }
+    controller_applied(c, 0, last);
+    assert_int_equal(controller_feedback(c, &sample, u), 0);
+    for (int j = 0; j < M; j++) {
+        double before = last[j];
+
+        for (int i = 0; i < 3; i++) {
+            const double move = i == 0 ? u[j] : controller_plan(c)[(i - 1) * M + j];
+
+            assert_near(fabs(move - before), rate[j], 1e-9);
+            before = move;
+        }
+        assert_near(fabs(before - last[j]), 3 * rate[j], 1e-9);
+    }
+    free(c);
+}
+
 /* ---- the pendulum -------------------------------------------------------------------------- */
 
 /* By casadi 3.8.2 and Ipopt to 1e-14, single shooting: the limit of the rate is active in moves 1
@@ -446,10 +489,10 @@ static void test_sampling(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_linear),   cmocka_unit_test(test_nonlinear),
-        cmocka_unit_test(test_gradient), cmocka_unit_test(test_delay),
-        cmocka_unit_test(test_offset),   cmocka_unit_test(test_no_wish),
-        cmocka_unit_test(test_sampling)};
+        cmocka_unit_test(test_linear),    cmocka_unit_test(test_rate),
+        cmocka_unit_test(test_nonlinear), cmocka_unit_test(test_gradient),
+        cmocka_unit_test(test_delay),     cmocka_unit_test(test_offset),
+        cmocka_unit_test(test_no_wish),   cmocka_unit_test(test_sampling)};
 
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,7 +2,9 @@
  * or hang. Skipped (77) where there is no compiler. */
 #include "random_graphs.h"
 
+#include <signal.h>
 #include <stdio.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 static garden graph;
@@ -93,7 +95,9 @@ static void test_kept_files(void **state)
         "set -- %1$s/*; test $# = 1 && printf x | dd of=$1 bs=1 seek=4000 conv=notrunc 2>/dev/null",
         "set -- %1$s/*; head -c 5000 $1 >%1$s.x && chmod 600 %1$s.x && mv %1$s.x $1",
         "set -- %1$s/*; chmod g+w $1",
-        "set -- %1$s/*; mv $1 %1$s.x && ln -s %1$s.x $1"};
+        "set -- %1$s/*; mv $1 %1$s.x && ln -s %1$s.x $1",
+        "set -- %1$s/*; rm $1 && mkfifo -m 600 $1",
+        "set -- %1$s/*; rm $1 && ln -s /dev/zero $1"};
     for (int round = 0; round < (int)(sizeof changes / sizeof *changes); round++) {
         shell(changes[round], "kept");
         ad_program *program = new_program();
@@ -143,6 +147,101 @@ static void test_folders(void **state)
         ad_program_free(program);
         shell("rm -r %1$s", "bad");
     }
+}
+
+/* Nobody else may be able to put a folder in the place of one above. */
+static void test_folders_above(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *change;
+        bool taken;
+    } changes[] = {
+        {"chmod 755 %1$s", true},  {"chmod 777 %1$s", false}, {"chmod 775 %1$s", false},
+        {"chmod 1777 %1$s", true}, {"chown 1 %1$s", false},
+    };
+    ad_program *program;
+    shell("mkdir -m 755 %1$s %1$s/parent", "above");
+    for (int i = 0; i < (int)(sizeof changes / sizeof *changes); i++) {
+        if (strstr(changes[i].change, "chown") && geteuid() != 0)
+            continue; /* only root can give folders away */
+        shell(changes[i].change, "above");
+        program = new_program();
+        assert_int_equal(begin(program, "above/parent/kept", true),
+                         changes[i].taken ? AD_OK : AD_IO);
+        assert_int_equal(finish(program, true, AD_OK),
+                         changes[i].taken ? AD_FUSED : AD_INTERPRETED);
+        ad_program_free(program);
+    }
+    shell("rm -r %1$s", "above");
+}
+
+/* Puts `%1$s/now` in turns in the place of the one and of the other, until it is killed. */
+static pid_t start_swapping(const char *one, const char *other)
+{
+    pid_t child = fork();
+    if (child != 0)
+        return child;
+    for (int i = 0; chdir(folder) == 0 && getppid() != 1; i++) {
+        unlink("swap/next");
+        if (symlink(i % 2 ? other : one, "swap/next") == 0)
+            rename("swap/next", "swap/now");
+    }
+    _exit(0);
+}
+
+/* While what is at the path changes all the time, code is taken that was checked, or none. */
+static void test_swapped(void **state)
+{
+    (void)state;
+    enum { ROUNDS = 600 }; /* what opens the file twice runs the wrong one */
+    int seen[AD_FUSED + 1] = {0};
+    shell("mkdir -m 700 %1$s %1$s/bad && ln -s good %1$s/now", "swap");
+    ad_program *program = new_program();
+    assert_int_equal(begin(program, "swap/good", true), AD_OK);
+    assert_int_equal(finish(program, true, AD_OK), AD_FUSED);
+    ad_program_free(program);
+    shell("echo '#include <stdio.h>\n__attribute__((constructor)) static void run(void)"
+          "{ fclose(fopen(\"%1$s/ran\", \"w\")); }' >%1$s/bad.c &&"
+          "cc -shared -fPIC -o %1$s/bad/$(ls %1$s/good) %1$s/bad.c && chmod 700 %1$s/bad/*",
+          "swap");
+    pid_t child = start_swapping("good", "bad");
+    for (int i = 0; i < ROUNDS; i++) {
+        program = new_program();
+        assert_int_equal(begin(program, "swap/now", false), AD_OK);
+        seen[finish(program, false, AD_OK)]++;
+        ad_program_free(program);
+    }
+    kill(child, SIGKILL);
+    waitpid(child, NULL, 0);
+    shell("test ! -e %1$s/ran", "swap");
+    assert_true(seen[AD_FUSED] > ROUNDS / 20 && seen[AD_INTERPRETED] > ROUNDS / 20);
+}
+
+/* Files of programs that are loaded at once are opened by the same number, one after the other:
+ * each program has its own code. */
+static void test_many_at_once(void **state)
+{
+    (void)state;
+    ad_tape *tape = ad_tape_create();
+    ad_value x = ad_input(tape, "x", 1), y = ad_tanh(x);
+    compiled one = compile_values(1, &y, NULL, 1), two = compile_values(1, &y, NULL, 1);
+    ad_program *program = new_program(), *next = new_program();
+    assert_int_equal(begin(one.program, "many", true), AD_OK);
+    assert_int_equal(finish(one.program, true, AD_OK), AD_FUSED);
+    assert_int_equal(begin(two.program, "many", false), AD_OK);
+    assert_int_equal(finish(two.program, false, AD_OK), AD_FUSED);
+    assert_int_equal(begin(program, "many", true), AD_OK);
+    assert_int_equal(finish(program, true, AD_OK), AD_FUSED);
+    compiled_free(&one);
+    assert_int_equal(begin(next, "many", false), AD_OK);
+    assert_int_equal(finish(next, false, AD_OK), AD_FUSED);
+    check_numbers(program);
+    check_numbers(next);
+    ad_program_free(program);
+    ad_program_free(next);
+    compiled_free(&two);
+    ad_tape_free(tape);
 }
 
 /* ---- compilers ----------------------------------------------------------------------------------
@@ -215,11 +314,10 @@ int main(void)
     if (system("cc --version > /dev/null 2>&1") != 0)
         return 77;
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_kept_files),
-        cmocka_unit_test(test_file_of_another),
-        cmocka_unit_test(test_folders),
-        cmocka_unit_test(test_bad_compilers),
-        cmocka_unit_test(test_compiler_that_hangs),
+        cmocka_unit_test(test_kept_files),    cmocka_unit_test(test_file_of_another),
+        cmocka_unit_test(test_folders),       cmocka_unit_test(test_folders_above),
+        cmocka_unit_test(test_swapped),       cmocka_unit_test(test_many_at_once),
+        cmocka_unit_test(test_bad_compilers), cmocka_unit_test(test_compiler_that_hangs),
     };
     return cmocka_run_group_tests(tests, make_graph, free_graph);
 }

@@ -301,6 +301,17 @@ static void test_too_many_rows(void **state)
     ad_tape_free(tape);
 }
 
+static char *printed(const ad_program *program)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *file = open_memstream(&text, &size);
+    assert_non_null(file);
+    ad_program_print(program, file);
+    assert_int_equal(fclose(file), 0);
+    return text;
+}
+
 /* What a printed tape and program say, whatever their layout. */
 static void test_print(void **state)
 {
@@ -339,9 +350,71 @@ static void test_print(void **state)
     ad_tape_free(tape);
 }
 
+/* More products of one matrix than a panel has columns, 33: 32 of their vectors stand side by side,
+ * one by itself. */
+static void test_many_alike(void **state)
+{
+    (void)state;
+    enum { ALIKE = 33 };
+    ad_tape *tape = ad_tape_create();
+    ad_value w = ad_parameter(tape, "weights", 6, 0), sum = ad_scalar(tape, 0), outputs[2];
+    for (int i = 0; i < ALIKE; i++) {
+        ad_value x = ad_input(tape, "x", 2);
+        sum = ad_add(sum, ad_sum_rows(ad_tanh(ad_matvec(w, ad_sin(x)))));
+    }
+    outputs[0] = ad_sum_points(sum);
+    assert_int_equal(ad_reverse(outputs[0], 1, &w, AD_SUMMED, &outputs[1]), AD_OK);
+    compiled c = compile_values(2, outputs, NULL, 1);
+    char *text = printed(c.program);
+    int aside = 0, alone = 0;
+    for (char *rest = text, *line; (line = strtok_r(rest, "\n", &rest));) {
+        int number, value, at, stride;
+        if (strstr(line, " sin \"x\"")) {
+            bool strided = sscanf(line, "%d %%%d@%d/%d", &number, &value, &at, &stride) == 4;
+            aside += strided;
+            alone += !strided;
+        }
+    }
+    assert_int_equal(aside, 32);
+    assert_int_equal(alone, 1);
+    free(text);
+    compiled_free(&c);
+    ad_tape_free(tape);
+}
+
+/* Of values that stand side by side a row is as far from the next as there are columns: who reads
+ * them last, and what is read of them. */
+static void test_print_strides(void **state)
+{
+    (void)state;
+    ad_tape *tape = ad_tape_create();
+    ad_value w = ad_parameter(tape, "w", 6, 0), x[2], y[2];
+    for (int i = 0; i < 2; i++) {
+        x[i] = ad_sin(ad_input(tape, i == 0 ? "x" : "y", 2));
+        y[i] = ad_matvec(w, x[i]);
+    }
+    ad_value last = ad_add(ad_slice(y[0], 2, 1), ad_slice(y[1], 2, 1)), both = ad_mul(x[0], last);
+    compiled c = compile_values(1, &both, NULL, 1);
+    char *text = printed(c.program);
+    static const char *const expected[] = {"%2@4/2                  sin \"x\"@0; read until 4\n",
+                                           "%5@5/2                  sin \"y\"@2; read until 2\n",
+                                           " 24 flops per point; read until 3\n",
+                                           "add %3@13 %3@12; read until 4\n",
+                                           "mul %2@4 %9@0; output\n"};
+    for (size_t i = 0; i < sizeof expected / sizeof *expected; i++) {
+        if (!strstr(text, expected[i])) {
+            fail_msg("\"%s\" is missing in:\n%s", expected[i], text);
+        }
+    }
+    free(text);
+    compiled_free(&c);
+    ad_tape_free(tape);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+
         cmocka_unit_test(test_random_graphs),
         cmocka_unit_test(test_number_of_points),
         cmocka_unit_test(test_threads_give_the_same_bits),
@@ -354,6 +427,8 @@ int main(void)
         cmocka_unit_test(test_sum_of_constants),
         cmocka_unit_test(test_too_many_rows),
         cmocka_unit_test(test_print),
+        cmocka_unit_test(test_print_strides),
+        cmocka_unit_test(test_many_alike),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

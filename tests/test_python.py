@@ -1,5 +1,8 @@
 """The Python package: test_python.py CONFIGS, in an empty folder. Exit status 77 without numpy."""
+import copy
+import gc
 import os
+import pickle
 import signal
 import sys
 import threading
@@ -135,6 +138,34 @@ try:
     raise AssertionError("nothing was raised")
 except KeyboardInterrupt:
     pass
+
+# Copies share what the library has made, which lives as long as one of them; it is not copied itself.
+copied = [copy.copy(made) for made in (model, family, trained)]
+before = model.evaluate("x", s=0.1)["x"], family.solve([[0.01]])[0], trained.evaluate([[0.01]], s)[0]
+del model, family, trained
+gc.collect()
+model, family, trained = copied
+assert model.evaluate("x", s=0.1)["x"] == before[0]
+assert numpy.array_equal(family.solve([[0.01]])[0], before[1])
+assert numpy.array_equal(trained.evaluate([[0.01]], s)[0], before[2])
+for made in copied:
+    raises("cannot be copied or pickled", copy.deepcopy, made)
+    raises("cannot be copied or pickled", pickle.dumps, made)
+assert copy.deepcopy(solved).values["z"][0] == solved.values["z"][0]
+
+# Numbers and texts of which C would see a part.
+for threads in (2**40, 2**32 + 1, -1, 0, True, 1.0, "1", 1025):
+    for function in (cpinn.train, cpinn.identify, cpinn.Family, lambda path, **named:
+                     cpinn.Members(path, s, **named)):
+        raises(f"threads: is {threads!r}; allowed: a whole number from 1 to 1024",
+               function, "family", threads=threads)
+for polish in (3, -1, 2**32, 0.5, True):
+    raises("polish: is", trained.evaluate, [[0.01]], s, polish=polish)
+for function in (cpinn.open, cpinn.train, cpinn.identify, cpinn.Family, model.evaluate, model.save,
+                 lambda path: cpinn.train(elastica, folder=path), lambda path: cpinn.solve(path, s),
+                 lambda text: cpinn.train(elastica, [text])):
+    raises("has a zero byte", function, "run\0.h5")
+assert not os.path.exists("run.h5")
 
 raises("cannot be read", cpinn.train, "missing.yaml")
 raises("rod.length: is -1", cpinn.train, elastica, ["rod.length=-1"])

@@ -242,13 +242,12 @@ ad_status solve_trials_create(const scene *open, int sets, const solve_measured 
     x->unknowns = open->unknown_count;
     x->has_quaternion = physics->rotation_columns == QUATERNION;
     x->first_rotation = physics->position_columns;
-    x->pool = ad_pool_create(threads);
     for (int i = 0; i < sets; i++) {
         const int last = measured[i].column[measured[i].columns - 1];
         x->columns = last >= x->columns ? last + 1 : x->columns;
     }
-    ad_status status = x->pool ? take_rows(x, sets, measured, error)
-                               : ad_fail(error, AD_NO_MEMORY, "out of memory for threads");
+    ad_status status = ad_pool_open(threads, &x->pool, error);
+    status = status == AD_OK ? take_rows(x, sets, measured, error) : status;
     if (status == AD_OK) {
         x->tolerance = choose_tolerance(x, sets, measured, tolerance);
     }

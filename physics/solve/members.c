@@ -40,9 +40,14 @@ static ad_status check(const scene *open, scene *one, ad_error *error)
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-static bool keep(solve_members *x)
+static ad_status keep(solve_members *x, int threads, ad_error *error)
 {
-    const size_t count = (size_t)x->count, threads = (size_t)x->threads;
+    ad_status status = ad_pool_open(threads, &x->pool, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    x->threads = ad_pool_threads(x->pool);
+    const size_t count = (size_t)x->count;
     const scene_parameter *parameters = x->open.parameters;
     size_t bytes = 1;
     for (size_t i = 0; i < count; i++) {
@@ -50,10 +55,9 @@ static bool keep(solve_members *x)
     }
     x->names = malloc((count + 1) * sizeof *x->names + bytes);
     x->values = malloc((count + 1) * sizeof *x->values);
-    x->groups = calloc(threads, sizeof *x->groups);
-    x->pool = ad_pool_create(x->threads);
-    if (!x->names || !x->values || !x->groups || !x->pool) {
-        return false;
+    x->groups = calloc((size_t)x->threads, sizeof *x->groups);
+    if (!x->names || !x->values || !x->groups) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
     }
     char *text = (char *)(x->names + count + 1);
     for (size_t i = 0; i < count; i++) {
@@ -62,7 +66,7 @@ static bool keep(solve_members *x)
         x->values[i] = scene_parameter_at(&parameters[i], 0.5);
     }
     x->parameters = (solve_parameters){x->count, x->names, x->values};
-    return true;
+    return AD_OK;
 }
 
 static ad_status create_groups(solve_members *x, const scene *one,
@@ -263,27 +267,21 @@ ad_status solve_members_create(const scene *open, const solve_members_settings *
 {
     scene one;
     *result = NULL;
-    if (settings->threads < 1 || !(settings->tolerance > 0)) {
-        return ad_fail(error, AD_BAD_ARGUMENT,
-                       "members: %d threads, tolerance %g; allowed: from 1 on, > 0",
-                       settings->threads, settings->tolerance);
+    if (!(settings->tolerance > 0)) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "members: tolerance %g; allowed: > 0",
+                       settings->tolerance);
     }
     ad_status status = check(open, &one, error);
     if (status != AD_OK) {
         return status;
     }
     solve_members *x = calloc(1, sizeof *x);
-    if (x) {
-        *x = (solve_members){.open = *open,
-                             .threads = settings->threads,
-                             .count = open->parameter_count,
-                             .points = settings->points};
-    }
-    if (!x || !keep(x)) {
-        solve_members_free(x);
+    if (!x) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
     }
-    status = ad_pool_share(x->pool, settings->ranks, error);
+    *x = (solve_members){.open = *open, .count = open->parameter_count, .points = settings->points};
+    status = keep(x, settings->threads, error);
+    status = status == AD_OK ? ad_pool_share(x->pool, settings->ranks, error) : status;
     status = status == AD_OK ? create_groups(x, &one, settings, error) : status;
     status = status == AD_OK && x->count > 0 ? choose_modes(x, error) : status;
     if (status != AD_OK) {

@@ -31,7 +31,7 @@ enum { SOLVE_MEMBERS_COLUMNS = 13 }; /* r in m, q, v, u in 1/m; as a model's fir
 
 typedef struct solve_members_settings {
     double tolerance; /* > 0; of the position, over the length */
-    int threads;
+    int threads;      /* 0: one per processor */
     size_t points;
     const double *s;       /* [points] where the shape is wanted, m; ascending */
     const ad_ranks *ranks; /* borrowed; among which members are dealt: all of them call the same

@@ -5,7 +5,6 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 /* ---- making -------------------------------------------------------------------------------- */
 
@@ -111,10 +110,7 @@ ad_status config_identify(const config *settings, int threads, identified *found
     }
     status = measurements_read(open, &settings->settings, &data, key, &reason);
     if (status == AD_OK) {
-        const long processors = sysconf(_SC_NPROCESSORS_ONLN);
-        const identify_settings asked = {.threads = threads > 0      ? threads
-                                                    : processors > 0 ? (int)processors
-                                                                     : 1,
+        const identify_settings asked = {.threads = threads,
                                          .noise_is_scaled = !measurements_tell_noise(data)};
         snprintf(key, sizeof key, "data");
         status = identify(open, measurements_count(data), measurements_sets(data), &asked, found,

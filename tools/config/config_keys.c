@@ -104,7 +104,7 @@ const config_key config_keys[] = {
              "table without overshoot, as cubics with a continuous slope. Formulas that use it must "
              "stay within its rows."},
     {"tables[].file", CONFIG_TEXT, AT(tables[0].file),
-     .help = "CSV, HDF5 or npz with two columns, argument and value in SI units, the argument "
+     .help = "CSV or HDF5 with two columns, argument and value in SI units, the argument "
              "ascending, 2 to 200 rows; relative to this file."},
     {"tables[].x", CONFIG_NUMBER, ENTRIES(2, QUANTITY_TABLE_MAX), AT(tables[0].x),
      .count_offset = offsetof(config, tables[0].x_count), ANY,

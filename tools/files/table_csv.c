@@ -71,6 +71,12 @@ static ad_status refuse(const csv_reader *reader, const char *place, const char 
                    (size_t)(place - reader->start) + 1, quoted, problem);
 }
 
+/* A spreadsheet runs what begins so as a formula; behind an apostrophe it is text. */
+static bool starts_formula(const char *text)
+{
+    return *text == '=' || *text == '+' || *text == '-' || *text == '@';
+}
+
 static bool is_blank(char byte)
 {
     return byte == ' ' || byte == '\t';
@@ -106,7 +112,8 @@ static ad_status next_line(csv_reader *reader)
     return AD_OK;
 }
 
-/* The next field of the current line, trimmed; false behind the last. */
+/* The next field of the current line, trimmed, without the apostrophe before what a spreadsheet
+ * would run; false behind the last. */
 static bool next_field(csv_reader *reader, csv_field *field)
 {
     if (!reader->field) {
@@ -125,6 +132,9 @@ static bool next_field(csv_reader *reader, csv_field *field)
     reader->field = comma ? comma + 1 : NULL;
     while (stop > start && is_blank(stop[-1])) {
         stop--;
+    }
+    if (stop - start > 1 && *start == '\'' && starts_formula(start + 1)) {
+        start++;
     }
     field->start = start;
     field->length = (size_t)(stop - start);
@@ -340,7 +350,7 @@ ad_status table_from_csv(const table_wanted *wanted, const unsigned char *bytes,
 /* ---- writing ---- */
 
 #define WRITTEN_NUMBER 32                   /* "-1.7976931348623157e+308", some room */
-#define WRITTEN_FIELD  (TABLE_MAX_NAME + 1) /* a word or a number, and a separator */
+#define WRITTEN_FIELD  (TABLE_MAX_NAME + 2) /* an apostrophe, a word or a number, a separator */
 
 /* Shortest text that reads back to the same bits; returns its length. */
 static size_t print_number(char *text, double value)
@@ -358,30 +368,33 @@ static size_t print_number(char *text, double value)
     return (size_t)length;
 }
 
+/* A name or a word; returns its length. */
+static size_t print_text(char *text, const char *word)
+{
+    return (size_t)sprintf(text, "%s%s", starts_formula(word) ? "'" : "", word);
+}
+
 ad_status table_to_csv(const table_source *source, unsigned char **bytes, size_t *size)
 {
     number_guard guard;
     size_t columns = source->ncols, rows = source->nrows;
-    if (rows > SIZE_MAX / WRITTEN_FIELD / columns - TABLE_MAX_NAME) {
+    if (rows > SIZE_MAX / WRITTEN_FIELD / columns - 2) {
         return AD_NO_MEMORY;
     }
-    char *text = malloc(columns * (TABLE_MAX_NAME + 1 + rows * WRITTEN_FIELD) + 1);
+    char *text = malloc(columns * (rows + 1) * WRITTEN_FIELD + 1);
     if (!text || !hold_plain_numbers(&guard)) {
         free(text);
         return AD_NO_MEMORY;
     }
     char *out = text;
     for (size_t k = 0; k < columns; k++) {
-        size_t length = strlen(source->names[k]);
-        memcpy(out, source->names[k], length);
-        out += length;
+        out += print_text(out, source->names[k]);
         *out++ = k + 1 < columns ? ',' : '\n';
     }
     for (size_t row = 0; row < rows; row++) {
         for (size_t k = 0; k < columns; k++) {
-            out += source->words && source->words[k]
-                       ? (size_t)sprintf(out, "%s", source->words[k][row])
-                       : print_number(out, source->columns[k][row]);
+            out += source->words && source->words[k] ? print_text(out, source->words[k][row])
+                                                     : print_number(out, source->columns[k][row]);
             *out++ = k + 1 < columns ? ',' : '\n';
         }
     }

@@ -6,15 +6,17 @@
  *   blanks around a field ignored, empty lines and lines whose first character is '#' skipped. A
  *   field that begins with a double quote ends with the next one, so that texts may have commas.
  * Lines end in LF or CR LF; a UTF-8 byte order mark may come first. Numbers are decimal with a
- * point whatever the locale is ("-1.5e-3"), or the words nan, inf, infinity in any case. HDF5: each
- * column a one-dimensional float64 dataset at the root, named as the column, no other objects;
- * words are strings of fixed length in UTF-8, and a unit is the dataset's attribute "units".
- *   .npz: each column an array of float64, or of strings; where there are units, the arrays
- * "columns" and "units" hold the names of the columns in order and their units. For Python:
- *     table = numpy.load("rod.npz"); dict(zip(table["columns"], table["units"]))
- * Written files keep the order of the columns; others are read in the order of their links'
- * creation if they track it, else of their names. Column names: 1 to 63 bytes, not a number, no
- * comma, quote, slash, '#' or control character, no blank at either end, not "." or "..". */
+ * point whatever the locale is ("-1.5e-3"), or the words nan, inf, infinity in any case. A name or
+ * word that begins with '=', '+', '-' or '@', which a spreadsheet would run as a formula, is
+ * written behind an apostrophe and read without it. HDF5: each column a one-dimensional float64
+ * dataset at the root, named as the column, no other objects; words are strings of fixed length in
+ * UTF-8, and a unit is the dataset's attribute "units". .npz: each column an array of float64, or
+ * of strings; where there are units, the arrays "columns" and "units" hold the names of the columns
+ * in order and their units. For Python: table = numpy.load("rod.npz"); dict(zip(table["columns"],
+ * table["units"])) Written files keep the order of the columns; others are read in the order of
+ * their links' creation if they track it, else of their names. Column names: 1 to 63 bytes, not a
+ * number, no comma, quote, slash, '#' or control character, no blank at either end, not "." or
+ * "..". */
 #ifndef TOOLS_FILES_TABLE_FILE_H
 #define TOOLS_FILES_TABLE_FILE_H
 

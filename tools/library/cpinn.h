@@ -16,6 +16,9 @@
  * means that there is an answer, and its verdict (physics/verdict.h) whether it can be trusted.
  * Nothing is printed, and nothing is global: objects are used by one thread at a time, different
  * ones by different threads at once. Functions that free take NULL as well.
+ * Where a host has made exceptions of floating-point numbers signals, these functions and those of
+ * evaluators mask them while they work, also while they call the host (progress); those of the
+ * other headers, as of all of C, do not.
  *
  * Names begin with cpinn_ here and with the name of their part in the headers of the parts: ad_,
  * nn_, optim_, scene_, problem_, evaluator_, train_, verdict_ and so on. */
@@ -202,14 +205,15 @@ const char *cpinn_family_without_error(const cpinn_family *x);
 
 /* What is to be made of the network's answer. */
 typedef struct cpinn_polish {
-    int steps;  /* of Newton's method: 0, 1, 2 */
+    int steps;  /* of Newton's method: 0, 1, 2, by default 2 */
     bool alone; /* what is not trusted then, or not reached, is left as it is, not solved */
 } cpinn_polish;
 
 /* values [members][points][columns] and answers [members] for parameters [members][parameters], in
- * units of the SI. answers NULL: the network alone, without its error, and not polished. The same
- * bits for any number of threads. Allocates only for members that need solution_create.
- * AD_BAD_ARGUMENT: a parameter that is not finite, or outside its range without `extrapolate`. */
+ * units of the SI. polish NULL: its defaults. answers NULL: the network alone, without its error,
+ * and not polished. The same bits for any number of threads. Allocates only for members that need
+ * solution_create. AD_BAD_ARGUMENT: a parameter that is not finite, or outside its range without
+ * `extrapolate`. */
 ad_status cpinn_family_evaluate(cpinn_family *x, const cpinn_polish *polish, size_t members,
                                 const double *parameters, double *values, cpinn_answer *answers,
                                 ad_error *error);

@@ -1,6 +1,7 @@
 /* Answers for members of a family: the network's, polished, with their errors, or the solver's. */
 #include "tools/library/family.h"
 
+#include "autodiff/host.h"
 #include "physics/solve/solve.h"
 #include "tools/config/config_experiment.h"
 
@@ -8,7 +9,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 /* Members at a time: enough for all threads, and no more numbers than caches hold. */
 enum { CHUNK = 512, CHUNK_NUMBERS = 1 << 20 };
@@ -126,12 +126,6 @@ static ad_status make_room(cpinn_family *x, ad_error *error)
                : ad_fail(error, AD_NO_MEMORY, "out of memory for members of a family");
 }
 
-static int thread_count(int threads)
-{
-    const long processors = threads > 0 ? threads : sysconf(_SC_NPROCESSORS_ONLN);
-    return processors > 0 ? (int)processors : 1;
-}
-
 ad_status cpinn_family_prepare(const scene *open, const cpinn_family_settings *settings,
                                cpinn_family **result, ad_error *error)
 {
@@ -148,10 +142,8 @@ ad_status cpinn_family_prepare(const scene *open, const cpinn_family_settings *s
     x->count = open->parameter_count;
     x->extrapolate = settings->extrapolate;
     x->length = scene_length(open);
-    x->pool = ad_pool_create(thread_count(settings->threads));
-    ad_status status = x->pool ? ad_pool_share(x->pool, settings->ranks, error)
-                               : ad_fail(error, AD_NO_MEMORY, "%d threads could not be started",
-                                         thread_count(settings->threads));
+    ad_status status = ad_pool_open(settings->threads, &x->pool, error);
+    status = status == AD_OK ? ad_pool_share(x->pool, settings->ranks, error) : status;
     status = status == AD_OK ? keep_points(x, settings, error) : status;
     if (status == AD_OK) {
         status = create_solver(x, error);
@@ -251,6 +243,7 @@ ad_status cpinn_family_of(const experiment *e, const cpinn_family_settings *sett
 ad_status cpinn_family_open(const char *path, const cpinn_family_settings *settings,
                             cpinn_family **result, ad_error *error)
 {
+    AD_LEAVE_HOST;
     experiment *e = NULL;
     *result = NULL;
     ad_status status = config_experiment_open(path, 0, NULL, settings->threads, &e, NULL, error);
@@ -349,6 +342,7 @@ const double *cpinn_family_t(const cpinn_family *x)
 bool cpinn_family_refuses(const cpinn_family *x, size_t members, const double *parameters,
                           size_t *member, int *parameter)
 {
+    AD_LEAVE_HOST;
     for (size_t i = 0; i < members; i++) {
         for (int k = 0; k < x->count; k++) {
             const double value = parameters[i * (size_t)x->count + (size_t)k];
@@ -663,7 +657,10 @@ ad_status cpinn_family_evaluate(cpinn_family *x, const cpinn_polish *polish, siz
                                 const double *parameters, double *values, cpinn_answer *answers,
                                 ad_error *error)
 {
+    AD_LEAVE_HOST;
+    static const cpinn_polish usual = {.steps = 2};
     const size_t count = (size_t)x->count, width = x->points * (size_t)x->columns;
+    polish = polish ? polish : &usual;
     if (polish->steps < 0 || polish->steps > 2) {
         return ad_fail(error, AD_BAD_ARGUMENT, "%d steps; allowed: 0, 1, 2", polish->steps);
     }

@@ -1,6 +1,7 @@
 /* Answers of a family against fresh members that are solved. */
 #include "tools/library/family.h"
 
+#include "autodiff/host.h"
 #include "nn/rng.h"
 #include "physics/sort.h"
 #include "tools/train/clock.h"
@@ -344,6 +345,7 @@ static ad_status verify(verifying *x, uint64_t seed, ad_error *error)
 ad_status cpinn_family_verify(cpinn_family *x, size_t members, uint64_t seed,
                               cpinn_family_check *result, ad_error *error)
 {
+    AD_LEAVE_HOST;
     *result = (cpinn_family_check){.members = members};
     if (members == 0 || cpinn_family_points(x) == 0) {
         return ad_fail(error, AD_BAD_ARGUMENT, "%zu members at %zu points; allowed: from 1 on",

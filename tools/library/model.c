@@ -1,6 +1,7 @@
 /* Trained models: by training, or from a checkpoint. */
 #include "tools/library/cpinn.h"
 
+#include "autodiff/host.h"
 #include "tools/config/config_session.h"
 #include "tools/train/experiment_own.h"
 #include "tools/train/report.h"
@@ -140,6 +141,7 @@ static ad_status train_config(config *settings, const cpinn_options *options, cp
 ad_status cpinn_train_file(const char *path, int count, const char *const *overrides,
                            const cpinn_options *options, cpinn_model **model, ad_error *error)
 {
+    AD_LEAVE_HOST;
     config *settings;
     *model = NULL;
     ad_status status = config_read(path, NULL, count, overrides, &settings, error);
@@ -149,6 +151,7 @@ ad_status cpinn_train_file(const char *path, int count, const char *const *overr
 ad_status cpinn_train_scene(const scene *rod_scene, const train_settings *settings,
                             const cpinn_options *options, cpinn_model **model, ad_error *error)
 {
+    AD_LEAVE_HOST;
     const train_settings usual = train_settings_default();
     config *made;
     *model = NULL;
@@ -209,6 +212,7 @@ static ad_status train_own(cpinn_model *model, physics_model *physics, ad_error 
 ad_status cpinn_train_physics(physics_model *physics, const train_settings *settings,
                               const cpinn_options *options, cpinn_model **model, ad_error *error)
 {
+    AD_LEAVE_HOST;
     ad_status status = make_own(physics, settings, model, error);
     if (status != AD_OK) {
         return status;
@@ -220,6 +224,7 @@ ad_status cpinn_train_physics(physics_model *physics, const train_settings *sett
 
 ad_status cpinn_save(cpinn_model *model, const char *path, ad_error *error)
 {
+    AD_LEAVE_HOST;
     if (!model->s.trainer) {
         return ad_fail(error, AD_BAD_ARGUMENT,
                        "%s: the model was opened from a checkpoint; copy that file", path);
@@ -260,6 +265,7 @@ static ad_status read_end(cpinn_model *model, const checkpoint *file, ad_error *
 
 ad_status cpinn_open(const char *path, cpinn_model **model, ad_error *error)
 {
+    AD_LEAVE_HOST;
     cpinn_model *made;
     checkpoint *file = NULL;
     *model = NULL;
@@ -297,6 +303,7 @@ static ad_status open_own(cpinn_model *model, physics_model *physics, const char
 ad_status cpinn_open_physics(const char *path, physics_model *physics,
                              const train_settings *settings, cpinn_model **model, ad_error *error)
 {
+    AD_LEAVE_HOST;
     ad_status status = make_own(physics, settings, model, error);
     return status == AD_OK ? hand_over(*model, open_own(*model, physics, path, error), model)
                            : status;
@@ -347,6 +354,7 @@ double cpinn_history_value(const cpinn_model *model, size_t row, const char *col
 ad_status cpinn_evaluator(const cpinn_model *model, const char *names, evaluator **result,
                           ad_error *error)
 {
+    AD_LEAVE_HOST;
     const evaluator_model trained = experiment_trained(model->s.e);
     return evaluator_create(&trained, names, result, error);
 }

@@ -1,6 +1,7 @@
 /* Classical solutions of what a file or a program describes. */
 #include "tools/library/cpinn.h"
 
+#include "autodiff/host.h"
 #include "physics/solve/solve.h"
 #include "tools/config/config.h"
 
@@ -51,6 +52,7 @@ ad_status cpinn_solve_file(const char *path, int count, const char *const *overr
                            double tolerance, size_t time_count, const double *times,
                            cpinn_solution **result, ad_error *error)
 {
+    AD_LEAVE_HOST;
     config *settings;
     *result = NULL;
     ad_status status = config_read_member(path, NULL, count, overrides, NULL, &settings, error);
@@ -60,6 +62,7 @@ ad_status cpinn_solve_file(const char *path, int count, const char *const *overr
 ad_status cpinn_solve_scene(const scene *rod_scene, double tolerance, size_t time_count,
                             const double *times, cpinn_solution **result, ad_error *error)
 {
+    AD_LEAVE_HOST;
     const train_settings usual = train_settings_default();
     config *made;
     *result = NULL;
@@ -97,6 +100,7 @@ const char *cpinn_solution_column_name(const cpinn_solution *x, int column)
 ad_status cpinn_solution_evaluate(const cpinn_solution *x, size_t points, const double *s,
                                   const double *t, double *values, ad_error *error)
 {
+    AD_LEAVE_HOST;
     return solution_evaluate(x->solved, cpinn_solution_columns(x), points, s, t, values, error);
 }
 
@@ -111,6 +115,7 @@ ad_status cpinn_members_file(const char *path, int count, const char *const *ove
                              const solve_members_settings *settings, cpinn_members **result,
                              ad_error *error)
 {
+    AD_LEAVE_HOST;
     solve_members_settings asked = *settings;
     cpinn_members *x = calloc(1, sizeof *x);
     *result = NULL;
@@ -149,5 +154,6 @@ const char *cpinn_members_name(const cpinn_members *x, int parameter)
 ad_status cpinn_members_solve(cpinn_members *x, size_t members, const double *parameters,
                               double *values, solve_member *results, ad_error *error)
 {
+    AD_LEAVE_HOST;
     return solve_members_solve(x->members, members, parameters, values, results, error);
 }

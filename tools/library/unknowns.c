@@ -2,6 +2,7 @@
 #include "tools/config/config_experiment.h"
 #include "tools/library/cpinn.h"
 
+#include "autodiff/host.h"
 #include <math.h>
 #include <stdlib.h>
 
@@ -22,6 +23,7 @@ void cpinn_unknowns_free(cpinn_unknowns *x)
 ad_status cpinn_identify_file(const char *path, int count, const char *const *overrides,
                               int threads, cpinn_unknowns **result, ad_error *error)
 {
+    AD_LEAVE_HOST;
     cpinn_unknowns *x = calloc(1, sizeof *x);
     *result = NULL;
     if (!x) {

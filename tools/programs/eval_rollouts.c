@@ -10,7 +10,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 rollouts_subject eval_rollouts_subject(const surrogate *s, const one_step *model)
 {
@@ -329,12 +328,9 @@ ad_status eval_rollouts_judge(const surrogate *s, int count, uint64_t seed, ad_p
 static ad_status report_of(const eval_rollouts_options *asked, const surrogate *s,
                            rollouts_report *report, ad_error *error)
 {
-    const long processors = sysconf(_SC_NPROCESSORS_ONLN);
-    const int threads = asked->threads > 0 ? asked->threads : processors > 0 ? (int)processors : 1;
-    ad_pool *pool = ad_pool_create(threads);
-    ad_status status =
-        pool ? ad_pool_share(pool, asked->ranks, error)
-             : ad_fail(error, AD_NO_MEMORY, "%d threads could not be started", threads);
+    ad_pool *pool = NULL;
+    ad_status status = ad_pool_open(asked->threads, &pool, error);
+    status = status == AD_OK ? ad_pool_share(pool, asked->ranks, error) : status;
     if (status == AD_OK) {
         status = eval_rollouts_judge(s, asked->count, (uint64_t)asked->seed, pool, report, error);
     }

@@ -8,7 +8,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 /* Shapes of the typical rollout: those of the model, with how far they are off, then places by the
  * solver. */
@@ -194,13 +193,13 @@ static ad_status put_curves(const rolled *r, ad_error *error)
 static ad_status judge(rolled *r, ad_error *error)
 {
     const config *settings = r->of->owner;
-    const long processors = sysconf(_SC_NPROCESSORS_ONLN);
-    ad_pool *pool = ad_pool_create(processors > 0 ? (int)processors : 1);
-    const ad_status status = pool
-                                 ? eval_rollouts_judge(r->of, EVAL_ROLLOUTS_JUDGED,
-                                                       settings->settings.seed + EVAL_ROLLOUTS_SEED,
-                                                       pool, &r->report, error)
-                                 : ad_fail(error, AD_NO_MEMORY, "out of memory for threads");
+    ad_pool *pool = NULL;
+    ad_status status = ad_pool_open(0, &pool, error);
+    if (status == AD_OK) {
+        status = eval_rollouts_judge(r->of, EVAL_ROLLOUTS_JUDGED,
+                                     settings->settings.seed + EVAL_ROLLOUTS_SEED, pool, &r->report,
+                                     error);
+    }
     ad_pool_free(pool);
     return status;
 }

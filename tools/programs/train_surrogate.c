@@ -14,7 +14,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 /* Rollouts of the verdict, whose inputs training has not seen. */
 
@@ -376,20 +375,13 @@ static ad_status write_json(const training *t, ad_error *error)
 static ad_status go(training *t, bool *began, ad_error *error)
 {
     char path[3900];
-    const long processors = sysconf(_SC_NPROCESSORS_ONLN);
-    const int threads = t->asked->threads > 0 ? t->asked->threads
-                        : processors > 0      ? (int)processors
-                                              : 1;
     snprintf(path, sizeof path, "runs/%s", t->settings->settings.name);
     ad_status status = run_name(&t->folder, t->asked->out ? t->asked->out : path, error);
     if (status == AD_OK && !t->asked->resume && keeps_folder(t)) {
         status = run_check_new(&t->folder, error);
     }
     status = agreed(t, status, error);
-    t->pool = status == AD_OK ? ad_pool_create(threads) : NULL;
-    if (status == AD_OK && !t->pool) {
-        status = ad_fail(error, AD_NO_MEMORY, "%d threads could not be started", threads);
-    }
+    status = status == AD_OK ? ad_pool_open(t->asked->threads, &t->pool, error) : status;
     status = status == AD_OK ? ad_pool_share(t->pool, t->asked->ranks, error) : status;
     if (status == AD_OK) {
         status = surrogate_training_create(&t->settings->scene, &t->settings->surrogate,

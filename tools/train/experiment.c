@@ -5,16 +5,6 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
-
-static int thread_count(int threads)
-{
-    if (threads > 0) {
-        return threads;
-    }
-    long processors = sysconf(_SC_NPROCESSORS_ONLN);
-    return processors > 0 ? (int)processors : 1;
-}
 
 /* The model of a family in the strain form, learnt from members. */
 static ad_status build_family(experiment *e, ad_error *error)
@@ -97,15 +87,8 @@ static ad_status build(experiment *e, int threads, ad_error *error)
     train_settings *settings = e->settings;
     const scene *scene = e->scene;
     nn_rng rng = nn_rng_split(settings->seed, "network");
-    e->pool = ad_pool_create(thread_count(threads));
-    if (!e->pool) {
-        return ad_fail(
-            error, AD_NO_MEMORY,
-            "out of memory: %d thread%s, with 128 MiB of address space each, could not be "
-            "started; try fewer with --threads",
-            thread_count(threads), thread_count(threads) == 1 ? "" : "s");
-    }
-    ad_status status = check_unknowns(e, error);
+    ad_status status = ad_pool_open(threads, &e->pool, error);
+    status = status == AD_OK ? check_unknowns(e, error) : status;
     status = status == AD_OK ? build_model(e, error) : status;
     if (status != AD_OK) {
         return status;

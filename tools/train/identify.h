@@ -12,8 +12,8 @@ extern "C" {
 #endif
 
 typedef struct identify_settings {
-    double tolerance; /* of the solutions, as of solve_trials_create */
-    int threads;
+    double tolerance;     /* of the solutions, as of solve_trials_create */
+    int threads;          /* 0: one per processor */
     bool noise_is_scaled; /* the noise is known up to a factor: that which the residuals show is
                            * taken */
 } identify_settings;

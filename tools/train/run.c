@@ -59,7 +59,7 @@ ad_status run_check_new(const run_folder *run, ad_error *error)
     return AD_OK;
 }
 
-ad_status run_make_folder(const char *path, ad_error *error)
+static ad_status make_folders(const char *path, mode_t mode, ad_error *error)
 {
     char part[4000];
     size_t length = strlen(path);
@@ -69,7 +69,7 @@ ad_status run_make_folder(const char *path, ad_error *error)
         }
         memcpy(part, path, i);
         part[i] = '\0';
-        if (mkdir(part, 0777) != 0 && errno != EEXIST) {
+        if (mkdir(part, mode) != 0 && errno != EEXIST) {
             return ad_fail(error, AD_IO, "%s: the folder cannot be made: %s",
                            file_bytes_shown(part), strerror(errno));
         }
@@ -80,6 +80,11 @@ ad_status run_make_folder(const char *path, ad_error *error)
                        file_bytes_shown(path));
     }
     return AD_OK;
+}
+
+ad_status run_make_folder(const char *path, ad_error *error)
+{
+    return make_folders(path, 0777, error);
 }
 
 ad_status run_lock(run_folder *run, bool resume, ad_error *error)
@@ -105,7 +110,8 @@ ad_status run_lock(run_folder *run, bool resume, ad_error *error)
     return AD_OK;
 }
 
-/* A path that is not absolute does not count, says the specification. */
+/* A path that is not absolute does not count, and folders are the user's alone, says the
+ * specification. */
 bool run_cache_folder(char *path, size_t room, bool make)
 {
     const char *cache = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
@@ -114,7 +120,8 @@ bool run_cache_folder(char *path, size_t room, bool make)
         return false;
     }
     int length = snprintf(path, room, "%s%s/cpinn", given ? cache : home, given ? "" : "/.cache");
-    return length > 0 && (size_t)length < room && (!make || run_make_folder(path, NULL) == AD_OK);
+    return length > 0 && (size_t)length < room &&
+           (!make || make_folders(path, 0700, NULL) == AD_OK);
 }
 
 /* Header and rows so far as one file; what an interrupted process wrote beyond the checkpoint goes.

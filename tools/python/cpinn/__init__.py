@@ -19,12 +19,15 @@ against each other. Errors are raised as cpinn.Error, with the line that cpinn-t
 
 A scene is the path of a file, or what such a file says as a dict: {"rod": {"length": 0.3, ...}, ...}.
 Files that a dict names need whole paths. `overrides` change keys, as --set does: {"rod.length": 0.3}
-or a list of "rod.length=0.3".
+or a list of "rod.length=0.3". threads: how many, None: one per processor; results do not depend on
+it. What the library has made, as in a Model, is shared by copies (copy.copy) and lives as long as
+one of them; it cannot be copied itself (copy.deepcopy) nor go to another process (pickle).
 """
 import contextlib
 import ctypes
 import io
 import json
+import operator
 import os
 import signal
 import tempfile
@@ -166,7 +169,7 @@ _outcome_of = _declare("verdict_outcome_of", _I, _P)
 _outcome_name = _declare("verdict_outcome_name", _S, _I)
 _worst = _declare("verdict_worst", _I, _P)
 _reason_name = _declare("verdict_reason_name", _S, _I)
-_text = _declare("verdict_text", _S, _P)
+_verdict_text = _declare("verdict_text", _S, _P)
 
 
 def _call(function, *arguments):
@@ -175,10 +178,46 @@ def _call(function, *arguments):
         raise Error(error.message.decode(errors="replace"))
 
 
-def _made(function, *arguments):
-    made = _P()
-    _call(function, *arguments, ctypes.byref(made))
-    return made
+class _Made:
+    """What the library has made, freed with its last owner."""
+
+    def __init__(self, free, function, *arguments):
+        self._as_parameter_, self._free = _P(), free
+        _call(function, *arguments, ctypes.byref(self._as_parameter_))
+
+    def __reduce_ex__(self, protocol):
+        raise Error("what the library has made cannot be copied or pickled; make it anew there, "
+                    "from its file")
+
+    def __del__(self):
+        self._free(self._as_parameter_)
+
+
+def _text(text):
+    """A text or path for C, which would take a zero byte for its end."""
+    encoded = os.fsencode(text)
+    if b"\0" in encoded:
+        raise Error(f"{text!r}: has a zero byte; allowed: texts without one")
+    return encoded
+
+
+def _whole(name, value, low, high, none=""):
+    """A whole number, where ctypes would take its last 32 bits."""
+    try:
+        number = low - 1 if isinstance(value, bool) else operator.index(value)
+    except TypeError:
+        number = low - 1
+    if not low <= number <= high:
+        raise Error(f"{name}: is {value!r}; allowed: a whole number from {low} to {high}{none}")
+    return number
+
+
+_THREADS_MOST = 1024  # AD_THREADS_MAX of autodiff/ad.h
+
+
+def _threads(threads):
+    return 0 if threads is None else _whole("threads", threads, 1, _THREADS_MOST,
+                                            ", None: one per processor")
 
 
 def _plain(value):
@@ -193,7 +232,7 @@ def _overrides(overrides):
         overrides = [key + "=" + (value if isinstance(value, str) else
                                   json.dumps(value, default=_plain))
                      for key, value in overrides.items()]
-    texts = [text.encode() for text in overrides]
+    texts = [_text(text.encode()) for text in overrides]
     return len(texts), (_S * (len(texts) + 1))(*texts)
 
 
@@ -202,7 +241,7 @@ def _file(scene):
     """The path of a scene; one that is given as a dict is a file of YAML, of which JSON is a part,
     for so long. What is wrong with it has a key and no place."""
     if not hasattr(scene, "items"):
-        yield os.fsencode(scene)
+        yield _text(scene)
         return
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "scene.yaml")
@@ -247,7 +286,7 @@ class Verdict:
     def __init__(self, handle):
         self.outcome = _outcome_name(_outcome_of(handle)).decode()
         self.reason = _reason_name(_worst(handle)).decode()
-        self.text = _text(handle).decode(errors="replace")
+        self.text = _verdict_text(handle).decode(errors="replace")
 
     def __repr__(self):
         return f"{self.outcome} ({self.reason}): {self.text}" if self.text else self.outcome
@@ -267,20 +306,15 @@ class Model:
     def evaluate(self, names=None, s=0.0, t=0.0):
         """Columns and derivatives by name at points s (m), t (s); None: every column."""
         if names not in self._evaluators:
-            self._evaluators[names] = _made(_evaluator, self._handle,
-                                            names.encode() if names is not None else None)
+            wanted = _text(names.encode()) if names is not None else None
+            self._evaluators[names] = _Made(_evaluator_free, _evaluator, self._handle, wanted)
         made = self._evaluators[names]
         columns = [_evaluator_name(made, i).decode() for i in range(_evaluator_columns(made))]
         return _fill(_evaluate, made, columns, *_points(s, t))
 
     def save(self, path):
         """Write a checkpoint, of a model that was trained here."""
-        _call(_save, self._handle, os.fsencode(path))
-
-    def __del__(self):
-        for made in getattr(self, "_evaluators", {}).values():
-            _evaluator_free(made)
-        _free(getattr(self, "_handle", None))
+        _call(_save, self._handle, _text(path))
 
 
 class Solution:
@@ -302,9 +336,10 @@ class Members:
 
     def __init__(self, scene, s, overrides=(), tolerance=1e-6, threads=1):
         self._s = numpy.ascontiguousarray(s, dtype=float).ravel()
-        settings = _MembersSettings(tolerance, threads, self._s.size, self._s.ctypes.data)
+        settings = _MembersSettings(tolerance, _threads(threads), self._s.size,
+                                    self._s.ctypes.data)
         with _file(scene) as path:
-            self._handle = _made(_members_file, path, *_overrides(overrides),
+            self._handle = _Made(_members_free, _members_file, path, *_overrides(overrides),
                                  ctypes.byref(settings))
         self.names = []
         while _members_name(self._handle, len(self.names)):
@@ -323,9 +358,6 @@ class Members:
               values.ctypes.data, results.ctypes.data)
         return values, results
 
-    def __del__(self):
-        _members_free(getattr(self, "_handle", None))
-
 
 class Family:
     """A network trained for all members of a family, from the folder of a run: each shape with its
@@ -338,7 +370,7 @@ class Family:
 
     def __init__(self, path, threads=1, extrapolate=False):
         self._made = {}
-        self._open = (os.fsencode(path), threads, extrapolate)
+        self._open = (_text(path), _threads(threads), bool(extrapolate))
         made = self._at(numpy.zeros(0), numpy.zeros(0))
         found = [_family_parameter(made, i).contents for i in range(_family_parameters(made))]
         self.ranges = {p.name.decode(): (p.low, p.high) for p in found}
@@ -351,7 +383,7 @@ class Family:
             path, threads, extrapolate = self._open
             settings = _FamilySettings(extrapolate, threads, s.size, s.ctypes.data,
                                        t.ctypes.data)
-            self._made[key] = _made(_family_open, path, ctypes.byref(settings))
+            self._made[key] = _Made(_family_free, _family_open, path, ctypes.byref(settings))
         return self._made[key]
 
     def evaluate(self, parameters, s, t=0.0, polish=2, alone=False):
@@ -364,7 +396,8 @@ class Family:
         parameters = _members(parameters, self.ranges)
         values = numpy.empty((len(parameters), s.size, len(self.columns)))
         answers = numpy.zeros(len(parameters), dtype=self.answer)
-        _call(_family_evaluate, made, ctypes.byref(_Polish(polish, alone)), len(parameters),
+        steps = _whole("polish", polish, 0, 2)
+        _call(_family_evaluate, made, ctypes.byref(_Polish(steps, bool(alone))), len(parameters),
               parameters.ctypes.data, values.ctypes.data, answers.ctypes.data)
         return values, answers
 
@@ -373,10 +406,6 @@ class Family:
         """(source, reason) of each answer."""
         return [(_source_word(a["source"]).decode(), _reason_word(a["reason"]).decode())
                 for a in answers]
-
-    def __del__(self):
-        for made in getattr(self, "_made", {}).values():
-            _family_free(made)
 
 
 class Unknowns:
@@ -420,7 +449,7 @@ def _interrupts(raised):
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def train(scene, overrides=(), threads=0, folder=None, resume=False, progress=None):
+def train(scene, overrides=(), threads=None, folder=None, resume=False, progress=None):
     """Train a scene. folder: where the run is kept, None: in memory alone; resume: go on with the
     run that is there; progress: called with a Progress after each step (print will do), False stops
     training. What it raises ends training, as Ctrl-C does, and is raised again."""
@@ -434,10 +463,11 @@ def train(scene, overrides=(), threads=0, folder=None, resume=False, progress=No
             raised.append(error)
             return False
 
-    options = _Options(threads, os.fsencode(folder) if folder is not None else None, resume,
-                       _PROGRESS(stepped))
+    options = _Options(_threads(threads), _text(folder) if folder is not None else None,
+                       bool(resume), _PROGRESS(stepped))
     with _file(scene) as path, _interrupts(raised):
-        model = Model(_made(_train_file, path, *_overrides(overrides), ctypes.byref(options)))
+        model = Model(_Made(_free, _train_file, path, *_overrides(overrides),
+                            ctypes.byref(options)))
     if raised:
         raise raised[0]
     return model
@@ -445,7 +475,7 @@ def train(scene, overrides=(), threads=0, folder=None, resume=False, progress=No
 
 def open(path):
     """A model from the folder of a run or a checkpoint."""
-    return Model(_made(_open, os.fsencode(path)))
+    return Model(_Made(_free, _open, _text(path)))
 
 
 def solve(scene, s, t=0.0, overrides=(), tolerance=0.0):
@@ -453,19 +483,13 @@ def solve(scene, s, t=0.0, overrides=(), tolerance=0.0):
     shape, s, t = _points(s, t)
     times = numpy.unique(t)
     with _file(scene) as path:
-        handle = _made(_solve_file, path, *_overrides(overrides), tolerance, times.size,
-                       times.ctypes.data)
-    try:
-        return Solution(handle, shape, s, t)
-    finally:
-        _solution_free(handle)
+        handle = _Made(_solution_free, _solve_file, path, *_overrides(overrides), tolerance,
+                       times.size, times.ctypes.data)
+    return Solution(handle, shape, s, t)
 
 
-def identify(scene, overrides=(), threads=0):
+def identify(scene, overrides=(), threads=None):
     """Find the unknowns of a scene (parameters with `identify`) from its data."""
     with _file(scene) as path:
-        handle = _made(_identify_file, path, *_overrides(overrides), threads)
-    try:
-        return Unknowns(handle)
-    finally:
-        _unknowns_free(handle)
+        return Unknowns(_Made(_unknowns_free, _identify_file, path, *_overrides(overrides),
+                              _threads(threads)))
