@@ -60,11 +60,15 @@ static const char epilogue[] =
     "\n"
     "--json writes one object: program, version, name, verdict, model, loops: [{name, error, "
     "samples,\n"
-    "diverged, rms, worst, approach, reach, saturated, filter_seconds, control_seconds, seconds\n"
-    "{median, worst}, estimates, innovations, constraints, filter_flags, control_flags, late}].\n"
+    "diverged, rms, worst, approach, reach, saturated, change\n"
+    "{mean, worst, jitter}, filter_seconds, control_seconds, seconds\n"
+    "{median, worst}, estimates, innovations, beyond {square, bias, correlation}, doubt, "
+    "constraints,\n"
+    " filter_flags, control_flags, late}].\n"
     "\n"
-    "The exit status is 3 where the robot diverges or control.tolerance is not kept, or with --c\n"
-    "where rollouts of a model diverge.";
+    "The exit status is 3 where the robot diverges or control.tolerance is not kept, inputs jump "
+    "to\n"
+    "and fro, innovations are not those of the model, or with --c where its rollouts diverge.";
 
 typedef struct options {
     const char *config, *out, *shapes, *run, *inner, *json, *c;
