@@ -155,6 +155,11 @@ said stdout.txt '^ +inputs +change by [0-9.]+ % of their ranges a sample \(mean\
 loop 3 --set control.tolerance.rms=1 --set control.tolerance.worst=1 --set control.weights.rate=0 \
     --set control.duration=3 --set "control.plant.set=[parameters.stiffness=0.8, $weaker]"
 said stdout.txt '^warning \(chatters\): inputs go to and fro by '
+# The robots of the benchmark, here one of them: a calm default and one that is not.
+"$ROOT/tools/bench/control.sh" --robots arm3_side --values "0 100" --out bench.csv >stdout.txt 2>stderr.txt
+awk -F, 'NR > 1 { errors[$3] = $4; jitter[$3] = $8 }
+     END { exit !(jitter[100] < 0.5 * jitter[0] && jitter[100] > 0 && errors[100] < 1.2 * errors[0]) }' bench.csv ||
+    failed "weights.rate does not calm the inputs: $(cat stdout.txt stderr.txt)"
 # A shorter robot has its end where the model has it.
 loop 3 --set 'control.plant.set=["rod.length=0.12"]'
 said stdout.txt '^warning \(not_held\): '
