@@ -77,6 +77,10 @@ extern "C" {
       "the network fits the equations at its points, but not between them")                        \
     X(VERDICT_NOT_HELD, "not_held", VERDICT_WARNING,                                               \
       "a controlled robot is further off its path than it may be")                                 \
+    X(VERDICT_CHATTERS, "chatters", VERDICT_WARNING,                                               \
+      "inputs of a controlled robot jump to and fro from one sample to the next")                  \
+    X(VERDICT_INNOVATIONS, "innovations", VERDICT_WARNING,                                         \
+      "what sensors see of a controlled robot is not what its filter expects: the model is off")   \
     X(VERDICT_DIVERGED, "diverged", VERDICT_WARNING,                                               \
       "a controlled robot has left its path, a one-step model its robot, or a simulation failed")  \
     X(VERDICT_UNFINISHED, "unfinished", VERDICT_STOPPED, "training has steps left to do")          \

@@ -151,7 +151,7 @@ static void test_consistency(void **state)
     enum { RUNS = 400, SAMPLES = 60 };
     linear_test x;
     double nees = 0, nis[2] = {0};
-    int used[2] = {0}, inconsistent = 0;
+    int used[2] = {0}, inconsistent = 0, biased = 0, correlated = 0;
     uint64_t seed = 21;
     (void)state;
     make_linear(&x, 0, 0);
@@ -180,6 +180,11 @@ static void test_consistency(void **state)
             }
             if (sample == SAMPLES - 1) {
                 inconsistent += (flags & ESTIMATOR_INCONSISTENT) != 0;
+                for (int which = 0; which < 2; which++) {
+                    const estimator_consistency last = estimator_sensor_now(f.x, which);
+                    biased += last.bias > last.bias_high;
+                    correlated += fabs(last.correlation) > last.correlation_high;
+                }
                 break;
             }
             u = input_at(sample);
@@ -208,11 +213,13 @@ static void test_consistency(void **state)
     assert_near(nis[1] / used[1], 1, 4 * sqrt(2.0 / used[1]));
     /* Two sensors, each out of bounds with a chance of 1e-3: 0.8 expected in 400 runs; at most 6
      * but for one in 10^5. */
-    assert_true(inconsistent <= 6);
+    assert_true(inconsistent <= 6 && biased <= 6 && correlated <= 6);
+    assert_near(estimator_doubt(f.x), 1, 1e-12);
     const estimator_consistency now = estimator_sensor_now(f.x, 1);
     /* scipy.stats.chi2.ppf([0.0005, 0.9995], 30)/30 */
     assert_near(now.low, 0.36014549, 1e-7);
     assert_near(now.high, 2.07206176, 1e-7);
+    assert_near(now.bias_high, 10.82756617, 1e-6); /* scipy.stats.chi2.ppf(0.999, 1) */
     assert_int_equal(now.used, SAMPLES);
     free(f.memory);
 }
@@ -272,6 +279,7 @@ static void test_adaptation(void **state)
         go_on(&x, u, &seed, truth);
     }
     assert_true(estimator_process(f.x) > 5 && estimator_process(f.x) < 20);
+    assert_true(estimator_doubt(f.x) > 5 && estimator_doubt(f.x) < 20);
     assert_int_equal(outliers, 0);
     assert_true(estimator_sensor_now(f.x, 0).mean < estimator_sensor_now(f.x, 0).high);
     assert_true(estimator_sensor_now(f.x, 1).mean < estimator_sensor_now(f.x, 1).high);

@@ -84,6 +84,8 @@ static void test_words(void **state)
                                         "not_converged",
                                         "interpolates",
                                         "not_held",
+                                        "chatters",
+                                        "innovations",
                                         "diverged",
                                         "unfinished",
                                         "load_not_reached",

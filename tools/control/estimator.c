@@ -28,7 +28,8 @@ static void begin(estimator *x, const double *inputs)
     x->sample = x->at = x->flags = 0;
     x->checked = -1;
     x->outside = 0;
-    x->process = 1;
+    x->process = x->doubt = 1;
+    x->doubted = 0;
     estimator_look_ahead(x);
     memcpy(first->until, inputs, (size_t)x->inputs * sizeof *inputs);
     memcpy(first->z, x->z, (size_t)x->n * sizeof *x->z);
@@ -280,7 +281,7 @@ double estimator_parameter_now(const estimator *x, int i)
 double estimator_parameter_deviation(const estimator *x, int i)
 {
     const estimator_parameter *p = &x->settings.parameter[i];
-    const double now = estimator_deviation(x, x->states + i);
+    const double now = fmin(x->doubt * estimator_deviation(x, x->states + i), estimator_uniform(p));
     return now * (p->low > 0 ? estimator_parameter_now(x, i) : 0.5 * (p->high - p->low));
 }
 
@@ -316,23 +317,54 @@ double estimator_process(const estimator *x)
     return x->process;
 }
 
+double estimator_doubt(const estimator *x)
+{
+    return x->doubt;
+}
+
+/* Bias and correlation of the innovations of a window. */
+static void compare_in_row(const estimator_sensor_record *from, estimator_consistency *to)
+{
+    const int width = from->width, count = from->count;
+    double products = 0, squares = 0, bias = 0;
+    for (int k = 0; k < width; k++) {
+        const double *normal = from->normals + k;
+        double sum = 0;
+        for (int i = 0; i < count; i++) { /* the oldest follows the newest one in memory */
+            const double now = normal[i * width],
+                         before = normal[(i > 0 ? i - 1 : count - 1) * width];
+            sum += now;
+            squares += now * now;
+            products += i == from->next % count ? 0 : now * before;
+        }
+        bias += sum * sum / count;
+    }
+    to->bias = count > 0 ? bias / width : 0;
+    to->correlation = squares > 0 ? products / squares : 0;
+    to->bias_high = from->bias_high;
+    to->correlation_high = ESTIMATOR_ONCE_IN_1000 / sqrt((double)(count > 0 ? count * width : 1));
+}
+
 estimator_consistency estimator_sensor_now(const estimator *x, int sensor)
 {
     const estimator_sensor_record *from = &x->sensor[sensor];
+    estimator_consistency now;
     double sum = 0;
     for (int i = 0; i < from->count; i++) {
         sum += from->window[i];
     }
-    return (estimator_consistency){.last = from->last,
-                                   .mean = from->count > 0 ? sum / from->count : 0,
-                                   .low = from->low,
-                                   .high = from->high,
-                                   .count = from->count,
-                                   .used = from->used,
-                                   .missing = from->missing,
-                                   .not_finite = from->not_finite,
-                                   .late = from->late,
-                                   .outliers = from->outliers};
+    now = (estimator_consistency){.last = from->last,
+                                  .mean = from->count > 0 ? sum / from->count : 0,
+                                  .low = from->low,
+                                  .high = from->high,
+                                  .count = from->count,
+                                  .used = from->used,
+                                  .missing = from->missing,
+                                  .not_finite = from->not_finite,
+                                  .late = from->late,
+                                  .outliers = from->outliers};
+    compare_in_row(from, &now);
+    return now;
 }
 
 const double *estimator_innovation(const estimator *x, int sensor)

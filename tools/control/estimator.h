@@ -153,17 +153,24 @@ int64_t estimator_sample(const estimator *x);
 const double *estimator_state(const estimator *x);  /* [states] */
 const double *estimator_inputs(const estimator *x); /* [model.inputs] last given, estimated */
 double estimator_parameter_now(const estimator *x, int i);
-double estimator_parameter_deviation(const estimator *x, int i); /* in units of the parameter */
-double estimator_deviation(const estimator *x, int i);           /* of state i */
+/* In units of the parameter, and taken estimator_doubt times: what the model leaves out stays as it
+ * is, and so does not average out as noise does. At most that of the whole range. */
+double estimator_parameter_deviation(const estimator *x, int i);
+double estimator_deviation(const estimator *x, int i);    /* of state i */
 void estimator_covariance(const estimator *x, double *p); /* [n][n], n = states + parameters */
 double estimator_outside(const estimator *x);             /* one_step.h: at most 1 inside */
 double estimator_process(const estimator *x);             /* times what was given: 1 to `adapt` */
+double estimator_doubt(const estimator *x);               /* its mean over the last measurements */
 
 /* Normalised innovations squared, nu^T S^-1 nu, over the number of values: 1 in the mean. */
 typedef struct estimator_consistency {
     double last, mean; /* of the window */
     double low, high;  /* bounds of the mean, exceeded by chance once in 1,000 */
-    int count;         /* in the window */
+    /* Of the window, too: the square of the mean of innovations, normalised, times their number,
+     * over the number of values; and their correlation with those before. Where the model is right
+     * these are 1 and 0 in the mean, and beyond the bounds by chance once in 1,000. */
+    double bias, bias_high, correlation, correlation_high;
+    int count; /* in the window */
     int64_t used, missing, not_finite, late, outliers;
 } estimator_consistency;
 

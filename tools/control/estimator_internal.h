@@ -27,9 +27,11 @@ typedef struct estimator_record {
 typedef struct estimator_sensor_record {
     int width, offset; /* numbers that are compared; values in front of its own */
     int row;           /* outliers in a row */
-    double gate, low, high, sum;
+    double gate, low, high, bias_high, sum;
     double *window;     /* [settings.window] */
     double *innovation; /* [width] */
+    double *normal;     /* [width] of it, normalised: P_vv^(-1/2) of it */
+    double *normals;    /* [settings.window][width] */
     int next, count;
     double last;
     double process; /* times settings.process, as it needs */
@@ -45,7 +47,9 @@ struct estimator {
     int64_t at, checked; /* z, u are of this sample; missing measurements were counted */
     int flags;
     double outside;
-    double process;           /* times settings.process */
+    double process; /* times settings.process */
+    double doubt;   /* its mean over the last `doubted` times that it was adapted */
+    int64_t doubted;
     double *z, *u;            /* [n], [n][stride] */
     double *now;              /* [inputs] */
     double *ahead;            /* [states] at the present sample */
@@ -80,6 +84,9 @@ double estimator_coordinate(const estimator_parameter *p, double value);
 double estimator_value(const estimator_parameter *p, double z);
 double estimator_slope(const estimator_parameter *p, double value); /* of the value by it */
 double estimator_uniform(const estimator_parameter *p);
+
+/* By a standard normal number, on either side. */
+#define ESTIMATOR_ONCE_IN_1000 3.29
 
 /* Exceeded with the given chance by the sum of squares of n standard normal numbers. */
 double estimator_chi_squared(double n, double chance);

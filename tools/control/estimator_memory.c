@@ -197,6 +197,8 @@ static void carve_all(estimator *x, carving *from, estimator_record *record)
     for (int i = 0; i < x->settings.sensors; i++) {
         x->sensor[i].window = carve(from, x->settings.window);
         x->sensor[i].innovation = carve(from, x->sensor[i].width);
+        x->sensor[i].normal = carve(from, x->sensor[i].width);
+        x->sensor[i].normals = carve(from, x->settings.window * x->sensor[i].width);
     }
     for (int i = 0; i < x->slots; i++) {
         estimator_record r = {.grow = 1};
@@ -243,6 +245,7 @@ estimator *estimator_init(void *memory, const estimator_settings *settings)
         sensor->gate = estimator_chi_squared(sensor->width, x->settings.gate);
         sensor->low = estimator_chi_squared(n, 0.9995) / n;
         sensor->high = estimator_chi_squared(n, 0.0005) / n;
+        sensor->bias_high = estimator_chi_squared(sensor->width, 0.001) / sensor->width;
     }
     return x;
 }

@@ -235,6 +235,8 @@ static void remember(estimator_sensor_record *sensor, int window, double square)
 {
     double *place = &sensor->window[sensor->next];
     *place = square / sensor->width;
+    memcpy(sensor->normals + sensor->next * sensor->width, sensor->normal,
+           (size_t)sensor->width * sizeof *sensor->normal);
     sensor->next = (sensor->next + 1) % window;
     sensor->count += sensor->count < window;
     sensor->used++;
@@ -246,12 +248,15 @@ static void remember(estimator_sensor_record *sensor, int window, double square)
  * three numbers. */
 static void adapt(estimator *x, estimator_sensor_record *sensor)
 {
+    enum { WINDOWS = 10 }; /* of measurements, in which doubts last */
     const double rate = 0.01 * sensor->width * (fmin(sensor->last, 5) - 1);
     sensor->process = fmin(x->settings.adapt, fmax(1, sensor->process * exp(rate)));
     x->process = 1;
     for (int i = 0; i < x->settings.sensors; i++) {
         x->process = fmax(x->process, x->sensor[i].process);
     }
+    x->doubted += x->doubted < WINDOWS * x->settings.window;
+    x->doubt += (x->process - x->doubt) / (double)x->doubted;
 }
 
 static void take_sensor(estimator *x, estimator_record *at, int which)
@@ -266,8 +271,9 @@ static void take_sensor(estimator *x, estimator_record *at, int which)
         at->state[which] = ESTIMATOR_UNUSABLE;
         return;
     }
-    const double square = sigma_correct(&x->sigma, count, record->width, x->d, x->b, sensor->noise,
-                                        record->innovation, gate, x->z, x->u, x->room);
+    const double square =
+        sigma_correct(&x->sigma, count, record->width, x->d, x->b, sensor->noise,
+                      record->innovation, gate, x->z, x->u, record->normal, x->room);
     x->flags |= keep_in_range(x);
     if (!is_new) {
         return;

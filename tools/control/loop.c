@@ -25,8 +25,10 @@ typedef struct running {
     taken on_way[CONTROL_MEASUREMENTS_MAX][DELAYS];
     double seconds[2]; /* of the filter, of the controller */
     int flags[2];
+    double before[CONTROL_INPUTS_MAX], change[CONTROL_INPUTS_MAX]; /* by ranges, a sample ago */
     double innovations[CONTROL_MEASUREMENTS_MAX];
     long used[CONTROL_MEASUREMENTS_MAX];
+    long windows[CONTROL_MEASUREMENTS_MAX], beyond[CONTROL_MEASUREMENTS_MAX][LOOP_BOUNDS];
     double *rows; /* [horizon][LOOP_SEEN] wanted */
 } running;
 
@@ -143,6 +145,23 @@ static void judge_constraints(running *r, const double *values)
     }
 }
 
+/* How inputs move, by the last samples' ones. */
+static void judge_changes(running *r)
+{
+    const control_loop *x = r->x;
+    const control_settings *c = &x->control;
+    loop_report *report = r->report;
+    for (int i = 0; i < x->input_count; i++) {
+        const double at = r->applied[x->inputs[i]] / (c->high[i] - c->low[i]);
+        const double change = at - r->before[i], turn = change - r->change[i];
+        report->change[0] += r->k > 0 ? fabs(change) / x->input_count : 0;
+        report->change[1] = r->k > 0 ? fmax(report->change[1], fabs(change)) : 0;
+        report->jitter += r->k > 1 ? 0.5 * fabs(turn) / x->input_count : 0;
+        r->before[i] = at;
+        r->change[i] = change;
+    }
+}
+
 static void judge(running *r)
 {
     const control_loop *x = r->x;
@@ -167,9 +186,28 @@ static void judge(running *r)
         saturated = saturated || at < c->low[i] + near || at > c->high[i] - near;
     }
     report->saturated += saturated;
+    judge_changes(r);
     for (int i = 0; i < LOOP_FLAGS; i++) {
         report->filter_flags[i] += r->flags[0] >> i & 1;
         report->control_flags[i] += r->flags[1] >> i & 1;
+    }
+}
+
+/* Whether the innovations are those of a model that is right. */
+static void judge_innovations(running *r)
+{
+    const control_loop *x = r->x;
+    const estimator *filtered = regulator_estimator(x->both);
+    for (int i = 0; i < x->control.measurement_count; i++) {
+        const estimator_consistency now = estimator_sensor_now(filtered, i);
+        const bool whole = now.count == x->settings.estimator.window || now.used > now.count;
+        if (!whole || now.used == r->used[i]) {
+            continue;
+        }
+        r->windows[i]++;
+        r->beyond[i][LOOP_SQUARE] += now.mean > now.high;
+        r->beyond[i][LOOP_BIAS] += now.bias > now.bias_high;
+        r->beyond[i][LOOP_CORRELATION] += fabs(now.correlation) > now.correlation_high;
     }
 }
 
@@ -188,6 +226,7 @@ static ad_status write_down(running *r, ad_error *error)
     const double seconds[4] = {r->seconds[0], r->seconds[1], r->flags[0], r->flags[1]};
     double limited[CONTROL_LIMITS_MAX];
     int at = 0;
+    judge_innovations(r); /* before used changes */
     put(r, &at, 1, &r->t);
     put(r, &at, 3, r->reference);
     put(r, &at, 3, r->place);
@@ -281,7 +320,10 @@ static void conclude(running *r, double *room)
     const double *filtered = loop_column(x, x->columns - 4);
     const double *controlled = loop_column(x, x->columns - 3);
     report->rms = sqrt(report->rms / (double)report->judged);
+    report->doubt = estimator_doubt(regulator_estimator(x->both));
     report->saturated /= (double)report->done;
+    report->change[0] /= fmax(1, (double)report->done - 1);
+    report->jitter /= fmax(1, (double)report->done - 2);
     times(filtered, NULL, report->done, room, report->filter);
     times(controlled, NULL, report->done, room, report->control);
     times(filtered, controlled, report->done, room, report->both);
@@ -290,6 +332,10 @@ static void conclude(running *r, double *room)
     }
     for (int i = 0; i < c->measurement_count; i++) {
         report->innovation[i] = r->innovations[i] / (double)r->used[i];
+        for (int k = 0; k < LOOP_BOUNDS && r->windows[i] > 0; k++) {
+            const double part = (double)r->beyond[i][k] / (double)r->windows[i];
+            report->beyond[k] = fmax(report->beyond[k], part);
+        }
     }
     for (int i = 0; i < c->estimate_count; i++) {
         report->estimate[i] = estimator_parameter_now(regulator_estimator(x->both), i);

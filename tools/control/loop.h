@@ -38,6 +38,7 @@ typedef struct loop_setup {
 
 /* Flags of all samples: of estimator.h, of controller.h, and what the loop did. */
 enum { LOOP_FLAGS = 12 };
+enum { LOOP_SQUARE, LOOP_BIAS, LOOP_CORRELATION, LOOP_BOUNDS };
 
 typedef struct loop_report {
     long samples, done, judged; /* asked for; simulated before it ended; after the approach */
@@ -47,10 +48,16 @@ typedef struct loop_report {
     double reach;               /* m, rms: what the path is off where the place can be at rest */
     double filter[2], control[2], both[2]; /* s a period: median, worst */
     double saturated;                      /* part of the samples with an input at a limit */
-    double violation[CONTROL_LIMITS_MAX];  /* worst, of each constraint, in its unit; 0: none */
-    double violated[CONTROL_LIMITS_MAX];   /* part of the samples */
+    /* Of the ranges of the inputs, from one sample to the next: mean and worst change, and the mean
+     * of half the second difference, of which smooth motions have little. */
+    double change[2], jitter;
+    double violation[CONTROL_LIMITS_MAX]; /* worst, of each constraint, in its unit; 0: none */
+    double violated[CONTROL_LIMITS_MAX];  /* part of the samples */
     double innovation[CONTROL_MEASUREMENTS_MAX]; /* mean normalised square of each sensor: 1 */
-    double estimate[CONTROL_INPUTS_MAX];         /* at the end, of control->estimate */
+    /* Of the filter's windows, what part is beyond each bound of estimator_consistency, of the
+     * sensor with most: mean square, bias, correlation; and estimator_doubt at the end. */
+    double beyond[LOOP_BOUNDS], doubt;
+    double estimate[CONTROL_INPUTS_MAX]; /* at the end, of control->estimate */
     double deviation[CONTROL_INPUTS_MAX];
     double truth[CONTROL_INPUTS_MAX];
     long filter_flags[LOOP_FLAGS], control_flags[LOOP_FLAGS], late; /* samples */

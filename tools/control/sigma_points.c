@@ -82,7 +82,7 @@ int sigma_room(int n, int width)
  * K = P_zv P_vv^-1 the covariance becomes the sum of squares of u_j - d_j K^T and of N K^T. */
 double sigma_correct(const sigma_points *x, int count, int width, const double *d, const double *b,
                      const double *noise, const double *innovation, double gate, double *z,
-                     double *u, double *room)
+                     double *u, double *normal, double *room)
 {
     const int n = x->n, stride = small_stride(n), apart = small_stride(width);
     const size_t row = (size_t)apart * sizeof(double);
@@ -102,6 +102,7 @@ double sigma_correct(const sigma_points *x, int count, int width, const double *
     double square = 0;
     for (int i = 0; i < width; i++) {
         square += nu[i] * nu[i];
+        normal[i] = nu[i];
     }
     if (!(square <= gate)) {
         return square;

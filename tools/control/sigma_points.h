@@ -41,11 +41,11 @@ void sigma_gather(const sigma_points *x, int count, int width, int stride, const
 
 /* Corrects z, U by an innovation [width] off the mean of sigma_gather with d, b of rows
  * small_stride(width) apart and noise [width] of its own. room: sigma_room(n, width) numbers.
- * Returns nu^T S^-1 nu, the normalised innovation squared; if that is not at most `gate`, z and U
- * stay as they are. */
+ * Returns nu^T S^-1 nu, the normalised innovation squared, of normal [width], S^(-1/2) nu; if that
+ * is not at most `gate`, z and U stay as they are. */
 double sigma_correct(const sigma_points *x, int count, int width, const double *d, const double *b,
                      const double *noise, const double *innovation, double gate, double *z,
-                     double *u, double *room);
+                     double *u, double *normal, double *room);
 int sigma_room(int n, int width);
 
 #ifdef __cplusplus

@@ -10,7 +10,7 @@ enum { LINES = 8, LINE = 300, ROLLOUTS = 8, SHORT_ROLLOUTS = 2 /* of a filter: m
 
 /* Rollouts of a trained model that no training saw, beside the solver. */
 static ad_status verify(const surrogate *s, const char *whose, int count, char line[LINE],
-                        ad_error *error)
+                        verdict *to, ad_error *error)
 {
     one_step model;
     rollouts_report x = {0};
@@ -31,6 +31,9 @@ static ad_status verify(const surrogate *s, const char *whose, int count, char l
         x.steps[ROLLOUTS_SHORT] * x.step, 100 * e[ROLLOUTS_SHORT][0], 100 * e[ROLLOUTS_SHORT][1],
         x.steps[ROLLOUTS_LONG], 100 * e[ROLLOUTS_LONG][0], 100 * e[ROLLOUTS_LONG][1],
         x.rows[ROLLOUTS_MODEL].diverged);
+    if (status == AD_OK) {
+        eval_rollouts_diverged(&x, "train it longer, or within smaller ranges", to);
+    }
     ad_pool_free(pool);
     rollouts_free(&x);
     surrogate_one_step_free(&model);
@@ -64,7 +67,7 @@ static void describe(const control_row *row, const char *model, char lines[LINES
 
 ad_status control_export(const config *of, const control_row *row, const char *model,
                          const surrogate *filter, const surrogate *controller, const char *out,
-                         bool force, char said[256], ad_error *error)
+                         bool force, char said[256], verdict *to, ad_error *error)
 {
     const loop_parts parts = loop_parts_of(row->loop);
     char lines[LINES][LINE] = {""}, name[EXPORT_LOOP_NAME + 1];
@@ -85,10 +88,10 @@ ad_status control_export(const config *of, const control_row *row, const char *m
                          "--inner with a model of control.period");
     }
     if (status == AD_OK && controller) {
-        status = verify(controller, "The controller's model", ROLLOUTS, lines[4], error);
+        status = verify(controller, "The controller's model", ROLLOUTS, lines[4], to, error);
     }
     if (status == AD_OK && filter && filter != controller) {
-        status = verify(filter, "The filter's model", SHORT_ROLLOUTS, lines[5], error);
+        status = verify(filter, "The filter's model", SHORT_ROLLOUTS, lines[5], to, error);
     }
     if (status != AD_OK) {
         return status;

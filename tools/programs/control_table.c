@@ -106,6 +106,10 @@ void control_print_details(const control_row *row)
     const loop_report *r = &row->report;
     const control_settings *c = &row->control;
     printf("\n  %-10s at most %.3g mm off in the approach\n", "approach", MILLI * r->approach);
+    printf(
+        "  %-10s change by %.3g %% of their ranges a sample (mean), at most by %.3g %%; to and fro "
+        "%.2g %%\n",
+        "inputs", 100 * r->change[0], 100 * r->change[1], 100 * r->jitter);
     if (r->saturated > 0) {
         printf("  %-10s at a limit in %.3g %% of the periods\n", "inputs", 100 * r->saturated);
     }
@@ -121,7 +125,10 @@ void control_print_details(const control_row *row)
             printf("%s %.3g", i ? "," : "", r->innovation[i]);
         }
     }
-    putchar('\n');
+    printf("\n  %-10s beyond its bounds: mean square %.3g %%, bias %.3g %%, correlation %.3g %% of "
+           "the windows; deviations taken %.2g times\n",
+           "", 100 * r->beyond[LOOP_SQUARE], 100 * r->beyond[LOOP_BIAS],
+           100 * r->beyond[LOOP_CORRELATION], r->doubt);
     print_flags("filter", filter_flags, r->filter_flags);
     print_flags("controller", control_flags, r->control_flags);
     if (r->late > 0) {
@@ -165,6 +172,11 @@ void control_json(int count, const control_row *rows, json *to)
             json_number(to, "approach", r->approach);
             json_number(to, "reach", r->reach);
             json_number(to, "saturated", r->saturated);
+            json_open(to, "change", '{');
+            json_number(to, "mean", r->change[0]);
+            json_number(to, "worst", r->change[1]);
+            json_number(to, "jitter", r->jitter);
+            json_close(to, '}');
             json_times(to, "filter_seconds", r->filter);
             json_times(to, "control_seconds", r->control);
             json_times(to, "seconds", r->both);
@@ -183,6 +195,12 @@ void control_json(int count, const control_row *rows, json *to)
                 json_number(to, NULL, r->innovation[k]);
             }
             json_close(to, ']');
+            json_open(to, "beyond", '{');
+            json_number(to, "square", r->beyond[LOOP_SQUARE]);
+            json_number(to, "bias", r->beyond[LOOP_BIAS]);
+            json_number(to, "correlation", r->beyond[LOOP_CORRELATION]);
+            json_close(to, '}');
+            json_number(to, "doubt", r->doubt);
             json_open(to, "constraints", '[');
             for (int k = 0; k < row->control.limit_count; k++) {
                 json_open(to, NULL, '{');

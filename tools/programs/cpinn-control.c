@@ -60,10 +60,15 @@ static const char epilogue[] =
     "\n"
     "--json writes one object: program, version, name, verdict, model, loops: [{name, error, "
     "samples,\n"
-    "diverged, rms, worst, approach, reach, saturated, filter_seconds, control_seconds, seconds\n"
-    "{median, worst}, estimates, innovations, constraints, filter_flags, control_flags, late}].\n"
+    "diverged, rms, worst, approach, reach, saturated, change\n"
+    "{mean, worst, jitter}, filter_seconds, control_seconds, seconds\n"
+    "{median, worst}, estimates, innovations, beyond {square, bias, correlation}, doubt, "
+    "constraints,\n"
+    " filter_flags, control_flags, late}].\n"
     "\n"
-    "The exit status is 3 where the robot diverges or control.tolerance is not kept.";
+    "The exit status is 3 where the robot diverges or control.tolerance is not kept, inputs jump "
+    "to\n"
+    "and fro, innovations are not those of the model, or with --c where its rollouts diverge.";
 
 typedef struct options {
     const char *config, *out, *shapes, *run, *inner, *json, *c;
@@ -325,7 +330,6 @@ static ad_status run(controlling *x, ad_error *error)
     if (!o->quiet) {
         control_print(x->count, x->rows);
         control_print_details(&x->rows[0]);
-        verdict_print(stdout, "", &x->verdict);
     }
     const scene *plant = &x->plant->scene;
     status = o->out ? control_write(&x->rows[0], plant, o->out, o->animate, error) : AD_OK;
@@ -338,13 +342,15 @@ static ad_status run(controlling *x, ad_error *error)
         const surrogate *plans = x->rows[0].control.model == CONTROL_SURROGATE ? x->trained : NULL;
         const surrogate *filters = plans && x->inner ? x->inner : plans;
         status = control_export(x->nominal, &x->rows[0], x->model_text, filters, plans, o->c,
-                                o->force, said, error);
+                                o->force, said, &x->verdict, error);
         if (status == AD_OK && !o->quiet) {
             printf("wrote %s as C: %s\n", o->c, said);
         }
     }
-    if (status == AD_OK && o->out && control_draw(o->out, o->animate, &why) != AD_OK &&
-        !o->quiet) {
+    if (status == AD_OK && !o->quiet) {
+        verdict_print(stdout, "", &x->verdict);
+    }
+    if (status == AD_OK && o->out && control_draw(o->out, o->animate, &why) != AD_OK && !o->quiet) {
         cli_warn(program, "%s", why.message);
     }
     return status;

@@ -5,6 +5,7 @@
 #include "tools/judge/gnuplot.h"
 #include "tools/judge/sheet.h"
 #include "tools/programs/cli.h"
+#include "tools/surrogate/growth.h"
 #include "tools/train/run.h"
 
 #include <math.h>
@@ -37,17 +38,30 @@ static const char *advice(surrogate_kind_id kind, double loss, double held_out)
                  "the parameters";
 }
 
+void eval_rollouts_diverged(const rollouts_report *x, const char *try, verdict *to)
+{
+    char unstable[400] = "";
+    if (!(x->growth <= SURROGATE_STABLE)) {
+        snprintf(unstable, sizeof unstable,
+                 "the robot has no stable rest with its inputs in the middle (deviations grow by a "
+                 "factor of %.4g a step), so try %s",
+                 x->growth, surrogate_steadier);
+    }
+    if (x->rows[ROLLOUTS_MODEL].diverged > 0) {
+        verdict_add(to, VERDICT_DIVERGED,
+                    "%d of %d rollouts of %d steps leave the solver by more than a quarter of "
+                    "the length; %s; loops by the reduced rod need no model (surrogate: null)",
+                    x->rows[ROLLOUTS_MODEL].diverged, x->count, x->steps[ROLLOUTS_LONG],
+                    *unstable ? unstable : try);
+    }
+}
+
 void eval_rollouts_verdict(const rollouts_report *x, surrogate_kind_id kind, double loss,
                            double held_out, verdict *to)
 {
     const rollouts_row *row = &x->rows[ROLLOUTS_MODEL];
     const char *try = advice(kind, loss, held_out);
-    if (row->diverged > 0) {
-        verdict_add(to, VERDICT_DIVERGED,
-                    "%d of %d rollouts of %d steps leave the solver by more than a quarter of "
-                    "the length; %s; loops by the reduced rod need no model (surrogate: null)",
-                    row->diverged, x->count, x->steps[ROLLOUTS_LONG], try);
-    }
+    eval_rollouts_diverged(x, try, to);
     const double own = row->error[ROLLOUTS_SHORT][ROLLOUTS_MEDIAN];
     const double modes = x->rows[ROLLOUTS_FINER].error[ROLLOUTS_SHORT][ROLLOUTS_MEDIAN];
     if (kind != SURROGATE_LINEAR && own > modes) {

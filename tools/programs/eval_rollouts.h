@@ -28,6 +28,9 @@ ad_status eval_rollouts_judge(const surrogate *s, int count, uint64_t seed, ad_p
 void eval_rollouts_verdict(const rollouts_report *report, surrogate_kind_id kind, double loss,
                            double held_out, verdict *to);
 
+/* The first of these alone; `try`: what to do about it, of a robot that is stable. */
+void eval_rollouts_diverged(const rollouts_report *report, const char *try, verdict *to);
+
 /* A row as texts: name, states, one step, 5 s, 1000 steps, diverged, one, 147, Jacobian. */
 enum { EVAL_ROLLOUTS_CELLS = 9, EVAL_ROLLOUTS_CELL = 32 };
 void eval_rollouts_heads(const rollouts_report *report,

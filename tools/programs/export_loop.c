@@ -518,6 +518,11 @@ void export_loop_write_header(const export_loop *x, FILE *file)
 /* Of the ranges of inputs: rounding, which compilers do differently, in a loop that forgets. */
 static const double TOLERANCE = 1e-8;
 
+/* The same of a robot with more inputs than numbers of its place. How they share the work hardly
+ * matters to what a plan costs, so that rounding is taken by the condition of its program, up to
+ * 1e8; what the inputs do to the place is compared as closely as ever. */
+static const double SHARED = 1e-5;
+
 void export_loop_write_selftest(const export_loop *x, FILE *file)
 {
     const controller_settings *c = &x->settings->controller;
@@ -528,9 +533,10 @@ void export_loop_write_selftest(const export_loop *x, FILE *file)
         const char *name;
         int columns;
         const double *rows;
-    } tables[3] = {{"measured", values_of(x), x->measured},
+    } tables[4] = {{"measured", values_of(x), x->measured},
                    {"paths", c->horizon * 3, x->paths},
-                   {"expected", known, x->expected}};
+                   {"expected", known, x->expected},
+                   {"reached", 3, x->reached}};
     for (int i = 0; i < e->parameters; i++) {
         parameter[i] = e->parameter[i].input;
     }
@@ -541,13 +547,14 @@ void export_loop_write_selftest(const export_loop *x, FILE *file)
             "/* Compares %s.c with cpinn's own loop: exit 1 and a line where they differ.\n"
             " *     cc -std=c11 -O2 -o selftest %s.c %s_selftest.c -lm && ./selftest */\n"
             "#include \"%s.h\"\n\n#include <math.h>\n#include <stdio.h>\n\n"
-            "enum { SAMPLES = %d, PARAMETERS = %d, LATE = %d };\n#define TOLERANCE %g\n\n",
+            "enum { SAMPLES = %d, PARAMETERS = %d, LATE = %d, HELD = %d };\n"
+            "#define TOLERANCE %g\n#define OF_INPUTS %g\n\n",
             x->name, x->name, x->name, x->name, x->samples, e->parameters, REGULATOR_LATE,
-            TOLERANCE);
+            EXPORT_LOOP_HELD, TOLERANCE, c->controlled > 3 ? SHARED : TOLERANCE);
     put_integers("", "parameter", (size_t)e->parameters, parameter, file);
     put_integers("", "sensor_values", (size_t)e->sensors, values, file);
     put_integers("", "expected_flags", (size_t)x->samples, x->flags, file);
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < 4; i++) {
         fprintf(file, "static const double %s[SAMPLES][%d] = {\n", tables[i].name,
                 tables[i].columns);
         for (int k = 0; k < x->samples; k++) {

@@ -22,7 +22,7 @@ typedef struct export_step {
     const linear_step *linear;
 } export_step;
 
-enum { EXPORT_LOOP_NAME = 40 };
+enum { EXPORT_LOOP_NAME = 40, EXPORT_LOOP_HELD = 10 };
 
 typedef struct export_loop {
     const char *name;  /* a C identifier */
@@ -42,6 +42,8 @@ typedef struct export_loop {
     double *measured; /* [samples][values of all sensors], NaN: missing */
     double *paths;    /* [samples][horizon][3] */
     double *expected; /* [samples][controlled + parameters] */
+    double *reached;  /* [samples][3]: the place, EXPORT_LOOP_HELD steps of the filter's model after
+                       * the answer, from the estimate, as if the answer were held */
     int *flags;       /* [samples] */
 } export_loop;
 

@@ -13,7 +13,8 @@ typedef struct recorder {
     void *memory;
     double *states; /* [SAMPLES + 1][states] of the model that stands for the robot */
     double *acting; /* [SAMPLES + REGULATOR_DELAY_MAX + 1][controlled] */
-    double *inputs, *reference, *place;
+    double *inputs, *reference, *place, *place_then;
+    double *held; /* [2][states], then [inputs] */
     unsigned seed;
 } recorder;
 
@@ -43,15 +44,19 @@ static ad_status allocate(recorder *r, ad_error *error)
     x->measured = calloc(SAMPLES * (size_t)values_of(x), sizeof *x->measured);
     x->paths = calloc(SAMPLES * horizon * 3, sizeof *x->paths);
     x->expected = calloc(SAMPLES * (m + (size_t)s->estimator.parameters), sizeof *x->expected);
+    x->reached = calloc(SAMPLES * 3, sizeof *x->reached);
     x->flags = calloc(SAMPLES, sizeof *x->flags);
     r->states = calloc((SAMPLES + 1) * n, sizeof *r->states);
     r->acting = calloc((SAMPLES + REGULATOR_DELAY_MAX + 1) * m, sizeof *r->acting);
     r->inputs = calloc((size_t)c->model.inputs, sizeof *r->inputs);
     r->reference = calloc(horizon * v, sizeof *r->reference);
     r->place = calloc(v, sizeof *r->place);
+    r->place_then = calloc(v, sizeof *r->place_then);
     r->memory = malloc(regulator_size(s));
-    const bool all = x->measured && x->paths && x->expected && x->flags && r->states && r->acting &&
-                     r->inputs && r->reference && r->place && r->memory;
+    r->held = calloc(2 * n + (size_t)c->model.inputs, sizeof *r->held);
+    const bool all = x->measured && x->paths && x->expected && x->reached && x->flags && r->held &&
+                     r->states && r->acting && r->inputs && r->reference && r->place &&
+                     r->place_then && r->memory;
     return all ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a self-test");
 }
 
@@ -98,6 +103,33 @@ static const double *wish(recorder *r, int k, double *path)
     return r->reference;
 }
 
+/* Where an answer that is held leads the place, by the estimate and the model of the filter. */
+static bool reach(recorder *r, const double *answer, double position[3])
+{
+    const controller_settings *c = &r->to->settings->controller;
+    const one_step *model = &r->to->settings->estimator.model;
+    const one_look *place = &c->look;
+    const size_t n = (size_t)model->states;
+    double *state = r->held, *next = state + n, *inputs = next + n;
+    const estimator *filtered = regulator_estimator(r->both);
+    memcpy(state, estimator_state(filtered), n * sizeof *state);
+    memcpy(inputs, estimator_inputs(filtered), (size_t)model->inputs * sizeof *inputs);
+    for (int i = 0; i < c->controlled; i++) {
+        inputs[c->inputs[i]] = answer[i];
+    }
+    for (int i = 0; i < EXPORT_LOOP_HELD; i++) {
+        if (model->advance(model->context, 1, model->step, state, inputs, NULL, next, NULL, NULL)) {
+            return false;
+        }
+        memcpy(state, next, n * sizeof *state);
+    }
+    if (place->see(place->context, 1, state, inputs, r->place_then, NULL)) {
+        return false;
+    }
+    memcpy(position, r->place_then, 3 * sizeof *position);
+    return true;
+}
+
 static ad_status sample(recorder *r, int k, ad_error *error)
 {
     export_loop *x = r->to;
@@ -120,11 +152,12 @@ static ad_status sample(recorder *r, int k, ad_error *error)
     for (int i = 0; i < e->parameters; i++) {
         answer[m + i] = estimator_inputs(regulator_estimator(r->both))[e->parameter[i].input];
     }
+    const bool reached = reach(r, answer, x->reached + 3 * k);
     for (int i = 0; i < m; i++) {
         r->inputs[c->inputs[i]] = acting[i];
     }
-    if (e->model.advance(e->model.context, 1, period, r->states + k * n, r->inputs, NULL,
-                         r->states + (k + 1) * n, NULL, NULL)) {
+    if (!reached || e->model.advance(e->model.context, 1, period, r->states + k * n, r->inputs,
+                                     NULL, r->states + (k + 1) * n, NULL, NULL)) {
         return ad_fail(error, AD_NOT_FINITE, "the model has no answer near rest");
     }
     return AD_OK;
@@ -179,6 +212,8 @@ ad_status export_loop_record(export_loop *x, ad_error *error)
     free(r.inputs);
     free(r.reference);
     free(r.place);
+    free(r.place_then);
+    free(r.held);
     free(r.memory);
     return status;
 }
@@ -188,5 +223,6 @@ void export_loop_free(export_loop *x)
     free(x->measured);
     free(x->paths);
     free(x->expected);
+    free(x->reached);
     free(x->flags);
 }

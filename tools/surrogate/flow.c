@@ -219,7 +219,7 @@ static ad_status fill(surrogate_flow *x, const surrogate_node *node, const surro
         status = factor_gramian(x->m, q, &x->head[b])
                      ? AD_OK
                      : ad_fail(error, AD_NOT_FINITE,
-                               "errors of the linear map do not die out: it is not stable");
+                               "what errors of the linear map do to the tip is not finite");
     }
     const size_t n = (size_t)linear.states, m = (size_t)linear.inputs,
                  all = linear.ramps ? 2 * m : m;

@@ -454,6 +454,19 @@ static void add_misfit(const finder *x, int copies, const double *rates, const d
     }
 }
 
+/* by_state [n][n] row by row becomes 1 - h by_state, column by column, as LU factors take it. */
+static void form_euler(int n, double h, double *matrix)
+{
+    for (int i = 0; i < n; i++) {
+        matrix[i * (n + 1)] = 1 - h * matrix[i * (n + 1)];
+        for (int j = 0; j < i; j++) {
+            const double below = matrix[i * n + j];
+            matrix[i * n + j] = -h * matrix[j * n + i];
+            matrix[j * n + i] = -h * below;
+        }
+    }
+}
+
 /* By how much a symmetry is off, of what states change in a step: a state's rates, when it is moved
  * and they are moved back, are the same but for the inputs, in whose drives, moved back, they are
  * affine. Rates become changes in a step by Euler's implicit rule, linear, as stiff ones matter
@@ -473,9 +486,7 @@ static double measure(finder *x, const candidate *c)
         const double *state = x->steps->state + i * (size_t)n;
         const double *u = x->steps->input + i * (size_t)all;
         bool fine = reduced_rate(x->rod, 0, state, u, rates, euler, NULL, NULL) == AD_OK;
-        for (int k = 0; k < n * n; k++) {
-            euler[k] = (k % (n + 1) == 0) - x->m->step * euler[k];
-        }
+        form_euler(n, x->m->step, euler);
         fine = fine && ad_dense_lu((size_t)n, euler, pivots) == 0;
         for (int j = 0; j < copies && fine; j++) {
             const bool mirrors = c->mirrors && nn_rng_uniform(&random) < 0.5;

@@ -1,5 +1,6 @@
 /* The linear map of a step, and what counts of its errors. */
 #include "autodiff/dense.h"
+#include "tools/surrogate/growth.h"
 #include "tools/surrogate/training_parts.h"
 
 #include <math.h>
@@ -269,13 +270,30 @@ static ad_status see_tip(const surrogate_step *m, reduced_rod *rod, const surrog
     return status;
 }
 
+/* A fitted map that is not stable is allowed of a robot that is: its motions are only wide. */
+static ad_status check_rest(ad_pool *pool, const surrogate_step *m, reduced_rod *rod, double fitted,
+                            ad_error *error)
+{
+    double own;
+    const ad_status status = surrogate_rest_growth(pool, rod, m->step, &own, error);
+    return status != AD_OK || own <= SURROGATE_STABLE
+               ? status
+               : ad_fail(error, AD_BAD_INPUT,
+                         "surrogate: the robot has no stable rest with its inputs in the middle "
+                         "(deviations grow by a factor of %.4g a step, %.4g in the solved steps); "
+                         "allowed: %s, or loops by the reduced rod (surrogate: null)",
+                         own, fitted, surrogate_steadier);
+}
+
 ad_status surrogate_gramian(ad_pool *pool, const surrogate_step *m, reduced_rod *rod,
                             const surrogate_steps *steps, double *q, ad_error *error)
 {
     enum {
         DOUBLINGS = 12
     }; /* of the steps that are summed: the slowest robots die out in so many */
-    const double little = 1e-3;
+    /* Where motions are so wide that the fitted map is not stable while the robot is, errors are
+     * followed for some hundred steps: the map shrunk to this. */
+    const double little = 1e-3, shrunk = 0.99;
     const size_t n = (size_t)m->states;
     const surrogate_numbers at = surrogate_numbers_of(m, (double *)m->numbers);
     double *room = calloc(3 * n * n + 12 * n + 1, sizeof *room), trace = 0;
@@ -283,9 +301,14 @@ ad_status surrogate_gramian(ad_pool *pool, const surrogate_step *m, reduced_rod 
     if (!room) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for what counts of errors");
     }
+    const double fitted = surrogate_growth(pool, n, at.linear, room);
+    ad_status status = fitted <= 1 ? AD_OK : check_rest(pool, m, rod, fitted, error);
     memset(q, 0, n * n * sizeof *q);
-    memcpy(power, at.linear, n * n * sizeof *power); /* A^T is [n][n] at the begin of the map */
-    const ad_status status = see_tip(m, rod, steps, product + n * n, q, error);
+    memset(room, 0, (3 * n * n + 12 * n) * sizeof *room);
+    for (size_t a = 0; a < n * n; a++) { /* A^T is [n][n] at the begin of the map */
+        power[a] = at.linear[a] * (fitted <= 1 ? 1 : shrunk / fitted);
+    }
+    status = status == AD_OK ? see_tip(m, rod, steps, product + n * n, q, error) : status;
     for (int k = 0; k < DOUBLINGS && status == AD_OK; k++) {
         ad_dense_multiply(pool, false, true, n, n, n, q, power, 0, product); /* Q A^k */
         ad_dense_multiply(pool, false, false, n, n, n, power, product, 1, q);

@@ -2,6 +2,7 @@
 
 #include "physics/solve/reduced.h"
 #include "tools/surrogate/excite.h"
+#include "tools/surrogate/growth.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -418,6 +419,9 @@ ad_status rollouts_judge(const rollouts_subject *subject, int count, uint64_t se
         judge_model(&x, report);
         status = rollouts_time_model(&x, subject->model, &report->rows[ROLLOUTS_MODEL], error);
     }
+    status = status == AD_OK
+                 ? surrogate_rest_growth(pool, x.rod, report->step, &report->growth, error)
+                 : status;
     status = status == AD_OK ? over_time(&x, subject->model, report, error) : status;
     status = status == AD_OK ? rollouts_judge_rod(&x, pool, report, error) : status;
     status = status == AD_OK ? judge_finer(&x, &settings, pool, report, error) : status;

@@ -53,6 +53,7 @@ typedef struct rollouts_report {
     double solver;                    /* s of processor time, a step of the solver */
     long lost;                        /* steps that the solver could not take, left out */
     double outside;                   /* part of the steps outside of the range of training */
+    double growth;                    /* of the robot at rest: tools/surrogate/growth.h */
     rollouts_row rows[ROLLOUTS_ROWS];
     double (*over_time)[2];  /* [steps of the short span]: errors of the model after each step */
     double (*path)[2][3];    /* [steps of the short span]: m, the tip of a typical rollout by the
