@@ -122,3 +122,11 @@ ad_status experiment_error(const experiment *e, const double *member, double *es
     }
     return status;
 }
+
+ad_status experiment_kept_error(const experiment *e, const checkpoint *file, double *estimate,
+                                ad_error *why)
+{
+    *estimate = NAN;
+    checkpoint_get_doubles(file, "estimate", estimate, 1, NULL);
+    return isnan(*estimate) && !e->targets ? experiment_error(e, NULL, estimate, why) : AD_OK;
+}

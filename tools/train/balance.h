@@ -24,6 +24,11 @@ learnt_balance experiment_balance(const experiment *e, const double *member);
 ad_status experiment_error(const experiment *e, const double *member, double *estimate,
                            ad_error *why);
 
+/* The estimate that its checkpoint keeps; where there is none, as of training that is not over, of
+ * the middle member as above. NaN of a family in the strain form, each of whose answers has one. */
+ad_status experiment_kept_error(const experiment *e, const checkpoint *file, double *estimate,
+                                ad_error *why);
+
 #ifdef __cplusplus
 }
 #endif

@@ -10,6 +10,7 @@
  *   training/seconds     wall time so far, double
  *   training/stage_seconds  the same of the stage at work
  *   training/optimizer   1 while an optimiser's state is stored under optimizer/
+ *   estimate             trainer_estimate, double
  *   training/kernels     text, ad_dense_kernels: of another processor the last digits differ
  *   training/loads/...   doubles part, reached, before, increment, solved [2, parameters] of
  *                        optim/continuation.h; where the loads may come in parts */

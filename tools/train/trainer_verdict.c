@@ -303,7 +303,7 @@ static void judge_estimate(const trainer *t, verdict *result)
     } else if (isnan(estimate) && !t->e->targets) {
         verdict_add(result, VERDICT_ERROR_UNKNOWN,
                     "the error of the answer is not known%s%s; compare with a known case, or with "
-                    "a second training with more waves and another seed",
+                    "a second training of another kind of network, waves or hidden layers",
                     *t->info.unknown ? ": " : "", t->info.unknown);
     }
 }
