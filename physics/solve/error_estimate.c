@@ -67,26 +67,6 @@ static double largest_distance(const measuring *x)
     return sqrt(largest);
 }
 
-/* By strain modes where these take the motion, which follow sudden loads best. */
-static ad_status solve(const measuring *x, double tolerance, solution **result,
-                       solve_report *report, ad_error *error)
-{
-    const bool rod = !scene_is_beam(x->scene);
-    solve_settings settings = {.tolerance = tolerance,
-                               .method = x->moves && rod ? SOLVE_MODES : SOLVE_COLLOCATION};
-    if (!x->moves && rod) {
-        settings.guess = shape_of;
-        settings.guess_context = x;
-    }
-    const size_t count = x->moves ? x->points : 0;
-    ad_status status = solution_create(x->scene, &settings, count, x->t, result, report, error);
-    if (status == AD_BAD_ARGUMENT && settings.method == SOLVE_MODES) {
-        settings.method = SOLVE_COLLOCATION;
-        status = solution_create(x->scene, &settings, count, x->t, result, report, error);
-    }
-    return status;
-}
-
 /* What makes a solution worthless. */
 static ad_status judge(const measuring *x, const solve_report *report, ad_error *error)
 {
@@ -103,6 +83,36 @@ static ad_status judge(const measuring *x, const solve_report *report, ad_error 
     return AD_OK;
 }
 
+/* *result is NULL where it fails, or is worthless. */
+static ad_status solve_by(const measuring *x, solve_method method, double tolerance,
+                          solution **result, solve_report *report, ad_error *error)
+{
+    solve_settings settings = {.tolerance = tolerance, .method = method};
+    if (!x->moves && !scene_is_beam(x->scene)) {
+        settings.guess = shape_of;
+        settings.guess_context = x;
+    }
+    ad_status status =
+        solution_create(x->scene, &settings, x->moves ? x->points : 0, x->t, result, report, error);
+    status = status == AD_OK ? judge(x, report, error) : status;
+    if (status != AD_OK) {
+        solution_free(*result);
+        *result = NULL;
+    }
+    return status;
+}
+
+/* By strain modes where these solve a rod's motion, which follow sudden loads best. */
+static ad_status solve(const measuring *x, double tolerance, solution **result,
+                       solve_report *report, ad_error *error)
+{
+    const bool modes = x->moves && !scene_is_beam(x->scene);
+    ad_status status = modes ? solve_by(x, SOLVE_MODES, tolerance, result, report, error) : AD_OK;
+    return modes && (status == AD_OK || status == AD_NO_MEMORY)
+               ? status
+               : solve_by(x, SOLVE_COLLOCATION, tolerance, result, report, error);
+}
+
 /* estimate: the distance and what the solver leaves, *left of it. */
 static ad_status measure(const measuring *x, double tolerance, double *estimate, double *left,
                          ad_error *error)
@@ -110,7 +120,6 @@ static ad_status measure(const measuring *x, double tolerance, double *estimate,
     solution *solved = NULL;
     solve_report report;
     ad_status status = solve(x, tolerance, &solved, &report, error);
-    status = status == AD_OK ? judge(x, &report, error) : status;
     if (status == AD_OK) {
         status = solution_evaluate(solved, x->positions, x->points, x->s, x->moves ? x->t : NULL,
                                    x->exact, error);

@@ -55,7 +55,8 @@ static const struct {
               {"configs/timoshenko_vibration.yaml", false},
               {"configs/cases/beam_step.yaml", false},
               {"configs/cases/beam_mode_pinned.yaml", false},
-              {"configs/cases/travelling_helix.yaml", false}};
+              {"configs/cases/travelling_helix.yaml", false},
+              {"configs/cases/torsion_wave.yaml", false}};
 enum { SCENES = sizeof scenes / sizeof *scenes };
 
 typedef struct tally {
@@ -100,9 +101,10 @@ static ad_status compare(const session *s, const char *scene, tally *all, ad_err
     const double ratio = estimate / off_by;
     const bool silent = estimate <= TOLERANCE && off_by > FACTOR * TOLERANCE;
     const bool off = !(ratio <= FACTOR && ratio >= 1 / FACTOR);
-    printf("%-26s %6lld   %.2e   %.2e   %6.3f%s%s%s\n", scene,
+    printf("%-26s %6lld   %.2e   %.2e   %6.3f%s%s%s%s\n", scene,
            (long long)trainer_inspect(s->trainer).step, off_by, estimate, ratio,
-           off ? "   OFF" : "", silent ? "   SILENT" : "", isnan(estimate) ? why.message : "");
+           off ? "   OFF" : "", silent ? "   SILENT" : "", isnan(estimate) ? "   " : "",
+           isnan(estimate) ? why.message : "");
     all->runs++;
     all->off += off;
     all->silent += silent;

@@ -310,7 +310,8 @@ static void judge_estimate(const trainer *t, verdict *result)
 
 static void judge_load_balance(const trainer *t, verdict *result)
 {
-    double estimate = estimate_by_residuals(t), balance = t->info.balance.loads;
+    double estimate = isnan(t->info.estimate) ? estimate_by_residuals(t) : t->info.estimate;
+    double balance = t->info.balance.loads;
     const rod_weights *weights = &t->e->settings->weights; /* 0: data stand for that equation */
     bool balances = weights->force > 0 && weights->moment > 0;
     if (balances && !isnan(estimate) && !isnan(balance)) {
