@@ -44,8 +44,8 @@ extern "C" {
       "measurements tell a combination of unknowns much better than each of them")                 \
     X(VERDICT_ESTIMATE_OFF, "estimate_off", VERDICT_SOLVED,                                        \
       "what a filter has found is further from the truth than its standard deviation explains")    \
-    X(VERDICT_ERROR_UNKNOWN, "error_unknown", VERDICT_SOLVED,                                      \
-      "residuals are small, and what error they leave is not known of these equations")            \
+    X(VERDICT_ERROR_UNKNOWN, "error_unknown", VERDICT_WARNING,                                     \
+      "residuals are small, and what error they leave is not known")                               \
     X(VERDICT_DEVIATIONS_ROUGH, "deviations_rough", VERDICT_WARNING,                               \
       "standard deviations of unknowns are off, as what is measured is far from linear in them")   \
     X(VERDICT_AT_BOUND, "at_bound", VERDICT_WARNING,                                               \

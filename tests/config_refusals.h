@@ -118,8 +118,11 @@ static const refusal refusals[] = {
      "stage runs lbfgs; leave it out"},
     {BASE "network: {modes: [3, 1, 2, 1]}\n", NULL,
      "scene.yaml:4:18: network.modes: are of one motion in the strain form; leave them out"},
-    {BASE "network: {tolerance: 1.0e-3}\n", NULL,
-     "scene.yaml:4:22: network.tolerance: is of one motion in the strain form; leave it out"},
+    {BASE "network: {tolerance: 1.0e-3}\nparameters: {p: {range: [0, 1]}}\nloads: {tip: {force: "
+          "[p, 0, 0]}}\n",
+     NULL,
+     "scene.yaml:4:22: network.tolerance: is not of a family in the strain form, each of whose "
+     "answers has an error of its own; leave it out"},
     {BASE "network: {modes: [3, 1]}\n", NULL,
      "scene.yaml:4:18: network.modes: has 2 entries; allowed: a list of 4 whole numbers 0 to 24"},
     {BASE "formulation: strain\n", NULL,

@@ -43,7 +43,7 @@ rm -r half
 mkdir scenes && sed 's/^reference:/name: short/; /analytic:/d' "$elastica" >scenes/x.yaml
 run 3 cpinn-train scenes/x.yaml "${small[@]}" --quiet
 check the default folder is runs/NAME -- test -s runs/short/checkpoint.h5
-check quiet says nothing but the warning -- test ! -s stdout.txt -a "$(wc -l <stderr.txt)" -eq 1
+check quiet says nothing but the warnings -- test ! -s stdout.txt -a "$(wc -l <stderr.txt)" -eq 2
 said stderr.txt '^cpinn-train: warning \(not_converged\): '
 run 3 cpinn-train "$elastica" "${small[@]}" --out deep/er/est
 check folders on the way are made -- test -s deep/er/est/checkpoint.h5

@@ -45,6 +45,7 @@ assert abs((x[1] - x[0]) / (2 * h) - slope) < 1e-8  # h^2 and 1e-16 / h
 # Kept, opened again, saved; the same numbers to the last bit.
 again = cpinn.open("run")
 assert again.verdict.outcome == "solved"
+assert 0 < again.estimate == model.estimate < 1e-3
 assert numpy.array_equal(again.evaluate("r q", s=0.2)["z"], model.evaluate("r q", s=0.2)["z"])
 assert numpy.array_equal(again.history["loss"], model.history["loss"])
 model.save("saved.h5")

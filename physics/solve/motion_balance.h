@@ -21,10 +21,6 @@ typedef struct motion_balance {
                       * with that largest energy, all of it kinetic, could have */
 } motion_balance;
 
-/* values [solution_columns][points] in SI units at s [points] (m) and t [points] (s). */
-typedef ad_status solve_known_motion(void *context, size_t points, const double *s, const double *t,
-                                     double *values, ad_error *error);
-
 /* Of the rod of a scene in motion that passes scene_check and the check of its model, from the
  * first of times [count], s, ascending, to the last: the motion is smooth between two of them.
  * What a rest shape that jumps at one of them does counts as work. Not known (NaN) without rotary

@@ -60,6 +60,15 @@ typedef struct solve_seen {
     double s, position[3], rotation[4], velocity[3], spin[3];
 } solve_seen;
 
+/* values [columns][n] of the scene's model at s [n] (m), in SI units, all but those of motion. */
+typedef ad_status solve_shape(const void *context, size_t n, const double *s, double *values,
+                              ad_error *error);
+
+/* Of a motion: values [solution_columns][points] in SI units at s [points] (m) and t [points] (s).
+ */
+typedef ad_status solve_known_motion(void *context, size_t points, const double *s, const double *t,
+                                     double *values, ad_error *error);
+
 typedef struct solve_settings {
     double tolerance;    /* > 0; of the position over the length, or of a beam's deflection over its
                           * largest, everywhere. Of rods in motion: of the position, or of a tenth
@@ -74,11 +83,14 @@ typedef struct solve_settings {
                           * finds its buckled shape. 0: none. */
     int branch; /* rods at rest: at the so many-th bifurcation, leave the path that continues
                  * the unstressed rod for the one that crosses it; 0: never */
-    solve_method method;    /* rods at rest, modes in motion; of other scenes collocation alone */
-    int modes[4];           /* of SOLVE_MODES: of bending, twist, stretch, shear, each direction and
-                             * piece, without refinement; all 0: as many as the tolerance asks for */
-    const solve_seen *from; /* of SOLVE_MODES: the state at t = 0 in place of the scene's, by */
-    size_t from_count;      /* ascending s from 0 to the length, 6 at least; 0: the scene's */
+    solve_method method; /* rods at rest, modes in motion; of other scenes collocation alone */
+    int modes[4];        /* of SOLVE_MODES: of bending, twist, stretch, shear, each direction and
+                          * piece, without refinement; all 0: as many as the tolerance asks for */
+    solve_shape *guess;  /* rods at rest: a shape next to which an equilibrium is sought, by */
+    const void *guess_context; /* Newton's method from there. NULL, or where that does not lead
+                                * to one: on the path from the unstressed rod */
+    const solve_seen *from;    /* of SOLVE_MODES: the state at t = 0 in place of the scene's, by */
+    size_t from_count;         /* ascending s from 0 to the length, 6 at least; 0: the scene's */
 } solve_settings;
 
 /* What a place on a path of equilibria is. */
@@ -157,10 +169,6 @@ double solution_tension(const solution *x, int tendon);
 /* Of a rod, not of a beam, at t (s; the nearest of the times that were solved; a scene at rest does
  * not look at it). AD_NO_MEMORY. */
 ad_status solution_energy(const solution *x, double t, solve_energy *energy, ad_error *error);
-
-/* values [columns][n] of the scene's model at s [n] (m), in SI units, all but those of motion. */
-typedef ad_status solve_shape(const void *context, size_t n, const double *s, double *values,
-                              ad_error *error);
 
 /* Whether loads and supports of a whole rod or beam at rest balance: the sum of all forces and
  * moments, by EI/L^2 and EI/L (of a beam that is as much smaller as it deflects), over 1 and the

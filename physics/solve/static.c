@@ -365,10 +365,13 @@ ad_status static_solve(const solve_rod *rod, const solve_settings *settings,
         report->load_fraction = 0;
         static_system_set(x->system, &(static_path){.load = 0});
         status = static_system_guess(x->system, x->y, error);
-    } else if (status == AD_OK) {
+    } else if (status == AD_OK && settings->guess) {
+        status = static_from_guess(x, settings, &path, &path.traced, report, error);
+    }
+    if (status == AD_OK && settings->branch == 0 && !path.traced) {
         status = static_path_follow(x->system, x->newton, &path, x->y, &leaps, report, error);
     }
-    if (status == AD_OK &&
+    if (status == AD_OK && !path.traced &&
         (report->load_fraction < 1 || (leaps && path.turn == 0) || path.may_snap)) {
         trace_goal goal = settings->branch > 0 ? TRACE_WHOLE : TRACE_FULL_LOAD;
         status = trace(&x, settings, &path, goal, report, error);

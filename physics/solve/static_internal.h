@@ -1,4 +1,4 @@
-/* Shared by static.c, static_trace.c and static_walk.c; not for others. */
+/* Shared by static.c, static_guess.c, static_trace.c and static_walk.c; not for others. */
 #ifndef PHYSICS_SOLVE_STATIC_INTERNAL_H
 #define PHYSICS_SOLVE_STATIC_INTERNAL_H
 
@@ -27,5 +27,11 @@ int static_halve(const static_solution *x, double threshold, double **edges);
  */
 ad_status static_begin(const solve_rod *rod, const solve_settings *settings, const path_shape *path,
                        static_solution **result, solve_report *report, ad_error *error);
+
+/* From the guess of the settings to the equilibrium next to it, at full load; *found: there is
+ * one, in x->y. AD_NO_MEMORY, errors of the guess. */
+ad_status static_from_guess(static_solution *x, const solve_settings *settings,
+                            const path_shape *path, bool *found, solve_report *report,
+                            ad_error *error);
 
 #endif

@@ -14,7 +14,8 @@ static const double PATH_OFF_MAX = 0.4;
  * goes away again; beyond that the perturbation does. */
 typedef struct path_shape {
     double first, last, perturbation, stretch;
-    bool traced;    /* past limit points or along a branch: not where the load leads by itself */
+    bool traced;    /* past limit points, along a branch or from a guess: not where the load leads
+                     * by itself */
     double longest; /* step */
     bool may_buckle;
     bool may_snap;         /* held at both ends and bent by its loads or its rest shape */

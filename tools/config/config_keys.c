@@ -258,9 +258,12 @@ const config_key config_keys[] = {
              "of the rod, for each direction; a locked strain, or one across the plane of a motion, "
              "has none."},
     {"network.tolerance", CONFIG_NUMBER, AT(settings.tolerance), BETWEEN(1e-10, 0.1),
-     .help = "Of one motion in the strain form: cpinn-train takes more network.modes and a larger "
-             "network.polynomial.degree, from few or from those that are given, until the error is "
-             "estimated to be less of the length."},
+     .fallback = "1e-3; of one scene at rest in mixed form without hidden layers 5e-8",
+     .help = "Of the estimated error, of the length or of a beam's deflection: above it the verdict is "
+             "a warning. Of one motion in the strain form, where it is given, cpinn-train takes more "
+             "network.modes and a larger network.polynomial.degree, from few or from those that are "
+             "given, until the estimate is below. Not of families in the strain form, each of whose "
+             "answers has an error of its own."},
     {"network.inputs", CONFIG_CHOICE, AT(settings.groups.inputs), .names = input_names,
      .help = "Of a family whose network is of the parameters alone. groups: the dimensionless "
              "numbers of its equations, forces by EI/L^2 and so on, which --explain lists; "

@@ -102,6 +102,10 @@ const verdict *cpinn_verdict(const cpinn_model *model);
 const scene *cpinn_scene(const cpinn_model *model);
 const train_settings *cpinn_settings(const cpinn_model *model); /* resolved */
 
+/* The estimated error of the position, the largest over the length, or of a beam's deflection over
+ * its largest; NaN: not known, or training is not over. */
+double cpinn_estimate(const cpinn_model *model);
+
 /* Rows of history.csv. Columns are "step", "seconds", "loss", "held_out", "error", ...; NaN where a
  * value is not known, and where there is no such column. */
 size_t cpinn_history_rows(const cpinn_model *model);

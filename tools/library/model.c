@@ -17,6 +17,7 @@ struct cpinn_model {
     run_folder folder;
     cpinn_options options;
     verdict verdict;
+    double estimate;
     char names[HISTORY_COLUMNS_MAX][NAME_MAX_]; /* of the history */
     int columns;
     size_t count;
@@ -106,6 +107,7 @@ static ad_status go_through(cpinn_model *model, ad_error *error)
     memcpy(experiment_parameters(s->e), trainer_parameters(s->trainer),
            s->e->count * sizeof(double));
     trainer_verdict(s->trainer, &model->verdict);
+    model->estimate = trainer_estimate(s->trainer);
     return keep_history(model, error);
 }
 
@@ -260,6 +262,8 @@ static ad_status read_history(cpinn_model *model, const checkpoint *file, ad_err
 static ad_status read_end(cpinn_model *model, const checkpoint *file, ad_error *error)
 {
     ad_status status = read_history(model, file, error);
+    model->estimate = NAN;
+    checkpoint_get_doubles(file, "estimate", &model->estimate, 1, NULL);
     return status == AD_OK ? report_get_verdict(file, &model->verdict, error) : status;
 }
 
@@ -314,6 +318,11 @@ ad_status cpinn_open_physics(const char *path, physics_model *physics,
 const verdict *cpinn_verdict(const cpinn_model *model)
 {
     return &model->verdict;
+}
+
+double cpinn_estimate(const cpinn_model *model)
+{
+    return model->estimate;
 }
 
 const scene *cpinn_scene(const cpinn_model *model)

@@ -111,6 +111,8 @@ typedef struct evaluation {
     bool is_judged;
     verdict verdict; /* of training, where it is judged */
     reference_errors errors;
+    double estimate;        /* of the error of the position over the length */
+    ad_error unknown;       /* why it is not known */
     learnt_balance balance; /* in motion to the end of what is trained */
     double rate;            /* evaluations per second; NaN: not asked for */
 } evaluation;
@@ -310,9 +312,12 @@ static void print_report(const evaluation *x)
         return;
     }
     print_tip(x);
-    if (x->asked.family.at) {
-        puts("not trusted: the error of one member is not estimated of a motion or a beam; "
-             "cpinn-solve --at solves it");
+    if (!isnan(x->estimate)) {
+        printf("estimated error %.1e of the %s\n", x->estimate,
+               scene_is_beam(x->e->scene) ? "deflection" : "length");
+    } else {
+        printf("not trusted: its error is not known%s%s\n", *x->unknown.message ? ": " : "",
+               x->unknown.message);
     }
     if (isfinite(x->balance.loads)) {
         printf("loads: out of balance by %.1e\n", x->balance.loads);
@@ -386,6 +391,7 @@ static ad_status write_json(const evaluation *x, ad_error *error)
         json_member(&to, x);
     }
     json_tip(&to, x);
+    json_number(&to, "estimate", x->estimate);
     json_number(&to, "loads_out_of_balance", x->balance.loads);
     json_number(&to, "energy_out_of_balance", x->balance.energy);
     json_number(&to, "momentum_out_of_balance", x->balance.momentum);
@@ -508,6 +514,13 @@ static ad_status run(evaluation *x, ad_error *error)
     }
     if (status == AD_OK && (o->out || o->speed)) {
         status = evaluate_points(x, error);
+    }
+    if (status == AD_OK) {
+        status = f->at ? experiment_error(x->e, x->member, &x->estimate, &x->unknown)
+                       : experiment_kept_error(x->e, x->file, &x->estimate, &x->unknown);
+        if (status != AD_OK) {
+            *error = x->unknown;
+        }
     }
     if (status == AD_OK) {
         x->balance = experiment_balance(x->e, x->member);

@@ -365,7 +365,7 @@ static ad_status grow(training *t, ad_error *error)
     const double enough = 0.7; /* of the estimate before */
     double before = INFINITY;
     signals_catch();
-    while (!isnan(t->s.e->settings->tolerance)) {
+    while (t->s.e->modes && !isnan(t->s.e->settings->tolerance)) {
         int modes[4], degree;
         char texts[2][64];
         config *settings = NULL;

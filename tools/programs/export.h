@@ -27,6 +27,8 @@ typedef struct export_model {
     bool is_judged;
     verdict verdict; /* of training */
     double error;    /* of the position against the scene's reference; NaN: unknown */
+    double
+        estimate; /* of the largest error over the length, or a beam's deflection; NaN: unknown */
     double held_out; /* root of the loss at points never trained on; NaN: unknown */
     uint64_t hash;   /* of the networks */
 

@@ -58,9 +58,13 @@ static void write_trust(const export_model *x, FILE *file)
         fprintf(file, " *   %s\n",
                 x->is_judged ? "solved: nothing speaks against it" : "none: it was not finished");
     }
-    if (isnan(x->error)) {
-        fputs(" * Its error is not known, for lack of a reference.\n", file);
+    if (isnan(x->estimate)) {
+        fputs(" * The error of its position is not known.\n", file);
     } else {
+        fprintf(file, " * Estimated error of the position, the largest: %.1e of the %s.\n",
+                x->estimate, scene_is_beam(x->e->scene) ? "deflection" : "length");
+    }
+    if (!isnan(x->error)) {
         fprintf(file, " * Relative error of the position against the scene's reference: %.1e.\n",
                 x->error);
     }
@@ -74,6 +78,12 @@ static void write_trust(const export_model *x, FILE *file)
                 largest(x->measured.values, x->outputs), largest(x->measured.jacobian, x->outputs),
                 x->name);
     }
+}
+
+/* For a macro. */
+static double known(double value)
+{
+    return isnan(value) ? -1 : value;
 }
 
 static void write_head(const export_model *x, FILE *file)
@@ -168,14 +178,17 @@ void export_write_header(const export_model *x, FILE *file)
     fprintf(file, "#define %s_INPUTS       %d\n#define %s_OUTPUTS      %d\n", n, x->inputs, n,
             x->outputs);
     fprintf(file, "#define %s_MEMORY       %zu\n#define %s_OUT_OF_RANGE 1\n\n", n, x->memory, n);
-    fprintf(file,
-            "/* 1: nothing speaks against the result of training, see above. Relative error of the "
-            "position\n * against the scene's reference, and root mean square of the residuals, "
-            "weighted as in training\n * and dimensionless, at points never trained on; -1: not "
-            "known. */\n"
-            "#define %s_TRUSTED  %d\n#define %s_ERROR    %.2e\n#define %s_ESTIMATE %.2e\n\n",
-            n, x->is_judged && outcome == VERDICT_SOLVED, n, isnan(x->error) ? -1 : x->error, n,
-            isnan(x->held_out) ? -1 : x->held_out);
+    fprintf(
+        file,
+        "/* 1: nothing speaks against the result of training, see above. Estimated error of the "
+        "position, the\n * largest over the length (of a beam over its deflection), relative "
+        "error of the position against\n * the scene's reference, and root mean square of the "
+        "residuals, weighted as in training and\n * dimensionless, at points never trained on; "
+        "-1: not known. */\n"
+        "#define %s_TRUSTED  %d\n#define %s_ESTIMATE %.2e\n#define %s_ERROR    %.2e\n"
+        "#define %s_RESIDUAL %.2e\n\n",
+        n, x->is_judged && outcome == VERDICT_SOLVED, n, known(x->estimate), n, known(x->error), n,
+        known(x->held_out));
     write_inputs(x, file);
     write_outputs(x, file);
     write_declarations(x, file);

@@ -35,8 +35,9 @@ static ad_status read_places(const export_model *x, const char *text, double pla
 static void describe(const export_model *x, char *text, size_t size)
 {
     char error[64] = "is not known";
-    if (!isnan(x->error)) {
-        snprintf(error, sizeof error, "of the position is %.1e, relative", x->error);
+    if (!isnan(x->estimate)) {
+        snprintf(error, sizeof error, "of the position is estimated at %.1e of the %s", x->estimate,
+                 scene_is_beam(x->e->scene) ? "deflection" : "length");
     }
     snprintf(text, size,
              "A rod's network in place of its equations. Verdict on training: %s. Its error %s.",

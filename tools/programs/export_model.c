@@ -3,6 +3,7 @@
 #include "tools/config/config_surrogate.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/export.h"
+#include "tools/train/balance.h"
 #include "tools/train/history.h"
 #include "tools/train/report.h"
 
@@ -66,6 +67,9 @@ static ad_status read_run(export_model *x, ad_error *error)
     }
     if (status == AD_OK) {
         x->held_out = sqrt(history_last(file, "held_out"));
+        status = experiment_kept_error(x->e, file, &x->estimate, error);
+    }
+    if (status == AD_OK) {
         status = measure_error(x, error);
     }
     checkpoint_free(file);
@@ -304,7 +308,7 @@ ad_status export_open(export_model *x, const char *run, const char *columns, con
                       ad_error *error)
 {
     x->run = run;
-    x->error = x->held_out = NAN;
+    x->error = x->held_out = x->estimate = NAN;
     for (int i = 0; i < EVALUATOR_COLUMNS_MAX; i++) {
         x->measured.values[i] = x->measured.jacobian[i] = NAN;
     }

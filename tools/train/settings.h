@@ -114,8 +114,9 @@ typedef struct train_settings {
     groups_settings groups;    /* inputs of the network of a family */
     int modes[4];              /* of one motion in the strain form: bending, twist, stretch, shear;
                                 * all 0: open */
-    double tolerance;          /* of its estimated error, of the length: modes and degree are as
-                                * large as it takes; NaN: not given */
+    double tolerance;          /* of the estimated error, of the length, for the verdict; modes and
+                                * degree of one motion in the strain form are as large as it takes;
+                                * NaN: not given */
     rod_weights weights;       /* of the loss terms */
     problem_settings losses;   /* points of the interior, the boundary and held out and
                                 * adaptive.every 0, the sampler

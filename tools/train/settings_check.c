@@ -391,16 +391,17 @@ ad_status train_settings_check(const train_settings *settings, const scene *rod_
         return train_refuse(key, "network.modes", error,
                             "are of one motion in the strain form; leave them out");
     }
-    if (!is_motion && !isnan(settings->tolerance)) {
-        return train_refuse(key, "network.tolerance", error,
-                            "is of one motion in the strain form; leave it out");
-    }
     if (is_motion) {
         ad_status status = train_check_motion(settings, key, error);
         status = status == AD_OK ? check_stages(settings, key, error) : status;
         return status == AD_OK ? check_reference(settings, rod_scene, key, error) : status;
     }
     if (rod_scene->formulation == SCENE_STRAIN_FORM) {
+        if (!isnan(settings->tolerance)) {
+            return train_refuse(key, "network.tolerance", error,
+                                "is not of a family in the strain form, each of whose answers has "
+                                "an error of its own; leave it out");
+        }
         ad_status status = train_check_family(settings, rod_scene, key, error);
         return status == AD_OK ? check_stages(settings, key, error) : status;
     }
@@ -453,6 +454,10 @@ ad_status train_settings_check_model(const train_settings *settings, const physi
     if (settings->data_count > 0) {
         return train_refuse(key, "data", error,
                             "are of a scene; give physics of one's own a term and a source");
+    }
+    if (!isnan(settings->tolerance)) {
+        return train_refuse(key, "network.tolerance", error,
+                            "is of a scene, whose error is estimated; leave it out");
     }
     if (train_names_reference(settings)) {
         return train_refuse(key, "reference", error,

@@ -10,6 +10,7 @@
  *   training/seconds     wall time so far, double
  *   training/stage_seconds  the same of the stage at work
  *   training/optimizer   1 while an optimiser's state is stored under optimizer/
+ *   estimate             trainer_estimate, double
  *   training/kernels     text, ad_dense_kernels: of another processor the last digits differ
  *   training/loads/...   doubles part, reached, before, increment, solved [2, parameters] of
  *                        optim/continuation.h; where the loads may come in parts */
@@ -69,6 +70,9 @@ typedef struct trainer_info {
     learnt_balance balance; /* when training is over; else NaN */
     model_motion_error motion; /* then: of one motion in the strain form */
     witness_errors witness;    /* of a family of rods at rest in mixed form, then; else NaN */
+    double estimate;           /* then: experiment_error, of a family the largest of some fresh
+                                * members; NaN: not known, or one of the two above is */
+    char unknown[160];         /* why it is not known; empty: it is not asked for */
 } trainer_info;
 
 /* Whether a motion in the strain form that has been trained takes more modes, or a larger degree in
@@ -109,10 +113,12 @@ bool trainer_fuse_folder(char *path, bool make);
 /* How the stage's optimiser computes its steps, in a few words; empty: nothing to tell. */
 void trainer_describe(const trainer *t, char text[160]);
 
-/* The error to expect of the position over the length, or of a beam's deflection over its scale: of
- * a family at rest when training is over the worst of fresh members that are solved classically,
- * else from residuals at points never trained on; NaN of networks for which that was not measured:
- * with hidden layers, of the displacement form, of physics of one's own. */
+/* The error to expect of the position over the length, or of a beam's deflection over its largest:
+ * when training is over how far the solver's equations move the network's shape or motion
+ * (experiment_error), of a family at rest that of the worst of fresh members, of one motion in the
+ * strain form by its residual in more modes. Of networks without hidden layers in mixed form, in
+ * motion or of one scene, from residuals at points never trained on, at any time. NaN: not known.
+ */
 double trainer_estimate(const trainer *t);
 
 /* The verdict on training as it stands, worst reason first: unfinished; or, of training that is

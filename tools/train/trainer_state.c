@@ -88,6 +88,7 @@ ad_status trainer_save(trainer *t, const char *path, int keep, ad_error *error)
     char text[REPORT_VERDICT_TEXT];
     trainer_verdict(t, &at_present);
     report_put_verdict(file, &at_present, text);
+    checkpoint_put_double(file, "estimate", trainer_estimate(t));
     ad_status status = path ? checkpoint_write(file, path, keep, error) : AD_OK;
     checkpoint_free(file);
     return status;

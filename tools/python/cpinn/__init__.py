@@ -126,6 +126,7 @@ _open = _declare("cpinn_open", _I, _S, _OUT, _FAIL)
 _save = _declare("cpinn_save", _I, _P, _S, _FAIL)
 _free = _declare("cpinn_free", None, _P)
 _verdict = _declare("cpinn_verdict", _P, _P)
+_estimate = _declare("cpinn_estimate", _D, _P)
 _rows = _declare("cpinn_history_rows", _Z, _P)
 _columns = _declare("cpinn_history_columns", _I, _P)
 _name = _declare("cpinn_history_name", _S, _P, _I)
@@ -293,11 +294,11 @@ class Verdict:
 
 
 class Model:
-    """A trained model. Used by one thread at a time."""
+    """A trained model; `estimate`: of its error, over the length. Used by one thread at a time."""
 
     def __init__(self, handle):
         self._handle, self._evaluators = handle, {}
-        self.verdict = Verdict(_verdict(handle))
+        self.verdict, self.estimate = Verdict(_verdict(handle)), _estimate(handle)
         names = [_name(handle, i) for i in range(_columns(handle))]
         self.history = {name.decode(): numpy.array([_value(handle, row, name)
                                                     for row in range(_rows(handle))])

@@ -1,0 +1,166 @@
+#include "physics/solve/error_estimate.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+enum { PLACES = 65, TIMES = 64, ROUNDS = 3 };
+
+/* The first tolerance of the solver, and the smallest. */
+static const double FIRST_AT_REST = 1e-7, FIRST_IN_MOTION = 1e-4;
+static const double LAST_AT_REST = 1e-12, LAST_IN_MOTION = 1e-9;
+
+/* What the solver may leave of the estimate. */
+static const double SHARE = 0.25;
+
+typedef struct measuring {
+    const scene *scene;
+    solve_known_motion *answer;
+    void *context;
+    bool moves;
+    int columns, positions; /* of the answer */
+    size_t points;
+    double *s, *t, *values; /* [points], [points]; [columns][points] of the answer */
+    double *exact;          /* [positions][points] */
+} measuring;
+
+static ad_status shape_of(const void *context, size_t n, const double *s, double *values,
+                          ad_error *error)
+{
+    const measuring *x = context;
+    return x->answer(x->context, n, s, NULL, values, error);
+}
+
+static ad_status sample(measuring *x, double end, ad_error *error)
+{
+    const int times = x->moves ? TIMES : 1;
+    const scene_physics *model = scene_physics_of(x->scene);
+    x->points = (size_t)(PLACES * times);
+    x->columns = solution_columns(x->scene);
+    x->positions = model->position_columns;
+    const size_t numbers = (size_t)(2 + x->columns + x->positions);
+    x->s = malloc(numbers * x->points * sizeof *x->s);
+    if (!x->s) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", x->points);
+    }
+    x->t = x->s + x->points;
+    x->values = x->t + x->points;
+    x->exact = x->values + (size_t)x->columns * x->points;
+    for (size_t i = 0; i < x->points; i++) {
+        x->s[i] = scene_length(x->scene) * (double)(i % PLACES) / (PLACES - 1);
+        x->t[i] = end * (double)(i / PLACES + 1) / times;
+    }
+    return x->answer(x->context, x->points, x->s, x->moves ? x->t : NULL, x->values, error);
+}
+
+/* Infinite where one is not a number. */
+static double largest_distance(const measuring *x)
+{
+    double largest = 0;
+    for (size_t i = 0; i < x->points; i++) {
+        double square = 0;
+        for (size_t k = 0; k < (size_t)x->positions; k++) {
+            const double off = x->values[k * x->points + i] - x->exact[k * x->points + i];
+            square += off * off;
+        }
+        largest = square <= largest ? largest : isnan(square) ? INFINITY : square;
+    }
+    return sqrt(largest);
+}
+
+/* What makes a solution worthless. */
+static ad_status judge(const measuring *x, const solve_report *report, ad_error *error)
+{
+    if (!x->moves && report->load_fraction < 1) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "no equilibrium is found next to it, and from the unstressed rod none "
+                       "beyond %.4g of the load",
+                       report->load_fraction);
+    }
+    if (x->moves && !scene_is_beam(x->scene) && !solve_energy_is_met(report)) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "the solver's energy is out of balance by %.2g",
+                       report->energy_mismatch);
+    }
+    return AD_OK;
+}
+
+/* *result is NULL where it fails, or is worthless. */
+static ad_status solve_by(const measuring *x, solve_method method, double tolerance,
+                          solution **result, solve_report *report, ad_error *error)
+{
+    solve_settings settings = {.tolerance = tolerance, .method = method};
+    if (!x->moves && !scene_is_beam(x->scene)) {
+        settings.guess = shape_of;
+        settings.guess_context = x;
+    }
+    ad_status status =
+        solution_create(x->scene, &settings, x->moves ? x->points : 0, x->t, result, report, error);
+    status = status == AD_OK ? judge(x, report, error) : status;
+    if (status != AD_OK) {
+        solution_free(*result);
+        *result = NULL;
+    }
+    return status;
+}
+
+/* By strain modes where these solve a rod's motion, which follow sudden loads best. */
+static ad_status solve(const measuring *x, double tolerance, solution **result,
+                       solve_report *report, ad_error *error)
+{
+    const bool modes = x->moves && !scene_is_beam(x->scene);
+    ad_status status = modes ? solve_by(x, SOLVE_MODES, tolerance, result, report, error) : AD_OK;
+    return modes && (status == AD_OK || status == AD_NO_MEMORY)
+               ? status
+               : solve_by(x, SOLVE_COLLOCATION, tolerance, result, report, error);
+}
+
+/* estimate: the distance and what the solver leaves, *left of it. */
+static ad_status measure(const measuring *x, double tolerance, double *estimate, double *left,
+                         ad_error *error)
+{
+    solution *solved = NULL;
+    solve_report report;
+    ad_status status = solve(x, tolerance, &solved, &report, error);
+    if (status == AD_OK) {
+        status = solution_evaluate(solved, x->positions, x->points, x->s, x->moves ? x->t : NULL,
+                                   x->exact, error);
+    }
+    if (status == AD_OK) {
+        *left = report.estimate;
+        *estimate = largest_distance(x) / report.size + report.estimate;
+    }
+    solution_free(solved);
+    return status;
+}
+
+/* Whether it is only that there is no solution. */
+static bool is_unknown(ad_status status)
+{
+    return status == AD_BAD_ARGUMENT || status == AD_NOT_FINITE;
+}
+
+ad_status solve_error_estimate(const scene *rod_scene, double end, solve_known_motion *answer,
+                               void *context, double *estimate, ad_error *error)
+{
+    measuring x = {.scene = rod_scene,
+                   .answer = answer,
+                   .context = context,
+                   .moves = scene_is_dynamic(rod_scene)};
+    const double last = x.moves ? LAST_IN_MOTION : LAST_AT_REST;
+    double tolerance = x.moves ? FIRST_IN_MOTION : FIRST_AT_REST, left = INFINITY;
+    *estimate = NAN;
+    ad_status status = sample(&x, end, error);
+    for (int i = 0; i < ROUNDS && status == AD_OK; i++) {
+        double found, leaves;
+        status = measure(&x, tolerance, &found, &leaves, error);
+        if (status == AD_OK && !(leaves >= left)) {
+            *estimate = found;
+            left = leaves;
+        }
+        if (status != AD_OK || left <= SHARE * *estimate || tolerance <= last) {
+            break;
+        }
+        tolerance = fmax(last, fmin(tolerance, *estimate) / 100);
+    }
+    free(x.s);
+    return is_unknown(status) ? AD_OK : status;
+}
