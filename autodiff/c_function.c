@@ -181,15 +181,38 @@ static void write_outer(c_function *f, const instruction *i)
             i->in[0].rows, k, f->w.points, out, y, x);
 }
 
-/* A value of the member at every point, or as it is. */
-static void write_spread(c_function *f, const instruction *i)
+/* Values of the member at every point, or as they are: of `count` instructions in turn, by a table
+ * of where they go, their rows and where they are from. */
+static void write_spreads(c_function *f, const instruction *first, int count)
 {
-    char out[C_ENTRY];
-    put_entry(f, i->out, "r", out);
+    fprintf(f->w.file, "    {\n        static const int to[%d][4] = {", count);
+    for (int k = 0; k < count; k++) {
+        const instruction *i = &first[k];
+        fprintf(f->w.file, "%s{%d, %d, %d, %d}",
+                k == 0  ? ""
+                : k % 4 ? ", "
+                        : ",\n            ",
+                i->out.offset, i->out.stride, i->out.rows, i->in[0].offset);
+    }
     fprintf(f->w.file,
-            "    for (int r = 0; r < %d; r++) {\n        %s{\n            %s = m[%d + r];\n"
-            "        }\n    }\n",
-            i->out.rows, f->w.points, out, i->in[0].offset);
+            "};\n        for (int i = 0; i < %d; i++) {\n"
+            "            for (int r = 0; r < to[i][2]; r++) {\n"
+            "                const %s x = m[to[i][3] + r];\n"
+            "                %s{\n                    w[(to[i][0] + r * to[i][1]) * %d%s] = x;\n"
+            "                }\n            }\n        }\n    }\n",
+            count, f->w.type, f->w.points, f->w.numbers, f->w.numbers > 1 ? " + j" : "");
+}
+
+/* How many groups from `group` on are one spread each, of instructions that follow one another. */
+static int spreads_from(const pass *p, int group)
+{
+    int count = 0;
+    while (group + count < p->group_count && p->groups[group + count].count == 1 &&
+           p->groups[group + count].first == p->groups[group].first + count &&
+           p->instructions[p->groups[group + count].first].op == OP_SPREAD) {
+        count++;
+    }
+    return count;
 }
 
 /* u += y x^T, or u += y, summed over columns and points; m where the sum is the member's. */
@@ -225,9 +248,6 @@ static void write_other(c_function *f, const instruction *i)
         break;
     case OP_OUTER:
         write_outer(f, i);
-        break;
-    case OP_SPREAD:
-        write_spread(f, i);
         break;
     default:
         write_sum(f, i);
@@ -316,8 +336,11 @@ static bool write_pass(c_function *f, int number)
     }
     ad_c_write_zeros(f, 'm', p->summed_offset, p->summed);
     for (int g = 0; ok && g < p->group_count; g++) {
-        int length = ad_c_run_length(p, g);
-        if (length > 0) {
+        int length = ad_c_run_length(p, g), spreads = spreads_from(p, g);
+        if (spreads > 0) {
+            write_spreads(f, &p->instructions[p->groups[g].first], spreads);
+            g += spreads - 1;
+        } else if (length > 0) {
             const group *last = &p->groups[g + length - 1];
             ad_c_write_segments(&f->w, p->groups[g].first, last->first + last->count);
             g += length - 1;

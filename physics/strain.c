@@ -158,23 +158,33 @@ static void spread(const strain_rod *x, ad_value value, ad_value *rows)
     }
 }
 
+/* At points first .. first + count - 1, elsewhere 0: rows that stay together, which a factor of
+ * zeros and ones would not. */
+static ad_value pull_between(const strain_rod *x, ad_value pull, int first, int count)
+{
+    if (count == 0 || count == x->nodes) {
+        return count == 0 ? ad_scalar(x->tape, 0) : pull;
+    }
+    ad_value here = ad_rows(pull) == 1 ? ad_repeat(pull, count) : ad_slice(pull, first, count);
+    return ad_pad(here, first, x->nodes);
+}
+
 static void give_actuators(strain_rod *x)
 {
     x->actuators = rod_actuator_count(&x->open);
     for (int i = 0; i < x->actuators; i++) {
         rod_actuator one = rod_actuator_of(&x->rod, i);
         strain_pull *to = &x->pulls[i];
-        double here[STRAIN_NODES_MAX];
-        bool everywhere = true;
+        int first = 0, count = 0;
         to->is_chamber = one.is_chamber;
         spread(x, one.offset, to->offset);
         spread(x, one.slope, to->slope);
         spread(x, one.pull, &to->pull);
         for (int k = 0; k < x->nodes; k++) {
-            here[k] = one.start <= x->s[k] && x->s[k] <= one.end;
-            everywhere = everywhere && here[k] != 0;
+            first += x->s[k] < one.start;
+            count += one.start <= x->s[k] && x->s[k] <= one.end;
         }
-        to->pull = everywhere ? to->pull : ad_mul(ad_constant(x->tape, x->nodes, here), to->pull);
+        to->pull = pull_between(x, to->pull, first, count);
     }
 }
 

@@ -30,6 +30,10 @@ selftest() {
         -fsanitize=address,undefined -fno-sanitize-recover=undefined -o selftest "$1.c" "$1_selftest.c" -lm
     check "self-test of $1" -- ./selftest >selftest.txt
     check "$1 compares all outputs" -- test "$(wc -l <selftest.txt)" -gt 1
+    check "$1 for fuzzing" -- cc -std=c11 -Wall -Wextra -Werror -fsanitize=address,undefined \
+        -fno-sanitize-recover=undefined -DHEADER="\"$1.h\"" -DNAME="$1" -DTYPE="${2-double}" -I. -o fuzz \
+        "$ROOT/tests/export_model_fuzz.c" "$1.c" -lm
+    check "$1 with anything" -- ./fuzz >fuzz.txt
 }
 
 # agrees RUN TOLERANCE: RUN.c with cpinn-eval at points that are on no grid.
@@ -138,7 +142,7 @@ refused 'places is for --fmu' cpinn-export planar --c new --places 1
 
 for name in planar waves; do
     run 0 cpinn-export "$name" --c "${name}_single" --single
-    selftest "${name}_single"
+    selftest "${name}_single" float
     said "${name}_single.c" '^static const float values_first_0'
 done
 compiles waves_single
