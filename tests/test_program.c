@@ -393,13 +393,16 @@ static void test_print_strides(void **state)
         x[i] = ad_sin(ad_input(tape, i == 0 ? "x" : "y", 2));
         y[i] = ad_matvec(w, x[i]);
     }
-    ad_value last = ad_add(ad_slice(y[0], 2, 1), ad_slice(y[1], 2, 1)), both = ad_mul(x[0], last);
+    for (int i = 0; i < 2; i++) {
+        y[i] = ad_slice(y[i], 2, 1);
+    }
+    ad_value both = ad_mul(x[0], ad_add(y[0], y[1]));
     compiled c = compile_values(1, &both, NULL, 1);
     char *text = printed(c.program);
     static const char *const expected[] = {"%2@4/2                  sin \"x\"@0; read until 4\n",
                                            "%5@5/2                  sin \"y\"@2; read until 2\n",
                                            " 24 flops per point; read until 3\n",
-                                           "add %3@13 %3@12; read until 4\n",
+                                           "add %3@12 %3@13; read until 4\n",
                                            "mul %2@4 %9@0; output\n"};
     for (size_t i = 0; i < sizeof expected / sizeof *expected; i++) {
         if (!strstr(text, expected[i])) {

@@ -45,19 +45,23 @@ static void put_doubles(zip *z, const double *values, size_t rows)
     }
 }
 
-/* The next character of a text in UTF-8; bytes that are not UTF-8 stand for themselves. */
+/* The next character of a text in UTF-8; bytes that are not UTF-8 stand for themselves, as do those
+ * of what NumPy takes for no character: halves of pairs, beyond 0x10FFFF, not the shortest form. */
 static uint32_t next_character(const char **text)
 {
+    static const uint32_t least[] = {0, 0x80, 0x800, 0x10000};
     const unsigned char *at = (const unsigned char *)*text;
     int more = at[0] >= 0xF0 ? 3 : at[0] >= 0xE0 ? 2 : at[0] >= 0xC0 ? 1 : 0;
     uint32_t character = more ? at[0] & (0x3Fu >> more) : at[0];
-    for (int i = 1; i <= more; i++) {
-        if ((at[i] & 0xC0) != 0x80) {
-            more = 0;
-            character = at[0];
-        } else {
-            character = character << 6 | (at[i] & 0x3Fu);
-        }
+    bool is_character = true;
+    for (int i = 1; is_character && i <= more; i++) {
+        is_character = (at[i] & 0xC0) == 0x80;
+        character = character << 6 | (at[i] & 0x3Fu);
+    }
+    if (!is_character || character < least[more] || character > 0x10FFFF ||
+        (character >= 0xD800 && character < 0xE000)) {
+        more = 0;
+        character = at[0];
     }
     *text += 1 + more;
     return character;

@@ -1,0 +1,36 @@
+/* A scene's file: read, written with every default, and read back to the same text. */
+#ifndef TESTS_FUZZ_FUZZ_CONFIG_H
+#define TESTS_FUZZ_FUZZ_CONFIG_H
+
+#include "tests/fuzz/fuzz.h"
+#include "tools/config/config.h"
+
+static inline char *fuzz_config_text(const config *settings)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *file = open_memstream(&text, &size);
+    const bool written = file && config_write(settings, file, false) == AD_OK;
+    fuzz_require(file && fclose(file) == 0 && written);
+    return text;
+}
+
+static inline void fuzz_config(const char *text, int count, const char *const *overrides)
+{
+    ad_error error = {AD_OK, ""};
+    config *settings, *again;
+    if (config_read("fuzz.yaml", text, count, overrides, &settings, &error) != AD_OK) {
+        fuzz_refused(&error);
+        return;
+    }
+    char *written = fuzz_config_text(settings);
+    fuzz_require(config_read("written.yaml", written, 0, NULL, &again, &error) == AD_OK);
+    char *twice = fuzz_config_text(again);
+    fuzz_require(strcmp(written, twice) == 0);
+    config_free(again);
+    config_free(settings);
+    free(twice);
+    free(written);
+}
+
+#endif
