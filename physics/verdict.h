@@ -66,6 +66,9 @@ extern "C" {
       "the loads on a whole rod at rest and the forces at its ends do not add up")                 \
     X(VERDICT_ESTIMATE_ABOVE_TOLERANCE, "estimate_above_tolerance", VERDICT_WARNING,               \
       "the estimated error is larger than what was asked for")                                     \
+    X(VERDICT_ESTIMATES_CONTRADICT, "estimates_contradict", VERDICT_WARNING,                       \
+      "network and reference are further apart than their estimated errors allow: one of the two " \
+      "is wrong")                                                                                  \
     X(VERDICT_UNRESOLVED, "unresolved", VERDICT_WARNING,                                           \
       "a formula jumps in places that were not found, or varies on lengths too short for any "     \
       "mesh")                                                                                      \

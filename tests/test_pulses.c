@@ -4,8 +4,8 @@
  *
  * COUNT random motions, of seeds from FIRST on: the quantities in turn, pulses of any shape, place
  * and width. Each is compared with steps on a mesh of its own that are as short as the pulse asks
- * for, whose place and width are known here and are not looked for. Without arguments one of each
- * quantity, of short rods. */
+ * for, whose place and width are known here and are not looked for. Without arguments the first
+ * of the quantities, in short motions. */
 #include "config_testing.h"
 #include "random_numbers.h"
 
@@ -94,7 +94,7 @@ static const driven all[] = {
     {"boundary.end.twist", TURN,
      BOTH "position: [0, 0, 0.2], rotation: [1, 0, 0, 0], twist: '@'}}\n"},
 };
-enum { KEYS = sizeof all / sizeof all[0] };
+enum { KEYS = sizeof all / sizeof all[0], QUICK = 8 };
 
 typedef struct pulse_scene {
     const driven *of;
@@ -418,7 +418,7 @@ static void test_all_quantities(void **state)
 static void test_pulses(void **state)
 {
     (void)state;
-    assert_int_equal(judge_all(KEYS, 0, true), 0);
+    assert_int_equal(judge_all(QUICK, 0, true), 0);
 }
 
 int main(int count, char **arguments)

@@ -493,7 +493,7 @@ static void test_several_equilibria(void **state)
 static bool is_too_coarse(const reference *r, double position_max, verdict *found)
 {
     *found = (verdict){.count = 0};
-    reference_verdict(r, &(reference_errors){.position_max = position_max}, found);
+    reference_verdict(r, &(reference_errors){.position_max = position_max}, 0, found);
     return verdict_has(found, VERDICT_REFERENCE_TOO_COARSE);
 }
 
@@ -519,15 +519,45 @@ static void test_too_coarse(void **state)
     experiment_free(e);
 }
 
+/* An error that neither estimate allows is a warning, and nobody finds that reference again. */
+static void test_contradicts(void **state)
+{
+    (void)state;
+    verdict found = {.count = 0};
+    experiment *e = experiment_of("rod.yaml", rod, "reference.solve=1e-4");
+    reference *r = NULL;
+    assert_int_equal(reference_create(e, &r, NULL), AD_OK);
+    const double estimate = reference_estimates(r).position_max, own = 1e-3;
+    const reference_errors near = {.position_max = 9 * (estimate + own)};
+    const reference_errors far = {.position_max = 11 * (estimate + own)};
+    reference_verdict(r, &near, own, &found);
+    reference_verdict(r, &far, NAN, &found); /* who has no estimate excludes nothing */
+    assert_int_equal(found.count, 0);
+    reference_verdict(r, &far, own, &found);
+    assert_true(verdict_has(&found, VERDICT_ESTIMATES_CONTRADICT));
+    assert_int_equal(verdict_exit_status(&found), 3);
+    reference_free(r);
+    assert_int_equal(reference_create(e, &r, NULL), AD_OK);
+    assert_says(reference_account(r), "from "); /* kept */
+    reference_forget(r);
+    reference_free(r);
+    assert_int_equal(reference_create(e, &r, NULL), AD_OK);
+    assert_null(strstr(reference_account(r), "from "));
+    reference_free(r);
+    experiment_free(e);
+}
+
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, begin, end)
-    const struct CMUnitTest tests[] = {
-        TEST(test_values),       TEST(test_motion),        TEST(test_hit),
-        TEST(test_no_cache),     TEST(test_home),          TEST(test_damaged),
-        TEST(test_collision),    TEST(test_unwritable),    TEST(test_ways),
-        TEST(test_same_physics), TEST(test_other_physics), TEST(test_every_key),
-        TEST(test_refused),      TEST(test_beam),          TEST(test_several_equilibria),
-        TEST(test_too_coarse)};
+    const struct CMUnitTest tests[] = {TEST(test_values),        TEST(test_motion),
+                                       TEST(test_hit),           TEST(test_no_cache),
+                                       TEST(test_home),          TEST(test_damaged),
+                                       TEST(test_collision),     TEST(test_unwritable),
+                                       TEST(test_ways),          TEST(test_same_physics),
+                                       TEST(test_other_physics), TEST(test_every_key),
+                                       TEST(test_contradicts),   TEST(test_refused),
+                                       TEST(test_beam),          TEST(test_several_equilibria),
+                                       TEST(test_too_coarse)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

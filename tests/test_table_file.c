@@ -684,8 +684,6 @@ int main(void)
         TEST(csv_rows_know_their_lines),
         TEST(columns_of_words),
         TEST(measured_columns),
-}
-
         TEST(formulas_are_text),
         TEST(words_refused),
         TEST(csv_ignores_the_locale),

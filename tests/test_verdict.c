@@ -79,6 +79,7 @@ static void test_words(void **state)
                                         "energy_out_of_balance",
                                         "loads_out_of_balance",
                                         "estimate_above_tolerance",
+                                        "estimates_contradict",
                                         "unresolved",
                                         "outside_data",
                                         "not_converged",

@@ -31,7 +31,7 @@ extern "C" {
 
 /* Raised when solutions change by more than their estimated error, or when what is kept of them
  * does: those in files are then solved anew. */
-#define SOLUTION_VERSION 8
+#define SOLUTION_VERSION 9
 
 /* Errors of motions with kinks are this much larger at some places than they are in L2. */
 static const double SOLVE_PEAK = 10;

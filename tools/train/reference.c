@@ -175,6 +175,9 @@ static ad_status solve_each(reference *r, const experiment *e, ad_error *error)
         }
         status = reference_solve(e, values, each, r->s + m * each, r->t + m * each, (int)r->pose,
                                  r->part, &about, error);
+        if (status == AD_OK) {
+            r->files[m] = strdup(about.path);
+        }
         for (size_t k = 0; status == AD_OK && k < r->pose; k++) {
             memcpy(r->poses + k * r->points + m * each, r->part + k * each,
                    each * sizeof *r->poses);
@@ -196,10 +199,17 @@ static ad_status make_solved(reference *r, const experiment *e, ad_error *error)
              r->members > 1 ? "classical solutions of %d members" : "classical solution",
              r->members);
     ad_status status = make_grid(r, scene_is_dynamic(e->scene), error);
-    return status != AD_OK ? status
-           : r->parameters ? solve_each(r, e, error)
-                           : reference_solve(e, NULL, r->points, r->s, r->t, (int)r->pose, r->poses,
-                                             &r->about, error);
+    r->files = calloc((size_t)r->members, sizeof *r->files);
+    if (status == AD_OK && !r->files) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for a reference");
+    }
+    if (status != AD_OK || r->parameters) {
+        return status == AD_OK ? solve_each(r, e, error) : status;
+    }
+    status =
+        reference_solve(e, NULL, r->points, r->s, r->t, (int)r->pose, r->poses, &r->about, error);
+    r->files[0] = status == AD_OK ? strdup(r->about.path) : NULL;
+    return status;
 }
 
 static ad_status make_analytic(reference *r, const experiment *e, ad_error *error)
@@ -351,9 +361,22 @@ ad_status reference_create(const experiment *e, reference **result, ad_error *er
     return AD_OK;
 }
 
+void reference_forget(const reference *r)
+{
+    for (int m = 0; m < r->members && r->files; m++) {
+        if (r->files[m] && *r->files[m]) {
+            remove(r->files[m]);
+        }
+    }
+}
+
 void reference_free(reference *r)
 {
     if (r) {
+        for (int m = 0; m < r->members && r->files; m++) {
+            free(r->files[m]);
+        }
+        free(r->files);
         field_free(r->candidate);
         free(r->s);
         free(r);
@@ -427,8 +450,22 @@ const double *reference_found(const reference *r, int coordinate)
     return column_of(r, r->values, coordinate);
 }
 
-void reference_verdict(const reference *r, const reference_errors *errors, verdict *result)
+/* Estimates are within ten times the error, that of the network and that of the solver; and below
+ * this nobody is misled by what both round. */
+static const double WITHIN = 10, AT_LEAST = 1e-8;
+
+void reference_verdict(const reference *r, const reference_errors *errors, double estimate,
+                       verdict *result)
 {
+    const double apart = errors->position_max * r->length / r->about.size;
+    if (apart > WITHIN * (estimate + r->about.estimate) + AT_LEAST) {
+        verdict_add(result, VERDICT_ESTIMATES_CONTRADICT,
+                    "network and reference are %.2g of the %s apart, where estimated errors of "
+                    "%.2g and %.2g exclude more than %.2g: one of the two is wrong%s",
+                    apart, r->model->rotation_columns == 4 ? "length" : "deflection", estimate,
+                    r->about.estimate, estimate + r->about.estimate,
+                    r->files ? "; the reference is not kept for the next run" : "");
+    }
     if (errors->position_max <= largest_estimate(r)) {
         verdict_add(result, VERDICT_REFERENCE_TOO_COARSE,
                     "the reference itself is off by an estimated %.1e of the length; the true "

@@ -65,8 +65,14 @@ const double *reference_known(const reference *r, int coordinate);
 const double *reference_found(const reference *r, int coordinate);
 
 /* Adds the remark, if it is so, that the errors are below the estimated one of the reference
- * itself, and so say no more than that. */
-void reference_verdict(const reference *r, const reference_errors *errors, verdict *result);
+ * itself, and so say no more than that; or the warning that they are larger than this and the
+ * estimated error of what is compared allow (over the length, or a beam's deflection; NaN: not
+ * known), so that one of the two is wrong. */
+void reference_verdict(const reference *r, const reference_errors *errors, double estimate,
+                       verdict *result);
+
+/* Removes classical solutions that are in doubt from the cache: the next run solves them anew. */
+void reference_forget(const reference *r);
 
 /* Angle between two rotations, 2 atan2(|vec(p* q)|, |scalar(p* q)|): accurate at 0 and pi, and the
  * same for q and -q. */

@@ -13,6 +13,7 @@ struct reference {
     double length, duration;
     size_t points, left_out;
     reference_solution about; /* of a classical solution */
+    char **files;             /* [members] where they are kept, owned; NULL: nowhere */
     const scene_physics *model;
     size_t pose;                         /* columns: of position, then of rotation */
     bool rotations;                      /* known */

@@ -211,7 +211,7 @@ ad_status reference_solve(const experiment *e, const double *member, size_t poin
     scene_member(e->scene, member, &one);
     request r = {e, &one, member, points, s, t, columns, poses, .folder = ""};
     ad_status status = AD_OK;
-    about->remark[0] = '\0';
+    about->remark[0] = about->path[0] = '\0';
     if (e->origin.write_physics) {
         r.text = text_of(&r);
         if (!r.text) {
@@ -228,6 +228,9 @@ ad_status reference_solve(const experiment *e, const double *member, size_t poin
             say_solved(&r, source, about);
             keep(&r, about);
         }
+    }
+    if (*r.folder) {
+        snprintf(about->path, sizeof about->path, "%s", r.path);
     }
     free(r.text);
     return status;

@@ -24,6 +24,7 @@ typedef struct reference_solution {
     double size;       /* the length, of a beam of small deflection its largest; m */
     verdict verdict;   /* on the solution */
     char account[640]; /* "solved classically, estimated error 2e-11 of the length, 0.2 s" */
+    char path[4096];   /* where it is kept; "": nowhere */
     char remark[640];  /* what was wrong with the file in the cache; "": nothing */
 } reference_solution;
 

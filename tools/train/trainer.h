@@ -125,7 +125,8 @@ double trainer_estimate(const trainer *t);
  * over, that the network interpolates its points, that residuals are still large, in whichever
  * window they are largest, that the estimated error is, that the scene has jumps that are not
  * known, that a motion is out of balance, and that a shape at rest is not stable. And the remark
- * that errors are below that of the reference. */
+ * that errors are below that of the reference; where they are larger than both estimated errors
+ * allow that is a warning, and the reference is removed from the cache. */
 void trainer_verdict(const trainer *t, verdict *result);
 
 /* The parameters to evaluate: the best of the stage so far, or the current ones where points or

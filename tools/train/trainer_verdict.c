@@ -426,6 +426,9 @@ void trainer_verdict(const trainer *t, verdict *result)
     judge_law(t, result);
     judge_stability(t, result);
     if (t->known) {
-        reference_verdict(t->known, &info->errors, result);
+        reference_verdict(t->known, &info->errors, trainer_estimate(t), result);
+        if (verdict_has(result, VERDICT_ESTIMATES_CONTRADICT)) {
+            reference_forget(t->known);
+        }
     }
 }
