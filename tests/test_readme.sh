@@ -7,9 +7,8 @@ set -u
 . "$(dirname "$0")/programs.sh"
 PATH=$BIN/bench:$PATH
 ln -s "$ROOT/configs" "$ROOT/tests" .
-pages=(README.md configs/README.md configs/cases/README.md configs/tutorial/README.md
-    configs/tutorial/equations.md configs/tutorial/python.md
-    tools/bench/README.md)
+mapfile -t pages < <(cd "$ROOT" && ls README.md configs/{,cases/,tutorial/}README.md \
+    configs/tutorial/{equations,python}.md tools/bench/README.md tools/site/pages/*.md)
 
 # ---- README.md --------------------------------------------------------------------------------
 
@@ -28,11 +27,25 @@ check network and solver agree -- awk -F, 'NR == FNR { row[FNR] = $3 " " $4 " " 
         off = r[i] - $(i + 2); if (off > 1e-4 * 0.3 || off < -1e-4 * 0.3) exit 1 } }
     END { if (FNR != 1 + 41 * 25) exit 1 }' soft_arm.csv solved.csv
 
-# shown_in LANGUAGE FILE: the block stands in the file, line after line.
+check README.md is short -- test "$(wc -w <"$ROOT/README.md")" -le 2300
+
+# ---- the pages of the site --------------------------------------------------------------------
+
+# Each runs in a folder of its own, with the files that it shows: ```yaml NAME.
+for page in "$ROOT"/tools/site/pages/*.md; do
+    mkdir -p "page_$(basename "$page" .md)" && cd "page_$(basename "$page" .md)" || exit 2
+    ln -sf "$ROOT/configs" .
+    awk '/^```$/ { file = "" } file { print >file } /^```yaml [a-z_]+\.yaml$/ { file = $2 }' "$page"
+    ! grep -q '^```sh$' "$page" || run_page "${page#"$ROOT/"}" 1
+    cd "$work" || exit 2
+done
+
+# shown_in LANGUAGE FILE: the block of library.md stands in the file, line after line.
 shown_in() {
-    block README.md "$1" 1 >block.txt
-    check "README.md shows $1" -- test -s block.txt
-    check "the $1 of README.md is in $2" -- awk 'NR == FNR { want[NR] = $0; count = NR; next }
+    local page=tools/site/pages/library.md
+    block "$page" "$1" 1 >block.txt
+    check "$page shows $1" -- test -s block.txt
+    check "the $1 of $page is in $2" -- awk 'NR == FNR { want[NR] = $0; count = NR; next }
         { have[FNR] = $0; last = FNR }
         END { for (i = 1; i <= last; i++) {
             for (k = 1; k <= count && have[i + k - 1] == want[k]; k++) { }

@@ -8,8 +8,7 @@
 # a line that says when it was run and on what. OUT in a command is a temporary folder. A command that
 # fails leaves its table as it was.
 #   tools/bench/tables.sh [--only TEXT] [FILE.md...]     TEXT: tables whose command contains it
-# Without FILE: README.md, configs/README.md, configs/cases/README.md, tools/bench/README.md. Times are only worth
-# publishing from a machine that does nothing else.
+# Without FILE: all pages that have such tables. Times are only worth publishing from a machine that does nothing else.
 set -u
 cd "$(dirname "$0")/../.." || exit 2
 PATH=$PWD/build/tools:$PWD/build/tools/bench:$PATH
@@ -18,7 +17,7 @@ if [ "${1:-}" = --only ]; then
     only=${2:?--only: a text is missing}
     shift 2
 fi
-[ $# -gt 0 ] || set -- README.md configs/README.md configs/cases/README.md tools/bench/README.md
+[ $# -gt 0 ] || set -- configs/cases/README.md tools/bench/README.md tools/site/pages/{families,laws}.md
 
 # "2026-11-22, AMD EPYC 7B13, 2 cores"
 machine() {
