@@ -43,7 +43,7 @@ typedef struct controller_settings {
     one_look look; /* values: what is tracked or limited */
     int horizon;   /* samples ahead */
     int moves;     /* of them with inputs of their own; later ones hold the last; 0: all */
-    int delay;     /* samples from a state to when its answer is applied: 0, 1 (the next one), .. */
+    int delay;     /* samples from a state to when its answer is applied; 1: with the next */
     int iterations; /* of the method within one feedback; 0: 1 */
     int qp_limit;   /* of iterations of a quadratic program (qp.h), which bounds the worst time;
                      * 0: its default */
@@ -120,8 +120,8 @@ int controller_feedback(controller *c, const controller_sample *now, double *inp
 /* What can be done before the next state is known, for the next controller_feedback, which does it
  * itself if this was not called or failed: returned are CONTROLLER_MODEL, CONTROLLER_QP or 0. */
 int controller_prepare(controller *c);
-/* The next `count` samples pass without a call (a late program); the host applied rows 0 ..
- * count - 1 of the plan in them. */
+/* The next `count` samples pass without a call (a late program); the host applied the first
+ * `count` rows of the plan in them. */
 void controller_skip(controller *c, int count);
 /* What really was or will be applied in place of an answer, inputs [m]: `ago` 0 is the last answer,
  * 1 the one before it. Not finite, or too old to matter: ignored. */
