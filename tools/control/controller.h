@@ -40,10 +40,10 @@ typedef struct controller_settings {
     const controller_method *method; /* NULL: controller_gauss_newton */
     const void *method_settings;     /* of controller_sampling: mppi_settings; NULL: its defaults */
     one_step model;
-    one_look look; /* values: what is tracked or limited */
-    int horizon;   /* samples ahead */
-    int moves;     /* of them with inputs of their own; later ones hold the last; 0: all */
-    int delay;     /* samples from a state to when its answer is applied; 1: with the next */
+    one_look look;  /* values: what is tracked or limited */
+    int horizon;    /* samples ahead */
+    int moves;      /* of them with inputs of their own; later ones hold the last; 0: all */
+    int delay;      /* samples from a state to when its answer is applied; 1: with the next */
     int iterations; /* of the method within one feedback; 0: 1 */
     int qp_limit;   /* of iterations of a quadratic program (qp.h), which bounds the worst time;
                      * 0: its default */
