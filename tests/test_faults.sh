@@ -27,7 +27,8 @@ END
 awk 'BEGIN { print "u1,m1"; for (i = 1; i <= 12; i++) printf "%g,%g\n", i / 100, i + i^3 / 40 }' >law.csv
 arm=$ROOT/configs/robots/soft_arm_control.yaml
 loop="$arm --set control.model=reduced --set control.plant.modes=[1,1,1,1] --set control.duration=1.1
-    --set control.estimate=null --set control.tolerance.rms=1 --set control.tolerance.worst=1 --quiet"
+    --set control.estimate=null --set control.plant.set=null --set surrogate.modes=[1,1,1,1]
+    --set control.tolerance.rms=1 --set control.tolerance.worst=1 --quiet"
 run 0 cpinn-control $loop --out loop.csv
 
 # Of each program, what is quick.

@@ -315,8 +315,9 @@ static void test_order_of_composed_steps(void **state)
     free_solved(&x);
 }
 
-/* A free rod without loads that tumbles and vibrates, with the longest steps: its energy is off by
- * no more in the second half of the time than in the first. */
+/* A free rod without loads that tumbles and vibrates, with the longest steps: its energy stays
+ * within 1 % for 30,000 of them, twice what is seen. Steps near the bound of stability gain
+ * energy: 3 % with steps longer by 18 %. */
 static void test_energy_does_not_drift(void **state)
 {
     (void)state;
@@ -328,9 +329,9 @@ static void test_energy_does_not_drift(void **state)
         "boundary: {start: {type: free}, end: {type: free}}\n"
         "initial: {position: [0.3*s^2, 0, s], rotation: [1, 0, 0, 0], velocity: [sin(5*s), 0, s],\n"
         "          angular_velocity: [1, 2, 3*s]}\n"
-        "time: {duration: 20}\n";
-    enum { SAMPLES = 20 };
-    double at[SAMPLES], off[2] = {0};
+        "time: {duration: 160}\n";
+    enum { SAMPLES = 400 };
+    double at[SAMPLES], off = 0;
     solved x;
     make_rod(&x, "free.yaml", text);
     for (int i = 0; i < SAMPLES; i++) {
@@ -350,12 +351,11 @@ static void test_energy_does_not_drift(void **state)
         fail_msg("%s", error.message);
     }
     for (int i = 0; i < SAMPLES; i++) {
-        off[i >= SAMPLES / 2] = fmax(off[i >= SAMPLES / 2], fabs(energies[i].mismatch));
+        off = fmax(off, fabs(energies[i].mismatch));
     }
     double total = energies[0].kinetic + energies[0].strain;
-    print_message("%ld steps, energy %.3g, off by %.1e and %.1e\n", counts.steps, total, off[0],
-                  off[1]);
-    assert_true(off[0] < 1e-2 * total && off[1] < 2 * off[0]);
+    print_message("%ld steps, energy %.3g, off by %.1e\n", counts.steps, total, off);
+    assert_true(off < 1e-2 * total);
     free(states);
     motion_free(m);
     free_solved(&x);

@@ -257,7 +257,7 @@ if asked long fit_residual; then
     loop="$ROOT/configs/robots/soft_arm_control.yaml --set control.model=reduced
         --set control.plant.modes=[1,1,1,1] --set control.duration=1.1 --set control.estimate=null
         --set control.tolerance.rms=1 --set control.tolerance.worst=1 --quiet"
-    run 0 cpinn-control $loop --out loop.csv
+    run 3 cpinn-control $loop --out loop.csv # the model is off, and that is said
 fi
 fit fit_residual fit_residual.csv cpinn-residual "$ROOT/configs/robots/soft_arm_control.yaml" \
     --measured loop.csv --steps 2 --units 2 --out fit_residual.csv

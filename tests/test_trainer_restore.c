@@ -130,12 +130,13 @@ static void test_items(void **state)
                          AD_OK);
         for (size_t i = 0; i < checkpoint_count(good); i++) {
             const char *name = checkpoint_name(good, i);
-            /* Whoever opens the file has read the one; the other is found anew. */
-            if (strcmp(name, "scene/yaml") != 0 && strcmp(name, "verdict") != 0) {
-                check_tampered(good, (tamper){name, LEAVE_OUT, 0});
+            /* Whoever opens the file has read the first; the others are found anew. */
+            if (strcmp(name, "scene/yaml") == 0 || strcmp(name, "verdict") == 0 ||
+                strcmp(name, "estimate") == 0) {
+                continue;
             }
-            if (strcmp(name, "scene/yaml") != 0 && strcmp(name, "verdict") != 0 &&
-                strcmp(name, "training/kernels") != 0) { /* texts have no length to be wrong */
+            check_tampered(good, (tamper){name, LEAVE_OUT, 0});
+            if (strcmp(name, "training/kernels") != 0) { /* texts have no length to be wrong */
                 check_tampered(good, (tamper){name, LENGTHEN, 0});
             }
         }

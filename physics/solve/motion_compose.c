@@ -15,8 +15,10 @@ static const double DRIFT[3] = {0.245298957184271, 0.604872665711080,
 
 /* Frequency times step of the fastest vibration. The method is stable up to 5; vibrations that the
  * mesh resolves, with five nodes to a wave or more, are below a fifth of it, and their frequencies
- * off by 2e-5 at most. After blows that excite all of them errors with 2.5 are the same. */
-static const double LONGEST = 4;
+ * off by 2e-5 at most. After blows that excite all of them errors with 2.5 are the same. Large
+ * motions gain energy with 4, 10 % in 50,000 steps of a tumbling rod; with 3.4 they stay within
+ * 0.5 %. */
+static const double LONGEST = 3.4;
 
 /* After so many steps the fastest vibration is looked at again. */
 enum { LOOK_AGAIN = 512 };
