@@ -301,16 +301,17 @@ int main(int count, char **arguments)
 {
     options o = {.rounds = 41, .python = "python3"};
     const char *operand;
-    const cli_program about = {program,
-                               NULL,
-                               "A network as C, one point at a time: ours against what CasADi\n"
-                               "generates of the same network in its several forms.",
-                               "CasADi is a package of Python:\n"
-                               "    python3 -m venv peers && peers/bin/pip install numpy casadi\n"
-                               "    generated --python peers/bin/python3\n"
-                               "Times are the least of all rounds, ratios their medians.",
-                               NULL,
-                               NULL};
+    static const char *const help[] = {
+        "A network as C, one point at a time: ours against what CasADi\n"
+        "generates of the same network in its several forms.\n",
+        "\n", "options:\n",
+        "\n"
+        "CasADi is a package of Python:\n"
+        "    python3 -m venv peers && peers/bin/pip install numpy casadi\n"
+        "    generated --python peers/bin/python3\n"
+        "Times are the least of all rounds, ratios their medians.\n",
+        NULL};
+    const cli_program about = {program, NULL, help, NULL, NULL};
     const cli_option known[] = {
         {"--rounds", "N", CLI_INTEGER, &o.rounds, 1, ROUNDS_MAX, "of 500 calls of each (41)"},
         {"--python", "PROGRAM", CLI_TEXT, &o.python, 0, 0, "that has casadi (python3)"}};

@@ -240,9 +240,10 @@ int main(int count, char **arguments)
     int points = 4096, width = 64, threads = 1, entered = 0;
     const char *out = NULL, *operand;
     cli_list given = {0};
-    const cli_program about = {
-        program, NULL, "Time of one value and gradient of each scene, same network and points.",
-        NULL,    NULL, NULL};
+    static const char *const help[] = {
+        "Time of one value and gradient of each scene, same network and points.\n", "\n",
+        "options:\n", NULL};
+    const cli_program about = {program, NULL, help, NULL, NULL};
     const cli_option known[] = {
         {"--scene", "CONFIG.yaml", CLI_LIST, &given, 0, 0,
          "a scene in place of every model; ratios are to the last"},

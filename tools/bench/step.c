@@ -594,18 +594,18 @@ int main(int count, char **arguments)
     options o = {
         .points = 16384, .normal_points = 1024, .threads = 2, .rounds = 15, .python = "python3"};
     const char *operand;
-    const cli_program about = {
-        program,
-        NULL,
+    static const char *const help[] = {
         "One training step of a rod in motion: the tape, a kernel fused by hand,\n"
-        "and on demand the same step in PyTorch and JAX.",
+        "and on demand the same step in PyTorch and JAX.\n",
+        "\n", "options:\n",
+        "\n"
         "The peers need Python with numpy, torch and jax:\n"
         "    python3 -m venv peers && peers/bin/pip install numpy torch jax\n"
         "    step --peers --python peers/bin/python3\n"
         "Ratios are to the tape with all threads (the fused kernel with one thread: to the\n"
-        "tape with one), each round by itself: median, least and most.",
-        NULL,
+        "tape with one), each round by itself: median, least and most.\n",
         NULL};
+    const cli_program about = {program, NULL, help, NULL, NULL};
     const cli_option known[] = {
         {"--points", "N", CLI_INTEGER, &o.points, 8, 1e7, "points of the gradient's step (16384)"},
         {"--normal-points", "N", CLI_INTEGER, &o.normal_points, 8, 1e6,

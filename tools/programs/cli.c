@@ -120,21 +120,26 @@ static void print_option(const cli_option *option)
     print_help_text(option->help, column);
 }
 
-static void print_help(const cli_program *program, const cli_option *options, int count)
+static void print_options(const cli_option *options, int count)
 {
-    printf("usage: %s %s%s[options]\n\n%s\n\noptions:\n", program->name,
-           program->operand ? program->operand : "",
-           program->operands  ? "... "
-           : program->operand ? " "
-                              : "",
-           program->summary);
     for (int i = 0; i < count; i++) {
         print_option(&options[i]);
     }
     print_option(&(cli_option){.name = "--help", .help = "this text"});
     print_option(&(cli_option){.name = "--version", .help = "the version"});
-    if (program->epilogue) {
-        printf("\n%s\n", program->epilogue);
+}
+
+static void print_help(const cli_program *program, const cli_option *options, int count)
+{
+    printf("usage: %s %s%s[options]\n\n", program->name, program->operand ? program->operand : "",
+           program->operands  ? "... "
+           : program->operand ? " "
+                              : "");
+    for (int i = 0; program->help[i]; i++) {
+        fputs(program->help[i], stdout);
+        if (strcmp(program->help[i], "options:\n") == 0) {
+            print_options(options, count);
+        }
     }
     if (program->more) {
         putchar('\n');

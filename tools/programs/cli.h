@@ -40,8 +40,7 @@ typedef struct cli_option {
 typedef struct cli_program {
     const char *name;         /* "cpinn-eval" */
     const char *operand;      /* "CONFIG.yaml"; exactly one is expected. NULL: none */
-    const char *summary;      /* what it does; lines */
-    const char *epilogue;     /* after the options, may be NULL */
+    const char *const *help;  /* lines, help.h; options go behind the line "options:" */
     void (*more)(FILE *file); /* prints more help, may be NULL */
     cli_list *operands;       /* where one or more operands go; NULL: there is only one */
 } cli_program;

@@ -4,6 +4,7 @@
 #include "tools/judge/gnuplot.h"
 #include "tools/judge/signals.h"
 #include "tools/programs/cli.h"
+#include "tools/programs/help.h"
 #include "tools/programs/progress.h"
 #include "tools/programs/ranks.h"
 #include "tools/programs/ranks_queue.h"
@@ -14,46 +15,6 @@
 #include <unistd.h>
 
 static const char program[] = "cpinn-bench";
-
-static const char summary[] =
-    "Train each CONFIG.yaml by several methods from several seeds, and show the error against the\n"
-    "reference over training time: as a table, as CSV and HDF5, and as a picture drawn by gnuplot.";
-
-static const char epilogue[] =
-    "Examples\n"
-    "  cpinn-bench configs/elastica.yaml\n"
-    "  cpinn-bench configs/elastica.yaml --methods lbfgs,gauss_newton --networks 2x8,2x16,2x32\n"
-    "  cpinn-bench configs/elastica.yaml --methods gauss_newton:50 --networks f8,f16,f32\n"
-    "  cpinn-bench configs/elastica.yaml --methods config,slow=adam:1000+lbfgs:9000 --seconds 5\n"
-    "  cpinn-bench configs/elastica.yaml --methods config,solver        networks and cpinn-solve\n"
-    "  cpinn-bench configs/cantilever_dynamic.yaml --error tip \\\n"
-    "      --curve configs/reference/cantilever_ramp_solvers.csv\n"
-    "\n"
-    "Training time includes recording and compiling the equations and leaves out evaluating the\n"
-    "error, which is done at least 5% of time apart. Runs go one after another, all methods with\n"
-    "one seed before the next seed, after an untimed step of each; under mpirun or srun as many "
-    "at\n"
-    "a time as there are ranks, which share what a machine has. Ctrl-C ends the run at hand and\n"
-    "writes what there is.\n"
-    "\n"
-    "DIR receives\n"
-    "  runs.csv, .h5          every row of every run: scene, method, network, seed, seconds, ...\n"
-    "  summary.csv, .h5       a row for each line of the table; inf: not reached\n"
-    "  curves.csv, .h5        best error so far over seconds: median, smallest, largest over "
-    "seeds\n"
-    "  SCENE.gp, .svg, .png   the picture, and the gnuplot script to restyle it\n"
-    "  about.txt              what was run\n"
-    "\n"
-    "A curve to lay beside is a table with columns seconds and error, and name if it holds "
-    "several\n"
-    "curves; lines that begin with # are comments.\n"
-    "\n"
-    "Exit status: 0 done, 1 out of memory or a file cannot be written, 2 bad input, 130 or 143\n"
-    "stopped by a signal. A run with a number that is not finite is counted as failed, and one "
-    "that\n"
-    "ends with a warning as such.\n"
-    "\n"
-    "Methods";
 
 static void print_methods(FILE *file)
 {
@@ -532,8 +493,7 @@ static int run(bench *b)
 static int parse(int count, char **arguments, options *o)
 {
     const char *last;
-    const cli_program about = {program,  "CONFIG.yaml", summary,
-                               epilogue, print_methods, &o->configs};
+    const cli_program about = {program, "CONFIG.yaml", help_bench, print_methods, &o->configs};
     const cli_option known[] = {
         {"--methods", "LIST", CLI_TEXT, &o->methods, 0, 0,
          "names from the table below and definitions, separated by\n"

@@ -4,6 +4,7 @@
 #include "tools/judge/gnuplot.h"
 #include "tools/judge/signals.h"
 #include "tools/programs/cli.h"
+#include "tools/programs/help.h"
 #include "tools/programs/ranks.h"
 #include "tools/programs/ranks_queue.h"
 #include "tools/train/run.h"
@@ -16,42 +17,6 @@
 #include <unistd.h>
 
 static const char program[] = "cpinn-cases";
-
-static const char summary[] =
-    "Solve each CONFIG.yaml, and every one in each FOLDER, twice: by the network that it "
-    "describes,\n"
-    "as cpinn-train does, and classically, as cpinn-solve does with its default tolerance. One "
-    "row\n"
-    "for each: the error against the reference of the scene, the run time, and what was left out\n"
-    "because the scene does not need it.";
-
-static const char epilogue[] =
-    "Examples\n"
-    "  cpinn-cases configs/cases/buckled_1.yaml configs/elastica.yaml\n"
-    "  cpinn-cases configs/cases --out cases\n"
-    "\n"
-    "position is the relative L2 error of r over the points of the reference, of a beam that of\n"
-    "its deflection; rotation is the root mean square of the angle, in rad. Where the reference\n"
-    "is the solver's own (reference: solve), the solver shows the error that it estimates. Run\n"
-    "time is everything from reading the file to the solution, with recording, compiling and\n"
-    "loading OpenBLAS, but without comparing. size is what is solved: of a network its unknowns\n"
-    "and equations at a point, of the solver nodes along the rod and steps of Newton's method, in\n"
-    "motion those of time.\n"
-    "\n"
-    "Rows go one after another, under mpirun or srun as many at a time as there are ranks, in the\n"
-    "same order; each in a process of its own. One that ends with a warning, is\n"
-    "refused, stops, crashes or takes too long says so with its reason, and the next begins. "
-    "Ctrl-C\n"
-    "ends the table and writes what there is.\n"
-    "\n"
-    "DIR receives\n"
-    "  cases.csv, .h5         the rows, with more columns: outcome, reason, unknowns, equations,\n"
-    "                         instructions per step of the network, points or nodes, steps\n"
-    "  cases.gp, .svg, .png   error over run time, a point for each row, and the gnuplot script\n"
-    "\n"
-    "Exit status: 0 every row has an error against its reference, 1 some do not, or a file cannot "
-    "be\n"
-    "written, 2 bad arguments, 130 or 143 stopped by a signal.\n";
 
 enum { PATHS_MAX = 512, PATH_BYTES = 4096 };
 
@@ -243,8 +208,7 @@ static int run(table *t, const options *o)
 static int parse(int count, char **arguments, options *o)
 {
     const char *last;
-    const cli_program about = {program, "FOLDER|CONFIG.yaml", summary, epilogue,
-                               NULL,    &o->operands};
+    const cli_program about = {program, "FOLDER|CONFIG.yaml", help_cases, NULL, &o->operands};
     const cli_option known[] = {
         {"--out", "DIR", CLI_TEXT, &o->out, 0, 0,
          "write the table as .csv and .h5, and a picture; what is there is\nnever overwritten"},

@@ -2,40 +2,13 @@
 #include "physics/derivative_check.h"
 #include "tools/config/config_experiment.h"
 #include "tools/programs/cli.h"
+#include "tools/programs/help.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 static const char program[] = "cpinn-check";
-
-static const char summary[] =
-    "Check that the derivatives which training of the scene in CONFIG.yaml takes are right, by\n"
-    "comparing them with differences, for a network with random parameters.";
-
-static const char epilogue[] =
-    "One row for each check, with its largest error, relative to the largest entry of the "
-    "gradient:\n"
-    "  gradient    of a loss term, or of all, by single parameters; central differences\n"
-    "  dot         the same along a random direction of all parameters\n"
-    "  derivative  by s or t, of a field that the equations use; differences of the derivative "
-    "one\n"
-    "              order lower\n"
-    "Where time has several windows, the first two are checked. The points are few, whatever\n"
-    "CONFIG.yaml says: 32 inside, 8 at the ends, 16 at t = 0; --set losses.interior.points=N and "
-    "its\n"
-    "like change that. A row fails where a formula of the scene is not smooth (step, where, abs, "
-    "min,\n"
-    "max at their kink; a tendon that a random network turns back on itself, makes slack, or does\n"
-    "not turn where it has friction; rod.law far beyond its data: try --step 1e-4 to 1e-6 and\n"
-    "--tolerance 1e-4), or by\n"
-    "an error in this program.\n"
-    "\n"
-    "  cpinn-check configs/elastica.yaml\n"
-    "  cpinn-check rod.yaml --set network.hidden=[16,16] --entries 500\n"
-    "\n"
-    "Exit status: 0 every error is within the tolerance; 1 one is not, or the output could not be\n"
-    "written; 2 with one line that says what is wrong with the input.";
 
 static const char *const few_points[] = {"losses.interior.points=32", "losses.boundary.points=8",
                                          "losses.initial.points=16", "losses.held_out_points=16"};
@@ -399,7 +372,7 @@ int main(int argc, char **argv)
         {"--tolerance", "E", CLI_NUMBER, &o->tolerance, 1e-16, 1,
          "largest error that passes (default 1e-6)"},
         {"--threads", "N", CLI_INTEGER, &o->threads, 0, 1024, "default 0: one for each processor"}};
-    const cli_program about = {program, "CONFIG.yaml", summary, epilogue, NULL, NULL};
+    const cli_program about = {program, "CONFIG.yaml", help_check, NULL, NULL};
     int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &o->config);
     if (status != CLI_RUN) {
         return status;

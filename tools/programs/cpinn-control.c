@@ -5,6 +5,7 @@
 #include "tools/programs/cli.h"
 #include "tools/programs/control_judge.h"
 #include "tools/programs/control_run.h"
+#include "tools/programs/help.h"
 #include "tools/surrogate/surrogate.h"
 #include "tools/train/report.h"
 
@@ -14,61 +15,6 @@
 #include <unistd.h>
 
 static const char program[] = "cpinn-control";
-
-static const char summary[] =
-    "Simulate a robot in closed loop: a filter finds its state, and a stiffness or load that is\n"
-    "not known, from what sensors see, and a predictive controller moves its inputs so that a\n"
-    "place of it follows a path. Scene, sensors, task and what the simulated robot differs in are\n"
-    "those of a YAML file; see the section `control` in cpinn-train --help.";
-
-static const char epilogue[] =
-    "Inputs are the parameters of the scene that have a range: pressures, tensions. Those named\n"
-    "under control.estimate (or surrogate.parameters) are found by the filter instead. So little\n"
-    "is enough:\n"
-    "\n"
-    "  control:\n"
-    "    task: {path: circle, radius: 0.03, frequency: 0.5}\n"
-    "    estimate: [stiffness]\n"
-    "    plant: {set: [parameters.stiffness=0.8]}   # what the simulated robot really has\n"
-    "\n"
-    "Filter and controller step the robot by its one-step model (section `surrogate`, trained by\n"
-    "cpinn-train, sought in runs/NAME or --run), else by the reduced rod, which is some 30 times\n"
-    "slower. The simulated robot is a reduced rod of more modes.\n"
-    "\n"
-    "  cpinn-control configs/robots/soft_arm_control.yaml\n"
-    "  cpinn-control SCENE.yaml --out loop.csv --animate      loop.csv, .svg, .png, .gif\n"
-    "  cpinn-show loop.csv --scene SCENE.yaml                 loop.html: the robot on its way\n"
-    "  cpinn-control SCENE.yaml --compare                     beside other models and methods\n"
-    "  cpinn-control SCENE.yaml --set control.task.path=eight --set control.period=0.001\n"
-    "\n"
-    "The table has the error of the true place off the path after the approach, rms and worst;\n"
-    "the time of filter and controller in a period, medians, and the worst of both together; the\n"
-    "rate that the medians allow; what was estimated at the end, with its standard deviation, and\n"
-    "the truth. --out has all of every period in SI units: reference, true and estimated place,\n"
-    "inputs, estimates and truth, measurements, normalised squares of innovations, seconds, and\n"
-    "flags as bits (tools/control/estimator.h, controller.h); beside it NAME_shapes.h5 has the\n"
-    "robot in space, which cpinn-show draws.\n"
-    "\n"
-    "--c writes filter and controller, with the model, as C11 that needs nothing but libm: "
-    "NAME_init,\n"
-    "NAME_measure, NAME_control, NAME_late, in the caller's memory, without allocation, in "
-    "bounded\n"
-    "time. The header says how, what each flag is, and what was verified, rollouts of the models\n"
-    "among it; by cc the C is compiled and compared first.\n"
-    "\n"
-    "  cpinn-control SCENE.yaml --c arm && cc -std=c11 -O2 -o selftest arm.c arm_selftest.c -lm\n"
-    "\n"
-    "--json writes one object: program, version, name, verdict, model, loops: [{name, error, "
-    "samples,\n"
-    "diverged, rms, worst, approach, reach, saturated, change\n"
-    "{mean, worst, jitter}, filter_seconds, control_seconds, seconds\n"
-    "{median, worst}, estimates, innovations, beyond {square, bias, correlation}, doubt, "
-    "constraints,\n"
-    " filter_flags, control_flags, late}].\n"
-    "\n"
-    "The exit status is 3 where the robot diverges or control.tolerance is not kept, inputs jump "
-    "to\n"
-    "and fro, innovations are not those of the model, or with --c where its rollouts diverge.";
 
 typedef struct options {
     const char *config, *out, *shapes, *run, *inner, *json, *c;
@@ -402,7 +348,7 @@ int main(int argc, char **argv)
         CLI_VERDICT_JSON(&o->json),
         CLI_VERDICT_QUIET(&o->quiet),
     };
-    const cli_program about = {program, "CONFIG.yaml", summary, epilogue, verdict_help, NULL};
+    const cli_program about = {program, "CONFIG.yaml", help_control, verdict_help, NULL};
     int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &o->config);
     if (status != CLI_RUN) {
         return status;

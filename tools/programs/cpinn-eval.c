@@ -4,6 +4,7 @@
 #include "tools/programs/cli.h"
 #include "tools/programs/eval_family.h"
 #include "tools/programs/eval_rollouts.h"
+#include "tools/programs/help.h"
 #include "tools/programs/launch.h"
 #include "tools/programs/ranks.h"
 #include "tools/programs/ranks_queue.h"
@@ -17,65 +18,6 @@
 #include <string.h>
 
 static const char program[] = "cpinn-eval";
-
-static const char summary[] = "Open a trained rod: a folder that cpinn-train wrote, or a "
-                              "checkpoint in it. Print how far the\n"
-                              "training has come, where the tip is, and how far the rod is from "
-                              "the scene's reference. Write\n"
-                              "it at the points (s, t) of a grid or of a file.";
-
-static const char epilogue[] =
-    "Columns written, in SI units: s, t; position x, y, z; quaternion qw, qx, qy, qz (body to\n"
-    "world); strains v1..v3; curvatures u1..u3; internal force n1..n3 and moment m1..m3 (body\n"
-    "frame); in motion also velocity vx, vy, vz (world) and angular velocity w1..w3 (body). Of a\n"
-    "beam: deflection w, slope, shear force V, moment M, and w_t, slope_t. Where one of them "
-    "jumps,\n"
-    "at a joint or a point load, all are those just before. The arrays of an .npz and the "
-    "datasets\n"
-    "of an HDF5 file carry their units. An existing file is replaced. Where time has several\n"
-    "windows, t reaches to the end of the one at work.\n"
-    "\n"
-    "  cpinn-eval runs/elastica\n"
-    "  cpinn-eval runs/elastica --out rod.csv\n"
-    "  cpinn-eval runs/cantilever_dynamic --grid 101x51 --out motion.npz\n"
-    "\n"
-    "Of a family each shape has its predicted error: Newton's method from the network's answer "
-    "says\n"
-    "how far that is off, --polish improves it, and members that are not trusted are solved. "
-    "Columns\n"
-    "of --out are then member (from 1), s, x .. u3, error (m), trusted, outside (1: yes), source\n"
-    "(network, members, solver, nothing) and reason. --verify says how large errors are (in mm), "
-    "and\n"
-    "how well they are predicted.\n"
-    "\n"
-    "  cpinn-eval runs/robot --at tension_1=2,tension_2=0.5\n"
-    "  cpinn-eval runs/robot --members measured.csv --out shapes.csv\n"
-    "  cpinn-eval runs/robot --verify 20000\n"
-    "\n"
-    "Of a one-step model (surrogate) --rollouts steps it under inputs that it has not seen, beside "
-    "the\n"
-    "solver, and says how far its tip is off after one step, 5 s and 1000 steps, what a step costs "
-    "and\n"
-    "what the reduced rod itself costs at that error. --out DIR then gets rollouts.csv, .h5 and "
-    "two\n"
-    "pictures, rollouts_error and rollouts_path (.gp, .svg, .png).\n"
-    "\n"
-    "  cpinn-eval runs/arm --rollouts 64 --tolerance 1e-3 --out verified\n"
-    "\n"
-    "Of --members, --verify and --rollouts several processes do a part each, with the same "
-    "results:\n"
-    "\n"
-    "  mpirun -n 4 cpinn-eval runs/robot --verify 20000\n"
-    "\n"
-    "The verdict on training that the checkpoint keeps is printed, and is in --json as it is in "
-    "that\n"
-    "of cpinn-train. Exit status: 0, whatever it says; of a family 3 if a shape is not trusted, or "
-    "with\n"
-    "--verify one that is trusted is wrong or solvers disagree; 3 with --rollouts if the model\n"
-    "diverges or is worse than --tolerance; 1 if what was printed could not "
-    "be\n"
-    "written; 2 with one line\n"
-    "that says what is wrong with the input.";
 
 /* Repeated evaluations are timed over at least this long, in batches of at least so many points. */
 static const double TIMED_SECONDS = 0.2;
@@ -578,7 +520,7 @@ static int go(const ad_ranks *ranks, int argc, char **argv)
         {"--threads", "N", CLI_INTEGER, &x.asked.threads, 0, 1024,
          "default 0: one for each processor, shared among processes of mpirun;\n"
          "results do not depend on it"}};
-    const cli_program about = {program, "DIR_OR_CHECKPOINT", summary, epilogue, NULL, NULL};
+    const cli_program about = {program, "DIR_OR_CHECKPOINT", help_eval, NULL, NULL};
     int status =
         cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &x.asked.checkpoint);
     status = status == CLI_RUN ? check_ranks(&x.asked) : status;

@@ -2,6 +2,7 @@
 #include "tools/files/file_bytes.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/export.h"
+#include "tools/programs/help.h"
 
 #include <ctype.h>
 #include <errno.h>
@@ -11,57 +12,6 @@
 #include <unistd.h>
 
 static const char program[] = "cpinn-export";
-
-static const char summary[] =
-    "Write a trained rod, a folder that cpinn-train wrote or a checkpoint in it, as C that needs\n"
-    "nothing but libm: for a control loop, a simulation, a microcontroller; or as an FMU, the same "
-    "C\n"
-    "for Simulink, Dymola, OpenModelica and whatever else imports FMI 3.0.";
-
-static const char epilogue[] =
-    "OUT is a path whose last part is a C identifier, NAME, with or without .c: OUT.c, OUT.h and\n"
-    "OUT_selftest.c are written, as C99 that is C++ as well.\n"
-    "\n"
-    "  NAME_eval(in, out, memory)                 the columns that cpinn-eval writes, in SI "
-    "units,\n"
-    "                                             at in = {s, t}; at rest in = {s};\n"
-    "                                             the parameters of a family follow\n"
-    "  NAME_jacobian(in, out, jacobian, memory)   and their derivatives by s and t\n"
-    "  NAME_eval_batch, NAME_jacobian_batch       the same of many points\n"
-    "\n"
-    "They allocate nothing and have no state; memory is the caller's, NAME_MEMORY numbers. Inputs\n"
-    "out of range are put to its end, and the functions return NAME_OUT_OF_RANGE instead of 0. "
-    "The\n"
-    "header says all this with units and ranges, and how far the model can be trusted. Where "
-    "there\n"
-    "is a compiler, cc, the C is compiled and compared with cpinn before anything is written.\n"
-    "\n"
-    "  cpinn-export runs/soft_arm --c arm\n"
-    "  cc -std=c99 -O2 -o selftest arm.c arm_selftest.c -lm && ./selftest\n"
-    "  cpinn-export runs/soft_arm --c arm_tip --single --columns 'x z vx vz'\n"
-    "\n"
-    "Of a family at rest in the strain form (formulation: strain) the C has no s:\n"
-    "\n"
-    "  NAME_shape(parameters, steps, shape, answer, memory)   columns at the places, with 0, 1 or "
-    "2\n"
-    "                                             steps of Newton's method for the rod's equation, "
-    "and\n"
-    "                                             how far the answer is from the equilibrium\n"
-    "  NAME_tip, NAME_tip_jacobian                the same of the tip, and by the parameters\n"
-    "\n"
-    "OUT.fmu has model exchange and co-simulation, as sources and, by cc, as a library for\n"
-    "this machine. Its outputs are these columns at the places s, which are parameters to be\n"
-    "tuned in motion and inputs at rest; of several places they are called x[1], x[2] and so\n"
-    "on. Beyond the range of the model they stay as at its end, out_of_range is more than 0,\n"
-    "and a warning says so once. There are derivatives by s and the time, too.\n"
-    "\n"
-    "  cpinn-export runs/soft_arm --fmu arm.fmu\n"
-    "  cpinn-export runs/soft_arm --fmu arm3.fmu --places 0.1,0.2,0.3\n"
-    "\n"
-    "Exit status: 0, whatever the verdict on training says; 1 if a value is not finite, the C "
-    "does\n"
-    "not compute what cpinn does, or what was printed could not be written; 2 with one line that\n"
-    "says what is wrong with the input, or where a file cannot be written.";
 
 enum { TEXTS = 3, FMU = TEXTS, FILES };
 static const char *const endings[FILES] = {".c", ".h", "_selftest.c", ".fmu"};
@@ -319,7 +269,7 @@ int main(int argc, char **argv)
          "numbers of type float; the error of each column is measured, printed\n"
          "and in the header"},
         {"--force", NULL, CLI_FLAG, &o.force, 0, 0, "replace files that are there"}};
-    const cli_program about = {program, "DIR_OR_CHECKPOINT", summary, epilogue, NULL, NULL};
+    const cli_program about = {program, "DIR_OR_CHECKPOINT", help_export, NULL, NULL};
     int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &o.run);
     if (status != CLI_RUN) {
         return status;

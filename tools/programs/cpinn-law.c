@@ -1,6 +1,7 @@
 /* cpinn-law: learns the constitutive law of a section from a table; see --help. */
 #include "tools/files/table_file.h"
 #include "tools/programs/cli.h"
+#include "tools/programs/help.h"
 #include "tools/train/law.h"
 
 #include <math.h>
@@ -8,25 +9,6 @@
 #include <time.h>
 
 static const char program[] = "cpinn-law";
-
-static const char summary[] =
-    "Learn the law by which a section answers strains with forces and moments, from the rows of\n"
-    "TABLE, for rod.law of a scene: a potential, whose gradient they are, 0 at rest.";
-
-static const char epilogue[] =
-    "TABLE is CSV or HDF5 with the columns v1, v2, v3 (1), u1, u2, u3 (1/m), n1, n2, n3 (N), m1,\n"
-    "m2, m3 (N m), strains and internal force and moment in the axes of the section, as\n"
-    "cpinn-solve writes them, of a rod that is straight at rest (v3 = 1). Without a strain and "
-    "its\n"
-    "force or moment the law locks it, as in a rod that is tested in bending alone.\n"
-    "\n"
-    "Printed are the errors of force and moment, root mean square by that of the values, in rows\n"
-    "of training, in rows held out, and of the best law of one stiffness for each strain.\n"
-    "\n"
-    "  cpinn-law configs/law/neo_hooke_data.csv --symmetry round --convex --out neo_hooke.csv\n"
-    "\n"
-    "Exit status: 0; 1 the law could not be written, or memory has run out; 2 with one line that "
-    "says what is wrong.";
 
 /* The index of `text` among names; -1: none. */
 static int index_of(const char *const *names, const char *text)
@@ -89,8 +71,7 @@ int main(int argc, char **argv)
         {"--steps", "N", CLI_INTEGER, &settings.steps, 1, 1000000,
          "of Levenberg and Marquardt's method from each; default 300"},
         {"--seed", "N", CLI_INTEGER, &seed, 0, 2147483647, "of all that is random; default 0"}};
-    const cli_program face = {
-        .name = program, .operand = "TABLE", .summary = summary, .epilogue = epilogue};
+    const cli_program face = {.name = program, .operand = "TABLE", .help = help_law};
     int status =
         cli_parse(&face, options, sizeof options / sizeof *options, argc, argv, &data_file);
     if (status != CLI_RUN) {

@@ -6,6 +6,7 @@
 #include "tools/control/residual.h"
 #include "tools/files/table_file.h"
 #include "tools/programs/cli.h"
+#include "tools/programs/help.h"
 #include "tools/surrogate/surrogate.h"
 #include "tools/train/clock.h"
 
@@ -14,30 +15,6 @@
 #include <string.h>
 
 static const char program[] = "cpinn-residual";
-
-static const char summary[] =
-    "Learn what measured motions of a robot tell beyond the model in CONFIG.yaml: a network that\n"
-    "is added to the steps of its reduced rod and trained through them, for control.residual.";
-
-static const char epilogue[] =
-    "TABLE is CSV or HDF5 with the columns t (s), for each parameter of the scene with a range "
-    "its\n"
-    "name or input_NAME, and the measured place x, y, z or measured0_0, measured0_1, measured0_2 "
-    "(m;\n"
-    "nan or nothing: lost): what cpinn-control --out writes of a loop. A parameter without a "
-    "column has the\n"
-    "middle of its range. Rows of a motion are equally far apart in time, inputs are held from "
-    "one\n"
-    "to the next, and it begins at rest under its first inputs; where t falls another one begins.\n"
-    "\n"
-    "Printed is by how much the place is missed, root mean square over motions, each from its\n"
-    "start to its end, by the model and by the model with the network, and the time of a step.\n"
-    "\n"
-    "  cpinn-control arm.yaml --out loop.csv\n"
-    "  cpinn-residual arm.yaml --measured loop.csv --out residual.csv\n"
-    "  cpinn-control arm.yaml --set control.residual=residual.csv\n"
-    "\n"
-    "Exit status: 0; 2 with one line that says what is wrong.";
 
 typedef struct options {
     const char *config, *measured, *out;
@@ -341,8 +318,7 @@ int main(int argc, char **argv)
         {"--noise", "M", CLI_NUMBER, &o->noise, 1e-12, 1e3,
          "what of the place need not be explained, m; default 0.001"},
         {"--seed", "N", CLI_INTEGER, &o->seed, 0, 2147483647, "of the first network; default 0"}};
-    const cli_program face = {
-        .name = program, .operand = "CONFIG.yaml", .summary = summary, .epilogue = epilogue};
+    const cli_program face = {.name = program, .operand = "CONFIG.yaml", .help = help_residual};
     int status = cli_parse(&face, rows, sizeof rows / sizeof *rows, argc, argv, &o->config);
     ad_error error;
     if (status != CLI_RUN) {

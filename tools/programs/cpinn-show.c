@@ -2,6 +2,7 @@
 #include "physics/solve/members.h"
 #include "tools/files/file_bytes.h"
 #include "tools/judge/signals.h"
+#include "tools/programs/help.h"
 #include "tools/programs/show_source.h"
 #include "tools/train/report.h"
 
@@ -11,48 +12,6 @@
 #include <sys/stat.h>
 
 static const char program[] = "cpinn-show";
-
-static const char summary[] = "Make one HTML file of a result, to be opened in any browser, "
-                              "without a network connection: the\n"
-                              "rod in space, to be turned, zoomed and played, with directors, "
-                              "loads and tendons, coloured by\n"
-                              "strain, force or moment; its reference as a ghost; errors, losses, "
-                              "the tip's path, all numbers,\n"
-                              "the scene, and the verdict on top.";
-
-static const char epilogue[] =
-    "SOURCE is\n"
-    "  a run           the folder that cpinn-train wrote, or a checkpoint: network beside "
-    "reference;\n"
-    "                  of a family at rest its parameters are varied in turn, with predicted "
-    "errors;\n"
-    "                  of a one-step model rollouts beside the solver\n"
-    "  SCENE.yaml      is solved first, as cpinn-solve does; of a family at rest some members\n"
-    "  a table         .csv, .h5 of cpinn-solve, cpinn-eval (also of --members) or cpinn-control\n"
-    "                  --out; with --scene also its section, loads and tendons\n"
-    "                  the record of cpinn-control is drawn with NAME_shapes.h5 beside it\n"
-    "                  others as curves over their first column, or as they are\n"
-    "  a folder        of cpinn-cases, cpinn-bench --out, cpinn-eval --rollouts: tables and "
-    "pictures\n"
-    "\n"
-    "  cpinn-show runs/soft_arm                              runs/soft_arm/report.html\n"
-    "  cpinn-show configs/robots/tendon_pulled.yaml --out tendon.html\n"
-    "  cpinn-show motion.csv --scene scene.yaml --reference measured.csv\n"
-    "  cpinn-show motion.csv --out motion.mp4 --slow 5       (or .gif, .svg, .png)\n"
-    "  cpinn-show loop.csv --scene robot.yaml                the robot on its path, errors, "
-    "inputs\n"
-    "\n"
-    "In the page the mouse turns, shift moves, the wheel zooms, a double click begins anew; keys "
-    "are\n"
-    "listed under the picture. Deflections of beams are drawn enlarged, thin rods thicker; the "
-    "page\n"
-    "says so. Of more than 401 instants or 201 points an even choice is kept; a motion of 400 by "
-    "100\n"
-    "takes less than 3 MB.\n"
-    "\n"
-    "Exit status: 0; 1 if the file cannot be written; 2 with one line that says what is wrong "
-    "with\n"
-    "the input.";
 
 static void showing_free(showing *x)
 {
@@ -298,7 +257,7 @@ int main(int argc, char **argv)
         CLI_AT(&x.at),
         {"--quiet", NULL, CLI_FLAG, &x.quiet, 0, 0, "say nothing but errors"},
     };
-    const cli_program about = {program, "SOURCE", summary, epilogue, NULL, NULL};
+    const cli_program about = {program, "SOURCE", help_show, NULL, NULL};
     int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &x.source);
     if (status != CLI_RUN) {
         return status;

@@ -4,6 +4,7 @@
 #include "tools/config/config_experiment.h"
 #include "tools/files/shapes_vtk.h"
 #include "tools/programs/cli.h"
+#include "tools/programs/help.h"
 #include "tools/programs/path_files.h"
 #include "tools/programs/samples.h"
 #include "tools/programs/scene_line.h"
@@ -19,69 +20,6 @@
 #include <string.h>
 
 static const char program[] = "cpinn-solve";
-
-static const char summary[] =
-    "Solve the scene of a YAML file classically, without a network, and estimate the error. The\n"
-    "equations are written apart from those that networks are trained on, so each checks the "
-    "other.\n"
-    "At rest: collocation at Gauss points along the rod, Newton's method, the load growing from "
-    "0;\n"
-    "or with --method strain the curvature alone as unknown.\n"
-    "In motion: spectral elements along the rod, Runge-Kutta steps in time; or with --method\n"
-    "modes a few modes of the strains. Beams of small deflection: collocation along the beam\n"
-    "and in time, one linear solve.";
-
-static const char epilogue[] =
-    "A rod may have several equilibria. This finds the one that continues the unstressed rod "
-    "while\n"
-    "the load grows: a straight column stays straight. --perturb 10 pushes it sideways on the way\n"
-    "and takes the push away at the end, which leads to the buckled shape; so does the scene's "
-    "own\n"
-    "rod.rest.imperfection.\n"
-    "\n"
-    "Where the load turns back on the way, at a limit point, the path is followed by its arc "
-    "length\n"
-    "to the next stable equilibrium under the full load, with the warning `snapped`. --path "
-    "writes\n"
-    "all of it: load_factor, arclength, deflection of the place that moves the furthest, x, y, z\n"
-    "there, unstable (modes; nan: not asked), mark (path, limit, bifurcation); FILE.gp draws it.\n"
-    "--branch 1 leaves it at the first bifurcation.\n"
-    "\n"
-    "Parameters with `identify` in the scene are found from its data, by least squares with one\n"
-    "solution for each experiment, before it is solved with them: each with its standard "
-    "deviation,\n"
-    "and what the data do not tell. Of a family, whose data have the values of its other\n"
-    "parameters, that is all unless --at says which member is to be solved.\n"
-    "\n"
-    "Columns written are those of cpinn-eval, in SI units. An existing --out file is replaced. A\n"
-    "scene may name it as reference.file to be compared with; reference: solve in a scene has it\n"
-    "solved without asking.\n"
-    "\n"
-    "  cpinn-solve configs/elastica.yaml\n"
-    "  cpinn-solve configs/heavy_cantilever.yaml --out reference.csv\n"
-    "  cpinn-solve configs/arch.yaml --path arch.csv\n"
-    "  cpinn-solve configs/elastica.yaml --work-precision classical.csv\n"
-    "  cpinn-bench configs/elastica.yaml --curve classical.csv\n"
-    "\n"
-    "--json writes one object: program, version, name, verdict {outcome, reason, text, "
-    "exit_status,\n"
-    "findings: [{reason, outcome, text}]}, method, nodes, modes (of --method modes), steps (of "
-    "the\n"
-    "load, in motion of time),\n"
-    "newton_steps, seconds, tolerance, estimated_error, estimated_error_max (anywhere, over the\n"
-    "length), loads_out_of_balance, load_factor, energy_out_of_balance, reference\n"
-    "{name, points, left_out, estimated_error_over_length, position_relative_l2,\n"
-    "position_max_over_length, tip_over_length, rotation_rms_rad, rotation_max_rad} or null, out;\n"
-    "of a rod at rest limit_load, bifurcation_load (the first on the way, as load factors) and "
-    "path\n"
-    "{file, points, place, direction, limit_points, bifurcations, estimated_error} or null;\n"
-    "identified {unknowns: [{name, value, standard_deviation, low, high, known_by (measurements,\n"
-    "range, end_of_range)}], correlations, not_told: [{name: part of its range}], collinearity,\n"
-    "others: [{name: value, chi_squared}], chi_squared, numbers, missing, experiments,\n"
-    "noise_factor, steps, solutions, seconds} or null.\n"
-    "Numbers that are not known are null; what was not reached is not there.\n"
-    "\n"
-    "Where the whole load is not reached, nothing is written but one line (load_not_reached).";
 
 typedef struct options {
     const char *config, *grid, *out, *work_precision;
@@ -506,7 +444,7 @@ int main(int argc, char **argv)
         CLI_VERDICT_JSON(&o->json),
         CLI_VERDICT_QUIET(&o->quiet),
     };
-    const cli_program about = {program, "CONFIG.yaml", summary, epilogue, verdict_help, NULL};
+    const cli_program about = {program, "CONFIG.yaml", help_solve, verdict_help, NULL};
     int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &o->config);
     if (status != CLI_RUN) {
         return status;

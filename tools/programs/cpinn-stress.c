@@ -4,6 +4,7 @@
 #include "tools/judge/signals.h"
 #include "tools/judge/stress.h"
 #include "tools/programs/cli.h"
+#include "tools/programs/help.h"
 #include "tools/programs/ranks.h"
 #include "tools/programs/ranks_queue.h"
 
@@ -15,23 +16,6 @@
 #include <unistd.h>
 
 static const char program[] = "cpinn-stress";
-
-static const char summary[] =
-    "Run stiff and extreme scenes, and compare what comes of each with what is expected: solved\n"
-    "within a bound of error, refused or stopped with a reason, or answered with a warning by the\n"
-    "program itself; never a wrong answer without a word, a crash or an endless run. By a "
-    "network,\n"
-    "and where that makes sense by the solver of cpinn-solve.";
-
-static const char epilogue[] =
-    "Every scene runs in a process of its own, with a time limit, on one thread; under mpirun or\n"
-    "srun as many at a time as there are ranks, in the same order. Errors are those\n"
-    "of position, relative L2, unless the scene says otherwise.\n"
-    "\n"
-    "Ctrl-C ends the table and writes what there is.\n"
-    "\n"
-    "Exit status: 0 every scene as expected, 1 not, 2 bad arguments, 130 or 143 stopped by a "
-    "signal.\n";
 
 static const stress_group *const row_groups[] = {&stress_rods,  &stress_loads, &stress_motions,
                                                  &stress_beams, &stress_pairs, &stress_inputs};
@@ -284,7 +268,7 @@ static int run(const options *o)
 static int parse(int count, char **arguments, options *o)
 {
     const char *operand;
-    const cli_program about = {program, NULL, summary, epilogue, NULL, NULL};
+    const cli_program about = {program, NULL, help_stress, NULL, NULL};
     const cli_option known[] = {
         {"--only", "NAME", CLI_LIST, &o->only, 0, 0,
          "a scene, or all of a subject, as in --only turns; may be repeated"},

@@ -5,6 +5,7 @@
 #include "tools/judge/signals.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/explain.h"
+#include "tools/programs/help.h"
 #include "tools/programs/launch.h"
 #include "tools/programs/progress.h"
 #include "tools/programs/ranks.h"
@@ -20,43 +21,6 @@
 #include <string.h>
 
 static const char program[] = "cpinn-train";
-
-static const char summary[] =
-    "Train a network until it satisfies the equations of the rod or beam that CONFIG.yaml "
-    "describes.\n"
-    "It goes to a folder, from which cpinn-eval reads it; the last lines say how good it is.";
-
-static const char epilogue[] =
-    "  cpinn-train configs/elastica.yaml\n"
-    "  cpinn-train rod.yaml --explain\n"
-    "  cpinn-train rod.yaml --set loads.tip.force[2]=-10 --out runs/heavier\n"
-    "  cpinn-train rod.yaml --out runs/rod --resume\n"
-    "  mpirun -n 4 cpinn-train rod.yaml        (points shared among processes, to the same bits)\n"
-    "\n"
-    "Ctrl-C finishes the step at hand, or gives up one of Gauss-Newton, saves, and says how to "
-    "resume.\n"
-    "\n"
-    "A scene with parameters to be identified has them found from its data together with the\n"
-    "network, each with its standard deviation; cpinn-solve finds them without a network.\n"
-    "\n"
-    "--json writes one object: program, version, name, verdict {outcome, reason, text, "
-    "exit_status,\n"
-    "findings: [{reason, outcome, text}]}, step, stage, stages, window, windows, "
-    "training_seconds,\n"
-    "parameters, points, threads, compiled_programs (by cc, at the end), loss, held_out, "
-    "estimate,\n"
-    "loads_out_of_balance (at rest),\n"
-    "energy_out_of_balance, momentum_out_of_balance (of a rod's motion),\n"
-    "reference {name, points, left_out,\n"
-    "estimated_error_over_length, position_relative_l2, position_max_over_length, "
-    "tip_over_length,\n"
-    "rotation_rms_rad, rotation_max_rad} or null,\n"
-    "members {fresh, median_m, within_95_m, worst_m, polished_median_m, polished_95_m,\n"
-    "polished_worst_m} (of families at rest; polished in the strain form alone), checkpoint, "
-    "history, config. Numbers that "
-    "are "
-    "not\n"
-    "known are null; what was not reached is not there.";
 
 static void more_help(FILE *file)
 {
@@ -612,7 +576,7 @@ static int run(const options *o)
 
 static int parse(int count, char **arguments, options *o)
 {
-    const cli_program about = {program, "CONFIG.yaml", summary, epilogue, more_help, NULL};
+    const cli_program about = {program, "CONFIG.yaml", help_train, more_help, NULL};
     const cli_option known[] = {
         {"--out", "DIR", CLI_TEXT, &o->out, 0, 0,
          "where checkpoint.h5, history.csv and config.yaml go (runs/NAME)"},

@@ -1,0 +1,21 @@
+/* What the programs print for --help, lines of the files in help/: up to the line "options:" what a
+ * program does, then what follows its options. NULL ends each. */
+#ifndef TOOLS_PROGRAMS_HELP_H
+#define TOOLS_PROGRAMS_HELP_H
+
+#include <stddef.h>
+
+extern const char *const help_bench[];
+extern const char *const help_cases[];
+extern const char *const help_check[];
+extern const char *const help_control[];
+extern const char *const help_eval[];
+extern const char *const help_export[];
+extern const char *const help_law[];
+extern const char *const help_residual[];
+extern const char *const help_show[];
+extern const char *const help_solve[];
+extern const char *const help_stress[];
+extern const char *const help_train[];
+
+#endif
