@@ -8,19 +8,19 @@
  *   compile     ad_compile keeps what the outputs need and gives every value a place
  *   execute     ad_execute replays the program over tiles of points, on all threads of a pool
  *
- * A value is a block of `rows` scalars: one block per point of a batch (AD_BATCH), one block for
- * all points (AD_UNIFORM: constants, parameters, scalars of the scene), or, between the two, one
- * block per member of a family (AD_MEMBER: a robot's stiffness, coefficients of its shape), where
- * every member has equally many points, which follow each other. In memory a batch value is
+ * A value is a block of `rows` scalars. There is one block per point of a batch (AD_BATCH), or one
+ * block for all points (AD_UNIFORM: constants, parameters, scalars of the scene). Between the two
+ * there is one block per member of a family (AD_MEMBER: a robot's stiffness, coefficients of its
+ * shape). Every member has equally many points, which follow each other. In memory a batch value is
  * [rows][points], points contiguous; a value of members is [rows][members]; a matrix [m][k] is a
  * value of m*k rows, row-major.
  *
- * Elementwise operations take values of equal rows, or one of a single row, which is repeated;
- * a uniform value meets a batch value by being the same at every point, a value of a member by
- * being the same at every point of the member. What follows from values of members alone is
- * computed once per member, and so are its derivatives: ad_reverse sums what the points of a member
- * contribute before it goes on. Algebra may find that a value varies less than its operands seem to
- * (a row of a stack, 0 times a batch value); no result depends on that.
+ * Elementwise operations take values of equal rows, or one of a single row, which is repeated. A
+ * uniform value meets a batch value by being the same at every point. A value of a member is the
+ * same at every point of the member. What follows from values of members alone is computed once per
+ * member, and so are its derivatives: ad_reverse sums what the points of a member contribute before
+ * it goes on. Algebra may find that a value varies less than its operands seem to (a row of a
+ * stack, 0 times a batch value); no result depends on that.
  *
  * Errors while recording are sticky: the first one stays on the tape, later operations return
  * values that may be passed on but compute nothing, and ad_compile refuses the tape. So physics
@@ -200,14 +200,14 @@ ad_status ad_directional(int count, const ad_value *y, int wrt_count, const ad_v
 /* Adjoints d root / d wrt[i] for a scalar root, each with the rows of wrt[i]; wrt are inputs,
  * uniforms or parameters. A parameter that no operation on the tape uses is an error: most likely
  * its offset or rows differ from what was recorded, and a 0 would hide that.
- * AD_SUMMED: the root is uniform (or a batch value, of which the sum over points is meant, or a
- * value of members, of which the sum over members is meant) and adjoints of uniform values are
- * summed over the points, those of values of members over the points of each.
- * AD_PER_POINT: the root is a batch scalar and adjoints stay per point, so that adjoints of
- * parameters are rows of a Jacobian. By a member's input they are derivatives of the point by the
- * block of its member. Rows by what lies before other values of members are right, but go back
- * through those at every point: record such a value as an input of members of its own, take rows by
- * that, and ad_substitute the value where the residuals themselves are wanted. */
+ * AD_SUMMED: the root is uniform, and adjoints of uniform values are summed over the points, those
+ * of values of members over the points of each. A root that is a batch value stands for its sum
+ * over points, a value of members for its sum over members. AD_PER_POINT: the root is a batch
+ * scalar and adjoints stay per point, so that adjoints of parameters are rows of a Jacobian. By a
+ * member's input they are derivatives of the point by the block of its member. Rows by what lies
+ * before other values of members are right, but go back through those at every point. Record such a
+ * value as an input of members of its own, and take rows by that. ad_substitute the value where the
+ * residuals themselves are wanted. */
 typedef enum ad_reduction { AD_SUMMED, AD_PER_POINT } ad_reduction;
 
 ad_status ad_reverse(ad_value root, int count, const ad_value *wrt, ad_reduction reduction,
@@ -217,11 +217,12 @@ ad_status ad_reverse(ad_value root, int count, const ad_value *wrt, ad_reduction
 ad_value ad_substitute(ad_value y, ad_value x, ad_value replacement);
 
 /* Take out of `outputs` what depends on inputs and uniforms alone, so that it is computed once for
- * a set of points and what is set before a run, instead of in every run. Each value that takes at
- * least `least` operations and is used by something that depends on parameters, sums or one of the
- * `varying` inputs and uniforms becomes a new input, together of at most `rows` rows; outputs are
- * replaced by equal ones of these inputs. fixed [rows] receives the values that the new inputs
- * stand for, in the order of the inputs; one of members becomes an input of members. */
+ * a set of points and what is set before a run, instead of in every run. A value becomes a new
+ * input if it takes at least `least` operations and is used by something that depends on
+ * parameters, sums or one of the `varying` inputs and uniforms. The new inputs have at most `rows`
+ * rows together; outputs are replaced by equal ones of these inputs. fixed [rows] receives the
+ * values that the new inputs stand for, in the order of the inputs; one of members becomes an input
+ * of members. */
 ad_status ad_hoist(int count, ad_value *outputs, int varying_count, const ad_value *varying,
                    int least, int rows, ad_value *fixed, int *fixed_count);
 
@@ -286,10 +287,10 @@ ad_status ad_compile(int count, const ad_value *outputs, const ad_settings *sett
 void ad_program_free(ad_program *program);
 ad_program_info ad_program_inspect(const ad_program *program);
 
-/* Every instruction on a line of its own: the value %n of the tape that it computes, @ where in the
- * workspace (in units of a tile; / units between rows), operands with their places, products with
- * sizes and operations, and the last instruction that reads the result. Groups, outputs and what
- * shares memory as well. file NULL is stderr. */
+/* Every instruction on a line of its own: the value %n of the tape that it computes, and @ where in
+ * the workspace (in units of a tile; / units between rows). Then follow operands with their places,
+ * products with sizes and operations, and the last instruction that reads the result. Groups,
+ * outputs and what shares memory as well. file NULL is stderr. */
 void ad_program_print(const ad_program *program, FILE *file);
 
 typedef struct ad_run {
@@ -312,12 +313,13 @@ ad_status ad_execute(ad_program *program, const ad_run *run, ad_error *error);
 
 /* The elementwise groups of a program can be taken from C that is written for it and compiled by
  * the command cc: the same bits, in half the time. Begin takes compiled groups from `folder`, where
- * an earlier compilation kept them and which must belong to this user alone (it is made if it is
- * missing), below folders where only this user and root can put others in its place; if there are
- * none and it is to `compile`, it starts the compiler and returns. For runs over so many points and
- * members (others go on as they are). Finish takes over what is ready, or waits for it; until then,
- * and where there is no compiler, the program goes on as it is. What was tried is not tried again.
- * Errors: AD_IO, AD_NO_MEMORY; the program can be used all the same. Not while it runs. */
+ * an earlier compilation kept them. The folder is made if it is missing, and must belong to this
+ * user alone, below folders where only this user and root can put others in its place. If there are
+ * no groups and it is to `compile`, it starts the compiler and returns. For runs over so many
+ * points and members (others go on as they are). Finish takes over what is ready, or waits for it;
+ * until then, and where there is no compiler, the program goes on as it is. What was tried is not
+ * tried again. Errors: AD_IO, AD_NO_MEMORY; the program can be used all the same. Not while it
+ * runs. */
 typedef enum ad_fuse_state { AD_INTERPRETED, AD_FUSING, AD_FUSED } ad_fuse_state;
 
 ad_status ad_fuse_begin(ad_program *program, size_t points, size_t members, const char *folder,
@@ -331,9 +333,9 @@ bool ad_fuse_compiler(char *path, size_t room);
  * call, in numbers of type double or, where `single`, float:
  *     void NAME(const double *x, const double *const *uniforms, const double *p,
  *               double *y, double *w)
- * x: the inputs one after the other, y: the outputs, each as in ad_run, where there are values of
- * members of one member, whose values are computed once; w: workspace, *memory
- * numbers are enough for any of the functions. Where parameters and uniforms are given here, they
+ * x: the inputs one after the other, y: the outputs, each as in ad_run. Values of members are those
+ * of one member, and are computed once. w: workspace; *memory numbers are enough for any of the
+ * functions. Where parameters and uniforms are given here, they
  * stand in the C and are no arguments; where several sets of them are given, the first argument is
  * `int set`. What several functions have in common stands there once, and is called NAME_0, NAME_1,
  * ... after the first. Sums and products are added up in another order than by ad_execute, and sin,
@@ -389,9 +391,9 @@ ad_status ad_normal_add(ad_normal *normal, const ad_run *run, double *jtj, doubl
 void ad_normal_jacobian(ad_normal *normal, const ad_run *run, size_t first, size_t stride,
                         double *jt, double *r);
 
-/* The same sums where the parameters act on residuals through values of members alone (through the
- * coefficients of a robot, from a network): dr/dc is summed up at the points, dc/dx is taken once
- * per member. AD_BAD_ARGUMENT for residuals with parameters per point, sums or numbers of points.
+/* The same sums where the parameters act on residuals through values of members alone, such as
+ * coefficients of a robot from a network. dr/dc is summed up at the points; dc/dx is taken once per
+ * member. AD_BAD_ARGUMENT for residuals with parameters per point, sums or numbers of points.
  */
 typedef struct ad_member_normal ad_member_normal;
 ad_status ad_member_normal_compile(int count, const ad_value *residuals, int wrt_count,
@@ -403,9 +405,9 @@ ad_status ad_member_normal_add(ad_member_normal *normal, const ad_run *run, doub
 
 /* J^T J v without J, recorded: products[i] has the rows of wrt[i], of the vector v given by parts
  * as directions[wrt_count], uniform values; residuals and wrt as above. Linear in v, so a program
- * takes some three times the operations of a gradient; through values of members J is that of the
- * points by these times that of these by the parameters, each once. The tape gains an input that no
- * program needs. */
+ * takes some three times the operations of a gradient. Through values of members J is a product of
+ * two: that of the points by these, and that of these by the parameters, each taken once. The tape
+ * gains an input that no program needs. */
 ad_status ad_normal_product(int count, const ad_value *residuals, int wrt_count,
                             const ad_value *wrt, const ad_value *directions, ad_value *products);
 

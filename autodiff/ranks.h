@@ -1,11 +1,11 @@
 /* Ranks: processes that compute together what one could compute alone, to the same bits.
  *
  * All of them run the same program on the same numbers. Where a program of the tape goes over
- * points (ad_execute, ad_normal_add) each rank takes the points of some of the chunks; values of
+ * points (ad_execute, ad_normal_add) each rank takes the points of some of the chunks. Values of
  * points and sums over them then become everyone's, in the order in which one process adds them up.
- * Items of other work are dealt to whoever is free (ad_pool_deal).
- * So the ranks make the same decisions without asking each other, as long as these follow from the
- * numbers; what comes from elsewhere (a clock, a signal, a file) has to be agreed on.
+ * Items of other work are dealt to whoever is free (ad_pool_deal). So the ranks make the same
+ * decisions without asking each other, as long as these follow from the numbers; what comes from
+ * elsewhere (a clock, a signal, a file) has to be agreed on.
  *
  * How numbers get from one rank to another is the caller's: MPI in the programs
  * (tools/programs/ranks.h). Every rank calls the same functions in the same order. */

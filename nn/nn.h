@@ -1,11 +1,11 @@
 /* nn: dense networks recorded on a tape, their parameters one flat vector with named views.
  *
- * Without hidden layers the network is linear in its parameters: the inputs and fixed random
- * Fourier features of them, and one trained layer (random features: Rahimi & Recht 2007; for
- * differential equations: Dwivedi & Srinivasan 2020, Dong & Li 2021, Chen, Chi, E & Yang 2022); or
- * polynomials of the inputs up to a weighted degree (polynomial chaos, nn/polynomial.h).
- * Features that nearly depend on one another leave least squares ill-conditioned; the trained layer
- * therefore sees an orthonormal basis of what they span, unless settings say otherwise: the basis
+ * Without hidden layers the network is linear in its parameters: one trained layer on the inputs
+ * and fixed random Fourier features of them. Random features: Rahimi & Recht 2007; for differential
+ * equations: Dwivedi & Srinivasan 2020, Dong & Li 2021, Chen, Chi, E & Yang 2022. Or it is linear
+ * in polynomials of the inputs up to a weighted degree (polynomial chaos, nn/polynomial.h).
+ * Features that nearly depend on one another leave least squares ill-conditioned. The trained layer
+ * therefore sees an orthonormal basis of what they span, unless settings say otherwise. The basis
  * cancels twelve digits, and four derivatives of what is left are too noisy. */
 #ifndef NN_H
 #define NN_H
@@ -127,9 +127,9 @@ int nn_mlp_features(const nn_mlp *mlp); /* what enters the first layer */
  * nn_mlp_combine leaves them, or as they are. At least one. */
 ad_value nn_mlp_record_scalars(const nn_mlp *mlp, ad_tape *tape, bool combined, size_t offset);
 
-/* The same network for evaluation alone: where it has a basis, the weights times the coefficients
- * of the basis are one matrix [outputs][functions], then the biases, so that one product does what
- * takes two in training; else the parameters as they are. nn_mlp_combine computes these numbers
+/* The same network for evaluation alone. Where it has a basis, the weights times the coefficients
+ * of the basis are one matrix [outputs][functions], then the biases: one product in place of two in
+ * training. Else they are the parameters as they are. nn_mlp_combine computes these numbers
  * from parameters. Results are equal to rounding. */
 size_t nn_mlp_combined_parameters(const nn_mlp *mlp);
 void nn_mlp_combine(const nn_mlp *mlp, const double *parameters, double *combined);

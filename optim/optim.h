@@ -231,8 +231,8 @@ const char *optim_soap_state_check(const optim_soap *soap);
 /* ---- descent along lines: Nocedal & Wright 2006, algorithms 3.5, 3.6 ---- */
 
 /* What L-BFGS and the self-scaled Broyden method share: a step goes along -H gradient to a strong
- * Wolfe point, H a model of the inverse Hessian made of pairs s, y: a step, and what it has changed
- * in the gradient. */
+ * Wolfe point. H is a model of the inverse Hessian, made of pairs s, y: a step, and what it has
+ * changed in the gradient. */
 typedef struct optim_descent_settings {
     double sufficient_decrease;   /* c1 in (0, 0.5) of the Wolfe conditions */
     double curvature;             /* c2 in (c1, 1) of the strong Wolfe conditions */
@@ -289,9 +289,9 @@ void optim_lbfgs_free(optim_lbfgs *lbfgs); /* NULL is fine */
 optim_status optim_lbfgs_step(optim_lbfgs *lbfgs, optim_objective objective, void *context);
 
 /* Has to be called between steps when the objective has become another function (new loss weights,
- * new points). The next step evaluates the current point anew; the best point is forgotten, since
- * values of two functions do not compare; the model is dropped, since its pairs hold the
- * curvature of the old function, and the next y would be a difference of two functions' gradients.
+ * new points). The next step evaluates the current point anew. The best point is forgotten, since
+ * values of two functions do not compare. The model is dropped, since its pairs hold the curvature
+ * of the old function, and the next y would be a difference of two functions' gradients.
  */
 void optim_lbfgs_objective_changed(optim_lbfgs *lbfgs);
 

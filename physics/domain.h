@@ -41,7 +41,7 @@ typedef struct domain {
 } domain;
 
 /* Lets windows end at `count` times [count] within the range, ascending and dimensionless, as far
- * as there are more windows than that: between two of them windows are equal, and as many as make
+ * as there are more windows than that. Between two of them windows are equal, and as many as make
  * the longest of all short. */
 void domain_divide_time(domain *d, int count, const double *times);
 
@@ -119,9 +119,9 @@ typedef struct domain_local {
 domain_local domain_local_of(const domain *d, ad_value s);
 
 /* Factors that vanish where the first coordinate begins (end 0) or ends (1), from 0 to 1 in a
- * dimensionless coordinate: x and 1 - x; with several pieces within the piece at that end alone, 1
- * elsewhere. What is divided by them is then smooth in every piece, also where it has no analytic
- * continuation to that end. */
+ * dimensionless coordinate: x and 1 - x. With several pieces they do so within the piece at that
+ * end alone, and are 1 elsewhere. What is divided by them is then smooth in every piece, also where
+ * it has no analytic continuation to that end. */
 ad_value domain_vanish(const domain_place *at, int end);
 
 /* One coordinate mapped to [-1, 1] over its range, by its logarithm if it goes by that. */

@@ -29,10 +29,11 @@ typedef struct evaluator_model {
 
 /* `names`: what to evaluate, separated by spaces or commas; NULL: every column of the scene's
  * model. A name is that of a column ("x", "qw", "m2", of beams "w"), or r or q for all columns of a
- * rod's position or rotation, and behind an underscore s and t (of a model of one's own its
- * coordinates) as often as it is differentiated, four times at most: "x_s", "r_tt", "m2_st"; by a
- * parameter of a family its name, "x_load", "x_s_load". Everything is compiled here, and nothing of
- * the model is needed afterwards. AD_BAD_ARGUMENT: no such name, or too many; AD_NO_MEMORY. */
+ * rod's position or rotation. Behind an underscore stand s and t (of a model of one's own its
+ * coordinates) as often as it is differentiated, four times at most: "x_s", "r_tt", "m2_st". By a
+ * parameter of a family it is the parameter's name, "x_load", "x_s_load". Everything is compiled
+ * here, and nothing of the model is needed afterwards. AD_BAD_ARGUMENT: no such name, or too many;
+ * AD_NO_MEMORY. */
 ad_status evaluator_create(const evaluator_model *model, const char *names, evaluator **result,
                            ad_error *error);
 /* The same, and after these columns the derivatives of each by every coordinate of the domain. */
@@ -63,8 +64,8 @@ ad_status evaluator_rounding(evaluator *e, size_t points, const double *const *a
 /* Evaluators of one model as static C functions, of type double or, where `single`, float:
  *     void NAMES[i]_first(const double *x, double *y, double *w)
  *     void NAMES[i]_later(int window, const double *x, double *y, double *w)
- * of the first window and of those after it, counted from 0 there; `window` is left out where it is
- * only one, and of a model without windows there is the first function alone. x: the coordinates in
+ * of the first window and of those after it, counted from 0 there. `window` is left out where it is
+ * only one. Of a model without windows there is the first function alone. x: the coordinates in
  * units of their scales, y: the columns in units of the SI, w: workspace of *memory numbers. What
  * they include is written, too. */
 ad_status evaluator_write_c(int count, evaluator *const *list, const char *const *names,

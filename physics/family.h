@@ -5,9 +5,9 @@
  *
  * x are the inputs that groups.h finds, T turns the member of a set of equal shapes to this one.
  * Modes are the principal components of what some solved members have beyond their best affine
- * function of x, in the metric of distances: coefficients c of a change of curvature are so made
- * that |c|^2 is the mean square over the rod, over L^2, of the distance by which it moves there, on
- * the average of members.
+ * function of x, in the metric of distances. The coefficients c of a change of curvature are scaled
+ * so that |c|^2 is the mean square distance by which the rod moves, over L^2. It is a mean over the
+ * rod and an average of members.
  *
  * Learnt from targets, curvatures that a source (physics/model.h) gives for each member:
  *

@@ -8,24 +8,23 @@
  *   groups_free(x);
  *
  * Members with the same groups have the same shape over their length (Buckingham, Phys. Rev. 4,
- * 1914): forces are counted by EI/L^2, moments by EI/L, distributed ones by EI/L^3 and EI/L^2, with
- * EI the member's own, compliances by 1/EI and L^2/EI, all at some places along the rod; what
+ * 1914). Forces are counted by EI/L^2, moments by EI/L, distributed ones by EI/L^3 and EI/L^2, with
+ * EI the member's own, compliances by 1/EI and L^2/EI, all at some places along the rod. What
  * tendons and chambers do is their force and moment in the unstressed rod, and what they pull.
  *
  * Of these numbers those are left out that do not change, that are linear in others or follow from
  * them by a smooth function, and that do not move the rod. Each is mapped to -1 .. 1, and those
  * that move it little to less.
  *
- * Symmetry: where the section has no preferred direction, tendons and chambers are arranged so that
- * a turn about d3 of the base or a mirror puts each in the place of another, and whatever is the
- * same for all members stays as it is, then members come in sets of equal shapes, but for the turn.
- * Inputs are those of the one member of a set whose pull (without actuators: the strongest load
- * across the base) points into one sector, and the answer is turned back. Derivatives by parameters
- * are those within the sector. At its edges a network's answer jumps by a part of its error.
- * Three or more equal tendons around a round rod look the same after any turn, but for what they
- * pull beyond their force, their moment and their resistance to twist, which is of third order in
- * the strains: where that moves the rod by less than networks of many inputs miss it by, it is left
- * to whoever improves their answers. */
+ * Symmetry. Suppose that the section has no preferred direction, and that a turn about d3 of the
+ * base or a mirror puts each tendon and chamber in the place of another. Then members come in sets
+ * of equal shapes, but for the turn. Inputs are those of the one member of a set whose pull
+ * (without actuators: the strongest load across the base) points into one sector, and the answer is
+ * turned back. Derivatives by parameters are those within the sector. At its edges a network's
+ * answer jumps by a part of its error. Three or more equal tendons around a round rod look the same
+ * after any turn, but for what they pull beyond their force, their moment and their resistance to
+ * twist. That is of third order in the strains. Where it moves the rod by less than networks of
+ * many inputs miss it by, it is left to Newton's steps on their answers. */
 #ifndef PHYSICS_GROUPS_H
 #define PHYSICS_GROUPS_H
 

@@ -131,8 +131,9 @@ typedef struct model_motion {
                           const double *by[3], ad_error *error);
 
     /* How far a motion is off until the end of a window, by its residual in an equation that is
-     * finer than that of `size` numbers; y [count][3][size] at the middles of as many equal parts
-     * of the window. Windows come one after the other; one that begins earlier begins anew. */
+     * finer than that of `size` numbers. y [count][3][size] is given at the middles of as many
+     * equal parts of the window. Windows come one after the other; one that begins earlier begins
+     * anew. */
     ad_status (*off)(void *context, double begin, double end, size_t count, const double *y,
                      model_motion_error *off, ad_error *error);
 

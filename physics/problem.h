@@ -2,25 +2,25 @@
  *
  *   loss = sum over terms of weight * mean over points of |residual|^2
  *
- * The terms are those of a model (physics/model.h), dimensionless. Terms that share
- * points (the equations inside) share a tape. With causal weighting (Wang, Sankaran, Perdikaris
- * 2024) the points inside carry weights w_i = exp(-epsilon sum_{k<i} L_k) by slice of time i, where
- * L_k is the mean weighted loss of slice k at the last update; the weights are not differentiated.
- * Until the first update only the first slice counts.
+ * The terms are those of a model (physics/model.h), dimensionless. Terms that share points (the
+ * equations inside) share a tape. With causal weighting (Wang, Sankaran, Perdikaris 2024) the
+ * points inside carry weights w_i = exp(-epsilon sum_{k<i} L_k) by slice of time i. L_k is the mean
+ * weighted loss of slice k at the last update. The weights are not differentiated. Until the first
+ * update only the first slice counts.
  *
  * Two more kinds of weights multiply those of the settings, if wanted, and are not differentiated
  * either; problem_reweigh moves them:
  *
  * Balanced terms (Wang, Teng, Perdikaris 2021; in the form of Wang, Sankaran, Wang, Perdikaris
- * 2023): b_i = sum_j |g_j| / |g_i|, where g_i is the gradient of term i times its weight, so that
+ * 2023): b_i = sum_j |g_j| / |g_i|. Here g_i is the gradient of term i times its weight, so that
  * every b_i g_i has the same length whatever the weights of the settings. After the first update b
  * is a moving average, b <- memory b + (1 - memory) b_now. No |g_i| is taken for smaller than 1e-6
  * of the sum.
  *
- * Self-adaptive points (McClenny, Braga-Neto 2023): the points of every set carry weights a_k^2,
- * where a_k begins at 1 and climbs along the gradient, here that of log(loss), so that the rate has
- * no unit: a_k <- a_k + rate * 2 a_k l_k / loss, with l_k the loss of point k without a_k^2 and
- * loss = sum over sets of the mean of a_k^2 l_k.
+ * Self-adaptive points (McClenny, Braga-Neto 2023): the points of every set carry weights a_k^2.
+ * a_k begins at 1 and climbs along the gradient, here that of log(loss), so that the rate has no
+ * unit: a_k <- a_k + rate * 2 a_k l_k / loss. l_k is the loss of point k without a_k^2, and loss =
+ * sum over sets of the mean of a_k^2 l_k.
  *
  * Adaptive points: from time to time the residual |r|, the root of the weighted sum of squares of
  * all terms inside, is taken at candidates, and points move to where it is large. Their number
@@ -139,10 +139,10 @@ typedef struct problem_compilations {
 
 problem_compilations problem_compiled(const problem *p);
 
-/* Have the programs of training as machine code, which gives the same bits (ad_fuse_begin), those
- * that have been made so far: take what is kept in `folder`, compile what is not in the background,
- * one after the other, or wait for it. To be called again from time to time until all are. Errors
- * as there; the first of them, once. */
+/* Have the programs of training as machine code, which gives the same bits (ad_fuse_begin), as far
+ * as they have been made. It takes what is kept in `folder`. It compiles the others in the
+ * background, one after the other, or waits for them. To be called again from time to time until
+ * all are. Errors as there; the first of them, once. */
 typedef enum problem_fuse_way {
     PROBLEM_FUSE_KEPT,
     PROBLEM_FUSE_COMPILE,
@@ -189,17 +189,18 @@ ad_status problem_normal_equations(problem *p, const double *x, double *loss, do
                                    double *jtr, ad_error *error);
 
 /* Networks that are linear in their parameters, weights [outputs][features] and biases [outputs],
- * and of whose outputs each has residuals of its own: the block of J^T J for output i is
- * factors[i]^2 times one matrix [features + 1][features + 1], the last row that of the bias, and
- * blocks of two outputs are 0. Whether that is so; its size, and the factors (NULL: not wanted). */
+ * and of whose outputs each has residuals of its own. The block of J^T J for output i is
+ * factors[i]^2 times one matrix [features + 1][features + 1], the last row that of the bias. Blocks
+ * of two outputs are 0. Whether that is so; its size, and the factors (NULL: not wanted). */
 bool problem_separates(const problem *p, size_t *size, double *factors);
 /* That matrix, its upper triangle (0 below). AD_NOT_FINITE as above. */
 ad_status problem_separate_matrix(problem *p, double *matrix, ad_error *error);
 
 /* The terms of measurements (sets of points that the model draws from a source), whose residuals
- * are independent numbers of variance 1: the sum of their squares, how many, and the upper triangle
- * of sum_k J_k^T J_k / v_k [parameters][parameters], with J_k their rows in the normal equations
- * and v_k the variance of these rows: what they say of all parameters. */
+ * are independent numbers of variance 1: the sum of their squares, their number, and their
+ * information on all parameters. The latter is the upper triangle of sum_k J_k^T J_k / v_k
+ * [parameters][parameters], with J_k their rows in the normal equations and v_k the variance of
+ * these rows. */
 typedef struct problem_noise {
     double chi_squared;
     size_t numbers;
@@ -245,7 +246,7 @@ ad_status problem_advance(problem *p, int64_t step, const double *x, bool *chang
                           ad_error *error);
 
 /* New balanced and self-adaptive weights where they are due before step `step` at x, which is where
- * problem_evaluate was called last or a step further; for optimisers that follow the gradient of a
+ * problem_evaluate was called last or a step further. For optimisers that follow the gradient of a
  * loss that changes. *changed as above. Allocates nothing after the first call. AD_NOT_FINITE when
  * a gradient is not. */
 ad_status problem_reweigh(problem *p, int64_t step, const double *x, bool *changed,

@@ -70,7 +70,7 @@ ad_status quantities_parameter(quantities *names, const char *name, double low, 
                                double usual, ad_error *error);
 
 /* Define a function of one argument by a table: name(x) goes through all (x[i], y[i]), i < count,
- * x ascending, 2 to QUANTITY_TABLE_MAX of them, as a cubic between each two, with a continuous
+ * x ascending, 2 to QUANTITY_TABLE_MAX of them. It is a cubic between each two, with a continuous
  * slope and without overshoot: it rises and falls where the numbers do (Fritsch, Carlson, SIAM J.
  * Numer. Anal. 17, 1980). Beyond the first and the last x it is not a number. Both are copied. */
 enum { QUANTITY_TABLE_MAX = 200 };
@@ -197,9 +197,9 @@ quantity_enclosure quantity_enclose(quantity q, const char *coordinate, quantity
 quantity_enclosure quantity_enclose_between(quantity q, const char *coordinate, quantity_interval s,
                                             quantity_interval t);
 
-/* Calls `visit` for every expression in a formula whose sign makes it jump or kink where it
- * changes: conditions of where, arguments of step and abs, differences of those of min and max,
- * and where functions begin to be defined, as sqrt does at 0. Each is a quantity by itself, with an
+/* Calls `visit` for every expression in a formula at whose change of sign it jumps or kinks:
+ * conditions of where, arguments of step and abs, differences of those of min and max. So it does
+ * where functions begin to be defined, as sqrt does at 0. Each is a quantity by itself, with an
  * error when memory ran out. The same one may come several times. */
 typedef void quantity_visitor(quantity expression, void *context);
 void quantity_switches(quantity q, quantity_visitor *visit, void *context);
@@ -215,8 +215,9 @@ int quantity_sign_changes(quantity q, const char *coordinate, quantity_interval 
 /* ---- as text --------------------------------------------------------------------------------- */
 
 /* As text that quantity_formula reads back to the same quantity: as its author wrote it, or from
- * its nodes, with defined names put in, which is the same however it was written, and may be nested
- * more deeply than quantity_formula reads. NULL when memory runs out; the caller frees it. */
+ * its nodes, with defined names put in. The latter is the same however it was written, and may be
+ * nested more deeply than quantity_formula reads. NULL when memory runs out; the caller frees
+ * it. */
 char *quantity_text(quantity q, bool as_written);
 
 /* Shortest decimal text that reads back as the same number, with a point or an exponent that YAML

@@ -22,8 +22,8 @@
  *
  * (Rucker and Webster, IEEE Trans. Robotics 27, 2011, who write the same by second derivatives; a
  * chamber by the work of its volume, whose change along the rod is A (v + u x r).d3). n, m and N
- * are everywhere, and in what is observed, those of rod, tendons and chambers together, which meet
- * the balances and the conditions at ends: where a tendon ends, strains jump and n and m do not.
+ * are everywhere those of rod, tendons and chambers together, also in what is observed. They meet
+ * the balances and the conditions at ends. Where a tendon ends, strains jump and n and m do not.
  *
  * A tube i around the rod (scene.h), at rest alone, shares its axis; its frame is that of the rod
  * turned by theta_i about d3. With R_i that turn, w = R_i^T (u_1, u_2) and its own bending K_i,
@@ -34,27 +34,27 @@
  *   theta_i(0) = turned + transmission m_i(0)/G_i(0)
  *
  * (Dupont et al., IEEE Trans. Robotics 26, 2010; Rucker, Jones and Webster, the same; m_i' is the
- * derivative of its energy by theta_i). On the way to the full load, a load factor x below 1, its
- * rest shape is a share 1 - (1 - x)^4 of the way from that of the rod, and it is turned by x^2 of
- * its angle: nearly as in a robot whose tubes are in one another before they are turned.
- * With friction mu the tension falls along a tendon that is pulled, by Coulomb's law:
+ * derivative of its energy by theta_i). On the way to the full load, at a load factor x below 1,
+ * its rest shape is a share 1 - (1 - x)^4 of the way from that of the rod. It is turned by x^2 of
+ * its angle, nearly as in a robot whose tubes are in one another before they are turned. With
+ * friction mu the tension falls along a tendon that is pulled, by Coulomb's law:
  *
  *   tau = tau_0 exp(-mu phi),   phi_s = |dt/ds|, t in the world, phi = 0 at its beginning.
  *
- * One that is pulled by a displacement d, of stiffness k, has an unknown tau_0, the same all along,
- * and the field l, by how much it is longer up to s than in the unstressed rod:
+ * One that is pulled by a displacement d, of stiffness k, has an unknown tau_0, the same all along.
+ * Its field l is by how much it is longer up to s than in the unstressed rod:
  *
  *   l_s = |p'| - |p'| of v*, u*,   l = 0 at its beginning, l = tau_0/k - d at its end,
  *
- * or there l is less and tau_0 = 0: then it is slack.
- * Kse, Kbt, Bse, Bbt, rhoA, rhoJ and drag may vary with s, the rest shape v*, u* with s and t,
- * gravity with t. Damping follows the rate of the strain itself, v_t and u_t, also where the rest
- * shape moves (Kelvin and Voigt): a rod that takes on a new rest shape is damped against the space
- * that it moves in, as if its material were a spring with a changing rest length beside a dashpot.
+ * or there l is less and tau_0 = 0: then it is slack. Kse, Kbt, Bse, Bbt, rhoA, rhoJ and drag may
+ * vary with s, the rest shape v*, u* with s and t, gravity with t. Damping follows the rate of the
+ * strain itself, v_t and u_t, also where the rest shape moves (Kelvin and Voigt). A rod that takes
+ * on a new rest shape is damped against the space that it moves in. Its material is like a spring
+ * with a changing rest length beside a dashpot.
  *
  * Everything on the tape is dimensionless: sigma = s/length in [0, 1], tau = t/time, forces by
- * EI/length^2, moments by EI/length, with time = length^2 sqrt(rhoA/EI), 1 s in a static scene, and
- * of EI and rhoA that vary one number each (rod_scales), the equations having their ratio to it;
+ * EI/length^2, moments by EI/length, with time = length^2 sqrt(rhoA/EI), 1 s in a static scene. EI
+ * and rhoA that vary have one number each (rod_scales), and the equations have their ratio to it.
  * `s` and `t` below are sigma and tau, the coordinates of the scene's domain. In a static scene
  * there is no t, and every derivative by it is an exact 0. Absent physics (no damping, locked
  * strain, no gravity) enters as a constant 0 and is folded away by the tape; there is one copy of
@@ -133,8 +133,8 @@ rod_term rod_drag_term(const scene *scene);
 int rod_terms(const scene *scene, rod_term *terms);
 
 /* Motion in a plane. Where the scene is its own mirror image in a plane to which a director d1 or
- * d2 is normal, only what lies in that plane is unknown and only its equations are solved: vectors
- * have 2 rows, axial vectors (moment, curvature, spin) 1, the rotation is about the normal. The
+ * d2 is normal, only what lies in that plane is unknown and only its equations are solved. Vectors
+ * have 2 rows, axial vectors (moment, curvature, spin) 1, and the rotation is about the normal. The
  * decision looks at what the scene says, not at solutions: a formula across the plane that happens
  * to be 0 leaves it. A planar solution need not be the stable one: a column may buckle sideways. */
 typedef struct rod_plane {
@@ -150,14 +150,14 @@ typedef struct rod_plane {
 rod_plane rod_plane_of(const scene *scene);
 
 /* Whether the quaternion of the end s = length may as well mean another turn than the shorter one
- * that it is taken for: half a turn or so, or a quaternion written for the longer way. turn: that
- * shorter one from where the unstressed rod ends, a rotation vector in the world's axes. Of rods at
- * rest with both rotations held; of others false. */
+ * that it is taken for. It is then half a turn or so, or a quaternion written for the longer way.
+ * turn: that shorter one from where the unstressed rod ends, a rotation vector in the world's axes.
+ * Of rods at rest with both rotations held; of others false. */
 bool rod_turn_is_doubtful(const scene *scene, double turn[3]);
 
-/* Whether the numbers of the scene are within reach, and the motion that it asks for is possible;
- * and whether held ends agree with the initial state in value and velocity where both are hard: if
- * not, the ansatz would shift the whole initial state. AD_BAD_INPUT: `key` (may be NULL) receives
+/* Whether the numbers of the scene are within reach, and the motion that it asks for is possible.
+ * Held ends also have to agree with the initial state in value and velocity where both are hard;
+ * else the ansatz would shift the whole initial state. AD_BAD_INPUT: `key` (may be NULL) receives
  * the dotted YAML key, static text. Also finds what only shows when a scene is recorded. */
 ad_status rod_check(const scene *scene, const char **key, ad_error *error);
 
@@ -232,11 +232,10 @@ typedef struct rod_state {
  * Static scenes use the undeformed shape, from the held end on, in place of the initial state.
  *
  * Form pose_strain (as Bensch et al., ICRA 2024, have it): v and u are outputs, too,
- * v = v* + Kse^-1 load_scale net, and so u; N and m follow from them by the constitutive law, and
- * that they are the strains of r and q, R^T r_s = v and 2 vec(q* q_s) = u, are the residuals
- * ROD_STRAIN and ROD_CURVATURE. Displacement form: N and m follow from r and q by that law. In both
- * ends that give force or
- * moment stay residuals (ROD_START, ROD_END) whatever the enforcement. */
+ * v = v* + Kse^-1 load_scale net, and so u. N and m follow from them by the constitutive law. That
+ * they are the strains of r and q, R^T r_s = v and 2 vec(q* q_s) = u, are the residuals ROD_STRAIN
+ * and ROD_CURVATURE. Displacement form: N and m follow from r and q by that law. In both, ends that
+ * give force or moment stay residuals (ROD_START, ROD_END) whatever the enforcement. */
 rod_state rod_ansatz(const scene *scene, const domain_place *at, ad_value outputs);
 
 /* The state in motion at the time of the place, functions of s: r, q, r_t, w, one row each

@@ -55,11 +55,12 @@ bool sampling_kind_is_tensor(sampling_kind kind);
 
 /* Shape of the tensor grid with at most `count` points. `aspect` [dimension] holds the wished
  * relative numbers of points per axis (NULL: all the same). The answer is the largest number of
- * points <= count that is a product of axis lengths >= 2 of which every ratio is within a factor
- * of 2 of the wished one; among the shapes with that number, the nearest to the wish (least sum of
- * squared logarithms; of equals the one with the shorter first axis). So 1000 gives 25 x 40 and 997
- * gives 992 = 31 x 32. A count that this function gave back is given back unchanged. *actual
- * receives the product. AD_BAD_ARGUMENT: dimension not 1..3, aspect not positive, or no shape fits.
+ * points <= count that is a product of axis lengths >= 2 of which every ratio is within a factor of
+ * 2 of the wished one. Among the shapes with that number it is the nearest to the wish, by the
+ * least sum of squared logarithms. Of equals it is the one with the shorter first axis. So 1000
+ * gives 25 x 40 and 997 gives 992 = 31 x 32. A count that this function gave back is given back
+ * unchanged. *actual receives the product. AD_BAD_ARGUMENT: dimension not 1..3, aspect not
+ * positive, or no shape fits.
  */
 ad_status sampling_grid_shape(int dimension, size_t count, const double *aspect,
                               size_t shape[SAMPLING_MAX_GRID_DIMENSION], size_t *actual,

@@ -95,8 +95,8 @@ typedef struct scene_rod {
 
     /* Damping by the material, in place of strain_damping and curvature_damping; of s, one of the
      * two. A Kelvin-Voigt solid: the stress is E e + eta e_t in extension and, with the same ratio,
-     * G g + eta/(2 (1 + nu)) g_t in shear (eta is three times the shear viscosity of a material
-     * that does not change its volume). So with the integrals of the section
+     * G g + eta/(2 (1 + nu)) g_t in shear. eta is three times the shear viscosity of a material
+     * that does not change its volume. So with the integrals of the section
      *   Bse = eta (kappa A/(2 (1 + nu)), kappa A/(2 (1 + nu)), A)
      *   Bbt = eta (I1, I2, J/(2 (1 + nu)))
      * and by the relaxation time tau = eta/E, for stiffness that is given as well,
@@ -183,11 +183,11 @@ typedef struct scene_body {
     quantity inertia[3]; /* about d1, d2, d3; kg m^2, >= 0; default 0 */
 } scene_body;
 
-/* A linear spring between the section at `at` and the world, of the energy
- * 1/2 stiffness (r - r0)^2 + 1/2 turning phi^2, with the rotation vector phi from q0 to q in the
- * directors' components, of less than a whole turn: force -stiffness (r - r0), and where the rod
- * turns about one director, or all turnings are equal, the moment -turning phi. r0: `anchor` where
- * it is given, else, as q0, where the unstressed rod is. */
+/* A linear spring between the section at `at` and the world, of the energy 1/2 stiffness (r - r0)^2
+ * + 1/2 turning phi^2. phi is the rotation vector from q0 to q in the directors' components, of
+ * less than a whole turn. The force is -stiffness (r - r0). Where the rod turns about one director,
+ * or all turnings are equal, the moment is -turning phi. r0: `anchor` where it is given, else, as
+ * q0, where the unstressed rod is. */
 typedef struct scene_spring {
     quantity at;
     quantity stiffness[3]; /* along the world's axes; N/m, >= 0; default 0 */
@@ -200,7 +200,7 @@ typedef struct scene_spring {
  * >= 0, at its beginning. friction: against the guides, of Coulomb, so that the tension falls as
  * exp(-friction times the angle that the tendon has turned); default 0. In place of the tension its
  * displacement may be given: by how much it is pulled out of the rod against its unstressed length;
- * formula of t, m; and its stiffness, the tension that lengthens it by 1 m; default: it keeps its
+ * formula of t, m. Its stiffness is the tension that lengthens it by 1 m; default: it keeps its
  * length. */
 typedef struct scene_tendon {
     quantity offset[2]; /* m */
@@ -221,12 +221,12 @@ typedef struct scene_chamber {
 } scene_chamber;
 
 /* A tube around the rod, which is the innermost of a concentric tube robot and reaches its tip. It
- * begins where the rod does, with its director d1 turned by `turned` about d3 from that of the rod,
- * ends freely at `end` and shares the rod's axis without friction: the two bend together and twist
- * each by itself, see physics/rod.h. `rod`: of the section its radius and inner_radius, E, nu and
- * density, stiffness of bending and torsion, mass, and the curvature at rest, in the frame of the
- * tube; of s, the place along the rod. A tube that is turned from behind, through a straight part
- * of length `transmission`, twists there, too. */
+ * begins where the rod does, with its director d1 turned by `turned` about d3 from that of the rod.
+ * It ends freely at `end` and shares the rod's axis without friction. The two bend together and
+ * twist each by itself, see physics/rod.h. `rod`: of the section its radius and inner_radius, E, nu
+ * and density, stiffness of bending and torsion, mass, and the curvature at rest, in the frame of
+ * the tube. They are functions of s, the place along the rod. A tube that is turned from behind,
+ * through a straight part of length `transmission`, twists there, too. */
 typedef struct scene_tube {
     quantity end; /* m */
     scene_rod rod;
@@ -375,9 +375,9 @@ void scene_defaults(scene *rod_scene);
  * YAML key that is to blame (static text), `error` the line without a place. */
 ad_status scene_check(const scene *rod_scene, const char **key, ad_error *error);
 
-/* Of an open scene the key (static text) of what a network has as one number, as lengths, places
- * and springs, but depends on a parameter, which of those with a range or to be found; NULL: there
- * is none. */
+/* Of an open scene: the key (static text) of what a network has as one number, such as lengths,
+ * places and springs, but depends on a parameter. `which` of those with a range or to be found;
+ * NULL: there is none. */
 const char *scene_common_key(const scene *open, bool to_be_found, const scene_parameter **which);
 
 /* A scene with numbers in place of open names of its formulas, as quantity_with; and whether any of
@@ -515,8 +515,9 @@ scene_range scene_range_of(const scene *rod_scene, quantity q);
 /* The same over s from .. to only (m). */
 scene_range scene_range_within(const scene *rod_scene, quantity q, double from, double to);
 
-/* One number for what varies along the rod, at t = 0, by a few samples: of a stiffness, which may
- * vary by powers of ten, the geometric mean of where it is finite, of anything else the mean. */
+/* One number for what varies along the rod, at t = 0, by a few samples. Of a stiffness, which may
+ * vary by powers of ten, it is the geometric mean of where it is finite; of anything else, the
+ * mean. */
 double scene_mean_stiffness(const scene *rod_scene, quantity stiffness);
 double scene_mean(const scene *rod_scene, quantity q);
 

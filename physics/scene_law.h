@@ -1,6 +1,6 @@
 /* A nonlinear constitutive law of the section: a potential W of the strains, learned from data,
- * whose gradient is force and moment (Schommartz, Klein, Alzate Cobo and Weeger, Computer Methods
- * in Applied Mechanics and Engineering 435, 2024, 117592).
+ * whose gradient is force and moment. Source: Schommartz, Klein, Alzate Cobo and Weeger, Computer
+ * Methods in Applied Mechanics and Engineering 435, 2024, 117592.
  *
  * With x = (v - v*, u - u*), six numbers in SI units, x' = x/scale and network units k,
  *

@@ -13,9 +13,9 @@
  * Each member is the equilibrium that continues the unstressed rod while all loads and all that
  * pulls grow together from 0, as long as that is stable. One that is not solved may still have an
  * equilibrium, which solution_create with its numbers (scene_member) looks for. Places where
- * something jumps cut the rod into pieces, and the time is that of a piece times their number; with
- * springs or a foundation, which do not grow with the loads, or an end that is held, which moves to
- * its place with them, that of a full matrix.
+ * something jumps cut the rod into pieces, and the time is that of a piece times their number. It
+ * is that of a full matrix with springs or a foundation, which do not grow with the loads, or with
+ * an end that is held, which moves to its place with them.
  */
 #ifndef PHYSICS_SOLVE_MEMBERS_H
 #define PHYSICS_SOLVE_MEMBERS_H
@@ -65,18 +65,18 @@ typedef struct solve_member {
 typedef struct solve_members solve_members;
 
 /* Of a scene with parameters, or without any. AD_BAD_INPUT: a scene that the checks refuse, or a
- * parameter where it has one number for all; AD_BAD_ARGUMENT: what only solution_create solves:
+ * parameter where it has one number for all. AD_BAD_ARGUMENT: what only solution_create solves:
  * motions, beams, starts that are not clamped, ends that an angle turns, tubes, tendons with
- * friction or of given displacement. AD_NO_MEMORY. The scene is copied, its formulas
- * must outlive the members. */
+ * friction or of given displacement. AD_NO_MEMORY. The scene is copied, its formulas must outlive
+ * the members. */
 ad_status solve_members_create(const scene *open, const solve_members_settings *settings,
                                solve_members **result, ad_error *error);
 void solve_members_free(solve_members *x); /* NULL is allowed */
 
-/* values [members][points][SOLVE_MEMBERS_COLUMNS], not numbers of members without an equilibrium
- * under the whole load, and results [members], for parameters [members][parameter_count], which
- * may lie beyond their ranges: the same bits for
- * any number of threads, and for members in any order. Does not allocate. What a tape says of a
+/* values [members][points][SOLVE_MEMBERS_COLUMNS], NaN of members without an equilibrium under the
+ * whole load, and results [members], for parameters [members][parameter_count], which may lie
+ * beyond their ranges. The bits are the same for any number of threads, and for members in any
+ * order. Does not allocate. What a tape says of a
  * formula. */
 ad_status solve_members_solve(solve_members *x, size_t members, const double *parameters,
                               double *values, solve_member *results, ad_error *error);
@@ -110,8 +110,8 @@ typedef enum solve_doubt {
 #define SOLVE_TRUSTED 0.05
 
 /* What is known of a curvature that was given. Distances are the largest over the rod, in m, from
- * the shape to that of one more step, of two where an end is held, linearised where the last was;
- * the mesh's own error is in them. */
+ * the shape to that of one more step, of two where an end is held. The step is linearised where the
+ * last was. The mesh's own error is in them. */
 typedef struct solve_answer {
     double predicted;   /* of what was given */
     double left;        /* of what is returned */

@@ -55,8 +55,9 @@ int reduced_inputs(const reduced_rod *x);
 int reduced_places(const reduced_rod *x);
 const scene_parameter *reduced_input(const reduced_rod *x, int i); /* name and range */
 
-/* What mode k of the first half of the state is: Legendre's polynomial of that degree of a strain,
- * 0 to 2 v along d1, d2, d3 and 3 to 5 u about them, on one piece of the rod; -1: a hinge. */
+/* What mode k of the first half of the state is: Legendre's polynomial of that degree of a strain
+ * on one piece of the rod. Strains 0 to 2 are v along d1, d2, d3 and 3 to 5 u about them; -1: a
+ * hinge. */
 typedef struct reduced_mode {
     int strain, degree, piece;
 } reduced_mode;
@@ -69,8 +70,8 @@ ad_status reduced_settle(reduced_rod *x, double t, const double *inputs, double 
                          ad_error *error);
 
 /* The state nearest to what is seen of the rod at its places [count], as from a file or the first
- * measurement, from the state that is given: by least squares of positions, turns by a third of the
- * length, and their rates. What the places do not tell of the state stays as it was. */
+ * measurement. It begins at the state that is given. Least squares of positions, turns by a third
+ * of the length, and their rates. What the places do not tell of the state stays as it was. */
 ad_status reduced_nearest(reduced_rod *x, double t, const double *inputs, const reduced_place *seen,
                           double *state, ad_error *error);
 
@@ -99,8 +100,9 @@ ad_status reduced_step_linear(reduced_rod *x, double t, double h, const double *
 ad_status reduced_output(reduced_rod *x, double t, const double *state, const double *inputs,
                          reduced_place *places, double *by_state, ad_error *error);
 
-/* By which places are found, of many states at once: with the start as it was at the last call of
- * reduced_output, and as it always is where it is placed, at all times and inputs alike. */
+/* By which places are found, of many states at once, with the start as it was at the last call of
+ * reduced_output. Where the start is placed at all times and inputs alike, it is as it always
+ * is. */
 const kinematics *reduced_kinematics(const reduced_rod *x);
 bool reduced_is_placed(const reduced_rod *x);
 

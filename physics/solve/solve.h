@@ -1,13 +1,13 @@
 /* Classical solutions of a scene, without a network: the face of the library cpinn_solve.
  *
  * Rods at rest: collocation at Gauss points along the rod, of position, rotation, force and moment
- * or of the curvature alone (SOLVE_STRAIN), Newton's method, continuation of the loads from 0; many
- * at once, with parameters that differ, by physics/solve/members.h. Rods in motion: spectral
- * elements between places where something jumps; steps of time by Runge-Kutta, implicit where the
- * motion is slow, or composed of free motion and forces where every vibration has to be followed,
- * as after a sudden load; or by a few modes of the strains (SOLVE_MODES). Beams of small
- * deflection: collocation along the beam and in time, linear. Stiffness, inertia and damping may
- * vary along the rod, loads, gravity, prescribed ends and the rest shape with time.
+ * or of the curvature alone (SOLVE_STRAIN), with Newton's method and continuation of the loads from
+ * 0. Many at once, with parameters that differ, are solved by physics/solve/members.h. Rods in
+ * motion: spectral elements between places where something jumps. Steps of time are by Runge-Kutta:
+ * implicit where the motion is slow, or composed of free motion and forces where every vibration
+ * has to be followed, as after a sudden load. Or a few modes of the strains (SOLVE_MODES). Beams of
+ * small deflection: collocation along the beam and in time, linear. Stiffness, inertia and damping
+ * may vary along the rod, loads, gravity, prescribed ends and the rest shape with time.
  *
  *   solve_settings settings = solve_settings_default(&scene);    of a scene that scene_check and
  *   solution_create(&scene, &settings, count, times,             the check of its model passed
@@ -128,8 +128,8 @@ solve_report solve_report_blank(void);
 solve_settings solve_settings_default(const scene *rod_scene);
 
 /* Of the whole rod, J. At rest `work` is that of dead forces, at their full size all along the way
- * from the unstressed rod, and of tendons and chambers: minus their potential; NaN under moments
- * and follower loads, which have none, and with friction. */
+ * from the unstressed rod, and of tendons and chambers: minus their potential. It is NaN with
+ * friction, and under moments and follower loads, which have no potential. */
 typedef struct solve_energy {
     double kinetic, strain; /* bodies and springs among them */
     double work;            /* of loads, and of what moves ends and rest shape, since t = 0 */
@@ -147,7 +147,7 @@ typedef struct solution solution;
  * AD_OK also where the load could not be reached or the tolerance not met: the solution is then
  * that of the load reached, or less accurate, and the report and the verdict say so.
  * AD_BAD_ARGUMENT for a scene that no solver takes (a rod in motion without rotary inertia, a beam
- * that is free to move at rest), AD_NOT_FINITE when time steps fail or a formula is not finite,
+ * that is free to move at rest). AD_NOT_FINITE when time steps fail or a formula is not finite,
  * AD_NO_BLAS without LAPACK, AD_NO_MEMORY. */
 ad_status solution_create(const scene *rod_scene, const solve_settings *settings, size_t count,
                           const double *times, solution **result, solve_report *report,
@@ -155,8 +155,8 @@ ad_status solution_create(const scene *rod_scene, const solve_settings *settings
 void solution_free(solution *x); /* NULL is allowed */
 
 /* Values [columns][points] of the first `columns` observables of the scene's model
- * (physics/model.h), in SI units, at s [points] (m; what lies beyond an end is taken at the end)
- * and t [points] (s; the nearest of the times that were solved; of a scene at rest NULL). Where
+ * (physics/model.h), in SI units, at s [points] (m) and t [points] (s; NULL at rest). What lies
+ * beyond an end is taken at the end; of times, the nearest that was solved is taken. Where
  * something jumps they are all those just before, not the moment of one piece with the stiffness of
  * the next. Quicker where points of one time follow one another. AD_NO_MEMORY. */
 ad_status solution_evaluate(const solution *x, int columns, size_t points, const double *s,
@@ -171,11 +171,11 @@ double solution_tension(const solution *x, int tendon);
 ad_status solution_energy(const solution *x, double t, solve_energy *energy, ad_error *error);
 
 /* Whether loads and supports of a whole rod or beam at rest balance: the sum of all forces and
- * moments, by EI/L^2 and EI/L (of a beam that is as much smaller as it deflects), over 1 and the
- * sum of their absolute values. The loads are those of the scene, followers and springs where the
- * shape has brought them, integrated on panels of their own between all places where they jump; the
- * force and the moment of a support are those of the shape at that end. Infinite where the shape is
- * not a number. Of a scene at rest that passes scene_check and the check of its model.
+ * moments, over 1 and the sum of their absolute values. The units are EI/L^2 and EI/L, of a beam as
+ * much smaller as it deflects. The loads are those of the scene, followers and springs where the
+ * shape has brought them. They are integrated on panels of their own between all places where they
+ * jump. The force and the moment of a support are those of the shape at that end. Infinite where
+ * the shape is not a number. Of a scene at rest that passes scene_check and the check of its model.
  * AD_NO_MEMORY, what the tape says of a formula, what the shape returns. */
 ad_status solve_balance(const scene *rod_scene, solve_shape *shape, const void *context,
                         double *balance, ad_error *error);
@@ -184,20 +184,20 @@ ad_status solve_balance(const scene *rod_scene, solve_shape *shape, const void *
  * length, or of a beam's deflection allows. */
 void solve_judge_balance(double balance, double allowed_error, verdict *result);
 
-/* Adds a warning where a scene has a law and strains leave the data that it has learned from:
- * values [columns][n] of the first 13 columns of its model at s [n] (m) and t [n] (s; NULL at
- * rest). */
+/* Adds a warning where a scene has a law and strains leave the data that it has learned from.
+ * values [columns][n] are those of the first 13 columns of its model at s [n] (m) and t [n] (s;
+ * NULL at rest). */
 void solve_judge_law(const scene *rod_scene, size_t n, const double *s, const double *t,
                      const double *values, verdict *result);
 
 /* Whether the energy of a motion balances to a tenth: else nothing is known of it. */
 bool solve_energy_is_met(const solve_report *report);
 
-/* What speaks against a solution: that it is not that of the whole load, that its estimated error
- * is above the tolerance (where nodes are not prescribed) or may be too small, as there are jumps
- * that were not resolved, that loads at rest or the energy of a motion are out of balance, or that
- * the shape at rest is not stable (physics/solve/stability.h). And the remark that there may be
- * other equilibria. */
+/* What speaks against a solution: that it is not that of the whole load, or that its estimated
+ * error is above the tolerance (where nodes are not prescribed). Jumps that were not resolved may
+ * make the estimate too small. Further, that loads at rest or the energy of a motion are out of
+ * balance, or that the shape at rest is not stable (physics/solve/stability.h). And the remark that
+ * there may be other equilibria. */
 void solution_verdict(const solution *x, const scene *rod_scene, const solve_settings *settings,
                       const solve_report *report, verdict *result);
 

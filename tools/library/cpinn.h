@@ -15,10 +15,10 @@
  * Every function that can fail returns an ad_status and writes one line to its ad_error; AD_OK
  * means that there is an answer, and its verdict (physics/verdict.h) whether it can be trusted.
  * Nothing is printed, and nothing is global: objects are used by one thread at a time, different
- * ones by different threads at once. Functions that free take NULL as well.
- * Where a host has made exceptions of floating-point numbers signals, these functions and those of
- * evaluators mask them while they work, also while they call the host (progress); those of the
- * other headers, as of all of C, do not.
+ * ones by different threads at once. Functions that free take NULL as well. Where a host has made
+ * exceptions of floating-point numbers signals, these functions and those of evaluators mask them
+ * while they work, also while they call the host (progress). Those of the other headers, like all
+ * of C, do not.
  *
  * Names begin with cpinn_ here and with the name of their part in the headers of the parts: ad_,
  * nn_, optim_, scene_, problem_, evaluator_, train_, verdict_ and so on. */
@@ -76,10 +76,10 @@ ad_status cpinn_train_scene(const scene *rod_scene, const train_settings *settin
                             const cpinn_options *options, cpinn_model **model, ad_error *error);
 
 /* The same of physics of one's own: a model that the functions of physics/model.h put together,
- * with coordinates, fields and residuals; or that of a scene with further terms, where
- * train_settings_resolve, scene and settings have been through before model_of_scene. It is
- * borrowed, and must outlive what is made of it; so must what its residuals point to. A folder
- * keeps the network, not the equations, which are the program's: to be opened and resumed by it. */
+ * with coordinates, fields and residuals. Or the model of a scene with further terms, where
+ * train_settings_resolve has been called before model_of_scene. It is borrowed, and must outlive
+ * what is made of it; so must what its residuals point to. A folder keeps the network, not the
+ * equations, which are the program's: to be opened and resumed by it. */
 ad_status cpinn_train_physics(physics_model *physics, const train_settings *settings,
                               const cpinn_options *options, cpinn_model **model, ad_error *error);
 
@@ -122,8 +122,8 @@ ad_status cpinn_evaluator(const cpinn_model *model, const char *names, evaluator
  *
  * A network that stands for all members of a family: values of the scene's parameters within their
  * ranges. Where the solver of members takes the scene (physics/solve/members.h), each shape comes
- * with its error, predicted by Newton's method from the network's curvature and so independent of
- * how the network was trained; and what is not trusted is solved. */
+ * with its error. Newton's method predicts it from the network's curvature, independently of how
+ * the network was trained. Members that are not trusted are solved. */
 
 typedef struct cpinn_family cpinn_family;
 
@@ -247,10 +247,10 @@ typedef struct cpinn_family_row {
     size_t solved;   /* whose answer is from a solver, not from the network */
     size_t wrong;    /* trusted, and off by more than cpinn_family_bound */
     size_t unknown;  /* trusted, of members that nobody solves */
-    double ratio[3]; /* predicted over actual error, quantiles 1, 50 and 99 %, and the share within
-                      * 5 %, of members that are off by less than a fortieth of the length and by
-                      * more than is known of them; NaN: none */
-    double within;
+    double ratio[3]; /* predicted over actual error, quantiles 1, 50 and 99 %. Counted are members
+                      * off by less than a fortieth of the length and by more than is known of
+                      * them; NaN: none */
+    double within;   /* the share of these within 5 % */
     double alone, batch; /* s a shape, one member at a time and many */
 } cpinn_family_row;
 
