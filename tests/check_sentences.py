@@ -32,6 +32,7 @@ def paragraphs_of_help(text):
     text = re.sub(r"^(  \S+: .*)\n(?= {6}\S)", r"\1\n\n", text, flags=re.M)       # keys
     text = re.sub(r"^( {2,}\S.*?)(?: {2,}|: )(?=\S)", r"\1\n\n", text, flags=re.M)
     text = re.sub(r"\n(?= {2}\S)", "\n\n", text)
+    text = re.sub(r"^( {2}.*)\n(?=\S)", r"\1\n\n", text, flags=re.M)
     text = re.sub(r"\{[^{}]*\}|\[[^\[\]]*\]|\"[^\"]*\"", "code", text)
     return re.split(r"\n\s*\n", text)
 

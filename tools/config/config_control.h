@@ -24,8 +24,8 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
      .help = "The path: a circle; a figure eight, twice as wide as high; set points; or rows of "  \
              "a file."},                                                                           \
     {"control.task.centre", CONFIG_NUMBER, ENTRIES(3, 3), CONTROL_AT(task.centre), ANY,            \
-     .unit = "m", .fallback = "on the normal through where the place is with inputs in the "       \
-     "middle of their ranges, as high as the path can be followed best at rest",                   \
+     .unit = "m", .fallback = "on the normal through the place with inputs in the middle of "      \
+     "their ranges, as high as the path is followed best at rest",                                 \
      .help = "Centre of the circle or the eight."},                                                \
     {"control.task.normal", CONFIG_NUMBER, ENTRIES(3, 3), CONTROL_AT(task.normal), ANY,            \
      .fallback = "along the rod there",                                                            \

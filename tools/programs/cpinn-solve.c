@@ -401,10 +401,9 @@ int main(int argc, char **argv)
     options *o = &x.asked;
     const cli_option list[] = {
         {"--tol", "X", CLI_NUMBER, &o->tolerance, 1e-13, 1,
-         "refine until the position is estimated to be within so many\nlengths, a beam's "
-         "deflection relative to its largest; of rods in motion relative\nL2 over s and t, and no "
-         "place ten times as far off (default 1e-10;\nrods in motion 1e-6, or 1e-4 where shear or "
-         "stretch is locked)"},
+         "refine until the estimated error of the position is below so many\nlengths (default "
+         "1e-10). Of a beam: of its deflection over the largest.\nOf a rod in motion: relative L2 "
+         "over s and t (default 1e-6, or 1e-4\nwhere shear or stretch is locked)"},
         {"--nodes", "N", CLI_INTEGER, &o->nodes, 1, 6000,
          "so many nodes along the rod, without refinement and estimate;\nof a rod's motion --tol "
          "is then "
@@ -423,9 +422,9 @@ int main(int argc, char **argv)
          "with --method modes: so many of bending and of shear, in each\ndirection, of twist and "
          "of stretch, along each piece of the rod; no estimate"},
         {"--from", "FILE", CLI_TEXT, &o->from, 0, 0,
-         "with --method modes: begin with the state of the last instant in this\nfile of --out or "
-         "--state-out, or with a shape, at rest, without vx to w3; from an\nequilibrium by "
-         "--set initial.state=equilibrium, with any method"},
+         "with --method modes: begin with the last state in this file of\n--out or --state-out, or "
+         "with a shape at rest, without vx to w3.\n--set initial.state=equilibrium begins with an "
+         "equilibrium, with any\nmethod"},
         {"--state-out", "FILE", CLI_TEXT, &o->state_out, 0, 0,
          "of a rod in motion: write its state at the end, for --from"},
         {"--path", "CSV", CLI_TEXT, &o->path, 0, 0,
