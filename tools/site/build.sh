@@ -17,5 +17,5 @@ rm -rf $out/docs
 $out/env/bin/python tools/site/collect.py build/tools $out/docs
 cmake --install build --prefix $out/installed >$out/installed.txt
 doxygen tools/site/Doxyfile
-$out/env/bin/mkdocs build --quiet --strict --clean --config-file $out/mkdocs.yml
+NO_MKDOCS_2_WARNING=1 $out/env/bin/mkdocs build --quiet --strict --clean --config-file $out/mkdocs.yml
 echo "site: $PWD/$out/html/index.html"

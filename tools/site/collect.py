@@ -28,6 +28,11 @@ def for_mkdocs(text):
     return re.sub(r"^```(\w+) (\S+)$", r'```\1 title="\2"', text, flags=re.M)
 
 
+def copy_file(file, docs):
+    (docs / file).parent.mkdir(parents=True, exist_ok=True)
+    shutil.copy(file, docs / file)
+
+
 def copy_page(page, docs, generated):
     text = page.read_text()
     for name, lines in generated.items():
@@ -35,8 +40,7 @@ def copy_page(page, docs, generated):
     for _, link in LINK.findall(text):
         file = pathlib.Path(os.path.normpath(page.parent / link))
         if "://" not in link and file.is_file() and file.suffix != ".md":
-            (docs / file).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy(file, docs / file)
+            copy_file(file, docs)
     write(docs / page, for_mkdocs(text))
 
 
@@ -97,16 +101,17 @@ def key_pages(keys, examples, docs):
         for path in paths:
             key = keys[path]
             text.append(f"## `{path}`\n\n{key['help']}\n")
-            rows = [("value", key["type"]), ("unit", key["unit"] or "none"),
-                    ("default", key["default"]), ("range", key["range"] or "any")]
+            row = [key["type"], key["unit"] or "none", key["default"], key["range"] or "any"]
+            text.append("| value | unit | default | range |\n|---|---|---|---|\n"
+                        f"| {' | '.join(row)} |\n".replace("<", "&lt;"))
             if key["only"]:
-                rows.append(("optimizers", key["only"]))
-            text.append("| | |\n|---|---|\n" +
-                        "".join(f"| {a} | {b} |\n".replace("<", "&lt;") for a, b in rows))
+                text.append(f"Only for {key['only']}.\n")
             example = examples.get(path) or examples.get(path.replace("segments[]", "rod"))
             if example:
                 scene, value = example
-                text.append(f"```yaml\n{as_yaml(path, value)}\n```\n")
+                text.append(f"Example, for [{scene}](../{scene}):\n\n"
+                            f"```yaml\n{as_yaml(path, value)}\n```\n")
+                copy_file(pathlib.Path(scene), docs)
         write(docs / f"keys/{section}.md", "\n".join(text))
     index = ["# Keys of a scene\n", "Every key with its unit, default, range and an example. The pages are "
              "generated from the table of keys that the reader of scenes uses, and the tests check that the "
@@ -119,6 +124,12 @@ def key_pages(keys, examples, docs):
 
 # ---- refusals ------------------------------------------------------------------------------------
 
+# Refusals of plain mistakes, which say nothing of what the program can do.
+MISTAKES = re.compile(r"missing|is (?:a |not |-?\d|\.inf|circle|solve|zero|too|farther)|column|unknown key|"
+                      r"must be|no such|depends on|.* beyond|given beside|the list is|neither|it ends|"
+                      r".* out of range|/nothing")
+
+
 def refusals():
     """The lines with which tests/config_refusals_*.h expects scenes to be refused, by section."""
     rows = {}
@@ -127,7 +138,7 @@ def refusals():
         for parts in re.findall(r'(?:"(?:[^"\\]|\\.)*"\s*)+', source):
             line = "".join(re.findall(r'"((?:[^"\\]|\\.)*)"', parts)).replace('\\"', '"')
             found = re.match(r"(?:scene\.yaml(?::\d+)*|--set [^:]*): (\S+): (.*)", line)
-            if found and "\\n" not in line:
+            if found and "\\n" not in line and not MISTAKES.match(found[2]):
                 rows.setdefault(re.match(r"\w*", found[1])[0], {})[found[1] + found[2]] = found.groups()
     text = []
     for section in sorted(rows):
