@@ -224,7 +224,10 @@ def main(bin_folder, docs):
               f"# cpinn-{name}\n\nThe output of `cpinn-{name} --help`"
               f"{', without the [keys](../keys/index.md)' if name == 'train' else ''}:\n\n"
               f"```text\n{text.rstrip()}\n```\n")
-    write(docs / "python.md", "# Python reference\n\n::: cpinn\n")
+    modules = ["cpinn"] + [f"cpinn.{module.stem}" for module in
+                           sorted(pathlib.Path("tools/python/cpinn").glob("[a-z]*.py"))]
+    write(docs / "python.md", "# Python reference\n\n" +
+          "".join(f"::: {module}\n\n" for module in modules))
     configuration = pathlib.Path("tools/site/mkdocs.yml").read_text()
     for folder in ["keys", "programs"]:
         pages = sorted((docs / folder).glob("*.md"), key=lambda page: (page.stem != "index", page))
