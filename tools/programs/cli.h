@@ -61,13 +61,13 @@ typedef struct cli_program {
 #define CLI_VERDICT_JSON(file)                                                                     \
     {                                                                                              \
         "--json", "FILE|-", CLI_TEXT, file, 0, 0,                                                  \
-            "write how it ended as one JSON object, see below; - is standard\n"                    \
-            "output, with nothing else on it"                                                      \
+            "write the result as one JSON object, see below; - is standard\noutput, with nothing " \
+            "else on it"                                                                           \
     }
 #define CLI_VERDICT_QUIET(flag)                                                                    \
     {                                                                                              \
         "--quiet", NULL, CLI_FLAG, flag, 0, 0,                                                     \
-            "say nothing but errors, and on stderr the verdict when it is a\nwarning"              \
+            "print only errors, and on stderr the verdict if it is a warning"                      \
     }
 
 /* `options` [count], without --help and --version, which every program has. Values are given as

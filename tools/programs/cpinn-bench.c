@@ -504,7 +504,7 @@ static int parse(int count, char **arguments, options *o)
          "without hidden layers, as in f16,f64; or both, as in 2x16+f8\n"
          "(that of the config)"},
         {"--seeds", "N", CLI_INTEGER, &o->seeds, 1, COMPARE_SEEDS_MAX,
-         "runs of each, from the config's seed upwards (3)"},
+         "number of runs of each, from the config's seed upwards (3)"},
         {"--seconds", "S", CLI_NUMBER, &o->seconds, 1e-3, 1e6,
          "limit of the training time of a run (10)"},
         {"--error", "KIND", CLI_TEXT, &o->error, 0, 0,
@@ -517,8 +517,8 @@ static int parse(int count, char **arguments, options *o)
          "--set training.stages[0].learning_rate=1e-3; may be repeated"},
         {"--threads", "N", CLI_INTEGER, &o->threads, 0, 1024, "default 0: one for each processor"},
         {"--out", "DIR", CLI_TEXT, &o->out, 0, 0,
-         "where the files go; results that are there are never\n"
-         "overwritten (bench/NAME, bench/NAME-2, ...)"},
+         "folder of the files; existing results are never overwritten\n(bench/NAME, bench/NAME-2, "
+         "...)"},
         {"--quiet", NULL, CLI_FLAG, &o->quiet, 0, 0, "say nothing but errors"}};
     return cli_parse(&about, known, sizeof known / sizeof *known, count, arguments, &last);
 }

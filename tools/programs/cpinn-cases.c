@@ -211,11 +211,11 @@ static int parse(int count, char **arguments, options *o)
     const cli_program about = {program, "FOLDER|CONFIG.yaml", help_cases, NULL, &o->operands};
     const cli_option known[] = {
         {"--out", "DIR", CLI_TEXT, &o->out, 0, 0,
-         "write the table as .csv and .h5, and a picture; what is there is\nnever overwritten"},
+         "write the table as .csv and .h5, and a picture; existing files are\nnever overwritten"},
         {"--seconds", "S", CLI_NUMBER, &o->seconds, 1e-3, 1e6,
-         "limit of a row; the error is then that of what there is (600)"},
+         "time limit of a row, after which the error is that of the state\nreached (600)"},
         {"--threads", "N", CLI_INTEGER, &o->threads, 0, 1024,
-         "of a network; default 0: one for each processor. The solver has one"}};
+         "threads of a network; default 0: one for each processor. The solver\nhas one"}};
     return cli_parse(&about, known, sizeof known / sizeof *known, count, arguments, &last);
 }
 

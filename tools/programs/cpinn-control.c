@@ -334,16 +334,16 @@ int main(int argc, char **argv)
         {"--shapes", "FILE", CLI_TEXT, &o->shapes, 0, 0,
          "write the moving robot, and where the filter believes that it is,\nas .vtkhdf or .pvd "
          "for ParaView, or as a table; --out writes\nNAME_shapes.h5 for cpinn-show"},
-        {"--animate", NULL, CLI_FLAG, &o->animate, 0, 0, "with --out: as a moving .gif, too"},
+        {"--animate", NULL, CLI_FLAG, &o->animate, 0, 0, "with --out: write a moving .gif, too"},
         {"--c", "OUT", CLI_TEXT, &o->c, 0, 0,
          "write filter and controller as C, OUT.c, OUT.h and OUT_selftest.c"},
-        {"--force", NULL, CLI_FLAG, &o->force, 0, 0, "with --c: replace files"},
+        {"--force", NULL, CLI_FLAG, &o->force, 0, 0, "with --c: replace existing files"},
         {"--run", "DIR", CLI_TEXT, &o->run, 0, 0,
          "folder of the trained one-step model (default runs/NAME)"},
         {"--inner", "DIR", CLI_TEXT, &o->inner, 0, 0,
-         "with a control.period below surrogate.step: folder of the same model\nin steps of the "
-         "period, which the filter takes"},
-        {"--seed", "N", CLI_INTEGER, &o->seed, 0, 1000000000, "in place of control.seed"},
+         "folder of the same model in steps of the period, for the filter, if\ncontrol.period is "
+         "below surrogate.step"},
+        {"--seed", "N", CLI_INTEGER, &o->seed, 0, 1000000000, "seed, in place of control.seed"},
         CLI_SET(&o->overrides),
         CLI_VERDICT_JSON(&o->json),
         CLI_VERDICT_QUIET(&o->quiet),

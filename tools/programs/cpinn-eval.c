@@ -500,19 +500,19 @@ static int go(const ad_ranks *ranks, int argc, char **argv)
          "members of a family: a table with a column for each parameter,\nin SI units; --out has "
          "their shapes and errors"},
         {"--polish", "N", CLI_INTEGER, &f->polish, 0, 2,
-         "of a family: steps of Newton's method from the network's\nanswer (default 2)"},
+         "steps of Newton's method from the answer of a family's network\n(default 2)"},
         {"--extrapolate", NULL, CLI_FLAG, &f->extrapolate, 0, 0,
-         "answer members outside the range of the parameters, too, with\na warning"},
+         "answer members outside the range of the parameters, too, with a\nwarning"},
         {"--verify", "N", CLI_INTEGER, &f->verify, 1, 10000000,
          "solve N fresh members of a family and compare: errors, what is\nnot trusted, wrong "
          "though trusted, predicted errors, times"},
         {"--seed", "N", CLI_INTEGER, &f->seed, 0, 2147483647,
-         "of the members that --verify draws, of --rollouts (default 1)"},
+         "seed of the members of --verify and of --rollouts (default 1)"},
         {"--rollouts", "N", CLI_INTEGER, &r->count, 1, 10000,
-         "of a one-step model: N rollouts beside the solver"},
+         "run N rollouts of a one-step model beside the solver"},
         {"--tolerance", "X", CLI_NUMBER, &r->tolerance, 0, 1,
-         "of --rollouts: what the tip may be off by within 5 s, over the\nlength; exit status 3 if "
-         "it is more"},
+         "with --rollouts: largest error of the tip within 5 s, over the\nlength; exit status 3 if "
+         "it is larger"},
         {"--speed", NULL, CLI_FLAG, &x.asked.speed, 0, 0,
          "measure how many points are evaluated in a second"},
         {"--json", "FILE|-", CLI_TEXT, &x.asked.json, 0, 0,

@@ -405,28 +405,26 @@ int main(int argc, char **argv)
          "1e-10). Of a beam: of its deflection over the largest.\nOf a rod in motion: relative L2 "
          "over s and t (default 1e-6, or 1e-4\nwhere shear or stretch is locked)"},
         {"--nodes", "N", CLI_INTEGER, &o->nodes, 1, 6000,
-         "so many nodes along the rod, without refinement and estimate;\nof a rod's motion --tol "
-         "is then "
+         "number of nodes along the rod, without refinement and estimate; in\nmotion --tol is then "
          "that of steps of time"},
         {"--perturb", "X", CLI_NUMBER, &o->perturbation, -1e6, 1e6,
          "push the rod sideways while the load grows, by X EI/L^3 per\nlength: finds buckled "
          "shapes"},
         {"--branch", "N", CLI_INTEGER, &o->branch, 1, 1000,
-         "of a rod at rest: leave its path at the N-th bifurcation for the\none that crosses it "
-         "there"},
+         "at rest: leave the path at the N-th bifurcation for the one that\ncrosses it there"},
         {"--method", "NAME", CLI_TEXT, &o->method_name, 0, 0,
          "of a rod at rest: collocation of position, rotation, force and\nmoment (default), or "
          "strain: the curvature alone is sought, and the rest follows;\nof a rod in motion: modes "
          "of its strains, in place of spectral elements"},
         {"--modes", "B,T,ST,SH", CLI_TEXT, &o->mode_counts, 0, 0,
-         "with --method modes: so many of bending and of shear, in each\ndirection, of twist and "
-         "of stretch, along each piece of the rod; no estimate"},
+         "with --method modes: numbers of modes of bending, twist, stretch and\nshear, along each "
+         "piece of the rod (bending and shear in each\ndirection); no estimate"},
         {"--from", "FILE", CLI_TEXT, &o->from, 0, 0,
          "with --method modes: begin with the last state in this file of\n--out or --state-out, or "
          "with a shape at rest, without vx to w3.\n--set initial.state=equilibrium begins with an "
          "equilibrium, with any\nmethod"},
         {"--state-out", "FILE", CLI_TEXT, &o->state_out, 0, 0,
-         "of a rod in motion: write its state at the end, for --from"},
+         "in motion: write the state at the end, for --from"},
         {"--path", "CSV", CLI_TEXT, &o->path, 0, 0,
          "of a rod at rest: follow its equilibria from the unstressed rod\nthrough limit points, "
          "write them and draw load against deflection"},
