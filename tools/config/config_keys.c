@@ -252,7 +252,8 @@ const config_key config_keys[] = {
      .fallback = "the third bending frequency of the cantilever",
      .help = "Largest frequency of the random waves in time."},
     {"network.polynomial.degree", CONFIG_INTEGER, AT(settings.network.degree), BETWEEN(0, NN_DEGREE_MAX),
-     .fallback = "0; of one motion in the strain form 20, with damping 16; of families in the strain form as large as 1300 polynomials and 64 members for each allow",
+     .fallback = "0; for one motion in the strain form 20, or 16 with damping; for families in the "
+                 "strain form up to 1300 polynomials, each with 64 members",
      .help = "Polynomial chaos: in place of waves, all products of Legendre polynomials of the "
              "inputs up to this total degree. Inputs that move the rod little count two- or "
              "threefold."},
