@@ -285,10 +285,14 @@ static void damage_is_named(void **state)
     assert_memory_equal(version, "format_version 2\n", 17);
     version[15] = '3';
     spill(at("bad.h5"), bytes, size);
-    assert_refused(at("bad.h5"), "has format_version 3, this program reads 2; use a newer cpinn");
+    assert_refused(
+        at("bad.h5"),
+        "has format_version 3, of a cpinn later than this; this one reads format_version 2");
     version[15] = '1';
     spill(at("bad.h5"), bytes, size);
-    assert_refused(at("bad.h5"), "has format_version 1, this program reads 2; use an older cpinn");
+    assert_refused(
+        at("bad.h5"),
+        "has format_version 1, of a cpinn before 0.2.0; this one reads format_version 2");
     version[15] = '2';
 
     spill(at("bad.h5"), bytes, size - 1);

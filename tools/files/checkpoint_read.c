@@ -78,9 +78,11 @@ static ad_status check_head(const char *path, const unsigned char *head, size_t 
     }
     if (version != CHECKPOINT_FORMAT_VERSION) {
         return ad_fail(error, AD_BAD_INPUT,
-                       "%s: has format_version %u, this program reads %d; use %s cpinn", shown,
-                       version, CHECKPOINT_FORMAT_VERSION,
-                       version > CHECKPOINT_FORMAT_VERSION ? "a newer" : "an older");
+                       "%s: has format_version %u, of a cpinn %s; this one reads format_version %d",
+                       shown, version,
+                       version > CHECKPOINT_FORMAT_VERSION ? "later than this"
+                                                           : "before " CHECKPOINT_FORMAT_SINCE,
+                       CHECKPOINT_FORMAT_VERSION);
     }
     const char *line = strstr(text, "\nbytes ");
     if (line && sscanf(line, "\nbytes %18zu", &bytes) == 1 && file_size < bytes) {
