@@ -27,6 +27,22 @@
 typedef double vec __attribute__((vector_size(LANES * 8), may_alias));
 typedef int64_t bits __attribute__((vector_size(LANES * 8), may_alias));
 
+#define SCALAR_FUNCTION1(name)                                                                     \
+    INLINE vec v_##name(vec a)                                                                     \
+    {                                                                                              \
+        for (int i = 0; i < LANES; i++) {                                                          \
+            a[i] = name(a[i]);                                                                     \
+        }                                                                                          \
+        return a;                                                                                  \
+    }
+#define SCALAR_FUNCTION2(name)                                                                     \
+    INLINE vec v_##name(vec a, vec b)                                                              \
+    {                                                                                              \
+        for (int i = 0; i < LANES; i++) {                                                          \
+            a[i] = name(a[i], b[i]);                                                               \
+        }                                                                                          \
+        return a;                                                                                  \
+    }
 #if defined(__x86_64__) && defined(__GLIBC__)
 #define VECTOR_FUNCTION1(name)                                                                     \
     vec VECTOR_ABI(v, name)(vec);                                                                  \
@@ -40,32 +56,26 @@ typedef int64_t bits __attribute__((vector_size(LANES * 8), may_alias));
     {                                                                                              \
         return VECTOR_ABI(vv, name)(a, b);                                                         \
     }
+#if !defined(AD_MVEC_OLD) && !__GLIBC_PREREQ(2, 35) /* without vectors for erf and atan2 */
+#define AD_MVEC_OLD
+#endif
 #else
-#define VECTOR_FUNCTION1(name)                                                                     \
-    INLINE vec v_##name(vec a)                                                                     \
-    {                                                                                              \
-        for (int i = 0; i < LANES; i++) {                                                          \
-            a[i] = name(a[i]);                                                                     \
-        }                                                                                          \
-        return a;                                                                                  \
-    }
-#define VECTOR_FUNCTION2(name)                                                                     \
-    INLINE vec v_##name(vec a, vec b)                                                              \
-    {                                                                                              \
-        for (int i = 0; i < LANES; i++) {                                                          \
-            a[i] = name(a[i], b[i]);                                                               \
-        }                                                                                          \
-        return a;                                                                                  \
-    }
+#define VECTOR_FUNCTION1(name) SCALAR_FUNCTION1(name)
+#define VECTOR_FUNCTION2(name) SCALAR_FUNCTION2(name)
 #endif
 
 VECTOR_FUNCTION1(sin)
 VECTOR_FUNCTION1(cos)
 VECTOR_FUNCTION1(exp)
 VECTOR_FUNCTION1(log)
-VECTOR_FUNCTION1(erf)
 VECTOR_FUNCTION2(pow)
+#ifdef AD_MVEC_OLD
+SCALAR_FUNCTION1(erf)
+SCALAR_FUNCTION2(atan2)
+#else
+VECTOR_FUNCTION1(erf)
 VECTOR_FUNCTION2(atan2)
+#endif
 
 INLINE vec splat(double number)
 {
