@@ -6,7 +6,7 @@
 #define PHYSICS_EVALUATOR_H
 
 #include "nn/nn.h"
-#include "physics/relay.h"
+#include "physics/model.h"
 
 #include <stdio.h>
 

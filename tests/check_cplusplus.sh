@@ -1,5 +1,5 @@
 #!/bin/sh
-# Every public header compiles by itself as C++ as well, of the oldest and of a recent standard.
+# Every installed header compiles by itself as C++ as well, of the oldest and of a recent standard.
 #   check_cplusplus.sh COMPILER ROOT HEADER...     headers relative to ROOT
 # Exit status 77, for skipped, without a compiler.
 set -eu

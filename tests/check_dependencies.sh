@@ -1,20 +1,23 @@
 #!/bin/sh
 # Dependencies between rooms point one way, tools -> physics -> nn -> autodiff, with optim by
 # itself; among the tools bench -> programs -> judge -> library -> config -> train -> files. A header
-# that is not installed stays within its folder; one that is has extern "C".
-#   check_dependencies.sh ROOT PUBLIC_HEADER...     headers relative to ROOT
+# that is not shared stays within its folder. Shared headers include only shared ones; those that are
+# installed include only installed ones and have extern "C".
+#   check_dependencies.sh ROOT "INSTALLED_HEADER ..." SHARED_HEADER...     headers relative to ROOT
 # Prints the offending lines; exit status 1 when there are any.
 set -eu
 cd "$1"
-shift
+installed=$(echo "$2" | tr ';' ' ')
+shift 2
 
-if grep -L 'extern "C"' "$@" | grep .; then
-    echo 'public headers without extern "C"'
+# shellcheck disable=SC2086  # a list of names
+if grep -L 'extern "C"' $installed | grep .; then
+    echo 'installed headers without extern "C"'
     exit 1
 fi
 find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
     grep -nHE '^[[:space:]]*#[[:space:]]*include' {} + | LC_ALL=C sort |
-    awk -v public_headers="$*" '
+    awk -v installed_headers="$installed" -v shared_headers="$*" '
     function refuse(why) {
         print file ":" line ": " included ": " why
         bad++
@@ -52,11 +55,14 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
         may["tools/programs"] = everything
         may["tools/bench"] = everything " tools/bench "
         may["tests"] = everything " tools/bench tests "
-        count = split(public_headers, list, " ")
+        count = split(installed_headers, list, " ")
         for (i = 1; i <= count; i++)
-            is_public[list[i]] = 1
-        is_public["autodiff/tanh.h"] = 1 # texts that need nothing, also of exported C
-        is_public["physics/solve/processor.h"] = 1
+            is_installed[list[i]] = 1
+        count = split(shared_headers, list, " ")
+        for (i = 1; i <= count; i++)
+            is_shared[list[i]] = 1
+        is_shared["autodiff/tanh.h"] = 1 # texts that need nothing, also of exported C
+        is_shared["physics/solve/processor.h"] = 1
     }
     {
         split($0, part, ":")
@@ -82,16 +88,18 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
         seen++
         if (index(may[from], " " to " ") == 0)
             refuse(from " must not depend on " to)
-        if (path in is_public)
+        if (file in is_installed && !(path in is_installed))
+            refuse("an installed header includes one that is not")
+        if (path in is_shared)
             next
-        if (file in is_public)
-            refuse("a public header includes a private one")
+        if (file in is_shared)
+            refuse("a shared header includes a private one")
         if (to != from && from != "tests" && from != "tools/bench" && index(to, "tools/") != 1)
             refuse("private to " to)
     }
     END {
         if (count == 0 || seen == 0) {
-            print "nothing to check: " count " public headers, " seen + 0 " includes"
+            print "nothing to check: " count " shared headers, " seen + 0 " includes"
             exit 1
         }
         exit bad > 0

@@ -22,10 +22,23 @@ for text in "$root/" "$build/" "$work/first"; do
     [ -z "$found" ] || fail "$text is named in $found"
 done
 for path in include/cpinn/cpinn.h include/cpinn/autodiff/ad.h include/cpinn/physics/scene.h \
-    include/cpinn/tools/train/settings.h "$LIBDIR/libcpinn.so" share/cpinn/configs/elastica.yaml \
+    include/cpinn/tools/train/settings.h include/cpinn/physics/solve/reduced.h "$LIBDIR/libcpinn.so" share/cpinn/configs/elastica.yaml \
     share/man/man1/cpinn-train.1 share/doc/cpinn/README.md; do
     [ -f "$work/prefix/$path" ] || fail "$path was not installed"
 done
+
+# The shared library offers every function that an installed header declares.
+if "$CC" --version | grep -q 'Free Software'; then
+    (cd "$work/prefix/include/cpinn" && find . -name '*.h') | sed 's/.*/#include "&"/' >"$work/all.c"
+    "$CC" -std=c11 -I"$work/prefix/include/cpinn" -aux-info "$work/declared" -fsyntax-only \
+        "$work/all.c" || fail "the installed headers do not compile"
+    nm -D --defined-only "$work/prefix/$LIBDIR/libcpinn.so" | sed 's/.* //; s/@.*//' >"$work/offered"
+    grep "$work/prefix.* extern " "$work/declared" | sed 's/.* extern //; s/ (.*//; s/.*[ *]//' |
+        sort -u >"$work/names"
+    [ "$(wc -l <"$work/names")" -gt 100 ] || fail "the installed headers declare hardly a function"
+    missing=$(grep -vxFf "$work/offered" "$work/names" || true)
+    [ -z "$missing" ] || fail "the library does not offer" $missing
+fi
 for program in "$build"/tools/cpinn-*; do
     [ -f "$program" ] && [ -x "$program" ] || continue
     name=${program##*/}

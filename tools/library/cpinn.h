@@ -37,7 +37,7 @@
 extern "C" {
 #endif
 
-/* "0.1.0" */
+/* The version of the project, "MAJOR.MINOR.PATCH". */
 const char *cpinn_version(void);
 
 /* ---- training ------------------------------------------------------------------------------- */

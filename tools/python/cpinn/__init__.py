@@ -35,8 +35,10 @@ import threading
 
 import numpy
 
+from ._place import example, load
+
 __all__ = ["Error", "Family", "Members", "Model", "Progress", "Solution", "Unknowns", "Verdict",
-           "identify", "open", "solve", "train", "version"]
+           "example", "identify", "open", "solve", "train", "version"]
 
 
 class Error(Exception):
@@ -91,24 +93,7 @@ class _Parameter(ctypes.Structure):
                 ("scale", ctypes.c_int)]
 
 
-def _load():
-    """The shared library: CPINN_LIBRARY, beside the installed package, or where the system looks."""
-    name = "libcpinn.so.0.1"
-    named = os.environ.get("CPINN_LIBRARY")
-    try:
-        from ._installed import library_folder
-        beside = os.path.join(os.path.dirname(os.path.abspath(__file__)), library_folder, name)
-    except ImportError:
-        beside = ""
-    try:
-        return ctypes.CDLL(named or (beside if os.path.exists(beside) else name))
-    except OSError as error:
-        raise ImportError(f"cpinn: {error}; install cpinn and import the package from there "
-                          "(PREFIX/lib/python3/dist-packages), or set CPINN_LIBRARY to the path of "
-                          f"{name}") from None
-
-
-_library = _load()
+_library = load()
 
 
 def _declare(name, result, *arguments):
