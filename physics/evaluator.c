@@ -1,6 +1,7 @@
 #include "physics/evaluator_table.h"
 
 #include "autodiff/host.h"
+#include "physics/relay.h"
 #include <float.h>
 #include <math.h>
 #include <stdio.h>

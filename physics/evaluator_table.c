@@ -2,6 +2,7 @@
 
 #include "physics/constants.h"
 #include "physics/motion_network.h"
+#include "physics/relay.h"
 
 #include <math.h>
 #include <stdlib.h>
