@@ -383,7 +383,7 @@ refused 'reference.analytic: is that of a linear rod' cpinn-train "$rubber" --ex
 
 arm=$ROOT/configs/robots/soft_arm_residual.yaml
 run 3 cpinn-control "$arm" --set control.residual=null --set control.duration=2 --out loop.csv
-said stderr.txt '^warning \(innovations\): ' # what the residual is for
+said stdout.txt '^warning \(innovations\): ' # what the residual is for
 run 0 cpinn-residual "$arm" --measured loop.csv --steps 2 --units 3 --out beyond.csv
 said stdout.txt '^with network '
 run 0 cpinn-control "$arm" --set control.residual="$PWD/beyond.csv" --set control.duration=1.2
