@@ -13,7 +13,7 @@ if ! cmp -s tools/site/requirements.txt $out/env/requirements.txt; then
     $out/env/bin/pip install --quiet --disable-pip-version-check -r tools/site/requirements.txt
     cp tools/site/requirements.txt $out/env
 fi
-rm -rf $out/docs
+rm -rf $out/docs $out/installed
 $out/env/bin/python tools/site/collect.py build/tools $out/docs
 cmake --install build --prefix $out/installed >$out/installed.txt
 doxygen tools/site/Doxyfile
