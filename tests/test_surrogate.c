@@ -365,6 +365,43 @@ static void test_frames(void **state)
                  false, true);
 }
 
+/* Two chambers in a plane, but for rounding: beside the plane, where motions never are and a filter
+ * looks, the robot is not far outside, and it has a step. */
+static void test_plane(void **state)
+{
+    (void)state;
+    const char *const scene =
+        ARM("[9.81, 0, 0]", "  - {offset: [-0.013, 1e-18], area: 1, pressure: f2 + f3}\n")
+            SURROGATE;
+    const char *const kinds[3] = {NULL, "surrogate.kind=ddpinn", "surrogate.kind=polynomial"};
+    for (int kind = 0; kind < 3; kind++) {
+        ad_error error = {.message = ""};
+        surrogate *loaded = NULL;
+        one_step model;
+        double at_rest[STATES] = {0}, next[STATES];
+        const double inputs[INPUTS] = {4, 4, 4, 1};
+        trained x = begin(scene, kinds[kind], 1);
+        train(&x, 5);
+        save(&x, at("plane.h5"));
+        assert_int_equal(surrogate_load(at("plane.h5"), &loaded, &error), AD_OK);
+        assert_int_equal(surrogate_one_step(loaded, &model, &error), AD_OK);
+        for (int k = 0; k < STATES; k++) {
+            at_rest[k] = 1e-3;
+            assert_true(model.outside(model.context, at_rest, inputs) < 1e6);
+            assert_int_equal(model.advance(model.context, 1, model.step, at_rest, inputs, NULL,
+                                           next, NULL, NULL),
+                             0);
+            for (int i = 0; i < STATES; i++) { /* rates are some thousand times as large */
+                assert_true(fabs(next[i]) < 1e3);
+            }
+            at_rest[k] = 0;
+        }
+        surrogate_one_step_free(&model);
+        surrogate_free(loaded);
+        end(&x);
+    }
+}
+
 /* ---- stability ----------------------------------------------------------------------------- */
 
 static void test_growth(void **state)
@@ -453,10 +490,10 @@ static void test_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_step),     cmocka_unit_test(test_training),
-        cmocka_unit_test(test_curves),   cmocka_unit_test(test_frames),
-        cmocka_unit_test(test_growth),   cmocka_unit_test(test_rest),
-        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_step),   cmocka_unit_test(test_training),
+        cmocka_unit_test(test_curves), cmocka_unit_test(test_frames),
+        cmocka_unit_test(test_plane),  cmocka_unit_test(test_growth),
+        cmocka_unit_test(test_rest),   cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, make_directory, remove_directory);
 }

@@ -29,8 +29,10 @@ static void judge_innovations(const loop_report *r, verdict *to)
         verdict_add(
             to, VERDICT_INNOVATIONS,
             "in %.3g %% of their windows innovations %s (mean square %.3g %%, bias %.3g %%, "
-            "correlation %.3g %%): the robot or its sensors are not as the model says, and "
-            "deviations of what is estimated are taken %.2g times",
+            "correlation %.3g %%): the robot or its sensors are not as the model says, or its "
+            "modes "
+            "are too few (surrogate.tolerance, surrogate.modes); deviations of what is estimated "
+            "are taken %.2g times",
             100 * r->beyond[worst], words[worst], 100 * r->beyond[LOOP_SQUARE],
             100 * r->beyond[LOOP_BIAS], 100 * r->beyond[LOOP_CORRELATION], r->doubt);
     }

@@ -50,6 +50,11 @@ typedef struct excite_settings {
 /* step and steps are left to be given. */
 excite_settings excite_settings_default(void);
 
+/* Of the largest number of the states: those that move less are rounding, in a robot that stays in
+ * a plane. Who scales states takes them as 1, since a filter that looks beside the plane would else
+ * be far outside of all motions. */
+#define EXCITE_STAYS 1e-10
+
 typedef struct excite_rollouts {
     int states, inputs, steps, count;
     double *state; /* [count][steps + 1][states] at the instants; SI units, of reduced.h */

@@ -359,10 +359,15 @@ static void scale(finder *x)
             square[k] += z[k] * z[k] / (double)count;
         }
     }
+    double largest = 0; /* of states */
+    for (int k = 0; k < n; k++) {
+        largest = fmax(largest, sqrt(square[m->state_slot[k]]));
+    }
     for (int k = 0; k < n + m->drives; k++) {
         const int slot = k < n ? m->state_slot[k] : m->input_slot[k - n];
         const double both = square[slot] + square[partner(m, slot)];
-        const double size = both > 0 ? sqrt(both / 2) : 1;
+        const double usual = sqrt(both / 2);
+        const double size = usual > (k < n ? EXCITE_STAYS * largest : 0) ? usual : 1;
         if (k < n) {
             x->to.state_scale[k] *= size;
         }
@@ -376,7 +381,7 @@ static void scale(finder *x)
             most = fmax(most,
                         fabs(x->steps->state[i * (size_t)n + (size_t)k] - x->to.state_center[k]));
         }
-        x->to.state_range[k] = most > 0 ? most : 1;
+        x->to.state_range[k] = most > EXCITE_STAYS * largest ? most : 1;
     }
 }
 

@@ -47,9 +47,16 @@ static void find_scales(const scene *open, const excite_rollouts *motions, const
                 count++;
             }
         }
+        double largest = 0;
         for (int j = 0; j < n && pass == 1; j++) {
-            const double deviation = sqrt(x->state_scale[j] / count);
-            x->state_scale[j] = deviation > 0 ? deviation : 1;
+            x->state_scale[j] = sqrt(x->state_scale[j] / count);
+            largest = fmax(largest, x->state_scale[j]);
+        }
+        for (int j = 0; j < n && pass == 1; j++) {
+            x->state_scale[j] = x->state_scale[j] > EXCITE_STAYS * largest ? x->state_scale[j] : 1;
+        }
+        for (int j = 0; j < n && pass == 2; j++) { /* of what moves it is 1 or more anyhow */
+            x->state_range[j] = fmax(x->state_range[j], 1);
         }
     }
     for (int k = 0; k < m->inputs; k++) {
