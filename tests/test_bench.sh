@@ -36,7 +36,7 @@ awk -F, 'NR > 1 { printf "%s,%s %.8e\n", $2, $3, $9 }' a/summary.csv | sort >med
 same ends medians
 check four medians -- test "$(wc -l <medians)" -eq 4
 awk -F, 'NR > 1 { printf "%s %s %d %.1e\n", $2, $3, $4, $9 }' a/summary.csv >wanted
-awk '$1 ~ /^(first|second)$/ { print $1, $2, $3, $10 }' stdout.txt >shown
+awk '$1 ~ /^(first|second)$/ { print $1, $2, $8, $15 }' stdout.txt >shown
 same shown wanted
 
 # The script holds the medians of curves.csv and the curves of others.

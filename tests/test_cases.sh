@@ -17,24 +17,24 @@ END
 echo 'no case' >few/readme.txt
 run 1 cpinn-cases few --threads 1 --out a
 said stdout.txt '^case +method +position +rotation +seconds +size +left out$'
-said stdout.txt '^a_beam +pinn +[0-9.]+e-(0[7-9]|1[0-9]) .* time, shear$'
+said stdout.txt '^a_beam +mixed form by random waves +[0-9.]+e-(0[7-9]|1[0-9]) .* time, shear$'
 said stdout.txt \
-    '^b_bent +pinn +[0-9.]+e-(0[7-9]|1[0-9]) .* 6 unknowns, 6 equations +time, out of plane, shear, stretch$'
-said stdout.txt '^ +solver +[0-9.]+e-1[0-9] .* [0-9]+ nodes, [0-9]+ steps +time$'
-said stdout.txt '^c_wrong +pinn +- +- +- +- +-$'
+    '^b_bent +mixed form by random waves +[0-9.]+e-(0[7-9]|1[0-9]) .* 6 unknowns, 6 equations +time, out of plane, shear, stretch$'
+said stdout.txt '^ +collocation +[0-9.]+e-1[0-9] .* [0-9]+ nodes, [0-9]+ steps +time$'
+said stdout.txt '^c_wrong +network +- +- +- +- +-$'
 said stdout.txt '^ +refused \(bad_input\): few/c_wrong.yaml:[0-9]+:[0-9]+: reference.analytic: '
 check nothing on stderr -- test ! -s stderr.txt
-said a/cases.csv '^case,method,outcome,reason,left_out,position_error,rotation_error,seconds,unknowns,equations,instructions,points,steps$'
+said a/cases.csv '^case,method,form,outcome,reason,left_out,position_error,rotation_error,seconds,unknowns,equations,instructions,points,steps$'
 check two rows for each case, in order -- test \
     "$(cut -d, -f1,2 a/cases.csv | tail -n +2 | tr '\n' ' ')" = \
-    'a_beam,pinn a_beam,solver b_bent,pinn b_bent,solver c_wrong,pinn c_wrong,solver '
-said a/cases.csv '^b_bent,pinn,solved,none,time; out of plane; shear; stretch,[0-9.e-]+,[0-9.e-]+,[0-9.e-]+,6,6,[0-9]+,'
-said a/cases.csv '^c_wrong,solver,refused,bad_input,nothing,nan,nan,nan,'
+    'a_beam,network a_beam,solver b_bent,network b_bent,solver c_wrong,network c_wrong,solver '
+said a/cases.csv '^b_bent,network,mixed form by random waves,solved,none,time; out of plane; shear; stretch,[0-9.e-]+,[0-9.e-]+,[0-9.e-]+,6,6,[0-9]+,'
+said a/cases.csv '^c_wrong,solver,solver,refused,bad_input,nothing,nan,nan,nan,'
 check the same as HDF5 -- test -s a/cases.h5
-said a/cases.gp '^\$pinn << END'
+said a/cases.gp '^\$network << END'
 check a point for each row with an error -- test \
     "$(grep -cE '^[0-9].* [0-9]+ (a_beam|b_bent)$' a/cases.gp)" -eq \
-    "$(awk -F, 'NR > 1 && $6 != "nan"' a/cases.csv | wc -l)"
+    "$(awk -F, 'NR > 1 && $7 != "nan"' a/cases.csv | wc -l)"
 check a picture -- test -s a/cases.svg -a -s a/cases.png
 
 # ---- one that takes too long, one that the solver refuses -------------------------------------
@@ -45,10 +45,10 @@ time: {duration: 1}
 boundary: {start: {type: clamped}}
 END
 run 1 cpinn-cases refused.yaml "$dynamic" --threads 1 --seconds 0.01
-said stdout.txt '^refused +pinn '
+said stdout.txt '^refused +strain modes by polynomials '
 said stdout.txt '^ +refused \(no_method\): rotary inertia about d1 is 0 '
 said stdout.txt '^ +out of time \(time_limit\): 0.01 s in window 1 of 1$'
-check four rows -- test "$(grep -cE '^[a-z_]* +(pinn|solver) ' stdout.txt)" -eq 4
+check four rows -- test "$(grep -cE '^[a-z_]* +(strain modes by polynomials|network|mixed form by a network|solver|spectral elements) ' stdout.txt)" -eq 4
 
 # ---- what is refused --------------------------------------------------------------------------
 

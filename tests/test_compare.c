@@ -116,6 +116,10 @@ static void test_networks(void **state)
     network.hidden_count = 0;
     compare_network_name(name, &network);
     assert_string_equal(name, "f7");
+    network.fourier_features = 0;
+    network.degree = 20;
+    compare_network_name(name, &network);
+    assert_string_equal(name, "p20");
 }
 
 static void test_names(void **state)

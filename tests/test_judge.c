@@ -53,6 +53,8 @@ static void test_solved(void **state)
         assert_int_equal(verdict_worst(&row.verdict), VERDICT_NONE);
         assert_true(row.error < 1e-8 && row.error == row.errors[JUDGE_POSITION]);
         assert_true(row.errors[JUDGE_ROTATION] < 1e-8 && row.seconds > 0 && row.steps > 0);
+        assert_string_equal(row.form,
+                            method == JUDGE_NETWORK ? "mixed form by random waves" : "collocation");
         row = judge((judge_task){.method = (judge_method)method, .measure = quarter});
         assert_near(row.error, 0.25, 0);
     }
@@ -106,8 +108,8 @@ static void test_wrong(void **state)
                                          {.outcome = VERDICT_SOLVED, .bound = 0, .why = "never"}}};
     judge_row result;
     ad_error error = {AD_OK, ""};
-    assert_int_equal(stress_run(&row, JUDGE_PINN, "/tmp", &result, &error), AD_OK);
-    assert_true(stress_as_expected(&row.expected[JUDGE_PINN], &result.verdict));
+    assert_int_equal(stress_run(&row, JUDGE_NETWORK, "/tmp", &result, &error), AD_OK);
+    assert_true(stress_as_expected(&row.expected[JUDGE_NETWORK], &result.verdict));
     assert_int_equal(stress_run(&row, JUDGE_SOLVER, "/tmp", &result, &error), AD_OK);
     assert_int_equal(verdict_worst(&result.verdict), VERDICT_ERROR_ABOVE_BOUND);
     assert_int_equal(verdict_outcome_of(&result.verdict), VERDICT_WRONG);

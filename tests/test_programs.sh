@@ -128,16 +128,16 @@ rm -r pinned pinned.yaml pinned.csv
 run 0 cpinn-stress --help
 said stdout.txt '^usage: cpinn-stress '
 run 0 cpinn-stress --list --quick
-said stdout.txt '^  slender/10  +pinn  +solved 1e-06 '
+said stdout.txt '^  slender/10  +network +solved 1e-06 '
 run 0 cpinn-stress --only file/nan --only number/length-1e300 --out stress.csv
 said stdout.txt '^file/nan .* solved .* as expected'
 check a row for each scene and method -- test "$(wc -l <stress.csv)" -eq 5
 rm stress.csv
 refused '--only nothing: there is no such scene' cpinn-stress --only nothing
-refused '--method magic: allowed: pinn, solver' cpinn-stress --method magic
+refused '--method magic: allowed: network, solver' cpinn-stress --method magic
 refused 'none/stress.csv: no file can be written there' cpinn-stress --quick --out none/stress.csv
 
-TMPDIR=. cpinn-stress --only energy/50-periods --method pinn >stdout.txt 2>stderr.txt &
+TMPDIR=. cpinn-stress --only energy/50-periods --method network >stdout.txt 2>stderr.txt &
 pid=$!
 for _ in $(seq 200); do
     test -e cpinn-stress-* && break
@@ -162,12 +162,21 @@ said stdout.txt '^  undeformed: from \(0, 0, 0\) to \(1, 0, 1\) m, curved, begin
 rm bow.yaml
 run 0 cpinn-train "$elastica" --explain
 said stdout.txt '^  undeformed: from \(0, 0, 0\) to \(0.3, 0, 0\) m, straight along \+x$'
+said stdout.txt '^  residual        by the tape$'
 run 0 cpinn-train "$ROOT/configs/heavy_cantilever.yaml" --explain --set reference=null \
     --set rod.length=130
 said stdout.txt '^  implausible: rod.length: 130 m is very long for a material as soft as this; it is in m$'
 said stdout.txt '^  implausible: loads.gravity: the weight, rhoA g L\^3/EI, is .* times what bends the rod'
+run 0 cpinn-train "$dynamic" --explain --set 'enforcement.initial=soft'
+said stdout.txt '^  residual        by the tape; formulation: strain, modes of the strain, has it in closed form,$'
+said stdout.txt '^ +but not here: initial or boundary conditions are terms of the loss$'
+run 0 cpinn-train "$ROOT/configs/cantilever_dynamic.yaml" --explain
+said stdout.txt '^  residual        in closed form, not by the tape; formulation: mixed has the equations of the$'
+run 0 cpinn-train "$ROOT/configs/robots/bensch_2024.yaml" --explain
+said stdout.txt '^  residual        none: members are solved without the tape, and learnt; formulation: mixed$'
 entries=$(ls)
 run 0 cpinn-train "$dynamic" --explain
+said stdout.txt '^  residual        by the tape; formulation: strain, modes of the strain, has it in closed form$'
 said stdout.txt '^  at t = 0: from \(0, 0, 0\) to \(1, 0, 0\) m, straight along \+x$'
 check an explanation is a page -- test "$(wc -l <stdout.txt)" -gt 15
 said stdout.txt 'parameters'

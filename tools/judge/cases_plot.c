@@ -82,7 +82,7 @@ static ad_status print_picture(FILE *file, const void *context, ad_error *error)
     const cases_row *rows = ((const table *)context)->rows;
     size_t count = ((const table *)context)->count;
     (void)error;
-    print_points(file, rows, count, JUDGE_PINN);
+    print_points(file, rows, count, JUDGE_NETWORK);
     print_points(file, rows, count, JUDGE_SOLVER);
     print_links(file, rows, count);
     fprintf(file, "set rmargin at screen 0.63\nset key at screen 0.66,0.97 left top "
@@ -91,9 +91,9 @@ static ad_status print_picture(FILE *file, const void *context, ad_error *error)
     fprintf(file,
             "\nplot $links using 1:2 with lines lw 0.7 lc rgb '#BBBBBB' notitle, \\\n"
             "     $solver using 1:2 with points pt 5 ps 0.7 lc rgb '#D55E00' title 'solver', \\\n"
-            "     $pinn using 1:2 with points pt 7 ps 0.8 lc rgb '#0072B2' title 'pinn', \\\n"
+            "     $network using 1:2 with points pt 7 ps 0.8 lc rgb '#0072B2' title 'network', \\\n"
             "     $solver using 1:2:3 with labels font ',9' offset 0.9,0.4 notitle, \\\n"
-            "     $pinn using 1:2:3 with labels font ',9' offset 0.9,0.4 notitle\n");
+            "     $network using 1:2:3 with labels font ',9' offset 0.9,0.4 notitle\n");
     return AD_OK;
 }
 

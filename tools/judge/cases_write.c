@@ -9,7 +9,7 @@
 
 void cases_print_heading(FILE *file, int width)
 {
-    fprintf(file, "%-*s  %-6s  %8s  %8s  %7s  %-27s  %s\n", width, "case", "method", "position",
+    fprintf(file, "%-*s  %-27s  %8s  %8s  %7s  %-27s  %s\n", width, "case", "method", "position",
             "rotation", "seconds", "size", "left out");
 }
 
@@ -22,7 +22,7 @@ static void count_text(double count, const char *what, char text[32])
 static void size_text(const cases_row *row, char text[72])
 {
     const judge_row *r = &row->result;
-    bool trained = row->method == JUDGE_PINN;
+    bool trained = row->method == JUDGE_NETWORK;
     char first[32], second[32];
     count_text(trained ? r->unknowns : r->points, trained ? "unknown" : "node", first);
     count_text(trained ? r->equations : r->steps, trained ? "equation" : "step", second);
@@ -41,12 +41,12 @@ static void print_left_out(FILE *file, const char *text)
 void cases_print_row(FILE *file, const cases_row *row, const cases_row *before, int width)
 {
     const bool is_named =
-        row->method == JUDGE_PINN || !before || strcmp(before->name, row->name) != 0;
+        row->method == JUDGE_NETWORK || !before || strcmp(before->name, row->name) != 0;
     char position[SHEET_TEXT], rotation[SHEET_TEXT], seconds[SHEET_TEXT], size[72];
     const judge_row *r = &row->result;
     size_text(row, size);
-    fprintf(file, "%-*s  %-6s  %8s  %8s  %7s  %-27s  ", width, is_named ? row->name : "",
-            judge_method_name(row->method), sheet_error(r->errors[JUDGE_POSITION], position),
+    fprintf(file, "%-*s  %-27s  %8s  %8s  %7s  %-27s  ", width, is_named ? row->name : "",
+            judge_form_of(r, row->method), sheet_error(r->errors[JUDGE_POSITION], position),
             sheet_error(r->errors[JUDGE_ROTATION], rotation), sheet_seconds(r->seconds, seconds),
             size);
     print_left_out(file, *r->left_out ? r->left_out : "-");
@@ -60,18 +60,20 @@ void cases_print_row(FILE *file, const cases_row *row, const cases_row *before, 
 
 /* ---- files --------------------------------------------------------------------------------- */
 
-enum { WORDS = 5, NUMBERS = 8 };
+enum { WORDS = 6, NUMBERS = 8 };
 
 ad_status cases_write(const cases_row *rows, size_t count, const char *folder, ad_error *error)
 {
     static const char *const names[WORDS + NUMBERS] = {
-        "case",           "method",         "outcome", "reason",   "left_out",
-        "position_error", "rotation_error", "seconds", "unknowns", "equations",
-        "instructions",   "points",         "steps"};
+        "case",      "method",         "form",           "outcome", "reason",
+        "left_out",  "position_error", "rotation_error", "seconds", "unknowns",
+        "equations", "instructions",   "points",         "steps"};
     sheet s = sheet_create(names, WORDS, NUMBERS, count);
     for (size_t i = 0; i < count; i++) {
         const judge_row *r = &rows[i].result;
-        const char *words[WORDS] = {rows[i].name, judge_method_name(rows[i].method),
+        const char *words[WORDS] = {rows[i].name,
+                                    judge_method_name(rows[i].method),
+                                    judge_form_of(r, rows[i].method),
                                     verdict_outcome_name(verdict_outcome_of(&r->verdict)),
                                     verdict_reason_name(verdict_worst(&r->verdict)),
                                     *r->left_out ? r->left_out : "nothing"};

@@ -51,7 +51,7 @@ typedef struct compare_network {
 ad_status compare_networks_parse(const char *text, compare_network networks[COMPARE_NETWORKS_MAX],
                                  int *count, ad_error *error);
 
-/* "3x32", "f64", "3x32+f8"; "16-32-16" if the layers differ. */
+/* "3x32", "f64", "3x32+f8", "p20" of polynomials of degree 20; "16-32-16" if the layers differ. */
 void compare_network_name(char name[COMPARE_NAME], const nn_mlp_settings *network);
 
 /* ---- runs ---------------------------------------------------------------------------------- */
@@ -79,6 +79,7 @@ bool compare_failed(const compare_run *run);
 typedef struct compare_cell {
     int scene; /* cells of a scene follow one another */
     char scene_name[COMPARE_NAME], method[COMPARE_NAME], network[COMPARE_NAME];
+    char form[JUDGE_FORM]; /* as judge_form has it */
     size_t parameters;
     double estimates[JUDGE_MEASURES]; /* of the errors of the reference itself; NaN: unknown */
 } compare_cell;

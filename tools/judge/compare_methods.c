@@ -301,7 +301,9 @@ void compare_network_name(char name[COMPARE_NAME], const nn_mlp_settings *networ
         at += (size_t)snprintf(name + at, COMPARE_NAME - at, "%s%d", i ? "-" : "",
                                network->hidden[i]);
     }
-    if (at < COMPARE_NAME && (at == 0 || network->fourier_features > 0)) {
+    if (at == 0 && network->degree > 0) {
+        snprintf(name, COMPARE_NAME, "p%d", network->degree);
+    } else if (at < COMPARE_NAME && (at == 0 || network->fourier_features > 0)) {
         snprintf(name + at, COMPARE_NAME - at, "%sf%d", at ? "+" : "", network->fourier_features);
     }
 }

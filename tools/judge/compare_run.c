@@ -114,6 +114,7 @@ ad_status compare_rehearse(const judge_task *task, judge_measure measure, compar
     if (status == AD_OK) {
         judge_name(cell->scene_name, s.e->settings->name);
         compare_network_name(cell->network, &s.e->settings->network);
+        judge_form(s.e, task->method, cell->form);
         cell->parameters = s.e->count;
         if (task->method == JUDGE_SOLVER) {
             strcpy(cell->network, "-");

@@ -9,19 +9,21 @@
 
 /* ---- terminal ------------------------------------------------------------------------------ */
 
-/* Columns of the first two, for the longest name. */
+/* Columns of the first three, for the longest name. */
 typedef struct widths {
-    int method, network;
+    int method, network, form;
 } widths;
 
 static widths widths_of(const compare_results *results)
 {
-    widths w = {(int)strlen("method"), (int)strlen("network")};
+    widths w = {(int)strlen("method"), (int)strlen("network"), (int)strlen("form")};
     for (int i = 0; i < results->cell_count; i++) {
         int method = (int)strlen(results->cells[i].method);
         int network = (int)strlen(results->cells[i].network);
+        int form = (int)strlen(results->cells[i].form);
         w.method = method > w.method ? method : w.method;
         w.network = network > w.network ? network : w.network;
+        w.form = form > w.form ? form : w.form;
     }
     return w;
 }
@@ -30,9 +32,9 @@ static void print_heading(FILE *file, const compare_results *results, int cell, 
 {
     fprintf(file, "\n%s: %s, medians over seeds (smallest .. largest)\n\n",
             results->cells[cell].scene_name, judge_measure_text(results->measure));
-    fprintf(file, "  %*s seconds to an error of\n", w.method + w.network + 18, "");
-    fprintf(file, "  %-*s %-*s %6s %7s", w.method, "method", w.network, "network", "params",
-            "steps/s");
+    fprintf(file, "  %*s seconds to an error of\n", w.method + w.network + w.form + 19, "");
+    fprintf(file, "  %-*s %-*s %-*s %6s %7s", w.method, "method", w.network, "network", w.form,
+            "form", "params", "steps/s");
     for (int k = 0; k < COMPARE_LIMITS; k++) {
         fprintf(file, " %6.0e", compare_limits[k]);
     }
@@ -68,7 +70,8 @@ static void print_cell(FILE *file, const compare_results *results, int cell, wid
     double estimate = of->estimates[results->measure];
     compare_summary summary = compare_summarize(results, cell);
     snprintf(text, sizeof text, of->parameters > 0 ? "%zu" : "-", of->parameters);
-    fprintf(file, "  %-*s %-*s %6s", w.method, of->method, w.network, of->network, text);
+    fprintf(file, "  %-*s %-*s %-*s %6s", w.method, of->method, w.network, of->network, w.form,
+            of->form, text);
     snprintf(text, sizeof text, isnan(summary.steps_per_second) ? "-" : "%.0f",
              summary.steps_per_second);
     fprintf(file, " %7s", text);

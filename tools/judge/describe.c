@@ -12,6 +12,42 @@ static const struct {
              {"rotary inertia", {"rotary inertia"}},
              {"damping", {"strain damping", "curvature damping", "drag"}}};
 
+/* What a solver takes that nobody chose a method for. */
+static const char *solver_form(const scene *rod_scene)
+{
+    return scene_is_dynamic(rod_scene) && !scene_is_beam(rod_scene) ? "spectral elements"
+                                                                    : "collocation";
+}
+
+static const char *network_functions(const nn_mlp_settings *network)
+{
+    return network->hidden_count > 0 ? "a network"
+           : network->degree > 0     ? "polynomials"
+                                     : "random waves";
+}
+
+void judge_form(const experiment *e, judge_method method, char text[JUDGE_FORM])
+{
+    static const char *const of_rods[] = {[SCENE_MIXED] = "mixed form",
+                                          [SCENE_DISPLACEMENT] = "displacement form",
+                                          [SCENE_POSE_STRAIN] = "poses and strains",
+                                          [SCENE_STRAIN_FORM] = "strain form"};
+    const char *form = e->modes ? "strain modes"
+                       : scene_is_beam(e->scene) && e->scene->formulation == SCENE_DISPLACEMENT
+                           ? "strong form"
+                           : of_rods[e->scene->formulation];
+    if (method == JUDGE_SOLVER) {
+        snprintf(text, JUDGE_FORM, "%s", solver_form(e->scene));
+    } else {
+        snprintf(text, JUDGE_FORM, "%s by %s", form, network_functions(&e->settings->network));
+    }
+}
+
+const char *judge_form_of(const judge_row *row, judge_method method)
+{
+    return *row->form ? row->form : judge_method_name(method);
+}
+
 static void add_word(char text[64], const char *word)
 {
     size_t length = strlen(text);
@@ -67,6 +103,7 @@ void judge_describe(const session *s, judge_row *row)
     const scene *scene = s->e->scene;
     static const rod_residual_kind inside[] = {ROD_STRAIN, ROD_CURVATURE, ROD_FORCE,  ROD_MOMENT,
                                                ROD_TENDON, ROD_TWIST,     ROD_TORSION};
+    judge_form(s->e, JUDGE_NETWORK, row->form);
     row->unknowns = scene_physics_of(scene)->network_outputs(scene);
     row->equations = row->instructions = 0;
     for (size_t i = 0; i < sizeof inside / sizeof *inside; i++) {
@@ -79,5 +116,5 @@ void judge_describe(const session *s, judge_row *row)
         row->instructions += (double)problem_set_inspect(s->problem, i).program.instructions;
     }
     row->points = (double)problem_set_inspect(s->problem, 0).points;
-    judge_left_out(scene, JUDGE_PINN, row->left_out);
+    judge_left_out(scene, JUDGE_NETWORK, row->left_out);
 }

@@ -14,7 +14,7 @@ static const struct {
 
 const char *judge_method_name(judge_method method)
 {
-    static const char *const names[JUDGE_METHODS] = {"pinn", "solver"};
+    static const char *const names[JUDGE_METHODS] = {"network", "solver"};
     return names[method];
 }
 
@@ -125,7 +125,7 @@ static void work(const void *asked, void *result)
 {
     const judge_task *task = asked;
     ad_error ignored; /* it is in the verdict */
-    if (task->method == JUDGE_PINN) {
+    if (task->method == JUDGE_NETWORK) {
         judge_by_network(task, result, &ignored);
     } else {
         judge_by_solver(task, result, &ignored);
@@ -145,7 +145,8 @@ ad_status judge_run(const judge_task *task, judge_row *row, ad_error *error)
     if (end == CHILD_DIED) {
         verdict_add(&row->verdict, VERDICT_DIED, "%s", why);
     } else if (end == CHILD_LATE) { /* only training looks at the clock by itself */
-        verdict_add(&row->verdict, task->method == JUDGE_PINN ? VERDICT_KILLED : VERDICT_TIME_LIMIT,
+        verdict_add(&row->verdict,
+                    task->method == JUDGE_NETWORK ? VERDICT_KILLED : VERDICT_TIME_LIMIT,
                     "killed after %.3g s", task->patience);
     }
     if (end != CHILD_TOLD) {

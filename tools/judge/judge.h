@@ -6,11 +6,11 @@
 
 #include "tools/config/config_session.h"
 
-enum { JUDGE_NAME = 64 }; /* bytes of a name, its end included */
+enum { JUDGE_NAME = 64, JUDGE_FORM = 40 }; /* bytes of a name and of a form, the end included */
 
-typedef enum judge_method { JUDGE_PINN, JUDGE_SOLVER, JUDGE_METHODS } judge_method;
+typedef enum judge_method { JUDGE_NETWORK, JUDGE_SOLVER, JUDGE_METHODS } judge_method;
 
-const char *judge_method_name(judge_method method); /* "pinn", "solver" */
+const char *judge_method_name(judge_method method); /* "network", "solver" */
 
 /* Errors against the reference of the scene. */
 typedef enum judge_measure {
@@ -82,10 +82,11 @@ typedef struct judge_row {
     double seconds;                /* from reading the file to the answer, without comparing it */
     double unknowns;               /* of a network: its outputs */
     double equations;
-    double instructions; /* of value and gradient of the loss, per step */
-    double points;       /* collocation points of a network, nodes of the solver */
-    double steps;        /* of the optimiser; of Newton's method, in motion of time */
-    char left_out[64];   /* what the scene does not need and so is not there, separated by ';' */
+    double instructions;   /* of value and gradient of the loss, per step */
+    double points;         /* collocation points of a network, nodes of the solver */
+    double steps;          /* of the optimiser; of Newton's method, in motion of time */
+    char form[JUDGE_FORM]; /* of the answer, as judge_form has it; "": it was refused before */
+    char left_out[64];     /* what the scene does not need and so is not there, separated by ';' */
 } judge_row;
 
 /* A row before anything is known. */
@@ -110,7 +111,15 @@ ad_status judge_run(const judge_task *task, judge_row *row, ad_error *error);
 
 /* ---- what a scene is made of --------------------------------------------------------------- */
 
-/* Unknowns, equations, instructions and points of a network. */
+/* Form of the equations and functions by which a method answers a scene: "strain modes by
+ * polynomials", "mixed form by random waves", "mixed form by a network" (with hidden layers),
+ * "spectral elements", "collocation". */
+void judge_form(const experiment *e, judge_method method, char text[JUDGE_FORM]);
+
+/* The form of a row, or the method where there is none. */
+const char *judge_form_of(const judge_row *row, judge_method method);
+
+/* Form, unknowns, equations, instructions and points of a network. */
 void judge_describe(const session *s, judge_row *row);
 void judge_left_out(const scene *rod_scene, judge_method method, char text[64]);
 

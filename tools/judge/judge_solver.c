@@ -69,6 +69,7 @@ static ad_status solve(classical *x, double reading, judge_row *row, ad_error *e
     row->seconds = reading + train_seconds() - began;
     row->points = x->report.nodes;
     row->steps = (double)(moves ? x->report.time_steps : x->report.newton_steps);
+    judge_form(x->e, JUDGE_SOLVER, row->form);
     judge_left_out(rod_scene, JUDGE_SOLVER, row->left_out);
     solution_verdict(x->solved, rod_scene, &x->settings, &x->report, &row->verdict);
     return verdict_outcome_of(&row->verdict) == VERDICT_STOPPED ? AD_OK : measure(x, row, error);

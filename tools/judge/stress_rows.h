@@ -21,7 +21,7 @@
 #define PULL       ROD "loads: {tip: {force: [1, 0, 0]}}\n" ELASTICA
 #define PULL_MOVED ROD IN_ONE "loads: {tip: {force: [t^2, 0, 0]}}\n"
 
-#define PINN   .expected[JUDGE_PINN]
+#define PINN   .expected[JUDGE_NETWORK]
 #define SOLVER .expected[JUDGE_SOLVER]
 /* Of both methods. */
 #define BOTH(what) .expected = {what, what}

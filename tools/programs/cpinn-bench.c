@@ -96,7 +96,7 @@ static judge_task task_of(const bench *b, int cell, const uint64_t *seed, assemb
     return (judge_task){.path = b->o->configs.texts[b->plan[cell].scene],
                         .overrides = texts->texts,
                         .override_count = n,
-                        .method = method->is_solver ? JUDGE_SOLVER : JUDGE_PINN,
+                        .method = method->is_solver ? JUDGE_SOLVER : JUDGE_NETWORK,
                         .threads = b->o->threads,
                         .seconds = b->o->seconds};
 }

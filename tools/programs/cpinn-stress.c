@@ -92,7 +92,7 @@ static void print_list_row(const options *o, const stress_row *row)
         char expected[32];
         if (is_asked(o, row, (judge_method)method)) {
             print_expected(&row->expected[method], expected);
-            printf("  %-26s %-6s %-14s %s\n", row->name, judge_method_name((judge_method)method),
+            printf("  %-26s %-7s %-14s %s\n", row->name, judge_method_name((judge_method)method),
                    expected, row->expected[method].why);
         }
     }
@@ -114,8 +114,8 @@ static void print_row(const stress_row *row, judge_method method, const judge_ro
     char outcome[32], error[SHEET_TEXT], seconds[SHEET_TEXT];
     bool as_expected = stress_as_expected(expected, &result->verdict);
     print_expected(expected, outcome);
-    printf("%-26s %-6s %-13s %-11s %8s %6s  %s\n", row->name, judge_method_name(method), outcome,
-           verdict_outcome_name(verdict_outcome_of(&result->verdict)),
+    printf("%-26s %-27s %-13s %-11s %8s %6s  %s\n", row->name, judge_form_of(result, method),
+           outcome, verdict_outcome_name(verdict_outcome_of(&result->verdict)),
            sheet_error(result->error, error), sheet_seconds(result->seconds, seconds),
            as_expected ? "as expected" : "NOT AS EXPECTED");
     if (!as_expected) {
@@ -246,7 +246,7 @@ static int run(const options *o)
     make_plan(&all, o);
     all.table = sheet_create(names, WORDS, NUMBERS, ROWS_MAX);
     const ranks_jobs jobs = {.count = all.count, .context = &all, .work = do_row, .take = take_row};
-    printf("%-26s %-6s %-13s %-11s %8s %6s  %s\n", "scene", "method", "expected", "outcome",
+    printf("%-26s %-27s %-13s %-11s %8s %6s  %s\n", "scene", "method", "expected", "outcome",
            "error", "s", "verdict");
     ad_status status = ranks_queue(o->ranks, &jobs, &signal, &error);
     const int stopped =
@@ -272,7 +272,7 @@ static int parse(int count, char **arguments, options *o)
     const cli_option known[] = {
         {"--only", "NAME", CLI_LIST, &o->only, 0, 0,
          "run one scene, or all of a subject, as in --only turns; may be\nrepeated"},
-        {"--method", "NAME", CLI_TEXT, &o->method, 0, 0, "run pinn or solver alone"},
+        {"--method", "NAME", CLI_TEXT, &o->method, 0, 0, "run network or solver alone"},
         {"--quick", NULL, CLI_FLAG, &o->quick, 0, 0,
          "run only scenes that take a moment, for the tests"},
         {"--long", NULL, CLI_FLAG, &o->is_long, 0, 0, "run scenes that take minutes, too"},
@@ -287,8 +287,8 @@ static int parse(int count, char **arguments, options *o)
         return cli_fail(program, "--only %.100s: there is no such scene; --list shows all",
                         unknown);
     }
-    if (o->method && strcmp(o->method, "pinn") != 0 && strcmp(o->method, "solver") != 0) {
-        return cli_fail(program, "--method %.100s: allowed: pinn, solver", o->method);
+    if (o->method && strcmp(o->method, "network") != 0 && strcmp(o->method, "solver") != 0) {
+        return cli_fail(program, "--method %.100s: allowed: network, solver", o->method);
     }
     if (o->list) {
         print_list(o);

@@ -282,9 +282,23 @@ static void print_form(FILE *file, const scene *scene)
     print_why_mixed(file, scene);
 }
 
+/* Where the residuals come from, and of a rod in motion which key has the other form. At rest one
+ * rod has this form alone. */
+static void print_residual(FILE *file, const scene *scene)
+{
+    const char *why = scene_is_beam(scene) ? NULL : modes_model_refusal(scene);
+    fprintf(file, "  %-15s by the tape", "residual");
+    if (scene_is_dynamic(scene) && !scene_is_beam(scene)) {
+        fprintf(file, "; formulation: strain, modes of the strain, has it in closed form%s%s",
+                why ? ",\n                  but not here: " : "", why ? why : "");
+    }
+    fputc('\n', file);
+}
+
 static void print_fields(FILE *file, const scene *scene, const problem *p)
 {
     print_form(file, scene);
+    print_residual(file, scene);
     if (!scene_is_beam(scene)) {
         print_motion(file, scene);
     }
@@ -307,6 +321,10 @@ static void print_modes(FILE *file, const experiment *e)
             "  %-15s strain, dynamic: q[%d] modes of time, bending %d, %d, twist %d, stretch %d, "
             "shear %d, %d\n",
             "form", e->model->outputs, of[3], of[4], of[5], of[2], of[0], of[1]);
+    fprintf(file,
+            "  %-15s in closed form, not by the tape; formulation: mixed has the equations of the\n"
+            "  %-15s rod on the tape, and may have hidden layers\n",
+            "residual", "");
     print_motion(file, e->scene);
     fprintf(file,
             "  %-15s start, end and initial state: hard; rotation and position by the strains\n",

@@ -89,6 +89,10 @@ void explain_members(FILE *file, const experiment *e)
             "  %-15s rotation and position follow exactly, the clamp is met exactly\n",
             "form", family_nodes(f), e->scene->parameter_count, "");
     fprintf(file,
+            "  %-15s none: members are solved without the tape, and learnt; formulation: mixed\n"
+            "  %-15s has the equations of the rod on the tape\n",
+            "residual", "");
+    fprintf(file,
             "  %-15s %d principal components of what is not affine in the inputs, %.2g of the\n"
             "  %-15s length; all others are worth %.1g of it\n",
             "modes", family_modes(f), family_spread(f), "", family_missed(f));
