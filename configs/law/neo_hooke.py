@@ -8,8 +8,9 @@ radius R, area A and second moment I the integral is, with k^2 = u_1^2 + u_2^2,
 
     W = mu/2 (A |v|^2 + I k^2 + 2 I u_3^2 + 4 pi R^2/(v_3 + sqrt(v_3^2 - k^2 R^2)) - 3 A).
 
-The reference is the rod of stretched.yaml with this law: strains from force and moment by Newton's
-method in each section, the moment at the clamp by shooting.
+The references are the rods of stretched.yaml and rolled.yaml with this law. Of the first strains follow
+from force and moment by Newton's method in each section, and the moment at the clamp by shooting; the
+second is an arc, whose moment and stretch follow from its curvature.
 """
 
 import os
@@ -92,3 +93,13 @@ for share in (0.25, 0.5, 0.75, 1):
 s = np.linspace(0, length, 41)
 write("reference/stretched.csv", "# The rod of stretched.yaml with the law of neo_hooke.py itself.\n",
       "s x y z qw qx qy qz".split(), np.vstack([s, shoot(moment, 1, s)[:7]]).T, 12)
+
+# An arc about x: the stretch without a force, and the moment, which rolled.yaml has.
+k = 3 / length
+v3 = fsolve(lambda v: stress(np.array([0, 0, v[0], k, 0, 0]))[2], [1.0], xtol=1e-12)[0]
+print("moment of rolled.yaml", repr(stress(np.array([0, 0, v3, k, 0, 0]))[3]))
+zero, angle = 0 * s, k * s
+write("reference/rolled.csv", "# The rod of rolled.yaml with the law of neo_hooke.py itself.\n",
+      "s x y z qw qx qy qz".split(),
+      np.vstack([s, zero, v3 * (np.cos(angle) - 1) / k, v3 * np.sin(angle) / k, np.cos(angle / 2),
+                 np.sin(angle / 2), zero, zero]).T, 12)
