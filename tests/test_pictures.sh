@@ -45,9 +45,9 @@ seen svg beam.svg
 run 0 cpinn-show "$ROOT/configs/ring.yaml" --out ring.png
 seen png ring.png 960 640
 run 0 cpinn-show "$robots/bensch_2024.yaml" --out family.html
-said family.html '"labels": \["tension_1 = '
-run 0 cpinn-show "$robots/bensch_2024.yaml" --at tension_1=2,share=0.5 --out member.svg
-seen svg member.svg '' 'tendons 2 N, 1 N'
+said family.html '"labels": \["force = '
+run 0 cpinn-show "$robots/bensch_2024.yaml" --at force=2,direction=30 --out member.svg
+seen svg member.svg '' 'tendons 2.31 N, 1.15 N'
 # A closed loop goes along its path.
 printf 't,reference_x,reference_y,reference_z,true_x,true_y,true_z\n0,0,0,0,0,0,3e-3\n1,1,0,0,1,0,-4e-3\n' >loop.csv
 run 0 cpinn-show loop.csv --out loop.svg

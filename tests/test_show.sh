@@ -59,10 +59,10 @@ check "size of a body: $bodies" -- grep -qE '"radius":0\.008(0+[0-9])?,' <<<"$bo
 # A family: all of it, and one member.
 run 0 cpinn-train "$ROOT/configs/robots/bensch_2024.yaml" --quiet --threads 1 --out family
 run 0 cpinn-show family
-said family/report.html '"labels": \["tension_1 = 0"'
+said family/report.html '"labels": \["force = 0"'
 said family/report.html 'Predicted error of the shape'
-run 0 cpinn-show family --at tension_1=2,share=0.5 --out member.html
-said member.html '"share", "0.5"'
+run 0 cpinn-show family --at force=2,direction=30 --out member.html
+said member.html '"direction", "30"'
 
 # Other sources: a scene with tendons, a beam, a closed loop, a folder of tables and pictures.
 run 0 cpinn-show "$ROOT/configs/robots/tendon_pulled.yaml" --out tendon.html
