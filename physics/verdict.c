@@ -134,7 +134,8 @@ void verdict_help(FILE *file)
     for (int i = 0; i <= VERDICT_REFUSED; i++) {
         fprintf(file, "  %-3d %-24s %s\n", outcomes[i].status, outcomes[i].word, outcomes[i].help);
     }
-    fprintf(file, "  %-3s %-24s %s\n", "130", "stopped by Ctrl-C", "143: by the signal TERM");
+    fprintf(file, "  %-3s %-24s %s\n", "130", "stopped by Ctrl-C",
+            "128 and the number of another signal: 143 of TERM");
     fprintf(file, "\nReasons of warnings, as in the output and in --json\n");
     for (int i = 0; i < VERDICT_REASON_COUNT; i++) {
         if (reasons[i].outcome == VERDICT_WARNING) {

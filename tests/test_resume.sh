@@ -92,6 +92,44 @@ background quiet $((total / 10 / 5)) --quiet
 ended INT
 check quiet says nothing -- test "$status" -eq 130 -a ! -s stdout.txt -a ! -s stderr.txt
 
+# A terminal that closes, and queues that warn before the time is over: again and again, which is no
+# reason to stop before the checkpoint is there.
+for signal in HUP USR1 USR2 XCPU; do
+    background $signal $(((total + steps) / 2 / 10))
+    kill -$signal "$pid"
+    kill -$signal "$pid"
+    ended $signal
+    check exit status of SIG$signal -- test "$status" -eq $((128 + $(kill -l $signal)))
+    said stdout.txt 'stopped at step [1-9][0-9]* and saved; continue with'
+    check nothing on stderr -- test ! -s stderr.txt
+    follow
+    check_whole $signal
+done
+# What nohup has switched off stays so.
+(trap '' HUP && exec "${train[@]}" --out nohup >stdout.txt 2>stderr.txt </dev/null) &
+pid=$!
+while [ "$(rows nohup)" -lt $((total / 10 / 5)) ]; do
+    sleep 0.01
+done
+ended HUP
+check nohup goes on -- test "$status" -eq 3
+check_whole nohup
+
+# A limit of the size of files is an error like a full disk, and no signal.
+last=$(($(wc -c <whole/checkpoint.h5) / 1024)) # which grows with the history
+for blocks in 1 16 $((last / 2)) $((last * 9 / 10)); do
+    got=0
+    (ulimit -f $blocks && exec "${train[@]}" --out limited$blocks) >stdout.txt 2>stderr.txt || got=$?
+    check exit 1 with files of $blocks KiB -- test "$got" -eq 1
+    check one line of a limit -- test "$(wc -l <stderr.txt)" -eq 1
+    said stderr.txt 'File too large'
+    [ -z "$(find limited$blocks -name '*.partial')" ] || failed "partial files under a limit"
+    option=
+    test -e limited$blocks/checkpoint.h5 && option=--resume
+    run 3 "${train[@]}" --out limited$blocks $option
+    check_whole limited$blocks
+done
+
 # ---- kill -9 ----------------------------------------------------------------------------------
 
 # Again and again, in both stages and around the step from one to the other.
@@ -126,9 +164,27 @@ got=0
 "${train[@]}" --out shared --resume >other.txt 2>&1 </dev/null || got=$?
 check the second of two processes -- test "$got" -eq 2
 said other.txt '^shared: in use by another process; '
+rm shared/lock
+got=0
+"${train[@]}" --out shared --resume >other.txt 2>&1 </dev/null || got=$?
+check the second without a file lock -- test "$got" -eq 2
+said other.txt '^shared: in use by another process; '
 ended KILL
 run 3 "${train[@]}" --out shared --resume
 check_whole shared
+
+# Nothing is written to a folder that has taken the place of the run's.
+background moved $((total / 10 / 10)) --set checkpoint.every=1000
+kill -STOP "$pid"
+mv moved aside
+"${train[@]}" --out moved >other.txt 2>&1 </dev/null # from the beginning
+ended CONT
+check the first ends -- test "$status" -eq 1
+check one line of a folder that has gone -- test "$(wc -l <stderr.txt)" -eq 1
+said stderr.txt '^cpinn-train: moved: is no longer the folder that this run began in; '
+check_whole moved
+run 3 "${train[@]}" --out aside --resume
+check_whole aside
 
 # Descriptors that are closed are not those of the run's files.
 got=0

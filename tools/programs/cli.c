@@ -7,6 +7,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <math.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
@@ -247,6 +248,7 @@ int cli_parse(const cli_program *program, const cli_option *options, int count, 
 {
     bool only_operands = false;
     occupy_standard_files();
+    signal(SIGXFSZ, SIG_IGN); /* a file above the limit is an error, in one line */
     checkpoint_at_exit();
     check_output_at_exit(program->name);
     *operand = NULL;

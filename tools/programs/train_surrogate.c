@@ -60,10 +60,14 @@ static ad_status write_yaml(training *t, ad_error *error)
 
 static ad_status save(training *t, ad_error *error)
 {
+    const ad_status held = keeps_folder(t) ? run_check_held(&t->folder, error) : AD_OK;
+    const bool writes = keeps_folder(t) && held == AD_OK;
     t->last_save = train_seconds();
     t->saved = surrogate_training_inspect(t->own).step;
-    return surrogate_training_save(t->own, t->yaml, keeps_folder(t) ? t->folder.checkpoint : NULL,
-                                   t->settings->settings.checkpoint_keep, error);
+    const ad_status status =
+        surrogate_training_save(t->own, t->yaml, writes ? t->folder.checkpoint : NULL,
+                                t->settings->settings.checkpoint_keep, error);
+    return held == AD_OK ? status : held;
 }
 
 static ad_status resume(training *t, ad_error *error)

@@ -87,6 +87,12 @@ ad_status run_make_folder(const char *path, ad_error *error)
     return make_folders(path, 0777, error);
 }
 
+/* Whether another process has this file. */
+static bool is_taken(int file)
+{
+    return file >= 0 && flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+}
+
 ad_status run_lock(run_folder *run, bool resume, ad_error *error)
 {
     char path[4096];
@@ -94,20 +100,35 @@ ad_status run_lock(run_folder *run, bool resume, ad_error *error)
         return AD_OK; /* there is no run */
     }
     snprintf(path, sizeof path, "%s/lock", run->path);
-    int file = open(path, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
-    if (file < 0) {
-        return ad_fail(error, AD_IO, "%s: %s; the folder of a run must be writable",
-                       file_bytes_shown(path), strerror(errno));
+    run->held = open(run->path, O_RDONLY | O_CLOEXEC | O_DIRECTORY);
+    run->lock = open(path, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
+    if (run->lock < 0) {
+        ad_fail(error, AD_IO, "%s: %s; the folder of a run must be writable",
+                file_bytes_shown(path), strerror(errno));
+        run_end(run);
+        return AD_IO;
     }
-    if (flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-        close(file);
+    if (is_taken(run->held) || is_taken(run->lock)) {
+        run_end(run);
         return ad_fail(error, AD_BAD_INPUT,
                        "%s: in use by another process; wait for it, or choose another folder with "
                        "--out",
                        file_bytes_shown(run->path));
     }
-    run->lock = file;
     return AD_OK;
+}
+
+ad_status run_check_held(const run_folder *run, ad_error *error)
+{
+    struct stat held, named;
+    if (run->held <= 0 || fstat(run->held, &held) != 0 ||
+        (stat(run->path, &named) == 0 && held.st_dev == named.st_dev &&
+         held.st_ino == named.st_ino)) {
+        return AD_OK;
+    }
+    return ad_fail(error, AD_NOT_WRITTEN,
+                   "%s: is no longer the folder that this run began in; nothing more is written",
+                   file_bytes_shown(run->path));
 }
 
 /* A path that is not absolute does not count, and folders are the user's alone, says the
@@ -187,9 +208,12 @@ ad_status run_append(run_folder *run, const history *h, ad_error *error)
 
 void run_end(run_folder *run)
 {
-    if (run->lock > 0) {
-        close(run->lock);
-        run->lock = 0;
+    int *const files[] = {&run->held, &run->lock};
+    for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
+        if (*files[i] > 0) {
+            close(*files[i]);
+        }
+        *files[i] = 0;
     }
     if (run->rows) {
         fclose(run->rows);

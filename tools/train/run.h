@@ -14,7 +14,7 @@ typedef struct run_folder {
     char checkpoint[4096];
     char history[4096];
     char config[4096];
-    int lock;            /* descriptor; 0: none */
+    int held, lock;      /* descriptors of the folder and of its file lock; 0: none */
     FILE *rows;          /* history.csv, open for appending */
     size_t rows_written; /* rows of the history already there */
     FILE *events;        /* the same for TensorBoard; NULL: not wanted */
@@ -31,10 +31,15 @@ ad_status run_open_checkpoint(const char *path, char found[4096], checkpoint **f
 /* AD_BAD_INPUT when the folder already holds a run. */
 ad_status run_check_new(const run_folder *run, ad_error *error);
 
-/* Keeps the folder for this process until run_end, or until the process is gone. AD_BAD_INPUT:
- * another one has it; AD_IO. A file system without locks is used without, and where there is no
- * run to be resumed nothing is done. */
+/* Keeps the folder for this process until run_end, or until the process is gone. The folder itself
+ * is locked, and its file lock as well: NFS locks no folders. AD_BAD_INPUT: another one has it;
+ * AD_IO. A file system without locks is used without, and where there is no run to be resumed
+ * nothing is done. */
 ad_status run_lock(run_folder *run, bool resume, ad_error *error);
+
+/* Before files are put in place by their names. AD_NOT_WRITTEN: the folder was removed or renamed,
+ * and what has its name now may be another run's. */
+ad_status run_check_held(const run_folder *run, ad_error *error);
 
 /* Of what is kept from run to run: $XDG_CACHE_HOME/cpinn, else $HOME/.cache/cpinn (XDG Base
  * Directory Specification); made, if `make`. False: there is none, or no room for its name. */

@@ -65,11 +65,13 @@ static ad_status agreed(const session *s, ad_status status, ad_error *error)
 static ad_status save(session *s, ad_error *error)
 {
     const train_settings *settings = s->e->settings;
-    ad_status status = trainer_save(s->trainer, keeps_folder(s) ? s->folder->checkpoint : NULL,
-                                    settings->checkpoint_keep, error);
+    const ad_status held = keeps_folder(s) ? run_check_held(s->folder, error) : AD_OK;
+    const bool writes = keeps_folder(s) && held == AD_OK;
+    ad_status status = trainer_save(s->trainer, writes ? s->folder->checkpoint : NULL,
+                                    settings->checkpoint_keep, error); /* all ranks have a part */
     s->last_save = train_seconds();
     s->saved_step = trainer_inspect(s->trainer).step;
-    return status;
+    return held == AD_OK ? status : held;
 }
 
 static ad_status check_same(const session *s, const checkpoint *file, ad_error *error)
