@@ -417,7 +417,6 @@ static void test_print_strides(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-
         cmocka_unit_test(test_random_graphs),
         cmocka_unit_test(test_number_of_points),
         cmocka_unit_test(test_threads_give_the_same_bits),

@@ -1,5 +1,6 @@
 """The Python package: test_python.py CONFIGS, in an empty folder. Exit status 77 without numpy."""
 import copy
+import ctypes
 import gc
 import os
 import pickle
@@ -153,6 +154,15 @@ for made in copied:
     raises("cannot be copied or pickled", copy.deepcopy, made)
     raises("cannot be copied or pickled", pickle.dumps, made)
 assert copy.deepcopy(solved).values["z"][0] == solved.values["z"][0]
+
+# No text or number is taken for the address of what the library has made.
+for wrong in ("run", b"run", 5, 2**40, None, model):
+    for kind in (cpinn.Model, cpinn.Unknowns, lambda made: cpinn.Solution(made, (), s, s)):
+        try:
+            kind(wrong)
+            raise AssertionError(f"{wrong!r} was taken")
+        except ctypes.ArgumentError as error:
+            assert "are made by cpinn.open" in str(error), error
 
 # Numbers and texts of which C would see a part.
 for threads in (2**40, 2**32 + 1, -1, 0, True, 1.0, "1", 1025):

@@ -102,62 +102,6 @@ def _declare(name, result, *arguments):
     return function
 
 
-_P, _I, _D, _S, _Z = (ctypes.c_void_p, ctypes.c_int, ctypes.c_double, ctypes.c_char_p,
-                      ctypes.c_size_t)
-_TEXTS, _OUT, _FAIL = ctypes.POINTER(_S), ctypes.POINTER(_P), ctypes.POINTER(_Error)
-_version = _declare("cpinn_version", _S)
-_train_file = _declare("cpinn_train_file", _I, _S, _I, _TEXTS, ctypes.POINTER(_Options), _OUT, _FAIL)
-_open = _declare("cpinn_open", _I, _S, _OUT, _FAIL)
-_save = _declare("cpinn_save", _I, _P, _S, _FAIL)
-_free = _declare("cpinn_free", None, _P)
-_verdict = _declare("cpinn_verdict", _P, _P)
-_estimate = _declare("cpinn_estimate", _D, _P)
-_rows = _declare("cpinn_history_rows", _Z, _P)
-_columns = _declare("cpinn_history_columns", _I, _P)
-_name = _declare("cpinn_history_name", _S, _P, _I)
-_value = _declare("cpinn_history_value", _D, _P, _Z, _S)
-_evaluator = _declare("cpinn_evaluator", _I, _P, _S, _OUT, _FAIL)
-_evaluator_free = _declare("evaluator_free", None, _P)
-_evaluator_columns = _declare("evaluator_columns", _I, _P)
-_evaluator_name = _declare("evaluator_column_name", _S, _P, _I)
-_evaluate = _declare("evaluator_evaluate", _I, _P, _Z, _P, _P, _P, _FAIL)
-_solve_file = _declare("cpinn_solve_file", _I, _S, _I, _TEXTS, _D, _Z, _P, _OUT, _FAIL)
-_solution_free = _declare("cpinn_solution_free", None, _P)
-_solution_verdict = _declare("cpinn_solution_verdict", _P, _P)
-_solution_estimate = _declare("cpinn_solution_estimate", _D, _P)
-_solution_columns = _declare("cpinn_solution_columns", _I, _P)
-_solution_name = _declare("cpinn_solution_column_name", _S, _P, _I)
-_solution_evaluate = _declare("cpinn_solution_evaluate", _I, _P, _Z, _P, _P, _P, _FAIL)
-_members_file = _declare("cpinn_members_file", _I, _S, _I, _TEXTS, _P, _OUT, _FAIL)
-_members_name = _declare("cpinn_members_name", _S, _P, _I)
-_members_free = _declare("cpinn_members_free", None, _P)
-_members_solve = _declare("cpinn_members_solve", _I, _P, _Z, _P, _P, _P, _FAIL)
-_family_open = _declare("cpinn_family_open", _I, _S, _P, _OUT, _FAIL)
-_family_free = _declare("cpinn_family_free", None, _P)
-_family_parameters = _declare("cpinn_family_parameters", _I, _P)
-_family_parameter = _declare("cpinn_family_parameter", ctypes.POINTER(_Parameter), _P, _I)
-_family_columns = _declare("cpinn_family_columns", _I, _P)
-_family_name = _declare("cpinn_family_column_name", _S, _P, _I)
-_family_evaluate = _declare("cpinn_family_evaluate", _I, _P, _P, _Z, _P, _P, _P, _FAIL)
-_identify_file = _declare("cpinn_identify_file", _I, _S, _I, _TEXTS, _I, _OUT, _FAIL)
-_unknowns_free = _declare("cpinn_unknowns_free", None, _P)
-_unknowns_count = _declare("cpinn_unknowns_count", _I, _P)
-_unknowns_name = _declare("cpinn_unknowns_name", _S, _P, _I)
-_unknowns_value = _declare("cpinn_unknowns_value", _D, _P, _I)
-_unknowns_deviation = _declare("cpinn_unknowns_deviation", _D, _P, _I)
-_unknowns_correlation = _declare("cpinn_unknowns_correlation", _D, _P, _I, _I)
-_unknowns_chi_squared = _declare("cpinn_unknowns_chi_squared", _D, _P)
-_unknowns_freedom = _declare("cpinn_unknowns_freedom", _D, _P)
-_unknowns_verdict = _declare("cpinn_unknowns_verdict", _P, _P)
-_reason_word = _declare("cpinn_reason_word", _S, _I)
-_source_word = _declare("cpinn_source_word", _S, _I)
-_outcome_of = _declare("verdict_outcome_of", _I, _P)
-_outcome_name = _declare("verdict_outcome_name", _S, _I)
-_worst = _declare("verdict_worst", _I, _P)
-_reason_name = _declare("verdict_reason_name", _S, _I)
-_verdict_text = _declare("verdict_text", _S, _P)
-
-
 def _call(function, *arguments):
     error = _Error()
     if function(*arguments, ctypes.byref(error)) != 0:
@@ -168,8 +112,16 @@ class _Made:
     """What the library has made, freed with its last owner."""
 
     def __init__(self, free, function, *arguments):
-        self._as_parameter_, self._free = _P(), free
+        self._as_parameter_, self._free = ctypes.c_void_p(), free
         _call(function, *arguments, ctypes.byref(self._as_parameter_))
+
+    @classmethod
+    def from_param(cls, made):
+        """As an argument: ctypes would take a text or a number for a pointer."""
+        if not isinstance(made, cls):
+            raise TypeError(f"{made!r}: nothing that the library has made; models and solutions "
+                            "are made by cpinn.open, cpinn.train, cpinn.solve, cpinn.identify")
+        return made._as_parameter_
 
     def __reduce_ex__(self, protocol):
         raise Error("what the library has made cannot be copied or pickled; make it anew there, "
@@ -177,6 +129,62 @@ class _Made:
 
     def __del__(self):
         self._free(self._as_parameter_)
+
+
+_P, _I, _D, _S, _Z = (ctypes.c_void_p, ctypes.c_int, ctypes.c_double, ctypes.c_char_p,
+                      ctypes.c_size_t)
+_TEXTS, _OUT, _FAIL = ctypes.POINTER(_S), ctypes.POINTER(_P), ctypes.POINTER(_Error)
+_version = _declare("cpinn_version", _S)
+_train_file = _declare("cpinn_train_file", _I, _S, _I, _TEXTS, ctypes.POINTER(_Options), _OUT, _FAIL)
+_open = _declare("cpinn_open", _I, _S, _OUT, _FAIL)
+_save = _declare("cpinn_save", _I, _Made, _S, _FAIL)
+_free = _declare("cpinn_free", None, _P)
+_verdict = _declare("cpinn_verdict", _P, _Made)
+_estimate = _declare("cpinn_estimate", _D, _Made)
+_rows = _declare("cpinn_history_rows", _Z, _Made)
+_columns = _declare("cpinn_history_columns", _I, _Made)
+_name = _declare("cpinn_history_name", _S, _Made, _I)
+_value = _declare("cpinn_history_value", _D, _Made, _Z, _S)
+_evaluator = _declare("cpinn_evaluator", _I, _Made, _S, _OUT, _FAIL)
+_evaluator_free = _declare("evaluator_free", None, _P)
+_evaluator_columns = _declare("evaluator_columns", _I, _Made)
+_evaluator_name = _declare("evaluator_column_name", _S, _Made, _I)
+_evaluate = _declare("evaluator_evaluate", _I, _Made, _Z, _P, _P, _P, _FAIL)
+_solve_file = _declare("cpinn_solve_file", _I, _S, _I, _TEXTS, _D, _Z, _P, _OUT, _FAIL)
+_solution_free = _declare("cpinn_solution_free", None, _P)
+_solution_verdict = _declare("cpinn_solution_verdict", _P, _Made)
+_solution_estimate = _declare("cpinn_solution_estimate", _D, _Made)
+_solution_columns = _declare("cpinn_solution_columns", _I, _Made)
+_solution_name = _declare("cpinn_solution_column_name", _S, _Made, _I)
+_solution_evaluate = _declare("cpinn_solution_evaluate", _I, _Made, _Z, _P, _P, _P, _FAIL)
+_members_file = _declare("cpinn_members_file", _I, _S, _I, _TEXTS, _P, _OUT, _FAIL)
+_members_name = _declare("cpinn_members_name", _S, _Made, _I)
+_members_free = _declare("cpinn_members_free", None, _P)
+_members_solve = _declare("cpinn_members_solve", _I, _Made, _Z, _P, _P, _P, _FAIL)
+_family_open = _declare("cpinn_family_open", _I, _S, _P, _OUT, _FAIL)
+_family_free = _declare("cpinn_family_free", None, _P)
+_family_parameters = _declare("cpinn_family_parameters", _I, _Made)
+_family_parameter = _declare("cpinn_family_parameter", ctypes.POINTER(_Parameter), _Made, _I)
+_family_columns = _declare("cpinn_family_columns", _I, _Made)
+_family_name = _declare("cpinn_family_column_name", _S, _Made, _I)
+_family_evaluate = _declare("cpinn_family_evaluate", _I, _Made, _P, _Z, _P, _P, _P, _FAIL)
+_identify_file = _declare("cpinn_identify_file", _I, _S, _I, _TEXTS, _I, _OUT, _FAIL)
+_unknowns_free = _declare("cpinn_unknowns_free", None, _P)
+_unknowns_count = _declare("cpinn_unknowns_count", _I, _Made)
+_unknowns_name = _declare("cpinn_unknowns_name", _S, _Made, _I)
+_unknowns_value = _declare("cpinn_unknowns_value", _D, _Made, _I)
+_unknowns_deviation = _declare("cpinn_unknowns_deviation", _D, _Made, _I)
+_unknowns_correlation = _declare("cpinn_unknowns_correlation", _D, _Made, _I, _I)
+_unknowns_chi_squared = _declare("cpinn_unknowns_chi_squared", _D, _Made)
+_unknowns_freedom = _declare("cpinn_unknowns_freedom", _D, _Made)
+_unknowns_verdict = _declare("cpinn_unknowns_verdict", _P, _Made)
+_reason_word = _declare("cpinn_reason_word", _S, _I)
+_source_word = _declare("cpinn_source_word", _S, _I)
+_outcome_of = _declare("verdict_outcome_of", _I, _P)
+_outcome_name = _declare("verdict_outcome_name", _S, _I)
+_worst = _declare("verdict_worst", _I, _P)
+_reason_name = _declare("verdict_reason_name", _S, _I)
+_verdict_text = _declare("verdict_text", _S, _P)
 
 
 def _text(text):
@@ -269,13 +277,17 @@ def _fill(function, handle, names, shape, s, t):
 class Verdict:
     """How a computation ended: outcome ("solved", "warning", "stopped"), reason and text."""
 
-    def __init__(self, handle):
-        self.outcome = _outcome_name(_outcome_of(handle)).decode()
-        self.reason = _reason_name(_worst(handle)).decode()
-        self.text = _verdict_text(handle).decode(errors="replace")
+    def __init__(self, outcome, reason, text=""):
+        self.outcome, self.reason, self.text = outcome, reason, text
 
     def __repr__(self):
         return f"{self.outcome} ({self.reason}): {self.text}" if self.text else self.outcome
+
+
+def _ended(verdict):
+    return Verdict(_outcome_name(_outcome_of(verdict)).decode(),
+                   _reason_name(_worst(verdict)).decode(),
+                   _verdict_text(verdict).decode(errors="replace"))
 
 
 class Model:
@@ -283,7 +295,7 @@ class Model:
 
     def __init__(self, handle):
         self._handle, self._evaluators = handle, {}
-        self.verdict, self.estimate = Verdict(_verdict(handle)), _estimate(handle)
+        self.verdict, self.estimate = _ended(_verdict(handle)), _estimate(handle)
         names = [_name(handle, i) for i in range(_columns(handle))]
         self.history = {name.decode(): numpy.array([_value(handle, row, name)
                                                     for row in range(_rows(handle))])
@@ -308,7 +320,7 @@ class Solution:
 
     def __init__(self, handle, shape, s, t):
         columns = [_solution_name(handle, i).decode() for i in range(_solution_columns(handle))]
-        self.verdict = Verdict(_solution_verdict(handle))
+        self.verdict = _ended(_solution_verdict(handle))
         self.estimate = _solution_estimate(handle)
         self.values = _fill(_solution_evaluate, handle, columns, shape, s, t)
 
@@ -408,7 +420,7 @@ class Unknowns:
                                          for i in indices])
         self.chi_squared = _unknowns_chi_squared(handle)
         self.freedom = _unknowns_freedom(handle)
-        self.verdict = Verdict(_unknowns_verdict(handle))
+        self.verdict = _ended(_unknowns_verdict(handle))
 
     def __repr__(self):
         found = [f"{name} = {value:.6g} +- {self.deviations[name]:.2g}"
