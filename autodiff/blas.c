@@ -33,9 +33,21 @@ static const char *preferred_core(void)
     return NULL;
 }
 
+/* Removes the variable of "NAME=VALUE", if it is this very text. */
+static void take_back(const char *text)
+{
+    char name[64];
+    const size_t length = strcspn(text, "=");
+    snprintf(name, sizeof name, "%.*s", (int)length, text);
+    if (*name && getenv(name) == text + length + 1) {
+        unsetenv(name);
+    }
+}
+
 /* For as long as it is loaded, the process has an environment with these variables, unless they are
  * set. It is another array, and the own one is back afterwards: other threads that look at it see
- * one or the other. So it is not freed; nor is it taken back where somebody has changed it. */
+ * one or the other. So it is not freed. Where another thread has changed it meanwhile, the change
+ * stays, and these variables alone go. */
 static void *load_library(ad_error *error)
 {
     static char threads[] = "OPENBLAS_NUM_THREADS=1", core[64], **during;
@@ -61,7 +73,11 @@ static void *load_library(ad_error *error)
     char **now = during;
     __atomic_store_n(&environ, during, __ATOMIC_RELEASE);
     void *library = dlopen(AD_OPENBLAS_LIBRARY, RTLD_NOW | RTLD_LOCAL);
-    __atomic_compare_exchange_n(&environ, &now, before, false, __ATOMIC_RELEASE, __ATOMIC_RELAXED);
+    if (!__atomic_compare_exchange_n(&environ, &now, before, false, __ATOMIC_RELEASE,
+                                     __ATOMIC_RELAXED)) {
+        take_back(threads);
+        take_back(core);
+    }
     return library;
 }
 

@@ -12,6 +12,8 @@
 #include <fenv.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #define ELASTICA "configs/elastica.yaml"
 #define MOTION   "configs/cantilever_dynamic.yaml"
@@ -30,8 +32,14 @@ int setenv(const char *name, const char *value, int overwrite)
 
 int unsetenv(const char *name)
 {
-    (void)name;
+    const size_t length = strlen(name);
     changes++;
+    for (char **text = environ; *text; text++)
+        if (strncmp(*text, name, length) == 0 && (*text)[length] == '=') {
+            for (char **at = text; *at; at++)
+                at[0] = at[1];
+            return 0;
+        }
     return 0;
 }
 
@@ -40,6 +48,28 @@ int putenv(char *text)
     (void)text;
     changes++;
     return 0;
+}
+
+/* As other threads do with setenv: the host's environment is another one, with a further variable,
+ * from the first look of OpenBLAS on. */
+static bool others_change;
+static char *changed[8], other[] = "OTHER=1";
+
+char *getenv(const char *name)
+{
+    const size_t length = strlen(name);
+    if (others_change && strncmp(name, "OPENBLAS_", 9) == 0 && environ[1]) {
+        others_change = false;
+        size_t count = 0;
+        for (; environ[count]; count++)
+            changed[count] = environ[count];
+        changed[count] = other;
+        environ = changed;
+    }
+    for (char **text = environ; text && *text; text++)
+        if (strncmp(*text, name, length) == 0 && (*text)[length] == '=')
+            return *text + length + 1;
+    return NULL;
 }
 
 static int count_threads(void)
@@ -64,6 +94,17 @@ static void test_environment(void **state)
         if (strncmp(*text, "PATH=", 5) == 0)
             none[0] = *text;
     environ = none;
+    const pid_t child = fork();
+    if (child == 0) {
+        others_change = true;
+        const bool good = *ad_dense_kernels() && count_threads() == 1 && environ == changed &&
+                          changed[0] == none[0] && changed[1] &&
+                          strcmp(changed[1], "OTHER=1") == 0 && !changed[2];
+        _exit(good ? 0 : 1);
+    }
+    int ended;
+    assert_int_equal(waitpid(child, &ended, 0), child);
+    assert_int_equal(ended, 0);
     assert_true(*ad_dense_kernels());
     assert_int_equal(count_threads(), 1); /* OPENBLAS_NUM_THREADS=1 was seen */
     assert_ptr_equal(environ, none);

@@ -396,7 +396,7 @@ static ad_status read_contents(const reader *from, hid_t file)
 static ad_status read_image(const reader *from, const unsigned char *bytes, size_t size)
 {
     hdf5_printer printer;
-    if (!hdf5_image_silence(&printer)) {
+    if (!hdf5_image_silence(&printer, size)) {
         return no_memory(from);
     }
     hid_t file = hdf5_image_open(bytes, size);

@@ -142,11 +142,15 @@ static bool write_contents(hid_t file, const checkpoint *cp)
 static ad_status build_file(const checkpoint *cp, unsigned char **bytes, size_t *size)
 {
     hdf5_printer printer;
-    if (!hdf5_image_silence(&printer)) {
+    size_t elements = 0;
+    for (size_t k = 0; k < cp->count; k++) {
+        elements += cp->items[k].count;
+    }
+    if (!hdf5_image_silence(&printer, elements * sizeof(double))) {
         return AD_NO_MEMORY;
     }
     hid_t file = hdf5_image_create(CHECKPOINT_USER_BLOCK);
-    ad_status status = AD_NO_MEMORY; /* in memory nothing else is left to go wrong */
+    ad_status status = AD_NO_MEMORY;
     if (file >= 0 && write_contents(file, cp)) {
         status = hdf5_image_bytes(file, CHECKPOINT_USER_BLOCK, bytes, size);
     }

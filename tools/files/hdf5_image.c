@@ -28,9 +28,10 @@ static herr_t note(hid_t stack, void *printer)
     return H5Ewalk2(stack, H5E_WALK_UPWARD, look_at, &((hdf5_printer *)printer)->no_memory);
 }
 
-static bool can_start(void)
+/* `size` bytes of data are in HDF5's image and in a copy of it. */
+static bool can_start(size_t size)
 {
-    void *volatile tried = malloc(STARTING); /* more than it will need */
+    void *volatile tried = size < SIZE_MAX / 4 ? malloc(2 * size + STARTING) : NULL;
     const bool fits = tried != NULL;
     free(tried);
     return fits;
@@ -38,14 +39,14 @@ static bool can_start(void)
 
 void checkpoint_at_exit(void)
 {
-    if (can_start()) {
+    if (can_start(0)) {
         H5dont_atexit();
     }
 }
 
-bool hdf5_image_silence(hdf5_printer *printer)
+bool hdf5_image_silence(hdf5_printer *printer, size_t size)
 {
-    printer->no_memory = !can_start() || H5open() < 0;
+    printer->no_memory = !can_start(size) || H5open() < 0;
     return !printer->no_memory &&
            H5Eget_auto2(H5E_DEFAULT, &printer->function, &printer->data) >= 0 &&
            H5Eset_auto2(H5E_DEFAULT, note, printer) >= 0;
@@ -118,13 +119,13 @@ hid_t hdf5_image_create(size_t user_block)
 
 ad_status hdf5_image_bytes(hid_t file, size_t user_block, unsigned char **bytes, size_t *size)
 {
-    if (H5Fflush(file, H5F_SCOPE_GLOBAL) < 0) {
-        return AD_IO;
+    if (H5Fflush(file, H5F_SCOPE_GLOBAL) < 0) { /* in memory nothing else is left to go wrong */
+        return AD_NO_MEMORY;
     }
     /* HDF5 counts the image from behind the user block. */
     ssize_t length = H5Fget_file_image(file, NULL, 0);
     if (length <= 0) {
-        return AD_IO;
+        return AD_NO_MEMORY;
     }
     unsigned char *image = malloc(user_block + (size_t)length);
     if (!image) {
@@ -132,7 +133,7 @@ ad_status hdf5_image_bytes(hid_t file, size_t user_block, unsigned char **bytes,
     }
     if (H5Fget_file_image(file, image + user_block, (size_t)length) != length) {
         free(image);
-        return AD_IO;
+        return AD_NO_MEMORY;
     }
     memset(image, 0, user_block);
     *bytes = image;

@@ -19,9 +19,10 @@ typedef struct hdf5_printer {
     bool no_memory; /* an error since was one of memory */
 } hdf5_printer;
 
-/* Stop HDF5 printing its error stack, and put the printer back. False: no memory to start HDF5,
- * which is not touched then: it would recurse without end. `printer` must stay where it is. */
-bool hdf5_image_silence(hdf5_printer *printer);
+/* Stop HDF5 printing its error stack, and put the printer back. False: no memory for HDF5 and
+ * `size` bytes of data, and it is not touched: where memory ends within it, it recurses, crashes or
+ * ends the process. `printer` must stay where it is. */
+bool hdf5_image_silence(hdf5_printer *printer, size_t size);
 void hdf5_image_restore(const hdf5_printer *printer);
 
 /* A new file in memory behind `user_block` bytes (0, or a power of two >= 512) that are not HDF5;
@@ -29,7 +30,7 @@ void hdf5_image_restore(const hdf5_printer *printer);
 hid_t hdf5_image_create(size_t user_block);
 
 /* The bytes of that file, the user block first and zeroed; the caller owns `*bytes`.
- * Errors: AD_NO_MEMORY, AD_IO; `*bytes` is then untouched. No message is written. */
+ * Error: AD_NO_MEMORY; `*bytes` is then untouched. No message is written. */
 ad_status hdf5_image_bytes(hid_t file, size_t user_block, unsigned char **bytes, size_t *size);
 
 /* Open `size` bytes, user block included, read-only; negative if they are not HDF5. */

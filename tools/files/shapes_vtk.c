@@ -308,9 +308,9 @@ static ad_status write_hdf5(const shapes *x, const char *path, ad_error *error)
     unsigned char *bytes = NULL;
     size_t size = 0;
     ad_status status = AD_NO_MEMORY;
-    if (numbers && values) {
-        hdf5_printer printer;
-        hdf5_image_silence(&printer);
+    hdf5_printer printer;
+    const size_t each = 3 * sizeof *values * rows; /* bytes of points or an array, at most */
+    if (numbers && values && hdf5_image_silence(&printer, each * (size_t)(x->count + 2))) {
         hid_t file = hdf5_image_create(0);
         hid_t root = file >= 0 ? open_group(file, "VTKHDF") : H5I_INVALID_HID;
         bool written = root >= 0 && put_root(root, x, numbers, values);

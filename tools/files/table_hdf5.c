@@ -207,7 +207,7 @@ ad_status table_from_hdf5(const table_wanted *wanted, const unsigned char *bytes
     ad_error reason = {.message = ""};
     hdf5_reader reader = {.wanted = wanted, .file_size = size, .table = NULL, .error = &reason};
     hdf5_printer printer;
-    if (!hdf5_image_silence(&printer)) {
+    if (!hdf5_image_silence(&printer, size)) {
         return ad_fail(error, AD_NO_MEMORY, "%s: out of memory", file_bytes_shown(wanted->path));
     }
     hid_t file = hdf5_image_open(bytes, size);
@@ -287,7 +287,11 @@ static bool write_column(hid_t file, const table_source *source, size_t column, 
 ad_status table_to_hdf5(const table_source *source, unsigned char **bytes, size_t *size)
 {
     hdf5_printer printer;
-    if (!hdf5_image_silence(&printer)) {
+    size_t width = 0;
+    for (size_t k = 0; k < source->ncols; k++) {
+        width += source->words && source->words[k] ? TABLE_MAX_NAME + 1 : sizeof(double);
+    }
+    if (!hdf5_image_silence(&printer, source->nrows * width)) {
         return AD_NO_MEMORY;
     }
     hid_t file = hdf5_image_create(0);
@@ -296,7 +300,6 @@ ad_status table_to_hdf5(const table_source *source, unsigned char **bytes, size_
     for (size_t k = 0; written && k < source->ncols; k++) {
         written = write_column(file, source, k, creation);
     }
-    /* In memory nothing but memory is left to run out. */
     ad_status status = written ? hdf5_image_bytes(file, 0, bytes, size) : AD_NO_MEMORY;
     hdf5_image_close(creation);
     hdf5_image_close(file);
