@@ -4,6 +4,7 @@
 
 #include "random_numbers.h"
 
+#include <fenv.h>
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
@@ -31,6 +32,23 @@ static inline double fuzz_number(double low, double high, int rare)
     return random_below(&fuzz_random, rare) == 0
                ? wild[random_below(&fuzz_random, (int)(sizeof wild / sizeof *wild))]
                : random_in(&fuzz_random, low, high);
+}
+
+/* In a host that has made exceptions of floating-point numbers signals: one ends the test. For
+ * glibc, with _GNU_SOURCE. */
+static inline void fuzz_trap(int traps)
+{
+#ifdef FE_NOMASK_ENV
+    const int exceptions = FE_INVALID | FE_DIVBYZERO | FE_OVERFLOW;
+    feclearexcept(FE_ALL_EXCEPT);
+    if (traps) {
+        feenableexcept(exceptions);
+    } else {
+        fedisableexcept(exceptions);
+    }
+#else
+    (void)traps;
+#endif
 }
 
 /* What the caller's memory has before a call makes no difference. */

@@ -253,9 +253,11 @@ static void write_place(const export_model *x, FILE *file)
             "        const double low = %s_lower[i], high = %s_upper[i];\n"
             "        const double rounding = (high - low) * %s;\n"
             "        double value = in[i];\n"
-            "        if (!(value >= low - rounding && value <= high + rounding)) {\n"
+            "        if (!(isgreaterequal(value, low - rounding) &&\n"
+            "              islessequal(value, high + rounding))) {\n"
             "            status = %s_OUT_OF_RANGE;\n        }\n"
-            "        value = value >= low ? value : low; /* also what is not a number */\n"
+            "        /* also what is not a number, without an exception */\n"
+            "        value = isgreaterequal(value, low) ? value : low;\n"
             "        value = value <= high ? value : high;\n"
             "        x[i] = %s(value / scale[i]);\n    }\n    return status;\n}\n",
             x->inputs, x->name, x->name, x->single ? "1e-6" : "1e-9", x->name,

@@ -5,10 +5,10 @@ static int place(const double *parameters, double *x)
     for (i = 0; i < model_PARAMETERS; i++) {
         const double low = model_lower[i], high = model_upper[i], rounding = (high - low) * 1e-9;
         double value = parameters[i];
-        if (!(value >= low - rounding && value <= high + rounding)) {
+        if (!(isgreaterequal(value, low - rounding) && islessequal(value, high + rounding))) {
             status = model_OUT_OF_RANGE;
         }
-        value = value >= low ? value : low; /* also what is not a number */
+        value = isgreaterequal(value, low) ? value : low; /* also NaN, without an exception */
         x[i] = value <= high ? value : high;
     }
     return status;
