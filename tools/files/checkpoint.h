@@ -44,8 +44,7 @@ extern "C" {
 #endif
 
 #define CHECKPOINT_FORMAT_VERSION 2
-#define CHECKPOINT_FORMAT_SINCE   "0.2.0" /* the first version that reads it; CHANGELOG.md has all \
-                                           */
+#define CHECKPOINT_FORMAT_SINCE   "0.2.0" /* the first version that reads it; see CHANGELOG.md */
 #define CHECKPOINT_MAX_RANK  3
 #define CHECKPOINT_MAX_NAME  255  /* bytes of an item's name or a column's name */
 #define CHECKPOINT_MAX_ITEMS 4096 /* items of one file, columns of one table */
