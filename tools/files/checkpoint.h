@@ -45,9 +45,9 @@ extern "C" {
 
 #define CHECKPOINT_FORMAT_VERSION 2
 #define CHECKPOINT_FORMAT_SINCE   "0.2.0" /* the first version that reads it; see CHANGELOG.md */
-#define CHECKPOINT_MAX_RANK  3
-#define CHECKPOINT_MAX_NAME  255  /* bytes of an item's name or a column's name */
-#define CHECKPOINT_MAX_ITEMS 4096 /* items of one file, columns of one table */
+#define CHECKPOINT_MAX_RANK       3
+#define CHECKPOINT_MAX_NAME       255  /* bytes of an item's name or a column's name */
+#define CHECKPOINT_MAX_ITEMS      4096 /* items of one file, columns of one table */
 
 /* Items by name. Either filled by the put functions and written, or opened from a file. */
 typedef struct checkpoint checkpoint;
