@@ -19,6 +19,7 @@ typedef struct evaluator_column {
 struct evaluator {
     bool dynamic;
     int windows, columns;
+    int places; /* coordinates that are not parameters of a family; they come first */
     evaluator_column column[EVALUATOR_COLUMNS_MAX];
     domain domain;
     ad_pool *pool;
@@ -189,6 +190,11 @@ static ad_status read_names(evaluator *e, const physics_model *model, const char
                             ad_error *error)
 {
     ad_status status = AD_OK;
+    if (model->column_count == 0) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "the network says strains of a family's members, not their shapes; "
+                       "cpinn_family_open (in Python cpinn.Family) evaluates members");
+    }
     for (int i = 0; !names && status == AD_OK && i < model->column_count; i++) {
         if (e->dynamic || !model->columns[i].of_motion) {
             const int none[DOMAIN_COORDINATES_MAX] = {0};
@@ -380,6 +386,7 @@ static ad_status create(const evaluator_model *model, const char *names, bool ja
     }
     e->domain = *d;
     e->dynamic = d->time >= 0;
+    e->places = model->physics->has_scene ? 1 + e->dynamic : d->count;
     e->windows = model->windows;
     e->numbers = relay_numbers(model->physics);
     e->count = nn_mlp_combined_parameters(model->mlp);
@@ -442,6 +449,24 @@ static int window_at(const evaluator *e, double t)
     return window < e->windows ? window : e->windows - 1;
 }
 
+/* Of the range of a coordinate: grids end with rounding. */
+static const double BEYOND = 1e-9;
+
+static ad_status check_place(const evaluator *e, int coordinate, size_t points, const double *at,
+                             ad_error *error)
+{
+    const domain_coordinate *by = &e->domain.coordinates[coordinate];
+    const double slack = BEYOND * (by->high - by->low);
+    const double low = (by->low - slack) * by->scale, high = (by->high + slack) * by->scale;
+    for (size_t i = 0; i < points; i++) {
+        if (at[i] < low || at[i] > high) {
+            return ad_fail(error, AD_BAD_ARGUMENT, "%s is %g %s; allowed: %g to %g %s", by->name,
+                           at[i], by->unit, by->low * by->scale, by->high * by->scale, by->unit);
+        }
+    }
+    return AD_OK;
+}
+
 /* Points that follow one another in the same window are computed at once. */
 ad_status evaluator_evaluate_at(evaluator *e, size_t points, const double *const *at,
                                 double *values, ad_error *error)
@@ -450,6 +475,9 @@ ad_status evaluator_evaluate_at(evaluator *e, size_t points, const double *const
     double scaled[DOMAIN_COORDINATES_MAX][CHUNK];
     const domain *d = &e->domain;
     ad_status status = AD_OK;
+    for (int i = 0; i < e->places && status == AD_OK; i++) {
+        status = check_place(e, i, points, at[i], error);
+    }
     for (size_t begin = 0; begin < points && status == AD_OK;) {
         size_t count = 0;
         int index = 0;
@@ -476,9 +504,11 @@ ad_status evaluator_evaluate(evaluator *e, size_t points, const double *s, const
     AD_LEAVE_HOST;
     const int given = e->dynamic ? 2 : 1;
     if (e->domain.count > given) {
-        return ad_fail(error, AD_BAD_ARGUMENT,
-                       "%s is a coordinate, too; evaluator_evaluate_at takes all",
-                       e->domain.coordinates[given].name);
+        return ad_fail(
+            error, AD_BAD_ARGUMENT,
+            "%s is given, too: evaluator_evaluate_at takes all coordinates; members of a "
+            "family are evaluated by cpinn_family_open (in Python cpinn.Family)",
+            e->domain.coordinates[given].name);
     }
     return evaluator_evaluate_at(e, points, (const double *const[]){s, t}, values, error);
 }

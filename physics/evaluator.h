@@ -47,12 +47,14 @@ const char *evaluator_column_unit(const evaluator *e, int column); /* "m", "N m 
 
 /* values [columns][points] at s [points] (m) and t [points] (s; ignored in a static scene, may then
  * be NULL). An instant between two windows belongs to the one that it ends; a time beyond the last
- * window is taken as that window's, as points beyond the rod are taken as they are.
- * AD_BAD_ARGUMENT: of a model with other coordinates, as a family. */
+ * window that is trained is taken as that window's. NaN gives NaN. AD_BAD_ARGUMENT: of a model with
+ * other coordinates, as a family; a point beyond the rod or a time beyond the motion, where
+ * networks mean nothing. */
 ad_status evaluator_evaluate(evaluator *e, size_t points, const double *s, const double *t,
                              double *values, ad_error *error);
 
-/* The same of any model: at[coordinates of its domain][points], in their units of the SI. */
+/* The same of any model: at[coordinates of its domain][points], in their units of the SI.
+ * Parameters of a family may lie outside their ranges. */
 ad_status evaluator_evaluate_at(evaluator *e, size_t points, const double *const *at,
                                 double *values, ad_error *error);
 

@@ -9,6 +9,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* What rods are made of. The softest gels that carry themselves have some 1e3 Pa, diamond has
  * 1.2e12; the lightest foams weigh 5 kg/m^3, osmium 22,600. */
@@ -17,8 +18,13 @@ static const double MODULUS[2] = {1e3, 2e12}, DENSITY[2] = {5, 2.3e4};
 /* Below this modulus (Pa) a material is soft: rubber, gels, no structural one. */
 static const double SOFT = 1e9;
 
-/* Nobody has built a soft rod longer than this (m); shorter than the last, no continuum. */
-static const double SOFT_LENGTH = 50, SHORTEST = 1e-6;
+/* What weighs more is a metal (kg/m^3), which is no softer than the last (Pa): gels that are filled
+ * with magnets have some 3,000 kg/m^3. */
+static const double METAL = 5000, SOFTEST_METAL = 1e8;
+
+/* Nobody has built a soft rod longer than this, and robots, wires and beams of any material are
+ * shorter than the next (m): a length in mm. Shorter than the last, no continuum. */
+static const double SOFT_LENGTH = 50, LONGEST = 100, SHORTEST = 1e-6;
 
 /* m/s^2; that of the sun is 274. */
 static const double GRAVITY = 300;
@@ -73,12 +79,24 @@ static void check_material(scene_warnings *all, const scene *rod_scene)
         check_size(all, rod_scene, piece.rod.density, i, DENSITY, "rod.material.density", "kg/m^3",
                    "lighter than foam", "heavier than any metal");
         scene_range range = scene_range_within(rod_scene, modulus, piece.from, piece.to);
+        scene_range heavy = scene_range_within(rod_scene, piece.rod.density, piece.from, piece.to);
         hardest = fmax(hardest, modulus.is_given ? range.high : INFINITY);
+        if (modulus.is_given && piece.rod.density.is_given && heavy.low > METAL &&
+            range.low >= MODULUS[0] && range.low < SOFTEST_METAL) {
+            warn(all, "%s: %.4g Pa is softer than any metal, and %.4g kg/m^3 are one; it is in Pa",
+                 rod_scene->segment_count > 0
+                     ? scene_key_in_segment(i, "rod.material.youngs_modulus")
+                     : "rod.material.youngs_modulus",
+                 range.low, heavy.low);
+        }
     }
     if (length < SHORTEST) {
         warn(all, "rod.length: %.4g m is shorter than a cell; it is in m", length);
     } else if (length > SOFT_LENGTH && hardest < SOFT) {
         warn(all, "rod.length: %.4g m is very long for a material as soft as this; it is in m",
+             length);
+    } else if (length > LONGEST) {
+        warn(all, "rod.length: %.4g m is longer than robots, wires and beams are; it is in m",
              length);
     }
     for (int i = 0; i < 3; i++) {
@@ -221,6 +239,19 @@ scene_warnings scene_implausible(const scene *rod_scene)
         check_turn(&all, rod_scene);
     }
     return all;
+}
+
+void scene_judge_sizes(const scene *rod_scene, verdict *result)
+{
+    const scene_warnings all = scene_implausible(rod_scene);
+    char text[VERDICT_TEXT] = "";
+    size_t at = 0;
+    for (int i = 0; i < all.count && at + strlen(all.texts[i]) + 3 < sizeof text; i++) {
+        at += (size_t)sprintf(text + at, "%s%s", i > 0 ? "; " : "", all.texts[i]);
+    }
+    if (at > 0) {
+        verdict_add(result, VERDICT_IMPLAUSIBLE, "%s", text);
+    }
 }
 
 /* ---- positions ----------------------------------------------------------------------------- */

@@ -4,6 +4,7 @@
 #define PHYSICS_PLAUSIBLE_H
 
 #include "physics/scene.h"
+#include "physics/verdict.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -20,6 +21,9 @@ typedef struct scene_warnings {
  * material, which ties it to them, unless its Young's modulus is exactly 1, which only scenes
  * without dimension have; ratios are judged in every scene. */
 scene_warnings scene_implausible(const scene *rod_scene);
+
+/* The same as a remark of a verdict. */
+void scene_judge_sizes(const scene *rod_scene, verdict *result);
 
 /* Whether positions in a table, position[3][rows], of a beam [1][rows], NaN where one is
  * missing, are hardly of this rod, since a fourth of them lies more than ten lengths from

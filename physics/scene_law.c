@@ -5,7 +5,7 @@
 #include <string.h>
 
 enum { N = SCENE_LAW_STRAINS, FEATURES = SCENE_LAW_FEATURES, HEAD = 2 + 4 * N };
-_Static_assert(SCENE_LAW_NUMBERS_MAX == HEAD + SCENE_LAW_UNITS_MAX * (2 + FEATURES), "numbers");
+_Static_assert(SCENE_LAW_NUMBERS_MAX == HEAD + SCENE_LAW_UNITS_MAX * (2 + FEATURES) + 1, "numbers");
 
 const char *const *scene_symmetry_names(void)
 {
@@ -268,9 +268,15 @@ double scene_law_excess(const scene_law *law, const double *x, int *which)
 
 /* ---- numbers ------------------------------------------------------------------------------- */
 
-int scene_law_count(const scene_law *law)
+/* Without the misfit. */
+static int count_needed(const scene_law *law)
 {
     return HEAD + law->units * (2 + scene_law_features(law->symmetry));
+}
+
+int scene_law_count(const scene_law *law)
+{
+    return count_needed(law) + !isnan(law->misfit);
 }
 
 /* Where number `index` is; NULL: symmetry and units. */
@@ -282,9 +288,10 @@ static double *number_at(scene_law *law, int index)
         return index < 2 ? NULL : rows[(index - 2) / N] + (index - 2) % N;
     }
     const int unit = (index - HEAD) / each, entry = (index - HEAD) % each;
-    return entry == 0   ? &law->weight[unit]
-           : entry == 1 ? &law->offset[unit]
-                        : &law->by[unit][entry - 2];
+    return unit == law->units ? &law->misfit
+           : entry == 0       ? &law->weight[unit]
+           : entry == 1       ? &law->offset[unit]
+                              : &law->by[unit][entry - 2];
 }
 
 void scene_law_numbers(const scene_law *law, double *numbers)
@@ -309,6 +316,8 @@ void scene_law_name(const scene_law *law, int index, char name[32])
                  : index == 1 ? "units"
                               : rows[(index - 2) / N],
                  index < 2 ? "" : " ", index < 2 ? "" : strains[(index - 2) % N]);
+    } else if (unit == law->units) {
+        snprintf(name, 32, "misfit");
     } else if (entry < 2) {
         snprintf(name, 32, "unit %d %s", unit, entry == 0 ? "weight" : "offset");
     } else {
@@ -323,7 +332,7 @@ static bool is_whole(double x, double low, double high)
 
 ad_status scene_law_create(int count, const double *numbers, scene_law *law, ad_error *error)
 {
-    *law = (scene_law){.symmetry = SCENE_SYMMETRY_NONE};
+    *law = (scene_law){.symmetry = SCENE_SYMMETRY_NONE, .misfit = NAN};
     if (count < HEAD || !is_whole(numbers[0], 0, SCENE_SYMMETRY_ROUND) ||
         !is_whole(numbers[1], 0, SCENE_LAW_UNITS_MAX)) {
         return ad_fail(error, AD_BAD_INPUT,
@@ -333,15 +342,17 @@ ad_status scene_law_create(int count, const double *numbers, scene_law *law, ad_
     }
     law->symmetry = (scene_symmetry)numbers[0];
     law->units = (int)numbers[1];
-    if (count != scene_law_count(law)) {
-        return ad_fail(error, AD_BAD_INPUT, "has %d numbers; allowed: %d for %d units of this law",
-                       count, scene_law_count(law), law->units);
+    const int needed = count_needed(law);
+    if (count != needed && count != needed + 1) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "has %d numbers; allowed: %d for %d units of this law, or its misfit beside",
+                       count, needed, law->units);
     }
     for (int i = 2; i < count; i++) {
         const bool is_scale = i < 2 + N;
         *number_at(law, i) = numbers[i];
         if (isnan(numbers[i]) || (isinf(numbers[i]) && !is_scale) ||
-            (is_scale && !(numbers[i] > 0))) {
+            (is_scale && !(numbers[i] > 0)) || (i == needed && numbers[i] < 0)) {
             char name[32];
             scene_law_name(law, i, name);
             return ad_fail(error, AD_BAD_INPUT, "number '%s' is %g; allowed: a %s", name,
@@ -349,6 +360,21 @@ ad_status scene_law_create(int count, const double *numbers, scene_law *law, ad_
         }
     }
     return scene_law_finish(law, error);
+}
+
+void scene_law_stiffen(scene_law *law, double by)
+{
+    double *const all[] = {law->quadratic, law->slope, law->stiffness};
+    for (int i = 0; i < N; i++) {
+        for (size_t k = 0; k < sizeof all / sizeof *all; k++) {
+            all[k][i] *= by;
+        }
+    }
+    for (int u = 0; u < law->units; u++) {
+        law->weight[u] *= by;
+    }
+    law->energy *= by;
+    law->misfit = 0;
 }
 
 ad_status scene_law_finish(scene_law *law, ad_error *error)

@@ -45,7 +45,7 @@ enum {
     SCENE_LAW_STRAINS = 6,
     SCENE_LAW_FEATURES = 7,
     SCENE_LAW_UNITS_MAX = 64,
-    SCENE_LAW_NUMBERS_MAX = 26 + SCENE_LAW_UNITS_MAX * (2 + SCENE_LAW_FEATURES)
+    SCENE_LAW_NUMBERS_MAX = 27 + SCENE_LAW_UNITS_MAX * (2 + SCENE_LAW_FEATURES)
 };
 
 typedef struct scene_law {
@@ -57,6 +57,8 @@ typedef struct scene_law {
     double low[SCENE_LAW_STRAINS], high[SCENE_LAW_STRAINS];          /* of x in the data; 1, 1/m */
     double weight[SCENE_LAW_UNITS_MAX], offset[SCENE_LAW_UNITS_MAX]; /* a (N), b */
     double by[SCENE_LAW_UNITS_MAX][SCENE_LAW_FEATURES];              /* w */
+    double misfit; /* of forces and moments to data that were held out, root mean square over root
+                    * mean square, the largest of the six; NaN: not known */
 
     /* By scene_law_finish. */
     double energy, slope[SCENE_LAW_STRAINS]; /* N(0), N'(0) */
@@ -67,13 +69,16 @@ typedef struct scene_law {
 int scene_law_features(scene_symmetry symmetry);
 
 /* A law as a list of numbers, of a file: symmetry, units, scale, quadratic, low, high, and of each
- * unit weight, offset, by[scene_law_features]. */
+ * unit weight, offset, by[scene_law_features]; last the misfit, if it is known. */
 int scene_law_count(const scene_law *law);
 void scene_law_numbers(const scene_law *law, double *numbers);
 void scene_law_name(const scene_law *law, int index, char name[32]); /* "unit 3 offset" */
 
 /* Back, and finished. AD_BAD_INPUT: no such law. */
 ad_status scene_law_create(int count, const double *numbers, scene_law *law, ad_error *error);
+
+/* The law of a section that is stiffer by so much, as 1.01, with the misfit 0. */
+void scene_law_stiffen(scene_law *law, double by);
 
 /* After its numbers have changed. AD_BAD_INPUT: a stiffness at rest that is not positive. */
 ad_status scene_law_finish(scene_law *law, ad_error *error);

@@ -30,6 +30,10 @@ extern "C" {
  * changed or reused. Reasons whose outcome is `solved` are remarks. */
 #define VERDICT_REASON_LIST(X)                                                                     \
     X(VERDICT_NONE, "none", VERDICT_SOLVED, "nothing to remark")                                   \
+    X(VERDICT_IMPLAUSIBLE, "implausible", VERDICT_SOLVED,                                          \
+      "a size of the scene is hardly meant, as of a modulus in MPa or a length in mm")             \
+    X(VERDICT_MISFIT_UNKNOWN, "misfit_unknown", VERDICT_SOLVED,                                    \
+      "a learned law does not say how well it meets its data, so the error it leaves is unknown")  \
     X(VERDICT_SEVERAL_EQUILIBRIA, "several_equilibria", VERDICT_SOLVED,                            \
       "the rod is pushed from both ends, so that other equilibria may exist")                      \
     X(VERDICT_STABILITY_OPEN, "stability_open", VERDICT_SOLVED,                                    \
@@ -74,6 +78,8 @@ extern "C" {
       "mesh")                                                                                      \
     X(VERDICT_OUTSIDE_DATA, "outside_data", VERDICT_WARNING,                                       \
       "strains are beyond those of the data that the law of the section has learned from")         \
+    X(VERDICT_STRAIN_LARGE, "strain_large", VERDICT_WARNING,                                       \
+      "the rod is crushed or stretched to where no linear law of its section holds")               \
     X(VERDICT_NOT_CONVERGED, "not_converged", VERDICT_WARNING,                                     \
       "residuals are still large at points that were not trained on")                              \
     X(VERDICT_INTERPOLATES, "interpolates", VERDICT_WARNING,                                       \

@@ -248,6 +248,34 @@ static void test_refusals(void **state)
     }
 }
 
+/* Beyond the rod and the motion a network means nothing; what grids round is no place beyond. */
+static void test_beyond(void **state)
+{
+    (void)state;
+    static const struct {
+        double s, t;
+        const char *text;
+    } rows[] = {{120, 0.5, "s is 120 m; allowed: 0 to 1 m"},
+                {-0.01, 0.5, "s is -0.01 m; allowed: 0 to 1 m"},
+                {0.5, 1.5, "t is 1.5 s; allowed: 0 to 1 s"},
+                {1 + 1e-12, 1 + 1e-12, NULL},
+                {NAN, 0.5, NULL}};
+    experiment *e = make_default(MOVING, NULL);
+    const evaluator_model model = model_of_windows(e, 1);
+    evaluator *x = make(&model, "x");
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        const double s[2] = {0.5, rows[i].s}, t[2] = {0.5, rows[i].t};
+        double values[2];
+        ad_error error = {AD_OK, ""};
+        const ad_status status = evaluator_evaluate(x, 2, s, t, values, &error);
+        assert_int_equal(status, rows[i].text ? AD_BAD_ARGUMENT : AD_OK);
+        assert_string_equal(error.message, rows[i].text ? rows[i].text : "");
+        assert_true(rows[i].text || isnan(values[1]) == isnan(rows[i].s));
+    }
+    evaluator_free(x);
+    experiment_free(e);
+}
+
 /* Nothing is allocated while points are evaluated, from the first on; and what is allocated before
  * may fail at any place. */
 static void test_allocations(void **state)
@@ -282,6 +310,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_against_field), cmocka_unit_test(test_derivatives),
         cmocka_unit_test(test_windows),       cmocka_unit_test(test_jacobian),
-        cmocka_unit_test(test_refusals),      cmocka_unit_test(test_allocations)};
+        cmocka_unit_test(test_refusals),      cmocka_unit_test(test_beyond),
+        cmocka_unit_test(test_allocations)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

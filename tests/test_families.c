@@ -127,7 +127,7 @@ static void test_derivatives(void **state)
     ad_error error = {.message = ""};
     evaluator *none = NULL;
     assert_int_equal(evaluator_evaluate(field, 1, member, NULL, values, &error), AD_BAD_ARGUMENT);
-    assert_non_null(strstr(error.message, "load is a coordinate, too"));
+    assert_non_null(strstr(error.message, "load is given, too"));
     assert_int_equal(cpinn_evaluator(model, "x_lode", &none, &error), AD_BAD_ARGUMENT);
     evaluator_free(exact);
     evaluator_free(field);

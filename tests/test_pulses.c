@@ -20,7 +20,7 @@
 #include <string.h>
 #include <time.h>
 
-enum { TIMES = 6, PLACES = 5, COLUMNS = 3, COARSE = 24, FINE = 96, TEXT = 4096, NODES_MAX = 256 };
+enum { TIMES = 6, PLACES = 5, COLUMNS = 3, COARSE = 24, FINE = 384, TEXT = 4096, NODES_MAX = 1024 };
 
 /* An answer without a warning is not off by more than so many times its estimate, nor by more than
  * this of the length: what is less nobody is misled by, and the comparison itself has some 1e-5. */
@@ -247,6 +247,7 @@ static void follow(const pulse_scene *x, const solve_rod *rod, double tolerance,
     }
     for (size_t i = 0; i < TIMES; i++) {
         solve_state at[PLACES];
+        assert_int_equal(motion_at(m, times[i], &error), AD_OK); /* ends as they are driven */
         motion_samples(m, states + i * motion_nodes(m) * MOTION_ROWS, PLACES, s, at);
         for (size_t k = 0; k < PLACES; k++) {
             memcpy(to + (i * PLACES + k) * 3, at[k].position, sizeof at[k].position);
@@ -421,10 +422,84 @@ static void test_pulses(void **state)
     assert_int_equal(judge_all(QUICK, 0, true), 0);
 }
 
+/* ---- times that are asked for ---------------------------------------------------------------- */
+
+/* Bits of a motion at a few times, and of its report, where it is asked for at `count` times. */
+typedef struct asked {
+    double x[COLUMNS * PLACES * TIMES], energies[TIMES];
+    solve_report report;
+} asked;
+
+static void ask(const scene *of, solve_method method, size_t count, asked *to)
+{
+    enum { MOST = 61 };
+    const solve_settings settings = {.tolerance = 1e-4, .method = method};
+    ad_error error = {.message = ""};
+    solution *made = NULL;
+    double times[MOST];
+    const size_t each = (count - 1) / (TIMES - 1);
+    for (size_t i = 0; i < count; i++) {
+        times[i] = scene_duration(of) * /* the few to the last bit */
+                   ((double)(i / each) + (double)(i % each) / (double)each) / (TIMES - 1);
+    }
+    if (solution_create(of, &settings, count, times, &made, &to->report, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    for (size_t i = 0; i < TIMES; i++) {
+        double s[PLACES], t[PLACES];
+        solve_energy energy;
+        for (size_t k = 0; k < PLACES; k++) {
+            s[k] = scene_length(of) * (double)(k + 1) / PLACES;
+            t[k] = times[i * each];
+        }
+        assert_int_equal(
+            solution_evaluate(made, COLUMNS, PLACES, s, t, to->x + i * COLUMNS * PLACES, &error),
+            AD_OK);
+        assert_int_equal(solution_energy(made, times[i * each], &energy, &error), AD_OK);
+        to->energies[i] = energy.kinetic + energy.strain + energy.work;
+    }
+    solution_free(made);
+}
+
+/* Where and when a motion is looked at changes no bit of it, nor its estimate and balance: steps
+ * that are composed, implicit ones, those of modes. */
+static void test_times_asked_for(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *change;
+        solve_method method;
+    } rows[] = {{"rod.model=cosserat", SOLVE_COLLOCATION},
+                {"rod.model=kirchhoff", SOLVE_COLLOCATION},
+                {"rod.material.viscosity=100", SOLVE_COLLOCATION},
+                {"loads.quadratic_drag=0.1", SOLVE_COLLOCATION},
+                {"rod.model=cosserat", SOLVE_MODES},
+                {"rod.material.viscosity=100", SOLVE_MODES}};
+    static const char text[] =
+        "time: {duration: 0.2}\n"
+        "rod: {length: 0.2, section: {shape: circle, radius: 0.005},\n"
+        "  material: {youngs_modulus: 1e6, poissons_ratio: 0.45, density: 1100}}\n"
+        "tendons: [{offset: [0.003, 0], tension: '0.3*exp(-((t-0.07)/0.004)^2)'}]\n"
+        "loads: {gravity: [0, 3, -9.81]}\n";
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        static asked few, many;
+        config *made = read_with(text, rows[i].change);
+        ask(&made->scene, rows[i].method, TIMES, &few);
+        ask(&made->scene, rows[i].method, 10 * (TIMES - 1) + 1, &many);
+        assert_memory_equal(few.x, many.x, sizeof few.x);
+        assert_memory_equal(few.energies, many.energies, sizeof few.energies);
+        assert_true(few.report.estimate == many.report.estimate);
+        assert_true(few.report.energy_mismatch == many.report.energy_mismatch);
+        assert_int_equal(few.report.time_steps, many.report.time_steps);
+        config_free(made);
+    }
+}
+
 int main(int count, char **arguments)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_all_quantities),
-                                       cmocka_unit_test(test_pulses)};
+                                       cmocka_unit_test(test_pulses),
+                                       cmocka_unit_test(test_times_asked_for)};
     if (count > 1) {
         return judge_all(atoi(arguments[1]), count > 2 ? atoi(arguments[2]) : 0, false) > 0;
     }

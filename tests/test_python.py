@@ -43,6 +43,11 @@ x = model.evaluate("x", s=[0.1 - h, 0.1 + h])["x"]
 slope = model.evaluate("x_s", s=0.1)["x_s"]
 assert abs((x[1] - x[0]) / (2 * h) - slope) < 1e-8  # h^2 and 1e-16 / h
 
+# Beyond the rod a network means nothing; its length in mm is not its length.
+raises("s is 120 m; allowed: 0 to 0.3 m", model.evaluate, "x", s=[0.1, 120])
+raises("s is -0.1 m; allowed: 0 to 0.3 m", model.evaluate, "x", s=-0.1)
+raises("s is 300 m; allowed: 0 to 0.3 m", cpinn.solve, elastica, [0, 300])
+
 # Kept, opened again, saved; the same numbers to the last bit.
 again = cpinn.open("run")
 assert again.verdict.outcome == "solved"
@@ -106,6 +111,7 @@ cpinn.train("family.yaml", folder="family", threads=1, overrides=[
     "formulation=strain", "network.hidden=[16]", "members.solved=200",
     "training.stages=[{optimizer: adam, steps: 500}]"])
 trained = cpinn.Family("family")
+raises("in Python cpinn.Family", cpinn.open("family").evaluate, "x", s=0.1)
 assert list(trained.ranges) == ["force"] and trained.columns == cpinn.Members.columns
 exact = family.solve([[-0.02], [0.03]])[0]
 for polish in range(3):

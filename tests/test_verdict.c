@@ -61,6 +61,8 @@ static void test_words(void **state)
 {
     (void)state;
     static const char *const words[] = {"none",
+                                        "implausible",
+                                        "misfit_unknown",
                                         "several_equilibria",
                                         "stability_open",
                                         "end_turn",
@@ -82,6 +84,7 @@ static void test_words(void **state)
                                         "estimates_contradict",
                                         "unresolved",
                                         "outside_data",
+                                        "strain_large",
                                         "not_converged",
                                         "interpolates",
                                         "not_held",

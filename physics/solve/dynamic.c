@@ -1,6 +1,7 @@
 #include "physics/solve/dynamic.h"
 
 #include "physics/solve/motion_mesh.h"
+#include "physics/solve/motion_times.h"
 #include "physics/solve/quaternion.h"
 
 #include <math.h>
@@ -9,15 +10,12 @@
 
 /* Intervals between nodes: each mesh has half as many again as the one before. Solutions are
  * compared at so many points and times, which have nothing to do with the times given. */
-enum { COARSEST = 12, FINEST = 2048, COMPARED = MOTION_COMPARED, FIXED_TIMES = 32 };
+enum { COARSEST = 12, FINEST = 2048, COMPARED = MOTION_COMPARED, FIXED_TIMES = MOTION_FIXED_TIMES };
 
 struct dynamic_solution {
     motion *motion;
-    motion_record at;
-    bool *aside;            /* [times in `at`] given, and none of those that are fixed */
-    size_t given;           /* times */
-    size_t fixed;           /* times in `at` that are not aside */
-    size_t *which;          /* [given] of those in `at` */
+    motion_times times;
+    motion_record at;       /* these times */
     solve_energy *energies; /* [given] */
 };
 
@@ -28,7 +26,7 @@ typedef struct refined {
     solve_events *events;
     double lock, of_loads; /* what meshes may miss of them */
     size_t count;
-    const double *times; /* [count] */
+    const double *given; /* [count] times */
     int intervals;
     motion_steps by;
     dynamic_solution *best;
@@ -44,11 +42,9 @@ void dynamic_free(dynamic_solution *x)
 {
     if (x) {
         motion_free(x->motion);
-        free(x->at.times);
-        free(x->aside);
+        motion_times_free(&x->times);
         free(x->at.states);
         free(x->at.energies);
-        free(x->which);
         free(x->energies);
         free(x);
     }
@@ -73,7 +69,7 @@ static ad_status at_time(const dynamic_solution *x, size_t which, size_t n, cons
 ad_status dynamic_at(const dynamic_solution *x, size_t which, size_t n, const double *s,
                      solve_state *out, ad_error *error)
 {
-    return at_time(x, x->which[which], n, s, out, error);
+    return at_time(x, x->times.which[which], n, s, out, error);
 }
 
 /* A locked strain is a stiff one, which implicit steps stand: forces of some EI/L^2 stretch it by a
@@ -81,29 +77,6 @@ ad_status dynamic_at(const dynamic_solution *x, size_t which, size_t n, const do
 static double lock_for(double tolerance)
 {
     return fmin(100 / tolerance, 1e10);
-}
-
-/* The fixed times up to the last, and aside of them the times given; ascending and each once. */
-static void place_times(dynamic_solution *x, const double *times)
-{
-    double last = x->given > 0 ? times[x->given - 1] : 0;
-    size_t fixed = 1, next = 0;
-    while (fixed <= FIXED_TIMES || next < x->given) {
-        double stop = fixed < FIXED_TIMES   ? last * (double)fixed / FIXED_TIMES
-                      : fixed > FIXED_TIMES ? INFINITY
-                                            : last;
-        double t = next < x->given && times[next] < stop ? times[next] : stop;
-        size_t count = x->at.count;
-        if (count == 0 || t > x->at.times[count - 1]) {
-            x->aside[count] = t < stop;
-            x->fixed += t == stop;
-            x->at.times[x->at.count++] = t;
-        }
-        fixed += t == stop;
-        for (; next < x->given && times[next] <= t; next++) {
-            x->which[next] = x->at.count - 1;
-        }
-    }
 }
 
 /* Memory for a solution on a mesh of at least so many intervals. */
@@ -115,17 +88,16 @@ static ad_status create(const refined *at, dynamic_solution **result, ad_error *
     }
     ad_status status =
         motion_mesh(at->rod, at->places, at->lock, at->of_loads, at->intervals, &x->motion, error);
+    status = status == AD_OK ? motion_times_create(at->count, at->given, &x->times, error) : status;
     if (status == AD_OK) {
-        size_t count = at->count, most = count + FIXED_TIMES;
-        x->given = count;
-        x->which = malloc((count + 1) * sizeof *x->which);
-        x->energies = malloc((count + 1) * sizeof *x->energies);
-        x->at.times = malloc(most * sizeof *x->at.times);
-        x->aside = malloc(most * sizeof *x->aside);
-        x->at.states = malloc(most * motion_nodes(x->motion) * MOTION_ROWS * sizeof(double));
-        x->at.energies = malloc(most * sizeof *x->at.energies);
-        if (!x->which || !x->energies || !x->at.times || !x->aside || !x->at.states ||
-            !x->at.energies) {
+        size_t count = x->times.count;
+        x->energies = malloc((at->count + 1) * sizeof *x->energies);
+        x->at = (motion_record){
+            .count = count,
+            .times = x->times.all,
+            .states = malloc(count * motion_nodes(x->motion) * MOTION_ROWS * sizeof(double)),
+            .energies = malloc(count * sizeof *x->at.energies)};
+        if (!x->energies || !x->at.states || !x->at.energies) {
             status = ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", count);
         }
     }
@@ -133,37 +105,8 @@ static ad_status create(const refined *at, dynamic_solution **result, ad_error *
         dynamic_free(x);
         return status;
     }
-    place_times(x, at->times);
     *result = x;
     return AD_OK;
-}
-
-void motion_report_energies(size_t count, const solve_energy *energies, solve_report *report)
-{
-    double mismatch = 0, largest = 0;
-    for (size_t i = 0; i < count; i++) {
-        const solve_energy *e = &energies[i];
-        mismatch = motion_larger(mismatch, fabs(e->mismatch));
-        largest = fmax(largest, fmax(e->kinetic + e->strain, fmax(fabs(e->work), e->dissipated)));
-    }
-    report->energy = largest + SOLVE_ENERGY_ROUNDING / SOLVE_ENERGY_ALLOWED;
-    report->energy_mismatch = mismatch / report->energy;
-}
-
-/* Of the times that are not asked for. */
-static void take_energies(dynamic_solution *x, solve_report *report)
-{
-    solve_energy all[FIXED_TIMES];
-    size_t count = 0;
-    for (size_t i = 0; i < x->at.count; i++) {
-        if (!x->aside[i]) {
-            all[count++] = x->at.energies[i];
-        }
-    }
-    motion_report_energies(count, all, report);
-    for (size_t i = 0; i < x->given; i++) {
-        x->energies[i] = x->at.energies[x->which[i]];
-    }
 }
 
 /* ---- refining ------------------------------------------------------------------------------ */
@@ -229,7 +172,7 @@ static ad_status look(refined *at, ad_error *error)
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %d times", FIXED_TIMES);
     }
     for (size_t which = 0; which < x->at.count && status == AD_OK; which++) {
-        if (!x->aside[which]) {
+        if (!x->times.aside[which]) {
             status = at_time(x, which, COMPARED, s, all, error);
             all += COMPARED;
         }
@@ -276,7 +219,7 @@ static ad_status solve_once(refined *at, dynamic_solution **result, solve_report
         dynamic_free(x);
         return status;
     }
-    take_energies(x, &of_this);
+    motion_times_energies(&x->times, x->at.energies, x->energies, &of_this);
     *report = of_this;
     *result = x;
     return AD_OK;
@@ -295,7 +238,7 @@ static ad_status solve_again(refined *at, solve_report *report, bool *failed, ad
         status = look(at, error);
     }
     if (status == AD_OK) {
-        at->distance = motion_compare(at->best->fixed, at->seen[0], at->seen[1]);
+        at->distance = motion_compare(at->best->times.fixed, at->seen[0], at->seen[1]);
     }
     return *failed ? AD_OK : status;
 }
@@ -352,8 +295,8 @@ static double left_over(int count, const double *distance)
 static double left_over_at_right_angles(const refined *at)
 {
     const double safe = 1.5, least = 0.5;
-    double first = motion_compare(at->best->fixed, at->seen[1], at->seen[2]).l2;
-    double over = motion_compare(at->best->fixed, at->seen[0], at->seen[2]).l2;
+    double first = motion_compare(at->best->times.fixed, at->seen[1], at->seen[2]).l2;
+    double over = motion_compare(at->best->times.fixed, at->seen[0], at->seen[2]).l2;
     double last = at->distance.l2 * at->distance.l2, before = first * first;
     double of_last = last + over * over - before; /* 2 e_3^2 */
     bool points_apart = over * over < before + last;
@@ -485,7 +428,7 @@ ad_status dynamic_solve(const solve_rod *rod, const solve_settings *settings, si
                   .lock = lock_for(settings->tolerance),
                   .of_loads = is_given ? INFINITY : 0.1 * settings->tolerance,
                   .count = count,
-                  .times = times,
+                  .given = times,
                   .intervals = is_given ? intervals : COARSEST,
                   .by = {.tolerance = (is_given ? 1 : 10) * settings->tolerance, .shortened = 1}};
     ad_status status = solve_refined(&at, settings, report, error);

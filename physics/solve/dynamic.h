@@ -39,11 +39,6 @@ typedef struct motion_apart {
 enum { MOTION_COMPARED = 33 };
 motion_apart motion_compare(size_t count, const solve_state *x, const solve_state *y);
 
-/* The largest energy of those at `count` times, and the largest mismatch over it; not a number if
- * one is none. The energy has a part of its own that what rounding leaves of a rod at rest is small
- * beside. */
-void motion_report_energies(size_t count, const solve_energy *energies, solve_report *report);
-
 /* [count] */
 const solve_energy *dynamic_energies(const dynamic_solution *x);
 

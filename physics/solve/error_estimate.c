@@ -115,7 +115,7 @@ static ad_status solve(const measuring *x, double tolerance, solution **result,
 
 /* estimate: the distance and what the solver leaves, *left of it. */
 static ad_status measure(const measuring *x, double tolerance, double *estimate, double *left,
-                         ad_error *error)
+                         double *misfit, ad_error *error)
 {
     solution *solved = NULL;
     solve_report report;
@@ -126,6 +126,7 @@ static ad_status measure(const measuring *x, double tolerance, double *estimate,
     }
     if (status == AD_OK) {
         *left = report.estimate;
+        *misfit = solve_misfit(&report);
         *estimate = largest_distance(x) / report.size + report.estimate;
     }
     solution_free(solved);
@@ -146,12 +147,12 @@ ad_status solve_error_estimate(const scene *rod_scene, double end, solve_known_m
                    .context = context,
                    .moves = scene_is_dynamic(rod_scene)};
     const double last = x.moves ? LAST_IN_MOTION : LAST_AT_REST;
-    double tolerance = x.moves ? FIRST_IN_MOTION : FIRST_AT_REST, left = INFINITY;
+    double tolerance = x.moves ? FIRST_IN_MOTION : FIRST_AT_REST, left = INFINITY, misfit = 0;
     *estimate = NAN;
     ad_status status = sample(&x, end, error);
     for (int i = 0; i < ROUNDS && status == AD_OK; i++) {
         double found, leaves;
-        status = measure(&x, tolerance, &found, &leaves, error);
+        status = measure(&x, tolerance, &found, &leaves, &misfit, error);
         if (status == AD_OK && !(leaves >= left)) {
             *estimate = found;
             left = leaves;
@@ -161,6 +162,7 @@ ad_status solve_error_estimate(const scene *rod_scene, double end, solve_known_m
         }
         tolerance = fmax(last, fmin(tolerance, *estimate) / 100);
     }
+    *estimate += misfit;
     free(x.s);
     return is_unknown(status) ? AD_OK : status;
 }

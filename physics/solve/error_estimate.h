@@ -16,7 +16,8 @@ extern "C" {
 #endif
 
 /* *estimate: of the largest error of the position over the length, or of a deflection over the
- * largest; what the solver leaves of its own is added. NaN: not known, and `error` says why: no
+ * largest; what the solver leaves of its own, and what a learned law's misfit
+ * to its data does, is added. NaN: not known, and `error` says why: no
  * solver takes the scene, or none solves it well enough. In motion until `end` (s; at rest it is
  * not read). `answer` gives all columns of solution_columns; at rest its times are NULL.
  * The scene must pass scene_check and the check of its model. AD_NO_MEMORY, errors of the answer

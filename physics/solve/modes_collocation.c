@@ -22,15 +22,16 @@ ad_status collocation_create(modes *m, int stages, collocation **result, ad_erro
     const size_t pairs = (size_t)x->by.pairs;
     int *pivots = malloc(pairs * n * sizeof *pivots);
     double *at = x->memory =
-        calloc(4 * each + 4 * n + 3 * square + 2 * pairs * n * n + each * (each + 1), sizeof *at);
+        calloc(4 * each + 6 * n + 3 * square + 2 * pairs * n * n + each * (each + 1), sizeof *at);
     x->solve[0].pivot = pivots;
     if (!at || !pivots) {
         collocation_free(x);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for steps");
     }
-    double **const parts[] = {&x->a,        &x->before,   &x->residual, &x->change, &x->q,   &x->v,
-                              &x->right[0], &x->right[1], &x->by_q,     &x->by_v,   &x->mass};
-    const size_t sizes[] = {each, each, each, each, n, n, n, n, square, square, square};
+    double **const parts[] = {&x->a,    &x->before,   &x->residual, &x->change, &x->q,
+                              &x->v,    &x->right[0], &x->right[1], &x->from_q, &x->from_v,
+                              &x->by_q, &x->by_v,     &x->mass};
+    const size_t sizes[] = {each, each, each, each, n, n, n, n, n, n, square, square, square};
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
         *parts[i] = at;
         at += sizes[i];
@@ -404,69 +405,104 @@ void collocation_finish(const collocation *x, double h, double *q, double *v)
     }
 }
 
-static void keep(collocation *x, double h, solve_energy *energy)
+/* Of powers at the stages, up to a share of the step. */
+static void add_energy(const collocation *x, double h, const double *integral, solve_energy *energy)
 {
-    const collocation_method *by = &x->by;
-    for (int i = 0; i < by->stages && energy; i++) {
-        energy->work += h * by->matrix[by->stages - 1][i] * x->load[i];
-        energy->dissipated += h * by->matrix[by->stages - 1][i] * x->loss[i];
+    for (int i = 0; i < x->by.stages; i++) {
+        energy->work += h * integral[i] * x->load[i];
+        energy->dissipated += h * integral[i] * x->loss[i];
     }
-    memcpy(x->before, x->a, (size_t)(by->stages * x->size) * sizeof *x->a);
+}
+
+static void keep(collocation *x, double h, const double *q, const double *v, solve_energy *energy)
+{
+    const size_t n = (size_t)x->size;
+    memcpy(x->from_q, q, n * sizeof *q);
+    memcpy(x->from_v, v, n * sizeof *v);
+    x->from_energy = *energy;
+    add_energy(x, h, x->by.matrix[x->by.stages - 1], energy);
+    memcpy(x->before, x->a, (size_t)x->by.stages * n * sizeof *x->a);
     x->has_polynomial = true;
     x->last_step = h;
     x->counts.steps++;
 }
 
-ad_status collocation_go(collocation *x, double t, double end, const double *inputs,
-                         double tolerance, double *q, double *v, solve_energy *energy,
-                         ad_error *error)
+void collocation_within(const collocation *x, double share, double *q, double *v,
+                        solve_energy *energy)
 {
-    const double smallest = 1e-13, of_newton = 1e-2;
-    const double span = end - t;
-    bool must_form = !x->has_polynomial;
-    x->step = x->step > 0 ? x->step : fmin(span, 1e-3);
-    while (end - t > 1e-14 * fmax(1, fabs(end))) {
-        const bool clipped = x->step >= end - t;
-        const double h = clipped ? end - t : fmin(x->step, 0.5 * (end - t) + 0.25 * x->step);
+    const collocation_method *by = &x->by;
+    const double h = x->last_step;
+    double integral[COLLOCATION_STAGES_MAX];
+    collocation_integrals(by, share, integral);
+    for (int k = 0; k < x->size; k++) {
+        q[k] = x->from_q[k] + share * h * x->from_v[k];
+        v[k] = x->from_v[k];
+        for (int j = 0; j < by->stages; j++) {
+            double twice = 0;
+            for (int i = 0; i < by->stages; i++) {
+                twice += integral[i] * by->matrix[i][j];
+            }
+            q[k] += h * h * twice * x->before[j * x->size + k];
+            v[k] += h * integral[j] * x->before[j * x->size + k];
+        }
+    }
+    *energy = x->from_energy;
+    add_energy(x, h, integral, energy);
+}
+
+/* Newton's method for a step of length h as predicted; *failed: it came to nothing. */
+static ad_status attempt(collocation *x, double t, double h, double tolerance, const double *q,
+                         const double *v, bool *slow, bool *failed, ad_error *error)
+{
+    const double of_newton = 1e-2;
+    ad_status status = AD_OK;
+    predict(x, h);
+    if (x->must_form) {
+        status = collocation_form(x, t, h, NULL, q, v, error);
+    }
+    if (status == AD_OK && x->formed_step != h) {
+        *failed = !collocation_factor(x, h);
+    }
+    return status == AD_OK && !*failed ? collocation_iterate(x, t, h, NULL, of_newton * tolerance,
+                                                             q, v, slow, failed, error)
+                                       : status;
+}
+
+ad_status collocation_next(collocation *x, double *t, double end, double tolerance, double *q,
+                           double *v, solve_energy *energy, ad_error *error)
+{
+    const double smallest = 1e-13 * fmax(1, fabs(end)), left = end - *t;
+    x->must_form |= !x->has_polynomial;
+    x->step = x->step > 0 ? x->step : fmin(left, 1e-3);
+    while (true) {
+        const bool clipped = x->step >= left;
+        const double h = clipped ? left : fmin(x->step, 0.5 * left + 0.25 * x->step);
         bool slow = false, failed = false;
-        double error_now = INFINITY;
-        ad_status status = AD_OK;
-        predict(x, h);
-        if (must_form) {
-            status = collocation_form(x, t, h, inputs, q, v, error);
-        }
-        if (status == AD_OK && x->formed_step != h) {
-            failed = !collocation_factor(x, h);
-        }
-        if (status == AD_OK && !failed) {
-            status = collocation_iterate(x, t, h, inputs, of_newton * tolerance, q, v, &slow,
-                                         &failed, error);
-        }
+        ad_status status = attempt(x, *t, h, tolerance, q, v, &slow, &failed, error);
         if (status != AD_OK) {
             return status;
         }
-        if (failed && !must_form) { /* the matrix may be that of another time */
-            must_form = true;
+        if (failed && !x->must_form) { /* the matrix may be that of another time */
+            x->must_form = true;
             continue;
         }
-        must_form = slow || failed;
-        error_now = failed ? INFINITY : estimate(x, h);
+        x->must_form = slow || failed;
+        const double error_now = failed ? INFINITY : estimate(x, h);
         double factor = fmin(
             4, fmax(0.2, 0.9 * pow(tolerance / fmax(error_now, 1e-300), 1.0 / (x->by.stages + 1))));
-        if (failed || !(error_now <= tolerance)) {
-            x->counts.rejected++;
-            x->step = h * (failed ? 0.3 : fmin(factor, 0.9));
-            if (!(x->step > smallest * span)) {
-                return ad_fail(error, AD_NOT_FINITE, "steps of time became too small at %g of %g",
-                               t, end);
-            }
-            continue;
+        if (!failed && error_now <= tolerance) {
+            keep(x, h, q, v, energy);
+            collocation_finish(x, h, q, v);
+            *t = clipped ? end : *t + h;
+            factor = factor > 0.9 && factor < 1.3 ? 1 : factor; /* keeps the factors */
+            x->step = clipped ? fmax(x->step, h * factor) : h * factor;
+            return AD_OK;
         }
-        collocation_finish(x, h, q, v);
-        keep(x, h, energy);
-        t = clipped ? end : t + h;
-        factor = factor > 0.9 && factor < 1.3 ? 1 : factor; /* keeps the factors */
-        x->step = clipped ? fmax(x->step, h * factor) : h * factor;
+        x->counts.rejected++;
+        x->step = h * (failed ? 0.3 : fmin(factor, 0.9));
+        if (!(x->step > smallest)) {
+            return ad_fail(error, AD_NOT_FINITE, "steps of time became too small at %g of %g", *t,
+                           end);
+        }
     }
-    return AD_OK;
 }

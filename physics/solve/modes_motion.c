@@ -3,27 +3,26 @@
 #include "physics/solve/events.h"
 #include "physics/solve/modes_internal.h"
 #include "physics/solve/modes_step.h"
-#include "physics/sort.h"
+#include "physics/solve/motion_times.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Solutions are compared at the times given and at so many more. */
-enum { MORE_TIMES = 16 };
-
 /* Of a step: of order 9. With 3, of order 5, motions took as long for a tenth of the accuracy. */
 enum { STAGES = 5 };
 
+/* Of time. */
+static const double ROUNDING = 1e-14;
+
 struct modes_solution {
     modes *m;
-    size_t given, count;    /* times asked for, and those with what they are compared at */
-    double *times;          /* [count] ascending, each once */
-    size_t *which;          /* [given] of those times */
-    double *states;         /* [count][2][size]: q, q_t */
-    solve_energy *all;      /* [count] */
-    solve_energy *energies; /* [given] */
-    double *room;           /* [3][size] */
+    motion_times times;
+    double *states;         /* [times.count][2][size]: q, q_t */
+    solve_energy *all;      /* [times.count] */
+    solve_energy *energies; /* [times.given] */
+    double initial;         /* energy */
+    double *room;           /* [4][size] */
     long steps;
     double work, reached;
 };
@@ -32,8 +31,7 @@ void modes_motion_free(modes_solution *x)
 {
     if (x) {
         modes_free(x->m);
-        free(x->times);
-        free(x->which);
+        motion_times_free(&x->times);
         free(x->states);
         free(x->all);
         free(x->energies);
@@ -49,65 +47,36 @@ const solve_energy *modes_motion_energies(const modes_solution *x)
 
 /* ---- one solution -------------------------------------------------------------------------- */
 
-/* The times given, 0 and some between. */
-static void place_times(modes_solution *x, const double *times)
-{
-    const double last = x->given > 0 ? times[x->given - 1] : 0;
-    size_t count = 0;
-    for (size_t i = 0; i <= MORE_TIMES; i++) {
-        x->times[count++] = last * (double)i / MORE_TIMES;
-    }
-    memcpy(x->times + count, times, x->given * sizeof *times);
-    count += x->given;
-    sort_ascending(count, x->times);
-    for (size_t i = 0; i < count; i++) {
-        if (x->count == 0 || x->times[i] > x->times[x->count - 1]) {
-            x->times[x->count++] = x->times[i];
-        }
-    }
-    for (size_t i = 0, k = 0; i < x->given; i++) {
-        while (x->times[k] < times[i]) {
-            k++;
-        }
-        x->which[i] = k;
-    }
-}
-
 static ad_status create(solve_rod *rod, const modes_counts *counts, int finer, size_t given,
                         const double *times, modes_solution **result, ad_error *error)
 {
     modes_solution *x = calloc(1, sizeof *x);
-    const size_t most = given + MORE_TIMES + 1;
     *result = x;
     if (!x) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a motion");
     }
     ad_status status = modes_create(rod, NULL, counts, finer, &x->m, error);
+    status = status == AD_OK ? motion_times_create(given, times, &x->times, error) : status;
     if (status != AD_OK) {
         return status;
     }
-    const size_t size = (size_t)modes_size(x->m);
-    x->given = given;
-    x->times = malloc(most * sizeof *x->times);
-    x->which = malloc(most * sizeof *x->which);
-    x->states = malloc((2 * most * size + 1) * sizeof *x->states);
-    x->all = calloc(most, sizeof *x->all);
-    x->energies = calloc(most, sizeof *x->energies);
-    x->room = malloc((3 * size + 1) * sizeof *x->room);
-    if (!x->times || !x->which || !x->states || !x->all || !x->energies || !x->room) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", given);
-    }
-    place_times(x, times);
-    return AD_OK;
+    const size_t size = (size_t)modes_size(x->m), count = x->times.count;
+    x->states = malloc((2 * count * size + 1) * sizeof *x->states);
+    x->all = calloc(count, sizeof *x->all);
+    x->energies = calloc(given + 1, sizeof *x->energies);
+    x->room = malloc((4 * size + 1) * sizeof *x->room);
+    return x->states && x->all && x->energies && x->room
+               ? AD_OK
+               : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", count);
 }
 
-/* Where the rod is at x->times[which], with `energy` as it is then. */
+/* Where the rod is at one of the times, with `energy` as it is then. */
 static ad_status take(modes_solution *x, size_t which, const double *q, const double *v,
-                      solve_energy *energy, ad_error *error)
+                      const solve_energy *energy, ad_error *error)
 {
     const size_t size = (size_t)modes_size(x->m);
     double *to = x->states + which * 2 * size;
-    ad_status status = modes_at(x->m, x->times[which], NULL, error);
+    ad_status status = modes_at(x->m, x->times.all[which], NULL, error);
     if (status != AD_OK) {
         return status;
     }
@@ -115,12 +84,26 @@ static ad_status take(modes_solution *x, size_t which, const double *q, const do
     memcpy(to + size, v, size * sizeof *to);
     modes_shape(x->m, q, v, NULL);
     const solve_energy now = modes_energy_now(x->m);
-    energy->kinetic = now.kinetic;
-    energy->strain = now.strain;
-    x->all[which] = *energy;
-    x->all[which].mismatch = now.kinetic + now.strain + energy->dissipated - energy->work -
-                             x->all[0].kinetic - x->all[0].strain;
+    const double before = x->initial + energy->work - energy->dissipated;
+    x->all[which] = (solve_energy){now.kinetic, now.strain, energy->work, energy->dissipated,
+                                   now.kinetic + now.strain - before};
     return AD_OK;
+}
+
+static ad_status begin(modes_solution *x, const solve_settings *settings, double *q, double *v,
+                       ad_error *error)
+{
+    ad_status status = modes_initial(x->m, q, v, error);
+    if (status == AD_OK && settings->from_count > 0) {
+        status = modes_fit_seen(x->m, settings->from_count, settings->from, q, v, error);
+    }
+    status = status == AD_OK ? modes_at(x->m, 0, NULL, error) : status;
+    if (status == AD_OK) {
+        modes_shape(x->m, q, v, NULL);
+        const solve_energy now = modes_energy_now(x->m);
+        x->initial = now.kinetic + now.strain;
+    }
+    return status;
 }
 
 /* Through all times, with a stop at each instant that no step may pass. */
@@ -128,25 +111,29 @@ static ad_status go(modes_solution *x, const solve_settings *settings, double to
                     const solve_events *e, ad_error *error)
 {
     const size_t size = (size_t)modes_size(x->m);
-    double *q = x->room, *v = q + size, t = 0;
+    const motion_times *times = &x->times;
+    double *q = x->room, *v = q + size, *at = v + size, t = 0;
+    const double end = times->all[times->count - 1];
+    size_t next = 0, event = 0;
     solve_energy energy = {0};
     collocation *steps = NULL;
-    ad_status status = modes_initial(x->m, q, v, error);
-    if (status == AD_OK && settings->from_count > 0) {
-        status = modes_fit_seen(x->m, settings->from_count, settings->from, q, v, error);
-    }
+    ad_status status = begin(x, settings, q, v, error);
     status = status == AD_OK ? collocation_create(x->m, STAGES, &steps, error) : status;
-    for (size_t i = 0, k = 0; i < x->count && status == AD_OK; i++) {
-        while (status == AD_OK && t < x->times[i]) {
-            while (k < e->count && e->times[k] <= t) {
-                k++;
-            }
-            const bool meets = k < e->count && e->times[k] < x->times[i];
-            const double end = meets ? e->times[k] : x->times[i];
-            status = collocation_go(steps, t, end, NULL, tolerance, q, v, &energy, error);
-            t = end;
+    for (; next < times->count && times->all[next] <= t && status == AD_OK; next++) {
+        status = take(x, next, q, v, &energy, error);
+    }
+    while (next < times->count && status == AD_OK) {
+        const double from = t;
+        while (event < e->count && e->times[event] <= t + ROUNDING * fmax(1, t)) {
+            event++;
         }
-        status = status == AD_OK ? take(x, i, q, v, &energy, error) : status;
+        const double stop = event < e->count ? fmin(end, e->times[event]) : end;
+        status = collocation_next(steps, &t, stop, tolerance, q, v, &energy, error);
+        for (; next < times->count && times->all[next] <= t && status == AD_OK; next++) {
+            solve_energy then;
+            collocation_within(steps, (times->all[next] - from) / (t - from), at, at + size, &then);
+            status = take(x, next, at, at + size, &then, error);
+        }
         x->reached = status == AD_OK ? t : x->reached;
     }
     if (steps) {
@@ -164,10 +151,10 @@ static ad_status go(modes_solution *x, const solve_settings *settings, double to
 ad_status modes_motion_at(const modes_solution *x, size_t which, size_t n, const double *s,
                           solve_state *out, ad_error *error)
 {
-    const size_t size = (size_t)modes_size(x->m), at = x->which[which];
+    const size_t size = (size_t)modes_size(x->m), at = x->times.which[which];
     const double *q = x->states + at * 2 * size, *v = q + size;
     double *a = x->room, *residual = a + size;
-    ad_status status = modes_at(x->m, x->times[at], NULL, error);
+    ad_status status = modes_at(x->m, x->times.all[at], NULL, error);
     if (status == AD_OK && !modes_accelerations(x->m, q, v, a)) {
         status = ad_fail(error, AD_NOT_FINITE, "the mass matrix of the modes is singular");
     }
@@ -190,7 +177,7 @@ typedef struct refined {
     const double *times; /* [given] */
     solve_events *events;
     modes_solution *best;
-    solve_state *seen[2]; /* [times][MOTION_COMPARED] of the last solutions, the best first */
+    solve_state *seen[2]; /* [fixed times][MOTION_COMPARED] of the last solutions, the best first */
     double work;
 } refined;
 
@@ -202,7 +189,7 @@ static ad_status look(refined *at, ad_error *error)
     modes_solution *x = at->best;
     const size_t size = (size_t)modes_size(x->m);
     double s[MOTION_COMPARED];
-    solve_state *all = malloc(x->count * MOTION_COMPARED * sizeof *all);
+    solve_state *all = malloc(x->times.fixed * MOTION_COMPARED * sizeof *all);
     ad_status status = all ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for times");
     free(at->seen[1]);
     at->seen[1] = at->seen[0];
@@ -213,11 +200,14 @@ static ad_status look(refined *at, ad_error *error)
     modes_places *places = NULL;
     status =
         status == AD_OK ? modes_places_create(x->m, MOTION_COMPARED, s, &places, error) : status;
-    for (size_t i = 0; i < x->count && status == AD_OK; i++) {
+    for (size_t i = 0; i < x->times.count && status == AD_OK; i++) {
         const double *q = x->states + i * 2 * size;
-        status = modes_at(x->m, x->times[i], NULL, error);
-        modes_shape(x->m, q, q + size, NULL);
-        modes_samples(x->m, places, all + i * MOTION_COMPARED);
+        if (!x->times.aside[i]) {
+            status = modes_at(x->m, x->times.all[i], NULL, error);
+            modes_shape(x->m, q, q + size, NULL);
+            modes_samples(x->m, places, all);
+            all += MOTION_COMPARED;
+        }
     }
     modes_places_free(places);
     return status;
@@ -252,8 +242,8 @@ static bool add_modes(const modes_solution *x, double tolerance, modes_counts *c
     const modes *m = x->m;
     double size[MODES_STRAINS] = {0}, tail[MODES_STRAINS] = {0};
     bool more = false;
-    for (size_t i = 0; i < x->count; i++) {
-        for (int a = m->hinges; a < m->size; a++) {
+    for (size_t i = 0; i < x->times.count; i++) {
+        for (int a = x->times.aside[i] ? m->size : m->hinges; a < m->size; a++) {
             const modes_mode *mode = &m->mode[a];
             const int c = mode->strain, k = mode->degree + 1;
             const double q = fabs(x->states[i * 2 * (size_t)m->size + (size_t)a]);
@@ -275,10 +265,7 @@ static bool add_modes(const modes_solution *x, double tolerance, modes_counts *c
 static void take_report(const refined *at, solve_report *report)
 {
     const modes_solution *x = at->best;
-    motion_report_energies(x->count, x->all, report);
-    for (size_t i = 0; i < x->given; i++) {
-        x->energies[i] = x->all[x->which[i]];
-    }
+    motion_times_energies(&x->times, x->all, x->energies, report);
     report->nodes = x->m->points - x->m->hinges * (x->m->stages + 1);
     report->time = 1;
     report->mode_count = x->m->size;
@@ -313,7 +300,8 @@ static ad_status refine(refined *at, const solve_settings *settings, solve_repor
             break;
         }
         if (i > 0) {
-            const motion_apart apart = motion_compare(at->best->count, at->seen[0], at->seen[1]);
+            const motion_apart apart =
+                motion_compare(at->best->times.fixed, at->seen[0], at->seen[1]);
             const double left = left_over(distance, apart.l2);
             distance = apart.l2;
             report->estimate_l2 = left * apart.l2;

@@ -100,8 +100,8 @@ static double legendre_at(int degree, double y)
     return value;
 }
 
-/* Integrals of Lagrange's polynomials of the nodes from 0 to x, by Gauss' rule. */
-static void integrals_to(const collocation_method *by, double x, double *to)
+/* By Gauss' rule. */
+void collocation_integrals(const collocation_method *by, double x, double *to)
 {
     const gauss_rule rule = solve_gauss_rule_of(S);
     for (int j = 0; j < by->stages; j++) {
@@ -161,7 +161,7 @@ void collocation_make_method(int stages, collocation_method *by)
     *by = (collocation_method){.stages = stages};
     radau_nodes(stages, &rule, by->nodes);
     for (int i = 0; i < stages; i++) {
-        integrals_to(by, by->nodes[i], by->matrix[i]);
+        collocation_integrals(by, by->nodes[i], by->matrix[i]);
     }
     for (int j = 0; j < stages; j++) {
         for (int i = 0; i < stages; i++) {

@@ -26,12 +26,16 @@ typedef struct collocation_counts {
 ad_status collocation_create(modes *m, int stages, collocation **result, ad_error *error);
 void collocation_free(collocation *x);
 
-/* From t to `end` with steps no error of which is estimated to be above `tolerance` in any mode;
- * inputs as modes_at. q, v [size]: before and after. energy (NULL: not asked): work and dissipated
- * are added to. AD_NOT_FINITE where steps become too small. */
-ad_status collocation_go(collocation *x, double t, double end, const double *inputs,
-                         double tolerance, double *q, double *v, solve_energy *energy,
-                         ad_error *error);
+/* One step from *t towards `end`, which it does not pass, no error of which is estimated to be
+ * above `tolerance` in any mode; inputs as modes_at without any. q, v [size]: before and after.
+ * Work and dissipation are added to energy. AD_NOT_FINITE where steps become too small. */
+ad_status collocation_next(collocation *x, double *t, double end, double tolerance, double *q,
+                           double *v, solve_energy *energy, ad_error *error);
+
+/* After it: q, v [size] and energy within the step, at a share of its length from 0 to 1, by the
+ * polynomial through its stages. */
+void collocation_within(const collocation *x, double share, double *q, double *v,
+                        solve_energy *energy);
 
 /* One step of length h by itself: the same whatever came before. The inputs go linearly to those
  * `after` it (NULL: they are held). Newton's method stops at the tolerance, of modes and rates.

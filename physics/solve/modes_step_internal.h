@@ -34,7 +34,10 @@ struct collocation {
     const double *after; /* inputs at the end of the step, which go there linearly; NULL: held */
     double step, formed_step; /* 0: none */
     bool has_polynomial;      /* accelerations of a last step, to go on from */
+    bool must_form;           /* another matrix for the next step */
     double last_step;
+    double *from_q, *from_v;  /* [size] where the last step began, */
+    solve_energy from_energy; /* with what energy */
     double *memory;
     double *a;                 /* [stages][size] accelerations */
     double *before;            /* [stages][size] of the last step */
@@ -50,6 +53,9 @@ struct collocation {
 };
 
 void collocation_make_method(int stages, collocation_method *by);
+
+/* Integrals of Lagrange's polynomials of the nodes from 0 to x; to [stages]. */
+void collocation_integrals(const collocation_method *by, double x, double *to);
 
 /* The model at the time of stage i, with its inputs. */
 ad_status collocation_at(collocation *x, int i, double t, double h, const double *inputs,

@@ -56,6 +56,11 @@ solve_report solve_report_blank(void)
                           .path_estimate = NAN};
 }
 
+double solve_misfit(const solve_report *report)
+{
+    return isnan(report->misfit) ? 0 : report->misfit;
+}
+
 static ad_status solve_rod_scene(solution *x, const scene *rod_scene,
                                  const solve_settings *settings, solve_report *report,
                                  ad_error *error)
@@ -175,6 +180,77 @@ static ad_status find_balance(const solution *x, solve_report *report, ad_error 
                    : solve_balance_rod(x->rod, shape_of, x, &report->balance, error);
 }
 
+/* Positions of a solution at its own times, [3][PLACES] each after the other. */
+enum { PLACES = 33 };
+
+static ad_status positions_of(const solution *x, double *to, ad_error *error)
+{
+    const size_t times = x->duration > 0 ? x->count : 1;
+    double s[PLACES], t[PLACES];
+    ad_status status = AD_OK;
+    for (size_t i = 0; i < times && status == AD_OK; i++) {
+        for (int k = 0; k < PLACES; k++) {
+            s[k] = x->scales.length * k / (PLACES - 1);
+            t[k] = x->duration > 0 ? x->times[i] * x->scales.time : 0;
+        }
+        status = solution_evaluate(x, 3, PLACES, s, t, to + i * 3 * PLACES, error);
+    }
+    return status;
+}
+
+/* The largest distance of two solutions of one scene, over its length. */
+static ad_status distance_of(const solution *x, const solution *y, double *distance,
+                             ad_error *error)
+{
+    const size_t times = x->duration > 0 ? x->count : 1, each = times * 3 * PLACES;
+    double *a = malloc(2 * each * sizeof *a), *b = a + each;
+    ad_status status =
+        a ? positions_of(x, a, error) : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    status = status == AD_OK ? positions_of(y, b, error) : status;
+    *distance = 0;
+    for (size_t i = 0; i < times * PLACES && status == AD_OK; i++) {
+        const size_t at = i / PLACES * 3 * PLACES + i % PLACES;
+        double square = 0;
+        for (size_t k = 0; k < 3; k++) {
+            square += pow(a[at + k * PLACES] - b[at + k * PLACES], 2);
+        }
+        *distance = fmax(*distance, sqrt(square) / x->scales.length);
+    }
+    free(a);
+    return status;
+}
+
+/* What it is worth to solve the other law for: a hundredth of what its misfit is. */
+static const double OF_MISFIT = 1e-2;
+
+/* The same with a law that is stiffer by its misfit. */
+static ad_status find_misfit(const solution *x, const scene *rod_scene,
+                             const solve_settings *settings, size_t count, const double *times,
+                             solve_report *report, ad_error *error)
+{
+    scene other = *rod_scene;
+    report->misfit = other.rod.law ? other.rod.law->misfit : 0;
+    if (!(report->misfit > 0) || report->load_fraction < 1) {
+        return AD_OK;
+    }
+    scene_law law = *other.rod.law;
+    solve_settings asked = *settings;
+    solve_report of_other;
+    solution *moved = NULL;
+    scene_law_stiffen(&law, 1 + report->misfit);
+    other.rod.law = &law;
+    asked.tolerance = fmax(asked.tolerance, OF_MISFIT * report->misfit);
+    ad_status status = solution_create(&other, &asked, count, times, &moved, &of_other, error);
+    if (status == AD_OK && of_other.load_fraction == 1) {
+        status = distance_of(x, moved, &report->misfit, error);
+    } else if (status != AD_NO_MEMORY) {
+        report->misfit = NAN;
+        status = AD_OK;
+    }
+    solution_free(moved);
+    return status;
+}
+
 ad_status solution_create(const scene *rod_scene, const solve_settings *settings, size_t count,
                           const double *times, solution **result, solve_report *report,
                           ad_error *error)
@@ -194,6 +270,9 @@ ad_status solution_create(const scene *rod_scene, const solve_settings *settings
     }
     if (status == AD_OK && x->duration == 0 && report->load_fraction == 1) {
         status = find_balance(x, report, error);
+    }
+    if (status == AD_OK) {
+        status = find_misfit(x, rod_scene, settings, count, times, report, error);
     }
     if (status != AD_OK) {
         solution_free(x);

@@ -104,6 +104,9 @@ typedef struct solve_report {
     double estimate;         /* of the largest error, relative to `size`; NaN: not estimated */
     double estimate_l2;      /* of rods in motion: of the relative L2 error; of others `estimate` */
     double size;             /* m: the length, or a beam's deflection */
+    double misfit;           /* what a learned law's misfit to its data adds, over the length: by
+                              * how much a law that is stiffer by it moves the rod; 0 without a
+                              * law, NaN where the law does not say */
     double balance;          /* static: as solve_balance; NaN: not under the whole load */
     double load_fraction;    /* static: reached; 1: all of it */
     double time;             /* dynamic: reached, of the duration */
@@ -123,6 +126,9 @@ typedef struct solve_report {
 /* A report of which nothing is known yet, and the whole load: numbers that may be missing are NaN.
  */
 solve_report solve_report_blank(void);
+
+/* What the misfit adds to both estimates; 0 where it is not known. */
+double solve_misfit(const solve_report *report);
 
 /* tolerance 1e-10; of rods in motion, which are the hardest, 1e-6, with locked strains 1e-4 */
 solve_settings solve_settings_default(const scene *rod_scene);
@@ -184,11 +190,12 @@ ad_status solve_balance(const scene *rod_scene, solve_shape *shape, const void *
  * length, or of a beam's deflection allows. */
 void solve_judge_balance(double balance, double allowed_error, verdict *result);
 
-/* Adds a warning where a scene has a law and strains leave the data that it has learned from.
- * values [columns][n] are those of the first 13 columns of its model at s [n] (m) and t [n] (s;
- * NULL at rest). */
-void solve_judge_law(const scene *rod_scene, size_t n, const double *s, const double *t,
-                     const double *values, verdict *result);
+/* Adds a warning where strains leave the data that a rod's law has learned from. Without such a law
+ * it warns where they crush or stretch the rod beyond what a linear law holds for. values
+ * [columns][n] are those of the first 13 columns of a rod's model at s [n] (m) and t [n] (s; NULL
+ * at rest). */
+void solve_judge_strains(const scene *rod_scene, size_t n, const double *s, const double *t,
+                         const double *values, verdict *result);
 
 /* Whether the energy of a motion balances to a tenth: else nothing is known of it. */
 bool solve_energy_is_met(const solve_report *report);
@@ -196,8 +203,8 @@ bool solve_energy_is_met(const solve_report *report);
 /* What speaks against a solution: that it is not that of the whole load, or that its estimated
  * error is above the tolerance (where nodes are not prescribed). Jumps that were not resolved may
  * make the estimate too small. Further, that loads at rest or the energy of a motion are out of
- * balance, or that the shape at rest is not stable (physics/solve/stability.h). And the remark that
- * there may be other equilibria. */
+ * balance, or that the shape at rest is not stable (physics/solve/stability.h). And remarks: that
+ * there may be other equilibria, that sizes are hardly meant (physics/plausible.h). */
 void solution_verdict(const solution *x, const scene *rod_scene, const solve_settings *settings,
                       const solve_report *report, verdict *result);
 

@@ -298,7 +298,7 @@ int cpinn_solution_columns(const cpinn_solution *x);
 const char *cpinn_solution_column_name(const cpinn_solution *x, int column);
 
 /* values [columns][points] at s [points] (m) and t [points] (s, each one of the times solved for;
- * ignored in a static scene, may then be NULL). */
+ * ignored in a static scene, may then be NULL). AD_BAD_ARGUMENT: a point beyond the rod. */
 ad_status cpinn_solution_evaluate(const cpinn_solution *x, size_t points, const double *s,
                                   const double *t, double *values, ad_error *error);
 

@@ -82,7 +82,7 @@ const scene *cpinn_solution_scene(const cpinn_solution *x)
 
 double cpinn_solution_estimate(const cpinn_solution *x)
 {
-    return x->report.estimate;
+    return x->report.estimate + solve_misfit(&x->report);
 }
 
 int cpinn_solution_columns(const cpinn_solution *x)
@@ -101,6 +101,13 @@ ad_status cpinn_solution_evaluate(const cpinn_solution *x, size_t points, const 
                                   const double *t, double *values, ad_error *error)
 {
     AD_LEAVE_HOST;
+    const scene *of = &x->settings->scene;
+    const double length = scene_length(of), slack = 1e-9 * length;
+    for (size_t i = 0; i < points; i++) {
+        if (s[i] < -slack || s[i] > length + slack) {
+            return ad_fail(error, AD_BAD_ARGUMENT, "s is %g m; allowed: 0 to %g m", s[i], length);
+        }
+    }
     return solution_evaluate(x->solved, cpinn_solution_columns(x), points, s, t, values, error);
 }
 

@@ -3,6 +3,7 @@
 #include "tools/config/config_experiment.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/help.h"
+#include "tools/programs/scene_line.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -280,6 +281,7 @@ static ad_status prepare(checker *s, ad_error *error)
     }
     ad_status status = config_read(s->asked.config, NULL, count, overrides, &settings, error);
     if (status == AD_OK) {
+        scene_line_implausible(&settings->scene);
         status = config_experiment_create(settings, s->asked.threads, &s->e, error);
     }
     if (status == AD_OK) {

@@ -6,6 +6,7 @@
 #include "tools/programs/control_judge.h"
 #include "tools/programs/control_run.h"
 #include "tools/programs/help.h"
+#include "tools/programs/scene_line.h"
 #include "tools/surrogate/surrogate.h"
 #include "tools/train/report.h"
 
@@ -250,6 +251,9 @@ static ad_status run(controlling *x, ad_error *error)
     }
     if (status == AD_OK && o->seed >= 0) {
         x->nominal->control.seed = o->seed;
+    }
+    if (status == AD_OK && !o->quiet) {
+        scene_line_implausible(&x->nominal->scene);
     }
     status = status == AD_OK ? find_model(x, error) : status;
     if (status != AD_OK) {

@@ -172,8 +172,9 @@ static ad_status write_json(const solving *x, ad_error *error)
         json_integer(&to, "newton_steps", r->newton_steps);
         json_number(&to, "seconds", x->seconds);
         json_number(&to, "tolerance", x->asked.tolerance);
-        json_number(&to, "estimated_error", r->estimate_l2);
-        json_number(&to, "estimated_error_max", r->estimate);
+        json_number(&to, "estimated_error", r->estimate_l2 + solve_misfit(r));
+        json_number(&to, "estimated_error_max", r->estimate + solve_misfit(r));
+        json_number(&to, "law_misfit", r->misfit);
         json_number(&to, "loads_out_of_balance", r->balance);
         json_number(&to, "load_factor", moves ? NAN : r->load_fraction);
         json_number(&to, "energy_out_of_balance", r->energy_mismatch);
@@ -285,6 +286,9 @@ static ad_status prepare(solving *x, ad_error *error)
     status = samples_of_grid(&x->grid, o->grid, x->scene, scene_duration(x->scene),
                              solution_columns(x->scene), error);
     if (status == AD_OK) {
+        if (!o->quiet) {
+            scene_line_implausible(x->scene);
+        }
         status = open_reference(x, error);
     }
     if (status == AD_OK && o->state_out && !is_rod_in_motion(x)) {

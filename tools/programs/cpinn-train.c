@@ -1,6 +1,5 @@
 /* cpinn-train: train a network on a scene; see --help. */
 #include "autodiff/dense.h"
-#include "physics/plausible.h"
 #include "tools/config/config_session.h"
 #include "tools/judge/signals.h"
 #include "tools/programs/cli.h"
@@ -9,6 +8,7 @@
 #include "tools/programs/launch.h"
 #include "tools/programs/progress.h"
 #include "tools/programs/ranks.h"
+#include "tools/programs/scene_line.h"
 #include "tools/programs/train_surrogate.h"
 #include "tools/programs/unknowns.h"
 #include "tools/train/clock.h"
@@ -111,14 +111,6 @@ static void announce(training *t)
         announce_reference(t);
     }
     announce_measurements(t);
-}
-
-static void announce_implausible(progress *live, const scene *scene)
-{
-    scene_warnings all = scene_implausible(scene);
-    for (int i = 0; i < all.count; i++) {
-        progress_say(live, "implausible: %s", all.texts[i]);
-    }
 }
 
 static void announce_members(training *t)
@@ -376,7 +368,6 @@ static ad_status train(training *t, ad_error *error)
     trainer_watch_stop(t->s.trainer, is_asked_to_stop, NULL);
     t->progress = progress_start(stdout, t->asked->quiet, t->s.trainer);
     announce(t);
-    announce_implausible(&t->progress, t->s.e->scene);
     announce_members(t);
     announce_stage(t);
     if (t->asked->watch) {
@@ -554,7 +545,11 @@ static int run(const options *o)
         config_free(settings);
         return result;
     }
-    if (status == AD_OK && surrogate_is_given(&settings->surrogate)) {
+    const bool is_robot = status == AD_OK && surrogate_is_given(&settings->surrogate);
+    if (status == AD_OK && !o->quiet && (is_robot || !o->explain)) { /* explain_print has it */
+        scene_line_implausible(&settings->scene);
+    }
+    if (is_robot) {
         const train_surrogate_options of = {
             program,  o->out,  o->json, o->threads, o->resume, o->quiet, o->explain != NULL,
             o->watch, o->ranks};

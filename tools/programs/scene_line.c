@@ -1,6 +1,7 @@
 #include "tools/programs/scene_line.h"
 
 #include "physics/beam.h"
+#include "physics/plausible.h"
 #include "physics/rod.h"
 
 #include <math.h>
@@ -42,4 +43,13 @@ void scene_line_print(const char *scene_name, const scene *of)
     print_number("curvature of tubes k L", n.tubes);
     print_number("duration", n.duration);
     putchar('\n');
+}
+
+void scene_line_implausible(const scene *of)
+{
+    const scene_warnings all = scene_implausible(of);
+    for (int i = 0; i < all.count; i++) {
+        printf("implausible: %s\n", all.texts[i]);
+    }
+    fflush(stdout);
 }

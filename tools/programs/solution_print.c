@@ -80,9 +80,13 @@ ad_status solution_print(const solution *solved, const scene *of, const solve_re
     }
     putchar('\n');
     if (!isnan(r->estimate)) {
-        printf("  %-24s %.3e %s", "estimated error", r->estimate_l2, estimate_unit(of));
+        const double misfit = solve_misfit(r);
+        printf("  %-24s %.3e %s", "estimated error", r->estimate_l2 + misfit, estimate_unit(of));
         if (moves) {
-            printf(", relative L2; at most %.1e of the length", r->estimate);
+            printf(", relative L2; at most %.1e of the length", r->estimate + misfit);
+        }
+        if (misfit > 0) {
+            printf("; %.1e of it is by the misfit of rod.law", misfit);
         }
         putchar('\n');
     }

@@ -464,7 +464,7 @@ ad_status train_law_fit(const train_law_settings *settings, const train_law_data
              .features = features,
              .count = (size_t)(N + settings->units * (2 + features))};
     *report = (train_law_report){.trained = 0};
-    *law = (scene_law){.symmetry = settings->symmetry, .units = settings->units};
+    *law = (scene_law){.symmetry = settings->symmetry, .units = settings->units, .misfit = NAN};
     ad_status status = check(settings, data, error);
     status = status == AD_OK ? set_scales(&x, data, error) : status;
     status = status == AD_OK ? deal(&x, data, error) : status;
@@ -475,6 +475,11 @@ ad_status train_law_fit(const train_law_settings *settings, const train_law_data
         errors_of(&x, law, 0, report->error);
         errors_of(&x, law, 1, report->held_out_error);
         errors_of(&x, NULL, x.rows[1] > 0, report->linear);
+        law->misfit = 0;
+        for (int i = 0; i < N; i++) { /* NaN: of a strain that is not known */
+            law->misfit =
+                fmax(law->misfit, x.rows[1] > 0 ? report->held_out_error[i] : report->error[i]);
+        }
     }
     free(x.data[0]);
     return status;

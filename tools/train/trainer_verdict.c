@@ -1,6 +1,7 @@
 /* The verdict on a training run, and the measures that it rests on. */
 #include "physics/beam.h"
 #include "physics/motion_network.h"
+#include "physics/plausible.h"
 #include "physics/solve/solve.h"
 #include "physics/solve/stability.h"
 #include "tools/train/trainer_internal.h"
@@ -112,12 +113,13 @@ static void judge_stability(const trainer *t, verdict *result)
     }
 }
 
-static void judge_law(const trainer *t, verdict *result)
+static void judge_strains(const trainer *t, verdict *result)
 {
     double s[STABILITY_POINTS], values[MODEL_COLUMNS_MAX * STABILITY_POINTS];
     scene one;
-    if (t->e->model->has_scene && t->e->scene->rod.law && shape_at_rest(t, &one, s, values)) {
-        solve_judge_law(&one, STABILITY_POINTS, s, NULL, values, result);
+    if (t->e->model->has_scene && !scene_is_beam(t->e->scene) &&
+        shape_at_rest(t, &one, s, values)) {
+        solve_judge_strains(&one, STABILITY_POINTS, s, NULL, values, result);
     }
 }
 
@@ -423,7 +425,10 @@ void trainer_verdict(const trainer *t, verdict *result)
                     problem_unresolved(t->problem));
     }
     judge_motion_balance(&info->balance, t->e->modes != NULL, result);
-    judge_law(t, result);
+    judge_strains(t, result);
+    if (t->e->model->has_scene) {
+        scene_judge_sizes(t->e->scene, result);
+    }
     judge_stability(t, result);
     if (t->known) {
         reference_verdict(t->known, &info->errors, trainer_estimate(t), result);
