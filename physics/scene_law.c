@@ -356,7 +356,10 @@ ad_status scene_law_create(int count, const double *numbers, scene_law *law, ad_
             char name[32];
             scene_law_name(law, i, name);
             return ad_fail(error, AD_BAD_INPUT, "number '%s' is %g; allowed: a %s", name,
-                           numbers[i], is_scale ? "positive number" : "finite number");
+                           numbers[i],
+                           is_scale      ? "positive number"
+                           : i == needed ? "number from 0 on"
+                                         : "finite number");
         }
     }
     return scene_law_finish(law, error);

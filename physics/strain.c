@@ -95,28 +95,32 @@ void strain_mesh_integral(const strain_mesh *mesh, bool to_edge, int i, double *
 
 ad_status strain_check(const scene *one, bool on_tape, ad_error *error)
 {
-    const char *why = scene_is_beam(one)                 ? "a beam of small deflection"
-                      : scene_is_dynamic(one)            ? "a motion"
-                      : scene_is_manufactured(one)       ? "a manufactured solution"
-                      : one->start.type != SCENE_CLAMPED ? "a start that is not clamped"
-                      : on_tape && one->end.type != SCENE_FREE && one->end.type != SCENE_LOADED
-                          ? "an end that is held"
-                      : quantity_any_given(3, one->end.rotation_vector) || one->end.twist.is_given
-                          ? "an end that is turned by an angle"
-                      : on_tape && one->spring_count > 0   ? "springs"
-                      : one->tube_count > 0                ? "tubes"
-                      : one->rod.law                       ? "a law of its own (rod.law)"
-                      : scene_has_displaced_tendons(one)   ? "tendons of given displacement"
-                      : scene_has_rubbing_tendons(one)     ? "tendons with friction"
-                      : scene_is_imperfect(one)            ? "an imperfection"
-                      : on_tape && rod_has_foundation(one) ? "a foundation"
-                                                           : NULL;
-    return why ? ad_fail(error, AD_BAD_ARGUMENT,
-                         "strain form%s: the scene has %s; allowed: a rod at rest, clamped at its "
-                         "start%s",
-                         on_tape ? " on a tape" : "", why,
-                         on_tape ? " and free or loaded at its end" : "")
-               : AD_OK;
+    const int end = one->end.type;
+    const struct {
+        bool has;
+        const char *what, *allowed;
+    } rows[] = {{scene_is_beam(one), "a beam of small deflection", "a rod"},
+                {scene_is_dynamic(one), "a motion", "a rod at rest"},
+                {scene_is_manufactured(one), "a manufactured solution", "loads"},
+                {one->start.type != SCENE_CLAMPED, "a start that is not clamped", "a clamped one"},
+                {on_tape && end != SCENE_FREE && end != SCENE_LOADED, "an end that is held",
+                 "a free or loaded one"},
+                {quantity_any_given(3, one->end.rotation_vector) || one->end.twist.is_given,
+                 "an end that is turned by an angle", "boundary.end.rotation"},
+                {on_tape && one->spring_count > 0, "springs", "none"},
+                {one->tube_count > 0, "tubes", "none"},
+                {one->rod.law, "a law of its own (rod.law)", "a linear one"},
+                {scene_has_displaced_tendons(one), "tendons of given displacement", "tensions"},
+                {scene_has_rubbing_tendons(one), "tendons with friction", "tendons without"},
+                {scene_is_imperfect(one), "an imperfection", "rod.rest.curvature"},
+                {on_tape && rod_has_foundation(one), "a foundation", "none"}};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        if (rows[i].has) {
+            return ad_fail(error, AD_BAD_ARGUMENT, "strain form%s: the scene has %s; allowed: %s",
+                           on_tape ? " on a tape" : "", rows[i].what, rows[i].allowed);
+        }
+    }
+    return AD_OK;
 }
 
 ad_status strain_takes(const scene *one, ad_error *error)

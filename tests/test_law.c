@@ -234,7 +234,13 @@ static void test_file(void **state)
     double numbers[SCENE_LAW_NUMBERS_MAX];
     const int count = scene_law_count(&law);
     scene_law_numbers(&law, numbers);
-    assert_int_equal(scene_law_create(count - 1, numbers, &same, &error), AD_BAD_INPUT);
+    assert_int_equal(scene_law_create(count - 2, numbers, &same, &error), AD_BAD_INPUT);
+    assert_int_equal(scene_law_create(count - 1, numbers, &same, &error), AD_OK);
+    assert_true(isnan(same.misfit)); /* as laws were written without one */
+    numbers[count - 1] = -1;
+    assert_int_equal(scene_law_create(count, numbers, &same, &error), AD_BAD_INPUT);
+    assert_non_null(strstr(error.message, "misfit"));
+    numbers[count - 1] = law.misfit;
     numbers[8] = -9; /* a quadratic term that makes the rod give way */
     assert_int_equal(scene_law_create(count, numbers, &same, &error), AD_BAD_INPUT);
     assert_non_null(strstr(error.message, "stiffness"));
@@ -277,9 +283,14 @@ static void test_at_rest(void **state)
     cpinn_solution *solved = solve(FOLDER "stretched.yaml", 0, NULL, 1e-9, NULL);
     assert_int_equal(verdict_outcome_of(cpinn_solution_verdict(solved)), VERDICT_SOLVED);
     tip_of(solved, NULL, values);
+    double off = 0;
     for (int i = 0; i < 3; i++) {
         assert_near(values[i], exact[i], 5e-5 * 0.08);
+        off = hypot(off, (values[i] - exact[i]) / 0.08);
     }
+    /* the law is off, and its estimate knows it to a factor of ten; the equations are to 1e-9 */
+    assert_true(off > 1e-6 && off < 10 * cpinn_solution_estimate(solved));
+    assert_true(cpinn_solution_estimate(solved) < 10 * off);
     cpinn_solution_free(solved);
     solved = solve(FOLDER "stretched_linear.yaml", 0, NULL, 1e-9, NULL);
     tip_of(solved, NULL, values);

@@ -54,6 +54,9 @@ const char *linear_model_form_name(train_linear_algebra form)
     return names[form];
 }
 
+/* Of one or two processors. */
+static const double MINUTES = 1e12;
+
 static size_t rank_of(size_t parameters)
 {
     return parameters < RANK ? parameters : RANK;
@@ -172,7 +175,12 @@ void linear_model_describe(const linear_model_info *info, char text[160])
     n += info->form == TRAIN_SEPARATE
              ? snprintf(text + n, 160 - (size_t)n, ", %zu of each output", info->order)
              : snprintf(text + n, 160 - (size_t)n, " and %zu residuals", info->rows);
-    snprintf(text + n, 160 - (size_t)n, ", %.1f MiB", info->bytes / (1024 * 1024));
+    n += snprintf(text + n, 160 - (size_t)n, ", %.1f MiB", info->bytes / (1024 * 1024));
+    if (linear_model_flops(info) > MINUTES) {
+        snprintf(text + n, 160 - (size_t)n,
+                 ", %.2g Gflop a step: minutes; fewer features take less",
+                 1e-9 * linear_model_flops(info));
+    }
 }
 
 /* ---- making -------------------------------------------------------------------------------- */
