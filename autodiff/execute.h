@@ -77,10 +77,8 @@ static inline size_t rows_of_sums(const execution *e, size_t chunks)
     return chunks + (size_t)ad_pool_threads(e->program->pool) * leaf_levels(e);
 }
 
-/* Cut a pass over so many points into tiles, chunks and the share of this rank (execute.c); into
- * chunks for so many ranks (execute_ranks.c). */
+/* Cut a pass over so many points into tiles, chunks and the share of this rank. */
 void ad_execute_cut(execution *e, const pass *p, size_t points, size_t members);
-void ad_execute_cut_chunks(execution *e, int ranks);
 
 /* Which chunks this rank takes; memory for what it exchanges; sums that are everyone's, from those
  * of its chunks, added up as far as they follow each other; values of points that are everyone's

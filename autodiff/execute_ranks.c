@@ -41,7 +41,7 @@ static const ad_ranks *ranks_of(const ad_program *program)
 
 /* Leaves: a power of 2 where there are more than a few, so that chunks are whole parts of their
  * tree; at most CHUNKS_MANY chunks for a rank. */
-void ad_execute_cut_chunks(execution *e, int ranks)
+static void cut_chunks(execution *e, int ranks)
 {
     size_t leaves = e->tiles / CHUNKS_FEW;
     leaves = leaves < CHUNKS_FEW ? CHUNKS_FEW : leaves;
@@ -59,7 +59,7 @@ void ad_execute_cut_chunks(execution *e, int ranks)
 void ad_execute_deal(execution *e)
 {
     const ad_ranks *ranks = ranks_of(e->program);
-    ad_execute_cut_chunks(e, ranks ? ranks->count : 1);
+    cut_chunks(e, ranks ? ranks->count : 1);
     e->first_chunk = ranks ? first_of(e, ranks->count, ranks->rank) : 0;
     e->end_chunk = ranks ? first_of(e, ranks->count, ranks->rank + 1) : e->chunks;
 }
@@ -246,7 +246,7 @@ ad_share ad_program_share(const ad_program *program, size_t points, int ranks, i
     for (int s = 0; s < program->pass_count; s++) {
         execution e = {.program = (ad_program *)program};
         ad_execute_cut(&e, &program->passes[s], points, 1);
-        ad_execute_cut_chunks(&e, ranks);
+        cut_chunks(&e, ranks);
         if (e.chunks > 0) {
             const ad_share of = share_of_pass(&e, ranks, rank);
             add_range(&result, &of);

@@ -114,7 +114,7 @@ const char *nn_mlp_settings_check(const nn_mlp_settings *settings)
     return settings->degree ? check_polynomials(settings) : NULL;
 }
 
-int nn_mlp_input_rows(const nn_mlp_settings *settings)
+static int input_rows(const nn_mlp_settings *settings)
 {
     return settings->inputs + (settings->pieces > 1 ? 1 + 2 * settings->pieces : 0);
 }
@@ -387,7 +387,7 @@ static ad_value nn_mlp_join(const nn_mlp *mlp, ad_value input, ad_value inside, 
 
 static void nn_mlp_check_input(const nn_mlp *mlp, ad_value input)
 {
-    int rows = nn_mlp_input_rows(&mlp->settings);
+    int rows = input_rows(&mlp->settings);
     if (ad_is_valid(input) && ad_rows(input) != rows) {
         ad_tape_fail(input.tape, AD_BAD_SHAPE, "network: the input has %d rows, %d are expected",
                      ad_rows(input), rows);

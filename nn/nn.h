@@ -110,11 +110,9 @@ double *nn_mlp_basis(nn_mlp *mlp, int *rows, int *columns);
  * same for them; NULL for other networks. */
 double *nn_mlp_edge_basis(nn_mlp *mlp, int *rows, int *columns);
 
-/* Rows that nn_mlp_record takes: the inputs, and what comes with them where there are pieces. */
-int nn_mlp_input_rows(const nn_mlp_settings *settings);
-
-/* Record the network on the tape of `input` (nn_mlp_input_rows; the inputs scaled to about [-1,
- * 1]): [outputs] rows. `offset`: of its first parameter in the flat vector. */
+/* Record the network on the tape of `input` (rows of the inputs, scaled to about [-1, 1], and what
+ * comes with them where there are pieces): [outputs] rows. `offset`: of its first parameter in the
+ * flat vector. */
 ad_value nn_mlp_record(const nn_mlp *mlp, ad_value input, size_t offset);
 
 /* Of a network without hidden layers, in one piece: another one of one output with the same

@@ -97,11 +97,6 @@ void strain_state_of(const strain_rod *rod, ad_value curvature, strain_state *st
 /* q after a joint at an edge. */
 along_turn strain_turn_over(const strain_rod *rod, int edge, along_turn q);
 
-/* Integrals of a rate at all points: from s = 0, 0 there, on, or from s = 1 back with what acts at
- * edges; at points and at edges. */
-along strain_integrate_on(const strain_rod *rod, along rate, along *edges);
-along strain_integrate_back(const strain_rod *rod, along rate, const along *acting, along *edges);
-
 /* Parts of it: f, l at points; what acts at an edge, at the last one with N and M of the end; v
  * after one step of Newton's method, with the matrix of v and of another u; the rate of M,
  * negative; and the residual. */

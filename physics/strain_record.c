@@ -145,18 +145,8 @@ static along join(const strain_rod *rod, const along *parts)
     return strain_join(rod->mesh.elements, counts, parts);
 }
 
-along strain_integrate_on(const strain_rod *rod, along rate, along *edges)
-{
-    along parts[STRAIN_ELEMENTS_MAX], all;
-    edges[0] = strain_zeros(rod->tape);
-    for (int e = 0; e < rod->mesh.elements; e++) {
-        parts[e] = strain_add(integrate(rod, e, rate, false, &all), edges[e]);
-        edges[e + 1] = strain_add(edges[e], all);
-    }
-    return join(rod, parts);
-}
-
-along strain_integrate_back(const strain_rod *rod, along rate, const along *acting, along *edges)
+/* The integral of a rate at all points and at edges, from s = 1 back, with what acts at edges. */
+static along integrate_back(const strain_rod *rod, along rate, const along *acting, along *edges)
 {
     along parts[STRAIN_ELEMENTS_MAX], all, sum = strain_zeros(rod->tape);
     for (int e = rod->mesh.elements; e >= 0; e--) {
@@ -290,13 +280,13 @@ void strain_state_of(const strain_rod *rod, ad_value curvature, strain_state *st
     for (int e = 0; e <= elements; e++) {
         strain_acting(rod, e, state->edge_turn[e], &force[e], &moment[e]);
     }
-    state->force = strain_integrate_back(rod, state->load_rate[0], force, state->edge_force);
+    state->force = integrate_back(rod, state->load_rate[0], force, state->edge_force);
     state->strain = strain_yield(rod, strain_to_body(&state->R, state->force), state->curvature,
                                  rod->rest_strain);
     state->slope = strain_to_world(&state->R, state->strain);
-    state->moment = strain_integrate_back(
-        rod, strain_moment_rate(state->slope, state->force, state->load_rate[1]), moment,
-        state->edge_moment);
+    state->moment =
+        integrate_back(rod, strain_moment_rate(state->slope, state->force, state->load_rate[1]),
+                       moment, state->edge_moment);
 }
 
 ad_value strain_rod_residual(const strain_rod *rod, ad_value curvature)

@@ -39,9 +39,8 @@ void solve_formula_free(formula *f)
     }
 }
 
-/* t: every `t_step`th number of it. */
-static ad_status evaluate(formula *f, size_t n, const double *s, const double *t, size_t t_step,
-                          const double *third, double *out, ad_error *error)
+ad_status solve_formula_evaluate_of(formula *f, size_t n, const double *s, double t,
+                                    const double *third, double *out, ad_error *error)
 {
     if (n > f->capacity) {
         double *memory = realloc(f->memory, (2 + f->more + f->rows) * n * sizeof *memory);
@@ -55,7 +54,7 @@ static ad_status evaluate(formula *f, size_t n, const double *s, const double *t
     double *values = more + f->more * n;
     for (size_t i = 0; i < n; i++) {
         points[i] = s[i];
-        times[i] = t[i * t_step];
+        times[i] = t;
         for (size_t row = 0; row < f->more; row++) {
             more[row * n + i] = third[i * f->more + row];
         }
@@ -75,17 +74,5 @@ static ad_status evaluate(formula *f, size_t n, const double *s, const double *t
 ad_status solve_formula_evaluate(formula *f, size_t n, const double *s, double t, double *out,
                                  ad_error *error)
 {
-    return evaluate(f, n, s, &t, 0, NULL, out, error);
-}
-
-ad_status solve_formula_evaluate_at(formula *f, size_t n, const double *s, const double *t,
-                                    double *out, ad_error *error)
-{
-    return evaluate(f, n, s, t, 1, NULL, out, error);
-}
-
-ad_status solve_formula_evaluate_of(formula *f, size_t n, const double *s, double t,
-                                    const double *third, double *out, ad_error *error)
-{
-    return evaluate(f, n, s, &t, 0, third, out, error);
+    return solve_formula_evaluate_of(f, n, s, t, NULL, out, error);
 }

@@ -16,11 +16,7 @@ void solve_formula_free(formula *f);
 ad_status solve_formula_evaluate(formula *f, size_t n, const double *s, double t, double *out,
                                  ad_error *error);
 
-/* The same at points (s, t) of any times, [n] each. */
-ad_status solve_formula_evaluate_at(formula *f, size_t n, const double *s, const double *t,
-                                    double *out, ad_error *error);
-
-/* The same at one time, with the third input [n][more]. */
+/* The same with the third input [n][more]; NULL where it has none. */
 ad_status solve_formula_evaluate_of(formula *f, size_t n, const double *s, double t,
                                     const double *third, double *out, ad_error *error);
 

@@ -54,12 +54,6 @@ void collocation_free(collocation *x)
     }
 }
 
-void collocation_restart(collocation *x)
-{
-    x->has_polynomial = false;
-    x->step = 0;
-}
-
 collocation_counts collocation_counts_of(const collocation *x)
 {
     return x->counts;

@@ -191,11 +191,8 @@ ad_status modes_kinematics_create(const modes *m, size_t places, const double *s
 void modes_kinematics_free(kinematics *x);
 void modes_kinematics_start(const modes *m, kinematics *x);
 
-/* The modes and rates [size] that come nearest to a state given at the points [points], from modes
- * q that are not far off. */
-ad_status modes_fit(modes *m, const solve_initial *given, double *q, double *v, ad_error *error);
-
-/* The same from what is seen along the rod [count], in SI units. */
+/* The modes and rates [size] that come nearest to what is seen along the rod [count], in SI units.
+ */
 ad_status modes_fit_seen(modes *m, size_t count, const solve_seen *seen, double *q, double *v,
                          ad_error *error);
 

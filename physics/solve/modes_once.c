@@ -80,9 +80,11 @@ FOR_EACH_PROCESSOR static bool eliminate(int n, int columns, double *rows)
 
 /* ---- Newton's method with the matrix of every stage ---------------------------------------- */
 
-ad_status collocation_exact(collocation *x, double t, double h, const double *inputs,
-                            double tolerance, const double *q, const double *v, bool *failed,
-                            ad_error *error)
+/* Where the derivatives of one stage do not do: masses of modes that hardly move anything change by
+ * more than themselves within a step. */
+static ad_status newton_exact(collocation *x, double t, double h, const double *inputs,
+                              double tolerance, const double *q, const double *v, bool *failed,
+                              ad_error *error)
 {
     enum { STEPS = 8 };
     const int n = x->size, all = x->by.stages * n, columns = all + 1;
@@ -126,7 +128,7 @@ static ad_status solve_once(collocation *x, double t, double h, const double *in
     }
     if (status == AD_OK && failed) {
         memset(x->a, 0, size);
-        status = collocation_exact(x, t, h, inputs, tolerance, q, v, &failed, error);
+        status = newton_exact(x, t, h, inputs, tolerance, q, v, &failed, error);
     }
     return status == AD_OK && failed
                ? ad_fail(error, AD_NOT_FINITE, "a step of %g from t = %g is too long", h, t)

@@ -116,7 +116,9 @@ static double normal_equations(modes *m, const solve_initial *given, bool moving
     return most;
 }
 
-ad_status modes_fit(modes *m, const solve_initial *given, double *q, double *v, ad_error *error)
+/* The modes and rates [size] that come nearest to a state given at the points [points], from modes
+ * q that are not far off. */
+static ad_status fit(modes *m, const solve_initial *given, double *q, double *v, ad_error *error)
 {
     enum { STEPS = 30 };
     const double near = 1e-10;
@@ -217,7 +219,7 @@ ad_status modes_initial(modes *m, double *q, double *v, ad_error *error)
     if (status == AD_OK) {
         strains_between(m, given + n, given + 2 * n, distance, strains);
         modes_project(m, (const double(*)[MODES_STRAINS])strains, q);
-        status = modes_fit(m, given, q, v, error);
+        status = fit(m, given, q, v, error);
     }
     free(given);
     free(s);
@@ -332,7 +334,7 @@ ad_status modes_fit_seen(modes *m, size_t count, const solve_seen *seen, double 
     for (int p = 0; p < m->points; p++) {
         given[p] = seen_at(m, count, seen, m->s[p]);
     }
-    const ad_status status = modes_fit(m, given, q, v, error);
+    const ad_status status = fit(m, given, q, v, error);
     free(given);
     return status;
 }

@@ -52,9 +52,6 @@ ad_status collocation_derivatives(collocation *x, double t, double h, const doub
                                   double *room, double *by, ad_error *error);
 size_t collocation_derivative_room(const collocation *x);
 
-/* Forget the last step, as after a jump of what is given. */
-void collocation_restart(collocation *x);
-
 collocation_counts collocation_counts_of(const collocation *x);
 
 #endif

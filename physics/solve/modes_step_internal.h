@@ -74,12 +74,6 @@ ad_status collocation_iterate(collocation *x, double t, double h, const double *
                               double tolerance, const double *q, const double *v, bool *slow,
                               bool *failed, ad_error *error);
 
-/* Newton's method with the derivatives of every stage, where those of one do not do: masses of
- * modes that hardly move anything change by more than themselves within a step. */
-ad_status collocation_exact(collocation *x, double t, double h, const double *inputs,
-                            double tolerance, const double *q, const double *v, bool *failed,
-                            ad_error *error);
-
 /* Adds x->change to the accelerations; by how much it moves modes, and their rates, at most. */
 double collocation_change(collocation *x, double h);
 

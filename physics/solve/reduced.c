@@ -210,11 +210,6 @@ int reduced_inputs(const reduced_rod *x)
     return x->m->inputs;
 }
 
-int reduced_places(const reduced_rod *x)
-{
-    return x->count;
-}
-
 const scene_parameter *reduced_input(const reduced_rod *x, int i)
 {
     return &x->open.parameters[i];
@@ -507,18 +502,4 @@ bool reduced_is_placed(const reduced_rod *x)
 {
     const solve_part_kind kind = solve_rod_part_kind(x->rod, SOLVE_START);
     return !kind.by_t && !kind.by_parameters;
-}
-
-ad_status reduced_energy(reduced_rod *x, double t, const double *state, const double *inputs,
-                         solve_energy *energy, ad_error *error)
-{
-    const double unit = x->rod->scales.force * x->rod->scales.length;
-    ad_status status = go_to(x, t, state, inputs, error);
-    if (status == AD_OK) {
-        modes_shape(x->m, x->q, x->v, NULL);
-        *energy = modes_energy_now(x->m);
-        energy->kinetic *= unit;
-        energy->strain *= unit;
-    }
-    return status;
 }

@@ -52,7 +52,6 @@ void reduced_free(reduced_rod *x); /* NULL is allowed */
 
 int reduced_states(const reduced_rod *x);
 int reduced_inputs(const reduced_rod *x);
-int reduced_places(const reduced_rod *x);
 const scene_parameter *reduced_input(const reduced_rod *x, int i); /* name and range */
 
 /* What mode k of the first half of the state is: Legendre's polynomial of that degree of a strain
@@ -105,10 +104,6 @@ ad_status reduced_output(reduced_rod *x, double t, const double *state, const do
  * is. */
 const kinematics *reduced_kinematics(const reduced_rod *x);
 bool reduced_is_placed(const reduced_rod *x);
-
-/* J; work and dissipated are 0. */
-ad_status reduced_energy(reduced_rod *x, double t, const double *state, const double *inputs,
-                         solve_energy *energy, ad_error *error);
 
 #ifdef __cplusplus
 }

@@ -469,22 +469,10 @@ ad_status solve_rod_rest(const solve_rod *rod, size_t n, const double *s, double
     return solve_formula_evaluate(rod->formula->rest, n, s, t, (double *)out, error);
 }
 
-ad_status solve_rod_rests(const solve_rod *rod, size_t n, const double *s, const double *t,
-                          solve_rest *out, ad_error *error)
-{
-    return solve_formula_evaluate_at(rod->formula->rest, n, s, t, (double *)out, error);
-}
-
 ad_status solve_rod_load(const solve_rod *rod, size_t n, const double *s, double t, solve_load *out,
                          ad_error *error)
 {
     return solve_formula_evaluate(rod->formula->load, n, s, t, (double *)out, error);
-}
-
-ad_status solve_rod_loads(const solve_rod *rod, size_t n, const double *s, const double *t,
-                          solve_load *out, ad_error *error)
-{
-    return solve_formula_evaluate_at(rod->formula->load, n, s, t, (double *)out, error);
 }
 
 ad_status solve_rod_jump_loads(const solve_rod *rod, double t, solve_load *out, ad_error *error)
@@ -548,12 +536,6 @@ void solve_end_forces(const solve_end *end, double R[3][3], const double given[3
         beyond[i] = N[i] - load[i];
     }
     scene_hold_part(&end->hold, beyond, held);
-}
-
-ad_status solve_rod_ends(const solve_rod *rod, int end, size_t n, const double *s, const double *t,
-                         solve_end_state *out, ad_error *error)
-{
-    return solve_formula_evaluate_at(rod->formula->ends[end], n, s, t, (double *)out, error);
 }
 
 /* In such a scene the formula of either end is the solution. */

@@ -202,12 +202,6 @@ ad_status solve_rod_rest(const solve_rod *rod, size_t n, const double *s, double
 ad_status solve_rod_load(const solve_rod *rod, size_t n, const double *s, double t, solve_load *out,
                          ad_error *error);
 
-/* The same at points (s, t) of any times. */
-ad_status solve_rod_rests(const solve_rod *rod, size_t n, const double *s, const double *t,
-                          solve_rest *out, ad_error *error);
-ad_status solve_rod_loads(const solve_rod *rod, size_t n, const double *s, const double *t,
-                          solve_load *out, ad_error *error);
-
 /* Of rods with a foundation. */
 ad_status solve_rod_foundation(const solve_rod *rod, size_t n, const double *s,
                                solve_foundation *out, ad_error *error);
@@ -239,10 +233,6 @@ ad_status solve_rod_resistance(const solve_rod *rod, size_t n, const double *s, 
 /* end: 0 or 1. */
 ad_status solve_rod_end(const solve_rod *rod, int end, double t, solve_end_state *out,
                         ad_error *error);
-
-/* The same at times t [n]; s [n]: where the end is, 0 or 1; out [n]. */
-ad_status solve_rod_ends(const solve_rod *rod, int end, size_t n, const double *s, const double *t,
-                         solve_end_state *out, ad_error *error);
 
 /* Forces at an end whose section is turned by R, in the world and with the sign of N: load [3], by
  * the scene, of which `given` is the force, 0 where the position is held in all directions; and

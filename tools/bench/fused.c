@@ -156,9 +156,9 @@ KERNEL NAMED(first_backward)(const double *adj, const double *y, const double *s
 
 #include "fused_rod.h"
 
-static const struct kernels NAMED(kernels) = {FUSED_TEXT(FUSED_ISA), NAMED(first_forward),
-                                              NAMED(hidden_forward), NAMED(hidden_backward),
-                                              NAMED(first_backward), NAMED(residual)};
+static const struct kernels NAMED(kernels) = {NAMED(first_forward), NAMED(hidden_forward),
+                                              NAMED(hidden_backward), NAMED(first_backward),
+                                              NAMED(residual)};
 
 #undef FUSED_ISA
 #undef FUSED_BYTES
@@ -197,7 +197,6 @@ enum {
 };
 
 struct kernels {
-    const char *name;
     void (*first_forward)(double *y, const double *w_s, const double *w_t, const double *bias,
                           const double *s, const double *t, int tile);
     void (*hidden_forward)(double *y, const double *bias, int tile);
@@ -211,8 +210,6 @@ struct kernels {
 /* What the kernels are written with; see the first half for the names they expand to. */
 #define FUSED_PASTE(name, isa)  name##_##isa
 #define FUSED_EXPAND(name, isa) FUSED_PASTE(name, isa)
-#define FUSED_QUOTE(isa)        #isa
-#define FUSED_TEXT(isa)         FUSED_QUOTE(isa)
 #define NAMED(name)             FUSED_EXPAND(name, FUSED_ISA)
 #define KERNEL                  FUSED_TARGET static void
 #define INLINED                 FUSED_TARGET static inline __attribute__((always_inline))
@@ -470,11 +467,6 @@ void fused_step(fused_state *state, const double *params, const double *s, const
         *loss += state->chunks[i].loss / (double)n;
         add_flat(grad, state->chunks[i].adj);
     }
-}
-
-const char *fused_kernels(const fused_state *state)
-{
-    return state->kernels->name;
 }
 
 static const struct kernels *choose_kernels(void)

@@ -42,9 +42,6 @@ fused_state *fused_create(const fused_blas *blas, int tile, int threads);
 void fused_step(fused_state *state, const double *params, const double *s, const double *t,
                 size_t n, double *loss, double *grad);
 
-/* Instruction set of the elementwise kernels chosen for this processor, e.g. "avx512". */
-const char *fused_kernels(const fused_state *state);
-
 void fused_free(fused_state *state);
 
 #endif

@@ -504,16 +504,6 @@ const double *controller_plan(const controller *c)
     return c->plan;
 }
 
-const double *controller_drift(const controller *c)
-{
-    return c->drift;
-}
-
-const double *controller_bias(const controller *c)
-{
-    return c->bias;
-}
-
 double controller_cost(const controller *c)
 {
     return c->cost;

@@ -130,9 +130,7 @@ void controller_applied(controller *c, int ago, const double *inputs);
 /* [horizon][m] what is applied from now on, if nothing else is computed: row 0 is for the sample
  * after the one of the last answer. */
 const double *controller_plan(const controller *c);
-const double *controller_drift(const controller *c); /* [model.states] */
-const double *controller_bias(const controller *c);  /* [v] */
-double controller_cost(const controller *c);         /* of the last plan, as its method saw it */
+double controller_cost(const controller *c); /* of the last plan, as its method saw it */
 /* Of the last quadratic program: rows added or dropped; and their bound. 0: the method has none. */
 int controller_iterations(const controller *c);
 int controller_iterations_most(const controller *c);

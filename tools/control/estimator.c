@@ -366,8 +366,3 @@ estimator_consistency estimator_sensor_now(const estimator *x, int sensor)
     compare_in_row(from, &now);
     return now;
 }
-
-const double *estimator_innovation(const estimator *x, int sensor)
-{
-    return x->sensor[sensor].innovation;
-}

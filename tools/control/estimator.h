@@ -176,9 +176,6 @@ typedef struct estimator_consistency {
 
 estimator_consistency estimator_sensor_now(const estimator *x, int sensor);
 
-/* The innovation of the last measurement of a sensor [values or 3 for each rotation]. */
-const double *estimator_innovation(const estimator *x, int sensor);
-
 #ifdef __cplusplus
 }
 #endif

@@ -88,9 +88,6 @@ double estimator_uniform(const estimator_parameter *p);
 /* By a standard normal number, on either side. */
 #define ESTIMATOR_ONCE_IN_1000 3.29
 
-/* Exceeded with the given chance by the sum of squares of n standard normal numbers. */
-double estimator_chi_squared(double n, double chance);
-
 /* Steps of z, u: from a sample to the next by the model, and by the measurements at x->at. */
 void estimator_go_on(estimator *x, const estimator_record *from);
 void estimator_take(estimator *x, estimator_record *at);

@@ -30,7 +30,8 @@ static double chance_below(double n, double x)
     return 1 - factor * f;
 }
 
-double estimator_chi_squared(double n, double chance)
+/* Exceeded with the given chance by the sum of squares of n standard normal numbers. */
+static double chi_squared(double n, double chance)
 {
     double low = 0, high = n + 1;
     while (1 - chance_below(n, high) > chance && high < 1e9) {
@@ -242,10 +243,10 @@ estimator *estimator_init(void *memory, const estimator_settings *settings)
     for (int i = 0; i < settings->sensors; i++) {
         estimator_sensor_record *sensor = &x->sensor[i];
         const double n = (double)sensor->width * x->settings.window;
-        sensor->gate = estimator_chi_squared(sensor->width, x->settings.gate);
-        sensor->low = estimator_chi_squared(n, 0.9995) / n;
-        sensor->high = estimator_chi_squared(n, 0.0005) / n;
-        sensor->bias_high = estimator_chi_squared(sensor->width, 0.001) / sensor->width;
+        sensor->gate = chi_squared(sensor->width, x->settings.gate);
+        sensor->low = chi_squared(n, 0.9995) / n;
+        sensor->high = chi_squared(n, 0.0005) / n;
+        sensor->bias_high = chi_squared(sensor->width, 0.001) / sensor->width;
     }
     return x;
 }

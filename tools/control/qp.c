@@ -57,7 +57,8 @@ qp *qp_init(void *memory, const qp_settings *settings)
     return x;
 }
 
-void qp_forget(qp *x)
+/* Nothing is active at first. */
+static void qp_forget(qp *x)
 {
     memset(x->side, 0, (x->n + x->m) * sizeof *x->side);
     memset(x->all, 0, (x->n + x->m) * sizeof *x->all);

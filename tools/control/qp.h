@@ -61,7 +61,6 @@ qp_status qp_factor(qp *x, const double *H);
  * the last call are tried first. */
 qp_status qp_solve(qp *x, const double *g, const qp_bounds *bounds, const double *inside,
                    double *result);
-void qp_forget(qp *x); /* nothing is active at first */
 /* Of the bounds number first .. first + count - 1 (of variables, then of rows) each is tried next
  * as the one `by` later was now, the last ones as now: a problem that goes on in time. */
 void qp_shift(qp *x, int first, int count, int by);

@@ -46,11 +46,6 @@ size_t residual_count(const residual *x)
     return x->units * (1 + x->seen + x->states);
 }
 
-double *residual_numbers(residual *x)
-{
-    return x->numbers;
-}
-
 /* ---- a step -------------------------------------------------------------------------------- */
 
 static const double *w1_of(const residual *x)

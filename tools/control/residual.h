@@ -30,9 +30,7 @@ void residual_free(residual *x); /* NULL is allowed */
 /* The corrected model; borrows x and what `of` borrowed, for one thread at a time. */
 one_step residual_one_step(residual *x);
 
-/* Its numbers: b [units], W1 [units][states + inputs], W2 [states][units]. */
-size_t residual_count(const residual *x);
-double *residual_numbers(residual *x);
+size_t residual_count(const residual *x); /* of its numbers */
 
 /* A measured motion: samples [count] one h after the other; inputs [count][inputs], held until the
  * next sample; seen [count][values], not a number where there was no measurement; start [states]:

@@ -290,7 +290,6 @@ ad_status cpinn_solve_scene(const scene *rod_scene, double tolerance, size_t tim
 void cpinn_solution_free(cpinn_solution *x);
 
 const verdict *cpinn_solution_verdict(const cpinn_solution *x);
-const scene *cpinn_solution_scene(const cpinn_solution *x);
 double cpinn_solution_estimate(const cpinn_solution *x); /* of the largest error; NaN: none */
 
 /* Columns of the scene's model, as evaluators have them without names. */

@@ -75,11 +75,6 @@ const verdict *cpinn_solution_verdict(const cpinn_solution *x)
     return &x->verdict;
 }
 
-const scene *cpinn_solution_scene(const cpinn_solution *x)
-{
-    return &x->settings->scene;
-}
-
 double cpinn_solution_estimate(const cpinn_solution *x)
 {
     return x->report.estimate + solve_misfit(&x->report);

@@ -14,11 +14,6 @@ const char *const *surrogate_kind_names(void)
     return names;
 }
 
-const char *const *surrogate_hold_names(void)
-{
-    static const char *const names[] = {SURROGATE_HOLD_LIST(SURROGATE_NAME) NULL};
-    return names;
-}
 #undef SURROGATE_NAME
 
 surrogate_settings surrogate_settings_default(void)

@@ -36,7 +36,6 @@ typedef enum surrogate_hold { SURROGATE_HOLD_LIST(SURROGATE_ENUM) } surrogate_ho
 typedef enum surrogate_weighing { SURROGATE_WEIGHTS_LIST(SURROGATE_ENUM) } surrogate_weighing;
 #undef SURROGATE_ENUM
 const char *const *surrogate_kind_names(void);
-const char *const *surrogate_hold_names(void);
 
 /* Texts belong to whoever fills them in. */
 typedef struct surrogate_settings {

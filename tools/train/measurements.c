@@ -65,7 +65,8 @@ static const struct {
     [TRAIN_FORCE] = {"n1", "V", 3},      [TRAIN_MOMENT] = {"m1", "M", 3},
     [TRAIN_VELOCITY] = {"vx", "w_t", 3}, [TRAIN_ANGULAR_VELOCITY] = {"w1", "slope_t", 3}};
 
-bool measurements_columns(const scene *rod_scene, train_quantity quantity, int *first, int *count)
+/* The columns of a quantity among those of the scene's model; false: this scene has none. */
+static bool columns(const scene *rod_scene, train_quantity quantity, int *first, int *count)
 {
     const scene_physics *physics = scene_physics_of(rod_scene);
     const bool beam = scene_is_beam(rod_scene);
@@ -243,7 +244,7 @@ static ad_status read_file(const scene *open, const train_data *file, int index,
     int first;
     table_file *table = NULL;
     solve_measured *set = &x->set[x->count];
-    if (!measurements_columns(open, file->quantity, &first, &set->columns)) {
+    if (!columns(open, file->quantity, &first, &set->columns)) {
         snprintf(key, TRAIN_KEY_MAX, "data[%d].quantity", index);
         return ad_fail(error, AD_BAD_INPUT, "this scene has no %s",
                        train_quantity_names()[file->quantity]);

@@ -30,9 +30,6 @@ size_t measurements_missing(const measurements *x);  /* fields of the files with
 bool measurements_tell_noise(const measurements *x); /* of all is given how large it is */
 const solve_measured *measurements_sets(const measurements *x); /* [measurements_count] */
 
-/* The columns of a quantity among those of the scene's model; false: this scene has none. */
-bool measurements_columns(const scene *rod_scene, train_quantity quantity, int *first, int *count);
-
 #ifdef __cplusplus
 }
 #endif
