@@ -370,8 +370,7 @@ typedef struct ad_normal_info {
 /* Compile residuals (any number of rows each) and their Jacobian by wrt: recorded ad_parameters
  * that cover parts of the vector [parameters] and do not overlap; x outside of them does not count.
  * Appends to the tape, which may be freed afterwards. Residuals may not contain sums over points,
- * nor values of members (AD_BAD_ARGUMENT), for which see ad_member_normal and ad_normal_product.
- */
+ * nor values of members (AD_BAD_ARGUMENT), for which see ad_normal_product. */
 ad_status ad_normal_compile(int count, const ad_value *residuals, int wrt_count,
                             const ad_value *wrt, size_t parameters, ad_pool *pool,
                             ad_normal **normal, ad_error *error);
@@ -390,18 +389,6 @@ ad_status ad_normal_add(ad_normal *normal, const ad_run *run, double *jtj, doubl
  * [stride], zeros too, and of r; all points of a residual follow each other. Allocates nothing. */
 void ad_normal_jacobian(ad_normal *normal, const ad_run *run, size_t first, size_t stride,
                         double *jt, double *r);
-
-/* The same sums where the parameters act on residuals through values of members alone, such as
- * coefficients of a robot from a network. dr/dc is summed up at the points; dc/dx is taken once per
- * member. AD_BAD_ARGUMENT for residuals with parameters per point, sums or numbers of points.
- */
-typedef struct ad_member_normal ad_member_normal;
-ad_status ad_member_normal_compile(int count, const ad_value *residuals, int wrt_count,
-                                   const ad_value *wrt, size_t parameters, ad_pool *pool,
-                                   ad_member_normal **normal, ad_error *error);
-void ad_member_normal_free(ad_member_normal *normal);
-ad_status ad_member_normal_add(ad_member_normal *normal, const ad_run *run, double *jtj,
-                               double *jtr, double *rtr, ad_error *error);
 
 /* J^T J v without J, recorded: products[i] has the rows of wrt[i], of the vector v given by parts
  * as directions[wrt_count], uniform values; residuals and wrt as above. Linear in v, so a program

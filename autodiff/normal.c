@@ -7,7 +7,8 @@
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-ad_status ad_normal_check(int count, const ad_value *wrt, size_t parameters, ad_error *error)
+/* Are these recorded parameters, within the vector [parameters]? Else AD_BAD_ARGUMENT. */
+static ad_status check(int count, const ad_value *wrt, size_t parameters, ad_error *error)
 {
     for (int i = 0; i < count; i++) {
         bool inside = ad_is_valid(wrt[i]) && node_of(wrt[i])->op == OP_PARAMETER &&
@@ -74,8 +75,8 @@ static ad_status compile(ad_normal *normal, int count, const ad_value *residuals
     if (status == AD_OK && normal->program->members) {
         status = ad_fail(error, AD_BAD_ARGUMENT,
                          "normal equations: residuals need values of members, of which rows of J "
-                         "are not made: see ad_member_normal and ad_normal_product, or give "
-                         "inputs of members per point");
+                         "are not made: see ad_normal_product, or give inputs of members per "
+                         "point");
     }
     if (status == AD_OK && normal->program->pass_count != 1) {
         status = ad_fail(error, AD_BAD_ARGUMENT,
@@ -113,7 +114,7 @@ ad_status ad_normal_compile(int count, const ad_value *residuals, int wrt_count,
                             ad_normal **result, ad_error *error)
 {
     *result = NULL;
-    ad_status status = ad_normal_check(wrt_count, wrt, parameters, error);
+    ad_status status = check(wrt_count, wrt, parameters, error);
     if (status != AD_OK) {
         return status;
     }

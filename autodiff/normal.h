@@ -139,9 +139,6 @@ ad_status ad_jacobian_record(jacobian *j, int count, const ad_value *residuals, 
                              const ad_value *wrt);
 void ad_jacobian_clear(jacobian *j);
 
-/* Are these recorded parameters, within the vector [parameters]? Else AD_BAD_ARGUMENT. */
-ad_status ad_normal_check(int count, const ad_value *wrt, size_t parameters, ad_error *error);
-
 /* Heads where they save products. AD_NO_MEMORY. */
 ad_status ad_normal_layout(const jacobian *j, size_t parameters, normal_layout *result);
 void ad_normal_layout_clear(normal_layout *l);

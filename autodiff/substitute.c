@@ -2,22 +2,21 @@
 #include "autodiff/transform.h"
 
 #include <stdlib.h>
-#include <string.h>
 
-/* to_of: by id, what takes the place of a node, -1: nothing does. */
-static ad_value rewrite(ad_value y, dependence *d, bool *needed, const int *to_of, int *renamed,
-                        ad_value *arguments)
+/* y with `to` in place of the leaf x. */
+static ad_value rewrite(ad_value y, ad_value x, ad_value to, dependence *d, bool *needed,
+                        int *renamed, ad_value *arguments)
 {
     ad_tape *tape = y.tape;
     for (int id = y.id; id >= 0; id--) { /* what y does not need stays out of it */
         d->on[id] = d->on[id] && (id == y.id || needed[id]);
-        for (int i = 0; d->on[id] && to_of[id] < 0 && i < tape->nodes[id].count; i++) {
+        for (int i = 0; d->on[id] && id != x.id && i < tape->nodes[id].count; i++) {
             needed[tape->arguments[tape->nodes[id].first + i]] = true;
         }
     }
     for (int id = 0; id <= y.id; id++) {
-        renamed[id] = to_of[id] >= 0 ? to_of[id] : id;
-        if (!d->on[id] || to_of[id] >= 0) {
+        renamed[id] = id == x.id ? to.id : id;
+        if (!d->on[id] || id == x.id) {
             continue;
         }
         for (int i = 0; i < tape->nodes[id].count; i++) {
@@ -28,31 +27,23 @@ static ad_value rewrite(ad_value y, dependence *d, bool *needed, const int *to_o
     return value_of(tape, renamed[y.id]);
 }
 
-ad_value ad_transform_replace(ad_value y, int count, const ad_value *from, const ad_value *to)
+static ad_value replace(ad_value y, ad_value x, ad_value to)
 {
     ad_tape *tape = y.tape;
-    if (!ad_transform_usable(y, "value to be rewritten", tape)) {
-        return ad_tape_failed(tape);
-    }
     dependence d = {.tape = tape};
-    int widest = 0, nodes = tape->count;
+    int widest = 0;
     for (int id = 0; id <= y.id; id++) {
         widest = tape->nodes[id].count > widest ? tape->nodes[id].count : widest;
     }
-    int *renamed = malloc(2 * (size_t)nodes * sizeof *renamed);
+    int *renamed = malloc((size_t)tape->count * sizeof *renamed);
     ad_value *arguments = malloc(((size_t)widest + 1) * sizeof *arguments);
-    bool *needed = calloc((size_t)nodes, sizeof *needed);
+    bool *needed = calloc((size_t)tape->count, sizeof *needed);
     ad_value result = ad_tape_failed(tape);
     if (!renamed || !arguments || !needed || !ad_dependence_extend(&d)) {
         ad_tape_fail(tape, AD_NO_MEMORY, "out of memory in a substitution");
     } else {
-        int *to_of = renamed + nodes;
-        memset(to_of, -1, (size_t)nodes * sizeof *to_of);
-        for (int i = 0; i < count; i++) {
-            to_of[from[i].id] = to[i].id;
-            ad_dependence_mark(&d, from[i].id);
-        }
-        result = rewrite(y, &d, needed, to_of, renamed, arguments);
+        ad_dependence_mark(&d, x.id);
+        result = rewrite(y, x, to, &d, needed, renamed, arguments);
     }
     free(renamed);
     free(arguments);
@@ -77,7 +68,7 @@ ad_value ad_substitute(ad_value y, ad_value x, ad_value replacement)
                      ad_rows(replacement), ad_rows(x));
         return ad_tape_failed(tape);
     }
-    return ad_transform_replace(y, 1, &x, &replacement);
+    return replace(y, x, replacement);
 }
 
 /* ---- use --------------------------------------------------------------------------------------

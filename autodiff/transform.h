@@ -20,9 +20,6 @@ ad_value ad_transform_zeros(ad_value y); /* of its rows */
 /* The operation of y on arguments given in place of its own. */
 ad_value ad_transform_apply(ad_value y, const ad_value *arguments);
 
-/* y with `to` in place of some values of the tape, not only leaves; simplified anew. */
-ad_value ad_transform_replace(ad_value y, int count, const ad_value *from, const ad_value *to);
-
 /* Is x a value of this tape, and the tape without error? If not, the tape knows. */
 bool ad_transform_usable(ad_value x, const char *what, ad_tape *tape);
 

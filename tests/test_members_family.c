@@ -159,98 +159,6 @@ static void test_normal_product(void **state)
     free_pair(&pair[0], &pair[1], &data[0], &data[1]);
 }
 
-/* J^T J, J^T r, r^T r through a member's coefficients against those of rows taken per point. */
-static void check_normal(shape s, bool also_members)
-{
-    enum { WIDTH = 4, INPUTS = 3, COUNT = INPUTS * WIDTH + WIDTH + 5 * WIDTH };
-    double jtj[2][COUNT * COUNT] = {{0}}, jtr[2][COUNT] = {{0}}, rtr[2] = {0}, scale = 0;
-    for (int k = 0; k < 2; k++) {
-        ad_tape *tape = ad_tape_create();
-        ad_value p = (k ? ad_input : ad_input_member)(tape, "p", INPUTS);
-        ad_value x = ad_input(tape, "s", 1);
-        ad_value w[3] = {ad_parameter(tape, "w", WIDTH * INPUTS, 0),
-                         ad_parameter(tape, "b", WIDTH, INPUTS * WIDTH),
-                         ad_parameter(tape, "v", 5 * WIDTH, INPUTS * WIDTH + WIDTH)};
-        ad_value c = ad_matvec(w[2], ad_tanh(ad_add(ad_matvec(w[0], p), w[1])));
-        ad_value modes = ad_stack(2, (ad_value[]){x, ad_sin(x)});
-        ad_value u = ad_matvec(ad_slice(c, 0, 4), modes), r[3];
-        r[0] = ad_add(ad_mul(ad_row(p, 0), ad_derivative(u, x, 1)), ad_square(u));
-        r[1] = ad_sub(ad_mul(ad_row(c, 4), ad_row(u, 1)), x);
-        r[2] = ad_sub(ad_row(c, 4), ad_square(ad_row(p, 1)));
-        run_data data, wide;
-        uint64_t random = 4;
-        data_fill_members(&data, tape, points_of(s), s.members, -1, 1, &random);
-        if (k == 1) { /* the same numbers, repeated */
-            ad_tape *members = ad_tape_create();
-            ad_input_member(members, "p", INPUTS);
-            ad_input(members, "s", 1);
-            wide = data;
-            random = 4;
-            data_fill_members(&data, members, points_of(s), s.members, -1, 1, &random);
-            repeat_inputs(&wide, &data, members);
-            data_free(&data);
-            data = wide;
-            ad_tape_free(members);
-        }
-        ad_error error = {AD_OK, ""};
-        ad_run run = {.points = data.points,
-                      .members = s.members,
-                      .inputs = (const double *const *)data.input,
-                      .parameters = data.parameters};
-        for (int threads = 1; threads <= 2 - k; threads++) {
-            double first = jtj[k][1] + jtr[k][0];
-            ad_pool *pool = ad_pool_create(threads);
-            ad_normal *normal = NULL;
-            ad_member_normal *through = NULL;
-            int count = also_members ? 3 : 2;
-            memset(jtj[k], 0, sizeof jtj[k]);
-            memset(jtr[k], 0, sizeof jtr[k]);
-            rtr[k] = 0;
-            ad_status status =
-                k ? ad_normal_compile(count, r, 3, w, COUNT, pool, &normal, &error)
-                  : ad_member_normal_compile(count, r, 3, w, COUNT, pool, &through, &error);
-            if (status != AD_OK)
-                fail_msg("%s", error.message);
-            status = k ? ad_normal_add(normal, &run, jtj[k], jtr[k], &rtr[k], &error)
-                       : ad_member_normal_add(through, &run, jtj[k], jtr[k], &rtr[k], &error);
-            assert_int_equal(status, AD_OK);
-            assert_true(threads == 1 || first == jtj[k][1] + jtr[k][0]);
-            ad_normal_free(normal);
-            ad_member_normal_free(through);
-            ad_pool_free(pool);
-        }
-        data_free(&data);
-        ad_tape_free(tape);
-    }
-    for (int i = 0; i < COUNT; i++)
-        scale = fmax(scale, jtj[1][i * COUNT + i]);
-    for (int i = 0; i < COUNT; i++) {
-        for (int k = i; k < COUNT; k++)
-            assert_near(jtj[0][i * COUNT + k], jtj[1][i * COUNT + k], 1e-11 * scale);
-        assert_near(jtr[0][i], jtr[1][i], 1e-11 * sqrt(scale * rtr[1]));
-    }
-    assert_near(rtr[0], rtr[1], 1e-11 * rtr[1]);
-    assert_true(scale > 0.1);
-}
-
-static void test_normal_equations(void **state)
-{
-    (void)state;
-    for (int i = 0; i < (int)SHAPES; i++) /* also with fewer residuals than coefficients */
-        check_normal(shapes[i], i % 2);
-    ad_tape *tape = ad_tape_create();
-    ad_value m = ad_input_member(tape, "m", 1), x = ad_input(tape, "x", 1);
-    ad_value p = ad_parameter(tape, "p", 1, 0), r = ad_mul(ad_mul(p, x), ad_tanh(ad_mul(p, m)));
-    ad_pool *pool = ad_pool_create(1);
-    ad_member_normal *normal;
-    ad_error error = {AD_OK, ""};
-    assert_int_equal(ad_member_normal_compile(1, &r, 1, &p, 1, pool, &normal, &error),
-                     AD_BAD_ARGUMENT);
-    assert_non_null(strstr(error.message, "through values of members alone"));
-    ad_pool_free(pool);
-    ad_tape_free(tape);
-}
-
 /* Rows of the Jacobian by a member's coefficients, each of the member's points; r = c0 s + c1^2 and
  * its Taylor coefficient along c. */
 static void test_rows_of_members(void **state)
@@ -380,9 +288,9 @@ static void test_saved(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_gradient),         cmocka_unit_test(test_normal_product),
-        cmocka_unit_test(test_normal_equations), cmocka_unit_test(test_rows_of_members),
-        cmocka_unit_test(test_common_points),    cmocka_unit_test(test_saved),
+        cmocka_unit_test(test_gradient),        cmocka_unit_test(test_normal_product),
+        cmocka_unit_test(test_rows_of_members), cmocka_unit_test(test_common_points),
+        cmocka_unit_test(test_saved),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -98,23 +98,19 @@ typedef struct member_life {
     ad_tape *tape;
     ad_pool *pool;
     ad_program *program;
-    ad_member_normal *normal;
 } member_life;
 
 static ad_status run_members(member_life *l, size_t points, double *loss, ad_error *error)
 {
-    static double jtj[9 * 9], jtr[9];
-    double rtr = 0;
     ad_run run = {.points = points,
                   .members = MEMBERS,
                   .inputs = (const double *const[]){t_points, s_points},
                   .parameters = parameters,
                   .outputs = (double *const[]){loss, gradient_numbers}};
-    ad_status status = ad_execute(l->program, &run, error);
-    return status == AD_OK ? ad_member_normal_add(l->normal, &run, jtj, jtr, &rtr, error) : status;
+    return ad_execute(l->program, &run, error);
 }
 
-/* Coefficients of members from parameters, their sums in shares of several tiles, J^T J. */
+/* Coefficients of members from parameters, their sums in shares of several tiles. */
 static ad_status compile_members(member_life *l, ad_error *error)
 {
     ad_value m = ad_input_member(l->tape, "m", 3), s = ad_input(l->tape, "s", 1);
@@ -125,9 +121,7 @@ static ad_status compile_members(member_life *l, ad_error *error)
     outputs[0] = ad_sum_points(ad_square(r));
     ad_reverse(outputs[0], 1, &w, AD_SUMMED, &outputs[1]);
     ad_settings settings = {.tile = 16, .piece = 64, .fuse = true};
-    ad_status status = ad_compile(2, outputs, &settings, l->pool, &l->program, error);
-    return status == AD_OK ? ad_member_normal_compile(1, &r, 1, &w, 9, l->pool, &l->normal, error)
-                           : status;
+    return ad_compile(2, outputs, &settings, l->pool, &l->program, error);
 }
 
 static ad_status live_members(double *loss)
@@ -141,7 +135,6 @@ static ad_status live_members(double *loss)
         if (status == AD_OK)
             status = run_members(&l, POINTS, loss, &error);
     }
-    ad_member_normal_free(l.normal);
     ad_program_free(l.program);
     ad_pool_free(l.pool);
     ad_tape_free(l.tape);
@@ -188,7 +181,6 @@ static void test_steps_of_members_allocate_nothing(void **state)
         assert_int_equal(run_members(&l, (size_t)(POINTS - MEMBERS * i), &loss, NULL), AD_OK);
     allocations_count = false;
     assert_int_equal(allocations, 0);
-    ad_member_normal_free(l.normal);
     ad_program_free(l.program);
     ad_pool_free(l.pool);
 }
