@@ -6,7 +6,6 @@
 
 #include "near.h"
 #include "tools/control/controller.h"
-#include "tools/control/mppi.h"
 
 #include <stdbool.h>
 #include <stdlib.h>

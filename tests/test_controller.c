@@ -1,5 +1,5 @@
 /* Predictive control: on a linear system the answers of Riccati's equation, on a pendulum those of
- * a program for nonlinear optimisation; gradients against differences; delay, offset, sampling. */
+ * a program for nonlinear optimisation; gradients against differences; delay, offset. */
 #include "control_testing.h"
 #include "random_numbers.h"
 
@@ -451,48 +451,13 @@ static void test_no_wish(void **state)
     free(d);
 }
 
-/* ---- sampling ------------------------------------------------------------------------------ */
-
-static void test_sampling(void **state)
-{
-    nonlinear x;
-    const mppi_settings sampling = {.samples = 400, .batch = 150, .seed = 5};
-    controller_settings settings = pendulum_settings();
-    double first[HORIZON], moves[15], u[1];
-
-    (void)state;
-    make_nonlinear(&x);
-    x.settings.method = &controller_sampling;
-    x.settings.method_settings = &sampling;
-    x.settings.iterations = 30;
-    for (int again = 0; again < 2; again++) {
-        controller *c = make_controller(&x.settings);
-
-        controller_applied(c, 0, x.last);
-        assert_int_equal(controller_feedback(c, &x.sample, u) & ~CONTROLLER_SOFT, 0);
-        for (int i = 0; i < 15; i++) {
-            moves[i] = move_of(c, u, i);
-        }
-        if (again) {
-            assert_memory_equal(first, controller_plan(c), sizeof first);
-        }
-        memcpy(first, controller_plan(c), sizeof first);
-        assert_near(controller_cost(c), true_cost(&x, moves), 1e-12);
-        assert_true(controller_cost(c) > best_cost && controller_cost(c) < 1.05 * best_cost);
-        free(c);
-    }
-    settings.method = &controller_sampling;
-    settings.offset = 0.2;
-    assert_near(closed_loop(&settings, 150, 0.5), 0.5, 0.05);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_linear),    cmocka_unit_test(test_rate),
         cmocka_unit_test(test_nonlinear), cmocka_unit_test(test_gradient),
         cmocka_unit_test(test_delay),     cmocka_unit_test(test_offset),
-        cmocka_unit_test(test_no_wish),   cmocka_unit_test(test_sampling)};
+        cmocka_unit_test(test_no_wish)};
 
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

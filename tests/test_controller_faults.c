@@ -105,27 +105,22 @@ static void test_outside(void **state)
 /* Whichever call of the model fails, the plan goes on as it was, and the next sample is well. */
 static void test_model(void **state)
 {
-    const controller_method *methods[2] = {&controller_gauss_newton, &controller_sampling};
-    const mppi_settings sampling = {.samples = 16};
-
     (void)state;
-    for (int i = 0; i < 2 * 2 * 40; i++) {
+    for (int i = 0; i < 2 * 40; i++) {
         controller_settings settings = pendulum_settings();
         loop x = {0};
         double planned;
         int flags, prepared;
         long calls;
 
-        settings.method = methods[i % 2];
-        settings.method_settings = i % 2 == 1 ? &sampling : NULL;
-        the_pendulum.silent = i / 2 % 2 == 1;
+        the_pendulum.silent = i % 2 == 1;
         make_loop(&x, &settings);
         for (int k = 0; k < 3; k++) {
             assert_int_equal(feedback(&x, rest), 0);
             assert_int_equal(controller_prepare(x.c), 0);
         }
         planned = controller_plan(x.c)[0];
-        the_pendulum.failing = the_pendulum.calls + 1 + i / 4;
+        the_pendulum.failing = the_pendulum.calls + 1 + i / 2;
         calls = the_pendulum.failing;
         flags = feedback(&x, rest);
         if (flags != 0) {
@@ -231,18 +226,14 @@ static void test_late(void **state)
 /* Anything at any time. */
 static void test_anything(void **state)
 {
-    const controller_method *methods[2] = {&controller_gauss_newton, &controller_sampling};
     uint64_t seed = 9;
 
     (void)state;
     for (int run = 0; run < 12; run++) {
         const double upper[1] = {0.3}, soft[1] = {100};
-        const mppi_settings sampling = {.samples = 8};
         controller_settings settings = pendulum_settings();
         loop x = {0};
 
-        settings.method = methods[run % 2];
-        settings.method_settings = run % 2 == 1 ? &sampling : NULL;
         settings.delay = run % 3;
         settings.horizon = 1 + run;
         settings.moves = 1 + run / 2;
@@ -280,7 +271,7 @@ static void test_memory(void **state)
     double answers[2][30];
 
     (void)state;
-    for (int i = 0; i < 2 * 2; i++) {
+    for (int i = 0; i < 2; i++) {
         const size_t size = controller_size(&settings);
         unsigned char *memory = malloc(size + 32);
         long before;
@@ -306,7 +297,6 @@ static void test_memory(void **state)
         free(memory);
         if (i % 2 == 1) {
             assert_memory_equal(answers[0], answers[1], sizeof answers[0]);
-            settings.method = &controller_sampling;
         }
     }
 }
@@ -324,7 +314,6 @@ static void test_refusals(void **state)
     const controller_settings good = pendulum_settings();
     const double nothing[1] = {NAN}, high[1] = {9};
     const int wrong_input[1] = {2};
-    const mppi_settings one = {.samples = 1};
     controller_settings s = good;
 
     (void)state;
@@ -348,9 +337,6 @@ static void test_refusals(void **state)
     REFUSED(soft_lower, nothing, "soft limit");
     REFUSED(offset, 2, "offset");
     REFUSED(others, NULL, "others");
-    REFUSED(method_settings, &one, "no settings");
-    s.method = &controller_sampling;
-    refuse(&s, "2 samples");
 #undef REFUSED
 }
 

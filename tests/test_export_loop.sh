@@ -79,7 +79,7 @@ said arm.h 'the place was off the path'
 written arm.yaml --c other --set control.duration=1.5 --set control.constraints=[] \
     --set 'control.measurements=[{what: position, at: 0.13, noise: 2.0e-4, dropouts: 0.2}, {what: rotation, at: 0.07, noise: 0.01, every: 2, delay: 1}]'
 
-# ---- trained models, curves in time and by shorter steps among them, and sampling ---------------------
+# ---- trained models, curves in time and by shorter steps among them ------------------------------------
 
 cat >>arm.yaml <<'YAML'
 surrogate: {step: 0.02, modes: [2, 1, 2, 1], inputs: [p1, p2], parameters: [stiffness], solved: 500}
@@ -96,8 +96,6 @@ said flow.h ', diverged [0-9]+\.$'
 exported nodes 1 --run polynomial --set surrogate.kind=polynomial --set control.model=surrogate
 exported curve 2 --run ddpinn_flow --set surrogate.kind=ddpinn_flow --set control.period=0.01 --set control.horizon=6 \
     --set control.model=surrogate
-written arm.yaml --c sampled --set control.duration=0.5 --set control.method=sampling \
-    --set control.samples=32
 # More tendons than numbers of the place, whose shares hardly cost: other rounding moves them, and not the place.
 sed '/^chambers:/,/^loads:/d; s/^parameters:.*/parameters:/' arm.yaml | sed '/^surrogate:/,$d' | awk '
     /^parameters:/ { print; for (i = 1; i <= 6; i++) print "  p" i ": {range: [0, 8]}"; next }

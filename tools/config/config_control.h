@@ -4,7 +4,6 @@
 
 CONFIG_NAMES(control_path_names, CONTROL_PATH_LIST(CONFIG_NAME))
 CONFIG_NAMES(control_surface_names, CONTROL_SURFACE_LIST(CONFIG_NAME))
-CONFIG_NAMES(control_method_names, CONTROL_METHOD_LIST(CONFIG_NAME))
 CONFIG_NAMES(control_model_names, CONTROL_MODEL_LIST(CONFIG_NAME))
 CONFIG_NAMES(control_seen_names, CONTROL_SEEN_LIST(CONFIG_NAME))
 CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
@@ -60,9 +59,6 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
      .fallback = "surrogate.step",                                                                 \
      .help = "Time from one measurement and input to the next. A period shorter than the step of " \
              "the model needs a model with shorter steps; the plan keeps the step of the model."}, \
-    {"control.method", CONFIG_CHOICE, CONTROL_AT(method), .names = control_method_names,           \
-     .help = "predictive: one Gauss-Newton step on the inputs over the horizon in each period; "   \
-             "sampling: a mean of random inputs weighted by their cost."},                         \
     {"control.model", CONFIG_CHOICE, CONTROL_AT(model), .names = control_model_names,              \
      .help = "Model of filter and controller. surrogate: the trained one-step model. reduced: "    \
              "the reduced rod. linear: that rod linearised where it rests at the start. "          \
@@ -72,8 +68,6 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
              "of the robot. The path is relative to this file. Not for model linear."},            \
     {"control.horizon", CONFIG_INTEGER, CONTROL_AT(horizon), BETWEEN(1, 60), .unit = "steps",      \
      .help = "Number of steps that the controller looks ahead."},                                  \
-    {"control.samples", CONFIG_INTEGER, CONTROL_AT(samples), BETWEEN(8, 100000),                   \
-     .help = "Inputs drawn in each period by the method sampling."},                               \
     {"control.weights.rate", CONFIG_NUMBER, CONTROL_AT(weight_rate), NOT_NEGATIVE,                 \
      .help = "Cost of a change of an input by its range in one step. The square of the error "     \
              "counts in units of accuracy."},                                                      \
@@ -161,7 +155,7 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
                                                           "above it cpinn-control ends with exit " \
                                                           "status 3."},                            \
     {"control.seed", CONFIG_LONG, CONTROL_AT(seed), BETWEEN(0, 9007199254740992),                  \
-     .help = "Seed of noise, drop-outs and samples."},
+     .help = "Seed of noise and drop-outs."},
 /* clang-format on */
 
 #define CONTROL_LISTS                                                                              \

@@ -1,6 +1,6 @@
 #include "tools/control/controller.h"
 
-#include "tools/control/controller_method.h"
+#include "tools/control/controller_internal.h"
 
 #include <math.h>
 #include <string.h>
@@ -57,7 +57,6 @@ static const char *controller_refusal_values(const controller_settings *s)
 
 const char *controller_refusal(const controller_settings *s)
 {
-    const controller_method *method = s->method == NULL ? &controller_gauss_newton : s->method;
     const char *wrong = NULL;
 
     if (s->model.advance == NULL || s->look.see == NULL || s->model.states < 1 ||
@@ -81,11 +80,10 @@ const char *controller_refusal(const controller_settings *s)
         return "offset is to be within 0 and 1, terminal and outside not negative";
     }
     wrong = controller_refusal_inputs(s);
-    wrong = wrong == NULL ? controller_refusal_values(s) : wrong;
-    return wrong == NULL ? method->refusal(s) : wrong;
+    return wrong == NULL ? controller_refusal_values(s) : wrong;
 }
 
-/* Everything but the method's memory, which begins behind it. */
+/* Everything but the memory of gauss_newton.c, which begins behind it. */
 static size_t controller_layout(const controller_settings *s, void *memory, controller *c)
 {
     const size_t n = (size_t)s->model.states;
@@ -113,16 +111,11 @@ static size_t controller_layout(const controller_settings *s, void *memory, cont
     return used;
 }
 
-static const controller_method *controller_method_of(const controller_settings *s)
-{
-    return s->method == NULL ? &controller_gauss_newton : s->method;
-}
-
 size_t controller_size(const controller_settings *settings)
 {
     controller c;
 
-    return controller_layout(settings, NULL, &c) + controller_method_of(settings)->size(settings);
+    return controller_layout(settings, NULL, &c) + controller_plan_size(settings);
 }
 
 controller *controller_init(void *memory, const controller_settings *settings)
@@ -134,7 +127,6 @@ controller *controller_init(void *memory, const controller_settings *settings)
     used = controller_layout(settings, memory, c);
     c->work = (unsigned char *)memory + used;
     c->settings = *settings;
-    c->settings.method = controller_method_of(settings);
     c->settings.iterations = settings->iterations == 0 ? 1 : settings->iterations;
     c->settings.terminal = settings->terminal == 0.0 ? 1.0 : settings->terminal;
     c->settings.outside = settings->outside == 0.0 ? INFINITY : settings->outside;
@@ -163,7 +155,7 @@ controller *controller_init(void *memory, const controller_settings *settings)
         c->reference[i] = NAN;
     }
     c->restart = true;
-    c->settings.method->init(c, c->work);
+    controller_plan_init(c, c->work);
     return c;
 }
 
@@ -241,24 +233,6 @@ void controller_allow(const controller *c, double *moves)
     }
 }
 
-double controller_cost_of_moves(const controller *c, const double *plan)
-{
-    const double *smooth = c->settings.smooth;
-    const double *effort = c->settings.effort;
-    double cost = 0.0;
-
-    for (int a = 0; a < c->horizon * c->m; a++) {
-        const int j = a % c->m;
-        const double before = a < c->m ? c->last[j] : plan[a - c->m];
-        const double change = (plan[a] - before) / c->span[j];
-        const double away = (plan[a] - c->rest[j]) / c->span[j];
-
-        cost += smooth != NULL ? 0.5 * smooth[j] * change * change : 0.0;
-        cost += effort != NULL ? 0.5 * effort[j] * away * away : 0.0;
-    }
-    return cost;
-}
-
 /* next = model of state and move, without drift. */
 static bool controller_advance(controller *c, const double *state, const double *move, double *next)
 {
@@ -282,7 +256,7 @@ static void controller_shift(controller *c)
         memcpy(c->pending + (c->delay - 1) * c->m, c->plan, row);
     }
     memmove(c->plan, c->plan + c->m, rest * row);
-    c->settings.method->shift(c);
+    controller_plan_shift(c);
     c->prepared = false;
 }
 
@@ -417,7 +391,7 @@ static void controller_hold(controller *c)
 
 static int controller_ready(controller *c)
 {
-    const int flags = c->settings.method->prepare(c);
+    const int flags = controller_plan_prepare(c);
 
     c->prepared = (flags & (CONTROLLER_MODEL | CONTROLLER_QP)) == 0;
     c->restart = !c->prepared;
@@ -426,12 +400,10 @@ static int controller_ready(controller *c)
 
 int controller_feedback(controller *c, const controller_sample *now, double *inputs)
 {
-    const controller_method *method = c->settings.method;
     int flags = controller_take_sample(c, now);
 
     flags |= controller_see(c, now);
     c->iterations = 0;
-    c->iteration = 0;
     if (!c->known) {
         c->foreseen = false;
         c->restart = true;
@@ -441,10 +413,10 @@ int controller_feedback(controller *c, const controller_sample *now, double *inp
         c->restart = true;
         flags |= CONTROLLER_MODEL;
     } else {
-        for (c->iteration = 0; c->iteration < c->settings.iterations; c->iteration++) {
+        for (int i = 0; i < c->settings.iterations; i++) {
             int found = c->prepared ? 0 : controller_ready(c);
 
-            found |= c->prepared ? method->solve(c) : 0;
+            found |= c->prepared ? controller_plan_solve(c) : 0;
             c->prepared = false;
             c->restart = c->restart || (found & (CONTROLLER_MODEL | CONTROLLER_QP)) != 0;
             flags = (flags & ~CONTROLLER_SOFT) | found;

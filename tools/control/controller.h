@@ -13,8 +13,8 @@
  *   each sample:  controller_feedback(c, &now, inputs);      // short: a state in, inputs out
  *                 controller_prepare(c);                     // long: until the next sample
  *
- * How the plan is found is a controller_method: controller_gauss_newton (real-time iterations:
- * Diehl, Bock, Schloeder 2005), controller_sampling (mppi.h).
+ * The plan is found by real-time iterations of the Gauss-Newton method (Diehl, Bock, Schloeder
+ * 2005), each with one quadratic program.
  *
  * The caller's memory, no allocation, bounded time (given the model's), no global state; the same
  * calls give the same bits. Inputs that are answered are always finite and within lower, upper and
@@ -31,20 +31,16 @@ extern "C" {
 #endif
 
 typedef struct controller controller;
-typedef struct controller_method controller_method;
-extern const controller_method controller_gauss_newton;
 
 /* All arrays and contexts are borrowed as long as the controller lives; with m controlled inputs
  * and v = look.values. */
 typedef struct controller_settings {
-    const controller_method *method; /* NULL: controller_gauss_newton */
-    const void *method_settings;     /* of controller_sampling: mppi_settings; NULL: its defaults */
     one_step model;
     one_look look;  /* values: what is tracked or limited */
     int horizon;    /* samples ahead */
     int moves;      /* of them with inputs of their own; later ones hold the last; 0: all */
     int delay;      /* samples from a state to when its answer is applied; 1: with the next */
-    int iterations; /* of the method within one feedback; 0: 1 */
+    int iterations; /* of Gauss-Newton within one feedback; 0: 1 */
     int qp_limit;   /* of iterations of a quadratic program (qp.h), which bounds the worst time;
                      * 0: its default */
 
@@ -130,8 +126,8 @@ void controller_applied(controller *c, int ago, const double *inputs);
 /* [horizon][m] what is applied from now on, if nothing else is computed: row 0 is for the sample
  * after the one of the last answer. */
 const double *controller_plan(const controller *c);
-double controller_cost(const controller *c); /* of the last plan, as its method saw it */
-/* Of the last quadratic program: rows added or dropped; and their bound. 0: the method has none. */
+double controller_cost(const controller *c); /* of the last plan, by the linear model */
+/* Of the last quadratic program: rows added or dropped; and their bound. */
 int controller_iterations(const controller *c);
 int controller_iterations_most(const controller *c);
 

@@ -5,7 +5,7 @@
  *   d seen_i/d u_j = C_i A_i-1 .. A_j+1 B_j,
  *
  * for what is seen alone, of which there is less than of states. */
-#include "tools/control/controller_method.h"
+#include "tools/control/controller_internal.h"
 #include "tools/control/qp.h"
 #include "tools/control/small.h"
 
@@ -119,19 +119,14 @@ static size_t gauss_newton_layout(const controller_settings *s, void *memory, ga
     return used;
 }
 
-static const char *gauss_newton_refusal(const controller_settings *s)
-{
-    return s->method_settings != NULL ? "this method has no settings" : NULL;
-}
-
-static size_t gauss_newton_size(const controller_settings *s)
+size_t controller_plan_size(const controller_settings *s)
 {
     gauss_newton x;
 
     return gauss_newton_layout(s, NULL, &x);
 }
 
-static void gauss_newton_init(controller *c, void *memory)
+void controller_plan_init(controller *c, void *memory)
 {
     const controller_settings *s = &c->settings;
     gauss_newton *x = memory;
@@ -309,7 +304,7 @@ static int gauss_newton_hessian(const controller *c, gauss_newton *x)
     return qp_factor(x->program, x->hessian) == QP_SOLVED ? 0 : CONTROLLER_QP;
 }
 
-static int gauss_newton_prepare(controller *c)
+int controller_plan_prepare(controller *c)
 {
     gauss_newton *x = c->work;
     int row = (c->moves - 1) * x->rated;
@@ -443,6 +438,26 @@ SMALL_FOR_EACH_PROCESSOR static void gauss_newton_move(controller *c, gauss_newt
     }
 }
 
+/* What changes of inputs and their distance from rest cost in the plan. */
+static double gauss_newton_cost_of_moves(const controller *c)
+{
+    const double *plan = c->plan;
+    const double *smooth = c->settings.smooth;
+    const double *effort = c->settings.effort;
+    double cost = 0.0;
+
+    for (int a = 0; a < c->horizon * c->m; a++) {
+        const int j = a % c->m;
+        const double before = a < c->m ? c->last[j] : plan[a - c->m];
+        const double change = (plan[a] - before) / c->span[j];
+        const double away = (plan[a] - c->rest[j]) / c->span[j];
+
+        cost += smooth != NULL ? 0.5 * smooth[j] * change * change : 0.0;
+        cost += effort != NULL ? 0.5 * effort[j] * away * away : 0.0;
+    }
+    return cost;
+}
+
 /* What the plan costs by the linear model; whether it violates soft limits. */
 SMALL_FOR_EACH_PROCESSOR static bool gauss_newton_costs(controller *c, const gauss_newton *x)
 {
@@ -466,11 +481,11 @@ SMALL_FOR_EACH_PROCESSOR static bool gauss_newton_costs(controller *c, const gau
             violated = violated || most > 1e-9 * fmax(1.0, fabs(value));
         }
     }
-    c->cost += controller_cost_of_moves(c, c->plan);
+    c->cost += gauss_newton_cost_of_moves(c);
     return violated;
 }
 
-static int gauss_newton_solve(controller *c)
+int controller_plan_solve(controller *c)
 {
     gauss_newton *x = c->work;
     qp_bounds bounds = {0};
@@ -502,7 +517,7 @@ static int gauss_newton_solve(controller *c)
            (gauss_newton_costs(c, x) ? CONTROLLER_SOFT : 0);
 }
 
-static void gauss_newton_shift(controller *c)
+void controller_plan_shift(controller *c)
 {
     gauss_newton *x = c->work;
     const int rates = (c->moves - 1) * x->rated;
@@ -516,7 +531,3 @@ static void gauss_newton_shift(controller *c)
     }
     memmove(x->nodes, x->nodes + c->n, (size_t)(c->horizon * c->n) * sizeof *x->nodes);
 }
-
-const controller_method controller_gauss_newton = {gauss_newton_refusal, gauss_newton_size,
-                                                   gauss_newton_init,    gauss_newton_prepare,
-                                                   gauss_newton_solve,   gauss_newton_shift};

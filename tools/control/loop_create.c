@@ -219,35 +219,30 @@ static void fill_plan(control_loop *x)
         x->plan.high[i] = l && !isnan(l->high) ? l->high : INFINITY;
         x->plan.soft[i] = l ? FIRM / pow(accuracy_of(x, l->what), 2) : 1;
     }
-    x->plan.sampling = (mppi_settings){.samples = c->samples, .seed = (uint64_t)c->seed};
 }
 
 static void fill_controller(control_loop *x)
 {
     const control_settings *c = &x->control;
-    const bool samples = c->method == CONTROL_SAMPLING;
     fill_plan(x);
-    x->settings.controller =
-        (controller_settings){.method = samples ? &controller_sampling : NULL,
-                              .method_settings = samples ? &x->plan.sampling : NULL,
-                              .model = x->by_step,
-                              .look = view_of(&x->seen),
-                              .horizon = c->horizon,
-                              .delay = x->ratio == 1 ? c->delay : 0,
-                              .controlled = x->input_count,
-                              .inputs = x->inputs,
-                              .others = x->middle,
-                              .lower = c->low,
-                              .upper = c->high,
-                              .rate = x->plan.rate,
-                              .rest = x->plan.rest,
-                              .smooth = x->plan.smooth,
-                              .effort = x->plan.effort,
-                              .weight = x->plan.weight,
-                              .soft_lower = x->plan.low,
-                              .soft_upper = x->plan.high,
-                              .soft_weight = x->plan.soft,
-                              .offset = c->offset};
+    x->settings.controller = (controller_settings){.model = x->by_step,
+                                                   .look = view_of(&x->seen),
+                                                   .horizon = c->horizon,
+                                                   .delay = x->ratio == 1 ? c->delay : 0,
+                                                   .controlled = x->input_count,
+                                                   .inputs = x->inputs,
+                                                   .others = x->middle,
+                                                   .lower = c->low,
+                                                   .upper = c->high,
+                                                   .rate = x->plan.rate,
+                                                   .rest = x->plan.rest,
+                                                   .smooth = x->plan.smooth,
+                                                   .effort = x->plan.effort,
+                                                   .weight = x->plan.weight,
+                                                   .soft_lower = x->plan.low,
+                                                   .soft_upper = x->plan.high,
+                                                   .soft_weight = x->plan.soft,
+                                                   .offset = c->offset};
 }
 
 static ad_status create_regulator(control_loop *x, ad_error *error)

@@ -2,7 +2,6 @@
 #define CONTROL_LOOP_INTERNAL_H
 
 #include "tools/control/loop.h"
-#include "tools/control/mppi.h"
 #include "tools/control/plant.h"
 #include "tools/control/reduced_model.h"
 #include "tools/control/regulator.h"
@@ -63,7 +62,6 @@ struct control_loop {
             smooth[CONTROL_INPUTS_MAX];
         double effort[CONTROL_INPUTS_MAX];
         double weight[LOOP_SEEN], soft[LOOP_SEEN], low[LOOP_SEEN], high[LOOP_SEEN];
-        mppi_settings sampling;
     } plan;
 
     /* The record. */

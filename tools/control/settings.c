@@ -33,7 +33,6 @@ control_settings control_settings_default(void)
     x.task.travel = 0.5;
     x.task.approach = 1;
     x.horizon = 12;
-    x.samples = 256;
     x.weight_rate = 100; /* of twelve robots: tools/bench/control.sh */
     x.weight_effort = 1e-4;
     x.accuracy = 1e-3;

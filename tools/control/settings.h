@@ -24,7 +24,6 @@ enum {
     X(CONTROL_CIRCLE, "circle")                                                                    \
     X(CONTROL_EIGHT, "eight") X(CONTROL_POINTS, "points") X(CONTROL_FILE, "file")
 #define CONTROL_SURFACE_LIST(X) X(CONTROL_PLANE, "plane") X(CONTROL_REACHABLE, "reachable")
-#define CONTROL_METHOD_LIST(X)  X(CONTROL_PREDICTIVE, "predictive") X(CONTROL_SAMPLING, "sampling")
 #define CONTROL_MODEL_LIST(X)                                                                      \
     X(CONTROL_AUTOMATIC, "automatic")                                                              \
     X(CONTROL_SURROGATE, "surrogate") X(CONTROL_REDUCED, "reduced") X(CONTROL_LINEAR, "linear")
@@ -43,7 +42,6 @@ enum {
 
 typedef enum control_path { CONTROL_PATH_LIST(CONTROL_ENUM) } control_path;
 typedef enum control_surface { CONTROL_SURFACE_LIST(CONTROL_ENUM) } control_surface;
-typedef enum control_method { CONTROL_METHOD_LIST(CONTROL_ENUM) } control_method;
 typedef enum control_model { CONTROL_MODEL_LIST(CONTROL_ENUM) } control_model;
 typedef enum control_fault_kind { CONTROL_FAULT_LIST(CONTROL_ENUM) } control_fault_kind;
 
@@ -97,10 +95,8 @@ typedef struct control_settings {
     double duration;
     double period;
     int horizon;
-    control_method method;
     control_model model;
     const char *residual; /* a file, absolute once read; NULL: the model as it is */
-    int samples;          /* of the sampling-based method */
     double weight_rate, weight_effort;
     double accuracy; /* m */
     double offset;   /* 0 to 1: controller_settings.offset */

@@ -183,7 +183,7 @@ static void choose_rows(controlling *x)
     static const char *const names[] = {"", "one-step model", "reduced rod", "linear model"};
     const control_settings *c = &x->nominal->control;
     control_settings other = *c;
-    add(x, c->method == CONTROL_SAMPLING ? "sampling" : names[c->model], c);
+    add(x, names[c->model], c);
     if (!x->asked.compare) {
         return;
     }
@@ -200,11 +200,6 @@ static void choose_rows(controlling *x)
     if (c->model != CONTROL_LINEAR) {
         other.model = CONTROL_LINEAR;
         add(x, names[CONTROL_LINEAR], &other);
-        other = *c;
-    }
-    if (c->method == CONTROL_PREDICTIVE) {
-        other.method = CONTROL_SAMPLING;
-        add(x, "sampling", &other);
         other = *c;
     }
     if (c->model != CONTROL_REDUCED) {

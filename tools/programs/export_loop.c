@@ -3,7 +3,6 @@
 #include "tools/programs/cli.h"
 
 #include <ctype.h>
-#include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -298,22 +297,11 @@ static void put_controller(const export_loop *x, FILE *file)
 {
     const controller_settings *c = &x->settings->controller;
     CONTROLLER_ARRAYS(PUT_ARRAY)
-    if (c->method == &controller_sampling) {
-        const mppi_settings *m = c->method_settings;
-        fprintf(file,
-                "static const mppi_settings loop_sampling = {%d, %d, %.17g, %.17g, %.17g, %.17g, "
-                "UINT64_C(%" PRIu64 ")};\n",
-                m->samples, m->batch, m->temperature, m->noise, m->memory, m->shrink, m->seed);
-    }
     put_array("loop_", "turn_rate", (size_t)c->controlled, x->settings->rate, file);
     put(x,
         "static const controller_settings loop_controller = {\n    .inputs = model_controlled,\n",
         file);
     CONTROLLER_ARRAYS(PUT_FIELD)
-    if (c->method == &controller_sampling) {
-        fputs("    .method = &controller_sampling,\n    .method_settings = &loop_sampling,\n",
-              file);
-    }
     PUT_WHOLE(c, horizon)
     PUT_WHOLE(c, moves)
     PUT_WHOLE(c, delay)

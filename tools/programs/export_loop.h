@@ -6,7 +6,6 @@
 #include "physics/scene.h"
 #include "tools/control/kinematic_look.h"
 #include "tools/control/linear_step.h"
-#include "tools/control/mppi.h"
 #include "tools/control/regulator.h"
 #include "tools/control/view.h"
 #include "tools/surrogate/decoupled.h"

@@ -1,6 +1,6 @@
-/* What controller.c and the methods that find plans share; for them alone. */
-#ifndef CONTROL_CONTROLLER_METHOD_H
-#define CONTROL_CONTROLLER_METHOD_H
+/* What controller.c and gauss_newton.c, which finds plans, share; for them alone. */
+#ifndef CONTROL_CONTROLLER_INTERNAL_H
+#define CONTROL_CONTROLLER_INTERNAL_H
 
 #include "tools/control/controller.h"
 #include "tools/control/small.h"
@@ -10,7 +10,7 @@
 struct controller {
     controller_settings settings; /* with what NULL and 0 stand for */
     int n, m, v, horizon, moves, delay;
-    void *work;         /* of the method */
+    void *work;         /* of gauss_newton.c */
     double *span;       /* [m] upper - lower */
     double *rest;       /* [m] */
     double *others;     /* [model.inputs] */
@@ -26,26 +26,22 @@ struct controller {
     double *row, *next; /* [model.inputs], [max(n, v)] */
     double cost;
     int iterations; /* of the last quadratic program */
-    int most;       /* of them, set by the method */
-    int iteration;  /* of the method within this feedback */
+    int most;       /* of them, set by controller_plan_init */
     int coasted;    /* samples without a state */
     bool known;     /* state and start are defined */
     bool foreseen;  /* expected is defined */
-    bool prepared;  /* the method is ready for `plan` */
-    bool restart;   /* states along the plan that the method keeps do not belong to it */
+    bool prepared;  /* controller_plan_prepare was called for `plan` */
+    bool restart;   /* states along the plan that gauss_newton.c keeps do not belong to it */
 };
 
 /* How a plan is found. `prepare` may use the plan, not the state; `solve` changes the plan for the
  * state `start`, and says what it costs; both return flags, and the plan stays where it is if these
- * are CONTROLLER_MODEL or CONTROLLER_QP. */
-struct controller_method {
-    const char *(*refusal)(const controller_settings *settings);
-    size_t (*size)(const controller_settings *settings);
-    void (*init)(controller *c, void *memory);
-    int (*prepare)(controller *c);
-    int (*solve)(controller *c);
-    void (*shift)(controller *c); /* the plan went on by one sample */
-};
+ * are CONTROLLER_MODEL or CONTROLLER_QP. `shift`: the plan went on by one sample. */
+size_t controller_plan_size(const controller_settings *settings);
+void controller_plan_init(controller *c, void *memory);
+int controller_plan_prepare(controller *c);
+int controller_plan_solve(controller *c);
+void controller_plan_shift(controller *c);
 
 /* inputs [model.inputs] with row `move` of the plan [m]. */
 void controller_inputs(const controller *c, const double *move, double *inputs);
@@ -53,8 +49,6 @@ void controller_inputs(const controller *c, const double *move, double *inputs);
 void controller_range(const controller *c, int j, double before, double *lower, double *upper);
 /* moves [moves][m] cut to what is allowed after the last answer. */
 void controller_allow(const controller *c, double *moves);
-/* What changes of inputs and their distance from rest cost in a plan [horizon][m]. */
-double controller_cost_of_moves(const controller *c, const double *plan);
 bool controller_finite(const double *x, int count);
 
 #endif
