@@ -86,7 +86,7 @@ surrogate: {step: 0.02, modes: [2, 1, 2, 1], inputs: [p1, p2], parameters: [stif
 network: {hidden: [8]}
 training: {stages: [{optimizer: adam, steps: 5}]}
 YAML
-for kind in flow polynomial ddpinn_flow; do
+for kind in flow polynomial ddpinn; do
     "$BIN/cpinn-train" arm.yaml --set surrogate.kind=$kind --out $kind --quiet 2>train.txt # 3: after 5 steps
     check "$kind is trained" -- test $? -eq 3
 done
@@ -94,7 +94,7 @@ exported flow 1 --run flow --set control.model=surrogate
 said flow.h 'median / worst of 8 rollouts:$'
 said flow.h ', diverged [0-9]+\.$'
 exported nodes 1 --run polynomial --set surrogate.kind=polynomial --set control.model=surrogate
-exported curve 2 --run ddpinn_flow --set surrogate.kind=ddpinn_flow --set control.period=0.01 --set control.horizon=6 \
+exported curve 2 --run ddpinn --set surrogate.kind=ddpinn --set control.period=0.01 --set control.horizon=6 \
     --set control.model=surrogate
 # More tendons than numbers of the place, whose shares hardly cost: other rounding moves them, and not the place.
 sed '/^chambers:/,/^loads:/d; s/^parameters:.*/parameters:/' arm.yaml | sed '/^surrogate:/,$d' | awk '

@@ -235,7 +235,7 @@ kind long family_motion_deep "${ramp[@]}" "${deep[@]}" --set "$(stages adam '' 4
 
 arm=("$ROOT/configs/robots/soft_arm_control.yaml" --set 'surrogate.modes=[1, 0, 1, 0]'
     --set surrogate.solved=500 --set 'network.hidden=[6]')
-for step in flow linear ddpinn ddpinn_flow polynomial polynomial_flow; do
+for step in flow linear ddpinn polynomial; do
     methods='lbfgs ssbroyden adam soap'
     [ $step != linear ] || methods=lbfgs
     for method in $methods; do
@@ -245,7 +245,7 @@ for step in flow linear ddpinn ddpinn_flow polynomial polynomial_flow; do
 done
 kind long step_plain "${arm[@]}" --set surrogate.kind=ddpinn --set surrogate.weights=plain \
     --set "training.stages=[{optimizer: adam, steps: 5}, {optimizer: lbfgs, steps: 5}]"
-kind long step_ahead "${arm[@]}" --set surrogate.kind=ddpinn_flow --set surrogate.ahead=3 \
+kind long step_ahead "${arm[@]}" --set surrogate.kind=ddpinn --set surrogate.ahead=3 \
     --set surrogate.data=1 --set "$(stages lbfgs)"
 kind long step_ramp "${arm[@]}" --set surrogate.hold=linear --set "$(stages ssbroyden)"
 

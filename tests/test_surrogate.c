@@ -280,9 +280,8 @@ static void test_curves(void **state)
                "physics: 1}\n"
                "network: {hidden: [8, 8]}\n"
                "training: {stages: [{optimizer: adam, steps: 60}, {optimizer: lbfgs, steps: 3}]}\n";
-    static const char *const kinds[] = {"surrogate.kind=ddpinn", "surrogate.kind=polynomial_flow",
-                                        "surrogate.kind=polynomial"};
-    for (int kind = 0; kind < FEWER(3); kind++) {
+    static const char *const kinds[] = {"surrogate.kind=ddpinn", "surrogate.kind=polynomial"};
+    for (int kind = 0; kind < 2; kind++) {
         ad_error error = {.message = ""};
         checkpoint *file = NULL;
         surrogate *loaded[2] = {NULL};
@@ -307,15 +306,14 @@ static void test_curves(void **state)
         const surrogate_training_info info = surrogate_training_inspect(whole.own);
         print_message("%s: held out %.3f\n", kinds[kind], info.held_out);
         assert_true(info.done && surrogate_training_inspect(part.own).done);
-        assert_true(info.held_out < 1); /* better than the base alone, after so few steps */
+        assert_true(info.held_out < 1); /* better than states that stay, after so few steps */
         for (int i = 0; i < 2; i++) {
             if (surrogate_load(path[i], &loaded[i], &error) != AD_OK) {
                 fail_msg("%s", error.message);
             }
         }
-        const size_t curve = decoupled_numbers(&loaded[0]->curve);
-        const size_t count =
-            kind == 0 ? curve : 3 * surrogate_step_numbers(&loaded[0]->step) + curve;
+        const size_t count = kind == 0 ? decoupled_numbers(&loaded[0]->curve)
+                                       : 3 * surrogate_step_numbers(&loaded[0]->step);
         assert_memory_equal(loaded[0]->numbers, loaded[1]->numbers,
                             count * sizeof *loaded[0]->numbers);
         assert_int_equal(surrogate_one_step(loaded[0], &model, &error), AD_OK);

@@ -8,7 +8,7 @@ PATH=$root/build/tools:$PATH
 scene=${1:?"a scene is missing: kinds.sh SCENE"}
 shift
 out= seeds="1 2" options=()
-kinds="linear flow polynomial polynomial_flow ddpinn_flow ddpinn"
+kinds="linear flow polynomial ddpinn"
 while [ $# -gt 0 ]; do
     case $1 in
     --out) out=${2:?"--out: a folder is missing"} && shift 2 ;;

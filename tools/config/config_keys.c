@@ -504,8 +504,7 @@ const config_key config_keys[] = {
              "that turns with the robot where that has such a symmetry; linear: the map alone. "
              "Others are curves in time that begin at the state, so that any part of a step has an "
              "answer, learned from the rod's equations: polynomial: values at the nodes of Radau's "
-             "method, in that frame; ddpinn: damped sines (Krauss et al. 2024); polynomial_flow, "
-             "ddpinn_flow: both beside the exact linear flow."},
+             "method, in that frame; ddpinn: damped sines (Krauss et al. 2024)."},
     {"surrogate.terms", CONFIG_INTEGER, AT(surrogate.terms), BETWEEN(1, 16),
      .help = "With ddpinn: number of damped sines for each number of the state."},
     {"surrogate.weights", CONFIG_CHOICE, AT(surrogate.weights), .names = surrogate_weights,

@@ -42,13 +42,12 @@ static ad_status read_model(const checkpoint *file, const char *path, surrogate 
         s->settings = settings->surrogate;
         const surrogate_kind_id kind = s->settings.kind;
         status = curve ? surrogate_get_curve(file, &s->curve, &s->numbers, error)
-                 : surrogate_is_polynomial(kind)
-                     ? surrogate_get_nodes(file, kind == SURROGATE_POLYNOMIAL_FLOW, &s->step,
-                                           &s->curve, &s->numbers, error)
+                 : kind == SURROGATE_POLYNOMIAL
+                     ? surrogate_get_nodes(file, &s->step, &s->numbers, error)
                      : surrogate_get(file, &s->step, &s->numbers, error);
     }
     if (status == AD_OK &&
-        (curve != surrogate_is_decoupled(s->settings.kind) ||
+        (curve != (s->settings.kind == SURROGATE_DDPINN) ||
          (curve ? s->curve.inputs : s->step.inputs) != s->scene->parameter_count)) {
         status = ad_fail(error, AD_BAD_INPUT, "%s: the model is not that of its scene", path);
     }

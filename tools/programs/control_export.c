@@ -42,7 +42,7 @@ static ad_status verify(const surrogate *s, const char *whose, int count, char l
 
 static export_step step_of(const surrogate *s, const linear_step *linear)
 {
-    const bool curve = s && surrogate_is_decoupled(s->settings.kind);
+    const bool curve = s && s->settings.kind == SURROGATE_DDPINN;
     return (export_step){.surrogate = curve || !s ? NULL : &s->step,
                          .curve = curve ? &s->curve : NULL,
                          .linear = s ? NULL : linear};
@@ -81,7 +81,7 @@ ad_status control_export(const config *of, const control_row *row, const char *m
                          "model, or control.model linear, without residual",
                          row->control.residual ? "control.residual" : "the reduced rod");
     }
-    if (status == AD_OK && filter && surrogate_is_polynomial(filter->settings.kind) &&
+    if (status == AD_OK && filter && filter->settings.kind == SURROGATE_POLYNOMIAL &&
         row->control.period < (1 - 1e-9) * filter->settings.step) {
         status = ad_fail(error, AD_BAD_INPUT,
                          "--c: a loop with parts of a model's step is not written as C; allowed: "

@@ -189,8 +189,8 @@ static void put_linear(const char *name, const linear_step *m, FILE *file)
 static void put_curve(const char *name, const decoupled *m, FILE *file)
 {
     put_array(name, "_numbers", decoupled_numbers(m), m->numbers, file);
-    fprintf(file, "static const decoupled %s = {%d, %d, %d, %d, %d, %.17g, %d, {", name, m->states,
-            m->inputs, m->ramps, m->flows, m->terms, m->step, m->layers);
+    fprintf(file, "static const decoupled %s = {%d, %d, %d, %d, %.17g, %d, {", name, m->states,
+            m->inputs, m->ramps, m->terms, m->step, m->layers);
     for (int i = 0; i < DECOUPLED_LAYERS_MAX; i++) {
         fprintf(file, "%s%d", i ? ", " : "", m->width[i]);
     }

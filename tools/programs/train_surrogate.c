@@ -223,7 +223,7 @@ static void finish(training *t)
             &t->progress, "done: %lld steps in %.2f s%s%s, loss %.3e, held-out %.3e of the %s's",
             (long long)info.step, t->seconds, *info.ended ? ": " : "", info.ended, info.loss,
             info.held_out,
-            surrogate_is_decoupled(t->settings->surrogate.kind) ? "base" : "linear map");
+            t->settings->surrogate.kind == SURROGATE_DDPINN ? "states that stay" : "linear map");
         eval_rollouts_print(stdout, &t->report);
         verdict_print(stdout, "", &t->verdict);
         printf("\n  %s\n  %s\n  %s\n\n  cpinn-eval %s --rollouts %d\n", t->folder.checkpoint,
@@ -247,33 +247,31 @@ static void interrupted(training *t)
 
 static void explain_network(const surrogate_settings *s, const train_settings *settings)
 {
-    const bool flows = s->kind == SURROGATE_DDPINN_FLOW;
     const nn_mlp_settings *network = &settings->network;
-    const bool sines = surrogate_is_decoupled(s->kind);
+    const bool sines = s->kind == SURROGATE_DDPINN;
     printf("%s network (", sines ? "A" : "A linear map by least squares, and a");
     for (int i = 0; i < network->hidden_count; i++) {
         printf("%s%d", i ? " x " : "", network->hidden[i]);
     }
     if (sines) {
-        printf(
-            ") says a curve in\ntime from each state, damped sines beside %s, exact at its begin; "
-            "the loss is %g times\n%s and %g times errors of solved steps, %d in a row.\n\n",
-            flows ? "the exact linear flow" : "the state", s->physics,
-            s->weights == SURROGATE_PLAIN ? "z' - f at random times"
-            : s->ahead > 1
-                ? "the defect of the rod's equations at Radau's nodes"
-                : "the distance from what has no defect of the equations at Radau's nodes",
-            s->data, s->ahead);
+        printf(") says a curve in\ntime from each state, damped sines beside the state, exact at "
+               "its begin; "
+               "the loss is %g times\n%s and %g times errors of solved steps, %d in a row.\n\n",
+               s->physics,
+               s->weights == SURROGATE_PLAIN ? "z' - f at random times"
+               : s->ahead > 1
+                   ? "the defect of the rod's equations at Radau's nodes"
+                   : "the distance from what has no defect of the equations at Radau's nodes",
+               s->data, s->ahead);
     } else {
         printf(
             ") for what it leaves over, in\nthe frame of the robot's symmetry, if there is one; "
             "errors count by what they do to the tip\nover all that follow; output layer by least "
             "squares in every evaluation.\n\n");
     }
-    if (surrogate_is_polynomial(s->kind)) {
+    if (s->kind == SURROGATE_POLYNOMIAL) {
         printf("Both are of the three nodes of Radau's method, whose values have no defect of the "
-               "rod's\nequations%s; solved steps have a weight of %g in their end.\n\n",
-               s->kind == SURROGATE_POLYNOMIAL_FLOW ? " beside the exact linear flow" : "",
+               "rod's\nequations; solved steps have a weight of %g in their end.\n\n",
                s->data / (s->data + s->physics));
     }
     for (int i = 0; i < settings->stage_count; i++) {
@@ -418,8 +416,8 @@ int train_surrogate(const train_surrogate_options *asked, config *settings)
                   .settings = settings,
                   .progress = {.quiet = asked->quiet,
                                .pictures = asked->watch,
-                               .note = surrogate_is_decoupled(settings->surrogate.kind)
-                                           ? "errors of steps, over those of the base"
+                               .note = settings->surrogate.kind == SURROGATE_DDPINN
+                                           ? "errors of steps, over those of states that stay"
                                            : "errors of steps, over those of the linear map"}};
     ad_error error = {AD_OK, ""};
     bool began = false;

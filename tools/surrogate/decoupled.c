@@ -60,10 +60,10 @@ size_t decoupled_numbers(const decoupled *m)
     return count;
 }
 
-/* Of the exponential: states, inputs, their slopes, 1. */
-static size_t flow_order(const decoupled *m)
+/* Inputs of the network. */
+static size_t first_of(const decoupled *m)
 {
-    return (size_t)m->states + decoupled_given(m) + 1;
+    return (size_t)m->states + decoupled_given(m);
 }
 
 static size_t widest(const decoupled *m)
@@ -86,9 +86,9 @@ static size_t hidden_units(const decoupled *m)
 
 size_t decoupled_work(const decoupled *m)
 {
-    const size_t n = (size_t)m->states, order = flow_order(m), wide = widest(m);
-    return 1 + n * order + 3 * order * order + order + hidden_units(m) +
-           (size_t)decoupled_outputs(m) + 2 * n + 2 * wide * order + n * wide + n * order;
+    const size_t n = (size_t)m->states, first = first_of(m), wide = widest(m);
+    return first + hidden_units(m) + (size_t)decoupled_outputs(m) + n + 2 * wide * first +
+           n * wide + n * first;
 }
 
 /* ---- the network --------------------------------------------------------------------------- */
@@ -182,110 +182,27 @@ void decoupled_curve_adjoint(const decoupled *m, const double *a, double t, cons
     }
 }
 
-/* ---- the flow ------------------------------------------------------------------------------ */
-
-/* c = a b, all [n][n], c another array. */
-static void multiply(size_t n, const double *a, const double *b, double *c)
-{
-    memset(c, 0, n * n * sizeof *c);
-    for (size_t i = 0; i < n; i++) {
-        for (size_t k = 0; k < n; k++) {
-            const double by = a[i * n + k];
-            for (size_t j = 0; by != 0 && j < n; j++) {
-                c[i * n + j] += by * b[k * n + j];
-            }
-        }
-    }
-}
-
-void decoupled_exponential(size_t n, double *a, double *e, double *room)
-{
-    enum { DEGREE = 14 };
-    double norm = 0;
-    int squarings = 0;
-    for (size_t i = 0; i < n; i++) {
-        double sum = 0;
-        for (size_t j = 0; j < n; j++) {
-            sum += fabs(a[i * n + j]);
-        }
-        norm = sum > norm ? sum : norm;
-    }
-    for (; norm > 0.5 && squarings < 60; squarings++) {
-        norm /= 2;
-    }
-    for (size_t i = 0; i < n * n; i++) {
-        a[i] = ldexp(a[i], -squarings);
-        e[i] = i % (n + 1) == 0;
-    }
-    for (int k = DEGREE; k > 0; k--) { /* Horner: e = 1 + a e / k */
-        multiply(n, a, e, room);
-        for (size_t i = 0; i < n * n; i++) {
-            e[i] = (i % (n + 1) == 0) + room[i] / k;
-        }
-    }
-    for (; squarings > 0; squarings--) {
-        multiply(n, e, e, room);
-        memcpy(e, room, n * n * sizeof *e);
-    }
-}
-
-void decoupled_flow(const decoupled *m, double t, double *work, double *flow)
-{
-    const decoupled_parts x = split(m);
-    const size_t n = (size_t)m->states, inputs = (size_t)m->inputs, order = flow_order(m);
-    const size_t one = order - 1, columns = n + inputs + 1;
-    if (!m->flows) {
-        memset(flow, 0, n * order * sizeof *flow);
-        for (size_t j = 0; j < n; j++) {
-            flow[j * order + j] = 1;
-        }
-        return;
-    }
-    double *a = work, *e = a + order * order, *room = e + order * order;
-    memset(a, 0, order * order * sizeof *a);
-    for (size_t j = 0; j < n; j++) {
-        for (size_t k = 0; k < n + inputs; k++) {
-            a[j * order + k] = t * x.flow[j * columns + k];
-        }
-        a[j * order + one] = t * x.flow[j * columns + n + inputs];
-    }
-    for (size_t k = 0; k < inputs && m->ramps; k++) {
-        a[(n + k) * order + n + inputs + k] = t;
-    }
-    decoupled_exponential(order, a, e, room);
-    memcpy(flow, e, n * order * sizeof *flow);
-    for (size_t j = 0; j < n && m->ramps; j++) { /* slopes are v_end - v_begin */
-        for (size_t k = 0; k < inputs; k++) {
-            flow[j * order + n + k] -= flow[j * order + n + inputs + k];
-        }
-    }
-}
-
 /* ---- steps --------------------------------------------------------------------------------- */
 
 typedef struct room {
-    double *flow;    /* [n][order] for the step in work[0] */
-    double *squares; /* of the flow */
-    double *given;   /* [order]: z, v, 1 */
+    double *given; /* [first]: z, v */
     double *hidden, *a, *y;
-    double *by[2]; /* [widest][order] of hidden units by z, v */
+    double *by[2]; /* [widest][first] of hidden units by z, v */
     double *out;   /* [n][widest] of y by the last hidden units */
-    double *to;    /* [n][order] */
+    double *to;    /* [n][first] */
 } room;
 
 static room room_of(const decoupled *m, double *work)
 {
-    const size_t n = (size_t)m->states, order = flow_order(m), wide = widest(m);
+    const size_t n = (size_t)m->states, first = first_of(m), wide = widest(m);
     room x;
-    x.flow = work + 1;
-    x.squares = x.flow + n * order;
-    x.given = x.squares + 3 * order * order;
-    x.hidden = x.given + order;
+    x.given = work;
+    x.hidden = x.given + first;
     x.a = x.hidden + hidden_units(m);
     x.y = x.a + decoupled_outputs(m);
-    x.by[0] = x.y + 2 * n;
-    x.by[1] = x.by[0] + wide * order;
-    x.out = x.by[1] + wide * order;
+    x.by[0] = x.y + n;
+    x.by[1] = x.by[0] + wide * first;
+    x.out = x.by[1] + wide * first;
     x.to = x.out + n * wide;
     return x;
 }
@@ -293,7 +210,7 @@ static room room_of(const decoupled *m, double *work)
 /* x->to = derivatives of z at the end by z, v at the begin. */
 static void differentiate(const decoupled *m, const decoupled_parts *x, double t, const room *r)
 {
-    const size_t n = (size_t)m->states, order = flow_order(m), first = order - 1;
+    const size_t n = (size_t)m->states, first = first_of(m);
     const double *weights = x->network, *hidden = r->hidden;
     double *by = r->by[0], *before = r->by[1];
     size_t in = first;
@@ -336,7 +253,7 @@ static void differentiate(const decoupled *m, const decoupled_parts *x, double t
     }
     for (size_t j = 0; j < n; j++) {
         for (size_t c = 0; c < first; c++) {
-            r->to[j * first + c] = r->flow[j * order + c];
+            r->to[j * first + c] = c == j;
         }
         for (size_t k = 0; k < in; k++) {
             for (size_t c = 0; c < first; c++) {
@@ -349,7 +266,7 @@ static void differentiate(const decoupled *m, const decoupled_parts *x, double t
 static void scale_derivatives(const decoupled *m, const decoupled_parts *x, const room *r,
                               double *by_state, double *by_inputs)
 {
-    const size_t n = (size_t)m->states, inputs = (size_t)m->inputs, first = flow_order(m) - 1;
+    const size_t n = (size_t)m->states, inputs = (size_t)m->inputs, first = first_of(m);
     for (size_t j = 0; j < n; j++) {
         const double *row = r->to + j * first, scale = x->state_scale[j];
         for (size_t c = 0; c < n && by_state; c++) {
@@ -368,17 +285,12 @@ int decoupled_advance(const decoupled *m, double *work, int count, double h, con
 {
     const decoupled_parts x = split(m);
     const room r = room_of(m, work);
-    const size_t n = (size_t)m->states, number = (size_t)m->inputs, order = flow_order(m);
+    const size_t n = (size_t)m->states, number = (size_t)m->inputs;
     const double t = h / m->step;
     if (!(t > 0 && t <= 1 + 1e-9) || (after && !m->ramps)) {
         return 1;
     }
-    if (work[0] != h) {
-        decoupled_flow(m, t, r.squares, r.flow);
-        work[0] = h;
-    }
     double *z = r.given, *v = z + n;
-    r.given[order - 1] = 1;
     for (size_t i = 0; i < (size_t)count; i++) {
         const double *state = states + i * n, *u = inputs + i * number;
         const double *end = after ? after + i * number : u;
@@ -395,11 +307,7 @@ int decoupled_advance(const decoupled *m, double *work, int count, double h, con
         decoupled_network(m, x.network, z, v, r.hidden, r.a);
         decoupled_curve(m, r.a, t, r.y, NULL);
         for (size_t j = 0; j < n; j++) {
-            double base = 0;
-            for (size_t c = 0; c < order; c++) {
-                base += r.flow[j * order + c] * r.given[c];
-            }
-            next[i * n + j] = x.state_center[j] + x.state_scale[j] * (base + r.y[j]);
+            next[i * n + j] = state[j] + x.state_scale[j] * r.y[j];
             sum += next[i * n + j];
         }
         if (!isfinite(sum)) {

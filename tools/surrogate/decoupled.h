@@ -6,11 +6,8 @@
  * With z = (x - x_c)/x_s, v = (u - u_c)/u_s (hold linear: and those of the end), t in units of the
  * step:
  *
- *   z(t) = base(t) + y(t),  y(0) = 0,  a = network(z(0), v)
- *   base = z(0), or the exact flow of z' = A z + B v + c
- *   y_j  = sum_i alpha (exp(-delta t) sin(beta t + gamma) - sin gamma)
- *
- * Without terms y = 0: the base alone, beside which polynomials of surrogate_curve.h are. */
+ *   z(t) = z(0) + y(t),  y(0) = 0,  a = network(z(0), v)
+ *   y_j  = sum_i alpha (exp(-delta t) sin(beta t + gamma) - sin gamma) */
 #ifndef SURROGATE_DECOUPLED_H
 #define SURROGATE_DECOUPLED_H
 
@@ -29,13 +26,11 @@ enum { DECOUPLED_LAYERS_MAX = 4, DECOUPLED_NODES = 3 };
     X(state_scale, n)                                                                              \
     X(input_center, inputs)                                                                        \
     X(input_scale, inputs)                                                                         \
-    X(state_range, n)            /* largest |z| of training */                                     \
-    X(flow, n *(n + inputs + 1)) /* [n][n + inputs + 1]: A, B, c; of the mean linear system */
+    X(state_range, n) /* largest |z| of training */
 
 typedef struct decoupled {
     int states, inputs; /* of one_step */
     bool ramps;         /* inputs go linearly: those of the end are inputs of the network, too */
-    bool flows;         /* base is the linear flow */
     int terms;          /* damped sines for each state */
     double step;        /* s */
     int layers, width[DECOUPLED_LAYERS_MAX];
@@ -48,7 +43,7 @@ int decoupled_given(const decoupled *m);   /* numbers v of inputs: inputs, or tw
 int decoupled_outputs(const decoupled *m); /* of the network */
 size_t decoupled_numbers(const decoupled *m);
 size_t decoupled_parameters(const decoupled *m); /* weights and biases, the last of the numbers */
-size_t decoupled_work(const decoupled *m);       /* doubles; all 0 before the first use */
+size_t decoupled_work(const decoupled *m);       /* doubles */
 
 /* Hidden values [sum of widths] and a [outputs] of the network with parameters of m. */
 void decoupled_network(const decoupled *m, const double *parameters, const double *z,
@@ -59,12 +54,6 @@ void decoupled_network(const decoupled *m, const double *parameters, const doubl
 void decoupled_curve(const decoupled *m, const double *a, double t, double *y, double *rate);
 void decoupled_curve_adjoint(const decoupled *m, const double *a, double t, const double *by_y,
                              const double *by_rate, double *to_a);
-
-/* flow [n][n + v + 1] of the base from 0 to t: z(t) = flow (z(0), v, 1). work [decoupled_work]. */
-void decoupled_flow(const decoupled *m, double t, double *work, double *flow);
-
-/* exp(a) into e by Taylor's series of a/2^k, squared k times; all [n][n], of which a is used up. */
-void decoupled_exponential(size_t n, double *a, double *e, double *room);
 
 /* As one_step.advance and outside (tools/control/one_step.h). Not 0: h is outside of (0, step],
  * inputs of the end are given to a model that holds them (or not, to one that does not: they are

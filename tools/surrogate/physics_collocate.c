@@ -18,19 +18,18 @@ typedef struct job {
     int *pivots;      /* [threads][3 n] */
 } job;
 
-/* The defect y - integral of what f has beside the flow, and its derivatives, column-major. */
+/* The defect y - integral of z', and its derivatives, column-major. */
 static bool find_defect(const physics_loss *x, physics_worker *w, double *matrix, double *defect)
 {
     const size_t n = (size_t)x->m->states, all = NODES * n;
     physics_step *s = &w->steps[0];
     for (size_t i = 0; i < NODES; i++) {
         double *z = s->rate + i * n; /* free here */
-        physics_base(x, x->flow + i * n * physics_order(x->m), s->given, z);
         for (size_t j = 0; j < n; j++) {
-            z[j] += s->y[i * n + j];
+            z[j] = s->given[j] + s->y[i * n + j];
         }
-        if (!physics_remainder(x, w, s->given, decoupled_nodes[i], z, s->n + i * n,
-                               s->by_z + i * n * n)) {
+        if (!physics_rate(x, w, s->given, decoupled_nodes[i], z, s->n + i * n,
+                          s->by_z + i * n * n)) {
             return false;
         }
     }
@@ -41,14 +40,12 @@ static bool find_defect(const physics_loss *x, physics_worker *w, double *matrix
     }
     for (size_t b = 0; b < (size_t)NODES * NODES; b++) {
         const size_t i = b / NODES, j = b % NODES;
+        const double part = x->integral[i][j];
         for (size_t r = 0; r < n; r++) {
-            const double *row = x->integral + (b * n + r) * n;
-            for (size_t k = 0; k < n; k++) {
-                const double *by_z = s->by_z + (j * n + k) * n;
-                defect[i * n + r] -= row[k] * s->n[j * n + k];
-                for (size_t c = 0; c < n && row[k] != 0; c++) {
-                    matrix[(j * n + c) * all + i * n + r] -= row[k] * by_z[c];
-                }
+            const double *by_z = s->by_z + (j * n + r) * n;
+            defect[i * n + r] -= part * s->n[j * n + r];
+            for (size_t c = 0; c < n; c++) {
+                matrix[(j * n + c) * all + i * n + r] -= part * by_z[c];
             }
         }
     }
@@ -83,7 +80,7 @@ static ad_status run_rollout(void *context, int item, int thread, ad_error *erro
     const job *of = context;
     const physics_loss *x = of->x;
     physics_worker *w = &x->workers[thread];
-    const size_t n = (size_t)x->m->states, all = NODES * n, order = physics_order(x->m);
+    const size_t n = (size_t)x->m->states, all = NODES * n;
     const size_t steps = (size_t)x->motions->steps;
     double *given = w->steps[0].given;
     (void)error;
@@ -92,18 +89,14 @@ static ad_status run_rollout(void *context, int item, int thread, ad_error *erro
         double *to = of->nodes + ((size_t)item * steps + k) * all;
         physics_take_state(x, row, given);
         physics_take_inputs(x, row, given + n);
-        given[order - 1] = 1;
         if (!solve(x, w, of->matrices + (size_t)thread * all * all,
                    of->pivots + (size_t)thread * all)) {
             to[0] = NAN;
             continue;
         }
-        for (size_t i = 0; i < NODES; i++) {
-            physics_base(x, x->flow + i * n * order, given, to + i * n);
-            for (size_t j = 0; j < n; j++) {
-                to[i * n + j] =
-                    x->center[j] + x->scale[j] * (to[i * n + j] + w->steps[0].y[i * n + j]);
-            }
+        for (size_t i = 0; i < all; i++) {
+            const size_t j = i % n;
+            to[i] = x->center[j] + x->scale[j] * (given[j] + w->steps[0].y[i]);
         }
     }
     return AD_OK;

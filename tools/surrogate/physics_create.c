@@ -1,4 +1,4 @@
-/* What a loss by the equations of the rod is made of: flows, integrals, weights, beginnings. */
+/* What a loss by the equations of the rod is made of: integrals, weights, beginnings. */
 #include "tools/surrogate/physics_internal.h"
 
 #include "nn/rng.h"
@@ -7,58 +7,103 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Integrals of exp(A (c_i - s)) l_j(s) from 0 to c_i, l_j Lagrange's polynomials at the nodes; with
- * A = 0 the matrix of Radau's method. */
-static ad_status find_integrals(physics_loss *x, ad_error *error)
+/* Integrals of Lagrange's polynomials at the nodes, l_j, from 0 to c_i. */
+static void find_integrals(physics_loss *x)
 {
-    const size_t n = (size_t)x->m->states, columns = n + (size_t)x->m->inputs + 1;
-    const size_t order = (NODES + 1) * n;
-    double *memory = malloc(3 * order * order * sizeof *memory);
-    double *a = memory, *e = a + order * order, *room = e + order * order;
-    if (!memory) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for integrals of a flow");
+    for (int k = 0; k < NODES * NODES; k++) {
+        const int i = k / NODES, j = k % NODES;
+        const double c = decoupled_nodes[i], own = decoupled_nodes[j];
+        const double p = decoupled_nodes[(j + 1) % NODES], q = decoupled_nodes[(j + 2) % NODES];
+        x->integral[i][j] = c * (p * q - c * (p + q) / 2 + c * c / 3) / ((own - p) * (own - q));
     }
-    for (size_t i = 0; i < NODES; i++) {
-        memset(a, 0, order * order * sizeof *a);
-        for (size_t r = 0; r < NODES * n; r++) {
-            for (size_t c = 0; c < n && r < n; c++) {
-                a[r * order + c] = decoupled_nodes[i] * x->linear[r * columns + c];
-            }
-            a[r * order + r + n] = decoupled_nodes[i];
-        }
-        decoupled_exponential(order, a, e, room);
-        /* block k + 1 of the first row: integral of exp(A (c - s)) s^k / k! */
-        for (size_t j = 0; j < NODES; j++) {
-            const double p = decoupled_nodes[(j + 1) % NODES], q = decoupled_nodes[(j + 2) % NODES];
-            const double by = 1 / ((decoupled_nodes[j] - p) * (decoupled_nodes[j] - q));
-            const double of[NODES] = {p * q * by, -(p + q) * by, 2 * by};
-            double *to = x->integral + (i * NODES + j) * n * n;
-            for (size_t k = 0; k < n * n * NODES; k++) {
-                const size_t r = k / NODES / n, c = k / NODES % n;
-                to[r * n + c] += of[k % NODES] * e[r * order + (k % NODES + 1) * n + c];
-            }
-        }
-    }
-    free(memory);
-    return AD_OK;
 }
 
-/* weight = sum over 250 steps of (F^k)^T C^T C F^k, so that its largest number is 1, and
- * settings.all times the unit matrix; F the flow of a step, C of the tip by z in the middle. */
+/* c = a b, all [n][n], c another array. */
+static void multiply(size_t n, const double *a, const double *b, double *c)
+{
+    memset(c, 0, n * n * sizeof *c);
+    for (size_t i = 0; i < n; i++) {
+        for (size_t k = 0; k < n; k++) {
+            const double by = a[i * n + k];
+            for (size_t j = 0; by != 0 && j < n; j++) {
+                c[i * n + j] += by * b[k * n + j];
+            }
+        }
+    }
+}
+
+/* exp(a) into e by Taylor's series of a/2^k, squared k times; all [n][n], of which a is used up. */
+static void exponential(size_t n, double *a, double *e, double *room)
+{
+    enum { DEGREE = 14 };
+    double norm = 0;
+    int squarings = 0;
+    for (size_t i = 0; i < n; i++) {
+        double sum = 0;
+        for (size_t j = 0; j < n; j++) {
+            sum += fabs(a[i * n + j]);
+        }
+        norm = sum > norm ? sum : norm;
+    }
+    for (; norm > 0.5 && squarings < 60; squarings++) {
+        norm /= 2;
+    }
+    for (size_t i = 0; i < n * n; i++) {
+        a[i] = ldexp(a[i], -squarings);
+        e[i] = i % (n + 1) == 0;
+    }
+    for (int k = DEGREE; k > 0; k--) { /* Horner: e = 1 + a e / k */
+        multiply(n, a, e, room);
+        for (size_t i = 0; i < n * n; i++) {
+            e[i] = (i % (n + 1) == 0) + room[i] / k;
+        }
+    }
+    for (; squarings > 0; squarings--) {
+        multiply(n, e, e, room);
+        memcpy(e, room, n * n * sizeof *e);
+    }
+}
+
+/* A [n][n] of z' = A z: the mean of the derivatives over states of the motions. */
+static ad_status find_mean(const physics_loss *x, reduced_rod *rod, double *A, ad_error *error)
+{
+    enum { LINEARISED = 256 };
+    const excite_rollouts *motions = x->motions;
+    const size_t n = (size_t)x->m->states, inputs = (size_t)x->m->inputs;
+    double *rate = x->workers[0].state, *by_state = x->workers[0].jacobian;
+    ad_status status = AD_OK;
+    for (int s = 0; s < LINEARISED && status == AD_OK; s++) {
+        const int i = s % motions->count;
+        const int k = motions->done[i] > 0 ? (int)(((long)s * 7919) % motions->done[i]) : 0;
+        const size_t at = (size_t)i * (size_t)(motions->steps + 1) + (size_t)k;
+        status = reduced_rate(rod, 0, motions->state + at * n, motions->input + at * inputs, rate,
+                              by_state, NULL, error);
+        for (size_t e = 0; e < n * n && status == AD_OK; e++) {
+            A[e] += x->m->step / x->scale[e / n] * by_state[e] * x->scale[e % n] / LINEARISED;
+        }
+    }
+    return status;
+}
+
+/* weight = sum over 250 steps of (F^k)^T C^T C F^k, so that its largest number is 1, and ALL times
+ * the unit matrix: what does nothing to the tip grows otherwise, until it does. F = exp(A) of a
+ * step, C of the tip by z in the middle. */
 static ad_status find_weight(physics_loss *x, reduced_rod *rod, ad_error *error)
 {
     enum { STEPS = 250 };
-    const size_t n = (size_t)x->m->states, order = physics_order(x->m);
-    decoupled flowing = *x->m;
-    double *by_state = calloc(12 * n + 6 * n + n * order + decoupled_work(x->m), sizeof *by_state);
-    double *rows = by_state + 12 * n, *flow = rows + 6 * n, most = 0;
+    static const double ALL = 0.1;
+    const size_t n = (size_t)x->m->states;
+    double *by_state = calloc(12 * n + 6 * n + 3 * n * n, sizeof *by_state);
+    double *rows = by_state + 12 * n, *A = rows + 6 * n, *F = A + n * n, most = 0;
     reduced_place tip;
     if (!by_state) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a tip");
     }
-    flowing.flows = true;
-    decoupled_flow(&flowing, 1, flow + n * order, flow);
-    ad_status status = reduced_output(rod, 0, x->center, x->input_center, &tip, by_state, error);
+    ad_status status = find_mean(x, rod, A, error);
+    if (status == AD_OK) {
+        exponential(n, A, F, F + n * n);
+        status = reduced_output(rod, 0, x->center, x->input_center, &tip, by_state, error);
+    }
     for (size_t k = 0; k < 3 * n; k++) {
         rows[k] = by_state[k] * x->scale[k % n];
     }
@@ -70,7 +115,7 @@ static ad_status find_weight(physics_loss *x, reduced_rod *rod, ad_error *error)
         memset(rows + 3 * n, 0, 3 * n * sizeof *rows);
         for (size_t k = 0; k < 3 * n * n; k++) {
             const size_t r = k / n / n, a = k / n % n, b = k % n;
-            rows[3 * n + r * n + b] += rows[r * n + a] * flow[a * order + b];
+            rows[3 * n + r * n + b] += rows[r * n + a] * F[a * n + b];
         }
         memcpy(rows, rows + 3 * n, 3 * n * sizeof *rows);
     }
@@ -79,7 +124,7 @@ static ad_status find_weight(physics_loss *x, reduced_rod *rod, ad_error *error)
     }
     for (size_t k = 0; k < n * n; k++) {
         x->weight[k] = (most > 0 ? x->weight[k] / most : 0) + (k % (n + 1) > 0 ? 0
-                                                               : most > 0      ? x->settings.all
+                                                               : most > 0      ? ALL
                                                                                : 1);
     }
     free(by_state);
@@ -117,22 +162,22 @@ static bool list_beginnings(physics_loss *x)
 static bool make_worker(physics_loss *x, physics_worker *w)
 {
     const decoupled *m = x->m;
-    const size_t n = (size_t)m->states, order = physics_order(m),
+    const size_t n = (size_t)m->states, given = physics_given(m),
                  outputs = (size_t)decoupled_outputs(m);
-    size_t units = 0, wide = outputs > order ? outputs : order;
+    size_t units = 0, wide = outputs > given ? outputs : given;
     for (int l = 0; l < m->layers; l++) {
         units += (size_t)m->width[l];
         wide = (size_t)m->width[l] > wide ? (size_t)m->width[l] : wide;
     }
-    const size_t each = order + units + outputs + NODES * (4 * n + n * n) + n;
-    const size_t all = (size_t)x->settings.ahead * each + (3 + NODES) * n + 2 * wide + order + n +
+    const size_t each = given + units + outputs + NODES * (4 * n + n * n) + n;
+    const size_t all = (size_t)x->settings.ahead * each + (3 + NODES) * n + 2 * wide + given + n +
                        SCENE_PARAMETERS_MAX + n * n;
     double *at = w->memory = calloc(all, sizeof *at);
     for (int k = 0; k < x->settings.ahead && at; k++) {
         physics_step *s = &w->steps[k];
         double **const parts[] = {&s->given, &s->hidden, &s->a,        &s->y,  &s->rate,
                                   &s->n,     &s->by_z,   &s->residual, &s->end};
-        const size_t sizes[] = {order,     units,         outputs,   NODES * n, NODES * n,
+        const size_t sizes[] = {given,     units,         outputs,   NODES * n, NODES * n,
                                 NODES * n, NODES * n * n, NODES * n, n};
         for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
             *parts[i] = at;
@@ -142,7 +187,7 @@ static bool make_worker(physics_loss *x, physics_worker *w)
     double **const rest[] = {&w->adjoint[0], &w->adjoint[1], &w->adjoint[2], &w->adjoint[3],
                              &w->to_a,       &w->to_hidden,  &w->to_given,   &w->state,
                              &w->input,      &w->jacobian};
-    const size_t sizes[] = {n, n, n, NODES * n, wide, wide, order, n, SCENE_PARAMETERS_MAX, n * n};
+    const size_t sizes[] = {n, n, n, NODES * n, wide, wide, given, n, SCENE_PARAMETERS_MAX, n * n};
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes && at; i++) {
         *rest[i] = at;
         at += sizes[i];
@@ -153,15 +198,10 @@ static bool make_worker(physics_loss *x, physics_worker *w)
 static ad_status allocate(physics_loss *x, ad_error *error)
 {
     const size_t n = (size_t)x->m->states;
-    const size_t columns = n + (size_t)x->m->inputs + 1;
-    x->flow = calloc(NODES * n * physics_order(x->m), sizeof *x->flow);
-    x->zero = calloc(n * columns, sizeof *x->zero);
-    x->integral = calloc(n * n * NODES * NODES, sizeof *x->integral);
     x->weight = calloc(n * n, sizeof *x->weight);
     x->sums = calloc((CHUNKS + 1) * (2 + decoupled_parameters(x->m)), sizeof *x->sums);
     x->workers = calloc((size_t)ad_pool_threads(x->pool), sizeof *x->workers);
-    bool good = x->flow && x->zero && x->integral && x->weight && x->sums && x->workers &&
-                list_beginnings(x);
+    bool good = x->weight && x->sums && x->workers && list_beginnings(x);
     for (int t = 0; t < ad_pool_threads(x->pool) && good; t++) {
         good = make_worker(x, &x->workers[t]);
     }
@@ -171,21 +211,7 @@ static ad_status allocate(physics_loss *x, ad_error *error)
     return good ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a loss");
 }
 
-static ad_status find_flows(physics_loss *x, ad_error *error)
-{
-    const size_t n = (size_t)x->m->states;
-    double *work = calloc(decoupled_work(x->m), sizeof *work);
-    if (!work) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a flow");
-    }
-    for (size_t i = 0; i < NODES; i++) {
-        decoupled_flow(x->m, decoupled_nodes[i], work, x->flow + i * n * physics_order(x->m));
-    }
-    free(work);
-    return AD_OK;
-}
-
-/* So that the base alone, all parameters 0, has a loss of 1. */
+/* So that states that stay, all parameters 0, have a loss of 1. */
 static ad_status find_scale(physics_loss *x, ad_error *error)
 {
     const int batch = x->settings.batch;
@@ -230,30 +256,22 @@ static ad_status scatter_states(physics_loss *x, ad_error *error)
 static ad_status find_targets(physics_loss *x, const int modes[4], ad_error *error)
 {
     const size_t n = (size_t)x->m->states, each = NODES * n, steps = (size_t)x->motions->steps;
-    double *given = x->workers[0].steps[0].given, z[256];
-    decoupled plain =
-        *x->m; /* on stiff rods Radau's method is better by itself than beside a flow */
+    double z[256];
     size_t count = 0;
-    plain.flows = false;
     x->target = malloc(((size_t)x->motions->count * steps + 1) * each * sizeof *x->target);
-    ad_status status = x->target ? physics_collocate(x->scene, modes, x->motions, &plain, x->pool,
-                                                     x->target, error)
-                                 : ad_fail(error, AD_NO_MEMORY, "out of memory for nodes");
+    ad_status status =
+        x->target ? physics_collocate(x->scene, modes, x->motions, x->m, x->pool, x->target, error)
+                  : ad_fail(error, AD_NO_MEMORY, "out of memory for nodes");
     for (size_t b = 0; b < x->count && status == AD_OK; b++) {
         const size_t i = (size_t)x->begin[b][0], k = (size_t)x->begin[b][1];
         double *target = x->target + (i * steps + k) * each;
         if (isnan(target[0])) {
             continue;
         }
-        physics_take_state(x, i * (steps + 1) + k, given);
-        physics_take_inputs(x, i * (steps + 1) + k, given + n);
-        given[physics_order(x->m) - 1] = 1;
-        for (size_t c = 0; c < NODES; c++) {
-            physics_base(x, x->flow + c * n * physics_order(x->m), given, z);
-            for (size_t j = 0; j < n; j++) {
-                double *y = target + c * n + j;
-                *y = (*y - x->center[j]) / x->scale[j] - z[j];
-            }
+        physics_take_state(x, i * (steps + 1) + k, z);
+        for (size_t c = 0; c < each; c++) {
+            const size_t j = c % n;
+            target[c] = (target[c] - x->center[j]) / x->scale[j] - z[j];
         }
         memmove(x->begin[count++], x->begin[b], sizeof x->begin[b]);
     }
@@ -281,15 +299,13 @@ ad_status physics_open(const scene *open, const int modes[4], const excite_rollo
     x->scale = x->center + n;
     x->input_center = x->scale + n;
     x->input_scale = x->input_center + inputs;
-    x->mean = x->input_scale + inputs + n; /* behind the ranges of states */
     memcpy(of_rod.modes, modes, sizeof of_rod.modes);
+    find_integrals(x);
     ad_status status = allocate(x, error);
-    x->linear = m->flows ? x->mean : x->zero;
     for (int t = 0; t < ad_pool_threads(pool) && status == AD_OK; t++) {
         status = reduced_create(open, &of_rod, &x->workers[t].rod, error);
     }
-    status = status == AD_OK ? find_flows(x, error) : status;
-    return status == AD_OK ? find_integrals(x, error) : status;
+    return status;
 }
 
 ad_status physics_loss_create(const scene *open, const int modes[4], const excite_rollouts *motions,
@@ -300,12 +316,11 @@ ad_status physics_loss_create(const scene *open, const int modes[4], const excit
     physics_loss *x = NULL;
     *result = NULL;
     if (!(settings->physics + settings->data > 0) || settings->ahead < 1 ||
-        settings->ahead > AHEAD_MAX || (settings->rates && m->flows) ||
-        (settings->scatter > 0 && settings->data > 0)) {
+        settings->ahead > AHEAD_MAX || (settings->scatter > 0 && settings->data > 0)) {
         return ad_fail(
             error, AD_BAD_ARGUMENT,
-            "a loss of nothing, of %d steps in a row, of rates beside a flow, or of solved "
-            "steps from states off the motions",
+            "a loss of nothing, of %d steps in a row, or of solved steps from states off "
+            "the motions",
             settings->ahead);
     }
     ad_status status = physics_open(open, modes, motions, m, settings, pool, &x, error);
@@ -343,9 +358,6 @@ void physics_loss_free(physics_loss *x)
     free(x->begin);
     free(x->target);
     free(x->moved.state);
-    free(x->flow);
-    free(x->zero);
-    free(x->integral);
     free(x->weight);
     free(x->sums);
     free(x);

@@ -9,7 +9,7 @@ enum { NODES = DECOUPLED_NODES, CHUNKS = 16, AHEAD_MAX = 32 };
 
 /* One step of a sequence. */
 typedef struct physics_step {
-    double *given;          /* [order]: z, v, 1 */
+    double *given;          /* [inputs of the network]: z, v */
     double *hidden, *a;     /* of the network */
     double *y, *rate, *n;   /* [NODES][n] */
     double *by_z;           /* [NODES][n][n] of n */
@@ -31,22 +31,19 @@ struct physics_loss {
     const decoupled *m;
     physics_loss_settings settings;
     ad_pool *pool;
-    size_t count;     /* of beginnings */
-    int (*begin)[2];  /* [count]: rollout, step */
-    double *flow;     /* [NODES][n][order] to the nodes */
-    double *target;   /* of beginnings [count of rollouts][steps][NODES][n]: y; NULL: the defect */
-    double *zero;     /* [n][n + inputs + 1] */
-    double *integral; /* [NODES][NODES][n][n] */
-    double *weight;   /* [n][n], symmetric */
-    double *sums;     /* [CHUNKS + 1][2 + parameters]: value, how many have none, gradient; of
-                       * chunks, then of all */
-    double factor;    /* of the loss */
+    size_t count;    /* of beginnings */
+    int (*begin)[2]; /* [count]: rollout, step */
+    double *target;  /* of beginnings [count of rollouts][steps][NODES][n]: y; NULL: the defect */
+    double integral[NODES][NODES]; /* the matrix of Radau's method */
+    double *weight;                /* [n][n], symmetric */
+    double *sums;  /* [CHUNKS + 1][2 + parameters]: value, how many have none, gradient; of
+                    * chunks, then of all */
+    double factor; /* of the loss */
     const double *parameters;
     bool derives;
     int64_t number; /* of the step of training */
     physics_worker *workers;
     const double *center, *scale, *input_center, *input_scale;
-    const double *mean, *linear; /* [n][n + inputs + 1]: A, B, c; of the base, or 0 */
 };
 
 /* Without weights; *result is to be freed in any case. */
@@ -54,17 +51,14 @@ ad_status physics_open(const scene *open, const int modes[4], const excite_rollo
                        const decoupled *m, const physics_loss_settings *settings, ad_pool *pool,
                        physics_loss **result, ad_error *error);
 
-size_t physics_order(const decoupled *m); /* columns of a flow: z, v, 1 */
+size_t physics_given(const decoupled *m); /* inputs of the network: z, v */
 
 /* In coordinates of the model: state and inputs of a row of the motions. */
 void physics_take_inputs(const physics_loss *x, size_t row, double *v);
 void physics_take_state(const physics_loss *x, size_t row, double *z);
 
-/* What f has beside the linear flow, h f/x_s - A z - B v - c, and its derivatives by z (NULL: not
- * wanted); false: it has no answer. */
-bool physics_remainder(const physics_loss *x, physics_worker *w, const double *given, double t,
-                       const double *z, double *rest, double *by_z);
-
-void physics_base(const physics_loss *x, const double *flow, const double *given, double *z);
+/* z' = h f/x_s at t, and its derivatives by z (NULL: not wanted); false: it has no answer. */
+bool physics_rate(const physics_loss *x, physics_worker *w, const double *given, double t,
+                  const double *z, double *rate, double *by_z);
 
 #endif

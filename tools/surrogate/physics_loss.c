@@ -12,9 +12,9 @@ enum { SUM_VALUE, SUM_FAILED, SUM_GRADIENT };
 /* How much the defect at a node counts; the last is the end of the step. */
 static const double node_weight[NODES] = {0.1, 0.3, 1};
 
-size_t physics_order(const decoupled *m)
+size_t physics_given(const decoupled *m)
 {
-    return (size_t)m->states + decoupled_given(m) + 1;
+    return (size_t)m->states + decoupled_given(m);
 }
 
 /* ---- one step ------------------------------------------------------------------------------ */
@@ -29,25 +29,12 @@ static void draw_times(const physics_loss *x, size_t item, int ahead, double tim
     }
 }
 
-void physics_base(const physics_loss *x, const double *flow, const double *given, double *z)
-{
-    const size_t n = (size_t)x->m->states, order = physics_order(x->m);
-    for (size_t j = 0; j < n; j++) {
-        double sum = x->m->flows ? 0 : given[j];
-        for (size_t c = 0; c < order && x->m->flows; c++) {
-            sum += flow[j * order + c] * given[c];
-        }
-        z[j] = sum;
-    }
-}
-
-bool physics_remainder(const physics_loss *x, physics_worker *w, const double *given, double t,
-                       const double *z, double *rest, double *by_z)
+bool physics_rate(const physics_loss *x, physics_worker *w, const double *given, double t,
+                  const double *z, double *rate, double *by_z)
 {
     const decoupled *m = x->m;
-    const int n = m->states, inputs = m->inputs, columns = n + inputs + 1;
+    const int n = m->states, inputs = m->inputs;
     ad_error error;
-    double v[SCENE_PARAMETERS_MAX];
     for (int j = 0; j < n; j++) {
         w->state[j] = x->center[j] + x->scale[j] * z[j];
         if (!(fabs(z[j]) < 1e6)) {
@@ -55,26 +42,19 @@ bool physics_remainder(const physics_loss *x, physics_worker *w, const double *g
         }
     }
     for (int k = 0; k < inputs; k++) {
-        v[k] = given[n + k] + (m->ramps ? t * (given[n + inputs + k] - given[n + k]) : 0);
-        w->input[k] = x->input_center[k] + x->input_scale[k] * v[k];
+        const double v = given[n + k] + (m->ramps ? t * (given[n + inputs + k] - given[n + k]) : 0);
+        w->input[k] = x->input_center[k] + x->input_scale[k] * v;
     }
-    if (reduced_rate(w->rod, 0, w->state, w->input, rest, by_z ? w->jacobian : NULL, NULL,
+    if (reduced_rate(w->rod, 0, w->state, w->input, rate, by_z ? w->jacobian : NULL, NULL,
                      &error) != AD_OK) {
         return false;
     }
     for (int r = 0; r < n; r++) {
-        const double h = m->step / x->scale[r], *row = x->linear + r * columns;
-        double sum = h * rest[r] - row[n + inputs];
-        for (int c = 0; c < n; c++) {
-            sum -= row[c] * z[c];
-            if (by_z) {
-                by_z[r * n + c] = h * w->jacobian[r * n + c] * x->scale[c] - row[c];
-            }
+        const double h = m->step / x->scale[r];
+        rate[r] *= h;
+        for (int c = 0; c < n && by_z; c++) {
+            by_z[r * n + c] = h * w->jacobian[r * n + c] * x->scale[c];
         }
-        for (int k = 0; k < inputs; k++) {
-            sum -= row[n + k] * v[k];
-        }
-        rest[r] = sum;
     }
     return true;
 }
@@ -96,8 +76,8 @@ static void add_product(size_t n, bool transposed, double by, const double *matr
     }
 }
 
-/* Residuals at the nodes: z' - f (without a flow), the defect of the integral equation, or the
- * distance from what has none. */
+/* Residuals at the nodes: z' - f, the defect of the integral equation, or the distance from what
+ * has none. */
 static void find_residuals(const physics_loss *x, size_t item, physics_step *s)
 {
     const size_t n = (size_t)x->m->states;
@@ -116,7 +96,9 @@ static void find_residuals(const physics_loss *x, size_t item, physics_step *s)
             r[j] -= s->n[i * n + j];
         }
         for (size_t j = 0; j < NODES && !x->settings.rates; j++) {
-            add_product(n, false, -1, x->integral + (i * NODES + j) * n * n, s->n + j * n, r);
+            for (size_t k = 0; k < n; k++) {
+                r[k] -= x->integral[i][j] * s->n[j * n + k];
+            }
         }
     }
 }
@@ -143,8 +125,8 @@ static bool go_forward(const physics_loss *x, physics_worker *w, size_t item, in
                        physics_step *s, double *next, double *loss)
 {
     const decoupled *m = x->m;
-    const size_t n = (size_t)m->states, order = physics_order(m);
-    double times[NODES], z[256], *flow = x->flow;
+    const size_t n = (size_t)m->states;
+    double times[NODES], z[256];
     draw_times(x, item, ahead, times);
     decoupled_network(m, x->parameters, s->given, s->given + n, s->hidden, s->a);
     for (size_t i = 0; i < NODES && x->settings.physics > 0; i++) {
@@ -153,12 +135,11 @@ static bool go_forward(const physics_loss *x, physics_worker *w, size_t item, in
         if (x->target) {
             continue;
         }
-        physics_base(x, flow + i * n * order, s->given, z);
         for (size_t j = 0; j < n; j++) {
-            z[j] += s->y[i * n + j];
+            z[j] = s->given[j] + s->y[i * n + j];
         }
-        if (!physics_remainder(x, w, s->given, times[i], z, s->n + i * n,
-                               x->derives ? s->by_z + i * n * n : NULL)) {
+        if (!physics_rate(x, w, s->given, times[i], z, s->n + i * n,
+                          x->derives ? s->by_z + i * n * n : NULL)) {
             return false;
         }
     }
@@ -173,9 +154,8 @@ static bool go_forward(const physics_loss *x, physics_worker *w, size_t item, in
         return true;
     }
     decoupled_curve(m, s->a, 1, z, NULL);
-    physics_base(x, flow + (NODES - 1) * n * order, s->given, next);
     for (size_t j = 0; j < n; j++) {
-        next[j] += z[j];
+        next[j] = s->given[j] + z[j];
     }
     return true;
 }
@@ -185,7 +165,7 @@ static void network_adjoint(const physics_loss *x, physics_worker *w, const phys
                             double *gradient)
 {
     const decoupled *m = x->m;
-    const size_t first = physics_order(m) - 1;
+    const size_t first = physics_given(m);
     const double *weights = x->parameters, *hidden = s->hidden;
     const double *inputs[DECOUPLED_LAYERS_MAX + 1], *of[DECOUPLED_LAYERS_MAX + 1];
     double *to[DECOUPLED_LAYERS_MAX + 1];
@@ -231,7 +211,9 @@ static void adjoint_of_state(const physics_loss *x, const physics_step *s, size_
     const size_t n = (size_t)x->m->states;
     memset(sum, 0, n * sizeof *sum);
     for (size_t j = 0; j < NODES && !x->settings.rates; j++) {
-        add_product(n, true, -1, x->integral + (j * NODES + i) * n * n, lambda + j * n, sum);
+        for (size_t k = 0; k < n; k++) {
+            sum[k] -= x->integral[j][i] * lambda[j * n + k];
+        }
     }
     for (size_t j = 0; j < n && x->settings.rates; j++) {
         sum[j] = -lambda[i * n + j];
@@ -239,15 +221,11 @@ static void adjoint_of_state(const physics_loss *x, const physics_step *s, size_
     add_product(n, true, 1, s->by_z + i * n * n, sum, by_z);
 }
 
-static void add_base_adjoint(const physics_loss *x, size_t i, const double *by_base, double *to)
+/* Of a curve by that of the state that it begins at. */
+static void add(size_t n, const double *from, double *to)
 {
-    const size_t n = (size_t)x->m->states, order = physics_order(x->m);
-    const double *flow = x->flow + i * n * order;
     for (size_t j = 0; j < n; j++) {
-        to[j] += x->m->flows ? 0 : by_base[j];
-        for (size_t c = 0; c < n && x->m->flows; c++) {
-            to[c] += flow[j * order + c] * by_base[j];
-        }
+        to[j] += from[j];
     }
 }
 
@@ -262,10 +240,10 @@ static void go_back(const physics_loss *x, physics_worker *w, size_t item, int a
     double *lambda = w->adjoint[3]; /* [NODES][n] */
     draw_times(x, item, ahead, times);
     memset(w->to_a, 0, (size_t)decoupled_outputs(m) * sizeof *w->to_a);
-    memset(w->to_given, 0, physics_order(m) * sizeof *w->to_given);
+    memset(w->to_given, 0, physics_given(m) * sizeof *w->to_given);
     if (needs_end(x)) {
         decoupled_curve_adjoint(m, s->a, 1, end, NULL, w->to_a);
-        add_base_adjoint(x, NODES - 1, end, w->to_given);
+        add(n, end, w->to_given);
     }
     for (size_t i = 0; i < NODES && x->settings.physics > 0; i++) {
         const double weight = rates ? 1.0 / NODES : node_weight[i];
@@ -278,7 +256,7 @@ static void go_back(const physics_loss *x, physics_worker *w, size_t item, int a
         memset(by_z, 0, n * sizeof *by_z);
         if (!x->target) {
             adjoint_of_state(x, s, i, lambda, sum, by_z);
-            add_base_adjoint(x, i, by_z, w->to_given);
+            add(n, by_z, w->to_given);
         }
         for (size_t j = 0; j < n && !rates; j++) {
             by_z[j] += lambda[i * n + j];
@@ -313,7 +291,7 @@ void physics_take_state(const physics_loss *x, size_t row, double *z)
 static bool evaluate_one(const physics_loss *x, physics_worker *w, size_t item, double scale,
                          double *value, double *gradient)
 {
-    const size_t n = (size_t)x->m->states, order = physics_order(x->m);
+    const size_t n = (size_t)x->m->states;
     const int *begin = x->begin[item], ahead = x->settings.ahead;
     const size_t row = (size_t)begin[0] * (size_t)(x->motions->steps + 1) + (size_t)begin[1];
     double loss = 0, next[256] = {0}, weighted[256];
@@ -321,7 +299,6 @@ static bool evaluate_one(const physics_loss *x, physics_worker *w, size_t item, 
     for (int k = 0; k < ahead; k++) {
         physics_step *s = &w->steps[k];
         physics_take_inputs(x, row + (size_t)k, s->given + n);
-        s->given[order - 1] = 1;
         if (!go_forward(x, w, item, k, s, next, &loss)) {
             return false;
         }

@@ -1,9 +1,9 @@
 /* What a one-step model of decoupled.h is trained with: how far its curves are from the motion of
  * the reduced rod, x' = f(x, u), solved steps beside that if wanted, over one step or several in a
  * row. Over one step that is the distance from what has no defect at Radau's nodes, found before
- * training; else the gradient goes through f, exactly. The base alone has a loss of 1.
+ * training; else the gradient goes through f, exactly. States that stay have a loss of 1.
  *
- *   physics_prepare(&scene, modes, &motions, seed, &model, numbers, &error);
+ *   physics_prepare(&scene, &motions, seed, &model, numbers);
  *   physics_loss_create(&scene, modes, &motions, &model, &settings, pool, &loss, &error);
  *   physics_loss_draw(loss, step);
  *   physics_loss_evaluate(loss, parameters, &value, gradient);      an optim_objective */
@@ -21,9 +21,8 @@ extern "C" {
 typedef struct physics_loss_settings {
     double physics, data; /* weights, >= 0, not both 0 */
     bool rates; /* physics: of z' - f at random times, as published; false: of Radau's nodes; over
-                 * several steps their defect, z - base - integral of what f has beside the flow */
+                 * several steps their defect, z - z(0) - integral of f */
     bool tip; /* errors count by what they do to the tip within 250 steps; false: by numbers of z */
-    double all;     /* what each number of z counts beside the tip, of the one that does it most */
     double scatter; /* how far beginnings are moved off the motions, of what is usual there */
     int ahead;      /* steps in a row that an error is followed */
     int batch;      /* beginnings that an evaluation takes, drawn anew for every step; 0: all */
@@ -33,15 +32,14 @@ typedef struct physics_loss_settings {
 
 typedef struct physics_loss physics_loss;
 
-/* Fills in the numbers of m [decoupled_numbers]: centers, scales, flow, and parameters to begin
- * with, small but not 0, since alpha = 0 never learns. AD_NO_MEMORY, AD_NOT_FINITE. */
-ad_status physics_prepare(const scene *open, const int modes[4], const excite_rollouts *motions,
-                          uint64_t seed, const decoupled *m, double *numbers, ad_error *error);
+/* Fills in the numbers of m [decoupled_numbers]: centers, scales, and parameters to begin with,
+ * small but not 0, since alpha = 0 never learns. */
+void physics_prepare(const scene *open, const excite_rollouts *motions, uint64_t seed,
+                     const decoupled *m, double *numbers);
 
 /* Node values nodes [count][steps][DECOUPLED_NODES][states] of the steps of motions, by the
- * equations of the rod alone: what leaves no defect, from the base by Newton's method; not a number
- * where that finds none. The network of m is not asked. Without a flow this is one step of Radau's
- * method of order 5. */
+ * equations of the rod alone: one step of Radau's method of order 5, by Newton's method from states
+ * that stay; not a number where that finds none. Of m only the scales are asked. */
 ad_status physics_collocate(const scene *open, const int modes[4], const excite_rollouts *motions,
                             const decoupled *m, ad_pool *pool, double *nodes, ad_error *error);
 

@@ -1,17 +1,13 @@
-/* Centers, scales, the linear flow, and parameters to begin with. */
+/* Centers, scales, and parameters to begin with. */
 #include "tools/surrogate/physics_loss.h"
 
 #include "nn/rng.h"
-#include "physics/solve/reduced.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
-enum { LINEARISED = 256 }; /* states whose derivatives are averaged */
-
 typedef struct parts {
-    double *state_center, *state_scale, *input_center, *input_scale, *state_range, *flow, *network;
+    double *state_center, *state_scale, *input_center, *input_scale, *state_range, *network;
 } parts;
 
 static parts parts_of(const decoupled *m, double *numbers)
@@ -66,44 +62,6 @@ static void find_scales(const scene *open, const excite_rollouts *motions, const
     }
 }
 
-/* z' = A z + B v + c: the mean of the derivatives over states of the motions, and of what f has
- * beside these. */
-static ad_status find_flow(reduced_rod *rod, const excite_rollouts *motions, const decoupled *m,
-                           parts *x, ad_error *error)
-{
-    const int n = m->states, inputs = m->inputs, columns = n + inputs + 1;
-    double *memory = malloc((size_t)(n * columns) * sizeof *memory);
-    double *by_state = memory, *by_inputs = by_state + n * n, *rate = by_inputs + n * inputs;
-    ad_status status =
-        memory ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a linear flow");
-    for (int s = 0; s < 2 * LINEARISED && status == AD_OK; s++) {
-        const int which = s % LINEARISED, i = which % motions->count;
-        const bool derives = s < LINEARISED;
-        const int k = motions->done[i] > 0 ? (int)(((long)which * 7919) % motions->done[i]) : 0;
-        const size_t at = (size_t)i * (size_t)(motions->steps + 1) + (size_t)k;
-        const double *state = motions->state + at * (size_t)n;
-        const double *u = motions->input + at * (size_t)inputs;
-        status = reduced_rate(rod, 0, state, u, rate, derives ? by_state : NULL,
-                              derives ? by_inputs : NULL, error);
-        for (int r = 0; r < n && status == AD_OK; r++) {
-            const double h = m->step / x->state_scale[r];
-            double *row = x->flow + r * columns, rest = h * rate[r];
-            for (int c = 0; c < n; c++) {
-                rest -= row[c] * (state[c] - x->state_center[c]) / x->state_scale[c];
-                row[c] += derives ? h * by_state[r * n + c] * x->state_scale[c] / LINEARISED : 0;
-            }
-            for (int c = 0; c < inputs; c++) {
-                rest -= row[n + c] * (u[c] - x->input_center[c]) / x->input_scale[c];
-                row[n + c] +=
-                    derives ? h * by_inputs[r * inputs + c] * x->input_scale[c] / LINEARISED : 0;
-            }
-            row[n + inputs] += derives ? 0 : rest / LINEARISED;
-        }
-    }
-    free(memory);
-    return status;
-}
-
 /* LeCun's weights; of the outputs a thousandth of them. Damped sines begin with frequencies up to
  * half a turn a step, phases all around, and decays from 0.3 to 30 a step. */
 static void draw_parameters(const decoupled *m, uint64_t seed, double *at)
@@ -130,22 +88,11 @@ static void draw_parameters(const decoupled *m, uint64_t seed, double *at)
     }
 }
 
-ad_status physics_prepare(const scene *open, const int modes[4], const excite_rollouts *motions,
-                          uint64_t seed, const decoupled *m, double *numbers, ad_error *error)
+void physics_prepare(const scene *open, const excite_rollouts *motions, uint64_t seed,
+                     const decoupled *m, double *numbers)
 {
     parts x = parts_of(m, numbers);
-    reduced_settings settings = {.count = 0};
-    reduced_rod *rod = NULL;
     memset(numbers, 0, decoupled_numbers(m) * sizeof *numbers);
-    memcpy(settings.modes, modes, sizeof settings.modes);
-    ad_status status = reduced_create(open, &settings, &rod, error);
-    if (status == AD_OK) {
-        find_scales(open, motions, m, &x);
-        draw_parameters(m, seed, x.network);
-    }
-    if (status == AD_OK) {
-        status = find_flow(rod, motions, m, &x, error);
-    }
-    reduced_free(rod);
-    return status;
+    find_scales(open, motions, m, &x);
+    draw_parameters(m, seed, x.network);
 }

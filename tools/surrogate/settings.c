@@ -42,16 +42,6 @@ static bool names(int count, const char *const *all, const char *name)
     return false;
 }
 
-bool surrogate_is_decoupled(surrogate_kind_id kind)
-{
-    return kind == SURROGATE_DDPINN || kind == SURROGATE_DDPINN_FLOW;
-}
-
-bool surrogate_is_polynomial(surrogate_kind_id kind)
-{
-    return kind == SURROGATE_POLYNOMIAL || kind == SURROGATE_POLYNOMIAL_FLOW;
-}
-
 bool surrogate_names_parameter(const surrogate_settings *settings, const char *name)
 {
     return names(settings->parameter_count, settings->parameters, name);
@@ -140,8 +130,8 @@ static ad_status resolve_loss(surrogate_settings *x, char key[TRAIN_KEY_MAX], ad
         return refuse(key, "surrogate.weights", error,
                       "is plain, of surrogate.kind: ddpinn alone; leave it out");
     }
-    const bool polynomial = surrogate_is_polynomial(x->kind);
-    if (!surrogate_is_decoupled(x->kind) && !polynomial) {
+    const bool polynomial = x->kind == SURROGATE_POLYNOMIAL;
+    if (x->kind != SURROGATE_DDPINN && !polynomial) {
         return isnan(x->physics) && isnan(x->data)
                    ? AD_OK
                    : refuse(key, isnan(x->data) ? "surrogate.physics" : "surrogate.data", error,
@@ -170,8 +160,8 @@ static train_stage usual_stage(const surrogate_settings *x)
 {
     train_stage stage = train_stage_default();
     stage.optimizer = OPTIM_SSBROYDEN;
-    stage.steps = surrogate_is_polynomial(x->kind) ? NODES_STEPS : STEPS;
-    if (surrogate_is_decoupled(x->kind)) {
+    stage.steps = x->kind == SURROGATE_POLYNOMIAL ? NODES_STEPS : STEPS;
+    if (x->kind == SURROGATE_DDPINN) {
         stage.optimizer = OPTIM_ADAM;
         stage.steps = DECOUPLED_STEPS;
         stage.adam.schedule.learning_rate = 2e-3;

@@ -14,11 +14,8 @@ extern "C" {
     X(SURROGATE_FLOW, "flow")     /* linear map + network, regression on solved steps */           \
     X(SURROGATE_LINEAR, "linear") /* the linear map alone */                                       \
     /* curves in time, learned from the rod's equations: tools/surrogate/decoupled.h, */           \
-    X(SURROGATE_DDPINN, "ddpinn")           /* damped sines beside the state, */                   \
-    X(SURROGATE_DDPINN_FLOW, "ddpinn_flow") /* or beside the exact linear flow; */                 \
-    /* tools/surrogate/surrogate_curve.h: */                                                       \
-    X(SURROGATE_POLYNOMIAL, "polynomial")           /* a learned method of Radau, */               \
-    X(SURROGATE_POLYNOMIAL_FLOW, "polynomial_flow") /* beside the exact linear flow */
+    X(SURROGATE_DDPINN, "ddpinn")         /* damped sines */                                       \
+    X(SURROGATE_POLYNOMIAL, "polynomial") /* a learned method of Radau: surrogate_curve.h */
 #define SURROGATE_HOLD_LIST(X)                                                                     \
     X(SURROGATE_CONSTANT, "constant") /* inputs stay while a step lasts */                         \
     X(SURROGATE_RAMP, "linear")       /* go linearly to those of its end */
@@ -58,8 +55,6 @@ surrogate_settings surrogate_settings_default(void);
 
 /* Whether a scene has the section; whether a name is one of its parameters. */
 bool surrogate_is_given(const surrogate_settings *settings);
-bool surrogate_is_decoupled(surrogate_kind_id kind);  /* damped sines */
-bool surrogate_is_polynomial(surrogate_kind_id kind); /* the other curves in time */
 bool surrogate_names_parameter(const surrogate_settings *settings, const char *name);
 
 /* Fills in what is open, network and stages (where they are not given) among it, and checks.

@@ -24,10 +24,10 @@ bool surrogate_is_parameter(const surrogate *s, int i)
 typedef struct runner {
     const surrogate_step *step;
     const decoupled *curve; /* NULL: the step */
-    const double *inner;    /* of polynomials, whose base the curve is; NULL: none */
+    const double *inner;    /* of polynomials; NULL: none */
     surrogate_step part; /* that polynomials are after a part of the step, not 0 once it is known */
-    double *work;        /* of step or damped sines; then [numbers], [base's work], [inputs] */
-    double *numbers, *base_work, *end;
+    double *work;        /* of step or damped sines; then [inputs], [numbers] */
+    double *numbers, *end;
 } runner;
 
 /* Parts of a step by polynomials. What is known of the end is that of this part. */
@@ -42,7 +42,7 @@ static int advance_part(runner *x, int count, double h, const double *states, co
         return 2;
     }
     if (x->part.step != h) {
-        surrogate_curve_at(m, x->inner, x->curve, t, x->base_work, x->numbers);
+        surrogate_curve_at(m, x->inner, t, x->numbers);
         x->part = *m;
         x->part.step = h;
         x->part.numbers = x->numbers;
@@ -67,7 +67,7 @@ static int advance(void *context, int count, double h, const double *states, con
                    const double *after, double *next, double *by_state, double *by_inputs)
 {
     runner *x = context;
-    if (x->curve && !x->inner) {
+    if (x->curve) {
         return decoupled_advance(x->curve, x->work, count, h, states, inputs, after, next, by_state,
                                  by_inputs);
     }
@@ -81,22 +81,20 @@ static int advance(void *context, int count, double h, const double *states, con
 static double outside(void *context, const double *state, const double *inputs)
 {
     const runner *x = context;
-    return x->curve && !x->inner ? decoupled_outside(x->curve, state, inputs)
-                                 : surrogate_step_outside(x->step, state, inputs);
+    return x->curve ? decoupled_outside(x->curve, state, inputs)
+                    : surrogate_step_outside(x->step, state, inputs);
 }
 
 ad_status surrogate_one_step(const surrogate *s, one_step *result, ad_error *error)
 {
     const surrogate_step *m = &s->step;
-    const bool sines = surrogate_is_decoupled(s->settings.kind);
-    const bool parts = surrogate_is_polynomial(s->settings.kind);
-    const decoupled *curve = sines || parts ? &s->curve : NULL;
+    const bool sines = s->settings.kind == SURROGATE_DDPINN;
+    const bool parts = s->settings.kind == SURROGATE_POLYNOMIAL;
+    const decoupled *curve = sines ? &s->curve : NULL;
     const size_t own = sines ? decoupled_work(curve) : surrogate_step_work(m);
     const size_t numbers = parts ? surrogate_step_numbers(m) : 0;
     runner *x = malloc(sizeof *x);
-    double *work =
-        calloc(own + numbers + (parts ? surrogate_curve_work(curve) : 0) + SURROGATE_INPUTS_MAX,
-               sizeof *work);
+    double *work = calloc(own + SURROGATE_INPUTS_MAX + numbers, sizeof *work);
     *result = (one_step){0};
     if (!x || !work) {
         free(x);
@@ -108,13 +106,12 @@ ad_status surrogate_one_step(const surrogate *s, one_step *result, ad_error *err
                   .inner = parts ? s->numbers + numbers : NULL,
                   .work = work,
                   .end = work + own,
-                  .numbers = work + own + SURROGATE_INPUTS_MAX,
-                  .base_work = work + own + SURROGATE_INPUTS_MAX + numbers};
+                  .numbers = work + own + SURROGATE_INPUTS_MAX};
     *result = (one_step){.context = x,
                          .states = sines ? curve->states : m->states,
                          .inputs = sines ? curve->inputs : m->inputs,
                          .step = sines ? curve->step : m->step,
-                         .shorter = curve != NULL,
+                         .shorter = sines || parts,
                          .advance = advance,
                          .outside = outside};
     return AD_OK;
@@ -141,7 +138,7 @@ ad_status surrogate_rod(const surrogate *s, int count, const double *places, red
 
 /* ---- in a checkpoint ----------------------------------------------------------------------- */
 
-enum { SINGLE = 15 };
+enum { SINGLE = 15, CURVE_SINGLE = SURROGATE_CURVE - DECOUPLED_LAYERS_MAX };
 _Static_assert(SINGLE + SURROGATE_SLOW_MAX + SURROGATE_LAYERS_MAX + SURROGATE_STATES_MAX +
                        SURROGATE_INPUTS_MAX ==
                    SURROGATE_SHAPE,
@@ -246,52 +243,34 @@ ad_status surrogate_get(const checkpoint *file, surrogate_step *m, double **numb
     return status;
 }
 
-static decoupled base_of(const surrogate_step *m, bool flows)
-{
-    return (decoupled){.states = m->states,
-                       .inputs = m->inputs,
-                       .ramps = m->ramps != 0,
-                       .flows = flows,
-                       .step = m->step};
-}
-
-void surrogate_put_nodes(const surrogate_step *m, const double *inner, const decoupled *base,
-                         checkpoint *file)
+void surrogate_put_nodes(const surrogate_step *m, const double *inner, checkpoint *file)
 {
     const size_t sizes[] = {SURROGATE_INNER, surrogate_step_numbers(m)};
-    const size_t count = decoupled_numbers(base);
     checkpoint_put_doubles(file, "surrogate/inner", inner, 2, sizes);
-    checkpoint_put_doubles(file, "surrogate/base", base->numbers, 1, &count);
 }
 
-ad_status surrogate_get_nodes(const checkpoint *file, bool flows, surrogate_step *m,
-                              decoupled *base, double **numbers, ad_error *error)
+ad_status surrogate_get_nodes(const checkpoint *file, surrogate_step *m, double **numbers,
+                              ad_error *error)
 {
     ad_status status = surrogate_get(file, m, numbers, error);
     if (status != AD_OK) {
         return status;
     }
-    *base = base_of(m, flows);
     const size_t each = surrogate_step_numbers(m), inner = SURROGATE_INNER * each;
-    const size_t count = decoupled_numbers(base);
-    double *all = realloc(*numbers, (each + inner + count) * sizeof *all);
+    double *all = realloc(*numbers, (each + inner) * sizeof *all);
     if (!all) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
     }
     m->numbers = *numbers = all;
-    base->numbers = all + each + inner;
-    status = checkpoint_get_doubles(file, "surrogate/inner", all + each, inner, error);
-    return status == AD_OK
-               ? checkpoint_get_doubles(file, "surrogate/base", all + each + inner, count, error)
-               : status;
+    return checkpoint_get_doubles(file, "surrogate/inner", all + each, inner, error);
 }
 
 void surrogate_put_curve(const decoupled *m, int64_t shape[SURROGATE_CURVE], checkpoint *file)
 {
     const size_t size = SURROGATE_CURVE, numbers = decoupled_numbers(m);
-    const int single[] = {m->states, m->inputs, m->ramps, m->flows, m->terms, m->layers};
+    const int single[] = {m->states, m->inputs, m->ramps, m->terms, m->layers};
     for (size_t i = 0; i < size; i++) {
-        shape[i] = i < 6 ? single[i] : m->width[i - 6];
+        shape[i] = i < CURVE_SINGLE ? single[i] : m->width[i - CURVE_SINGLE];
     }
     checkpoint_put_int64(file, "surrogate/curve", shape, 1, &size);
     checkpoint_put_double(file, "surrogate/step", m->step);
@@ -301,15 +280,16 @@ void surrogate_put_curve(const decoupled *m, int64_t shape[SURROGATE_CURVE], che
 ad_status surrogate_get_curve(const checkpoint *file, decoupled *m, double **numbers,
                               ad_error *error)
 {
-    static const int most[] = {SURROGATE_STATES_MAX, SURROGATE_INPUTS_MAX / 2, 1, 1, 16,
+    static const int most[] = {SURROGATE_STATES_MAX, SURROGATE_INPUTS_MAX / 2, 1, 16,
                                DECOUPLED_LAYERS_MAX};
     int64_t shape[SURROGATE_CURVE];
     *numbers = NULL;
     ad_status status = checkpoint_get_int64(file, "surrogate/curve", shape, SURROGATE_CURVE, error);
     for (int i = 0; i < SURROGATE_CURVE && status == AD_OK; i++) {
-        const bool used = i < 6 || i - 6 < shape[5];
-        if (used &&
-            !(shape[i] >= (i == 0 || i == 5 || i >= 6) && shape[i] <= (i < 6 ? most[i] : 4096))) {
+        const bool is_width = i >= CURVE_SINGLE;
+        const bool used = !is_width || i - CURVE_SINGLE < shape[4];
+        if (used && !(shape[i] >= (i == 0 || i == 4 || is_width) &&
+                      shape[i] <= (is_width ? 4096 : most[i]))) {
             status =
                 ad_fail(error, AD_BAD_INPUT, "checkpoint: surrogate/curve is not that of a model");
         }
@@ -320,11 +300,10 @@ ad_status surrogate_get_curve(const checkpoint *file, decoupled *m, double **num
     *m = (decoupled){.states = (int)shape[0],
                      .inputs = (int)shape[1],
                      .ramps = shape[2] != 0,
-                     .flows = shape[3] != 0,
-                     .terms = (int)shape[4],
-                     .layers = (int)shape[5]};
+                     .terms = (int)shape[3],
+                     .layers = (int)shape[4]};
     for (int i = 0; i < m->layers; i++) {
-        m->width[i] = (int)shape[6 + i];
+        m->width[i] = (int)shape[CURVE_SINGLE + i];
     }
     const size_t count = decoupled_numbers(m);
     status = checkpoint_get_doubles(file, "surrogate/step", &m->step, 1, error);

@@ -26,9 +26,9 @@ typedef struct surrogate {
     const struct scene *scene;   /* borrowed, with what it needs, from `owner` */
     surrogate_settings settings; /* resolved: modes, inputs, parameters */
     surrogate_step step;
-    decoupled curve; /* damped sines, in place of the step; of polynomials, their base */
-    double *numbers; /* of step and curve; owned. Those of a step are followed by those of the other
-                      * nodes of a polynomial, and of its base */
+    decoupled curve; /* damped sines, in place of the step */
+    double *numbers; /* of step or curve; owned. Those of a step are followed by those of the other
+                      * nodes of a polynomial */
     void *owner;     /* freed by free_owner, which may be NULL */
     void (*free_owner)(void *owner);
 } surrogate;
@@ -62,15 +62,13 @@ void surrogate_put(surrogate_step *m, int64_t shape[SURROGATE_SHAPE], checkpoint
 ad_status surrogate_get(const checkpoint *file, surrogate_step *m, double **numbers,
                         ad_error *error);
 
-/* The same of curves: surrogate/curve, step, numbers. */
-/* Nodes of polynomials and their base beside their step: surrogate/inner, base. get reads the step
- * as well. */
-void surrogate_put_nodes(const surrogate_step *m, const double *inner, const decoupled *base,
-                         checkpoint *file);
-ad_status surrogate_get_nodes(const checkpoint *file, bool flows, surrogate_step *m,
-                              decoupled *base, double **numbers, ad_error *error);
+/* The other nodes of polynomials beside their step: surrogate/inner. get reads the step as well. */
+void surrogate_put_nodes(const surrogate_step *m, const double *inner, checkpoint *file);
+ad_status surrogate_get_nodes(const checkpoint *file, surrogate_step *m, double **numbers,
+                              ad_error *error);
 
-enum { SURROGATE_CURVE = 6 + DECOUPLED_LAYERS_MAX };
+/* The same of damped sines: surrogate/curve, step, numbers. */
+enum { SURROGATE_CURVE = 5 + DECOUPLED_LAYERS_MAX };
 void surrogate_put_curve(const decoupled *m, int64_t shape[SURROGATE_CURVE], checkpoint *file);
 ad_status surrogate_get_curve(const checkpoint *file, decoupled *m, double **numbers,
                               ad_error *error);

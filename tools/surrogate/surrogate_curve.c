@@ -29,43 +29,11 @@ static void add(const surrogate_step *end, double by, const double *from, double
     }
 }
 
-/* The same of the base at t; work [order n + decoupled_work]. */
-static void add_base(const decoupled *base, double by, double t, double *work,
-                     const surrogate_numbers *to)
+void surrogate_curve_at(const surrogate_step *end, const double *inner, double t, double *numbers)
 {
-    const size_t n = (size_t)base->states, inputs = (size_t)base->inputs;
-    const size_t given = (size_t)decoupled_given(base), order = n + given + 1;
-    const double *center = base->numbers, *scale = center + n, *u_center = scale + n;
-    const double *u_scale = u_center + inputs;
-    double *flow = work;
-    decoupled_flow(base, t, work + n * order, flow);
-    for (size_t r = 0; r < n; r++) {
-        const double *row = flow + r * order;
-        double sum = row[order - 1];
-        for (size_t k = 0; k < n; k++) {
-            sum += row[k] * (to->state_center[k] - center[k]) / scale[k];
-            to->linear[k * n + r] += by * scale[r] * row[k] / scale[k];
-        }
-        for (size_t k = 0; k < given; k++) {
-            const size_t i = k % inputs;
-            sum += row[n + k] * (to->input_center[k] - u_center[i]) / u_scale[i];
-            to->linear[(n + k) * n + r] += by * scale[r] * row[n + k] / u_scale[i];
-        }
-        to->next_center[r] += by * (center[r] + scale[r] * sum);
-    }
-}
-
-size_t surrogate_curve_work(const decoupled *base)
-{
-    return (size_t)(base->states * (base->states + decoupled_given(base) + 1)) +
-           decoupled_work(base);
-}
-
-void surrogate_curve_at(const surrogate_step *end, const double *inner, const decoupled *base,
-                        double t, double *work, double *numbers)
-{
-    const size_t size = surrogate_step_numbers(end);
+    const size_t size = surrogate_step_numbers(end), n = (size_t)end->states;
     const surrogate_numbers to = surrogate_numbers_of(end, numbers);
+    double begin = 1; /* 1 at 0, and 0 at the nodes */
     memcpy(numbers, end->numbers, size * sizeof *numbers);
     add(end, -1, end->numbers, numbers); /* 0 */
     for (size_t i = 0; i <= SURROGATE_INNER; i++) {
@@ -75,7 +43,10 @@ void surrogate_curve_at(const surrogate_step *end, const double *inner, const de
             by *= j == i ? 1 : (t - decoupled_nodes[j]) / (own - decoupled_nodes[j]);
         }
         add(end, by, i < SURROGATE_INNER ? inner + i * size : end->numbers, numbers);
-        add_base(base, -by, own, work, &to);
+        begin *= (own - t) / own;
     }
-    add_base(base, 1, t, work, &to);
+    for (size_t j = 0; j < n; j++) {
+        to.next_center[j] += begin * to.state_center[j];
+        to.linear[j * n + j] += begin;
+    }
 }

@@ -1,7 +1,7 @@
 /* A one-step model for any part of its step: a polynomial of time through what the model says of
  * Radau's nodes, at the last of which, the end, it is the model itself.
  *
- *   x(t) = base(t) + sum_i l_i(t) (x_i - base(c_i)),   l_i: 1 at node c_i, 0 at the others and at 0
+ *   x(t) = x(0) + sum_i l_i(t) (x_i - x(0)),   l_i: 1 at node c_i, 0 at the others and at 0
  *
  * Nodes have the frame and hidden layers in common and differ in linear map and output layer, and
  * so at any t the curve is again a surrogate_step, with numbers of its own. */
@@ -18,11 +18,8 @@ extern "C" {
 enum { SURROGATE_INNER = DECOUPLED_NODES - 1 };
 
 /* numbers [surrogate_step_numbers] at t in (0, 1] of a step, for the model at its end; inner
- * [SURROGATE_INNER][surrogate_step_numbers] of the other nodes; base without terms, its state, or
- * its flow. work [surrogate_curve_work]. */
-void surrogate_curve_at(const surrogate_step *end, const double *inner, const decoupled *base,
-                        double t, double *work, double *numbers);
-size_t surrogate_curve_work(const decoupled *base);
+ * [SURROGATE_INNER][surrogate_step_numbers] of the other nodes. */
+void surrogate_curve_at(const surrogate_step *end, const double *inner, double t, double *numbers);
 
 #ifdef __cplusplus
 }

@@ -46,7 +46,7 @@ static ad_status draw_one(surrogate_training *t, int length, int part, surrogate
     if (status == AD_OK) {
         const size_t before = steps->count;
         status = surrogate_steps_add(&motions, settings.linear, steps, error);
-        if (status == AD_OK && surrogate_is_polynomial(t->settings->kind)) {
+        if (status == AD_OK && t->settings->kind == SURROGATE_POLYNOMIAL) {
             status = surrogate_add_nodes(t, &motions, before, steps, error);
         }
         excite_free(&motions);
@@ -123,7 +123,7 @@ static ad_status find_model(surrogate_training *t, reduced_rod *rod, ad_error *e
         return status;
     }
     add_network(t);
-    const size_t nodes = surrogate_is_polynomial(t->settings->kind) ? DECOUPLED_NODES : 1;
+    const size_t nodes = t->settings->kind == SURROGATE_POLYNOMIAL ? DECOUPLED_NODES : 1;
     numbers = realloc(t->numbers, nodes * surrogate_step_numbers(&t->step) * sizeof *numbers);
     t->numbers = numbers ? numbers : t->numbers;
     t->step.numbers = t->numbers;
@@ -148,7 +148,7 @@ ad_status surrogate_training_make_optimizer(surrogate_training *t, ad_error *err
                                .ssbroyden = stage->lbfgs.descent,
                                .soap = optim_soap_defaults()};
     settings.soap.adam = stage->adam;
-    if (surrogate_is_decoupled(t->settings->kind)) {
+    if (t->settings->kind == SURROGATE_DDPINN) {
         const ad_status status = surrogate_make_physics(t, error);
         if (status != AD_OK) {
             return status;
@@ -172,7 +172,7 @@ static ad_status prepare(surrogate_training *t, ad_error *error)
         status = ad_fail(error, AD_BAD_INPUT, "%d states of the reduced rod; allowed: up to %d",
                          reduced_states(rod), SURROGATE_STATES_MAX);
     }
-    if (status == AD_OK && surrogate_is_decoupled(t->settings->kind)) {
+    if (status == AD_OK && t->settings->kind == SURROGATE_DDPINN) {
         const int rollouts = (t->settings->solved + lengths[0] - 1) / lengths[0];
         reduced_free(rod);
         status =
@@ -193,7 +193,7 @@ static ad_status prepare(surrogate_training *t, ad_error *error)
     for (int i = 0; i < SURROGATE_INNER; i++) {
         nodes[i + 1] = (surrogate_node){&t->inner[i], t->steps.inner[i]};
     }
-    status = surrogate_flow_create(surrogate_is_polynomial(t->settings->kind) ? DECOUPLED_NODES : 1,
+    status = surrogate_flow_create(t->settings->kind == SURROGATE_POLYNOMIAL ? DECOUPLED_NODES : 1,
                                    nodes, &t->steps, t->gramian, t->pool, &t->flow, error);
     if (status != AD_OK) {
         return status;
@@ -253,7 +253,7 @@ void surrogate_training_free(surrogate_training *t)
         optim_free(t->optimizer);
         history_free(&t->rows);
         free(t->numbers);
-        free(t->base);
+        free(t->scales);
         free(t->gramian);
         free(t->work);
         free(t->start);
@@ -276,7 +276,7 @@ const surrogate_step *surrogate_training_step_of(surrogate_training *t)
     }
     const double *best = t->optimizer ? optim_best_x(t->optimizer) : t->start;
     double *networks[DECOUPLED_NODES];
-    const size_t nodes = surrogate_is_polynomial(t->settings->kind) ? DECOUPLED_NODES : 1;
+    const size_t nodes = t->settings->kind == SURROGATE_POLYNOMIAL ? DECOUPLED_NODES : 1;
     for (size_t i = 0; i < nodes; i++) {
         networks[i] = t->numbers + (i + 1) * surrogate_step_numbers(&t->step) -
                       surrogate_step_parameters(&t->step);

@@ -13,10 +13,6 @@ enum { BATCH = 128, WHOLE = 4000, HELD = 500 };
  * back to them. */
 static const double SCATTER = 0.3;
 
-/* What each number of the state counts there beside the tip; what does nothing to the tip grows
- * otherwise, until it does. */
-static const double ALL = 0.1;
-
 static ad_status make_loss(surrogate_training *t, const excite_rollouts *motions,
                            const physics_loss_settings *settings, physics_loss **loss,
                            ad_error *error)
@@ -34,11 +30,10 @@ ad_status surrogate_make_physics(surrogate_training *t, ad_error *error)
                                       .data = t->settings->data,
                                       .rates = t->settings->weights == SURROGATE_PLAIN,
                                       .tip = t->settings->weights == SURROGATE_TIP,
-                                      .all = t->curve.flows ? 1e-3 : ALL,
                                       .ahead = t->settings->ahead,
                                       .most = HELD,
                                       .seed = t->training->seed};
-    if (!t->curve.flows && settings.tip && settings.data == 0 && settings.ahead == 1) {
+    if (settings.tip && settings.data == 0 && settings.ahead == 1) {
         settings.scatter = SCATTER;
     }
     ad_status status = make_loss(t, &t->held_motions, &settings, &t->held_loss, error);
@@ -56,11 +51,9 @@ double surrogate_held_error(surrogate_training *t, const double *parameters)
 static ad_status allocate(surrogate_training *t, ad_error *error)
 {
     const nn_mlp_settings *network = &t->training->network;
-    const surrogate_kind_id kind = t->settings->kind;
     t->curve = (decoupled){.states = t->motions.states,
                            .inputs = t->motions.inputs,
                            .ramps = t->settings->hold == SURROGATE_RAMP,
-                           .flows = kind == SURROGATE_DDPINN_FLOW,
                            .terms = t->settings->terms,
                            .step = t->settings->step,
                            .layers = network->hidden_count};
@@ -87,22 +80,18 @@ ad_status surrogate_prepare_curve(surrogate_training *t, int steps, int rollouts
     status =
         status == AD_OK ? excite_run(t->open, &other, t->pool, &t->held_motions, error) : status;
     status = status == AD_OK ? allocate(t, error) : status;
-    if (status == AD_OK) {
-        status = physics_prepare(t->open, t->settings->modes, &t->motions, t->training->seed,
-                                 &t->curve, t->numbers, error);
-    }
     if (status != AD_OK) {
         return status;
     }
+    physics_prepare(t->open, &t->motions, t->training->seed, &t->curve, t->numbers);
     memcpy(t->start, t->numbers + decoupled_numbers(&t->curve) - t->info.parameters,
            t->info.parameters * sizeof *t->start);
     for (int i = 0; i < t->motions.count; i++) {
         t->info.solved += (size_t)t->motions.done[i];
     }
     t->held_linear = 1;
-    snprintf(
-        t->info.frame, sizeof t->info.frame,
-        "curves in time: damped sines beside %s; no frame; losses: over that of the latter alone",
-        t->curve.flows ? "the exact linear flow" : "the state");
+    snprintf(t->info.frame, sizeof t->info.frame,
+             "curves in time: damped sines beside the state; no frame; losses: over that of states "
+             "that stay");
     return AD_OK;
 }

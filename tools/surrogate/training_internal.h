@@ -26,8 +26,8 @@ struct surrogate_training {
     history rows;
     int64_t shape[SURROGATE_SHAPE]; /* lent to a checkpoint */
     decoupled
-        curve;    /* damped sines, in place of steps, step and flow; of polynomials, their base */
-    double *base; /* its numbers */
+        curve; /* damped sines, in place of steps, step and flow; of polynomials, their scales */
+    double *scales; /* its numbers */
     excite_rollouts motions, held_motions;
     physics_loss *physics, *held_loss; /* of the stage at work; errors of held-out steps */
 };
@@ -46,7 +46,7 @@ ad_status surrogate_add_nodes(surrogate_training *t, const excite_rollouts *moti
 ad_status surrogate_find_inner(surrogate_training *t, ad_error *error);
 
 /* training_curve.c. Motions, the curve and its start; the loss of the stage at work; the mean error
- * of held-out steps for parameters (NULL: of the base alone), NaN where it is not finite. */
+ * of held-out steps for parameters (NULL: of states that stay), NaN where it is not finite. */
 ad_status surrogate_prepare_curve(surrogate_training *t, int steps, int rollouts, int held,
                                   ad_error *error);
 ad_status surrogate_make_physics(surrogate_training *t, ad_error *error);

@@ -5,18 +5,19 @@
 #include <stdlib.h>
 #include <string.h>
 
-static ad_status find_base(surrogate_training *t, const excite_rollouts *motions, ad_error *error)
+static ad_status find_scales(surrogate_training *t, const excite_rollouts *motions, ad_error *error)
 {
     t->curve = (decoupled){.states = motions->states,
                            .inputs = motions->inputs,
                            .ramps = t->settings->hold == SURROGATE_RAMP,
-                           .flows = t->settings->kind == SURROGATE_POLYNOMIAL_FLOW,
                            .step = t->settings->step};
-    t->base = calloc(decoupled_numbers(&t->curve), sizeof *t->base);
-    t->curve.numbers = t->base;
-    return t->base ? physics_prepare(t->open, t->settings->modes, motions, t->training->seed,
-                                     &t->curve, t->base, error)
-                   : ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
+    t->scales = calloc(decoupled_numbers(&t->curve), sizeof *t->scales);
+    t->curve.numbers = t->scales;
+    if (!t->scales) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
+    }
+    physics_prepare(t->open, motions, t->training->seed, &t->curve, t->scales);
+    return AD_OK;
 }
 
 /* Row `from` becomes row `to` <= from. */
@@ -35,7 +36,7 @@ ad_status surrogate_add_nodes(surrogate_training *t, const excite_rollouts *moti
     const size_t rows = (size_t)motions->count * (size_t)motions->steps;
     const double data = t->settings->data / (t->settings->data + t->settings->physics);
     size_t to = from;
-    ad_status status = t->base ? AD_OK : find_base(t, motions, error);
+    ad_status status = t->scales ? AD_OK : find_scales(t, motions, error);
     double *nodes = malloc((rows + 1) * each * sizeof *nodes);
     bool fine = nodes != NULL;
     for (int i = 0; i < SURROGATE_INNER; i++) {

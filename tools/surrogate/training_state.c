@@ -28,8 +28,8 @@ ad_status surrogate_training_save(surrogate_training *t, const char *yaml, const
     } else {
         surrogate_put(&t->step, t->shape, file);
     }
-    if (surrogate_is_polynomial(t->settings->kind)) {
-        surrogate_put_nodes(&t->step, t->inner[0].numbers, &t->curve, file);
+    if (t->settings->kind == SURROGATE_POLYNOMIAL) {
+        surrogate_put_nodes(&t->step, t->inner[0].numbers, file);
     }
     checkpoint_put_doubles(file, "parameters", t->start, 1, &t->info.parameters);
     checkpoint_put_integer(file, "training/step", t->info.step);
