@@ -220,10 +220,11 @@ static void finish(training *t)
     const surrogate_training_info info = surrogate_training_inspect(t->own);
     if (!t->asked->quiet) {
         surrogate_progress_say(
-            &t->progress, "done: %lld steps in %.2f s%s%s, loss %.3e, held-out %.3e of the %s's",
+            &t->progress, "done: %lld steps in %.2f s%s%s, loss %.3e, held-out %.3e of that of %s",
             (long long)info.step, t->seconds, *info.ended ? ": " : "", info.ended, info.loss,
             info.held_out,
-            t->settings->surrogate.kind == SURROGATE_DDPINN ? "states that stay" : "linear map");
+            t->settings->surrogate.kind == SURROGATE_DDPINN ? "states that stay"
+                                                            : "the linear map");
         eval_rollouts_print(stdout, &t->report);
         verdict_print(stdout, "", &t->verdict);
         printf("\n  %s\n  %s\n  %s\n\n  cpinn-eval %s --rollouts %d\n", t->folder.checkpoint,
