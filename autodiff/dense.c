@@ -292,31 +292,6 @@ int ad_dense_cholesky(ad_pool *pool, const double *matrix, const double *shift,
     return 0;
 }
 
-/* In multiplications of tiles, 2 TILE PANEL operations each; what a tile of the diagonal takes is
- * counted as half of one. */
-ad_dense_share ad_dense_cholesky_share(size_t n, int ranks, int rank)
-{
-    const size_t panels = (n + PANEL - 1) / PANEL, count = (size_t)ranks;
-    ad_dense_share result = {.flops = 0};
-    for (size_t first = 0, end; first < panels; first = end) {
-        end = minimum(first + BAND, panels);
-        const size_t deep = end - first;
-        for (size_t j = first; j < panels; j++) {
-            const size_t rows = j < end ? j - first + 1 : deep;
-            const bool own = j % count == (size_t)rank;
-            if (own || j < end) { /* rows of so many tiles, by all tiles above each */
-                result.flops += (double)(rows * first) + (double)(rows * rows) / 2;
-            }
-            if (own && j < end) {
-                result.bytes += (count - 1) * (j + 1) * TILE * sizeof(double);
-            }
-        }
-        result.exchanges += count > 1 ? (end - 1) / count - first / count + 1 : 0;
-    }
-    result.flops *= 2.0 * TILE * PANEL;
-    return result;
-}
-
 /* u^T z = x, from above. */
 static void solve_down(const ad_dense_factor *f, size_t j, double *x)
 {

@@ -36,15 +36,6 @@ void ad_dense_factor_free(ad_dense_factor *factor); /* NULL is fine */
 int ad_dense_cholesky(ad_pool *pool, const double *matrix, const double *shift,
                       ad_dense_factor *factor);
 
-/* What one of so many ranks does in that: floating-point operations, those included that every rank
- * repeats; bytes that it sends, in so many exchanges. */
-typedef struct ad_dense_share {
-    double flops;
-    size_t exchanges, bytes;
-} ad_dense_share;
-
-ad_dense_share ad_dense_cholesky_share(size_t n, int ranks, int rank);
-
 /* x[n]: the right side, then the solution. */
 void ad_dense_cholesky_solve(const ad_dense_factor *factor, double *x);
 

@@ -197,31 +197,12 @@ bool ad_execute_make_room(const execution *e)
 /* Of one pass; e is cut. */
 static ad_share share_of_pass(const execution *e, int ranks, int rank)
 {
-    const size_t chunks = first_of(e, ranks, rank + 1) - first_of(e, ranks, rank),
-                 numbers = (size_t)e->pass->reduced;
+    const size_t chunks = first_of(e, ranks, rank + 1) - first_of(e, ranks, rank);
     const size_t first = first_point(e, ranks, rank);
-    ad_share result = {.first = first,
-                       .points = first_point(e, ranks, rank + 1) - first,
-                       .items = chunks,
-                       .bytes = rows_of_sums(e, chunks) * (size_t)e->program->most_reduced *
-                                sizeof(double)};
-    if (ranks == 1) {
-        return result;
-    }
-    int counts[AD_RANKS_MAX];
-    size_t rows = 0;
-    count_pieces(e, ranks, counts);
-    for (int i = 0; i < e->pass->output_count; i++) {
-        rows += (size_t)e->pass->outputs[i].from.rows;
-    }
-    if (numbers > 0) {
-        result.sum_bytes =
-            ad_share_sent(ranks, rank, (size_t)counts[rank], numbers) * sizeof(double);
-        result.bytes += ad_share_room(ranks, counts, rank, numbers) * sizeof(double);
-    }
-    result.value_bytes = rows * result.points * (size_t)(ranks - 1) * sizeof(double);
-    result.exchanges = 2 * (numbers > 0) + (rows > 0);
-    return result;
+    return (ad_share){.first = first,
+                      .points = first_point(e, ranks, rank + 1) - first,
+                      .bytes = rows_of_sums(e, chunks) * (size_t)e->program->most_reduced *
+                               sizeof(double)};
 }
 
 /* All points of both. */
@@ -241,7 +222,7 @@ ad_share ad_program_share(const ad_program *program, size_t points, int ranks, i
 {
     ad_share result = {.points = 0};
     if (program->members) { /* every rank takes all of them */
-        return (ad_share){.points = points, .items = CHUNKS_FEW};
+        return (ad_share){.points = points};
     }
     for (int s = 0; s < program->pass_count; s++) {
         execution e = {.program = (ad_program *)program};
@@ -250,11 +231,7 @@ ad_share ad_program_share(const ad_program *program, size_t points, int ranks, i
         if (e.chunks > 0) {
             const ad_share of = share_of_pass(&e, ranks, rank);
             add_range(&result, &of);
-            result.items = of.items > result.items ? of.items : result.items;
             result.bytes = of.bytes > result.bytes ? of.bytes : result.bytes;
-            result.exchanges += of.exchanges;
-            result.sum_bytes += of.sum_bytes;
-            result.value_bytes += of.value_bytes;
         }
     }
     return result;

@@ -302,20 +302,13 @@ ad_status ad_normal_add(ad_normal *normal, const ad_run *run, double *jtj, doubl
 ad_share ad_normal_share(const ad_normal *normal, size_t points, int ranks, int rank)
 {
     const cutting c = cut(normal, points);
-    const size_t n = normal->parameters, tile = (size_t)c.tile,
-                 groups = (size_t)normal->layout.group_count;
+    const size_t tile = (size_t)c.tile;
     const leaf_range own = leaves_of(&c, ranks, rank);
     ad_share result = {.points = 0};
-    if (c.leaves == 0) {
-        return result;
-    }
-    result.first = minimum(leaf_tile(&c, own.first) * tile, points);
-    result.points = minimum(leaf_tile(&c, own.first + own.count) * tile, points) - result.first;
-    result.items = groups * (groups + 1) / 2;
-    result.bytes = kept_leaves(&c, own) * leaf_numbers(normal) * sizeof(double);
-    for (part p = next_part(n, 0); p.first <= n && ranks > 1; p = next_part(n, p.end)) {
-        result.sum_bytes += ad_share_sent(ranks, rank, sums_of(own), p.numbers) * sizeof(double);
-        result.exchanges += 2;
+    if (c.leaves > 0) {
+        result.first = minimum(leaf_tile(&c, own.first) * tile, points);
+        result.points = minimum(leaf_tile(&c, own.first + own.count) * tile, points) - result.first;
+        result.bytes = kept_leaves(&c, own) * leaf_numbers(normal) * sizeof(double);
     }
     return result;
 }

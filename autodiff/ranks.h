@@ -88,15 +88,11 @@ ad_status ad_ranks_status(const ad_ranks *ranks, ad_status status, ad_error *err
 
 /* ---- what is shared -------------------------------------------------------------------------- */
 
-/* What a rank does in a run over so many points. */
+/* What a rank takes of so many points. */
 typedef struct ad_share {
-    size_t first;       /* the first point that it takes */
-    size_t points;      /* how many; 0: there is nothing for it */
-    size_t items;       /* of equal work that its threads take */
-    size_t exchanges;   /* one after the other, in which each rank waits for numbers of all */
-    size_t sum_bytes;   /* that it sends for sums over points */
-    size_t value_bytes; /* and for values of points, if they are asked for */
-    size_t bytes;       /* that it keeps for sums of its own, and for what is exchanged */
+    size_t first;  /* the first point that it takes */
+    size_t points; /* how many; 0: there is nothing for it */
+    size_t bytes;  /* that it keeps for sums of its own */
 } ad_share;
 
 ad_share ad_program_share(const ad_program *program, size_t points, int ranks, int rank);

@@ -40,12 +40,6 @@ size_t ad_share_room(int ranks, const int *pieces, int rank, size_t count)
     return copied((size_t)pieces[rank], count) + 1 + pieces_of_all(ranks, pieces) * width;
 }
 
-size_t ad_share_sent(int ranks, int rank, size_t pieces, size_t count)
-{
-    const size_t own = share_first(count, ranks, rank + 1) - share_first(count, ranks, rank);
-    return pieces * (count - own) + (size_t)(ranks - 1) * own;
-}
-
 void ad_share_sum(share *s, const int *pieces, const double *const *own, size_t count,
                   share_combine combine, void *context, double *total)
 {

@@ -38,8 +38,6 @@ typedef void (*share_combine)(void *context, size_t width, double *pieces, doubl
 void ad_share_sum(share *s, const int *pieces, const double *const *own, size_t count,
                   share_combine combine, void *context, double *total);
 size_t ad_share_room(int ranks, const int *pieces, int rank, size_t count);
-/* How many numbers this rank sends for that, in two exchanges, if it has so many pieces. */
-size_t ad_share_sent(int ranks, int rank, size_t pieces, size_t count);
 bool ad_share_make_room(share *s, size_t numbers);
 
 #endif

@@ -250,10 +250,6 @@ problem_set_info problem_set_inspect(const problem *p, int set)
     if (s->gradient_fixed.program) {
         info.fixed_instructions = ad_program_inspect(s->gradient_fixed.program).instructions;
     }
-    if (s->normal) {
-        info.rows = ad_program_inspect(ad_normal_program(s->normal));
-        info.normal_flops = ad_normal_inspect(s->normal, 0).flops;
-    }
     return info;
 }
 

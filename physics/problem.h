@@ -317,20 +317,10 @@ typedef struct problem_set_info {
     ad_program_info program;   /* value and gradient */
     size_t fixed_instructions; /* run once for a set of points, not in every step */
     int fixed_rows;            /* numbers kept per point for that */
-    ad_program_info rows;      /* of the Jacobian, when they have been prepared */
-    size_t normal_flops;       /* per point, of J^T J by these */
 } problem_set_info;
 
 int problem_sets(const problem *p);
 problem_set_info problem_set_inspect(const problem *p, int set);
-
-/* What a rank of so many does for a set in an evaluation of the loss with its gradient, or in one
- * of the normal equations, which have to be prepared. */
-ad_share problem_share(const problem *p, int set, bool normal, int ranks, int rank);
-
-/* Run the loss with its gradient over the first points of a set, so many of them, and forget the
- * numbers: to be timed. Not of a motion (AD_BAD_ARGUMENT). */
-ad_status problem_rehearse(problem *p, int set, size_t points, const double *x, ad_error *error);
 
 /* The programs of every set that have been compiled, line by line as ad_program_print. */
 void problem_print(const problem *p, FILE *file);
@@ -338,9 +328,8 @@ void problem_print(const problem *p, FILE *file);
 /* The derivatives of the unknowns that the equations inside use, as text: "r_s r_tt q_s ...". */
 const char *problem_derivatives(const problem *p);
 
-/* Bytes that a rank of so many holds for the loss and its gradient: points, workspaces, sums and
- * what is exchanged. */
-size_t problem_bytes(const problem *p, int ranks, int rank);
+/* Bytes that a process by itself holds for the loss and its gradient: points, workspaces, sums. */
+size_t problem_bytes(const problem *p);
 
 #ifdef __cplusplus
 }

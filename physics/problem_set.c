@@ -439,19 +439,6 @@ ad_status problem_set_run(problem_set *set, ad_program *program, const problem_c
     return status;
 }
 
-ad_status problem_rehearse(problem *p, int set, size_t points, const double *x, ad_error *error)
-{
-    problem_set *s = &p->sets[set];
-    double *outputs[2 + 2 * PROBLEM_SET_TERMS + PROBLEM_VIEWS] = {NULL};
-    const int first = 1 + s->term_count + (s->point_losses != NULL); /* of the gradient */
-    if (!s->gradient) {
-        return ad_fail(error, AD_BAD_ARGUMENT, "a motion has no program");
-    }
-    list_views(s, p->scratch, outputs + first);
-    points = points < s->trained.count ? points : s->trained.count;
-    return run_first(s, s->gradient, &s->trained, points, x, outputs, error);
-}
-
 ad_status problem_set_run_term(problem *p, problem_set *set, int term, bool weighted,
                                const double *x, double *loss, double *gradient, ad_error *error)
 {

@@ -28,14 +28,11 @@ typedef struct meeting {
 typedef struct thread_rank {
     meeting *at;
     int rank, count;
-    size_t exchanges, bytes; /* so far; sent to others */
 } thread_rank;
 
 static void gather(void *context, const size_t *bounds, double *data)
 {
     thread_rank *me = context;
-    me->exchanges++;
-    me->bytes += (bounds[me->rank + 1] - bounds[me->rank]) * (size_t)(me->count - 1) * sizeof *data;
     me->at->numbers[me->rank] = data;
     pthread_barrier_wait(&me->at->barrier);
     for (int i = 0; i < me->count; i++) {
@@ -51,8 +48,6 @@ static void exchange(void *context, const size_t *to, const double *send, const 
                      double *receive)
 {
     thread_rank *me = context;
-    me->exchanges++;
-    me->bytes += (to[me->count] - (to[me->rank + 1] - to[me->rank])) * sizeof *send;
     me->at->numbers[me->rank] = send;
     me->at->bounds[me->rank] = to;
     pthread_barrier_wait(&me->at->barrier);
@@ -104,7 +99,7 @@ static void compare(void (*work)(ad_pool *pool, double *results), size_t count)
         pthread_barrier_init(&at.barrier, NULL, (unsigned)ranks[i]);
         for (int k = 0; k < ranks[i]; k++) {
             double *results = i == 0 ? expected : calloc(count, sizeof *results);
-            workers[k] = (worker){{&at, k, ranks[i], 0, 0}, work, i == 0 ? 2 : 1, results};
+            workers[k] = (worker){{&at, k, ranks[i]}, work, i == 0 ? 2 : 1, results};
             pthread_create(&threads[k], NULL, be_rank, &workers[k]);
         }
         for (int k = 0; k < ranks[i]; k++) {
@@ -121,12 +116,6 @@ static void compare(void (*work)(ad_pool *pool, double *results), size_t count)
     }
     assert_true(fabs(expected[0]) > 0);
     free(expected);
-}
-
-static thread_rank self_of(const ad_pool *pool)
-{
-    const ad_ranks *ranks = ad_pool_ranks(pool);
-    return ranks ? *(const thread_rank *)ranks->context : (thread_rank){NULL, 0, 1, 0, 0};
 }
 
 /* ---- what they compute ----------------------------------------------------------------------- */
@@ -259,12 +248,7 @@ static void factor_matrices(ad_pool *pool, double *results)
         for (size_t i = 0; i < n; i++) {
             shift[i] = (double)n;
         }
-        const thread_rank before = self_of(pool);
         assert_int_equal(ad_dense_cholesky(pool, matrix, shift, factor), 0);
-        const thread_rank now = self_of(pool);
-        const ad_dense_share is = ad_dense_cholesky_share(n, now.count, now.rank);
-        assert_int_equal(now.bytes - before.bytes, is.bytes);
-        assert_int_equal(now.exchanges - before.exchanges, is.exchanges);
         ad_dense_cholesky_solve(factor, x);
         shift[n / 2] = -1;
         x[ORDER_MAX] = ad_dense_cholesky(pool, matrix, shift, factor);
@@ -300,63 +284,6 @@ static void test_agreement(void **state)
 {
     (void)state;
     compare(agree, 5);
-}
-
-/* ---- what is said of it ---------------------------------------------------------------------- */
-
-/* What was exchanged since is what was foretold. */
-static void check_counts(const ad_pool *pool, const thread_rank *before, const ad_share *foretold)
-{
-    const thread_rank now = self_of(pool);
-    assert_int_equal(now.bytes - before->bytes, foretold->sum_bytes + foretold->value_bytes);
-    assert_int_equal(now.exchanges - before->exchanges, foretold->exchanges);
-}
-
-/* A loss with its gradient and values of points, and the rows of J. */
-static void count_bytes(ad_pool *pool, double *results)
-{
-    ad_error error;
-    ad_tape *tape = ad_tape_create();
-    ad_value views[4], y = network(tape, views), outputs[6] = {ad_sum_points(ad_square(y)), y};
-    ad_program *program = NULL;
-    ad_normal *normal = NULL;
-    assert_int_equal(ad_reverse(outputs[0], 4, views, AD_SUMMED, outputs + 2), AD_OK);
-    assert_int_equal(ad_compile(6, outputs, NULL, pool, &program, &error), AD_OK);
-    assert_int_equal(ad_normal_compile(1, &y, 4, views, PARAMETERS, pool, &normal, &error), AD_OK);
-    static const size_t points[] = {MANY, 1, 33};
-    double x[PARAMETERS], numbers[2 * MANY],
-        jtj[TRIANGLE + PARAMETERS + 1] = {0}, gradient[PARAMETERS], values[MANY];
-    fill(x, PARAMETERS, 2);
-    fill(numbers, 2 * MANY, 0.3);
-    for (size_t i = 0; i < sizeof points / sizeof *points; i++) {
-        const double *const inputs[2] = {numbers, numbers + points[i]};
-        double *to[6] = {results,
-                         values,
-                         gradient,
-                         gradient + 2 * WIDTH,
-                         gradient + 3 * WIDTH,
-                         gradient + 4 * WIDTH};
-        const ad_run run = {.points = points[i], .inputs = inputs, .parameters = x, .outputs = to};
-        thread_rank before = self_of(pool);
-        ad_share is = ad_program_share(program, points[i], before.count, before.rank);
-        assert_int_equal(ad_execute(program, &run, &error), AD_OK);
-        check_counts(pool, &before, &is);
-        before = self_of(pool);
-        is = ad_normal_share(normal, points[i], before.count, before.rank);
-        assert_int_equal(
-            ad_normal_add(normal, &run, jtj, jtj + TRIANGLE, jtj + TRIANGLE + PARAMETERS, &error),
-            AD_OK);
-        check_counts(pool, &before, &is);
-    }
-    ad_normal_free(normal);
-    ad_program_free(program);
-    ad_tape_free(tape);
-}
-
-static void test_counts(void **state)
-{
-    (void)state;
-    compare(count_bytes, 1);
 }
 
 /* ---- items of work --------------------------------------------------------------------------- */
@@ -479,21 +406,6 @@ static void test_items(void **state)
     compare(deal, ITEMS * EACH + ITEMS + SUM_WIDTH);
 }
 
-/* Of a large matrix the ranks share the n^3/3 operations evenly, but for the diagonal. */
-static void check_factor_shares(int ranks)
-{
-    const size_t n = 2400;
-    const double all = pow((double)n, 3) / 3;
-    double sum = 0;
-    for (int i = 0; i < ranks; i++) {
-        const ad_dense_share share = ad_dense_cholesky_share(n, ranks, i);
-        assert_true((share.exchanges > 0) == (ranks > 1) && (share.bytes == 0 || ranks > 1));
-        assert_true(share.flops < 1.1 * all / ranks + 0.1 * all);
-        sum += share.flops;
-    }
-    assert_true(sum > 0.99 * all && sum < all * (1.02 + 0.08 * ranks));
-}
-
 /* Every point is somebody's. */
 static void test_shares(void **state)
 {
@@ -521,14 +433,9 @@ static void test_shares(void **state)
             assert_true(leaves.points == 0 || leaves.first == rows);
             points += share.points;
             rows += leaves.points;
-            assert_true((share.sum_bytes > 0) == (ranks > 1));
-            assert_true((leaves.exchanges > 0) == (ranks > 1));
-            assert_int_equal(share.value_bytes, 0);
-            assert_true((share.items > 0) == (share.points > 0));
         }
         assert_int_equal(points, MANY);
         assert_int_equal(rows, MANY);
-        check_factor_shares(ranks);
         /* a chunk and a tile too many, at most, as long as there are leaves */
         assert_true(busiest <= (size_t)(LOTS / (ranks < 256 ? ranks : 256)) + LOTS / 256 + 64);
     }
@@ -594,7 +501,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_programs), cmocka_unit_test(test_normal_equations),
         cmocka_unit_test(test_factors),  cmocka_unit_test(test_agreement),
-        cmocka_unit_test(test_counts),   cmocka_unit_test(test_items),
-        cmocka_unit_test(test_shares),   cmocka_unit_test(test_texts)};
+        cmocka_unit_test(test_items),    cmocka_unit_test(test_shares),
+        cmocka_unit_test(test_texts)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

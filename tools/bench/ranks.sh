@@ -1,6 +1,6 @@
 #!/bin/bash
-# Training by 1, 2 and 4 ranks of one thread and by one rank of two threads: the time of a step as it is
-# measured and by the model of --explain, and how long ranks waited.
+# Training by 1, 2 and 4 ranks of one thread and by one rank of two threads: the measured time of a step, and how
+# long ranks waited.
 #   tools/bench/ranks.sh [REPEATS [FILE.csv]]     from the root of the project, which is built with MPI
 # REPEATS: 5; each takes about a minute on two processors. FILE.csv: every number. Times are medians
 # over the rows of history and over the repeats.
@@ -53,14 +53,6 @@ run() {
     echo "$(step_of "$work/run/history.csv") ${said:-0 0}" >>"$work/$case.$n.$t"
 }
 
-# model CASE RANKS THREADS ARGUMENTS...: points, work, sums, repeated, step
-model() {
-    local n=$2 t=$3
-    shift 3
-    by "$n" cpinn-train "$@" --threads "$t" --explain |
-        awk -v n="$n" '/^Ranks/ { on = 1 } on && $1 == n && NF > 8 { print $2, $3, $4, $5, $6; exit }'
-}
-
 column() { # of the measurements of a case
     cut -d ' ' -f "$1" "$2" | median
 }
@@ -75,22 +67,15 @@ for ((i = 0; i < repeats; i++)); do
         done
     done
 done
-[ -z "$table" ] ||
-    echo "case,ranks,threads,points,step_ms,model_ms,work_ms,sums_ms,repeated_ms,waited_least,waited_most" >"$table"
-printf '%-13s%6s%9s%9s%10s%10s%9s%12s%12s\n' case ranks threads points 'step, ms' 'model, ms' 'off by' \
-    'of it sums' 'waited'
+[ -z "$table" ] || echo "case,ranks,threads,step_ms,waited_least,waited_most" >"$table"
+printf '%-13s%6s%9s%10s%12s\n' case ranks threads 'step, ms' waited
 for case in deep wide gauss_newton; do
-    declare -n arguments=$case
     for way in "${ways[@]}"; do
         read -r n t <<<"$way"
-        read -r points busy sums repeated foretold < <(model "$case" "$n" "$t" "${arguments[@]}")
         measured=$work/$case.$n.$t
         step=$(column 1 "$measured") least=$(column 2 "$measured") most=$(column 3 "$measured")
-        awk -v c="$case" -v n="$n" -v t="$t" -v p="$points" -v s="$step" -v m="$foretold" -v x="$sums" -v w="$most" \
-            'BEGIN { printf "%-13s%6d%9d%9d%10.3f%10.3f%7.0f %%%10.1f %%%10.1f %%\n",
-                     c, n, t, p, s, m, 100 * (m / s - 1), 100 * x / m, w }'
-        [ -z "$table" ] ||
-            echo "$case,$n,$t,$points,$step,$foretold,$busy,$sums,$repeated,$least,$most" >>"$table"
+        printf '%-13s%6d%9d%10.3f%10.1f %%\n' "$case" "$n" "$t" "$step" "$most"
+        [ -z "$table" ] || echo "$case,$n,$t,$step,$least,$most" >>"$table"
     done
     awk -v c="$case" -v a="$(column 1 "$work/$case.2.1")" -v b="$(column 1 "$work/$case.1.2")" \
         'BEGIN { printf "%-13stwo ranks of one thread take %.3f times as long as one of two threads\n", c, a / b }'

@@ -438,18 +438,6 @@ static void blame(training *t, const ad_error *error)
     verdict_add_error(&t->verdict, error);
 }
 
-/* On which ranks would run like this one: as they are, or as many as its processors have room for.
- */
-static scaling_machine machine_of(const training *t)
-{
-    scaling_machine machine = {.threads = ad_pool_threads(t->s.e->pool)};
-    machine.ranks = ranks_on_machine(&machine.processors);
-    if (!t->asked->ranks && machine.processors > machine.threads) {
-        machine.ranks = machine.processors / machine.threads;
-    }
-    return machine;
-}
-
 static ad_status go(training *t, config *settings, ad_error *error)
 {
     ad_status status = prepare(t, settings, error);
@@ -457,8 +445,7 @@ static ad_status go(training *t, config *settings, ad_error *error)
         return explain_programs(stdout, t->s.e, t->s.problem, error);
     }
     if (status == AD_OK && t->asked->explain) {
-        const scaling_machine machine = machine_of(t);
-        explain_print(stdout, t->s.e, t->s.problem, t->s.known, &machine);
+        explain_print(stdout, t->s.e, t->s.problem, t->s.known);
         return AD_OK;
     }
     status = status == AD_OK ? session_start(&t->s, error) : status;

@@ -439,8 +439,7 @@ static void print_implausible(FILE *file, const scene *scene)
     }
 }
 
-void explain_print(FILE *file, const experiment *e, problem *p, const reference *r,
-                   const scaling_machine *machine)
+void explain_print(FILE *file, const experiment *e, problem *p, const reference *r)
 {
     const scene *scene = e->scene;
     struct scene middle;
@@ -465,7 +464,6 @@ void explain_print(FILE *file, const experiment *e, problem *p, const reference 
         explain_groups(file, scene, &e->settings->groups);
     }
     explain_costs(file, e, p, r);
-    explain_ranks(file, e, p, machine);
 }
 
 ad_status explain_programs(FILE *file, const experiment *e, problem *p, ad_error *error)

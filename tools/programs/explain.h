@@ -2,16 +2,13 @@
 #ifndef TOOLS_PROGRAMS_EXPLAIN_H
 #define TOOLS_PROGRAMS_EXPLAIN_H
 
-#include "tools/programs/scaling.h"
 #include "tools/train/experiment.h"
 #include "tools/train/reference.h"
 
 #include <stdio.h>
 
-/* Prints lines of at most 100 columns. r is NULL where the scene names no reference; machine: on
- * which ranks of it would run. */
-void explain_print(FILE *file, const experiment *e, problem *p, const reference *r,
-                   const scaling_machine *machine);
+/* Prints lines of at most 100 columns. r is NULL where the scene names no reference. */
+void explain_print(FILE *file, const experiment *e, problem *p, const reference *r);
 
 /* What the members of a family depend on (physics/groups.h), and which ones a network in the strain
  * form is trained by; part of the former. */

@@ -118,7 +118,7 @@ static void print_network(FILE *file, const experiment *e, const problem *p)
     }
     fprintf(file, " - %d, %s, %zu parameters\n", network->outputs,
             network->hidden_count ? activations[network->activation] : "linear", e->count);
-    explain_bytes_text((double)problem_bytes(p, 1, 0), bytes);
+    explain_bytes_text((double)problem_bytes(p), bytes);
     fprintf(file, "  %-15s %s for the loss and its gradient, on %d thread%s\n", "memory", bytes,
             ad_pool_threads(e->pool), ad_pool_threads(e->pool) == 1 ? "" : "s");
 }

@@ -20,7 +20,4 @@ void explain_bytes_text(double bytes, char text[32]);
 /* Tapes, memory and steps of training. r: as for explain_print. */
 void explain_costs(FILE *file, const experiment *e, problem *p, const reference *r);
 
-/* The time of a step for any number of ranks, by a model whose rates are measured. */
-void explain_ranks(FILE *file, const experiment *e, problem *p, const scaling_machine *machine);
-
 #endif

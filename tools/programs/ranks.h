@@ -27,9 +27,6 @@ void ranks_name_file(FILE *to, const char *path);
 /* Threads of this rank: `asked`, or where that is 0 its part of the processors that it may use. */
 int ranks_threads(int asked);
 
-/* Ranks on this rank's machine, itself included, and the processors that they may use together. */
-int ranks_on_machine(int *processors);
-
 /* Seconds in which this rank has waited for others and for their numbers. */
 double ranks_waited(void);
 

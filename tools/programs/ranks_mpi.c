@@ -244,14 +244,6 @@ static int look_around(int *here, int *sharing)
     return count;
 }
 
-int ranks_on_machine(int *processors)
-{
-    int here, sharing;
-    const int count = look_around(&here, &sharing);
-    *processors = here * count / sharing;
-    return here;
-}
-
 int ranks_threads(int asked)
 {
     int here, sharing, count;

@@ -2,8 +2,6 @@
 #include "tools/programs/launch.h"
 #include "tools/programs/ranks.h"
 
-#include <unistd.h>
-
 ad_status ranks_begin(int count, char **arguments, const ad_ranks **ranks, ad_error *error)
 {
     int rank, processes = launch_processes(&rank);
@@ -21,13 +19,6 @@ ad_status ranks_begin(int count, char **arguments, const ad_ranks **ranks, ad_er
 int ranks_threads(int asked)
 {
     return asked;
-}
-
-int ranks_on_machine(int *processors)
-{
-    const long online = sysconf(_SC_NPROCESSORS_ONLN);
-    *processors = online > 0 ? (int)online : 1;
-    return 1;
 }
 
 double ranks_waited(void)

@@ -5,7 +5,4 @@
 /* Seconds since a moment fixed while the machine runs; never goes back. */
 double train_seconds(void);
 
-/* Seconds that processors have worked for this process, all threads together. */
-double train_processor_seconds(void);
-
 #endif

@@ -45,9 +45,6 @@ void session_free(session *s);
  * resumed is another one. */
 ad_status session_begin(session *s, run_folder *folder, bool resume, ad_error *error);
 
-/* Where ranks agree after a step, beside the exchanges of its numbers. */
-enum { SESSION_EXCHANGES = 1 };
-
 /* After each step, with the trainer's state before it. False: stop after this step. */
 typedef bool (*session_stepped)(void *context, const trainer_info *before);
 
