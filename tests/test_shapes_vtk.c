@@ -199,11 +199,11 @@ static void refusals(void **state)
     assert_int_equal(shapes_write(at("rod.vtkhdf"), &short_of, &error), AD_BAD_ARGUMENT);
     assert_non_null(strstr(error.message, "rows 9 to 11"));
     const table_source flat = {.names = names, .columns = columns, .ncols = 2, .nrows = ROWS};
-    assert_int_equal(shapes_write(at("rod.pvd"), &flat, &error), AD_BAD_ARGUMENT);
+    assert_int_equal(shapes_write(at("rod.vtkhdf"), &flat, &error), AD_BAD_ARGUMENT);
     assert_non_null(strstr(error.message, "columns x, y, z"));
     const table_source none = {.names = names, .columns = columns, .ncols = COLUMNS, .nrows = 0};
     assert_int_equal(shapes_write(at("rod.vtkhdf"), &none, &error), AD_BAD_ARGUMENT);
-    assert_int_equal(shapes_check_path("a<b.pvd", &error), AD_BAD_ARGUMENT);
+    assert_int_equal(shapes_check_path("rod.pvd", &error), AD_BAD_ARGUMENT);
     assert_int_equal(shapes_check_path("rod.vtk", &error), AD_BAD_ARGUMENT);
     assert_int_equal(entries(0), 0);
 }

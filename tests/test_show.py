@@ -3,7 +3,6 @@
     test_show.py structure REPORT.html TABLE.csv   HTML, JSON, numbers: those of the table
     test_show.py browser REPORT.html TABLE.csv [OTHER.html...]
                                                    the picture in Chromium; 77: there is none
-    test_show.py vtp FILE.pvd TABLE.csv            the files of each instant
 """
 
 import base64
@@ -21,7 +20,6 @@ import sys
 import tempfile
 import time
 import urllib.parse
-import xml.etree.ElementTree
 import zlib
 
 VOID = {"meta", "input", "br", "img", "link", "hr"}
@@ -348,42 +346,6 @@ def looks(browser, path, kind):
     print(f"{kind}: {frames} instants or members, {charts} curves, {tables} cells")
 
 
-# ---- files of instants --------------------------------------------------------------------------
-
-
-def vtp(path, table):
-    files = xml.etree.ElementTree.parse(path).getroot().findall("Collection/DataSet")
-    times = sorted(set(table["t"]))
-    assert [float(f.get("timestep")) for f in files] == times
-    points = len(table["t"]) // len(times)
-    for frame, file in enumerate(files):
-        with open(os.path.join(os.path.dirname(path), file.get("file")), "rb") as opened:
-            head, data = opened.read().split(b'<AppendedData encoding="raw">\n_')
-        piece = xml.etree.ElementTree.fromstring(
-            head + b"</VTKFile>").find("PolyData/Piece")
-        assert int(piece.get("NumberOfPoints")) == points and piece.get("NumberOfLines") == "1"
-        arrays, end = {}, 0
-        for array in piece.iter("DataArray"):
-            assert int(array.get("offset")) == end, array.attrib
-            (size,) = struct.unpack("<Q", data[end : end + 8])
-            kind = {"Float64": "d", "Int64": "q"}[array.get("type")]
-            arrays[array.get("Name")] = struct.unpack(
-                f"<{size // 8}{kind}", data[end + 8 : end + 8 + size])
-            end += 8 + size
-        assert data[end:] == b"\n</AppendedData>\n</VTKFile>\n"
-        part = slice(frame * points, (frame + 1) * points)
-        assert arrays["connectivity"] == tuple(range(points)) and arrays["offsets"] == (points,)
-        for k, name in enumerate("xyz"):
-            assert list(arrays["Points"][k::3]) == table[name][part]
-            assert list(arrays["velocity"][k::3]) == table["v" + name][part]
-        for k in range(points):  # force in the world: body components along the directors
-            world = arrays["force"][3 * k : 3 * k + 3]
-            for axis in (1, 2, 3):
-                d = arrays[f"d{axis}"][3 * k : 3 * k + 3]
-                body = sum(a * b for a, b in zip(world, d))
-                assert abs(body - table[f"n{axis}"][part][k]) < 1e-13
-
-
 if __name__ == "__main__":
     if sys.argv[1] == "browser":
         chromium = Browser()
@@ -395,4 +357,4 @@ if __name__ == "__main__":
             looks(chromium, page, os.path.basename(page))
         chromium.close()
     else:
-        {"structure": structure, "vtp": vtp}[sys.argv[1]](sys.argv[2], read_table(sys.argv[3]))
+        structure(sys.argv[2], read_table(sys.argv[3]))

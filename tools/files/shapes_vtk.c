@@ -4,7 +4,6 @@
 #include "tools/files/hdf5_image.h"
 
 #include <stdint.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -147,16 +146,16 @@ static void value(const shapes *x, const array *a, size_t row, double to[3])
     }
 }
 
-/* values [rows][components] of rows from `first` on; `a` NULL: the places. */
-static void fill(const shapes *x, const array *a, size_t first, size_t rows, double *values)
+/* values [rows][components]; `a` NULL: the places. */
+static void fill(const shapes *x, const array *a, size_t rows, double *values)
 {
     for (size_t i = 0; i < rows; i++) {
         if (a) {
-            value(x, a, first + i, values + i * (size_t)a->components);
+            value(x, a, i, values + i * (size_t)a->components);
             continue;
         }
         for (int k = 0; k < 3; k++) {
-            values[3 * i + (size_t)k] = x->place[k] ? x->place[k][first + i] : 0;
+            values[3 * i + (size_t)k] = x->place[k] ? x->place[k][i] : 0;
         }
     }
 }
@@ -284,7 +283,7 @@ static bool put_root(hid_t root, const shapes *x, int64_t *numbers, double *valu
     hdf5_image_close(text);
     counted(numbers, frames, (int64_t)x->at.points, 0);
     good = good && put(root, "NumberOfPoints", H5T_NATIVE_INT64, numbers, frames, 0);
-    fill(x, NULL, 0, rows, values);
+    fill(x, NULL, rows, values);
     good = good && put(root, "Points", H5T_NATIVE_DOUBLE, values, rows, 3);
     static const char *const kinds[] = {"Vertices", "Lines", "Polygons", "Strips"};
     for (int k = 0; k < 4; k++) {
@@ -293,7 +292,7 @@ static bool put_root(hid_t root, const shapes *x, int64_t *numbers, double *valu
     hid_t data = open_group(root, "PointData");
     for (int i = 0; good && i < x->count; i++) {
         const array *a = &x->arrays[i];
-        fill(x, a, 0, rows, values);
+        fill(x, a, rows, values);
         good = put(data, a->name, H5T_NATIVE_DOUBLE, values, rows, a->components == 3 ? 3 : 0);
     }
     hdf5_image_close(data);
@@ -328,137 +327,25 @@ static ad_status write_hdf5(const shapes *x, const char *path, ad_error *error)
     return status;
 }
 
-/* ---- a file for each instant --------------------------------------------------------------- */
-
-/* The head of an array whose numbers stand at `offset` behind the XML; returns where they end. */
-static size_t put_head(FILE *file, const char *type, const char *name, size_t components,
-                       size_t numbers, size_t offset)
-{
-    fprintf(file,
-            "<DataArray type=\"%s\" Name=\"%s\" NumberOfComponents=\"%zu\" format=\"appended\" "
-            "offset=\"%zu\"/>\n",
-            type, name, components, offset);
-    return offset + sizeof(uint64_t) + numbers * sizeof(double);
-}
-
-static void put_numbers(FILE *file, const void *numbers, size_t count)
-{
-    const uint64_t size = count * sizeof(double);
-    fwrite(&size, sizeof size, 1, file);
-    fwrite(numbers, sizeof(double), count, file);
-}
-
-/* values [3 points], ids [points] scratch. */
-static void put_vtp(FILE *file, const shapes *x, size_t frame, double *values, int64_t *ids)
-{
-    const size_t points = x->at.points, first = frame * points;
-    const int64_t end = (int64_t)points;
-    size_t offset = 0;
-    fprintf(file,
-            "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" "
-            "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<PolyData>\n"
-            "<Piece NumberOfPoints=\"%zu\" NumberOfVerts=\"0\" NumberOfLines=\"1\" "
-            "NumberOfStrips=\"0\" NumberOfPolys=\"0\">\n<Points>\n",
-            points);
-    offset = put_head(file, "Float64", "Points", 3, 3 * points, offset);
-    fprintf(file, "</Points>\n<Lines>\n");
-    offset = put_head(file, "Int64", "connectivity", 1, points, offset);
-    offset = put_head(file, "Int64", "offsets", 1, 1, offset);
-    fprintf(file, "</Lines>\n<PointData>\n");
-    for (int i = 0; i < x->count; i++) {
-        const size_t of = (size_t)x->arrays[i].components;
-        offset = put_head(file, "Float64", x->arrays[i].name, of, of * points, offset);
-    }
-    fprintf(file, "</PointData>\n</Piece>\n</PolyData>\n<AppendedData encoding=\"raw\">\n_");
-    fill(x, NULL, first, points, values);
-    put_numbers(file, values, 3 * points);
-    put_numbers(file, counted(ids, points, 0, 1), points);
-    put_numbers(file, &end, 1);
-    for (int i = 0; i < x->count; i++) {
-        fill(x, &x->arrays[i], first, points, values);
-        put_numbers(file, values, (size_t)x->arrays[i].components * points);
-    }
-    fprintf(file, "\n</AppendedData>\n</VTKFile>\n");
-}
-
-/* What `print` writes, as a file; frame: which, of all those that are the same otherwise. */
-static ad_status write_text(const char *path, const shapes *x, size_t frame, double *values,
-                            int64_t *ids, const char *stem, ad_error *error)
-{
-    char *text = NULL;
-    size_t size = 0;
-    FILE *file = open_memstream(&text, &size);
-    if (file && stem) {
-        fprintf(file, "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\">\n"
-                      "<Collection>\n");
-        for (size_t k = 0; k < x->at.frames; k++) {
-            fprintf(file, "<DataSet timestep=\"%.17g\" file=\"%s_%05zu.vtp\"/>\n", time_of(x, k),
-                    stem, k);
-        }
-        fprintf(file, "</Collection>\n</VTKFile>\n");
-    } else if (file) {
-        put_vtp(file, x, frame, values, ids);
-    }
-    ad_status status = file && fclose(file) == 0
-                           ? file_bytes_write(path, text, size, 1, error)
-                           : ad_fail(error, AD_NO_MEMORY, "out of memory for %s", path);
-    free(text);
-    return status;
-}
-
-static ad_status write_pvd(const shapes *x, const char *path, ad_error *error)
-{
-    const size_t points = x->at.points, length = strlen(path) - strlen(".pvd");
-    const char *slash = strrchr(path, '/');
-    double *values = malloc(3 * points * sizeof *values);
-    int64_t *ids = malloc(points * sizeof *ids);
-    char *name = malloc(length + 32), *stem = strdup(slash ? slash + 1 : path);
-    ad_status status = values && ids && name && stem
-                           ? AD_OK
-                           : ad_fail(error, AD_NO_MEMORY, "out of memory for %s", path);
-    for (size_t k = 0; k < x->at.frames && status == AD_OK; k++) {
-        snprintf(name, length + 32, "%.*s_%05zu.vtp", (int)length, path, k);
-        status = write_text(name, x, k, values, ids, NULL, error);
-    }
-    if (status == AD_OK) {
-        stem[strlen(stem) - strlen(".pvd")] = '\0';
-        status = write_text(path, x, 0, NULL, NULL, stem, error);
-    }
-    free(stem);
-    free(name);
-    free(ids);
-    free(values);
-    return status;
-}
-
 /* ---- the face ------------------------------------------------------------------------------ */
 
-static bool ends_with(const char *path, const char *ending)
+bool shapes_is_vtk(const char *path)
 {
+    static const char ending[] = ".vtkhdf";
     const size_t length = strlen(path), more = strlen(ending);
     return length > more && strcmp(path + length - more, ending) == 0;
 }
 
-bool shapes_is_vtk(const char *path)
-{
-    return ends_with(path, ".vtkhdf") || ends_with(path, ".pvd");
-}
-
 ad_status shapes_check_path(const char *path, ad_error *error)
 {
-    if (ends_with(path, ".pvd") && strpbrk(path, "<>&\"")) {
-        return ad_fail(error, AD_BAD_ARGUMENT, "%s: the name has one of < > & \"",
-                       file_bytes_shown(path));
-    }
     if (shapes_is_vtk(path)) {
         return file_bytes_check(path, error);
     }
     ad_error why;
     ad_status status = table_check_path(path, &why);
-    return status == AD_OK
-               ? AD_OK
-               : ad_fail(error, status, "%s%s", why.message,
-                         status == AD_BAD_ARGUMENT ? ", and for ParaView .vtkhdf, .pvd" : "");
+    return status == AD_OK ? AD_OK
+                           : ad_fail(error, status, "%s%s", why.message,
+                                     status == AD_BAD_ARGUMENT ? ", and for ParaView .vtkhdf" : "");
 }
 
 ad_status shapes_write(const char *path, const table_source *table, ad_error *error)
@@ -472,7 +359,5 @@ ad_status shapes_write(const char *path, const table_source *table, ad_error *er
     if (status == AD_OK && find(&x, table, &why) != AD_OK) {
         status = ad_fail(error, AD_BAD_ARGUMENT, "%s: %s", file_bytes_shown(path), why.message);
     }
-    return status != AD_OK              ? status
-           : ends_with(path, ".vtkhdf") ? write_hdf5(&x, path, error)
-                                        : write_pvd(&x, path, error);
+    return status == AD_OK ? write_hdf5(&x, path, error) : status;
 }

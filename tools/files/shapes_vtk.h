@@ -1,6 +1,5 @@
-/* Shapes in a table as files for ParaView and VTK, as polylines: ".vtkhdf", one file with all
- * instants (VTKHDF 2.0, PolyData, of ParaView 5.12 and later), and ".pvd", with a ".vtp" for each
- * instant beside it, which every ParaView reads. After
+/* Shapes in a table as a file for ParaView and VTK, as polylines: ".vtkhdf", one file with all
+ * instants (VTKHDF 2.0, PolyData, of ParaView 5.12 and later). After
  * docs.vtk.org/en/latest/vtk_file_formats.
  *
  * Point data, of what columns the table has: strain, curvature, angular_velocity in the directors'
@@ -17,12 +16,12 @@
 extern "C" {
 #endif
 
-/* table_check_path and table_write, for these endings, too. AD_BAD_ARGUMENT also: a table without
+/* table_check_path and table_write, for this ending, too. AD_BAD_ARGUMENT also: a table without
  * shapes, or with blocks of different size. */
 ad_status shapes_check_path(const char *path, ad_error *error);
 ad_status shapes_write(const char *path, const table_source *table, ad_error *error);
 
-/* Whether it is one of these endings. */
+/* Whether a path has this ending. */
 bool shapes_is_vtk(const char *path);
 
 #ifdef __cplusplus

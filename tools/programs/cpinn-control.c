@@ -331,7 +331,7 @@ int main(int argc, char **argv)
         {"--out", "FILE", CLI_TEXT, &o->out, 0, 0,
          "write every period, as .csv, .h5, .hdf5 or .npz, and draw it\nbeside, as .svg and .png"},
         {"--shapes", "FILE", CLI_TEXT, &o->shapes, 0, 0,
-         "write the moving robot, and where the filter believes that it is,\nas .vtkhdf or .pvd "
+         "write the moving robot, and where the filter believes that it is,\nas .vtkhdf "
          "for ParaView, or as a table; --out writes\nNAME_shapes.h5 for cpinn-show"},
         {"--animate", NULL, CLI_FLAG, &o->animate, 0, 0, "with --out: write a moving .gif, too"},
         {"--c", "OUT", CLI_TEXT, &o->c, 0, 0,

@@ -491,7 +491,7 @@ static int go(const ad_ranks *ranks, int argc, char **argv)
     eval_rollouts_options *r = &x.asked.rollouts;
     const cli_option list[] = {
         {"--out", "FILE", CLI_TEXT, &x.asked.out, 0, 0,
-         "write the rod, as .csv, .h5, .hdf5 or .npz, or for ParaView as .vtkhdf\nor .pvd"},
+         "write the rod, as .csv, .h5, .hdf5 or .npz, or for ParaView as\n.vtkhdf"},
         {"--grid", "NSxNT", CLI_TEXT, &x.asked.grid, 0, 0, SAMPLES_GRID_HELP},
         {"--points", "FILE", CLI_TEXT, &x.asked.points, 0, 0,
          "in place of a grid: CSV or HDF5 with columns s (m) and, in\nmotion, t (s)"},

@@ -433,7 +433,7 @@ int main(int argc, char **argv)
          "of a rod at rest: follow its equilibria from the unstressed rod\nthrough limit points, "
          "write them and draw load against deflection"},
         {"--out", "FILE", CLI_TEXT, &o->out, 0, 0,
-         "write the solution, as .csv, .h5, .hdf5 or .npz, or for ParaView as\n.vtkhdf or .pvd"},
+         "write the solution, as .csv, .h5, .hdf5 or .npz, or for ParaView as\n.vtkhdf"},
         {"--grid", "NSxNT", CLI_TEXT, &o->grid, 0, 0, SAMPLES_GRID_HELP},
         {"--work-precision", "CSV", CLI_TEXT, &o->work_precision, 0, 0,
          "solve with more and more nodes, with --method modes more and more\nmodes; print and "
