@@ -1,5 +1,7 @@
 #include "physics/analytic.h"
 
+#include "physics/quaternion.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -7,29 +9,9 @@ static const double largest_alpha = 1e4;
 
 /* ---- vectors and quaternions ---- */
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double a[3], const double b[3], double result[3])
-{
-    result[0] = a[1] * b[2] - a[2] * b[1];
-    result[1] = a[2] * b[0] - a[0] * b[2];
-    result[2] = a[0] * b[1] - a[1] * b[0];
-}
-
 static double norm(const double a[3])
 {
     return hypot(hypot(a[0], a[1]), a[2]);
-}
-
-static void quaternion_product(const double p[4], const double q[4], double result[4])
-{
-    result[0] = p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3];
-    result[1] = p[0] * q[1] + p[1] * q[0] + p[2] * q[3] - p[3] * q[2];
-    result[2] = p[0] * q[2] - p[1] * q[3] + p[2] * q[0] + p[3] * q[1];
-    result[3] = p[0] * q[3] + p[1] * q[2] - p[2] * q[1] + p[3] * q[0];
 }
 
 /* Rotation by `angle` about the unit `axis`. */
@@ -46,8 +28,8 @@ static void axis_quaternion(const double axis[3], double angle, double result[4]
 static void rotate(const double q[4], double sign, const double v[3], double result[3])
 {
     double first[3], second[3];
-    cross(q + 1, v, first);
-    cross(q + 1, first, second);
+    vector_cross(q + 1, v, first);
+    vector_cross(q + 1, first, second);
     for (int i = 0; i < 3; i++) {
         result[i] = v[i] + 2.0 * (sign * q[0] * first[i] + second[i]);
     }
@@ -80,7 +62,7 @@ static ad_status check_transverse(const char *name, const analytic_clamp *clamp,
 {
     static const double e3[3] = {0, 0, 1};
     rotate(clamp->quaternion, 1.0, e3, tangent);
-    const double size = norm(load), axial = dot(load, tangent);
+    const double size = norm(load), axial = vector_dot(load, tangent);
     if (!isfinite(size) || fabs(axial) > 1e-12 * size) {
         return ad_fail(error, AD_BAD_ARGUMENT,
                        "%s of size %g has a part %g along the clamped tangent; it must have none",
@@ -205,7 +187,7 @@ ad_status analytic_elastica_create(const analytic_clamp *clamp, double length,
     memcpy(elastica->force, force, sizeof elastica->force);
     if (size > 0.0) {
         const double direction[3] = {force[0] / size, force[1] / size, force[2] / size};
-        cross(tangent, direction, elastica->axis);
+        vector_cross(tangent, direction, elastica->axis);
     }
     rotate(clamp->quaternion, -1.0, elastica->axis, elastica->body_axis);
     elastica->complement = solve_complement(sqrt(alpha));
@@ -292,7 +274,7 @@ void analytic_elastica_at(const analytic_elastica *elastica, double s, analytic_
     const analytic_planar shape = analytic_elastica_shape(elastica, s);
     double tangent[3], across[3], turn[4];
     rotate(elastica->clamp.quaternion, 1.0, e3, tangent);
-    cross(elastica->axis, tangent, across);
+    vector_cross(elastica->axis, tangent, across);
     axis_quaternion(elastica->axis, shape.angle, turn);
     quaternion_product(turn, elastica->clamp.quaternion, state->quaternion);
     for (int i = 0; i < 3; i++) {
@@ -312,8 +294,8 @@ static void precess(const analytic_clamp *clamp, const double axis[3], double si
     static const double e3[3] = {0, 0, 1};
     double tangent[3], sideways[3], turn[4], spin[4], half[4];
     rotate(clamp->quaternion, 1.0, e3, tangent);
-    cross(axis, tangent, sideways);
-    const double angle = rate * s, axial = dot(axis, tangent);
+    vector_cross(axis, tangent, sideways);
+    const double angle = rate * s, axial = vector_dot(axis, tangent);
     const double swept = angle != 0.0 ? s * (sin(angle) / angle) : s;
     const double lifted = angle != 0.0 ? s * (sin(0.5 * angle) * sin(0.5 * angle) / (0.5 * angle))
                                        : 0.0; /* s (1 - cos)/angle */
@@ -366,8 +348,8 @@ ad_status analytic_helix_at(const analytic_clamp *clamp, double bending_stiffnes
     double axis[3], tangent[3];
     const double size = couple_axis(couple, axis);
     rotate(clamp->quaternion, 1.0, e3, tangent);
-    const double twist =
-        size * dot(axis, tangent) * s * (1.0 / torsional_stiffness - 1.0 / bending_stiffness);
+    const double twist = size * vector_dot(axis, tangent) * s *
+                         (1.0 / torsional_stiffness - 1.0 / bending_stiffness);
     precess(clamp, axis, size, size / bending_stiffness, twist, s, state);
     return AD_OK;
 }

@@ -2,6 +2,8 @@
  * the rod. */
 #include "physics/family_fit.h"
 
+#include "physics/quaternion.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -196,14 +198,13 @@ static void leave_rest(fit *x)
 static void turn_on(double R[3][3], const double u[3], double h)
 {
     const double w[3] = {h * u[0], h * u[1], h * u[2]};
-    const double angle = sqrt(dot(3, w, w)), c = angle > 1e-6 ? sin(angle) / angle : 1;
+    const double angle = sqrt(vector_dot(w, w)), c = angle > 1e-6 ? sin(angle) / angle : 1;
     const double d = angle > 1e-6 ? (1 - cos(angle)) / (angle * angle) : 0.5;
     for (int i = 0; i < 3; i++) {
         const double a[3] = {R[i][0], R[i][1], R[i][2]}; /* a exp(w^): Rodrigues */
-        const double b[3] = {a[1] * w[2] - a[2] * w[1], a[2] * w[0] - a[0] * w[2],
-                             a[0] * w[1] - a[1] * w[0]};
-        const double e[3] = {b[1] * w[2] - b[2] * w[1], b[2] * w[0] - b[0] * w[2],
-                             b[0] * w[1] - b[1] * w[0]};
+        double b[3], e[3];
+        vector_cross(a, w, b);
+        vector_cross(b, w, e);
         for (int j = 0; j < 3; j++) {
             R[i][j] = a[j] + c * b[j] + d * e[j];
         }

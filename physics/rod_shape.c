@@ -3,6 +3,7 @@
  * tape can differentiate. Each piece of the rod by itself, so that jumps cost nothing. */
 #include "physics/breaks.h"
 #include "physics/constants.h"
+#include "physics/quaternion.h"
 #include "physics/rod_internal.h"
 
 #include <math.h>
@@ -25,13 +26,6 @@ typedef struct shape_pose {
     double r[3], q[4];
 } shape_pose;
 
-static void cross(double *result, const double *a, const double *b)
-{
-    for (int i = 0; i < 3; i++) {
-        result[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
-    }
-}
-
 /* c_k(a) = sum_i (-a)^i / (2i+k)!; a is small here, 10 terms reach rounding for a <= 1. */
 static double shape_stumpff(int k, double a)
 {
@@ -51,23 +45,23 @@ static void shape_advance(shape_pose *pose, const shape_twist *twist)
 {
     const double *u = twist->u, *v = twist->v;
     double square = u[0] * u[0] + u[1] * u[1] + u[2] * u[2], uv[3], uuv[3], step[3];
-    cross(uv, u, v);
-    cross(uuv, u, uv);
+    vector_cross(u, v, uv);
+    vector_cross(u, uv, uuv);
     for (int i = 0; i < 3; i++) {
         step[i] = v[i] + shape_stumpff(2, square) * uv[i] + shape_stumpff(3, square) * uuv[i];
     }
     double *q = pose->q, half = 0.5 * shape_stumpff(1, square / 4), turned[3], twice[3];
-    cross(turned, q + 1, step);
+    vector_cross(q + 1, step, turned);
     for (int i = 0; i < 3; i++) {
         turned[i] *= 2;
     }
-    cross(twice, q + 1, turned);
+    vector_cross(q + 1, turned, twice);
     for (int i = 0; i < 3; i++) {
         pose->r[i] += step[i] + q[0] * turned[i] + twice[i];
     }
     double p[4] = {shape_stumpff(0, square / 4), half * u[0], half * u[1], half * u[2]}, side[3];
     double scalar = q[0] * p[0] - q[1] * p[1] - q[2] * p[2] - q[3] * p[3];
-    cross(side, q + 1, p + 1);
+    vector_cross(q + 1, p + 1, side);
     for (int i = 0; i < 3; i++) {
         q[i + 1] = q[0] * p[i + 1] + p[0] * q[i + 1] + side[i];
     }
@@ -119,9 +113,9 @@ static shape_twist shape_bracket(const shape_twist *a, const shape_twist *b)
 {
     shape_twist result;
     double moved[3];
-    cross(result.u, a->u, b->u);
-    cross(result.v, a->u, b->v);
-    cross(moved, a->v, b->u);
+    vector_cross(a->u, b->u, result.u);
+    vector_cross(a->u, b->v, result.v);
+    vector_cross(a->v, b->u, moved);
     for (int i = 0; i < 3; i++) {
         result.v[i] += moved[i];
     }
@@ -409,7 +403,7 @@ void rod_shape_upright(const scene *rod_scene, double q[4])
         square += chord[i] * chord[i];
     }
     size = sqrt(size * square);
-    cross(side, rest, chord);
+    vector_cross(rest, chord, side);
     if (size + dot > 1e-6 * size) {
         double scale = 1 / sqrt(2 * size * (size + dot));
         q[0] = (size + dot) * scale;
@@ -418,7 +412,7 @@ void rod_shape_upright(const scene *rod_scene, double q[4])
         }
     } else if (size > 0) { /* half a turn about anything across */
         double across[3] = {fabs(rest[0]) < fabs(rest[1]), fabs(rest[0]) >= fabs(rest[1]), 0};
-        cross(side, rest, across);
+        vector_cross(rest, across, side);
         double norm = sqrt(side[0] * side[0] + side[1] * side[1] + side[2] * side[2]);
         q[0] = 0;
         for (int i = 0; i < 3; i++) {
@@ -433,7 +427,7 @@ static const double SHAPE_DOUBT = 2.967; /* rad, 170 degrees */
 static void product(const double p[4], const double q[4], double result[4])
 {
     double side[3];
-    cross(side, p + 1, q + 1);
+    vector_cross(p + 1, q + 1, side);
     result[0] = p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3];
     for (int i = 1; i < 4; i++) {
         result[i] = p[0] * q[i] + q[0] * p[i] + side[i - 1];

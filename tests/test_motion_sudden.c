@@ -3,8 +3,8 @@
 #include "fewer.h"
 #include "motion_testing.h"
 
+#include "physics/quaternion.h"
 #include "physics/solve/motion_compose.h"
-#include "physics/solve/quaternion.h"
 
 #include <stdio.h>
 #include <string.h>

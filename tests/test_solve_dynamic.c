@@ -3,7 +3,7 @@
 #include "allocations.h"
 #include "motion_testing.h"
 
-#include "physics/solve/quaternion.h"
+#include "physics/quaternion.h"
 
 #include <stdio.h>
 #include <string.h>

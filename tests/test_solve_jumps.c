@@ -2,9 +2,9 @@
 #include "jump_testing.h"
 #include "solve_memory.h"
 
+#include "physics/quaternion.h"
 #include "physics/rod_internal.h"
 #include "physics/solve/jump.h"
-#include "physics/solve/quaternion.h"
 #include "random_numbers.h"
 
 static const double asked = 1e-10; /* of a position, by the length */

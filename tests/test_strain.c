@@ -3,7 +3,7 @@
 #include "near.h"
 #include "random_numbers.h"
 
-#include "physics/solve/quaternion.h"
+#include "physics/quaternion.h"
 #include "physics/solve/solve.h"
 #include "physics/solve/strain_form.h"
 #include "tools/config/config_experiment.h"

@@ -2,8 +2,8 @@
  * power. */
 #include "tendon_testing.h"
 
+#include "physics/quaternion.h"
 #include "physics/solve/motion.h"
-#include "physics/solve/quaternion.h"
 
 #include <string.h>
 

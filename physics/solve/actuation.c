@@ -1,8 +1,8 @@
 #include "physics/solve/actuation.h"
 
 #include "autodiff/dense.h"
+#include "physics/quaternion.h"
 #include "physics/rod_internal.h"
-#include "physics/solve/quaternion.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 #include "physics/solve/balance.h"
 
-#include "physics/solve/quaternion.h"
+#include "physics/quaternion.h"
 
 #include <math.h>
 #include <stddef.h>

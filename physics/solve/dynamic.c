@@ -1,8 +1,8 @@
 #include "physics/solve/dynamic.h"
 
+#include "physics/quaternion.h"
 #include "physics/solve/motion_mesh.h"
 #include "physics/solve/motion_times.h"
-#include "physics/solve/quaternion.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 #include "physics/solve/jump.h"
 
+#include "physics/quaternion.h"
 #include "physics/solve/mesh.h"
-#include "physics/solve/quaternion.h"
 
 #include <math.h>
 #include <string.h>

@@ -8,7 +8,7 @@
 #define NUMBER         lanes
 #define ALGEBRA(name)  lanes_##name
 #define ALGEBRA_INLINE PROCESSOR_INLINE
-#include "physics/solve/quaternion_algebra.h"
+#include "physics/quaternion_algebra.h"
 #undef NUMBER
 #undef ALGEBRA
 #undef ALGEBRA_INLINE

@@ -1,5 +1,6 @@
 #include "physics/solve/measured.h"
 
+#include "physics/quaternion.h"
 #include "physics/solve/members.h"
 #include "physics/sort.h"
 
@@ -271,15 +272,12 @@ ad_status solve_trials_create(const scene *open, int sets, const solve_measured 
 /* The rotation vector of p* q, of the shorter way round; q need not be unit. */
 static void rotation_between(const double p[4], const double q[4], double vector[3])
 {
-    const double scalar = p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3];
-    const double sign = scalar < 0 ? -1 : 1;
-    double part[3] = {p[0] * q[1] - p[1] * q[0] - (p[2] * q[3] - p[3] * q[2]),
-                      p[0] * q[2] - p[2] * q[0] - (p[3] * q[1] - p[1] * q[3]),
-                      p[0] * q[3] - p[3] * q[0] - (p[1] * q[2] - p[2] * q[1])};
-    const double size = sqrt(part[0] * part[0] + part[1] * part[1] + part[2] * part[2]);
-    const double factor = size > 0 ? 2 * atan2(size, fabs(scalar)) / size : 2 / fabs(scalar);
+    double turn[4];
+    quaternion_quotient(p, q, turn);
+    const double size = sqrt(vector_dot(turn + 1, turn + 1)), sign = turn[0] < 0 ? -1 : 1;
+    const double factor = size > 0 ? 2 * atan2(size, fabs(turn[0])) / size : 2 / fabs(turn[0]);
     for (int i = 0; i < 3; i++) {
-        vector[i] = sign * factor * part[i];
+        vector[i] = sign * factor * turn[1 + i];
     }
 }
 

@@ -3,10 +3,10 @@
 #define PHYSICS_SOLVE_MODES_INTERNAL_H
 
 #include "physics/gauss.h"
+#include "physics/quaternion.h"
 #include "physics/solve/kinematics.h"
 #include "physics/solve/modes.h"
 #include "physics/solve/processor.h"
-#include "physics/solve/quaternion.h"
 #include "physics/solve/rod_model.h"
 
 /* Of strains, stresses and their modes: v and then u, body frame. */

@@ -1,9 +1,9 @@
 #include "physics/solve/motion_balance.h"
 
+#include "physics/quaternion.h"
 #include "physics/solve/mesh.h"
 #include "physics/solve/motion_internal.h"
 #include "physics/solve/motion_mesh.h"
-#include "physics/solve/quaternion.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,8 +1,8 @@
 /* Energy and power of a rod in motion, and its state between nodes. */
 #include "physics/solve/motion_internal.h"
 
+#include "physics/quaternion.h"
 #include "physics/solve/lobatto.h"
-#include "physics/solve/quaternion.h"
 
 #include <string.h>
 

@@ -2,8 +2,8 @@
  * velocities where they are, and drag that slows them. */
 #include "physics/solve/motion_internal.h"
 
+#include "physics/quaternion.h"
 #include "physics/solve/lanes.h"
-#include "physics/solve/quaternion.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,9 +1,9 @@
 /* Forces on the nodes of a rod, and their accelerations. */
 #include "physics/solve/motion_internal.h"
 
+#include "physics/quaternion.h"
 #include "physics/solve/lanes.h"
 #include "physics/solve/lobatto.h"
-#include "physics/solve/quaternion.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* What acts at single places of a rod in motion: loads, springs, bodies, joints. */
+#include "physics/quaternion.h"
 #include "physics/solve/mesh.h"
 #include "physics/solve/motion_internal.h"
-#include "physics/solve/quaternion.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,9 +1,9 @@
 #include "physics/solve/rod_model.h"
 
+#include "physics/quaternion.h"
 #include "physics/rod_internal.h"
 #include "physics/scene_field.h"
 #include "physics/solve/formula.h"
-#include "physics/solve/quaternion.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 #include "physics/solve/static_defect.h"
 
+#include "physics/quaternion.h"
 #include "physics/solve/defect.h"
-#include "physics/solve/quaternion.h"
 
 #include <math.h>
 #include <stdlib.h>

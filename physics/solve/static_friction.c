@@ -1,7 +1,7 @@
 #include "physics/solve/static_friction.h"
 
+#include "physics/quaternion.h"
 #include "physics/solve/mesh.h"
-#include "physics/solve/quaternion.h"
 #include "physics/solve/static_system_internal.h"
 #include "physics/solve/vector.h"
 

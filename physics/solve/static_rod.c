@@ -1,6 +1,6 @@
 #include "physics/solve/static_rod.h"
 
-#include "physics/solve/quaternion.h"
+#include "physics/quaternion.h"
 
 #include <string.h>
 

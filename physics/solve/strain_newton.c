@@ -1,7 +1,7 @@
 #include "physics/solve/strain_newton.h"
 
 #include "autodiff/dense.h"
-#include "physics/solve/quaternion.h"
+#include "physics/quaternion.h"
 #include "physics/solve/static_system_internal.h"
 #include "physics/solve/strain_form.h"
 

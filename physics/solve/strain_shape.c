@@ -1,5 +1,5 @@
 /* What follows from the curvature: rotation, forces, strain, position, moment; and the residual. */
-#include "physics/solve/quaternion.h"
+#include "physics/quaternion.h"
 #include "physics/solve/strain_algebra.h"
 #include "physics/solve/strain_form.h"
 #include "physics/solve/strain_inline.h"

@@ -39,7 +39,7 @@
 #ifndef CONTROL_ESTIMATOR_H
 #define CONTROL_ESTIMATOR_H
 
-#include "tools/control/one_step.h"
+#include "physics/solve/one_step.h"
 
 #include <stddef.h>
 #include <stdint.h>

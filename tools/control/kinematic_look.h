@@ -4,7 +4,7 @@
 #define CONTROL_KINEMATIC_LOOK_H
 
 #include "physics/solve/kinematics.h"
-#include "tools/control/one_step.h"
+#include "physics/solve/one_step.h"
 
 #ifdef __cplusplus
 extern "C" {

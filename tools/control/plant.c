@@ -1,6 +1,7 @@
 #include "tools/control/plant.h"
 
 #include "nn/rng.h"
+#include "physics/quaternion.h"
 #include "physics/solve/reduced.h"
 
 #include <math.h>
@@ -223,14 +224,9 @@ static void turn(nn_rng *rng, double deviation, double q[4])
     for (int k = 1; k < 4; k++) {
         d[k] = deviation / 2 * nn_rng_normal(rng);
     }
-    r[0] = q[0] * d[0] - q[1] * d[1] - q[2] * d[2] - q[3] * d[3];
-    r[1] = q[0] * d[1] + q[1] * d[0] + q[2] * d[3] - q[3] * d[2];
-    r[2] = q[0] * d[2] - q[1] * d[3] + q[2] * d[0] + q[3] * d[1];
-    r[3] = q[0] * d[3] + q[1] * d[2] - q[2] * d[1] + q[3] * d[0];
-    const double size = sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2] + r[3] * r[3]);
-    for (int k = 0; k < 4; k++) {
-        q[k] = r[k] / size;
-    }
+    quaternion_product(q, d, r);
+    quaternion_normalize(r);
+    memcpy(q, r, sizeof r);
 }
 
 ad_status plant_measure(plant *x, int i, double values[4], int *count, ad_error *error)

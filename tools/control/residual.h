@@ -11,7 +11,7 @@
 #define CONTROL_RESIDUAL_H
 
 #include "autodiff/error.h"
-#include "tools/control/one_step.h"
+#include "physics/solve/one_step.h"
 
 #include <stddef.h>
 #include <stdint.h>

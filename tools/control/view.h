@@ -3,7 +3,7 @@
 #ifndef CONTROL_VIEW_H
 #define CONTROL_VIEW_H
 
-#include "tools/control/one_step.h"
+#include "physics/solve/one_step.h"
 
 #include <stddef.h>
 

@@ -1,5 +1,7 @@
 #include "tools/picture/picture_parts.h"
 
+#include "physics/quaternion.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -69,18 +71,6 @@ picture_colour picture_between(const char *const *hex, int count, double at)
 
 /* ---- camera -------------------------------------------------------------------------------- */
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double a[3], const double b[3], double result[3])
-{
-    result[0] = a[1] * b[2] - a[2] * b[1];
-    result[1] = a[2] * b[0] - a[0] * b[2];
-    result[2] = a[0] * b[1] - a[1] * b[0];
-}
-
 void picture_level(const double up[3], double side[3], double front[3])
 {
     int least = 0;
@@ -90,11 +80,11 @@ void picture_level(const double up[3], double side[3], double front[3])
     for (int k = 0; k < 3; k++) {
         side[k] = (k == least) - up[least] * up[k];
     }
-    const double size = sqrt(dot(side, side));
+    const double size = sqrt(vector_dot(side, side));
     for (int k = 0; k < 3; k++) {
         side[k] /= size;
     }
-    cross(up, side, front);
+    vector_cross(up, side, front);
 }
 
 void picture_look(picture *p, const double target[3], const double up[3], double azimuth,
@@ -109,7 +99,7 @@ void picture_look(picture *p, const double target[3], const double up[3], double
                         sin(elevation) * up[k];
         p->axis[0][k] = cos(azimuth) * front[k] - sin(azimuth) * side[k];
     }
-    cross(p->axis[2], p->axis[0], p->axis[1]);
+    vector_cross(p->axis[2], p->axis[0], p->axis[1]);
     p->shift[0] = p->shift[1] = 0;
 }
 
@@ -127,10 +117,10 @@ void picture_project(const picture *p, const double place[3], double seen[3])
 {
     const double from[3] = {place[0] - p->target[0], place[1] - p->target[1],
                             place[2] - p->target[2]};
-    seen[2] = fmax(p->distance - dot(from, p->axis[2]), 0.05 * p->distance);
+    seen[2] = fmax(p->distance - vector_dot(from, p->axis[2]), 0.05 * p->distance);
     const double scale = p->height / (2 * PICTURE_LENS * seen[2]);
-    seen[0] = p->width / 2.0 + p->shift[0] + scale * dot(from, p->axis[0]);
-    seen[1] = p->height / 2.0 + p->shift[1] - scale * dot(from, p->axis[1]);
+    seen[0] = p->width / 2.0 + p->shift[0] + scale * vector_dot(from, p->axis[0]);
+    seen[1] = p->height / 2.0 + p->shift[1] - scale * vector_dot(from, p->axis[1]);
 }
 
 /* The box of all places on the picture. */

@@ -9,7 +9,7 @@
 
 #include "autodiff/ad.h"
 #include "physics/scene.h"
-#include "tools/control/one_step.h"
+#include "physics/solve/one_step.h"
 
 #include <stdint.h>
 

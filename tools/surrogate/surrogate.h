@@ -4,15 +4,15 @@
  *   surrogate *s;
  *   surrogate_load("runs/arm", 0, &s, &error);          tools/config/config_surrogate.h
  *   one_step model;
- *   surrogate_one_step(s, &model, &error);              tools/control/one_step.h
+ *   surrogate_one_step(s, &model, &error);              physics/solve/one_step.h
  *   model.advance(model.context, 1, model.step, state, inputs, NULL, next, NULL, NULL);
  *   surrogate_one_step_free(&model);
  *   surrogate_free(s); */
 #ifndef SURROGATE_H
 #define SURROGATE_H
 
+#include "physics/solve/one_step.h"
 #include "physics/solve/reduced.h"
-#include "tools/control/one_step.h"
 #include "tools/files/checkpoint.h"
 #include "tools/surrogate/decoupled.h"
 #include "tools/surrogate/settings.h"

@@ -1,6 +1,7 @@
 #include "tools/train/reference.h"
 
 #include "physics/analytic.h"
+#include "physics/quaternion.h"
 #include "physics/sampling.h"
 #include "tools/train/reference_internal.h"
 
@@ -476,11 +477,9 @@ void reference_verdict(const reference *r, const reference_errors *errors, doubl
 
 double reference_angle(const double p[4], const double q[4])
 {
-    double scalar = p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3];
-    double x = p[0] * q[1] - q[0] * p[1] - (p[2] * q[3] - p[3] * q[2]);
-    double y = p[0] * q[2] - q[0] * p[2] - (p[3] * q[1] - p[1] * q[3]);
-    double z = p[0] * q[3] - q[0] * p[3] - (p[1] * q[2] - p[2] * q[1]);
-    return 2 * atan2(sqrt(x * x + y * y + z * z), fabs(scalar));
+    double turn[4];
+    quaternion_quotient(p, q, turn);
+    return 2 * atan2(sqrt(vector_dot(turn + 1, turn + 1)), fabs(turn[0]));
 }
 
 /* A beam of small deflection has one angle, its slope. */

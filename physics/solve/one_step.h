@@ -6,8 +6,8 @@
  *
  * Inputs u are those of the scene's parameters that have ranges, in the scene's order: what an
  * actuator sets (pressures, tensions) and what a filter finds (a stiffness, a load at the tip). */
-#ifndef CONTROL_ONE_STEP_H
-#define CONTROL_ONE_STEP_H
+#ifndef PHYSICS_SOLVE_ONE_STEP_H
+#define PHYSICS_SOLVE_ONE_STEP_H
 
 #ifdef __cplusplus
 extern "C" {

@@ -1,13 +1,13 @@
 /* Quaternions (w, x, y, z) in plain C; rotations take the body to the world. */
-#ifndef PHYSICS_SOLVE_QUATERNION_H
-#define PHYSICS_SOLVE_QUATERNION_H
+#ifndef PHYSICS_QUATERNION_H
+#define PHYSICS_QUATERNION_H
 
 #include <math.h>
 
 #define NUMBER         double
 #define ALGEBRA(name)  name
 #define ALGEBRA_INLINE static inline
-#include "physics/solve/quaternion_algebra.h"
+#include "physics/quaternion_algebra.h"
 #undef NUMBER
 #undef ALGEBRA
 #undef ALGEBRA_INLINE
