@@ -66,61 +66,26 @@ def png(path, width, height):
     looks_drawn(rows)
 
 
-def unpack(codes, count):
-    """Pixels of Lempel, Ziv and Welch's codes of 8 bits."""
-    bits, have, at, width, pixels = 0, 0, 0, 9, bytearray()
-    table, before = {}, None
-    while True:
-        while have < width:
-            bits |= codes[at] << have
-            have, at = have + 8, at + 1
-        code, bits, have = bits & ((1 << width) - 1), bits >> width, have - width
-        if code == 256:
-            table, width, before = {k: bytes([k]) for k in range(256)}, 9, None
-            table[256] = table[257] = b""
-            continue
-        if code == 257:
-            assert len(pixels) == count, (len(pixels), count)
-            return pixels
-        entry = table[code] if code in table else before + before[:1]
-        assert code in table or code == len(table), code
-        pixels += entry
-        if before is not None and len(table) < 4096:
-            table[len(table)] = before + entry[:1]
-        width = min(12, max(9, len(table).bit_length()))
-        before = entry
-
-
 def gif(path, width, height, images, hundredths):
-    data, width, height = open(path, "rb").read(), int(width), int(height)
-    assert data[:6] == b"GIF89a" and struct.unpack("<HH", data[6:10]) == (width, height)
-    assert data[10] == 0xF7
-    colours = [tuple(data[13 + 3 * k:16 + 3 * k]) for k in range(256)]
-    sheet, at, count = [[None] * width for _ in range(height)], 13 + 768, 0
-    clear = delay = None
+    """Its size, how many images it has, and how long each stays."""
+    data, count = open(path, "rb").read(), 0
+    assert data[:6] == b"GIF89a" and struct.unpack("<HH", data[6:10]) == (int(width), int(height))
+
+    def after_colours(at, flags):
+        return at + (3 << (flags & 7) + 1 if flags & 0x80 else 0)
+
+    at = after_colours(13, data[10])
     while data[at] != 0x3B:
         if data[at] == 0x21:
             if data[at + 1] == 0xF9:
-                delay, clear = struct.unpack("<H", data[at + 4:at + 6])[0], data[at + 6]
-                assert delay == int(hundredths), delay
+                assert struct.unpack("<H", data[at + 4:at + 6])[0] == int(hundredths)
             at += 2
         else:
             assert data[at] == 0x2C
-            left, top, wide, tall = struct.unpack("<HHHH", data[at + 1:at + 9])
-            assert left + wide <= width and top + tall <= height
-            at += 11
-        codes, is_image = b"", data[at - 11] == 0x2C and data[at - 1] == 8
+            at, count = after_colours(at + 10, data[at + 9]) + 1, count + 1
         while data[at]:
-            codes += data[at + 1:at + 1 + data[at]]
             at += 1 + data[at]
         at += 1
-        if is_image:
-            for i, pixel in enumerate(unpack(codes, wide * tall)):
-                if pixel != clear or count == 0:
-                    sheet[top + i // wide][left + i % wide] = colours[pixel]
-            count += 1
-            if count in (1, int(images)):
-                looks_drawn(sheet)
     assert count == int(images), count
 
 

@@ -102,8 +102,6 @@ run 0 cpinn-show arm.csv --out still.svg
 said still.svg '>tip \(' # with the place of the tip
 run 0 cpinn-show "$ROOT/configs/helix.yaml" --out helix.png
 check a picture -- test "$(head -c 8 helix.png | od -An -tx1 | tr -d ' ')" = 89504e470d0a1a0a
-run 0 cpinn-show arm.csv --out moves.gif
-check an animation -- test "$(head -c 6 moves.gif)" = GIF89a
 
 # What cannot be shown.
 mkdir empty

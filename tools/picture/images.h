@@ -1,4 +1,4 @@
-/* Files of pixels: one as PNG, many as GIF, or given to an encoder for a movie. */
+/* Files of pixels: one as PNG, many given to an encoder for a movie. */
 #ifndef TOOLS_PICTURE_IMAGES_H
 #define TOOLS_PICTURE_IMAGES_H
 
@@ -10,20 +10,9 @@
 ad_status image_png(int width, int height, const unsigned char *rgb, unsigned char **bytes,
                     size_t *size, ad_error *error);
 
-/* Images one after the other, for ever. The colours are those of some of the images, which are
- * given first; what stays from an image to the next is written once. */
-typedef struct image_gif image_gif;
-image_gif *image_gif_create(int width, int height); /* NULL: out of memory */
-void image_gif_free(image_gif *x);                  /* NULL is allowed */
-void image_gif_sample(image_gif *x, const unsigned char *rgb);
-ad_status image_gif_add(image_gif *x, const unsigned char *rgb, int hundredths, ad_error *error);
-
-/* bytes [size] of x. AD_NO_MEMORY. */
-ad_status image_gif_end(image_gif *x, const unsigned char **bytes, size_t *size, ad_error *error);
-
-/* A movie by ffmpeg, which gets the images through a pipe; only one at a time. The file, .mp4 or
- * .webm, appears when it is whole. AD_BAD_INPUT: ffmpeg is not installed; AD_NOT_WRITTEN: it
- * failed, and how. */
+/* A movie by ffmpeg, which gets the images through a pipe; only one at a time. The file, .mp4,
+ * .webm or .gif, which goes on for ever, appears when it is whole. AD_BAD_INPUT: ffmpeg is not
+ * installed; AD_NOT_WRITTEN: it failed, and how. */
 typedef struct image_movie image_movie;
 ad_status image_movie_begin(const char *path, int width, int height, int per_second,
                             image_movie **result, ad_error *error);

@@ -23,53 +23,50 @@ struct image_movie {
     bool ignores; /* SIGPIPE, since the encoder may end before its input does */
 };
 
-static bool has_ending(const char *path, const char *ending)
+enum { OPTIONS = 8 };
+
+/* By the ending of a file. The colours of a .gif are those of each image, so that the encoder need
+ * not keep all of them. */
+static const struct format {
+    const char *ending, *options[OPTIONS];
+} formats[] = {
+    {".mp4", {"-pix_fmt", "yuv420p", "-c:v", "libx264", "-crf", "20", "-f", "mp4"}},
+    {".webm", {"-pix_fmt", "yuv420p", "-c:v", "libvpx-vp9", "-crf", "30", "-f", "webm"}},
+    {".gif",
+     {"-filter_complex",
+      "split[a][b];[a]palettegen=stats_mode=single[c];[b][c]paletteuse=new=1:dither=none", "-loop",
+      "0", "-f", "gif"}}};
+
+static const struct format *format_of(const char *path)
 {
     const char *dot = strrchr(path, '.');
-    return dot && strcmp(dot, ending) == 0;
+    int k = 2;
+    while (k > 0 && !(dot && strcmp(dot, formats[k].ending) == 0)) {
+        k--;
+    }
+    return &formats[k];
 }
 
 /* In the child: never returns; `report` gets errno where there is no such program. */
 static void become_encoder(const image_movie *x, int from, int report, const char *size,
                            const char *rate, const char *output)
 {
-    char *const mp4[] = {"-c:v", "libx264", "-crf", "20", "-movflags", "+faststart", "-f", "mp4"};
-    char *const webm[] = {"-c:v", "libvpx-vp9", "-crf", "30", "-b:v", "0", "-f", "webm"};
-    char *const *kind = has_ending(x->path, ".webm") ? webm : mp4;
-    char *const arguments[] = {(char *)program,
-                               "-nostdin",
-                               "-loglevel",
-                               "error",
-                               "-y",
-                               "-f",
-                               "rawvideo",
-                               "-pixel_format",
-                               "rgb24",
-                               "-video_size",
-                               (char *)size,
-                               "-framerate",
-                               (char *)rate,
-                               "-i",
-                               "pipe:0",
-                               "-pix_fmt",
-                               "yuv420p",
-                               kind[0],
-                               kind[1],
-                               kind[2],
-                               kind[3],
-                               kind[4],
-                               kind[5],
-                               kind[6],
-                               kind[7],
-                               (char *)output,
-                               NULL};
+    const char *arguments[20 + OPTIONS] = {
+        program, "-nostdin",    "-loglevel", "error",      "-y", "-f", "rawvideo", "-pixel_format",
+        "rgb24", "-video_size", size,        "-framerate", rate, "-i", "pipe:0"};
+    const struct format *format = format_of(x->path);
+    int count = 15;
+    for (int k = 0; k < OPTIONS && format->options[k]; k++) {
+        arguments[count++] = format->options[k];
+    }
+    arguments[count] = output;
     const int nothing = open("/dev/null", O_WRONLY);
     const int said = x->said ? fileno(x->said) : nothing;
     setpgid(0, 0); /* Ctrl-C is for the program, which ends this */
     signal(SIGPIPE, SIG_DFL);
     if (dup2(from, STDIN_FILENO) >= 0 && dup2(nothing, STDOUT_FILENO) >= 0 &&
         dup2(said, STDERR_FILENO) >= 0) {
-        execvp(program, arguments);
+        execvp(program, (char *const *)arguments);
     }
     const int why = errno;
     const ssize_t written = write(report, &why, sizeof why);
@@ -118,7 +115,7 @@ static ad_status start(image_movie *x, int width, int height, int per_second, ad
     if (got > 0 && why == ENOENT) {
         return ad_fail(error, AD_BAD_INPUT,
                        "%.200s: movies need the encoder %s, which is not installed "
-                       "(apt-get install %s); .gif needs nothing",
+                       "(apt-get install %s)",
                        x->path, program, program);
     }
     return why == 0 ? AD_OK

@@ -244,7 +244,7 @@ int main(int argc, char **argv)
     const cli_option list[] = {
         {"--out", "FILE", CLI_TEXT, &x.out, 0, 0,
          "where to write (default: report.html in the folder, else NAME.html);\nNAME.svg, .png: "
-         "a picture; NAME.gif: moving; NAME.mp4, .webm: a movie,\nby ffmpeg"},
+         "a picture; NAME.gif, .mp4, .webm: a movie, by ffmpeg"},
         {"--slow", "X", CLI_NUMBER, &x.slow, 1e-3, 1e6,
          "slow down .gif, .mp4 and .webm by this factor (default 1)"},
         {"--scene", "CONFIG.yaml", CLI_TEXT, &x.scene_path, 0, 0,

@@ -406,31 +406,6 @@ static ad_status interrupted(ad_error *error)
     return signals_caught() ? ad_fail(error, AD_IO, "stopped by a signal") : AD_OK;
 }
 
-static ad_status write_gif(const film *f, const char *path, ad_error *error)
-{
-    const unsigned char *bytes = NULL;
-    size_t size = 0;
-    image_gif *gif = image_gif_create(picture_width(f->of->p), picture_height(f->of->p));
-    ad_status status = gif ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a picture");
-    for (int k = 0; status == AD_OK && k < 3; k++) {
-        status = draw_image(f, (size_t)k * (f->images - 1) / 2, error);
-        if (status == AD_OK) {
-            image_gif_sample(gif, f->rgb);
-        }
-    }
-    for (size_t k = 0; status == AD_OK && k < f->images; k++) {
-        status = draw_image(f, k, error);
-        status = status == AD_OK ? interrupted(error) : status;
-        if (status == AD_OK) {
-            status = image_gif_add(gif, f->rgb, 100 / f->rate, error);
-        }
-    }
-    status = status == AD_OK ? image_gif_end(gif, &bytes, &size, error) : status;
-    status = status == AD_OK ? file_bytes_write(path, bytes, size, 1, error) : status;
-    image_gif_free(gif);
-    return status;
-}
-
 static ad_status write_movie(const film *f, const char *path, ad_error *error)
 {
     image_movie *movie = NULL;
@@ -469,7 +444,7 @@ static ad_status write_film(const drawing *d, const char *path, bool is_gif, dou
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a picture");
     }
     signals_catch();
-    ad_status status = is_gif ? write_gif(&f, path, error) : write_movie(&f, path, error);
+    ad_status status = write_movie(&f, path, error);
     free(f.rgb);
     return status;
 }
