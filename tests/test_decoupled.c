@@ -218,12 +218,11 @@ static void check_gradient(example *x, const physics_loss_settings *settings)
         worst = fmax(worst, fabs(gradient[k] - (ends[1] - ends[0]) / (2 * h)));
         size = fmax(size, fabs(gradient[k]));
     }
-    print_message("terms %d ramps %d ahead %d: %.1e\n", x->m.terms, x->m.ramps, settings->ahead,
-                  worst / size);
+    print_message("terms %d ramps %d: %.1e\n", x->m.terms, x->m.ramps, worst / size);
     assert_true(worst < 1e-6 * size); /* of difference quotients 1e-8 */
     physics_loss_draw(loss, 6);
     assert_int_equal(physics_loss_evaluate(loss, x->parameters, &other, NULL), 0);
-    assert_true(settings->batch == 0 || other != value);
+    assert_true((settings->batch > 0) == (other != value));
     physics_loss_free(loss);
     physics_loss_free(again);
     ad_pool_free(pools[0]);
@@ -234,12 +233,7 @@ static void check_gradient(example *x, const physics_loss_settings *settings)
 static void test_gradients(void **state)
 {
     (void)state;
-    const physics_loss_settings settings[] = {
-        {.physics = 1, .rates = true, .ahead = 1, .batch = 8, .seed = 2},
-        {.physics = 1, .scatter = 0.3, .ahead = 1, .batch = 8, .seed = 2, .tip = true},
-        {.physics = 1, .ahead = 1, .seed = 2, .tip = true},
-        {.physics = 1, .data = 0.5, .ahead = 3, .batch = 8, .seed = 2},
-        {.data = 1, .ahead = 2, .most = 9, .seed = 2, .tip = true}};
+    const physics_loss_settings settings[] = {{.batch = 8, .seed = 2}, {.most = 9, .seed = 2}};
     for (int kind = 0; kind < 2; kind++) {
         example x = make(kind + 1, kind);
         for (size_t i = 0; i < sizeof settings / sizeof *settings; i++) {

@@ -243,10 +243,8 @@ for step in flow linear ddpinn polynomial; do
             --set "$(stages $method)"
     done
 done
-kind long step_plain "${arm[@]}" --set surrogate.kind=ddpinn --set surrogate.weights=plain \
+kind long step_stages "${arm[@]}" --set surrogate.kind=ddpinn \
     --set "training.stages=[{optimizer: adam, steps: 5}, {optimizer: lbfgs, steps: 5}]"
-kind long step_ahead "${arm[@]}" --set surrogate.kind=ddpinn --set surrogate.ahead=3 \
-    --set surrogate.data=1 --set "$(stages lbfgs)"
 kind long step_ramp "${arm[@]}" --set surrogate.hold=linear --set "$(stages ssbroyden)"
 
 # ---- laws and residuals -------------------------------------------------------------------------

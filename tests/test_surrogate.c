@@ -276,8 +276,7 @@ static void test_curves(void **state)
     (void)state;
     static const char scene[] = ARM(
         "[0, 0, 9.81]",
-        THREE) "surrogate: {step: 0.02, modes: [1, 1, 1, 0], parameters: [soft], solved: 1000, "
-               "physics: 1}\n"
+        THREE) "surrogate: {step: 0.02, modes: [1, 1, 1, 0], parameters: [soft], solved: 1000}\n"
                "network: {hidden: [8, 8]}\n"
                "training: {stages: [{optimizer: adam, steps: 60}, {optimizer: lbfgs, steps: 3}]}\n";
     static const char *const kinds[] = {"surrogate.kind=ddpinn", "surrogate.kind=polynomial"};
@@ -472,12 +471,6 @@ static void test_refusals(void **state)
     expect_refusal("surrogate.step=0", "surrogate.step");
     expect_refusal("surrogate.step=null", "surrogate.step: is not given");
     expect_refusal("surrogate.kind=flows", "flow, linear");
-    expect_refusal("surrogate.weights=plain", "surrogate.weights: is plain, of surrogate.kind");
-    expect_refusal("surrogate={step: 0.02, kind: polynomial, ahead: 2}",
-                   "surrogate.ahead: is of damped");
-    expect_refusal("surrogate={step: 0.02, kind: polynomial, physics: 0, data: 1}",
-                   "surrogate.physics: is 0, but");
-    expect_refusal("surrogate.data=1", "surrogate.data: is of the kinds that are curves in time");
     expect_refusal("time.duration=null", "time.duration");
     expect_refusal("network.hidden=[]", "network.hidden");
     expect_refusal("training.stages[0].optimizer=gauss_newton", "training.stages[0].optimizer");

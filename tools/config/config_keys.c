@@ -30,7 +30,6 @@ CONFIG_NAMES(balance_names, "none", "gradient_norm", )
 CONFIG_NAMES(scaling_names, OPTIM_SCALING_LIST(CONFIG_NAME))
 CONFIG_NAMES(surrogate_kinds, SURROGATE_KIND_LIST(CONFIG_NAME))
 CONFIG_NAMES(surrogate_holds, SURROGATE_HOLD_LIST(CONFIG_NAME))
-CONFIG_NAMES(surrogate_weights, SURROGATE_WEIGHTS_LIST(CONFIG_NAME))
 
 #define AT(field)            .offset = offsetof(config, field)
 #define STAGE(field)         AT(settings.stages[0].field)
@@ -501,24 +500,13 @@ const config_key config_keys[] = {
              "inputs within their ranges. Filters and controllers use it (cpinn-control)."},
     {"surrogate.kind", CONFIG_CHOICE, AT(surrogate.kind), .names = surrogate_kinds,
      .help = "flow: a linear map, and a network for what it leaves over of solved steps, in a frame "
-             "that turns with the robot where that has such a symmetry; linear: the map alone. "
-             "Others are curves in time that begin at the state, so that any part of a step has an "
-             "answer, learned from the rod's equations: polynomial: values at the nodes of Radau's "
-             "method, in that frame; ddpinn: damped sines (Krauss et al. 2024)."},
+             "that turns with the robot where that has such a symmetry. linear: the map alone. "
+             "polynomial, ddpinn: curves in time that begin at the state, so that any part of a step "
+             "has an answer. They learn from the rod's equations. polynomial: values at the nodes of "
+             "Radau's method, in that frame. ddpinn: damped sines, as published by Krauss et al. "
+             "2024, a baseline."},
     {"surrogate.terms", CONFIG_INTEGER, AT(surrogate.terms), BETWEEN(1, 16),
      .help = "With ddpinn: number of damped sines for each number of the state."},
-    {"surrogate.weights", CONFIG_CHOICE, AT(surrogate.weights), .names = surrogate_weights,
-     .help = "With ddpinn. tip: residuals count by their effect on the tip, and states are moved "
-             "off the motions a little. plain: the mean square of z' - f along the motions, as "
-             "published."},
-    {"surrogate.physics", CONFIG_NUMBER, AT(surrogate.physics), BETWEEN(0, 1e6),
-     .fallback = "1",
-     .help = "Weight of the rod's equations in the loss of kinds that are curves in time."},
-    {"surrogate.data", CONFIG_NUMBER, AT(surrogate.data), BETWEEN(0, 1e6),
-     .fallback = "0", .help = "Weight of solved steps in the loss of kinds that are curves in "
-                              "time."},
-    {"surrogate.ahead", CONFIG_INTEGER, AT(surrogate.ahead), BETWEEN(1, 32), .unit = "steps",
-     .help = "With damped sines: number of steps in a row over which the loss follows an error."},
     {"surrogate.modes", CONFIG_INTEGER, ENTRIES(4, 4), AT(surrogate.modes), BETWEEN(0, 12),
      .fallback = "the fewest within surrogate.tolerance, when training begins",
      .help = "Modes of the reduced rod: bending, twist, stretch and shear, in each direction and "

@@ -255,15 +255,9 @@ static void explain_network(const surrogate_settings *s, const train_settings *s
         printf("%s%d", i ? " x " : "", network->hidden[i]);
     }
     if (sines) {
-        printf(") says a curve in\ntime from each state, damped sines beside the state, exact at "
-               "its begin; "
-               "the loss is %g times\n%s and %g times errors of solved steps, %d in a row.\n\n",
-               s->physics,
-               s->weights == SURROGATE_PLAIN ? "z' - f at random times"
-               : s->ahead > 1
-                   ? "the defect of the rod's equations at Radau's nodes"
-                   : "the distance from what has no defect of the equations at Radau's nodes",
-               s->data, s->ahead);
+        printf(
+            ") says a curve in\ntime from each state, damped sines beside the state, exact at its "
+            "begin; the loss is\nthe mean square of z' - f at random times along the motions.\n\n");
     } else {
         printf(
             ") for what it leaves over, in\nthe frame of the robot's symmetry, if there is one; "
@@ -272,8 +266,7 @@ static void explain_network(const surrogate_settings *s, const train_settings *s
     }
     if (s->kind == SURROGATE_POLYNOMIAL) {
         printf("Both are of the three nodes of Radau's method, whose values have no defect of the "
-               "rod's\nequations; solved steps have a weight of %g in their end.\n\n",
-               s->data / (s->data + s->physics));
+               "rod's\nequations.\n\n");
     }
     for (int i = 0; i < settings->stage_count; i++) {
         printf("  stage %d: %s, up to %d steps\n", i + 1,

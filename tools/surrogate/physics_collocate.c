@@ -8,65 +8,83 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { NODES = DECOUPLED_NODES };
+
 /* Numbers of z. */
 static const double SMALL = 1e-8;
 
 typedef struct job {
-    const physics_loss *x;
+    physics x;
+    physics_worker *workers;
+    double integral[NODES][NODES]; /* the matrix of Radau's method */
     double *nodes;
-    double *matrices; /* [threads][(3 n)^2] */
-    int *pivots;      /* [threads][3 n] */
+    int *pivots; /* [threads][3 n] */
 } job;
 
-/* The defect y - integral of z', and its derivatives, column-major. */
-static bool find_defect(const physics_loss *x, physics_worker *w, double *matrix, double *defect)
+/* Integrals of Lagrange's polynomials at the nodes, l_j, from 0 to c_i. */
+static void find_integrals(double integral[NODES][NODES])
 {
-    const size_t n = (size_t)x->m->states, all = NODES * n;
-    physics_step *s = &w->steps[0];
-    for (size_t i = 0; i < NODES; i++) {
-        double *z = s->rate + i * n; /* free here */
-        for (size_t j = 0; j < n; j++) {
-            z[j] = s->given[j] + s->y[i * n + j];
-        }
-        if (!physics_rate(x, w, s->given, decoupled_nodes[i], z, s->n + i * n,
-                          s->by_z + i * n * n)) {
-            return false;
-        }
+    for (int k = 0; k < NODES * NODES; k++) {
+        const int i = k / NODES, j = k % NODES;
+        const double c = decoupled_nodes[i], own = decoupled_nodes[j];
+        const double p = decoupled_nodes[(j + 1) % NODES], q = decoupled_nodes[(j + 2) % NODES];
+        integral[i][j] = c * (p * q - c * (p + q) / 2 + c * c / 3) / ((own - p) * (own - q));
     }
-    memcpy(defect, s->y, all * sizeof *defect);
+}
+
+/* A worker's own numbers: y, defect, rate [3 n] each, z [n], by_z [n][n], matrix [3 n][3 n]. */
+static size_t own_numbers(size_t n)
+{
+    return 3 * NODES * n + n + n * n + NODES * n * NODES * n;
+}
+
+/* The defect y - integral of z', and its derivatives, column-major. */
+static bool find_defect(const job *of, physics_worker *w, const double *y, double *defect,
+                        double *matrix)
+{
+    const size_t n = (size_t)of->x.m->states, all = NODES * n;
+    double *rate = defect + all, *z = rate + all, *by_z = z + n;
+    memcpy(defect, y, all * sizeof *defect);
     memset(matrix, 0, all * all * sizeof *matrix);
     for (size_t k = 0; k < all; k++) {
         matrix[k * all + k] = 1;
     }
-    for (size_t b = 0; b < (size_t)NODES * NODES; b++) {
-        const size_t i = b / NODES, j = b % NODES;
-        const double part = x->integral[i][j];
+    for (size_t j = 0; j < NODES; j++) {
         for (size_t r = 0; r < n; r++) {
-            const double *by_z = s->by_z + (j * n + r) * n;
-            defect[i * n + r] -= part * s->n[j * n + r];
-            for (size_t c = 0; c < n; c++) {
-                matrix[(j * n + c) * all + i * n + r] -= part * by_z[c];
+            z[r] = w->given[r] + y[j * n + r];
+        }
+        if (!physics_rate(&of->x, w, decoupled_nodes[j], z, rate, by_z)) {
+            return false;
+        }
+        for (size_t i = 0; i < NODES; i++) {
+            const double part = of->integral[i][j];
+            for (size_t r = 0; r < n; r++) {
+                defect[i * n + r] -= part * rate[r];
+                for (size_t c = 0; c < n; c++) {
+                    matrix[(j * n + c) * all + i * n + r] -= part * by_z[r * n + c];
+                }
             }
         }
     }
     return true;
 }
 
-static bool solve(const physics_loss *x, physics_worker *w, double *matrix, int *pivots)
+/* y of the step at hand. */
+static bool solve(const job *of, physics_worker *w, int *pivots)
 {
     enum { MOST = 12 };
-    const size_t all = NODES * (size_t)x->m->states;
-    physics_step *s = &w->steps[0];
-    memset(s->y, 0, all * sizeof *s->y);
+    const size_t n = (size_t)of->x.m->states, all = NODES * n;
+    double *y = w->own, *defect = y + all, *matrix = w->own + own_numbers(n) - all * all;
+    memset(y, 0, all * sizeof *y);
     for (int turn = 0; turn < MOST; turn++) {
         double most = 0;
-        if (!find_defect(x, w, matrix, s->residual) || ad_dense_lu(all, matrix, pivots) != 0) {
+        if (!find_defect(of, w, y, defect, matrix) || ad_dense_lu(all, matrix, pivots) != 0) {
             return false;
         }
-        ad_dense_lu_solve(all, 1, matrix, pivots, s->residual);
+        ad_dense_lu_solve(all, 1, matrix, pivots, defect);
         for (size_t k = 0; k < all; k++) {
-            s->y[k] -= s->residual[k];
-            most = fmax(most, fabs(s->residual[k]));
+            y[k] -= defect[k];
+            most = fmax(most, fabs(defect[k]));
         }
         if (most < SMALL) { /* quadratic: the next would be far below rounding */
             return true;
@@ -78,25 +96,20 @@ static bool solve(const physics_loss *x, physics_worker *w, double *matrix, int 
 static ad_status run_rollout(void *context, int item, int thread, ad_error *error)
 {
     const job *of = context;
-    const physics_loss *x = of->x;
-    physics_worker *w = &x->workers[thread];
+    const physics *x = &of->x;
+    physics_worker *w = &of->workers[thread];
     const size_t n = (size_t)x->m->states, all = NODES * n;
-    const size_t steps = (size_t)x->motions->steps;
-    double *given = w->steps[0].given;
     (void)error;
-    for (size_t k = 0; k < (size_t)x->motions->done[item]; k++) {
-        const size_t row = (size_t)item * (steps + 1) + k;
-        double *to = of->nodes + ((size_t)item * steps + k) * all;
-        physics_take_state(x, row, given);
-        physics_take_inputs(x, row, given + n);
-        if (!solve(x, w, of->matrices + (size_t)thread * all * all,
-                   of->pivots + (size_t)thread * all)) {
+    for (int k = 0; k < x->motions->done[item]; k++) {
+        double *to = of->nodes + ((size_t)item * (size_t)x->motions->steps + (size_t)k) * all;
+        physics_take(x, item, k, w);
+        if (!solve(of, w, of->pivots + (size_t)thread * all)) {
             to[0] = NAN;
             continue;
         }
         for (size_t i = 0; i < all; i++) {
             const size_t j = i % n;
-            to[i] = x->center[j] + x->scale[j] * (given[j] + w->steps[0].y[i]);
+            to[i] = x->center[j] + x->scale[j] * (w->given[j] + w->own[i]);
         }
     }
     return AD_OK;
@@ -105,24 +118,22 @@ static ad_status run_rollout(void *context, int item, int thread, ad_error *erro
 ad_status physics_collocate(const scene *open, const int modes[4], const excite_rollouts *motions,
                             const decoupled *m, ad_pool *pool, double *nodes, ad_error *error)
 {
-    const physics_loss_settings settings = {.ahead = 1};
-    const size_t all = NODES * (size_t)m->states, threads = (size_t)ad_pool_threads(pool);
-    job of = {.nodes = nodes};
-    physics_loss *x = NULL;
-    ad_status status = physics_open(open, modes, motions, m, &settings, pool, &x, error);
-    of.matrices = malloc(threads * all * all * sizeof *of.matrices);
-    of.pivots = malloc(threads * all * sizeof *of.pivots);
-    if (status == AD_OK && (!of.matrices || !of.pivots)) {
+    const size_t n = (size_t)m->states, all = NODES * n;
+    const int threads = ad_pool_threads(pool);
+    job of = {.x = physics_of(m, motions), .nodes = nodes};
+    find_integrals(of.integral);
+    ad_status status =
+        physics_workers_create(open, modes, m, threads, own_numbers(n), &of.workers, error);
+    of.pivots = malloc((size_t)threads * all * sizeof *of.pivots);
+    if (status == AD_OK && !of.pivots) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for nodes of steps");
     }
     if (status == AD_OK) {
         const size_t bytes = (size_t)motions->steps * all * sizeof *nodes;
         const ad_dealt made = {nodes, bytes, (size_t)motions->count * bytes};
-        of.x = x;
         status = ad_pool_deal(pool, motions->count, run_rollout, &of, 1, &made, error);
     }
-    physics_loss_free(x);
-    free(of.matrices);
+    physics_workers_free(threads, of.workers);
     free(of.pivots);
     return status;
 }

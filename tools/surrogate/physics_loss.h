@@ -1,7 +1,6 @@
-/* What a one-step model of decoupled.h is trained with: how far its curves are from the motion of
- * the reduced rod, x' = f(x, u), solved steps beside that if wanted, over one step or several in a
- * row. Over one step that is the distance from what has no defect at Radau's nodes, found before
- * training; else the gradient goes through f, exactly. States that stay have a loss of 1.
+/* What a one-step model of decoupled.h is trained with, as published: the mean square of z' - f at
+ * random times of steps along motions of the reduced rod, x' = f(x, u). States that stay have a
+ * loss of 1.
  *
  *   physics_prepare(&scene, &motions, seed, &model, numbers);
  *   physics_loss_create(&scene, modes, &motions, &model, &settings, pool, &loss, &error);
@@ -19,14 +18,8 @@ extern "C" {
 #endif
 
 typedef struct physics_loss_settings {
-    double physics, data; /* weights, >= 0, not both 0 */
-    bool rates; /* physics: of z' - f at random times, as published; false: of Radau's nodes; over
-                 * several steps their defect, z - z(0) - integral of f */
-    bool tip; /* errors count by what they do to the tip within 250 steps; false: by numbers of z */
-    double scatter; /* how far beginnings are moved off the motions, of what is usual there */
-    int ahead;      /* steps in a row that an error is followed */
-    int batch;      /* beginnings that an evaluation takes, drawn anew for every step; 0: all */
-    int most;       /* of all beginnings so many, evenly; 0: all */
+    int batch; /* beginnings that an evaluation takes, drawn anew for every step; 0: all */
+    int most;  /* of all beginnings so many, evenly; 0: all */
     uint64_t seed;
 } physics_loss_settings;
 
@@ -43,13 +36,14 @@ void physics_prepare(const scene *open, const excite_rollouts *motions, uint64_t
 ad_status physics_collocate(const scene *open, const int modes[4], const excite_rollouts *motions,
                             const decoupled *m, ad_pool *pool, double *nodes, ad_error *error);
 
-/* Borrows all but the settings. */
+/* Borrows all but the settings. AD_BAD_ARGUMENT: there is no step. */
 ad_status physics_loss_create(const scene *open, const int modes[4], const excite_rollouts *motions,
                               const decoupled *m, const physics_loss_settings *settings,
                               ad_pool *pool, physics_loss **result, ad_error *error);
 void physics_loss_free(physics_loss *x); /* NULL is fine */
 
-/* The batch and the times of a step of training follow from the seed and its number. */
+/* The batch and the times of a step of training follow from the seed and its number; without
+ * batches it is the same function in every step. */
 void physics_loss_draw(physics_loss *x, int64_t step);
 
 /* An optim_objective of the parameters [decoupled_parameters]; the same bits for any number of

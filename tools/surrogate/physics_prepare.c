@@ -1,9 +1,10 @@
-/* Centers, scales, and parameters to begin with. */
-#include "tools/surrogate/physics_loss.h"
+/* Centers, scales, parameters to begin with; the equations of the reduced rod in these. */
+#include "tools/surrogate/physics_internal.h"
 
 #include "nn/rng.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 typedef struct parts {
@@ -95,4 +96,103 @@ void physics_prepare(const scene *open, const excite_rollouts *motions, uint64_t
     memset(numbers, 0, decoupled_numbers(m) * sizeof *numbers);
     find_scales(open, motions, m, &x);
     draw_parameters(m, seed, x.network);
+}
+
+/* ---- equations ----------------------------------------------------------------------------- */
+
+physics physics_of(const decoupled *m, const excite_rollouts *motions)
+{
+    const size_t n = (size_t)m->states, inputs = (size_t)m->inputs;
+    const double *center = m->numbers;
+    return (physics){.m = m,
+                     .motions = motions,
+                     .center = center,
+                     .scale = center + n,
+                     .input_center = center + 2 * n,
+                     .input_scale = center + 2 * n + inputs};
+}
+
+size_t physics_given(const decoupled *m)
+{
+    return (size_t)m->states + (size_t)decoupled_given(m);
+}
+
+ad_status physics_workers_create(const scene *open, const int modes[4], const decoupled *m,
+                                 int threads, size_t more, physics_worker **result, ad_error *error)
+{
+    const size_t n = (size_t)m->states, given = physics_given(m);
+    reduced_settings settings = {.count = 0};
+    physics_worker *workers = calloc((size_t)threads, sizeof *workers);
+    ad_status status =
+        workers ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a rod's equations");
+    memcpy(settings.modes, modes, sizeof settings.modes);
+    for (int i = 0; i < threads && status == AD_OK; i++) {
+        physics_worker *w = &workers[i];
+        w->given = calloc(given + n + SCENE_PARAMETERS_MAX + n * n + more, sizeof *w->given);
+        if (!w->given) {
+            status = ad_fail(error, AD_NO_MEMORY, "out of memory for a rod's equations");
+            break;
+        }
+        w->state = w->given + given;
+        w->input = w->state + n;
+        w->jacobian = w->input + SCENE_PARAMETERS_MAX;
+        w->own = w->jacobian + n * n;
+        status = reduced_create(open, &settings, &w->rod, error);
+    }
+    *result = workers;
+    return status;
+}
+
+void physics_workers_free(int threads, physics_worker *workers)
+{
+    for (int i = 0; i < threads && workers; i++) {
+        reduced_free(workers[i].rod);
+        free(workers[i].given);
+    }
+    free(workers);
+}
+
+void physics_take(const physics *x, int i, int k, physics_worker *w)
+{
+    const int n = x->m->states, inputs = x->m->inputs;
+    const size_t row = (size_t)i * (size_t)(x->motions->steps + 1) + (size_t)k;
+    const double *state = x->motions->state + row * (size_t)n;
+    const double *input = x->motions->input + row * (size_t)inputs; /* the next row: end */
+    for (int j = 0; j < n; j++) {
+        w->given[j] = (state[j] - x->center[j]) / x->scale[j];
+    }
+    for (int j = 0; j < decoupled_given(x->m); j++) {
+        w->given[n + j] = (input[j] - x->input_center[j % inputs]) / x->input_scale[j % inputs];
+    }
+}
+
+bool physics_rate(const physics *x, physics_worker *w, double t, const double *z, double *rate,
+                  double *by_z)
+{
+    const decoupled *m = x->m;
+    const int n = m->states, inputs = m->inputs;
+    const double *v = w->given + n;
+    ad_error error;
+    for (int j = 0; j < n; j++) {
+        w->state[j] = x->center[j] + x->scale[j] * z[j];
+        if (!(fabs(z[j]) < 1e6)) {
+            return false;
+        }
+    }
+    for (int k = 0; k < inputs; k++) {
+        const double now = v[k] + (m->ramps ? t * (v[inputs + k] - v[k]) : 0);
+        w->input[k] = x->input_center[k] + x->input_scale[k] * now;
+    }
+    if (reduced_rate(w->rod, 0, w->state, w->input, rate, by_z ? w->jacobian : NULL, NULL,
+                     &error) != AD_OK) {
+        return false;
+    }
+    for (int r = 0; r < n; r++) {
+        const double h = m->step / x->scale[r];
+        rate[r] *= h;
+        for (int c = 0; c < n && by_z; c++) {
+            by_z[r * n + c] = h * w->jacobian[r * n + c] * x->scale[c];
+        }
+    }
+    return true;
 }

@@ -18,13 +18,7 @@ const char *const *surrogate_kind_names(void)
 
 surrogate_settings surrogate_settings_default(void)
 {
-    return (surrogate_settings){.step = NAN,
-                                .tolerance = 5e-3,
-                                .solved = 20000,
-                                .terms = 4,
-                                .ahead = 1,
-                                .physics = NAN,
-                                .data = NAN};
+    return (surrogate_settings){.step = NAN, .tolerance = 5e-3, .solved = 20000, .terms = 4};
 }
 
 bool surrogate_is_given(const surrogate_settings *settings)
@@ -123,35 +117,6 @@ static ad_status resolve_names(surrogate_settings *x, const scene *of, char key[
     return status;
 }
 
-/* Weights of the loss that are open: the equations alone. */
-static ad_status resolve_loss(surrogate_settings *x, char key[TRAIN_KEY_MAX], ad_error *error)
-{
-    if (x->weights == SURROGATE_PLAIN && x->kind != SURROGATE_DDPINN) {
-        return refuse(key, "surrogate.weights", error,
-                      "is plain, of surrogate.kind: ddpinn alone; leave it out");
-    }
-    const bool polynomial = x->kind == SURROGATE_POLYNOMIAL;
-    if (x->kind != SURROGATE_DDPINN && !polynomial) {
-        return isnan(x->physics) && isnan(x->data)
-                   ? AD_OK
-                   : refuse(key, isnan(x->data) ? "surrogate.physics" : "surrogate.data", error,
-                            "is of the kinds that are curves in time; flow and linear are "
-                            "regressions on solved steps; leave it out");
-    }
-    x->physics = isnan(x->physics) ? 1 : x->physics;
-    x->data = isnan(x->data) ? 0 : x->data;
-    if (polynomial && (x->physics == 0 || x->ahead > 1)) {
-        return refuse(key, x->ahead > 1 ? "surrogate.ahead" : "surrogate.physics", error,
-                      x->ahead > 1
-                          ? "is of damped sines; polynomials follow one step; leave it out"
-                          : "is 0, but nodes of polynomials have no solved steps; allowed: "
-                            "above 0, or surrogate.kind: flow");
-    }
-    return x->physics + x->data > 0 ? AD_OK
-                                    : refuse(key, "surrogate.data", error,
-                                             "and surrogate.physics are 0; allowed: one above 0");
-}
-
 /* Of polynomials, with three nodes in place of an end. */
 enum { NODES_STEPS = 2000 };
 
@@ -241,7 +206,6 @@ ad_status surrogate_settings_resolve(surrogate_settings *x, train_settings *trai
     train_close_stage(&training->stages[0], usual_stage(x));
     ad_status status = check_scene(rod_scene, key, error);
     status = status == AD_OK ? resolve_names(x, rod_scene, key, error) : status;
-    status = status == AD_OK ? resolve_loss(x, key, error) : status;
     status = status == AD_OK ? check_training(x, training, key, error) : status;
     if (status != AD_OK) {
         return status;

@@ -14,23 +14,17 @@ extern "C" {
     X(SURROGATE_FLOW, "flow")     /* linear map + network, regression on solved steps */           \
     X(SURROGATE_LINEAR, "linear") /* the linear map alone */                                       \
     /* curves in time, learned from the rod's equations: tools/surrogate/decoupled.h, */           \
-    X(SURROGATE_DDPINN, "ddpinn")         /* damped sines */                                       \
+    X(SURROGATE_DDPINN, "ddpinn")         /* damped sines, as published */                         \
     X(SURROGATE_POLYNOMIAL, "polynomial") /* a learned method of Radau: surrogate_curve.h */
 #define SURROGATE_HOLD_LIST(X)                                                                     \
     X(SURROGATE_CONSTANT, "constant") /* inputs stay while a step lasts */                         \
     X(SURROGATE_RAMP, "linear")       /* go linearly to those of its end */
-
-/* What counts of the residuals of ddpinn. */
-#define SURROGATE_WEIGHTS_LIST(X)                                                                  \
-    X(SURROGATE_TIP, "tip")     /* the errors that they leave, by what these do to the tip */      \
-    X(SURROGATE_PLAIN, "plain") /* each number alike, on the motions alone: as published */
 
 #define SURROGATE_ENUM(name, text) name,
 typedef enum surrogate_kind_id {
     SURROGATE_KIND_LIST(SURROGATE_ENUM) SURROGATE_KIND_COUNT
 } surrogate_kind_id;
 typedef enum surrogate_hold { SURROGATE_HOLD_LIST(SURROGATE_ENUM) } surrogate_hold;
-typedef enum surrogate_weighing { SURROGATE_WEIGHTS_LIST(SURROGATE_ENUM) } surrogate_weighing;
 #undef SURROGATE_ENUM
 const char *const *surrogate_kind_names(void);
 
@@ -45,10 +39,7 @@ typedef struct surrogate_settings {
     const char *inputs[SCENE_PARAMETERS_MAX];     /* actuated; none: all that are no parameters */
     const char *parameters[SCENE_PARAMETERS_MAX]; /* slow ones, which stay for a rollout */
     int solved;                                   /* steps to learn from */
-    surrogate_weighing weights;
-    int terms;            /* of curves: damped sines for each state, */
-    int ahead;            /* and steps in a row that an error is followed */
-    double physics, data; /* weights of the equations and of solved steps; NaN: open */
+    int terms;                                    /* of ddpinn: damped sines for each state */
 } surrogate_settings;
 
 surrogate_settings surrogate_settings_default(void);

@@ -9,10 +9,6 @@
 /* Beginnings in an evaluation of Adam, and of methods that need the same function again. */
 enum { BATCH = 128, WHOLE = 4000, HELD = 500 };
 
-/* Off the motions, of what is usual there: nothing but the network brings a curve beside the state
- * back to them. */
-static const double SCATTER = 0.3;
-
 static ad_status make_loss(surrogate_training *t, const excite_rollouts *motions,
                            const physics_loss_settings *settings, physics_loss **loss,
                            ad_error *error)
@@ -26,16 +22,7 @@ ad_status surrogate_make_physics(surrogate_training *t, ad_error *error)
 {
     const optim_method method = t->training->stages[t->info.stage].optimizer;
     const bool batches = method == OPTIM_ADAM || method == OPTIM_SOAP;
-    physics_loss_settings settings = {.physics = t->settings->physics,
-                                      .data = t->settings->data,
-                                      .rates = t->settings->weights == SURROGATE_PLAIN,
-                                      .tip = t->settings->weights == SURROGATE_TIP,
-                                      .ahead = t->settings->ahead,
-                                      .most = HELD,
-                                      .seed = t->training->seed};
-    if (settings.tip && settings.data == 0 && settings.ahead == 1) {
-        settings.scatter = SCATTER;
-    }
+    physics_loss_settings settings = {.most = HELD, .seed = t->training->seed};
     ad_status status = make_loss(t, &t->held_motions, &settings, &t->held_loss, error);
     settings.batch = batches ? BATCH : 0;
     settings.most = batches ? 0 : WHOLE;

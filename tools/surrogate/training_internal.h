@@ -39,7 +39,7 @@ ad_status surrogate_training_make_optimizer(surrogate_training *t, ad_error *err
 excite_settings surrogate_excitation(const surrogate_training *t, int steps, int first, int count);
 
 /* training_nodes.c. Node values of the steps behind `from`, which are of these motions: at the end
- * in place of the solved state, or mixed with it. Steps without are left out. */
+ * in place of the solved state. Steps without are left out. */
 ad_status surrogate_add_nodes(surrogate_training *t, const excite_rollouts *motions, size_t from,
                               surrogate_steps *steps, ad_error *error);
 /* Models of the other nodes beside that of the end, which is known but for its network. */

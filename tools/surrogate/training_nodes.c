@@ -34,7 +34,6 @@ ad_status surrogate_add_nodes(surrogate_training *t, const excite_rollouts *moti
 {
     const size_t n = (size_t)motions->states, each = DECOUPLED_NODES * n;
     const size_t rows = (size_t)motions->count * (size_t)motions->steps;
-    const double data = t->settings->data / (t->settings->data + t->settings->physics);
     size_t to = from;
     ad_status status = t->scales ? AD_OK : find_scales(t, motions, error);
     double *nodes = malloc((rows + 1) * each * sizeof *nodes);
@@ -58,10 +57,7 @@ ad_status surrogate_add_nodes(surrogate_training *t, const excite_rollouts *moti
                 continue;
             }
             move(&t->curve, steps, from, to);
-            for (size_t j = 0; j < n; j++) {
-                double *end = steps->next + to * n + j;
-                *end = data * *end + (1 - data) * of[SURROGATE_INNER * n + j];
-            }
+            memcpy(steps->next + to * n, of + SURROGATE_INNER * n, n * sizeof *of);
             for (int s = 0; s < SURROGATE_INNER; s++) {
                 memcpy(steps->inner[s] + to * n, of + (size_t)s * n, n * sizeof *of);
             }
