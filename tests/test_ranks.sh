@@ -191,14 +191,4 @@ run 2 timeout 120 mpirun "${over[@]}" -n 1 cpinn-train measured.yaml --out other
 said stderr.txt "'--nonsense' there"
 run 3 timeout 120 mpirun "${over[@]}" -n 1 "${others[@]}" --threads 1 : -n 1 "${others[@]}" --threads=2
 
-# What each would do, also of a program that is started alone: as many rows as ranks may be.
-run 0 by 3 "${moving[@]}" --explain
-cp stdout.txt three.txt
-run 0 "${moving[@]}" --explain
-for n in 1 2 4 1024; do
-    check "a row of $n ranks" -- grep -qE "^ +$n +[1-9][0-9]* .* [0-9]+ %" stdout.txt
-    check "a row of $n ranks" -- grep -qE "^ +$n +[1-9][0-9]* .* [0-9]+ %" three.txt
-done
-check a row of the ranks there are -- grep -qE '^ +3 +[1-9]' three.txt
-
 finish
