@@ -31,8 +31,8 @@ void physics_prepare(const scene *open, const excite_rollouts *motions, uint64_t
                      const decoupled *m, double *numbers);
 
 /* Node values nodes [count][steps][DECOUPLED_NODES][states] of the steps of motions, by the
- * equations of the rod alone: one step of Radau's method of order 5, by Newton's method from states
- * that stay; not a number where that finds none. Of m only the scales are asked. */
+ * equations of the rod alone. They are those of one step of Radau's method of order 5, found by
+ * Newton's method; not a number where that fails. Of m only the scales are used. */
 ad_status physics_collocate(const scene *open, const int modes[4], const excite_rollouts *motions,
                             const decoupled *m, ad_pool *pool, double *nodes, ad_error *error);
 
