@@ -347,64 +347,71 @@ static const refusal refusals[] = {
      "maximum_line_evaluations, maximum_step, gradient_tolerance, function_tolerance, "
      "step_tolerance, curvature_threshold, linear_algebra, scaling, initial_damping, "
      "maximum_damping, damping_increase, damping_decrease, targets, stop"},
-    {BASE, "rod.length", "--set rod.length: allowed: key=value, the key as in rod.length"},
-    {BASE, "=5", "--set =5: allowed: key=value, the key as in rod.length"},
-    {BASE, "rod.lenght=5", "--set rod.lenght=5: rod.lenght: unknown key; did you mean rod.length?"},
-    {BASE, "rod.length=", "--set rod.length=: is empty; allowed: key=value"},
+    {BASE, "rod.length", "override rod.length: allowed: key=value, the key as in rod.length"},
+    {BASE, "=5", "override =5: allowed: key=value, the key as in rod.length"},
+    {BASE, "rod.lenght=5",
+     "override rod.lenght=5: rod.lenght: unknown key; did you mean rod.length?"},
+    {BASE, "rod.length=", "override rod.length=: is empty; allowed: key=value"},
     {BASE, "rod.length=-5",
-     "--set rod.length=-5: rod.length: is -5, which is out of range; allowed: a number or a "
+     "override rod.length=-5: rod.length: is -5, which is out of range; allowed: a number or a "
      "formula > 0, in m"},
     {BASE, "rod.length=[1",
-     "--set rod.length=[1: not valid YAML: did not find expected ',' or ']' while parsing a flow "
+     "override rod.length=[1: not valid YAML: did not find expected ',' or ']' while parsing a "
+     "flow "
      "sequence"},
     {BASE, "rod={length: x}",
-     "--set rod={length: x}: rod.length: column 1 of 'x': unknown name 'x'; allowed are s, t, "
+     "override rod={length: x}: rod.length: column 1 of 'x': unknown name 'x'; allowed are s, t, "
      "pi, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, tanh, exp, log, sqrt, abs, min, "
      "max, step, where, within"},
     {BASE, "rod={lenght: 2}",
-     "--set rod={lenght: 2}: rod.lenght: unknown key; did you mean rod.length?"},
+     "override rod={lenght: 2}: rod.lenght: unknown key; did you mean rod.length?"},
     {BASE, "network.hidden=[64,-1]",
-     "--set network.hidden=[64,-1]: network.hidden[1]: is -1, which is out of range; allowed: a "
+     "override network.hidden=[64,-1]: network.hidden[1]: is -1, which is out of range; allowed: a "
      "whole number 1 to 4096"},
     {BASE, "network.hidden[1]=3",
-     "--set network.hidden[1]=3: network.hidden: the list is not given; set all of it"},
+     "override network.hidden[1]=3: network.hidden: the list is not given; set all of it"},
     {BASE "network: {hidden: [32, 32]}\n", "network.hidden[1]=0",
-     "--set network.hidden[1]=0: network.hidden[1]: is 0, which is out of range; allowed: a whole "
+     "override network.hidden[1]=0: network.hidden[1]: is 0, which is out of range; allowed: a "
+     "whole "
      "number 1 to 4096"},
     {BASE "network: {hidden: [32, 32]}\n", "network.hidden[7]=3",
-     "--set network.hidden[7]=3: network.hidden: the list is shorter; entries count from 0"},
+     "override network.hidden[7]=3: network.hidden: the list is shorter; entries count from 0"},
     {BASE, "training.stages[5].steps=3",
-     "--set training.stages[5].steps=3: training.stages[5].steps: no such stage; allowed: 0 to 0"},
+     "override training.stages[5].steps=3: training.stages[5].steps: no such stage; allowed: 0 to "
+     "0"},
     {BASE, "training.stages[0].steps=x",
-     "--set training.stages[0].steps=x: training.stages[0].steps: is x, which is not a number; "
+     "override training.stages[0].steps=x: training.stages[0].steps: is x, which is not a number; "
      "allowed: a whole number 1 to 1000000000"},
     {BASE, "training.stages[].steps=1",
-     "--set training.stages[].steps=1: training.stages[].steps: needs an index, as in "
+     "override training.stages[].steps=1: training.stages[].steps: needs an index, as in "
      "training.stages[0].steps"},
     {BASE, "loads.tip.force[2]=1",
-     "--set loads.tip.force[2]=1: loads.tip.force: the list is not given; set all of it"},
+     "override loads.tip.force[2]=1: loads.tip.force: the list is not given; set all of it"},
     {BASE, "loads.tip.force=[0,0]",
-     "--set loads.tip.force=[0,0]: loads.tip.force: has 2 entries; allowed: a list of 3 numbers or "
+     "override loads.tip.force=[0,0]: loads.tip.force: has 2 entries; allowed: a list of 3 numbers "
+     "or "
      "formulas, in N"},
     {BASE, "time.duration=1",
      "scene.yaml:2:3: rod.inertia.mass_per_length: missing; a dynamic scene needs the rod's mass"},
     {BASE, "rod.length[0]=2",
-     "--set rod.length[0]=2: rod.length[0]: unknown key; did you mean rod.length?"},
+     "override rod.length[0]=2: rod.length[0]: unknown key; did you mean rod.length?"},
     {BASE, "reference.analytic=elastica",
-     "--set reference.analytic=elastica: reference.analytic: needs a clamped start and a loaded "
+     "override reference.analytic=elastica: reference.analytic: needs a clamped start and a loaded "
      "end"},
     {BASE "training: {stages: [{optimizer: lbfgs}]}\n", "training.stages[0].memory=0",
-     "--set training.stages[0].memory=0: training.stages[0].memory: is 0, which is out of range; "
+     "override training.stages[0].memory=0: training.stages[0].memory: is 0, which is out of "
+     "range; "
      "allowed: a whole number 1 to 1000"},
     {BASE, "network.hidden=null null",
-     "--set network.hidden=null null: network.hidden: is null null; allowed: a list of 0 to 16 "
+     "override network.hidden=null null: network.hidden: is null null; allowed: a list of 0 to 16 "
      "whole numbers 1 to 4096"},
-    {BASE, "a.b=1", "--set a.b=1: a.b: unknown key; --help lists all keys"},
+    {BASE, "a.b=1", "override a.b=1: a.b: unknown key; no section has that name"},
     {BASE, "training.stages=[{optimizer: lbfgs}, {steps: 3}]",
-     "--set training.stages=[{optimizer: lbfgs}, {steps: 3}]: training.stages[1].optimizer: "
+     "override training.stages=[{optimizer: lbfgs}, {steps: 3}]: training.stages[1].optimizer: "
      "missing; allowed: one of adam, lbfgs, gauss_newton, ssbroyden, soap"},
     {BASE, "loads.tip.force=[0, 0, sin(]",
-     "--set loads.tip.force=[0, 0, sin(]: loads.tip.force[2]: column 5 of 'sin(': the formula ends "
+     "override loads.tip.force=[0, 0, sin(]: loads.tip.force[2]: column 5 of 'sin(': the formula "
+     "ends "
      "where a number, a name or ( is expected"},
 };
 

@@ -44,10 +44,11 @@ static const refusal list_refusals[] = {
      "{length: 1}, {length: 1}, {length: 1}, {length: 1}, {length: 1}, {length: 1}, {length: 1}]\n",
      NULL, "scene.yaml:4:11: segments: is too long; allowed: a list of 0 to 12 segments"},
     {BASE, "segments[0].length=1",
-     "--set segments[0].length=1: segments[0].length: no such segment, the list is empty; give all "
+     "override segments[0].length=1: segments[0].length: no such segment, the list is empty; give "
+     "all "
      "of segments"},
     {BASE "segments: [{length: 1}]\n", "segments[1].length=1",
-     "--set segments[1].length=1: segments[1].length: no such segment; allowed: 0 to 0"},
+     "override segments[1].length=1: segments[1].length: no such segment; allowed: 0 to 0"},
     {BASE "segments: [{length: 1, radius: 3}]\n", NULL,
      "scene.yaml:4:24: segments[0].radius: unknown key; did you mean segments[0].section.radius?"},
     {BASE "segments: [{length: 1, stiffness: {axial: 0}}]\n", NULL,
@@ -89,7 +90,8 @@ static const refusal list_refusals[] = {
     {BASE "loads: {points: 5}\n", NULL,
      "scene.yaml:4:17: loads.points: is not a list; allowed: a list of 0 to 16 points"},
     {BASE "loads: {points: [{at: 0.5, force: [0, 1, 1]}]}\n", "loads.points[0].force[3]=1",
-     "--set loads.points[0].force[3]=1: loads.points[0].force: the list is shorter; entries count "
+     "override loads.points[0].force[3]=1: loads.points[0].force: the list is shorter; entries "
+     "count "
      "from 0"},
     {BASE "bodies: [{at: 1.5, mass: 1}]\n", NULL,
      "scene.yaml:4:15: bodies[0].at: lies beyond the rod; allowed: 0 to its length"},

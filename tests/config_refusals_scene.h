@@ -112,14 +112,16 @@ static const refusal scene_refusals[] = {
      "scene.yaml:5:21: rod.rest.curvature: the unstressed shape winds too much, or bends too "
      "suddenly, to start from; give initial.position and initial.rotation"},
     {DYNAMIC, "rod.rest.imperfection=[0, 1, 0]",
-     "--set rod.rest.imperfection=[0, 1, 0]: rod.rest.imperfection: goes as the loads of a static "
+     "override rod.rest.imperfection=[0, 1, 0]: rod.rest.imperfection: goes as the loads of a "
+     "static "
      "scene grow, but this one moves or is manufactured; leave it out, or give rod.rest.curvature"},
     {BASE "network: {hidden: [8]}\n", "rod.rest.imperfection=[0, 1, 0]",
-     "--set rod.rest.imperfection=[0, 1, 0]: rod.rest.imperfection: goes as the loads grow, which "
+     "override rod.rest.imperfection=[0, 1, 0]: rod.rest.imperfection: goes as the loads grow, "
+     "which "
      "they do only for a network without hidden layers and gauss_newton; leave out network.hidden "
      "and training.stages, or this"},
     {BASE, "rod.rest.imperfection=[t, 0, 0]",
-     "--set rod.rest.imperfection=[t, 0, 0]: rod.rest.imperfection: depends on t, but it "
+     "override rod.rest.imperfection=[t, 0, 0]: rod.rest.imperfection: depends on t, but it "
      "may not change with time; allowed: a formula of s"},
     {"rod:\n"
      "  length: 1\n"
@@ -289,10 +291,11 @@ static const refusal scene_refusals[] = {
      "scene.yaml:4:17: time.windows: windows divide the duration, but the scene is static; give "
      "time.duration, or leave it out"},
     {DYNAMIC "enforcement: {initial: soft}\n", "time.windows=2",
-     "--set time.windows=2: time.windows: every window starts exactly where the one before ends, "
+     "override time.windows=2: time.windows: every window starts exactly where the one before "
+     "ends, "
      "but the initial state is soft; take enforcement.initial hard, or 1 window"},
     {DYNAMIC, "time.windows=1025",
-     "--set time.windows=1025: time.windows: is 1025, which is out of range; allowed: a whole "
+     "override time.windows=1025: time.windows: is 1025, which is out of range; allowed: a whole "
      "number 1 to 1024"},
     {BASE "losses: {causal: {slices: 4}}\n", NULL,
      "scene.yaml:4:27: losses.causal.slices: causal weighting follows time, but the scene is "
@@ -417,32 +420,37 @@ static const refusal scene_refusals[] = {
                "loads: {tip: {force: [0, 0, 0]}}\n",
      NULL, "scene.yaml:5:23: reference.analytic: needs a tip force that is not zero"},
     {BASE, "rod.length=1e-300",
-     "--set rod.length=1e-300: rod.length: the rod's length is 1e-300 m, beyond what can be "
+     "override rod.length=1e-300: rod.length: the rod's length is 1e-300 m, beyond what can be "
      "computed with; allowed: 1e-30 to 1e+30"},
     {BASE, "rod.stiffness.bending=[1e100, 1e100]",
-     "--set rod.stiffness.bending=[1e100, 1e100]: rod.stiffness.bending: the rod's bending "
+     "override rod.stiffness.bending=[1e100, 1e100]: rod.stiffness.bending: the rod's bending "
      "stiffness is 1e+100 N m^2, beyond what can be computed with; allowed: 1e-60 to 1e+60"},
     {BASE, "rod.stiffness.torsion=1e-20",
-     "--set rod.stiffness.torsion=1e-20: rod.stiffness.torsion: G J/EI is 1e-20, beyond what can "
+     "override rod.stiffness.torsion=1e-20: rod.stiffness.torsion: G J/EI is 1e-20, beyond what "
+     "can "
      "be computed with; allowed: 1e-12 to 1e+30"},
     {BASE, "loads.tip.force=[1e20, 0, 0]",
-     "--set loads.tip.force=[1e20, 0, 0]: loads.tip.force: F L^2/EI is 1e+20, beyond what can be "
+     "override loads.tip.force=[1e20, 0, 0]: loads.tip.force: F L^2/EI is 1e+20, beyond what can "
+     "be "
      "computed with; allowed: 0 to 1e+12"},
     {DYNAMIC, "loads.quadratic_drag=1e300",
-     "--set loads.quadratic_drag=1e300: loads.quadratic_drag: damping of the first bending mode is "
+     "override loads.quadratic_drag=1e300: loads.quadratic_drag: damping of the first bending mode "
+     "is "
      "5e+299, beyond what can be computed with; allowed: 0 to 1e+12"},
     {DYNAMIC, "time.duration=1e-20",
-     "--set time.duration=1e-20: time.duration: the rod's motion is 1e-20 L^2 (rhoA/EI)^(1/2) "
+     "override time.duration=1e-20: time.duration: the rod's motion is 1e-20 L^2 (rhoA/EI)^(1/2) "
      "long, beyond what can be computed with; allowed: 1e-12 to 1e+12"},
     {DYNAMIC, "time.duration=1000",
-     "--set time.duration=1000: time.duration: would take 6e+03 windows of 1/11 of a period "
+     "override time.duration=1000: time.duration: would take 6e+03 windows of 1/11 of a period "
      "of the first bending mode; allowed: up to 1024, here 171 s, or longer windows, given by "
      "time.windows"},
     {BASE, "network.fourier.wavenumber=1e9",
-     "--set network.fourier.wavenumber=1e9: network.fourier.wavenumber: is 5e+08 radians in half "
+     "override network.fourier.wavenumber=1e9: network.fourier.wavenumber: is 5e+08 radians in "
+     "half "
      "the length, more than points can resolve; allowed: up to 100000"},
     {BASE, "losses.interior.weights.strain=1e20",
-     "--set losses.interior.weights.strain=1e20: losses.interior.weights.strain: is 1e20, which is "
+     "override losses.interior.weights.strain=1e20: losses.interior.weights.strain: is 1e20, which "
+     "is "
      "out of range; allowed: a finite number 0 to 1000000000000"},
     {BASE "motion: planar\n"
           "loads: {tip: {force: [1, 1, 0]}}\n",

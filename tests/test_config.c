@@ -94,14 +94,14 @@ static void test_every_key(void **state)
         bool one = key->type == CONFIG_QUANTITY && key->entries_max == 0; /* may be identified */
         bool section = key->type == CONFIG_PARAMETER || one;              /* which is one */
         snprintf(override, sizeof override, "%s=%s", path, section ? "[1]" : "{a: b}");
-        snprintf(start, sizeof start, "--set %s: %s: is a %s; allowed: ", override, path,
+        snprintf(start, sizeof start, "override %s: %s: is a %s; allowed: ", override, path,
                  section ? "list" : "section");
         assert_int_equal(config_read("scene.yaml", BASE, count, given, &experiment, &error),
                          AD_BAD_INPUT);
         assert_memory_equal(error.message, start, strlen(start));
         if (key->type <= CONFIG_LONG && isfinite(key->low) && key->entries_max == 0) {
             snprintf(override, sizeof override, "%s=%.17g", path, key->low - 1);
-            snprintf(start, sizeof start, "--set %s: %s: is ", override, path);
+            snprintf(start, sizeof start, "override %s: %s: is ", override, path);
             assert_int_equal(config_read("scene.yaml", BASE, count, given, &experiment, &error),
                              AD_BAD_INPUT);
             assert_memory_equal(error.message, start, strlen(start));

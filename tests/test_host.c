@@ -151,7 +151,7 @@ static void use_everything(char *results, size_t room)
     static const char *const scenes[] = {ELASTICA, MOTION};
     for (int i = 0; i < 2; i++) {
         cpinn_solution *solved;
-        GOOD(cpinn_solve_file(scenes[i], 0, NULL, 0, 2, t, &solved, &error));
+        GOOD(cpinn_solve_file(scenes[i], 0, NULL, NULL, 2, t, &solved, &error));
         GOOD(cpinn_solution_evaluate(solved, 2, s, t, values, &error));
         fprintf(file, "%a %a\n", values[1], cpinn_solution_estimate(solved));
         cpinn_solution_free(solved);

@@ -153,22 +153,22 @@ static void test_refusals(void **state)
         {FAMILY, "loads.tip.force=[0, 0, sqrt(abs(pull-0.7)-0.1)*stiff]",
          " members looked at are refused"},
         {FAMILY, "parameters.pul=3",
-         "--set parameters.pul=3: parameters.pul: no formula of the scene uses it"},
+         "override parameters.pul=3: parameters.pul: no formula of the scene uses it"},
         {FAMILY, "parameters.pull=-s", "depends on s"},
         {"parameters: 3\n" ROD, NULL, "scene.yaml:1:13: parameters: is a single value"},
         {"parametres: {a: 1}\n" ROD, NULL, "parametres: unknown key; did you mean parameters?"},
         {LOADED, "parameters.load=null",
          "parameters.twice: column 3 of '2*load': unknown name 'load'"},
         {LOADED, "loads.tip.force[2]=-laod",
-         "--set loads.tip.force[2]=-laod: loads.tip.force[2]: column 2 of '-laod': unknown name "
+         "override loads.tip.force[2]=-laod: loads.tip.force[2]: column 2 of '-laod': unknown name "
          "'laod'; did you mean load? allowed are s, t, load, twice, ramp, pi, sin"},
         {LOADED, "rod.length=ramp",
-         "--set rod.length=ramp: rod.length: depends on s or t; allowed: one number"},
+         "override rod.length=ramp: rod.length: depends on s or t; allowed: one number"},
         {LOADED, "rod.length=-load",
-         "--set rod.length=-load: rod.length: is the formula of a number -0.3, which is out of "
+         "override rod.length=-load: rod.length: is the formula of a number -0.3, which is out of "
          "range; allowed: a number or a formula > 0, in m"},
         {LOADED, "rod.stiffness.torsion=0.5 - s",
-         "--set rod.stiffness.torsion=0.5 - s: rod.stiffness.torsion: must be > 0; .inf locks that "
+         "override rod.stiffness.torsion=0.5 - s: rod.stiffness.torsion: must be > 0; .inf locks that "
          "strain"},
         {LOADED, "network.hidden=[load]", "network.hidden[0]: is load, which is not a number"},
     };
@@ -253,7 +253,7 @@ static void test_members(void **state)
         const char *at, *says;
     } rows[] = {
         {NULL, "scene.yaml:1:13: parameters: the scene is a family, of which one member is wanted: "
-               "values are missing of pull, stiff; give them by --at or --set"},
+               "values are missing of pull, stiff; give a number for each"},
         {"stiff=1", "values are missing of pull"},
         {"pull=1,stiff=4", "stiff = 4 is outside its range; allowed: 0.5 to 2"},
         {"pul=1", "pul is no parameter with a range; allowed: pull, stiff"},

@@ -234,8 +234,8 @@ refused 'two.lines' cpinn-solve "$elastica" --set $'two\nlines=1'
 echo data >file
 refused 'file: .*' cpinn-train "$elastica" "${small[@]}" --out file
 refused 'file/run: .*' cpinn-train "$elastica" "${small[@]}" --out file/run
-refused '--out: a path of 0 bytes' cpinn-train "$elastica" "${small[@]}" --out ''
-refused '--out: a path of 5000 bytes' cpinn-train "$elastica" "${small[@]}" \
+refused 'the folder of the run: a path of 0 bytes' cpinn-train "$elastica" "${small[@]}" --out ''
+refused 'the folder of the run: a path of 5000 bytes' cpinn-train "$elastica" "${small[@]}" \
     --out "$(printf '%05000d' 0)"
 refused 'no_run.*checkpoint.h5' cpinn-train "$elastica" "${small[@]}" --out no_run --resume
 check the file in the way is still there -- test "$(cat file)" = data

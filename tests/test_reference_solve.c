@@ -453,7 +453,7 @@ static void test_refused(void **state)
         "reference: solve\n";
     assert_refused(squeezed, NULL, "rod.yaml:3:12: reference.solve: solving stops at 0.9");
     assert_refused(squeezed, "reference.solve=1e-3",
-                   "--set reference.solve=1e-3: reference.solve: solving stops at 0.9");
+                   "override reference.solve=1e-3: reference.solve: solving stops at 0.9");
 }
 
 /* The estimate is over the deflection, here an eighth of the length, those of errors over the

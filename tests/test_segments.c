@@ -222,16 +222,16 @@ static void test_table_refusals(void **state)
          "scene.yaml:4:16: loads.force: goes beyond the rows of its table somewhere along the rod "
          "or in time; give a table that covers them"},
         {"[{name: wind}]",
-         "--set tables=[{name: wind}]: tables[0]: has no numbers; give file, or x and y"},
-        {"[{x: [0, 1], y: [1, 2]}]", "--set tables=[{x: [0, 1], y: [1, 2]}]: tables[0]: has no "
+         "override tables=[{name: wind}]: tables[0]: has no numbers; give file, or x and y"},
+        {"[{x: [0, 1], y: [1, 2]}]", "override tables=[{x: [0, 1], y: [1, 2]}]: tables[0]: has no "
                                      "name; give it the one that formulas call it by"},
         {"[{name: wind, x: [0, 1], y: [1, 2, 3]}]",
-         "--set tables=[{name: wind, x: [0, 1], y: [1, 2, 3]}]: tables[0]: has 2 numbers x and 3 "
+         "override tables=[{name: wind, x: [0, 1], y: [1, 2, 3]}]: tables[0]: has 2 numbers x and 3 "
          "numbers y; allowed: as many"},
         {"[{name: wind, x: [0, 0], y: [1, 2]}]", NULL},
         {"[{name: sin, x: [0, 1], y: [1, 2]}]", NULL},
         {"[{name: wind, x: [0, 1], y: [1, 2], file: a.csv}]",
-         "--set tables=[{name: wind, x: [0, 1], y: [1, 2], file: a.csv}]: tables[0]: has a file "
+         "override tables=[{name: wind, x: [0, 1], y: [1, 2], file: a.csv}]: tables[0]: has a file "
          "and numbers; allowed: one of the two"},
         {"[{name: wind, file: no_such.csv}]", NULL},
     };

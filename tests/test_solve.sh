@@ -204,7 +204,7 @@ run 3 cpinn-solve column.yaml
 said stdout.txt '^warning \(unstable\): .* the energy falls in [12] directions?;'
 said stdout.txt '^  tip +0 0 1 m|^  tip .* (0.9999999999999|1) m'
 said stdout.txt 'unstressed'
-said stdout.txt '--perturb'
+said stdout.txt 'perturb 10'
 run 0 cpinn-solve column.yaml --perturb 10
 said stdout.txt '^  tip +-?0.79'
 for case in '0 buckled_2' '3 constant_strain'; do # to the branch that the imperfection names
@@ -213,7 +213,7 @@ for case in '0 buckled_2' '3 constant_strain'; do # to the branch that the imper
 done
 run 1 cpinn-solve column.yaml --out no.csv --set \
     'boundary.end={type: clamped, position: [0, 0, 0.6], rotation: [1, 0, 0, 0]}' --set loads.tip=null
-said stderr.txt '^cpinn-solve: .*stopped at 0\.9[0-9]* of the load.*--perturb'
+said stderr.txt '^cpinn-solve: .*stopped at 0\.9[0-9]* of the load.*perturb'
 check one line, no file, no result -- test "$(wc -l <stderr.txt)" -eq 1 -a ! -e no.csv -a ! -s stdout.txt
 
 # ---- paths ------------------------------------------------------------------------------------
@@ -255,6 +255,6 @@ refused '^cpinn-solve: --grid 5x5: allowed' cpinn-solve "$elastica" --grid 5x5 -
 refused 'x.txt: .*allowed: .csv' cpinn-solve "$elastica" --out x.txt
 refused 'none/y.csv: no file can be written there' cpinn-solve "$elastica" --out none/y.csv
 refused 'one of the two' cpinn-solve "$elastica" --nodes 9 --work-precision y.csv
-refused '--set rod.length=-1: rod.length' cpinn-solve "$elastica" --set rod.length=-1
+refused 'override rod.length=-1: rod.length' cpinn-solve "$elastica" --set rod.length=-1
 
 finish

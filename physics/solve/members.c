@@ -2,6 +2,7 @@
 
 #include "physics/model.h"
 #include "physics/solve/strain_group.h"
+#include "physics/solve/strain_jacobian.h"
 #include "physics/solve/strain_newton.h"
 #include "physics/strain.h"
 
@@ -16,8 +17,10 @@ struct solve_members {
     solve_parameters parameters;
     const char **names;
     double *values;
+    double *s; /* [points], over the length */
     ad_pool *pool;
-    strain_group **groups; /* [threads] */
+    strain_group **groups;     /* [threads] */
+    strain_jacobian *jacobian; /* NULL: not asked for yet */
 };
 
 /* ---- what is known of a scene -------------------------------------------------------------- */
@@ -74,7 +77,7 @@ static ad_status create_groups(solve_members *x, const scene *one,
 {
     strain_mesh pieces;
     ad_status status = strain_mesh_of(one, STRAIN_STAGES_MIN, &pieces, error);
-    double *s = malloc((settings->points + 1) * sizeof *s);
+    double *s = x->s = malloc((settings->points + 1) * sizeof *s);
     if (status == AD_OK && !s) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", settings->points);
     }
@@ -95,7 +98,6 @@ static ad_status create_groups(solve_members *x, const scene *one,
                                            pieces.edges, (int)x->points, s, &x->groups[i], error)
                      : status;
     }
-    free(s);
     return status;
 }
 
@@ -213,6 +215,31 @@ ad_status solve_members_refine(solve_members *x, size_t members, const double *p
     return run(&of, error);
 }
 
+/* ---- derivatives --------------------------------------------------------------------------- */
+
+static ad_status create_jacobian(solve_members *x, ad_error *error)
+{
+    const size_t nodes = solve_members_nodes(x);
+    double *places = malloc(nodes * sizeof *places);
+    if (!places) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
+    }
+    memcpy(places, x->groups[0]->level[x->groups[0]->modes].s, nodes * sizeof *places);
+    ad_status status = strain_jacobian_create(&x->open, nodes, places, x->points, x->s, x->pool,
+                                              &x->jacobian, error);
+    free(places);
+    return status;
+}
+
+ad_status solve_members_jacobian(solve_members *x, size_t members, const double *parameters,
+                                 const double *curvature, double *jacobian, ad_error *error)
+{
+    ad_status status = x->jacobian ? AD_OK : create_jacobian(x, error);
+    return status == AD_OK
+               ? strain_jacobian_run(x->jacobian, members, parameters, curvature, jacobian, error)
+               : status;
+}
+
 /* ---- where curvature is given -------------------------------------------------------------- */
 
 /* Members of Kronecker's sequence by the root of x^(count + 1) = x + 1. */
@@ -298,7 +325,9 @@ void solve_members_free(solve_members *x)
         for (int i = 0; x->groups && i < x->threads; i++) {
             strain_group_free(x->groups[i]);
         }
+        strain_jacobian_free(x->jacobian);
         ad_pool_free(x->pool);
+        free(x->s);
         free(x->groups);
         free(x->names);
         free(x->values);

@@ -97,6 +97,15 @@ ad_status solve_members_curvature(solve_members *x, size_t members, const double
                                   double *values, double *curvature, solve_member *results,
                                   ad_error *error);
 
+/* jacobian [members][points][SOLVE_MEMBERS_COLUMNS][parameter_count], the derivatives of the values
+ * by the parameters at equilibria of this curvature, in SI units: exact ones of that mesh, by the
+ * tape and the implicit function theorem. Not numbers where the curvature is none, or where an
+ * equilibrium is at a fold. All of it by this process, also where there are ranks. The first call
+ * records and compiles. AD_BAD_ARGUMENT: an end that is held, springs, a foundation; AD_NO_MEMORY.
+ */
+ad_status solve_members_jacobian(solve_members *x, size_t members, const double *parameters,
+                                 const double *curvature, double *jacobian, ad_error *error);
+
 /* Why a curvature that was given is not trusted. */
 typedef enum solve_doubt {
     SOLVE_NO_DOUBT,

@@ -197,12 +197,12 @@ static void judge_load(const solve_settings *settings, const solve_report *repor
         verdict_add(result, VERDICT_LOAD_NOT_REACHED,
                     "the equilibria that continue the unstressed rod turn back at a limit point at "
                     "%.9g of the load, and none under the full load was found on their path beyond "
-                    "it; try --path, --perturb 10 or a smaller load",
+                    "it; try the option path, perturb 10 or a smaller load",
                     report->limit_load);
     } else {
         verdict_add(result, VERDICT_LOAD_NOT_REACHED,
                     "stopped at %.6g of the load: beyond it the equilibria that continue the "
-                    "unstressed rod end, turn back or need more nodes; try --perturb 10, a smaller "
+                    "unstressed rod end, turn back or need more nodes; try perturb 10, a smaller "
                     "load, or a stiffness that is not infinite",
                     report->load_fraction);
     }
@@ -243,7 +243,7 @@ static void judge_uniqueness(const scene *rod_scene, const solve_settings *setti
                     "pushed from both ends: of possibly several equilibria this one continues the "
                     "%s",
                     perturbed ? "rod as it was perturbed"
-                              : "unstressed rod; --perturb 10 looks for a buckled one");
+                              : "unstressed rod; perturb 10 looks for a buckled one");
     }
 }
 
@@ -291,13 +291,12 @@ void solution_verdict(const solution *x, const scene *rod_scene, const solve_set
                     size * 180 / PI, turn[0] / size, turn[1] / size, turn[2] / size);
     }
     const stability found = stability_of(x, rod_scene);
-    char advice[200] = "; try --perturb 10, which looks for another";
+    char advice[200] = "; try perturb 10, which looks for another";
     if (settings->branch == 0 && !isnan(report->bifurcation_load)) {
-        snprintf(
-            advice, sizeof advice,
-            "; another path crosses that of the unstressed rod at %.9g of the load: --branch 1 "
-            "follows it; try --perturb 10, which looks for another",
-            report->bifurcation_load);
+        snprintf(advice, sizeof advice,
+                 "; another path crosses that of the unstressed rod at %.9g of the load: branch 1 "
+                 "follows it; try perturb 10, which looks for another",
+                 report->bifurcation_load);
     }
     stability_judge(&found, advice, result);
     if (stability_is_lost(&found)) {

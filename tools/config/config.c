@@ -36,8 +36,8 @@ static ad_status read_override(config *experiment, const char *file, const char 
     const char *equals = strchr(override, '=');
     size_t length = equals ? (size_t)(equals - override) : 0;
     if (length == 0 || length >= sizeof path - 1) {
-        ad_fail(error, AD_BAD_INPUT, "--set %.200s: allowed: key=value, the key as in rod.length",
-                override);
+        ad_fail(error, AD_BAD_INPUT,
+                "override %.200s: allowed: key=value, the key as in rod.length", override);
         if (error) {
             config_one_line(error->message);
         }

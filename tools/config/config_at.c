@@ -21,8 +21,8 @@ ad_status config_close(config *experiment, const char *at, ad_error *error)
     }
     ad_status status = scene_member_read(count, open, false, at ? at : "", values, &reason);
     if (status != AD_OK) {
-        return config_blame(experiment->source, error, "parameters",
-                            "%s; give them by --at or --set", reason.message);
+        return config_blame(experiment->source, error, "parameters", "%s; give a number for each",
+                            reason.message);
     }
     for (int i = 0; i < count; i++) {
         which[i]->range[0] = which[i]->range[1] = which[i]->identify = NAN;

@@ -45,8 +45,8 @@ static ad_status compare(const config_key *key, const config *before, const conf
         status = ad_fail(error, AD_NO_MEMORY, "out of memory while comparing experiments");
     } else if (strcmp(old, new) != 0) {
         status = ad_fail(error, AD_BAD_INPUT,
-                         "%s: %.80s in the checkpoint, %.80s now; %s, or choose another folder "
-                         "with --out",
+                         "%s: %.80s in the checkpoint, %.80s now; %s, or choose another "
+                         "folder",
                          path, old, new, why);
     }
     free(old);
@@ -70,8 +70,8 @@ static ad_status compare_entries(const config_key *key, const config *before, co
     ad_status status = AD_OK;
     if (fields != now_fields) {
         return ad_fail(error, AD_BAD_INPUT,
-                       "%s: %d in the checkpoint, %d now; %s, or choose another folder with --out",
-                       list->path, fields, now_fields, why);
+                       "%s: %d in the checkpoint, %d now; %s, or choose another folder", list->path,
+                       fields, now_fields, why);
     }
     for (int index = 0; index < fields && status == AD_OK; index++) {
         status = compare(key, before, now, index, why, error);
@@ -112,7 +112,7 @@ static ad_status compare_ranges(const config *before, const config *now, ad_erro
     return same ? AD_OK
                 : ad_fail(error, AD_BAD_INPUT,
                           "parameters: other ranges in the checkpoint than now; a run keeps its "
-                          "scene, network and points, or choose another folder with --out");
+                          "scene, network and points, or choose another folder");
 }
 
 ad_status config_continues(const config *before, const config *now, int stage, ad_error *error)

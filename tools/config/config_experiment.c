@@ -94,7 +94,7 @@ static ad_status check_unknowns(const config *settings, ad_error *error)
                ? AD_OK
                : config_refuse(settings, key,
                                "is to be identified, but there are no measurements; give data, or "
-                               "a value by --at",
+                               "a value",
                                error);
 }
 
@@ -200,10 +200,10 @@ ad_status config_experiment_open(const char *path, int count, const char *const 
     }
     ad_status status = run_open_checkpoint(path, found, &opened, error);
     if (status == AD_OK && checkpoint_has(opened, "surrogate/numbers")) {
-        status = ad_fail(error, AD_BAD_INPUT,
-                         "%s: is of a one-step model, not of a network of a scene; cpinn-eval "
-                         "--rollouts N compares it with the solver",
-                         found);
+        status = ad_fail(
+            error, AD_BAD_INPUT,
+            "%s: is of a one-step model, which is opened as such, not as a network of a scene",
+            found);
     }
     if (status == AD_OK && checkpoint_has(opened, "physics/text")) {
         status = ad_fail(error, AD_BAD_INPUT,

@@ -72,7 +72,7 @@ static void unknown_key_text(const char *path, char *text, size_t size)
         snprintf(text, size, "unknown key; allowed in %s: %s", *pattern ? pattern : "the file",
                  siblings);
     } else {
-        snprintf(text, size, "unknown key; --help lists all keys");
+        snprintf(text, size, "unknown key; no section has that name");
     }
 }
 

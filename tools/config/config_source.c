@@ -171,7 +171,7 @@ ad_status config_blame(const config_source *source, ad_error *error, const char 
     vsnprintf(message, sizeof message, format, arguments);
     va_end(arguments);
     if (found && found->override) {
-        snprintf(where, sizeof where, "--set %.200s", found->override);
+        snprintf(where, sizeof where, "override %.200s", found->override);
     } else if (found) {
         snprintf(where, sizeof where, "%.250s:%zu:%zu", source->file, found->line, found->column);
     } else {

@@ -47,7 +47,7 @@ ad_status config_file_text(const char *path, char **text, size_t *size, ad_error
 static void where_text(const config_origin *origin, yaml_mark_t mark, char *text, size_t size)
 {
     if (origin->override) {
-        snprintf(text, size, "--set %.200s", origin->override);
+        snprintf(text, size, "override %.200s", origin->override);
     } else {
         snprintf(text, size, "%.250s:%zu:%zu", origin->file, mark.line + 1, mark.column + 1);
     }
@@ -170,7 +170,7 @@ ad_status config_document(const config_origin *origin, const char *text, size_t 
     }
     if (!yaml_document_get_root_node(document)) {
         status = ad_fail(error, AD_BAD_INPUT, "%s%s: is empty; allowed: %s",
-                         origin->override ? "--set " : "",
+                         origin->override ? "override " : "",
                          origin->override ? origin->override : origin->file,
                          origin->override ? "key=value" : "the sections of a scene file");
     } else {

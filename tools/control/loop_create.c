@@ -39,7 +39,7 @@ static ad_status create_models(control_loop *x, ad_error *error)
     if (!whole && !x->by_period.shorter) {
         return ad_fail(error, AD_BAD_INPUT,
                        "control.period: %g s, and the trained model has steps of %g s alone; "
-                       "allowed: that, --inner with a model of the period, a kind with shorter "
+                       "allowed: that, an inner model of the period, a kind with shorter "
                        "steps, or control.model: reduced",
                        x->period, x->by_period.step);
     }

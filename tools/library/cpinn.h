@@ -222,6 +222,15 @@ ad_status cpinn_family_evaluate(cpinn_family *x, const cpinn_polish *polish, siz
                                 const double *parameters, double *values, cpinn_answer *answers,
                                 ad_error *error);
 
+/* The same answers with their derivatives by the parameters, jacobian [members][points][columns]
+ * [parameters] in SI units. At rest, where the solver of members takes the scene, they are those of
+ * the equilibrium of the answer (solve_members_jacobian), also of one that is solved. They are not
+ * numbers where only solution_create finds the equilibrium. Of other scenes they are those of the
+ * network. AD_BAD_ARGUMENT: an end that is held, springs, a foundation, and as above. */
+ad_status cpinn_family_jacobian(cpinn_family *x, size_t members, const double *parameters,
+                                double *values, double *jacobian, cpinn_answer *answers,
+                                ad_error *error);
+
 /* Which row of parameters [members][parameters] cpinn_family_evaluate would refuse, and which of
  * them is to blame: false, none. */
 bool cpinn_family_refuses(const cpinn_family *x, size_t members, const double *parameters,
@@ -279,12 +288,18 @@ ad_status cpinn_family_verify(cpinn_family *x, size_t members, uint64_t seed,
 
 typedef struct cpinn_solution cpinn_solution;
 
-/* Solve what the file describes, to the estimated error `tolerance` of the position as cpinn-solve
- * --tol has it (0: its default); a motion at `times` [count] in s. AD_BAD_INPUT, AD_BAD_ARGUMENT:
- * a scene that no solver takes, AD_NO_MEMORY. */
+/* How a scene is solved; all 0 is fine, and perturbation and branch are of rods at rest. */
+typedef struct cpinn_solve_options {
+    double tolerance;    /* of the position, over the length; 0: the solver's default */
+    double perturbation; /* a force of so many EI/L^3 pushes across while the loads grow */
+    int branch;          /* leave the path of the unstressed rod at the so many-th bifurcation */
+} cpinn_solve_options;
+
+/* Solve what the file describes; a motion at `times` [count] in s. options may be NULL.
+ * AD_BAD_INPUT, AD_BAD_ARGUMENT: a scene that no solver takes, AD_NO_MEMORY. */
 ad_status cpinn_solve_file(const char *path, int count, const char *const *overrides,
-                           double tolerance, size_t time_count, const double *times,
-                           cpinn_solution **result, ad_error *error);
+                           const cpinn_solve_options *options, size_t time_count,
+                           const double *times, cpinn_solution **result, ad_error *error);
 ad_status cpinn_solve_scene(const scene *rod_scene, double tolerance, size_t time_count,
                             const double *times, cpinn_solution **result, ad_error *error);
 void cpinn_solution_free(cpinn_solution *x);
@@ -342,6 +357,116 @@ const char *cpinn_members_name(const cpinn_members *x, int parameter);
 /* As solve_members_solve. */
 ad_status cpinn_members_solve(cpinn_members *x, size_t members, const double *parameters,
                               double *values, solve_member *results, ad_error *error);
+
+/* The same with derivatives, jacobian [members][points][SOLVE_MEMBERS_COLUMNS][parameters], as
+ * solve_members_jacobian. */
+ad_status cpinn_members_jacobian(cpinn_members *x, size_t members, const double *parameters,
+                                 double *values, double *jacobian, solve_member *results,
+                                 ad_error *error);
+
+/* ---- robots in steps ---------------------------------------------------------------------------
+ */
+
+/* A robot whose state is stepped, many states at once, on several threads: a one-step model that
+ * was trained, or the reduced rod itself (physics/solve/reduced.h). Results do not depend on the
+ * number of threads nor on how many states there are. One call at a time. */
+typedef struct cpinn_stepper cpinn_stepper;
+
+/* The one-step model of a run: its folder, checkpoint.h5 or any such file. threads: 0, one per
+ * processor. AD_BAD_INPUT: the run is of another kind; AD_IO, AD_NO_MEMORY. */
+ad_status cpinn_stepper_open(const char *path, int threads, cpinn_stepper **result,
+                             ad_error *error);
+
+/* The reduced rod of a scene in motion, one step of Radau's method of `step` (s; 0: that of the
+ * scene's section surrogate). AD_BAD_INPUT: a scene that reduced_create refuses, without inputs, or
+ * with formulas of t. */
+ad_status cpinn_stepper_file(const char *path, int count, const char *const *overrides, double step,
+                             int threads, cpinn_stepper **result, ad_error *error);
+void cpinn_stepper_free(cpinn_stepper *x);
+
+int cpinn_stepper_states(const cpinn_stepper *x);
+int cpinn_stepper_inputs(const cpinn_stepper *x);
+const scene_parameter *cpinn_stepper_input(const cpinn_stepper *x, int i); /* name and range */
+bool cpinn_stepper_is_slow(const cpinn_stepper *x, int i); /* stays while the robot moves */
+double cpinn_stepper_step(const cpinn_stepper *x);         /* s */
+double cpinn_stepper_length(const cpinn_stepper *x);       /* m, of the robot */
+
+/* next [members][states] a step after states [members][states], under inputs [members][inputs] that
+ * stay, or go linearly to `after` (NULL: they stay). by_state [members][states][states], by_inputs
+ * [members][states][inputs]: derivatives, or NULL. Not numbers where there is no answer. */
+ad_status cpinn_stepper_advance(cpinn_stepper *x, size_t members, const double *states,
+                                const double *inputs, const double *after, double *next,
+                                double *by_state, double *by_inputs, ad_error *error);
+
+/* tip [members][CPINN_TIP_NUMBERS]: position (m), rotation (w, x, y, z; unit, body to world) and
+ * velocity (m/s, world) of the end of the robot. */
+enum { CPINN_TIP_NUMBERS = 10 };
+void cpinn_stepper_tip(cpinn_stepper *x, size_t members, const double *states, double *tip);
+
+/* states [members][states] at rest under inputs [members][inputs], of the reduced rod; not numbers
+ * where Newton's method finds none. */
+void cpinn_stepper_rest(cpinn_stepper *x, size_t members, const double *inputs, double *states);
+
+/* ---- environments ------------------------------------------------------------------------------
+ */
+
+/* Environments of reinforcement learning, all stepped at once: the tip of the robot is to reach a
+ * place or to follow a path. Tasks are drawn when they are made, from motions of the reduced rod,
+ * so that each can be done. A task has slow parameters and a start at rest under some inputs. Its
+ * goal is the place of the tip at rest under other inputs, or the path of the tip while inputs
+ * move.
+ *
+ *   action       [-1, 1] over the range of each input that is not slow
+ *   observation  state; position, rotation and velocity of the tip; from the tip to the goal (m);
+ *                velocity of the goal (m/s); inputs as actions have them
+ *   reward       -distance of the tip from the goal, over the length
+ *   truncated    after `steps`; terminated: there is no state any more, with the reward -1
+ *
+ * An environment draws its tasks from a stream of its own and so does the same among any number of
+ * others. */
+typedef struct cpinn_envs cpinn_envs;
+
+typedef enum cpinn_env_task { CPINN_REACH, CPINN_TRACK } cpinn_env_task;
+
+/* What happens to an episode that is over: nothing, by itself; the next step begins another; or the
+ * same step does. */
+typedef enum cpinn_env_reset {
+    CPINN_RESET_NEVER,
+    CPINN_RESET_NEXT,
+    CPINN_RESET_SAME
+} cpinn_env_reset;
+
+typedef struct cpinn_envs_settings {
+    cpinn_env_task task;
+    cpinn_env_reset autoreset;
+    int count, steps, tasks; /* environments; steps of an episode; tasks that are drawn */
+    uint64_t seed;           /* of the tasks; environments have seed, seed + 1, ... until reset */
+} cpinn_envs_settings;
+
+/* The robot is borrowed. AD_BAD_ARGUMENT: a count below 1; AD_NOT_FINITE: no task has a motion. */
+ad_status cpinn_envs_create(cpinn_stepper *robot, const cpinn_envs_settings *settings,
+                            cpinn_envs **result, ad_error *error);
+void cpinn_envs_free(cpinn_envs *x);
+
+int cpinn_envs_observed(const cpinn_envs *x);      /* numbers of an observation */
+int cpinn_envs_actions(const cpinn_envs *x);       /* and of an action, */
+int cpinn_envs_action(const cpinn_envs *x, int i); /* which input of the robot that is */
+
+/* Begins an episode in each of which [count] (NULL: in all), of seeds [count] (NULL: streams go
+ * on); observations [count][observed] of these, the others stay. */
+void cpinn_envs_reset(cpinn_envs *x, const bool *which, const uint64_t *seeds,
+                      double *observations);
+
+/* Each [count]; distances in m. */
+typedef struct cpinn_envs_step_result {
+    double *observations, *last; /* [count][observed]; last, of CPINN_RESET_SAME: of episodes that
+                                  * are over, before the next begins */
+    double *rewards, *distances;
+    bool *terminated, *truncated;
+} cpinn_envs_step_result;
+
+/* actions [count][actions]. Of CPINN_RESET_NEXT an action is not taken where an episode is over. */
+void cpinn_envs_step(cpinn_envs *x, const double *actions, cpinn_envs_step_result *result);
 
 #ifdef __cplusplus
 }

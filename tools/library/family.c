@@ -212,7 +212,7 @@ static ad_status create_strain(const experiment *e, const cpinn_family *x,
     }
     made->weights = experiment_parameters(e);
     made->nodes = x->nodes;
-    *result = (cpinn_family_network){made, run_strain, NULL, free_strain};
+    *result = (cpinn_family_network){.context = made, .curvature = run_strain, .free = free_strain};
     return AD_OK;
 }
 
@@ -679,4 +679,73 @@ ad_status cpinn_family_evaluate(cpinn_family *x, const cpinn_polish *polish, siz
         }
     }
     return status;
+}
+
+/* ---- derivatives --------------------------------------------------------------------------- */
+
+/* Curvature [members][nodes][3] of the equilibria that answers have arrived at. */
+static ad_status find_equilibria(cpinn_family *x, size_t members, const double *parameters,
+                                 const cpinn_answer *answers, double *curvature, ad_error *error)
+{
+    const size_t count = (size_t)x->count, unknowns = 3 * x->nodes;
+    size_t rest = 0;
+    ad_status status =
+        x->network.curvature(x->network.context, members, parameters, curvature, error);
+    if (status == AD_OK) {
+        status = solve_members_refine(x->solver, members, parameters, curvature, 2, NULL, curvature,
+                                      NULL, error);
+    }
+    for (size_t i = 0; i < members && status == AD_OK; i++) {
+        if (answers[i].source == CPINN_FROM_MEMBERS) {
+            memcpy(x->parameters + rest * count, parameters + i * count,
+                   count * sizeof *parameters);
+            x->which[rest++] = i;
+        } else if (answers[i].source != CPINN_FROM_NETWORK) {
+            put_nothing(unknowns, curvature + i * unknowns);
+        }
+    }
+    if (status == AD_OK && rest > 0) {
+        status = solve_members_curvature(x->solver, rest, x->parameters, NULL, x->curvature,
+                                         x->solved, error);
+    }
+    for (size_t k = 0; k < rest && status == AD_OK; k++) {
+        memcpy(curvature + x->which[k] * unknowns, x->curvature + k * unknowns,
+               unknowns * sizeof *curvature);
+    }
+    return status;
+}
+
+static ad_status differentiate(cpinn_family *x, size_t members, const double *parameters,
+                               const cpinn_answer *answers, double *jacobian, ad_error *error)
+{
+    const size_t count = (size_t)x->count, unknowns = 3 * x->nodes;
+    const size_t width = x->points * (size_t)x->columns * count;
+    double *curvature = malloc((x->chunk * unknowns + 1) * sizeof *curvature);
+    ad_status status =
+        curvature ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a family");
+    for (size_t first = 0; first < members && status == AD_OK; first += x->chunk) {
+        const size_t left = members - first, now = left < x->chunk ? left : x->chunk;
+        const double *given = parameters + first * count;
+        status = find_equilibria(x, now, given, answers + first, curvature, error);
+        if (status == AD_OK) {
+            status = solve_members_jacobian(x->solver, now, given, curvature,
+                                            jacobian + first * width, error);
+        }
+    }
+    free(curvature);
+    return status;
+}
+
+ad_status cpinn_family_jacobian(cpinn_family *x, size_t members, const double *parameters,
+                                double *values, double *jacobian, cpinn_answer *answers,
+                                ad_error *error)
+{
+    AD_LEAVE_HOST;
+    ad_status status = cpinn_family_evaluate(x, NULL, members, parameters, values, answers, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    return x->solver
+               ? differentiate(x, members, parameters, answers, jacobian, error)
+               : x->network.jacobian(x->network.context, members, parameters, jacobian, error);
 }

@@ -16,6 +16,9 @@ typedef struct cpinn_family_network {
      * curvature. */
     ad_status (*values)(void *context, size_t members, const double *parameters, double *values,
                         ad_error *error);
+    /* jacobian [members][points][columns][parameters] of values; NULL as these. */
+    ad_status (*jacobian)(void *context, size_t members, const double *parameters, double *jacobian,
+                          ad_error *error);
     void (*free)(void *context); /* NULL: nothing is owned */
 } cpinn_family_network;
 

@@ -1,11 +1,12 @@
 /* Families whose networks have the parameters as further coordinates, beside s and t. */
 #include "tools/library/family.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 /* Members of one piece of work. */
-enum { GROUP = 8 };
+enum { GROUP = 8, NAMES_MAX = MODEL_COLUMNS_MAX * (EVALUATOR_NAME_MAX + 1) };
 
 typedef struct fields {
     int count, columns, threads;
@@ -13,7 +14,10 @@ typedef struct fields {
     double *s, *t, *places;           /* [points], [points] or NULL, [nodes] m */
     ad_pool *pool;                    /* of the family */
     evaluator **shapes, **curvatures; /* [threads] */
-    double **room;                    /* [threads] coordinates and values of a group */
+    evaluator **slopes;      /* [parameters][threads] of shapes; NULL until they are asked */
+    evaluator_model trained; /* borrowed, as the next */
+    const cpinn_family *family;
+    double **room; /* [threads] coordinates and values of a group */
 } fields;
 
 static void fields_free(void *context)
@@ -30,11 +34,15 @@ static void fields_free(void *context)
             free(x->room[i]);
         }
     }
+    for (int i = 0; x->slopes && i < x->count * x->threads; i++) {
+        evaluator_free(x->slopes[i]);
+    }
     free(x->s);
     free(x->t);
     free(x->places);
     free(x->shapes);
     free(x->curvatures);
+    free(x->slopes);
     free(x->room);
     free(x);
 }
@@ -108,6 +116,59 @@ static ad_status find_values(void *context, size_t members, const double *parame
     return run(&of, error);
 }
 
+/* Columns of a shape, or their derivatives by a parameter. */
+static void write_names(const fields *x, const char *by, char names[NAMES_MAX])
+{
+    size_t at = 0;
+    names[0] = '\0';
+    for (int i = 0; i < x->columns && at < NAMES_MAX; i++) {
+        at += (size_t)snprintf(names + at, NAMES_MAX - at, "%s%s%s%s", i > 0 ? " " : "",
+                               cpinn_family_column_name(x->family, i), *by ? "_" : "", by);
+    }
+}
+
+static ad_status create_slopes(fields *x, ad_error *error)
+{
+    ad_status status = AD_OK;
+    x->slopes = calloc((size_t)(x->count * x->threads), sizeof *x->slopes);
+    if (!x->slopes) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of a family");
+    }
+    for (int k = 0; k < x->count && status == AD_OK; k++) {
+        char names[NAMES_MAX];
+        write_names(x, cpinn_family_parameter(x->family, k)->name, names);
+        for (int i = 0; i < x->threads && status == AD_OK; i++) {
+            status = evaluator_create(&x->trained, names, &x->slopes[k * x->threads + i], error);
+        }
+    }
+    return status;
+}
+
+static ad_status find_jacobian(void *context, size_t members, const double *parameters,
+                               double *jacobian, ad_error *error)
+{
+    fields *x = context;
+    const size_t numbers = members * x->points * (size_t)x->columns, count = (size_t)x->count;
+    double *values = malloc((numbers + 1) * sizeof *values);
+    ad_status status = values ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a family");
+    if (status == AD_OK && !x->slopes) {
+        status = create_slopes(x, error);
+    }
+    for (size_t k = 0; k < count && status == AD_OK; k++) {
+        batch of = {x,          x->slopes + k * (size_t)x->threads,
+                    members,    x->points,
+                    x->columns, x->s,
+                    x->t,       parameters,
+                    values};
+        status = run(&of, error);
+        for (size_t i = 0; i < numbers && status == AD_OK; i++) {
+            jacobian[i * count + k] = values[i];
+        }
+    }
+    free(values);
+    return status;
+}
+
 /* ---- making -------------------------------------------------------------------------------- */
 
 static double *copy(size_t count, const double *from)
@@ -119,22 +180,19 @@ static double *copy(size_t count, const double *from)
     return result;
 }
 
-static ad_status create_evaluators(fields *x, const evaluator_model *trained,
-                                   const cpinn_family *family, ad_error *error)
+static ad_status create_evaluators(fields *x, ad_error *error)
 {
     const size_t most = x->points > x->nodes ? x->points : x->nodes;
     const size_t rows = 2 + (size_t)x->count + (size_t)x->columns;
-    char names[MODEL_COLUMNS_MAX * (EVALUATOR_NAME_MAX + 1)] = "";
+    char names[NAMES_MAX];
     ad_status status = AD_OK;
-    for (int i = 0; i < x->columns; i++) {
-        strcat(strcat(names, i > 0 ? " " : ""), cpinn_family_column_name(family, i));
-    }
+    write_names(x, "", names);
     for (int i = 0; i < x->threads && status == AD_OK; i++) {
         x->room[i] = malloc(GROUP * rows * (most + 1) * sizeof **x->room);
-        status = x->room[i] ? evaluator_create(trained, names, &x->shapes[i], error)
+        status = x->room[i] ? evaluator_create(&x->trained, names, &x->shapes[i], error)
                             : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", most);
         if (status == AD_OK && x->nodes > 0) {
-            status = evaluator_create(trained, "u1 u2 u3", &x->curvatures[i], error);
+            status = evaluator_create(&x->trained, "u1 u2 u3", &x->curvatures[i], error);
         }
     }
     return status;
@@ -150,6 +208,8 @@ ad_status cpinn_family_fields(const evaluator_model *trained, const cpinn_family
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a network");
     }
     x->threads = threads;
+    x->trained = *trained;
+    x->family = family;
     x->count = cpinn_family_parameters(family);
     x->columns = cpinn_family_columns(family);
     x->points = cpinn_family_points(family);
@@ -169,11 +229,11 @@ ad_status cpinn_family_fields(const evaluator_model *trained, const cpinn_family
     if (status == AD_OK && solver) {
         solve_members_places(solver, x->places);
     }
-    status = status == AD_OK ? create_evaluators(x, trained, family, error) : status;
+    status = status == AD_OK ? create_evaluators(x, error) : status;
     if (status != AD_OK) {
         fields_free(x);
         return status;
     }
-    *result = (cpinn_family_network){x, find_curvature, find_values, fields_free};
+    *result = (cpinn_family_network){x, find_curvature, find_values, find_jacobian, fields_free};
     return AD_OK;
 }

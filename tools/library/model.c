@@ -147,6 +147,13 @@ ad_status cpinn_train_file(const char *path, int count, const char *const *overr
     config *settings;
     *model = NULL;
     ad_status status = config_read(path, NULL, count, overrides, &settings, error);
+    if (status == AD_OK && surrogate_is_given(&settings->surrogate)) {
+        config_free(settings);
+        return ad_fail(error, AD_BAD_INPUT,
+                       "%s: surrogate: is of a one-step model, which the program cpinn-train "
+                       "trains; allowed: a scene without that section",
+                       path);
+    }
     return status == AD_OK ? train_config(settings, options, model, error) : status;
 }
 

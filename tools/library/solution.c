@@ -24,8 +24,8 @@ void cpinn_solution_free(cpinn_solution *x)
 }
 
 /* Takes over `settings`, also when it fails. */
-static ad_status solve(config *settings, double tolerance, size_t time_count, const double *times,
-                       cpinn_solution **result, ad_error *error)
+static ad_status solve(config *settings, const cpinn_solve_options *options, size_t time_count,
+                       const double *times, cpinn_solution **result, ad_error *error)
 {
     cpinn_solution *x = calloc(1, sizeof *x);
     if (!x) {
@@ -34,8 +34,12 @@ static ad_status solve(config *settings, double tolerance, size_t time_count, co
     }
     x->settings = settings;
     solve_settings asked = solve_settings_default(&settings->scene);
-    if (tolerance > 0) {
-        asked.tolerance = tolerance;
+    if (options && options->tolerance > 0) {
+        asked.tolerance = options->tolerance;
+    }
+    if (options) {
+        asked.perturbation = options->perturbation;
+        asked.branch = options->branch;
     }
     ad_status status =
         solution_create(&settings->scene, &asked, time_count, times, &x->solved, &x->report, error);
@@ -49,14 +53,14 @@ static ad_status solve(config *settings, double tolerance, size_t time_count, co
 }
 
 ad_status cpinn_solve_file(const char *path, int count, const char *const *overrides,
-                           double tolerance, size_t time_count, const double *times,
-                           cpinn_solution **result, ad_error *error)
+                           const cpinn_solve_options *options, size_t time_count,
+                           const double *times, cpinn_solution **result, ad_error *error)
 {
     AD_LEAVE_HOST;
     config *settings;
     *result = NULL;
     ad_status status = config_read_member(path, NULL, count, overrides, NULL, &settings, error);
-    return status == AD_OK ? solve(settings, tolerance, time_count, times, result, error) : status;
+    return status == AD_OK ? solve(settings, options, time_count, times, result, error) : status;
 }
 
 ad_status cpinn_solve_scene(const scene *rod_scene, double tolerance, size_t time_count,
@@ -64,10 +68,11 @@ ad_status cpinn_solve_scene(const scene *rod_scene, double tolerance, size_t tim
 {
     AD_LEAVE_HOST;
     const train_settings usual = train_settings_default();
+    const cpinn_solve_options options = {.tolerance = tolerance};
     config *made;
     *result = NULL;
     ad_status status = config_create(rod_scene, &usual, &made, error);
-    return status == AD_OK ? solve(made, tolerance, time_count, times, result, error) : status;
+    return status == AD_OK ? solve(made, &options, time_count, times, result, error) : status;
 }
 
 const verdict *cpinn_solution_verdict(const cpinn_solution *x)
@@ -158,4 +163,23 @@ ad_status cpinn_members_solve(cpinn_members *x, size_t members, const double *pa
 {
     AD_LEAVE_HOST;
     return solve_members_solve(x->members, members, parameters, values, results, error);
+}
+
+ad_status cpinn_members_jacobian(cpinn_members *x, size_t members, const double *parameters,
+                                 double *values, double *jacobian, solve_member *results,
+                                 ad_error *error)
+{
+    AD_LEAVE_HOST;
+    const size_t unknowns = 3 * solve_members_nodes(x->members);
+    double *curvature = malloc((members * unknowns + 1) * sizeof *curvature);
+    ad_status status = curvature
+                           ? solve_members_curvature(x->members, members, parameters, values,
+                                                     curvature, results, error)
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", members);
+    if (status == AD_OK) {
+        status =
+            solve_members_jacobian(x->members, members, parameters, curvature, jacobian, error);
+    }
+    free(curvature);
+    return status;
 }

@@ -190,8 +190,8 @@ static ad_status check_training(const surrogate_settings *x, const train_setting
     }
     return train_names_reference(training)
                ? refuse(key, "reference", error,
-                        "is of networks of a scene; a one-step model is compared by rollouts, "
-                        "cpinn-eval --rollouts; leave it out")
+                        "is of networks of a scene; a one-step model is compared by rollouts; "
+                        "leave it out")
                : AD_OK;
 }
 

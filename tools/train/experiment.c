@@ -66,7 +66,7 @@ static ad_status check_unknowns(const experiment *e, ad_error *error)
          "is needed, as there are parameters to be identified; give measurements, or a number"},
         {scene_is_family(open), "parameters",
          "have ranges beside those that are to be identified; cpinn-solve identifies them, a "
-         "network takes numbers for the others, by --set"},
+         "network takes numbers for the others"},
         {scene_is_dynamic(open), "time.duration",
          "makes a motion, of which networks were not seen to find unknowns reliably; cpinn-solve "
          "identifies them"},

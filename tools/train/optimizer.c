@@ -242,7 +242,7 @@ void optimizer_advise(const optimizer *o, char advice[160])
     if (o->method == OPTIM_ADAM ||
         o->method == OPTIM_SOAP) { /* the one key that may change on the way */
         snprintf(advice, 160,
-                 "--resume with a smaller --set training.stages[%d].learning_rate, or with "
+                 "resume with a smaller training.stages[%d].learning_rate, or with "
                  "clip_norm or warmup_steps",
                  o->stage);
     } else {

@@ -19,8 +19,9 @@ ad_status run_name(run_folder *run, const char *path, ad_error *error)
         length--;
     }
     if (length == 0 || length >= sizeof run->path) {
-        return ad_fail(error, AD_BAD_INPUT, "--out: a path of %zu bytes; 1 to %zu are allowed",
-                       length, sizeof run->path - 1);
+        return ad_fail(error, AD_BAD_INPUT,
+                       "the folder of the run: a path of %zu bytes; 1 to %zu are allowed", length,
+                       sizeof run->path - 1);
     }
     memcpy(run->path, path, length);
     snprintf(run->checkpoint, sizeof run->checkpoint, "%s/checkpoint.h5", run->path);
@@ -49,11 +50,9 @@ ad_status run_check_new(const run_folder *run, ad_error *error)
     const char *const files[] = {run->checkpoint, run->history, run->config, events};
     for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
         if (access(files[i], F_OK) == 0) {
-            return ad_fail(
-                error, AD_BAD_INPUT,
-                "%s: there is a run already (%s); resume it (--resume), or choose another "
-                "folder (--out)",
-                file_bytes_shown(run->path), strrchr(files[i], '/') + 1);
+            return ad_fail(error, AD_BAD_INPUT,
+                           "%s: there is a run already (%s); resume it, or choose another folder",
+                           file_bytes_shown(run->path), strrchr(files[i], '/') + 1);
         }
     }
     return AD_OK;
@@ -76,8 +75,7 @@ static ad_status make_folders(const char *path, mode_t mode, ad_error *error)
     }
     struct stat info;
     if (stat(path, &info) != 0 || !S_ISDIR(info.st_mode)) {
-        return ad_fail(error, AD_IO, "%s: is not a folder; choose another with --out",
-                       file_bytes_shown(path));
+        return ad_fail(error, AD_IO, "%s: is not a folder; choose another", file_bytes_shown(path));
     }
     return AD_OK;
 }
@@ -111,8 +109,7 @@ ad_status run_lock(run_folder *run, bool resume, ad_error *error)
     if (is_taken(run->held) || is_taken(run->lock)) {
         run_end(run);
         return ad_fail(error, AD_BAD_INPUT,
-                       "%s: in use by another process; wait for it, or choose another folder with "
-                       "--out",
+                       "%s: in use by another process; wait for it, or choose another folder",
                        file_bytes_shown(run->path));
     }
     return AD_OK;

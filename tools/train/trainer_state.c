@@ -133,7 +133,7 @@ static ad_status check_given(const checkpoint *file, const problem_array *now, a
     if (status != AD_OK || memcmp(before, now->data, count * sizeof *before) != 0) {
         status = ad_fail(error, AD_BAD_INPUT,
                          "checkpoint: %s: the file of these measurements has other rows now; a run "
-                         "keeps its scene, network and points, or choose another folder with --out",
+                         "keeps its scene, network and points, or choose another folder",
                          now->name);
     }
     free(before);

@@ -357,7 +357,7 @@ static void judge_members(const trainer *t, verdict *result)
 static const char *what_helps(const trainer *t)
 {
     const nn_mlp_settings *network = &t->e->settings->network;
-    return !t->e->is_lent ? "look at --explain for what makes this scene hard"
+    return !t->e->is_lent ? "its dimensionless numbers show what makes this scene hard"
            : network->hidden_count == 0
                ? "take hidden layers and ssbroyden in place of waves, as fronts and thin layers "
                  "need (network.hidden, stages[0].optimizer); or, of what is smooth, more "
@@ -399,7 +399,7 @@ void trainer_verdict(const trainer *t, verdict *result)
     *result = (verdict){.count = 0};
     if (info->state != TRAINER_DONE) {
         verdict_add(result, VERDICT_UNFINISHED,
-                    "training is at step %lld, in stage %d of %d; --resume goes on",
+                    "training is at step %lld, in stage %d of %d; resume it to go on",
                     (long long)info->step, info->stage + 1, t->e->settings->stage_count);
         return;
     }

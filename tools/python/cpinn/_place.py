@@ -1,19 +1,24 @@
 """The places of the shared library and of the scenes. An installed package has a file _installed.py
 with both, relative to this folder; without it this is the source tree."""
+from __future__ import annotations
+
 import ctypes
 import os
+from typing import Optional
 
+library: Optional[str]
+scenes: str
 try:
-    from ._installed import library, scenes
+    from ._installed import library, scenes  # type: ignore[import-not-found, no-redef, unused-ignore]
 except ImportError:
     library, scenes = None, "../../../configs"
 
 
-def _path(relative):
+def _path(relative: str) -> str:
     return os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), relative))
 
 
-def load():
+def load() -> ctypes.CDLL:
     """The shared library: CPINN_LIBRARY, the installed one, or where the system looks."""
     path = os.environ.get("CPINN_LIBRARY") or (_path(library) if library else "libcpinn.so")
     try:
@@ -32,6 +37,6 @@ def example(name: str) -> str:
              for folder, _, files in os.walk(_path(scenes)) for file in files
              if file.endswith(".yaml")}
     if name not in paths:
-        from . import Error
-        raise Error(f"example: {name!r} is no scene; allowed: {', '.join(sorted(paths))}")
+        from ._library import InputError
+        raise InputError(f"example: {name!r} is no scene; allowed: {', '.join(sorted(paths))}")
     return paths[name]

@@ -1,0 +1,267 @@
+/* Derivatives of equilibria by the parameters of their family, from the strain form on the tape
+ * (physics/strain.h): with the residual F(u, p) of the curvature u and the shape G(u, p),
+ *
+ *   dG/dp = G_p - G_u F_u^-1 F_p                                   (implicit function theorem)
+ */
+#include "physics/solve/strain_jacobian.h"
+
+#include "autodiff/dense.h"
+#include "physics/solve/members.h"
+#include "physics/strain.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Directions at a time, of all members: enough for all threads. */
+enum { DIRECTIONS = 4096 };
+
+struct strain_jacobian {
+    size_t unknowns, count, rows; /* of the curvature, of parameters, of a shape */
+    double length;
+    ad_program *residual, *shape; /* derivatives along a direction */
+    size_t chunk;                 /* members at a time */
+    /* By members: [unknowns][chunk], [count][chunk]; by directions, of which a member has
+     * unknowns + count: the same with them, and [rows]. */
+    double *curvature, *parameters, *by_curvature, *by_parameter, *results;
+    double *matrix, *right; /* [unknowns][unknowns], [count][unknowns] of a member */
+    int *pivots;
+};
+
+void strain_jacobian_free(strain_jacobian *x)
+{
+    if (x) {
+        ad_program_free(x->residual);
+        ad_program_free(x->shape);
+        free(x->curvature);
+        free(x->parameters);
+        free(x->by_curvature);
+        free(x->by_parameter);
+        free(x->results);
+        free(x->matrix);
+        free(x->right);
+        free(x->pivots);
+        free(x);
+    }
+}
+
+/* ---- recording ----------------------------------------------------------------------------- */
+
+/* Rows [columns][points] of a shape in SI units. */
+static ad_value shape_rows(const strain_rod *rod, ad_value curvature, const strain_jacobian *x,
+                           int points, const double *s)
+{
+    const strain_shape shape = strain_rod_shape(rod, curvature, points, s);
+    ad_value rows[SOLVE_MEMBERS_COLUMNS];
+    for (int c = 0; c < SOLVE_MEMBERS_COLUMNS; c++) {
+        ad_value of = c < 3    ? ad_scale(shape.position[c], x->length)
+                      : c < 7  ? shape.rotation[c - 3]
+                      : c < 10 ? shape.strain[c - 7]
+                               : ad_scale(shape.curvature[c - 10], 1 / x->length);
+        rows[c] = ad_rows(of) == points ? of : ad_repeat(of, points);
+    }
+    return ad_stack(SOLVE_MEMBERS_COLUMNS, rows);
+}
+
+static ad_status compile(ad_value of, const ad_value wrt[2], const ad_value along[2], ad_pool *pool,
+                         ad_program **program, ad_error *error)
+{
+    const ad_settings settings = ad_settings_default();
+    ad_value change;
+    ad_directional(1, &of, 2, wrt, along, &change); /* its errors stay on the tape */
+    ad_status status = ad_tape_status(of.tape, error);
+    return status == AD_OK ? ad_compile(1, &change, &settings, pool, program, error) : status;
+}
+
+static ad_status record(strain_jacobian *x, ad_tape *tape, const strain_settings *settings,
+                        int points, const double *s, ad_pool *pool, ad_error *error)
+{
+    const int n = (int)x->unknowns, m = (int)x->count;
+    ad_value each[SCENE_PARAMETERS_MAX], wrt[2], along[2];
+    strain_rod *rod = NULL;
+    const ad_value at = ad_input(tape, "s", 1); /* the order is that of run */
+    wrt[0] = ad_input_member(tape, "curvature", n);
+    wrt[1] = ad_input_member(tape, "parameters", m);
+    along[0] = ad_input(tape, "by curvature", n);
+    along[1] = ad_input(tape, "by parameters", m);
+    for (int i = 0; i < settings->count; i++) {
+        each[i] = ad_row(wrt[1], i);
+    }
+    ad_status status = strain_rod_create(settings, at, each, &rod, error);
+    if (status == AD_OK) {
+        status = compile(strain_rod_residual(rod, wrt[0]), wrt, along, pool, &x->residual, error);
+    }
+    if (status == AD_OK) {
+        status = compile(shape_rows(rod, wrt[0], x, points, s), wrt, along, pool, &x->shape, error);
+    }
+    strain_rod_free(rod);
+    return status;
+}
+
+static ad_status allocate(strain_jacobian *x, ad_error *error)
+{
+    const size_t n = x->unknowns, m = x->count, directions = n + m;
+    x->chunk = DIRECTIONS / directions > 0 ? DIRECTIONS / directions : 1;
+    const size_t all = x->chunk * directions, most = x->rows > n ? x->rows : n;
+    x->curvature = malloc(x->chunk * n * sizeof *x->curvature);
+    x->parameters = malloc(x->chunk * m * sizeof *x->parameters);
+    x->by_curvature = malloc(all * n * sizeof *x->by_curvature);
+    x->by_parameter = malloc(all * m * sizeof *x->by_parameter);
+    x->results = malloc(all * most * sizeof *x->results);
+    x->matrix = malloc(n * n * sizeof *x->matrix);
+    x->right = malloc(x->chunk * n * m * sizeof *x->right);
+    x->pivots = malloc(n * sizeof *x->pivots);
+    return x->curvature && x->parameters && x->by_curvature && x->by_parameter && x->results &&
+                   x->matrix && x->right && x->pivots
+               ? AD_OK
+               : ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of a family");
+}
+
+ad_status strain_jacobian_create(const scene *open, size_t nodes, const double *places,
+                                 size_t points, const double *s, ad_pool *pool,
+                                 strain_jacobian **result, ad_error *error)
+{
+    const char *names[SCENE_PARAMETERS_MAX];
+    double usual[SCENE_PARAMETERS_MAX];
+    strain_settings settings = {
+        .open = open, .count = open->parameter_count, .names = names, .values = usual};
+    scene one;
+    *result = NULL;
+    for (int i = 0; i < settings.count; i++) {
+        names[i] = open->parameters[i].name;
+        usual[i] = scene_parameter_at(&open->parameters[i], 0.5);
+    }
+    scene_middle(open, &one);
+    ad_status status = strain_mesh_at(&one, (int)nodes, places, &settings.mesh, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    ad_tape *tape = ad_tape_create();
+    strain_jacobian *x = calloc(1, sizeof *x);
+    if (!tape || !x) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of a family");
+    } else {
+        x->unknowns = 3 * nodes;
+        x->count = (size_t)settings.count;
+        x->rows = SOLVE_MEMBERS_COLUMNS * points;
+        x->length = scene_length(&one);
+        status = record(x, tape, &settings, (int)points, s, pool, error);
+    }
+    status = status == AD_OK ? allocate(x, error) : status;
+    ad_tape_free(tape);
+    if (status != AD_OK) {
+        strain_jacobian_free(x);
+        return status;
+    }
+    *result = x;
+    return AD_OK;
+}
+
+/* ---- running ------------------------------------------------------------------------------- */
+
+static ad_status run(const strain_jacobian *x, ad_program *program, size_t members,
+                     size_t directions, ad_error *error)
+{
+    const double *const inputs[] = {NULL, x->curvature, x->parameters, x->by_curvature,
+                                    x->by_parameter};
+    double *const outputs[] = {x->results};
+    const ad_run all = {
+        .points = members * directions, .inputs = inputs, .outputs = outputs, .members = members};
+    return ad_execute(program, &all, error);
+}
+
+/* Each unknown and each parameter by itself. */
+static void set_units(strain_jacobian *x, size_t members)
+{
+    const size_t n = x->unknowns, m = x->count, all = members * (n + m);
+    memset(x->by_curvature, 0, all * n * sizeof *x->by_curvature);
+    memset(x->by_parameter, 0, all * m * sizeof *x->by_parameter);
+    for (size_t i = 0; i < members; i++) {
+        const size_t first = i * (n + m);
+        for (size_t k = 0; k < n; k++) {
+            x->by_curvature[k * all + first + k] = 1;
+        }
+        for (size_t k = 0; k < m; k++) {
+            x->by_parameter[k * all + first + n + k] = 1;
+        }
+    }
+}
+
+/* du/dp into `right` [count][unknowns] of a member; not numbers where F_u is singular. */
+static void solve(strain_jacobian *x, size_t members, size_t member)
+{
+    const size_t n = x->unknowns, m = x->count, all = members * (n + m), first = member * (n + m);
+    double *right = x->right + member * n * m;
+    for (size_t row = 0; row < n; row++) {
+        const double *of = x->results + row * all + first;
+        for (size_t k = 0; k < n; k++) {
+            x->matrix[k * n + row] = of[k];
+        }
+        for (size_t k = 0; k < m; k++) {
+            right[k * n + row] = -of[n + k];
+        }
+    }
+    if (ad_dense_lu(n, x->matrix, x->pivots) == 0) {
+        ad_dense_lu_solve(n, m, x->matrix, x->pivots, right);
+    } else {
+        for (size_t i = 0; i < n * m; i++) {
+            right[i] = NAN;
+        }
+    }
+}
+
+/* The directions in which members move when a parameter does. */
+static void set_changes(strain_jacobian *x, size_t members)
+{
+    const size_t n = x->unknowns, m = x->count, all = members * m;
+    memset(x->by_parameter, 0, all * m * sizeof *x->by_parameter);
+    for (size_t k = 0; k < all; k++) { /* member and parameter */
+        x->by_parameter[k % m * all + k] = 1;
+        for (size_t row = 0; row < n; row++) {
+            x->by_curvature[row * all + k] = x->right[k * n + row];
+        }
+    }
+}
+
+static ad_status run_chunk(strain_jacobian *x, size_t members, const double *parameters,
+                           const double *curvature, double *jacobian, ad_error *error)
+{
+    const size_t n = x->unknowns, m = x->count, points = x->rows / SOLVE_MEMBERS_COLUMNS;
+    for (size_t i = 0; i < members; i++) {
+        for (size_t k = 0; k < n; k++) {
+            x->curvature[k * members + i] = x->length * curvature[i * n + k];
+        }
+        for (size_t k = 0; k < m; k++) {
+            x->parameters[k * members + i] = parameters[i * m + k];
+        }
+    }
+    set_units(x, members);
+    ad_status status = run(x, x->residual, members, n + m, error);
+    for (size_t i = 0; i < members && status == AD_OK; i++) {
+        solve(x, members, i);
+    }
+    if (status == AD_OK) {
+        set_changes(x, members);
+        status = run(x, x->shape, members, m, error);
+    }
+    for (size_t i = 0; i < members * x->rows * m && status == AD_OK; i++) {
+        const size_t k = i % m, column = i / m % SOLVE_MEMBERS_COLUMNS;
+        const size_t point = i / m / SOLVE_MEMBERS_COLUMNS % points, member = i / m / x->rows;
+        const bool solved = isfinite(x->right[member * n * m]);
+        jacobian[i] =
+            solved ? x->results[(column * points + point) * members * m + member * m + k] : NAN;
+    }
+    return status;
+}
+
+ad_status strain_jacobian_run(strain_jacobian *x, size_t members, const double *parameters,
+                              const double *curvature, double *jacobian, ad_error *error)
+{
+    ad_status status = AD_OK;
+    for (size_t first = 0; first < members && status == AD_OK; first += x->chunk) {
+        const size_t left = members - first, now = left < x->chunk ? left : x->chunk;
+        status = run_chunk(x, now, parameters + first * x->count, curvature + first * x->unknowns,
+                           jacobian + first * x->rows * x->count, error);
+    }
+    return status;
+}

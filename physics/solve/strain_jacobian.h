@@ -1,0 +1,22 @@
+/* Derivatives of the shapes of members (members.h) by their parameters. For members.c. */
+#ifndef PHYSICS_SOLVE_STRAIN_JACOBIAN_H
+#define PHYSICS_SOLVE_STRAIN_JACOBIAN_H
+
+#include "autodiff/ad.h"
+#include "physics/scene.h"
+
+typedef struct strain_jacobian strain_jacobian;
+
+/* places [nodes] of the curvature and s [points] of the shape, over the length. The scene's names
+ * and formulas and the pool outlive it. AD_BAD_ARGUMENT: what the strain form on a tape does not
+ * know (strain_check); AD_NO_MEMORY. */
+ad_status strain_jacobian_create(const scene *open, size_t nodes, const double *places,
+                                 size_t points, const double *s, ad_pool *pool,
+                                 strain_jacobian **result, ad_error *error);
+void strain_jacobian_free(strain_jacobian *x); /* NULL is allowed */
+
+/* As solve_members_jacobian. */
+ad_status strain_jacobian_run(strain_jacobian *x, size_t members, const double *parameters,
+                              const double *curvature, double *jacobian, ad_error *error);
+
+#endif

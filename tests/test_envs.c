@@ -1,0 +1,166 @@
+/* Robots in steps and environments (cpinn.h), in C: as many as one by one, episodes, what is
+ * refused; and derivatives of members. From Python: test_python_envs.py,
+ * test_python_derivatives.py. */
+#include "near.h"
+
+#include "cpinn.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define ARM "configs/robots/soft_arm_control.yaml"
+
+enum { MEMBERS = 70, INPUTS = 4, STATES_MAX = 16 };
+
+static const char *const few[] = {"surrogate.modes=[1, 1, 1, 1]"};
+
+static cpinn_stepper *open_arm(int threads)
+{
+    cpinn_stepper *robot = NULL;
+    ad_error error;
+    if (cpinn_stepper_file(ARM, 1, few, 0, threads, &robot, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    return robot;
+}
+
+static void test_steps(void **state)
+{
+    (void)state;
+    static double inputs[MEMBERS][INPUTS], rest[MEMBERS * STATES_MAX], one[STATES_MAX];
+    static double next[2][MEMBERS * STATES_MAX];
+    cpinn_stepper *robots[2] = {open_arm(1), open_arm(2)};
+    ad_error error;
+    const size_t n = (size_t)cpinn_stepper_states(robots[0]);
+    assert_in_range(n, 2, STATES_MAX);
+    assert_int_equal(cpinn_stepper_inputs(robots[0]), INPUTS);
+    assert_string_equal(cpinn_stepper_input(robots[0], 3)->name, "stiffness");
+    assert_null(cpinn_stepper_input(robots[0], INPUTS));
+    assert_true(cpinn_stepper_is_slow(robots[0], 3) && !cpinn_stepper_is_slow(robots[0], 0));
+    assert_near(cpinn_stepper_step(robots[0]), 0.02, 0);
+    for (int i = 0; i < MEMBERS; i++) {
+        for (int k = 0; k < 3; k++) {
+            inputs[i][k] = 4 + 3.9 * sin(i + 2 * k);
+        }
+        inputs[i][3] = 1;
+    }
+    cpinn_stepper_rest(robots[0], MEMBERS, inputs[0], rest);
+    for (int i = 0; i < MEMBERS; i++) {
+        inputs[i][0] *= 0.5;
+    }
+    rest[3 * n] = NAN;
+    for (int k = 0; k < 2; k++) {
+        assert_int_equal(cpinn_stepper_advance(robots[k], MEMBERS, rest, inputs[0], NULL, next[k],
+                                               NULL, NULL, &error),
+                         AD_OK);
+    }
+    for (size_t i = 0; i < MEMBERS; i++) {
+        cpinn_stepper_advance(robots[1], 1, rest + i * n, inputs[i], NULL, one, NULL, NULL, &error);
+        assert_true(isnan(one[0]) == (i == 3));
+        if (i != 3) {
+            assert_memory_equal(one, next[0] + i * n, n * sizeof *one);
+            assert_memory_equal(one, next[1] + i * n, n * sizeof *one);
+        }
+    }
+    cpinn_stepper_free(robots[0]);
+    cpinn_stepper_free(robots[1]);
+}
+
+/* Episodes of 3 steps, of both tasks, by each way of beginning anew. */
+static void test_episodes(void **state)
+{
+    (void)state;
+    enum { COUNT = 5, STEPS = 3, WIDTH_MAX = 64 };
+    static double seen[COUNT * WIDTH_MAX], last[COUNT * WIDTH_MAX], actions[COUNT * 3];
+    double rewards[COUNT], distances[COUNT];
+    bool terminated[COUNT], truncated[COUNT];
+    cpinn_envs_step_result result = {seen, last, rewards, distances, terminated, truncated};
+    cpinn_stepper *robot = open_arm(1);
+    ad_error error;
+    for (int k = 0; k < 6; k++) {
+        const cpinn_envs_settings settings = {.task = k % 2 ? CPINN_TRACK : CPINN_REACH,
+                                              .autoreset = (cpinn_env_reset)(k / 2),
+                                              .count = COUNT,
+                                              .steps = STEPS,
+                                              .tasks = 4,
+                                              .seed = 2};
+        cpinn_envs *envs = NULL;
+        if (cpinn_envs_create(robot, &settings, &envs, &error) != AD_OK) {
+            fail_msg("%s", error.message);
+        }
+        assert_int_equal(cpinn_envs_actions(envs), 3);
+        assert_int_equal(cpinn_envs_action(envs, 2), 2);
+        assert_in_range(cpinn_envs_observed(envs), 1, WIDTH_MAX);
+        cpinn_envs_reset(envs, NULL, NULL, seen);
+        for (int step = 1; step <= STEPS + 1; step++) {
+            cpinn_envs_step(envs, actions, &result);
+            for (int i = 0; i < COUNT; i++) {
+                const bool begun = settings.autoreset == CPINN_RESET_NEXT && step > STEPS;
+                assert_true(truncated[i] == (step == STEPS || (step > STEPS && k < 2)));
+                assert_false(terminated[i]);
+                if (begun) {
+                    assert_true(rewards[i] == 0 && isnan(distances[i]));
+                } else {
+                    assert_near(rewards[i], -distances[i] / 0.13, 1e-15);
+                }
+            }
+        }
+        cpinn_envs_free(envs);
+    }
+    const cpinn_envs_settings none = {.count = 0, .steps = 1, .tasks = 1};
+    cpinn_envs *envs;
+    assert_int_equal(cpinn_envs_create(robot, &none, &envs, &error), AD_BAD_ARGUMENT);
+    cpinn_envs_free(NULL);
+    cpinn_stepper_free(robot);
+    cpinn_stepper_free(NULL);
+    assert_int_equal(cpinn_stepper_file("configs/elastica.yaml", 0, NULL, 0, 1, &robot, &error),
+                     AD_BAD_INPUT);
+    assert_non_null(strstr(error.message, "is no robot in motion"));
+    assert_int_equal(cpinn_stepper_open("configs", 1, &robot, &error), AD_IO);
+}
+
+/* Against central differences, h^2 times third derivatives and the tolerance over h. */
+static void test_jacobian(void **state)
+{
+    (void)state;
+    enum { COLUMNS = SOLVE_MEMBERS_COLUMNS };
+    static const char *const overrides[] = {
+        "parameters={force: {range: [-1, 1]}, stiff: {range: [0.5, 2]}}",
+        "rod={model: kirchhoff, length: 1, stiffness: {bending: [stiff, 1], torsion: 1}}",
+        "loads.tip.force=[1, 0, force]", "reference=null", "boundary.end.type=loaded"};
+    const double s = 0.9, h = 1e-3, at[2] = {0.4, 1.2};
+    const solve_members_settings settings = {.tolerance = 1e-9, .threads = 1, .points = 1, .s = &s};
+    cpinn_members *members = NULL;
+    ad_error error;
+    double values[COLUMNS], slopes[COLUMNS][2], moved[2][COLUMNS];
+    solve_member found;
+    if (cpinn_members_file("configs/elastica.yaml", 5, overrides, &settings, &members, &error) !=
+            AD_OK ||
+        cpinn_members_jacobian(members, 1, at, values, slopes[0], &found, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    assert_true(found.solved);
+    for (int k = 0; k < 2; k++) {
+        for (int side = 0; side < 2; side++) {
+            double there[2] = {at[0], at[1]};
+            there[k] += side ? h : -h;
+            assert_int_equal(cpinn_members_solve(members, 1, there, moved[side], &found, &error),
+                             AD_OK);
+        }
+        for (int c = 0; c < COLUMNS; c++) {
+            assert_near(slopes[c][k], (moved[1][c] - moved[0][c]) / (2 * h), 1e-5);
+        }
+    }
+    cpinn_members_free(members);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_steps),
+        cmocka_unit_test(test_episodes),
+        cmocka_unit_test(test_jacobian),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

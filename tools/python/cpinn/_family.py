@@ -1,0 +1,263 @@
+"""Members of a family of rods: solved, or answered by a network that was trained for all."""
+from __future__ import annotations
+
+import ctypes
+from typing import TYPE_CHECKING, Any, NamedTuple, Optional
+
+import numpy
+import numpy.typing
+
+from . import _library as library
+from ._given import (Numbers, Overrides, PathLike, Scene, Values, array_of, finite, number_of,
+                     overrides_of, points, rows, scene_file, text_of, threads_of, whole)
+from ._library import Array, InputError, Made
+from ._model import plot_shapes
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Records = numpy.typing.NDArray[numpy.void]
+
+
+class Shapes(NamedTuple):
+    """Shapes of members, and what is known of each."""
+
+    values: Array  #: [members, points, columns]
+    answers: Records  #: [members]
+
+
+class Jacobian(NamedTuple):
+    """Shapes of members with their derivatives by the parameters."""
+
+    values: Array  #: [members, points, columns]
+    jacobian: Array  #: [members, points, columns, parameters]
+    answers: Records  #: [members]
+
+
+def _plot(shapes: Shapes, axes: Optional["Axes"], style: dict[str, Any]) -> "Axes":
+    position = shapes.values[:, :, :3]
+    return plot_shapes(axes, position, [str(i) for i in range(len(position))], style)
+
+
+class Members:
+    """Equilibria of a rod at rest, for many values of its parameters at once: by a solver.
+
+    Parameters
+    ----------
+    scene : path or dict
+        A scene at rest whose `parameters` have ranges.
+    s : array_like, shape (points,)
+        Where shapes are wanted, m, ascending.
+    overrides : dict or list of str
+        Keys to change.
+    tolerance : float
+        Of the position, over the length.
+    threads : int, optional
+        None: one per processor. Results do not depend on it.
+
+    Attributes
+    ----------
+    names : list of str
+        Parameters, in the order of columns of an array of them.
+    columns : list of str
+        Of a shape: x y z (m), qw qx qy qz, v1 v2 v3, u1 u2 u3 (1/m).
+    """
+
+    columns = "x y z qw qx qy qz v1 v2 v3 u1 u2 u3".split()
+    result = numpy.dtype([("estimate", "f8"), ("load", "f8"), ("nodes", "i4"), ("steps", "i4"),
+                          ("solved", "?"), ("end", "i4")], align=True)
+
+    def __init__(self, scene: Scene, s: Numbers, overrides: Overrides = (),
+                 tolerance: float = 1e-6, threads: Optional[int] = 1) -> None:
+        self._s = finite("s", array_of("s", s)).ravel()
+        settings = library.MembersSettings(
+            number_of("tolerance", tolerance, 0, "a number above 0"), threads_of(threads),
+            self._s.size, self._s.ctypes.data)
+        with scene_file(scene) as path:
+            self._handle = Made(library.members_free, library.members_file, path,
+                                *overrides_of(overrides), ctypes.byref(settings))
+        self.names: list[str] = []
+        while library.members_name(self._handle, len(self.names)):
+            self.names.append(library.members_name(self._handle, len(self.names)).decode())
+
+    def __repr__(self) -> str:
+        return f"<cpinn.Members of {', '.join(self.names)} at {self._s.size} points>"
+
+    def solve(self, at: Values) -> Shapes:
+        """Solve members.
+
+        Parameters
+        ----------
+        at : array_like, shape (members, parameters), or dict of str to array_like
+            Parameters in SI units; by name they are broadcast against each other.
+
+        Returns
+        -------
+        values : ndarray, shape (members, points, columns)
+            NaN where there is no solution.
+        answers : structured ndarray, shape (members,)
+            estimate (of the error of the position, over the length), load (factor that was
+            reached), nodes, steps, solved.
+        """
+        given, values, results = self._room(at)
+        library.call(library.members_solve, self._handle, len(given), given.ctypes.data,
+                     values.ctypes.data, results.ctypes.data)
+        return Shapes(values, results)
+
+    def jacobian(self, at: Values) -> Jacobian:
+        """Solve members, with exact derivatives of their shapes by the parameters.
+
+        Parameters
+        ----------
+        at : array_like, shape (members, parameters), or dict of str to array_like
+            As in `solve`.
+
+        Returns
+        -------
+        values, answers
+            As of `solve`.
+        jacobian : ndarray, shape (members, points, columns, parameters)
+            In SI units, by the implicit function theorem and the tape; NaN where there is no
+            solution.
+        """
+        given, values, results = self._room(at)
+        slopes = numpy.empty((*values.shape, len(self.names)))
+        library.call(library.members_jacobian, self._handle, len(given), given.ctypes.data,
+                     values.ctypes.data, slopes.ctypes.data, results.ctypes.data)
+        return Jacobian(values, slopes, results)
+
+    def _room(self, at: Values) -> tuple[Array, Array, Records]:
+        given = rows(at, self.names)
+        return (given, numpy.empty((len(given), self._s.size, len(self.columns))),
+                numpy.zeros(len(given), dtype=self.result))
+
+    def plot(self, at: Values, axes: Optional["Axes"] = None, **style: Any) -> "Axes":
+        """Draw members, in the plane in which they spread most; style: of `Axes.plot`."""
+        return _plot(self.solve(at), axes, style)
+
+
+class Family:
+    """A network that was trained for all members of a family. Each answer has a predicted error,
+    and what is not trusted is solved instead. Used by one thread at a time.
+
+    Parameters
+    ----------
+    path : path
+        The folder of a run, or its checkpoint.
+    threads : int, optional
+        None: one per processor. Results do not depend on it.
+    extrapolate : bool
+        Answer members outside the ranges, too.
+
+    Attributes
+    ----------
+    ranges : dict of str to (float, float)
+        Parameters in the order of columns of an array of them, with their ranges in SI units.
+    columns : list of str
+        Of a shape.
+    """
+
+    answer = numpy.dtype([("error", "f8"), ("network_error", "f8"), ("source", "i4"),
+                          ("reason", "i4"), ("trusted", "?"), ("outside", "?")], align=True)
+
+    def __init__(self, path: PathLike, threads: Optional[int] = 1,
+                 extrapolate: bool = False) -> None:
+        self._made: dict[bytes, Made] = {}
+        self._open = (text_of(path), threads_of(threads), bool(extrapolate))
+        made = self._at(numpy.zeros(0), numpy.zeros(0))
+        found = [library.family_parameter(made, i).contents
+                 for i in range(library.family_parameters(made))]
+        self.ranges: dict[str, tuple[float, float]] = {p.name.decode(): (p.low, p.high)
+                                                       for p in found}
+        self.columns: list[str] = [library.family_name(made, i).decode()
+                                   for i in range(library.family_columns(made))]
+
+    def __repr__(self) -> str:
+        of = ", ".join(f"{name} from {low:g} to {high:g}"
+                       for name, (low, high) in self.ranges.items())
+        return f"<cpinn.Family of {of}>"
+
+    def _at(self, s: Array, t: Array) -> Made:
+        """The family at these points, as which it was opened before or is now."""
+        key = s.tobytes() + t.tobytes()
+        if key not in self._made:
+            path, threads, extrapolate = self._open
+            settings = library.FamilySettings(extrapolate, threads, s.size, s.ctypes.data,
+                                              t.ctypes.data)
+            self._made[key] = Made(library.family_free, library.family_open, path,
+                                   ctypes.byref(settings))
+        return self._made[key]
+
+    def evaluate(self, at: Values, s: Numbers, t: Numbers = 0.0, polish: int = 2,
+                 alone: bool = False) -> Shapes:
+        """Shapes of members.
+
+        Parameters
+        ----------
+        at : array_like, shape (members, parameters), or dict of str to array_like
+            Parameters in SI units; by name they are broadcast against each other:
+            ``family.evaluate(at={"tension": [0.5, 1.2]}, s=0.2)``.
+        s, t : array_like, shape (points,)
+            Places (m, ascending) and, of a family in motion, instants (s).
+        polish : int
+            Steps of Newton's method, 0 to 2.
+        alone : bool
+            Leave what is not trusted as it is, and do not solve it.
+
+        Returns
+        -------
+        values : ndarray, shape (members, points, columns)
+            In SI units.
+        answers : structured ndarray, shape (members,)
+            error and network_error (m, predicted), source, reason (`words`), trusted, outside.
+        """
+        made, given, values, answers = self._room(at, s, t)
+        steps = whole("polish", polish, 0, 2)
+        library.call(library.family_evaluate, made,
+                     ctypes.byref(library.Polish(steps, bool(alone))), len(given),
+                     given.ctypes.data, values.ctypes.data, answers.ctypes.data)
+        return Shapes(values, answers)
+
+    def jacobian(self, at: Values, s: Numbers, t: Numbers = 0.0) -> Jacobian:
+        """Shapes of members with exact derivatives by the parameters.
+
+        At rest these are derivatives of the equilibrium at which the answer has arrived, by the
+        implicit function theorem; of families that the solver of members does not take, such as
+        motions, derivatives of the network.
+
+        Parameters
+        ----------
+        at, s, t
+            As in `evaluate`.
+
+        Returns
+        -------
+        values, answers
+            As of `evaluate`.
+        jacobian : ndarray, shape (members, points, columns, parameters)
+            In SI units.
+        """
+        made, given, values, answers = self._room(at, s, t)
+        slopes = numpy.empty((*values.shape, len(self.ranges)))
+        library.call(library.family_jacobian, made, len(given), given.ctypes.data,
+                     values.ctypes.data, slopes.ctypes.data, answers.ctypes.data)
+        return Jacobian(values, slopes, answers)
+
+    def _room(self, at: Values, s: Numbers, t: Numbers) -> tuple[Made, Array, Array, Records]:
+        _, s, t = points(s, t)
+        given = rows(at, list(self.ranges))
+        return (self._at(s, t), given, numpy.empty((len(given), s.size, len(self.columns))),
+                numpy.zeros(len(given), dtype=self.answer))
+
+    @staticmethod
+    def words(answers: Records) -> list[tuple[str, str]]:
+        """(source, reason) of each answer."""
+        return [(library.source_word(a["source"]).decode(),
+                 library.reason_word(a["reason"]).decode()) for a in answers]
+
+    def plot(self, at: Values, s: Numbers, t: Numbers = 0.0, axes: Optional["Axes"] = None,
+             **style: Any) -> "Axes":
+        """Draw members, in the plane in which they spread most; style: of `Axes.plot`."""
+        if "x" not in self.columns:
+            raise InputError("a beam has no position in space; draw what evaluate() returns")
+        return _plot(self.evaluate(at, s, t), axes, style)
