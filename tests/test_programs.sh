@@ -31,7 +31,7 @@ said stdout.txt 'weights +self-adaptive: one for every point'
 rm -r few
 
 before=$(contents a)
-refused 'a: there is a run already \(checkpoint.h5\).*--resume.*--out' \
+refused 'a: there is a run already \(checkpoint.h5\).*--resume it, or choose' \
     cpinn-train "$elastica" "${small[@]}" --out a
 refused 'there is a run already' cpinn-train "$elastica" "${small[@]}" --out a/
 check a refusal changes nothing -- test "$before" = "$(contents a)"
@@ -217,9 +217,9 @@ refused '^bad.yaml:2:3: rod.lenth: .*length' cpinn-check bad.yaml
 printf 'rod: [1\n' >bad.yaml
 refused '^bad.yaml:[0-9]+:[0-9]+: ' cpinn-train bad.yaml
 rm bad.yaml
-refused '^--set rod.lenth=1: ' cpinn-train "$elastica" --set rod.lenth=1
-refused '^--set rod.length=-1: ' cpinn-train "$elastica" --set rod.length=-1
-refused '^--set rod.length: ' cpinn-train "$elastica" --set rod.length
+refused '^override rod.lenth=1: ' cpinn-train "$elastica" --set rod.lenth=1
+refused '^override rod.length=-1: ' cpinn-train "$elastica" --set rod.length=-1
+refused '^override rod.length: ' cpinn-train "$elastica" --set rod.length
 refused 'weight 0' cpinn-train "$elastica" --set losses.interior.weights.strain=0 \
     --set losses.interior.weights.curvature=0 --set losses.interior.weights.force=0 \
     --set losses.interior.weights.moment=0
@@ -243,7 +243,7 @@ check the file in the way is still there -- test "$(cat file)" = data
 diverging='training.stages=[{optimizer: adam, steps: 30, learning_rate: 1e200}]'
 run 1 cpinn-train "$elastica" "${small[@]}" --set "$diverging" --out diverged
 check one line on stderr -- test "$(wc -l <stderr.txt)" -eq 1
-said stderr.txt "^cpinn-train: step 2: loss term '.*' is not finite at s = .* m; try: --resume with .*"
+said stderr.txt "^cpinn-train: step 2: loss term '.*' is not finite at s = .* m; try: resume with .*"
 said stdout.txt 'the checkpoint of step 0 is kept: diverged/checkpoint.h5'
 run 0 cpinn-eval diverged
 
