@@ -31,7 +31,7 @@ said stdout.txt 'weights +self-adaptive: one for every point'
 rm -r few
 
 before=$(contents a)
-refused 'a: there is a run already \(checkpoint.h5\).*--resume it, or choose' \
+refused 'a: there is a run already \(checkpoint.h5\).*resume it, or choose' \
     cpinn-train "$elastica" "${small[@]}" --out a
 refused 'there is a run already' cpinn-train "$elastica" "${small[@]}" --out a/
 check a refusal changes nothing -- test "$before" = "$(contents a)"
