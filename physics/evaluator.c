@@ -449,14 +449,11 @@ static int window_at(const evaluator *e, double t)
     return window < e->windows ? window : e->windows - 1;
 }
 
-/* Of the range of a coordinate: grids end with rounding. */
-static const double BEYOND = 1e-9;
-
 static ad_status check_place(const evaluator *e, int coordinate, size_t points, const double *at,
                              ad_error *error)
 {
     const domain_coordinate *by = &e->domain.coordinates[coordinate];
-    const double slack = BEYOND * (by->high - by->low);
+    const double slack = EVALUATOR_BEYOND * (by->high - by->low);
     const double low = (by->low - slack) * by->scale, high = (by->high + slack) * by->scale;
     for (size_t i = 0; i < points; i++) {
         if (at[i] < low || at[i] > high) {

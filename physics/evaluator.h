@@ -45,6 +45,9 @@ int evaluator_columns(const evaluator *e);
 const char *evaluator_column_name(const evaluator *e, int column); /* "x_s" */
 const char *evaluator_column_unit(const evaluator *e, int column); /* "m", "N m s^-1"; "" for 1 */
 
+/* Of the range of a coordinate: grids end with rounding, those of float numbers with 6e-8. */
+#define EVALUATOR_BEYOND 1e-6
+
 /* values [columns][points] at s [points] (m) and t [points] (s; ignored in a static scene, may then
  * be NULL). An instant between two windows belongs to the one that it ends; a time beyond the last
  * window that is trained is taken as that window's. NaN gives NaN. AD_BAD_ARGUMENT: of a model with

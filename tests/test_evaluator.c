@@ -259,6 +259,7 @@ static void test_beyond(void **state)
                 {-0.01, 0.5, "s is -0.01 m; allowed: 0 to 1 m"},
                 {0.5, 1.5, "t is 1.5 s; allowed: 0 to 1 s"},
                 {1 + 1e-12, 1 + 1e-12, NULL},
+                {1 + 6e-8, 1, NULL}, /* as a number of type float */
                 {NAN, 0.5, NULL}};
     experiment *e = make_default(MOVING, NULL);
     const evaluator_model model = model_of_windows(e, 1);

@@ -102,7 +102,7 @@ ad_status cpinn_solution_evaluate(const cpinn_solution *x, size_t points, const 
 {
     AD_LEAVE_HOST;
     const scene *of = &x->settings->scene;
-    const double length = scene_length(of), slack = 1e-9 * length;
+    const double length = scene_length(of), slack = EVALUATOR_BEYOND * length;
     for (size_t i = 0; i < points; i++) {
         if (s[i] < -slack || s[i] > length + slack) {
             return ad_fail(error, AD_BAD_ARGUMENT, "s is %g m; allowed: 0 to %g m", s[i], length);
