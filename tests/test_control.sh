@@ -72,7 +72,7 @@ run 0 cpinn-control "$arm" --set surrogate.kind=linear --set control.tolerance.r
     --set control.duration=1.5
 said stdout.txt 'model +trained one-step model, modes 2, 1, 2, 1'
 below 'one-step model' 1 6
-refused '^--set control.period=0.01: control.period: 0.01 s, and the trained model has steps of 0.02 s alone' \
+refused '^override control.period=0.01: control.period: 0.01 s, and the trained model has steps of 0.02 s alone' \
     cpinn-control "$arm" --set control.period=0.01
 refused 'was trained for another scene' cpinn-control "$arm" --set rod.length=0.14
 rm -rf runs
@@ -195,7 +195,7 @@ bad 'control.faults\[0\].measurement: is none of' \
 bad 'control.period: is above the step of the model' control.period=0.5
 bad 'control.period: 0.007 s; allowed: a step of the model' control.period=0.007
 bad 'control.walk: has not as many numbers as estimate' 'control.walk=[1, 2]'
-bad 'control.plant.set: --set rod.lenth=1: rod.lenth: unknown key' \
+bad 'control.plant.set: override rod.lenth=1: rod.lenth: unknown key' \
     'control.plant.set=[rod.lenth=1]'
 bad 'control.plant.set: control.horizon=3: is nothing of the robot' 'control.plant.set=[control.horizon=3]'
 bad 'control.plant.set: makes the rod 0.12 m long, and the place at 0.125 m' \
