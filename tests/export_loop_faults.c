@@ -94,8 +94,8 @@ static void apply(OF(loop) * loop, fault which)
     }
 }
 
-/* Flags that a loop may end with: the innovations'; and, of a curve in time, those that it ends with
- * without a fault, as a model that is trained as published does not follow. */
+/* Flags that a loop may end with: the innovations'; and, of a curve in time, those that it ends
+ * with without a fault, as a model that is trained as published does not follow. */
 static int usual = 0x100;
 
 /* Returns the place's distance from where it has to be at the end, m. */
