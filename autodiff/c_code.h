@@ -109,11 +109,20 @@ typedef struct c_table {
     double *numbers; /* [sets][rows] */
 } c_table;
 
-/* Of all functions of a file; functions with the same numbers share them. */
+/* y = A x, or of `columns` side by side; at several points these are columns, too. A is
+ * [rows][terms] in memory, or turned. */
+typedef struct c_product {
+    int rows, terms, columns, x_stride, y_stride;
+    bool wide, turned;
+} c_product;
+
+/* Of all functions of a file; functions with the same numbers or with alike products share them. */
 typedef struct c_tables {
-    const char *name; /* before the number of a table */
+    const char *name; /* before the number of a table or product */
     c_table *items;
     int count, capacity;
+    c_product *products;
+    int product_count, product_capacity;
 } c_tables;
 
 typedef struct c_function {

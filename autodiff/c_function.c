@@ -11,6 +11,7 @@ enum {
     BLOCK_ROWS = 32,
     BLOCK_NUMBERS = 160,
     TERMS = 4,
+    FEW_TERMS = 8, /* of a sum: one chain of additions waits no longer than several would take */
     TERMS_NUMBERS = 64,
     C_ENTRY = 2 * C_OPERAND /* characters */
 };
@@ -26,105 +27,151 @@ static void row_text(int offset, const char *row, int stride, char *text)
 /* A block of sums that fits into registers: rows i .. i + rows - 1 of a product, one point, for k
  * from `from` on, `terms` of them at a time, each into sums of its own, so that one addition does
  * not wait for another. */
-static void write_terms(c_function *f, const instruction *i, int rows, int terms, int from, int to,
-                        const char *matrix)
+static void write_terms(const c_writer *w, const c_product *p, int rows, int terms, int from,
+                        int to)
 {
-    int m = i->out.rows, k = i->in[1].rows;
-    bool turned = ad_c_is_known(f, i->in[0]) || i->op == OP_MATVEC_TRANSPOSED;
     char row[C_OPERAND], at[24];
     if (from == to) {
         return;
     }
-    fprintf(f->w.file, "        for (int k = %d; k < %d; k += %d) {\n", from, to, terms);
+    fprintf(w->file, "        for (int k = %d; k < %d; k += %d) {\n", from, to, terms);
     for (int q = 0; q < terms; q++) {
         snprintf(at, sizeof at, terms > 1 ? "(k + %d)" : "k", q);
-        for (int c = 0; c < i->columns; c++) {
-            row_text(i->in[1].offset + c, at, i->in[1].stride, row);
-            fprintf(f->w.file, "            const %s x%d_%d = w[%s];\n", f->w.type, c, q, row);
+        for (int c = 0; c < p->columns; c++) {
+            row_text(c, at, p->x_stride, row);
+            fprintf(w->file, "            const %s x%d_%d = x[%s];\n", w->type, c, q, row);
         }
     }
-    fprintf(f->w.file, "            AD_UNROLL\n            for (int n = 0; n < %d; n++) {\n", rows);
+    fprintf(w->file, "            AD_UNROLL\n            for (int n = 0; n < %d; n++) {\n", rows);
     for (int q = 0; q < terms; q++) {
         snprintf(at, sizeof at, terms > 1 ? "(k + %d)" : "k", q);
-        fprintf(f->w.file, "                const %s a%d = %s", f->w.type, q, matrix);
-        if (turned) {
-            fprintf(f->w.file, "%s * %d + i + n];\n", at, m);
+        fprintf(w->file, "                const %s a%d = a[", w->type, q);
+        if (p->turned) {
+            fprintf(w->file, "%s * %d + i + n];\n", at, p->rows);
         } else {
-            fprintf(f->w.file, "(i + n) * %d + %s];\n", k, at);
+            fprintf(w->file, "(i + n) * %d + %s];\n", p->terms, at);
         }
-        for (int c = 0; c < i->columns; c++) {
-            fprintf(f->w.file, "                sum%d_%d[n] += a%d * x%d_%d;\n", c, q, q, c, q);
+        for (int c = 0; c < p->columns; c++) {
+            fprintf(w->file, "                sum%d_%d[n] += a%d * x%d_%d;\n", c, q, q, c, q);
         }
     }
-    fputs("            }\n        }\n", f->w.file);
+    fputs("            }\n        }\n", w->file);
 }
 
 /* Of `rows` rows from `first` on, `block` at a time. Columns are written out, so that the innermost
  * loop is one that any compiler vectorises. */
-static void write_block(c_function *f, const instruction *i, int first, int rows, int block,
-                        const char *matrix)
+static void write_block(const c_writer *w, const c_product *p, int first, int rows, int block)
 {
-    int k = i->in[1].rows, terms = 1;
+    int k = p->terms, terms = 1;
     char row[C_OPERAND];
-    while (terms < TERMS && 2 * terms * block * i->columns <= TERMS_NUMBERS && 2 * terms <= k) {
+    while (k > FEW_TERMS && terms < TERMS && 2 * terms * block * p->columns <= TERMS_NUMBERS &&
+           2 * terms <= k) {
         terms *= 2;
     }
-    fprintf(f->w.file, "    for (int i = %d; i < %d; i += %d) {\n", first, first + rows, block);
-    for (int s = 0; s < i->columns * terms; s++) {
-        fprintf(f->w.file, "        %s sum%d_%d[%d] = {0};\n", f->w.type, s / terms, s % terms,
-                block);
+    fprintf(w->file, "    for (int i = %d; i < %d; i += %d) {\n", first, first + rows, block);
+    for (int s = 0; s < p->columns * terms; s++) {
+        fprintf(w->file, "        %s sum%d_%d[%d] = {0};\n", w->type, s / terms, s % terms, block);
     }
-    write_terms(f, i, block, terms, 0, k / terms * terms, matrix);
-    write_terms(f, i, block, 1, k / terms * terms, k, matrix);
-    fprintf(f->w.file, "        AD_UNROLL\n        for (int n = 0; n < %d; n++) {\n", block);
-    for (int c = 0; c < i->columns; c++) {
-        row_text(i->out.offset + c, i->out.stride == 1 ? "i + n" : "(i + n)", i->out.stride, row);
-        fprintf(f->w.file, "            w[%s] = ", row);
+    write_terms(w, p, block, terms, 0, k / terms * terms);
+    write_terms(w, p, block, 1, k / terms * terms, k);
+    fprintf(w->file, "        AD_UNROLL\n        for (int n = 0; n < %d; n++) {\n", block);
+    for (int c = 0; c < p->columns; c++) {
+        row_text(c, p->y_stride == 1 ? "i + n" : "(i + n)", p->y_stride, row);
+        fprintf(w->file, "            y[%s] = ", row);
         for (int q = 0; q < terms; q++) {
-            fprintf(f->w.file, "%ssum%d_%d[n]", q ? " + " : "", c, q);
+            fprintf(w->file, "%ssum%d_%d[n]", q ? " + " : "", c, q);
         }
-        fputs(";\n", f->w.file);
+        fputs(";\n", w->file);
     }
-    fputs("        }\n    }\n", f->w.file);
+    fputs("        }\n    }\n", w->file);
 }
 
 /* Columns of several points lie side by side. */
-static void write_wide(c_function *f, const instruction *i, const char *matrix)
+static void write_wide(const c_writer *w, const c_product *p)
 {
-    int m = i->out.rows, k = i->in[1].rows, width = i->columns * f->w.numbers;
-    bool turned = ad_c_is_known(f, i->in[0]) || i->op == OP_MATVEC_TRANSPOSED;
     char entry[C_OPERAND];
-    snprintf(entry, sizeof entry, turned ? "k * %d + i" : "i * %d + k", turned ? m : k);
-    fprintf(f->w.file,
+    snprintf(entry, sizeof entry, p->turned ? "k * %d + i" : "i * %d + k",
+             p->turned ? p->rows : p->terms);
+    fprintf(w->file,
             "    for (int i = 0; i < %d; i++) {\n"
             "        %s sum[%d] = {0};\n"
             "        for (int k = 0; k < %d; k++) {\n"
             "            for (int n = 0; n < %d; n++) {\n"
-            "                sum[n] += %s%s] * w[(%d + k * %d) * %d + n];\n"
+            "                sum[n] += a[%s] * x[k * %d + n];\n"
             "            }\n        }\n"
             "        for (int n = 0; n < %d; n++) {\n"
-            "            w[(%d + i * %d) * %d + n] = sum[n];\n        }\n    }\n",
-            m, f->w.type, width, k, width, matrix, entry, i->in[1].offset, i->in[1].stride,
-            f->w.numbers, width, i->out.offset, i->out.stride, f->w.numbers);
+            "            y[i * %d + n] = sum[n];\n        }\n    }\n",
+            p->rows, w->type, p->columns, p->terms, p->columns, entry, p->x_stride, p->columns,
+            p->y_stride);
+}
+
+/* One function for all products that are alike. */
+static void write_product_function(const c_writer *w, const c_tables *tables, int number)
+{
+    const c_product *p = &tables->products[number];
+    int block = BLOCK_NUMBERS / p->columns;
+    fprintf(w->file, "static void %.30s_product_%d(const %s *a, const %s *x, %s *y)\n{\n",
+            tables->name, number, w->type, w->type, w->type);
+    block = block > BLOCK_ROWS ? BLOCK_ROWS : block < 4 ? 4 : block / 4 * 4;
+    block = block > p->rows ? p->rows : block;
+    if (p->wide) {
+        write_wide(w, p);
+    } else {
+        write_block(w, p, 0, p->rows / block * block, block);
+    }
+    if (!p->wide && p->rows % block > 0) {
+        write_block(w, p, p->rows / block * block, p->rows % block, p->rows % block);
+    }
+    fputs("}\n\n", w->file);
+}
+
+static bool is_alike(const c_product *a, const c_product *b)
+{
+    return a->rows == b->rows && a->terms == b->terms && a->columns == b->columns &&
+           a->x_stride == b->x_stride && a->y_stride == b->y_stride && a->wide == b->wide &&
+           a->turned == b->turned;
+}
+
+/* The number of a product; -1: out of memory. */
+static int find_product(c_tables *tables, const c_product *p)
+{
+    int i = 0;
+    while (i < tables->product_count && !is_alike(&tables->products[i], p)) {
+        i++;
+    }
+    if (i == tables->product_capacity) {
+        int capacity = 2 * i + 8;
+        c_product *more = realloc(tables->products, (size_t)capacity * sizeof *more);
+        if (!more) {
+            return -1;
+        }
+        tables->products = more;
+        tables->product_capacity = capacity;
+    }
+    if (i == tables->product_count) {
+        tables->products[tables->product_count++] = *p;
+    }
+    return i;
 }
 
 /* A matrix that is known stands turned in the C, so that sums go along its rows. */
 static void write_product(c_function *f, const instruction *i)
 {
-    int m = i->out.rows, k = i->in[1].rows, block = BLOCK_NUMBERS / i->columns;
-    bool natural = i->op == OP_MATVEC_TRANSPOSED;
+    const int numbers = f->w.numbers, k = i->in[1].rows;
+    const bool natural = i->op == OP_MATVEC_TRANSPOSED;
+    const c_product p = {.rows = i->out.rows,
+                         .terms = k,
+                         .columns = i->columns * numbers,
+                         .x_stride = i->in[1].stride * numbers,
+                         .y_stride = i->out.stride * numbers,
+                         .wide = numbers > 1,
+                         .turned = natural || ad_c_is_known(f, i->in[0])};
     char matrix[C_OPERAND];
+    const int number = find_product(f->tables, &p);
     ad_c_begin_index(f, i->in[0], natural ? 0 : k, matrix);
-    if (f->w.numbers > 1) {
-        write_wide(f, i, matrix);
-        return;
-    }
-    block = block > BLOCK_ROWS ? BLOCK_ROWS : block < 4 ? 4 : block / 4 * 4;
-    block = block > m ? m : block;
-    write_block(f, i, 0, m / block * block, block, matrix);
-    if (m % block > 0) {
-        write_block(f, i, m / block * block, m % block, m % block, matrix);
-    }
+    f->failed = f->failed || number < 0;
+    fprintf(f->w.file, "    %.30s_product_%d(&%s0], w + %d, w + %d);\n", f->tables->name, number,
+            matrix, i->in[1].offset * numbers, i->out.offset * numbers);
 }
 
 /* An entry of a place in a loop: row `row` at point j, or the same for all; to text [C_ENTRY]. */
@@ -485,7 +532,7 @@ static bool write_one(ad_program *program, const ad_c_options *options, c_writer
 }
 
 /* Functions of our own that the code calls. */
-static void write_texts(const char *code, FILE *file)
+static void write_texts(const char *code, const c_tables *tables, FILE *file)
 {
     const struct {
         const char *name;
@@ -495,7 +542,7 @@ static void write_texts(const char *code, FILE *file)
                  {"ad_sine_single(", ad_text_sine_single}, {"ad_exp_number(", ad_text_exp},
                  {"ad_exp_single(", ad_text_exp_single}};
     fputs("#include <math.h>\n\n", file);
-    if (strstr(code, "AD_UNROLL")) { /* gcc -O2 makes vectors of loops but leaves them loops */
+    if (tables->product_count > 0) { /* gcc -O2 makes vectors of loops but leaves them loops */
         fputs("#if defined(__GNUC__) && __GNUC__ >= 8 && !defined(__clang__)\n"
               "#define AD_UNROLL _Pragma(\"GCC unroll 8\")\n#else\n#define AD_UNROLL\n#endif\n\n",
               file);
@@ -533,8 +580,11 @@ ad_status ad_write_c(int count, ad_program *const *programs, const ad_c_options 
     }
     ok = functions && fclose(functions) == 0 && ok;
     if (ok) {
-        write_texts(code, file);
+        write_texts(code, &tables, file);
         ad_c_write_tables(&w, &tables, file);
+        for (int i = 0; i < tables.product_count; i++) {
+            write_product_function(&(c_writer){.file = file, .type = w.type}, &tables, i);
+        }
         fputs(code, file);
     }
     free(code);

@@ -226,6 +226,7 @@ void ad_c_clear_tables(c_tables *tables)
         free(tables->items[i].numbers);
     }
     free(tables->items);
+    free(tables->products);
 }
 
 void ad_c_begin_index(c_function *f, place p, int k, char *text)

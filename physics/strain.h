@@ -13,7 +13,8 @@
  *
  *   strain_mesh_of(&one, 8, &mesh, &error);
  *   strain_rod_create(&settings, tape, s, parameters, &rod, &error);
- *   ad_value residual = strain_rod_residual(rod, network);
+ *   ad_value state = strain_rod_state(rod, network);
+ *   ad_value residual = strain_rod_residual(rod, network, state);
  *
  * Errors while recording are sticky on the tape. */
 #ifndef PHYSICS_STRAIN_H
@@ -74,10 +75,25 @@ ad_status strain_rod_create(const strain_settings *settings, ad_value s, const a
                             strain_rod **result, ad_error *error);
 void strain_rod_free(strain_rod *rod); /* NULL is allowed; what was recorded stays */
 
-/* [3 nodes] from the curvature [3 nodes], three numbers of each point in turn. */
-ad_value strain_rod_residual(const strain_rod *rod, ad_value curvature);
+/* All that follows from the curvature [3][nodes], as one vector: rotations, forces, strains and
+ * moments, at points and at the ends of elements. The others record from both. The vector may be an
+ * input of as many rows, which several programs share. */
+ad_value strain_rod_state(const strain_rod *rod, ad_value curvature);
 
-/* u* [3 nodes] */
+/* Inputs that move, each along its direction: of parameters, the curvature. */
+typedef struct strain_changes {
+    int count; /* up to 2 */
+    const ad_value *wrt, *along;
+} strain_changes;
+
+/* How the state changes, which is here an input; of the strain by what it obeys at the state. */
+ad_value strain_rod_state_change(const strain_rod *rod, ad_value curvature, ad_value state,
+                                 const strain_changes *changes);
+
+/* [3][nodes] */
+ad_value strain_rod_residual(const strain_rod *rod, ad_value curvature, ad_value state);
+
+/* u* [3][nodes] */
 ad_value strain_rod_rest(const strain_rod *rod);
 
 /* At places: components of one row for each of them; the columns of cpinn-eval. */
@@ -92,7 +108,7 @@ typedef struct strain_shape {
 
 /* At places s [places], ascending, of the length: Magnus' steps of rotation and position together
  * from one to the next, of at most a sixteenth of the length. */
-strain_shape strain_rod_shape(const strain_rod *rod, ad_value curvature, int places,
+strain_shape strain_rod_shape(const strain_rod *rod, ad_value curvature, ad_value state, int places,
                               const double *s);
 
 /* What a change du of the curvature changes, as physics/solve/strain_matrix.c has it, which leaves
@@ -116,13 +132,13 @@ enum {
 };
 
 typedef struct strain_blocks {
-    ad_value residual; /* [3 nodes], as strain_rod_residual */
+    ad_value residual; /* [3][nodes], as strain_rod_residual */
     bool follows;      /* a change of the curvature changes N */
     ad_value blocks;   /* [STRAIN_BLOCKS, or LOAD_BY_TURN without `follows`][3][3][nodes] */
     ad_value edges; /* [elements][2][3][3]: of force and moment at an element's end, by its turn */
 } strain_blocks;
 
-strain_blocks strain_rod_blocks(const strain_rod *rod, ad_value curvature);
+strain_blocks strain_rod_blocks(const strain_rod *rod, ad_value curvature, ad_value state);
 
 #ifdef __cplusplus
 }

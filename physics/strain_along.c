@@ -72,25 +72,16 @@ along strain_rows(ad_value vector)
 
 ad_value strain_points(int nodes, along a)
 {
-    ad_value rows[3 * STRAIN_NODES_MAX];
-    for (int i = 0; i < 3 * nodes; i++) {
-        ad_value x = a.x[i % 3];
-        rows[i] = ad_rows(x) == 1 ? x : ad_row(x, i / 3);
+    for (int c = 0; c < 3; c++) {
+        a.x[c] = ad_rows(a.x[c]) == 1 ? ad_repeat(a.x[c], nodes) : a.x[c];
     }
-    return ad_stack(3 * nodes, rows);
+    return ad_stack(3, a.x);
 }
 
 along strain_of_points(int nodes, ad_value x)
 {
-    ad_value rows[STRAIN_NODES_MAX];
-    along a;
-    for (int c = 0; c < 3; c++) {
-        for (int i = 0; i < nodes; i++) {
-            rows[i] = ad_row(x, 3 * i + c);
-        }
-        a.x[c] = ad_stack(nodes, rows);
-    }
-    return a;
+    return (along){
+        {ad_slice(x, 0, nodes), ad_slice(x, nodes, nodes), ad_slice(x, 2 * nodes, nodes)}};
 }
 
 /* ---- rotations ----------------------------------------------------------------------------- */
@@ -183,7 +174,7 @@ ad_value strain_weigh(int rows, int points, const double *weights, ad_value x)
     if (ad_rows(x) == points && points > 1) {
         return ad_matvec(ad_constant(x.tape, rows * points, weights), x);
     }
-    double sums[STRAIN_STEPS_MAX];
+    double sums[3 * STRAIN_STEPS_MAX];
     for (int i = 0; i < rows; i++) {
         double size = sums[i] = 0;
         for (int j = 0; j < points; j++) {

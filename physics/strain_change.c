@@ -108,7 +108,7 @@ static bool is_nothing(const along_matrix *by)
     return nothing;
 }
 
-strain_blocks strain_rod_blocks(const strain_rod *rod, ad_value curvature)
+strain_blocks strain_rod_blocks(const strain_rod *rod, ad_value curvature, ad_value vector)
 {
     static const int of[STRAIN_BLOCKS][2] = {
         [STRAIN_SLOPE_BY_TURN] = {TURN, OF_SLOPE},
@@ -126,7 +126,7 @@ strain_blocks strain_rod_blocks(const strain_rod *rod, ad_value curvature)
     strain_state state;
     local_changes local;
     ad_value blocks[STRAIN_BLOCKS], edges[18 * STRAIN_ELEMENTS_MAX];
-    strain_state_of(rod, curvature, &state);
+    strain_state_of(rod, curvature, vector, &state);
     differentiate_points(rod, &state, changes, &local);
     blocks[STRAIN_ROTATION] = points_of(rod, &state.R);
     for (int i = 1; i < STRAIN_BLOCKS; i++) {

@@ -60,7 +60,7 @@ along strain_to_world(const along_matrix *R, along a);
 along strain_to_body(const along_matrix *R, along a);
 along strain_zeros(ad_tape *tape);
 along strain_rows(ad_value vector);         /* of 3 rows: one for each component */
-ad_value strain_points(int nodes, along a); /* [3 nodes], three of each point in turn */
+ad_value strain_points(int nodes, along a); /* [3][nodes] */
 along strain_of_points(int nodes, ad_value x);
 along_turn strain_turn_product(along_turn p, along_turn q);
 along_turn strain_turn_by(along rotation_vector);
@@ -92,7 +92,9 @@ typedef struct strain_state {
     along edge_force[STRAIN_ELEMENTS_MAX + 1], edge_moment[STRAIN_ELEMENTS_MAX + 1];
 } strain_state;
 
-void strain_state_of(const strain_rod *rod, ad_value curvature, strain_state *state);
+/* From the curvature and the vector that strain_rod_state made of it. */
+void strain_state_of(const strain_rod *rod, ad_value curvature, ad_value vector,
+                     strain_state *state);
 
 /* q after a joint at an edge. */
 along_turn strain_turn_over(const strain_rod *rod, int edge, along_turn q);

@@ -58,20 +58,23 @@ static void step_terms(const strain_rod *rod, const steps *all, int e, along fie
 {
     const int n = rod->mesh.stages, count = all->first[e + 1] - all->first[e];
     const double h = rod->mesh.edges[e + 1] - rod->mesh.edges[e];
-    double weights[3][STRAIN_STEPS_MAX * STRAIN_STAGES_MAX];
+    double weights[3 * STRAIN_STEPS_MAX * STRAIN_STAGES_MAX];
     for (int i = 0; i < count; i++) {
         const int step = all->first[e] + i;
         double terms[3][GAUSS_STAGES_MAX];
         gauss_magnus(&rod->rule, all->from[step], all->to[step], terms);
         for (int k = 0; k < 3; k++) {
             for (int j = 0; j < n; j++) {
-                weights[k][i * n + j] = h * terms[k][j];
+                weights[(k * count + i) * n + j] = h * terms[k][j];
             }
         }
     }
-    for (int k = 0; k < 3; k++) {
-        for (int c = 0; c < 3; c++) {
-            a[k].x[c] = strain_weigh(count, n, weights[k], field.x[c]);
+    for (int c = 0; c < 3; c++) {
+        const bool same = ad_rows(field.x[c]) == 1; /* where terms of differences are 0 */
+        const ad_value terms = same ? field.x[c] : strain_weigh(3 * count, n, weights, field.x[c]);
+        for (int k = 0; k < 3; k++) {
+            a[k].x[c] = same ? strain_weigh(count, n, weights + k * count * n, terms)
+                             : ad_slice(terms, k * count, count);
         }
     }
 }
@@ -184,8 +187,8 @@ static void place_all(const strain_rod *rod, const strain_state *state, const st
     }
 }
 
-strain_shape strain_rod_shape(const strain_rod *rod, ad_value curvature, int places,
-                              const double *s)
+strain_shape strain_rod_shape(const strain_rod *rod, ad_value curvature, ad_value vector,
+                              int places, const double *s)
 {
     steps all;
     int after[STRAIN_STEPS_MAX], counts[STRAIN_ELEMENTS_MAX];
@@ -197,7 +200,7 @@ strain_shape strain_rod_shape(const strain_rod *rod, ad_value curvature, int pla
                      STRAIN_STEPS_MAX / 2);
         return shape;
     }
-    strain_state_of(rod, curvature, &state);
+    strain_state_of(rod, curvature, vector, &state);
     list_steps(rod, places, s, &all, after);
     place_all(rod, &state, &all, places, after, &shape);
     const along rate = strain_moment_rate(state.slope, state.force, state.load_rate[1]);

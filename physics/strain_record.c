@@ -114,24 +114,24 @@ void strain_acting(const strain_rod *rod, int edge, along_turn turn, along *forc
     *moment = strain_rows(T);
 }
 
-/* Over an element: from its beginning to its points, or from these to its end; and all of it. */
-static along integrate(const strain_rod *rod, int e, along rate, bool back, along *all)
+/* Over an element: from its points to its end; and all of it. */
+static along integrate(const strain_rod *rod, int e, along rate, along *all)
 {
     const int n = rod->mesh.stages;
     const double h = rod->mesh.edges[e + 1] - rod->mesh.edges[e];
-    double to[STRAIN_STAGES_MAX * STRAIN_STAGES_MAX], over[STRAIN_STAGES_MAX];
+    double to[(STRAIN_STAGES_MAX + 1) * STRAIN_STAGES_MAX];
     const along here = strain_element(rod, rate, e);
     along a;
     for (int j = 0; j < n; j++) {
-        over[j] = h * rod->rule.weights[j];
+        to[n * n + j] = h * rod->rule.weights[j];
         for (int i = 0; i < n; i++) {
-            double on = rod->rule.matrix[i][j];
-            to[i * n + j] = h * (back ? rod->rule.weights[j] - on : on);
+            to[i * n + j] = h * (rod->rule.weights[j] - rod->rule.matrix[i][j]);
         }
     }
     for (int c = 0; c < 3; c++) {
-        a.x[c] = strain_weigh(n, n, to, here.x[c]);
-        all->x[c] = strain_weigh(1, n, over, here.x[c]);
+        const ad_value both = strain_weigh(n + 1, n, to, here.x[c]);
+        a.x[c] = ad_slice(both, 0, n);
+        all->x[c] = ad_row(both, n);
     }
     return a;
 }
@@ -152,7 +152,7 @@ static along integrate_back(const strain_rod *rod, along rate, const along *acti
     for (int e = rod->mesh.elements; e >= 0; e--) {
         edges[e] = sum = strain_add(sum, acting[e]);
         if (e > 0) {
-            parts[e - 1] = strain_add(integrate(rod, e - 1, rate, true, &all), sum);
+            parts[e - 1] = strain_add(integrate(rod, e - 1, rate, &all), sum);
             sum = strain_add(sum, all);
         }
     }
@@ -228,19 +228,27 @@ static along soften(const strain_rod *rod, const along_matrix *by_v, along a)
     return strain_by(by, solved);
 }
 
+/* v* + C (n - actuation at v, u) */
+static along balance(const strain_rod *rod, along n, along u, along v)
+{
+    const along force = rod->actuators > 0 ? strain_sub(n, pull_all(rod, v, u).force) : n;
+    return rod->shears ? strain_add(rod->rest_strain, strain_mul(rod->strain_compliance, force))
+                       : rod->rest_strain;
+}
+
+static bool is_implicit(const strain_rod *rod)
+{
+    return rod->shears && rod->actuators > 0;
+}
+
 along strain_yield_on(const strain_rod *rod, along n, along u, along v, along matrix_u)
 {
-    if (!rod->shears) {
-        return rod->rest_strain;
+    const along there = balance(rod, n, u, v);
+    if (!is_implicit(rod)) {
+        return there;
     }
-    const along soft = strain_add(rod->rest_strain, strain_mul(rod->strain_compliance, n));
-    if (rod->actuators == 0) {
-        return soft;
-    }
-    const along force = pull_all(rod, v, u).force;
     const along_matrix by_v = pull_all(rod, v, matrix_u).by_v;
-    const along given = strain_sub(soft, strain_mul(rod->strain_compliance, force));
-    return strain_sub(v, soften(rod, &by_v, strain_sub(v, given)));
+    return strain_sub(v, soften(rod, &by_v, strain_sub(v, there)));
 }
 
 static along strain_yield(const strain_rod *rod, along n, along u, along v)
@@ -266,10 +274,30 @@ along strain_missing(const strain_rod *rod, const along_matrix *R, along v, alon
     return strain_sub(strain_sub(u, rod->rest_curvature), strain_mul(rod->curvature_compliance, m));
 }
 
-void strain_state_of(const strain_rod *rod, ad_value curvature, strain_state *state)
+/* N, or M from it, and the strain. */
+static void find_force(const strain_rod *rod, strain_state *state)
 {
-    const int elements = rod->mesh.elements;
-    along force[STRAIN_ELEMENTS_MAX + 1], moment[STRAIN_ELEMENTS_MAX + 1];
+    along force[STRAIN_ELEMENTS_MAX + 1], moment;
+    for (int e = 0; e <= rod->mesh.elements; e++) {
+        strain_acting(rod, e, state->edge_turn[e], &force[e], &moment);
+    }
+    state->force = integrate_back(rod, state->load_rate[0], force, state->edge_force);
+}
+
+static void find_moment(const strain_rod *rod, strain_state *state)
+{
+    along force, moment[STRAIN_ELEMENTS_MAX + 1];
+    for (int e = 0; e <= rod->mesh.elements; e++) {
+        strain_acting(rod, e, state->edge_turn[e], &force, &moment[e]);
+    }
+    state->slope = strain_to_world(&state->R, state->strain);
+    state->moment =
+        integrate_back(rod, strain_moment_rate(state->slope, state->force, state->load_rate[1]),
+                       moment, state->edge_moment);
+}
+
+static void find_state(const strain_rod *rod, ad_value curvature, strain_state *state)
+{
     if (ad_rows(curvature) != 3 * rod->nodes) {
         ad_tape_fail(rod->tape, AD_BAD_SHAPE, "the curvature at %d points has %d rows", rod->nodes,
                      ad_rows(curvature));
@@ -277,22 +305,148 @@ void strain_state_of(const strain_rod *rod, ad_value curvature, strain_state *st
     state->curvature = strain_of_points(rod->nodes, curvature);
     turn_all(rod, state);
     strain_loads(rod, &state->R, state->load_rate);
-    for (int e = 0; e <= elements; e++) {
-        strain_acting(rod, e, state->edge_turn[e], &force[e], &moment[e]);
-    }
-    state->force = integrate_back(rod, state->load_rate[0], force, state->edge_force);
+    find_force(rod, state);
     state->strain = strain_yield(rod, strain_to_body(&state->R, state->force), state->curvature,
                                  rod->rest_strain);
-    state->slope = strain_to_world(&state->R, state->strain);
-    state->moment =
-        integrate_back(rod, strain_moment_rate(state->slope, state->force, state->load_rate[1]),
-                       moment, state->edge_moment);
+    find_moment(rod, state);
 }
 
-ad_value strain_rod_residual(const strain_rod *rod, ad_value curvature)
+/* ---- the state as one vector ---------------------------------------------------------------- */
+
+enum { BY_TURNS, BY_FORCE, BY_STRAIN, PARTS };
+
+/* The fields of the vector in turn: those of part i end at ends[i]. Others are the same at all
+ * points, or 0, and are recorded anew. */
+typedef struct fields {
+    ad_value *of[18 + 10 * STRAIN_ELEMENTS_MAX];
+    int count, ends[PARTS];
+} fields;
+
+static void add_fields(const strain_rod *rod, int count, ad_value *of, bool at_points, fields *all)
+{
+    for (int i = 0; i < count; i++) {
+        if (at_points ? ad_rows(of[i]) == rod->nodes : !ad_is_constant(of[i], 0)) {
+            all->of[all->count++] = &of[i];
+        }
+    }
+}
+
+static fields list_fields(const strain_rod *rod, strain_state *state)
+{
+    const int elements = rod->mesh.elements;
+    fields all = {.count = 0};
+    for (int i = 0; i < 3; i++) {
+        add_fields(rod, 3, state->R.x[i], true, &all);
+    }
+    add_fields(rod, 3, state->force.x, true, &all);
+    for (int e = 1; e <= elements; e++) {
+        add_fields(rod, 4, state->edge_turn[e].x, false, &all);
+        add_fields(rod, 3, state->edge_force[e].x, false, &all);
+    }
+    all.ends[BY_TURNS] = all.count;
+    add_fields(rod, 3, state->strain.x, true, &all);
+    all.ends[BY_FORCE] = all.count;
+    add_fields(rod, 3, state->moment.x, true, &all);
+    for (int e = 1; e <= elements; e++) {
+        add_fields(rod, 3, state->edge_moment[e].x, false, &all);
+    }
+    all.ends[BY_STRAIN] = all.count;
+    return all;
+}
+
+ad_value strain_rod_state(const strain_rod *rod, ad_value curvature)
+{
+    ad_value parts[18 + 10 * STRAIN_ELEMENTS_MAX];
+    strain_state state;
+    find_state(rod, curvature, &state);
+    const fields all = list_fields(rod, &state);
+    for (int i = 0; i < all.count; i++) {
+        parts[i] = *all.of[i];
+    }
+    return ad_stack(all.count, parts);
+}
+
+void strain_state_of(const strain_rod *rod, ad_value curvature, ad_value vector,
+                     strain_state *state)
+{
+    int first = 0;
+    find_state(rod, curvature, state);
+    const fields all = list_fields(rod, state);
+    for (int i = 0; i < all.count; i++) {
+        const int rows = ad_rows(*all.of[i]);
+        *all.of[i] = ad_slice(vector, first, rows);
+        first += rows;
+    }
+    strain_loads(rod, &state->R, state->load_rate);
+    state->slope = strain_to_world(&state->R, state->strain);
+}
+
+/* Fields `first` to `end` of what changes change, as one of `given`, the rest of the vector 0. */
+static void change_fields(const fields *all, int first, int end, const strain_changes *changes,
+                          ad_value vector, ad_value *parts)
+{
+    ad_value wrt[3], along[3], y[18 + 10 * STRAIN_ELEMENTS_MAX];
+    for (int i = 0; i < changes->count; i++) {
+        wrt[i] = changes->wrt[i];
+        along[i] = changes->along[i];
+    }
+    wrt[changes->count] = vector;
+    along[changes->count] = ad_stack(all->count, parts);
+    for (int i = first; i < end; i++) {
+        y[i] = *all->of[i];
+    }
+    if (end > first) {
+        ad_directional(end - first, y + first, changes->count + 1, wrt, along, parts + first);
+    }
+    for (int i = first; i < end; i++) {
+        parts[i] =
+            ad_rows(parts[i]) < ad_rows(y[i]) ? ad_repeat(parts[i], ad_rows(y[i])) : parts[i];
+    }
+}
+
+/* Those of the strain, where v is on both sides of what it obeys: at v, the rest having changed. */
+static void soften_fields(const strain_rod *rod, const fields *all, const strain_state *state,
+                          along v, ad_value *parts)
+{
+    const along_matrix by_v = pull_all(rod, v, state->curvature).by_v;
+    along change = strain_zeros(rod->tape);
+    for (int i = all->ends[BY_TURNS]; i < all->ends[BY_FORCE]; i++) {
+        change.x[all->of[i] - state->strain.x] = parts[i];
+    }
+    change = soften(rod, &by_v, change);
+    for (int i = all->ends[BY_TURNS]; i < all->ends[BY_FORCE]; i++) {
+        parts[i] = change.x[all->of[i] - state->strain.x];
+    }
+}
+
+ad_value strain_rod_state_change(const strain_rod *rod, ad_value curvature, ad_value vector,
+                                 const strain_changes *changes)
+{
+    ad_value parts[18 + 10 * STRAIN_ELEMENTS_MAX];
+    strain_state state;
+    find_state(rod, curvature, &state);
+    const fields all = list_fields(rod, &state);
+    for (int i = 0; i < all.count; i++) {
+        parts[i] = ad_zeros(rod->tape, ad_rows(*all.of[i]));
+    }
+    change_fields(&all, 0, all.ends[BY_TURNS], changes, vector, parts);
+    strain_state_of(rod, curvature, vector, &state);
+    const along v = state.strain;
+    state.strain = balance(rod, strain_to_body(&state.R, state.force), state.curvature, v);
+    change_fields(&all, all.ends[BY_TURNS], all.ends[BY_FORCE], changes, vector, parts);
+    if (is_implicit(rod)) {
+        soften_fields(rod, &all, &state, v, parts);
+    }
+    state.strain = v;
+    find_moment(rod, &state);
+    change_fields(&all, all.ends[BY_FORCE], all.ends[BY_STRAIN], changes, vector, parts);
+    return ad_stack(all.count, parts);
+}
+
+ad_value strain_rod_residual(const strain_rod *rod, ad_value curvature, ad_value vector)
 {
     strain_state state;
-    strain_state_of(rod, curvature, &state);
+    strain_state_of(rod, curvature, vector, &state);
     return strain_points(
         rod->nodes, strain_missing(rod, &state.R, state.strain, state.curvature, state.moment));
 }

@@ -65,6 +65,7 @@ typedef struct recorded {
     double scale; /* m */
     ad_tape *tape;
     ad_value parameters, curvature, direction; /* inputs 1 to 3 */
+    ad_value state;
     strain_mesh mesh;
     int nodes;
     strain_rod *rod;
@@ -88,6 +89,7 @@ static recorded begin(const char *text, int stages)
     }
     const strain_settings settings = {&r.given->scene, PARAMETERS, names, usual, r.mesh};
     assert_good(strain_rod_create(&settings, s, each, &r.rod, &error), &error);
+    r.state = strain_rod_state(r.rod, r.curvature);
     return r;
 }
 
@@ -144,12 +146,12 @@ static void solve_form(const recorded *r, const double *parameters, const double
     strain_level_rest(&level);
     strain_form *form = level.form;
     for (int i = 0; i < 3 * r->nodes; i++) {
-        form->at[i / 3].u[i % 3] = curvature[i] + (lanes){0};
+        form->at[i % r->nodes].u[i / r->nodes] = curvature[i] + (lanes){0};
     }
     strain_form_shape(form); /* v is warm then */
     strain_form_shape(form);
     for (int i = 0; i < 3 * r->nodes; i++) {
-        residual[i] = form->right[i][0];
+        residual[i % 3 * r->nodes + i / 3] = form->right[i][0];
     }
     free(room);
     strain_level_free(&level);
@@ -170,8 +172,8 @@ static void test_as_solver(void **state)
         double curvature[3 * NODES_MAX];
         draw(&r, 3, curvature);
         solve_form(&r, parameters, curvature, residual[0]);
-        evaluate_one(&r, strain_rod_residual(r.rod, r.curvature), parameters, curvature, curvature,
-                     residual[1]);
+        evaluate_one(&r, strain_rod_residual(r.rod, r.curvature, r.state), parameters, curvature,
+                     curvature, residual[1]);
         for (int i = 0; i < n; i++) {
             assert_near(residual[1][i], residual[0][i], 2e-12); /* of terms of up to 100 */
         }
@@ -214,14 +216,14 @@ static errors errors_of(const char *text, int stages)
     solve_one(&r, r.nodes, points, solved);
     solve_one(&r, PLACES, s, expected);
     for (int i = 0; i < 3 * r.nodes; i++) {
-        curvature[i] = r.scale * solved[(10 + i % 3) * r.nodes + i / 3];
+        curvature[i] = r.scale * solved[10 * r.nodes + i];
     }
-    evaluate_one(&r, strain_rod_residual(r.rod, r.curvature), usual, curvature, curvature,
+    evaluate_one(&r, strain_rod_residual(r.rod, r.curvature, r.state), usual, curvature, curvature,
                  residual);
     for (int i = 0; i < 3 * r.nodes; i++) {
         e.residual = fmax(e.residual, fabs(residual[i]));
     }
-    const strain_shape shape = strain_rod_shape(r.rod, r.curvature, PLACES, s);
+    const strain_shape shape = strain_rod_shape(r.rod, r.curvature, r.state, PLACES, s);
     const rod_scales scales = rod_scales_of(&r.one);
     const struct {
         const ad_value *of;
@@ -290,9 +292,9 @@ static void test_differences(void **state)
         for (int i = 0; i < rows; i++) {
             direction[i] = random_in(&random, -1, 1);
         }
-        const strain_shape shape = strain_rod_shape(r.rod, r.curvature, 1, &tip);
-        ad_value all = ad_stack(
-            2, (ad_value[]){strain_rod_residual(r.rod, r.curvature), ad_stack(3, shape.position)});
+        const strain_shape shape = strain_rod_shape(r.rod, r.curvature, r.state, 1, &tip);
+        ad_value all = ad_stack(2, (ad_value[]){strain_rod_residual(r.rod, r.curvature, r.state),
+                                                ad_stack(3, shape.position)});
         ad_value change;
         const ad_value wrt[2] = {r.curvature, r.parameters},
                        along[2] = {r.direction, ad_constant(r.tape, PARAMETERS, by)};

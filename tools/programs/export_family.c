@@ -10,43 +10,40 @@
 
 /* ---- what is recorded ---------------------------------------------------------------------- */
 
-/* Functions of the C: parameters p, curvature u, directions of p and u for each parameter. */
+/* Functions of the C: parameters p, curvature u, the state z of the rod by u, directions of these
+ * for each parameter. The state comes first: it says how many numbers z has. */
 enum {
+    STATE,       /* p, u -> z */
+    STATE_BY,    /* p, u, z, dp, du -> dz */
     NETWORK,     /* p -> u */
     NETWORK_BY,  /* p, dp -> du */
-    NEWTON,      /* p, u -> residual, strain_blocks */
-    RESIDUAL,    /* p, u -> residual */
-    RESIDUAL_BY, /* p, u, dp -> its changes */
-    SHAPE,       /* p, u -> columns at places */
+    NEWTON,      /* p, u, z -> residual, strain_blocks */
+    RESIDUAL,    /* p, u, z -> residual */
+    RESIDUAL_BY, /* p, u, z, dp, du, dz -> its changes */
+    SHAPE,       /* p, u, z -> columns at places */
     TIP,         /* the same of the end */
-    TIP_BY,      /* p, u, dp, du -> its changes */
+    TIP_BY,      /* p, u, z, dp, du, dz -> its changes */
     FUNCTIONS
 };
 
 static const struct {
     const char *name;
-    bool of_u, by_u, by_p; /* inputs */
-    bool shared;           /* p and u are those of all points */
-} functions[FUNCTIONS] = {
-    {"network", false, false, false, false},  {"network_by", false, false, true, true},
-    {"newton", true, false, false, false},    {"residual", true, false, false, false},
-    {"residual_by", true, false, true, true}, {"shape", true, false, false, false},
-    {"tip", true, false, false, false},       {"tip_by", true, true, true, true}};
+    int inputs;  /* of p, u, z, dp, du, dz */
+    bool shared; /* p, u and z are those of all points */
+} functions[FUNCTIONS] = {{"state", 2, false},      {"state_by", 5, true}, {"network", 1, false},
+                          {"network_by", 4, true},  {"newton", 3, false},  {"residual", 3, false},
+                          {"residual_by", 6, true}, {"shape", 3, false},   {"tip", 3, false},
+                          {"tip_by", 6, true}};
 
 typedef struct recording {
     ad_tape *tape;
-    ad_value p, u, du, dp;
+    ad_value p, u, z, dp, du, dz;
     strain_rod *rod;
 } recording;
 
 static size_t points_of(const export_family *x, int function)
 {
     return functions[function].shared ? (size_t)x->open->parameter_count : 1;
-}
-
-static ad_value leaf(ad_tape *tape, const char *name, int rows, bool shared)
-{
-    return shared ? ad_input_member(tape, name, rows) : ad_input(tape, name, rows);
 }
 
 /* Inputs in the order in which the C has them. */
@@ -61,15 +58,15 @@ static ad_status begin(const export_family *x, int function, recording *r, ad_er
     if (!r->tape) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
     }
-    r->p = leaf(r->tape, "parameters", count, shared);
-    if (functions[function].of_u) {
-        r->u = leaf(r->tape, "curvature", rows, shared);
-    }
-    if (functions[function].by_p) {
-        r->dp = ad_input(r->tape, "direction", count);
-    }
-    if (functions[function].by_u) {
-        r->du = ad_input(r->tape, "change", rows);
+    const struct {
+        const char *name;
+        ad_value *at;
+        int rows;
+    } inputs[] = {{"p", &r->p, count},   {"u", &r->u, rows},   {"z", &r->z, x->state},
+                  {"dp", &r->dp, count}, {"du", &r->du, rows}, {"dz", &r->dz, x->state}};
+    for (int i = 0; i < functions[function].inputs; i++) {
+        *inputs[i].at = shared && i < 3 ? ad_input_member(r->tape, inputs[i].name, inputs[i].rows)
+                                        : ad_input(r->tape, inputs[i].name, inputs[i].rows);
     }
     for (int i = 0; i < count; i++) {
         each[i] = ad_row(r->p, i);
@@ -77,7 +74,7 @@ static ad_status begin(const export_family *x, int function, recording *r, ad_er
         middle[i] = scene_parameter_at(&x->open->parameters[i], 0.5);
     }
     const strain_settings settings = {x->open, count, names, middle, x->mesh};
-    return functions[function].of_u
+    return function != NETWORK && function != NETWORK_BY
                ? strain_rod_create(&settings, ad_input(r->tape, "s", 1), each, &r->rod, error)
                : AD_OK;
 }
@@ -85,8 +82,7 @@ static ad_status begin(const export_family *x, int function, recording *r, ad_er
 /* Coordinates of parameters, the inverse of scene_parameter_at. */
 static ad_value record_network(const export_family *x, const recording *r)
 {
-    const int nodes = strain_mesh_nodes(&x->mesh);
-    ad_value at[SCENE_PARAMETERS_MAX], rows[3 * STRAIN_ELEMENTS_MAX * STRAIN_STAGES_MAX];
+    ad_value at[SCENE_PARAMETERS_MAX];
     for (int i = 0; i < x->open->parameter_count; i++) {
         const scene_parameter *p = &x->open->parameters[i];
         ad_value value = ad_row(r->p, i);
@@ -94,21 +90,17 @@ static ad_value record_network(const export_family *x, const recording *r)
                     ? ad_scale(ad_log(ad_scale(value, 1 / p->low)), 1 / log(p->high / p->low))
                     : ad_scale(ad_sub(value, ad_scalar(r->tape, p->low)), 1 / (p->high - p->low));
     }
-    ad_value u = x->network(x->context, r->tape, at);
-    for (int i = 0; i < 3 * nodes; i++) {
-        rows[i] = ad_row(u, i % 3 * nodes + i / 3);
-    }
-    return ad_stack(3 * nodes, rows);
+    return x->network(x->context, r->tape, at);
 }
 
-/* Columns of each place in turn, in SI units. */
+/* [columns][places], in SI units. */
 static ad_value record_shape(const export_family *x, const recording *r, int places,
                              const double *s)
 {
     scene middle;
     scene_middle(x->open, &middle);
     const rod_scales scale = rod_scales_of(&middle);
-    const strain_shape shape = strain_rod_shape(r->rod, r->u, places, s);
+    const strain_shape shape = strain_rod_shape(r->rod, r->u, r->z, places, s);
     const struct {
         const ad_value *of;
         int rows;
@@ -120,49 +112,36 @@ static ad_value record_shape(const export_family *x, const recording *r, int pla
                   {shape.force, 3, scale.force},
                   {shape.moment, 3, scale.moment}};
     ad_value columns[EXPORT_FAMILY_COLUMNS];
-    ad_value *all = calloc((size_t)places * EXPORT_FAMILY_COLUMNS, sizeof *all);
-    if (!all) {
-        ad_tape_fail(r->tape, AD_NO_MEMORY, "out of memory for a shape");
-        return shape.position[0];
-    }
     for (int f = 0, c = 0; f < 6; f++) {
         for (int k = 0; k < fields[f].rows; k++) {
             columns[c++] = ad_scale(fields[f].of[k], fields[f].unit);
         }
     }
-    for (int i = 0; i < places * EXPORT_FAMILY_COLUMNS; i++) {
-        all[i] = ad_row(columns[i % EXPORT_FAMILY_COLUMNS], i / EXPORT_FAMILY_COLUMNS);
-    }
-    ad_value result = ad_stack(places * EXPORT_FAMILY_COLUMNS, all);
-    free(all);
-    return result;
+    return ad_stack(EXPORT_FAMILY_COLUMNS, columns);
 }
 
-/* Derivatives by parameters, and where u follows them with u. */
-static ad_value change_of(const recording *r, ad_value y, bool with_u)
+/* By p, and where they follow it by u and z. */
+static ad_value change_of(const recording *r, ad_value y, bool all)
 {
-    const ad_value wrt[2] = {r->p, r->u}, along[2] = {r->dp, r->du};
+    const ad_value wrt[3] = {r->p, r->u, r->z}, along[3] = {r->dp, r->du, r->dz};
     ad_value result = y;
-    ad_directional(1, &y, with_u ? 2 : 1, wrt, along, &result);
+    ad_directional(1, &y, all ? 3 : 1, wrt, along, &result);
     return result;
-}
-
-/* [3][nodes], as the blocks are. */
-static ad_value by_component(const export_family *x, ad_value residual)
-{
-    const int nodes = strain_mesh_nodes(&x->mesh);
-    ad_value rows[3 * STRAIN_ELEMENTS_MAX * STRAIN_STAGES_MAX];
-    for (int i = 0; i < 3 * nodes; i++) {
-        rows[i] = ad_row(residual, i % nodes * 3 + i / nodes);
-    }
-    return ad_stack(3 * nodes, rows);
 }
 
 static int record(export_family *x, int function, const recording *r, ad_value outputs[3])
 {
     const double end = 1;
     strain_blocks at;
+    const strain_changes changes = {2, (ad_value[]){r->p, r->u}, (ad_value[]){r->dp, r->du}};
     switch (function) {
+    case STATE:
+        outputs[0] = strain_rod_state(r->rod, r->u);
+        x->state = ad_rows(outputs[0]);
+        return 1;
+    case STATE_BY:
+        outputs[0] = strain_rod_state_change(r->rod, r->u, r->z, &changes);
+        return 1;
     case NETWORK:
         outputs[0] = record_network(x, r);
         return 1;
@@ -170,17 +149,17 @@ static int record(export_family *x, int function, const recording *r, ad_value o
         outputs[0] = change_of(r, record_network(x, r), false);
         return 1;
     case NEWTON:
-        at = strain_rod_blocks(r->rod, r->u);
+        at = strain_rod_blocks(r->rod, r->u, r->z);
         x->follows = at.follows;
-        outputs[0] = by_component(x, at.residual);
+        outputs[0] = at.residual;
         outputs[1] = at.blocks;
         outputs[2] = at.edges;
         return 3;
     case RESIDUAL:
-        outputs[0] = by_component(x, strain_rod_residual(r->rod, r->u));
+        outputs[0] = strain_rod_residual(r->rod, r->u, r->z);
         return 1;
     case RESIDUAL_BY:
-        outputs[0] = change_of(r, by_component(x, strain_rod_residual(r->rod, r->u)), false);
+        outputs[0] = change_of(r, strain_rod_residual(r->rod, r->u, r->z), true);
         return 1;
     case SHAPE:
         outputs[0] = record_shape(x, r, x->places, x->s);
@@ -247,11 +226,11 @@ static void put_numbers(const export_family *x, const char *name, size_t number,
     fprintf(file, "#define %s_%-12s %zu\n", x->name, name, number);
 }
 
-/* Inputs of the functions: p, u, and for each parameter a direction of p and one of u. */
+/* Inputs of the functions: p, u, z, and for each parameter a direction of these. */
 static size_t inputs_of(const export_family *x)
 {
     const size_t n = 3 * (size_t)strain_mesh_nodes(&x->mesh), p = (size_t)x->open->parameter_count;
-    return p + n + p * p + n * p;
+    return (p + n + (size_t)x->state) * (1 + p);
 }
 
 /* Residual and blocks. */
@@ -264,8 +243,9 @@ static size_t linearised_of(const export_family *x)
 /* As `room` of the C divides it. */
 static size_t memory_of(const export_family *x)
 {
-    const size_t n = 3 * (size_t)strain_mesh_nodes(&x->mesh), p = (size_t)x->open->parameter_count;
-    return inputs_of(x) + linearised_of(x) + 5 * n * n + n + n * p + x->workspace;
+    const size_t n = 3 * (size_t)strain_mesh_nodes(&x->mesh);
+    return inputs_of(x) + linearised_of(x) + 5 * n * n + (size_t)x->places * EXPORT_FAMILY_COLUMNS +
+           x->workspace;
 }
 
 void export_family_write_header(const export_family *x, FILE *file)
@@ -373,11 +353,12 @@ static void write_constants(const export_family *x, FILE *file)
     }
     fputs("};\n\n", file);
     fprintf(file,
-            "enum {\n    NODES = %d,\n    N = 3 * NODES,\n    P = %d,\n    ELEMENTS = %d,\n"
+            "enum {\n    NODES = %d,\n    N = 3 * NODES,\n    P = %d,\n    Z = %d,\n"
+            "    ELEMENTS = %d,\n"
             "    STAGES = %d,\n    FOLLOWS = %d, /* forces follow the rod */\n    INPUTS = %zu,\n"
             "    LINEARISED = %zu\n};\n",
-            strain_mesh_nodes(&x->mesh), count, x->mesh.elements, x->mesh.stages, x->follows,
-            inputs_of(x), linearised_of(x));
+            strain_mesh_nodes(&x->mesh), count, x->state, x->mesh.elements, x->mesh.stages,
+            x->follows, inputs_of(x), linearised_of(x));
     fprintf(file, "#define LENGTH %.17g\n#define MESH %.3g\n", scene_length(x->open),
             x->mesh_error);
     write_integrals(&x->mesh, file);

@@ -21,6 +21,7 @@ typedef struct export_family {
     const double *weights;
     double mesh_error; /* m, of equilibria on the mesh: comes to each distance */
     size_t workspace;  /* numbers of the functions; by export_family_write_source, as the next */
+    int state;         /* numbers of the state of the rod */
     bool follows;      /* forces follow the rod */
     /* Of the self-test: members, their curvature times the length after a step from the network's,
      * and positions of their tips then, m. */

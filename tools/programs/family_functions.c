@@ -39,18 +39,23 @@ static void set_unit(int n, double *x)
     }
 }
 
-/* Memory: inputs; residual [3][NODES], blocks and edges as newton leaves them; the matrix and its
- * factors; what a change of one point does to forces, to rates and moments; curvature; changes of
- * the curvature by parameters; workspace. */
+/* Memory: inputs p, u, z and, for each parameter, directions of these; residual [3][NODES], blocks
+ * and edges as newton leaves them; the matrix and its factors; what a change of one point does to
+ * forces, to rates and moments; columns of a shape; workspace. */
 typedef struct room {
-    double *x, *residual, *blocks, *edges, *matrix, *lower, *force, *rate, *moment, *curvature, *by,
-        *w;
+    double *x, *u, *z, *dp, *du, *dz, *residual, *blocks, *edges, *matrix, *lower, *force, *rate,
+        *moment, *columns, *w;
 } room;
 
 static room divide(double *memory)
 {
     room r;
     r.x = memory;
+    r.u = r.x + P;
+    r.z = r.u + N;
+    r.dp = r.z + Z;
+    r.du = r.dp + P * P;
+    r.dz = r.du + N * P;
     r.residual = r.x + INPUTS;
     r.blocks = r.residual + N;
     r.matrix = r.residual + LINEARISED;
@@ -59,10 +64,26 @@ static room divide(double *memory)
     r.force = r.lower + N * N;
     r.rate = r.force + N * N;
     r.moment = r.rate + N * N;
-    r.curvature = r.moment + N * N;
-    r.by = r.curvature + N;
-    r.w = r.by + N * P;
+    r.columns = r.moment + N * N;
+    r.w = r.columns + model_POINTS * model_COLUMNS;
     return r;
+}
+
+/* x [rows][columns] to [columns][rows]. */
+static void transpose(int rows, int columns, const double *x, double *to)
+{
+    int i, k;
+    for (i = 0; i < rows; i++) {
+        for (k = 0; k < columns; k++) {
+            to[k * rows + i] = x[i * columns + k];
+        }
+    }
+}
+
+/* What all others are from: the state by the curvature. */
+static void find_state(room r)
+{
+    state(r.x, r.z, r.w);
 }
 
 /* ---- the linearised equation --------------------------------------------------------------- */
@@ -267,11 +288,10 @@ static void solve(room r, const int *rows, int apart, double *x)
     }
 }
 
-/* Residual and blocks, and the matrix eliminated; returns what that returns. */
-static int linearise(room r, const double *curvature, int *rows)
+/* Residual and blocks at the state, and the matrix eliminated; returns what that returns. */
+static int linearise(room r, int *rows)
 {
     int i, j, a, c;
-    copy(N, curvature, r.x + P);
     newton(r.x, r.residual, r.w);
     find_rates(r);
     integrate_back(r, r.rate, 1, r.moment);
@@ -383,13 +403,16 @@ static int unknown(model_answer *answer)
     return model_SINGULAR;
 }
 
-/* Parameters are in r.x. Where there is no step, the curvature is as the one before left it. */
-static int polish(room r, int steps, double *curvature, model_answer *answer)
+/* Parameters and curvature are in r.x. Where there is no step, the curvature is as the one before
+ * left it. With an answer the state is that of the curvature at the end. */
+static int polish(room r, int steps, model_answer *answer)
 {
     int rows[N], i, k, stable = 1;
     double length = 0, before, predicted = 0, left = 0, ratio = -1;
     for (k = 0; k < steps || (k == 0 && answer); k++) {
-        const int negative = linearise(r, curvature, rows);
+        int negative;
+        find_state(r);
+        negative = linearise(r, rows);
         if (negative < 0) {
             return unknown(answer);
         }
@@ -403,7 +426,7 @@ static int polish(room r, int steps, double *curvature, model_answer *answer)
             predicted = left = distance(r, r.residual);
         }
         for (i = 0; i < N && k < steps; i++) {
-            curvature[i] -= r.residual[i % 3 * NODES + i / 3];
+            r.u[i] -= r.residual[i];
         }
     }
     if (!answer) {
@@ -411,7 +434,7 @@ static int polish(room r, int steps, double *curvature, model_answer *answer)
     }
     if (steps > 0) { /* one more, with the last matrix */
         before = length;
-        copy(N, curvature, r.x + P);
+        find_state(r);
         residual(r.x, r.residual, r.w);
         solve(r, rows, 1, r.residual);
         left = distance(r, r.residual);
@@ -430,7 +453,8 @@ int model_network(const double *parameters, double *curvature, double *memory)
 {
     const room r = divide(memory);
     const int status = place(parameters, r.x);
-    network(r.x, curvature, r.w);
+    network(r.x, r.u, r.w);
+    transpose(3, NODES, r.u, curvature);
     return status;
 }
 
@@ -438,25 +462,39 @@ int model_polish(const double *parameters, int steps, double *curvature, model_a
                  double *memory)
 {
     const room r = divide(memory);
-    const int status = place(parameters, r.x);
-    return status | polish(r, steps, curvature, answer);
+    int status = place(parameters, r.x);
+    transpose(NODES, 3, curvature, r.u);
+    status |= polish(r, steps, answer);
+    transpose(3, NODES, r.u, curvature);
+    return status;
+}
+
+/* Columns of each place in turn. */
+static void write_shape(room r, double *to)
+{
+    shape(r.x, r.columns, r.w);
+    transpose(model_COLUMNS, model_POINTS, r.columns, to);
 }
 
 int model_shape_of(const double *parameters, const double *curvature, double *to, double *memory)
 {
     const room r = divide(memory);
     const int status = place(parameters, r.x);
-    copy(N, curvature, r.x + P);
-    shape(r.x, to, r.w);
+    transpose(NODES, 3, curvature, r.u);
+    find_state(r);
+    write_shape(r, to);
     return status;
 }
 
+/* The curvature and its state. */
 static int find(room r, const double *parameters, int steps, model_answer *answer)
 {
     int status = place(parameters, r.x);
-    network(r.x, r.curvature, r.w);
-    status |= polish(r, steps, r.curvature, answer);
-    copy(N, r.curvature, r.x + P);
+    network(r.x, r.u, r.w);
+    status |= polish(r, steps, answer);
+    if (!answer) {
+        find_state(r);
+    }
     return status;
 }
 
@@ -465,7 +503,7 @@ int model_shape(const double *parameters, int steps, double *to, model_answer *a
 {
     const room r = divide(memory);
     const int status = find(r, parameters, steps, answer);
-    shape(r.x, to, r.w);
+    write_shape(r, to);
     return status;
 }
 
@@ -482,31 +520,31 @@ int model_tip_jacobian(const double *parameters, int steps, double *to, double *
 {
     const room r = divide(memory);
     int status = find(r, parameters, steps, answer);
-    double *change = r.x + P + N + P * P;
     int rows[N], i;
     tip(r.x, to, r.w);
+    set_unit(P, r.dp);
     if (steps > 0) { /* residual (p, u) = 0 */
-        if (linearise(r, r.curvature, rows) < 0) {
+        if (linearise(r, rows) < 0) {
             for (i = 0; i < model_COLUMNS * P; i++) {
                 jacobian[i] = NAN;
             }
             return status | model_SINGULAR;
         }
-        set_unit(P, r.x + P + N);
-        residual_by(r.x, r.by, r.w);
+        for (i = 0; i < N * P; i++) {
+            r.du[i] = 0;
+        }
+        state_by(r.x, r.dz, r.w);
+        residual_by(r.x, r.du, r.w);
         for (i = 0; i < P; i++) {
-            solve(r, rows, P, r.by + i);
+            solve(r, rows, P, r.du + i);
         }
         for (i = 0; i < N * P; i++) {
-            change[i] = -r.by[(i / P % 3 * NODES + i / P / 3) * P + i % P];
+            r.du[i] = -r.du[i];
         }
     } else {
-        set_unit(P, r.x + P);
-        network_by(r.x, r.by, r.w);
-        copy(N, r.curvature, r.x + P);
-        set_unit(P, r.x + P + N);
-        copy(N * P, r.by, change);
+        network_by(r.x, r.du, r.w);
     }
+    state_by(r.x, r.dz, r.w);
     tip_by(r.x, jacobian, r.w);
     return status;
 }
