@@ -274,7 +274,7 @@ along strain_missing(const strain_rod *rod, const along_matrix *R, along v, alon
     return strain_sub(strain_sub(u, rod->rest_curvature), strain_mul(rod->curvature_compliance, m));
 }
 
-/* N, or M from it, and the strain. */
+/* N, from the loads and the turns at edges. */
 static void find_force(const strain_rod *rod, strain_state *state)
 {
     along force[STRAIN_ELEMENTS_MAX + 1], moment;
@@ -284,6 +284,7 @@ static void find_force(const strain_rod *rod, strain_state *state)
     state->force = integrate_back(rod, state->load_rate[0], force, state->edge_force);
 }
 
+/* r' and M, from N and the strain. */
 static void find_moment(const strain_rod *rod, strain_state *state)
 {
     along force, moment[STRAIN_ELEMENTS_MAX + 1];
@@ -381,7 +382,7 @@ void strain_state_of(const strain_rod *rod, ad_value curvature, ad_value vector,
     state->slope = strain_to_world(&state->R, state->strain);
 }
 
-/* Fields `first` to `end` of what changes change, as one of `given`, the rest of the vector 0. */
+/* How fields `first` to `end` change, to `parts`, which has those of the fields before. */
 static void change_fields(const fields *all, int first, int end, const strain_changes *changes,
                           ad_value vector, ad_value *parts)
 {

@@ -324,6 +324,45 @@ static void test_differences(void **state)
     }
 }
 
+/* How the state changes, from the state as an input, is what the derivative of all its steps says.
+ */
+static void test_state(void **state)
+{
+    (void)state;
+    static const char *const texts[2] = {robot, plain};
+    enum { ROWS_MAX = 18 * NODES_MAX + 100 };
+    for (int k = 0; k < 2; k++) {
+        const double parameters[PARAMETERS] = {0.7, 0.9, 1.3}, by[PARAMETERS] = {1, -1, 1};
+        recorded r = begin(texts[k], STAGES);
+        const int rows = ad_rows(r.state);
+        assert_true(rows <= ROWS_MAX);
+        double curvature[3 * NODES_MAX], direction[3 * NODES_MAX];
+        double at[ROWS_MAX], all[ROWS_MAX], last[ROWS_MAX];
+        uint64_t random = 9;
+        draw(&r, 2, curvature);
+        for (int i = 0; i < 3 * r.nodes; i++) {
+            direction[i] = random_in(&random, -1, 1);
+        }
+        ad_value given = ad_input(r.tape, "state", rows), whole;
+        const ad_value wrt[2] = {r.curvature, r.parameters},
+                       along[2] = {r.direction, ad_constant(r.tape, PARAMETERS, by)};
+        ad_directional(1, &r.state, 2, wrt, along, &whole);
+        ad_value change =
+            strain_rod_state_change(r.rod, r.curvature, given, &(strain_changes){2, wrt, along});
+        const double *const inputs[] = {NULL, parameters, curvature, direction, at, NULL};
+        evaluate_one(&r, r.state, parameters, curvature, direction, at);
+        evaluate_one(&r, whole, parameters, curvature, direction, all);
+        evaluate(1, &change, 1, inputs, NULL, (double *[]){last});
+        double largest = 0;
+        for (int i = 0; i < rows; i++) {
+            largest = fmax(largest, fabs(all[i]));
+            assert_near(last[i], all[i], 1e-11); /* steps of v leave 1e-16, sums of 100 terms */
+        }
+        assert_true(largest > 0.1);
+        end(&r);
+    }
+}
+
 /* ---- refusals ------------------------------------------------------------------------------ */
 
 static void test_refusals(void **state)
@@ -352,9 +391,8 @@ static void test_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_as_solver),
-        cmocka_unit_test(test_shape),
-        cmocka_unit_test(test_differences),
+        cmocka_unit_test(test_as_solver),   cmocka_unit_test(test_shape),
+        cmocka_unit_test(test_differences), cmocka_unit_test(test_state),
         cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

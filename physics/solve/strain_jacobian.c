@@ -48,10 +48,10 @@ void strain_jacobian_free(strain_jacobian *x)
 /* ---- recording ----------------------------------------------------------------------------- */
 
 /* Rows [columns][points] of a shape in SI units. */
-static ad_value shape_rows(const strain_rod *rod, ad_value curvature, const strain_jacobian *x,
-                           int points, const double *s)
+static ad_value shape_rows(const strain_rod *rod, ad_value curvature, ad_value state,
+                           const strain_jacobian *x, int points, const double *s)
 {
-    const strain_shape shape = strain_rod_shape(rod, curvature, points, s);
+    const strain_shape shape = strain_rod_shape(rod, curvature, state, points, s);
     ad_value rows[SOLVE_MEMBERS_COLUMNS];
     for (int c = 0; c < SOLVE_MEMBERS_COLUMNS; c++) {
         ad_value of = c < 3    ? ad_scale(shape.position[c], x->length)
@@ -89,10 +89,12 @@ static ad_status record(strain_jacobian *x, ad_tape *tape, const strain_settings
     }
     ad_status status = strain_rod_create(settings, at, each, &rod, error);
     if (status == AD_OK) {
-        status = compile(strain_rod_residual(rod, wrt[0]), wrt, along, pool, &x->residual, error);
-    }
-    if (status == AD_OK) {
-        status = compile(shape_rows(rod, wrt[0], x, points, s), wrt, along, pool, &x->shape, error);
+        const ad_value state = strain_rod_state(rod, wrt[0]);
+        status =
+            compile(strain_rod_residual(rod, wrt[0], state), wrt, along, pool, &x->residual, error);
+        status = status == AD_OK ? compile(shape_rows(rod, wrt[0], state, x, points, s), wrt, along,
+                                           pool, &x->shape, error)
+                                 : status;
     }
     strain_rod_free(rod);
     return status;
@@ -227,9 +229,11 @@ static ad_status run_chunk(strain_jacobian *x, size_t members, const double *par
                            const double *curvature, double *jacobian, ad_error *error)
 {
     const size_t n = x->unknowns, m = x->count, points = x->rows / SOLVE_MEMBERS_COLUMNS;
+    const size_t nodes = n / 3; /* the tape has [3][nodes] */
     for (size_t i = 0; i < members; i++) {
         for (size_t k = 0; k < n; k++) {
-            x->curvature[k * members + i] = x->length * curvature[i * n + k];
+            x->curvature[k * members + i] =
+                x->length * curvature[i * n + k % nodes * 3 + k / nodes];
         }
         for (size_t k = 0; k < m; k++) {
             x->parameters[k * members + i] = parameters[i * m + k];
