@@ -5,6 +5,7 @@
 struct family_network {
     const family *f;
     ad_program *program;
+    bool is_same;  /* for all members: the program gives it once */
     size_t room;   /* members */
     double *x, *u; /* [parameters][room], [rows][room] */
 };
@@ -22,6 +23,7 @@ ad_status family_network_create(const family *f, const nn_mlp *mlp, ad_pool *poo
     if (status == AD_OK) {
         x->f = f;
         model_record(m, 0, mlp, tape, fields);
+        x->is_same = ad_extent_of(fields[FAMILY_CURVATURE]) == AD_UNIFORM;
         status = ad_compile(1, &fields[FAMILY_CURVATURE], NULL, pool, &x->program, error);
     }
     model_free(m);
@@ -74,11 +76,12 @@ ad_status family_network_run(family_network *x, const double *weights, size_t me
     }
     ad_run run = {.points = members, .inputs = inputs, .parameters = weights, .outputs = &x->u};
     ad_status status = ad_execute(x->program, &run, error);
+    const size_t stride = x->is_same ? 1 : members;
     for (size_t k = 0; k < members && status == AD_OK; k++) {
         for (size_t i = 0; i < nodes; i++) {
             for (size_t c = 0; c < 3; c++) {
                 curvature[3 * (k * nodes + i) + c] =
-                    x->u[(c * nodes + i) * members + k] / f->length;
+                    x->u[(c * nodes + i) * stride + (x->is_same ? 0 : k)] / f->length;
             }
         }
     }

@@ -3,7 +3,9 @@
 #include "temporary_folder.h"
 
 #include "cpinn.h"
+#include "tools/library/family.h"
 
+#include <malloc.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -203,10 +205,48 @@ static void test_refusals(void **state)
     quantities_free(names);
 }
 
+/* A family whose members are all alike, straight under an axial force: what its network gives once
+ * holds for each of them, whatever memory held before. */
+static void test_alike(void **state)
+{
+    (void)state;
+    enum { MEMBERS = 5 };
+    static const char *const ranges[] = {"parameters={force: {range: [0, 4]}}",
+                                         "loads.tip.force=[force, 0, 0]",
+                                         "reference=null",
+                                         "formulation=strain",
+                                         "network.hidden=[4]",
+                                         "members.solved=20",
+                                         "training.stages=[{optimizer: adam, steps: 3}]"};
+    const cpinn_options options = {.threads = 1};
+    const double s[2] = {0.1, 0.3}, given[MEMBERS] = {0, 1, 2, 3, 4};
+    const cpinn_family_settings points = {.threads = 1, .points = 2, .s = s};
+    double values[MEMBERS * 2 * SOLVE_MEMBERS_COLUMNS];
+    cpinn_answer answers[MEMBERS];
+    cpinn_family *family = NULL;
+    cpinn_model *model = NULL;
+    ad_error error = {AD_OK, ""};
+    mallopt(M_PERTURB, 0xa5); /* memory that nobody has set is no small number */
+    if (cpinn_train_file(ELASTICA, 7, ranges, &options, &model, &error) != AD_OK ||
+        cpinn_save(model, at("alike.h5"), &error) != AD_OK ||
+        cpinn_family_open(at("alike.h5"), &points, &family, &error) != AD_OK ||
+        cpinn_family_evaluate(family, NULL, MEMBERS, given, values, answers, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    for (int k = 0; k < MEMBERS; k++) {
+        assert_near(answers[k].error, 0, 1e-12); /* straight is what all of them are */
+        assert_near(values[(2 * k + 1) * SOLVE_MEMBERS_COLUMNS], 0.3, 1e-12);
+    }
+    mallopt(M_PERTURB, 0);
+    cpinn_family_free(family);
+    cpinn_free(model);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_by_hand), cmocka_unit_test(test_resume),
-        cmocka_unit_test(test_unknowns), cmocka_unit_test(test_refusals)};
+        cmocka_unit_test(test_unknowns), cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_alike)};
     return cmocka_run_group_tests(tests, make_directory, remove_directory);
 }
