@@ -135,7 +135,7 @@ refused '^--networks 2x: allowed: LAYERSxWIDTH' bench --networks 2x
 refused '^--error size: allowed: position, tip, rotation' bench --error size
 refused '^cpinn-bench: --seeds 0: allowed: an integer, 1 to 100' bench --seeds 0
 refused '^cpinn-bench: --seconds 0: allowed' bench --seconds 0
-refused '^--set rod.lenth=1: ' bench --set rod.lenth=1
+refused '^override rod.lenth=1: ' bench --set rod.lenth=1
 refused '^--set training.stages: .*--methods config' bench \
     --set 'training.stages=[{optimizer: adam}]'
 refused '^--set network.fourier.features: ' bench --networks f4 --set network.fourier.features=3

@@ -104,9 +104,8 @@ typedef struct solve_report {
     double estimate;         /* of the largest error, relative to `size`; NaN: not estimated */
     double estimate_l2;      /* of rods in motion: of the relative L2 error; of others `estimate` */
     double size;             /* m: the length, or a beam's deflection */
-    double misfit;           /* what a learned law's misfit to its data adds, over the length: by
-                              * how much a law that is stiffer by it moves the rod; 0 without a
-                              * law, NaN where the law does not say */
+    double misfit;           /* how far a law stiffer by its misfit moves the rod, over the
+                              * length; 0 without a law, NaN where the law does not say */
     double balance;          /* static: as solve_balance; NaN: not under the whole load */
     double load_fraction;    /* static: reached; 1: all of it */
     double time;             /* dynamic: reached, of the duration */

@@ -10,7 +10,7 @@ enum { STRESS_OVERRIDES_MAX = 6 };
 typedef struct stress_expectation {
     verdict_outcome outcome;
     verdict_reason reason; /* that is among those of the verdict; VERDICT_NONE: any */
-    double bound;          /* of a solution's error */
+    double bound;          /* of a solution's error, with or without a warning; 0: none */
     const char *text;      /* what a line that the user reads has to contain, or NULL */
     const char *why;       /* this bound, this outcome; a few words */
 } stress_expectation;
@@ -39,7 +39,7 @@ extern const stress_group stress_rods, stress_loads, stress_motions, stress_beam
     stress_inputs;
 
 /* Runs a row by a method in a process of its own, which has `folder` for its files and ends with
- * all that it started. An answer beyond the bound without a warning is wrong, the verdict then
+ * all that it started. An answer beyond the bound without another warning than the expected is wrong, the verdict then
  * says. AD_IO: there is no such process, or no file. */
 ad_status stress_run(const stress_row *row, judge_method method, const char *folder,
                      judge_row *result, ad_error *error);

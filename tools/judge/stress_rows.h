@@ -41,6 +41,13 @@
     {                                                                                              \
         VERDICT_WARNING, .reason = (because_of), .why = (because)                                  \
     }
+/* An equilibrium that is found, and not stable: the rod has no damping, and its load follows it or
+ * is a moment in space. */
+#define FLUTTERS(limit, because)                                                                   \
+    {                                                                                              \
+        VERDICT_WARNING, .reason = VERDICT_UNSTABLE, .bound = (limit), .why = (because)            \
+    }
+#define FLUTTERS_EXACT FLUTTERS(1e-9, "1e-10 is asked for; it flutters without damping")
 /* A network at rest that reaches some digits and says so. */
 #define DIGITS(because) WARNED(VERDICT_ESTIMATE_ABOVE_TOLERANCE, because)
 #define GROUP(what, list)                                                                          \
