@@ -39,8 +39,8 @@ extern const stress_group stress_rods, stress_loads, stress_motions, stress_beam
     stress_inputs;
 
 /* Runs a row by a method in a process of its own, which has `folder` for its files and ends with
- * all that it started. An answer beyond the bound without another warning than the expected is wrong, the verdict then
- * says. AD_IO: there is no such process, or no file. */
+ * all that it started. An answer beyond the bound without another warning than the expected is
+ * wrong, the verdict then says. AD_IO: there is no such process, or no file. */
 ad_status stress_run(const stress_row *row, judge_method method, const char *folder,
                      judge_row *result, ad_error *error);
 
