@@ -216,6 +216,14 @@ ad_status ad_reverse(ad_value root, int count, const ad_value *wrt, ad_reduction
 /* y with x, an input, uniform or parameter, replaced wherever it occurs; simplified anew. */
 ad_value ad_substitute(ad_value y, ad_value x, ad_value replacement);
 
+/* A formula of a tape of its own, called with values of another tape: results [count] are what
+ * formula [count], values of one tape, become where its leaves input [inputs] are replaced by values
+ * [inputs] of `tape`. Elementwise formulas of one row take values of any number of rows. So a law of
+ * physics is recorded once, differentiated once, and used by every equation. An error of either tape
+ * is noted on `tape`, and returned. */
+ad_status ad_call(int count, const ad_value *formula, int inputs, const ad_value *input,
+                  ad_tape *tape, const ad_value *values, ad_value *results);
+
 /* Take out of `outputs` what depends on inputs and uniforms alone, so that it is computed once for
  * a set of points and what is set before a run, instead of in every run. A value becomes a new
  * input if it takes at least `least` operations and is used by something that depends on
@@ -352,6 +360,25 @@ typedef struct ad_c_options {
 
 ad_status ad_write_c(int count, ad_program *const *programs, const ad_c_options *options,
                      bool single, FILE *file, size_t *memory, ad_error *error);
+
+/* A formula as a C function without a loop, for numbers of any type:
+ *     ALGEBRA_INLINE void ALGEBRA(function)(const NUMBER input[], ..., NUMBER output[], ...)
+ * The text that includes it defines NUMBER (double, float, or a vector of numbers side by side),
+ * ALGEBRA(name) and ALGEBRA_INLINE. Sums, products and 1/x are operators; whatever else the formula
+ * has is a function that this text defines, such as ALGEBRA(sqrt)(&x, &result), and
+ * ALGEBRA(inverse_root) for 1/sqrt(x), which is 0 or a finite number at 0. What is computed is added
+ * to the outputs. The text depends on the formula alone. Inputs are scalar leaves of the tape,
+ * outputs scalar values of elementwise operations; AD_BAD_ARGUMENT: others. Errors of the file are
+ * the caller's to see. */
+typedef struct ad_inline_argument {
+    const char *name;
+    int count;
+    const ad_value *values; /* [count], of one row each */
+} ad_inline_argument;
+
+ad_status ad_write_inline(const char *function, int inputs, const ad_inline_argument *input,
+                          int outputs, const ad_inline_argument *output, FILE *file,
+                          ad_error *error);
 
 /* ---- normal equations ----------------------------------------------------------------------- */
 

@@ -71,6 +71,79 @@ ad_value ad_substitute(ad_value y, ad_value x, ad_value replacement)
     return replace(y, x, replacement);
 }
 
+/* ---- calls --------------------------------------------------------------------------------- */
+
+/* A node of a tape, recorded anew on that of its arguments. */
+static ad_value copy_node(const ad_tape *from, int id, ad_tape *to, const int *copied,
+                          ad_value *arguments)
+{
+    const node *n = &from->nodes[id];
+    if (n->op == OP_CONSTANT) {
+        return n->splat ? ad_repeat(ad_scalar(to, n->number), n->rows)
+                        : ad_constant(to, n->rows, from->numbers + n->offset);
+    }
+    if (n->count == 0) {
+        ad_tape_fail(to, AD_BAD_ARGUMENT, "'%s' of a called formula has no value",
+                     ad_tape_name(from, id));
+        return ad_tape_failed(to);
+    }
+    for (int i = 0; i < n->count; i++) {
+        arguments[i] = value_of(to, copied[from->arguments[n->first + i]]);
+        if (arguments[i].id < 0) {
+            return ad_tape_failed(to);
+        }
+    }
+    return ad_tape_record(to, n->op, n->count, arguments, n->whole, n->number, n->rows);
+}
+
+ad_status ad_call(int count, const ad_value *formula, int inputs, const ad_value *input,
+                  ad_tape *tape, const ad_value *values, ad_value *results)
+{
+    const ad_tape *from = formula[0].tape;
+    int last = 0, widest = 0;
+    bool usable = ad_tape_status(from, &tape->error) == AD_OK && tape->error.status == AD_OK;
+    for (int i = 0; i < inputs && usable; i++) {
+        usable = ad_transform_usable(values[i], "argument of a call", tape);
+    }
+    for (int i = 0; i < count && usable; i++) {
+        last = formula[i].id > last ? formula[i].id : last;
+    }
+    for (int id = 0; id <= last && usable; id++) {
+        widest = from->nodes[id].count > widest ? from->nodes[id].count : widest;
+    }
+    int *copied = usable ? malloc(((size_t)last + 1) * sizeof *copied) : NULL;
+    bool *needed = usable ? calloc((size_t)last + 1, sizeof *needed) : NULL;
+    ad_value *arguments = usable ? malloc(((size_t)widest + 1) * sizeof *arguments) : NULL;
+    if (copied && needed && arguments) {
+        for (int i = 0; i < count; i++) {
+            needed[formula[i].id] = true;
+        }
+        for (int id = last; id >= 0; id--) {
+            for (int i = 0; needed[id] && i < from->nodes[id].count; i++) {
+                needed[from->arguments[from->nodes[id].first + i]] = true;
+            }
+        }
+        for (int id = 0; id <= last; id++) {
+            copied[id] = -1;
+            for (int i = 0; i < inputs; i++) {
+                copied[id] = input[i].id == id ? values[i].id : copied[id];
+            }
+            if (needed[id] && copied[id] < 0) {
+                copied[id] = copy_node(from, id, tape, copied, arguments).id;
+            }
+        }
+    } else if (usable) {
+        ad_tape_fail(tape, AD_NO_MEMORY, "out of memory in a call");
+    }
+    for (int i = 0; i < count; i++) {
+        results[i] = value_of(tape, copied && needed && arguments ? copied[formula[i].id] : -1);
+    }
+    free(copied);
+    free(needed);
+    free(arguments);
+    return ad_tape_status(tape, NULL);
+}
+
 /* ---- use --------------------------------------------------------------------------------------
  */
 
