@@ -1,4 +1,5 @@
 /* Tendons and fluid chambers: what they exert within the rod. */
+#include "physics/law/law.h"
 #include "physics/rod_internal.h"
 
 int rod_actuator_count(const scene *rod_scene)
@@ -73,18 +74,30 @@ static ad_value rod_pull_within(const rod_context *rod, const rod_actuator *actu
     return pull;
 }
 
-/* pull d and r x pull d, d being the unit tangent of a tendon, d3 of a chamber. */
+/* What the law of an actuator is given: v, u, offset, slope, pull. */
+enum { GIVEN = 11 };
+static void actuator_given(const rod_actuator *actuator, ad_value pull, const rod_kinematics *k,
+                           ad_value given[GIVEN])
+{
+    for (int i = 0; i < 3; i++) {
+        given[i] = ad_row(k->strain, i);
+        given[3 + i] = ad_row(k->curvature, i);
+    }
+    for (int i = 0; i < 2; i++) {
+        given[6 + i] = ad_row(actuator->offset, i);
+        given[8 + i] = ad_row(actuator->slope, i);
+    }
+    given[10] = pull;
+}
+
 static rod_wrench rod_actuator_wrench(const rod_context *rod, const rod_actuator *actuator,
                                       ad_value pull, const rod_kinematics *k)
 {
-    ad_value offset = ad_pad(actuator->offset, 0, 3), direction;
-    if (actuator->is_chamber) {
-        direction = ad_vector_constant(rod->tape, 0, 0, 1);
-    } else {
-        direction = ad_normalize(rod_tendon_path(actuator, k->strain, k->curvature));
-    }
-    ad_value force = ad_mul(rod_pull_within(rod, actuator, pull), direction);
-    return (rod_wrench){.force = force, .moment = ad_cross(offset, force)};
+    ad_value given[GIVEN], wrench[6];
+    actuator_given(actuator, rod_pull_within(rod, actuator, pull), k, given);
+    law_record(actuator->is_chamber ? LAW_CHAMBER : LAW_TENDON, rod->tape, given, NULL, wrench,
+               NULL);
+    return (rod_wrench){.force = ad_stack(3, wrench), .moment = ad_stack(3, wrench + 3)};
 }
 
 /* What the law is beyond Kse (v - v*), Kbt (u - u*). */

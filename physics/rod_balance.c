@@ -1,4 +1,5 @@
 /* Kinematics, constitutive law and balance laws: each equation once, in full. */
+#include "physics/law/law.h"
 #include "physics/rod_internal.h"
 
 #include <math.h>
@@ -197,16 +198,27 @@ static ad_value rod_distributed(const rod_context *rod, const quantity *given, d
     return follower ? ad_rotate(rotation, load) : from_world(rod, load);
 }
 
-ad_value rod_resistance(const rod_context *rod, ad_value velocity)
+ad_value rod_resistance_coefficients(const rod_context *rod)
 {
     const scene_loads *given = &rod->scene->loads;
     double length = rod->scales.length, speed = rod->dynamic ? length / rod->scales.time : 0;
     double force = rod->scales.force;
     quantity linear = quantity_scale(given->drag, speed * length);
     quantity quadratic = quantity_scale(given->quadratic_drag, speed * speed * length);
-    ad_value drag = ad_mul(rod_record_ratio(rod, ROD_DIVIDE, linear, force), velocity);
-    ad_value fast = ad_mul(ad_norm(velocity), velocity);
-    return ad_add(drag, ad_mul(rod_record_ratio(rod, ROD_DIVIDE, quadratic, force), fast));
+    const ad_value both[2] = {rod_record_ratio(rod, ROD_DIVIDE, linear, force),
+                              rod_record_ratio(rod, ROD_DIVIDE, quadratic, force)};
+    return ad_stack(2, both);
+}
+
+/* Against the velocity, in the frame of the equations: the law is the same in all. */
+static ad_value rod_resistance(const rod_context *rod, ad_value velocity)
+{
+    const ad_value c = rod_resistance_coefficients(rod);
+    const ad_value given[5] = {ad_row(velocity, 0), ad_row(velocity, 1), ad_row(velocity, 2),
+                               ad_row(c, 0), ad_row(c, 1)};
+    ad_value force[3];
+    law_record(LAW_RESISTANCE, rod->tape, given, force, NULL, NULL);
+    return ad_stack(3, force);
 }
 
 bool rod_has_foundation(const scene *rod_scene)

@@ -288,10 +288,8 @@ ad_value rod_tube_stiffening(const rod_context *rod, ad_value compliance);
 /* Rows of ROD_TWIST (torsion: false) or ROD_TORSION. */
 ad_value rod_tube_residual(const rod_context *rod, rod_state state, bool torsion);
 
-/* rod_balance.c. Force per length, in the frame of the equations, with which what surrounds the rod
- * resists its velocity: every law of the velocity in one sum, which the classical solver evaluates
- * too. */
-ad_value rod_resistance(const rod_context *rod, ad_value velocity);
+/* rod_balance.c. What LAW_RESISTANCE is given beside the velocity [2]; 0 at rest. */
+ad_value rod_resistance_coefficients(const rod_context *rod);
 
 /* An elastic foundation, -stiffness (r - place) per length; dimensionless, world. */
 typedef struct rod_foundation {

@@ -1,4 +1,5 @@
 /* What follows from the curvature, on the tape: rotation, forces, strain, moment, residual. */
+#include "physics/law/law.h"
 #include "physics/strain_internal.h"
 
 #include <math.h>
@@ -170,27 +171,15 @@ typedef struct pulling {
 
 static void pull_one(const strain_rod *rod, const strain_pull *a, along v, along u, pulling *sum)
 {
-    const ad_value zero = ad_scalar(rod->tape, 0);
-    const along offset = {{a->offset[0], a->offset[1], zero}};
-    if (a->is_chamber) {
-        along force = {{zero, zero, a->pull}};
-        sum->force = strain_add(sum->force, force);
-        sum->moment = strain_add(sum->moment, strain_cross(offset, force));
-        return;
-    }
-    along path = strain_add(strain_add(v, strain_cross(u, offset)),
-                            (along){{a->slope[0], a->slope[1], zero}});
-    ad_value by = ad_reciprocal(ad_sqrt(strain_dot(path, path)));
-    ad_value stiff = ad_mul(a->pull, by);
-    along t = strain_by(by, path), force = strain_by(stiff, path);
-    sum->force = strain_add(sum->force, force);
-    sum->moment = strain_add(sum->moment, strain_cross(offset, force));
+    const ad_value given[] = {v.x[0],       v.x[1],       v.x[2],      u.x[0],      u.x[1], u.x[2],
+                              a->offset[0], a->offset[1], a->slope[0], a->slope[1], a->pull};
+    ad_value wrench[LAW_FIRST_MAX], stiffness[LAW_SECOND_MAX];
+    law_record(a->is_chamber ? LAW_CHAMBER : LAW_TENDON, rod->tape, given, NULL, wrench, stiffness);
     for (int i = 0; i < 3; i++) {
-        ad_value of_i = ad_mul(stiff, t.x[i]);
-        sum->by_v.x[i][i] = ad_add(sum->by_v.x[i][i], stiff);
-        for (int j = i; j < 3; j++) {
-            sum->by_v.x[i][j] = ad_sub(sum->by_v.x[i][j], ad_mul(of_i, t.x[j]));
-            sum->by_v.x[j][i] = sum->by_v.x[i][j];
+        sum->force.x[i] = ad_add(sum->force.x[i], wrench[i]);
+        sum->moment.x[i] = ad_add(sum->moment.x[i], wrench[3 + i]);
+        for (int j = 0; j < 3; j++) {
+            sum->by_v.x[i][j] = ad_add(sum->by_v.x[i][j], stiffness[law_entry(i, j)]);
         }
     }
 }

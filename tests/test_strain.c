@@ -179,9 +179,8 @@ static void fill_points(strain_form *x)
         memcpy(x->at[i].v, point->rest, sizeof x->at[i].v);
         for (int k = 0; k < pulling; k++) {
             strain_actuator *a = &x->actuators[i * pulling + k];
-            fill(2, 0.1, a->offset);
-            fill(2, 0.1, a->slope);
-            fill(1, 0.5, &a->pull);
+            fill(4, 0.1, a->given + ACTUATOR_OFFSET); /* and slope */
+            fill(1, 0.5, a->given + ACTUATOR_PULL);
         }
         if (!x->kind.follows) {
             memset(point->load[2], 0, 6 * sizeof(lanes));

@@ -1,8 +1,10 @@
 #include "physics/solve/actuation.h"
 
 #include "autodiff/dense.h"
+#include "physics/law/law.h"
 #include "physics/quaternion.h"
 #include "physics/rod_internal.h"
+#include "physics/solve/laws.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -18,48 +20,12 @@ double solve_actuation_pull(const solve_actuation *a, int i)
     return extent->start <= a->s && a->s <= extent->end ? pull : 0;
 }
 
-/* The same, and r. */
-static double pull_of(const solve_actuation *a, int i, double offset[3])
+/* As the laws are given it. */
+static void put_actuator(const solve_actuator *at, double pull, double given[5])
 {
-    const solve_actuator *at = &a->actuators[i];
-    offset[0] = at->offset[0];
-    offset[1] = at->offset[1];
-    offset[2] = 0;
-    return solve_actuation_pull(a, i);
-}
-
-/* p' = v + u x r + r' */
-static void direction_of(const solve_actuator *at, const double offset[3], const double *strains,
-                         double along[3])
-{
-    vector_cross(strains + 3, offset, along);
-    for (int k = 0; k < 3; k++) {
-        along[k] += strains[k] + (k < 2 ? at->slope[k] : 0);
-    }
-}
-
-/* tension/|p'| (1 - t t^T) of p' changed along each strain, as a force and its moment. */
-static void add_turning(double by_length, const double tangent[3], const double offset[3],
-                        double (*by_strains)[ROWS])
-{
-    for (int c = 0; c < ROWS; c++) {
-        double unit[3] = {0}, change[3] = {0}, moment[3];
-        unit[c % 3] = 1;
-        if (c < 3) {
-            change[c] = 1;
-        } else {
-            vector_cross(unit, offset, change);
-        }
-        double along = vector_dot(tangent, change);
-        for (int k = 0; k < 3; k++) {
-            change[k] = by_length * (change[k] - along * tangent[k]);
-        }
-        vector_cross(offset, change, moment);
-        for (int k = 0; k < 3; k++) {
-            by_strains[k][c] += change[k];
-            by_strains[3 + k][c] += moment[k];
-        }
-    }
+    memcpy(given, at->offset, sizeof at->offset);
+    memcpy(given + 2, at->slope, sizeof at->slope);
+    given[4] = pull;
 }
 
 /* ---- tubes --------------------------------------------------------------------------------- */
@@ -197,6 +163,7 @@ double solve_law_energy(const solve_actuation *a, const double *strains, double 
 void solve_actuation_wrench(const solve_actuation *a, const double *strains, double *wrench,
                             double (*by_strains)[ROWS])
 {
+    double stiffness[LAW_SECOND_MAX] = {0};
     memset(wrench, 0, ROWS * sizeof *wrench);
     if (by_strains) {
         memset(by_strains, 0, ROWS * sizeof *by_strains);
@@ -211,24 +178,18 @@ void solve_actuation_wrench(const solve_actuation *a, const double *strains, dou
             }
             continue;
         }
-        double offset[3], force[3] = {0, 0, 1}, moment[3], pull = pull_of(a, i, offset);
+        const double pull = solve_actuation_pull(a, i), *v = strains, *u = strains + 3;
+        double given[5];
         if (pull == 0) {
             continue;
         }
-        if (!a->extents[i].is_chamber) {
-            direction_of(&a->actuators[i], offset, strains, force);
-            double length = sqrt(vector_dot(force, force));
-            for (int k = 0; k < 3; k++) {
-                force[k] /= length;
-            }
-            if (by_strains) {
-                add_turning(pull / length, force, offset, by_strains);
-            }
-        }
-        vector_cross(offset, force, moment);
-        for (int k = 0; k < 3; k++) {
-            wrench[k] += pull * force[k];
-            wrench[3 + k] += pull * moment[k];
+        put_actuator(&a->actuators[i], pull, given);
+        (a->extents[i].is_chamber ? number_law_chamber : number_law_tendon)(v, u, given, wrench,
+                                                                            stiffness);
+    }
+    for (int i = 0; i < ROWS && by_strains; i++) {
+        for (int k = 0; k < ROWS; k++) {
+            by_strains[i][k] += stiffness[law_entry(i, k)];
         }
     }
 }
@@ -237,29 +198,32 @@ double solve_actuation_energy(const solve_actuation *a, const double *strains)
 {
     double sum = 0;
     for (int i = 0; i < solve_actuation_first_tube(a); i++) {
-        double offset[3], along[3], pull = pull_of(a, i, offset);
-        direction_of(&a->actuators[i], offset, strains, along);
-        sum += pull * (a->extents[i].is_chamber ? along[2] : sqrt(vector_dot(along, along)));
+        double given[5];
+        put_actuator(&a->actuators[i], solve_actuation_pull(a, i), given);
+        (a->extents[i].is_chamber ? number_law_chamber_energy
+                                  : number_law_tendon_energy)(strains, strains + 3, given, &sum);
     }
     return sum;
 }
 
+/* The energy of a tension of 1 is the length, its gradient by v the tangent. */
 double solve_actuation_tangent(const solve_actuation *a, int i, const double *strains,
                                double tangent[3])
 {
-    const double offset[3] = {a->actuators[i].offset[0], a->actuators[i].offset[1], 0};
-    direction_of(&a->actuators[i], offset, strains, tangent);
-    double length = sqrt(vector_dot(tangent, tangent));
-    for (int k = 0; k < 3; k++) {
-        tangent[k] /= length;
-    }
+    double given[5], length = 0, wrench[ROWS] = {0}, unused[LAW_SECOND_MAX];
+    put_actuator(&a->actuators[i], 1, given);
+    number_law_tendon_energy(strains, strains + 3, given, &length);
+    number_law_tendon(strains, strains + 3, given, wrench, unused);
+    memcpy(tangent, wrench, 3 * sizeof *tangent);
     return length;
 }
 
 double solve_actuation_length(const solve_actuation *a, int i, const double *strains)
 {
     const solve_extent *extent = &a->extents[i];
-    double tangent[3], length = solve_actuation_tangent(a, i, strains, tangent);
+    double given[5], length = 0;
+    put_actuator(&a->actuators[i], 1, given);
+    number_law_tendon_energy(strains, strains + 3, given, &length);
     return extent->start <= a->s && a->s <= extent->end ? length : 0;
 }
 

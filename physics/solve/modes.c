@@ -287,29 +287,6 @@ static ad_status set_jumps(modes *m, ad_error *error)
     return AD_OK;
 }
 
-/* Coefficients of drag, linear and quadratic in V, from the force at two velocities. */
-static ad_status set_drag(modes *m, ad_error *error)
-{
-    const size_t n = (size_t)m->points;
-    double(*all)[3] = calloc(3 * n, sizeof *all);
-    ad_status status = all ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for drag");
-    for (int i = 0; i < 2 && status == AD_OK; i++) {
-        for (size_t p = 0; p < n; p++) {
-            all[p][0] = 1 + i;
-        }
-        status = solve_rod_resistance(m->rod, n, m->s, 0, (const double(*)[3])all,
-                                      all + n * (size_t)(1 + i), error);
-    }
-    for (size_t p = 0; p < n && status == AD_OK; p++) {
-        const double one = fabs(all[n + p][0]), two = fabs(all[2 * n + p][0]);
-        m->point[p].drag = m->point[p].weight * (2 * one - two / 2);
-        m->point[p].quadratic_drag = m->point[p].weight * (two / 2 - one);
-        m->point[p].resists = m->point[p].weight > 0;
-    }
-    free(all);
-    return status;
-}
-
 static ad_status fill(modes *m, const solve_parameters *open, int finer, ad_error *error)
 {
     mesh x = {0};
@@ -334,9 +311,6 @@ static ad_status fill(modes *m, const solve_parameters *open, int finer, ad_erro
     if (status == AD_OK) {
         set_values(m, &x);
         status = set_jumps(m, error);
-    }
-    if (status == AD_OK && m->rod->resists) {
-        status = set_drag(m, error);
     }
     if (status == AD_OK) {
         m->is_pulled = m->rod->actuators > 0;

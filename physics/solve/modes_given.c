@@ -53,6 +53,9 @@ static ad_status give_sections(modes *m, ad_error *error)
             to->damping[MODES_V + k] = made[p].strain_damping[k];
             to->damping[MODES_U + k] = made[p].curvature_damping[k];
         }
+        to->resistance[0] = to->weight * made[p].resistance[0];
+        to->resistance[1] = to->weight * made[p].resistance[1];
+        to->resists = m->rod->resists;
     }
     return status;
 }

@@ -28,7 +28,7 @@ typedef struct modes_point {
     double rest[MODES_STRAINS], rest_rate[MODES_STRAINS];
     double mass, inertia[3];
     solve_load load;
-    double drag, quadratic_drag; /* against V and |V| V */
+    double resistance[2]; /* LAW_RESISTANCE */
     double foundation[3], place[3];
     bool is_loaded, is_founded, resists;
 

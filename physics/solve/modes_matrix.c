@@ -1,4 +1,5 @@
 /* Changes of a reduced rod by each of its modes, side by side: stiffness and damping. */
+#include "physics/solve/laws.h"
 #include "physics/solve/modes_rows.h"
 
 /* What x [stages + 1] and all `beyond` do at Gauss points, by the transposed matrix: to [stages].
@@ -224,15 +225,9 @@ static void find_local(const modes *m, int p, local *x)
         memcpy(x->stiffness, at->foundation, sizeof x->stiffness);
     }
     if (at->resists) {
-        const double speed = sqrt(vector_dot(at->velocity, at->velocity));
-        for (int i = 0; i < 3; i++) {
-            for (int j = 0; j < 3; j++) {
-                x->drag[i][j] =
-                    (i == j) * (at->drag + at->quadratic_drag * speed) +
-                    (speed > 0 ? at->quadratic_drag * at->velocity[i] * at->velocity[j] / speed
-                               : 0);
-            }
-        }
+        double unused[3] = {0}, by[9] = {0};
+        number_law_resistance(at->velocity, at->resistance, unused, by);
+        memcpy(x->drag, by, sizeof by);
     }
     if (m->rod->jumps.spring_count > 0 && at->weight == 0) {
         add_springs(m, p, x);

@@ -1,5 +1,6 @@
 /* Shape, motion and forces of a reduced rod: sums from the start to the tip and back. */
 #include "physics/solve/actuation.h"
+#include "physics/solve/laws.h"
 #include "physics/solve/modes_internal.h"
 #include "physics/solve/strain_inline.h"
 
@@ -178,37 +179,27 @@ FOR_EACH_PROCESSOR static void pull_points(modes *m, int e, bool derive)
         }
         for (int k = 0; k < count; k++) {
             const solve_extent *extent = &m->rod->extents[k];
-            strain_actuator here = {.pull = NO_LANES};
+            strain_actuator here = {{NO_LANES}};
             for (int lane = 0; lane < LANES; lane++) {
                 const int i = first + lane < n ? first + lane : n - 1;
                 const solve_actuator *a = &m->actuators[(e * (n + 1) + i) * count + k];
                 const bool acts = extent->start <= at[i].s && at[i].s <= extent->end;
                 for (int c = 0; c < 2; c++) {
-                    here.offset[c][lane] = a->offset[c];
-                    here.slope[c][lane] = a->slope[c];
+                    here.given[ACTUATOR_OFFSET + c][lane] = a->offset[c];
+                    here.given[ACTUATOR_SLOPE + c][lane] = a->slope[c];
                 }
-                here.pull[lane] = acts ? a->pull : 0;
+                here.given[ACTUATOR_PULL][lane] = acts ? a->pull : 0;
             }
-            if (extent->is_chamber) {
-                sum.force[2] += here.pull;
-                sum.moment[0] += here.pull * here.offset[1];
-                sum.moment[1] -= here.pull * here.offset[0];
-            } else {
-                pull_tendon(&here, strain + MODES_V, strain + MODES_U, derive, &sum);
-            }
+            pull_one(extent->is_chamber, &here, strain + MODES_V, strain + MODES_U, &sum);
         }
         for (int lane = 0; lane < LANES && first + lane < n; lane++) {
             modes_point *to = &at[first + lane];
             double(*by)[MODES_STRAINS] =
                 (double(*)[MODES_STRAINS])m->pull_by + (e * (n + 1) + first + lane) * MODES_STRAINS;
-            for (int i = 0; i < 3; i++) {
-                to->pull[MODES_V + i] = sum.force[i][lane];
-                to->pull[MODES_U + i] = sum.moment[i][lane];
-                for (int j = 0; j < 3 && derive; j++) {
-                    by[MODES_V + i][MODES_V + j] = sum.by_v[i][j][lane];
-                    by[MODES_V + i][MODES_U + j] = sum.by_u[i][j][lane];
-                    by[MODES_U + j][MODES_V + i] = sum.by_u[i][j][lane];
-                    by[MODES_U + i][MODES_U + j] = sum.turning[i][j][lane];
+            for (int i = 0; i < MODES_STRAINS; i++) {
+                to->pull[i] = sum.wrench[i][lane];
+                for (int j = 0; j < MODES_STRAINS && derive; j++) {
+                    by[i][j] = sum.stiffness[law_entry(i, j)][lane];
                 }
             }
         }
@@ -291,10 +282,10 @@ static void add_loads(modes_point *at)
         at->force[k] -= at->foundation[k] * (at->r[k] - at->place[k]);
     }
     if (at->resists) {
-        const double by =
-            at->drag + at->quadratic_drag * sqrt(vector_dot(at->velocity, at->velocity));
+        double force[3] = {0}, unused[9] = {0};
+        number_law_resistance(at->velocity, at->resistance, force, unused);
         for (int k = 0; k < 3; k++) {
-            at->force[k] -= by * at->velocity[k];
+            at->force[k] -= force[k];
         }
     }
 }
@@ -445,8 +436,9 @@ void modes_power_now(const modes *m, double *load, double *dissipation)
         const modes_point *at = &m->point[p];
         *load += at->is_loaded ? load_power(at) : 0;
         if (at->resists) {
-            const double square = vector_dot(at->velocity, at->velocity);
-            *dissipation += (at->drag + at->quadratic_drag * sqrt(square)) * square;
+            double force[3] = {0}, unused[9] = {0};
+            number_law_resistance(at->velocity, at->resistance, force, unused);
+            *dissipation += vector_dot(force, at->velocity);
         }
         for (int c = 0; c < MODES_STRAINS && at->weight > 0; c++) {
             const double rate = at->rate[c];

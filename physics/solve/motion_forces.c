@@ -3,6 +3,7 @@
 
 #include "physics/quaternion.h"
 #include "physics/solve/lanes.h"
+#include "physics/solve/laws.h"
 #include "physics/solve/lobatto.h"
 
 #include <math.h>
@@ -385,17 +386,14 @@ void motion_internal_forces(motion *m)
 
 /* ---- loads --------------------------------------------------------------------------------- */
 
-/* Where it fails the rate is not a number, and so the step. */
 void motion_find_resistance(motion *m)
 {
-    ad_error ignored;
     const size_t n = (size_t)m->degree + 1;
     for (size_t i = 0; i < m->points; i++) {
+        double unused[9] = {0};
         memcpy(m->velocity[i], m->flow[i / n * (n - 1) + i % n], sizeof m->velocity[i]);
-    }
-    if (solve_rod_resistance(m->rod, m->points, m->point_s, m->time,
-                             (const double(*)[3])m->velocity, m->resistance, &ignored) != AD_OK) {
-        m->resistance[0][0] = NAN;
+        memset(m->resistance[i], 0, sizeof m->resistance[i]);
+        number_law_resistance(m->velocity[i], m->made[i].resistance, m->resistance[i], unused);
     }
 }
 

@@ -12,7 +12,7 @@ static const double TIME[TIMES] = {0.03, 0.31, 0.57, 0.93}; /* of the duration, 
 
 /* Numbers of a section, its foundation, the initial state; and of each time. */
 enum {
-    SECTION = 16,
+    SECTION = 18,
     BELOW = 3,
     INITIAL = sizeof(solve_initial) / sizeof(double),
     REST = 6,
@@ -48,6 +48,7 @@ static ad_status put_sections(const solve_rod *rod, const double *s, columns *to
         put(to, i, 9, made[i].curvature_damping, 3);
         put(to, i, 12, &made[i].mass, 1);
         put(to, i, 13, made[i].rotary_inertia, 3);
+        put(to, i, 16, made[i].resistance, 2);
         put(to, i, SECTION, below[i].stiffness, BELOW);
         put(to, i, SECTION + BELOW, (const double *)&initial[i], INITIAL);
     }

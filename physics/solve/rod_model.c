@@ -18,7 +18,6 @@ typedef struct solve_functions {
         };
         formula *all[FORMULAS];
     };
-    formula *resistance; /* NULL: none */
     formula *actuators;  /* NULL: none */
     formula *foundation; /* NULL: none */
     formula *jumps;      /* NULL: none */
@@ -35,11 +34,11 @@ typedef struct solve_functions {
 
 static const double zeros[3] = {0, 0, 0};
 
-static ad_value record_sections(const rod_coefficients *c)
+static ad_value record_sections(const rod_context *rod, const rod_coefficients *c)
 {
     return STACK(c->strain_stiffness, c->curvature_stiffness, c->strain_compliance,
                  c->curvature_compliance, c->strain_damping, c->curvature_damping, c->mass,
-                 c->rotary_inertia);
+                 c->rotary_inertia, rod_resistance_coefficients(rod));
 }
 
 static ad_value record_rest(const rod_context *rod, const rod_coefficients *c)
@@ -170,7 +169,7 @@ static ad_status record(solve_rod *rod, ad_error *error)
     const ad_value t = on.t;
     const rod_coefficients c = rod_coefficients_of(&context);
     const ad_value load = record_load(&context, &c), rest = record_rest(&context, &c);
-    const ad_value values[FORMULAS] = {record_sections(&c),
+    const ad_value values[FORMULAS] = {record_sections(&context, &c),
                                        rest,
                                        load,
                                        record_end(&context, 0, &rod->ends[0]),
@@ -188,6 +187,7 @@ static ad_status record(solve_rod *rod, ad_error *error)
     if (status == AD_OK && any_jumps) {
         status = add_formula(rod, &on, SOLVE_JUMPS, jumps, &f->jumps, error);
     }
+    rod->resists = rod->dynamic && !ad_is_constant(rod_resistance_coefficients(&context), 0);
     rod->is_founded = rod_has_foundation(&rod->scene);
     if (status == AD_OK && rod->is_founded) {
         rod_foundation below = rod_foundation_of(&context);
@@ -288,28 +288,6 @@ static ad_status set_springs(solve_rod *rod, ad_error *error)
     return status;
 }
 
-/* On a tape of its own, as it has another input, the velocity. */
-static ad_status record_resistance(solve_rod *rod, ad_error *error)
-{
-    solve_functions *f = rod->formula;
-    ad_tape *tape = ad_tape_create();
-    if (!tape) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
-    }
-    ad_value s = ad_input(tape, "s", 1), t = ad_input(tape, "t", 1);
-    ad_value velocity = ad_input(tape, "velocity", 3);
-    const domain_place at = rod_place(&rod->scene, s, t);
-    const rod_context context = rod_context_of(&rod->scene, &at);
-    ad_value force = rod_resistance(&context, velocity);
-    ad_status status = ad_tape_status(tape, error);
-    rod->resists = rod->dynamic && status == AD_OK && !ad_is_constant(force, 0);
-    if (rod->resists) {
-        status = solve_formula_create(force, 3, f->pool, &f->resistance, error);
-    }
-    ad_tape_free(tape);
-    return status;
-}
-
 /* ---- making and freeing -------------------------------------------------------------------- */
 
 static ad_status add_quadrature(solve_rod *rod, ad_error *error)
@@ -347,7 +325,6 @@ static ad_status create(const scene *rod_scene, const scene *open,
     rod->duration = rod->dynamic ? scene_duration(rod_scene) / rod->scales.time : 0;
     ad_status status = record(rod, error);
     status = status == AD_OK && !open ? set_springs(rod, error) : status;
-    status = status == AD_OK ? record_resistance(rod, error) : status;
     status = status == AD_OK ? record_actuators(rod, error) : status;
     status = status == AD_OK && !open ? add_quadrature(rod, error) : status;
     f->open = NULL; /* recorded */
@@ -401,7 +378,6 @@ void solve_rod_free(solve_rod *rod)
         for (int i = 0; i < FORMULAS; i++) {
             solve_formula_free(f->all[i]);
         }
-        solve_formula_free(f->resistance);
         solve_formula_free(f->actuators);
         solve_formula_free(f->foundation);
         solve_formula_free(f->jumps);
@@ -496,12 +472,6 @@ ad_status solve_rod_jumps_at_rest(const solve_rod *rod, double *s, solve_load *l
     ad_status status = solve_rod_jump_loads(rod, 0, load, error);
     return status == AD_OK ? solve_rod_initial(rod, (size_t)jumps->count, s, unstressed, error)
                            : status;
-}
-
-ad_status solve_rod_resistance(const solve_rod *rod, size_t n, const double *s, double t,
-                               const double (*velocity)[3], double (*out)[3], ad_error *error)
-{
-    return solve_formula_evaluate_of(rod->formula->resistance, n, s, t, velocity[0], out[0], error);
 }
 
 ad_status solve_rod_foundation(const solve_rod *rod, size_t n, const double *s,

@@ -70,7 +70,7 @@ typedef struct solve_rod {
     bool has_body_load; /* false: solve_load.body_* are 0 everywhere */
     bool load_moves;    /* false: solve_load is the same at all times */
     bool rest_moves;    /* false: the rest shape is the same at all times */
-    bool resists;       /* false: solve_rod_resistance is 0 everywhere */
+    bool resists;       /* false: solve_section.resistance is 0 everywhere */
     bool is_founded;    /* false: it has no foundation */
     solve_end ends[2];  /* at s = 0 and 1 */
     int actuators;      /* tendons, then chambers, then tubes */
@@ -85,7 +85,7 @@ typedef struct solve_rod {
 } solve_rod;
 
 /* What the rod is made of at one s. A locked strain has stiffness 0 and compliance 0. Damping,
- * mass and inertia are 0 if static. */
+ * mass, inertia and resistance are 0 if static. */
 typedef struct solve_section {
     double strain_stiffness[3];     /* Kse */
     double curvature_stiffness[3];  /* Kbt */
@@ -95,6 +95,7 @@ typedef struct solve_section {
     double curvature_damping[3];    /* Bbt */
     double mass;                    /* rhoA, by that of the scales: 1 where it does not vary */
     double rotary_inertia[3];       /* rhoJ */
+    double resistance[2];           /* of what surrounds it, LAW_RESISTANCE */
 } solve_section;
 
 /* Unstressed strain v* and curvature u*, and their rates by t. The imperfection is added to u* on
@@ -224,11 +225,6 @@ ad_status solve_rod_jump_loads(const solve_rod *rod, double t, solve_load *out, 
  * each. */
 ad_status solve_rod_jumps_at_rest(const solve_rod *rod, double *s, solve_load *load,
                                   solve_initial *unstressed, ad_error *error);
-
-/* Force per length with which what surrounds a rod resists its velocity r_t [n][3]: out [n][3],
- * world, not part of solve_load. Of rods in motion that have any (rod->resists). */
-ad_status solve_rod_resistance(const solve_rod *rod, size_t n, const double *s, double t,
-                               const double (*velocity)[3], double (*out)[3], ad_error *error);
 
 /* end: 0 or 1. */
 ad_status solve_rod_end(const solve_rod *rod, int end, double t, solve_end_state *out,

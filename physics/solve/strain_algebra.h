@@ -8,9 +8,6 @@
 #include <math.h>
 #include <string.h>
 
-typedef long long integer_lanes
-    __attribute__((vector_size(LANES * sizeof(long long)), aligned(sizeof(double)), may_alias));
-
 static const lanes NO_LANES = {0};
 
 /* out = A x */
@@ -100,18 +97,6 @@ PROCESSOR_INLINE void invert(lanes A[3][3], lanes out[3][3])
             out[i][c] *= by;
         }
     }
-}
-
-/* 1/sqrt(x) of x > 0, to rounding: Newton's method from a guess by the exponent (Lomont, 2003), as
- * the compiler makes no vectors of sqrt. */
-PROCESSOR_INLINE void inverse_root(const lanes *x, lanes *root)
-{
-    const integer_lanes guess = 0x5fe6eb50c7b537a9LL - ((integer_lanes)*x >> 1);
-    lanes y = (lanes)guess;
-    for (int i = 0; i < 5; i++) {
-        y = y * (1.5 - 0.5 * *x * y * y);
-    }
-    *root = y;
 }
 
 /* The quaternion of a rotation vector of at most 3 rad; what is longer is no number. */

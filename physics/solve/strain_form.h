@@ -36,9 +36,11 @@ typedef struct strain_point {
     lanes stiffness[3], place[3];     /* of a foundation */
 } strain_point;
 
-/* A tendon or a chamber at one point: a solve_actuator, whose pull is 0 where it is not. */
+/* A tendon or a chamber at one point, as the laws are given it: a solve_actuator, whose pull is 0
+ * where it is not. */
+enum { ACTUATOR_OFFSET = 0, ACTUATOR_SLOPE = 2, ACTUATOR_PULL = 4, ACTUATOR_NUMBERS };
 typedef struct strain_actuator {
-    lanes offset[2], slope[2], pull;
+    lanes given[ACTUATOR_NUMBERS];
 } strain_actuator;
 
 /* What acts at an edge, and the rod there, before it. */

@@ -4,68 +4,54 @@
 #ifndef PHYSICS_SOLVE_STRAIN_INLINE_H
 #define PHYSICS_SOLVE_STRAIN_INLINE_H
 
+#include "physics/law/law.h"
+#include "physics/solve/laws_lanes.h"
 #include "physics/solve/magnus.h"
 #include "physics/solve/strain_form.h"
 
-/* Of all actuators at a point: force and moment, and where they are asked for the derivatives
- * T_vv, T_vu, T_uu of their energy. */
+/* Of all actuators at a point: force and moment, and the second derivatives of their energy by v
+ * and u (law_entry), or by v alone. */
 typedef struct pulling {
-    lanes force[3], moment[3], by_v[3][3], by_u[3][3], turning[3][3];
+    lanes wrench[6], stiffness[LAW_SECOND_MAX];
 } pulling;
 
-PROCESSOR_INLINE void pull_tendon(const strain_actuator *a, const lanes v[3], const lanes u[3],
-                                  bool derive, pulling *sum)
+typedef struct pulling_by_v {
+    lanes wrench[6], stiffness[6];
+} pulling_by_v;
+
+static const int BY_V[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
+
+PROCESSOR_INLINE void pull_one(bool is_chamber, const strain_actuator *a, const lanes v[3],
+                               const lanes u[3], pulling *sum)
 {
-    const lanes x = a->offset[0], y = a->offset[1];
-    const lanes path[3] = {v[0] - u[2] * y + a->slope[0], v[1] + u[2] * x + a->slope[1],
-                           v[2] + u[0] * y - u[1] * x};
-    const lanes square = path[0] * path[0] + path[1] * path[1] + path[2] * path[2];
-    lanes by;
-    inverse_root(&square, &by);
-    const lanes t[3] = {path[0] * by, path[1] * by, path[2] * by}, pull = a->pull;
-    for (int i = 0; i < 3; i++) {
-        sum->force[i] += pull * t[i];
-    }
-    sum->moment[0] += pull * y * t[2];
-    sum->moment[1] -= pull * x * t[2];
-    sum->moment[2] += pull * (x * t[1] - y * t[0]);
-    lanes D[3][3], E[3][3];
-    for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < 3; j++) {
-            D[i][j] = pull * by * ((i == j) - t[i] * t[j]);
-            sum->by_v[i][j] += D[i][j];
-        }
-    }
-    if (derive) { /* p' changes by -r x du */
-        for (int i = 0; i < 3; i++) {
-            E[i][0] = D[i][2] * y;
-            E[i][1] = -D[i][2] * x;
-            E[i][2] = D[i][1] * x - D[i][0] * y;
-            for (int j = 0; j < 3; j++) {
-                sum->by_u[i][j] += E[i][j];
-            }
-        }
-        for (int j = 0; j < 3; j++) {
-            sum->turning[0][j] += y * E[2][j];
-            sum->turning[1][j] -= x * E[2][j];
-            sum->turning[2][j] += x * E[1][j] - y * E[0][j];
-        }
+    if (is_chamber) {
+        lanes_law_chamber(v, u, a->given, sum->wrench, sum->stiffness);
+    } else {
+        lanes_law_tendon(v, u, a->given, sum->wrench, sum->stiffness);
     }
 }
 
-PROCESSOR_INLINE void pull_all(strain_form *x, int node, bool derive, pulling *sum)
+PROCESSOR_INLINE void pull_by_v(strain_form *x, int node, pulling_by_v *sum)
 {
     strain_node *at = &x->at[node];
     memset(sum, 0, sizeof *sum);
     for (int i = 0; i < x->kind.actuators; i++) {
-        const strain_actuator *a = &x->actuators[node * x->kind.actuators + i];
-        if (!x->kind.extents[i].is_chamber) {
-            pull_tendon(a, at->v, at->u, derive, sum);
+        const lanes *given = x->actuators[node * x->kind.actuators + i].given;
+        if (x->kind.extents[i].is_chamber) {
+            lanes_law_chamber_by_v(at->v, at->u, given, sum->wrench, sum->stiffness);
         } else {
-            sum->force[2] += a->pull;
-            sum->moment[0] += a->pull * a->offset[1];
-            sum->moment[1] -= a->pull * a->offset[0];
+            lanes_law_tendon_by_v(at->v, at->u, given, sum->wrench, sum->stiffness);
         }
+    }
+}
+
+PROCESSOR_INLINE void pull_all(strain_form *x, int node, pulling *sum)
+{
+    strain_node *at = &x->at[node];
+    memset(sum, 0, sizeof *sum);
+    for (int i = 0; i < x->kind.actuators; i++) {
+        pull_one(x->kind.extents[i].is_chamber, &x->actuators[node * x->kind.actuators + i], at->v,
+                 at->u, sum);
     }
 }
 

@@ -119,8 +119,8 @@ static void put_actuators(strain_level *x, int node, int lane, const solve_actua
     const strain_kind *kind = &x->form->kind;
     for (int k = 0; k < kind->actuators; k++) {
         const int at = node * kind->actuators + k;
-        put(x->form->actuators[at].offset, lane, 2, from[k].offset);
-        put(x->form->actuators[at].slope, lane, 2, from[k].slope);
+        put(x->form->actuators[at].given + ACTUATOR_OFFSET, lane, 2, from[k].offset);
+        put(x->form->actuators[at].given + ACTUATOR_SLOPE, lane, 2, from[k].slope);
         x->pulls[at][lane] = from[k].pull;
     }
 }
@@ -378,7 +378,7 @@ PROCESSOR_INLINE void hold(strain_level *x, const lanes *factor)
         q[i] = (1 - *factor) * sign * x->bare_q[i] + *factor * x->full_q[i];
         square += q[i] * q[i];
     }
-    inverse_root(&square, &by);
+    lanes_inverse_root(&square, &by);
     for (int i = 0; i < 4; i++) {
         q[i] *= by;
     }
@@ -392,7 +392,7 @@ FOR_EACH_PROCESSOR static void load(strain_level *x, const lanes *factor)
         scale(12, x->loads[i][0], factor, form->points[i].load[0]);
         for (int k = 0; k < pulling; k++) {
             const solve_extent *extent = &form->kind.extents[k];
-            lanes *pull = &form->actuators[i * pulling + k].pull;
+            lanes *pull = &form->actuators[i * pulling + k].given[ACTUATOR_PULL];
             *pull = NO_LANES;
             if (extent->start <= x->s[i] && x->s[i] <= extent->end) {
                 *pull = *factor * x->pulls[i * pulling + k];

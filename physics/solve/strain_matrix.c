@@ -22,13 +22,13 @@ PROCESSOR_INLINE void yield_at(strain_form *x, int node, yielding *to)
     if (x->kind.actuators == 0) {
         return;
     }
-    lanes soft[3][3], inverse[3][3], turned[3][3], more[3][3];
+    lanes soft[3][3], inverse[3][3], by_u[3][3], turned[3][3], more[3][3];
     pulling pull;
-    pull_all(x, node, true, &pull);
+    pull_all(x, node, &pull);
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++) {
-            soft[i][j] = (i == j) + point->compliance[i] * pull.by_v[i][j];
-            turned[j][i] = pull.by_u[i][j];
+            soft[i][j] = (i == j) + point->compliance[i] * pull.stiffness[law_entry(i, j)];
+            by_u[i][j] = turned[j][i] = pull.stiffness[law_entry(i, 3 + j)];
         }
     }
     invert(soft, inverse);
@@ -37,7 +37,7 @@ PROCESSOR_INLINE void yield_at(strain_form *x, int node, yielding *to)
             to->by_n[i][j] = inverse[i][j] * point->compliance[j];
         }
     }
-    multiply(to->by_n, pull.by_u, to->by_u);
+    multiply(to->by_n, by_u, to->by_u);
     multiply(turned, to->by_n, to->moment_by_n);
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++) {
@@ -47,7 +47,7 @@ PROCESSOR_INLINE void yield_at(strain_form *x, int node, yielding *to)
     multiply(turned, to->by_u, more);
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++) {
-            to->moment_by_u[i][j] = pull.turning[i][j] + more[i][j];
+            to->moment_by_u[i][j] = pull.stiffness[law_entry(3 + i, 3 + j)] + more[i][j];
         }
     }
 }

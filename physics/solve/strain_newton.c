@@ -156,9 +156,9 @@ static void give_point(strain_newton *x, int i, const static_point *at)
         const solve_actuator *from = &at->actuation.actuators[k];
         strain_actuator *a = &x->form->actuators[i * at->actuation.count + k];
         double pull = solve_actuation_pull(&at->actuation, k);
-        spread(2, from->offset, a->offset);
-        spread(2, from->slope, a->slope);
-        spread(1, &pull, &a->pull);
+        spread(2, from->offset, a->given + ACTUATOR_OFFSET);
+        spread(2, from->slope, a->given + ACTUATOR_SLOPE);
+        spread(1, &pull, a->given + ACTUATOR_PULL);
     }
 }
 

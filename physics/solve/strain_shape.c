@@ -193,12 +193,13 @@ PROCESSOR_INLINE void load_all(strain_form *x, lanes M[3])
 /* ---- strains ------------------------------------------------------------------------------- */
 
 /* (1 + C T_vv)^-1 */
-PROCESSOR_INLINE void soften(const strain_point *point, const pulling *pull, lanes inverse[3][3])
+PROCESSOR_INLINE void soften(const strain_point *point, const pulling_by_v *pull,
+                             lanes inverse[3][3])
 {
     lanes matrix[3][3];
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++) {
-            matrix[i][j] = (i == j) + point->compliance[i] * pull->by_v[i][j];
+            matrix[i][j] = (i == j) + point->compliance[i] * pull->stiffness[BY_V[i][j]];
         }
     }
     invert(matrix, inverse);
@@ -229,7 +230,7 @@ PROCESSOR_INLINE void find_strain(strain_form *x, int node)
     strain_node *at = &x->at[node];
     const strain_point *point = &x->points[node];
     lanes n[3], missing[3], step[3], inverse[3][3];
-    pulling pull;
+    pulling_by_v pull;
     if (!x->kind.shears) {
         memcpy(at->v, point->rest, sizeof at->v);
         return;
@@ -242,10 +243,10 @@ PROCESSOR_INLINE void find_strain(strain_form *x, int node)
         return;
     }
     for (int k = 0; k < STEPS; k++) {
-        pull_all(x, node, false, &pull);
+        pull_by_v(x, node, &pull);
         soften(point, &pull, inverse);
         for (int i = 0; i < 3; i++) {
-            missing[i] = at->v[i] - point->rest[i] - point->compliance[i] * (n[i] - pull.force[i]);
+            missing[i] = at->v[i] - point->rest[i] - point->compliance[i] * (n[i] - pull.wrench[i]);
         }
         apply(inverse, missing, step);
         for (int i = 0; i < 3; i++) {
@@ -404,10 +405,10 @@ PROCESSOR_INLINE void miss_points(strain_form *x)
         lanes m[3];
         lanes_to_body(at->R, at->M, m);
         if (x->kind.actuators > 0) {
-            pulling pull;
-            pull_all(x, i, false, &pull);
+            pulling_by_v pull;
+            pull_by_v(x, i, &pull);
             for (int c = 0; c < 3; c++) {
-                m[c] -= pull.moment[c];
+                m[c] -= pull.wrench[3 + c];
             }
         }
         for (int c = 0; c < 3; c++) {

@@ -1,0 +1,25 @@
+/* The laws at a point (physics/law/law.h) for plain numbers: law_tendon and so on. */
+#ifndef PHYSICS_SOLVE_LAWS_H
+#define PHYSICS_SOLVE_LAWS_H
+
+#include <math.h>
+
+static inline void number_sqrt(const double *x, double *root)
+{
+    *root = sqrt(*x);
+}
+
+static inline void number_inverse_root(const double *x, double *root)
+{
+    *root = *x > 0 ? 1 / sqrt(*x) : 0;
+}
+
+#define NUMBER         double
+#define ALGEBRA(name)  number_##name
+#define ALGEBRA_INLINE static inline __attribute__((unused))
+#include "physics/law/law_functions.h"
+#undef NUMBER
+#undef ALGEBRA
+#undef ALGEBRA_INLINE
+
+#endif
