@@ -216,11 +216,10 @@ ad_status ad_reverse(ad_value root, int count, const ad_value *wrt, ad_reduction
 /* y with x, an input, uniform or parameter, replaced wherever it occurs; simplified anew. */
 ad_value ad_substitute(ad_value y, ad_value x, ad_value replacement);
 
-/* A formula of a tape of its own, called with values of another tape: results [count] are what
- * formula [count], values of one tape, become where its leaves input [inputs] are replaced by values
- * [inputs] of `tape`. Elementwise formulas of one row take values of any number of rows. So a law of
- * physics is recorded once, differentiated once, and used by every equation. An error of either tape
- * is noted on `tape`, and returned. */
+/* Calls a formula of a tape of its own with values of another tape. results [count] are formula
+ * [count] with values [inputs] of `tape` in place of its leaves input [inputs]. Elementwise formulas
+ * of one row take values of any number of rows. So a law of physics is recorded once, differentiated
+ * once, and used by every equation. An error of either tape is noted on `tape`, and returned. */
 ad_status ad_call(int count, const ad_value *formula, int inputs, const ad_value *input,
                   ad_tape *tape, const ad_value *values, ad_value *results);
 
