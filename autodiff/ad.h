@@ -217,9 +217,10 @@ ad_status ad_reverse(ad_value root, int count, const ad_value *wrt, ad_reduction
 ad_value ad_substitute(ad_value y, ad_value x, ad_value replacement);
 
 /* Calls a formula of a tape of its own with values of another tape. results [count] are formula
- * [count] with values [inputs] of `tape` in place of its leaves input [inputs]. Elementwise formulas
- * of one row take values of any number of rows. So a law of physics is recorded once, differentiated
- * once, and used by every equation. An error of either tape is noted on `tape`, and returned. */
+ * [count] with values [inputs] of `tape` in place of its leaves input [inputs]. Elementwise
+ * formulas of one row take values of any number of rows. So a law of physics is recorded once,
+ * differentiated once, and used by every equation. An error of either tape is noted on `tape`, and
+ * returned. */
 ad_status ad_call(int count, const ad_value *formula, int inputs, const ad_value *input,
                   ad_tape *tape, const ad_value *values, ad_value *results);
 
@@ -365,10 +366,10 @@ ad_status ad_write_c(int count, ad_program *const *programs, const ad_c_options 
  * The text that includes it defines NUMBER (double, float, or a vector of numbers side by side),
  * ALGEBRA(name) and ALGEBRA_INLINE. Sums, products and 1/x are operators; whatever else the formula
  * has is a function that this text defines, such as ALGEBRA(sqrt)(&x, &result), and
- * ALGEBRA(inverse_root) for 1/sqrt(x), which is 0 or a finite number at 0. What is computed is added
- * to the outputs. The text depends on the formula alone. Inputs are scalar leaves of the tape,
- * outputs scalar values of elementwise operations; AD_BAD_ARGUMENT: others. Errors of the file are
- * the caller's to see. */
+ * ALGEBRA(inverse_root) for 1/sqrt(x), which is 0 or a finite number at 0. What is computed is
+ * added to the outputs. The text depends on the formula alone. Inputs are scalar leaves of the
+ * tape, outputs scalar values of elementwise operations; AD_BAD_ARGUMENT: others. Errors of the
+ * file are the caller's to see. */
 typedef struct ad_inline_argument {
     const char *name;
     int count;

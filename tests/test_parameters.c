@@ -168,7 +168,8 @@ static void test_refusals(void **state)
          "override rod.length=-load: rod.length: is the formula of a number -0.3, which is out of "
          "range; allowed: a number or a formula > 0, in m"},
         {LOADED, "rod.stiffness.torsion=0.5 - s",
-         "override rod.stiffness.torsion=0.5 - s: rod.stiffness.torsion: must be > 0; .inf locks that "
+         "override rod.stiffness.torsion=0.5 - s: rod.stiffness.torsion: must be > 0; .inf locks "
+         "that "
          "strain"},
         {LOADED, "network.hidden=[load]", "network.hidden[0]: is load, which is not a number"},
     };

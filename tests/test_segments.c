@@ -225,9 +225,9 @@ static void test_table_refusals(void **state)
          "override tables=[{name: wind}]: tables[0]: has no numbers; give file, or x and y"},
         {"[{x: [0, 1], y: [1, 2]}]", "override tables=[{x: [0, 1], y: [1, 2]}]: tables[0]: has no "
                                      "name; give it the one that formulas call it by"},
-        {"[{name: wind, x: [0, 1], y: [1, 2, 3]}]",
-         "override tables=[{name: wind, x: [0, 1], y: [1, 2, 3]}]: tables[0]: has 2 numbers x and 3 "
-         "numbers y; allowed: as many"},
+        {"[{name: wind, x: [0, 1], y: [1, 2, 3]}]", "override tables=[{name: wind, x: [0, 1], y: "
+                                                    "[1, 2, 3]}]: tables[0]: has 2 numbers x and 3 "
+                                                    "numbers y; allowed: as many"},
         {"[{name: wind, x: [0, 0], y: [1, 2]}]", NULL},
         {"[{name: sin, x: [0, 1], y: [1, 2]}]", NULL},
         {"[{name: wind, x: [0, 1], y: [1, 2], file: a.csv}]",

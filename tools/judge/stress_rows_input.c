@@ -109,7 +109,7 @@ static const stress_row rows[] = {
     {"training/rate-1e200", PULL,
      SET("network.hidden=[16]",
          "training.stages=[{optimizer: adam, steps: 500, learning_rate: 1e200}]"),
-     PINN = STOPPED("try: --resume with", "caught at once, with advice")},
+     PINN = STOPPED("try: resume with", "caught at once, with advice")},
     {"training/one-step-gentle", PULL,
      SET("training.stages=[{optimizer: adam, steps: 1}]", "network.hidden=[8]",
          "loads.tip.force=[1e-3, 0, 0]"),
