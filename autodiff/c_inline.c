@@ -190,7 +190,9 @@ static ad_status put_body(const inline_writer *w, const bool *needed, int output
         for (int k = 0; k < output[i].count; k++) {
             written |= !ad_is_constant(output[i].values[k], 0);
         }
-        fprintf(w->file, written ? "" : "    (void)%s;\n", output[i].name);
+        if (!written) {
+            fprintf(w->file, "    (void)%s;\n", output[i].name);
+        }
     }
     for (int id = 0; id < w->tape->count && status == AD_OK; id++) {
         status = read[id] ? put_node(w, id) : AD_OK;
@@ -229,7 +231,9 @@ ad_status ad_write_inline(const char *function, int inputs, const ad_inline_argu
                 snprintf(w.text[id], OPERAND, "%s[%d]", input[i].name, k);
                 used |= needed[id];
             }
-            fprintf(file, used ? "" : "    (void)%s;\n", input[i].name);
+            if (!used) {
+                fprintf(file, "    (void)%s;\n", input[i].name);
+            }
         }
         status = put_body(&w, needed, outputs, output);
         fputs("}\n\n", file);
