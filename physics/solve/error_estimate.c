@@ -34,10 +34,10 @@ static ad_status sample(measuring *x, double end, ad_error *error)
 {
     const int times = x->moves ? TIMES : 1;
     const scene_physics *model = scene_physics_of(x->scene);
-    x->points = (size_t)(PLACES * times);
+    x->points = PLACES * (size_t)times;
     x->columns = solution_columns(x->scene);
     x->positions = model->position_columns;
-    const size_t numbers = (size_t)(2 + x->columns + x->positions);
+    const size_t numbers = 2 + (size_t)x->columns + (size_t)x->positions;
     x->s = malloc(numbers * x->points * sizeof *x->s);
     if (!x->s) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", x->points);

@@ -66,11 +66,12 @@ typedef struct tally {
 
 static ad_status open(const char *path, session *s, ad_error *error)
 {
-    static const char *const changes[] = {
-        "formulation=mixed", "network=null", "network={hidden: [20, 20]}",
+    static const char training[] =
         "training={seed: 1, stages: [{optimizer: adam, steps: 400, learning_rate: 5.0e-3}, "
-        "{optimizer: ssbroyden, steps: 2100}]}",
-        "losses={interior: {points: 256}}"};
+        "{optimizer: ssbroyden, steps: 2100}]}";
+    static const char *const changes[] = {"formulation=mixed", "network=null",
+                                          "network={hidden: [20, 20]}", training,
+                                          "losses={interior: {points: 256}}"};
     config *settings;
     ad_status status =
         config_read(path, NULL, sizeof changes / sizeof *changes, changes, &settings, error);

@@ -183,7 +183,7 @@ ad_status cpinn_envs_create(cpinn_stepper *robot, const cpinn_envs_settings *set
             x->action[x->actions++] = i;
         }
     }
-    x->width = (size_t)(robot->states + CPINN_TIP_NUMBERS + 6 + x->actions);
+    x->width = (size_t)robot->states + CPINN_TIP_NUMBERS + 6 + (size_t)x->actions;
     ad_status status = allocate(x, error);
     status = status == AD_OK ? make_tasks(x, error) : status;
     for (int i = 0; i < settings->count && status == AD_OK; i++) {

@@ -130,7 +130,7 @@ static void write_names(const fields *x, const char *by, char names[NAMES_MAX])
 static ad_status create_slopes(fields *x, ad_error *error)
 {
     ad_status status = AD_OK;
-    x->slopes = calloc((size_t)(x->count * x->threads), sizeof *x->slopes);
+    x->slopes = calloc((size_t)x->count * (size_t)x->threads, sizeof *x->slopes);
     if (!x->slopes) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of a family");
     }

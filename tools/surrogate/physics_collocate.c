@@ -35,7 +35,8 @@ static void find_integrals(double integral[NODES][NODES])
 /* A worker's own numbers: y, defect, rate [3 n] each, z [n], by_z [n][n], matrix [3 n][3 n]. */
 static size_t own_numbers(size_t n)
 {
-    return 3 * NODES * n + n + n * n + NODES * n * NODES * n;
+    const size_t nodes = NODES;
+    return 3 * nodes * n + n + n * n + nodes * n * nodes * n;
 }
 
 /* The defect y - integral of z', and its derivatives, column-major. */
