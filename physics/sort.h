@@ -17,7 +17,9 @@ static inline int sort_compare(const void *a, const void *b)
 
 static inline void sort_ascending(size_t count, double *x)
 {
-    qsort(x, count, sizeof *x, sort_compare);
+    if (count > 0) { /* of none there is no array */
+        qsort(x, count, sizeof *x, sort_compare);
+    }
 }
 
 /* Of an even number the upper one; x is sorted. */
