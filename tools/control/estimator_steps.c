@@ -255,7 +255,7 @@ static void adapt(estimator *x, estimator_sensor_record *sensor)
     for (int i = 0; i < x->settings.sensors; i++) {
         x->process = fmax(x->process, x->sensor[i].process);
     }
-    x->doubted += x->doubted < WINDOWS * x->settings.window;
+    x->doubted += x->doubted < (long)WINDOWS * x->settings.window;
     x->doubt += (x->process - x->doubt) / (double)x->doubted;
 }
 

@@ -44,7 +44,7 @@ static ad_status allocate(recorder *r, ad_error *error)
     x->measured = calloc(SAMPLES * (size_t)values_of(x), sizeof *x->measured);
     x->paths = calloc(SAMPLES * horizon * 3, sizeof *x->paths);
     x->expected = calloc(SAMPLES * (m + (size_t)s->estimator.parameters), sizeof *x->expected);
-    x->reached = calloc(SAMPLES * 3, sizeof *x->reached);
+    x->reached = calloc((size_t)SAMPLES * 3, sizeof *x->reached);
     x->flags = calloc(SAMPLES, sizeof *x->flags);
     r->states = calloc((SAMPLES + 1) * n, sizeof *r->states);
     r->acting = calloc((SAMPLES + REGULATOR_DELAY_MAX + 1) * m, sizeof *r->acting);
