@@ -1,10 +1,9 @@
 /* A formula of scalars as straight C for numbers of any type, from the tape itself. */
-#include "autodiff/tape.h"
+#include "autodiff/c_code.h"
 
-#include <math.h>
 #include <stdlib.h>
 
-enum { OPERAND = 64 };
+enum { OPERAND = C_OPERAND };
 
 typedef struct inline_writer {
     ad_tape *tape;
@@ -43,10 +42,11 @@ static int root_below(const ad_tape *tape, int id)
     return below->op == OP_SQRT ? tape->arguments[below->first] : -1;
 }
 
+/* As everywhere in written C: exact, and in no locale. */
 static void put_number(double number, char *text)
 {
-    snprintf(text, OPERAND, number == floor(number) && fabs(number) < 1e15 ? "%.1f" : "%.17g",
-             number);
+    const c_writer plain = {.suffix = ""};
+    ad_c_number(&plain, number, text);
 }
 
 static int argument(const inline_writer *w, int id, int i)
