@@ -46,8 +46,9 @@ def function(model: Model, names: str) -> Callable[..., Any]:
 
     def value(s: Any, t: Any = 0.0) -> Any:
         s = torch.as_tensor(s)
-        s, t = torch.broadcast_tensors(s, torch.as_tensor(t, dtype=s.dtype))
-        return _Value.apply(model, columns, s, t)
+        t = torch.as_tensor(t, dtype=s.dtype)
+        shape = numpy.broadcast_shapes(s.shape, t.shape)
+        return _Value.apply(model, columns, s.expand(shape), t.expand(shape))
 
     return value
 
