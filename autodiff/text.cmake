@@ -1,6 +1,6 @@
 # Files as C arrays of lines, PREFIX_name without the ending, without includes of the project's own.
-#   cmake -DFOLDER=autodiff -DFILES=lanes.h,tanh.h -DPREFIX=ad_text -DHEADER=autodiff/c_code.h
-#         -DOUTPUT=text.c -P text.cmake
+#   cmake -DFOLDER=autodiff -DFILES=run/lanes.h,run/tanh.h -DPREFIX=ad_text
+#         -DHEADER=autodiff/emit/c_code.h -DOUTPUT=text.c -P text.cmake
 # With -DWHOLE=name all files are one text, PREFIX_name, with what they include of the project's own
 # in its place, once, to be one source: what has external linkage is WHOLE_FUNCTION, and static
 # functions of which several files have the name are called by the file, too.

@@ -3,7 +3,7 @@
 #ifndef TESTS_AD_TESTING_H
 #define TESTS_AD_TESTING_H
 
-#include "autodiff/tape.h"
+#include "autodiff/tape/tape.h"
 #include "near.h"
 #include "random_numbers.h"
 

@@ -12,7 +12,7 @@ import sys
 
 LONGEST = 35
 PAGES = ["README.md", "configs/**/*.md", "tools/bench/README.md", "tools/site/pages/*.md",
-         "CONTRIBUTING.md", "CHANGELOG.md", "tools/python/README.md"]
+         "CONTRIBUTING.md", "CHANGELOG.md", "autodiff/README.md", "tools/python/README.md"]
 ABBREVIATIONS = re.compile(r"\b(e\.g|i\.e|et al|cf|Fig|vs|approx)\.")
 
 

@@ -3,8 +3,8 @@
  * Skipped (77) where there is no compiler. */
 #include "random_graphs.h"
 
-#include "autodiff/c_code.h"
-#include "autodiff/kernels.h"
+#include "autodiff/compile/kernels.h"
+#include "autodiff/emit/c_code.h"
 
 #include <dlfcn.h>
 #include <stdio.h>

@@ -4,7 +4,7 @@
 
 #include "random_graphs.h"
 
-#include "autodiff/program.h"
+#include "autodiff/compile/program.h"
 
 #include <dlfcn.h>
 #include <stdio.h>

@@ -2,12 +2,12 @@
  * long double, those of float against double, in units in the last place of what is right. */
 #include "near.h"
 
-#include "autodiff/exp.h"
-#include "autodiff/exp_single.h"
-#include "autodiff/sine.h"
-#include "autodiff/sine_single.h"
-#include "autodiff/tanh.h"
-#include "autodiff/tanh_single.h"
+#include "autodiff/run/exp.h"
+#include "autodiff/run/exp_single.h"
+#include "autodiff/run/sine.h"
+#include "autodiff/run/sine_single.h"
+#include "autodiff/run/tanh.h"
+#include "autodiff/run/tanh_single.h"
 
 #include <float.h>
 #include <stdbool.h>

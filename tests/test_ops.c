@@ -4,7 +4,7 @@
  * so that programs can be compiled for every instruction set the processor has. */
 #include "ad_testing.h"
 
-#include "autodiff/kernels.h"
+#include "autodiff/compile/kernels.h"
 
 /* libmvec: at most 4 units in the last place; ad_op_evaluate's libm: 1. */
 #define LIBRARY_ULPS 5.0

@@ -1,5 +1,5 @@
 /* Products of a tile, by every instruction set of this processor, against plain loops. */
-#include "autodiff/kernels.h"
+#include "autodiff/compile/kernels.h"
 
 #include "ad_testing.h"
 

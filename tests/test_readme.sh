@@ -7,7 +7,7 @@ set -u
 . "$(dirname "$0")/programs.sh"
 PATH=$BIN/bench:$PATH
 ln -s "$ROOT/configs" "$ROOT/tests" .
-mapfile -t pages < <(cd "$ROOT" && ls README.md configs/{,cases/,tutorial/}README.md \
+mapfile -t pages < <(cd "$ROOT" && ls README.md autodiff/README.md configs/{,cases/,tutorial/}README.md \
     configs/tutorial/{equations,python}.md tools/{bench,python}/README.md CHANGELOG.md CONTRIBUTING.md \
     tools/site/pages/*.md)
 

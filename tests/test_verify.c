@@ -2,7 +2,7 @@
  * Whatever the verifier lets pass has to give the same results to the last bit. */
 #include "ad_testing.h"
 
-#include "autodiff/program.h"
+#include "autodiff/compile/program.h"
 
 enum { WIDTH = 9, POINTS = 45, MEMBERS = 9, OUTPUTS = 6 };
 

@@ -1,4 +1,4 @@
 /* Every program that a test compiles is verified, in release builds as well. */
-#include "autodiff/program.h"
+#include "autodiff/compile/program.h"
 
 const int ad_verifies_programs = 1;

@@ -2,9 +2,9 @@
  * smaller network: the recorded tape against the yardstick fused by hand and against the peers in
  * Python. Everybody takes turns with the tape, so that a busy moment slows both of a pair; medians.
  * See --help. */
-#include "autodiff/blas.h"
+#include "autodiff/compile/kernels.h"
 #include "autodiff/dense.h"
-#include "autodiff/kernels.h"
+#include "autodiff/run/blas.h"
 #include "fused.h"
 #include "peers.h"
 #include "physics/sort.h"

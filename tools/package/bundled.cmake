@@ -1,6 +1,6 @@
 # Put into what is installed all that it needs (-DCPINN_BUNDLED=ON, for a wheel). HDF5, SUNDIALS,
 # libyaml and zlib are archives, so that none of them is loaded at start-up. OpenBLAS chooses its
-# kernels while it is loaded (autodiff/blas.c), so it stays a library, as a copy with a name of its
+# kernels while it is loaded (autodiff/run/blas.c), so it stays a library, as a copy with a name of its
 # own: a process that has numpy or another OpenBLAS keeps them apart.
 find_program(PATCHELF patchelf REQUIRED)
 find_library(CPINN_SZIP sz REQUIRED)

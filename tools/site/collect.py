@@ -12,8 +12,8 @@ import subprocess
 import sys
 
 PAGES = ["README.md", "configs/README.md", "configs/cases/README.md", "configs/tutorial/*.md",
-         "tools/bench/README.md", "tools/site/pages/*.md", "tools/python/README.md", "CHANGELOG.md",
-         "CONTRIBUTING.md"]
+         "autodiff/README.md", "tools/bench/README.md", "tools/site/pages/*.md",
+         "tools/python/README.md", "CHANGELOG.md", "CONTRIBUTING.md"]
 PROGRAMS = ["train", "eval", "solve", "show", "export", "control", "check", "law", "residual",
             "cases", "bench", "stress"]
 LINK = re.compile(r'(\]\(|<img src=")([^)"#]+)')

@@ -3,7 +3,7 @@
 #ifndef STEP_MAP_H
 #define STEP_MAP_H
 
-#include "autodiff/tanh.h"
+#include "autodiff/run/tanh.h"
 #include "physics/solve/processor.h"
 #include "tools/surrogate/surrogate_step.h"
 

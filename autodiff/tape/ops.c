@@ -1,0 +1,450 @@
+/* The table of operations: one row each, and the functions that record them.
+ *
+ * To add one: a code in tape.h, a row here (with its partial derivatives written in terms of other
+ * operations), its scalar meaning in ad_op_evaluate, what it does to a vector in lanes.h, a loop in
+ * kernels.c, its formula in c_segments.c if libm has it not. The table-driven tests pick it up. */
+#include "autodiff/tape/stumpff.h"
+#include "autodiff/tape/tape.h"
+
+#include <math.h>
+
+static ad_value constant_like(ad_value y, double number)
+{
+    return ad_scalar(y.tape, number);
+}
+
+/* ---- partial derivatives of smooth operations ---------------------------------------------- */
+
+#define PARTIAL(name) static ad_value name(ad_value y, int i)
+
+PARTIAL(partial_tanh)
+{
+    (void)i;
+    return ad_sub(constant_like(y, 1), ad_mul(y, y));
+}
+
+PARTIAL(partial_sin)
+{
+    (void)i;
+    return ad_cos(argument_of(y, 0));
+}
+
+PARTIAL(partial_cos)
+{
+    (void)i;
+    return ad_neg(ad_sin(argument_of(y, 0)));
+}
+
+PARTIAL(partial_exp)
+{
+    (void)i;
+    return y;
+}
+
+PARTIAL(partial_log)
+{
+    (void)i;
+    return ad_reciprocal(argument_of(y, 0));
+}
+
+PARTIAL(partial_erf)
+{
+    (void)i; /* 2/sqrt(pi) exp(-x^2) */
+    return ad_scale(ad_exp(ad_neg(ad_mul(argument_of(y, 0), argument_of(y, 0)))),
+                    1.1283791670955126);
+}
+
+PARTIAL(partial_sqrt)
+{
+    (void)i;
+    return ad_scale(ad_reciprocal_or_zero(y), 0.5);
+}
+
+PARTIAL(partial_reciprocal) /* of both reciprocals */
+{
+    (void)i;
+    return ad_neg(ad_mul(y, y));
+}
+
+PARTIAL(partial_power)
+{
+    (void)i;
+    double exponent = node_of(y)->number;
+    return ad_scale(ad_power(argument_of(y, 0), exponent - 1), exponent);
+}
+
+PARTIAL(partial_abs)
+{
+    (void)i;
+    return ad_sign(argument_of(y, 0));
+}
+
+PARTIAL(partial_atan2)
+{
+    ad_value scale = ad_reciprocal_or_zero(ad_add(ad_mul(argument_of(y, 0), argument_of(y, 0)),
+                                                  ad_mul(argument_of(y, 1), argument_of(y, 1))));
+    return i == 0 ? ad_mul(argument_of(y, 1), scale) : ad_neg(ad_mul(argument_of(y, 0), scale));
+}
+
+PARTIAL(partial_stumpff)
+{
+    (void)i; /* c_k' = (k c_(k+2) - c_(k+1)) / 2, from the series */
+    int k = node_of(y)->whole;
+    if (k == 0) {
+        return ad_scale(ad_stumpff(1, argument_of(y, 0)), -0.5);
+    }
+    return ad_scale(ad_sub(ad_scale(ad_stumpff(k + 2, argument_of(y, 0)), k),
+                           ad_stumpff(k + 1, argument_of(y, 0))),
+                    0.5);
+}
+
+/* ---- adjoints of linear and bilinear operations -------------------------------------------- */
+
+#define ADJOINT(name) static ad_value name(ad_value y, ad_value adjoint, int i)
+
+ADJOINT(adjoint_add)
+{
+    (void)y, (void)i;
+    return adjoint;
+}
+
+ADJOINT(adjoint_sub)
+{
+    (void)y;
+    return i == 0 ? adjoint : ad_neg(adjoint);
+}
+
+ADJOINT(adjoint_mul)
+{
+    return ad_mul(adjoint, argument_of(y, 1 - i));
+}
+
+ADJOINT(adjoint_repeat)
+{
+    (void)y, (void)i;
+    return ad_sum_rows(adjoint);
+}
+
+ADJOINT(adjoint_slice)
+{
+    (void)i;
+    return ad_pad(adjoint, node_of(y)->whole, ad_rows(argument_of(y, 0)));
+}
+
+ADJOINT(adjoint_stack)
+{
+    int before = 0;
+    for (int k = 0; k < i; k++) {
+        before += ad_rows(argument_of(y, k));
+    }
+    return ad_slice(adjoint, before, ad_rows(argument_of(y, i)));
+}
+
+ADJOINT(adjoint_pad)
+{
+    (void)i;
+    return ad_slice(adjoint, node_of(y)->whole, ad_rows(argument_of(y, 0)));
+}
+
+ADJOINT(adjoint_sum_rows)
+{
+    (void)i;
+    return ad_repeat(adjoint, ad_rows(argument_of(y, 0)));
+}
+
+ADJOINT(adjoint_matvec)
+{
+    return i == 0 ? ad_outer(adjoint, argument_of(y, 1))
+                  : ad_matvec_transposed(argument_of(y, 0), adjoint);
+}
+
+ADJOINT(adjoint_matvec_transposed)
+{
+    return i == 0 ? ad_outer(argument_of(y, 1), adjoint) : ad_matvec(argument_of(y, 0), adjoint);
+}
+
+ADJOINT(adjoint_outer) /* of outer and its sum */
+{
+    return i == 0 ? ad_matvec(adjoint, argument_of(y, 1))
+                  : ad_matvec_transposed(adjoint, argument_of(y, 0));
+}
+
+/* ---- the table ----------------------------------------------------------------------------- */
+
+const op_row ad_op_table[OP_COUNT] = {
+    [OP_CONSTANT] = {"constant", 0, LEAF, NULL, NULL},
+    [OP_INPUT] = {"input", 0, LEAF, NULL, NULL},
+    [OP_UNIFORM] = {"uniform", 0, LEAF, NULL, NULL},
+    [OP_PARAMETER] = {"parameter", 0, LEAF, NULL, NULL},
+    [OP_POINTS] = {"points", 0, LEAF, NULL, NULL},
+    [OP_ADD] = {"add", 2, LINEAR, NULL, adjoint_add},
+    [OP_SUB] = {"sub", 2, LINEAR, NULL, adjoint_sub},
+    [OP_MUL] = {"mul", 2, BILINEAR, NULL, adjoint_mul},
+    [OP_TANH] = {"tanh", 1, ENTIRE, partial_tanh, NULL},
+    [OP_SIN] = {"sin", 1, ENTIRE, partial_sin, NULL},
+    [OP_COS] = {"cos", 1, ENTIRE, partial_cos, NULL},
+    [OP_EXP] = {"exp", 1, ENTIRE, partial_exp, NULL},
+    [OP_LOG] = {"log", 1, SMOOTH, partial_log, NULL},
+    [OP_ERF] = {"erf", 1, ENTIRE, partial_erf, NULL},
+    [OP_SQRT] = {"sqrt", 1, SMOOTH, partial_sqrt, NULL},
+    [OP_RECIPROCAL] = {"reciprocal", 1, SMOOTH, partial_reciprocal, NULL},
+    [OP_RECIPROCAL_OR_ZERO] = {"reciprocal_or_zero", 1, SMOOTH, partial_reciprocal, NULL},
+    [OP_POWER] = {"power", 1, SMOOTH, partial_power, NULL},
+    [OP_ABS] = {"abs", 1, SMOOTH, partial_abs, NULL},
+    [OP_SIGN] = {"sign", 1, FLAT, NULL, NULL},
+    [OP_ATAN2] = {"atan2", 2, SMOOTH, partial_atan2, NULL},
+    [OP_STUMPFF] = {"stumpff", 1, SMOOTH, partial_stumpff, NULL},
+    [OP_SELECT] = {"select", 3, SELECT, NULL, NULL},
+    [OP_REPEAT] = {"repeat", 1, LINEAR, NULL, adjoint_repeat},
+    [OP_MUL_ADD] = {"mul_add", 3, LEAF, NULL, NULL},
+    [OP_MUL_SUB] = {"mul_sub", 3, LEAF, NULL, NULL},
+    [OP_SUB_MUL] = {"sub_mul", 3, LEAF, NULL, NULL},
+    [OP_SCALED_MUL] = {"scaled_mul", 2, LEAF, NULL, NULL},
+    [OP_SCALED_MUL_ADD] = {"scaled_mul_add", 3, LEAF, NULL, NULL},
+    [OP_SCALED_MUL_SUB] = {"scaled_mul_sub", 3, LEAF, NULL, NULL},
+    [OP_PAIR_ADD] = {"pair_add", 4, LEAF, NULL, NULL},
+    [OP_PAIR_SUB] = {"pair_sub", 4, LEAF, NULL, NULL},
+    [OP_TANH_SUM] = {"tanh_sum", 2, LEAF, NULL, NULL},
+    [OP_COPY] = {"copy", 1, LEAF, NULL, NULL},
+    [OP_SLICE] = {"slice", 1, LINEAR, NULL, adjoint_slice},
+    [OP_STACK] = {"stack", AD_ARITY_ANY, LINEAR, NULL, adjoint_stack},
+    [OP_PAD] = {"pad", 1, LINEAR, NULL, adjoint_pad},
+    [OP_SUM_ROWS] = {"sum_rows", 1, LINEAR, NULL, adjoint_sum_rows},
+    [OP_SUM_POINTS] = {"sum_points", 1, LINEAR, NULL, adjoint_add},
+    [OP_MATVEC] = {"matvec", 2, BILINEAR, NULL, adjoint_matvec},
+    [OP_MATVEC_TRANSPOSED] = {"matvec_transposed", 2, BILINEAR, NULL, adjoint_matvec_transposed},
+    [OP_OUTER] = {"outer", 2, BILINEAR, NULL, adjoint_outer},
+    [OP_OUTER_SUM] = {"outer_sum", 2, BILINEAR, NULL, adjoint_outer},
+    [OP_SPREAD] = {"spread", 1, LINEAR, NULL, adjoint_add},
+};
+
+double ad_op_evaluate(int op, int whole, double number, const double *x)
+{
+    switch (op) {
+    case OP_ADD:
+        return x[0] + x[1];
+    case OP_SUB:
+        return x[0] - x[1];
+    case OP_MUL:
+        return x[0] * x[1];
+    case OP_TANH:
+        return tanh(x[0]);
+    case OP_SIN:
+        return sin(x[0]);
+    case OP_COS:
+        return cos(x[0]);
+    case OP_EXP:
+        return exp(x[0]);
+    case OP_LOG:
+        return log(x[0]);
+    case OP_ERF:
+        return erf(x[0]);
+    case OP_SQRT:
+        return sqrt(x[0]);
+    case OP_RECIPROCAL:
+        return 1 / x[0];
+    case OP_RECIPROCAL_OR_ZERO:
+        return x[0] == 0 ? 0 : 1 / x[0];
+    case OP_POWER:
+        return pow(x[0], number);
+    case OP_ABS:
+        return fabs(x[0]);
+    case OP_SIGN:
+        return (x[0] > 0) - (x[0] < 0);
+    case OP_ATAN2:
+        return atan2(x[0], x[1]);
+    case OP_STUMPFF:
+        return ad_stumpff_number(whole, x[0]);
+    case OP_SELECT:
+        return x[0] > 0 ? x[1] : x[2];
+    case OP_REPEAT:
+    case OP_COPY:
+        return x[0];
+    case OP_MUL_ADD:
+        return fma(x[0], x[1], x[2]);
+    case OP_MUL_SUB:
+        return fma(x[0], x[1], -x[2]);
+    case OP_SUB_MUL:
+        return fma(-x[0], x[1], x[2]);
+    case OP_SCALED_MUL:
+        return number * (x[0] * x[1]);
+    case OP_SCALED_MUL_ADD:
+        return fma(number, x[0] * x[1], x[2]);
+    case OP_SCALED_MUL_SUB:
+        return fma(number, x[0] * x[1], -x[2]);
+    case OP_PAIR_ADD:
+        return fma(number, x[0] * x[1], x[2] * x[3]);
+    case OP_PAIR_SUB:
+        return fma(number, x[0] * x[1], -(x[2] * x[3]));
+    case OP_TANH_SUM:
+        return tanh(x[0] + x[1]);
+    default:
+        return NAN;
+    }
+}
+
+/* ---- recording ----------------------------------------------------------------------------- */
+
+ad_value ad_add(ad_value a, ad_value b)
+{
+    return tape_record2(OP_ADD, a, b);
+}
+
+ad_value ad_sub(ad_value a, ad_value b)
+{
+    return tape_record2(OP_SUB, a, b);
+}
+
+ad_value ad_mul(ad_value a, ad_value b)
+{
+    return tape_record2(OP_MUL, a, b);
+}
+
+ad_value ad_tanh(ad_value a)
+{
+    return tape_record1(OP_TANH, a);
+}
+
+ad_value ad_sin(ad_value a)
+{
+    return tape_record1(OP_SIN, a);
+}
+
+ad_value ad_cos(ad_value a)
+{
+    return tape_record1(OP_COS, a);
+}
+
+ad_value ad_exp(ad_value a)
+{
+    return tape_record1(OP_EXP, a);
+}
+
+ad_value ad_log(ad_value a)
+{
+    return tape_record1(OP_LOG, a);
+}
+
+ad_value ad_erf(ad_value a)
+{
+    return tape_record1(OP_ERF, a);
+}
+
+ad_value ad_sqrt(ad_value a)
+{
+    return tape_record1(OP_SQRT, a);
+}
+
+ad_value ad_reciprocal(ad_value a)
+{
+    return tape_record1(OP_RECIPROCAL, a);
+}
+
+ad_value ad_reciprocal_or_zero(ad_value a)
+{
+    return tape_record1(OP_RECIPROCAL_OR_ZERO, a);
+}
+
+ad_value ad_abs(ad_value a)
+{
+    return tape_record1(OP_ABS, a);
+}
+
+ad_value ad_sign(ad_value a)
+{
+    return tape_record1(OP_SIGN, a);
+}
+
+ad_value ad_power(ad_value a, double exponent)
+{
+    return ad_tape_record(a.tape, OP_POWER, 1, &a, 0, exponent, 0);
+}
+
+ad_value ad_atan2(ad_value y, ad_value x)
+{
+    return tape_record2(OP_ATAN2, y, x);
+}
+
+ad_value ad_stumpff(int k, ad_value a)
+{
+    if (a.tape && (k < 0 || k > AD_STUMPFF_MAX)) {
+        ad_tape_fail(a.tape, AD_NO_RULE, "stumpff: order %d; 0 to %d are available", k,
+                     AD_STUMPFF_MAX);
+    }
+    return ad_tape_record(a.tape, OP_STUMPFF, 1, &a, k, 0, 0);
+}
+
+ad_value ad_select(ad_value condition, ad_value a, ad_value b)
+{
+    return ad_tape_record(a.tape, OP_SELECT, 3, (ad_value[]){condition, a, b}, 0, 0, 0);
+}
+
+ad_value ad_repeat(ad_value a, int rows)
+{
+    return ad_tape_record(a.tape, OP_REPEAT, 1, &a, 0, 0, rows);
+}
+
+ad_value ad_slice(ad_value a, int first, int rows)
+{
+    return ad_tape_record(a.tape, OP_SLICE, 1, &a, first, 0, rows);
+}
+
+ad_value ad_row(ad_value a, int row)
+{
+    return ad_slice(a, row, 1);
+}
+
+ad_value ad_stack(int count, const ad_value *parts)
+{
+    return ad_tape_record(parts[0].tape, OP_STACK, count, parts, 0, 0, 0);
+}
+
+ad_value ad_pad(ad_value a, int before, int rows)
+{
+    return ad_tape_record(a.tape, OP_PAD, 1, &a, before, 0, rows);
+}
+
+ad_value ad_sum_rows(ad_value a)
+{
+    return tape_record1(OP_SUM_ROWS, a);
+}
+
+ad_value ad_tape_sum(ad_value a, sum_over over)
+{
+    return ad_tape_record(a.tape, OP_SUM_POINTS, 1, &a, (int)over, 0, 0);
+}
+
+ad_value ad_tape_outer_sum(ad_value y, ad_value x, sum_over over)
+{
+    return ad_tape_record(y.tape, OP_OUTER_SUM, 2, (ad_value[]){y, x}, (int)over, 0, 0);
+}
+
+ad_value ad_sum_points(ad_value a)
+{
+    return ad_tape_sum(a, OVER_POINTS);
+}
+
+ad_value ad_sum_points_of_member(ad_value a)
+{
+    return ad_tape_sum(a, OF_MEMBER);
+}
+
+ad_value ad_sum_members(ad_value a)
+{
+    return ad_tape_sum(a, OVER_MEMBERS);
+}
+
+ad_value ad_matvec(ad_value w, ad_value x)
+{
+    return tape_record2(OP_MATVEC, w, x);
+}
+
+ad_value ad_matvec_transposed(ad_value w, ad_value y)
+{
+    return tape_record2(OP_MATVEC_TRANSPOSED, w, y);
+}
+
+ad_value ad_outer(ad_value y, ad_value x)
+{
+    return tape_record2(OP_OUTER, y, x);
+}
