@@ -156,7 +156,7 @@ static void test_every_operation_has_its_rules(void **state)
         assert_non_null(row->name);
         if (row->kind == LEAF)
             assert_true(is_leaf(op) || only_in_programs(op));
-        if (op_is_smooth(op))
+        if (ad_op_table[op].kind == SMOOTH)
             assert_non_null(row->partial);
         if (row->kind == LINEAR || row->kind == BILINEAR)
             assert_non_null(row->adjoint);

@@ -43,8 +43,8 @@ static void mark_varying(hoist *h, int count, const ad_value *varying)
         const node *n = &h->tape->nodes[id];
         h->varies[id] =
             h->varies[id] || n->op == OP_PARAMETER || n->op == OP_POINTS || op_is_reduction(n->op);
-        h->work[id] = n->count == 0         ? 0
-                      : op_is_smooth(n->op) ? HEAVY_OPERATION
+        h->work[id] = n->count == 0                       ? 0
+                      : ad_op_table[n->op].kind == SMOOTH ? HEAVY_OPERATION
                       : n->op == OP_SLICE || n->op == OP_STACK || n->op == OP_SPREAD ? 0
                                                                                      : 1;
         for (int i = 0; i < n->count; i++) {

@@ -37,7 +37,6 @@ static ad_value spread_parts(ad_value x)
     }
     n.extent = AD_BATCH;
     n.whole = x.id + 1;
-    n.partials = 0;
     return ad_tape_append(x.tape, n, parts);
 }
 

@@ -89,7 +89,6 @@ static ad_value contribution_to(ad_value y, ad_value adjoint, int i)
     ad_value zero = ad_zeros(y.tape, 1);
     switch (row->kind) {
     case SMOOTH:
-    case ENTIRE:
         return ad_mul(adjoint, row->partial(y, i));
     case SELECT:
         return i == 1 ? ad_select(argument_of(y, 0), adjoint, zero)
@@ -109,27 +108,12 @@ static void contribute(reverse *r, ad_value y, ad_value x, ad_value contribution
     }
 }
 
-static void reverse_known(reverse *r, ad_value y, ad_value adjoint)
-{
-    for (int i = node_of(y)->partials; i > 0; i = r->tape->partials[i - 1].next) {
-        known_partial known = r->tape->partials[i - 1];
-        if (r->depends.on[known.argument]) {
-            contribute(r, y, value_of(r->tape, known.argument),
-                       ad_mul(adjoint, value_of(r->tape, known.partial)));
-        }
-    }
-}
-
 static void reverse_node(reverse *r, ad_value y, ad_value adjoint)
 {
     int op = node_of(y)->op, count = node_of(y)->count;
     if (op_is_reduction(op) && r->reduction == AD_PER_POINT) {
         ad_tape_fail(r->tape, AD_NO_RULE, "%s: a row of a Jacobian cannot pass a sum over points",
                      ad_op_table[op].name);
-        return;
-    }
-    if (node_of(y)->partials) {
-        reverse_known(r, y, adjoint);
         return;
     }
     for (int i = 0; i < count; i++) {

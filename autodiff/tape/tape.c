@@ -19,7 +19,6 @@ void ad_tape_free(ad_tape *tape)
     free(tape->nodes);
     free(tape->arguments);
     free(tape->numbers);
-    free(tape->partials);
     free(tape->names);
     free(tape->text);
     free(tape->table);

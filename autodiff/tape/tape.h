@@ -11,11 +11,9 @@
  *   LINEAR    coefficient by coefficient; adjoint by its rule
  *   BILINEAR  convolution of coefficients; adjoint by its rule
  *   SMOOTH    y' = sum_i partial_i x_i'; both transforms follow from the partials
- *   ENTIRE    SMOOTH, of one argument and without a singular point. For these the Taylor transform
- *             also notes known_partials of the coefficients that it makes
  *   SELECT    linear in its last two arguments, the first frozen
  *   FLAT      derivative zero */
-typedef enum op_kind { LEAF, LINEAR, BILINEAR, SMOOTH, ENTIRE, SELECT, FLAT } op_kind;
+typedef enum op_kind { LEAF, LINEAR, BILINEAR, SMOOTH, SELECT, FLAT } op_kind;
 
 typedef enum op_code {
     OP_CONSTANT,
@@ -102,19 +100,8 @@ typedef struct node {
                     * sum_over; stack: 1 + the value of members that it spreads, part by part */
     double number; /* attribute: power's exponent, splat constant */
     size_t offset; /* constant: into tape->numbers; parameter: into the flat vector */
-    int partials;  /* 1 + index of its first known partial derivative, 0: none are noted */
     bool used;     /* by an operation that was asked for, even if algebra answered it */
 } node;
-
-/* d value / d argument = partial, elementwise. The derivative of a Taylor coefficient y_k of an
- * ENTIRE function of x is a Taylor coefficient itself, d y_k / d x_j = f'(x)_(k-j). The Taylor
- * transform notes these where it makes y_k; they replace the adjoint rule of the operation that
- * happened to compute y_k, and take fewer operations than going back through its recurrence. All
- * that a value has are noted together, so reverse.c uses either them or the rule. */
-typedef struct known_partial {
-    int argument, partial;
-    int next; /* of the same value, as in node */
-} known_partial;
 
 /* What a leaf was called when it was recorded first. */
 typedef struct leaf_name {
@@ -128,8 +115,6 @@ struct ad_tape {
     int argument_count, argument_capacity;
     double *numbers;
     int number_count, number_capacity;
-    known_partial *partials;
-    int partial_count, partial_capacity;
     leaf_name *names;
     int name_count, name_capacity;
     char *text; /* of the names, each with its closing zero */
@@ -150,18 +135,13 @@ typedef struct op_row {
     const char *name;
     int arity;
     op_kind kind;
-    /* SMOOTH, ENTIRE: d y / d argument i. */
+    /* SMOOTH: d y / d argument i. */
     ad_value (*partial)(ad_value y, int i);
     /* LINEAR, BILINEAR: contribution of the adjoint of y to argument i, not yet summed. */
     ad_value (*adjoint)(ad_value y, ad_value adjoint, int i);
 } op_row;
 
 extern const op_row ad_op_table[OP_COUNT];
-
-static inline bool op_is_smooth(int op)
-{
-    return ad_op_table[op].kind == SMOOTH || ad_op_table[op].kind == ENTIRE;
-}
 
 /* The scalar meaning of an elementwise operation: folds constants, evaluates uniform values, and is
  * what the kernels are tested against. */

@@ -9,8 +9,7 @@ typedef struct taylor {
     int moving; /* variables, each along its direction */
     const ad_value *x, *direction;
     int order;
-    bool first_order; /* nothing but: known partials serve */
-    int *known;       /* [nodes][order + 1] ids, -2: not yet computed */
+    int *known; /* [nodes][order + 1] ids, -2: not yet computed */
     int known_count, known_capacity;
 } taylor;
 
@@ -82,98 +81,8 @@ static ad_value coefficient_smooth(taylor *t, ad_value y, int k)
     return sum;
 }
 
-/* d result / d argument += partial */
-static bool note_partial(taylor *t, ad_value result, ad_value argument, ad_value partial)
-{
-    ad_tape *tape = t->tape;
-    for (int i = node_of(result)->partials; i > 0; i = tape->partials[i - 1].next) {
-        if (tape->partials[i - 1].argument == argument.id) {
-            int sum = ad_add(value_of(tape, tape->partials[i - 1].partial), partial).id;
-            tape->partials[i - 1].partial = sum;
-            return sum >= 0;
-        }
-    }
-    if (!ad_is_valid(argument) || !ad_is_valid(partial) ||
-        !ad_tape_grow((void **)&tape->partials, &tape->partial_capacity, tape->partial_count + 1,
-                      sizeof *tape->partials)) {
-        ad_tape_fail(tape, AD_NO_MEMORY, "out of memory in a Taylor transform");
-        return false;
-    }
-    node *n = &tape->nodes[result.id];
-    tape->partials[tape->partial_count++] = (known_partial){argument.id, partial.id, n->partials};
-    n->partials = tape->partial_count;
-    return true;
-}
-
-/* d y_k += sum_j slope_(k-j) d x_j, from d y = slope d x as a product of series. */
-static bool note_series(taylor *t, ad_value result, ad_value x, ad_value slope, int k)
-{
-    for (int j = 0; j <= k; j++) {
-        ad_value argument = coefficient(t, x, j), partial = coefficient(t, slope, k - j);
-        if (!ad_is_constant(partial, 0) && !note_partial(t, result, argument, partial)) {
-            return false;
-        }
-    }
-    return true;
-}
-
-/* Whether the coefficients of x were there before those of y: simplification may have found an
- * older value for y_k. */
-static bool is_older(taylor *t, ad_value x, int k, ad_value result)
-{
-    for (int j = 0; j <= k; j++) {
-        if (coefficient(t, x, j).id >= result.id) {
-            return false;
-        }
-    }
-    return true;
-}
-
-/* The derivatives of a coefficient y_k by the coefficients of x, for y = f(x) and for a y that is
- * itself a coefficient of such. Noted for the reverse transform: it takes fewer operations than
- * going back through the recurrence above, and needs no intermediate value of it. */
-static void note_partials(taylor *t, ad_value y, int k, ad_value result)
-{
-    ad_tape *tape = t->tape;
-    if (ad_is_constant(result, 0) || node_of(result)->partials) {
-        return;
-    }
-    if (ad_op_table[node_of(y)->op].kind == ENTIRE) {
-        ad_value x = argument_of(y, 0);
-        if (is_older(t, x, k, result)) {
-            note_series(t, result, x, ad_op_table[node_of(y)->op].partial(y, 0), k);
-        }
-        return;
-    }
-    int first = node_of(y)->partials;
-    bool older = true;
-    for (int i = first; i > 0; i = tape->partials[i - 1].next) {
-        older = older && is_older(t, value_of(tape, tape->partials[i - 1].argument), k, result);
-    }
-    for (int i = first; i > 0 && older; i = tape->partials[i - 1].next) {
-        known_partial known = tape->partials[i - 1];
-        older = note_series(t, result, value_of(tape, known.argument),
-                            value_of(tape, known.partial), k);
-    }
-}
-
-/* The sum that note_partials wrote down, where only the first order is wanted. */
-static ad_value coefficient_known(taylor *t, ad_value y)
-{
-    ad_value sum = ad_transform_zeros(y);
-    for (int i = node_of(y)->partials; i > 0; i = t->tape->partials[i - 1].next) {
-        const known_partial known = t->tape->partials[i - 1];
-        ad_value x = coefficient(t, value_of(t->tape, known.argument), 1);
-        sum = ad_add(sum, ad_mul(x, value_of(t->tape, known.partial)));
-    }
-    return sum;
-}
-
 static ad_value coefficient_compute(taylor *t, ad_value y, int k)
 {
-    if (t->first_order && node_of(y)->partials) {
-        return coefficient_known(t, y);
-    }
     switch (ad_op_table[node_of(y)->op].kind) {
     case LINEAR:
     case SELECT:
@@ -181,7 +90,6 @@ static ad_value coefficient_compute(taylor *t, ad_value y, int k)
     case BILINEAR:
         return coefficient_bilinear(t, y, k);
     case SMOOTH:
-    case ENTIRE:
         return coefficient_smooth(t, y, k);
     default:
         return ad_transform_zeros(y);
@@ -208,7 +116,6 @@ static ad_value coefficient(taylor *t, ad_value y, int k)
             return ad_tape_failed(t->tape);
         }
         t->known[y.id * (t->order + 1) + k] = result.id; /* the array may have moved */
-        note_partials(t, y, k, result);
         return result;
     }
     return value_of(t->tape, *slot);
@@ -313,7 +220,7 @@ ad_status ad_directional(int count, const ad_value *y, int wrt_count, const ad_v
     for (int i = 0; along && i < wrt_count; i++) {
         along[i] = direction_of(tape, wrt[i], directions[i]);
     }
-    taylor t = {.tape = tape, .depends = {.tape = tape}, .order = 1, .first_order = true};
+    taylor t = {.tape = tape, .depends = {.tape = tape}, .order = 1};
     t.moving = wrt_count;
     t.x = wrt;
     t.direction = along;
