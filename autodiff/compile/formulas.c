@@ -152,36 +152,32 @@ static int sum_of_rows(formulas *f, int id)
 static int make_row(formulas *f, const node *n, int row, int w, int x)
 {
     int rows[AD_ARITY_MAX] = {0};
-    switch (n->op) {
-    case OP_INPUT:
+    switch (ad_op_table[n->op].form) {
+    case FORM_LEAF: /* an input */
         return make(f, (formula){.op = n->op, .whole = n->whole, .a = row});
-    case OP_REPEAT:
-        return row_of(f, argument(f, n, 0), 0);
-    case OP_SLICE:
+    case FORM_SLICE:
         return row_of(f, argument(f, n, 0), n->whole + row);
-    case OP_STACK:
-    case OP_PAD:
+    case FORM_JOIN:
         return join_row(f, n, row);
-    case OP_SUM_ROWS:
+    case FORM_SUM_ROWS:
         return sum_of_rows(f, argument(f, n, 0));
-    case OP_MATVEC:
-    case OP_MATVEC_TRANSPOSED:
+    case FORM_PRODUCT:
         return make(f, (formula){.op = n->op, .a = w, .b = x, .c = row});
-    case OP_SPREAD:
+    case FORM_SPREAD:
         return make(f, (formula){.op = n->op, .a = row_of(f, argument(f, n, 0), row)});
-    case OP_SUM_POINTS:
+    case FORM_SUM_POINTS:
         return make(f, member_sum_of(n->op, row_of(f, argument(f, n, 0), row), 0));
-    case OP_OUTER_SUM:
-    case OP_OUTER: {
+    case FORM_OUTER_SUM:
+    case FORM_OUTER: {
         int width = argument_node(f, n, 1)->rows;
-        if (n->op == OP_OUTER_SUM) {
-            return make(f, member_sum_of(n->op, row_of(f, argument(f, n, 0), row / width),
-                                         row_of(f, argument(f, n, 1), row % width)));
-        }
-        return make(f, product_of(row_of(f, argument(f, n, 0), row / width),
-                                  row_of(f, argument(f, n, 1), row % width)));
+        int y = row_of(f, argument(f, n, 0), row / width);
+        int x = row_of(f, argument(f, n, 1), row % width);
+        return make(f, n->op == OP_OUTER ? product_of(y, x) : member_sum_of(n->op, y, x));
     }
     default:
+        if (n->op == OP_REPEAT) {
+            return row_of(f, argument(f, n, 0), 0);
+        }
         for (int i = 0; i < n->count; i++) {
             rows[i] = row_of(f, argument(f, n, i), row);
         }

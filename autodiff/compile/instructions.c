@@ -191,40 +191,36 @@ static void emit_node(emitter *e, int at, bool *done)
         return;
     }
     e->value = id;
-    switch (n->op) {
-    case OP_INPUT:
-    case OP_SLICE: /* views */
+    switch (ad_op_table[n->op].form) {
+    case FORM_LEAF:
+    case FORM_SLICE: /* views */
         return;
-    case OP_STACK:
-        emit_stack(e, id);
+    case FORM_JOIN:
+        (n->op == OP_PAD ? emit_pad : emit_stack)(e, id);
         return;
-    case OP_PAD:
-        emit_pad(e, id);
-        return;
-    case OP_SPREAD:
+    case FORM_SPREAD:
         emit_spread(e, id);
         return;
-    case OP_SUM_ROWS:
+    case FORM_SUM_ROWS:
         emit_sum_rows(e, id);
         return;
-    case OP_SUM_POINTS: {
+    case FORM_SUM_POINTS: {
         instruction i = {.op = n->op, .columns = 1};
         i.in[0] = place_for(e, plan->arguments[id][0], 0);
         i.out = plan->program->places[plan->sum_of[id]];
         append(e, i);
         return;
     }
-    case OP_MATVEC:
-    case OP_MATVEC_TRANSPOSED:
+    case FORM_PRODUCT:
         if (spread_of(plan->tape, plan->arguments[id][0]) >= 0) {
             emit_member_product(e, id);
             return;
         } /* fallthrough */
-    case OP_OUTER:
-    case OP_OUTER_SUM:
+    case FORM_OUTER:
+    case FORM_OUTER_SUM:
         emit_products(e, at, done);
         return;
-    default: {
+    case FORM_ELEMENTWISE: {
         place in[AD_ARITY_MAX];
         for (int i = 0; i < n->count; i++) {
             in[i] = place_for(e, plan->arguments[id][i], n->rows);

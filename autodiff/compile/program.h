@@ -174,11 +174,6 @@ static inline int spread_of(const ad_tape *tape, int id)
     return n->op == OP_SPREAD ? tape->arguments[n->first] : -1;
 }
 
-static inline bool op_is_matvec(int op)
-{
-    return op == OP_MATVEC || op == OP_MATVEC_TRANSPOSED;
-}
-
 /* verify_default.c: verifying takes as long as compiling. */
 extern const int ad_verifies_programs;
 

@@ -389,16 +389,15 @@ static bool replay_sum(verifier *v, const instruction *i)
 
 static bool replay_other(verifier *v, const instruction *i)
 {
-    switch (i->op) {
-    case OP_MATVEC:
-    case OP_MATVEC_TRANSPOSED:
+    switch (ad_op_table[i->op].form) {
+    case FORM_PRODUCT:
         return replay_product(v, i);
-    case OP_OUTER:
+    case FORM_OUTER:
         return replay_outer(v, i);
-    case OP_OUTER_SUM:
-    case OP_SUM_POINTS:
+    case FORM_OUTER_SUM:
+    case FORM_SUM_POINTS:
         return replay_sum(v, i);
-    case OP_SPREAD:
+    case FORM_SPREAD:
         return replay_spread(v, i);
     default:
         return ad_verify_wrong(v, "no instruction");

@@ -284,20 +284,11 @@ static void write_sum(c_function *f, const instruction *i)
 
 static void write_other(c_function *f, const instruction *i)
 {
-    switch (i->op) {
-    case OP_MATVEC:
-    case OP_MATVEC_TRANSPOSED:
-        if (i->in[0].kind == PLACE_TILE || i->in[0].kind == PLACE_MEMBER) {
-            write_point_product(f, i);
-        } else {
-            write_product(f, i);
-        }
-        break;
-    case OP_OUTER:
-        write_outer(f, i);
-        break;
-    default:
-        write_sum(f, i);
+    if (op_is_matvec(i->op)) {
+        bool own = i->in[0].kind == PLACE_TILE || i->in[0].kind == PLACE_MEMBER;
+        (own ? write_point_product : write_product)(f, i);
+    } else {
+        (i->op == OP_OUTER ? write_outer : write_sum)(f, i);
     }
 }
 

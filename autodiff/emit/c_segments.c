@@ -55,25 +55,10 @@ bool *ad_c_constants(const ad_program *program)
 
 /* ---- operations ----------------------------------------------------------------------------- */
 
-/* Of numbers, from operands A, B, C, D and the attribute N; functions of libm are left out. */
 static const char *const formulas[OP_ELEMENTWISE_END] = {
-    [OP_ADD] = "A + B",
-    [OP_SUB] = "A - B",
-    [OP_MUL] = "A * B",
-    [OP_RECIPROCAL] = "1 / A",
-    [OP_RECIPROCAL_OR_ZERO] = "A == 0 ? 0 : 1 / A",
-    [OP_SIGN] = "(A > 0) - (A < 0)",
-    [OP_SELECT] = "A > 0 ? B : C",
-    [OP_REPEAT] = "A",
-    [OP_MUL_ADD] = "A * B + C",
-    [OP_MUL_SUB] = "A * B - C",
-    [OP_SUB_MUL] = "C - A * B",
-    [OP_SCALED_MUL] = "N * (A * B)",
-    [OP_SCALED_MUL_ADD] = "N * (A * B) + C",
-    [OP_SCALED_MUL_SUB] = "N * (A * B) - C",
-    [OP_PAIR_ADD] = "N * (A * B) + C * D",
-    [OP_PAIR_SUB] = "N * (A * B) - C * D",
-    [OP_COPY] = "A",
+#define FORMULA(code, name, arity, kind, rule, numbers, vectors, text) [OP_##code] = (text),
+    AD_ELEMENTWISE(FORMULA)
+#undef FORMULA
 };
 
 static bool has_number(int op)

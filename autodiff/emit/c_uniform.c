@@ -347,27 +347,25 @@ static void write_uniform(c_function *f, int id)
     int out = f->program->places[id].offset;
     char text[C_OPERAND];
     f->uses_u = true;
-    switch (n->op) {
-    case OP_UNIFORM:
+    switch (ad_op_table[n->op].form) {
+    case FORM_LEAF: /* a uniform */
         fprintf(f->w.file,
                 "    for (int r = 0; r < %d; r++) {\n        u[%d + r] = uniforms[%d][r];\n    }\n",
                 n->rows, out, n->whole);
         break;
-    case OP_STACK:
-    case OP_PAD:
+    case FORM_JOIN:
         write_joined(f, n, out);
         break;
-    case OP_SUM_ROWS:
+    case FORM_SUM_ROWS:
         ad_c_put_uniform(&f->w, argument_place(f, n, 0), -1, text);
         fprintf(f->w.file,
                 "    u[%d] = 0;\n    for (int r = 0; r < %d; r++) {\n        u[%d] += %s;\n    }\n",
                 out, argument_place(f, n, 0).rows, out, text);
         break;
-    case OP_MATVEC:
-    case OP_MATVEC_TRANSPOSED:
+    case FORM_PRODUCT:
         write_uniform_product(f, n, out, n->op == OP_MATVEC_TRANSPOSED);
         break;
-    case OP_OUTER:
+    case FORM_OUTER:
         write_uniform_outer(f, n, out);
         break;
     default:

@@ -156,12 +156,11 @@ static void run_other(const tile_state *t, const instruction *i)
         ad_execute_member_sum(t, i);
         return;
     }
-    switch (i->op) {
-    case OP_SPREAD:
+    switch (ad_op_table[i->op].form) {
+    case FORM_SPREAD:
         ad_execute_spread(t, i);
         break;
-    case OP_MATVEC:
-    case OP_MATVEC_TRANSPOSED:
+    case FORM_PRODUCT:
         if (i->in[0].kind == PLACE_MEMBER) {
             ad_execute_member_matvec(t, i);
         } else if (i->in[0].kind == PLACE_TILE) {
@@ -170,13 +169,13 @@ static void run_other(const tile_state *t, const instruction *i)
             run_matvec(t, i);
         }
         break;
-    case OP_OUTER:
+    case FORM_OUTER:
         run_outer(t, i);
         break;
-    case OP_OUTER_SUM:
+    case FORM_OUTER_SUM:
         run_outer_sum(t, i);
         break;
-    default: /* OP_SUM_POINTS */
+    default: /* a sum over points */
         t->e->program->kernels->sum_points(i->in[0].rows, t->valid,
                                            t->sums + (i->out.offset - t->e->pass->reduced_offset),
                                            operand(t, i->in[0], 0));

@@ -91,34 +91,8 @@
     VARIANT(name, 4, 13)                                                                           \
     VARIANT(name, 4, 14)
 
-LOOP2(add, a + b)
-LOOP2(sub, a - b)
-LOOP2(mul, a *b)
-LOOP1(tanh, v_tanh(a))
-LOOP1(sin, v_sin(a))
-LOOP1(cos, v_cos(a))
-LOOP1(exp, v_exp(a))
-LOOP1(log, v_log(a))
-LOOP1(erf, v_erf(a))
-LOOP1(sqrt, v_sqrt(a))
-LOOP1(reciprocal, v_reciprocal(a))
-LOOP1(reciprocal_or_zero, v_reciprocal_or_zero(a))
-LOOP1(power, v_power(a, number))
-LOOP1(abs, v_abs(a))
-LOOP1(sign, v_sign(a))
-LOOP2(atan2, v_atan2(a, b))
-LOOP1(stumpff, v_stumpff(a, whole))
-LOOP3(select, v_select(a, b, c))
-LOOP1(copy, a)
-LOOP3(mul_add, v_mul_add(a, b, c))
-LOOP3(mul_sub, v_mul_sub(a, b, c))
-LOOP3(sub_mul, v_sub_mul(a, b, c))
-LOOP2(scaled_mul, v_scaled_mul(a, b, number))
-LOOP3(scaled_mul_add, v_scaled_mul_add(a, b, c, number))
-LOOP3(scaled_mul_sub, v_scaled_mul_sub(a, b, c, number))
-LOOP4(pair_add, v_pair_add(a, b, c, d, number))
-LOOP4(pair_sub, v_pair_sub(a, b, c, d, number))
-LOOP2(tanh_sum, v_tanh_sum(a, b))
+#define OPERATION(code, name, arity, kind, rule, numbers, vectors, text) LOOP##arity(name, vectors)
+AD_ELEMENTWISE(OPERATION)
 
 static void sum_points(int rows, int points, double *sum, kernel_operand x)
 {
@@ -180,43 +154,14 @@ static void add_outer(int columns, int points, double *out, ptrdiff_t stride, co
             name##_9, name##_10, name##_11, name##_12, name##_13, name##_14                        \
     }
 
+#define ROW(code, name, arity, kind, rule, numbers, vectors, text) [OP_##code] = ROW##arity(name),
+
 extern const product_set AD_PRODUCT_SET;
 
 const kernel_set AD_KERNEL_SET = {
     .name = AD_KERNEL_NAME,
     .flags = AD_KERNEL_FLAGS,
-    .loops =
-        {
-            [OP_ADD] = ROW2(add),
-            [OP_SUB] = ROW2(sub),
-            [OP_MUL] = ROW2(mul),
-            [OP_TANH] = ROW1(tanh),
-            [OP_SIN] = ROW1(sin),
-            [OP_COS] = ROW1(cos),
-            [OP_EXP] = ROW1(exp),
-            [OP_LOG] = ROW1(log),
-            [OP_ERF] = ROW1(erf),
-            [OP_SQRT] = ROW1(sqrt),
-            [OP_RECIPROCAL] = ROW1(reciprocal),
-            [OP_RECIPROCAL_OR_ZERO] = ROW1(reciprocal_or_zero),
-            [OP_POWER] = ROW1(power),
-            [OP_ABS] = ROW1(abs),
-            [OP_SIGN] = ROW1(sign),
-            [OP_ATAN2] = ROW2(atan2),
-            [OP_STUMPFF] = ROW1(stumpff),
-            [OP_SELECT] = ROW3(select),
-            [OP_REPEAT] = ROW1(copy),
-            [OP_MUL_ADD] = ROW3(mul_add),
-            [OP_MUL_SUB] = ROW3(mul_sub),
-            [OP_SUB_MUL] = ROW3(sub_mul),
-            [OP_SCALED_MUL] = ROW2(scaled_mul),
-            [OP_SCALED_MUL_ADD] = ROW3(scaled_mul_add),
-            [OP_SCALED_MUL_SUB] = ROW3(scaled_mul_sub),
-            [OP_PAIR_ADD] = ROW4(pair_add),
-            [OP_PAIR_SUB] = ROW4(pair_sub),
-            [OP_TANH_SUM] = ROW2(tanh_sum),
-            [OP_COPY] = ROW1(copy),
-        },
+    .loops = {AD_ELEMENTWISE(ROW)},
     .sum_points = sum_points,
     .add_outer = add_outer,
     .products = &AD_PRODUCT_SET,

@@ -68,32 +68,32 @@ static void evaluate(const ad_program *program, const node *n, const ad_run *run
     const double *b = n->count > 1 ? argument_at(program, n, 1, run) : NULL;
     int b_rows = n->count > 1 ? argument_rows(program, n, 1) : 0;
     size_t members = run->members > 0 ? run->members : 1;
-    switch (n->op) {
-    case OP_UNIFORM:
-        memcpy(out, run->uniforms[n->whole], (size_t)n->rows * sizeof *out);
+    switch (ad_op_table[n->op].form) {
+    case FORM_LEAF:
+        if (n->op == OP_UNIFORM) {
+            memcpy(out, run->uniforms[n->whole], (size_t)n->rows * sizeof *out);
+        } else { /* OP_POINTS */
+            out[0] = n->whole == OVER_POINTS    ? (double)run->points
+                     : n->whole == OVER_MEMBERS ? (double)members
+                                                : (double)run->points / (double)members;
+        }
         break;
-    case OP_POINTS:
-        out[0] = n->whole == OVER_POINTS    ? (double)run->points
-                 : n->whole == OVER_MEMBERS ? (double)members
-                                            : (double)run->points / (double)members;
-        break;
-    case OP_STACK:
-    case OP_PAD:
+    case FORM_JOIN:
         join(program, n, run, out);
         break;
-    case OP_SUM_ROWS:
+    case FORM_SUM_ROWS:
         out[0] = 0;
         for (int i = 0; i < argument_rows(program, n, 0); i++) {
             out[0] += a[i];
         }
         break;
-    case OP_MATVEC:
-        product(a, b, n->rows, b_rows, false, out);
+    case FORM_PRODUCT: {
+        bool transposed = n->op == OP_MATVEC_TRANSPOSED;
+        product(a, b, transposed ? b_rows : n->rows, transposed ? n->rows : b_rows, transposed,
+                out);
         break;
-    case OP_MATVEC_TRANSPOSED:
-        product(a, b, b_rows, n->rows, true, out);
-        break;
-    case OP_OUTER:
+    }
+    case FORM_OUTER:
         for (int i = 0; i < n->rows; i++) {
             out[i] = a[i / b_rows] * b[i % b_rows];
         }

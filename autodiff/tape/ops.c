@@ -1,8 +1,4 @@
-/* The table of operations: one row each, and the functions that record them.
- *
- * To add one: a code in tape.h, a row here (with its partial derivatives written in terms of other
- * operations), its scalar meaning in ad_op_evaluate, what it does to a vector in lanes.h, a loop in
- * kernels.c, its formula in c_segments.c if libm has it not. The table-driven tests pick it up. */
+/* The rules of derivatives, the table of operations, and the functions that record them. */
 #include "autodiff/tape/stumpff.h"
 #include "autodiff/tape/tape.h"
 
@@ -171,113 +167,28 @@ ADJOINT(adjoint_outer) /* of outer and its sum */
 
 /* ---- the table ----------------------------------------------------------------------------- */
 
-const op_row ad_op_table[OP_COUNT] = {
-    [OP_CONSTANT] = {"constant", 0, LEAF, NULL, NULL},
-    [OP_INPUT] = {"input", 0, LEAF, NULL, NULL},
-    [OP_UNIFORM] = {"uniform", 0, LEAF, NULL, NULL},
-    [OP_PARAMETER] = {"parameter", 0, LEAF, NULL, NULL},
-    [OP_POINTS] = {"points", 0, LEAF, NULL, NULL},
-    [OP_ADD] = {"add", 2, LINEAR, NULL, adjoint_add},
-    [OP_SUB] = {"sub", 2, LINEAR, NULL, adjoint_sub},
-    [OP_MUL] = {"mul", 2, BILINEAR, NULL, adjoint_mul},
-    [OP_TANH] = {"tanh", 1, SMOOTH, partial_tanh, NULL},
-    [OP_SIN] = {"sin", 1, SMOOTH, partial_sin, NULL},
-    [OP_COS] = {"cos", 1, SMOOTH, partial_cos, NULL},
-    [OP_EXP] = {"exp", 1, SMOOTH, partial_exp, NULL},
-    [OP_LOG] = {"log", 1, SMOOTH, partial_log, NULL},
-    [OP_ERF] = {"erf", 1, SMOOTH, partial_erf, NULL},
-    [OP_SQRT] = {"sqrt", 1, SMOOTH, partial_sqrt, NULL},
-    [OP_RECIPROCAL] = {"reciprocal", 1, SMOOTH, partial_reciprocal, NULL},
-    [OP_RECIPROCAL_OR_ZERO] = {"reciprocal_or_zero", 1, SMOOTH, partial_reciprocal, NULL},
-    [OP_POWER] = {"power", 1, SMOOTH, partial_power, NULL},
-    [OP_ABS] = {"abs", 1, SMOOTH, partial_abs, NULL},
-    [OP_SIGN] = {"sign", 1, FLAT, NULL, NULL},
-    [OP_ATAN2] = {"atan2", 2, SMOOTH, partial_atan2, NULL},
-    [OP_STUMPFF] = {"stumpff", 1, SMOOTH, partial_stumpff, NULL},
-    [OP_SELECT] = {"select", 3, SELECT, NULL, NULL},
-    [OP_REPEAT] = {"repeat", 1, LINEAR, NULL, adjoint_repeat},
-    [OP_MUL_ADD] = {"mul_add", 3, LEAF, NULL, NULL},
-    [OP_MUL_SUB] = {"mul_sub", 3, LEAF, NULL, NULL},
-    [OP_SUB_MUL] = {"sub_mul", 3, LEAF, NULL, NULL},
-    [OP_SCALED_MUL] = {"scaled_mul", 2, LEAF, NULL, NULL},
-    [OP_SCALED_MUL_ADD] = {"scaled_mul_add", 3, LEAF, NULL, NULL},
-    [OP_SCALED_MUL_SUB] = {"scaled_mul_sub", 3, LEAF, NULL, NULL},
-    [OP_PAIR_ADD] = {"pair_add", 4, LEAF, NULL, NULL},
-    [OP_PAIR_SUB] = {"pair_sub", 4, LEAF, NULL, NULL},
-    [OP_TANH_SUM] = {"tanh_sum", 2, LEAF, NULL, NULL},
-    [OP_COPY] = {"copy", 1, LEAF, NULL, NULL},
-    [OP_SLICE] = {"slice", 1, LINEAR, NULL, adjoint_slice},
-    [OP_STACK] = {"stack", AD_ARITY_ANY, LINEAR, NULL, adjoint_stack},
-    [OP_PAD] = {"pad", 1, LINEAR, NULL, adjoint_pad},
-    [OP_SUM_ROWS] = {"sum_rows", 1, LINEAR, NULL, adjoint_sum_rows},
-    [OP_SUM_POINTS] = {"sum_points", 1, LINEAR, NULL, adjoint_add},
-    [OP_MATVEC] = {"matvec", 2, BILINEAR, NULL, adjoint_matvec},
-    [OP_MATVEC_TRANSPOSED] = {"matvec_transposed", 2, BILINEAR, NULL, adjoint_matvec_transposed},
-    [OP_OUTER] = {"outer", 2, BILINEAR, NULL, adjoint_outer},
-    [OP_OUTER_SUM] = {"outer_sum", 2, BILINEAR, NULL, adjoint_outer},
-    [OP_SPREAD] = {"spread", 1, LINEAR, NULL, adjoint_add},
-};
+#define RULE_LEAF(rule)      NULL, NULL
+#define RULE_FLAT(rule)      NULL, NULL
+#define RULE_SELECT(rule)    NULL, NULL
+#define RULE_SMOOTH(rule)    rule, NULL
+#define RULE_LINEAR(rule)    NULL, rule
+#define RULE_BILINEAR(rule)  NULL, rule
+#define LEAF_ROW(code, name) [OP_##code] = {#name, 0, FORM_LEAF, LEAF, NULL, NULL},
+#define ELEMENTWISE_ROW(code, name, arity, kind, rule, numbers, vectors, text)                     \
+    [OP_##code] = {#name, arity, FORM_ELEMENTWISE, kind, RULE_##kind(rule)},
+#define STRUCTURAL_ROW(code, name, arity, kind, rule, form)                                        \
+    [OP_##code] = {#name, arity, form, kind, RULE_##kind(rule)},
+
+const op_row ad_op_table[OP_COUNT] = {AD_LEAVES(LEAF_ROW) AD_ELEMENTWISE(ELEMENTWISE_ROW)
+                                          AD_STRUCTURAL(STRUCTURAL_ROW)};
 
 double ad_op_evaluate(int op, int whole, double number, const double *x)
 {
+#define EVALUATE(code, name, arity, kind, rule, numbers, vectors, text)                            \
+    case OP_##code:                                                                                \
+        return numbers;
     switch (op) {
-    case OP_ADD:
-        return x[0] + x[1];
-    case OP_SUB:
-        return x[0] - x[1];
-    case OP_MUL:
-        return x[0] * x[1];
-    case OP_TANH:
-        return tanh(x[0]);
-    case OP_SIN:
-        return sin(x[0]);
-    case OP_COS:
-        return cos(x[0]);
-    case OP_EXP:
-        return exp(x[0]);
-    case OP_LOG:
-        return log(x[0]);
-    case OP_ERF:
-        return erf(x[0]);
-    case OP_SQRT:
-        return sqrt(x[0]);
-    case OP_RECIPROCAL:
-        return 1 / x[0];
-    case OP_RECIPROCAL_OR_ZERO:
-        return x[0] == 0 ? 0 : 1 / x[0];
-    case OP_POWER:
-        return pow(x[0], number);
-    case OP_ABS:
-        return fabs(x[0]);
-    case OP_SIGN:
-        return (x[0] > 0) - (x[0] < 0);
-    case OP_ATAN2:
-        return atan2(x[0], x[1]);
-    case OP_STUMPFF:
-        return ad_stumpff_number(whole, x[0]);
-    case OP_SELECT:
-        return x[0] > 0 ? x[1] : x[2];
-    case OP_REPEAT:
-    case OP_COPY:
-        return x[0];
-    case OP_MUL_ADD:
-        return fma(x[0], x[1], x[2]);
-    case OP_MUL_SUB:
-        return fma(x[0], x[1], -x[2]);
-    case OP_SUB_MUL:
-        return fma(-x[0], x[1], x[2]);
-    case OP_SCALED_MUL:
-        return number * (x[0] * x[1]);
-    case OP_SCALED_MUL_ADD:
-        return fma(number, x[0] * x[1], x[2]);
-    case OP_SCALED_MUL_SUB:
-        return fma(number, x[0] * x[1], -x[2]);
-    case OP_PAIR_ADD:
-        return fma(number, x[0] * x[1], x[2] * x[3]);
-    case OP_PAIR_SUB:
-        return fma(number, x[0] * x[1], -(x[2] * x[3]));
-    case OP_TANH_SUM:
-        return tanh(x[0] + x[1]);
+        AD_ELEMENTWISE(EVALUATE)
     default:
         return NAN;
     }

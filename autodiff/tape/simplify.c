@@ -290,34 +290,24 @@ static bool simplify_slice(const node *n, ad_value x, ad_value *result)
         *result = x;
         return true;
     }
-    switch (node_of(x)->op) {
-    case OP_CONSTANT:
-        if (!node_of(x)->splat && rows > SCALARIZE_ROWS_MAX) {
-            return false;
-        }
-        *result = slice_constant(x, first, rows);
-        return true;
-    case OP_SLICE:
-        *result = ad_slice(inner, whole + first, rows);
-        return true;
-    case OP_REPEAT:
-        *result = widen(inner, rows);
-        return true;
-    case OP_STACK:
+    const int op = node_of(x)->op;
+    if (op == OP_STACK) {
         return slice_stack(x, first, rows, result);
-    case OP_PAD:
-        if (first >= whole && first + rows <= whole + ad_rows(inner)) {
-            *result = ad_slice(inner, first - whole, rows);
-            return true;
-        }
-        if (first + rows <= whole || first >= whole + ad_rows(inner)) {
-            *result = ad_zeros(x.tape, rows);
-            return true;
-        }
-        return false;
-    default:
+    }
+    bool inside = first >= whole && first + rows <= whole + ad_rows(inner); /* of a padded value */
+    bool outside = first + rows <= whole || first >= whole + ad_rows(inner);
+    if (op == OP_CONSTANT && (node_of(x)->splat || rows <= SCALARIZE_ROWS_MAX)) {
+        *result = slice_constant(x, first, rows);
+    } else if (op == OP_SLICE) {
+        *result = ad_slice(inner, whole + first, rows);
+    } else if (op == OP_REPEAT) {
+        *result = widen(inner, rows);
+    } else if (op == OP_PAD && (inside || outside)) {
+        *result = inside ? ad_slice(inner, first - whole, rows) : ad_zeros(x.tape, rows);
+    } else {
         return false;
     }
+    return true;
 }
 
 static bool stack_constants(ad_tape *tape, const node *n, const ad_value *x, ad_value *result)
@@ -500,26 +490,26 @@ bool ad_simplify(ad_tape *tape, const node *n, const ad_value *x, ad_value *resu
     if (op_is_elementwise(n->op)) {
         return simplify_elementwise(tape, n, x, result);
     }
-    switch (n->op) {
-    case OP_SLICE:
+    switch (ad_op_table[n->op].form) {
+    case FORM_SLICE:
         return simplify_slice(n, x[0], result);
-    case OP_STACK:
-        return simplify_stack(tape, n, x, result);
-    case OP_PAD:
+    case FORM_JOIN:
+        if (n->op == OP_STACK) {
+            return simplify_stack(tape, n, x, result);
+        }
         if (ad_rows(x[0]) == n->rows || is_zero(x[0])) {
             *result = widen(is_zero(x[0]) ? ad_zeros(tape, n->rows) : x[0], n->rows);
             return true;
         }
         return false;
-    case OP_SUM_ROWS:
+    case FORM_SUM_ROWS:
         return simplify_sum_rows(x[0], result);
-    case OP_SUM_POINTS:
+    case FORM_SUM_POINTS:
         return simplify_sum_points((sum_over)n->whole, x[0], result);
-    case OP_OUTER:
-    case OP_OUTER_SUM:
+    case FORM_OUTER:
+    case FORM_OUTER_SUM:
         return simplify_outer(n, x[0], x[1], result);
-    case OP_MATVEC:
-    case OP_MATVEC_TRANSPOSED:
+    case FORM_PRODUCT:
         return simplify_matvec(n, x[0], x[1], result);
     default:
         return false;

@@ -400,32 +400,33 @@ static int64_t result_rows(int op, int count, const ad_value *x, int whole, int 
 {
     int first = ad_rows(x[0]);
     int second = count > 1 ? ad_rows(x[1]) : 0;
-    switch (op) {
-    case OP_SLICE:
+    switch (ad_op_table[op].form) {
+    case FORM_SLICE:
         return whole >= 0 && rows >= 1 && rows <= first && whole <= first - rows ? rows : 0;
-    case OP_PAD:
-        return whole >= 0 && first <= rows && whole <= rows - first ? rows : 0;
-    case OP_REPEAT:
-        return first == 1 ? rows : 0;
-    case OP_STACK: {
+    case FORM_JOIN: {
         int64_t sum = 0;
+        if (op == OP_PAD) {
+            return whole >= 0 && first <= rows && whole <= rows - first ? rows : 0;
+        }
         for (int i = 0; i < count; i++) {
             sum += ad_rows(x[i]);
         }
         return sum;
     }
-    case OP_SUM_ROWS:
+    case FORM_SUM_ROWS:
         return 1;
-    case OP_SUM_POINTS:
+    case FORM_SUM_POINTS:
         return first;
-    case OP_MATVEC:
-    case OP_MATVEC_TRANSPOSED:
+    case FORM_PRODUCT:
         return first % second == 0 ? first / second : 0;
-    case OP_OUTER:
-    case OP_OUTER_SUM:
+    case FORM_OUTER:
+    case FORM_OUTER_SUM:
         return (int64_t)first * second;
     default:
         break;
+    }
+    if (op == OP_REPEAT) {
+        return first == 1 ? rows : 0;
     }
     int most = first;
     for (int i = 1; i < count; i++) {

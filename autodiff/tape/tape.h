@@ -3,6 +3,7 @@
 #define AD_TAPE_H
 
 #include "autodiff/ad.h"
+#include "autodiff/tape/operations.h"
 
 #include <stdint.h>
 
@@ -15,57 +16,27 @@
  *   FLAT      derivative zero */
 typedef enum op_kind { LEAF, LINEAR, BILINEAR, SMOOTH, SELECT, FLAT } op_kind;
 
+/* How the rows of a result come about: what the stages of a compilation and a run distinguish. */
+typedef enum op_form {
+    FORM_LEAF,
+    FORM_ELEMENTWISE,
+    FORM_SLICE,
+    FORM_JOIN, /* parts below each other */
+    FORM_SUM_ROWS,
+    FORM_SUM_POINTS,
+    FORM_PRODUCT, /* of a matrix and a vector */
+    FORM_OUTER,
+    FORM_OUTER_SUM,
+    FORM_SPREAD
+} op_form;
+
 typedef enum op_code {
-    OP_CONSTANT,
-    OP_INPUT,
-    OP_UNIFORM,
-    OP_PARAMETER,
-    OP_POINTS,
-    /* elementwise; kernels.c has one loop each, in this order */
-    OP_ADD,
-    OP_SUB,
-    OP_MUL,
-    OP_TANH,
-    OP_SIN,
-    OP_COS,
-    OP_EXP,
-    OP_LOG,
-    OP_ERF,
-    OP_SQRT,
-    OP_RECIPROCAL,
-    OP_RECIPROCAL_OR_ZERO,
-    OP_POWER,
-    OP_ABS,
-    OP_SIGN,
-    OP_ATAN2,
-    OP_STUMPFF,
-    OP_SELECT,
-    OP_REPEAT,
-    /* appear only in programs: contractions found by the compiler, copies of parts of a stack */
-    OP_MUL_ADD,        /* a b + c */
-    OP_MUL_SUB,        /* a b - c */
-    OP_SUB_MUL,        /* c - a b */
-    OP_SCALED_MUL,     /* number (a b) */
-    OP_SCALED_MUL_ADD, /* number (a b) + c; whole 1: recorded as c - (-number) (a b), as below */
-    OP_SCALED_MUL_SUB, /* number (a b) - c */
-    OP_PAIR_ADD,       /* number (a b) + c d */
-    OP_PAIR_SUB,       /* number (a b) - c d */
-    OP_TANH_SUM,       /* tanh(a + b) */
-    OP_COPY,
-    OP_ELEMENTWISE_END,
-    /* rows, points, matrices */
-    OP_SLICE = OP_ELEMENTWISE_END,
-    OP_STACK,
-    OP_PAD,
-    OP_SUM_ROWS,
-    OP_SUM_POINTS,
-    OP_MATVEC,
-    OP_MATVEC_TRANSPOSED,
-    OP_OUTER,
-    OP_OUTER_SUM, /* sum over points of outer */
-    OP_SPREAD,    /* a value of members at every point: made where it meets a batch value */
-    OP_COUNT
+#define AD_OP_CODE(code, ...) OP_##code,
+    AD_LEAVES(AD_OP_CODE) AD_ELEMENTWISE(AD_OP_CODE) AD_STRUCTURAL(AD_OP_CODE) OP_COUNT
+#undef AD_OP_CODE
 } op_code;
+
+enum { OP_ELEMENTWISE_END = OP_COPY + 1 };
 
 /* What a reduction sums over, its attribute `whole`: all points; the members, of a value that has
  * one block for each; the points of each member. OP_POINTS has the same, as the number of them. */
@@ -79,6 +50,11 @@ static inline bool op_is_elementwise(int op)
 static inline bool op_is_reduction(int op)
 {
     return op == OP_SUM_POINTS || op == OP_OUTER_SUM;
+}
+
+static inline bool op_is_matvec(int op)
+{
+    return op == OP_MATVEC || op == OP_MATVEC_TRANSPOSED;
 }
 
 /* Of a product a b with a constant factor. */
@@ -130,10 +106,11 @@ struct ad_tape {
     ad_error error;
 };
 
-/* One row per operation (ops.c). Rules append to the tape; y is the node's own value. */
+/* One row per operation (operations.h). Rules append to the tape; y is the node's own value. */
 typedef struct op_row {
     const char *name;
     int arity;
+    op_form form;
     op_kind kind;
     /* SMOOTH: d y / d argument i. */
     ad_value (*partial)(ad_value y, int i);
