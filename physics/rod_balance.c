@@ -1,5 +1,4 @@
 /* Kinematics, constitutive law and balance laws: each equation once, in full. */
-#include "physics/law/law.h"
 #include "physics/rod_internal.h"
 
 #include <math.h>
@@ -198,55 +197,23 @@ static ad_value rod_distributed(const rod_context *rod, const quantity *given, d
     return follower ? ad_rotate(rotation, load) : from_world(rod, load);
 }
 
-ad_value rod_resistance_coefficients(const rod_context *rod)
+/* Force and moment of all laws outside of the rod. */
+static rod_wrench rod_outside(const rod_context *rod, const rod_state *state,
+                              const rod_kinematics *k)
 {
-    const scene_loads *given = &rod->scene->loads;
-    double length = rod->scales.length, speed = rod->dynamic ? length / rod->scales.time : 0;
-    double force = rod->scales.force;
-    quantity linear = quantity_scale(given->drag, speed * length);
-    quantity quadratic = quantity_scale(given->quadratic_drag, speed * speed * length);
-    const ad_value both[2] = {rod_record_ratio(rod, ROD_DIVIDE, linear, force),
-                              rod_record_ratio(rod, ROD_DIVIDE, quadratic, force)};
-    return ad_stack(2, both);
-}
-
-/* Against the velocity, in the frame of the equations: the law is the same in all. */
-static ad_value rod_resistance(const rod_context *rod, ad_value velocity)
-{
-    const ad_value c = rod_resistance_coefficients(rod);
-    const ad_value given[5] = {ad_row(velocity, 0), ad_row(velocity, 1), ad_row(velocity, 2),
-                               ad_row(c, 0), ad_row(c, 1)};
-    ad_value force[3];
-    law_record(LAW_RESISTANCE, rod->tape, given, force, NULL, NULL);
-    return ad_stack(3, force);
-}
-
-bool rod_has_foundation(const scene *rod_scene)
-{
-    return quantity_any_something(3, rod_scene->loads.foundation);
-}
-
-rod_foundation rod_foundation_of(const rod_context *rod)
-{
-    const double none[3] = {0, 0, 0}, length = rod->scales.length;
-    ad_value place = rod_undeformed(rod, rod->s).position;
-    return (rod_foundation){rod_quantities(rod, 3, rod->scene->loads.foundation, none,
-                                           length * length / rod->scales.force, rod->s, rod->t),
-                            rod_position_to_world(rod, place)};
-}
-
-/* In the frame of the equations. */
-static ad_value rod_support(const rod_context *rod, ad_value position)
-{
-    if (!rod_has_foundation(rod->scene)) {
-        return ad_zeros(rod->tape, 3);
+    rod_acting acting[ROD_ALONG_MAX];
+    rod_wrench sum = {ad_zeros(rod->tape, 3), ad_zeros(rod->tape, 3)};
+    const int count = rod_acting_along(rod, acting);
+    for (int i = 0; i < count; i++) {
+        const rod_pose pose = {state->position, state->rotation};
+        const rod_wrench one = rod_acting_wrench(rod, &acting[i], pose, k->velocity);
+        sum.force = ad_add(sum.force, one.force);
+        sum.moment = ad_add(sum.moment, one.moment);
     }
-    rod_foundation below = rod_foundation_of(rod);
-    ad_value back = ad_sub(below.place, rod_position_to_world(rod, position));
-    return rod_from_world(rod, ad_mul(below.stiffness, back));
+    return sum;
 }
 
-/* N_s + f - rhoA r_tt, world; f: distributed force, gravity, drag, foundation. */
+/* N_s + f - rhoA r_tt, world; f: distributed force, gravity, laws outside. */
 ad_value rod_force_balance(const rod_context *rod, rod_state state)
 {
     rod_coefficients c = rod_coefficients_of(rod);
@@ -254,8 +221,7 @@ ad_value rod_force_balance(const rod_context *rod, rod_state state)
     ad_value load =
         rod_distributed(rod, rod->scene->loads.force, rod->scales.force / rod->scales.length,
                         state.rotation, rod_from_world);
-    ad_value outside = ad_sub(ad_add(load, c.weight), rod_resistance(rod, k.velocity));
-    outside = ad_add(outside, rod_support(rod, state.position));
+    ad_value outside = ad_add(ad_add(load, c.weight), rod_outside(rod, &state, &k).force);
     ad_value inertia = ad_mul(c.mass, k.acceleration);
     return ad_sub(ad_add(rod_space_derivative(rod, state.force), outside), inertia);
 }
@@ -274,6 +240,7 @@ ad_value rod_moment_balance(const rod_context *rod, rod_state state)
     ad_value force = ad_rotate_inverse(state.rotation, state.force);
     ad_value bending = ad_add(ad_cross(k.curvature, state.moment), ad_cross(k.strain, force));
     ad_value outside = ad_is_constant(load, 0) ? load : ad_rotate_inverse(state.rotation, load);
+    outside = ad_add(outside, rod_outside(rod, &state, &k).moment);
     ad_value gyroscopic = ad_cross(k.spin, ad_mul(c.rotary_inertia, k.spin));
     ad_value inertia = ad_add(ad_mul(c.rotary_inertia, k.spin_rate), gyroscopic);
     ad_value internal = ad_add(rod_space_derivative(rod, state.moment), bending);

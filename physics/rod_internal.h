@@ -2,6 +2,7 @@
 #ifndef PHYSICS_ROD_INTERNAL_H
 #define PHYSICS_ROD_INTERNAL_H
 
+#include "physics/law/law.h"
 #include "physics/rod.h"
 
 /* Dimensionless: how far a held end may be from the initial state, and so what the unstressed shape
@@ -189,19 +190,6 @@ typedef struct rod_body_data {
 
 rod_body_data rod_body_of(const rod_context *rod, int i, ad_value t);
 
-/* Anchor in the world; upright in the frame of the equations. Springs do not grow with the loads;
- * an anchor that is given sets out from where the unstressed rod is. */
-typedef struct rod_spring_data {
-    double s, stiffness[3], turning[3];
-    ad_value anchor, upright;
-} rod_spring_data;
-
-rod_spring_data rod_spring_of(const rod_context *rod, int i);
-ad_value rod_spring_force(const rod_context *rod, const rod_spring_data *spring,
-                          ad_value position); /* frame of the equations */
-ad_value rod_spring_moment(const rod_context *rod, const rod_spring_data *spring,
-                           ad_value rotation); /* body */
-
 /* rod_jumps.c. Whether points, bodies or springs act at single places. */
 bool rod_has_places(const scene *rod_scene);
 
@@ -219,7 +207,7 @@ typedef struct rod_force_at {
     ad_value force, moment;
 } rod_force_at;
 
-enum { ROD_PLACES_MAX = SCENE_POINTS_MAX + SCENE_BODIES_MAX + SCENE_SPRINGS_MAX };
+enum { ROD_PLACES_MAX = SCENE_POINTS_MAX + SCENE_BODIES_MAX + 2 * SCENE_SPRINGS_MAX };
 
 /* acting [ROD_PLACES_MAX]; returns how many. */
 int rod_forces_at(const rod_context *rod, const rod_pose *field, rod_force_at *acting);
@@ -288,16 +276,26 @@ ad_value rod_tube_stiffening(const rod_context *rod, ad_value compliance);
 /* Rows of ROD_TWIST (torsion: false) or ROD_TORSION. */
 ad_value rod_tube_residual(const rod_context *rod, rod_state state, bool torsion);
 
-/* rod_balance.c. What LAW_RESISTANCE is given beside the velocity [2]; 0 at rest. */
-ad_value rod_resistance_coefficients(const rod_context *rod);
+/* rod_acting.c. A law that acts from outside, per length or at a place, with its numbers [rows] by
+ * physics/law/law.h, under the load factor of the rod: in the frame of the equations, or in the
+ * world where the law is along its axes. Springs do not grow with the loads; an anchor that is
+ * given sets out from where the unstressed rod is. */
+typedef struct rod_acting {
+    law_name law;
+    double s; /* of a place, dimensionless */
+    ad_value numbers;
+} rod_acting;
 
-/* An elastic foundation, -stiffness (r - place) per length; dimensionless, world. */
-typedef struct rod_foundation {
-    ad_value stiffness, place; /* [3] */
-} rod_foundation;
+enum { ROD_ALONG_MAX = LAW_COUNT - LAW_OUTSIDE, ROD_AT_PLACES_MAX = 2 * SCENE_SPRINGS_MAX };
 
-bool rod_has_foundation(const scene *rod_scene);
-rod_foundation rod_foundation_of(const rod_context *rod);
+/* All of a scene; they return how many. */
+int rod_acting_along(const rod_context *rod, rod_acting *acting);     /* [ROD_ALONG_MAX] */
+int rod_acting_at_places(const rod_context *rod, rod_acting *acting); /* [ROD_AT_PLACES_MAX] */
+bool rod_is_acted_on(const scene *given, bool along);                 /* any of them */
+
+/* The force in the frame of the equations, the moment in body components. */
+rod_wrench rod_acting_wrench(const rod_context *rod, const rod_acting *at, rod_pose pose,
+                             ad_value velocity);
 
 /* Left sides minus right sides of the two balance laws, without a manufactured load. */
 ad_value rod_force_balance(const rod_context *rod, rod_state state);

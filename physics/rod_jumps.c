@@ -63,7 +63,7 @@ ad_value rod_moment_at_joints(const rod_context *rod, ad_value moment, ad_value 
 
 bool rod_has_places(const scene *rod_scene)
 {
-    return rod_scene->point_count + rod_scene->body_count + rod_scene->spring_count > 0;
+    return rod_scene->point_count + rod_scene->body_count > 0 || rod_is_acted_on(rod_scene, false);
 }
 
 /* What is on the tape at a place along the rod. */
@@ -108,17 +108,20 @@ static rod_force_at jumps_of_body(const rod_context *rod, int i, const rod_pose 
     return acts;
 }
 
-static rod_force_at jumps_of_spring(const rod_context *rod, int i, const rod_pose *field)
+static rod_force_at jumps_of_law(const rod_context *rod, const rod_acting *at,
+                                 const rod_pose *field)
 {
-    rod_spring_data spring = rod_spring_of(rod, i);
-    rod_pose pose = jumps_pose_at(rod, field, spring.s);
-    return (rod_force_at){spring.s, rod_spring_force(rod, &spring, pose.position),
-                          rod_spring_moment(rod, &spring, pose.rotation)};
+    const rod_pose pose = jumps_pose_at(rod, field, at->s);
+    const ad_value velocity = rod_time_derivative(rod, field->position, 1);
+    const rod_wrench wrench = rod_acting_wrench(rod, at, pose, jumps_at(rod, velocity, at->s));
+    return (rod_force_at){at->s, wrench.force, wrench.moment};
 }
 
 int rod_forces_at(const rod_context *rod, const rod_pose *field, rod_force_at *acting)
 {
     const scene *given = rod->scene;
+    rod_acting laws[ROD_AT_PLACES_MAX];
+    const int law_count = rod_acting_at_places(rod, laws);
     int count = 0;
     for (int i = 0; i < given->point_count; i++) {
         acting[count++] = jumps_of_point(rod, i, field);
@@ -126,8 +129,8 @@ int rod_forces_at(const rod_context *rod, const rod_pose *field, rod_force_at *a
     for (int i = 0; i < given->body_count; i++) {
         acting[count++] = jumps_of_body(rod, i, field);
     }
-    for (int i = 0; i < given->spring_count; i++) {
-        acting[count++] = jumps_of_spring(rod, i, field);
+    for (int i = 0; i < law_count; i++) {
+        acting[count++] = jumps_of_law(rod, &laws[i], field);
     }
     return count;
 }

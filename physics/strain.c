@@ -107,13 +107,13 @@ ad_status strain_check(const scene *one, bool on_tape, ad_error *error)
                  "a free or loaded one"},
                 {quantity_any_given(3, one->end.rotation_vector) || one->end.twist.is_given,
                  "an end that is turned by an angle", "boundary.end.rotation"},
-                {on_tape && one->spring_count > 0, "springs", "none"},
+                {on_tape && rod_is_acted_on(one, false), "springs", "none"},
                 {one->tube_count > 0, "tubes", "none"},
                 {one->rod.law, "a law of its own (rod.law)", "a linear one"},
                 {scene_has_displaced_tendons(one), "tendons of given displacement", "tensions"},
                 {scene_has_rubbing_tendons(one), "tendons with friction", "tendons without"},
                 {scene_is_imperfect(one), "an imperfection", "rod.rest.curvature"},
-                {on_tape && rod_has_foundation(one), "a foundation", "none"}};
+                {on_tape && rod_is_acted_on(one, true), "a foundation", "none"}};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         if (rows[i].has) {
             return ad_fail(error, AD_BAD_ARGUMENT, "strain form%s: the scene has %s; allowed: %s",

@@ -1,82 +1,87 @@
 /* The laws at a point: the C that is written from them against their tape, in numbers and in lanes;
- * their derivatives against differences; their use with values of another tape. */
+ * their derivatives against differences, forces against energies and closed forms; their use with
+ * values of another tape. */
 #include "physics/law/law.h"
+#include "physics/solve/acting.h"
+#include "physics/solve/acting_lanes.h"
 #include "physics/solve/laws.h"
 #include "physics/solve/laws_lanes.h"
 
 #include "near.h"
 #include "random_numbers.h"
 
+#include "physics/quaternion.h"
+
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { OUTPUTS_MAX = LAW_FIRST_MAX + LAW_SECOND_MAX, TRIES = 200 };
+enum { OUTPUTS_MAX = 1 + LAW_WRENCH + LAW_BY, TRIES = 200 };
 
-/* One call of a law as it is written: given in groups; value, first, second. */
-typedef struct written {
-    law_name name;
-    void (*numbers)(const double *given, double *value, double *first, double *second);
-    void (*vectors)(const lanes *given, lanes *first, lanes *second);
-} written;
-
-static void tendon(const double *x, double *value, double *first, double *second)
+/* Energy, wrench and derivatives of what is given, as C has them. */
+static void in_numbers(law_name name, const double *x, double *out)
 {
-    number_law_tendon_energy(x, x + 3, x + 6, value);
-    number_law_tendon(x, x + 3, x + 6, first, second);
+    double *wrench = out + 1, *by = wrench + LAW_WRENCH;
+    memset(out, 0, OUTPUTS_MAX * sizeof *out);
+    if (name == LAW_TENDON) {
+        number_law_tendon_energy(x, x + 3, x + 6, out);
+        number_law_tendon(x, x + 3, x + 6, wrench, by);
+    } else if (name == LAW_CHAMBER) {
+        number_law_chamber_energy(x, x + 3, x + 6, out);
+        number_law_chamber(x, x + 3, x + 6, wrench, by);
+    } else {
+        double again[LAW_WRENCH] = {0};
+        number_law_outside_energy(name, x, x + 3, x + 7, x + LAW_STATE, out);
+        number_law_outside(name, x, x + 3, x + 7, x + LAW_STATE, wrench, by);
+        number_law_outside_wrench(name, x, x + 3, x + 7, x + LAW_STATE, again);
+        for (int i = 0; i < LAW_WRENCH; i++) {
+            assert_near(again[i], wrench[i], 1e-13);
+        }
+    }
 }
 
-static void chamber(const double *x, double *value, double *first, double *second)
+/* Wrench and derivatives. */
+FOR_EACH_PROCESSOR static void in_lanes(law_name name, const lanes *x, lanes *out)
 {
-    number_law_chamber_energy(x, x + 3, x + 6, value);
-    number_law_chamber(x, x + 3, x + 6, first, second);
+    memset(out, 0, OUTPUTS_MAX * sizeof *out);
+    if (name == LAW_TENDON) {
+        lanes_law_tendon(x, x + 3, x + 6, out + 1, out + 1 + LAW_WRENCH);
+    } else if (name == LAW_CHAMBER) {
+        lanes_law_chamber(x, x + 3, x + 6, out + 1, out + 1 + LAW_WRENCH);
+    } else {
+        lanes_law_outside(name, x, x + 3, x + 7, x + LAW_STATE, out + 1, out + 1 + LAW_WRENCH);
+    }
 }
 
-static void resistance(const double *x, double *value, double *first, double *second)
+/* A section that is about straight, or a unit rotation; and whatever else it is given. Angles from
+ * an upright rotation are beyond half a turn, and no whole one. */
+static void draw(uint64_t *from, law_name name, double *given)
 {
-    (void)second;
-    number_law_resistance(x, x + 3, value, first);
-}
-
-FOR_EACH_PROCESSOR static void tendons(const lanes *x, lanes *first, lanes *second)
-{
-    lanes_law_tendon(x, x + 3, x + 6, first, second);
-}
-
-FOR_EACH_PROCESSOR static void chambers(const lanes *x, lanes *first, lanes *second)
-{
-    lanes_law_chamber(x, x + 3, x + 6, first, second);
-}
-
-FOR_EACH_PROCESSOR static void resistances(const lanes *x, lanes *first, lanes *second)
-{
-    lanes_law_resistance(x, x + 3, second, first); /* the force in place of what it has not */
-}
-
-static const written all[LAW_COUNT] = {{LAW_TENDON, tendon, tendons},
-                                       {LAW_CHAMBER, chamber, chambers},
-                                       {LAW_RESISTANCE, resistance, resistances}};
-
-/* A section that is about straight, and whatever else it is given. */
-static void draw(uint64_t *from, const law *of, double *given)
-{
-    for (int i = 0; i < law_given(of); i++) {
+    for (int i = 0; i < law_given(name); i++) {
         given[i] = random_in(from, -1, 1);
     }
-    given[2] += of->is_energy ? 3 : 0; /* p' is not 0 */
+    given[2] += name < LAW_OUTSIDE ? 3 : 0; /* p' is not 0 */
+    if (name >= LAW_OUTSIDE) {
+        quaternion_normalize(given + 3);
+    }
+    if (name == LAW_TURNING_SPRING) {
+        const double angle = random_in(from, 0, 4), *axis = given;
+        const double by = sin(angle / 2) / sqrt(vector_dot(axis, axis));
+        const double turn[4] = {cos(angle / 2), -by * axis[0], -by * axis[1], -by * axis[2]};
+        quaternion_product(given + 3, turn, given + LAW_STATE + 3);
+    }
 }
 
-/* Outputs of a law on its tape, one after the other: value, first, second. */
-static int outputs_of(const law *of, const law_formula *x, ad_value *outputs)
+/* Outputs of a law on its tape, one after the other: energy, wrench, derivatives. */
+static int outputs_of(law_name name, const law_formula *x, ad_value *outputs)
 {
     int count = 0;
-    for (int i = 0; i < of->rows; i++) {
-        outputs[count++] = x->value[i];
+    outputs[count++] = x->energy;
+    for (int i = 0; i < LAW_WRENCH; i++) {
+        outputs[count++] = x->wrench[i];
     }
-    for (int i = 0; i < law_first(of); i++) {
-        outputs[count++] = x->first[i];
-    }
-    for (int i = 0; i < law_second(of); i++) {
-        outputs[count++] = x->second[i];
+    for (int i = 0; i < law_derivatives(name); i++) {
+        outputs[count++] = x->by[i];
     }
     return count;
 }
@@ -105,77 +110,116 @@ static void evaluate(int count, const ad_value *outputs, int inputs, const doubl
     ad_pool_free(pool);
 }
 
-/* What is written is what is recorded, to rounding of some sums of numbers of about 10. */
+/* What is written is what is recorded, to rounding of some sums of numbers of about 10, or of 100
+ * in derivatives of a spring that has turned by most of a turn. */
 static void test_written(void **state)
 {
     (void)state;
     static const double rounding = 1e-13;
     uint64_t from = 7;
-    for (int l = 0; l < LAW_COUNT; l++) {
-        const law *of = &law_table[all[l].name];
-        law_formula x = law_formula_create(all[l].name);
+    for (law_name l = 0; l < LAW_COUNT; l++) {
+        law_formula x = law_formula_create(l);
         ad_value outputs[OUTPUTS_MAX];
-        const int count = outputs_of(of, &x, outputs);
+        const int count = outputs_of(l, &x, outputs);
         for (int k = 0; k < TRIES; k++) {
-            double given[LAW_GIVEN_MAX], values[OUTPUTS_MAX], got[OUTPUTS_MAX] = {0};
-            lanes side[LAW_GIVEN_MAX], first[LAW_FIRST_MAX] = {{0}}, second[LAW_SECOND_MAX] = {{0}};
-            draw(&from, of, given);
-            for (int i = 0; i < law_given(of); i++) {
+            double given[LAW_GIVEN_MAX], values[OUTPUTS_MAX], got[OUTPUTS_MAX];
+            lanes side[LAW_GIVEN_MAX], beside[OUTPUTS_MAX];
+            draw(&from, l, given);
+            for (int i = 0; i < law_given(l); i++) {
                 side[i] = (lanes){0} + given[i];
             }
-            evaluate(count, outputs, law_given(of), given, values);
-            all[l].numbers(given, got, got + of->rows, got + of->rows + law_first(of));
-            all[l].vectors(side, first, second);
+            evaluate(count, outputs, law_given(l), given, values);
+            in_numbers(l, given, got);
+            in_lanes(l, side, beside);
             for (int i = 0; i < count; i++) {
-                assert_near(got[i], values[i], rounding);
-            }
-            for (int i = 0; i < law_first(of); i++) {
-                assert_near(first[i][k % LANES], values[of->rows + i], rounding);
-            }
-            for (int i = 0; i < law_second(of); i++) {
-                assert_near(second[i][k % LANES], values[of->rows + law_first(of) + i], rounding);
-            }
-            for (int i = 0; i < of->rows && !of->is_energy; i++) {
-                assert_near(second[i][k % LANES], values[i], rounding);
+                const double size = fmax(1, fabs(values[i]));
+                assert_near(got[i], values[i], rounding * size);
+                assert_near(i > 0 ? beside[i][k % LANES] : values[0], values[i], rounding * size);
             }
         }
         law_formula_free(&x);
     }
 }
 
-/* Central differences with h = 1e-5: h^2 and rounding over h are below 1e-9. */
+/* given, with its i-th variable moved by h: a number of the state; of a law outside 3 .. 5 are
+ * turns in the world. */
+static void move(law_name name, int i, double h, const double *given, double *moved)
+{
+    memcpy(moved, given, LAW_GIVEN_MAX * sizeof *moved);
+    if (name < LAW_OUTSIDE || i < 3 || i > 5) {
+        moved[name < LAW_OUTSIDE || i < 3 ? i : i + 1] += h;
+    } else {
+        double turn[4] = {cos(h / 2)};
+        turn[1 + i - 3] = sin(h / 2);
+        quaternion_product(turn, given + 3, moved + 3);
+    }
+}
+
+/* Central differences with h = 1e-5: h^2 and rounding over h are below 1e-9 of numbers of about 1,
+ * and 1e-7 near a whole turn, where derivatives are large. The force of an energy is minus what
+ * that changes by; within the rod it is the change itself. */
 static void test_derivatives(void **state)
 {
     (void)state;
-    static const double h = 1e-5, close = 1e-9;
+    static const double h = 1e-5, close = 1e-8;
     uint64_t from = 11;
-    for (int l = 0; l < LAW_COUNT; l++) {
-        const law *of = &law_table[all[l].name];
-        const int n = of->variables;
+    for (law_name l = 0; l < LAW_COUNT; l++) {
+        const law *of = &law_table[l];
+        const bool within = l < LAW_OUTSIDE;
         for (int k = 0; k < TRIES; k++) {
-            double given[LAW_GIVEN_MAX], at[3] = {0}, first[LAW_FIRST_MAX] = {0};
-            double second[LAW_SECOND_MAX] = {0}, value[2][3], beside[2][LAW_FIRST_MAX];
-            double unused[LAW_SECOND_MAX] = {0};
-            draw(&from, of, given);
-            all[l].numbers(given, at, first, second);
-            for (int j = 0; j < n; j++) {
-                const double middle = given[j];
+            double given[LAW_GIVEN_MAX], at[OUTPUTS_MAX], beside[2][OUTPUTS_MAX];
+            draw(&from, l, given);
+            in_numbers(l, given, at);
+            for (int j = 0; j < (within ? 6 : 9); j++) {
                 for (int side = 0; side < 2; side++) {
-                    memset(value[side], 0, sizeof value[side]);
-                    memset(beside[side], 0, sizeof beside[side]);
-                    given[j] = middle + (side ? h : -h);
-                    all[l].numbers(given, value[side], beside[side], unused);
+                    double moved[LAW_GIVEN_MAX];
+                    move(l, j, side ? h : -h, given, moved);
+                    in_numbers(l, moved, beside[side]);
                 }
-                given[j] = middle;
-                for (int i = 0; i < of->rows; i++) {
-                    assert_near((value[1][i] - value[0][i]) / (2 * h), first[i * n + j], close);
+                const double by_energy = (beside[1][0] - beside[0][0]) / (2 * h);
+                if (of->has_energy && j < 6) {
+                    assert_near(within ? by_energy : -by_energy, at[1 + j], close);
                 }
-                for (int i = 0; i < n && of->is_energy; i++) {
-                    assert_near((beside[1][i] - beside[0][i]) / (2 * h), second[law_entry(i, j)],
-                                close);
+                for (int i = 0; i < 6; i++) {
+                    const double change = (beside[1][1 + i] - beside[0][1 + i]) / (2 * h);
+                    const double got =
+                        at[7 + (within ? law_entry(i, j) : (j / 3 * 6 + i) * 3 + j % 3)];
+                    assert_near(got, change, close * fmax(1, fabs(change)));
                 }
             }
         }
+    }
+}
+
+/* What the table says of a law: what it depends on, and what it gives. */
+static void test_table(void **state)
+{
+    (void)state;
+    uint64_t from = 17;
+    for (law_name l = LAW_OUTSIDE; l < LAW_COUNT; l++) {
+        const law *of = &law_table[l];
+        const bool depends[3] = {of->by_position, of->by_rotation, of->by_velocity};
+        double given[LAW_GIVEN_MAX], at[OUTPUTS_MAX], sums[5] = {0};
+        draw(&from, l, given);
+        for (int i = LAW_STATE; i < law_given(l) && of->kind == LAW_DISSIPATES; i++) {
+            given[i] = fabs(given[i]);
+        }
+        in_numbers(l, given, at);
+        for (int i = 0; i < LAW_WRENCH; i++) {
+            sums[i / 3] += fabs(at[1 + i]);
+        }
+        for (int i = 0; i < LAW_BY; i++) {
+            sums[2 + i / 18] += fabs(at[7 + i]);
+        }
+        assert_int_equal(sums[0] > 0, of->has_force);
+        assert_int_equal(sums[1] > 0, of->has_moment);
+        for (int i = 0; i < 3; i++) {
+            assert_int_equal(sums[2 + i] > 0, depends[i]);
+        }
+        if (of->kind == LAW_DISSIPATES) { /* a force, which solvers of motion split off */
+            assert_true(vector_dot(at + 1, given + 7) < 0 && !of->has_moment && !of->has_energy);
+        }
+        assert_true(of->kind != LAW_STORES || of->has_energy);
     }
 }
 
@@ -185,40 +229,39 @@ static void test_called(void **state)
     (void)state;
     enum { POINTS = 3 };
     uint64_t from = 13;
-    for (int l = 0; l < LAW_COUNT; l++) {
-        const law *of = &law_table[all[l].name];
+    for (law_name l = 0; l < LAW_COUNT; l++) {
         ad_tape *tape = ad_tape_create();
         double given[POINTS][LAW_GIVEN_MAX], columns[LAW_GIVEN_MAX][POINTS];
-        ad_value constants[LAW_GIVEN_MAX], value[3], first[LAW_FIRST_MAX], second[LAW_SECOND_MAX];
+        ad_value constants[LAW_GIVEN_MAX], energy, wrench[LAW_WRENCH], by[LAW_BY];
         for (int p = 0; p < POINTS; p++) {
-            draw(&from, of, given[p]);
+            draw(&from, l, given[p]);
         }
-        for (int i = 0; i < law_given(of); i++) {
+        for (int i = 0; i < law_given(l); i++) {
             for (int p = 0; p < POINTS; p++) {
                 columns[i][p] = given[p][i];
             }
             constants[i] = ad_constant(tape, POINTS, columns[i]);
         }
-        law_record(all[l].name, tape, constants, value, first, second);
+        law_record(l, tape, constants, &energy, wrench, by);
         assert_int_equal(ad_tape_status(tape, NULL), AD_OK);
         for (int p = 0; p < POINTS; p++) {
-            double got[OUTPUTS_MAX] = {0}, out[LAW_FIRST_MAX][POINTS];
-            double *output[LAW_FIRST_MAX];
-            all[l].numbers(given[p], got, got + of->rows, got + of->rows + law_first(of));
+            double got[OUTPUTS_MAX], out[LAW_WRENCH][POINTS];
+            double *output[LAW_WRENCH];
+            in_numbers(l, given[p], got);
             ad_error error;
             ad_program *program = NULL;
             ad_pool *pool = ad_pool_create(1);
-            for (int i = 0; i < law_first(of); i++) {
+            for (int i = 0; i < LAW_WRENCH; i++) {
                 output[i] = out[i];
-                first[i] = ad_rows(first[i]) == 1 ? ad_repeat(first[i], POINTS) : first[i];
+                wrench[i] = ad_rows(wrench[i]) == 1 ? ad_repeat(wrench[i], POINTS) : wrench[i];
             }
             const ad_run run = {.points = 1, .outputs = output};
-            if (ad_compile(law_first(of), first, NULL, pool, &program, &error) != AD_OK ||
+            if (ad_compile(LAW_WRENCH, wrench, NULL, pool, &program, &error) != AD_OK ||
                 ad_execute(program, &run, &error) != AD_OK) {
                 fail_msg("%s", error.message);
             }
-            for (int i = 0; i < law_first(of); i++) {
-                assert_near(out[i][p], got[of->rows + i], 1e-13);
+            for (int i = 0; i < LAW_WRENCH; i++) {
+                assert_near(out[i][p], got[1 + i], 1e-13 * fmax(1, fabs(got[1 + i])));
             }
             ad_program_free(program);
             ad_pool_free(pool);
@@ -231,13 +274,61 @@ static void test_called(void **state)
 static void test_at_rest(void **state)
 {
     (void)state;
-    const double velocity[3] = {0, 0, 0}, coefficients[2] = {0.5, 2};
-    double force[3] = {0}, by[9] = {0};
-    number_law_resistance(velocity, coefficients, force, by);
+    const double none[4] = {0}, coefficients[2] = {0.5, 2};
+    double wrench[6] = {0}, by[LAW_BY] = {0};
+    number_law_resistance(none, none, none, coefficients, wrench, by);
     for (int i = 0; i < 9; i++) {
-        assert_near(by[i], i % 4 == 0 ? 0.5 : 0, 0);
-        assert_near(force[i % 3], 0, 0);
+        assert_near(by[36 + i], i % 4 == 0 ? -0.5 : 0, 0);
+        assert_near(wrench[i % 6], 0, 0);
     }
+}
+
+/* Closed forms, of a list of laws: a spring pulls by its stiffness along each axis of the world, to
+ * a place that is half way there at half the load; one that turns by its stiffness about a
+ * director, for a rotation about it alone, by angles up to a whole turn, towards which rounding of
+ * the rotation counts more and more; a medium against the velocity. */
+static void test_acting(void **state)
+{
+    (void)state;
+    static const double full[] = {0.2, 0.4, -0.6, 1,   2,   3,   0.1,
+                                  0.2, 0.3,                           /* shift, k, place */
+                                  4,   5,   6,    0.5, 0.5, 0.5, 0.5, /* k, upright */
+                                  0.7, 0.1};
+    static const double r[3] = {1, -1, 2}, V[3] = {3, 0, 4};
+    acting list = {.count = 0};
+    acting_add(&list, LAW_SPRING);
+    acting_add(&list, LAW_TURNING_SPRING);
+    acting_add(&list, LAW_RESISTANCE);
+    assert_int_equal(list.numbers, sizeof full / sizeof *full);
+    assert_true(list.by_position && list.by_rotation && list.by_velocity);
+    for (int axis = 0; axis < 3; axis++) {
+        for (double angle = 1e-9; angle < 6; angle += 0.37) {
+            double turn[4] = {cos(angle / 2)}, q[4], numbers[18], R[3][3], body[3] = {0}, T[3];
+            double wrench[6] = {0}, slowed[6] = {0}, energy = 0.5 * full[9 + axis] * angle * angle;
+            const double near = 1e-14 * (1 + full[9 + axis] * angle) / (1 + cos(angle / 2));
+            turn[1 + axis] = sin(angle / 2);
+            quaternion_product(full + 12, turn, q);
+            rotation_matrix(q, R);
+            body[axis] = -full[9 + axis] * angle;
+            to_world(R, body, T);
+            for (int i = 0; i < 4; i++) {
+                q[i] *= 1.25; /* of any length */
+            }
+            acting_on_way(&list, full, 7, 0.5, numbers);
+            acting_wrench(&list, numbers, (acting_on){r, q, V}, 1 << LAW_STORES, 2, wrench);
+            acting_wrench(&list, numbers, (acting_on){r, q, V}, 1 << LAW_DISSIPATES, 1, slowed);
+            for (int i = 0; i < 3; i++) {
+                const double off = r[i] - full[6 + i] - 0.5 * full[i];
+                energy += 0.5 * full[3 + i] * off * off;
+                assert_near(wrench[i], -2 * full[3 + i] * off, 1e-14);
+                assert_near(wrench[3 + i], 2 * T[i], near);
+                assert_near(slowed[i], -(0.7 + 0.1 * 5) * V[i], 1e-14);
+                assert_near(slowed[3 + i], 0, 0);
+            }
+            assert_near(acting_energy(&list, numbers, (acting_on){r, q, NULL}), energy, 7 * near);
+        }
+    }
+    assert_near(acting_pulled(&list, full), sqrt(0.04 + 0.16 + 0.36), 1e-15);
 }
 
 /* What cannot be written is refused, and the same text is written again. */
@@ -275,6 +366,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_written), cmocka_unit_test(test_derivatives),
-        cmocka_unit_test(test_called), cmocka_unit_test(test_at_rest), cmocka_unit_test(test_text)};
+        cmocka_unit_test(test_table),   cmocka_unit_test(test_called),
+        cmocka_unit_test(test_at_rest), cmocka_unit_test(test_acting),
+        cmocka_unit_test(test_text)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

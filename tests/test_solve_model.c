@@ -2,7 +2,6 @@
 #include "config_testing.h"
 #include "rod_testing.h"
 
-#include "physics/solve/laws.h"
 #include "physics/solve/rod_model.h"
 
 static const double rounding = 1e-13; /* some ten operations on numbers up to 100 */
@@ -55,8 +54,11 @@ static void test_numbers(void **state)
     assert_near(made[0].rotary_inertia[0], 0.03 / (3 * 4), rounding); /* rhoI / (rhoA L^2) */
     assert_near(made[0].strain_damping[0], 0.6 / (0.2 * time), rounding);
     assert_near(made[0].curvature_damping[2], 0.01 / (0.8 * time), rounding);
-    assert_near(made[0].resistance[0], 0.7 * 4 / (time * 0.2), rounding);
-    assert_near(made[0].resistance[1], 0, 0);
+    double along[2 * ACTING_ALONG_MAX];
+    assert_int_equal(rod->along.count, 1);
+    assert_int_equal(solve_rod_along(rod, 2, s, along, NULL), AD_OK);
+    assert_near(along[0], 0.7 * 4 / (time * 0.2), rounding);
+    assert_near(along[1], 0, 0);
 
     solve_rest rest[2];
     solve_load load[2];
@@ -135,14 +137,15 @@ static void test_manufactured(void **state)
     double *force = evaluate_at(exact.force, 5, points_s, points_t, NULL);
     double *position = evaluate_at(exact.position, 5, points_s, points_t, NULL);
     solve_load load;
-    solve_section made;
-    double velocity[3], resisting[3] = {0}, unused[9] = {0};
+    double velocity[3], resisting[6] = {0}, along[ACTING_ALONG_MAX];
+    static const double upright[4] = {1};
     solve_rod_load(rod, 1, &s, t, &load, NULL);
     for (int i = 0; i < 3; i++) {
         velocity[i] = (position[5 * i + 3] - position[5 * i + 2]) / (2 * h);
     }
-    solve_rod_sections(rod, 1, &s, &made, NULL);
-    number_law_resistance(velocity, made.resistance, resisting, unused);
+    solve_rod_along(rod, 1, &s, along, NULL);
+    acting_wrench(&rod->along, along, (acting_on){upright, upright, velocity}, ACTING_ALL, -1,
+                  resisting);
     for (int i = 0; i < 3; i++) {
         const double *n = force + 5 * i, *x = position + 5 * i;
         double acceleration = (x[2] - 2 * x[4] + x[3]) / (h * h);

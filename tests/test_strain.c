@@ -162,8 +162,6 @@ static void fill_points(strain_form *x)
         fill(6, 0.2, point->rest);
         fill(6, 0.1, point->compliance);
         fill(12, 1, point->load[0]);
-        fill(3, 1, point->stiffness);
-        fill(3, 1, point->place);
         for (int c = 0; c < 3; c++) {
             const double u = 0.8 - 0.5 * c + (c - 0.5) * place_of(x, i);
             spread(1, &u, &x->at[i].u[c]);
@@ -286,12 +284,17 @@ static void check_elimination(strain_form *x)
     free(right);
 }
 
-static void check_derivatives(strain_kind kind, bool follow, const solve_end *start)
+static void check_derivatives(strain_kind kind, bool founded, int springs, bool follow,
+                              const solve_end *start)
 {
     static const double edges[3] = {0, 0.4, 1};
     static const solve_extent extents[3] = {{.end = 1}, {.end = 1, .is_chamber = true}, {.end = 1}};
-    static const solve_spring spring = {
-        .stiffness = {1, 2, 3}, .turning = {0.4, 0.4, 0.4}, .upright = {1, 0, 0, 0}};
+    static const double spring[16] = {0.1, 0.2, 0.3, 1, 2, 3, 0, 0.1, 0, /* shift, k, place */
+                                      0.4, 0.4, 0.4, 1};                 /* k, upright */
+    acting acts = {.count = 0};
+    acting_add(&acts, LAW_SPRING);
+    acting along = acts;
+    acting_add(&acts, LAW_TURNING_SPRING);
     strain_form *x = NULL;
     ad_error error;
     kind.stages = 12;
@@ -299,6 +302,13 @@ static void check_derivatives(strain_kind kind, bool follow, const solve_end *st
     kind.edges = edges;
     kind.extents = extents;
     kind.substeps = STRAIN_SUBSTEPS_MAX;
+    kind.along = founded ? &along : NULL;
+    solve_jumps jumps = {.count = springs, .numbers = springs * acts.numbers};
+    for (int k = 0; k < springs; k++) {
+        jumps.at[k] =
+            (solve_jump){.s = edges[1 + k], .turn = {1}, .acting = acts, .first = k * acts.numbers};
+    }
+    kind.jumps = &jumps;
     assert_int_equal(strain_form_create(&kind, &x, &error), AD_OK);
     fill_points(x);
     fill_edges(x, follow);
@@ -310,12 +320,13 @@ static void check_derivatives(strain_kind kind, bool follow, const solve_end *st
     fill(3, 1, x->end_force);
     fill(3, 1, x->end_moment);
     fill(3, 1, x->start_r);
-    for (int k = 0; k < kind.springs; k++) {
-        x->springs[k] = (strain_spring){.edge = 1 + k, .unknown = x->unknowns, .given = &spring};
-        fill(3, 0.1, x->springs[k].anchor);
-        spread(4, spring.upright, x->springs[k].upright);
-        fill(3, 1, x->springs[k].force);
-        x->unknowns += 3;
+    strain_form_set_jumps(x);
+    for (int k = 0; k < springs; k++) {
+        spread(sizeof spring / sizeof *spring, spring, x->numbers + k * acts.numbers);
+        fill(3, 1, x->places[k].force);
+    }
+    for (int i = 0; i < x->nodes && founded; i++) {
+        spread((size_t)along.numbers, spring, x->along + i * along.numbers);
     }
     compare_directions(x);
     check_elimination(x);
@@ -329,24 +340,22 @@ static void test_derivatives(void **state)
     const solve_end rail = {.hold = {.directions = 1, .axis = {0, 0.6, 0.8}},
                             .force_is_body = true};
     const solve_end wall = {.hold = {.directions = 2, .axis = {1, 0, 0}}, .moment_is_body = true};
-    check_derivatives((strain_kind){.shears = false}, false, &clamped);
-    check_derivatives((strain_kind){.shears = true, .actuators = 3}, false, &clamped);
-    check_derivatives((strain_kind){.shears = false, .actuators = 3}, true, &clamped);
+    check_derivatives((strain_kind){.shears = false}, false, 0, false, &clamped);
+    check_derivatives((strain_kind){.shears = true, .actuators = 3}, false, 0, false, &clamped);
+    check_derivatives((strain_kind){.shears = false, .actuators = 3}, false, 0, true, &clamped);
     check_derivatives((strain_kind){.shears = true,
                                     .follows = true,
                                     .end = {.force_is_body = true, .moment_is_body = true}},
-                      true, &clamped);
-    check_derivatives((strain_kind){.shears = true, .end = clamped}, false, &clamped);
+                      false, 0, true, &clamped);
+    check_derivatives((strain_kind){.shears = true, .end = clamped}, false, 0, false, &clamped);
     check_derivatives((strain_kind){.shears = true,
                                     .actuators = 2,
                                     .follows = true,
-                                    .founded = true,
-                                    .springs = 2,
                                     .free_position = true,
                                     .free_rotation = true,
                                     .end = rail},
-                      true, &wall);
-    check_derivatives((strain_kind){.springs = 1, .free_rotation = true, .end = wall}, true, &rail);
+                      true, 2, true, &wall);
+    check_derivatives((strain_kind){.free_rotation = true, .end = wall}, false, 1, true, &rail);
 }
 
 /* ---- equilibria ---------------------------------------------------------------------------- */

@@ -1,6 +1,6 @@
 #include "physics/law/law.h"
 
-/* ---- the laws ------------------------------------------------------------------------------ */
+/* ---- within the rod ------------------------------------------------------------------------ */
 
 /* p' = v + u x r + r' of a line at r = (x, y, 0) in the section; a: x, y, x', y'. */
 static void record_path(const ad_value *v, const ad_value *u, const ad_value *a, ad_value path[3])
@@ -15,95 +15,234 @@ static ad_value length(const ad_value x[3])
     return ad_sqrt(ad_add(ad_add(ad_square(x[0]), ad_square(x[1])), ad_square(x[2])));
 }
 
-static void record_tendon(const ad_value *given, ad_value *value)
+static void record_tendon(const ad_value *given, ad_value *energy)
 {
     ad_value path[3];
     record_path(given, given + 3, given + 6, path);
-    *value = ad_mul(given[10], length(path));
+    *energy = ad_mul(given[10], length(path));
 }
 
-static void record_chamber(const ad_value *given, ad_value *value)
+static void record_chamber(const ad_value *given, ad_value *energy)
 {
     ad_value path[3];
     record_path(given, given + 3, given + 6, path);
-    *value = ad_mul(given[10], path[2]);
+    *energy = ad_mul(given[10], path[2]);
 }
 
-static void record_resistance(const ad_value *given, ad_value *value)
+/* ---- outside ------------------------------------------------------------------------------- */
+
+enum { ROTATION = 3, VELOCITY = 7, NUMBERS = LAW_STATE };
+
+/* sum_i k_i x_i^2/2 */
+static ad_value elastic(const ad_value k[3], const ad_value x[3])
 {
-    const ad_value speed = length(given);
-    const ad_value by = ad_add(given[3], ad_mul(given[4], speed));
+    ad_value sum = ad_mul(k[0], ad_square(x[0]));
+    sum = ad_add(sum, ad_mul(k[1], ad_square(x[1])));
+    return ad_scale(ad_add(sum, ad_mul(k[2], ad_square(x[2]))), 0.5);
+}
+
+/* shift, k, place */
+static void record_spring(const ad_value *given, ad_value *energy)
+{
+    const ad_value *shift = given + NUMBERS, *k = shift + 3, *place = k + 3;
+    ad_value off[3];
     for (int i = 0; i < 3; i++) {
-        value[i] = ad_mul(by, given[i]);
+        off[i] = ad_sub(ad_sub(given[i], place[i]), shift[i]);
+    }
+    *energy = elastic(k, off);
+}
+
+/* p* q */
+static void quotient(const ad_value p[4], const ad_value q[4], ad_value result[4])
+{
+    result[0] = ad_mul(p[0], q[0]);
+    for (int i = 0; i < 3; i++) {
+        const int j = 1 + (i + 1) % 3, k = 1 + (i + 2) % 3;
+        result[0] = ad_add(result[0], ad_mul(p[1 + i], q[1 + i]));
+        result[1 + i] = ad_sub(ad_mul(p[0], q[1 + i]), ad_mul(p[1 + i], q[0]));
+        result[1 + i] = ad_sub(result[1 + i], ad_sub(ad_mul(p[j], q[k]), ad_mul(p[k], q[j])));
     }
 }
 
-/* actuator: offset x, y, slope x', y', pull */
-#define ACTUATED                                                                                   \
-    {                                                                                              \
-        {"v", 3}, {"u", 3},                                                                        \
-        {                                                                                          \
-            "actuator", 5                                                                          \
-        }                                                                                          \
+/* The rotation vector of a unit quaternion, on from 0 to a whole turn. The angle is halved four
+ * times, and there the series of asin(y)/y is short; nothing is divided by the angle. */
+static void rotation_vector(const ad_value p[4], ad_value phi[3])
+{
+    enum { HALVINGS = 4, TERMS = 13 };
+    double coefficient[TERMS] = {1}; /* in y^2 */
+    ad_tape *tape = p[0].tape;
+    ad_value w = p[0], by = ad_scalar(tape, 1);
+    for (int n = 1; n < TERMS; n++) {
+        const double odd = 2 * n - 1;
+        coefficient[n] = coefficient[n - 1] * odd * odd / (2 * n * (2 * n + 1));
     }
+    for (int i = 0; i < HALVINGS; i++) { /* y = sin b of half the angle, w = cos b */
+        w = ad_sqrt(ad_scale(ad_add(ad_scalar(tape, 1), w), 0.5));
+        by = ad_mul(by, ad_reciprocal(ad_scale(w, 2)));
+    }
+    ad_value square = ad_add(ad_square(p[1]), ad_add(ad_square(p[2]), ad_square(p[3])));
+    square = ad_mul(square, ad_square(by));
+    ad_value sum = ad_scalar(tape, coefficient[TERMS - 1]);
+    for (int n = TERMS - 2; n >= 0; n--) {
+        sum = ad_add(ad_scalar(tape, coefficient[n]), ad_mul(square, sum));
+    }
+    by = ad_scale(ad_mul(by, sum), 2 << HALVINGS);
+    for (int i = 0; i < 3; i++) {
+        phi[i] = ad_mul(by, p[1 + i]);
+    }
+}
+
+/* k, upright */
+static void record_turning_spring(const ad_value *given, ad_value *energy)
+{
+    const ad_value *k = given + NUMBERS;
+    ad_value turned[4], phi[3];
+    quotient(k + 3, given + ROTATION, turned);
+    rotation_vector(turned, phi);
+    *energy = elastic(k, phi);
+}
+
+/* c_1, c_2 */
+static void record_resistance(const ad_value *given, ad_value *wrench)
+{
+    const ad_value *V = given + VELOCITY, *c = given + NUMBERS;
+    const ad_value by = ad_neg(ad_add(c[0], ad_mul(c[1], length(V))));
+    for (int i = 0; i < 3; i++) {
+        wrench[i] = ad_mul(by, V[i]);
+        wrench[3 + i] = ad_scalar(by.tape, 0);
+    }
+}
+
+/* ---- the laws ------------------------------------------------------------------------------ */
 
 const law law_table[LAW_COUNT] = {
-    [LAW_TENDON] = {"tendon", "A tendon: pull |p'|, p' = v + u x r + r'.", ACTUATED, 6, 1, true,
-                    record_tendon},
-    [LAW_CHAMBER] = {"chamber", "A fluid chamber: pull p'_3.", ACTUATED, 6, 1, true,
-                     record_chamber},
-    [LAW_RESISTANCE] = {"resistance",
-                        "What surrounds the rod, against its velocity: (c_1 + c_2 |V|) V.",
-                        {{"velocity", 3}, {"coefficients", 2}},
-                        3,
-                        3,
-                        false,
-                        record_resistance}};
+    [LAW_TENDON] = {.name = "tendon",
+                    .about = "A tendon: pull |p'|, p' = v + u x r + r'; x, y, x', y', pull.",
+                    .kind = LAW_LOADS,
+                    .numbers = 5,
+                    .has_energy = true,
+                    .record = record_tendon},
+    [LAW_CHAMBER] = {.name = "chamber",
+                     .about = "A fluid chamber: pull p'_3; x, y, x', y', pull.",
+                     .kind = LAW_LOADS,
+                     .numbers = 5,
+                     .has_energy = true,
+                     .record = record_chamber},
+    [LAW_SPRING] = {.name = "spring",
+                    .about = "A spring, or a foundation: k (r - place - shift)^2/2; "
+                             "shift, k, place.",
+                    .kind = LAW_STORES,
+                    .numbers = 9,
+                    .shares = 3,
+                    .has_energy = true,
+                    .along_axes = true,
+                    .by_position = true,
+                    .has_force = true,
+                    .record = record_spring},
+    [LAW_TURNING_SPRING] = {.name = "turning_spring",
+                            .about = "A spring that turns: k phi^2/2 from upright on; k, upright.",
+                            .kind = LAW_STORES,
+                            .numbers = 7,
+                            .has_energy = true,
+                            .by_rotation = true,
+                            .has_moment = true,
+                            .record = record_turning_spring},
+    [LAW_RESISTANCE] = {.name = "resistance",
+                        .about = "What surrounds the rod: -(c_1 + c_2 |V|) V; c_1, c_2.",
+                        .kind = LAW_DISSIPATES,
+                        .numbers = 2,
+                        .by_velocity = true,
+                        .has_force = true,
+                        .record = record_resistance}};
 
-/* ---- sizes --------------------------------------------------------------------------------- */
-
-int law_given(const law *of)
+int law_given(law_name name)
 {
-    int count = 0;
-    for (int i = 0; i < LAW_GROUPS_MAX; i++) {
-        count += of->given[i].count;
-    }
-    return count;
+    return (name < LAW_OUTSIDE ? LAW_WRENCH : LAW_STATE) + law_table[name].numbers;
 }
 
-int law_first(const law *of)
+int law_derivatives(law_name name)
 {
-    return of->rows * of->variables;
-}
-
-int law_second(const law *of)
-{
-    return of->is_energy ? of->variables * (of->variables + 1) / 2 : 0;
+    return name < LAW_OUTSIDE ? LAW_STIFFNESS : LAW_BY;
 }
 
 /* ---- formulas ------------------------------------------------------------------------------ */
 
+static void derive_within(law_formula *x)
+{
+    ad_reverse(x->energy, LAW_WRENCH, x->given, AD_PER_POINT, x->wrench);
+    for (int i = 0, k = 0; i < LAW_WRENCH; i++) {
+        for (int j = i; j < LAW_WRENCH; j++) {
+            x->by[k++] = ad_derivative(x->wrench[i], x->given[j], 1);
+        }
+    }
+}
+
+/* What q changes by with a turn about axis k. */
+static void turn_about(const ad_value q[4], int k, ad_value by[4])
+{
+    const int i = (k + 1) % 3, j = (k + 2) % 3;
+    by[0] = ad_scale(q[1 + k], -0.5);
+    by[1 + k] = ad_scale(q[0], 0.5);
+    by[1 + i] = ad_scale(q[1 + j], -0.5);
+    by[1 + j] = ad_scale(q[1 + i], 0.5);
+}
+
+static void derive_outside(law_formula *x, bool has_energy)
+{
+    const ad_value *q = x->given + ROTATION;
+    ad_value turn[3][4], by_state[7];
+    for (int k = 0; k < 3; k++) {
+        turn_about(q, k, turn[k]);
+    }
+    if (has_energy) {
+        ad_reverse(x->energy, 7, x->given, AD_PER_POINT, by_state);
+        for (int k = 0; k < 3; k++) {
+            x->wrench[k] = ad_neg(by_state[k]);
+            x->wrench[3 + k] = ad_scalar(x->tape, 0);
+            for (int i = 0; i < 4; i++) {
+                const ad_value part = ad_mul(by_state[ROTATION + i], turn[k][i]);
+                x->wrench[3 + k] = ad_sub(x->wrench[3 + k], part);
+            }
+        }
+    }
+    for (int k = 0; k < 3; k++) {
+        ad_value by_turn[LAW_WRENCH];
+        ad_directional(LAW_WRENCH, x->wrench, 4, q, turn[k], by_turn);
+        for (int i = 0; i < LAW_WRENCH; i++) {
+            x->by[3 * i + k] = ad_derivative(x->wrench[i], x->given[k], 1);
+            x->by[3 * (LAW_WRENCH + i) + k] = by_turn[i];
+            x->by[3 * (2 * LAW_WRENCH + i) + k] =
+                ad_derivative(x->wrench[i], x->given[VELOCITY + k], 1);
+        }
+    }
+}
+
 law_formula law_formula_create(law_name name)
 {
+    static const struct {
+        const char *name;
+        int count;
+    } groups[2][4] = {
+        {{"v", 3}, {"u", 3}, {"numbers", LAW_NUMBERS_MAX}},
+        {{"position", 3}, {"rotation", 4}, {"velocity", 3}, {"numbers", LAW_NUMBERS_MAX}}};
     const law *of = &law_table[name];
     law_formula x = {.tape = ad_tape_create()};
     if (!x.tape) {
         return x;
     }
-    for (int i = 0, g = 0, k = 0; i < law_given(of); i++, k++) {
-        for (; k == of->given[g].count; g++) {
+    for (int i = 0, g = 0, k = 0; i < law_given(name); i++, k++) {
+        if (k == groups[name >= LAW_OUTSIDE][g].count) {
             k = 0;
+            g++;
         }
-        x.given[i] = ad_input(x.tape, of->given[g].name, 1);
+        x.given[i] = ad_input(x.tape, groups[name >= LAW_OUTSIDE][g].name, 1);
     }
-    of->record(x.given, x.value);
-    for (int i = 0; i < of->rows; i++) {
-        ad_reverse(x.value[i], of->variables, x.given, AD_PER_POINT, x.first + i * of->variables);
-    }
-    for (int i = 0, k = 0; i < of->variables && of->is_energy; i++) {
-        for (int j = i; j < of->variables; j++) {
-            x.second[k++] = ad_derivative(x.first[i], x.given[j], 1);
-        }
+    x.energy = ad_scalar(x.tape, 0);
+    of->record(x.given, of->has_energy ? &x.energy : x.wrench);
+    if (name < LAW_OUTSIDE) {
+        derive_within(&x);
+    } else {
+        derive_outside(&x, of->has_energy);
     }
     return x;
 }
@@ -114,10 +253,9 @@ void law_formula_free(law_formula *formula)
     formula->tape = NULL;
 }
 
-void law_record(law_name name, ad_tape *tape, const ad_value *given, ad_value *value,
-                ad_value *first, ad_value *second)
+void law_record(law_name name, ad_tape *tape, const ad_value *given, ad_value *energy,
+                ad_value *wrench, ad_value *by)
 {
-    const law *of = &law_table[name];
     law_formula x = law_formula_create(name);
     if (!x.tape) {
         ad_tape_fail(tape, AD_NO_MEMORY, "out of memory for a law");
@@ -126,15 +264,14 @@ void law_record(law_name name, ad_tape *tape, const ad_value *given, ad_value *v
         const ad_value *formula;
         ad_value *to;
         int count;
-    } all[] = {{x.value, value, of->rows},
-               {x.first, first, law_first(of)},
-               {x.second, second, law_second(of)}};
+    } all[] = {
+        {&x.energy, energy, 1}, {x.wrench, wrench, LAW_WRENCH}, {x.by, by, law_derivatives(name)}};
     for (int i = 0; i < 3; i++) {
         for (int k = 0; k < all[i].count && all[i].to && !x.tape; k++) {
             all[i].to[k] = (ad_value){tape, -1};
         }
-        if (all[i].to && all[i].count > 0 && x.tape) {
-            ad_call(all[i].count, all[i].formula, law_given(of), x.given, tape, given, all[i].to);
+        if (all[i].to && x.tape) {
+            ad_call(all[i].count, all[i].formula, law_given(name), x.given, tape, given, all[i].to);
         }
     }
     law_formula_free(&x);

@@ -3,66 +3,75 @@
  * them when the project is built (law_functions.h), for numbers and for vectors of numbers; their
  * derivatives are made by the tape's transforms alone.
  *
- * A law is the energy of a section per length, of which the wrench is the gradient and the
- * stiffness the second derivative, or, where there is no energy, a force with its derivatives. The
- * first `variables` scalars of what it is given are those by which it is differentiated. */
+ * A law within the rod is the energy of a section per length, a function of v and u and of an
+ * actuator: the wrench is its gradient, the stiffness its second derivative.
+ *
+ * A law outside of the rod acts on a section at r in the world with the rotation q, unit, body to
+ * world, and the velocity V; per length or at a place. It has numbers of its own and gives a force
+ * and a moment, both in the world: those of an energy, or by themselves. A turn of the section is
+ * phi, in the world: q changes by (0, phi) q/2. */
 #ifndef PHYSICS_LAW_LAW_H
 #define PHYSICS_LAW_LAW_H
 
 #include "autodiff/ad.h"
 
 typedef enum law_name {
-    LAW_TENDON,     /* energy: tension |p'|, p' = v + u x r + r', (Rucker, Webster 2011) */
-    LAW_CHAMBER,    /* energy: minus pressure times area times p'_3, here `pull` p'_3 */
-    LAW_RESISTANCE, /* force per length against the velocity: (c_1 + c_2 |V|) V */
-    LAW_COUNT
+    LAW_TENDON,         /* energy: tension |p'|, p' = v + u x r + r', (Rucker, Webster 2011) */
+    LAW_CHAMBER,        /* energy: minus pressure times area times p'_3, here `pull` p'_3 */
+    LAW_SPRING,         /* energy: 1/2 sum_i k_i (r - place - shift)_i^2, along the world's axes */
+    LAW_TURNING_SPRING, /* energy: 1/2 sum_i k_i phi_i^2, phi from upright to q, about directors */
+    LAW_RESISTANCE,     /* force against the velocity: -(c_1 + c_2 |V|) V */
+    LAW_COUNT,
+    LAW_OUTSIDE = LAW_SPRING /* the first of those outside */
 } law_name;
 
-enum { LAW_GROUPS_MAX = 4, LAW_GIVEN_MAX = 16, LAW_VARIABLES_MAX = 6, LAW_FIRST_MAX = 9 };
-enum { LAW_SECOND_MAX = LAW_VARIABLES_MAX * (LAW_VARIABLES_MAX + 1) / 2 };
+enum { LAW_NUMBERS_MAX = 9, LAW_STATE = 3 + 4 + 3, LAW_GIVEN_MAX = LAW_STATE + LAW_NUMBERS_MAX };
+enum { LAW_WRENCH = 6, LAW_STIFFNESS = LAW_WRENCH * (LAW_WRENCH + 1) / 2 };
+enum { LAW_BY = 3 * 3 * LAW_WRENCH }; /* at least the stiffness */
 
-typedef struct law_group {
-    const char *name;
-    int count; /* scalars */
-} law_group;
+/* What is done with its power: energy of the rod, work of the outside, dissipation. */
+typedef enum law_kind { LAW_STORES, LAW_LOADS, LAW_DISSIPATES } law_kind;
 
 typedef struct law {
     const char *name, *about;
-    law_group given[LAW_GROUPS_MAX]; /* ends at a count of 0 */
-    int variables, rows;
-    bool is_energy; /* rows = 1 */
-    void (*record)(const ad_value *given, ad_value *value);
+    law_kind kind;
+    int numbers; /* how many it has */
+    int shares;  /* the first so many are those of the full load, and 0 without */
+    bool has_energy;
+    bool along_axes; /* of the world: else the same in any frame */
+    /* Outside: what it depends on, and what it gives. */
+    bool by_position, by_rotation, by_velocity, has_force, has_moment;
+    void (*record)(const ad_value *given, ad_value *value); /* the energy, or force and moment */
 } law;
 
 extern const law law_table[LAW_COUNT];
 
-int law_given(const law *of); /* scalars in all groups */
+/* Scalars of the state and its numbers: v, u, numbers, or r, q, V, numbers. */
+int law_given(law_name name);
 
-/* Numbers of derivatives: of an energy its gradient [variables] and the upper triangle of its
- * second derivatives, row by row; of a force [rows][variables], and none. */
-int law_first(const law *of);
-int law_second(const law *of);
+/* How many derivatives: within the rod the upper triangle of second derivatives by v and u, row by
+ * row; outside those of force and moment, [6][3] by r, by a turn, and by V. */
+int law_derivatives(law_name name);
 
 /* Entry (i, j) of the upper triangle of a symmetric 6 x 6. */
 static inline int law_entry(int i, int j)
 {
-    return i <= j ? i * (2 * LAW_VARIABLES_MAX - 1 - i) / 2 + j
-                  : j * (2 * LAW_VARIABLES_MAX - 1 - j) / 2 + i;
+    return i <= j ? i * (2 * LAW_WRENCH - 1 - i) / 2 + j : j * (2 * LAW_WRENCH - 1 - j) / 2 + i;
 }
 
-/* A law on a tape of its own, with its derivatives. */
+/* A law on a tape of its own, with its derivatives. Within the rod: wrench n, m. */
 typedef struct law_formula {
     ad_tape *tape;
-    ad_value given[LAW_GIVEN_MAX], value[3], first[LAW_FIRST_MAX], second[LAW_SECOND_MAX];
+    ad_value given[LAW_GIVEN_MAX], energy, wrench[LAW_WRENCH], by[LAW_BY];
 } law_formula;
 
 /* NULL tape: out of memory; errors of recording are on the tape. */
 law_formula law_formula_create(law_name name);
 void law_formula_free(law_formula *formula);
 
-/* A law of values [law_given] of a tape, each of one row or of one row a point; value, first and
- * second may be NULL. Errors are noted on the tape. */
-void law_record(law_name name, ad_tape *tape, const ad_value *given, ad_value *value,
-                ad_value *first, ad_value *second);
+/* A law of values [law_given] of a tape, each of one row or of one row a point; energy, wrench [6]
+ * and by [law_derivatives] may be NULL. Errors are noted on the tape. */
+void law_record(law_name name, ad_tape *tape, const ad_value *given, ad_value *energy,
+                ad_value *wrench, ad_value *by);
 
 #endif

@@ -9,68 +9,107 @@ static const char *const HEAD =
     "inlined.\n"
     " * Needs NUMBER, ALGEBRA(name), ALGEBRA_INLINE, ALGEBRA(sqrt), ALGEBRA(inverse_root). */\n\n";
 
-static ad_status write_law(law_name name, FILE *file, ad_error *error)
+typedef struct writer {
+    FILE *file;
+    ad_status status;
+    ad_error *error;
+} writer;
+
+static void write_function(writer *w, law_name name, const char *ending, int groups,
+                           const ad_inline_argument *input, int outputs,
+                           const ad_inline_argument *output)
 {
-    const law *of = &law_table[name];
-    law_formula x = law_formula_create(name);
-    if (!x.tape) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory");
-    }
-    ad_inline_argument input[LAW_GROUPS_MAX];
-    ad_status status = AD_OK;
     char function[64];
-    int groups = 0;
-    for (const ad_value *next = x.given; groups < LAW_GROUPS_MAX && of->given[groups].count > 0;
-         groups++) {
-        input[groups] = (ad_inline_argument){of->given[groups].name, of->given[groups].count, next};
-        next += of->given[groups].count;
+    snprintf(function, sizeof function, "law_%s%s", law_table[name].name, ending);
+    if (w->status == AD_OK) {
+        w->status = ad_write_inline(function, groups, input, outputs, output, w->file, w->error);
     }
-    const ad_inline_argument value = {of->is_energy ? "energy" : "force", of->rows, x.value};
-    const ad_inline_argument first = {of->is_energy ? "wrench" : "by_variables", law_first(of),
-                                      x.first};
-    const ad_inline_argument second = {"stiffness", law_second(of), x.second};
-    const ad_inline_argument derived[2] = {of->is_energy ? first : value,
-                                           of->is_energy ? second : first};
-    fprintf(file, "/* %s */\n", of->about);
-    if (of->is_energy) {
-        snprintf(function, sizeof function, "law_%s_energy", of->name);
-        status = ad_write_inline(function, groups, input, 1, &value, file, error);
-    }
-    ad_value by_v[6]; /* of energies of v and u: without the rest, for section by section */
-    const ad_inline_argument derived_v[2] = {first, {"stiffness", 6, by_v}};
-    for (int i = 0, k = 0; i < 3 && of->is_energy; i++) {
+}
+
+static void write_within(writer *w, law_name name, const law_formula *x)
+{
+    ad_value by_v[6]; /* without the rest, for section by section */
+    const ad_inline_argument input[3] = {{"v", 3, x->given},
+                                         {"u", 3, x->given + 3},
+                                         {"actuator", law_table[name].numbers, x->given + 6}};
+    const ad_inline_argument energy = {"energy", 1, &x->energy};
+    const ad_inline_argument all[2] = {{"wrench", LAW_WRENCH, x->wrench},
+                                       {"stiffness", LAW_STIFFNESS, x->by}};
+    const ad_inline_argument some[2] = {all[0], {"stiffness", 6, by_v}};
+    for (int i = 0, k = 0; i < 3; i++) {
         for (int j = i; j < 3; j++) {
-            by_v[k++] = x.second[law_entry(i, j)];
+            by_v[k++] = x->by[law_entry(i, j)];
         }
     }
-    snprintf(function, sizeof function, "law_%s_by_v", of->name);
-    if (of->is_energy && status == AD_OK) {
-        status = ad_write_inline(function, groups, input, 2, derived_v, file, error);
+    write_function(w, name, "_energy", 3, input, 1, &energy);
+    write_function(w, name, "_by_v", 3, input, 2, some);
+    write_function(w, name, "", 3, input, 2, all);
+}
+
+static const char *const STATE = "const NUMBER position[3], const NUMBER rotation[4],\n"
+                                 "    const NUMBER velocity[3], const NUMBER *numbers";
+
+static void write_outside(writer *w, law_name name, const law_formula *x)
+{
+    const ad_inline_argument input[4] = {
+        {"position", 3, x->given},
+        {"rotation", 4, x->given + 3},
+        {"velocity", 3, x->given + 7},
+        {"numbers", law_table[name].numbers, x->given + LAW_STATE}};
+    const ad_inline_argument energy = {"energy", 1, &x->energy};
+    const ad_inline_argument all[2] = {{"wrench", LAW_WRENCH, x->wrench}, {"by", LAW_BY, x->by}};
+    write_function(w, name, "_energy", 4, input, 1, &energy);
+    write_function(w, name, "_wrench", 4, input, 1, all);
+    write_function(w, name, "", 4, input, 2, all);
+}
+
+/* One function for any law outside. */
+static void write_choice(writer *w, const char *ending, const char *outputs, const char *passed)
+{
+    fprintf(w->file, "ALGEBRA_INLINE void ALGEBRA(law_outside%s)(int law, %s, %s)\n{\n", ending,
+            STATE, outputs);
+    fputs("    switch (law) {\n", w->file);
+    for (int i = LAW_OUTSIDE; i < LAW_COUNT; i++) {
+        fprintf(w->file,
+                "    case %d:\n        ALGEBRA(law_%s%s)(position, rotation, velocity, numbers, "
+                "%s);\n        break;\n",
+                i, law_table[i].name, ending, passed);
     }
-    snprintf(function, sizeof function, "law_%s", of->name);
-    if (status == AD_OK) {
-        status = ad_write_inline(function, groups, input, 2, derived, file, error);
+    fputs("    default:\n        break;\n    }\n}\n\n", w->file);
+}
+
+static void write_law(writer *w, law_name name)
+{
+    law_formula x = law_formula_create(name);
+    if (!x.tape) {
+        w->status = ad_fail(w->error, AD_NO_MEMORY, "out of memory");
+        return;
     }
+    fprintf(w->file, "/* %s */\n", law_table[name].about);
+    (name < LAW_OUTSIDE ? write_within : write_outside)(w, name, &x);
     law_formula_free(&x);
-    return status;
 }
 
 int main(int count, char **arguments)
 {
     ad_error error;
-    FILE *file = count == 2 ? fopen(arguments[1], "w") : NULL;
-    ad_status status = file ? AD_OK : ad_fail(&error, AD_IO, "write_law FILE");
-    if (file) {
-        fputs(HEAD, file);
+    writer w = {count == 2 ? fopen(arguments[1], "w") : NULL, AD_OK, &error};
+    if (!w.file) {
+        fputs("write_law FILE\n", stderr);
+        return 1;
     }
-    for (int i = 0; i < LAW_COUNT && status == AD_OK; i++) {
-        status = write_law((law_name)i, file, &error);
+    fputs(HEAD, w.file);
+    for (int i = 0; i < LAW_COUNT && w.status == AD_OK; i++) {
+        write_law(&w, (law_name)i);
     }
-    if (file && fclose(file) != 0 && status == AD_OK) {
-        status = ad_fail(&error, AD_IO, "%s: cannot be written", arguments[1]);
+    write_choice(&w, "_energy", "NUMBER energy[1]", "energy");
+    write_choice(&w, "_wrench", "NUMBER wrench[6]", "wrench");
+    write_choice(&w, "", "NUMBER wrench[6], NUMBER by[54]", "wrench, by");
+    if (fclose(w.file) != 0 && w.status == AD_OK) {
+        w.status = ad_fail(&error, AD_IO, "%s: cannot be written", arguments[1]);
     }
-    if (status != AD_OK) {
+    if (w.status != AD_OK) {
         fprintf(stderr, "%s\n", error.message);
     }
-    return status != AD_OK;
+    return w.status != AD_OK;
 }

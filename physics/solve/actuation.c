@@ -163,7 +163,7 @@ double solve_law_energy(const solve_actuation *a, const double *strains, double 
 void solve_actuation_wrench(const solve_actuation *a, const double *strains, double *wrench,
                             double (*by_strains)[ROWS])
 {
-    double stiffness[LAW_SECOND_MAX] = {0};
+    double stiffness[LAW_STIFFNESS] = {0};
     memset(wrench, 0, ROWS * sizeof *wrench);
     if (by_strains) {
         memset(by_strains, 0, ROWS * sizeof *by_strains);
@@ -210,7 +210,7 @@ double solve_actuation_energy(const solve_actuation *a, const double *strains)
 double solve_actuation_tangent(const solve_actuation *a, int i, const double *strains,
                                double tangent[3])
 {
-    double given[5], length = 0, wrench[ROWS] = {0}, unused[LAW_SECOND_MAX];
+    double given[5], length = 0, wrench[ROWS] = {0}, unused[LAW_STIFFNESS];
     put_actuator(&a->actuators[i], 1, given);
     number_law_tendon_energy(strains, strains + 3, given, &length);
     number_law_tendon(strains, strains + 3, given, wrench, unused);

@@ -10,7 +10,7 @@
 /* A place where something acts is looked at from before, s less this. */
 static const double BEFORE = 1e-13;
 
-/* Panels follow what is given, not the shape, on which followers and foundations depend: they are
+/* Panels follow what is given, not the shape, on which followers and laws outside depend: they are
  * taken in more and more parts, until what is missing is rounding or stays the same by a tenth. */
 enum { PARTS_MAX = 64 };
 static const double ROUNDING = 1e-12, SAME = 0.1;
@@ -202,17 +202,14 @@ static void take_off(const solve_end *end, posed *at, solve_load *load)
     }
 }
 
-static void add_springs(const solve_rod *rod, const solve_jump *jump, posed *at, solve_load *load)
+/* Laws outside, to a load. */
+static void add_acting(const acting *of, const double *numbers, const posed *at, solve_load *load)
 {
-    for (int k = 0; k < jump->spring_count; k++) {
-        const solve_spring *spring = &rod->jumps.springs[jump->springs[k]];
-        double force[3], moment[3];
-        solve_spring_force(spring, spring->anchor, at->r, force);
-        solve_spring_moment(spring, at->q, moment, NULL);
-        for (int i = 0; i < 3; i++) {
-            load->force[i] += force[i];
-            load->body_moment[i] += moment[i];
-        }
+    double wrench[6] = {0};
+    acting_wrench(of, numbers, (acting_on){at->r, at->q, NULL}, ACTING_ALL, 1, wrench);
+    for (int i = 0; i < 3; i++) {
+        load->force[i] += wrench[i];
+        load->moment[i] += wrench[3 + i];
     }
 }
 
@@ -224,7 +221,7 @@ static ad_status add_jumps(const solve_rod *rod, const samples *x, total *sum, a
     for (size_t i = 0; i < x->places && status == AD_OK; i++) {
         const solve_jump *jump = &rod->jumps.at[i];
         posed at = pose_of(x, x->panels + i);
-        add_springs(rod, jump, &at, &load[i]);
+        add_acting(&jump->acting, solve_jump_numbers(&rod->jumps, (int)i), &at, &load[i]);
         if (jump->s == 0 || jump->s == 1) {
             take_off(&rod->ends[jump->s == 1], &at, &load[i]);
         }
@@ -244,22 +241,20 @@ static ad_status add_up_rod(const void *model, const samples *x, double *rest, d
     const solve_rod *rod = model;
     total sum = {.size = 0};
     solve_load load[QUADRATURE_POINTS];
-    solve_foundation below[QUADRATURE_POINTS] = {{{0}, {0}}};
+    double along[QUADRATURE_POINTS * ACTING_ALONG_MAX];
     ad_status status = AD_OK;
     for (size_t i = 0; i < x->panels && status == AD_OK; i++) {
         size_t within = i % QUADRATURE_POINTS;
         if (within == 0) {
             status = solve_rod_load(rod, QUADRATURE_POINTS, x->s + i, 0, load, error);
         }
-        if (within == 0 && rod->is_founded && status == AD_OK) {
-            status = solve_rod_foundation(rod, QUADRATURE_POINTS, x->s + i, below, error);
+        if (within == 0 && status == AD_OK) {
+            status = solve_rod_along(rod, QUADRATURE_POINTS, x->s + i, along, error);
         }
         posed at = pose_of(x, i);
         if (status == AD_OK) {
-            for (int k = 0; k < 3; k++) {
-                const solve_foundation *here = &below[within];
-                load[within].force[k] -= here->stiffness[k] * (at.r[k] - here->place[k]);
-            }
+            add_acting(&rod->along, along + within * (size_t)rod->along.numbers, &at,
+                       &load[within]);
             add_load(&sum, x->weight[i], &at, &load[within]);
         }
     }

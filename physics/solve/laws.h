@@ -4,6 +4,10 @@
 
 #include <math.h>
 
+#ifndef LAWS_INLINE
+#define LAWS_INLINE static inline __attribute__((unused))
+#endif
+
 static inline void number_sqrt(const double *x, double *root)
 {
     *root = sqrt(*x);
@@ -16,7 +20,7 @@ static inline void number_inverse_root(const double *x, double *root)
 
 #define NUMBER         double
 #define ALGEBRA(name)  number_##name
-#define ALGEBRA_INLINE static inline __attribute__((unused))
+#define ALGEBRA_INLINE LAWS_INLINE
 #include "physics/law/law_functions.h"
 #undef NUMBER
 #undef ALGEBRA

@@ -53,9 +53,6 @@ static ad_status give_sections(modes *m, ad_error *error)
             to->damping[MODES_V + k] = made[p].strain_damping[k];
             to->damping[MODES_U + k] = made[p].curvature_damping[k];
         }
-        to->resistance[0] = to->weight * made[p].resistance[0];
-        to->resistance[1] = to->weight * made[p].resistance[1];
-        to->resists = m->rod->resists;
     }
     return status;
 }
@@ -73,21 +70,6 @@ static ad_status give_rest(modes *m, ad_error *error)
         if (!m->has_given && p >= m->hinges * (m->stages + 1)) { /* hinges have no extent */
             memcpy(to->origin, to->rest, sizeof to->origin);
         }
-    }
-    return status;
-}
-
-static ad_status give_foundation(modes *m, ad_error *error)
-{
-    const solve_foundation *below = (const solve_foundation *)room_for(m);
-    ad_status status = part(m, SOLVE_FOUNDATION, (size_t)m->points, m->s, room_for(m), error);
-    for (int p = 0; p < m->points && status == AD_OK; p++) {
-        modes_point *to = &m->point[p];
-        for (int k = 0; k < 3; k++) {
-            to->foundation[k] = to->weight * below[p].stiffness[k];
-            to->place[k] = below[p].place[k];
-        }
-        to->is_founded = to->weight > 0;
     }
     return status;
 }
@@ -140,21 +122,16 @@ static ad_status give_loads(modes *m, ad_error *error)
     return status;
 }
 
-/* Of each place its load, of each spring its poses (rod_model.c). */
+/* Of each place its load, and the numbers of what acts there (rod_model.c). */
 static ad_status give_jumps(modes *m, ad_error *error)
 {
     const double s = 0;
     const size_t count = (size_t)m->rod->jumps.count;
     ad_status status = part(m, SOLVE_JUMPS, 1, &s, room_for(m), error);
-    const double *pose = room_for(m) + count * sizeof(solve_load) / sizeof(double);
     if (status == AD_OK) {
         memcpy(m->jump_load, room_for(m), count * sizeof *m->jump_load);
-    }
-    for (int i = 0; i < m->rod->jumps.spring_count && status == AD_OK && m->inputs > 0; i++) {
-        solve_spring *spring = &m->rod->jumps.springs[i];
-        memcpy(spring->anchor, pose + 10 * i, sizeof spring->anchor);
-        memcpy(spring->unloaded, pose + 10 * i + 3, sizeof spring->unloaded);
-        memcpy(spring->upright, pose + 10 * i + 6, sizeof spring->upright);
+        memcpy(m->rod->jumps.number, room_for(m) + count * sizeof(solve_load) / sizeof(double),
+               (size_t)m->rod->jumps.numbers * sizeof *m->rod->jumps.number);
     }
     return status;
 }
@@ -218,8 +195,8 @@ ad_status modes_at(modes *m, double t, const double *inputs, ad_error *error)
     if (status == AD_OK && due[SOLVE_REST]) {
         status = give_rest(m, error);
     }
-    if (status == AD_OK && due[SOLVE_FOUNDATION] && m->rod->is_founded) {
-        status = give_foundation(m, error);
+    if (status == AD_OK && due[SOLVE_ALONG] && m->rod->along.count > 0) {
+        status = part(m, SOLVE_ALONG, (size_t)m->points, m->s, m->along, error);
     }
     status = status == AD_OK ? give_ends(m, due[SOLVE_START], due[SOLVE_END], error) : status;
     if (status == AD_OK && due[SOLVE_JUMPS]) {

@@ -28,9 +28,7 @@ typedef struct modes_point {
     double rest[MODES_STRAINS], rest_rate[MODES_STRAINS];
     double mass, inertia[3];
     solve_load load;
-    double resistance[2]; /* LAW_RESISTANCE */
-    double foundation[3], place[3];
-    bool is_loaded, is_founded, resists;
+    bool is_loaded;
 
     /* found, by modes_shape; world but for strains and stress */
     double q[4], R[3][3], r[3];
@@ -98,6 +96,7 @@ struct modes {
     int *jump_at;           /* [jumps.count] point, -1: at s = 0 */
     int *turn_at;           /* [elements] jump of a joint at its end; -1: none */
     solve_load *jump_load;  /* [jumps.count] */
+    double *along;          /* [points][numbers of what acts along the rod] */
     solve_end_state start, last;
     solve_actuator *actuators; /* [points][actuators] */
     double *pull_by;           /* [points][6][6] derivatives of the pull by the strain, where

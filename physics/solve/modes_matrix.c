@@ -1,5 +1,4 @@
 /* Changes of a reduced rod by each of its modes, side by side: stiffness and damping. */
-#include "physics/solve/laws.h"
 #include "physics/solve/modes_rows.h"
 
 /* What x [stages + 1] and all `beyond` do at Gauss points, by the transposed matrix: to [stages].
@@ -107,7 +106,7 @@ PROCESSOR_INLINE void change_motion(modes *m, int e, changes *x)
         integrate_rows(m, e, used, x->edge + (6 + k) * width, x->rate + k * width, 6 * width,
                        x->spin_rate + k * width, 6 * width);
     }
-    for (int i = 0; i < n && m->rod->resists; i++) {
+    for (int i = 0; i < n && m->rod->along.by_velocity; i++) {
         const modes_point *at = &m->point[first + i];
         for (int c = 0; c < used; c += QUAD) {
             quad theta[3], spin[3], along[3], to[3] = {{0}};
@@ -121,7 +120,7 @@ PROCESSOR_INLINE void change_motion(modes *m, int e, changes *x)
             store_rows(to, width, x->rate + i * 6 * width + c);
         }
     }
-    for (int k = 0; k < 3 && m->rod->resists; k++) {
+    for (int k = 0; k < 3 && m->rod->along.by_velocity; k++) {
         integrate_rows(m, e, used, x->edge + (3 + k) * width, x->rate + k * width, 6 * width,
                        x->velocity + k * width, 3 * width);
     }
@@ -175,36 +174,40 @@ PROCESSOR_INLINE void change_motion(modes *m, int e, changes *x)
 
 /* ---- derivatives of forces at points ------------------------------------------------------- */
 
-/* What a point needs of itself: world inertia, J w, J w_t, loads that follow, drag by velocity. */
+/* What a point needs of itself: world inertia, J w, J w_t, loads that follow, what else acts. */
 typedef struct local {
-    double J[3][3], momentum[3], change[3], force[3], moment[3], drag[3][3];
-    double turning[3][3]; /* moment of springs by theta */
-    double stiffness[3];  /* of foundation and springs */
+    double J[3][3], momentum[3], change[3], force[3], moment[3];
+    const acting *of; /* NULL: nothing */
+    acting_change acting;
 } local;
 
-static void add_springs(const modes *m, int p, local *x)
+/* Along the rod, or at the place that the point is. */
+static void find_acting(const modes *m, int p, local *x)
 {
     const solve_jumps *jumps = &m->rod->jumps;
     const modes_point *at = &m->point[p];
-    for (int k = 0; k < jumps->count; k++) {
-        for (int i = 0; i < jumps->at[k].spring_count && m->jump_at[k] == p; i++) {
-            const solve_spring *spring = &jumps->springs[jumps->at[k].springs[i]];
-            double moment[3], by[3][3], world[3], R[3][3];
-            memcpy(R, at->R, sizeof R);
-            solve_spring_moment(spring, at->q, moment, by);
-            to_world(R, moment, world);
-            for (int a = 0; a < 3; a++) {
-                x->stiffness[a] += spring->stiffness[a];
-                x->moment[a] += world[a];
-                for (int b = 0; b < 3; b++) {
-                    for (int c = 0; c < 3; c++) {
-                        for (int d = 0; d < 3; d++) {
-                            x->turning[a][b] += R[a][c] * by[c][d] * R[b][d];
-                        }
-                    }
-                }
-            }
+    const bool along = at->weight > 0 && m->rod->along.count > 0;
+    const double *numbers = m->along + p * m->rod->along.numbers;
+    x->of = along ? &m->rod->along : NULL;
+    for (int k = 0; k < jumps->count && at->weight == 0 && jumps->numbers > 0; k++) {
+        if (m->jump_at[k] == p) {
+            x->of = &jumps->at[k].acting;
+            numbers = solve_jump_numbers(jumps, k);
         }
+    }
+    if (x->of) {
+        acting_differentiate(x->of, numbers, (acting_on){at->r, at->q, at->velocity},
+                             along ? at->weight : 1, &x->acting);
+    }
+}
+
+/* What force and moment of laws change with the change x of what they depend on. */
+PROCESSOR_INLINE void add_changed(const acting *of, double by[6][3], const quad x[3], quad force[3],
+                                  quad moment[3])
+{
+    add_applied(by, 1, x, force);
+    if (of->has_moment) {
+        add_applied(by + 3, 1, x, moment);
     }
 }
 
@@ -221,17 +224,7 @@ static void find_local(const modes *m, int p, local *x)
         to_world(R, at->load.body_force, x->force);
         to_world(R, at->load.body_moment, x->moment);
     }
-    if (at->is_founded) {
-        memcpy(x->stiffness, at->foundation, sizeof x->stiffness);
-    }
-    if (at->resists) {
-        double unused[3] = {0}, by[9] = {0};
-        number_law_resistance(at->velocity, at->resistance, unused, by);
-        memcpy(x->drag, by, sizeof by);
-    }
-    if (m->rod->jumps.spring_count > 0 && at->weight == 0) {
-        add_springs(m, p, x);
-    }
+    find_acting(m, p, x);
 }
 
 PROCESSOR_INLINE void change_forces(modes *m, int e, changes *x)
@@ -258,13 +251,16 @@ PROCESSOR_INLINE void change_forces(modes *m, int e, changes *x)
                 add_scaled(-at->mass, acceleration[k], force[k]);
             }
             add_crossed(theta, own.force, force[0]);
-            for (int k = 0; k < 3; k++) {
-                force[0][k] -= own.stiffness[k] * rho[k];
+            if (own.of && own.of->by_position) {
+                add_changed(own.of, own.acting.by_position, rho, force[0], moment[0]);
             }
-            if (at->resists) {
+            if (own.of && own.of->by_rotation) {
+                add_changed(own.of, own.acting.by_turn, theta, force[0], moment[0]);
+            }
+            if (own.of && own.of->by_velocity) {
                 load_rows(x->velocity + i * 3 * width + c, width, velocity);
-                add_applied(own.drag, -1, velocity, force[0]);
-                add_applied(own.drag, -1, rho, force[1]);
+                add_changed(own.of, own.acting.by_velocity, velocity, force[0], moment[0]);
+                add_changed(own.of, own.acting.by_velocity, rho, force[1], moment[1]);
             }
             /* J x changes by theta x J x - J (theta x x) */
             memcpy(inner, second[0], sizeof inner);
@@ -278,7 +274,6 @@ PROCESSOR_INLINE void change_forces(modes *m, int e, changes *x)
             add_cross(own.momentum, theta, outer);
             add_cross(at->spin, outer, moment[0]);
             add_crossed(theta, own.moment, moment[0]);
-            add_applied(own.turning, 1, theta, moment[0]);
             memset(outer, 0, sizeof outer);
             add_applied(own.J, -1, second[1], moment[1]);
             add_cross(own.momentum, theta, moment[1]);

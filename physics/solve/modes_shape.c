@@ -1,6 +1,5 @@
 /* Shape, motion and forces of a reduced rod: sums from the start to the tip and back. */
 #include "physics/solve/actuation.h"
-#include "physics/solve/laws.h"
 #include "physics/solve/modes_internal.h"
 #include "physics/solve/strain_inline.h"
 
@@ -278,33 +277,38 @@ static void add_loads(modes_point *at)
             at->moment[k] += at->load.moment[k] + moment[k];
         }
     }
-    for (int k = 0; k < 3 && at->is_founded; k++) {
-        at->force[k] -= at->foundation[k] * (at->r[k] - at->place[k]);
-    }
-    if (at->resists) {
-        double force[3] = {0}, unused[9] = {0};
-        number_law_resistance(at->velocity, at->resistance, force, unused);
-        for (int k = 0; k < 3; k++) {
-            at->force[k] -= force[k];
-        }
+}
+
+/* The section at a point. */
+static acting_on section_of(const modes_point *at)
+{
+    return (acting_on){at->r, at->q, at->velocity};
+}
+
+static void add_wrench(const acting *of, const double *numbers, double weight, modes_point *at)
+{
+    double wrench[6] = {0};
+    acting_wrench(of, numbers, section_of(at), ACTING_ALL, weight, wrench);
+    for (int k = 0; k < 3; k++) {
+        at->force[k] += wrench[k];
+        at->moment[k] += wrench[3 + k];
     }
 }
 
-static void add_springs(modes *m)
+/* Along the rod and at places. */
+static void add_acting(modes *m)
 {
     const solve_jumps *jumps = &m->rod->jumps;
-    for (int k = 0; k < jumps->count && jumps->spring_count > 0; k++) {
-        for (int i = 0; i < jumps->at[k].spring_count && m->jump_at[k] >= 0; i++) {
-            const solve_spring *spring = &jumps->springs[jumps->at[k].springs[i]];
-            modes_point *at = &m->point[m->jump_at[k]];
-            double force[3], moment[3], world[3];
-            solve_spring_force(spring, spring->anchor, at->r, force);
-            solve_spring_moment(spring, at->q, moment, NULL);
-            to_world(at->R, moment, world);
-            for (int c = 0; c < 3; c++) {
-                at->force[c] += force[c];
-                at->moment[c] += world[c];
-            }
+    const acting *along = &m->rod->along;
+    for (int p = 0; p < m->points && along->count > 0; p++) {
+        if (m->point[p].weight > 0) {
+            add_wrench(along, m->along + p * along->numbers, m->point[p].weight, &m->point[p]);
+        }
+    }
+    for (int k = 0; k < jumps->count && jumps->numbers > 0; k++) {
+        if (m->jump_at[k] >= 0) {
+            add_wrench(&jumps->at[k].acting, solve_jump_numbers(jumps, k), 1,
+                       &m->point[m->jump_at[k]]);
         }
     }
 }
@@ -359,7 +363,7 @@ void modes_forces(modes *m, bool derive, double *residual)
         add_inertia(&m->point[p]);
         add_loads(&m->point[p]);
     }
-    add_springs(m);
+    add_acting(m);
     for (int e = m->elements - 1; e >= 0; e--) {
         stress_points(m, e, derive);
         carry(m, e, 0, beyond[0]);
@@ -385,6 +389,7 @@ void modes_forces(modes *m, bool derive, double *residual)
 solve_energy modes_energy_now(const modes *m)
 {
     const solve_jumps *jumps = &m->rod->jumps;
+    const acting *along = &m->rod->along;
     solve_energy energy = {0};
     for (int p = 0; p < m->points; p++) {
         const modes_point *at = &m->point[p];
@@ -393,21 +398,22 @@ solve_energy modes_energy_now(const modes *m)
         to_body(R, at->spin, spin);
         energy.kinetic += 0.5 * at->mass * vector_dot(at->velocity, at->velocity);
         for (int k = 0; k < 3; k++) {
-            const double off = at->r[k] - at->place[k];
             energy.kinetic += 0.5 * at->inertia[k] * spin[k] * spin[k];
-            energy.strain += at->is_founded ? 0.5 * at->foundation[k] * off * off : 0;
         }
         for (int c = 0; c < MODES_STRAINS && at->weight > 0; c++) {
             const double off = at->strain[c] - at->rest[c];
             energy.strain += 0.5 * at->weight * at->stiffness[c] * off * off;
         }
         energy.strain += at->weight * at->law_energy;
+        if (along->count > 0 && at->weight > 0) {
+            energy.strain +=
+                at->weight * acting_energy(along, m->along + p * along->numbers, section_of(at));
+        }
     }
     for (int k = 0; k < jumps->count; k++) {
-        for (int i = 0; i < jumps->at[k].spring_count && m->jump_at[k] >= 0; i++) {
-            const solve_spring *spring = &jumps->springs[jumps->at[k].springs[i]];
-            const modes_point *at = &m->point[m->jump_at[k]];
-            energy.strain += solve_spring_energy(spring, spring->anchor, at->r, at->q);
+        if (m->jump_at[k] >= 0) {
+            energy.strain += acting_energy(&jumps->at[k].acting, solve_jump_numbers(jumps, k),
+                                           section_of(&m->point[m->jump_at[k]]));
         }
     }
     return energy;
@@ -424,21 +430,42 @@ static double load_power(const modes_point *at)
            vector_dot(at->load.moment, at->spin) + vector_dot(moment, at->spin);
 }
 
+/* Adds the power of what loads and of what dissipates at a point. */
+static void add_power(const acting *of, const double *numbers, double weight, const modes_point *at,
+                      double *load, double *dissipation)
+{
+    for (int kind = LAW_LOADS; kind <= LAW_DISSIPATES; kind++) {
+        double wrench[6] = {0};
+        if (of->kinds & 1 << kind) {
+            acting_wrench(of, numbers, section_of(at), 1 << kind, weight, wrench);
+            const double power =
+                vector_dot(wrench, at->velocity) + vector_dot(wrench + 3, at->spin);
+            *(kind == LAW_LOADS ? load : dissipation) += kind == LAW_LOADS ? power : -power;
+        }
+    }
+}
+
 void modes_power_now(const modes *m, double *load, double *dissipation)
 {
+    const solve_jumps *jumps = &m->rod->jumps;
+    const acting *along = &m->rod->along;
     double R[3][3], q[4], spin[3];
     memcpy(q, m->start.rotation, sizeof q);
     rotation_matrix(q, R);
     to_world(R, m->start.spin, spin);
     *load = vector_dot(m->base[0], m->start.velocity) + vector_dot(m->base[1], spin);
     *dissipation = 0;
+    for (int k = 0; k < jumps->count; k++) {
+        if (m->jump_at[k] >= 0) {
+            add_power(&jumps->at[k].acting, solve_jump_numbers(jumps, k), 1,
+                      &m->point[m->jump_at[k]], load, dissipation);
+        }
+    }
     for (int p = 0; p < m->points; p++) {
         const modes_point *at = &m->point[p];
         *load += at->is_loaded ? load_power(at) : 0;
-        if (at->resists) {
-            double force[3] = {0}, unused[9] = {0};
-            number_law_resistance(at->velocity, at->resistance, force, unused);
-            *dissipation += vector_dot(force, at->velocity);
+        if (along->count > 0 && at->weight > 0) {
+            add_power(along, m->along + p * along->numbers, at->weight, at, load, dissipation);
         }
         for (int c = 0; c < MODES_STRAINS && at->weight > 0; c++) {
             const double rate = at->rate[c];

@@ -40,7 +40,7 @@ static bool allocate(motion *m)
     m->rest = take(m, points, sizeof *m->rest);
     m->load = take(m, points, sizeof *m->load);
     m->actuators = take(m, points * (size_t)m->rod->actuators + 1, sizeof *m->actuators);
-    m->below = take(m, nodes, sizeof *m->below);
+    m->along = take(m, points * (size_t)m->rod->along.numbers, sizeof *m->along);
     m->node_load = take(m, nodes, sizeof *m->node_load);
     m->mass = take(m, nodes, sizeof *m->mass);
     m->inertia = take(m, nodes, sizeof *m->inertia);
@@ -174,23 +174,6 @@ static ad_status lump(motion *m, ad_error *error)
     return AD_OK;
 }
 
-static ad_status set_foundation(motion *m, ad_error *error)
-{
-    size_t n = (size_t)m->degree + 1;
-    solve_foundation *all = malloc(m->points * sizeof *all);
-    ad_status status = all ? solve_rod_foundation(m->rod, m->points, m->point_s, all, error)
-                           : ad_fail(error, AD_NO_MEMORY, "out of memory");
-    for (size_t point = 0; point < m->points && status == AD_OK; point++) {
-        solve_foundation *to = &m->below[point / n * (n - 1) + point % n];
-        for (int i = 0; i < 3; i++) {
-            to->stiffness[i] += m->point_weight[point] * all[point].stiffness[i];
-            to->place[i] = all[point].place[i]; /* the same in both elements */
-        }
-    }
-    free(all);
-    return status;
-}
-
 static ad_status set_materials(motion *m, double lock, ad_error *error)
 {
     ad_status status = solve_rod_sections(m->rod, m->points, m->point_s, m->made, error);
@@ -204,7 +187,8 @@ static ad_status set_materials(motion *m, double lock, ad_error *error)
     if (status == AD_OK) {
         set_rest_blocks(m);
     }
-    return status == AD_OK && m->rod->is_founded ? set_foundation(m, error) : status;
+    return status == AD_OK ? solve_rod_along(m->rod, m->points, m->point_s, m->along, error)
+                           : status;
 }
 
 ad_status motion_create(const solve_rod *rod, double lock, int elements, const double *edges,

@@ -67,7 +67,7 @@ static ad_status step(composition *in, double h, double t, double behind, bool j
     ad_status status = AD_OK;
     for (int i = 0; i < KICKS - joins && status == AD_OK; i++) {
         bool is_first = i == 0, is_last = i == KICKS - 1;
-        bool slows = i == KICKS / 2 && motion_rod(in->motion)->resists;
+        bool slows = i == KICKS / 2 && motion_rod(in->motion)->along.by_velocity;
         double before = is_first ? behind * drift_of(5) : h * drift_of(i - 1);
         double after = is_last ? 0 : drift_of(i);
         double kick = kick_of(i) * (is_first ? h + behind : h);

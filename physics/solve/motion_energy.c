@@ -77,7 +77,7 @@ motion_energy motion_energy_now(motion *m)
 {
     motion_energy energy = {0};
     motion_internal_forces(m);
-    energy.strain = sum_sections(m).energy + motion_spring_energy(m) + motion_foundation_energy(m);
+    energy.strain = sum_sections(m).energy + motion_places_energy(m) + motion_along_energy(m);
     for (size_t i = 0; i < m->nodes; i++) {
         const double *inertia = m->inertia[i], *V = m->flow[i], *w = m->spin[i];
         double spinning =
@@ -116,7 +116,7 @@ motion_power motion_power_now(motion *m)
     for (size_t i = 0; i < m->nodes; i++) {
         power.load += vector_dot(m->push[i], m->flow[i]) + vector_dot(m->turn[i], m->spin[i]);
     }
-    for (size_t i = 0; m->rod->resists && i < m->points; i++) { /* part of the push */
+    for (size_t i = 0; m->rod->along.by_velocity && i < m->points; i++) { /* part of the push */
         double resisted = m->point_weight[i] * vector_dot(m->resistance[i], m->velocity[i]);
         power.load += resisted;
         power.dissipation += resisted;

@@ -3,7 +3,6 @@
 
 #include "physics/quaternion.h"
 #include "physics/solve/lanes.h"
-#include "physics/solve/laws.h"
 #include "physics/solve/lobatto.h"
 
 #include <math.h>
@@ -336,25 +335,49 @@ double motion_pull_power(const motion *m)
     return power;
 }
 
-static void foundation_forces(motion *m)
+/* ---- what acts along the rod --------------------------------------------------------------- */
+
+/* Point i of the quadrature: its node, and the section as the element has it. */
+static size_t section_at(const motion *m, size_t i, double q[4], acting_on *at)
 {
-    for (size_t i = 0; i < m->nodes; i++) {
-        const solve_foundation *below = &m->below[i];
+    const size_t n = (size_t)m->degree + 1, node = i / n * (n - 1) + i % n;
+    const double *frame = motion_frame_of(m, (int)(i / n), (int)(i % n));
+    const double *own = m->pose[node] + MOTION_LANE_Q;
+    if (frame) {
+        quaternion_product(own, frame, q);
+    }
+    *at = (acting_on){m->pose[node], frame ? q : own, m->flow[node]};
+    return node;
+}
+
+static void act_along(motion *m, int kinds, double (*force)[3], double (*torque)[3])
+{
+    const acting *along = &m->rod->along;
+    for (size_t i = 0; i < m->points && (kinds & along->kinds); i++) {
+        double q[4], wrench[6] = {0}, R[3][3], moment[3];
+        acting_on at;
+        const size_t node = section_at(m, i, q, &at);
+        acting_wrench(along, m->along + i * (size_t)along->numbers, at, kinds, m->point_weight[i],
+                      wrench);
+        rotation_matrix(m->pose[node] + MOTION_LANE_Q, R);
+        to_body(R, wrench + 3, moment);
         for (int k = 0; k < 3; k++) {
-            m->force[i][k] -= below->stiffness[k] * (m->pose[i][k] - below->place[k]);
+            force[node][k] += wrench[k];
+            torque[node][k] += moment[k];
         }
     }
 }
 
-double motion_foundation_energy(const motion *m)
+double motion_along_energy(const motion *m)
 {
+    const acting *along = &m->rod->along;
     double energy = 0;
-    for (size_t i = 0; i < m->nodes && m->rod->is_founded; i++) {
-        const solve_foundation *below = &m->below[i];
-        for (int k = 0; k < 3; k++) {
-            double off = m->pose[i][k] - below->place[k];
-            energy += 0.5 * below->stiffness[k] * off * off;
-        }
+    for (size_t i = 0; i < m->points && along->count > 0; i++) {
+        double q[4];
+        acting_on at;
+        section_at(m, i, q, &at);
+        energy +=
+            m->point_weight[i] * acting_energy(along, m->along + i * (size_t)along->numbers, at);
     }
     return energy;
 }
@@ -378,22 +401,23 @@ void motion_internal_forces(motion *m)
         }
         push_element(m, e);
     }
-    motion_spring_forces(m);
-    if (m->rod->is_founded) {
-        foundation_forces(m);
-    }
+    motion_act_at_places(m, 1 << LAW_STORES, m->force, m->torque);
+    act_along(m, 1 << LAW_STORES, m->force, m->torque);
 }
 
 /* ---- loads --------------------------------------------------------------------------------- */
 
 void motion_find_resistance(motion *m)
 {
-    const size_t n = (size_t)m->degree + 1;
+    const acting *along = &m->rod->along;
     for (size_t i = 0; i < m->points; i++) {
-        double unused[9] = {0};
-        memcpy(m->velocity[i], m->flow[i / n * (n - 1) + i % n], sizeof m->velocity[i]);
-        memset(m->resistance[i], 0, sizeof m->resistance[i]);
-        number_law_resistance(m->velocity[i], m->made[i].resistance, m->resistance[i], unused);
+        double q[4], wrench[6] = {0};
+        acting_on at;
+        const size_t node = section_at(m, i, q, &at);
+        acting_wrench(along, m->along + i * (size_t)along->numbers, at, 1 << LAW_DISSIPATES, -1,
+                      wrench);
+        memcpy(m->velocity[i], m->flow[node], sizeof m->velocity[i]);
+        memcpy(m->resistance[i], wrench, sizeof m->resistance[i]);
     }
 }
 
@@ -449,12 +473,14 @@ void motion_loads(motion *m)
         }
     }
     motion_jump_loads(m);
+    motion_act_at_places(m, 1 << LAW_LOADS, m->push, m->turn);
+    act_along(m, 1 << LAW_LOADS, m->push, m->turn);
 }
 
 void motion_outside_forces(motion *m)
 {
     motion_loads(m);
-    if (m->rod->resists) {
+    if (m->rod->along.by_velocity) {
         resist(m);
     }
 }

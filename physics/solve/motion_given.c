@@ -10,10 +10,9 @@
 enum { TIMES = 4 };
 static const double TIME[TIMES] = {0.03, 0.31, 0.57, 0.93}; /* of the duration, none of it round */
 
-/* Numbers of a section, its foundation, the initial state; and of each time. */
+/* Numbers of a section, the initial state; and of each time. */
 enum {
-    SECTION = 18,
-    BELOW = 3,
+    SECTION = 16,
     INITIAL = sizeof(solve_initial) / sizeof(double),
     REST = 6,
     LOAD = sizeof(solve_load) / sizeof(double),
@@ -35,12 +34,11 @@ static ad_status put_sections(const solve_rod *rod, const double *s, columns *to
 {
     solve_section made[QUADRATURE_BATCH];
     solve_initial initial[QUADRATURE_BATCH];
-    solve_foundation below[QUADRATURE_BATCH] = {{{0}, {0}}};
+    double along[QUADRATURE_BATCH * ACTING_ALONG_MAX];
+    const size_t numbers = (size_t)rod->along.numbers;
     ad_status status = solve_rod_sections(rod, to->n, s, made, error);
     status = status == AD_OK ? solve_rod_initial(rod, to->n, s, initial, error) : status;
-    if (status == AD_OK && rod->is_founded) {
-        status = solve_rod_foundation(rod, to->n, s, below, error);
-    }
+    status = status == AD_OK ? solve_rod_along(rod, to->n, s, along, error) : status;
     for (size_t i = 0; i < to->n && status == AD_OK; i++) {
         put(to, i, 0, made[i].strain_stiffness, 3);
         put(to, i, 3, made[i].curvature_stiffness, 3);
@@ -48,11 +46,10 @@ static ad_status put_sections(const solve_rod *rod, const double *s, columns *to
         put(to, i, 9, made[i].curvature_damping, 3);
         put(to, i, 12, &made[i].mass, 1);
         put(to, i, 13, made[i].rotary_inertia, 3);
-        put(to, i, 16, made[i].resistance, 2);
-        put(to, i, SECTION, below[i].stiffness, BELOW);
-        put(to, i, SECTION + BELOW, (const double *)&initial[i], INITIAL);
+        put(to, i, SECTION, (const double *)&initial[i], INITIAL);
+        put(to, i, SECTION + INITIAL, along + i * numbers, numbers);
     }
-    to->first += SECTION + BELOW + INITIAL;
+    to->first += SECTION + INITIAL + numbers;
     return status;
 }
 
@@ -94,7 +91,9 @@ static ad_status given_at(const void *context, size_t n, const double *s, double
 
 solve_given motion_given(const solve_rod *rod)
 {
-    enum { ROWS = SECTION + BELOW + INITIAL + TIMES * (REST + LOAD) };
-    _Static_assert(ROWS + EACH * SOLVE_ACTUATORS_MAX <= QUADRATURE_ROWS_MAX, "too many");
-    return (solve_given){.rows = ROWS + EACH * rod->actuators, .at = given_at, .context = rod};
+    enum { ROWS = SECTION + INITIAL + TIMES * (REST + LOAD) };
+    _Static_assert(ROWS + ACTING_ALONG_MAX + EACH * SOLVE_ACTUATORS_MAX <= QUADRATURE_ROWS_MAX,
+                   "too many");
+    return (solve_given){
+        .rows = ROWS + rod->along.numbers + EACH * rod->actuators, .at = given_at, .context = rod};
 }

@@ -65,7 +65,7 @@ struct motion {
     solve_rest *rest;          /* [points] */
     solve_load *load;          /* [points] */
     solve_actuator *actuators; /* [points][those of the rod] */
-    solve_foundation *below;   /* [nodes] its stiffness times weights, summed over elements */
+    double *along;             /* [points][numbers of what acts along the rod] */
     solve_load *node_load;     /* [nodes] times weights, summed over elements */
     double *mass;              /* [nodes] rhoA likewise */
     double (*inertia)[3];      /* [nodes] rhoJ likewise */
@@ -88,7 +88,7 @@ struct motion {
     double (*pull_force)[3];  /* [nodes] the share of tendons and chambers in force */
     double (*pull_torque)[3]; /* [nodes] and in torque */
     double (*velocity)[3];    /* [points] V */
-    double (*resistance)[3];  /* [points] per length, part of the push; 0 without any */
+    double (*resistance)[3];  /* [points] per length, against V; part of the push */
 };
 
 /* The node at an end, 0 or 1. */
@@ -113,8 +113,9 @@ void motion_hold_ends(motion *m);
 void motion_hold_part(const motion *m, int end, const double *position, const double *velocity,
                       double *r, double *v);
 
-/* Energy of the foundation, of nodes that are set. */
-double motion_foundation_energy(const motion *m);
+/* Energy that what acts along the rod and at places stores, of nodes that are set. */
+double motion_along_energy(const motion *m);
+double motion_places_energy(const motion *m);
 
 /* From nodes that are set: strains, internal forces; loads; these and drag. */
 void motion_internal_forces(motion *m);
@@ -151,13 +152,12 @@ const double (*motion_rows_of(const motion *m, int element, double (*nodes)[LANE
  */
 const double *motion_frame_of(const motion *m, int element, int k);
 
-/* From nodes that are set: loads added to push and turn, springs, which have a potential, to force
- * and torque. */
+/* From nodes that are set: loads of places added to push and turn; what acts there of these kinds
+ * (acting.h) to force and torque. */
 void motion_jump_loads(motion *m);
-void motion_spring_forces(motion *m);
-double motion_spring_energy(const motion *m);
+void motion_act_at_places(motion *m, int kinds, double (*force)[3], double (*torque)[3]);
 
-/* The force of loads and springs of place k, world, of nodes that are set. */
+/* The force of loads and of what acts at place k, world, of nodes that are set. */
 void motion_place_force(const motion *m, int k, double force[3]);
 
 /* What tendons and chambers put in, of nodes whose internal forces are known. */

@@ -207,22 +207,24 @@ void motion_jump_loads(motion *m)
     }
 }
 
-void motion_spring_forces(motion *m)
+void motion_act_at_places(motion *m, int kinds, double (*force)[3], double (*torque)[3])
 {
     const solve_jumps *jumps = &m->rod->jumps;
     for (int k = 0; k < jumps->count; k++) {
-        for (int i = 0; i < jumps->at[k].spring_count; i++) {
-            const solve_spring *spring = &jumps->springs[jumps->at[k].springs[i]];
-            size_t node = m->places[k].node;
-            double q[4], force[3], moment[3];
-            rotation_before(m, k, q);
-            solve_spring_force(spring, spring->anchor, m->pose[node], force);
-            solve_spring_moment(spring, q, moment, NULL);
-            to_node(m, k, moment);
-            for (int c = 0; c < 3; c++) {
-                m->force[node][c] += force[c];
-                m->torque[node][c] += moment[c];
-            }
+        const size_t node = m->places[k].node;
+        double q[4], R[3][3], wrench[6] = {0}, moment[3];
+        if (!(kinds & jumps->at[k].acting.kinds)) {
+            continue;
+        }
+        rotation_before(m, k, q);
+        rotation_matrix(q, R);
+        acting_wrench(&jumps->at[k].acting, solve_jump_numbers(jumps, k),
+                      (acting_on){m->pose[node], q, m->flow[node]}, kinds, 1, wrench);
+        to_body(R, wrench + 3, moment);
+        to_node(m, k, moment);
+        for (int c = 0; c < 3; c++) {
+            force[node][c] += wrench[c];
+            torque[node][c] += moment[c];
         }
     }
 }
@@ -231,33 +233,27 @@ void motion_place_force(const motion *m, int k, double force[3])
 {
     const solve_jumps *jumps = &m->rod->jumps;
     const solve_load *load = &m->places[k].load;
-    double q[4], R[3][3], pulled[3];
+    const size_t node = m->places[k].node;
+    double q[4], R[3][3], wrench[6] = {0};
     rotation_before(m, k, q);
     rotation_matrix(q, R);
     to_world(R, load->body_force, force);
+    acting_wrench(&jumps->at[k].acting, solve_jump_numbers(jumps, k),
+                  (acting_on){m->pose[node], q, m->flow[node]}, ACTING_ALL, 1, wrench);
     for (int c = 0; c < 3; c++) {
-        force[c] += load->force[c];
-    }
-    for (int i = 0; i < jumps->at[k].spring_count; i++) {
-        const solve_spring *spring = &jumps->springs[jumps->at[k].springs[i]];
-        solve_spring_force(spring, spring->anchor, m->pose[m->places[k].node], pulled);
-        for (int c = 0; c < 3; c++) {
-            force[c] += pulled[c];
-        }
+        force[c] += load->force[c] + wrench[c];
     }
 }
 
-double motion_spring_energy(const motion *m)
+double motion_places_energy(const motion *m)
 {
     const solve_jumps *jumps = &m->rod->jumps;
     double energy = 0;
     for (int k = 0; k < jumps->count; k++) {
         double q[4];
         rotation_before(m, k, q);
-        for (int i = 0; i < jumps->at[k].spring_count; i++) {
-            const solve_spring *spring = &jumps->springs[jumps->at[k].springs[i]];
-            energy += solve_spring_energy(spring, spring->anchor, m->pose[m->places[k].node], q);
-        }
+        energy += acting_energy(&jumps->at[k].acting, solve_jump_numbers(jumps, k),
+                                (acting_on){m->pose[m->places[k].node], q, NULL});
     }
     return energy;
 }

@@ -1,5 +1,5 @@
-/* What is given along a rod at rest, for quadrature: compliances, rest shape, foundation,
- * loads, actuators. */
+/* What is given along a rod at rest, for quadrature: compliances, rest shape, loads,
+ * laws outside, actuators. */
 #include "physics/solve/rod_model.h"
 
 #include <math.h>
@@ -33,14 +33,13 @@ static ad_status given_at(const void *context, size_t n, const double *s, double
     solve_section sections[QUADRATURE_BATCH];
     solve_rest rest[QUADRATURE_BATCH];
     solve_load load[QUADRATURE_BATCH];
-    solve_foundation below[QUADRATURE_BATCH] = {{{0}, {0}}};
+    double along[QUADRATURE_BATCH * ACTING_ALONG_MAX];
+    const size_t numbers = (size_t)rod->along.numbers;
     solve_actuator actuators[QUADRATURE_BATCH * SOLVE_ACTUATORS_MAX];
     ad_status status = solve_rod_sections(rod, n, s, sections, error);
     status = status == AD_OK ? solve_rod_rest(rod, n, s, 0, rest, error) : status;
     status = status == AD_OK ? solve_rod_load(rod, n, s, 0, load, error) : status;
-    if (status == AD_OK && rod->is_founded) {
-        status = solve_rod_foundation(rod, n, s, below, error);
-    }
+    status = status == AD_OK ? solve_rod_along(rod, n, s, along, error) : status;
     if (status == AD_OK && pulling > 0) {
         status = solve_rod_actuators(rod, n, s, 0, actuators, error);
     }
@@ -51,7 +50,7 @@ static ad_status given_at(const void *context, size_t n, const double *s, double
         out = append(out, rest[i].strain, 3);
         out = append(out, rest[i].curvature, 3);
         out = append(out, rest[i].imperfection, 3);
-        out = append(out, below[i].stiffness, 3);
+        out = append(out, along + i * numbers, numbers);
         out = append(out, (const double *)&load[i], sizeof load[i] / sizeof(double));
         out = append(out, (const double *)&actuators[i * pulling],
                      pulling * sizeof *actuators / sizeof(double));
@@ -62,8 +61,10 @@ static ad_status given_at(const void *context, size_t n, const double *s, double
 
 solve_given solve_rod_given(const solve_rod *rod)
 {
-    enum { ROWS = 18 + sizeof(solve_load) / sizeof(double) };
+    enum { ROWS = 15 + sizeof(solve_load) / sizeof(double) };
     enum { EACH = sizeof(solve_actuator) / sizeof(double) };
-    _Static_assert(ROWS + EACH * SOLVE_ACTUATORS_MAX <= QUADRATURE_ROWS_MAX, "too many");
-    return (solve_given){.rows = ROWS + EACH * rod->actuators, .at = given_at, .context = rod};
+    _Static_assert(ROWS + ACTING_ALONG_MAX + EACH * SOLVE_ACTUATORS_MAX <= QUADRATURE_ROWS_MAX,
+                   "too many");
+    return (solve_given){
+        .rows = ROWS + rod->along.numbers + EACH * rod->actuators, .at = given_at, .context = rod};
 }

@@ -18,10 +18,10 @@ typedef struct solve_functions {
         };
         formula *all[FORMULAS];
     };
-    formula *actuators;  /* NULL: none */
-    formula *foundation; /* NULL: none */
-    formula *jumps;      /* NULL: none */
-    const scene *open;   /* with open names; NULL: none */
+    formula *actuators; /* NULL: none */
+    formula *along;     /* NULL: none */
+    formula *jumps;     /* NULL: none */
+    const scene *open;  /* with open names; NULL: none */
     const solve_parameters *parameters;
     solve_part_kind kinds[SOLVE_PARTS];
 } solve_functions;
@@ -34,11 +34,11 @@ typedef struct solve_functions {
 
 static const double zeros[3] = {0, 0, 0};
 
-static ad_value record_sections(const rod_context *rod, const rod_coefficients *c)
+static ad_value record_sections(const rod_coefficients *c)
 {
     return STACK(c->strain_stiffness, c->curvature_stiffness, c->strain_compliance,
                  c->curvature_compliance, c->strain_damping, c->curvature_damping, c->mass,
-                 c->rotary_inertia, rod_resistance_coefficients(rod));
+                 c->rotary_inertia);
 }
 
 static ad_value record_rest(const rod_context *rod, const rod_coefficients *c)
@@ -169,7 +169,7 @@ static ad_status record(solve_rod *rod, ad_error *error)
     const ad_value t = on.t;
     const rod_coefficients c = rod_coefficients_of(&context);
     const ad_value load = record_load(&context, &c), rest = record_rest(&context, &c);
-    const ad_value values[FORMULAS] = {record_sections(&context, &c),
+    const ad_value values[FORMULAS] = {record_sections(&c),
                                        rest,
                                        load,
                                        record_end(&context, 0, &rod->ends[0]),
@@ -187,12 +187,16 @@ static ad_status record(solve_rod *rod, ad_error *error)
     if (status == AD_OK && any_jumps) {
         status = add_formula(rod, &on, SOLVE_JUMPS, jumps, &f->jumps, error);
     }
-    rod->resists = rod->dynamic && !ad_is_constant(rod_resistance_coefficients(&context), 0);
-    rod->is_founded = rod_has_foundation(&rod->scene);
-    if (status == AD_OK && rod->is_founded) {
-        rod_foundation below = rod_foundation_of(&context);
-        status = add_formula(rod, &on, SOLVE_FOUNDATION, STACK(below.stiffness, below.place),
-                             &f->foundation, error);
+    rod_acting laws[ROD_ALONG_MAX];
+    ad_value numbers[ROD_ALONG_MAX];
+    const int laws_along = rod_acting_along(&context, laws);
+    for (int i = 0; i < laws_along; i++) {
+        acting_add(&rod->along, laws[i].law);
+        numbers[i] = laws[i].numbers;
+    }
+    if (status == AD_OK && laws_along > 0) {
+        status =
+            add_formula(rod, &on, SOLVE_ALONG, ad_stack(laws_along, numbers), &f->along, error);
     }
     ad_tape_free(tape);
     return status;
@@ -264,26 +268,24 @@ static ad_status record_actuators(solve_rod *rod, ad_error *error)
     return status;
 }
 
-enum { LOAD_ROWS = sizeof(solve_load) / sizeof(double), POSE_ROWS = 3 + 3 + 4 };
+enum { LOAD_ROWS = sizeof(solve_load) / sizeof(double) };
 
-/* Of each place its load, of each spring its poses. */
+/* What the formula of places gives at most. */
+typedef double jump_rows[LOAD_ROWS * SOLVE_JUMPS_MAX + SOLVE_JUMP_NUMBERS_MAX];
+
 static ad_status evaluate_jumps(const solve_rod *rod, double t, double *out, ad_error *error)
 {
     double s = 0;
     return solve_formula_evaluate(rod->formula->jumps, 1, &s, t, out, error);
 }
 
-static ad_status set_springs(solve_rod *rod, ad_error *error)
+static ad_status set_jump_numbers(solve_rod *rod, ad_error *error)
 {
     solve_jumps *jumps = &rod->jumps;
-    double all[LOAD_ROWS * SOLVE_JUMPS_MAX + POSE_ROWS * SCENE_SPRINGS_MAX];
-    ad_status status = jumps->spring_count > 0 ? evaluate_jumps(rod, 0, all, error) : AD_OK;
-    for (int i = 0; i < jumps->spring_count && status == AD_OK; i++) {
-        solve_spring *spring = &jumps->springs[i];
-        const double *pose = all + LOAD_ROWS * jumps->count + POSE_ROWS * i;
-        memcpy(spring->anchor, pose, sizeof spring->anchor);
-        memcpy(spring->unloaded, pose + 3, sizeof spring->unloaded);
-        memcpy(spring->upright, pose + 6, sizeof spring->upright);
+    jump_rows all;
+    ad_status status = jumps->numbers > 0 ? evaluate_jumps(rod, 0, all, error) : AD_OK;
+    if (status == AD_OK) {
+        memcpy(jumps->number, all + LOAD_ROWS * jumps->count, (size_t)jumps->numbers * sizeof *all);
     }
     return status;
 }
@@ -324,7 +326,7 @@ static ad_status create(const scene *rod_scene, const scene *open,
     rod->scene.motion = SCENE_SPATIAL; /* everything in the frame of the world */
     rod->duration = rod->dynamic ? scene_duration(rod_scene) / rod->scales.time : 0;
     ad_status status = record(rod, error);
-    status = status == AD_OK && !open ? set_springs(rod, error) : status;
+    status = status == AD_OK && !open ? set_jump_numbers(rod, error) : status;
     status = status == AD_OK ? record_actuators(rod, error) : status;
     status = status == AD_OK && !open ? add_quadrature(rod, error) : status;
     f->open = NULL; /* recorded */
@@ -379,7 +381,7 @@ void solve_rod_free(solve_rod *rod)
             solve_formula_free(f->all[i]);
         }
         solve_formula_free(f->actuators);
-        solve_formula_free(f->foundation);
+        solve_formula_free(f->along);
         solve_formula_free(f->jumps);
         ad_pool_free(f->pool);
         solve_quadrature_free(rod->quadrature);
@@ -415,10 +417,10 @@ void solve_rod_units(const solve_rod *rod, double *units)
 
 static formula *formula_of(const solve_functions *f, solve_part part)
 {
-    return part == SOLVE_JUMPS        ? f->jumps
-           : part == SOLVE_ACTUATORS  ? f->actuators
-           : part == SOLVE_FOUNDATION ? f->foundation
-                                      : f->all[part];
+    return part == SOLVE_JUMPS       ? f->jumps
+           : part == SOLVE_ACTUATORS ? f->actuators
+           : part == SOLVE_ALONG     ? f->along
+                                     : f->all[part];
 }
 
 solve_part_kind solve_rod_part_kind(const solve_rod *rod, solve_part part)
@@ -453,7 +455,7 @@ ad_status solve_rod_load(const solve_rod *rod, size_t n, const double *s, double
 
 ad_status solve_rod_jump_loads(const solve_rod *rod, double t, solve_load *out, ad_error *error)
 {
-    double all[LOAD_ROWS * SOLVE_JUMPS_MAX + POSE_ROWS * SCENE_SPRINGS_MAX];
+    jump_rows all;
     ad_status status = rod->jumps.count > 0 ? evaluate_jumps(rod, t, all, error) : AD_OK;
     if (status == AD_OK) {
         memcpy(out, all, (size_t)rod->jumps.count * sizeof *out);
@@ -474,10 +476,11 @@ ad_status solve_rod_jumps_at_rest(const solve_rod *rod, double *s, solve_load *l
                            : status;
 }
 
-ad_status solve_rod_foundation(const solve_rod *rod, size_t n, const double *s,
-                               solve_foundation *out, ad_error *error)
+ad_status solve_rod_along(const solve_rod *rod, size_t n, const double *s, double *out,
+                          ad_error *error)
 {
-    return solve_formula_evaluate(rod->formula->foundation, n, s, 0, (double *)out, error);
+    return rod->along.count > 0 ? solve_formula_evaluate(rod->formula->along, n, s, 0, out, error)
+                                : AD_OK;
 }
 
 ad_status solve_rod_actuators(const solve_rod *rod, size_t n, const double *s, double t,

@@ -70,8 +70,7 @@ typedef struct solve_rod {
     bool has_body_load; /* false: solve_load.body_* are 0 everywhere */
     bool load_moves;    /* false: solve_load is the same at all times */
     bool rest_moves;    /* false: the rest shape is the same at all times */
-    bool resists;       /* false: solve_section.resistance is 0 everywhere */
-    bool is_founded;    /* false: it has no foundation */
+    acting along;       /* laws that act on it per length */
     solve_end ends[2];  /* at s = 0 and 1 */
     int actuators;      /* tendons, then chambers, then tubes */
     int tubes;          /* of them; at rest alone */
@@ -85,7 +84,7 @@ typedef struct solve_rod {
 } solve_rod;
 
 /* What the rod is made of at one s. A locked strain has stiffness 0 and compliance 0. Damping,
- * mass, inertia and resistance are 0 if static. */
+ * mass and inertia are 0 if static. */
 typedef struct solve_section {
     double strain_stiffness[3];     /* Kse */
     double curvature_stiffness[3];  /* Kbt */
@@ -95,7 +94,6 @@ typedef struct solve_section {
     double curvature_damping[3];    /* Bbt */
     double mass;                    /* rhoA, by that of the scales: 1 where it does not vary */
     double rotary_inertia[3];       /* rhoJ */
-    double resistance[2];           /* of what surrounds it, LAW_RESISTANCE */
 } solve_section;
 
 /* Unstressed strain v* and curvature u*, and their rates by t. The imperfection is added to u* on
@@ -111,11 +109,6 @@ typedef struct solve_load {
     double force[3], moment[3];           /* world */
     double body_force[3], body_moment[3]; /* follower */
 } solve_load;
-
-/* The foundation at one s: f = -stiffness (r - place), world. */
-typedef struct solve_foundation {
-    double stiffness[3], place[3];
-} solve_foundation;
 
 /* A tendon or a chamber in one section: where it is, and how strongly it pulls, as if it had no
  * ends (solve_extent). */
@@ -167,15 +160,15 @@ ad_status solve_rod_create_open(const scene *open, const solve_parameters *param
 /* What such a rod is given, in parts: the structs are those below, of actuators as many as it has,
  * of jumps a solve_load each. */
 typedef enum solve_part {
-    SOLVE_SECTIONS,   /* solve_section */
-    SOLVE_REST,       /* solve_rest */
-    SOLVE_LOAD,       /* solve_load */
-    SOLVE_START,      /* solve_end_state at s = 0 */
-    SOLVE_END,        /* and at s = 1 */
-    SOLVE_INITIAL,    /* solve_initial, without parameters */
-    SOLVE_ACTUATORS,  /* solve_actuator */
-    SOLVE_JUMPS,      /* solve_load, then anchor, unloaded, upright of each spring */
-    SOLVE_FOUNDATION, /* solve_foundation */
+    SOLVE_SECTIONS,  /* solve_section */
+    SOLVE_REST,      /* solve_rest */
+    SOLVE_LOAD,      /* solve_load */
+    SOLVE_START,     /* solve_end_state at s = 0 */
+    SOLVE_END,       /* and at s = 1 */
+    SOLVE_INITIAL,   /* solve_initial, without parameters */
+    SOLVE_ACTUATORS, /* solve_actuator */
+    SOLVE_JUMPS,     /* solve_load of each place, then the numbers of what acts there */
+    SOLVE_ALONG,     /* numbers of what acts along it */
     SOLVE_PARTS
 } solve_part;
 
@@ -203,9 +196,9 @@ ad_status solve_rod_rest(const solve_rod *rod, size_t n, const double *s, double
 ad_status solve_rod_load(const solve_rod *rod, size_t n, const double *s, double t, solve_load *out,
                          ad_error *error);
 
-/* Of rods with a foundation. */
-ad_status solve_rod_foundation(const solve_rod *rod, size_t n, const double *s,
-                               solve_foundation *out, ad_error *error);
+/* Numbers of what acts along the rod, if anything does: out [n][along.numbers]. */
+ad_status solve_rod_along(const solve_rod *rod, size_t n, const double *s, double *out,
+                          ad_error *error);
 
 /* Of rods with actuators: out [n][actuators]. */
 ad_status solve_rod_actuators(const solve_rod *rod, size_t n, const double *s, double t,

@@ -165,15 +165,6 @@ static void add_stiffness(variation *x, int node, int other, double K[3][3], dou
     }
 }
 
-static void along_axes(const double k[3], double K[3][3])
-{
-    for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < 3; j++) {
-            K[i][j] = i == j ? k[i] : 0;
-        }
-    }
-}
-
 /* What one unknown is in the middle of an element: eta, a = eta_s + u x eta, R^T nu; or of a tube,
  * else -1, phi and its derivative. */
 typedef struct direction {
@@ -345,51 +336,69 @@ static void hold_tubes(variation *x, const scene *rod_scene)
     }
 }
 
-/* On displacements that are linear within an element. */
-static void add_spring(variation *x, const scene_spring *spring)
+/* Minus what a moment in the body, `by` a turn in the world, changes by; at `within` in element k.
+ */
+static void add_turning(variation *x, int k, double within, double factor, double by[3][3],
+                        double R[3][3], const double joints[4])
 {
-    double place = spring->at.number, k[3], K[3][3];
-    int element = element_at(x, place);
-    double within = (place - x->edge[element]) / (x->edge[element + 1] - x->edge[element]);
-    for (int i = 0; i < 3; i++) {
-        k[i] = quantity_number_or(spring->stiffness[i], 0);
-    }
-    along_axes(k, K);
-    add_stiffness(x, element, element, K, (1 - within) * (1 - within));
-    add_stiffness(x, element, element + 1, K, (1 - within) * within);
-    add_stiffness(x, element + 1, element + 1, K, within * within);
-}
-
-/* At s, in the element whose middle has the state: minus the change of its moment. */
-static void add_turning(variation *x, solve_spring spring, const scene_spring *given,
-                        const solve_state *state, const double joints[4])
-{
-    int k = element_at(x, given->at.number);
-    double step = x->edge[k + 1] - x->edge[k];
-    double within = (given->at.number - x->edge[k]) / step, turn[4] = {1}, q[4];
-    double moment[3], by_turn[3][3], about[6][3], weight[2] = {1 - within, within};
-    for (int i = 0; i < 3; i++) { /* on from the middle, by the curvature there */
-        spring.turning[i] = quantity_number_or(given->turning[i], 0);
-        turn[1 + i] = 0.5 * state->curvature[i] * (within - 0.5) * step;
-    }
-    quaternion_normalize(turn);
-    quaternion_product(state->rotation, turn, q);
-    solve_spring_moment(&spring, q, moment, by_turn);
+    double about[6][3], weight[2] = {1 - within, within};
     for (int i = 0; i < 2 * x->axes; i++) {
-        unturned(joints, x->axis[i % x->axes], about[i]);
+        double body[3];
+        unturned(joints, x->axis[i % x->axes], body);
+        to_world(R, body, about[i]);
     }
     for (int i = 0; i < 2 * x->axes; i++) {
         for (int j = 0; j <= i; j++) {
             double sum = 0;
             for (int r = 0; r < 3; r++) {
                 for (int c = 0; c < 3; c++) {
-                    sum -= about[i][r] * (by_turn[r][c] + by_turn[c][r]) / 2 * about[j][c];
+                    sum -= about[i][r] * (by[r][c] + by[c][r]) / 2 * about[j][c];
                 }
             }
-            sum *= weight[i / x->axes] * weight[j / x->axes];
+            sum *= factor * weight[i / x->axes] * weight[j / x->axes];
             stability_matrix_add(&x->matrix, row_of_turn(x, k + i / x->axes) + i % x->axes,
                                  row_of_turn(x, k + j / x->axes) + j % x->axes, sum);
         }
+    }
+}
+
+/* Laws outside of the rod at `within` in element k, whose middle has the state: displacements are
+ * linear in the element, and the rotation goes on by its curvature. Numbers count by the scales of
+ * the rod, the matrix in SI. */
+static void add_acting(variation *x, const acting *of, const double *full, int k, double within,
+                       double factor, const solve_state *state, const double joints[4])
+{
+    const rod_scales *scale = &x->rod->scales;
+    const double step = x->edge[k + 1] - x->edge[k];
+    double turn[4] = {1}, q[4], r[3], R[3][3], K[3][3], by[3][3], numbers[SOLVE_JUMP_NUMBERS_MAX];
+    acting_change change = {.wrench = {0}};
+    rotation_matrix(state->rotation, R);
+    to_world(R, state->strain, r);
+    for (int i = 0; i < 3; i++) {
+        const double on = (within - 0.5) * step;
+        turn[1 + i] = 0.5 * state->curvature[i] * on;
+        r[i] = (state->position[i] + r[i] * on) / scale->length;
+    }
+    quaternion_normalize(turn);
+    quaternion_product(state->rotation, turn, q);
+    quaternion_normalize(q);
+    rotation_matrix(q, R);
+    acting_on_way(of, full, x->load_factor, x->load_factor, numbers);
+    acting_differentiate(of, numbers, (acting_on){r, q, NULL}, 1, &change);
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++) {
+            K[i][j] = -(change.by_position[i][j] + change.by_position[j][i]) / 2;
+            by[i][j] = change.by_turn[3 + i][j];
+        }
+    }
+    if (of->by_position) {
+        const double unit = factor * scale->force / scale->length;
+        add_stiffness(x, k, k, K, unit * (1 - within) * (1 - within));
+        add_stiffness(x, k, k + 1, K, unit * (1 - within) * within);
+        add_stiffness(x, k + 1, k + 1, K, unit * within * within);
+    }
+    if (of->by_rotation) {
+        add_turning(x, k, within, factor * scale->moment, by, R, joints);
     }
 }
 
@@ -447,43 +456,48 @@ static void joints_before(const scene *rod_scene, double s, double turn[4])
     }
 }
 
-/* Of displacements that are linear in each element. */
-static void add_foundation(variation *x, const scene *rod_scene)
+/* Whether all laws have second variations of the place or of the turn alone, as those here. */
+static bool is_separate(const acting *of)
 {
-    const quantity *given = rod_scene->loads.foundation;
-    for (int e = 0; e < ELEMENTS && given[0].is_given; e++) {
-        double k[3], K[3][3], share = (x->edge[e + 1] - x->edge[e]) / 6;
-        for (int i = 0; i < 3; i++) {
-            k[i] = quantity_value(given[i], middle(x->edge, e), 0);
-        }
-        along_axes(k, K);
-        add_stiffness(x, e, e, K, 2 * share);
-        add_stiffness(x, e, e + 1, K, share);
-        add_stiffness(x, e + 1, e + 1, K, 2 * share);
+    bool separate = true;
+    for (int i = 0; i < of->count; i++) {
+        const law *one = &law_table[of->law[i]];
+        separate = separate && !(one->by_position && one->has_moment) &&
+                   !(one->by_rotation && one->has_force);
     }
+    return separate;
 }
 
-static ad_status add_springs(variation *x, const scene *rod_scene, const double *values,
-                             ad_error *error)
+/* Along the rod, at two points of Gauss in each element; and at places. */
+static ad_status add_laws(variation *x, const scene *rod_scene, const double *values,
+                          ad_error *error)
 {
-    solve_rod *rod = NULL;
-    ad_status status = AD_OK;
-    for (int i = 0; i < rod_scene->spring_count && status == AD_OK; i++) {
-        const scene_spring *given = &rod_scene->springs[i];
-        double joints[4];
-        add_spring(x, given);
-        if (!quantity_any_something(3, given->turning)) {
-            continue;
-        }
-        status = rod ? AD_OK : solve_rod_create(rod_scene, &rod, error);
-        if (status == AD_OK) {
-            int k = element_at(x, given->at.number);
-            solve_state state = state_in(x, values, k);
-            joints_before(rod_scene, middle(x->edge, k), joints);
-            add_turning(x, rod->jumps.springs[i], given, &state, joints);
+    enum { POINTS = 2 };
+    static const double within[POINTS] = {0.21132486540518713, 0.78867513459481287};
+    const solve_jumps *jumps = &x->rod->jumps;
+    const acting *along = &x->rod->along;
+    const double length = x->edge[ELEMENTS];
+    double s[ELEMENTS], numbers[ELEMENTS * ACTING_ALONG_MAX], joints[4];
+    for (int k = 0; k < ELEMENTS; k++) {
+        s[k] = middle(x->edge, k) / length;
+    }
+    ad_status status = solve_rod_along(x->rod, ELEMENTS, s, numbers, error);
+    for (int k = 0; k < ELEMENTS && status == AD_OK && along->count > 0; k++) {
+        const solve_state state = state_in(x, values, k);
+        const double part = (x->edge[k + 1] - x->edge[k]) / (POINTS * length);
+        joints_before(rod_scene, middle(x->edge, k), joints);
+        for (int i = 0; i < POINTS; i++) {
+            add_acting(x, along, numbers + k * along->numbers, k, within[i], part, &state, joints);
         }
     }
-    solve_rod_free(rod);
+    for (int i = 0; i < jumps->count && status == AD_OK; i++) {
+        const double place = jumps->at[i].s * length;
+        const int k = element_at(x, place);
+        const solve_state state = state_in(x, values, k);
+        joints_before(rod_scene, middle(x->edge, k), joints);
+        add_acting(x, &jumps->at[i].acting, solve_jump_numbers(jumps, i), k,
+                   (place - x->edge[k]) / (x->edge[k + 1] - x->edge[k]), 1, &state, joints);
+    }
     return status;
 }
 
@@ -514,8 +528,7 @@ static ad_status assemble(variation *x, const scene *rod_scene, const double *va
     hold_end(x, &rod_scene->start, 0);
     hold_end(x, &rod_scene->end, ELEMENTS);
     hold_tubes(x, rod_scene);
-    add_foundation(x, rod_scene);
-    return add_springs(x, rod_scene, values, error);
+    return x->rod ? add_laws(x, rod_scene, values, error) : AD_OK;
 }
 
 static void set_rest(variation *x, const scene *rod_scene)
@@ -568,11 +581,19 @@ ad_status stability_count_at(const scene *rod_scene, double load_factor, const d
             s[k] = middle(x.edge, k);
         }
         status = solve_actuation_in_si(rod_scene, ELEMENTS, s, &rod, &x.actuators, error);
-        x.rod = rod;
         set_rest(&x, rod_scene);
+    } else if (status == AD_OK &&
+               (rod_is_acted_on(rod_scene, true) || rod_is_acted_on(rod_scene, false))) {
+        status = solve_rod_create(rod_scene, &rod, error);
     }
-    status = status == AD_OK ? assemble(&x, rod_scene, values, error) : status;
-    if (status == AD_OK) {
+    bool separate = status == AD_OK;
+    for (int i = 0; rod && i < rod->jumps.count && separate; i++) {
+        separate = is_separate(&rod->jumps.at[i].acting);
+    }
+    separate = separate && (!rod || is_separate(&rod->along));
+    x.rod = rod;
+    status = separate ? assemble(&x, rod_scene, values, error) : status;
+    if (separate && status == AD_OK) {
         int found = stability_matrix_negative(&x.matrix); /* each force has one of its own */
         *count = found < 0 ? -1 : found - x.dims * (ELEMENTS + 1);
     }

@@ -32,10 +32,10 @@ ad_status stability_points(const scene *rod_scene, double *s, ad_error *error);
  *
  *   2 E -> 2 E - int 2 R^T nu.(eta x v - C (eta x n)) + R^T nu.C R^T nu ds + 2 nu.(x2 - x1),
  *
- * and the count is that beyond one negative direction for each nu. Springs and the foundation, K,
- * add x.K x, one that turns minus the derivative of its moment; ends hold like springs that are
- * very stiff. The angle theta of a tube has variations phi of its own, which with those of u = a
- * are the second variation of the tube's energy (physics/rod.h). By signs of pivots (Sylvester).
+ * and the count is that beyond one negative direction for each nu. Laws outside of the rod add
+ * minus the derivative of their force by x, or of their moment by eta; ends hold like springs that
+ * are very stiff. The angle theta of a tube has variations phi of its own, which with those of u =
+ * a are the second variation of the tube's energy (physics/rod.h). By signs of pivots (Sylvester).
  * AD_NO_MEMORY, and what the tape says of formulas. */
 ad_status stability_count(const scene *rod_scene, const double *values, int *count,
                           ad_error *error);

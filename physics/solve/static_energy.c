@@ -11,7 +11,7 @@ typedef struct at_points {
     solve_section *sections;
     solve_load *load;
     solve_initial *unstressed;
-    solve_foundation *below;   /* of rods with a foundation */
+    double *along;             /* [count][numbers of what acts along the rod] */
     solve_rest *rest;          /* of rods with actuators, as the next */
     solve_actuator *actuators; /* [count][those of the rod] */
 } at_points;
@@ -23,7 +23,7 @@ static void points_free(at_points *p)
     free(p->sections);
     free(p->load);
     free(p->unstressed);
-    free(p->below);
+    free(p->along);
     free(p->rest);
     free(p->actuators);
 }
@@ -52,8 +52,8 @@ static ad_status points_make(const static_system *system, const solve_rod *rod, 
     p->sections = malloc(n * sizeof *p->sections);
     p->load = malloc(n * sizeof *p->load);
     p->unstressed = malloc(n * sizeof *p->unstressed);
-    p->below = calloc(n, sizeof *p->below);
-    if (!p->s || !p->weight || !p->sections || !p->load || !p->unstressed || !p->below) {
+    p->along = malloc((n * (size_t)rod->along.numbers + 1) * sizeof *p->along);
+    if (!p->s || !p->weight || !p->sections || !p->load || !p->unstressed || !p->along) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", n);
     }
     static_system_points(system, p->s);
@@ -66,9 +66,7 @@ static ad_status points_make(const static_system *system, const solve_rod *rod, 
     ad_status status = solve_rod_sections(rod, n, p->s, p->sections, error);
     status = status == AD_OK ? solve_rod_load(rod, n, p->s, 0, p->load, error) : status;
     status = status == AD_OK ? solve_rod_initial(rod, n, p->s, p->unstressed, error) : status;
-    if (status == AD_OK && rod->is_founded) {
-        status = solve_rod_foundation(rod, n, p->s, p->below, error);
-    }
+    status = status == AD_OK ? solve_rod_along(rod, n, p->s, p->along, error) : status;
     return status == AD_OK && (rod->actuators > 0 || rod->scene.rod.law)
                ? add_actuators(rod, p, error)
                : status;
@@ -102,13 +100,16 @@ static double take_actuation(const at_points *p, size_t i, const static_system *
     return solve_actuation_energy(&given, rest) - solve_actuation_energy(&given, strains);
 }
 
-/* Half of the elastic force times strain, and of that of the foundation, at a point; adds what
+/* Half of the elastic force times strain, and what laws outside store, at a point; adds what
  * actuators do to the work. */
 static double density(const at_points *p, size_t i, const static_system *system, const double *y,
                       double *work)
 {
     const solve_section *section = &p->sections[i];
-    double wrench[ACTUATION_ROWS], sum = 0;
+    const acting *along = &static_system_rod(system)->along;
+    const acting_on at = {y + STATIC_R, y + STATIC_Q, NULL};
+    double wrench[ACTUATION_ROWS];
+    double sum = acting_energy(along, p->along + i * (size_t)along->numbers, at);
     static_body_force(y, wrench);
     memcpy(wrench + 3, y + STATIC_M, 3 * sizeof *wrench);
     if (p->rest) {
@@ -116,8 +117,6 @@ static double density(const at_points *p, size_t i, const static_system *system,
         *work = static_system_rod(system)->frictions > 0 ? NAN : *work; /* it depends on the way */
     }
     for (int k = 0; k < 3; k++) {
-        double off = y[STATIC_R + k] - p->below[i].place[k];
-        sum += 0.5 * p->below[i].stiffness[k] * off * off;
         double force = wrench[k], moment = wrench[3 + k];
         sum += 0.5 * section->strain_compliance[k] * force * force;
         sum += 0.5 * section->curvature_compliance[k] * moment * moment;
@@ -172,7 +171,7 @@ static ad_status work_of_end(const solve_rod *rod, int end, const at_points *p, 
     return AD_OK;
 }
 
-/* Places where something acts: work of loads as at ends, and the energy of springs. */
+/* Places where something acts: work of loads as at ends, and what else acts there. */
 static ad_status add_jumps(const static_system *system, const solve_rod *rod, const double *y,
                            solve_energy *energy, ad_error *error)
 {
@@ -189,11 +188,8 @@ static ad_status add_jumps(const static_system *system, const solve_rod *rod, co
             continue;
         }
         energy->work += is_dead_force(&load[i]) ? work_of(load[i].force, at, &unstressed[i]) : NAN;
-        for (int k = 0; k < jumps->at[i].spring_count; k++) {
-            const solve_spring *spring = &jumps->springs[jumps->at[i].springs[k]];
-            energy->strain +=
-                solve_spring_energy(spring, spring->anchor, at + STATIC_R, at + STATIC_Q);
-        }
+        energy->strain += acting_energy(&jumps->at[i].acting, solve_jump_numbers(jumps, i),
+                                        (acting_on){at + STATIC_R, at + STATIC_Q, NULL});
     }
     return status;
 }

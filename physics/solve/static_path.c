@@ -46,7 +46,7 @@ static double held_turn(const solve_rod *rod)
     return norm(vector) + fabs(static_twist(rod));
 }
 
-/* Loads at single places, and springs that are pulled from where the unstressed rod is. */
+/* Loads at single places, and laws outside, which may pull the unstressed rod. */
 typedef struct single_loads {
     double force, moment; /* sums */
     bool turns;           /* any moment, or a force that follows the rod */
@@ -72,19 +72,17 @@ static ad_status measure_jumps(const solve_rod *rod, single_loads *sum, ad_error
     *sum = (single_loads){0};
     ad_status status = solve_rod_jumps_at_rest(rod, s, load, unstressed, error);
     for (int i = 0; i < jumps->count && status == AD_OK; i++) {
-        double R[3][3], along[3], push[3];
+        double R[3][3], along[3], push[3], wrench[6] = {0};
         memcpy(push, load[i].force, sizeof push);
         sum->force += norm(load[i].force) + norm(load[i].body_force);
         sum->moment += norm(load[i].moment) + norm(load[i].body_moment);
         sum->turns = sum->turns || sum->moment > 0 || norm(load[i].body_force) > 0;
-        for (int k = 0; k < jumps->at[i].spring_count; k++) {
-            const solve_spring *spring = &jumps->springs[jumps->at[i].springs[k]];
-            double off[3];
-            for (int c = 0; c < 3; c++) {
-                off[c] = spring->anchor[c] - spring->unloaded[c];
-                push[c] += spring->stiffness[c] * off[c];
-            }
-            sum->pulled += norm(off);
+        sum->pulled += acting_pulled(&jumps->at[i].acting, solve_jump_numbers(jumps, i));
+        acting_wrench(&jumps->at[i].acting, solve_jump_numbers(jumps, i),
+                      (acting_on){unstressed[i].position, unstressed[i].rotation, NULL}, ACTING_ALL,
+                      1, wrench);
+        for (int c = 0; c < 3; c++) {
+            push[c] += wrench[c];
         }
         rotation_matrix(unstressed[i].rotation, R);
         to_body(R, push, along);
@@ -125,9 +123,7 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
     bool straight = along.straight;
     for (int i = 0; i < rod->jumps.count; i++) {
         straight = straight && !rod->jumps.at[i].turns;
-    }
-    for (int i = 0; i < rod->jumps.spring_count; i++) { /* a spring holds the twist */
-        straight = straight && norm(rod->jumps.springs[i].turning) == 0;
+        straight = straight && !rod->jumps.at[i].acting.by_rotation; /* it holds the twist */
     }
     bool couples = along.couple > 0 || along.moment > 0 || single.turns;
     double couple = along.softness[0] * along.couple, spread = along.softness[2] * along.spread;

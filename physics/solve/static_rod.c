@@ -189,6 +189,54 @@ static void differentiate(const static_point *at, const double *y, turned_state 
     add_tubes(at, x, jacobian);
 }
 
+/* Subtracts from N and m what laws outside do to the rod at y: force F, moment R^T T; and from
+ * their derivatives by y, where these are not NULL. */
+static void act(const acting *of, const double *numbers, const double *y, double *to,
+                double (*by_y)[STATIC_ROWS_MAX])
+{
+    const double *q = y + STATIC_Q, square = q[0] * q[0] + vector_dot(q + 1, q + 1);
+    double unit[4], R[3][3], left[4][3] = {{0}}, moment[3], by[3];
+    acting_change x = {.wrench = {0}};
+    if (of->count == 0) {
+        return;
+    }
+    memcpy(unit, q, sizeof unit);
+    quaternion_normalize(unit);
+    rotation_matrix(unit, R);
+    acting_differentiate(of, numbers, (acting_on){y + STATIC_R, unit, NULL}, 1, &x);
+    to_body(R, x.wrench + 3, moment);
+    for (int i = 0; i < 3; i++) {
+        to[STATIC_N + i] -= x.wrench[i];
+        to[STATIC_M + i] -= moment[i];
+    }
+    left_product(q, left);
+    for (int c = 0; c < 3 && by_y; c++) {
+        for (int i = 0; i < 3; i++) {
+            by[i] = x.by_position[3 + i][c];
+            by_y[STATIC_N + i][STATIC_R + c] -= x.by_position[i][c];
+        }
+        to_body(R, by, moment);
+        for (int i = 0; i < 3; i++) {
+            by_y[STATIC_M + i][STATIC_R + c] -= moment[i];
+        }
+    }
+    for (int c = 0; c < 4 && by_y; c++) { /* dq turns by 2 R vec(q* dq) */
+        double turn[3], changed[6], cross[3];
+        const double body[3] = {2 / square * left[c][0], 2 / square * left[c][1],
+                                2 / square * left[c][2]};
+        to_world(R, body, turn);
+        vector_cross(turn, x.wrench + 3, cross);
+        for (int i = 0; i < 6; i++) {
+            changed[i] = vector_dot(x.by_turn[i], turn) - (i < 3 ? 0 : cross[i - 3]);
+        }
+        to_body(R, changed + 3, moment);
+        for (int i = 0; i < 3; i++) {
+            by_y[STATIC_N + i][STATIC_Q + c] -= changed[i];
+            by_y[STATIC_M + i][STATIC_Q + c] -= moment[i];
+        }
+    }
+}
+
 void static_rate(const static_point *at, const double *y, double *rate,
                  double (*jacobian)[STATIC_ROWS_MAX])
 {
@@ -209,9 +257,7 @@ void static_rate(const static_point *at, const double *y, double *rate,
         rate[STATIC_Q + i] = (left[0] * u[0] + left[1] * u[1] + left[2] * u[2]) / 2;
     }
     for (int i = 0; i < 3; i++) {
-        const solve_foundation *below = at->foundation;
-        double pull = below ? below->stiffness[i] * (y[STATIC_R + i] - below->place[i]) : 0;
-        rate[STATIC_N + i] = pull - at->load.force[i] - body[i];
+        rate[STATIC_N + i] = -at->load.force[i] - body[i];
         rate[STATIC_M + i] = -bending[i] - shearing[i] - load[i] - at->load.body_moment[i];
     }
     for (int i = 0; i < at->tubes; i++) {
@@ -220,10 +266,8 @@ void static_rate(const static_point *at, const double *y, double *rate,
     }
     if (jacobian) {
         differentiate(at, y, &x, jacobian);
-        for (int i = 0; i < 3 && at->foundation; i++) {
-            jacobian[STATIC_N + i][STATIC_R + i] = at->foundation->stiffness[i];
-        }
     }
+    act(at->acting, at->numbers, y, rate, jacobian);
 }
 
 /* ---- ends ---------------------------------------------------------------------------------- */
@@ -335,37 +379,6 @@ double static_twist(const solve_rod *rod)
 
 /* ---- single places ------------------------------------------------------------------------- */
 
-/* F in the world and T in the body from a spring, and what they change with y. */
-static void add_spring(const solve_spring *x, const double *anchor, const double *y, double *force,
-                       double *moment, double (*by_y)[STATIC_ROWS_MAX])
-{
-    const double *q = y + STATIC_Q, *k = x->turning;
-    double pull[3], turning[3], by_turn[3][3];
-    bool turns = k[0] != 0 || k[1] != 0 || k[2] != 0;
-    solve_spring_force(x, anchor, y + STATIC_R, pull);
-    for (int i = 0; i < 3; i++) {
-        force[i] += pull[i];
-        if (by_y) {
-            by_y[STATIC_N + i][STATIC_R + i] += x->stiffness[i];
-        }
-    }
-    if (!turns) {
-        return;
-    }
-    solve_spring_moment(x, q, turning, by_y ? by_turn : NULL);
-    double left[4][3] = {{0}}, square = q[0] * q[0] + vector_dot(q + 1, q + 1);
-    left_product(q, left); /* dq turns by 2 vec(q* dq) */
-    for (int i = 0; i < 3; i++) {
-        moment[i] += turning[i];
-        for (int c = 0; c < 4 && by_y; c++) {
-            by_y[STATIC_M + i][STATIC_Q + c] -=
-                2 / square *
-                (by_turn[i][0] * left[c][0] + by_turn[i][1] * left[c][1] +
-                 by_turn[i][2] * left[c][2]);
-        }
-    }
-}
-
 /* What comes after a joint: the rows of q times the turn from the right, those of m in its frame.
  */
 static void turn_rows(const double *turn, double *after, double (*by_y)[STATIC_ROWS_MAX])
@@ -419,14 +432,12 @@ void static_jump_over(const static_jump *at, const double *before, double *after
             by_y[STATIC_M + i][STATIC_Q + k] -= by_moment[i];
         }
     }
-    for (int i = 0; i < at->springs; i++) {
-        add_spring(at->spring[i], at->anchor[i], before, force, moment, by_y);
-    }
     memcpy(after, before, (size_t)at->rows * sizeof *after);
     for (int i = 0; i < 3; i++) {
         after[STATIC_N + i] -= load->force[i] + force[i];
         after[STATIC_M + i] -= load->body_moment[i] + moment[i];
     }
+    act(at->acting, at->numbers, before, after, by_y);
     if (at->turn) {
         turn_rows(at->turn, after, by_y);
     }

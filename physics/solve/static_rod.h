@@ -5,8 +5,8 @@
  *   r_s = R v,   q_s = q (0, u)/2,   N_s = -f,   m_s = -u x m - v x n - R^T l
  *
  * and of each tube theta_i', m_i' of physics/rod.h (Antman, Nonlinear Problems of Elasticity, ch.
- * 8). A locked strain is a compliance of 0, and a foundation is a part -K (r - r0) of f. |q| is
- * constant along any solution, so one end of the rod sets it to 1. */
+ * 8). A locked strain is a compliance of 0, and laws outside of the rod are a part of f and l. |q|
+ * is constant along any solution, so one end of the rod sets it to 1. */
 #ifndef PHYSICS_SOLVE_STATIC_ROD_H
 #define PHYSICS_SOLVE_STATIC_ROD_H
 
@@ -38,7 +38,8 @@ double static_twist(const solve_rod *rod);
 typedef struct static_point {
     solve_rest rest;
     solve_load load;
-    const solve_foundation *foundation;                     /* NULL: none */
+    const acting *acting;                                   /* along the rod, */
+    double numbers[ACTING_ALONG_MAX];                       /* of it, on the path */
     const double *strain_compliance, *curvature_compliance; /* [3]; 0: locked */
     solve_actuation actuation;
     int tubes; /* of the actuators */
@@ -66,14 +67,13 @@ void static_end_residual(const static_end *at, int end, const double *y, double 
                          double (*jacobian)[STATIC_ROWS_MAX]);
 
 /* What acts at one place, by the path to the full load, on a state of so many rows. A joint without
- * a turn and no springs: NULL and 0. */
+ * a turn: NULL. */
 typedef struct static_jump {
     int rows;
     const double *turn; /* quaternion [4] or NULL */
     solve_load load;
-    int springs;
-    const solve_spring *spring[SCENE_SPRINGS_MAX];
-    double anchor[SCENE_SPRINGS_MAX][3];
+    const acting *acting;
+    double numbers[SOLVE_JUMP_NUMBERS_MAX];
 } static_jump;
 
 /* y just after the place from y just before it, and the derivative by that where by_y is not NULL

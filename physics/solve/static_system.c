@@ -50,7 +50,7 @@ void static_system_free(static_system *x)
         free(x->axial);
         free(x->rest);
         free(x->load);
-        free(x->below);
+        free(x->along);
         free(x->actuators);
         free(x->angles);
         free(x->rate);
@@ -83,7 +83,7 @@ static bool allocate(static_system *x)
     x->axial = malloc(points * sizeof *x->axial);
     x->rest = malloc(points * sizeof *x->rest);
     x->load = malloc(points * sizeof *x->load);
-    x->below = malloc(points * sizeof *x->below);
+    x->along = malloc((points * (size_t)x->rod->along.numbers + 1) * sizeof *x->along);
     x->actuators = malloc((points * (size_t)x->rod->actuators + 1) * sizeof *x->actuators);
     x->angles = calloc((points + 2 * elements) * (size_t)x->rod->frictions + 1, sizeof *x->angles);
     x->rate = malloc(points * rows * sizeof *x->rate);
@@ -97,7 +97,7 @@ static bool allocate(static_system *x)
     x->band_pivots = malloc(edges * sizeof *x->band_pivots);
     x->right = malloc(edges * sizeof *x->right);
     return x->edges && x->jump && x->jump_load && x->jumps && x->points && x->sections &&
-           x->axial && x->rest && x->load && x->below && x->actuators && x->angles && x->rate &&
+           x->axial && x->rest && x->load && x->along && x->actuators && x->angles && x->rate &&
            x->by_y && x->across && x->factor && x->pivots && x->by_start && x->inner && x->band &&
            x->band_pivots && x->right;
 }
@@ -230,10 +230,7 @@ static ad_status set_jumps(static_system *x, ad_error *error)
         static_jump *to = &x->jumps[k];
         to->rows = x->rows;
         to->turn = from->turns ? from->turn : NULL;
-        to->springs = from->spring_count;
-        for (int i = 0; i < from->spring_count; i++) {
-            to->spring[i] = &given->springs[from->springs[i]];
-        }
+        to->acting = &from->acting;
     }
     return solve_rod_jump_loads(x->rod, 0, x->jump_load, error);
 }
@@ -252,9 +249,7 @@ static ad_status set_points(static_system *x, ad_error *error)
     }
     status = status == AD_OK ? solve_rod_rest(x->rod, count, x->points, 0, x->rest, error) : status;
     status = status == AD_OK ? solve_rod_load(x->rod, count, x->points, 0, x->load, error) : status;
-    if (status == AD_OK && x->rod->is_founded) {
-        status = solve_rod_foundation(x->rod, count, x->points, x->below, error);
-    }
+    status = status == AD_OK ? solve_rod_along(x->rod, count, x->points, x->along, error) : status;
     return status == AD_OK && x->rod->actuators > 0
                ? solve_rod_actuators(x->rod, count, x->points, 0, x->actuators, error)
                : status;
@@ -384,25 +379,13 @@ static void turn_end(const static_system *x, double share, static_end *at)
     }
 }
 
-/* Of held ends. */
-static double way_of(const static_path *path)
-{
-    return path->load + (1 - path->load) * path->ahead;
-}
-
-/* Springs do not grow with the load; the places that they pull to move as held ends do. */
 static void set_path_jumps(static_system *x)
 {
     double load = x->path.load, way = way_of(&x->path);
     for (int k = 0; k < x->rod->jumps.count; k++) {
         static_jump *at = &x->jumps[k];
         at->load = part_of(&x->jump_load[k], load);
-        for (int i = 0; i < at->springs; i++) {
-            for (int c = 0; c < 3; c++) {
-                const solve_spring *spring = at->spring[i];
-                at->anchor[i][c] = (1 - way) * spring->unloaded[c] + way * spring->anchor[c];
-            }
-        }
+        acting_on_way(at->acting, solve_jump_numbers(&x->rod->jumps, k), load, way, at->numbers);
     }
 }
 

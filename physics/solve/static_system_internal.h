@@ -21,7 +21,7 @@ struct static_system {
     double *axial;             /* [elements][stages] axial compliance without it */
     solve_rest *rest;          /* the same points */
     solve_load *load;          /* the same, at full load */
-    solve_foundation *below;   /* the same points; of rods with a foundation */
+    double *along;             /* [elements][stages][numbers of what acts along it] */
     solve_actuator *actuators; /* [elements][stages][those of the rod], at full load */
     static_end full[2];        /* at full load */
     static_end bare[2];        /* unstressed */
@@ -50,6 +50,12 @@ struct static_system {
     sunindextype *band_pivots;
     double *right; /* [elements + 1][rows] */
 };
+
+/* Of held ends, and of what springs pull to. */
+static inline double way_of(const static_path *path)
+{
+    return path->load + (1 - path->load) * path->ahead;
+}
 
 static inline size_t inner_rows(const static_system *x)
 {

@@ -78,18 +78,12 @@ static void guess_forces(strain_form *form)
         guess_end(form);
     }
     strain_form_place(form);
+    strain_form_push(form);
     for (int i = 0; i < form->nodes && form->push_at >= 0; i++) {
-        const strain_point *point = &form->points[i];
-        for (int c = 0; c < 3; c++) {
-            form->at[i].push[c] = -point->stiffness[c] * (form->at[i].r[c] - point->place[c]);
-        }
+        memcpy(form->at[i].push, form->pushes[i].force, sizeof form->at[i].push);
     }
-    for (int k = 0; k < form->kind.springs; k++) {
-        strain_spring *spring = &form->springs[k];
-        for (int c = 0; c < 3 && spring->unknown >= 0; c++) {
-            const lanes off = form->edges[spring->edge].r[c] - spring->anchor[c];
-            spring->force[c] = -spring->given->stiffness[c] * off;
-        }
+    for (int k = 0; k < form->place_count; k++) {
+        memcpy(form->places[k].force, form->places[k].push.force, sizeof form->places[k].force);
     }
 }
 
@@ -157,15 +151,15 @@ static void step(question *q, int k, bool stays)
     }
 }
 
-/* Numbers of springs and of ends that are held, in `right` of both. */
+/* Forces of laws at places and of ends that are held, in `right` of both. */
 static void copy_forces(const strain_form *from, strain_form *to)
 {
     memcpy(to->right + to->elastic, from->right + from->elastic,
            (size_t)from->holding * sizeof *to->right);
-    for (int k = 0; k < from->kind.springs; k++) {
-        const int first = from->springs[k].unknown;
+    for (int k = 0; k < from->place_count; k++) {
+        const int first = from->places[k].unknown;
         if (first >= 0) {
-            memcpy(to->right + to->springs[k].unknown, from->right + first, 3 * sizeof *to->right);
+            memcpy(to->right + to->places[k].unknown, from->right + first, 3 * sizeof *to->right);
         }
     }
 }

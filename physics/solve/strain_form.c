@@ -19,6 +19,39 @@ static void set_magnus(strain_form *x)
     }
 }
 
+static int laws_along(const strain_kind *kind)
+{
+    return kind->along ? kind->along->count : 0;
+}
+
+static size_t numbers_along(const strain_kind *kind)
+{
+    return kind->along ? (size_t)kind->along->numbers : 0;
+}
+
+/* Forces that depend on the place are sought; moments are not. */
+static bool knows(const acting *of, bool along)
+{
+    bool known = true;
+    for (int i = 0; i < of->count; i++) {
+        const law *one = &law_table[of->law[i]];
+        known = known && (one->by_position ? !one->has_moment : !along) && !one->by_velocity;
+    }
+    return known;
+}
+
+static ad_status check_laws(const strain_kind *kind, ad_error *error)
+{
+    bool known = !kind->along || knows(kind->along, true);
+    for (int i = 0; kind->jumps && i < kind->jumps->count; i++) {
+        known = known && knows(&kind->jumps->at[i].acting, false);
+    }
+    return known ? AD_OK
+                 : ad_fail(error, AD_BAD_ARGUMENT,
+                           "the strain form does not know a law that acts on the rod; allowed: the "
+                           "method collocation");
+}
+
 /* Numbers those unknowns that are no curvatures. */
 static void number_unknowns(strain_form *x)
 {
@@ -26,7 +59,7 @@ static void number_unknowns(strain_form *x)
     int *first[] = {&x->force_at, &x->moment_at, &x->shift_at, &x->turn_at, &x->push_at};
     const int count[] = {kind->end.hold.directions > 0 ? 3 : 0, kind->end.holds_rotation ? 3 : 0,
                          kind->free_position ? 3 : 0, kind->free_rotation ? 3 : 0,
-                         kind->founded ? 3 * x->nodes : 0};
+                         laws_along(kind) > 0 ? 3 * x->nodes : 0};
     x->elastic = x->unknowns = 3 * x->nodes;
     for (int i = 0; i < 5; i++) {
         *first[i] = count[i] > 0 ? x->unknowns : -1;
@@ -47,36 +80,42 @@ static void *make(size_t count, size_t size)
 
 ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_error *error)
 {
-    strain_form *x = calloc(1, sizeof *x);
-    *result = x;
+    *result = NULL;
+    ad_status status = check_laws(kind, error);
+    strain_form *x = status == AD_OK ? calloc(1, sizeof *x) : NULL;
     if (!x) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a strain form");
+        return status != AD_OK ? status
+                               : ad_fail(error, AD_NO_MEMORY, "out of memory for a strain form");
     }
     *x = (strain_form){.kind = *kind,
                        .rule = solve_gauss_rule_of(kind->stages),
                        .nodes = kind->stages * kind->elements};
     size_t nodes = (size_t)x->nodes, elements = (size_t)kind->elements;
     number_unknowns(x);
-    x->unknowns += 3 * kind->springs; /* at most */
+    const int places = kind->jumps ? kind->jumps->count : 0;
+    x->unknowns += 3 * places; /* at most */
     size_t unknowns = (size_t)x->unknowns, each = 3 * (size_t)kind->stages;
     const size_t numbers = x->unknowns > x->elastic ? unknowns * unknowns : elements * each * each;
-    x->unknowns -= 3 * kind->springs;
+    x->unknowns -= 3 * places;
     x->width = make(elements, sizeof *x->width);
     x->points = make(nodes, sizeof *x->points);
     x->actuators = make(nodes * (size_t)kind->actuators, sizeof *x->actuators);
     x->at = make(nodes, sizeof *x->at);
     x->edges = make(elements + 1, sizeof *x->edges);
-    x->springs = make((size_t)kind->springs, sizeof *x->springs);
+    x->along = make(nodes * numbers_along(kind), sizeof *x->along);
+    x->pushes = make(laws_along(kind) > 0 ? nodes : 0, sizeof *x->pushes);
+    x->numbers = make(kind->jumps ? (size_t)kind->jumps->numbers : 0, sizeof *x->numbers);
+    x->places = make((size_t)places, sizeof *x->places);
     x->matrix = make(kind->is_rigid || kind->is_one ? 0 : numbers, sizeof *x->matrix);
     x->coupled = make(kind->is_rigid || kind->is_one ? 0 : 3 * unknowns, sizeof *x->coupled);
     x->right = make(unknowns, sizeof *x->right);
     x->swapped = make(unknowns, sizeof *x->swapped);
     x->direction = make(unknowns, sizeof *x->direction);
     x->columns = make(nodes + elements + 1, 15 * sizeof(lanes)); /* strain_matrix.c */
-    if (!x->width || !x->points || !x->actuators || !x->at || !x->edges || !x->springs ||
-        !x->matrix || !x->coupled || !x->right || !x->swapped || !x->direction || !x->columns) {
+    if (!x->width || !x->points || !x->actuators || !x->at || !x->edges || !x->along ||
+        !x->pushes || !x->numbers || !x->places || !x->matrix || !x->coupled || !x->right ||
+        !x->swapped || !x->direction || !x->columns) {
         strain_form_free(x);
-        *result = NULL;
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu nodes", nodes);
     }
     for (int e = 0; e < kind->elements; e++) {
@@ -89,17 +128,14 @@ ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_e
     }
     set_magnus(x);
     x->start_q[0] += 1;
+    *result = x;
     return AD_OK;
 }
 
-static bool pulls(const solve_spring *spring)
+void strain_form_set_jumps(strain_form *x)
 {
-    return spring->stiffness[0] != 0 || spring->stiffness[1] != 0 || spring->stiffness[2] != 0;
-}
-
-void strain_form_set_jumps(strain_form *x, const solve_jumps *jumps)
-{
-    for (int e = 0, next = 0, k = 0; e <= x->kind.elements && next < jumps->count; e++) {
+    const solve_jumps *jumps = x->kind.jumps;
+    for (int e = 0, next = 0; e <= x->kind.elements && next < jumps->count; e++) {
         const solve_jump *jump = &jumps->at[next];
         strain_edge *edge = &x->edges[e];
         if (fabs(jump->s - x->kind.edges[e]) >= SOLVE_SAME_PLACE) {
@@ -108,11 +144,13 @@ void strain_form_set_jumps(strain_form *x, const solve_jumps *jumps)
         next++;
         edge->turns = jump->turns;
         memcpy(edge->turn, jump->turn, sizeof edge->turn);
-        for (int i = 0; i < jump->spring_count; i++, k++) {
-            strain_spring *to = &x->springs[k];
-            *to = (strain_spring){
-                .edge = e, .unknown = -1, .given = &jumps->springs[jump->springs[i]]};
-            if (pulls(to->given)) {
+        if (jump->acting.count > 0) {
+            strain_place *to = &x->places[x->place_count++];
+            *to = (strain_place){.edge = e,
+                                 .unknown = -1,
+                                 .acting = &jump->acting,
+                                 .numbers = x->numbers + jump->first};
+            if (jump->acting.by_position) {
                 to->unknown = x->unknowns;
                 x->unknowns += 3;
             }
@@ -128,10 +166,10 @@ lanes *strain_form_unknown(strain_form *x, int i)
     if (x->push_at >= 0 && i >= x->push_at && i < x->push_at + x->elastic) {
         return &x->at[(i - x->push_at) / 3].push[(i - x->push_at) % 3];
     }
-    for (int k = 0; k < x->kind.springs; k++) {
-        const int at = x->springs[k].unknown;
+    for (int k = 0; k < x->place_count; k++) {
+        const int at = x->places[k].unknown;
         if (at >= 0 && i >= at && i < at + 3) {
-            return &x->springs[k].force[i - at];
+            return &x->places[k].force[i - at];
         }
     }
     return x->force_at >= 0 && i < x->force_at + 3 ? &x->end_force[i - x->force_at]
@@ -146,7 +184,10 @@ void strain_form_free(strain_form *x)
         free(x->actuators);
         free(x->at);
         free(x->edges);
-        free(x->springs);
+        free(x->along);
+        free(x->pushes);
+        free(x->numbers);
+        free(x->places);
         free(x->matrix);
         free(x->coupled);
         free(x->right);

@@ -10,8 +10,8 @@
  *
  * and the equation is   u = u* + Kbt^-1 (R^T M - sum tau_i r_i x t_i(v, u))   at each point. It has
  * no derivative in s, and the clamp and a loaded end are met exactly. Forces that the shape does
- * not give by itself are unknowns, too: at an end that is held, of springs, of a foundation; and
- * where s = 0 does not hold the pose, that is.
+ * not give by itself are unknowns, too: at an end that is held, of laws that depend on the place;
+ * and where s = 0 does not hold the pose, that is.
  *
  * Magnus: Blanes, Casas, Oteo, Ros, Physics Reports 470 (2009), eq. 253, whose Y' = A Y is R^T here
  * with A = -u^: commutators change their sign.
@@ -21,6 +21,7 @@
 #ifndef PHYSICS_SOLVE_STRAIN_FORM_H
 #define PHYSICS_SOLVE_STRAIN_FORM_H
 
+#include "physics/solve/acting_lanes.h"
 #include "physics/solve/lanes.h"
 #include "physics/solve/static_rod.h"
 
@@ -33,7 +34,6 @@ typedef struct strain_point {
     lanes rest[ACTUATION_ROWS];       /* v*, u* */
     lanes compliance[ACTUATION_ROWS]; /* 0: locked */
     lanes load[4][3];                 /* a solve_load */
-    lanes stiffness[3], place[3];     /* of a foundation */
 } strain_point;
 
 /* A tendon or a chamber at one point, as the laws are given it: a solve_actuator, whose pull is 0
@@ -49,23 +49,30 @@ typedef struct strain_edge {
     double turn[4];              /* of a joint */
     lanes load[4][3];
     lanes q[4], R[3][3], r[3], N[3], M[3];
-    lanes force[3], moment[3];         /* that act, springs among them */
+    lanes force[3], moment[3];         /* that act, laws among them */
     lanes by_turn[2][3][3];            /* their change by a turn of the section */
     lanes back[2][3][3], beyond[2][3]; /* of elimination (strain_sweep.c): P, p of N, M */
 } strain_edge;
 
-/* A spring at an edge; its force is sought where it is stiff, its moment follows. */
-typedef struct strain_spring {
-    int edge, unknown;         /* first of three; -1: no force */
-    const solve_spring *given; /* its stiffness */
-    lanes anchor[3], upright[4];
-    lanes force[3];
-} strain_spring;
+/* What laws that depend on the place make of it: a force, which is an unknown of its own, and what
+ * that changes by. */
+typedef struct strain_push {
+    lanes force[3], by_position[3][3], by_turn[3][3];
+} strain_push;
+
+/* A place where laws act, at an edge. */
+typedef struct strain_place {
+    int edge, unknown; /* first of the force; -1: none depends on the place */
+    const acting *acting;
+    lanes *numbers;
+    lanes force[3]; /* sought */
+    strain_push push;
+} strain_place;
 
 /* The rod at a point, and how what is there changes. */
 typedef struct strain_node {
     lanes u[3], v[3], q[4], R[3][3], r[3], slope[3], N[3], M[3];
-    lanes push[3]; /* of the foundation */
+    lanes push[3]; /* force per length of laws along the rod, sought */
     /* By a turn phi, world, dN and the change of u: r' by P, Q, S, the rate of M by G, H, K; the
      * equation by Y, Z, L, and by dM by -T. */
     lanes P[3][3], Q[3][3], S[3][3], G[3][3], H[3][3], K[3][3];
@@ -80,11 +87,11 @@ typedef struct strain_kind {
     const solve_extent *extents;       /* [actuators]; of tendons and chambers */
     bool shears;                       /* a compliance of v is not 0 */
     bool follows;                      /* a distributed load follows the rod */
-    bool founded;                      /* it has a foundation */
+    const acting *along;               /* laws along it; NULL: none */
     bool free_position, free_rotation; /* at s = 0 */
-    bool is_rigid; /* of given strain: a form for positions alone, without equations */
-    bool is_one;   /* the same rod in all lanes: without a matrix of its own */
-    int springs;
+    bool is_rigid;            /* of given strain: a form for positions alone, without equations */
+    bool is_one;              /* the same rod in all lanes: without a matrix of its own */
+    const solve_jumps *jumps; /* what acts at edges; NULL: nothing */
     int substeps;  /* of Magnus from one point to the next, at most STRAIN_SUBSTEPS_MAX */
     solve_end end; /* s = 1 */
 } strain_kind;
@@ -101,7 +108,11 @@ typedef struct strain_form {
     strain_actuator *actuators; /* [nodes][actuators] */
     strain_node *at;            /* [nodes] */
     strain_edge *edges;         /* [elements + 1] */
-    strain_spring *springs;     /* [kind.springs] */
+    lanes *along;               /* [nodes][numbers of what acts along the rod] */
+    strain_push *pushes;        /* [nodes] of it */
+    lanes *numbers;             /* [kind.jumps->numbers] of what acts at places */
+    strain_place *places;       /* [place_count] */
+    int place_count;
     lanes start_r[3], start_q[4];
     static_end start, last; /* what the ends are held to, where that is not by lanes; s = 1: */
     lanes held_r[3], held_q[4], held_force[3]; /* the last in directions that are free */
@@ -120,13 +131,13 @@ typedef struct strain_form {
     int (*swapped)[LANES];  /* [unknowns] with which row each was swapped in it */
 } strain_form;
 
-/* AD_NO_MEMORY. The extents must outlive it. */
+/* AD_NO_MEMORY, AD_BAD_ARGUMENT: a moment that depends on the place, or a force along the rod that
+ * does not. Extents, laws and jumps must outlive it. */
 ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_error *error);
 void strain_form_free(strain_form *x);
 
-/* Joints and springs at edges, from s = 0 on: the latter with their unknowns. Their poses are to be
- * given. */
-void strain_form_set_jumps(strain_form *x, const solve_jumps *jumps);
+/* Joints and laws at edges, from s = 0 on: the latter with their unknowns. */
+void strain_form_set_jumps(strain_form *x);
 
 /* The i-th number that is sought, but for pose of a start that is not held. */
 lanes *strain_form_unknown(strain_form *x, int i);
@@ -138,8 +149,9 @@ void strain_form_shape(strain_form *x);
 /* The same without the balance: no moments, and `right` stays. */
 void strain_form_strain(strain_form *x);
 
-/* Rotations and positions alone, for given u and v. */
+/* Rotations and positions alone, for given u and v; and what laws make of these positions. */
 void strain_form_place(strain_form *x);
+void strain_form_push(strain_form *x);
 
 /* The derivatives there, and the matrix times a direction [unknowns] by them; of rods that are the
  * same in all lanes the matrix itself, column-major [unknowns][unknowns], and `right` is

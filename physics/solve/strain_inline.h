@@ -12,7 +12,7 @@
 /* Of all actuators at a point: force and moment, and the second derivatives of their energy by v
  * and u (law_entry), or by v alone. */
 typedef struct pulling {
-    lanes wrench[6], stiffness[LAW_SECOND_MAX];
+    lanes wrench[6], stiffness[LAW_STIFFNESS];
 } pulling;
 
 typedef struct pulling_by_v {

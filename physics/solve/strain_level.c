@@ -15,14 +15,14 @@ static size_t nodes_of(const strain_level *x)
 static bool allocate(strain_level *x, const solve_rod *rod)
 {
     size_t nodes = nodes_of(x), edges = (size_t)x->elements + 1;
-    size_t springs = (size_t)rod->jumps.spring_count;
     x->s = malloc(nodes * sizeof *x->s);
     x->loads = calloc(nodes, sizeof *x->loads);
     x->pulls = calloc(nodes * (size_t)rod->actuators + 1, sizeof *x->pulls);
     x->jumps = calloc(edges, sizeof *x->jumps);
-    x->anchors = calloc(springs + 1, sizeof *x->anchors);
+    x->along = calloc(nodes * (size_t)rod->along.numbers + 1, sizeof *x->along);
+    x->numbers = calloc((size_t)rod->jumps.numbers + 1, sizeof *x->numbers);
     x->output = calloc((size_t)x->outputs + 1, sizeof *x->output);
-    return x->s && x->loads && x->pulls && x->jumps && x->anchors && x->output;
+    return x->s && x->loads && x->pulls && x->jumps && x->along && x->numbers && x->output;
 }
 
 /* Outputs lie in the element that ends at s or goes on there. */
@@ -91,20 +91,20 @@ static void set_edges(strain_level *x, const solve_rod *rod)
             next++;
         }
     }
-    strain_form_set_jumps(x->form, &rod->jumps);
+    strain_form_set_jumps(x->form);
 }
 
 /* ---- what is given ------------------------------------------------------------------------- */
 
 static const solve_part PARTS[] = {SOLVE_SECTIONS, SOLVE_REST,      SOLVE_LOAD,  SOLVE_START,
-                                   SOLVE_END,      SOLVE_ACTUATORS, SOLVE_JUMPS, SOLVE_FOUNDATION};
+                                   SOLVE_END,      SOLVE_ACTUATORS, SOLVE_JUMPS, SOLVE_ALONG};
 enum { PART_COUNT = sizeof PARTS / sizeof *PARTS };
 
 /* Whether it is one of each point. */
 static bool is_along(solve_part part)
 {
     return part == SOLVE_SECTIONS || part == SOLVE_REST || part == SOLVE_LOAD ||
-           part == SOLVE_ACTUATORS || part == SOLVE_FOUNDATION;
+           part == SOLVE_ACTUATORS || part == SOLVE_ALONG;
 }
 
 static void put(lanes *to, int lane, size_t count, const double *from)
@@ -125,7 +125,7 @@ static void put_actuators(strain_level *x, int node, int lane, const solve_actua
     }
 }
 
-/* Loads at edges, and the poses of springs. */
+/* Loads at edges, and the numbers of what acts there. */
 static void put_jumps(strain_level *x, int lane, const double *values)
 {
     for (int e = 0; e <= x->elements; e++) {
@@ -134,19 +134,14 @@ static void put_jumps(strain_level *x, int lane, const double *values)
             values += 12;
         }
     }
-    for (int k = 0; k < x->form->kind.springs; k++) {
-        strain_spring *spring = &x->form->springs[k];
-        const double *pose = values + 10 * (spring->given - x->springs);
-        put(x->anchors[k][1], lane, 3, pose);
-        put(x->anchors[k][0], lane, 3, pose + 3);
-        put(spring->upright, lane, 4, pose + 6);
-    }
+    put(x->numbers, lane, (size_t)x->form->kind.jumps->numbers, values);
 }
 
 /* values: of one point, or of the rod. */
 static void put_part(strain_level *x, solve_part part, int node, int lane, const double *values)
 {
     strain_point *point = &x->form->points[node];
+    const size_t along = (size_t)x->form->kind.along->numbers;
     const solve_section *section = (const solve_section *)(const void *)values;
     const solve_end_state *end = (const solve_end_state *)(const void *)values;
     switch (part) {
@@ -173,9 +168,8 @@ static void put_part(strain_level *x, solve_part part, int node, int lane, const
         put(x->full_r, lane, 3, end->position);
         put(x->full_q, lane, 4, end->rotation);
         break;
-    case SOLVE_FOUNDATION:
-        put(point->stiffness, lane, 3, values);
-        put(point->place, lane, 3, values + 3);
+    case SOLVE_ALONG:
+        put(x->along + (size_t)node * along, lane, along, values);
         break;
     default:
         put_jumps(x, lane, values);
@@ -186,6 +180,7 @@ static void put_part(strain_level *x, solve_part part, int node, int lane, const
 static void copy_part(strain_level *x, solve_part part, int node)
 {
     const size_t actuators = (size_t)x->form->kind.actuators;
+    const size_t along = (size_t)x->form->kind.along->numbers;
     strain_point *from = x->form->points, *to = from + node;
     switch (part) {
     case SOLVE_SECTIONS:
@@ -197,9 +192,8 @@ static void copy_part(strain_level *x, solve_part part, int node)
     case SOLVE_LOAD:
         memcpy(x->loads[node], x->loads[0], sizeof *x->loads);
         break;
-    case SOLVE_FOUNDATION:
-        memcpy(to->stiffness, from->stiffness, sizeof to->stiffness);
-        memcpy(to->place, from->place, sizeof to->place);
+    case SOLVE_ALONG:
+        memcpy(x->along + (size_t)node * along, x->along, along * sizeof *x->along);
         break;
     default:
         memcpy(x->form->actuators + (size_t)node * actuators, x->form->actuators,
@@ -308,8 +302,8 @@ static ad_status create_form(strain_level *x, const solve_rod *rod, bool is_rigi
                                         !scene_locks(made.strain_stiffness[1]) ||
                                         !scene_locks(made.strain_stiffness[2]),
                               .follows = rod->has_body_load,
-                              .founded = rod->is_founded,
-                              .springs = rod->jumps.spring_count,
+                              .along = &rod->along,
+                              .jumps = &rod->jumps,
                               .substeps = 1,
                               .is_rigid = is_rigid,
                               .end = rod->ends[1]};
@@ -321,8 +315,7 @@ ad_status strain_level_create(const solve_rod *rod, int stages, int elements, co
                               ad_error *error)
 {
     strain_level *x = result;
-    *x = (strain_level){
-        .stages = stages, .elements = elements, .outputs = outputs, .springs = rod->jumps.springs};
+    *x = (strain_level){.stages = stages, .elements = elements, .outputs = outputs};
     x->edges = malloc(((size_t)elements + 1) * sizeof *x->edges);
     if (!x->edges || !allocate(x, rod)) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a mesh");
@@ -348,7 +341,8 @@ void strain_level_free(strain_level *x)
     free(x->loads);
     free(x->pulls);
     free(x->jumps);
-    free(x->anchors);
+    free(x->along);
+    free(x->numbers);
     free(x->output);
     strain_form_free(x->form);
     *x = (strain_level){.stages = 0};
@@ -402,11 +396,15 @@ FOR_EACH_PROCESSOR static void load(strain_level *x, const lanes *factor)
     for (int e = 0; e <= x->elements; e++) {
         scale(12, x->jumps[e][0], factor, form->edges[e].load[0]);
     }
-    for (int k = 0; k < form->kind.springs; k++) { /* they do not grow; their anchors move */
-        for (int c = 0; c < 3; c++) {
-            const lanes way = x->anchors[k][1][c] - x->anchors[k][0][c];
-            form->springs[k].anchor[c] = x->anchors[k][0][c] + *factor * way;
-        }
+    const acting *along = form->kind.along;
+    for (int i = 0; i < form->nodes && along->count > 0; i++) {
+        acting_lanes_on_way(along, x->along + i * along->numbers, factor,
+                            form->along + i * along->numbers);
+    }
+    for (int k = 0; k < form->place_count; k++) {
+        const strain_place *place = &form->places[k];
+        acting_lanes_on_way(place->acting, x->numbers + (place->numbers - form->numbers), factor,
+                            place->numbers);
     }
     scale(3, x->end_force, factor, form->force_at < 0 ? form->end_force : form->held_force);
     if (form->moment_at < 0) {
@@ -467,9 +465,9 @@ void strain_level_refine(const strain_link *link, const strain_level *from, stra
             }
         }
     }
-    for (int k = 0; k < to->form->kind.springs; k++) {
-        memcpy(to->form->springs[k].force, from->form->springs[k].force,
-               sizeof to->form->springs[k].force);
+    for (int k = 0; k < to->form->place_count; k++) {
+        memcpy(to->form->places[k].force, from->form->places[k].force,
+               sizeof to->form->places[k].force);
     }
     if (to->form->force_at >= 0) {
         memcpy(to->form->end_force, from->form->end_force, sizeof to->form->end_force);

@@ -243,9 +243,9 @@ PROCESSOR_INLINE void change_forces(strain_form *x, const lanes *direction, chan
     }
     for (int e = x->kind.elements; e >= 0; e--) {
         add_applied(x->edges[e].by_turn[0], edges[e].turn, N);
-        for (int i = 0; i < x->kind.springs; i++) {
-            for (int k = 0; k < 3 && x->springs[i].edge == e && x->springs[i].unknown >= 0; k++) {
-                N[k] += direction[x->springs[i].unknown + k];
+        for (int i = 0; i < x->place_count; i++) {
+            for (int k = 0; k < 3 && x->places[i].edge == e && x->places[i].unknown >= 0; k++) {
+                N[k] += direction[x->places[i].unknown + k];
             }
         }
         memcpy(edges[e].force, N, sizeof N);
@@ -327,6 +327,18 @@ PROCESSOR_INLINE void change_moments(strain_form *x, const lanes *direction, cha
     }
 }
 
+/* A force that is sought, less what the laws make of the place. */
+PROCESSOR_INLINE void push_row(const strain_push *push, const lanes force[3],
+                               const lanes position[3], const lanes turn[3], lanes row[3])
+{
+    for (int k = 0; k < 3; k++) {
+        row[k] = force[k];
+        for (int i = 0; i < 3; i++) {
+            row[k] -= push->by_position[k][i] * position[i] + push->by_turn[k][i] * turn[i];
+        }
+    }
+}
+
 PROCESSOR_INLINE void rows_of_points(strain_form *x, const lanes *direction, changed *points,
                                      lanes *to)
 {
@@ -339,25 +351,25 @@ PROCESSOR_INLINE void rows_of_points(strain_form *x, const lanes *direction, cha
         apply(at->T, points[i].moment, moved);
         for (int k = 0; k < 3; k++) {
             to[3 * i + k] = row[k] - moved[k];
-            if (x->push_at >= 0) {
-                to[x->push_at + 3 * i + k] = direction[x->push_at + 3 * i + k] +
-                                             x->points[i].stiffness[k] * points[i].position[k];
-            }
+        }
+        if (x->push_at >= 0) {
+            push_row(&x->pushes[i], direction + x->push_at + 3 * i, points[i].position,
+                     points[i].turn, to + x->push_at + 3 * i);
         }
     }
 }
 
-/* Springs and ends, whose conditions are about edges. */
+/* Places where laws act and ends, whose conditions are about edges. */
 PROCESSOR_INLINE void rows_of_edges(strain_form *x, const lanes *direction, changed *edges,
                                     lanes *to)
 {
     changed *last = &edges[x->kind.elements];
     lanes beyond[3], given[3];
-    for (int i = 0; i < x->kind.springs; i++) {
-        const strain_spring *spring = &x->springs[i];
-        for (int k = 0; k < 3 && spring->unknown >= 0; k++) {
-            to[spring->unknown + k] = direction[spring->unknown + k] +
-                                      spring->given->stiffness[k] * edges[spring->edge].position[k];
+    for (int i = 0; i < x->place_count; i++) {
+        const strain_place *place = &x->places[i];
+        if (place->unknown >= 0) {
+            push_row(&place->push, direction + place->unknown, edges[place->edge].position,
+                     edges[place->edge].turn, to + place->unknown);
         }
     }
     if (x->force_at >= 0) {

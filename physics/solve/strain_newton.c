@@ -54,10 +54,10 @@ static strain_kind kind_of(const static_system *system)
                         .edges = system->edges,
                         .extents = rod->extents,
                         .follows = rod->has_body_load,
-                        .founded = rod->is_founded,
+                        .along = &rod->along,
                         .free_position = ends[0].hold.directions < 3,
                         .free_rotation = !ends[0].holds_rotation,
-                        .springs = rod->jumps.spring_count,
+                        .jumps = &rod->jumps,
                         .substeps = STRAIN_SUBSTEPS_MAX,
                         .is_one = true,
                         .end = ends[1]};
@@ -86,7 +86,7 @@ ad_status strain_newton_create(static_system *system, strain_newton **result, ad
     x->system = system;
     ad_status status = strain_form_create(&kind, &x->form, error);
     if (status == AD_OK) {
-        strain_form_set_jumps(x->form, &system->rod->jumps);
+        strain_form_set_jumps(x->form);
         size_t count = (size_t)x->form->unknowns;
         x->step = malloc(count * sizeof *x->step);
         x->room = malloc((count + 1) * count * sizeof *x->room);
@@ -148,10 +148,7 @@ static void give_point(strain_newton *x, int i, const static_point *at)
     spread(3, at->strain_compliance, to->compliance);
     spread(3, at->curvature_compliance, to->compliance + 3);
     give_load(&at->load, to->load);
-    if (at->foundation) {
-        spread(3, at->foundation->stiffness, to->stiffness);
-        spread(3, at->foundation->place, to->place);
-    }
+    spread((size_t)at->acting->numbers, at->numbers, x->form->along + i * at->acting->numbers);
     for (int k = 0; k < at->actuation.count; k++) {
         const solve_actuator *from = &at->actuation.actuators[k];
         strain_actuator *a = &x->form->actuators[i * at->actuation.count + k];
@@ -165,7 +162,6 @@ static void give_point(strain_newton *x, int i, const static_point *at)
 static void give_edges(strain_newton *x)
 {
     strain_form *form = x->form;
-    int k = 0;
     for (int e = 0; e <= form->kind.elements; e++) {
         const int jump = x->system->jump[e];
         if (jump < 0) {
@@ -176,10 +172,8 @@ static void give_edges(strain_newton *x)
         edge->loaded = any(sizeof at->load / sizeof(double), (const double *)&at->load);
         edge->follows = any(3, at->load.body_force) || any(3, at->load.body_moment);
         give_load(&at->load, edge->load);
-        for (int i = 0; i < at->springs; i++, k++) {
-            spread(3, at->anchor[i], form->springs[k].anchor);
-            spread(4, at->spring[i]->upright, form->springs[k].upright);
-        }
+        spread((size_t)at->acting->numbers, at->numbers,
+               form->numbers + x->system->rod->jumps.at[jump].first);
     }
 }
 
@@ -236,11 +230,14 @@ static void guess_ends(strain_newton *x, const double *y)
         to_world(R, after + STATIC_M, world);
         spread(3, world, form->end_moment);
     }
-    for (int k = 0; k < form->kind.springs; k++) {
-        strain_spring *spring = &form->springs[k];
-        gather(3, spring->anchor, after);
-        solve_spring_force(spring->given, after, y + edge(system, spring->edge) + STATIC_R, world);
-        spread(3, world, spring->force);
+    for (int k = 0; k < form->place_count; k++) {
+        strain_place *place = &form->places[k];
+        const double *at = y + edge(system, place->edge);
+        const static_jump *here = &system->jumps[system->jump[place->edge]];
+        double wrench[6] = {0};
+        acting_wrench(here->acting, here->numbers, (acting_on){at + STATIC_R, at + STATIC_Q, NULL},
+                      ACTING_ALL, 1, wrench);
+        spread(3, wrench, place->force);
     }
 }
 
@@ -253,16 +250,14 @@ static bool guess(strain_newton *x, const double *y)
         const double *at = y + edge(system, e) + (i % system->stages + 1) * system->rows;
         static_point point = static_system_point(system, (size_t)i);
         strain_node *node = &x->form->at[i];
-        double strain[3], curvature[3], push[3] = {0};
+        double strain[3], curvature[3], push[6] = {0};
         give_point(x, i, &point);
         static_strains(&point, at, strain, curvature);
         for (int k = 0; k < 3; k++) {
             finite = finite && isfinite(strain[k]) && isfinite(curvature[k]);
-            if (point.foundation) {
-                push[k] = -point.foundation->stiffness[k] *
-                          (at[STATIC_R + k] - point.foundation->place[k]);
-            }
         }
+        acting_wrench(point.acting, point.numbers, (acting_on){at + STATIC_R, at + STATIC_Q, NULL},
+                      ACTING_ALL, 1, push);
         spread(3, strain, node->v);
         spread(3, curvature, node->u);
         spread(3, push, node->push);

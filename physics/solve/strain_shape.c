@@ -73,41 +73,46 @@ PROCESSOR_INLINE void load_end(strain_form *x, lanes N[3], lanes M[3])
     }
 }
 
-/* The moment of springs that turn, lane by lane: few rods have any. */
-static void turn_springs(strain_form *x)
+/* What laws at places do that do not depend on the position. */
+static void act_at_edges(strain_form *x)
 {
-    for (int k = 0; k < x->kind.springs; k++) {
-        const strain_spring *spring = &x->springs[k];
-        const double *stiffness = spring->given->turning;
-        strain_edge *edge = &x->edges[spring->edge];
-        if (stiffness[0] == 0 && stiffness[1] == 0 && stiffness[2] == 0) {
-            continue;
+    for (int k = 0; k < x->place_count; k++) {
+        const strain_place *place = &x->places[k];
+        strain_edge *edge = &x->edges[place->edge];
+        acting_lanes at;
+        acting_lanes_of(place->acting, place->numbers, false, edge->r, edge->q, &at);
+        for (int i = 0; i < 3; i++) {
+            edge->force[i] += at.wrench[i];
+            edge->moment[i] += at.wrench[3 + i];
+            for (int j = 0; j < 3; j++) {
+                edge->by_turn[0][i][j] += at.by_turn[i][j];
+                edge->by_turn[1][i][j] += at.by_turn[3 + i][j];
+            }
         }
-        for (int lane = 0; lane < LANES; lane++) {
-            double q[4], R[3][3], moment[3], by[3][3], world[3];
-            solve_spring given = *spring->given;
-            for (int i = 0; i < 4; i++) {
-                q[i] = edge->q[i][lane];
-                given.upright[i] = spring->upright[i][lane];
-            }
-            rotation_matrix(q, R);
-            solve_spring_moment(&given, q, moment, by);
-            to_world(R, moment, world);
-            for (int i = 0; i < 3; i++) {
-                edge->moment[i][lane] += world[i];
-                for (int j = 0; j < 3; j++) { /* R by R^T + the turn of R moment */
-                    double sum = 0;
-                    for (int a = 0; a < 3; a++) {
-                        for (int b = 0; b < 3; b++) {
-                            sum += R[i][a] * by[a][b] * R[j][b];
-                        }
-                    }
-                    edge->by_turn[1][i][j][lane] += sum;
-                }
-                int j = (i + 1) % 3, l = (i + 2) % 3; /* phi x T */
-                edge->by_turn[1][i][j][lane] += world[l];
-                edge->by_turn[1][i][l][lane] -= world[j];
-            }
+    }
+}
+
+static void push(const acting *of, const lanes *numbers, const lanes r[3], const lanes q[4],
+                 strain_push *to)
+{
+    acting_lanes at;
+    acting_lanes_of(of, numbers, true, r, q, &at);
+    memcpy(to->force, at.wrench, sizeof to->force);
+    memcpy(to->by_position, at.by_position, sizeof to->by_position);
+    memcpy(to->by_turn, at.by_turn, sizeof to->by_turn);
+}
+
+void strain_form_push(strain_form *x)
+{
+    for (int i = 0; i < x->nodes && x->push_at >= 0; i++) {
+        push(x->kind.along, x->along + i * x->kind.along->numbers, x->at[i].r, x->at[i].q,
+             &x->pushes[i]);
+    }
+    for (int k = 0; k < x->place_count; k++) {
+        strain_place *place = &x->places[k];
+        const strain_edge *edge = &x->edges[place->edge];
+        if (place->unknown >= 0) {
+            push(place->acting, place->numbers, edge->r, edge->q, &place->push);
         }
     }
 }
@@ -129,14 +134,12 @@ PROCESSOR_INLINE void load_edges(strain_form *x)
             }
         }
     }
-    for (int k = 0; k < x->kind.springs; k++) {
-        for (int i = 0; i < 3 && x->springs[k].unknown >= 0; i++) {
-            x->edges[x->springs[k].edge].force[i] += x->springs[k].force[i];
+    for (int k = 0; k < x->place_count; k++) {
+        for (int i = 0; i < 3 && x->places[k].unknown >= 0; i++) {
+            x->edges[x->places[k].edge].force[i] += x->places[k].force[i];
         }
     }
-    if (x->kind.springs > 0) {
-        turn_springs(x);
-    }
+    act_at_edges(x);
 }
 
 PROCESSOR_INLINE void load_element(strain_form *x, int e, const lanes end[3], lanes start[3])
@@ -154,7 +157,7 @@ PROCESSOR_INLINE void load_element(strain_form *x, int e, const lanes end[3], la
                 push[j][c] += body[c];
             }
         }
-        for (int c = 0; c < 3 && x->kind.founded; c++) {
+        for (int c = 0; c < 3 && x->push_at >= 0; c++) {
             push[j][c] += at[j].push[c];
         }
     }
@@ -414,20 +417,18 @@ PROCESSOR_INLINE void miss_points(strain_form *x)
         for (int c = 0; c < 3; c++) {
             x->right[3 * i + c] = at->u[c] - point->rest[3 + c] - point->compliance[3 + c] * m[c];
             if (x->push_at >= 0) {
-                x->right[x->push_at + 3 * i + c] =
-                    at->push[c] + point->stiffness[c] * (at->r[c] - point->place[c]);
+                x->right[x->push_at + 3 * i + c] = at->push[c] - x->pushes[i].force[c];
             }
         }
     }
 }
 
-PROCESSOR_INLINE void miss_springs(strain_form *x)
+PROCESSOR_INLINE void miss_places(strain_form *x)
 {
-    for (int k = 0; k < x->kind.springs; k++) {
-        const strain_spring *spring = &x->springs[k];
-        for (int c = 0; c < 3 && spring->unknown >= 0; c++) {
-            lanes off = x->edges[spring->edge].r[c] - spring->anchor[c];
-            x->right[spring->unknown + c] = spring->force[c] + spring->given->stiffness[c] * off;
+    for (int k = 0; k < x->place_count; k++) {
+        const strain_place *place = &x->places[k];
+        for (int c = 0; c < 3 && place->unknown >= 0; c++) {
+            x->right[place->unknown + c] = place->force[c] - place->push.force[c];
         }
     }
 }
@@ -454,8 +455,9 @@ FOR_EACH_PROCESSOR static void find_shape(strain_form *x)
     lanes M[3];
     find_positions(x, M);
     bend_all(x, M);
+    strain_form_push(x);
     miss_points(x);
-    miss_springs(x);
+    miss_places(x);
     miss_end(x);
     miss_start(x);
 }
@@ -513,9 +515,9 @@ FOR_EACH_PROCESSOR static void move(strain_form *x, const lanes *step, const lan
             subtract(x->at[i].push, step + x->push_at + 3 * i, share);
         }
     }
-    for (int k = 0; k < x->kind.springs; k++) {
-        if (x->springs[k].unknown >= 0) {
-            subtract(x->springs[k].force, step + x->springs[k].unknown, share);
+    for (int k = 0; k < x->place_count; k++) {
+        if (x->places[k].unknown >= 0) {
+            subtract(x->places[k].force, step + x->places[k].unknown, share);
         }
     }
     if (x->force_at >= 0) {

@@ -380,7 +380,7 @@ PROCESSOR_INLINE void solve_all_again(strain_form *x, bool moves)
 
 /* ---- with forces that the shape does not give --------------------------------------------- */
 
-/* The unknowns in the order of elimination: forces of springs and of a foundation first, whose own
+/* The unknowns in the order of elimination: forces that depend on the place first, whose own
  * rows they are, so that what is left for the curvatures is the second variation of all energies;
  * last those that hold an end. */
 static int unknown_of(const strain_form *x, int place)

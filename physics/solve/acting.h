@@ -1,0 +1,50 @@
+/* What acts from outside on a rod in numbers, per length or at a place: laws outside of the rod
+ * (physics/law/law.h) with their numbers. A solver knows none of them by its name. */
+#ifndef PHYSICS_SOLVE_ACTING_H
+#define PHYSICS_SOLVE_ACTING_H
+
+#include "physics/rod_internal.h"
+
+/* Laws in their order, and of their numbers one after the other how many there are. */
+typedef struct acting {
+    int count, numbers, kinds; /* kinds: 1 << law_kind, summed */
+    bool by_position, by_rotation, by_velocity, has_moment;
+    law_name law[ROD_AT_PLACES_MAX];
+} acting;
+
+_Static_assert((int)ROD_ALONG_MAX <= (int)ROD_AT_PLACES_MAX, "room for laws along a rod");
+
+enum { ACTING_ALONG_MAX = ROD_ALONG_MAX * LAW_NUMBERS_MAX };
+
+void acting_add(acting *x, law_name law);
+
+/* The section: r, world; q of any length but 0; V, NULL: at rest. */
+typedef struct acting_on {
+    const double *position, *rotation, *velocity;
+} acting_on;
+
+/* Force and moment, world, and what they change by: [6] by r, by a turn in the world, by V. */
+typedef struct acting_change {
+    double wrench[6], by_position[6][3], by_turn[6][3], by_velocity[6][3];
+} acting_change;
+
+enum { ACTING_ALL = 1 << LAW_STORES | 1 << LAW_LOADS | 1 << LAW_DISSIPATES };
+
+/* wrench [6] += weight times those of the kinds (1 << law_kind, summed). */
+void acting_wrench(const acting *x, const double *numbers, acting_on at, int kinds, double weight,
+                   double *wrench);
+
+/* result = weight times all of them. */
+void acting_differentiate(const acting *x, const double *numbers, acting_on at, double weight,
+                          acting_change *result);
+
+/* Energy that they store. */
+double acting_energy(const acting *x, const double *numbers, acting_on at);
+
+/* Sum of the lengths by which they pull at the unstressed rod. */
+double acting_pulled(const acting *x, const double *numbers);
+
+/* Numbers on the way to the full load, of which loads have `load`, and what else grows `way`. */
+void acting_on_way(const acting *x, const double *full, double load, double way, double *numbers);
+
+#endif

@@ -1,0 +1,21 @@
+/* What acts from outside on LANES rods side by side (acting.h). */
+#ifndef PHYSICS_SOLVE_ACTING_LANES_H
+#define PHYSICS_SOLVE_ACTING_LANES_H
+
+#include "physics/solve/acting.h"
+#include "physics/solve/processor.h"
+
+/* Force and moment, world, and what they change by: as acting_change. */
+typedef struct acting_lanes {
+    lanes wrench[6], by_position[6][3], by_turn[6][3], by_velocity[6][3];
+} acting_lanes;
+
+/* Of sections at rest, the rotation unit: of those laws alone that depend on the position, or of
+ * those that do not. */
+void acting_lanes_of(const acting *x, const lanes *numbers, bool by_position, const lanes *position,
+                     const lanes *rotation, acting_lanes *result);
+
+/* Numbers where all that grows has its share of the full load. */
+void acting_lanes_on_way(const acting *x, const lanes *full, const lanes *share, lanes *numbers);
+
+#endif
