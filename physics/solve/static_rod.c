@@ -197,7 +197,7 @@ static void act(const acting *of, const double *numbers, const double *y, double
     const double *q = y + STATIC_Q, square = q[0] * q[0] + vector_dot(q + 1, q + 1);
     double unit[4], R[3][3], left[4][3] = {{0}}, moment[3], by[3];
     acting_change x = {.wrench = {0}};
-    if (of->count == 0) {
+    if (!of || of->count == 0) {
         return;
     }
     memcpy(unit, q, sizeof unit);
