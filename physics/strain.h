@@ -111,6 +111,12 @@ typedef struct strain_shape {
 strain_shape strain_rod_shape(const strain_rod *rod, ad_value curvature, ad_value state, int places,
                               const double *s);
 
+/* The same in SI units: columns which [count] of cpinn-eval, of 0 r, 3 q, 7 v, 10 u, 13 n, 16 m;
+ * [count][places]. */
+enum { STRAIN_COLUMNS = 19 };
+ad_value strain_rod_columns(const strain_rod *rod, ad_value curvature, ad_value state, int places,
+                            const double *s, int count, const int *which);
+
 /* What a change du of the curvature changes, as physics/solve/strain_matrix.c has it, which leaves
  * out what Magnus' steps of finite length add. At a point, with turn = the integral of R du from
  * s = 0, and the changes of N and M as integrals from s = 1 of `load` and `rate` and of what acts

@@ -230,3 +230,31 @@ strain_shape strain_rod_shape(const strain_rod *rod, ad_value curvature, ad_valu
     }
     return shape;
 }
+
+ad_value strain_rod_columns(const strain_rod *rod, ad_value curvature, ad_value state, int places,
+                            const double *s, int count, const int *which)
+{
+    const strain_shape shape = strain_rod_shape(rod, curvature, state, places, s);
+    const rod_scales *scale = &rod->rod.scales;
+    const struct {
+        const ad_value *of;
+        int rows;
+        double unit;
+    } fields[] = {{shape.position, 3, scale->length},
+                  {shape.rotation, 4, 1},
+                  {shape.strain, 3, 1},
+                  {shape.curvature, 3, 1 / scale->length},
+                  {shape.force, 3, scale->force},
+                  {shape.moment, 3, scale->moment}};
+    ad_value all[STRAIN_COLUMNS], columns[STRAIN_COLUMNS];
+    for (int f = 0, c = 0; f < 6; f++) {
+        for (int k = 0; k < fields[f].rows; k++) {
+            const ad_value of = fields[f].of[k];
+            all[c++] = ad_scale(ad_rows(of) < places ? ad_repeat(of, places) : of, fields[f].unit);
+        }
+    }
+    for (int i = 0; i < count; i++) {
+        columns[i] = all[which[i]];
+    }
+    return ad_stack(count, columns);
+}

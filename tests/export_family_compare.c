@@ -1,4 +1,5 @@
-/* A family written by export_family.h as NAME.h, compiled with -DHEADER='"NAME.h"' -DNAME=NAME:
+/* A family written by export_family.h as NAME.h, compiled with -DHEADER='"NAME.h"' -DNAME=NAME
+ * -DNUMBER=double (or float):
  *   export_family_compare MEMBERS.txt   of each member its parameters, and for 0, 1 and 2 steps
  * what the solver makes of the network's curvature: curvature, shape by 13 columns, distances.
  * Curvature agrees to rounding, shapes by the errors of both in taking it; derivatives with
@@ -13,24 +14,26 @@
 #define PASTE(a, b) a##_##b
 #define JOIN(a, b)  PASTE(a, b)
 #define OF(what)    JOIN(NAME, what)
+#define LENGTH      ((double)OF(places)[POINTS - 1])
 
 enum {
     P = OF(PARAMETERS),
     N = 3 * OF(NODES),
     POINTS = OF(POINTS),
     COLUMNS = OF(COLUMNS),
-    KNOWN = 13
+    KNOWN = 13,
+    SINGLE = sizeof(NUMBER) < sizeof(double)
 };
 
-static double memory[OF(MEMORY)];
+static NUMBER memory[OF(MEMORY)];
 static int failures;
 
-static void compare(const char *what, int count, const double *is, const double *wanted,
+static void compare(const char *what, int count, const NUMBER *is, const double *wanted,
                     double tolerance)
 {
     double worst = 0, size = 0;
     for (int i = 0; i < count; i++) {
-        double off = fabs(is[i] - wanted[i]);
+        double off = fabs((double)is[i] - wanted[i]);
         worst = off <= worst || isnan(worst) ? worst : off;
         size = fmax(size, fabs(wanted[i]));
     }
@@ -50,10 +53,49 @@ static int read_list(FILE *file, int count, double *list)
     return 1;
 }
 
-static void compare_steps(FILE *file, const double *p, int steps)
+/* Which of the solver's columns a column is; -1: none. */
+static int known(int column)
 {
-    static double shape[POINTS][COLUMNS], again[POINTS][COLUMNS], tip[COLUMNS];
-    double wanted[N], values[POINTS][KNOWN], distances[2], curvature[N], pose[KNOWN];
+    static const char *const names[KNOWN] = {"x",  "y",  "z",  "qw", "qx", "qy", "qz",
+                                             "v1", "v2", "v3", "u1", "u2", "u3"};
+    for (int k = 0; k < KNOWN; k++) {
+        if (strcmp(OF(column_names)[column], names[k]) == 0) {
+            return k;
+        }
+    }
+    return -1;
+}
+
+/* q and -q, curvature as small as the rest */
+static void compare_shapes(const NUMBER *shape, const double *values)
+{
+    for (int c = 0; c < COLUMNS; c++) {
+        const int k = known(c);
+        for (int i = 0; i < POINTS && k >= 0; i++) {
+            const double unit = k >= 10 ? LENGTH : 1, wanted = unit * values[i * KNOWN + k];
+            const NUMBER is = (NUMBER)unit * shape[i * COLUMNS + c];
+            compare(OF(column_names)[c], 1, &is, &wanted, SINGLE ? 2e-4 : 1e-6);
+        }
+    }
+}
+
+static void compare_numbers(const char *what, int count, const NUMBER *is, const NUMBER *wanted,
+                            double tolerance)
+{
+    static double numbers[POINTS * COLUMNS];
+    for (int i = 0; i < count; i++) {
+        numbers[i] = wanted[i];
+    }
+    compare(what, count, is, numbers, tolerance);
+}
+
+/* Rounding of float numbers is 6e-8 of the largest of a sum, and what follows is as much larger as
+ * the loads are near those where the rod buckles: up to some hundred times in these members. */
+static void compare_steps(FILE *file, const NUMBER *p, int steps)
+{
+    static NUMBER shape[POINTS][COLUMNS], again[POINTS][COLUMNS], tip[COLUMNS];
+    NUMBER curvature[N];
+    double wanted[N], values[POINTS][KNOWN], distances[2];
     OF(answer) answer;
     if (!read_list(file, N, wanted) || !read_list(file, POINTS * KNOWN, values[0]) ||
         !read_list(file, 2, distances)) {
@@ -62,51 +104,47 @@ static void compare_steps(FILE *file, const double *p, int steps)
     }
     OF(network)(p, curvature, memory);
     failures += OF(polish)(p, steps, curvature, &answer, memory);
-    compare("curvature", N, curvature, wanted, 1e-11); /* of 1 to 10 */
+    compare("curvature", N, curvature, wanted, SINGLE ? 1e-4 : 1e-11); /* of 1 to 10 */
     failures += OF(shape)(p, steps, shape[0], &answer, memory);
     failures += OF(shape_of)(p, curvature, again[0], memory);
     failures += OF(tip)(p, steps, tip, NULL, memory);
-    compare("in parts", POINTS * COLUMNS, again[0], shape[0], 1e-12);
-    compare("tip", COLUMNS, tip, shape[POINTS - 1], 1e-6); /* by other steps */
-    for (int i = 0; i < POINTS; i++) {
-        for (int k = 0; k < KNOWN; k++) { /* q and -q, curvature as small as the rest */
-            pose[k] = shape[i][k] * (k >= 10 ? OF(places)[POINTS - 1] : 1);
-            values[i][k] *= k >= 10 ? OF(places)[POINTS - 1] : 1;
-        }
-        compare("shape", KNOWN, pose, values[i], 1e-6);
-    }
+    compare_numbers("in parts", POINTS * COLUMNS, again[0], shape[0], SINGLE ? 1e-5 : 1e-12);
+    compare_numbers("tip", COLUMNS, tip, shape[POINTS - 1], SINGLE ? 1e-5 : 1e-6); /* other steps */
+    compare_shapes(shape[0], values[0]);
     /* how far it moves, by the largest of other points and without what the mesh leaves out */
-    compare("predicted", 1, &answer.predicted, distances, 0.2 * distances[0] + 1e-6);
+    compare("predicted", 1, &answer.predicted, distances,
+            0.2 * distances[0] + (SINGLE ? 1e-5 : 1e-6));
     compare("left", 1, &answer.left, distances + 1, 0.5 * distances[1] + 1e-5);
 }
 
 /* Differences of order 4 along each parameter. */
-static void compare_jacobian(const double *p, int steps)
+static void compare_jacobian(const NUMBER *p, int steps)
 {
     static const double weights[4] = {1.0 / 12, -8.0 / 12, 8.0 / 12, -1.0 / 12};
-    double tip[COLUMNS], jacobian[COLUMNS][P], column[COLUMNS], moved[COLUMNS], there[P];
+    NUMBER tip[COLUMNS], jacobian[COLUMNS][P], column[COLUMNS], moved[COLUMNS], there[P];
     OF(tip_jacobian)(p, steps, tip, jacobian[0], NULL, memory);
     for (int i = 0; i < P; i++) {
-        const double range = OF(upper)[i] - OF(lower)[i], h = 1e-3 * range;
+        const NUMBER range = OF(upper)[i] - OF(lower)[i],
+                     h = (NUMBER)(SINGLE ? 0.02 : 1e-3) * range;
         double difference[COLUMNS] = {0};
         for (int k = 0; k < 4; k++) {
             memcpy(there, p, sizeof there);
-            there[i] += (k < 2 ? k - 2 : k - 1) * h;
+            there[i] += (NUMBER)(k < 2 ? k - 2 : k - 1) * h;
             OF(tip)(there, steps > 0 ? 9 : 0, moved, NULL, memory);
             for (int c = 0; c < COLUMNS; c++) {
-                difference[c] += weights[k] * moved[c] / h * range;
+                difference[c] += weights[k] * (double)moved[c] / (double)h * (double)range;
             }
         }
         for (int c = 0; c < COLUMNS; c++) {
             column[c] = jacobian[c][i] * range;
         }
-        compare("jacobian", COLUMNS, column, difference, 1e-4);
+        compare("jacobian", COLUMNS, column, difference, SINGLE ? 1e-2 : 1e-4);
     }
 }
 
-static void check_ends(const double *p)
+static void check_ends(const NUMBER *p)
 {
-    double end[COLUMNS], beyond[COLUMNS], there[P];
+    NUMBER end[COLUMNS], beyond[COLUMNS], there[P];
     for (int i = 0; i < P; i++) {
         memcpy(there, p, sizeof there);
         there[i] = OF(upper)[i];
@@ -122,17 +160,20 @@ static void check_ends(const double *p)
 int main(int count, char **arguments)
 {
     FILE *file = count == 2 ? fopen(arguments[1], "r") : NULL;
-    double p[P];
+    double given[P];
     int members = 0;
     if (!file) {
         fprintf(stderr, "export_family_compare MEMBERS.txt\n");
         return 2;
     }
-    for (; read_list(file, P, p); members++) {
+    for (; read_list(file, P, given); members++) {
+        NUMBER p[P], curvature[N];
+        for (int i = 0; i < P; i++) {
+            p[i] = (NUMBER)given[i];
+        }
         for (int steps = 0; steps <= 2; steps++) {
             compare_steps(file, p, steps);
         }
-        double curvature[N];
         OF(network)(p, curvature, memory);
         compare_jacobian(p, 0);
         OF(polish)(p, 9, curvature, NULL, memory);

@@ -1,6 +1,7 @@
-/* A family written by export_family.h, compiled with -DHEADER='"NAME.h"' -DNAME=NAME and the
- * sanitizers: every function with what it does not expect. It says what is wrong, answers what it
- * can with finite numbers, and the same whatever was in its memory. */
+/* A family written by export_family.h, compiled with -DHEADER='"NAME.h"' -DNAME=NAME,
+ * -DNUMBER=double (or float) and the sanitizers: every function with what it does not expect. It
+ * says what is wrong, answers what it can with finite numbers, and the same whatever was in its
+ * memory. */
 #include "export_fuzz.h"
 
 #include HEADER
@@ -16,20 +17,31 @@ enum {
     N = 3 * OF(NODES),
     COLUMNS = OF(COLUMNS),
     SHAPE = OF(POINTS) * OF(COLUMNS),
-    ROUNDS = 300
+    ROUNDS = 300,
+    SINGLE = sizeof(NUMBER) < sizeof(double)
 };
 
 /* Of one call of each function. */
 typedef struct results {
     int status[6];
-    double network[N], polished[N], shape[SHAPE], shape_of[SHAPE], tip[COLUMNS],
+    NUMBER network[N], polished[N], shape[SHAPE], shape_of[SHAPE], tip[COLUMNS],
         jacobian[COLUMNS * P];
-    double tip_again[COLUMNS], answers[4][5];
+    NUMBER tip_again[COLUMNS], answers[4][5];
 } results;
 
-static double memory[OF(MEMORY)];
+static NUMBER memory[OF(MEMORY)];
 
-static void keep(const OF(answer) * from, double to[5])
+static int all_finite(int count, const NUMBER *list)
+{
+    for (int i = 0; i < count; i++) {
+        if (!isfinite(list[i])) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+static void keep(const OF(answer) * from, NUMBER to[5])
 {
     to[0] = from->predicted;
     to[1] = from->left;
@@ -38,7 +50,7 @@ static void keep(const OF(answer) * from, double to[5])
     to[4] = from->trusted;
 }
 
-static void call(const double *p, const double *curvature, int steps, results *to)
+static void call(const NUMBER *p, const NUMBER *curvature, int steps, results *to)
 {
     OF(answer) answer;
     memset(to, 0, sizeof *to);
@@ -60,10 +72,10 @@ static void call(const double *p, const double *curvature, int steps, results *t
     keep(&answer, to->answers[2]);
 }
 
-static int is_beyond(const double *p)
+static int is_beyond(const NUMBER *p)
 {
     for (int i = 0; i < P; i++) {
-        const double rounding = 1e-9 * (OF(upper)[i] - OF(lower)[i]);
+        const NUMBER rounding = (OF(upper)[i] - OF(lower)[i]) * (NUMBER)(SINGLE ? 1e-6 : 1e-9);
         if (!(p[i] >= OF(lower)[i] - rounding && p[i] <= OF(upper)[i] + rounding)) {
             return 1;
         }
@@ -71,34 +83,33 @@ static int is_beyond(const double *p)
     return 0;
 }
 
-static void check_answer(int status, const double *answer, int round)
+static void check_answer(int status, const NUMBER *answer, int round)
 {
     if (status & OF(SINGULAR)) {
         fuzz_require(answer[0] == HUGE_VAL && answer[1] == HUGE_VAL && answer[2] == -1 &&
                          answer[3] == 0 && answer[4] == 0,
                      "an answer without a step is known", round);
     } else {
-        fuzz_require(fuzz_finite(5, answer) && answer[0] >= 0 && answer[1] >= 0,
+        fuzz_require(all_finite(5, answer) && answer[0] >= 0 && answer[1] >= 0,
                      "an answer is not finite, which nobody says", round);
     }
 }
 
-static void check(const double *p, const double *curvature, const results *x, int round)
+static void check(const NUMBER *p, const NUMBER *curvature, const results *x, int round)
 {
-    const int beyond = is_beyond(p) ? OF(OUT_OF_RANGE) : 0, given = fuzz_finite(N, curvature);
+    const int beyond = is_beyond(p) ? OF(OUT_OF_RANGE) : 0, given = all_finite(N, curvature);
     for (int i = 0; i < 6; i++) {
         const int may = i == 1 || i >= 3 ? OF(SINGULAR) : 0;
         fuzz_require((x->status[i] & ~may) == beyond, "a status is wrong", round);
     }
     fuzz_require(given || (x->status[1] & OF(SINGULAR)), "a curvature that is none is polished",
                  round);
-    fuzz_require(!given || fuzz_finite(N, x->polished), "a polished curvature is not finite",
-                 round);
-    fuzz_require(fuzz_finite(N, x->network), "the network is not finite", round);
-    fuzz_require(fuzz_finite(SHAPE, x->shape), "a shape is not finite", round);
-    fuzz_require(fuzz_finite(COLUMNS, x->tip), "a tip is not finite", round);
-    fuzz_require(fuzz_finite(COLUMNS, x->tip_again), "a tip is not finite", round);
-    fuzz_require((x->status[5] & OF(SINGULAR)) || fuzz_finite(COLUMNS * P, x->jacobian),
+    fuzz_require(!given || all_finite(N, x->polished), "a polished curvature is not finite", round);
+    fuzz_require(all_finite(N, x->network), "the network is not finite", round);
+    fuzz_require(all_finite(SHAPE, x->shape), "a shape is not finite", round);
+    fuzz_require(all_finite(COLUMNS, x->tip), "a tip is not finite", round);
+    fuzz_require(all_finite(COLUMNS, x->tip_again), "a tip is not finite", round);
+    fuzz_require((x->status[5] & OF(SINGULAR)) || all_finite(COLUMNS * P, x->jacobian),
                  "derivatives are not finite, which nobody says", round);
     check_answer(x->status[1], x->answers[0], round);
     check_answer(x->status[3], x->answers[1], round);
@@ -109,13 +120,13 @@ int main(void)
     static const int steps[] = {0, 1, 2, 5, -1, INT_MIN};
     static results one, other;
     for (int round = 0; round < ROUNDS; round++) {
-        double p[P], curvature[N];
+        NUMBER p[P], curvature[N];
         const int rare = round % 3 == 0 ? 1000000 : 3, k = steps[random_below(&fuzz_random, 6)];
         for (int i = 0; i < P; i++) {
-            p[i] = fuzz_number(OF(lower)[i], OF(upper)[i], rare);
+            p[i] = (NUMBER)fuzz_number(OF(lower)[i], OF(upper)[i], rare);
         }
         for (int i = 0; i < N; i++) {
-            curvature[i] = fuzz_number(-3, 3, round % 2 ? 4 : 1000);
+            curvature[i] = (NUMBER)fuzz_number(-3, 3, round % 2 ? 4 : 1000);
         }
         call(p, curvature, k, &one);
         call(p, curvature, k, &other);

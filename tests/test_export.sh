@@ -132,8 +132,34 @@ cpinn-train family.yaml --out family --quiet 2>/dev/null
 run 0 cpinn-export family --c family --places 0.1,0.2
 said stdout.txt '^checked by cc: a polished curvature to .*e-1[0-9] of its scale'
 said family.h '^#define family_POINTS +2$'
+said family.h 'family_X = 0, /\* m, 0.2; to [0-9.]+e-1[0-9] of it, its derivatives to '
 check "family by cc" -- cc -std=c99 -Wall -Wextra -Wpedantic -Werror -o selftest family.c family_selftest.c -lm
 check "self-test of family" -- ./selftest
+# members NAME NUMBER TOLERANCE: what cpinn-eval says of them, at the same place along the rod.
+members() {
+    awk 'BEGIN { print "pull,side"; for (i = 1; i <= 20; i++)
+        printf "%.9g,%.9g\n", 2 * ((0.7548776662 * i) % 1), 0.2 * ((0.5698402910 * i) % 1) - 0.1 }' >members.csv
+    run 0 cpinn-eval family --members members.csv --polish 1 --grid 3 --out shapes.csv
+    check "compare $1" -- cc -std=c99 -DHEADER="\"$1.h\"" -DNAME="$1" -DNUMBER="$2" -I. -o compare \
+        "$ROOT/tests/export_members_compare.c" "$1.c" -lm
+    check "$1 as cpinn-eval" -- ./compare members.csv shapes.csv "$3"
+}
+members family double 1e-7
+run 0 cpinn-export family --c few --places 0.1,0.2 --columns 'q, z u2'
+said few.h '^#define few_COLUMNS +6$'
+members few double 1e-7
+run 0 cpinn-export family --c small --places 0.1,0.2 --single --columns 'r n1'
+said stdout.txt '^  n1 +[0-9.]+e-0[5-8]  derivatives '
+said small.h 'numbers of type float'
+members small float 2e-5
+check "self-test of small" -- cc -std=c99 -Wall -Wextra -Wpedantic -Werror -o selftest small.c small_selftest.c -lm
+check "self-test of small runs" -- ./selftest
+awk '!done && /^static const float/ { getline next_line; sub(/[0-9]\.[0-9]/, "7.7", next_line); print; print next_line
+    done = 1; next } { print }' small.c >damaged.c
+cc -std=c99 -o selftest damaged.c small_selftest.c -lm
+check "a damaged float is noticed" -- test "$(./selftest >selftest.txt; echo $?)" -eq 1
+refused 'x_s is no column of a family in the strain form; allowed: r, q' cpinn-export family --c new --columns x_s
+refused 'columns: z is there twice' cpinn-export family --c new --columns 'z r'
 refused 'fmu is not for families in the strain form' cpinn-export family --fmu family
 refused "^cpinn-export: --places: '0.1'; allowed: |the last is not the tip" cpinn-export family --c new --places 0.1
 refused 'places is for --fmu' cpinn-export planar --c new --places 1

@@ -9,6 +9,7 @@
 #include "physics/solve/members.h"
 #include "tools/programs/export_family.h"
 
+#include <math.h>
 #include <string.h>
 
 enum { PARAMETERS = 3, MEMBERS = 6, PLACES = 21, NODES_MAX = 48 };
@@ -133,8 +134,10 @@ static void said(const network *n, const scene *family, int nodes, const double 
     ad_tape_free(tape);
 }
 
-/* Of each member its parameters, and for 0, 1 and 2 steps curvature, shape and distances. */
-static void write_members(solve_members *x, const scene *family, const network *n, FILE *file)
+/* Of each member its parameters, float numbers where `single`, and for 0, 1 and 2 steps curvature,
+ * shape and distances. */
+static void write_members(solve_members *x, const scene *family, const network *n, bool single,
+                          FILE *file)
 {
     const size_t nodes = solve_members_nodes(x);
     uint64_t random = 2;
@@ -143,6 +146,7 @@ static void write_members(solve_members *x, const scene *family, const network *
         double values[PLACES * SOLVE_MEMBERS_COLUMNS];
         for (int i = 0; i < PARAMETERS; i++) {
             p[i] = scene_parameter_at(&family->parameters[i], random_in(&random, 0, 1));
+            p[i] = single ? (double)(float)p[i] : p[i];
         }
         said(n, family, (int)nodes, p, given);
         put(file, PARAMETERS, p, 1);
@@ -188,24 +192,25 @@ static void write_c(export_family *x)
     fclose(file);
 }
 
-static void compile_all(void)
+/* By all compilers that are there, without a warning; what is to be float is nowhere double. */
+static void compile_all(bool single)
 {
     static const char *const compilers[] = {"gcc -std=c99", "clang -std=c99", "g++ -x c++",
                                             "clang++ -x c++"};
-    for (size_t i = 0; i < sizeof compilers / sizeof *compilers; i++) {
+    for (size_t i = 0; i < (single ? 2 : 4); i++) {
         char command[500], name[10];
         snprintf(name, sizeof name, "%.*s", (int)strcspn(compilers[i], " "), compilers[i]);
         if (has_compiler(name)) {
             snprintf(command, sizeof command,
-                     "cd %s && %s -Wall -Wextra -Wpedantic -Werror -c arm.c -o arm.o", directory,
-                     compilers[i]);
+                     "cd %s && %s -Wall -Wextra -Wpedantic %s -Werror -c arm.c -o arm.o", directory,
+                     compilers[i], single ? "-Wdouble-promotion -Wfloat-conversion" : "");
             run_command(command);
         }
     }
 }
 
 /* Every function with what is not expected; indices that nobody has set are wild ones. */
-static void fuzz(void)
+static void fuzz(const char *type)
 {
     char command[700];
     const char *wild = "-ftrivial-auto-var-init=pattern";
@@ -213,14 +218,39 @@ static void fuzz(void)
     const bool has_wild = system(command) == 0;
     snprintf(command, sizeof command,
              "cc -std=c11 -fsanitize=address,undefined -fno-sanitize-recover=undefined %s "
-             "-DHEADER='\"arm.h\"' -DNAME=arm -I%s -o %s/fuzz tests/export_family_fuzz.c %s/arm.c "
-             "-lm && %s/fuzz",
-             has_wild ? wild : "", directory, directory, directory, directory);
+             "-DHEADER='\"arm.h\"' -DNAME=arm -DNUMBER=%s -I%s -o %s/fuzz "
+             "tests/export_family_fuzz.c %s/arm.c -lm && %s/fuzz",
+             has_wild ? wild : "", type, directory, directory, directory, directory);
     run_command(command);
 }
 
-static void check_family(const char *text)
+static void compare(const char *type, bool by_all)
 {
+    static const char *const compilers[] = {"gcc", "clang"};
+    for (size_t i = 0; i < (by_all ? 2 : 1); i++) {
+        char command[600];
+        snprintf(command, sizeof command,
+                 "%s -std=c99 -DHEADER='\"arm.h\"' -DNAME=arm -DNUMBER=%s -I%s -o %s/compare "
+                 "tests/export_family_compare.c %s/arm.c -lm && %s/compare %s/members.txt",
+                 compilers[i], type, directory, directory, directory, directory, directory);
+        if (has_compiler(compilers[i])) {
+            run_command(command);
+        }
+    }
+}
+
+static void set_columns(export_family *x, int first)
+{
+    for (int i = 0; i < x->columns; i++) {
+        x->which[i] = i + (first < 0 ? 0 : first);
+    }
+}
+
+/* `column`: of the shape alone; -1: all. */
+static void check_family(const char *text, bool single, int column)
+{
+    const char *type = single ? "float" : "double";
+    const double unmeasured = NAN;
     config *given = read_text(text, 0, NULL);
     scene one;
     double s[PLACES], places[PLACES], points[NODES_MAX];
@@ -244,27 +274,28 @@ static void check_family(const char *text)
     export_family x = {.name = "arm",
                        .about = "a test",
                        .open = &given->scene,
+                       .single = single,
+                       .columns = column < 0 ? STRAIN_COLUMNS : 1,
+                       .values = &unmeasured,
                        .places = PLACES,
                        .s = places,
                        .network = record,
                        .context = &n,
                        .weights = n.weights};
+    set_columns(&x, column);
     assert_good(strain_mesh_at(&one, nodes, points, &x.mesh, &error), &error);
     write_c(&x);
-    if (text == plain) {
-        compile_all();
+    if (text == plain && column < 0) {
+        compile_all(single);
     }
     FILE *file = fopen(at("members.txt"), "w");
     assert_non_null(file);
-    write_members(members, &given->scene, &n, file);
+    write_members(members, &given->scene, &n, single, file);
     fclose(file);
-    char command[600];
-    snprintf(command, sizeof command,
-             "cc -std=c99 -DHEADER='\"arm.h\"' -DNAME=arm -I%s -o "
-             "%s/compare tests/export_family_compare.c %s/arm.c -lm && %s/compare %s/members.txt",
-             directory, directory, directory, directory, directory);
-    run_command(command);
-    fuzz();
+    compare(type, single && (text == plain || column >= 0));
+    if (column < 0 && (!single || text == chamber)) {
+        fuzz(type);
+    }
     nn_mlp_free(n.mlp);
     solve_members_free(members);
     config_free(given);
@@ -273,19 +304,46 @@ static void check_family(const char *text)
 static void test_dead(void **state)
 {
     (void)state;
-    check_family(plain);
+    check_family(plain, false, -1);
 }
 
 static void test_chamber(void **state)
 {
     (void)state;
-    check_family(chamber);
+    check_family(chamber, false, -1);
 }
 
 static void test_followers(void **state)
 {
     (void)state;
-    check_family(robot);
+    check_family(robot, false, -1);
+}
+
+static void test_single(void **state)
+{
+    (void)state;
+    check_family(plain, true, -1);
+    check_family(chamber, true, -1);
+}
+
+static void test_columns(void **state)
+{
+    (void)state;
+    check_family(plain, false, 2);
+    check_family(robot, true, 12);
+}
+
+static size_t size_of(export_family *x)
+{
+    char *text = NULL;
+    size_t size = 0;
+    ad_error error = {.message = ""};
+    FILE *file = open_memstream(&text, &size);
+    assert_non_null(file);
+    assert_good(export_family_write_source(x, file, &error), &error);
+    fclose(file);
+    free(text);
+    return size;
 }
 
 /* Tendons that end on the way keep the points of the mesh together, in loops, and the state of the
@@ -295,8 +353,6 @@ static void test_size(void **state)
 {
     (void)state;
     const double end = 1;
-    char *text = NULL;
-    size_t size = 0;
     config *given = read_text(many, 0, NULL);
     scene one;
     ad_error error = {.message = ""};
@@ -304,6 +360,7 @@ static void test_size(void **state)
     export_family x = {.name = "arm",
                        .about = "a test",
                        .open = &given->scene,
+                       .columns = STRAIN_COLUMNS,
                        .places = 1,
                        .s = &end,
                        .network = record,
@@ -312,13 +369,15 @@ static void test_size(void **state)
     scene_middle(&given->scene, &one);
     assert_good(strain_mesh_of(&one, 6, &x.mesh, &error), &error);
     assert_int_equal(strain_mesh_nodes(&x.mesh), 12);
-    FILE *file = open_memstream(&text, &size);
-    assert_non_null(file);
-    assert_good(export_family_write_source(&x, file, &error), &error);
-    fclose(file);
-    printf("%zu bytes of C\n", size);
-    assert_true(size < 750000);
-    free(text);
+    set_columns(&x, -1);
+    const size_t all = size_of(&x);
+    printf("%zu bytes of C\n", all);
+    assert_true(all < 750000);
+    x.columns = 3; /* positions: forces are not brought to places, nor moments, strains */
+    const size_t less = size_of(&x);
+    x.single = true;
+    assert_true(less < all);
+    assert_true(size_of(&x) < less);
     nn_mlp_free(n.mlp);
     config_free(given);
 }
@@ -330,6 +389,8 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_dead, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(test_chamber, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(test_followers, make_directory, remove_directory),
+        cmocka_unit_test_setup_teardown(test_single, make_directory, remove_directory),
+        cmocka_unit_test_setup_teardown(test_columns, make_directory, remove_directory),
     };
     return has_compiler("cc") ? cmocka_run_group_tests(tests, NULL, NULL) : 77;
 }

@@ -6,8 +6,10 @@
 #include "autodiff/run/exp_single.h"
 #include "autodiff/run/sine.h"
 #include "autodiff/run/sine_single.h"
+#include "autodiff/run/stumpff_single.h"
 #include "autodiff/run/tanh.h"
 #include "autodiff/run/tanh_single.h"
+#include "autodiff/tape/stumpff.h"
 
 #include <float.h>
 #include <stdbool.h>
@@ -87,6 +89,19 @@ static void test_exp(void **state)
     assert_true(isnan((double)ad_exp_single((float)NAN)) && isinf((double)ad_exp_single(89)));
 }
 
+/* Against that of double, itself tested with its derivatives (test_ops), below where c_0 is 0. */
+static void test_stumpff(void **state)
+{
+    (void)state;
+    for (int i = 0; i < POINTS; i++) {
+        const int k = i % 6;
+        const float x = (float)random_size(1e-5, 2);
+        check("stumpff, single", x, ad_stumpff_single(k, x), ad_stumpff_number(k, (double)x), true,
+              8);
+    }
+    assert_true(isnan((double)ad_stumpff_single(2, (float)NAN)));
+}
+
 static void test_tanh(void **state)
 {
     (void)state;
@@ -103,6 +118,6 @@ static void test_tanh(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_sine), cmocka_unit_test(test_exp),
-                                       cmocka_unit_test(test_tanh)};
+                                       cmocka_unit_test(test_tanh), cmocka_unit_test(test_stumpff)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -8,8 +8,8 @@
 /* The texts of lanes.h, stumpff.h and so on (made by text.cmake): lines, NULL at the end. */
 extern const char *const ad_text_lanes[], *const ad_text_stumpff[];
 extern const char *const ad_text_tanh[], *const ad_text_sine[], *const ad_text_exp[];
-extern const char *const ad_text_tanh_single[], *const ad_text_sine_single[],
-                                                    *const ad_text_exp_single[];
+extern const char *const ad_text_tanh_single[], *const ad_text_sine_single[];
+extern const char *const ad_text_exp_single[], *const ad_text_stumpff_single[];
 
 void ad_c_text(const char *const *lines, FILE *file);
 

@@ -528,10 +528,11 @@ static void write_texts(const char *code, const c_tables *tables, FILE *file)
     const struct {
         const char *name;
         const char *const *lines;
-    } texts[] = {{"ad_stumpff_number(", ad_text_stumpff},  {"ad_tanh_number(", ad_text_tanh},
-                 {"ad_tanh_single(", ad_text_tanh_single}, {"ad_sine_number(", ad_text_sine},
-                 {"ad_sine_single(", ad_text_sine_single}, {"ad_exp_number(", ad_text_exp},
-                 {"ad_exp_single(", ad_text_exp_single}};
+    } texts[] = {
+        {"ad_stumpff_number(", ad_text_stumpff}, {"ad_stumpff_single(", ad_text_stumpff_single},
+        {"ad_tanh_number(", ad_text_tanh},       {"ad_tanh_single(", ad_text_tanh_single},
+        {"ad_sine_number(", ad_text_sine},       {"ad_sine_single(", ad_text_sine_single},
+        {"ad_exp_number(", ad_text_exp},         {"ad_exp_single(", ad_text_exp_single}};
     fputs("#include <math.h>\n\n", file);
     if (tables->product_count > 0) { /* gcc -O2 makes vectors of loops but leaves them loops */
         fputs("#if defined(__GNUC__) && __GNUC__ >= 8 && !defined(__clang__)\n"

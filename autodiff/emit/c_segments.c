@@ -89,7 +89,7 @@ static void put_name(const c_writer *w, int op, int whole)
     if (w->vectors) {
         fprintf(w->file, "v_%s(", ad_op_table[op].name);
     } else if (op == OP_STUMPFF) {
-        fprintf(w->file, "%sad_stumpff_number(%d, ", *w->suffix ? "(float)" : "", whole);
+        fprintf(w->file, "ad_stumpff_%s(%d, ", kind, whole);
     } else if (op == OP_TANH || op == OP_TANH_SUM) {
         fprintf(w->file, "ad_tanh_%s(", kind);
     } else if (op == OP_EXP) {

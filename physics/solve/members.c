@@ -219,14 +219,16 @@ ad_status solve_members_refine(solve_members *x, size_t members, const double *p
 
 static ad_status create_jacobian(solve_members *x, ad_error *error)
 {
+    static const int first[SOLVE_MEMBERS_COLUMNS] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
     const size_t nodes = solve_members_nodes(x);
     double *places = malloc(nodes * sizeof *places);
     if (!places) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
     }
     memcpy(places, x->groups[0]->level[x->groups[0]->modes].s, nodes * sizeof *places);
-    ad_status status = strain_jacobian_create(&x->open, nodes, places, x->points, x->s, x->pool,
-                                              &x->jacobian, error);
+    ad_status status =
+        strain_jacobian_create(&x->open, nodes, places, x->points, x->s, SOLVE_MEMBERS_COLUMNS,
+                               first, x->pool, &x->jacobian, error);
     free(places);
     return status;
 }
@@ -235,9 +237,9 @@ ad_status solve_members_jacobian(solve_members *x, size_t members, const double 
                                  const double *curvature, double *jacobian, ad_error *error)
 {
     ad_status status = x->jacobian ? AD_OK : create_jacobian(x, error);
-    return status == AD_OK
-               ? strain_jacobian_run(x->jacobian, members, parameters, curvature, jacobian, error)
-               : status;
+    return status == AD_OK ? strain_jacobian_run(x->jacobian, members, parameters, curvature, NULL,
+                                                 jacobian, error)
+                           : status;
 }
 
 /* ---- where curvature is given -------------------------------------------------------------- */

@@ -18,8 +18,10 @@ enum { DIRECTIONS = 4096 };
 
 struct strain_jacobian {
     size_t unknowns, count, rows; /* of the curvature, of parameters, of a shape */
+    int columns;
     double length;
     ad_program *residual, *shape; /* derivatives along a direction */
+    ad_program *values;           /* of the shape */
     size_t chunk;                 /* members at a time */
     /* By members: [unknowns][chunk], [count][chunk]; by directions, of which a member has
      * unknowns + count: the same with them, and [rows]. */
@@ -33,6 +35,7 @@ void strain_jacobian_free(strain_jacobian *x)
     if (x) {
         ad_program_free(x->residual);
         ad_program_free(x->shape);
+        ad_program_free(x->values);
         free(x->curvature);
         free(x->parameters);
         free(x->by_curvature);
@@ -47,36 +50,21 @@ void strain_jacobian_free(strain_jacobian *x)
 
 /* ---- recording ----------------------------------------------------------------------------- */
 
-/* Rows [columns][points] of a shape in SI units. */
-static ad_value shape_rows(const strain_rod *rod, ad_value curvature, ad_value state,
-                           const strain_jacobian *x, int points, const double *s)
-{
-    const strain_shape shape = strain_rod_shape(rod, curvature, state, points, s);
-    ad_value rows[SOLVE_MEMBERS_COLUMNS];
-    for (int c = 0; c < SOLVE_MEMBERS_COLUMNS; c++) {
-        ad_value of = c < 3    ? ad_scale(shape.position[c], x->length)
-                      : c < 7  ? shape.rotation[c - 3]
-                      : c < 10 ? shape.strain[c - 7]
-                               : ad_scale(shape.curvature[c - 10], 1 / x->length);
-        rows[c] = ad_rows(of) == points ? of : ad_repeat(of, points);
-    }
-    return ad_stack(SOLVE_MEMBERS_COLUMNS, rows);
-}
-
 static ad_status compile(ad_value of, const ad_value wrt[2], const ad_value along[2], ad_pool *pool,
                          ad_program **program, ad_error *error)
 {
     const ad_settings settings = ad_settings_default();
-    ad_value change;
-    ad_directional(1, &of, 2, wrt, along, &change); /* its errors stay on the tape */
+    if (wrt) {
+        ad_directional(1, &of, 2, wrt, along, &of); /* its errors stay on the tape */
+    }
     ad_status status = ad_tape_status(of.tape, error);
-    return status == AD_OK ? ad_compile(1, &change, &settings, pool, program, error) : status;
+    return status == AD_OK ? ad_compile(1, &of, &settings, pool, program, error) : status;
 }
 
 static ad_status record(strain_jacobian *x, ad_tape *tape, const strain_settings *settings,
-                        int points, const double *s, ad_pool *pool, ad_error *error)
+                        const double *s, const int *which, ad_pool *pool, ad_error *error)
 {
-    const int n = (int)x->unknowns, m = (int)x->count;
+    const int n = (int)x->unknowns, m = (int)x->count, points = (int)x->rows / x->columns;
     ad_value each[SCENE_PARAMETERS_MAX], wrt[2], along[2];
     strain_rod *rod = NULL;
     const ad_value at = ad_input(tape, "s", 1); /* the order is that of run */
@@ -92,9 +80,12 @@ static ad_status record(strain_jacobian *x, ad_tape *tape, const strain_settings
         const ad_value state = strain_rod_state(rod, wrt[0]);
         status =
             compile(strain_rod_residual(rod, wrt[0], state), wrt, along, pool, &x->residual, error);
-        status = status == AD_OK ? compile(shape_rows(rod, wrt[0], state, x, points, s), wrt, along,
-                                           pool, &x->shape, error)
-                                 : status;
+        if (status == AD_OK) {
+            const ad_value shape =
+                strain_rod_columns(rod, wrt[0], state, points, s, x->columns, which);
+            status = compile(shape, wrt, along, pool, &x->shape, error);
+            status = status == AD_OK ? compile(shape, NULL, NULL, pool, &x->values, error) : status;
+        }
     }
     strain_rod_free(rod);
     return status;
@@ -120,8 +111,8 @@ static ad_status allocate(strain_jacobian *x, ad_error *error)
 }
 
 ad_status strain_jacobian_create(const scene *open, size_t nodes, const double *places,
-                                 size_t points, const double *s, ad_pool *pool,
-                                 strain_jacobian **result, ad_error *error)
+                                 size_t points, const double *s, int columns, const int *which,
+                                 ad_pool *pool, strain_jacobian **result, ad_error *error)
 {
     const char *names[SCENE_PARAMETERS_MAX];
     double usual[SCENE_PARAMETERS_MAX];
@@ -145,9 +136,10 @@ ad_status strain_jacobian_create(const scene *open, size_t nodes, const double *
     } else {
         x->unknowns = 3 * nodes;
         x->count = (size_t)settings.count;
-        x->rows = SOLVE_MEMBERS_COLUMNS * points;
+        x->columns = columns;
+        x->rows = (size_t)columns * points;
         x->length = scene_length(&one);
-        status = record(x, tape, &settings, (int)points, s, pool, error);
+        status = record(x, tape, &settings, s, which, pool, error);
     }
     status = status == AD_OK ? allocate(x, error) : status;
     ad_tape_free(tape);
@@ -225,10 +217,20 @@ static void set_changes(strain_jacobian *x, size_t members)
     }
 }
 
-static ad_status run_chunk(strain_jacobian *x, size_t members, const double *parameters,
-                           const double *curvature, double *jacobian, ad_error *error)
+/* Where the results of a program, [columns][points][members][each], have row [points][columns] of a
+ * member's shape. */
+static double *result_of(const strain_jacobian *x, size_t members, size_t each, size_t member,
+                         size_t row)
 {
-    const size_t n = x->unknowns, m = x->count, points = x->rows / SOLVE_MEMBERS_COLUMNS;
+    const size_t columns = (size_t)x->columns, points = x->rows / columns;
+    return x->results + ((row % columns * points + row / columns) * members + member) * each;
+}
+
+static ad_status run_chunk(strain_jacobian *x, size_t members, const double *parameters,
+                           const double *curvature, double *values, double *jacobian,
+                           ad_error *error)
+{
+    const size_t n = x->unknowns, m = x->count;
     const size_t nodes = n / 3; /* the tape has [3][nodes] */
     for (size_t i = 0; i < members; i++) {
         for (size_t k = 0; k < n; k++) {
@@ -248,23 +250,31 @@ static ad_status run_chunk(strain_jacobian *x, size_t members, const double *par
         set_changes(x, members);
         status = run(x, x->shape, members, m, error);
     }
-    for (size_t i = 0; i < members * x->rows * m && status == AD_OK; i++) {
-        const size_t k = i % m, column = i / m % SOLVE_MEMBERS_COLUMNS;
-        const size_t point = i / m / SOLVE_MEMBERS_COLUMNS % points, member = i / m / x->rows;
-        const bool solved = isfinite(x->right[member * n * m]);
-        jacobian[i] =
-            solved ? x->results[(column * points + point) * members * m + member * m + k] : NAN;
+    for (size_t i = 0; i < members * x->rows && status == AD_OK; i++) {
+        const size_t member = i / x->rows;
+        const double *of = result_of(x, members, m, member, i % x->rows);
+        for (size_t k = 0; k < m; k++) {
+            jacobian[i * m + k] = isfinite(x->right[member * n * m]) ? of[k] : NAN;
+        }
+    }
+    if (status == AD_OK && values) {
+        status = run(x, x->values, members, 1, error);
+    }
+    for (size_t i = 0; i < members * x->rows && status == AD_OK && values; i++) {
+        values[i] = *result_of(x, members, 1, i / x->rows, i % x->rows);
     }
     return status;
 }
 
 ad_status strain_jacobian_run(strain_jacobian *x, size_t members, const double *parameters,
-                              const double *curvature, double *jacobian, ad_error *error)
+                              const double *curvature, double *values, double *jacobian,
+                              ad_error *error)
 {
     ad_status status = AD_OK;
     for (size_t first = 0; first < members && status == AD_OK; first += x->chunk) {
         const size_t left = members - first, now = left < x->chunk ? left : x->chunk;
         status = run_chunk(x, now, parameters + first * x->count, curvature + first * x->unknowns,
+                           values ? values + first * x->rows : NULL,
                            jacobian + first * x->rows * x->count, error);
     }
     return status;

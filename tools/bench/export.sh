@@ -44,15 +44,19 @@ measured deep_64_64 cantilever_deep 'r q' --set 'network.hidden=[64, 64]' \
 # family NAME CONFIG OVERRIDES...: a family in the strain form, us a member: shape of the network alone,
 # with its error, with one step and its error, tip with one step, its derivatives.
 family() {
-    local name=$1 config=$2 compiler
+    local name=$1 config=$2 compiler options number
     shift 2
     cpinn-train "configs/$config.yaml" --out "$work/$name" --quiet "$@" 2>/dev/null
-    cpinn-export "$work/$name" --c "$work/model" --force >/dev/null || exit 1
-    for compiler in "${compilers[@]}"; do
-        command -v "${compiler%% *}" >/dev/null || continue
-        $compiler -std=c99 -D_POSIX_C_SOURCE=200809L -DHEADER='"model.h"' -DNAME=model -I"$work" \
-            -o "$work/time" tools/bench/export_family_time.c "$work/model.c" -lm || exit 1
-        echo "$name: $compiler: $("$work/time")"
+    for options in '' '--columns r' --single '--single --columns r'; do
+        cpinn-export "$work/$name" --c "$work/model" --force $options >/dev/null || exit 1
+        number=double
+        [[ $options != *--single* ]] || number=float
+        for compiler in "${compilers[@]}"; do
+            command -v "${compiler%% *}" >/dev/null || continue
+            $compiler -std=c99 -D_POSIX_C_SOURCE=200809L -DHEADER='"model.h"' -DNAME=model -DNUMBER=$number \
+                -I"$work" -o "$work/time" tools/bench/export_family_time.c "$work/model.c" -lm || exit 1
+            echo "$name: ${options:-all} $compiler: $("$work/time")"
+        done
     done
 }
 

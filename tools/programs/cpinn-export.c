@@ -179,15 +179,32 @@ static ad_status check(export_model *x, texts *t, ad_error *error)
 
 /* ---- report --------------------------------------------------------------------------------- */
 
+/* The largest of the columns. */
+static double largest(const export_model *x, const double *list, int first)
+{
+    double most = 0;
+    for (int i = first; i < x->outputs; i++) {
+        most = fmax(most, list[i]);
+    }
+    return most;
+}
+
 static void report_family(const export_model *x, size_t length, const char *out)
 {
+    const export_errors *off = &x->measured;
+    const bool measured = !isnan(off->values[0]);
     printf("wrote %.*s.c, .h and _selftest.c: %d parameters, %d nodes, shapes at %d places\n",
            (int)length, out, x->family.open->parameter_count, strain_mesh_nodes(&x->family.mesh),
            x->family.places);
-    if (!isnan(x->measured.values[0])) {
-        printf("checked by cc: a polished curvature to %.1e of its scale, the tip to %.1e of the "
-               "length\n",
-               x->measured.values[0], x->measured.jacobian[0]);
+    if (measured) {
+        printf("checked by cc: a polished curvature to %.1e of its scale, columns of the tip to "
+               "%.1e, derivatives to %.1e of their scales\n",
+               off->jacobian[0], largest(x, off->values, 1), largest(x, off->jacobian, 1));
+    }
+    for (int i = 1; i < x->outputs && x->single && measured; i++) {
+        printf("  %-10s %.1e  derivatives %.1e\n",
+               scene_physics_of(x->family.open)->columns[x->family.which[i - 1]].name,
+               off->values[i], off->jacobian[i]);
     }
     if (x->is_judged) {
         verdict_print(stdout, "verdict on training: ", &x->verdict);
@@ -196,15 +213,12 @@ static void report_family(const export_model *x, size_t length, const char *out)
 
 static void report(const export_model *x, const options *o, size_t length)
 {
-    double value = 0, jacobian = 0;
     if (export_is_family(x)) {
         report_family(x, length, out_of(o));
         return;
     }
-    for (int i = 0; i < x->outputs; i++) {
-        value = fmax(value, x->measured.values[i]);
-        jacobian = fmax(jacobian, x->measured.jacobian[i]);
-    }
+    const double value = largest(x, x->measured.values, 0);
+    const double jacobian = largest(x, x->measured.jacobian, 0);
     printf("wrote %.*s%s: %d inputs, %d outputs, %zu numbers of memory\n", (int)length, out_of(o),
            o->fmu ? ".fmu" : ".c, .h and _selftest.c", x->inputs, x->outputs, x->memory);
     if (!isnan(x->measured.values[0])) {
@@ -266,7 +280,7 @@ int main(int argc, char **argv)
          "write these columns alone, separated by spaces or commas: columns of\ncpinn-eval, r or q "
          "for those of position or rotation, derivatives as\nin x_s, r_tt"},
         {"--single", NULL, CLI_FLAG, &o.single, 0, 0,
-         "use numbers of type float; the error of each column is measured,\nprinted and written to "
+         "compute in numbers of type float; the error of each column is measured,\nprinted and written to "
          "the header"},
         {"--force", NULL, CLI_FLAG, &o.force, 0, 0, "replace files that are there"}};
     const cli_program about = {program, "DIR_OR_CHECKPOINT", help_export, NULL, NULL};

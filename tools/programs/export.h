@@ -58,9 +58,14 @@ ad_status export_open(export_model *x, const char *run, const char *columns, con
                       ad_error *error);
 void export_free(export_model *x);
 
-/* Of a family in the strain form; at places of the shape, arc lengths in m separated by commas, of
- * which the last is the tip; NULL: 21 at equal distances. export_run.c. */
-ad_status export_open_family(export_model *x, const char *places, ad_error *error);
+/* What a rod has by itself, of a unit: L of m, EI/L^2 of N; 0: not known. export_model.c. */
+double export_natural_scale(const scene *of, const char *unit);
+
+/* Of a family in the strain form; columns by name, NULL: all; at places of the shape, arc lengths
+ * in m separated by commas, of which the last is the tip; NULL: 21 at equal distances.
+ * export_run.c. */
+ad_status export_open_family(export_model *x, const char *columns, const char *places,
+                             ad_error *error);
 
 static inline bool export_is_family(const export_model *x)
 {

@@ -1,5 +1,6 @@
 #include "tools/programs/export_family.h"
 
+#include "physics/model.h"
 #include "physics/rod.h"
 #include "tools/programs/cli.h"
 
@@ -93,31 +94,11 @@ static ad_value record_network(const export_family *x, const recording *r)
     return x->network(x->context, r->tape, at);
 }
 
-/* [columns][places], in SI units. */
+/* [columns][places] */
 static ad_value record_shape(const export_family *x, const recording *r, int places,
                              const double *s)
 {
-    scene middle;
-    scene_middle(x->open, &middle);
-    const rod_scales scale = rod_scales_of(&middle);
-    const strain_shape shape = strain_rod_shape(r->rod, r->u, r->z, places, s);
-    const struct {
-        const ad_value *of;
-        int rows;
-        double unit;
-    } fields[] = {{shape.position, 3, scale.length},
-                  {shape.rotation, 4, 1},
-                  {shape.strain, 3, 1},
-                  {shape.curvature, 3, 1 / scale.length},
-                  {shape.force, 3, scale.force},
-                  {shape.moment, 3, scale.moment}};
-    ad_value columns[EXPORT_FAMILY_COLUMNS];
-    for (int f = 0, c = 0; f < 6; f++) {
-        for (int k = 0; k < fields[f].rows; k++) {
-            columns[c++] = ad_scale(fields[f].of[k], fields[f].unit);
-        }
-    }
-    return ad_stack(EXPORT_FAMILY_COLUMNS, columns);
+    return strain_rod_columns(r->rod, r->u, r->z, places, s, x->columns, x->which);
 }
 
 /* By p, and where they follow it by u and z. */
@@ -191,21 +172,41 @@ static ad_status compile(export_family *x, int function, ad_pool *pool, ad_progr
 
 /* ---- the texts ----------------------------------------------------------------------------- */
 
-/* The text with the name in place of "model". */
-static void put(const export_family *x, const char *text, FILE *file)
+static const char *type_of(const export_family *x)
 {
-    static const char model[] = "model_";
-    for (const char *next = strstr(text, model); next; next = strstr(text, model)) {
-        fprintf(file, "%.*s%s_", (int)(next - text), text, x->name);
-        text = next + strlen(model);
-    }
-    fputs(text, file);
+    return x->single ? "float" : "double";
 }
 
-static void put_lines(const export_family *x, const char *const *lines, FILE *file)
+/* The text with the name in place of "model", the type of numbers in place of "model_number", and,
+ * where `single`, functions and numbers of that precision. */
+static void put(const export_family *x, const char *text, bool single, FILE *file)
+{
+    const struct {
+        const char *word, *to;
+        bool of_single;
+    } words[] = {{"model_number", type_of(x), false}, {"model_", x->name, false},
+                 {"double ", "float ", true},         {"fabs(", "fabsf(", true},
+                 {"sqrt(", "sqrtf(", true},           {"HUGE_VAL", "HUGE_VALF", true}};
+    while (*text) {
+        size_t i = 0;
+        while (i < sizeof words / sizeof *words &&
+               ((words[i].of_single && !single) ||
+                strncmp(text, words[i].word, strlen(words[i].word)) != 0)) {
+            i++;
+        }
+        if (i == sizeof words / sizeof *words) {
+            fputc(*text++, file);
+        } else {
+            fprintf(file, "%s%s", words[i].to, i == 1 ? "_" : "");
+            text += strlen(words[i].word);
+        }
+    }
+}
+
+static void put_lines(const export_family *x, const char *const *lines, bool single, FILE *file)
 {
     for (; *lines; lines++) {
-        put(x, *lines, file);
+        put(x, *lines, single, file);
     }
 }
 
@@ -217,9 +218,10 @@ static void put_upper(const char *name, FILE *file)
     }
 }
 
-static const char *const columns[EXPORT_FAMILY_COLUMNS] = {"X",  "Y",  "Z",  "QW", "QX", "QY", "QZ",
-                                                           "V1", "V2", "V3", "U1", "U2", "U3", "N1",
-                                                           "N2", "N3", "M1", "M2", "M3"};
+static const model_column *column_of(const export_family *x, int column)
+{
+    return scene_physics_of(x->open)->columns + x->which[column];
+}
 
 static void put_numbers(const export_family *x, const char *name, size_t number, FILE *file)
 {
@@ -244,8 +246,43 @@ static size_t linearised_of(const export_family *x)
 static size_t memory_of(const export_family *x)
 {
     const size_t n = 3 * (size_t)strain_mesh_nodes(&x->mesh);
-    return inputs_of(x) + linearised_of(x) + 5 * n * n + (size_t)x->places * EXPORT_FAMILY_COLUMNS +
+    return inputs_of(x) + linearised_of(x) + 5 * n * n + (size_t)x->places * (size_t)x->columns +
            x->workspace;
+}
+
+/* Columns: index, unit, scale, and how far this C is from cpinn. */
+static void write_columns(const export_family *x, FILE *file)
+{
+    const bool measured = !isnan(x->values[0]);
+    fputs(
+        "/* columns: index, unit, scale (the largest of that unit, or that of the rod: EI/L^2 of a "
+        "force).\n * position r, rotation q, and in the frame of the section strain v, curvature "
+        "u, force n, moment m */\nenum {\n",
+        file);
+    for (int i = 0; i < x->columns; i++) {
+        const model_column *c = column_of(x, i);
+        fprintf(file, "    %s_", x->name);
+        put_upper(c->name, file);
+        fprintf(file, " = %d%s /* %s, %.3g", i, i + 1 < x->columns ? "," : "",
+                *c->unit ? c->unit : "1", x->scale[i]);
+        if (measured) {
+            fprintf(file, "; to %.1e of it, its derivatives to %.1e", x->values[1 + i],
+                    x->derivatives[1 + i]);
+        }
+        fputs(" */\n", file);
+    }
+    fprintf(file,
+            "};\n\n/* How far this C, with numbers of type %s, is from cpinn's evaluation in double "
+            "precision",
+            type_of(x));
+    if (measured) {
+        fprintf(file,
+                " after\n * one step: above for the tip; the curvature to %.1e of its largest; at "
+                "%d members, those of\n * %s_selftest.c. */\n\n",
+                x->derivatives[0], x->members, x->name);
+    } else {
+        fputs(" has\n * not been measured. */\n\n", file);
+    }
 }
 
 void export_family_write_header(const export_family *x, FILE *file)
@@ -257,10 +294,10 @@ void export_family_write_header(const export_family *x, FILE *file)
     }
     fprintf(file, ", a family of rods at rest as C99; written by cpinn %s. */\n", cli_version());
     put(x, "#ifndef model_H\n#define model_H\n\n#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n",
-        file);
+        false, file);
     put_numbers(x, "PARAMETERS", (size_t)count, file);
     put_numbers(x, "POINTS", (size_t)x->places, file);
-    put_numbers(x, "COLUMNS", EXPORT_FAMILY_COLUMNS, file);
+    put_numbers(x, "COLUMNS", (size_t)x->columns, file);
     put_numbers(x, "NODES", (size_t)strain_mesh_nodes(&x->mesh), file);
     put_numbers(x, "MEMORY", memory_of(x), file);
     put_numbers(x, "OUT_OF_RANGE", 1, file);
@@ -272,32 +309,44 @@ void export_family_write_header(const export_family *x, FILE *file)
         put_upper(p->name, file);
         fprintf(file, " = %d%s /* %.9g to %.9g */\n", i, i + 1 < count ? "," : "", p->low, p->high);
     }
-    fputs("};\n\n/* columns: position r (m) and rotation q, strain v, curvature u (1/m), force n "
-          "(N) and "
-          "moment\n * m (N m) in the frame of the section */\nenum {\n",
-          file);
-    for (int i = 0; i < EXPORT_FAMILY_COLUMNS; i++) {
-        fprintf(file, "    %s_%s = %d%s\n", x->name, columns[i], i,
-                i + 1 < EXPORT_FAMILY_COLUMNS ? "," : "");
-    }
     fputs("};\n\n", file);
-    put_lines(x, export_family_types, file);
+    write_columns(x, file);
+    put_lines(x, export_family_types, x->single, file);
     fputs("#ifdef __cplusplus\n}\n#endif\n\n#endif\n", file);
+}
+
+/* With the point or the exponent that its f needs. */
+static void put_number(const export_family *x, double value, FILE *file)
+{
+    if (x->single) {
+        fprintf(file, "%.8ef", value);
+    } else {
+        fprintf(file, "%.17g", value);
+    }
 }
 
 static void put_list(const export_family *x, const char *name, int count, const double *list,
                      double unit, FILE *file)
 {
-    fprintf(file, "const double %s_%s[%d] = {", x->name, name, count);
+    fprintf(file, "const %s %s_%s[%d] = {", type_of(x), x->name, name, count);
     for (int i = 0; i < count; i++) {
-        fprintf(file, "%s%.17g", i == 0 ? "" : i % 4 ? ", " : ",\n    ", list[i] * unit);
+        fputs(i == 0 ? "" : i % 4 ? ", " : ",\n    ", file);
+        put_number(x, list[i] * unit, file);
     }
     fputs("};\n", file);
 }
 
-static void put_rows(const char *name, int rows, int columns, const double *list, FILE *file)
+static void put_macro(const export_family *x, const char *name, double value, FILE *file)
 {
-    fprintf(file, "static const double %s[%d][%d] = {", name, rows, columns);
+    fprintf(file, "#define %s ", name);
+    put_number(x, value, file);
+    fputc('\n', file);
+}
+
+static void put_rows(const char *type, const char *name, int rows, int columns, const double *list,
+                     FILE *file)
+{
+    fprintf(file, "static const %s %s[%d][%d] = {", type, name, rows, columns);
     for (int i = 0; i < rows; i++) {
         for (int k = 0; k < columns; k++) {
             fprintf(file, "%s%.17g", k > 0 ? k % 4 ? ", " : ",\n     " : "\n    {",
@@ -309,19 +358,21 @@ static void put_rows(const char *name, int rows, int columns, const double *list
 }
 
 /* Integrals from s = 0 to points and to edges of what is at points. */
-static void write_integrals(const strain_mesh *mesh, FILE *file)
+static void write_integrals(const export_family *x, FILE *file)
 {
+    const strain_mesh *mesh = &x->mesh;
     static const char *const names[2] = {"to_point", "to_edge"};
     double weights[STRAIN_ELEMENTS_MAX * STRAIN_STAGES_MAX];
     const int nodes = strain_mesh_nodes(mesh);
     for (int k = 0; k < 2; k++) {
         const int rows = k == 0 ? nodes : mesh->elements + 1;
-        fprintf(file, "static const double %s[%d][%d] = {", names[k], rows, nodes);
+        fprintf(file, "static const %s %s[%d][%d] = {", type_of(x), names[k], rows, nodes);
         for (int i = 0; i < rows; i++) {
             strain_mesh_integral(mesh, k == 1, i, weights);
             fputs(i ? "},\n    {" : "\n    {", file);
             for (int j = 0; j < nodes; j++) {
-                fprintf(file, "%s%.17g", j == 0 ? "" : j % 4 ? ", " : ",\n     ", weights[j]);
+                fputs(j == 0 ? "" : j % 4 ? ", " : ",\n     ", file);
+                put_number(x, weights[j], file);
             }
         }
         fputs("}};\n", file);
@@ -339,17 +390,14 @@ static void write_constants(const export_family *x, FILE *file)
     put_list(x, "lower", count, low, 1, file);
     put_list(x, "upper", count, high, 1, file);
     put_list(x, "places", x->places, x->s, scene_length(x->open), file);
-    put(x, "const char *const model_parameter_names[model_PARAMETERS] = {", file);
+    put(x, "const char *const model_parameter_names[model_PARAMETERS] = {", false, file);
     for (int i = 0; i < count; i++) {
         fprintf(file, "%s\"%s\"", i ? ", " : "", x->open->parameters[i].name);
     }
-    put(x, "};\nconst char *const model_column_names[model_COLUMNS] = {", file);
-    for (int i = 0; i < EXPORT_FAMILY_COLUMNS; i++) {
-        fprintf(file, "%s\"", i % 10 == 0 ? "\n    " : " ");
-        for (const char *c = columns[i]; *c; c++) {
-            fputc(tolower((unsigned char)*c), file);
-        }
-        fprintf(file, "\"%s", i + 1 < EXPORT_FAMILY_COLUMNS ? "," : "");
+    put(x, "};\nconst char *const model_column_names[model_COLUMNS] = {", false, file);
+    for (int i = 0; i < x->columns; i++) {
+        fprintf(file, "%s\"%s\"%s", i % 10 == 0 ? "\n    " : " ", column_of(x, i)->name,
+                i + 1 < x->columns ? "," : "");
     }
     fputs("};\n\n", file);
     fprintf(file,
@@ -359,9 +407,12 @@ static void write_constants(const export_family *x, FILE *file)
             "    LINEARISED = %zu\n};\n",
             strain_mesh_nodes(&x->mesh), count, x->state, x->mesh.elements, x->mesh.stages,
             x->follows, inputs_of(x), linearised_of(x));
-    fprintf(file, "#define LENGTH %.17g\n#define MESH %.3g\n", scene_length(x->open),
-            x->mesh_error);
-    write_integrals(&x->mesh, file);
+    put_macro(x, "LENGTH", scene_length(x->open), file);
+    put_macro(x, "MESH", x->mesh_error, file);
+    put_macro(x, "ROUNDING", x->single ? 1e-6 : 1e-9, file); /* of a range */
+    put_macro(x, "SETTLED", x->single ? 1e-5 : 1e-9, file);  /* steps over the length */
+    put_macro(x, "LARGE", x->single ? 1e15 : 1e100, file);   /* curvature times the length */
+    write_integrals(x, file);
 }
 
 ad_status export_family_write_source(export_family *x, FILE *file, ad_error *error)
@@ -385,12 +436,12 @@ ad_status export_family_write_source(export_family *x, FILE *file, ad_error *err
                 "/* %s, see %s.h; written by cpinn %s. */\n#include \"%s.h\"\n\n#include "
                 "<stddef.h>\n\n",
                 x->name, x->name, cli_version(), x->name);
-        status = ad_write_c(FUNCTIONS, programs, options, false, file, &x->workspace, error);
+        status = ad_write_c(FUNCTIONS, programs, options, x->single, file, &x->workspace, error);
     }
     if (status == AD_OK) {
         write_constants(x, file);
         fputc('\n', file);
-        put_lines(x, export_family_functions, file);
+        put_lines(x, export_family_functions, x->single, file);
     }
     for (int i = 0; i < FUNCTIONS; i++) {
         ad_program_free(programs[i]);
@@ -406,15 +457,20 @@ void export_family_write_selftest(const export_family *x, FILE *file)
     for (int i = 0; i < rows * x->members; i++) {
         scale = fmax(scale, fabs(x->polished[i]));
     }
-    fprintf(file,
-            "/* Compares %s.c with what cpinn has computed: exit 1 and a line where they differ.\n"
-            " *     cc -std=c99 -O2 -o selftest %s.c %s_selftest.c -lm && ./selftest */\n"
-            "#include \"%s.h\"\n\n#include <math.h>\n#include <stdio.h>\n\n"
-            "enum { MEMBERS = %d, N = %d, P = %d };\n#define SCALE %.17g\n\n",
-            x->name, x->name, x->name, x->name, x->members, rows, count, scale);
-    put_rows("parameters", x->members, count, x->parameters, file);
-    put_rows("polished", x->members, rows, x->polished, file);
-    put_rows("tips", x->members, 3, x->tips, file);
+    fprintf(
+        file,
+        "/* Compares %s.c with what cpinn has computed: exit 1 and a line where they differ.\n"
+        " *     cc -std=c99 -O2 -o selftest %s.c %s_selftest.c -lm && ./selftest */\n"
+        "#include \"%s.h\"\n\n#include <math.h>\n#include <stdio.h>\n\n"
+        "enum { MEMBERS = %d, N = %d, P = %d };\n#define LARGEST %.17g\n#define TOLERANCE %g\n\n",
+        x->name, x->name, x->name, x->name, x->members, rows, count, scale,
+        x->single ? 1e-3 : 1e-9); /* rounding, a thousand times and more larger near a fold */
+    put_rows(type_of(x), "parameters", x->members, count, x->parameters, file);
+    put_rows("double", "curvature", x->members, rows, x->curvature, file);
+    put_rows("double", "polished", x->members, rows, x->polished, file);
+    put_rows("double", "tips", x->members, x->columns, x->tips, file);
+    put_rows("double", "derivatives", x->members, x->columns * count, x->jacobian, file);
+    put_rows("double", "scale", 1, x->columns, x->scale, file);
     fputc('\n', file);
-    put_lines(x, export_family_selftest, file);
+    put_lines(x, export_family_selftest, false, file);
 }

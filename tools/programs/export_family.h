@@ -8,12 +8,14 @@
 #include <stdio.h>
 
 typedef struct export_family {
-    const char *name;  /* a C identifier */
-    const char *about; /* of the comment of the header: a few words */
-    const scene *open; /* with parameters that have ranges */
-    strain_mesh mesh;  /* of the curvature */
-    int places;        /* of the shape */
-    const double *s;   /* [places], ascending, of the length; the last one 1 */
+    const char *name;                   /* a C identifier */
+    const char *about;                  /* of the comment of the header: a few words */
+    const scene *open;                  /* with parameters that have ranges */
+    strain_mesh mesh;                   /* of the curvature */
+    bool single;                        /* float in place of double */
+    int places;                         /* of the shape */
+    const double *s;                    /* [places], ascending, of the length; the last one 1 */
+    int columns, which[STRAIN_COLUMNS]; /* of the shape, of strain_rod_columns */
     /* Records the curvature times the length [3][nodes], at coordinates x [parameters], 0 to 1 over
      * their ranges; with `weights`, its parameters. */
     ad_value (*network)(const void *context, ad_tape *tape, const ad_value *x);
@@ -23,13 +25,16 @@ typedef struct export_family {
     size_t workspace;  /* numbers of the functions; by export_family_write_source, as the next */
     int state;         /* numbers of the state of the rod */
     bool follows;      /* forces follow the rod */
-    /* Of the self-test: members, their curvature times the length after a step from the network's,
-     * and positions of their tips then, m. */
+    /* Of the self-test: members with their parameters, float numbers where `single`; the curvature
+     * times the length by the network, and after a step; tips then and their derivatives. */
     int members;
-    const double *parameters, *polished, *tips; /* [members][parameters], [3 nodes], [3] */
+    const double *parameters, *curvature, *polished; /* [members][parameters], [3 nodes] twice */
+    const double *tips, *jacobian;                   /* [columns], [columns][parameters] */
+    double scale[STRAIN_COLUMNS];                    /* of each of the columns */
+    /* Differences from these that cc has measured, by the scales: of the curvature by the network
+     * and after a step, then of each column and its derivatives. NaN: not measured. */
+    const double *values, *derivatives; /* [1 + columns] */
 } export_family;
-
-enum { EXPORT_FAMILY_COLUMNS = 19 };
 
 /* Texts of the C: lines, NULL at the end. */
 extern const char *const export_family_types[], *const export_family_functions[];

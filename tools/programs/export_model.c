@@ -214,10 +214,11 @@ static double largest_of(const export_model *x, int column)
     return result;
 }
 
-/* What a rod has by itself, of a unit; 0: not known. */
-static double natural_scale(const scene *rod_scene, const char *unit)
+double export_natural_scale(const scene *of, const char *unit)
 {
-    const rod_scales scales = rod_scales_of(rod_scene);
+    scene middle;
+    scene_middle(of, &middle);
+    const rod_scales scales = rod_scales_of(&middle);
     const struct {
         const char *unit;
         double scale;
@@ -226,7 +227,7 @@ static double natural_scale(const scene *rod_scene, const char *unit)
                 {"1/m", 1 / scales.length},
                 {"N", scales.force},
                 {"N m", scales.moment}};
-    for (size_t i = 0; i < sizeof rows / sizeof *rows && !scene_is_beam(rod_scene); i++) {
+    for (size_t i = 0; i < sizeof rows / sizeof *rows && !scene_is_beam(of); i++) {
         if (strcmp(unit, rows[i].unit) == 0) {
             return rows[i].scale;
         }
@@ -243,7 +244,7 @@ static void set_scales(export_model *x)
     int columns = evaluator_columns(x->jacobian);
     for (int c = 0; c < columns; c++) {
         int derived = c - x->outputs, of = derived < 0 ? c : derived / x->inputs;
-        x->scale[c] = natural_scale(x->e->scene, evaluator_column_unit(x->values, of)) /
+        x->scale[c] = export_natural_scale(x->e->scene, evaluator_column_unit(x->values, of)) /
                       (derived < 0 ? 1 : d->coordinates[derived % x->inputs].scale);
         for (int other = 0; other < columns; other++) {
             if (strcmp(evaluator_column_unit(x->jacobian, c),
@@ -314,11 +315,7 @@ ad_status export_open(export_model *x, const char *run, const char *columns, con
     }
     ad_status status = read_run(x, error);
     if (status == AD_OK && x->e->targets) {
-        return columns || x->single
-                   ? ad_fail(error, AD_BAD_ARGUMENT,
-                             "%s: --columns and --single are not for families in the strain form",
-                             run)
-                   : export_open_family(x, places, error);
+        return export_open_family(x, columns, places, error);
     }
     if (status == AD_OK) {
         status = make_evaluators(x, columns, error);

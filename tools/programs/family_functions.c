@@ -3,7 +3,7 @@ static int place(const double *parameters, double *x)
 {
     int i, status = 0;
     for (i = 0; i < model_PARAMETERS; i++) {
-        const double low = model_lower[i], high = model_upper[i], rounding = (high - low) * 1e-9;
+        const double low = model_lower[i], high = model_upper[i], rounding = (high - low) * ROUNDING;
         double value = parameters[i];
         if (!(isgreaterequal(value, low - rounding) && islessequal(value, high + rounding))) {
             status = model_OUT_OF_RANGE;
@@ -237,7 +237,7 @@ static int eliminate(double *a, double *lower, int *rows)
             best = fabs(a[i * N + k]) > fabs(a[best * N + k]) ? i : best;
         }
         rows[k] = k;
-        if (fabs(a[k * N + k]) < 0.01 * fabs(a[best * N + k])) {
+        if (100 * fabs(a[k * N + k]) < fabs(a[best * N + k])) {
             for (j = 0; j < N; j++) {
                 double *both = j < k ? lower : a;
                 const double held = both[k * N + j];
@@ -418,7 +418,7 @@ static int polish(room r, int steps, model_answer *answer)
         }
         solve(r, rows, 1, r.residual);
         length = largest(r.residual);
-        if (!(length < 1e100)) { /* nor would the curvature be finite for ever */
+        if (!(length < LARGE)) { /* nor would the curvature be finite for ever */
             return unknown(answer);
         }
         stable = stable && negative == 0;
@@ -444,8 +444,8 @@ static int polish(room r, int steps, model_answer *answer)
     answer->predicted = predicted + MESH;
     answer->left = left + MESH;
     answer->ratio = ratio;
-    answer->trusted =
-        stable && answer->predicted <= 0.05 * LENGTH && (ratio <= 0.25 || left <= 1e-9 * LENGTH);
+    answer->trusted = stable && 20 * answer->predicted <= LENGTH &&
+                      (4 * ratio <= 1 || left <= SETTLED * LENGTH);
     return answer->left < HUGE_VAL ? 0 : unknown(answer);
 }
 
