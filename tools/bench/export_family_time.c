@@ -1,7 +1,7 @@
 /* The time of a family that cpinn-export wrote, compiled with it and -DHEADER='"NAME.h"'
- * -DNAME=NAME, and -DNUMBER=float for one of these: us per member, one at a time: the shape of the network alone, with its error, with
- * one step and its error; the tip with one step; the tip's derivatives. Times of the processor, the
- * least of several rounds. */
+ * -DNAME=NAME, and -DNUMBER=float for one of these: us per member, one at a time: the shape of the
+ * network alone, with its error, with one step and its error; the tip with one step; the tip's
+ * derivatives. Times of the processor, the least of several rounds. */
 #include HEADER
 
 #include <math.h>
@@ -59,7 +59,8 @@ int main(void)
     for (int i = 0; i < MANY; i++) {
         for (int c = 0; c < OF(PARAMETERS); c++) {
             const double share = fmod((i + 1) * (0.618034 + 0.1 * c), 1);
-            in[i][c] = (NUMBER)((double)OF(lower)[c] + share * (double)(OF(upper)[c] - OF(lower)[c]));
+            in[i][c] =
+                (NUMBER)((double)OF(lower)[c] + share * (double)(OF(upper)[c] - OF(lower)[c]));
         }
     }
     for (int kind = 0; kind < KINDS; kind++) {

@@ -280,7 +280,8 @@ int main(int argc, char **argv)
          "write these columns alone, separated by spaces or commas: columns of\ncpinn-eval, r or q "
          "for those of position or rotation, derivatives as\nin x_s, r_tt"},
         {"--single", NULL, CLI_FLAG, &o.single, 0, 0,
-         "compute in numbers of type float; the error of each column is measured,\nprinted and written to "
+         "compute in numbers of type float; the error of each column is measured,\nprinted and "
+         "written to "
          "the header"},
         {"--force", NULL, CLI_FLAG, &o.force, 0, 0, "replace files that are there"}};
     const cli_program about = {program, "DIR_OR_CHECKPOINT", help_export, NULL, NULL};

@@ -271,10 +271,11 @@ static void write_columns(const export_family *x, FILE *file)
         }
         fputs(" */\n", file);
     }
-    fprintf(file,
-            "};\n\n/* How far this C, with numbers of type %s, is from cpinn's evaluation in double "
-            "precision",
-            type_of(x));
+    fprintf(
+        file,
+        "};\n\n/* How far this C, with numbers of type %s, is from cpinn's evaluation in double "
+        "precision",
+        type_of(x));
     if (measured) {
         fprintf(file,
                 " after\n * one step: above for the tip; the curvature to %.1e of its largest; at "
