@@ -209,16 +209,15 @@ static void test_ranges(void **state)
                                          .sensor = &sensor,
                                          .deviation = deviation,
                                          .process = process};
-    const double zero = 0, start = 1.5;
+    const double start = 1.5, rest = 3, by_load = 2; /* x = x/2 + load */
     filter_test f = make_filter(&settings);
     double p[4];
     (void)state;
-    assert_int_equal(estimator_start_resting(f.x, &zero, &start, 5), ESTIMATOR_NO_ANSWER);
-    assert_int_equal(estimator_start_resting(f.x, &zero, &start, 100), 0);
+    assert_int_equal(estimator_start(f.x, &rest, &start, &by_load), 0);
     assert_near(estimator_state(f.x)[0], 3, 1e-7);
     estimator_covariance(f.x, p);
-    /* log 2/sqrt(12) times dx/d log(load) = 2 * 1.5, by a secant: 1 % */
-    assert_near(p[1] / p[3], 3, 0.03);
+    /* log 2/sqrt(12) times dx/d log(load) = 2 * 1.5 */
+    assert_near(p[1] / p[3], 3, 1e-12);
     int flags = 0, edges = 0;
     for (int k = 0; k < 200; k++) {
         const double force = k < 100 ? 2.2 : 1.3, value = 2 * force;

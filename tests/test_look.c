@@ -359,7 +359,7 @@ static followed follow(const config *settings, int parameters, int sensors, cons
                                       .deviation = deviation,
                                       .process = process};
     filter_test f = make_filter(&given);
-    assert_int_equal(estimator_start_resting(f.x, rest, inputs, 500), 0);
+    assert_int_equal(estimator_start(f.x, rest, inputs, NULL), 0);
     for (int k = 0; k < 150; k++) {
         for (int i = 0; i < sensors; i++) {
             const int taken = k - by[i].delay;

@@ -37,7 +37,6 @@ struct reduced_rod {
     double *mass;        /* [width][width] */
     double *room;        /* of the derivatives of a step */
     double *seen;        /* [count][KINEMATICS_SEEN] */
-    double *rows;        /* [count][OUTPUT_ROWS][states] of what is seen, then [count][6] */
     double *look_room;
     double *memory;
     int *pivots; /* [size] */
@@ -116,9 +115,9 @@ static ad_status allocate(reduced_rod *x, ad_error *error)
     const modes *m = x->m;
     const size_t n = (size_t)m->size, width = (size_t)m->width, inputs = (size_t)m->inputs;
     const size_t square = (n + QUAD) * width;
-    double **const parts[] = {&x->unit,  &x->q,    &x->v,    &x->a,        &x->residual,
-                              &x->start, &x->by_q, &x->by_v, &x->by,       &x->mass,
-                              &x->room,  &x->rows, &x->seen, &x->look_room};
+    double **const parts[] = {&x->unit,  &x->q,    &x->v,        &x->a,  &x->residual,
+                              &x->start, &x->by_q, &x->by_v,     &x->by, &x->mass,
+                              &x->room,  &x->seen, &x->look_room};
     const size_t sizes[] = {2 * n,
                             n,
                             n,
@@ -130,7 +129,6 @@ static ad_status allocate(reduced_rod *x, ad_error *error)
                             2 * n * (2 * n + inputs),
                             square,
                             collocation_derivative_room(x->step),
-                            (n * 2 * OUTPUT_ROWS + 6) * (size_t)x->count,
                             KINEMATICS_SEEN * (size_t)x->count,
                             kinematics_room(&x->look)};
     size_t all = 0;
@@ -253,121 +251,12 @@ ad_status reduced_initial(reduced_rod *x, const double *inputs, double *state, a
     return status;
 }
 
-static double largest(int n, const double *x)
-{
-    double most = 0;
-    for (int i = 0; i < n; i++) {
-        most = fabs(x[i]) > most || isnan(x[i]) ? fabs(x[i]) : most;
-    }
-    return most;
-}
-
 ad_status reduced_settle(reduced_rod *x, double t, const double *inputs, double *state,
                          ad_error *error)
 {
     const modes_linear room = {x->q, x->v, x->residual, x->by_q, x->by_v, x->mass, x->pivots};
     ad_status status = go_to(x, t, state, inputs, error);
     status = status == AD_OK ? modes_settle(x->m, &room, error) : status;
-    if (status == AD_OK) {
-        give_state(x, state);
-    }
-    return status;
-}
-
-/* Least squares of rows [count][first .. first + 5] by q (moving: q_t): the step in x->residual and
- * its largest number, not a number where there is none. off [count][6]. */
-static double least_squares(reduced_rod *x, bool moving, double (*off)[6])
-{
-    const double kept = 1e-10;
-    const int n = x->m->size, width = x->m->width;
-    double trace = 0;
-    memset(x->mass, 0, (size_t)(n * width) * sizeof *x->mass);
-    memset(x->residual, 0, (size_t)n * sizeof *x->residual);
-    for (int i = 0; i < 6 * x->count; i++) {
-        const double *row = x->rows + (size_t)((i / 6 * OUTPUT_ROWS + i % 6) * 2 * n) +
-                            (moving ? (size_t)(6 * 2 * n + n) : 0);
-        modes_add_row(x->m, i % 6 < 3 ? 1 : MODES_TURN, row, off[i / 6][i % 6], x->mass,
-                      x->residual);
-    }
-    for (int a = 0; a < n; a++) {
-        trace += x->mass[a * width + a];
-    }
-    for (int a = 0; a < n; a++) {
-        x->mass[a * width + a] += kept * trace / n;
-    }
-    return modes_solve_positive(x->m, x->mass, x->residual) ? largest(n, x->residual) : NAN;
-}
-
-/* Places of a state and derivatives by it, in SI units. */
-static void look(reduced_rod *x, const double *state, double *by_state)
-{
-    modes_kinematics_start(x->m, &x->look);
-    kinematics_see(&x->look, 1, state, x->seen, by_state, x->look_room);
-}
-
-/* The same of the present modes, with derivatives in the model's units. */
-static void look_at_modes(reduced_rod *x)
-{
-    const rod_scales *scales = &x->rod->scales;
-    const int size = 2 * x->m->size;
-    const double of[4] = {1 / scales->length, 1, scales->time / scales->length, scales->time};
-    give_state(x, x->start);
-    look(x, x->start, x->rows);
-    for (int i = 0; i < OUTPUT_ROWS * x->count; i++) {
-        for (int c = 0; c < size; c++) {
-            x->rows[i * size + c] *= of[i % OUTPUT_ROWS / 3] * x->unit[c];
-        }
-    }
-}
-
-/* By how much places are off what is seen of them, in the model's units. */
-static void find_off(const reduced_rod *x, const reduced_place *seen, bool moving, double (*off)[6])
-{
-    const rod_scales *scales = &x->rod->scales;
-    for (int i = 0; i < x->count; i++) {
-        const double *here = x->seen + i * KINEMATICS_SEEN, *q = here + 3;
-        double R[3][3], turn[4], body[3];
-        rotation_matrix(q, R);
-        quaternion_quotient(q, seen[i].rotation, turn);
-        const double sine = sqrt(vector_dot(turn + 1, turn + 1));
-        const double by = sine > 1e-8 ? 2 * atan2(sine, fabs(turn[0])) / sine : 2;
-        for (int k = 0; k < 3; k++) {
-            off[i][k] = moving ? (seen[i].velocity[k] - here[7 + k]) * scales->time / scales->length
-                               : (seen[i].position[k] - here[k]) / scales->length;
-            body[k] = copysign(by, turn[0]) * turn[1 + k];
-            off[i][3 + k] = (seen[i].angular_velocity[k] - here[10 + k]) * scales->time;
-        }
-        if (!moving) {
-            to_world(R, body, off[i] + 3);
-        }
-    }
-}
-
-ad_status reduced_nearest(reduced_rod *x, double t, const double *inputs, const reduced_place *seen,
-                          double *state, ad_error *error)
-{
-    enum { STEPS = 60 };
-    const double near = 1e-9, farthest = 0.5;
-    double moved = INFINITY,
-           (*off)[6] = (double(*)[6])(x->rows + (size_t)(2 * OUTPUT_ROWS * x->m->size * x->count));
-    ad_status status = go_to(x, t, state, inputs, error);
-    for (int step = 0; step <= STEPS && status == AD_OK; step++) {
-        const bool moving = moved <= near || step == STEPS; /* the last: q_t */
-        double *to = moving ? x->v : x->q;
-        look_at_modes(x);
-        find_off(x, seen, moving, off);
-        moved = least_squares(x, moving, off);
-        const double part = moving ? 1 : fmin(1, farthest / moved);
-        for (int k = 0; k < x->m->size; k++) {
-            to[k] += part * x->residual[k];
-        }
-        if (isnan(moved)) {
-            return ad_fail(error, AD_NOT_FINITE, "no state is found near what is seen");
-        }
-        if (moving) {
-            break;
-        }
-    }
     if (status == AD_OK) {
         give_state(x, state);
     }
@@ -480,7 +369,8 @@ ad_status reduced_output(reduced_rod *x, double t, const double *state, const do
     if (status != AD_OK) {
         return status;
     }
-    look(x, state, by_state);
+    modes_kinematics_start(x->m, &x->look);
+    kinematics_see(&x->look, 1, state, x->seen, by_state, x->look_room);
     for (int i = 0; i < x->count; i++) {
         memcpy(&places[i], x->seen + i * KINEMATICS_SEEN, sizeof places[i]);
     }

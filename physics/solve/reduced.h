@@ -68,12 +68,6 @@ ad_status reduced_initial(reduced_rod *x, const double *inputs, double *state, a
 ad_status reduced_settle(reduced_rod *x, double t, const double *inputs, double *state,
                          ad_error *error);
 
-/* The state nearest to what is seen of the rod at its places [count], as from a file or the first
- * measurement. It begins at the state that is given. Least squares of positions, turns by a third
- * of the length, and their rates. What the places do not tell of the state stays as it was. */
-ad_status reduced_nearest(reduced_rod *x, double t, const double *inputs, const reduced_place *seen,
-                          double *state, ad_error *error);
-
 /* rate [states] = d state/dt; by_state [states][states], by_inputs [states][inputs], row by row:
  * its derivatives, or NULL. */
 ad_status reduced_rate(reduced_rod *x, double t, const double *state, const double *inputs,

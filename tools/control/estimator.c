@@ -65,60 +65,6 @@ int estimator_start(estimator *x, const double *state, const double *inputs,
     return 0;
 }
 
-/* x->next [count][states]: where the model comes to rest from x->states_at with x->inputs_at. */
-static bool settle(estimator *x, int count, int steps)
-{
-    const one_step *model = &x->settings.model;
-    const size_t size = (size_t)count * (size_t)x->states;
-    for (int step = 0; step < steps; step++) {
-        double moved = 0;
-        if (model->advance(model->context, count, x->settings.period, x->states_at, x->inputs_at,
-                           NULL, x->next, NULL, NULL) != 0 ||
-            !estimator_is_usable(size, x->next)) {
-            return false;
-        }
-        for (size_t i = 0; i < size; i++) {
-            const double unit = x->settings.deviation[i % (size_t)x->states];
-            moved = fmax(moved, fabs(x->next[i] - x->states_at[i]) / unit);
-        }
-        memcpy(x->states_at, x->next, size * sizeof *x->next);
-        if (moved < 1e-6) {
-            return true;
-        }
-    }
-    return false;
-}
-
-int estimator_start_resting(estimator *x, const double *state, const double *inputs, int steps)
-{
-    const int parameters = x->settings.parameters, count = 1 + 2 * parameters, states = x->states;
-    double apart[ESTIMATOR_PARAMETERS_MAX], *by = x->rows;
-    if (estimator_start(x, state, inputs, NULL) != 0) {
-        return ESTIMATOR_BAD_START;
-    }
-    for (int i = 0; i < count; i++) {
-        double *to = x->inputs_at + i * x->inputs;
-        memcpy(x->states_at + i * states, state, (size_t)states * sizeof *state);
-        memcpy(to, inputs, (size_t)x->inputs * sizeof *inputs);
-        for (int k = 0; k < parameters; k++) {
-            const estimator_parameter *p = &x->settings.parameter[k];
-            const double side = i == 1 + 2 * k ? 1 : i == 2 + 2 * k ? -1 : 0;
-            to[p->input] = estimator_value(p, x->z[states + k] + side * deviation_of(p));
-            if (side < 0) {
-                apart[k] = to[p->input - x->inputs] - to[p->input];
-            }
-        }
-    }
-    if (!settle(x, count, steps)) {
-        return ESTIMATOR_NO_ANSWER;
-    }
-    for (int i = 0; i < states * parameters; i++) {
-        const double *plus = x->next + (1 + 2 * (i % parameters)) * states, *minus = plus + states;
-        by[i] = (plus[i / parameters] - minus[i / parameters]) / apart[i % parameters];
-    }
-    return estimator_start(x, x->next, inputs, by);
-}
-
 /* ---- samples ------------------------------------------------------------------------------- */
 
 /* Goes on from the first sample that has anything new to the last one that can have been seen. */

@@ -131,12 +131,6 @@ estimator *estimator_init(void *memory, const estimator_settings *settings);
 int estimator_start(estimator *x, const double *state, const double *inputs,
                     const double *by_parameters);
 
-/* As before, from rest with held inputs: the state to which the model comes from `state` in at most
- * `steps`, for the parameters as given and each of them changed by its deviation: state and
- * parameters are uncertain together. Returns 0, ESTIMATOR_BAD_START, or ESTIMATOR_NO_ANSWER: it
- * does not come to rest, and starts as estimator_start does. */
-int estimator_start_resting(estimator *x, const double *state, const double *inputs, int steps);
-
 /* values [look.values] seen `age` samples ago, or the sensor's delay: age < 0. Once for a sensor
  * and sample: a second one replaces a first that is not used yet, and is refused after. */
 int estimator_measure(estimator *x, int sensor, int age, const double *values);
