@@ -196,84 +196,40 @@ double ad_op_evaluate(int op, int whole, double number, const double *x)
 
 /* ---- recording ----------------------------------------------------------------------------- */
 
-ad_value ad_add(ad_value a, ad_value b)
-{
-    return tape_record2(OP_ADD, a, b);
-}
+#define RECORD1(name, code)                                                                        \
+    ad_value name(ad_value a)                                                                      \
+    {                                                                                              \
+        return tape_record1(code, a);                                                              \
+    }
+#define RECORD2(name, code)                                                                        \
+    ad_value name(ad_value a, ad_value b)                                                          \
+    {                                                                                              \
+        return tape_record2(code, a, b);                                                           \
+    }
 
-ad_value ad_sub(ad_value a, ad_value b)
-{
-    return tape_record2(OP_SUB, a, b);
-}
-
-ad_value ad_mul(ad_value a, ad_value b)
-{
-    return tape_record2(OP_MUL, a, b);
-}
-
-ad_value ad_tanh(ad_value a)
-{
-    return tape_record1(OP_TANH, a);
-}
-
-ad_value ad_sin(ad_value a)
-{
-    return tape_record1(OP_SIN, a);
-}
-
-ad_value ad_cos(ad_value a)
-{
-    return tape_record1(OP_COS, a);
-}
-
-ad_value ad_exp(ad_value a)
-{
-    return tape_record1(OP_EXP, a);
-}
-
-ad_value ad_log(ad_value a)
-{
-    return tape_record1(OP_LOG, a);
-}
-
-ad_value ad_erf(ad_value a)
-{
-    return tape_record1(OP_ERF, a);
-}
-
-ad_value ad_sqrt(ad_value a)
-{
-    return tape_record1(OP_SQRT, a);
-}
-
-ad_value ad_reciprocal(ad_value a)
-{
-    return tape_record1(OP_RECIPROCAL, a);
-}
-
-ad_value ad_reciprocal_or_zero(ad_value a)
-{
-    return tape_record1(OP_RECIPROCAL_OR_ZERO, a);
-}
-
-ad_value ad_abs(ad_value a)
-{
-    return tape_record1(OP_ABS, a);
-}
-
-ad_value ad_sign(ad_value a)
-{
-    return tape_record1(OP_SIGN, a);
-}
+RECORD2(ad_add, OP_ADD)
+RECORD2(ad_sub, OP_SUB)
+RECORD2(ad_mul, OP_MUL)
+RECORD1(ad_tanh, OP_TANH)
+RECORD1(ad_sin, OP_SIN)
+RECORD1(ad_cos, OP_COS)
+RECORD1(ad_exp, OP_EXP)
+RECORD1(ad_log, OP_LOG)
+RECORD1(ad_erf, OP_ERF)
+RECORD1(ad_sqrt, OP_SQRT)
+RECORD1(ad_reciprocal, OP_RECIPROCAL)
+RECORD1(ad_reciprocal_or_zero, OP_RECIPROCAL_OR_ZERO)
+RECORD1(ad_abs, OP_ABS)
+RECORD1(ad_sign, OP_SIGN)
+RECORD2(ad_atan2, OP_ATAN2)
+RECORD1(ad_sum_rows, OP_SUM_ROWS)
+RECORD2(ad_matvec, OP_MATVEC)
+RECORD2(ad_matvec_transposed, OP_MATVEC_TRANSPOSED)
+RECORD2(ad_outer, OP_OUTER)
 
 ad_value ad_power(ad_value a, double exponent)
 {
     return ad_tape_record(a.tape, OP_POWER, 1, &a, 0, exponent, 0);
-}
-
-ad_value ad_atan2(ad_value y, ad_value x)
-{
-    return tape_record2(OP_ATAN2, y, x);
 }
 
 ad_value ad_stumpff(int k, ad_value a)
@@ -315,11 +271,6 @@ ad_value ad_pad(ad_value a, int before, int rows)
     return ad_tape_record(a.tape, OP_PAD, 1, &a, before, 0, rows);
 }
 
-ad_value ad_sum_rows(ad_value a)
-{
-    return tape_record1(OP_SUM_ROWS, a);
-}
-
 ad_value ad_tape_sum(ad_value a, sum_over over)
 {
     return ad_tape_record(a.tape, OP_SUM_POINTS, 1, &a, (int)over, 0, 0);
@@ -343,19 +294,4 @@ ad_value ad_sum_points_of_member(ad_value a)
 ad_value ad_sum_members(ad_value a)
 {
     return ad_tape_sum(a, OVER_MEMBERS);
-}
-
-ad_value ad_matvec(ad_value w, ad_value x)
-{
-    return tape_record2(OP_MATVEC, w, x);
-}
-
-ad_value ad_matvec_transposed(ad_value w, ad_value y)
-{
-    return tape_record2(OP_MATVEC_TRANSPOSED, w, y);
-}
-
-ad_value ad_outer(ad_value y, ad_value x)
-{
-    return tape_record2(OP_OUTER, y, x);
 }
