@@ -431,4 +431,13 @@ said stdout.txt 'below 1e-05 '
 refused 'no_such.yaml' cpinn-check no_such.yaml
 refused '--tolerance' cpinn-check "$elastica" --tolerance -1
 
+# What --help says are the options that there are.
+for source in "$ROOT"/tools/programs/cpinn-*.c; do
+    name=$(basename "$source" .c)
+    sed 's/CLI_\(VERDICT_\)\{0,1\}\([A-Z]*\)(/{"--\L\2"/' "$source" |
+        grep -o '{"--[a-z-]*"' | tr -d '{"' | cat - <(printf '%s\n' --help --version) | sort >options
+    "$name" --help | sed -n 's/^  \(--[a-z-]*\).*/\1/p' | sort >said
+    check "the options of $name are in its help" -- diff options said
+done
+
 finish

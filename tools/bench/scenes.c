@@ -9,6 +9,7 @@
 #include "tools/config/config_experiment.h"
 #include "tools/files/table_file.h"
 #include "tools/programs/cli.h"
+#include "tools/programs/help.h"
 #include "tools/train/clock.h"
 #include "tools/train/trainer.h"
 
@@ -240,17 +241,12 @@ int main(int count, char **arguments)
     int points = 4096, width = 64, threads = 1, entered = 0;
     const char *out = NULL, *operand;
     cli_list given = {0};
-    static const char *const help[] = {
-        "Time of one value and gradient of each scene, same network and points.\n", "\n",
-        "options:\n", NULL};
-    const cli_program about = {program, NULL, help, NULL, NULL};
-    const cli_option known[] = {
-        {"--scene", "CONFIG.yaml", CLI_LIST, &given, 0, 0,
-         "a scene in place of every model; ratios are to the last"},
-        {"--points", "N", CLI_INTEGER, &points, 2, 1e7, "points of each (4096)"},
-        {"--width", "N", CLI_INTEGER, &width, 1, 4096, "of the 3 hidden layers (64)"},
-        {"--threads", "N", CLI_INTEGER, &threads, 1, 1024, "threads (1)"},
-        {"--out", "FILE.csv", CLI_TEXT, &out, 0, 0, "write the numbers here as well"}};
+    const cli_program about = {program, NULL, help_scenes, NULL, NULL};
+    const cli_option known[] = {{"--scene", "CONFIG.yaml", CLI_LIST, &given, 0, 0},
+                                {"--points", "N", CLI_INTEGER, &points, 2, 1e7},
+                                {"--width", "N", CLI_INTEGER, &width, 1, 4096},
+                                {"--threads", "N", CLI_INTEGER, &threads, 1, 1024},
+                                {"--out", "FILE.csv", CLI_TEXT, &out, 0, 0}};
     int result = cli_parse(&about, known, sizeof known / sizeof *known, count, arguments, &operand);
     if (result != CLI_RUN) {
         return result;

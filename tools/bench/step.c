@@ -9,6 +9,7 @@
 #include "peers.h"
 #include "physics/sort.h"
 #include "tools/programs/cli.h"
+#include "tools/programs/help.h"
 #include "tools/train/clock.h"
 #include "tools/train/trainer.h"
 
@@ -594,29 +595,15 @@ int main(int count, char **arguments)
     options o = {
         .points = 16384, .normal_points = 1024, .threads = 2, .rounds = 15, .python = "python3"};
     const char *operand;
-    static const char *const help[] = {
-        "One training step of a rod in motion: the tape, a kernel fused by hand,\n"
-        "and on demand the same step in PyTorch and JAX.\n",
-        "\n", "options:\n",
-        "\n"
-        "The peers need Python with numpy, torch and jax:\n"
-        "    python3 -m venv peers && peers/bin/pip install numpy torch jax\n"
-        "    step --peers --python peers/bin/python3\n"
-        "Ratios are to the tape with all threads (the fused kernel with one thread: to the\n"
-        "tape with one), each round by itself: median, least and most.\n",
-        NULL};
-    const cli_program about = {program, NULL, help, NULL, NULL};
-    const cli_option known[] = {
-        {"--points", "N", CLI_INTEGER, &o.points, 8, 1e7, "points of the gradient's step (16384)"},
-        {"--normal-points", "N", CLI_INTEGER, &o.normal_points, 8, 1e6,
-         "points of the Gauss-Newton step (1024)"},
-        {"--threads", "N", CLI_INTEGER, &o.threads, 1, FUSED_MAX_THREADS, "of everybody (2)"},
-        {"--rounds", "N", CLI_INTEGER, &o.rounds, 1, ROUNDS_MAX, "steps of each pair (15)"},
-        {"--peers", NULL, CLI_FLAG, &o.peers, 0, 0, "PyTorch and JAX as well, Gauss-Newton too"},
-        {"--python", "PROGRAM", CLI_TEXT, &o.python, 0, 0, "that runs the peers (python3)"},
-        {"--out", "FILE.csv", CLI_TEXT, &o.out, 0, 0, "write the table here as well"},
-        {"--memory", NULL, CLI_FLAG, &o.memory, 0, 0,
-         "instead: growth of the process from 10,000 to 1,000,000 points"}};
+    const cli_program about = {program, NULL, help_step, NULL, NULL};
+    const cli_option known[] = {{"--points", "N", CLI_INTEGER, &o.points, 8, 1e7},
+                                {"--normal-points", "N", CLI_INTEGER, &o.normal_points, 8, 1e6},
+                                {"--threads", "N", CLI_INTEGER, &o.threads, 1, FUSED_MAX_THREADS},
+                                {"--rounds", "N", CLI_INTEGER, &o.rounds, 1, ROUNDS_MAX},
+                                {"--peers", NULL, CLI_FLAG, &o.peers, 0, 0},
+                                {"--python", "PROGRAM", CLI_TEXT, &o.python, 0, 0},
+                                {"--out", "FILE.csv", CLI_TEXT, &o.out, 0, 0},
+                                {"--memory", NULL, CLI_FLAG, &o.memory, 0, 0}};
     int result = cli_parse(&about, known, sizeof known / sizeof *known, count, arguments, &operand);
     if (result != CLI_RUN) {
         return result;

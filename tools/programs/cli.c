@@ -2,6 +2,7 @@
 
 #include "physics/verdict.h"
 #include "tools/files/checkpoint.h"
+#include "tools/programs/help.h"
 #include "tools/programs/launch.h"
 
 #include <errno.h>
@@ -95,51 +96,31 @@ static void occupy_standard_files(void)
 
 /* ---- help ---------------------------------------------------------------------------------- */
 
-enum { HELP_COLUMN = 24 };
-
-/* Prints the text indented by HELP_COLUMN; the first line follows what stands there already. */
-static void print_help_text(const char *text, int column)
+/* The line "@set" stands for the lines behind it in help/shared.txt. */
+static void print_shared(const char *name)
 {
-    printf("%*s", column < HELP_COLUMN - 1 ? HELP_COLUMN - column : 2, "");
-    for (; *text; text++) {
-        putchar(*text);
-        if (*text == '\n') {
-            printf("%*s", HELP_COLUMN, "");
+    bool on = false;
+    for (int i = 0; help_shared[i]; i++) {
+        const char *line = help_shared[i];
+        if (*line == '@') {
+            on = strcmp(line, name) == 0;
+        } else if (on) {
+            fputs(line, stdout);
         }
     }
-    putchar('\n');
 }
 
-static void print_option(const cli_option *option)
-{
-    bool choice = option->kind == CLI_CHOICE;
-    int column = printf("  %s%s%s%s", option->name,
-                        choice          ? "[="
-                        : option->value ? " "
-                                        : "",
-                        option->value ? option->value : "", choice ? "]" : "");
-    print_help_text(option->help, column);
-}
-
-static void print_options(const cli_option *options, int count)
-{
-    for (int i = 0; i < count; i++) {
-        print_option(&options[i]);
-    }
-    print_option(&(cli_option){.name = "--help", .help = "this text"});
-    print_option(&(cli_option){.name = "--version", .help = "the version"});
-}
-
-static void print_help(const cli_program *program, const cli_option *options, int count)
+static void print_help(const cli_program *program)
 {
     printf("usage: %s %s%s[options]\n\n", program->name, program->operand ? program->operand : "",
            program->operands  ? "... "
            : program->operand ? " "
                               : "");
-    for (int i = 0; program->help[i]; i++) {
-        fputs(program->help[i], stdout);
-        if (strcmp(program->help[i], "options:\n") == 0) {
-            print_options(options, count);
+    for (const char *const *line = program->help; *line; line++) {
+        if (**line == '@') {
+            print_shared(*line);
+        } else {
+            fputs(*line, stdout);
         }
     }
     if (program->more) {
@@ -253,7 +234,7 @@ int cli_parse(const cli_program *program, const cli_option *options, int count, 
     check_output_at_exit(program->name);
     *operand = NULL;
     if (asked_for(argc, argv, "--help") || asked_for(argc, argv, "-h")) {
-        print_help(program, options, count);
+        print_help(program);
         return 0;
     }
     if (asked_for(argc, argv, "--version")) {

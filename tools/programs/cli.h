@@ -34,13 +34,12 @@ typedef struct cli_option {
     cli_kind kind;
     void *target; /* where the value goes; its default is there already */
     double low, high;
-    const char *help; /* lines separated by \n */
 } cli_option;
 
 typedef struct cli_program {
     const char *name;         /* "cpinn-eval" */
     const char *operand;      /* "CONFIG.yaml"; exactly one is expected. NULL: none */
-    const char *const *help;  /* lines, help.h; options go behind the line "options:" */
+    const char *const *help;  /* lines, help.h */
     void (*more)(FILE *file); /* prints more help, may be NULL */
     cli_list *operands;       /* where one or more operands go; NULL: there is only one */
 } cli_program;
@@ -49,25 +48,19 @@ typedef struct cli_program {
  * const char *; --quiet into a bool, of the programs that end with a verdict. */
 #define CLI_SET(list)                                                                              \
     {                                                                                              \
-        "--set", "KEY=VALUE", CLI_LIST, list, 0, 0,                                                \
-            "change one key, as in --set loads.tip.force[2]=-10;\nmay be repeated"                 \
+        "--set", "KEY=VALUE", CLI_LIST, list, 0, 0                                                 \
     }
 #define CLI_AT(text)                                                                               \
     {                                                                                              \
-        "--at", "NAME=VALUE,...", CLI_TEXT, text, 0, 0,                                            \
-            "of a family: the member with these values of its parameters, all of\nthem, within "   \
-            "their ranges"                                                                         \
+        "--at", "NAME=VALUE,...", CLI_TEXT, text, 0, 0                                             \
     }
 #define CLI_VERDICT_JSON(file)                                                                     \
     {                                                                                              \
-        "--json", "FILE|-", CLI_TEXT, file, 0, 0,                                                  \
-            "write the result as one JSON object, see below; - is standard\noutput, with nothing " \
-            "else on it"                                                                           \
+        "--json", "FILE|-", CLI_TEXT, file, 0, 0                                                   \
     }
 #define CLI_VERDICT_QUIET(flag)                                                                    \
     {                                                                                              \
-        "--quiet", NULL, CLI_FLAG, flag, 0, 0,                                                     \
-            "print only errors, and on stderr the verdict if it is a warning"                      \
+        "--quiet", NULL, CLI_FLAG, flag, 0, 0                                                      \
     }
 
 /* `options` [count], without --help and --version, which every program has. Values are given as

@@ -494,32 +494,16 @@ static int parse(int count, char **arguments, options *o)
 {
     const char *last;
     const cli_program about = {program, "CONFIG.yaml", help_bench, print_methods, &o->configs};
-    const cli_option known[] = {
-        {"--methods", "LIST", CLI_TEXT, &o->methods, 0, 0,
-         "names from the table below and definitions, separated by\n"
-         "commas, as in lbfgs,fast=adam:300+gauss_newton:60 (all of the\n"
-         "table but config)"},
-        {"--networks", "LIST", CLI_TEXT, &o->networks, 0, 0,
-         "hidden layers x width, as in 2x16,3x32; random Fourier features\n"
-         "without hidden layers, as in f16,f64; or both, as in 2x16+f8\n"
-         "(that of the config)"},
-        {"--seeds", "N", CLI_INTEGER, &o->seeds, 1, COMPARE_SEEDS_MAX,
-         "number of runs of each, from the config's seed upwards (3)"},
-        {"--seconds", "S", CLI_NUMBER, &o->seconds, 1e-3, 1e6,
-         "limit of the training time of a run (10)"},
-        {"--error", "KIND", CLI_TEXT, &o->error, 0, 0,
-         "position: relative L2 over the reference (default); tip:\n"
-         "largest at s = L, over L; rotation: root mean square angle, rad"},
-        {"--curve", "[NAME=]FILE", CLI_LIST, &o->curves, 0, 0,
-         "a curve of another program to lay beside; may be repeated"},
-        {"--set", "KEY=VALUE", CLI_LIST, &o->overrides, 0, 0,
-         "change one key of every scene, as in\n"
-         "--set training.stages[0].learning_rate=1e-3; may be repeated"},
-        {"--threads", "N", CLI_INTEGER, &o->threads, 0, 1024, "default 0: one for each processor"},
-        {"--out", "DIR", CLI_TEXT, &o->out, 0, 0,
-         "folder of the files; existing results are never overwritten\n(bench/NAME, bench/NAME-2, "
-         "...)"},
-        {"--quiet", NULL, CLI_FLAG, &o->quiet, 0, 0, "say nothing but errors"}};
+    const cli_option known[] = {{"--methods", "LIST", CLI_TEXT, &o->methods, 0, 0},
+                                {"--networks", "LIST", CLI_TEXT, &o->networks, 0, 0},
+                                {"--seeds", "N", CLI_INTEGER, &o->seeds, 1, COMPARE_SEEDS_MAX},
+                                {"--seconds", "S", CLI_NUMBER, &o->seconds, 1e-3, 1e6},
+                                {"--error", "KIND", CLI_TEXT, &o->error, 0, 0},
+                                {"--curve", "[NAME=]FILE", CLI_LIST, &o->curves, 0, 0},
+                                {"--set", "KEY=VALUE", CLI_LIST, &o->overrides, 0, 0},
+                                {"--threads", "N", CLI_INTEGER, &o->threads, 0, 1024},
+                                {"--out", "DIR", CLI_TEXT, &o->out, 0, 0},
+                                {"--quiet", NULL, CLI_FLAG, &o->quiet, 0, 0}};
     return cli_parse(&about, known, sizeof known / sizeof *known, count, arguments, &last);
 }
 

@@ -209,13 +209,9 @@ static int parse(int count, char **arguments, options *o)
 {
     const char *last;
     const cli_program about = {program, "FOLDER|CONFIG.yaml", help_cases, NULL, &o->operands};
-    const cli_option known[] = {
-        {"--out", "DIR", CLI_TEXT, &o->out, 0, 0,
-         "write the table as .csv and .h5, and a picture; existing files are\nnever overwritten"},
-        {"--seconds", "S", CLI_NUMBER, &o->seconds, 1e-3, 1e6,
-         "time limit of a row, after which the error is that of the state\nreached (600)"},
-        {"--threads", "N", CLI_INTEGER, &o->threads, 0, 1024,
-         "threads of a network; default 0: one for each processor. The solver\nhas one"}};
+    const cli_option known[] = {{"--out", "DIR", CLI_TEXT, &o->out, 0, 0},
+                                {"--seconds", "S", CLI_NUMBER, &o->seconds, 1e-3, 1e6},
+                                {"--threads", "N", CLI_INTEGER, &o->threads, 0, 1024}};
     return cli_parse(&about, known, sizeof known / sizeof *known, count, arguments, &last);
 }
 

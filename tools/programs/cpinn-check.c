@@ -363,17 +363,12 @@ int main(int argc, char **argv)
 {
     checker s = {.asked = {.entries = 64, .seed = -1, .step = 1e-3, .tolerance = 1e-6}};
     options *o = &s.asked;
-    const cli_option list[] = {
-        CLI_SET(&o->overrides),
-        {"--entries", "N", CLI_INTEGER, &o->entries, 1, 1e9,
-         "parameters checked per loss term, spread over\nall weights and biases (default 64)"},
-        {"--seed", "N", CLI_INTEGER, &o->seed, 0, 2147483647,
-         "seed of parameters and points (default: training.seed)"},
-        {"--step", "H", CLI_NUMBER, &o->step, 1e-8, 1,
-         "step of the differences by parameters (default 1e-3)"},
-        {"--tolerance", "E", CLI_NUMBER, &o->tolerance, 1e-16, 1,
-         "largest error that passes (default 1e-6)"},
-        {"--threads", "N", CLI_INTEGER, &o->threads, 0, 1024, "default 0: one for each processor"}};
+    const cli_option list[] = {CLI_SET(&o->overrides),
+                               {"--entries", "N", CLI_INTEGER, &o->entries, 1, 1e9},
+                               {"--seed", "N", CLI_INTEGER, &o->seed, 0, 2147483647},
+                               {"--step", "H", CLI_NUMBER, &o->step, 1e-8, 1},
+                               {"--tolerance", "E", CLI_NUMBER, &o->tolerance, 1e-16, 1},
+                               {"--threads", "N", CLI_INTEGER, &o->threads, 0, 1024}};
     const cli_program about = {program, "CONFIG.yaml", help_check, NULL, NULL};
     int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &o->config);
     if (status != CLI_RUN) {

@@ -325,24 +325,15 @@ int main(int argc, char **argv)
     controlling x = {.asked = {.seed = -1}};
     options *o = &x.asked;
     const cli_option list[] = {
-        {"--compare", NULL, CLI_FLAG, &o->compare, 0, 0,
-         "also with nothing estimated, with the linear model, by sampling,\nand with the reduced "
-         "rod, in one table"},
-        {"--out", "FILE", CLI_TEXT, &o->out, 0, 0,
-         "write every period, as .csv, .h5, .hdf5 or .npz, and draw it\nbeside, as .svg and .png"},
-        {"--shapes", "FILE", CLI_TEXT, &o->shapes, 0, 0,
-         "write the moving robot, and where the filter believes that it is,\nas .vtkhdf "
-         "for ParaView, or as a table; --out writes\nNAME_shapes.h5 for cpinn-show"},
-        {"--animate", NULL, CLI_FLAG, &o->animate, 0, 0, "with --out: write a moving .gif, too"},
-        {"--c", "OUT", CLI_TEXT, &o->c, 0, 0,
-         "write filter and controller as C, OUT.c, OUT.h and OUT_selftest.c"},
-        {"--force", NULL, CLI_FLAG, &o->force, 0, 0, "with --c: replace existing files"},
-        {"--run", "DIR", CLI_TEXT, &o->run, 0, 0,
-         "folder of the trained one-step model (default runs/NAME)"},
-        {"--inner", "DIR", CLI_TEXT, &o->inner, 0, 0,
-         "folder of the same model in steps of the period, for the filter, if\ncontrol.period is "
-         "below surrogate.step"},
-        {"--seed", "N", CLI_INTEGER, &o->seed, 0, 1000000000, "seed, in place of control.seed"},
+        {"--compare", NULL, CLI_FLAG, &o->compare, 0, 0},
+        {"--out", "FILE", CLI_TEXT, &o->out, 0, 0},
+        {"--shapes", "FILE", CLI_TEXT, &o->shapes, 0, 0},
+        {"--animate", NULL, CLI_FLAG, &o->animate, 0, 0},
+        {"--c", "OUT", CLI_TEXT, &o->c, 0, 0},
+        {"--force", NULL, CLI_FLAG, &o->force, 0, 0},
+        {"--run", "DIR", CLI_TEXT, &o->run, 0, 0},
+        {"--inner", "DIR", CLI_TEXT, &o->inner, 0, 0},
+        {"--seed", "N", CLI_INTEGER, &o->seed, 0, 1000000000},
         CLI_SET(&o->overrides),
         CLI_VERDICT_JSON(&o->json),
         CLI_VERDICT_QUIET(&o->quiet),

@@ -489,37 +489,20 @@ static int go(const ad_ranks *ranks, int argc, char **argv)
                     .rate = NAN};
     eval_family_options *f = &x.asked.family;
     eval_rollouts_options *r = &x.asked.rollouts;
-    const cli_option list[] = {
-        {"--out", "FILE", CLI_TEXT, &x.asked.out, 0, 0,
-         "write the rod, as .csv, .h5, .hdf5 or .npz, or for ParaView as\n.vtkhdf"},
-        {"--grid", "NSxNT", CLI_TEXT, &x.asked.grid, 0, 0, SAMPLES_GRID_HELP},
-        {"--points", "FILE", CLI_TEXT, &x.asked.points, 0, 0,
-         "in place of a grid: CSV or HDF5 with columns s (m) and, in\nmotion, t (s)"},
-        CLI_AT(&f->at),
-        {"--members", "FILE", CLI_TEXT, &f->members, 0, 0,
-         "members of a family: a table with a column for each parameter,\nin SI units; --out has "
-         "their shapes and errors"},
-        {"--polish", "N", CLI_INTEGER, &f->polish, 0, 2,
-         "steps of Newton's method from the answer of a family's network\n(default 2)"},
-        {"--extrapolate", NULL, CLI_FLAG, &f->extrapolate, 0, 0,
-         "answer members outside the range of the parameters, too, with a\nwarning"},
-        {"--verify", "N", CLI_INTEGER, &f->verify, 1, 10000000,
-         "solve N fresh members of a family and compare: errors, what is\nnot trusted, wrong "
-         "though trusted, predicted errors, times"},
-        {"--seed", "N", CLI_INTEGER, &f->seed, 0, 2147483647,
-         "seed of the members of --verify and of --rollouts (default 1)"},
-        {"--rollouts", "N", CLI_INTEGER, &r->count, 1, 10000,
-         "run N rollouts of a one-step model beside the solver"},
-        {"--tolerance", "X", CLI_NUMBER, &r->tolerance, 0, 1,
-         "with --rollouts: largest error of the tip within 5 s, over the\nlength; exit status 3 if "
-         "it is larger"},
-        {"--speed", NULL, CLI_FLAG, &x.asked.speed, 0, 0,
-         "measure how many points are evaluated in a second"},
-        {"--json", "FILE|-", CLI_TEXT, &x.asked.json, 0, 0,
-         "write all of it as one JSON object; - is standard output, with\nnothing else on it"},
-        {"--threads", "N", CLI_INTEGER, &x.asked.threads, 0, 1024,
-         "default 0: one for each processor, shared among processes of mpirun;\n"
-         "results do not depend on it"}};
+    const cli_option list[] = {{"--out", "FILE", CLI_TEXT, &x.asked.out, 0, 0},
+                               {"--grid", "NSxNT", CLI_TEXT, &x.asked.grid, 0, 0},
+                               {"--points", "FILE", CLI_TEXT, &x.asked.points, 0, 0},
+                               CLI_AT(&f->at),
+                               {"--members", "FILE", CLI_TEXT, &f->members, 0, 0},
+                               {"--polish", "N", CLI_INTEGER, &f->polish, 0, 2},
+                               {"--extrapolate", NULL, CLI_FLAG, &f->extrapolate, 0, 0},
+                               {"--verify", "N", CLI_INTEGER, &f->verify, 1, 10000000},
+                               {"--seed", "N", CLI_INTEGER, &f->seed, 0, 2147483647},
+                               {"--rollouts", "N", CLI_INTEGER, &r->count, 1, 10000},
+                               {"--tolerance", "X", CLI_NUMBER, &r->tolerance, 0, 1},
+                               {"--speed", NULL, CLI_FLAG, &x.asked.speed, 0, 0},
+                               {"--json", "FILE|-", CLI_TEXT, &x.asked.json, 0, 0},
+                               {"--threads", "N", CLI_INTEGER, &x.asked.threads, 0, 1024}};
     const cli_program about = {program, "DIR_OR_CHECKPOINT", help_eval, NULL, NULL};
     int status =
         cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &x.asked.checkpoint);

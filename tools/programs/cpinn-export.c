@@ -270,20 +270,12 @@ int main(int argc, char **argv)
     texts t = {.text = {NULL}};
     size_t length = 0;
     ad_error error = {AD_OK, ""};
-    const cli_option list[] = {
-        {"--c", "OUT", CLI_TEXT, &o.c, 0, 0, "write OUT.c, OUT.h and OUT_selftest.c"},
-        {"--fmu", "OUT", CLI_TEXT, &o.fmu, 0, 0, "write OUT.fmu instead, see below"},
-        {"--places", "S,S,...", CLI_TEXT, &o.places, 0, 0,
-         "places of the outputs of an FMU, and of the shapes of a family: arc\nlengths in m; "
-         "default: the tip, and 21 for a family, the last of them\nthe tip"},
-        {"--columns", "NAMES", CLI_TEXT, &o.columns, 0, 0,
-         "write these columns alone, separated by spaces or commas: columns of\ncpinn-eval, r or q "
-         "for those of position or rotation, derivatives as\nin x_s, r_tt"},
-        {"--single", NULL, CLI_FLAG, &o.single, 0, 0,
-         "compute in numbers of type float; the error of each column is measured,\nprinted and "
-         "written to "
-         "the header"},
-        {"--force", NULL, CLI_FLAG, &o.force, 0, 0, "replace files that are there"}};
+    const cli_option list[] = {{"--c", "OUT", CLI_TEXT, &o.c, 0, 0},
+                               {"--fmu", "OUT", CLI_TEXT, &o.fmu, 0, 0},
+                               {"--places", "S,S,...", CLI_TEXT, &o.places, 0, 0},
+                               {"--columns", "NAMES", CLI_TEXT, &o.columns, 0, 0},
+                               {"--single", NULL, CLI_FLAG, &o.single, 0, 0},
+                               {"--force", NULL, CLI_FLAG, &o.force, 0, 0}};
     const cli_program about = {program, "DIR_OR_CHECKPOINT", help_export, NULL, NULL};
     int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &o.run);
     if (status != CLI_RUN) {

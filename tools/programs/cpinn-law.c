@@ -56,21 +56,14 @@ int main(int argc, char **argv)
     const char *data_file, *out = "law.csv", *symmetry = "none";
     int seed = 0;
     const cli_option options[] = {
-        {"--out", "FILE", CLI_TEXT, &out, 0, 0, "law.csv or .h5, for rod.law; default law.csv"},
-        {"--symmetry", "NAME", CLI_TEXT, &symmetry, 0, 0,
-         "symmetry of the section, met exactly: none (default); point: half a\nturn about d3; "
-         "mirrors: across d1 and d2; round: any turn about d3,\nand mirrors"},
-        {"--convex", NULL, CLI_FLAG, &settings.convex, 0, 0,
-         "make the potential convex, so that no section gives way by itself"},
-        {"--units", "N", CLI_INTEGER, &settings.units, 1, SCENE_LAW_UNITS_MAX,
-         "units of the single hidden layer; default 16"},
-        {"--held-out", "SHARE", CLI_NUMBER, &settings.held_out, 0, 0.9,
-         "share of the rows that choose the network and are not trained on;\ndefault 0.2"},
-        {"--starts", "N", CLI_INTEGER, &settings.starts, 1, 1000,
-         "number of random networks to start from; default 3"},
-        {"--steps", "N", CLI_INTEGER, &settings.steps, 1, 1000000,
-         "steps of Levenberg-Marquardt from each start; default 300"},
-        {"--seed", "N", CLI_INTEGER, &seed, 0, 2147483647, "seed of everything random; default 0"}};
+        {"--out", "FILE", CLI_TEXT, &out, 0, 0},
+        {"--symmetry", "NAME", CLI_TEXT, &symmetry, 0, 0},
+        {"--convex", NULL, CLI_FLAG, &settings.convex, 0, 0},
+        {"--units", "N", CLI_INTEGER, &settings.units, 1, SCENE_LAW_UNITS_MAX},
+        {"--held-out", "SHARE", CLI_NUMBER, &settings.held_out, 0, 0.9},
+        {"--starts", "N", CLI_INTEGER, &settings.starts, 1, 1000},
+        {"--steps", "N", CLI_INTEGER, &settings.steps, 1, 1000000},
+        {"--seed", "N", CLI_INTEGER, &seed, 0, 2147483647}};
     const cli_program face = {.name = program, .operand = "TABLE", .help = help_law};
     int status =
         cli_parse(&face, options, sizeof options / sizeof *options, argc, argv, &data_file);

@@ -306,21 +306,14 @@ int main(int argc, char **argv)
     static learning x;
     options *o = &x.asked;
     *o = (options){.out = "residual.csv", .units = 8, .steps = 40, .noise = 1e-3};
-    const cli_option rows[] = {
-        {"--measured", "TABLE", CLI_TEXT, &o->measured, 0, 0, "measured motions; required"},
-        {"--out", "FILE", CLI_TEXT, &o->out, 0, 0,
-         "where to write the network, for control.residual; default\nresidual.csv"},
-        CLI_SET(&o->overrides),
-        {"--units", "N", CLI_INTEGER, &o->units, 1, 64,
-         "units of the single hidden layer; default 8"},
-        {"--steps", "N", CLI_INTEGER, &o->steps, 0, 100000,
-         "steps of Levenberg-Marquardt; default 40"},
-        {"--held-out", "N", CLI_INTEGER, &o->held_out, 0, RUNS_MAX,
-         "the last N motions choose the network and are not trained on;\ndefault 0"},
-        {"--noise", "M", CLI_NUMBER, &o->noise, 1e-12, 1e3,
-         "error of the place that is accepted, m; default 0.001"},
-        {"--seed", "N", CLI_INTEGER, &o->seed, 0, 2147483647,
-         "seed of the first network; default 0"}};
+    const cli_option rows[] = {{"--measured", "TABLE", CLI_TEXT, &o->measured, 0, 0},
+                               {"--out", "FILE", CLI_TEXT, &o->out, 0, 0},
+                               CLI_SET(&o->overrides),
+                               {"--units", "N", CLI_INTEGER, &o->units, 1, 64},
+                               {"--steps", "N", CLI_INTEGER, &o->steps, 0, 100000},
+                               {"--held-out", "N", CLI_INTEGER, &o->held_out, 0, RUNS_MAX},
+                               {"--noise", "M", CLI_NUMBER, &o->noise, 1e-12, 1e3},
+                               {"--seed", "N", CLI_INTEGER, &o->seed, 0, 2147483647}};
     const cli_program face = {.name = program, .operand = "CONFIG.yaml", .help = help_residual};
     int status = cli_parse(&face, rows, sizeof rows / sizeof *rows, argc, argv, &o->config);
     ad_error error;

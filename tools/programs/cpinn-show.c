@@ -242,20 +242,14 @@ int main(int argc, char **argv)
     char path[4200];
     ad_error error = {.message = ""};
     const cli_option list[] = {
-        {"--out", "FILE", CLI_TEXT, &x.out, 0, 0,
-         "where to write (default: report.html in the folder, else NAME.html);\nNAME.svg, .png: "
-         "a picture; NAME.gif, .mp4, .webm: a movie, by ffmpeg"},
-        {"--slow", "X", CLI_NUMBER, &x.slow, 1e-3, 1e6,
-         "slow down .gif, .mp4 and .webm by this factor (default 1)"},
-        {"--scene", "CONFIG.yaml", CLI_TEXT, &x.scene_path, 0, 0,
-         "the scene of a table, for its section, loads and tendons"},
-        {"--reference", "TABLE", CLI_TEXT, &x.reference_path, 0, 0,
-         "shapes to draw as a ghost: columns s, x, y, z and, in motion, t"},
-        {"--grid", "NSxNT", CLI_TEXT, &x.grid, 0, 0,
-         "points along s and t of a run or scene (default 101 at rest, 81x201\nin motion)"},
+        {"--out", "FILE", CLI_TEXT, &x.out, 0, 0},
+        {"--slow", "X", CLI_NUMBER, &x.slow, 1e-3, 1e6},
+        {"--scene", "CONFIG.yaml", CLI_TEXT, &x.scene_path, 0, 0},
+        {"--reference", "TABLE", CLI_TEXT, &x.reference_path, 0, 0},
+        {"--grid", "NSxNT", CLI_TEXT, &x.grid, 0, 0},
         CLI_SET(&x.overrides),
         CLI_AT(&x.at),
-        {"--quiet", NULL, CLI_FLAG, &x.quiet, 0, 0, "say nothing but errors"},
+        {"--quiet", NULL, CLI_FLAG, &x.quiet, 0, 0},
     };
     const cli_program about = {program, "SOURCE", help_show, NULL, NULL};
     int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &x.source);

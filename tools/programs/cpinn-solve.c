@@ -404,42 +404,18 @@ int main(int argc, char **argv)
     solving x = {.asked = {.tolerance = 0}};
     options *o = &x.asked;
     const cli_option list[] = {
-        {"--tol", "X", CLI_NUMBER, &o->tolerance, 1e-13, 1,
-         "refine until the estimated error of the position is below so many\nlengths (default "
-         "1e-10). Of a beam: of its deflection over the largest.\nOf a rod in motion: relative L2 "
-         "over s and t (default 1e-6, or 1e-4\nwhere shear or stretch is locked)"},
-        {"--nodes", "N", CLI_INTEGER, &o->nodes, 1, 6000,
-         "number of nodes along the rod, without refinement and estimate; in\nmotion --tol is then "
-         "that of steps of time"},
-        {"--perturb", "X", CLI_NUMBER, &o->perturbation, -1e6, 1e6,
-         "push the rod sideways while the load grows, by X EI/L^3 per\nlength: finds buckled "
-         "shapes"},
-        {"--branch", "N", CLI_INTEGER, &o->branch, 1, 1000,
-         "at rest: leave the path at the N-th bifurcation for the one that\ncrosses it there"},
-        {"--method", "NAME", CLI_TEXT, &o->method_name, 0, 0,
-         "of a rod at rest: collocation of position, rotation, force and\nmoment (default), or "
-         "strain: the curvature alone is sought, and the rest follows;\nof a rod in motion: modes "
-         "of its strains, in place of spectral elements"},
-        {"--modes", "B,T,ST,SH", CLI_TEXT, &o->mode_counts, 0, 0,
-         "with --method modes: numbers of modes of bending, twist, stretch and\nshear, along each "
-         "piece of the rod (bending and shear in each\ndirection); no estimate"},
-        {"--from", "FILE", CLI_TEXT, &o->from, 0, 0,
-         "with --method modes: begin with the last state in this file of\n--out or --state-out, or "
-         "with a shape at rest, without vx to w3.\n--set initial.state=equilibrium begins with an "
-         "equilibrium, with any\nmethod"},
-        {"--state-out", "FILE", CLI_TEXT, &o->state_out, 0, 0,
-         "in motion: write the state at the end, for --from"},
-        {"--path", "CSV", CLI_TEXT, &o->path, 0, 0,
-         "of a rod at rest: follow its equilibria from the unstressed rod\nthrough limit points, "
-         "write them and draw load against deflection"},
-        {"--out", "FILE", CLI_TEXT, &o->out, 0, 0,
-         "write the solution, as .csv, .h5, .hdf5 or .npz, or for ParaView as\n.vtkhdf"},
-        {"--grid", "NSxNT", CLI_TEXT, &o->grid, 0, 0, SAMPLES_GRID_HELP},
-        {"--work-precision", "CSV", CLI_TEXT, &o->work_precision, 0, 0,
-         "solve with more and more nodes, with --method modes more and more\nmodes; print and "
-         "write "
-         "run time and error against the finest, of modes against spectral\nelements; cpinn-bench "
-         "--methods config,solver draws it beside networks"},
+        {"--tol", "X", CLI_NUMBER, &o->tolerance, 1e-13, 1},
+        {"--nodes", "N", CLI_INTEGER, &o->nodes, 1, 6000},
+        {"--perturb", "X", CLI_NUMBER, &o->perturbation, -1e6, 1e6},
+        {"--branch", "N", CLI_INTEGER, &o->branch, 1, 1000},
+        {"--method", "NAME", CLI_TEXT, &o->method_name, 0, 0},
+        {"--modes", "B,T,ST,SH", CLI_TEXT, &o->mode_counts, 0, 0},
+        {"--from", "FILE", CLI_TEXT, &o->from, 0, 0},
+        {"--state-out", "FILE", CLI_TEXT, &o->state_out, 0, 0},
+        {"--path", "CSV", CLI_TEXT, &o->path, 0, 0},
+        {"--out", "FILE", CLI_TEXT, &o->out, 0, 0},
+        {"--grid", "NSxNT", CLI_TEXT, &o->grid, 0, 0},
+        {"--work-precision", "CSV", CLI_TEXT, &o->work_precision, 0, 0},
         CLI_SET(&o->overrides),
         CLI_AT(&o->at),
         CLI_VERDICT_JSON(&o->json),

@@ -269,15 +269,12 @@ static int parse(int count, char **arguments, options *o)
 {
     const char *operand;
     const cli_program about = {program, NULL, help_stress, NULL, NULL};
-    const cli_option known[] = {
-        {"--only", "NAME", CLI_LIST, &o->only, 0, 0,
-         "run one scene, or all of a subject, as in --only turns; may be\nrepeated"},
-        {"--method", "NAME", CLI_TEXT, &o->method, 0, 0, "run network or solver alone"},
-        {"--quick", NULL, CLI_FLAG, &o->quick, 0, 0,
-         "run only scenes that take a moment, for the tests"},
-        {"--long", NULL, CLI_FLAG, &o->is_long, 0, 0, "run scenes that take minutes, too"},
-        {"--list", NULL, CLI_FLAG, &o->list, 0, 0, "print what is expected, and why, and stop"},
-        {"--out", "FILE", CLI_TEXT, &o->out, 0, 0, "write the table as .csv or .h5"}};
+    const cli_option known[] = {{"--only", "NAME", CLI_LIST, &o->only, 0, 0},
+                                {"--method", "NAME", CLI_TEXT, &o->method, 0, 0},
+                                {"--quick", NULL, CLI_FLAG, &o->quick, 0, 0},
+                                {"--long", NULL, CLI_FLAG, &o->is_long, 0, 0},
+                                {"--list", NULL, CLI_FLAG, &o->list, 0, 0},
+                                {"--out", "FILE", CLI_TEXT, &o->out, 0, 0}};
     int result = cli_parse(&about, known, sizeof known / sizeof *known, count, arguments, &operand);
     if (result != CLI_RUN) {
         return result;

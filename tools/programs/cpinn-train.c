@@ -560,26 +560,13 @@ static int parse(int count, char **arguments, options *o)
 {
     const cli_program about = {program, "CONFIG.yaml", help_train, more_help, NULL};
     const cli_option known[] = {
-        {"--out", "DIR", CLI_TEXT, &o->out, 0, 0,
-         "where checkpoint.h5, history.csv and config.yaml go (runs/NAME)"},
-        {"--resume", NULL, CLI_FLAG, &o->resume, 0, 0,
-         "continue the run in DIR from its checkpoint, to the same bits\n"
-         "as if it had never stopped on this kind of processor: OpenBLAS'\nkernels differ from one "
-         "to another in the last digits;\nOPENBLAS_CORETYPE=Haswell, say, chooses them"},
+        {"--out", "DIR", CLI_TEXT, &o->out, 0, 0},
+        {"--resume", NULL, CLI_FLAG, &o->resume, 0, 0},
         CLI_SET(&o->overrides),
-        {"--threads", "N", CLI_INTEGER, &o->threads, 0, 1024,
-         "default 0: one for each processor, shared among processes of mpirun;\n"
-         "results do not depend on it"},
-        {"--print-config", NULL, CLI_FLAG, &o->print_config, 0, 0,
-         "print the experiment with every default filled in, and stop"},
-        {"--explain", "program", CLI_CHOICE, &o->explain, 0, 0,
-         "print what the scene consists of, what about it is hard or\n"
-         "implausible, what is computed and what is left out, and stop;\n"
-         "=program: the compiled programs, line by line"},
-        {"--watch", NULL, CLI_FLAG, &o->watch, 0, 0,
-         "draw loss, error and the rod's shape while it trains; into a\n"
-         "pipe, on a terminal that cannot (TERM), among several processes\n"
-         "or with --quiet: lines as without it"},
+        {"--threads", "N", CLI_INTEGER, &o->threads, 0, 1024},
+        {"--print-config", NULL, CLI_FLAG, &o->print_config, 0, 0},
+        {"--explain", "program", CLI_CHOICE, &o->explain, 0, 0},
+        {"--watch", NULL, CLI_FLAG, &o->watch, 0, 0},
         CLI_VERDICT_JSON(&o->json),
         CLI_VERDICT_QUIET(&o->quiet),
     };

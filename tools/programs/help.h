@@ -1,5 +1,5 @@
-/* What the programs print for --help, lines of the files in help/: up to the line "options:" what a
- * program does, then what follows its options. NULL ends each. */
+/* What the programs print for --help: lines of the files in help/, NULL at the end of each. Options
+ * that several programs have are lines "@set" there, which shared.txt explains. */
 #ifndef TOOLS_PROGRAMS_HELP_H
 #define TOOLS_PROGRAMS_HELP_H
 
@@ -13,8 +13,11 @@ extern const char *const help_eval[];
 extern const char *const help_export[];
 extern const char *const help_law[];
 extern const char *const help_residual[];
+extern const char *const help_scenes[];
+extern const char *const help_shared[];
 extern const char *const help_show[];
 extern const char *const help_solve[];
+extern const char *const help_step[];
 extern const char *const help_stress[];
 extern const char *const help_train[];
 

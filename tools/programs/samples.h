@@ -13,11 +13,6 @@ typedef struct samples {
     double *values; /* [columns][count], SI units */
 } samples;
 
-/* What --grid takes, for --help. */
-#define SAMPLES_GRID_HELP                                                                          \
-    "that many points along s and t, ends included, t varying\nslowest; at rest NS (default 101 "  \
-    "at rest, 51x21 in motion)"
-
 /* Room for `count` points; zeros. AD_NO_MEMORY. */
 ad_status samples_make(samples *p, size_t count, int columns, ad_error *error);
 void samples_free(samples *p);
