@@ -369,16 +369,6 @@ static rod_wrench rod_ansatz_wrench(const rod_context *rod, const rod_pose *pose
     return (rod_wrench){ad_add(force, jumps->force), ad_add(moment, jumps->moment)};
 }
 
-static void rod_refuse_locked(const rod_context *rod)
-{
-    if (scene_is_locked(&rod->properties)) {
-        ad_tape_fail(rod->tape, AD_BAD_ARGUMENT,
-                     "formulation %s: a locked strain has no constitutive law; use the mixed "
-                     "formulation or finite stiffness",
-                     scene_formulation_names()[rod->scene->formulation]);
-    }
-}
-
 /* Force and moment of these strains. */
 static rod_state rod_state_by_law(const rod_context *rod, rod_pose pose, const rod_kinematics *k)
 {
@@ -391,7 +381,6 @@ static rod_state rod_state_by_law(const rod_context *rod, rod_pose pose, const r
 
 static rod_state rod_displacement_state(const rod_context *rod, rod_pose pose)
 {
-    rod_refuse_locked(rod);
     rod_kinematics k = rod_kinematics_of(rod, pose.position, pose.rotation);
     return rod_state_by_law(rod, pose, &k);
 }
@@ -400,7 +389,6 @@ static rod_state rod_displacement_state(const rod_context *rod, rod_pose pose)
 static rod_state rod_strain_state(const rod_context *rod, rod_pose pose, ad_value force,
                                   ad_value moment)
 {
-    rod_refuse_locked(rod);
     rod_coefficients c = rod_coefficients_of(rod);
     rod_kinematics k = {.strain = ad_add(c.rest_strain, ad_mul(c.strain_compliance, force)),
                         .curvature =

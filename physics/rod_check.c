@@ -163,33 +163,6 @@ static ad_status rod_check_resistance(const scene *rod_scene, const char **key, 
     return AD_OK;
 }
 
-/* What the equations do not have of tendons. */
-static ad_status rod_check_tendons(const scene *rod_scene, const char **key, ad_error *error)
-{
-    bool chosen = scene_is_dynamic(rod_scene) || scene_is_manufactured(rod_scene);
-    for (int i = 0; i < rod_scene->tendon_count; i++) {
-        const scene_tendon *tendon = &rod_scene->tendons[i];
-        if (quantity_is_something(tendon->friction) && chosen) {
-            *key = scene_key_of(rod_scene, &tendon->friction);
-            return ad_fail(error, AD_BAD_INPUT,
-                           "of rods at rest alone, as tendons that are let go slide the other way; "
-                           "allowed: 0");
-        }
-        if (tendon->displacement.is_given && scene_is_manufactured(rod_scene)) {
-            *key = scene_key_of(rod_scene, &tendon->displacement);
-            return ad_fail(error, AD_BAD_INPUT,
-                           "a manufactured scene does not find tensions; give tension");
-        }
-        if (tendon->displacement.is_given && chosen && !tendon->stiffness.is_given) {
-            *key = scene_key_of(rod_scene, &tendon->displacement);
-            return ad_fail(error, AD_BAD_INPUT,
-                           "a tendon that keeps its length has a tension at rest alone; in motion "
-                           "give its stiffness, too");
-        }
-    }
-    return AD_OK;
-}
-
 ad_status rod_check(const scene *rod_scene, const char **key, ad_error *error)
 {
     bool implied = scene_is_dynamic(rod_scene) && !scene_is_manufactured(rod_scene) &&
@@ -200,9 +173,6 @@ ad_status rod_check(const scene *rod_scene, const char **key, ad_error *error)
     ad_status status = rod_check_numbers(rod_scene, key ? key : &ignored, error);
     if (status == AD_OK) {
         status = rod_check_resistance(rod_scene, key ? key : &ignored, error);
-    }
-    if (status == AD_OK) {
-        status = rod_check_tendons(rod_scene, key ? key : &ignored, error);
     }
     if (status != AD_OK) {
         return status;

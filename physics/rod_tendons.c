@@ -103,28 +103,6 @@ static ad_value end_length(const rod_context *rod, int i, ad_value tension)
     return length;
 }
 
-/* The path has a kink where strains jump: the angle would, too. */
-static void refuse_kinks(const rod_context *rod, int i, const rod_actuator *tendon)
-{
-    scene_breaks breaks;
-    ad_error error;
-    if (scene_breaks_of(rod->scene, "s", &breaks, &error) != AD_OK) {
-        ad_tape_fail(rod->tape, error.status, "%s", error.message);
-        return;
-    }
-    for (int k = 0; k < breaks.count; k++) {
-        double s = breaks.place[k] / rod->scales.length;
-        if (s > tendon->start + 1e-12 && s < tendon->end - 1e-12) {
-            ad_tape_fail(rod->tape, AD_BAD_ARGUMENT,
-                         "tendons[%d].friction: at s = %.6g m something jumps, where the tendon "
-                         "may have a kink; a network needs a friction of 0, the classical solver "
-                         "has it",
-                         i, breaks.place[k]);
-            return;
-        }
-    }
-}
-
 /* l, in proportion to that at its end, and what the network says; phi. */
 static ad_value length_of(const rod_context *rod, const rod_actuator *tendon, ad_value tendons,
                           int i)
@@ -147,13 +125,6 @@ static ad_value angle_of(const rod_context *rod, const rod_actuator *tendon, ad_
 ad_value rod_tendon_pull(const rod_context *rod, ad_value tendons, int index, ad_value given)
 {
     if (tendon_rows(rod->scene, index) == 0) {
-        return given;
-    }
-    if (!ad_is_valid(tendons)) {
-        ad_tape_fail(rod->tape, AD_BAD_ARGUMENT,
-                     "tendons[%d].%s: the tension of this tendon is sought along the rod; "
-                     "allowed: formulation: mixed",
-                     index, has_length(rod->scene, index) ? "displacement" : "friction");
         return given;
     }
     if (has_length(rod->scene, index)) {
@@ -193,7 +164,6 @@ static void angle_residual(const rod_context *rod, int i, const rod_actuator *te
     ad_value turning = ad_norm(rod_space_derivative(rod, tangent));
     ad_value angle = angle_of(rod, tendon, state.tendons, i);
     ad_value going_on = rod_space_derivative(rod, ad_row(state.tendons, row));
-    refuse_kinks(rod, i, tendon);
     rows[row] = where_is(rod, tendon, ad_sub(rod_space_derivative(rod, angle), turning), going_on);
 }
 

@@ -2,6 +2,7 @@
  * to blame and says what is allowed. */
 #include "physics/sampling.h"
 #include "physics/scene_internal.h"
+#include "physics/support.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -91,10 +92,10 @@ static ad_status check_initial_state(const scene_checker *check)
     if (given->initial.state == SCENE_GIVEN) {
         return AD_OK;
     }
-    if (!is_dynamic(check) || scene_is_manufactured(given)) {
+    if (scene_is_manufactured(given)) {
         return scene_refuse(check, "initial.state",
-                            "equilibrium is where a motion starts; give time.duration, and no "
-                            "manufactured solution, or leave it out");
+                            "equilibrium is not where a manufactured solution starts; leave it "
+                            "out");
     }
     return given->initial.position[0].is_given || given->beam.deflection.is_given ||
                    given->beam.slope.is_given
@@ -111,13 +112,6 @@ static ad_status check_initial(const scene_checker *check)
     const scene_initial *initial = &rod_scene->initial;
     bool position = quantity_any_given(3, initial->position);
     bool rotation = quantity_any_given(4, initial->rotation);
-    bool velocity = quantity_any_given(3, initial->velocity);
-    if (!is_dynamic(check) &&
-        (position || rotation || velocity || quantity_any_given(3, initial->angular_velocity))) {
-        return scene_refuse(
-            check, "initial",
-            "a static scene has no initial state; give time.duration, or leave it out");
-    }
     if (position != rotation) {
         return scene_refuse(check, position ? "initial.rotation" : "initial.position",
                             "missing; position and rotation at t = 0 come together or not at all");
@@ -154,14 +148,17 @@ static ad_status check_time(const scene_checker *check)
     return AD_OK;
 }
 
-static ad_status check_imperfection(const scene_checker *check)
+/* What no form takes, and what a form of the equations on the tape does not take. */
+static ad_status check_support(const scene_checker *check)
 {
-    bool fixed = scene_is_dynamic(check->scene) || scene_is_manufactured(check->scene);
-    return fixed && scene_is_imperfect(check->scene)
-               ? scene_refuse(check, "rod.rest.imperfection",
-                              "goes as the loads of a static scene grow, but this one moves or is "
-                              "manufactured; leave it out, or give rod.rest.curvature")
-               : AD_OK;
+    const scene_formulation form = check->scene->formulation;
+    ad_error reason;
+    ad_status status = support_check_any(check->scene, check->key, &reason);
+    if (status == AD_OK && (form == SCENE_DISPLACEMENT || form == SCENE_POSE_STRAIN)) {
+        status =
+            support_check(check->scene, support_formulation(check->scene), check->key, &reason);
+    }
+    return status == AD_OK ? AD_OK : ad_fail(check->error, AD_BAD_INPUT, "%s", reason.message);
 }
 
 static ad_status check_manufactured(const scene_checker *check)
@@ -219,11 +216,12 @@ static ad_status check_member(const scene *rod_scene, const char **key, ad_error
                                                 scene_check_lists,    check_frames,
                                                 scene_check_ends,     check_initial_state,
                                                 check_initial,        check_time,
-                                                check_imperfection,   NULL};
-    static scene_check_part *const of_beams[] = {
-        check_extent,        check_others,      scene_check_segments,
-        scene_check_rod,     scene_check_lists, scene_check_beam,
-        check_initial_state, check_time,        NULL};
+                                                check_support,        NULL};
+    static scene_check_part *const of_beams[] = {check_extent,         check_others,
+                                                 scene_check_segments, scene_check_rod,
+                                                 scene_check_lists,    scene_check_beam,
+                                                 check_initial_state,  check_time,
+                                                 check_support,        NULL};
     const scene_checker check = {rod_scene, NULL, -1, key, error};
     ad_status status = AD_OK;
     for (scene_check_part *const *part = scene_is_beam(rod_scene) ? of_beams : of_rods;

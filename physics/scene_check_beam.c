@@ -117,11 +117,6 @@ static ad_status check_theory(const scene_checker *check)
     const scene_beam *beam = &given->beam;
     scene_properties properties = scene_properties_of(given);
     bool shears = given->rod.model == SCENE_TIMOSHENKO;
-    if (given->formulation == SCENE_POSE_STRAIN) {
-        return scene_refuse(check, "formulation",
-                            "pose_strain is of rods in space; allowed for beams: mixed, "
-                            "displacement");
-    }
     if (shears && given->formulation == SCENE_DISPLACEMENT &&
         scene_locks(properties.strain_stiffness[1])) {
         return scene_refuse(check, "formulation",
@@ -238,18 +233,6 @@ static ad_status check_support(const scene_checker *check)
                         "give beam.foundation");
 }
 
-static ad_status check_initial(const scene_checker *check)
-{
-    const scene_beam *beam = &check->scene->beam;
-    bool given = beam->deflection.is_given || beam->velocity.is_given || beam->slope.is_given ||
-                 beam->slope_rate.is_given;
-    return scene_is_dynamic(check->scene) || !given
-               ? AD_OK
-               : scene_refuse(check, "beam.initial",
-                              "a static scene has no initial state; give time.duration, or leave "
-                              "it out");
-}
-
 ad_status scene_check_beam(const scene_checker *check)
 {
     ad_status status = scene_check_pieces(check, check_damping);
@@ -271,5 +254,5 @@ ad_status scene_check_beam(const scene_checker *check)
     if (status == AD_OK) {
         status = check_support(check);
     }
-    return status == AD_OK ? check_initial(check) : status;
+    return status;
 }

@@ -260,10 +260,6 @@ static ad_status check_chambers(const scene_checker *check)
 static ad_status check_scene_of_tubes(const scene_checker *check)
 {
     const scene *given = check->scene;
-    if (scene_is_dynamic(given)) {
-        return scene_refuse(check, "time.duration",
-                            "moves, but tubes are for rods at rest; allowed: no time, or no tubes");
-    }
     if (given->rod.model != SCENE_KIRCHHOFF) {
         return scene_refuse(check, "rod.model",
                             "tubes slide on the rod and take no shear and stretch from it; allowed "

@@ -1,5 +1,6 @@
 /* What scene_check asks of every quantity by itself: what it depends on, and its range. */
 #include "physics/scene_internal.h"
+#include "physics/support.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -139,9 +140,10 @@ static ad_status check_entry(const scene_checker *check, const scene_field *fiel
         return scene_refuse(check, field->key, rule.of_t);
     }
     if (moves && !scene_is_dynamic(check->scene)) {
-        return scene_refuse(check, field->key,
-                            "depends on t, but the scene is static; give time.duration, or a "
-                            "formula without t");
+        char sentence[sizeof check->error->message];
+        support_sentence(support_feature_find("a formula of time"), SUPPORT_MIXED, sentence,
+                         sizeof sentence);
+        return scene_refuse(check, field->key, sentence);
     }
     if (quantity_calls(entry, "within") && isnan(range_of(check->scene, field, entry).low)) {
         return scene_refuse(check, field->key,

@@ -2,6 +2,7 @@
 
 #include "physics/breaks.h"
 #include "physics/strain_internal.h"
+#include "physics/support.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -95,32 +96,7 @@ void strain_mesh_integral(const strain_mesh *mesh, bool to_edge, int i, double *
 
 ad_status strain_check(const scene *one, bool on_tape, ad_error *error)
 {
-    const int end = one->end.type;
-    const struct {
-        bool has;
-        const char *what, *allowed;
-    } rows[] = {{scene_is_beam(one), "a beam of small deflection", "a rod"},
-                {scene_is_dynamic(one), "a motion", "a rod at rest"},
-                {scene_is_manufactured(one), "a manufactured solution", "loads"},
-                {one->start.type != SCENE_CLAMPED, "a start that is not clamped", "a clamped one"},
-                {on_tape && end != SCENE_FREE && end != SCENE_LOADED, "an end that is held",
-                 "a free or loaded one"},
-                {quantity_any_given(3, one->end.rotation_vector) || one->end.twist.is_given,
-                 "an end that is turned by an angle", "boundary.end.rotation"},
-                {on_tape && rod_is_acted_on(one, false), "springs", "none"},
-                {one->tube_count > 0, "tubes", "none"},
-                {one->rod.law, "a law of its own (rod.law)", "a linear one"},
-                {scene_has_displaced_tendons(one), "tendons of given displacement", "tensions"},
-                {scene_has_rubbing_tendons(one), "tendons with friction", "tendons without"},
-                {scene_is_imperfect(one), "an imperfection", "rod.rest.curvature"},
-                {on_tape && rod_is_acted_on(one, true), "a foundation", "none"}};
-    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        if (rows[i].has) {
-            return ad_fail(error, AD_BAD_ARGUMENT, "strain form%s: the scene has %s; allowed: %s",
-                           on_tape ? " on a tape" : "", rows[i].what, rows[i].allowed);
-        }
-    }
-    return AD_OK;
+    return support_check(one, on_tape ? SUPPORT_EXPORT : SUPPORT_FAMILY, NULL, error);
 }
 
 ad_status strain_takes(const scene *one, ad_error *error)

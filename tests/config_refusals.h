@@ -126,8 +126,8 @@ static const refusal refusals[] = {
     {BASE "network: {modes: [3, 1]}\n", NULL,
      "scene.yaml:4:18: network.modes: has 2 entries; allowed: a list of 4 whole numbers 0 to 24"},
     {BASE "formulation: strain\n", NULL,
-     "scene.yaml:4:14: formulation: strain learns a family of rods at rest from its members; give "
-     "parameters with ranges, no time.duration and nothing to identify, or take mixed"},
+     "scene.yaml:4:14: formulation: strain learns a rod at rest from members of its family; give "
+     "parameters with ranges, or take mixed"},
     {BASE "training: {stages: [{optimizer: gauss_newton, memory: 5}]}\n", NULL,
      "scene.yaml:4:55: training.stages[0].memory: belongs to optimizer lbfgs, but this stage runs "
      "gauss_newton; leave it out"},

@@ -73,8 +73,8 @@ static const refusal beam_refusals[] = {
      "scene.yaml:5:21: beam.tip.force: depends on s, but it belongs to one end; allowed: a formula "
      "of t"},
     {BEAM "beam: {force: t}\n", NULL,
-     "scene.yaml:5:15: beam.force: depends on t, but the scene is static; give time.duration, or a "
-     "formula without t"},
+     "scene.yaml:5:15: beam.force: nothing takes a formula of time at rest: a rod at rest does not "
+     "change in time; allowed: a scene without it, or with time.duration"},
     {BEAM "beam: {force: [0, 1, 0]}\n", NULL,
      "scene.yaml:5:15: beam.force: is a list; allowed: a number or a formula, in N/m"},
     {BEAM "beam: {force: 1 +}\n", NULL,
@@ -83,8 +83,8 @@ static const refusal beam_refusals[] = {
     {BEAM "beam: {foundation: s - 0.5}\n", NULL,
      "scene.yaml:5:20: beam.foundation: must be finite and >= 0 all along"},
     {BEAM "beam: {initial: {deflection: s^2}}\n", NULL,
-     "scene.yaml:5:17: beam.initial: a static scene has no initial state; give time.duration, or "
-     "leave it out"},
+     "scene.yaml:5:30: beam.initial.deflection: nothing takes a given state at t = 0 at rest: a "
+     "rod at rest does not change in time; allowed: a scene without it, or with time.duration"},
     {BEAM "reference: {analytic: elastica}\n", NULL,
      "scene.yaml:5:23: reference.analytic: is a shape of rods in space; for a beam give "
      "reference.deflection"},
@@ -123,8 +123,8 @@ static const refusal beam_refusals[] = {
      "scene.yaml:5:24: rod.damping.curvature: belongs to a rod in space; a beam is damped by "
      "loads.drag"},
     {STOUT "beam: {initial: {deflection: s}}\n", NULL,
-     "scene.yaml:6:17: beam.initial: a static scene has no initial state; give time.duration, or "
-     "leave it out"},
+     "scene.yaml:6:30: beam.initial.deflection: nothing takes a given state at t = 0 at rest: a "
+     "rod at rest does not change in time; allowed: a scene without it, or with time.duration"},
     {"rod:\n"
      "  length: 1\n"
      "  model: euler_bernoulli\n"

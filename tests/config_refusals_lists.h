@@ -77,8 +77,8 @@ static const refusal list_refusals[] = {
      "scene.yaml:4:35: loads.points[0].force: depends on s, but it belongs to one place; allowed: "
      "a formula of t"},
     {BASE "loads: {points: [{at: 0.5, force: [0, t, 1]}]}\n", NULL,
-     "scene.yaml:4:35: loads.points[0].force: depends on t, but the scene is static; give "
-     "time.duration, or a formula without t"},
+     "scene.yaml:4:35: loads.points[0].force: nothing takes a formula of time at rest: a rod at "
+     "rest does not change in time; allowed: a scene without it, or with time.duration"},
     {BASE "loads: {points: [{at: 0.5, force: [0, .inf, 1]}]}\n", NULL,
      "scene.yaml:4:39: loads.points[0].force[1]: is .inf, which is not finite; allowed: a number "
      "or a formula, in N"},
@@ -124,12 +124,11 @@ static const refusal list_refusals[] = {
      "scene.yaml:4:59: tendons[0].stiffness: is 0, which is out of range; allowed: a number or a "
      "formula > 0, in N/m"},
     {DYNAMIC "tendons: [{offset: [0.01, 0], displacement: 0.01}]\n", NULL,
-     "scene.yaml:6:45: tendons[0].displacement: a tendon that keeps its length has a tension at "
-     "rest alone; in motion give its stiffness, too"},
+     "scene.yaml:6:45: tendons[0].displacement: nothing takes a tendon that keeps its length in "
+     "motion: it is not built yet; allowed: a scene without it, or without time.duration"},
     {DYNAMIC "tendons: [{offset: [0.01, 0], tension: 1, friction: 0.1}]\n", NULL,
-     "scene.yaml:6:53: tendons[0].friction: of rods at rest alone, as tendons that are let go "
-     "slide "
-     "the other way; allowed: 0"},
+     "scene.yaml:6:53: tendons[0].friction: nothing takes friction of a tendon in motion: it is "
+     "not built yet; allowed: a scene without it, or without time.duration"},
     {BASE "tendons: [{offset: [0.01, 0], tension: -1}]\n", NULL,
      "scene.yaml:4:40: tendons[0].tension: is -1, which is out of range; allowed: a number or a "
      "formula >= 0, in N"},
@@ -166,8 +165,8 @@ static const refusal list_refusals[] = {
     {CONCENTRIC "tubes: [{stiffness: {bending: [1, 1], torsion: 1}}]\n"
                 "time: {duration: 1}\n",
      "rod.inertia={mass_per_length: 1, rotary: [0, 0, 0]}",
-     "scene.yaml:5:18: time.duration: moves, but tubes are for rods at rest; allowed: no time, or "
-     "no tubes"},
+     "scene.yaml:4:8: tubes: nothing takes concentric tubes in motion: it is not built yet; "
+     "allowed: a scene without it, or without time.duration"},
     {CONCENTRIC "tubes: [{stiffness: {bending: [1, 1], torsion: 1}}]\n"
                 "boundary: {start: {type: pinned}}\n",
      NULL,

@@ -22,9 +22,9 @@ static const refusal scene_refusals[] = {
      "scene.yaml:7:19: network.hidden: is not of a motion in the strain form, a linear network of "
      "time for each mode; leave it out, or take formulation: mixed"},
     {DYNAMIC "formulation: strain\nenforcement: {initial: soft}\n", NULL,
-     "scene.yaml:6:14: formulation: strain learns the motion of a rod by its strains, but initial "
-     "or "
-     "boundary conditions are terms of the loss; take mixed"},
+     "scene.yaml:7:24: enforcement.initial: formulation strain of a motion does not take soft "
+     "conditions: its shapes meet the conditions exactly; allowed: formulation mixed, "
+     "displacement, pose_strain"},
     {DYNAMIC "formulation: strain\nlosses: {interior: {points: 5}}\n", NULL,
      "scene.yaml:7:29: losses.interior.points: are 5 instants for 21 functions of time; allowed: "
      "as "
@@ -80,24 +80,27 @@ static const refusal scene_refusals[] = {
      "  stiffness: {bending: [1, 1], torsion: 0.8}\n"
      "formulation: displacement\n",
      NULL,
-     "scene.yaml:5:14: formulation: displacement computes forces from strains and needs finite "
-     "stiffness; allowed for this rod: mixed"},
+     "scene.yaml:3:10: rod.model: formulation displacement does not take locked shear or stretch: "
+     "its forces follow from the strains, and a locked strain gives none; allowed: formulation "
+     "mixed, strain of a family"},
     {"rod:\n"
      "  length: 1\n"
      "  model: kirchhoff\n"
      "  stiffness: {bending: [1, 1], torsion: 0.8}\n"
      "formulation: pose_strain\n",
      NULL,
-     "scene.yaml:5:14: formulation: pose_strain computes forces from strains and needs finite "
-     "stiffness; allowed for this rod: mixed"},
+     "scene.yaml:3:10: rod.model: formulation pose_strain does not take locked shear or stretch: "
+     "its forces follow from the strains, and a locked strain gives none; allowed: formulation "
+     "mixed, strain of a family"},
     {"rod:\n"
      "  length: 1\n"
      "  model: euler_bernoulli\n"
      "  stiffness: {bending: [1, 1]}\n"
      "formulation: pose_strain\n",
      NULL,
-     "scene.yaml:5:14: formulation: pose_strain is of rods in space; allowed for beams: mixed, "
-     "displacement"},
+     "scene.yaml:3:10: rod.model: formulation pose_strain does not take a beam of small "
+     "deflection: a beam of small deflection is linear and has no shape in space; allowed: "
+     "formulation mixed, displacement"},
     {"rod:\n"
      "  length: 1\n"
      "  stiffness: {shear: [5, 5], axial: 9, bending: [.inf, .inf], torsion: 0.8}\n",
@@ -112,9 +115,9 @@ static const refusal scene_refusals[] = {
      "scene.yaml:5:21: rod.rest.curvature: the unstressed shape winds too much, or bends too "
      "suddenly, to start from; give initial.position and initial.rotation"},
     {DYNAMIC, "rod.rest.imperfection=[0, 1, 0]",
-     "override rod.rest.imperfection=[0, 1, 0]: rod.rest.imperfection: goes as the loads of a "
-     "static "
-     "scene grow, but this one moves or is manufactured; leave it out, or give rod.rest.curvature"},
+     "override rod.rest.imperfection=[0, 1, 0]: rod.rest.imperfection: nothing takes an "
+     "imperfection in motion: it goes as the loads of a rod at rest grow; allowed: a scene without "
+     "it, or without time.duration"},
     {BASE "network: {hidden: [8]}\n", "rod.rest.imperfection=[0, 1, 0]",
      "override rod.rest.imperfection=[0, 1, 0]: rod.rest.imperfection: goes as the loads grow, "
      "which "
@@ -128,8 +131,8 @@ static const refusal scene_refusals[] = {
      "  stiffness: {shear: [5, 5], axial: 9, bending: [1, 1], torsion: 0.8}\n"
      "  rest: {curvature: [t, 0, 0]}\n",
      NULL,
-     "scene.yaml:4:21: rod.rest.curvature: depends on t, but the scene is static; give "
-     "time.duration, or a formula without t"},
+     "scene.yaml:4:21: rod.rest.curvature: nothing takes a formula of time at rest: a rod at rest "
+     "does not change in time; allowed: a scene without it, or with time.duration"},
     {"rod:\n"
      "  length: 1\n"
      "  stiffness: {shear: [5, 5], axial: 9, bending: [1, 1], torsion: 0.8}\n"
@@ -144,8 +147,9 @@ static const refusal scene_refusals[] = {
      "  stiffness: {bending: [1, 1], torsion: 0.8}\n"
      "manufactured: {position: [0, 0, s], angles: [s, 0, 0]}\n",
      NULL,
-     "scene.yaml:3:10: rod.model: a manufactured solution computes forces from strains and needs "
-     "finite stiffness; allowed: cosserat"},
+     "scene.yaml:3:10: rod.model: nothing takes a manufactured solution with locked strains at "
+     "rest: its forces follow from the strains, and a locked strain gives none; allowed: a scene "
+     "without it"},
     {"rod:\n"
      "  length: 1\n"
      "  section: {shape: circle, radius: 1e-2}\n"
@@ -160,8 +164,8 @@ static const refusal scene_refusals[] = {
      "loads: {gravity: [0, 0, -9.81]}\n",
      NULL, "scene.yaml:4:13: rod.material.density: missing; loads.gravity needs the rod's mass"},
     {BASE "loads: {tip: {force: [0, 0, t]}}\n", NULL,
-     "scene.yaml:4:22: loads.tip.force: depends on t, but the scene is static; give time.duration, "
-     "or a formula without t"},
+     "scene.yaml:4:22: loads.tip.force: nothing takes a formula of time at rest: a rod at rest "
+     "does not change in time; allowed: a scene without it, or with time.duration"},
     {BASE "loads: {tip: {force: [0, 0, s]}}\n", NULL,
      "scene.yaml:4:22: loads.tip.force: depends on s, but it belongs to one end; allowed: a "
      "formula of t"},
@@ -282,9 +286,9 @@ static const refusal scene_refusals[] = {
      NULL,
      "scene.yaml:4:23: loads.tip.moment: acts on an end that is held against it; allowed: an end "
      "of type loaded"},
-    {BASE "initial: {velocity: [0, 0, 0]}\n", NULL,
-     "scene.yaml:4:10: initial: a static scene has no initial state; give time.duration, or leave "
-     "it out"},
+    {BASE "initial: {velocity: [0, 0, 1]}\n", NULL,
+     "scene.yaml:4:21: initial.velocity: nothing takes a given state at t = 0 at rest: a rod at "
+     "rest does not change in time; allowed: a scene without it, or with time.duration"},
     {BASE "time: {duration: 1}\n", NULL,
      "scene.yaml:2:3: rod.inertia.mass_per_length: missing; a dynamic scene needs the rod's mass"},
     {BASE "time: {windows: 4}\n", NULL,

@@ -46,7 +46,7 @@ boundary: {start: {type: clamped}}
 END
 run 1 cpinn-cases refused.yaml "$dynamic" --threads 1 --seconds 0.01
 said stdout.txt '^refused +strain modes by polynomials '
-said stdout.txt '^ +refused \(no_method\): rotary inertia about d1 is 0 '
+said stdout.txt '^ +refused \(no_method\): method collocation of a motion does not take a rod without shear and rotary inertia'
 said stdout.txt '^ +out of time \(time_limit\): 0.01 s in window 1 of 1$'
 check four rows -- test "$(grep -cE '^[a-z_]* +(strain modes by polynomials|network|mixed form by a network|solver|spectral elements) ' stdout.txt)" -eq 4
 

@@ -203,8 +203,8 @@ bad 'control.plant.set: makes the rod 0.12 m long, and the place at 0.125 m' \
 bad 'control.duration: 0.5 s, and errors are told after' control.duration=0.5
 bad 'control.task.frequency: is too high for steps of 0.02 s; allowed: below 25 Hz' \
     control.task.frequency=25
-bad 'control: the scene depends on time' 'loads.tip.force=["sin(t)", 0, 0]'
-refused 'control: the scene has no motion' cpinn-control "$ROOT/configs/elastica.yaml"
+bad 'loads.tip.force: a one-step model does not take a formula of time' 'loads.tip.force=["sin(t)", 0, 0]'
+refused 'time.duration: a one-step model is of scenes in motion' cpinn-control "$ROOT/configs/elastica.yaml"
 refused 'path_loop.csv: has no column x; allowed: t, x, y, z' cpinn-control file.yaml \
     --set control.model=reduced --set control.task.path=file --set control.task.file=path_loop.csv
 refused 'runs/soft_arm_control: cannot be opened.*; cpinn-train trains one' \

@@ -116,7 +116,7 @@ static void test_episodes(void **state)
     cpinn_stepper_free(NULL);
     assert_int_equal(cpinn_stepper_file("configs/elastica.yaml", 0, NULL, 0, 1, &robot, &error),
                      AD_BAD_INPUT);
-    assert_non_null(strstr(error.message, "is no robot in motion"));
+    assert_non_null(strstr(error.message, "a one-step model is of scenes in motion"));
     assert_int_equal(cpinn_stepper_open("configs", 1, &robot, &error), AD_IO);
 }
 

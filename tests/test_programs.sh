@@ -169,7 +169,7 @@ said stdout.txt '^  implausible: rod.length: 130 m is very long for a material a
 said stdout.txt '^  implausible: loads.gravity: the weight, rhoA g L\^3/EI, is .* times what bends the rod'
 run 0 cpinn-train "$dynamic" --explain --set 'enforcement.initial=soft'
 said stdout.txt '^  residual        by the tape; formulation: strain, modes of the strain, has it in closed form,$'
-said stdout.txt '^ +but not here: initial or boundary conditions are terms of the loss$'
+said stdout.txt '^ +but not here: formulation strain of a motion does not take soft conditions'
 run 0 cpinn-train "$ROOT/configs/cantilever_dynamic.yaml" --explain
 said stdout.txt '^  residual        in closed form, not by the tape; formulation: mixed has the equations of the$'
 run 0 cpinn-train "$ROOT/configs/robots/bensch_2024.yaml" --explain
@@ -183,7 +183,9 @@ said stdout.txt 'parameters'
 run 0 cpinn-train "$dynamic" --explain=program
 said stdout.txt '^== interior: loss and gradient$'
 said stdout.txt 'outer_sum .* flops per point'
-refused 'explain=tape: allowed: --explain, --explain=program' cpinn-train "$dynamic" --explain=tape
+run 0 cpinn-train --explain=support
+check "the page of the table of support is that of the program" -- cmp stdout.txt "$ROOT/tools/site/pages/support.md"
+refused 'explain=tape: allowed: --explain, or --explain=program|support' cpinn-train "$dynamic" --explain=tape
 run 0 cpinn-train "$dynamic" --print-config --set training.seed=7
 check printing creates nothing -- test "$entries" = "$(ls | grep -v '^std')" -o "$entries" = "$(ls)"
 for scene in "$ROOT"/configs/*.yaml "$ROOT"/configs/cases/*.yaml \
@@ -382,9 +384,9 @@ refused 'rod.law: the law has a stiffness of its own' cpinn-solve "$rubber" \
 refused 'rod.law: has a file and numbers' cpinn-solve "$rubber" --set rod.law.numbers=[1,2]
 refused 'rod.law: tubes are linear' cpinn-solve "$rubber" --set loads=null --set \
     'tubes=[{section: {radius: 0.02, inner_radius: 0.015}, material: {youngs_modulus: 1e6}}]'
-refused 'formulation: .*a law of its own' cpinn-train "$rubber" --set formulation=strain \
+refused 'rod.law: formulation strain of a family does not take a learned law' cpinn-train "$rubber" --set formulation=strain \
     --set 'parameters={f: {range: [1, 2]}}' --set 'loads.tip.force=[f, 0, 0]' --set reference=null
-refused 'does not know a law of its own' cpinn-solve "$rubber" --method strain
+refused 'rod.law: method strain does not take a learned law' cpinn-solve "$rubber" --method strain
 refused 'reference.analytic: is that of a linear rod' cpinn-train "$rubber" --explain \
     --set reference.file=null --set reference.analytic=elastica
 

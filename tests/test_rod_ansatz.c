@@ -255,13 +255,6 @@ static void test_displacement(void **state)
         assert_near(largest(rod_residual(&mixed, ROD_CURVATURE, made, &r.at), unit_s, t), 0, 1e-12);
         ad_tape_free(r.tape);
     }
-    scene locked = ends_scene(SCENE_CLAMPED, SCENE_FREE, false, SCENE_DEAD);
-    locked.formulation = SCENE_DISPLACEMENT;
-    locked.rod.model = SCENE_KIRCHHOFF;
-    recorded r = begin(&locked);
-    rod_ansatz(&locked, &r.at, random_outputs(&locked, &r));
-    assert_int_equal(ad_tape_status(r.tape, NULL), AD_BAD_ARGUMENT);
-    ad_tape_free(r.tape);
 }
 
 /* A rotation vector turns the rod by itself, about itself, from where it lies without a network. */

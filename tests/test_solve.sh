@@ -32,7 +32,7 @@ said stdout.txt '^  tip +0\.28307002911498[0-9]* '
 said stdout.txt 'position, largest +[0-9.]+e-1[2-9] of the length'
 run 0 cpinn-solve "$ROOT/configs/cases/follower_5.yaml" --method strain --nodes 8
 said stdout.txt '^solved: 8 nodes'
-refused 'the strain form does not know tubes; allowed' \
+refused 'tubes: method strain does not take concentric tubes: it is not built yet; allowed: method collocation' \
     cpinn-solve "$ROOT/configs/robots/concentric.yaml" --method strain
 refused '^cpinn-solve: --method stress; allowed: collocation, strain' \
     cpinn-solve "$elastica" --method stress
@@ -54,11 +54,11 @@ for modes in 2147483647,1,1,1 99999999999,1,1,1 1,1,1 2,1,2,1x; do
     refused "^cpinn-solve: --modes $modes; allowed: with --method modes, four numbers from 0 to " \
         cpinn-solve "$ROOT/configs/soft_arm.yaml" --method modes --modes $modes
 done
-refused 'method modes: the scene is at rest; allowed: a rod in motion' \
+refused 'time.duration: method modes is of scenes in motion, and this one is at rest' \
     cpinn-solve "$elastica" --method modes
-refused 'method modes: a beam of small deflection is linear' \
+refused 'rod.model: method modes does not take a beam of small deflection' \
     cpinn-solve "$ROOT/configs/beam_vibration.yaml" --method modes
-refused 'method modes: the start is not clamped, pinned or driven; allowed' \
+refused 'boundary.start.type: method modes does not take a free or loaded start' \
     cpinn-solve "$ROOT/configs/cases/spinning.yaml" --method modes
 refused '^cpinn-solve: --modes 3,1; allowed: with --method modes, four numbers from 0 to 24' \
     cpinn-solve "$ROOT/configs/soft_arm.yaml" --method modes --modes 3,1
@@ -235,8 +235,8 @@ said stdout.txt '^note \(several_equilibria\): of several equilibria this one li
 run 0 cpinn-solve "$ROOT/configs/ring.yaml"
 run 0 cpinn-train "$ROOT/configs/ring.yaml" --out ring
 refused 'branch 2: the path to the full load has 1 bifurcation$' cpinn-solve column.yaml --branch 2
-refused 'path: the scene is a motion' cpinn-solve "$dynamic" --nodes 9 --tol 1e-2 --path no.csv
-refused 'branch 1: the scene is a motion' cpinn-solve "$dynamic" --branch 1
+refused 'time.duration: a path of equilibria is of scenes at rest, and this one moves' cpinn-solve "$dynamic" --nodes 9 --tol 1e-2 --path no.csv
+refused 'time.duration: a path of equilibria is of scenes at rest, and this one moves' cpinn-solve "$dynamic" --branch 1
 refused 'path: a perturbation is given' cpinn-solve column.yaml --perturb 10 --path no.csv
 
 # ---- what is refused --------------------------------------------------------------------------

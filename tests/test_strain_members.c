@@ -522,7 +522,7 @@ static void test_refusals(void **state)
     (void)state;
     refuse(FAMILY "boundary: {end: {type: clamped, position: [0, 0, 1], "
                   "rotation_vector: [0, 0, 7]}}\ntendons: [{offset: [0.01, 0], tension: p}]\n",
-           "an end that is turned by an angle");
+           "an end turned by an angle");
     refuse(FAMILY "tendons: [{offset: [0.01, 0], tension: p, friction: 0.1}]\n", "friction");
     refuse(FAMILY "boundary: {end: {type: pinned, position: [0.1*p, 0, 0.9]}}\n",
            "allowed: one number for all members");

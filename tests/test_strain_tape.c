@@ -370,8 +370,8 @@ static void test_refusals(void **state)
     (void)state;
     static const struct {
         const char *from, *to, *why;
-    } rows[] = {{"tension: push}", "tension: push, friction: 0.1}", "tendons with friction"},
-                {"tendons:", "springs: [{at: 0.1, stiffness: [1, 1, 1]}]\ntendons:", "springs"},
+    } rows[] = {{"tension: push}", "tension: push, friction: 0.1}", "friction of a tendon"},
+                {"tendons:", "springs: [{at: 0.1, stiffness: [1, 1, 1]}]\ntendons:", "a spring"},
                 {"loads: {", "loads: {foundation: [1, 1, 1], ", "a foundation"}};
     for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
         char text[2000];

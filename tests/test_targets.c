@@ -425,12 +425,14 @@ static void test_refused(void **state)
     static const struct {
         const char *change, *says;
     } rows[] = {
-        {"time.duration=1", "formulation: strain learns a family"},
+        {"time.duration=1",
+         "parameters: formulation strain of a motion does not take a parameter with a range"},
         {"training.stages=[{optimizer: lbfgs, steps: 5}]", NULL},
         {"losses.interior.resample_every=2", "gauss_newton needs the same members"},
-        {"tendons[0].friction=0.1", "tendons with friction"},
+        {"tendons[0].friction=0.1", "does not take friction of a tendon"},
         {"reference.analytic=elastica", "reference: is of one scene"},
-        {"data=[{quantity: position, file: a.csv}]", "data: are of places along the rod"},
+        {"data=[{quantity: position, file: a.csv}]",
+         "data: formulation strain of a family does not take measured data"},
         {"losses.interior.sampler=grid", "losses.interior.sampler: is grid"},
         {"members.file=a.csv", "members.solved: is beside members.file"},
         {"network.fourier.wavenumber=5", "network.fourier.wavenumber: is along s"},

@@ -27,15 +27,15 @@ static void test_refusals(void **state)
     ad_error error;
     scene given = soft_arm();
     given.tendons[0].friction = Q(0.1);
-    assert_int_equal(rod_check(&given, &key, &error), AD_BAD_INPUT);
+    assert_int_equal(scene_check(&given, &key, &error), AD_BAD_INPUT);
     assert_string_equal(key, "tendons[0].friction");
     given = soft_arm();
     given.tendons[0].tension = Q(NULL);
     given.tendons[0].displacement = Q(0.01);
-    assert_int_equal(rod_check(&given, &key, &error), AD_BAD_INPUT);
+    assert_int_equal(scene_check(&given, &key, &error), AD_BAD_INPUT);
     assert_string_equal(key, "tendons[0].displacement");
     given.tendons[0].stiffness = Q(100.0);
-    assert_int_equal(rod_check(&given, &key, &error), AD_OK);
+    assert_int_equal(scene_check(&given, &key, &error), AD_OK);
 }
 
 /* ---- in motion ------------------------------------------------------------------------------- */

@@ -2,24 +2,12 @@
 
 #include "physics/solve/mesh.h"
 #include "physics/solve/motion_mesh.h"
+#include "physics/support.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- what it can do ------------------------------------------------------------------------ */
-
-const char *modes_refusal(const scene *x)
-{
-    return scene_is_beam(x)       ? "a beam of small deflection is linear"
-           : !scene_is_dynamic(x) ? "the scene is at rest"
-           : x->start.type != SCENE_CLAMPED && x->start.type != SCENE_DRIVEN &&
-                   x->start.type != SCENE_PINNED
-               ? "the start is not clamped, pinned or driven"
-           : scene_end_is_placed(x->end.type) ? "the end is held"
-           : scene_has_displaced_tendons(x)   ? "a tendon's displacement is given"
-           : scene_has_rubbing_tendons(x)     ? "a tendon has friction"
-                                              : NULL;
-}
+/* ---- counts --------------------------------------------------------------------------------- */
 
 modes_counts modes_counts_in(const scene *rod_scene, const int of[4])
 {
@@ -266,11 +254,6 @@ static ad_status set_jumps(modes *m, ad_error *error)
     for (int k = 0; k < jumps->count; k++) {
         const solve_jump *jump = &jumps->at[k];
         m->jump_at[k] = -1;
-        if (m->hinges > 0 && jump->s <= SOLVE_SAME_PLACE) {
-            return ad_fail(
-                error, AD_BAD_INPUT,
-                "method modes: something acts at a start that turns; allowed: beyond it");
-        }
         for (int e = 0; e < m->elements && jump->s > SOLVE_SAME_PLACE; e++) {
             const int p = (e + 1) * (m->stages + 1) - 1;
             if (fabs(m->s[p] - jump->s) <= SOLVE_SAME_PLACE) {
@@ -326,14 +309,10 @@ static ad_status fill(modes *m, const solve_parameters *open, int finer, ad_erro
 ad_status modes_create(solve_rod *rod, const solve_parameters *open, const modes_counts *counts,
                        int finer, modes **result, ad_error *error)
 {
-    const char *why = modes_refusal(&rod->scene);
+    ad_status status = support_check(&rod->scene, SUPPORT_MODES, NULL, error);
     *result = NULL;
-    if (why) {
-        return ad_fail(
-            error, AD_BAD_INPUT,
-            "method modes: %s; allowed: a rod in motion, clamped, pinned or driven at its "
-            "start and free or loaded at its end",
-            why);
+    if (status != AD_OK) {
+        return status;
     }
     modes *m = calloc(1, sizeof *m);
     if (!m) {
@@ -342,7 +321,7 @@ ad_status modes_create(solve_rod *rod, const solve_parameters *open, const modes
     m->rod = rod;
     m->inputs = open ? open->count : 0;
     m->counts = *counts;
-    ad_status status = fill(m, open, finer, error);
+    status = fill(m, open, finer, error);
     if (status != AD_OK) {
         modes_free(m);
         return status;

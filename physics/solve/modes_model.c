@@ -2,6 +2,7 @@
 
 #include "physics/solve/modes_defect.h"
 #include "physics/solve/modes_internal.h"
+#include "physics/support.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -24,18 +25,6 @@ struct modes_model {
     size_t room, count;
     modes_places *places;
 };
-
-const char *modes_model_refusal(const scene *rod_scene)
-{
-    const char *why = modes_refusal(rod_scene);
-    return why                                ? why
-           : scene_is_manufactured(rod_scene) ? "it is a manufactured solution"
-           : rod_scene->parameter_count > 0   ? "parameters have ranges or are to be identified"
-           : rod_scene->initial_enforcement != SCENE_HARD ||
-                   rod_scene->boundary_enforcement != SCENE_HARD
-               ? "initial or boundary conditions are terms of the loss"
-               : NULL;
-}
 
 /* ---- the equation of motion ---------------------------------------------------------------- */
 
@@ -193,16 +182,15 @@ ad_status modes_model_create(const scene *rod_scene, const int counts[4], modes_
                              ad_error *error)
 {
     enum { FINER = 2 };
-    const char *why = modes_model_refusal(rod_scene);
-    modes_model *x = why ? NULL : calloc(1, sizeof *x);
+    ad_status status = support_check(rod_scene, SUPPORT_STRAIN_MOTION, NULL, error);
+    modes_model *x = status == AD_OK ? calloc(1, sizeof *x) : NULL;
     *result = NULL;
     if (!x) {
-        return why ? ad_fail(error, AD_BAD_INPUT, "strain modes in motion: %s", why)
-                   : ad_fail(error, AD_NO_MEMORY, "out of memory for a model");
+        return status != AD_OK ? status : ad_fail(error, AD_NO_MEMORY, "out of memory for a model");
     }
     scene as_mixed = *rod_scene; /* coefficients and formulas are those of any form */
     as_mixed.formulation = SCENE_MIXED;
-    ad_status status = solve_rod_create(&as_mixed, &x->rod, error);
+    status = solve_rod_create(&as_mixed, &x->rod, error);
     const modes_counts all = modes_counts_in(&as_mixed, counts);
     int finer[4];
     for (int i = 0; i < 4; i++) {

@@ -152,11 +152,6 @@ static ad_status allocate(reduced_rod *x, ad_error *error)
     return AD_OK;
 }
 
-const char *reduced_refusal(const scene *rod_scene)
-{
-    return modes_refusal(rod_scene);
-}
-
 ad_status reduced_create(const scene *rod_scene, const reduced_settings *settings,
                          reduced_rod **result, ad_error *error)
 {

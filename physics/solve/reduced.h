@@ -43,9 +43,8 @@ typedef struct reduced_place {
     double angular_velocity[3]; /* 1/s, body */
 } reduced_place;
 
-/* The scene passes scene_check and the check of its model. AD_BAD_INPUT: one that modes cannot take
- * (modes.h), or with an input where one number has to stand; AD_NO_MEMORY, errors of formulas. */
-const char *reduced_refusal(const scene *rod_scene); /* of modes, static; NULL: they can take it */
+/* The scene passes scene_check and the check of its model. AD_BAD_ARGUMENT: one that modes do not
+ * take (physics/support.h); AD_BAD_INPUT: with an input where one number has to stand; AD_NO_MEMORY, errors of formulas. */
 ad_status reduced_create(const scene *rod_scene, const reduced_settings *settings,
                          reduced_rod **result, ad_error *error);
 void reduced_free(reduced_rod *x); /* NULL is allowed */

@@ -74,16 +74,11 @@ static solution_path *path_of(const static_trace *trace, double length)
     return x;
 }
 
-/* NULL: a scene that has a path. */
-static const char *refusal(const scene *rod_scene, const solve_settings *settings)
+/* NULL: settings that a path is followed by. */
+static const char *refusal(const solve_settings *settings)
 {
-    return scene_is_beam(rod_scene)      ? "a beam of small deflection is linear"
-           : scene_is_dynamic(rod_scene) ? "the scene is a motion"
-           : scene_has_displaced_tendons(rod_scene)
-               ? "a tendon has a displacement; give its tension"
-           : settings->method != SOLVE_COLLOCATION
+    return settings->method != SOLVE_COLLOCATION
                ? "its arc length is followed by collocation alone; allowed: the method collocation"
-           : scene_has_rubbing_tendons(rod_scene) ? "a tendon has friction; allowed: 0"
            : settings->perturbation != 0
                ? "a perturbation is given; allowed: a branch, which leaves at a bifurcation"
                : NULL;
@@ -97,12 +92,13 @@ ad_status solution_path_create(const scene *rod_scene, const solve_settings *set
     static_trace *trace = NULL;
     static_solution *end = NULL;
     solve_report report = {.nodes = 0};
-    const char *why = refusal(rod_scene, settings);
+    const char *why = refusal(settings);
     *result = NULL;
-    if (why) {
-        return ad_fail(error, AD_BAD_ARGUMENT, "path: %s", why);
+    ad_status status = solve_check(rod_scene, settings, true, NULL, error);
+    if (status == AD_OK && why) {
+        status = ad_fail(error, AD_BAD_ARGUMENT, "path: %s", why);
     }
-    ad_status status = solve_rod_create(rod_scene, &rod, error);
+    status = status == AD_OK ? solve_rod_create(rod_scene, &rod, error) : status;
     if (status == AD_OK) {
         status = static_path_shape(rod, settings, &shape, error);
     }

@@ -6,8 +6,8 @@
 #include "physics/solve/dynamic.h"
 #include "physics/solve/modes_motion.h"
 #include "physics/solve/static.h"
-#include "physics/solve/strain_newton.h"
 #include "physics/sort.h"
+#include "physics/support.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -70,12 +70,6 @@ static ad_status solve_rod_scene(solution *x, const scene *rod_scene,
         return status;
     }
     x->rod->method = settings->method;
-    if (settings->method == SOLVE_STRAIN) {
-        status = strain_newton_check(x->rod, error);
-    }
-    if (status != AD_OK) {
-        return status;
-    }
     if (!x->rod->dynamic) {
         return static_solve(x->rod, settings, &x->at_rest, report, error);
     }
@@ -123,24 +117,28 @@ static ad_status gather_times(solution *x, size_t count, const double *times, ad
     return AD_OK;
 }
 
+ad_status solve_check(const scene *rod_scene, const solve_settings *settings, bool path,
+                      const char **key, ad_error *error)
+{
+    const bool moves = scene_is_dynamic(rod_scene);
+    const support_form form = settings->method == SOLVE_STRAIN  ? SUPPORT_STRAIN_SOLVER
+                              : settings->method == SOLVE_MODES ? SUPPORT_MODES
+                              : moves                           ? SUPPORT_NODES
+                                                                : SUPPORT_COLLOCATION;
+    ad_status status = support_check(rod_scene, form, key, error);
+    return status == AD_OK && (path || settings->branch > 0)
+               ? support_check(rod_scene, SUPPORT_PATH, key, error)
+               : status;
+}
+
 static ad_status solve(solution *x, const scene *rod_scene, const solve_settings *settings,
                        size_t count, const double *times, solve_report *report, ad_error *error)
 {
     bool moves = scene_is_dynamic(rod_scene);
-    if (settings->method == SOLVE_STRAIN && (moves || scene_is_beam(rod_scene))) {
-        return ad_fail(error, AD_BAD_ARGUMENT, "method strain: %s; allowed: a rod at rest",
-                       moves ? "the scene is a motion" : "a beam of small deflection is linear");
+    ad_status status = solve_check(rod_scene, settings, false, NULL, error);
+    if (status != AD_OK) {
+        return status;
     }
-    if (settings->method == SOLVE_MODES && (!moves || scene_is_beam(rod_scene))) {
-        return ad_fail(error, AD_BAD_ARGUMENT, "method modes: %s; allowed: a rod in motion",
-                       moves ? "a beam of small deflection is linear" : "the scene is at rest");
-    }
-    if (settings->branch > 0 && (moves || scene_is_beam(rod_scene))) {
-        return ad_fail(error, AD_BAD_ARGUMENT, "branch %d: %s; allowed: a rod at rest",
-                       settings->branch,
-                       moves ? "the scene is a motion" : "a beam of small deflection is linear");
-    }
-    ad_status status = AD_OK;
     x->scales = rod_scales_of(rod_scene);
     if (moves) {
         x->duration = scene_duration(rod_scene) / x->scales.time;

@@ -145,6 +145,12 @@ typedef struct solve_energy {
 
 typedef struct solution solution;
 
+/* Whether the method takes the scene, also for its branch and, where asked, for its path: the table of
+ * physics/support.h. AD_BAD_ARGUMENT with its sentence; *key receives the key to blame (NULL: not
+ * wanted). */
+ad_status solve_check(const scene *rod_scene, const solve_settings *settings, bool path,
+                      const char **key, ad_error *error);
+
 /* Solve a scene that passes scene_check and the check of its model; the scene is copied, and what
  * its formulas belong to must outlive the solution. A scene in motion is solved at times [count] in
  * s, within its duration and in any order, and at its end; a scene at rest needs none (NULL).

@@ -4,6 +4,7 @@
 #include "physics/rod.h"
 #include "physics/solve/modes_internal.h"
 #include "physics/solve/stability.h"
+#include "physics/support.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -59,12 +60,11 @@ static scene in_motion(const scene *still, bool *massless)
 /* Why it cannot be let go, in `why`. */
 static bool is_refused(const scene *moving, char why[STABILITY_TEXT])
 {
-    const char *key = "", *modes = modes_refusal(moving);
+    const char *key = "";
     ad_error error;
-    if (modes) {
-        snprintf(why, STABILITY_TEXT, "%s", modes);
-    } else if (scene_check(moving, &key, &error) != AD_OK ||
-               scene_physics_of(moving)->check(moving, &key, &error) != AD_OK) {
+    if (support_check(moving, SUPPORT_MODES, &key, &error) != AD_OK ||
+        scene_check(moving, &key, &error) != AD_OK ||
+        scene_physics_of(moving)->check(moving, &key, &error) != AD_OK) {
         snprintf(why, STABILITY_TEXT, "%.40s: %.150s", key, error.message);
     }
     return why[0] != '\0';

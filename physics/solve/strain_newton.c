@@ -24,15 +24,6 @@ struct strain_newton {
     int *pivots;  /* [unknowns] */
 };
 
-ad_status strain_newton_check(const solve_rod *rod, ad_error *error)
-{
-    return rod->tubes > 0 || rod->scene.rod.law
-               ? ad_fail(error, AD_BAD_ARGUMENT,
-                         "the strain form does not know %s; allowed: the method collocation",
-                         rod->tubes > 0 ? "tubes" : "a law of its own (rod.law)")
-               : AD_OK;
-}
-
 /* ---- making -------------------------------------------------------------------------------- */
 
 static bool any(size_t count, const double *x)

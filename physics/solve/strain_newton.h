@@ -7,9 +7,6 @@
 
 typedef struct strain_newton strain_newton;
 
-/* Whether the strain form knows all that the rod has; else AD_BAD_ARGUMENT. */
-ad_status strain_newton_check(const solve_rod *rod, ad_error *error);
-
 /* The system must outlive it. AD_NO_MEMORY; AD_BAD_ARGUMENT: too many nodes. */
 ad_status strain_newton_create(static_system *system, strain_newton **result, ad_error *error);
 void strain_newton_free(strain_newton *x); /* NULL is allowed */

@@ -4,9 +4,9 @@
 #include "tools/config/config_surrogate.h"
 
 #include "physics/section.h"
-#include "physics/solve/modes_model.h"
 #include "physics/solve/solve.h"
 #include "physics/strain.h"
+#include "physics/support.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -137,6 +137,7 @@ static bool takes_modes(const config *experiment)
     const problem_settings *losses = &settings->losses;
     /* Of windows that are given, up to that of the largest degree (settings_motion.c). */
     const double longest = 2.0 / 3;
+    ad_error unused;
     const bool are_short =
         settings->windows == 0 || scene_duration(&experiment->scene) / settings->windows <=
                                       longest * rod_scales_of(&experiment->scene).time;
@@ -144,7 +145,8 @@ static bool takes_modes(const config *experiment)
                  settings->network.hidden_count <= 0 && losses->causal_slices == 0 &&
                  losses->adaptive.kind == PROBLEM_ADAPTIVE_NONE &&
                  losses->balance == PROBLEM_BALANCE_NONE && losses->self_adaptive_rate == 0 &&
-                 losses->interior.resample_every == 0 && !modes_model_refusal(&experiment->scene);
+                 losses->interior.resample_every == 0 &&
+                 support_check(&experiment->scene, SUPPORT_STRAIN_MOTION, NULL, &unused) == AD_OK;
     for (int i = 0; i < settings->stage_count; i++) {
         const train_stage *stage = &settings->stages[i];
         takes = takes && train_may_take(stage, OPTIM_GAUSS_NEWTON) &&

@@ -1,6 +1,6 @@
 #include "tools/control/settings.h"
 
-#include "physics/solve/reduced.h"
+#include "physics/support.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -270,21 +270,11 @@ ad_status control_settings_resolve(control_settings *x, const surrogate_settings
                                    char key[TRAIN_KEY_MAX], ad_error *error)
 {
     const double length = scene_length(rod_scene);
-    const char *refused =
-        scene_is_beam(rod_scene)       ? "the scene is a beam"
-        : !scene_is_dynamic(rod_scene) ? "the scene has no motion: no time.duration"
-        : rod_scene->unknown_count > 0 ? "the scene has numbers to be identified"
-        : scene_uses(rod_scene, "t")
-            ? "the scene depends on time (disturbances go under control.plant.set)"
-            : reduced_refusal(rod_scene);
-    if (refused) {
-        char problem[300];
-        snprintf(problem, sizeof problem,
-                 "%s; allowed: a rod in motion whose inputs are "
-                 "parameters with ranges",
-                 refused);
-        snprintf(key, TRAIN_KEY_MAX, "control");
-        return ad_fail(error, AD_BAD_INPUT, "%s", problem);
+    const char *found = "";
+    ad_error reason;
+    if (support_check(rod_scene, SUPPORT_ONE_STEP, &found, &reason) != AD_OK) {
+        snprintf(key, TRAIN_KEY_MAX, "%s", found);
+        return ad_fail(error, AD_BAD_INPUT, "%s", reason.message);
     }
     ad_status status = resolve_estimate(x, model, rod_scene, estimate_given, key, error);
     status = status == AD_OK ? check_inputs(x, model, rod_scene, key, error) : status;

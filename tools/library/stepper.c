@@ -1,5 +1,6 @@
 /* Robots in steps: trained one-step models and reduced rods, many states at once. */
 #include "tools/library/stepper.h"
+#include "physics/support.h"
 
 #include "autodiff/host.h"
 #include "autodiff/ranks.h"
@@ -92,15 +93,15 @@ static ad_status take_scene(cpinn_stepper *x, const char *path, double step, ad_
     x->scene = &x->settings->scene;
     x->given = &x->settings->surrogate;
     x->step = step > 0 ? step : x->given->step;
-    if (!scene_is_dynamic(x->scene) || x->scene->parameter_count == 0) {
-        return ad_fail(error, AD_BAD_INPUT,
-                       "%s: is no robot in motion; allowed: a scene with time.duration and with "
-                       "parameters that have ranges, its inputs",
-                       path);
+    const char *key = "";
+    ad_error reason;
+    if (support_check(x->scene, SUPPORT_ONE_STEP, &key, &reason) != AD_OK) {
+        return config_refuse(x->settings, key, reason.message, error);
     }
-    if (scene_uses(x->scene, "t")) {
+    if (x->scene->parameter_count == 0) {
         return ad_fail(error, AD_BAD_INPUT,
-                       "%s: has formulas of t; allowed: a scene that only its inputs move", path);
+                       "%s: has no inputs; allowed: a scene with parameters that have ranges",
+                       path);
     }
     return x->step > 0 ? AD_OK
                        : ad_fail(error, AD_BAD_ARGUMENT,

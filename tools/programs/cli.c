@@ -139,6 +139,20 @@ static bool parse_number(const char *text, double *value)
     return end != text && *end == '\0' && errno == 0 && isfinite(*value);
 }
 
+/* One of "program|support". */
+static bool is_choice(const char *choices, const char *text)
+{
+    const size_t length = strlen(text);
+    for (const char *at = choices; *at; at += strspn(at, "|")) {
+        const size_t word = strcspn(at, "|");
+        if (word == length && strncmp(at, text, word) == 0) {
+            return true;
+        }
+        at += word;
+    }
+    return false;
+}
+
 static int store(const char *program, const cli_option *option, const char *text)
 {
     double value;
@@ -149,9 +163,9 @@ static int store(const char *program, const cli_option *option, const char *text
         *(bool *)option->target = true;
         return CLI_RUN;
     case CLI_CHOICE:
-        if (text && strcmp(text, option->value) != 0) {
-            return cli_fail(program, "%s=%s: allowed: %s, %s=%s", option->name, text, option->name,
-                            option->name, option->value);
+        if (text && !is_choice(option->value, text)) {
+            return cli_fail(program, "%s=%s: allowed: %s, or %s=%s", option->name, text,
+                            option->name, option->name, option->value);
         }
         *(const char **)option->target = text ? text : "";
         return CLI_RUN;

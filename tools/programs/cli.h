@@ -16,7 +16,8 @@ enum {
 
 typedef enum cli_kind {
     CLI_FLAG,    /* bool */
-    CLI_CHOICE,  /* const char *: `value` where it is given as "--explain=program", else "" */
+    CLI_CHOICE,  /* const char *: one of `value`, "program|support", where it is given as
+                  * "--explain=program", else "" */
     CLI_TEXT,    /* const char * */
     CLI_LIST,    /* cli_list: may be given again and again */
     CLI_INTEGER, /* int within low .. high */

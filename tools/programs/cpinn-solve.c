@@ -259,6 +259,17 @@ static ad_status find_unknowns(solving *x, ad_error *error)
     return status;
 }
 
+/* Whether the method takes the scene, and the path where one is asked for. */
+static ad_status check_method(const solving *x, ad_error *error)
+{
+    const solve_settings settings = settings_of(&x->asked);
+    const char *key = "";
+    ad_error reason;
+    return solve_check(x->scene, &settings, x->asked.path != NULL, &key, &reason) == AD_OK
+               ? AD_OK
+               : config_refuse(x->settings, key, reason.message, error);
+}
+
 /* Reads the scene and prepares everything that the solution needs. */
 static ad_status prepare(solving *x, ad_error *error)
 {
@@ -285,6 +296,7 @@ static ad_status prepare(solving *x, ad_error *error)
     choose_tolerance(x);
     status = samples_of_grid(&x->grid, o->grid, x->scene, scene_duration(x->scene),
                              solution_columns(x->scene), error);
+    status = status == AD_OK ? check_method(x, error) : status;
     if (status == AD_OK) {
         if (!o->quiet) {
             scene_line_implausible(x->scene);

@@ -565,7 +565,7 @@ static int parse(int count, char **arguments, options *o)
         CLI_SET(&o->overrides),
         {"--threads", "N", CLI_INTEGER, &o->threads, 0, 1024},
         {"--print-config", NULL, CLI_FLAG, &o->print_config, 0, 0},
-        {"--explain", "program", CLI_CHOICE, &o->explain, 0, 0},
+        {"--explain", "program|support", CLI_CHOICE, &o->explain, 0, 0},
         {"--watch", NULL, CLI_FLAG, &o->watch, 0, 0},
         CLI_VERDICT_JSON(&o->json),
         CLI_VERDICT_QUIET(&o->quiet),
@@ -576,10 +576,24 @@ static int parse(int count, char **arguments, options *o)
     return result;
 }
 
+/* The table of support is of all scenes, and needs none. */
+static bool asks_for_support(int count, char **arguments)
+{
+    bool asks = false;
+    for (int i = 1; i < count; i++) {
+        asks = asks || strcmp(arguments[i], "--explain=support") == 0;
+    }
+    return asks;
+}
+
 int main(int count, char **arguments)
 {
     options o = {.threads = 0};
     ad_error error;
+    if (asks_for_support(count, arguments)) {
+        explain_support(stdout);
+        return 0;
+    }
     if (ranks_begin(count, arguments, &o.ranks, &error) != AD_OK) {
         int rank;
         launch_processes(&rank); /* one line */

@@ -4,6 +4,7 @@
 #include "physics/plausible.h"
 #include "physics/solve/modes_model.h"
 #include "physics/strain.h"
+#include "physics/support.h"
 #include "tools/programs/undeformed.h"
 #include "tools/train/linear_model.h"
 
@@ -248,7 +249,7 @@ static void print_why_mixed(FILE *file, const scene *family)
         return;
     }
     scene_middle(family, &middle);
-    if (strain_takes(&middle, &why) != AD_OK) {
+    if (!scene_is_dynamic(family) && strain_takes(&middle, &why) != AD_OK) {
         fprintf(file, "  %-15s %s\n", "not by members", why.message);
     }
 }
@@ -286,11 +287,12 @@ static void print_form(FILE *file, const scene *scene)
  * rod has this form alone. */
 static void print_residual(FILE *file, const scene *scene)
 {
-    const char *why = scene_is_beam(scene) ? NULL : modes_model_refusal(scene);
+    ad_error why;
     fprintf(file, "  %-15s by the tape", "residual");
     if (scene_is_dynamic(scene) && !scene_is_beam(scene)) {
+        const bool takes = support_check(scene, SUPPORT_STRAIN_MOTION, NULL, &why) == AD_OK;
         fprintf(file, "; formulation: strain, modes of the strain, has it in closed form%s%s",
-                why ? ",\n                  but not here: " : "", why ? why : "");
+                takes ? "" : ",\n                  but not here: ", takes ? "" : why.message);
     }
     fputc('\n', file);
 }

@@ -19,6 +19,9 @@ void explain_members(FILE *file, const experiment *e);
  */
 void explain_parameters(FILE *file, const experiment *e);
 
+/* The table of support (physics/support.h) as a page of Markdown, tools/site/pages/support.md. */
+void explain_support(FILE *file);
+
 /* The programs that training runs, those of Gauss-Newton included. */
 ad_status explain_programs(FILE *file, const experiment *e, problem *p, ad_error *error);
 

@@ -150,71 +150,10 @@ def refusals():
     return "\n".join(text)
 
 
-# ---- support -------------------------------------------------------------------------------------
-
-# A feature, and what it changes in a rod of 300 mm that is clamped at its start.
-FEATURES = {
-    "point load": ["loads.points=[{at: 0.1, force: [0, 0.05, 0]}]"],
-    "follower load at the tip": ["loads.tip={force: [0, 0.01, 0], frame: follower}"],
-    "body": ["bodies=[{at: 0.1, mass: 0.001}]"],
-    "elastic foundation": ["loads.foundation=[1, 1, 1]"],
-    "spring": ["springs=[{at: 0.1, stiffness: [0, 5, 0]}]"],
-    "two segments": ["rod.length=null", "segments=[{length: 0.1}, {length: 0.2, section: {radius: 0.004}}]"],
-    "tapered rod": ["rod.section.radius=0.005*(1 - s)"],
-    "chamber": ["chambers=[{offset: [0, 0.002], area: 1.0e-6, pressure: 1.0e+4}]"],
-    "tendon of given tension": ["tendons=[{offset: [0, 0.004], tension: 0.1}]"],
-    "tendon of given displacement": ["tendons=[{offset: [0, 0.004], displacement: 0.001, stiffness: 1000}]"],
-    "friction of a tendon": ["tendons=[{offset: [0, 0.004], tension: 0.1, friction: 0.1}]"],
-    "concentric tube": ["rod.model=kirchhoff",
-                        "tubes=[{section: {radius: 0.007, inner_radius: 0.006}, material: {youngs_modulus: 1.0e+7, "
-                        "poissons_ratio: 0.45, density: 1070}, rest: {curvature: [2, 0, 0]}, end: 0.2}]"],
-    "learned law": ["rod.material={density: 1070}", "rod.law.file=law/neo_hooke.csv"],
-    "held end": ["boundary.end={type: clamped, position: [0.3, 0, 0], rotation: [0, 1, 0, 1]}"],
-    "locked shear and stretch": ["rod.model=kirchhoff"],
-    "drag": ["loads.drag=0.1"],
-    "material damping": ["rod.material.relaxation_time=0.01"],
-}
-REST = {"one rod: `mixed`": ("train", ["formulation=mixed"], ["--explain"]),
-        "`displacement`": ("train", ["formulation=displacement"], ["--explain"]),
-        "`pose_strain`": ("train", ["formulation=pose_strain"], ["--explain"]),
-        "a family: `strain`": ("train", ["formulation=strain", "parameters.fall={range: [5, 10]}",
-                                         "loads.gravity=[0, 0, -fall]"], ["--explain"]),
-        "`cpinn-solve`": ("solve", [], ["--tol", "1e-3"]),
-        "`--method strain`": ("solve", [], ["--method", "strain", "--tol", "1e-3"])}
-MOTION = {"`strain`": ("train", ["formulation=strain"], ["--explain"]),
-          "`mixed`": ("train", ["formulation=mixed"], ["--explain"]),
-          "`cpinn-solve`": ("solve", [], ["--nodes", "6", "--tol", "1e-2"]),
-          "`--method modes`": ("solve", [], ["--method", "modes", "--modes", "2,1,1,1"])}
-
-
-def support(bin_folder, forms, known, base):
-    """Which features a form takes: a program refuses the others with exit status 2."""
-    forms = {name: form for name, form in forms.items()
-             if not re.search(r"`(displacement|pose_strain)`", name) or name.strip("`") in known}
-    text = ["| |" + "|".join(forms) + "|", "|---" * (len(forms) + 1) + "|"]
-    for feature, changes in FEATURES.items():
-        cells = []
-        for program, more, options in forms.values():
-            sets = base + changes + more
-            ended = subprocess.run([f"{bin_folder}/cpinn-{program}", "configs/soft_arm.yaml", *options,
-                                    *(word for change in sets for word in ("--set", change))],
-                                   capture_output=True, text=True)
-            if "missing" in ended.stderr: # no refusal, but a scene that is wrong here
-                sys.exit(f"{feature}: {ended.stderr}")
-            cells.append("no" if ended.returncode == 2 else "yes")
-        text.append(f"| {feature} | {' | '.join(cells)} |")
-    return "\n".join(text) + "\n"
-
-
 def main(bin_folder, docs):
     docs = pathlib.Path(docs)
     help_texts = {name: help_of(f"cpinn-{name}", bin_folder) for name in PROGRAMS}
-    known = read_keys(help_texts["train"])["formulation"]["type"]
-    base = ["rod.model=cosserat", "reference=null"]
-    generated = {"refusals": refusals(),
-                 "support": "### At rest\n\n" + support(bin_folder, REST, known, base + ["time=null"]) +
-                            "\n### In motion\n\n" +
-                            support(bin_folder, MOTION, known, base + ["time.duration=0.001"])}
+    generated = {"refusals": refusals()}
     for pattern in PAGES:
         for page in sorted(pathlib.Path().glob(pattern)):
             copy_page(page, docs, generated)

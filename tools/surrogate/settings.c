@@ -1,6 +1,6 @@
 #include "tools/surrogate/settings.h"
 
-#include "physics/solve/reduced.h"
+#include "physics/support.h"
 #include "tools/surrogate/surrogate_step.h"
 
 #include <math.h>
@@ -137,24 +137,17 @@ static train_stage usual_stage(const surrogate_settings *x)
 
 static ad_status check_scene(const scene *of, char key[TRAIN_KEY_MAX], ad_error *error)
 {
-    if (!scene_is_dynamic(of)) {
-        return refuse(
-            key, "time.duration", error,
-            "is not given, but a one-step model is of a motion; give it, or leave out the "
-            "section surrogate");
-    }
-    if (of->unknown_count > 0) {
-        return refuse(key, "surrogate.step", error,
-                      "is of a robot in motion, but a parameter is to be identified; give it a "
-                      "value or a range alone");
+    const char *found = "";
+    ad_error reason;
+    if (support_check(of, SUPPORT_ONE_STEP, &found, &reason) != AD_OK) {
+        return refuse(key, found, error, reason.message);
     }
     if (of->parameter_count == 0 || of->parameter_count > SURROGATE_INPUTS_MAX / 2) {
         return refuse(key, "parameters", error,
                       "have no range, or too many: those with ranges are the inputs of a one-step "
                       "model; allowed: 1 to 32");
     }
-    const char *why = reduced_refusal(of);
-    return why ? refuse(key, "surrogate.step", error, why) : AD_OK;
+    return AD_OK;
 }
 
 static ad_status check_training(const surrogate_settings *x, const train_settings *training,

@@ -1,10 +1,21 @@
 #include "tools/train/experiment.h"
 
 #include "physics/solve/modes_model.h"
+#include "physics/support.h"
 #include "tools/train/measured.h"
 
 #include <stdlib.h>
 #include <string.h>
+
+/* Whether the form takes what the scene has. */
+static ad_status check_support(const experiment *e, ad_error *error)
+{
+    const char *key = "";
+    ad_error reason;
+    return support_check(e->scene, support_formulation(e->scene), &key, &reason) == AD_OK
+               ? AD_OK
+               : experiment_refuse(e, key, reason.message, error);
+}
 
 /* The model of a family in the strain form, learnt from members. */
 static ad_status build_family(experiment *e, ad_error *error)
@@ -44,11 +55,16 @@ static ad_status build_motion(experiment *e, ad_error *error)
 
 static ad_status build_model(experiment *e, ad_error *error)
 {
-    const bool strains = e->scene->formulation == SCENE_STRAIN_FORM;
-    return e->model                                ? AD_OK
-           : strains && scene_is_dynamic(e->scene) ? build_motion(e, error)
-           : strains                               ? build_family(e, error)
-                     : model_of_scene(e->scene, &e->settings->weights, &e->model, error);
+    if (e->model) {
+        return AD_OK;
+    }
+    if (e->scene->formulation != SCENE_STRAIN_FORM) {
+        return model_of_scene(e->scene, &e->settings->weights, &e->model, error);
+    }
+    ad_status status = check_support(e, error);
+    return status != AD_OK              ? status
+           : scene_is_dynamic(e->scene) ? build_motion(e, error)
+                                        : build_family(e, error);
 }
 
 /* What stands against finding unknowns beside the network. */
@@ -67,9 +83,6 @@ static ad_status check_unknowns(const experiment *e, ad_error *error)
         {scene_is_family(open), "parameters",
          "have ranges beside those that are to be identified; cpinn-solve identifies them, a "
          "network takes numbers for the others"},
-        {scene_is_dynamic(open), "time.duration",
-         "makes a motion, of which networks were not seen to find unknowns reliably; cpinn-solve "
-         "identifies them"},
         {train_names_reference(settings) && !settings->reference_file, "reference",
          "is solved with numbers, but the scene has unknowns; allowed: file"},
         {common != NULL, common,
@@ -79,7 +92,7 @@ static ad_status check_unknowns(const experiment *e, ad_error *error)
             return experiment_refuse(e, obstacles[i].key, obstacles[i].problem, error);
         }
     }
-    return AD_OK;
+    return open->unknown_count > 0 ? check_support(e, error) : AD_OK;
 }
 
 static ad_status build(experiment *e, int threads, ad_error *error)
@@ -269,7 +282,8 @@ static ad_status draw_targets(experiment *e, ad_error *error)
 ad_status experiment_problem(experiment *e, problem **result, ad_error *error)
 {
     bool reads = e->settings->data_count > 0 && !e->measured;
-    ad_status status = reads ? add_data(e, error) : AD_OK;
+    ad_status status = e->is_lent ? AD_OK : check_support(e, error);
+    status = status == AD_OK && reads ? add_data(e, error) : status;
     if (status == AD_OK && e->targets) {
         status = draw_targets(e, error);
     }

@@ -1,6 +1,7 @@
 /* Whether settings contradict each other or the scene, and whether a named reference is a solution
  * of this scene. */
 #include "physics/relay.h"
+#include "physics/support.h"
 #include "tools/train/settings_internal.h"
 
 #include <math.h>
@@ -348,28 +349,17 @@ static ad_status check_stages(const train_settings *settings, char *key, ad_erro
     return status;
 }
 
-/* The displacement form has no force and moment that could jump. */
-static ad_status check_jumps(const scene *given, char *key, ad_error *error)
+ad_status train_check_support(const train_settings *settings, const scene *rod_scene,
+                              char key[TRAIN_KEY_MAX], ad_error *error)
 {
-    const struct {
-        const char *key;
-        int count;
-    } lists[] = {{"loads.points", given->point_count},
-                 {"beam.points", given->beam.point_count},
-                 {"bodies", given->body_count},
-                 {"springs", given->spring_count},
-                 {"segments", given->segment_count}};
-    for (size_t i = 0; i < sizeof lists / sizeof *lists; i++) {
-        bool by_law =
-            given->formulation == SCENE_DISPLACEMENT || given->formulation == SCENE_POSE_STRAIN;
-        if (by_law && lists[i].count > 0) {
-            return train_refuse(key, lists[i].key, error,
-                                "makes forces or strains jump, which networks of formulation "
-                                "%s cannot; allowed with mixed",
-                                scene_formulation_names()[given->formulation]);
-        }
+    const support_form form = support_formulation(rod_scene);
+    const char *found = "";
+    ad_error reason;
+    ad_status status = support_check(rod_scene, form, &found, &reason);
+    if (status == AD_OK && settings->data_count > 0) {
+        status = support_check_data(form, &found, &reason);
     }
-    return AD_OK;
+    return status == AD_OK ? AD_OK : train_refuse(key, found, error, "%s", reason.message);
 }
 
 ad_status train_settings_check(const train_settings *settings, const scene *rod_scene,
@@ -436,10 +426,7 @@ ad_status train_settings_check(const train_settings *settings, const scene *rod_
                             "six numbers leave the sign of the quaternion open, which windows of "
                             "time hand on; allowed with time.windows above 1: quaternion, vector");
     }
-    ad_status status = check_jumps(rod_scene, key, error);
-    if (status == AD_OK) {
-        status = check_stages(settings, key, error);
-    }
+    ad_status status = check_stages(settings, key, error);
     status = status == AD_OK ? check_data(settings, key, error) : status;
     return status == AD_OK ? check_reference(settings, rod_scene, key, error) : status;
 }

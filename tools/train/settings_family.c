@@ -107,12 +107,14 @@ ad_status train_resolve_family(train_settings *settings, scene *family, char key
 {
     nn_mlp_settings *network = &settings->network;
     problem_settings *losses = &settings->losses;
-    if (!scene_is_family(family) || scene_is_dynamic(family) || scene_is_beam(family) ||
-        family->unknown_count > 0) {
+    ad_status status = train_check_support(settings, family, key, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    if (!scene_is_family(family)) {
         return train_refuse(key, "formulation", error,
-                            "strain learns a family of rods at rest from its members; give "
-                            "parameters with ranges, no time.duration and nothing to identify, or "
-                            "take mixed");
+                            "strain learns a rod at rest from members of its family; give "
+                            "parameters with ranges, or take mixed");
     }
     if (!isnan(settings->fourier_wavenumber) || !isnan(settings->fourier_frequency)) {
         return train_refuse(key,
@@ -177,13 +179,6 @@ ad_status train_check_family(const train_settings *settings, const scene *family
                             "is %s, a grid, but there are many parameters; allowed: uniform, "
                             "latin_hypercube, sobol",
                             sampling_kind_text(settings->losses.interior.sampler));
-    }
-    if (settings->data_count > 0) {
-        return train_refuse(
-            key, "data", error,
-            "are of places along the rod, but the unknown of the strain form is the "
-            "curvature of members; allowed: formulation: mixed, which takes data "
-            "with a column for every parameter");
     }
     if (!settings->members_file && settings->members < MEMBERS_LEAST) {
         return train_refuse(key, "members.solved", error, "is %d; allowed: from %d on",

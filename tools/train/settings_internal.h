@@ -12,6 +12,10 @@ ad_status train_refuse(char key[TRAIN_KEY_MAX], const char *field, ad_error *err
 ad_status train_refuse_stage(char key[TRAIN_KEY_MAX], int stage, const char *field, ad_error *error,
                              const char *format, ...) __attribute__((format(printf, 5, 6)));
 
+/* Whether the form takes the scene and, where there are any, measured data. */
+ad_status train_check_support(const train_settings *settings, const scene *rod_scene,
+                              char key[TRAIN_KEY_MAX], ad_error *error);
+
 /* Radians in half of a parameter's range that waves have at most. Measured on a cantilever with a
  * load up to 4 EI/L^2 and a stiffness that differs four times: of 1 to 3 the best, by a factor of
  * ten. */

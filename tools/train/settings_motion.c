@@ -1,5 +1,4 @@
 /* The measured defaults of one motion in the strain form. */
-#include "physics/solve/modes_model.h"
 #include "tools/train/settings_internal.h"
 
 #include <math.h>
@@ -24,11 +23,9 @@ static ad_status check_given(const train_settings *settings, const scene *motion
                              ad_error *error)
 {
     const problem_settings *losses = &settings->losses;
-    const char *why = modes_model_refusal(motion);
-    if (why) {
-        return train_refuse(key, "formulation", error,
-                            "strain learns the motion of a rod by its strains, but %s; take mixed",
-                            why);
+    ad_status status = train_check_support(settings, motion, key, error);
+    if (status != AD_OK) {
+        return status;
     }
     const struct {
         bool is_so;
@@ -40,7 +37,6 @@ static ad_status check_given(const train_settings *settings, const scene *motion
                   {losses->adaptive.kind != PROBLEM_ADAPTIVE_NONE, "losses.adaptive.kind"},
                   {losses->balance != PROBLEM_BALANCE_NONE, "losses.balance.kind"},
                   {losses->self_adaptive_rate > 0, "losses.self_adaptive.rate"},
-                  {settings->data_count > 0, "data"},
                   {settings->members > 0, "members.solved"},
                   {settings->members_file != NULL, "members.file"}};
     for (size_t i = 0; i < sizeof others / sizeof *others; i++) {

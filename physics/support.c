@@ -1,0 +1,658 @@
+#include "physics/support.h"
+
+#include "physics/breaks.h"
+#include "physics/scene_field.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* ---- forms --------------------------------------------------------------------------------- */
+
+typedef enum form_kind { NETWORK, EXPORT, SOLVER, PATH, STEP } form_kind;
+
+typedef struct form_row {
+    const char *name, *subject;
+    form_kind kind;
+    bool moves;
+} form_row;
+
+#define FORM(constant, name, subject, kind, moves) {name, subject, kind, moves},
+static const form_row forms[SUPPORT_FORMS] = {SUPPORT_FORM_LIST(FORM)};
+#undef FORM
+
+const char *support_form_name(support_form form)
+{
+    return forms[form].name;
+}
+
+bool support_form_moves(support_form form)
+{
+    return forms[form].moves;
+}
+
+support_form support_formulation(const scene *rod_scene)
+{
+    static const support_form of[2][4] = {
+        {SUPPORT_MIXED, SUPPORT_DISPLACEMENT, SUPPORT_FAMILY, SUPPORT_POSE_STRAIN},
+        {SUPPORT_MIXED_MOTION, SUPPORT_DISPLACEMENT_MOTION, SUPPORT_STRAIN_MOTION,
+         SUPPORT_POSE_STRAIN_MOTION}};
+    _Static_assert(SCENE_MIXED == 0 && SCENE_DISPLACEMENT == 1 && SCENE_STRAIN_FORM == 2 &&
+                       SCENE_POSE_STRAIN == 3,
+                   "the order of the rows above");
+    return of[scene_is_dynamic(rod_scene)][rod_scene->formulation];
+}
+
+/* ---- who has a feature ---------------------------------------------------------------------- */
+
+/* "tendons.friction" of "tendons[2].friction", or what begins so: "loads.tip" of "loads.tip.force".
+ */
+static bool is_of(const char *key, const char *section)
+{
+    while (*section) {
+        if (*key == '[') {
+            key += strcspn(key, "]") + 1;
+        } else if (*key++ != *section++) {
+            return false;
+        }
+    }
+    return *key == '\0' || *key == '.' || *key == '[';
+}
+
+/* The key of the first quantity in a section that the scene gives as something else than its
+ * default. */
+static const char *given(const scene *x, const char *section)
+{
+    for (int i = 0; i < scene_field_count; i++) {
+        if (is_of(scene_fields[i].key, section) && scene_field_says(x, &scene_fields[i])) {
+            return scene_fields[i].key;
+        }
+    }
+    return NULL;
+}
+
+/* The first quantity that depends on a name, of parts of a scene. */
+static const char *depends(const scene *x, const char *name, bool of_matter)
+{
+    for (int i = 0; i < scene_field_count; i++) {
+        const scene_field *field = &scene_fields[i];
+        const bool counts =
+            !of_matter || (field->part == SCENE_OF_ROD && (is_of(field->key, "rod.section") ||
+                                                           is_of(field->key, "rod.stiffness") ||
+                                                           is_of(field->key, "rod.material")));
+        if (counts && quantity_any_depends_on(field->count, scene_field_of(x, field), name)) {
+            return field->key;
+        }
+    }
+    return NULL;
+}
+
+static const char *tapered(const scene *x)
+{
+    return depends(x, "s", true);
+}
+
+static const char *timed(const scene *x)
+{
+    return scene_is_dynamic(x) ? depends(x, "t", false) : NULL; /* at rest scene_check has it */
+}
+
+static const char *follows_along(const scene *x)
+{
+    return x->loads.frame == SCENE_FOLLOWER ? "loads.frame" : NULL;
+}
+
+static const char *follows_at_tip(const scene *x)
+{
+    return x->loads.tip.frame == SCENE_FOLLOWER ? "loads.tip.frame" : NULL;
+}
+
+static const char *several(const scene *x)
+{
+    return x->segment_count > 0 ? "segments" : NULL;
+}
+
+static const char *has_bodies(const scene *x)
+{
+    return x->body_count > 0 ? "bodies" : NULL;
+}
+
+static const char *has_tubes(const scene *x)
+{
+    return x->tube_count > 0 ? "tubes" : NULL;
+}
+
+static const char *lawful(const scene *x)
+{
+    return x->rod.law ? "rod.law" : NULL;
+}
+
+static const char *damped(const scene *x)
+{
+    static const char *const keys[] = {"rod.material.viscosity",
+                                       "rod.material.relaxation_time",
+                                       "rod.damping",
+                                       "segments.damping",
+                                       "segments.material.viscosity",
+                                       "segments.material.relaxation_time"};
+    const char *key = NULL;
+    for (size_t i = 0; i < sizeof keys / sizeof *keys && !key; i++) {
+        key = given(x, keys[i]);
+    }
+    return key;
+}
+
+static const char *resting(const scene *x)
+{
+    const char *key = given(x, "rod.rest.curvature");
+    key = key ? key : given(x, "rod.rest.strain");
+    key = key ? key : given(x, "segments.rest.curvature");
+    return key ? key : given(x, "segments.rest.strain");
+}
+
+static const char *imperfect(const scene *x)
+{
+    const char *key = given(x, "rod.rest.imperfection");
+    return key ? key : given(x, "segments.rest.imperfection");
+}
+
+static const char *locked(const scene *x)
+{
+    return !scene_is_beam(x) && scene_locks_somewhere(x) ? "rod.model" : NULL;
+}
+
+/* Of a rod in motion that does not shear, or that does, about any director. */
+static const char *without_inertia(const scene *x, bool shears)
+{
+    for (int k = 0; k < scene_pieces(x) && scene_is_dynamic(x) && !scene_is_beam(x); k++) {
+        const scene_piece piece = scene_piece_of(x, k);
+        const scene_properties of = scene_rod_properties(&piece.rod);
+        const bool locks =
+            scene_locks(of.strain_stiffness[0]) && scene_locks(of.strain_stiffness[1]);
+        for (int i = 0; i < 3; i++) {
+            if (quantity_is(of.rotary_inertia[i], 0) && locks != shears) {
+                return "rod.inertia.rotary";
+            }
+        }
+    }
+    return NULL;
+}
+
+static const char *turns_freely(const scene *x)
+{
+    return without_inertia(x, false);
+}
+
+static const char *shears_freely(const scene *x)
+{
+    return without_inertia(x, true);
+}
+
+static const char *start_is(const scene *x, int count, const scene_end_type *types)
+{
+    for (int i = 0; i < count; i++) {
+        if (x->start.type == types[i] && !scene_is_beam(x)) {
+            return "boundary.start.type";
+        }
+    }
+    return NULL;
+}
+
+static const char *pinned_start(const scene *x)
+{
+    return start_is(x, 1, (const scene_end_type[]){SCENE_PINNED});
+}
+
+static const char *driven_start(const scene *x)
+{
+    return start_is(x, 1, (const scene_end_type[]){SCENE_DRIVEN});
+}
+
+static const char *open_start(const scene *x)
+{
+    return start_is(x, 2, (const scene_end_type[]){SCENE_FREE, SCENE_LOADED});
+}
+
+static const char *sliding_start(const scene *x)
+{
+    return start_is(x, 2, (const scene_end_type[]){SCENE_GUIDED, SCENE_ROLLER});
+}
+
+static const char *held_end(const scene *x)
+{
+    return !scene_is_beam(x) && (x->end.type == SCENE_CLAMPED || x->end.type == SCENE_PINNED)
+               ? "boundary.end.type"
+               : NULL;
+}
+
+static const char *sliding_end(const scene *x)
+{
+    return !scene_is_beam(x) && scene_end_slides(x->end.type) ? "boundary.end.type" : NULL;
+}
+
+static const char *driven_end(const scene *x)
+{
+    return x->end.type == SCENE_DRIVEN ? "boundary.end.type" : NULL;
+}
+
+static const char *turned_end(const scene *x)
+{
+    return x->end.twist.is_given                           ? "boundary.end.twist"
+           : quantity_any_given(3, x->end.rotation_vector) ? "boundary.end.rotation_vector"
+                                                           : NULL;
+}
+
+/* A body or a spring at s = 0, which the support does not take. */
+static const char *loaded_pin(const scene *x)
+{
+    if (x->start.type == SCENE_PINNED) {
+        const double same = 1e-9 * scene_length(x);
+        for (int i = 0; i < x->spring_count; i++) {
+            if (x->springs[i].at.number <= same) {
+                return "springs";
+            }
+        }
+        for (int i = 0; i < x->body_count; i++) {
+            if (x->bodies[i].at.number <= same) {
+                return "bodies";
+            }
+        }
+    }
+    return NULL;
+}
+
+static const char *tendon_with(const scene *x, bool keeps_length)
+{
+    for (int i = 0; i < x->tendon_count; i++) {
+        const scene_tendon *tendon = &x->tendons[i];
+        if (tendon->displacement.is_given && tendon->stiffness.is_given != keeps_length) {
+            return scene_key_of(x, &tendon->displacement);
+        }
+    }
+    return NULL;
+}
+
+static const char *elastic(const scene *x)
+{
+    return tendon_with(x, false);
+}
+
+static const char *keeps_length(const scene *x)
+{
+    return tendon_with(x, true);
+}
+
+static const char *rubs(const scene *x)
+{
+    for (int i = 0; i < x->tendon_count; i++) {
+        if (quantity_is_something(x->tendons[i].friction)) {
+            return scene_key_of(x, &x->tendons[i].friction);
+        }
+    }
+    return NULL;
+}
+
+/* Where the path of a tendon with friction may have a kink. */
+static const char *kinks(const scene *x)
+{
+    scene_breaks breaks;
+    ad_error unused;
+    if (!rubs(x) || scene_breaks_of(x, "s", &breaks, &unused) != AD_OK) {
+        return NULL;
+    }
+    for (int i = 0; i < x->tendon_count; i++) {
+        const scene_tendon *tendon = &x->tendons[i];
+        const double length = scene_length(x), inside = 1e-12 * length;
+        const double from = tendon->start.is_given ? tendon->start.number : 0;
+        const double to = tendon->end.is_given ? tendon->end.number : length;
+        for (int k = 0; k < breaks.count && quantity_is_something(tendon->friction); k++) {
+            if (breaks.place[k] > from + inside && breaks.place[k] < to - inside) {
+                return scene_key_of(x, &tendon->friction);
+            }
+        }
+    }
+    return NULL;
+}
+
+static const char *manufactured(const scene *x)
+{
+    return scene_is_manufactured(x) ? "manufactured.position" : NULL;
+}
+
+static const char *manufactured_locked(const scene *x)
+{
+    return manufactured(x) ? locked(x) : NULL;
+}
+
+static const char *manufactured_tension(const scene *x)
+{
+    const char *key = rubs(x);
+    key = key ? key : elastic(x);
+    key = key ? key : keeps_length(x);
+    return manufactured(x) ? key : NULL;
+}
+
+static const char *manufactured_imperfect(const scene *x)
+{
+    return manufactured(x) ? imperfect(x) : NULL;
+}
+
+static const char *begins(const scene *x)
+{
+    const char *key = given(x, "initial");
+    return key ? key : given(x, "beam.initial");
+}
+
+static const char *settles(const scene *x)
+{
+    return x->initial.state == SCENE_EQUILIBRIUM ? "initial.state" : NULL;
+}
+
+static const char *small(const scene *x)
+{
+    return scene_is_beam(x) ? "rod.model" : NULL;
+}
+
+static const char *soft(const scene *x)
+{
+    return x->boundary_enforcement != SCENE_HARD                         ? "enforcement.boundary"
+           : scene_is_dynamic(x) && x->initial_enforcement != SCENE_HARD ? "enforcement.initial"
+                                                                         : NULL;
+}
+
+static const char *ranged(const scene *x)
+{
+    return scene_is_family(x) ? "parameters" : NULL;
+}
+
+static const char *unknown(const scene *x)
+{
+    return x->unknown_count > 0 ? "parameters" : NULL;
+}
+
+static const char *never(const scene *x)
+{
+    (void)x;
+    return NULL;
+}
+
+/* ---- the table ------------------------------------------------------------------------------ */
+
+/* cells: at rest mixed, displacement, pose_strain, family, export; collocation, strain, path; in
+ * motion mixed, displacement, pose_strain, strain; nodes, modes; one-step model. y: taken, o:
+ * without effect, x: not built, m: impossible. section: where `has` is NULL. */
+typedef struct feature_row {
+    const char *name, *section;
+    const char *(*has)(const scene *x);
+    const char *cells, *reason;
+} feature_row;
+
+#define OF_A_BEAM   "a beam of small deflection is linear and has no shape in space"
+#define OF_STRAINS  "its forces follow from the strains, and a locked strain gives none"
+#define OF_SOLUTION "the chosen solution does not say it"
+#define AT_REST     "a rod at rest does not change in time"
+
+/* clang-format off */
+static const feature_row features[] = {
+    {"a beam of small deflection", NULL, small,
+     "yymmm ymm yymm ym m", OF_A_BEAM},
+    {"a manufactured solution with locked strains", NULL, manufactured_locked,
+     "mmmmm mmm mmmm mm m", OF_STRAINS},
+    {"a manufactured solution with a tendon whose tension is sought", NULL, manufactured_tension,
+     "mmmmm mmm mmmm mm m", OF_SOLUTION},
+    {"a manufactured solution with an imperfection", NULL, manufactured_imperfect,
+     "mmmmm mmm mmmm mm m", OF_SOLUTION},
+    {"a manufactured solution", NULL, manufactured,
+     "yyyxx yyx yyyx yx m", OF_SOLUTION},
+    {"concentric tubes", NULL, has_tubes,
+     "yxxxx yxx xxxx xx x", NULL},
+    {"locked shear or stretch", NULL, locked,
+     "ymmyy yyy ymmy yy y", OF_STRAINS},
+    {"a learned law", NULL, lawful,
+     "yyyxx yxy yyyy yy y", NULL},
+    {"friction of a tendon", NULL, rubs,
+     "yxxxx yxx xxxx xx x", NULL},
+    {"friction of a tendon where strains jump", NULL, kinks,
+     "xxxxx yxx xxxx xx x", NULL},
+    {"a tendon that keeps its length", NULL, keeps_length,
+     "yxxxx yxx xxxx xx x", NULL},
+    {"a tendon of given displacement", NULL, elastic,
+     "yxxxx yxx yxxx yx x", NULL},
+    {"a tendon of given tension", "tendons.tension", NULL,
+     "yyyyy yyy yyyy yy y", NULL},
+    {"a chamber", "chambers", NULL,
+     "yyyyy yyy yyyy yy y", NULL},
+    {"a free or loaded start", NULL, open_start,
+     "yyyxx yyy yyyx yx x", NULL},
+    {"a sliding start", NULL, sliding_start,
+     "yyyxx yyy yyyx yx x", NULL},
+    {"a spring or body at a pinned start", NULL, loaded_pin,
+     "yxxxx yyy yxxx yx x", NULL},
+    {"a pinned start", NULL, pinned_start,
+     "yyyxx yyy yyyy yy y", NULL},
+    {"a driven start", NULL, driven_start,
+     "yyyxx yyy yyyy yy y", NULL},
+    {"an end turned by an angle", NULL, turned_end,
+     "yyyxx yyy yyyx yx x", NULL},
+    {"a held end", NULL, held_end,
+     "yyyyx yyy yyyx yx x", NULL},
+    {"a sliding end", NULL, sliding_end,
+     "yyyyx yyy yyyx yx x", NULL},
+    {"a driven end", NULL, driven_end,
+     "yyyyx yyy yyyx yx x", NULL},
+    {"segments", NULL, several,
+     "yxxyy yyy yxxy yy y", NULL},
+    {"a point load", "loads.points", NULL,
+     "yxxyy yyy yxxy yy y", NULL},
+    {"a body", NULL, has_bodies,
+     "yxxyy yyy yxxy yy y", NULL},
+    {"a spring", "springs", NULL,
+     "yxxyx yyy yxxy yy y", NULL},
+    {"a foundation", "loads.foundation", NULL,
+     "yyyyx yyy yyyy yy y", NULL},
+    {"gravity", "loads.gravity", NULL,
+     "yyyyy yyy yyyy yy y", NULL},
+    {"a distributed force", "loads.force", NULL,
+     "yyyyy yyy yyyy yy y", NULL},
+    {"a distributed moment", "loads.moment", NULL,
+     "yyyyy yyy yyyy yy y", NULL},
+    {"a distributed load that follows", NULL, follows_along,
+     "yyyyy yyy yyyy yy y", NULL},
+    {"a load at the tip", "loads.tip", NULL,
+     "yyyyy yyy yyyy yy y", NULL},
+    {"a load at the tip that follows", NULL, follows_at_tip,
+     "yyyyy yyy yyyy yy y", NULL},
+    {"a tapered rod", NULL, tapered,
+     "yyyyy yyy yyyy yy y", NULL},
+    {"a rest shape", NULL, resting,
+     "yyyyy yyy yyyy yy y", NULL},
+    {"an imperfection", NULL, imperfect,
+     "yyyxx yyy mmmm mm m", "it goes as the loads of a rod at rest grow"},
+    {"drag", "loads.drag", NULL,
+     "ooooo ooo yyyy yy y", NULL},
+    {"quadratic drag", "loads.quadratic_drag", NULL,
+     "ooooo ooo yyyy yy y", NULL},
+    {"damping of the material", NULL, damped,
+     "ooooo ooo yyyy yy y", NULL},
+    {"a rod that shears without rotary inertia", NULL, shears_freely,
+     "ooooo ooo yyyx xx x", NULL},
+    {"a rod without shear and rotary inertia", NULL, turns_freely,
+     "ommoo ooo ymmy xy y", OF_STRAINS},
+    {"a given state at t = 0", NULL, begins,
+     "mmmmm mmm yyyy yy y", AT_REST},
+    {"equilibrium at t = 0", NULL, settles,
+     "mmmmm mmm yyyy yy x", AT_REST},
+    {"a formula of time", NULL, timed,
+     "mmmmm mmm yyyy yy x", AT_REST},
+    {"soft conditions", NULL, soft,
+     "yyymm ooo yyym oo o", "its shapes meet the conditions exactly"},
+    {"a parameter with a range", NULL, ranged,
+     "yyyyy yyy yyyx yy y", NULL},
+    {"a parameter to be identified", NULL, unknown,
+     "yyyxx yyy xxxx yy x", NULL},
+    {"measured data", "data", never, /* the last: support_check_data */
+     "yyyxx yyy yyyx yy x", NULL},
+};
+/* clang-format on */
+enum { FEATURES = sizeof features / sizeof features[0] };
+
+int support_feature_count(void)
+{
+    return FEATURES;
+}
+
+const char *support_feature_name(int feature)
+{
+    return features[feature].name;
+}
+
+const char *support_feature_reason(int feature)
+{
+    return features[feature].reason;
+}
+
+int support_feature_find(const char *name)
+{
+    for (int i = 0; i < FEATURES; i++) {
+        if (strcmp(features[i].name, name) == 0) {
+            return i;
+        }
+    }
+    return -1;
+}
+
+const char *support_key(const scene *rod_scene, int feature)
+{
+    const feature_row *row = &features[feature];
+    return row->has ? row->has(rod_scene) : given(rod_scene, row->section);
+}
+
+support_answer support_of(int feature, support_form form)
+{
+    int left = (int)form;
+    for (const char *at = features[feature].cells; *at; at++) {
+        if (*at != ' ' && left-- == 0) {
+            return *at == 'y'   ? SUPPORT_TAKEN
+                   : *at == 'o' ? SUPPORT_WITHOUT_EFFECT
+                   : *at == 'm' ? SUPPORT_IMPOSSIBLE
+                                : SUPPORT_NOT_BUILT;
+        }
+    }
+    return SUPPORT_NOT_BUILT;
+}
+
+/* ---- sentences ------------------------------------------------------------------------------- */
+
+static bool is_refused(int feature, support_form form)
+{
+    const support_answer answer = support_of(feature, form);
+    return answer == SUPPORT_NOT_BUILT || answer == SUPPORT_IMPOSSIBLE;
+}
+
+/* Forms at rest or in motion that take a feature, of this kind if there are any: "method
+ * collocation, strain"; "": none does. */
+static void list_forms(int feature, bool moves, form_kind kind, char *text, size_t size)
+{
+    bool same = false;
+    size_t at = 0;
+    text[0] = '\0';
+    for (int k = 0; k < SUPPORT_FORMS; k++) {
+        same |= forms[k].moves == moves && forms[k].kind == kind &&
+                !is_refused(feature, (support_form)k);
+    }
+    for (int k = 0; k < SUPPORT_FORMS; k++) {
+        const bool counts = forms[k].moves == moves && !is_refused(feature, (support_form)k) &&
+                            (!same || forms[k].kind == kind);
+        const char *subject = forms[k].subject;
+        if (counts && at < size) { /* "formulation mixed, displacement" */
+            const size_t word = strcspn(subject, " ") + 1;
+            const bool again = *text && strncmp(text, subject, word) == 0;
+            at += (size_t)snprintf(text + at, size - at, "%s%s", *text ? ", " : "",
+                                   again ? subject + word : subject);
+        }
+    }
+}
+
+void support_sentence(int feature, support_form form, char *text, size_t size)
+{
+    const feature_row *row = &features[feature];
+    const char *why =
+        support_of(feature, form) == SUPPORT_IMPOSSIBLE ? row->reason : "it is not built yet";
+    char others[400];
+    list_forms(feature, forms[form].moves, forms[form].kind, others, sizeof others);
+    if (*others) {
+        snprintf(text, size, "%s does not take %s: %s; allowed: %s", forms[form].subject, row->name,
+                 why, others);
+    } else {
+        const bool moves = forms[form].moves;
+        list_forms(feature, !moves, NETWORK, others, sizeof others);
+        snprintf(text, size, "nothing takes %s %s: %s; allowed: a scene without it%s", row->name,
+                 moves ? "in motion" : "at rest", why,
+                 !*others ? ""
+                 : moves  ? ", or without time.duration"
+                          : ", or with time.duration");
+    }
+}
+
+/* ---- checks -----------------------------------------------------------------------------------
+ */
+
+static ad_status refuse(int feature, support_form form, const char *found, const char **key,
+                        ad_error *error)
+{
+    char text[sizeof error->message];
+    support_sentence(feature, form, text, sizeof text);
+    if (key) {
+        *key = found;
+    }
+    return ad_fail(error, AD_BAD_ARGUMENT, "%s", text);
+}
+
+/* A motion in a form for rods at rest, or the other way round. */
+static ad_status refuse_time(support_form form, const char **key, ad_error *error)
+{
+    const bool moves = forms[form].moves;
+    if (key) {
+        *key = "time.duration";
+    }
+    return ad_fail(error, AD_BAD_ARGUMENT, "%s is of scenes %s, and this one %s; allowed: %s",
+                   forms[form].subject, moves ? "in motion" : "at rest",
+                   moves ? "is at rest" : "moves",
+                   moves ? "a scene with time.duration" : "a scene without time.duration");
+}
+
+ad_status support_check(const scene *rod_scene, support_form form, const char **key,
+                        ad_error *error)
+{
+    if (forms[form].moves != scene_is_dynamic(rod_scene)) {
+        return refuse_time(form, key, error);
+    }
+    for (int i = 0; i < FEATURES; i++) {
+        const char *found = is_refused(i, form) ? support_key(rod_scene, i) : NULL;
+        if (found) {
+            return refuse(i, form, found, key, error);
+        }
+    }
+    return AD_OK;
+}
+
+ad_status support_check_data(support_form form, const char **key, ad_error *error)
+{
+    const int data = FEATURES - 1;
+    return is_refused(data, form) ? refuse(data, form, features[data].section, key, error) : AD_OK;
+}
+
+ad_status support_check_any(const scene *rod_scene, const char **key, ad_error *error)
+{
+    const bool moves = scene_is_dynamic(rod_scene);
+    for (int i = 0; i < FEATURES; i++) {
+        bool refused = true;
+        for (int k = 0; k < SUPPORT_FORMS && refused; k++) {
+            refused = forms[k].moves != moves || is_refused(i, (support_form)k);
+        }
+        const char *found = refused ? support_key(rod_scene, i) : NULL;
+        if (found) {
+            return refuse(i, moves ? SUPPORT_MIXED_MOTION : SUPPORT_MIXED, found, key, error);
+        }
+    }
+    return AD_OK;
+}
