@@ -117,6 +117,15 @@ static ad_status check_mesh(const strain_mesh *mesh, ad_error *error)
                         STRAIN_STAGES_MAX);
 }
 
+int strain_forces(const scene *open, int nodes)
+{
+    int count = rod_is_acted_on(open, true) ? 3 * nodes : 0;
+    for (int i = 0; i < open->spring_count; i++) {
+        count += quantity_any_something(3, open->springs[i].stiffness) ? 3 : 0;
+    }
+    return count;
+}
+
 /* ---- what is given ------------------------------------------------------------------------- */
 
 /* Rows of a value recorded at s, each of one row for each point, or one for all. */
@@ -168,6 +177,26 @@ static void give_actuators(strain_rod *x)
     }
 }
 
+/* Laws along the rod and at places; forces that depend on the position are sought. */
+static void give_laws(strain_rod *x)
+{
+    rod_acting along[ROD_ALONG_MAX], places[ROD_AT_PLACES_MAX];
+    x->along_count = rod_acting_along(&x->rod, along);
+    x->place_count = rod_acting_at_places(&x->rod, places);
+    for (int i = 0; i < x->along_count; i++) {
+        x->along[i].law = along[i].law;
+        spread(x, along[i].numbers, x->along[i].numbers);
+    }
+    for (int i = 0; i < x->place_count; i++) {
+        x->places[i].law = places[i].law;
+        x->places[i].s = places[i].s;
+        for (int k = 0; k < law_table[places[i].law].numbers; k++) {
+            x->places[i].numbers[k] = ad_row(places[i].numbers, k);
+        }
+    }
+    x->forces = strain_forces(&x->open, x->nodes);
+}
+
 static void give(strain_rod *x)
 {
     const rod_coefficients c = rod_coefficients_of(&x->rod);
@@ -188,6 +217,7 @@ static void give(strain_rod *x)
         spread(x, follows ? load : ad_zeros(x->tape, 3), x->load[2 + i].x);
     }
     give_actuators(x);
+    give_laws(x);
     x->start = rod_end_of(&x->rod, 0, x->rod.t);
     x->end = rod_end_of(&x->rod, 1, x->rod.t);
 }

@@ -75,10 +75,16 @@ ad_status strain_rod_create(const strain_settings *settings, ad_value s, const a
                             strain_rod **result, ad_error *error);
 void strain_rod_free(strain_rod *rod); /* NULL is allowed; what was recorded stays */
 
-/* All that follows from the curvature [3][nodes], as one vector: rotations, forces, strains and
- * moments, at points and at the ends of elements. The others record from both. The vector may be an
- * input of as many rows, which several programs share. */
-ad_value strain_rod_state(const strain_rod *rod, ad_value curvature);
+/* Numbers that are sought before the curvature: forces of laws outside of the rod that depend on
+ * the position (physics/law/law.h), per length [3][nodes] and [3] at each place; 0 without such.
+ * `sought` is [forces + 3 nodes], below called curvature where there are none. Their rows of the
+ * residual are what is sought less what the laws make of the shape. */
+int strain_forces(const scene *open, int nodes);
+
+/* All that follows from what is sought, as one vector: rotations, forces, strains and moments, with
+ * sought forces positions, at points and at the ends of elements. The others record from both. The
+ * vector may be an input of as many rows, which several programs share. */
+ad_value strain_rod_state(const strain_rod *rod, ad_value sought);
 
 /* Inputs that move, each along its direction: of parameters, the curvature. */
 typedef struct strain_changes {
@@ -90,8 +96,11 @@ typedef struct strain_changes {
 ad_value strain_rod_state_change(const strain_rod *rod, ad_value curvature, ad_value state,
                                  const strain_changes *changes);
 
-/* [3][nodes] */
-ad_value strain_rod_residual(const strain_rod *rod, ad_value curvature, ad_value state);
+/* [forces + 3 nodes] */
+ad_value strain_rod_residual(const strain_rod *rod, ad_value sought, ad_value state);
+
+/* [3][nodes + 1]: positions at the points and at the end. */
+ad_value strain_rod_positions(const strain_rod *rod, ad_value sought, ad_value state);
 
 /* u* [3][nodes] */
 ad_value strain_rod_rest(const strain_rod *rod);
@@ -144,6 +153,7 @@ typedef struct strain_blocks {
     ad_value edges; /* [elements][2][3][3]: of force and moment at an element's end, by its turn */
 } strain_blocks;
 
+/* Without forces that are sought. */
 strain_blocks strain_rod_blocks(const strain_rod *rod, ad_value curvature, ad_value state);
 
 #ifdef __cplusplus

@@ -5,6 +5,7 @@
 #define PHYSICS_STRAIN_INTERNAL_H
 
 #include "physics/gauss.h"
+#include "physics/law/law.h"
 #include "physics/rod_internal.h"
 #include "physics/strain.h"
 
@@ -32,6 +33,13 @@ typedef struct strain_pull {
     bool is_chamber;
 } strain_pull;
 
+/* A law that acts from outside, with its numbers at points or at its place. */
+typedef struct strain_law {
+    law_name law;
+    double s; /* of a place */
+    ad_value numbers[LAW_NUMBERS_MAX];
+} strain_law;
+
 struct strain_rod {
     scene one, open;
     ad_tape *tape;
@@ -46,6 +54,9 @@ struct strain_rod {
     along load[4]; /* force and moment in the world, in the body */
     int actuators;
     strain_pull pulls[SCENE_TENDONS_MAX + SCENE_CHAMBERS_MAX];
+    int along_count, place_count; /* of laws along the rod and at places */
+    strain_law along[ROD_ALONG_MAX], places[ROD_AT_PLACES_MAX];
+    int forces; /* that are sought, numbers */
     rod_end_data start, end;
 };
 
@@ -85,6 +96,8 @@ along strain_join(int elements, const int *counts, const along *parts);
  * there, or the joint turns. */
 typedef struct strain_state {
     along curvature, strain, slope, force, moment;
+    along push, position; /* sought force per length of laws along the rod; where it is */
+    along pushes[ROD_AT_PLACES_MAX], edge_position[STRAIN_ELEMENTS_MAX + 1];
     along_turn turn;
     along_matrix R;
     along load_rate[2]; /* f, l, world */
@@ -92,9 +105,8 @@ typedef struct strain_state {
     along edge_force[STRAIN_ELEMENTS_MAX + 1], edge_moment[STRAIN_ELEMENTS_MAX + 1];
 } strain_state;
 
-/* From the curvature and the vector that strain_rod_state made of it. */
-void strain_state_of(const strain_rod *rod, ad_value curvature, ad_value vector,
-                     strain_state *state);
+/* From what is sought and the vector that strain_rod_state made of it. */
+void strain_state_of(const strain_rod *rod, ad_value sought, ad_value vector, strain_state *state);
 
 /* q after a joint at an edge. */
 along_turn strain_turn_over(const strain_rod *rod, int edge, along_turn q);

@@ -3,6 +3,7 @@
 #include "physics/strain_internal.h"
 
 #include <math.h>
+#include <string.h>
 
 /* ---- from s = 0 on ------------------------------------------------------------------------- */
 
@@ -86,6 +87,22 @@ void strain_loads(const strain_rod *rod, const along_matrix *R, along load_rate[
     }
 }
 
+/* Force and moment, world, of a law from outside. */
+static void act(const strain_rod *rod, const strain_law *at, along position, along_turn turn,
+                along wrench[2])
+{
+    ad_value given[LAW_GIVEN_MAX], both[LAW_WRENCH];
+    const along still = strain_zeros(rod->tape);
+    memcpy(given, position.x, sizeof position.x);
+    memcpy(given + 3, turn.x, sizeof turn.x);
+    memcpy(given + 7, still.x, sizeof still.x);
+    memcpy(given + LAW_STATE, at->numbers, (size_t)law_table[at->law].numbers * sizeof *given);
+    law_record(at->law, rod->tape, given, NULL, both, NULL);
+    for (int i = 0; i < 6; i++) {
+        wrench[i / 3].x[i % 3] = both[i];
+    }
+}
+
 void strain_acting(const strain_rod *rod, int edge, along_turn turn, along *force, along *moment)
 {
     const double s = rod->mesh.edges[edge];
@@ -103,6 +120,15 @@ void strain_acting(const strain_rod *rod, int edge, along_turn turn, along *forc
     for (int i = 0; i < given->body_count; i++) {
         rod_body_data body = rod_body_of(&rod->rod, i, rod->rod.t);
         F = fabs(body.s - s) < 1e-12 ? ad_add(F, body.weight) : F;
+    }
+    for (int i = 0; i < rod->place_count; i++) {
+        const strain_law *at = &rod->places[i];
+        if (fabs(at->s - s) < 1e-12 && !law_table[at->law].by_position) {
+            along by[2];
+            act(rod, at, strain_zeros(rod->tape), turn, by);
+            F = ad_add(F, ad_stack(3, by[0].x));
+            T = ad_add(T, ad_stack(3, by[1].x));
+        }
     }
     if (edge == rod->mesh.elements) {
         const rod_end_data *end = &rod->end;
@@ -263,6 +289,77 @@ along strain_missing(const strain_rod *rod, const along_matrix *R, along v, alon
     return strain_sub(strain_sub(u, rod->rest_curvature), strain_mul(rod->curvature_compliance, m));
 }
 
+/* ---- forces that depend on the place -------------------------------------------------------- */
+
+/* Force per length, or at a place, of those laws where the rod is. */
+static along pushed(const strain_rod *rod, int count, const strain_law *laws, along position,
+                    along_turn turn)
+{
+    along sum = strain_zeros(rod->tape), wrench[2];
+    for (int i = 0; i < count; i++) {
+        act(rod, &laws[i], position, turn, wrench);
+        sum = strain_add(sum, wrench[0]);
+    }
+    return sum;
+}
+
+static int edge_of(const strain_rod *rod, double s)
+{
+    int e = 0;
+    while (e < rod->mesh.elements && fabs(rod->mesh.edges[e] - s) > 1e-12) {
+        e++;
+    }
+    return e;
+}
+
+/* Forces and curvature, of what is sought. */
+static void divide(const strain_rod *rod, ad_value sought, strain_state *state)
+{
+    int first = 0;
+    state->push = strain_zeros(rod->tape);
+    if (rod->along_count > 0) {
+        state->push = strain_of_points(rod->nodes, ad_slice(sought, 0, 3 * rod->nodes));
+        first = 3 * rod->nodes;
+    }
+    for (int i = 0; i < rod->place_count; i++) {
+        state->pushes[i] = strain_zeros(rod->tape);
+        if (law_table[rod->places[i].law].by_position) {
+            state->pushes[i] = strain_rows(ad_slice(sought, first, 3));
+            first += 3;
+        }
+    }
+    state->curvature =
+        strain_of_points(rod->nodes, first > 0 ? ad_slice(sought, first, 3 * rod->nodes) : sought);
+}
+
+static void find_loads(const strain_rod *rod, strain_state *state)
+{
+    strain_loads(rod, &state->R, state->load_rate);
+    if (rod->along_count > 0) {
+        state->load_rate[0] = strain_add(state->load_rate[0], state->push);
+    }
+}
+
+/* What is sought less what the laws make of the place. */
+static ad_value missing_forces(const strain_rod *rod, const strain_state *state)
+{
+    ad_value rows[1 + ROD_AT_PLACES_MAX];
+    int count = 0;
+    if (rod->along_count > 0) {
+        const along is = pushed(rod, rod->along_count, rod->along, state->position, state->turn);
+        rows[count++] = strain_points(rod->nodes, strain_sub(state->push, is));
+    }
+    for (int i = 0; i < rod->place_count; i++) {
+        if (law_table[rod->places[i].law].by_position) {
+            const int e = edge_of(rod, rod->places[i].s);
+            const along is =
+                pushed(rod, 1, &rod->places[i], state->edge_position[e], state->edge_turn[e]);
+            rows[count++] = ad_stack(3, strain_sub(state->pushes[i], is).x);
+        }
+    }
+    return ad_stack(count, rows);
+}
+
 /* N, from the loads and the turns at edges. */
 static void find_force(const strain_rod *rod, strain_state *state)
 {
@@ -270,7 +367,28 @@ static void find_force(const strain_rod *rod, strain_state *state)
     for (int e = 0; e <= rod->mesh.elements; e++) {
         strain_acting(rod, e, state->edge_turn[e], &force[e], &moment);
     }
+    for (int i = 0; i < rod->place_count; i++) {
+        const int e = edge_of(rod, rod->places[i].s);
+        force[e] = strain_add(force[e], state->pushes[i]);
+    }
     state->force = integrate_back(rod, state->load_rate[0], force, state->edge_force);
+}
+
+/* Positions, where laws ask for them. */
+static void find_positions(const strain_rod *rod, strain_state *state)
+{
+    along parts[STRAIN_ELEMENTS_MAX], all, sum = strain_rows(rod->start.position);
+    for (int e = 0; e <= rod->mesh.elements && rod->forces > 0; e++) {
+        state->edge_position[e] = sum;
+        if (e < rod->mesh.elements) {
+            const along rest = integrate(rod, e, state->slope, &all); /* from a point to the end */
+            sum = strain_add(sum, all);
+            parts[e] = strain_sub(sum, rest);
+        }
+    }
+    if (rod->forces > 0) {
+        state->position = join(rod, parts);
+    }
 }
 
 /* r' and M, from N and the strain. */
@@ -281,20 +399,22 @@ static void find_moment(const strain_rod *rod, strain_state *state)
         strain_acting(rod, e, state->edge_turn[e], &force, &moment[e]);
     }
     state->slope = strain_to_world(&state->R, state->strain);
+    find_positions(rod, state);
     state->moment =
         integrate_back(rod, strain_moment_rate(state->slope, state->force, state->load_rate[1]),
                        moment, state->edge_moment);
 }
 
-static void find_state(const strain_rod *rod, ad_value curvature, strain_state *state)
+static void find_state(const strain_rod *rod, ad_value sought, strain_state *state)
 {
-    if (ad_rows(curvature) != 3 * rod->nodes) {
-        ad_tape_fail(rod->tape, AD_BAD_SHAPE, "the curvature at %d points has %d rows", rod->nodes,
-                     ad_rows(curvature));
+    if (ad_rows(sought) != rod->forces + 3 * rod->nodes) {
+        ad_tape_fail(rod->tape, AD_BAD_SHAPE,
+                     "%d forces and the curvature at %d points have %d rows", rod->forces,
+                     rod->nodes, ad_rows(sought));
     }
-    state->curvature = strain_of_points(rod->nodes, curvature);
+    divide(rod, sought, state);
     turn_all(rod, state);
-    strain_loads(rod, &state->R, state->load_rate);
+    find_loads(rod, state);
     find_force(rod, state);
     state->strain = strain_yield(rod, strain_to_body(&state->R, state->force), state->curvature,
                                  rod->rest_strain);
@@ -303,12 +423,12 @@ static void find_state(const strain_rod *rod, ad_value curvature, strain_state *
 
 /* ---- the state as one vector ---------------------------------------------------------------- */
 
-enum { BY_TURNS, BY_FORCE, BY_STRAIN, PARTS };
+enum { BY_TURNS, BY_FORCE, BY_STRAIN, PARTS, FIELDS_MAX = 25 + 13 * STRAIN_ELEMENTS_MAX };
 
 /* The fields of the vector in turn: those of part i end at ends[i]. Others are the same at all
  * points, or 0, and are recorded anew. */
 typedef struct fields {
-    ad_value *of[18 + 10 * STRAIN_ELEMENTS_MAX];
+    ad_value *of[FIELDS_MAX];
     int count, ends[PARTS];
 } fields;
 
@@ -340,15 +460,21 @@ static fields list_fields(const strain_rod *rod, strain_state *state)
     for (int e = 1; e <= elements; e++) {
         add_fields(rod, 3, state->edge_moment[e].x, false, &all);
     }
+    if (rod->forces > 0) {
+        add_fields(rod, 3, state->position.x, true, &all);
+        for (int e = 1; e <= elements; e++) {
+            add_fields(rod, 3, state->edge_position[e].x, false, &all);
+        }
+    }
     all.ends[BY_STRAIN] = all.count;
     return all;
 }
 
-ad_value strain_rod_state(const strain_rod *rod, ad_value curvature)
+ad_value strain_rod_state(const strain_rod *rod, ad_value sought)
 {
-    ad_value parts[18 + 10 * STRAIN_ELEMENTS_MAX];
+    ad_value parts[FIELDS_MAX];
     strain_state state;
-    find_state(rod, curvature, &state);
+    find_state(rod, sought, &state);
     const fields all = list_fields(rod, &state);
     for (int i = 0; i < all.count; i++) {
         parts[i] = *all.of[i];
@@ -356,18 +482,17 @@ ad_value strain_rod_state(const strain_rod *rod, ad_value curvature)
     return ad_stack(all.count, parts);
 }
 
-void strain_state_of(const strain_rod *rod, ad_value curvature, ad_value vector,
-                     strain_state *state)
+void strain_state_of(const strain_rod *rod, ad_value sought, ad_value vector, strain_state *state)
 {
     int first = 0;
-    find_state(rod, curvature, state);
+    find_state(rod, sought, state);
     const fields all = list_fields(rod, state);
     for (int i = 0; i < all.count; i++) {
         const int rows = ad_rows(*all.of[i]);
         *all.of[i] = ad_slice(vector, first, rows);
         first += rows;
     }
-    strain_loads(rod, &state->R, state->load_rate);
+    find_loads(rod, state);
     state->slope = strain_to_world(&state->R, state->strain);
 }
 
@@ -375,7 +500,7 @@ void strain_state_of(const strain_rod *rod, ad_value curvature, ad_value vector,
 static void change_fields(const fields *all, int first, int end, const strain_changes *changes,
                           ad_value vector, ad_value *parts)
 {
-    ad_value wrt[3], along[3], y[18 + 10 * STRAIN_ELEMENTS_MAX];
+    ad_value wrt[3], along[3], y[FIELDS_MAX];
     for (int i = 0; i < changes->count; i++) {
         wrt[i] = changes->wrt[i];
         along[i] = changes->along[i];
@@ -409,18 +534,18 @@ static void soften_fields(const strain_rod *rod, const fields *all, const strain
     }
 }
 
-ad_value strain_rod_state_change(const strain_rod *rod, ad_value curvature, ad_value vector,
+ad_value strain_rod_state_change(const strain_rod *rod, ad_value sought, ad_value vector,
                                  const strain_changes *changes)
 {
-    ad_value parts[18 + 10 * STRAIN_ELEMENTS_MAX];
+    ad_value parts[FIELDS_MAX];
     strain_state state;
-    find_state(rod, curvature, &state);
+    find_state(rod, sought, &state);
     const fields all = list_fields(rod, &state);
     for (int i = 0; i < all.count; i++) {
         parts[i] = ad_zeros(rod->tape, ad_rows(*all.of[i]));
     }
     change_fields(&all, 0, all.ends[BY_TURNS], changes, vector, parts);
-    strain_state_of(rod, curvature, vector, &state);
+    strain_state_of(rod, sought, vector, &state);
     const along v = state.strain;
     state.strain = balance(rod, strain_to_body(&state.R, state.force), state.curvature, v);
     change_fields(&all, all.ends[BY_TURNS], all.ends[BY_FORCE], changes, vector, parts);
@@ -433,12 +558,27 @@ ad_value strain_rod_state_change(const strain_rod *rod, ad_value curvature, ad_v
     return ad_stack(all.count, parts);
 }
 
-ad_value strain_rod_residual(const strain_rod *rod, ad_value curvature, ad_value vector)
+ad_value strain_rod_residual(const strain_rod *rod, ad_value sought, ad_value vector)
 {
     strain_state state;
-    strain_state_of(rod, curvature, vector, &state);
-    return strain_points(
+    strain_state_of(rod, sought, vector, &state);
+    const ad_value missing = strain_points(
         rod->nodes, strain_missing(rod, &state.R, state.strain, state.curvature, state.moment));
+    return rod->forces > 0 ? ad_stack(2, (ad_value[]){missing_forces(rod, &state), missing})
+                           : missing;
+}
+
+ad_value strain_rod_positions(const strain_rod *rod, ad_value sought, ad_value vector)
+{
+    strain_state state;
+    ad_value rows[6];
+    strain_state_of(rod, sought, vector, &state);
+    for (int c = 0; c < 3; c++) {
+        ad_value at = state.position.x[c];
+        rows[2 * c] = ad_rows(at) == 1 ? ad_repeat(at, rod->nodes) : at;
+        rows[2 * c + 1] = state.edge_position[rod->mesh.elements].x[c];
+    }
+    return ad_stack(6, rows);
 }
 
 ad_value strain_rod_rest(const strain_rod *rod)

@@ -1,7 +1,7 @@
 /* A family written by export_family.h, compiled with -DHEADER='"NAME.h"' -DNAME=NAME,
- * -DNUMBER=double (or float) and the sanitizers: every function with what it does not expect. It
- * says what is wrong, answers what it can with finite numbers, and the same whatever was in its
- * memory. */
+ * -DNUMBER=double (or float), -DROUNDS=300 and the sanitizers: every function with what it does not
+ * expect. It says what is wrong, answers what it can with finite numbers, and the same whatever was
+ * in its memory. */
 #include "export_fuzz.h"
 
 #include HEADER
@@ -17,7 +17,6 @@ enum {
     N = 3 * OF(NODES),
     COLUMNS = OF(COLUMNS),
     SHAPE = OF(POINTS) * OF(COLUMNS),
-    ROUNDS = 300,
     SINGLE = sizeof(NUMBER) < sizeof(double)
 };
 

@@ -51,9 +51,18 @@ many = numpy.repeat(at, 40, axis=0)  # more than one piece of work
 assert numpy.array_equal(members.jacobian(many).jacobian, numpy.repeat(slopes, 40, axis=0))
 shapes, slopes, results = members.jacobian([[0.8e6, 500, 0.0]])  # beyond all equilibria
 assert not results["solved"][0] and numpy.isnan(slopes).all()
-with open("held.yaml", "w") as file:
-    file.write(FAMILY.replace("end: {type: loaded}}", "end: {type: loaded}, springs: [{at: 0.3, "
-                              "stiffness: [1, 1, 1]}]}"))
+with open("supported.yaml", "w") as file:  # forces that depend on the place are sought, too
+    file.write(three.replace("loads: {", "loads: {foundation: [3, 2, 0], ") +
+               "springs: [{at: 0.3, stiffness: [1, 2, 1], turning: [0.01, 0, 0.01]}]\n")
+supported = cpinn.Members("supported.yaml", s, tolerance=1e-7)
+slopes = supported.jacobian(at).jacobian
+assert numpy.abs(slopes - members.jacobian(at).jacobian).max() > 0.1 * numpy.abs(slopes).max()
+for k, step in enumerate((1e3, 1e-3, 1e-4)):
+    move = step * numpy.eye(3)[k]
+    differences = (supported.solve(at + move).values - supported.solve(at - move).values) / (2 * step)
+    off = numpy.abs(differences - slopes[..., k]).max(axis=(0, 1))
+    largest = numpy.abs(slopes).max(axis=(0, 1))
+    assert (off[:7] <= 1e-4 * largest[:3, k].max() + 1e-4 * largest[:7, k]).all(), (k, off, largest)
 
 # Of a network for all members: that of the equilibrium its answer has arrived at.
 cpinn.train("three.yaml", folder="family", threads=1, overrides=[

@@ -370,9 +370,12 @@ static void test_refusals(void **state)
     (void)state;
     static const struct {
         const char *from, *to, *why;
-    } rows[] = {{"tension: push}", "tension: push, friction: 0.1}", "friction of a tendon"},
-                {"tendons:", "springs: [{at: 0.1, stiffness: [1, 1, 1]}]\ntendons:", "a spring"},
-                {"loads: {", "loads: {foundation: [1, 1, 1], ", "a foundation"}};
+    } rows[] = {
+        {"tension: push}", "tension: push, friction: 0.1}", "friction of a tendon"},
+        {"{end: {type: loaded}}\n"
+         "loads: {gravity: [0, 9.81*push, 0], tip: {force: [0.1, 0.1*push, -0.05]}}",
+         "{end: {type: pinned, position: [0, 0, 0.19]}}\nloads: {gravity: [0, 9.81*push, 0]}",
+         "a held end"}};
     for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
         char text[2000];
         const char *at = strstr(plain, rows[k].from);

@@ -2,7 +2,8 @@
  * (physics/strain.h): with the residual F(u, p) of the curvature u and the shape G(u, p),
  *
  *   dG/dp = G_p - G_u F_u^-1 F_p                                   (implicit function theorem)
- */
+ *
+ * Forces that depend on the position are sought with u, and follow from it. */
 #include "physics/solve/strain_jacobian.h"
 
 #include "autodiff/dense.h"
@@ -17,11 +18,11 @@
 enum { DIRECTIONS = 4096 };
 
 struct strain_jacobian {
-    size_t unknowns, count, rows; /* of the curvature, of parameters, of a shape */
+    size_t forces, unknowns, count, rows; /* sought forces, with the curvature; of a shape */
     int columns;
     double length;
     ad_program *residual, *shape; /* derivatives along a direction */
-    ad_program *values;           /* of the shape */
+    ad_program *left, *values;    /* the residual, the shape */
     size_t chunk;                 /* members at a time */
     /* By members: [unknowns][chunk], [count][chunk]; by directions, of which a member has
      * unknowns + count: the same with them, and [rows]. */
@@ -35,6 +36,7 @@ void strain_jacobian_free(strain_jacobian *x)
     if (x) {
         ad_program_free(x->residual);
         ad_program_free(x->shape);
+        ad_program_free(x->left);
         ad_program_free(x->values);
         free(x->curvature);
         free(x->parameters);
@@ -78,8 +80,9 @@ static ad_status record(strain_jacobian *x, ad_tape *tape, const strain_settings
     ad_status status = strain_rod_create(settings, at, each, &rod, error);
     if (status == AD_OK) {
         const ad_value state = strain_rod_state(rod, wrt[0]);
-        status =
-            compile(strain_rod_residual(rod, wrt[0], state), wrt, along, pool, &x->residual, error);
+        const ad_value residual = strain_rod_residual(rod, wrt[0], state);
+        status = compile(residual, wrt, along, pool, &x->residual, error);
+        status = status == AD_OK ? compile(residual, NULL, NULL, pool, &x->left, error) : status;
         if (status == AD_OK) {
             const ad_value shape =
                 strain_rod_columns(rod, wrt[0], state, points, s, x->columns, which);
@@ -134,7 +137,8 @@ ad_status strain_jacobian_create(const scene *open, size_t nodes, const double *
     if (!tape || !x) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of a family");
     } else {
-        x->unknowns = 3 * nodes;
+        x->forces = (size_t)strain_forces(open, (int)nodes);
+        x->unknowns = x->forces + 3 * nodes;
         x->count = (size_t)settings.count;
         x->columns = columns;
         x->rows = (size_t)columns * points;
@@ -217,6 +221,26 @@ static void set_changes(strain_jacobian *x, size_t members)
     }
 }
 
+/* Forces of the given curvature: the shape has them but for the stretch by them, which is small:
+ * each pass leaves that share of what was missing. */
+static ad_status find_forces(strain_jacobian *x, size_t members, ad_error *error)
+{
+    enum { PASSES = 30 };
+    const size_t count = x->forces * members;
+    double most = 1;
+    ad_status status = AD_OK;
+    memset(x->curvature, 0, count * sizeof *x->curvature);
+    for (int k = 0; k < PASSES && count > 0 && most > 1e-13 && status == AD_OK; k++) {
+        status = run(x, x->left, members, 1, error);
+        most = 0;
+        for (size_t i = 0; i < count && status == AD_OK; i++) {
+            x->curvature[i] -= x->results[i];
+            most = fmax(most, fabs(x->results[i]));
+        }
+    }
+    return status;
+}
+
 /* Where the results of a program, [columns][points][members][each], have row [points][columns] of a
  * member's shape. */
 static double *result_of(const strain_jacobian *x, size_t members, size_t each, size_t member,
@@ -230,19 +254,20 @@ static ad_status run_chunk(strain_jacobian *x, size_t members, const double *par
                            const double *curvature, double *values, double *jacobian,
                            ad_error *error)
 {
-    const size_t n = x->unknowns, m = x->count;
-    const size_t nodes = n / 3; /* the tape has [3][nodes] */
+    const size_t n = x->unknowns, m = x->count, bent = n - x->forces;
+    const size_t nodes = bent / 3; /* the tape has [3][nodes] */
     for (size_t i = 0; i < members; i++) {
-        for (size_t k = 0; k < n; k++) {
-            x->curvature[k * members + i] =
-                x->length * curvature[i * n + k % nodes * 3 + k / nodes];
+        for (size_t k = 0; k < bent; k++) {
+            x->curvature[(x->forces + k) * members + i] =
+                x->length * curvature[i * bent + k % nodes * 3 + k / nodes];
         }
         for (size_t k = 0; k < m; k++) {
             x->parameters[k * members + i] = parameters[i * m + k];
         }
     }
+    ad_status status = find_forces(x, members, error);
     set_units(x, members);
-    ad_status status = run(x, x->residual, members, n + m, error);
+    status = status == AD_OK ? run(x, x->residual, members, n + m, error) : status;
     for (size_t i = 0; i < members && status == AD_OK; i++) {
         solve(x, members, i);
     }
@@ -273,9 +298,9 @@ ad_status strain_jacobian_run(strain_jacobian *x, size_t members, const double *
     ad_status status = AD_OK;
     for (size_t first = 0; first < members && status == AD_OK; first += x->chunk) {
         const size_t left = members - first, now = left < x->chunk ? left : x->chunk;
-        status = run_chunk(x, now, parameters + first * x->count, curvature + first * x->unknowns,
-                           values ? values + first * x->rows : NULL,
-                           jacobian + first * x->rows * x->count, error);
+        status = run_chunk(
+            x, now, parameters + first * x->count, curvature + first * (x->unknowns - x->forces),
+            values ? values + first * x->rows : NULL, jacobian + first * x->rows * x->count, error);
     }
     return status;
 }

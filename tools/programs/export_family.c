@@ -11,30 +11,38 @@
 
 /* ---- what is recorded ---------------------------------------------------------------------- */
 
-/* Functions of the C: parameters p, curvature u, the state z of the rod by u, directions of these
- * for each parameter. The state comes first: it says how many numbers z has. */
+/* Functions of the C: parameters p, what is sought u, the curvature behind forces that depend on
+ * the place, the state z of the rod by u, directions of these for each parameter. The state comes
+ * first: it says how many numbers z has. */
 enum {
     STATE,       /* p, u -> z */
     STATE_BY,    /* p, u, z, dp, du -> dz */
-    NETWORK,     /* p -> u */
-    NETWORK_BY,  /* p, dp -> du */
-    NEWTON,      /* p, u, z -> residual, strain_blocks */
+    NETWORK,     /* p -> curvature */
+    NETWORK_BY,  /* p, dp -> du of it */
+    NEWTON,      /* p, u, z -> residual, strain_blocks; with sought forces: */
     RESIDUAL,    /* p, u, z -> residual */
     RESIDUAL_BY, /* p, u, z, dp, du, dz -> its changes */
     SHAPE,       /* p, u, z -> columns at places */
     TIP,         /* the same of the end */
     TIP_BY,      /* p, u, z, dp, du, dz -> its changes */
-    FUNCTIONS
+    FUNCTIONS,
+    PLACES_BY = NEWTON /* p, u, z, dp, du, dz -> changes of positions at points and the end */
 };
 
 static const struct {
     const char *name;
     int inputs;  /* of p, u, z, dp, du, dz */
     bool shared; /* p, u and z are those of all points */
-} functions[FUNCTIONS] = {{"state", 2, false},      {"state_by", 5, true}, {"network", 1, false},
-                          {"network_by", 4, true},  {"newton", 3, false},  {"residual", 3, false},
-                          {"residual_by", 6, true}, {"shape", 3, false},   {"tip", 3, false},
-                          {"tip_by", 6, true}};
+} functions[FUNCTIONS + 1] = {
+    {"state", 2, false},  {"state_by", 5, true},  {"network", 1, false},    {"network_by", 4, true},
+    {"newton", 3, false}, {"residual", 3, false}, {"residual_by", 6, true}, {"shape", 3, false},
+    {"tip", 3, false},    {"tip_by", 6, true},    {"places_by", 6, true}};
+
+/* With forces that are sought the matrix is made column by column, by what a direction changes. */
+static int row_of(const export_family *x, int function)
+{
+    return function == PLACES_BY && x->forces > 0 ? FUNCTIONS : function;
+}
 
 typedef struct recording {
     ad_tape *tape;
@@ -44,14 +52,15 @@ typedef struct recording {
 
 static size_t points_of(const export_family *x, int function)
 {
-    return functions[function].shared ? (size_t)x->open->parameter_count : 1;
+    return functions[row_of(x, function)].shared ? (size_t)x->open->parameter_count : 1;
 }
 
 /* Inputs in the order in which the C has them. */
 static ad_status begin(const export_family *x, int function, recording *r, ad_error *error)
 {
-    const int count = x->open->parameter_count, rows = 3 * strain_mesh_nodes(&x->mesh);
-    const bool shared = functions[function].shared;
+    const int count = x->open->parameter_count, row = row_of(x, function);
+    const int rows = x->forces + 3 * strain_mesh_nodes(&x->mesh);
+    const bool shared = functions[row].shared;
     ad_value each[SCENE_PARAMETERS_MAX];
     const char *names[SCENE_PARAMETERS_MAX];
     double middle[SCENE_PARAMETERS_MAX];
@@ -65,7 +74,7 @@ static ad_status begin(const export_family *x, int function, recording *r, ad_er
         int rows;
     } inputs[] = {{"p", &r->p, count},   {"u", &r->u, rows},   {"z", &r->z, x->state},
                   {"dp", &r->dp, count}, {"du", &r->du, rows}, {"dz", &r->dz, x->state}};
-    for (int i = 0; i < functions[function].inputs; i++) {
+    for (int i = 0; i < functions[row].inputs; i++) {
         *inputs[i].at = shared && i < 3 ? ad_input_member(r->tape, inputs[i].name, inputs[i].rows)
                                         : ad_input(r->tape, inputs[i].name, inputs[i].rows);
     }
@@ -130,6 +139,10 @@ static int record(export_family *x, int function, const recording *r, ad_value o
         outputs[0] = change_of(r, record_network(x, r), false);
         return 1;
     case NEWTON:
+        if (x->forces > 0) {
+            outputs[0] = change_of(r, strain_rod_positions(r->rod, r->u, r->z), true);
+            return 1;
+        }
         at = strain_rod_blocks(r->rod, r->u, r->z);
         x->follows = at.follows;
         outputs[0] = at.residual;
@@ -228,10 +241,15 @@ static void put_numbers(const export_family *x, const char *name, size_t number,
     fprintf(file, "#define %s_%-12s %zu\n", x->name, name, number);
 }
 
+static size_t sought_of(const export_family *x)
+{
+    return (size_t)x->forces + 3 * (size_t)strain_mesh_nodes(&x->mesh);
+}
+
 /* Inputs of the functions: p, u, z, and for each parameter a direction of these. */
 static size_t inputs_of(const export_family *x)
 {
-    const size_t n = 3 * (size_t)strain_mesh_nodes(&x->mesh), p = (size_t)x->open->parameter_count;
+    const size_t n = sought_of(x), p = (size_t)x->open->parameter_count;
     return (p + n + (size_t)x->state) * (1 + p);
 }
 
@@ -239,15 +257,18 @@ static size_t inputs_of(const export_family *x)
 static size_t linearised_of(const export_family *x)
 {
     const size_t nodes = (size_t)strain_mesh_nodes(&x->mesh), edges = (size_t)x->mesh.elements;
+    if (x->forces > 0) {
+        return sought_of(x);
+    }
     return 3 * nodes + nodes * 9 * (x->follows ? STRAIN_BLOCKS : STRAIN_LOAD_BY_TURN) + 18 * edges;
 }
 
 /* As `room` of the C divides it. */
 static size_t memory_of(const export_family *x)
 {
-    const size_t n = 3 * (size_t)strain_mesh_nodes(&x->mesh);
-    return inputs_of(x) + linearised_of(x) + 5 * n * n + (size_t)x->places * (size_t)x->columns +
-           x->workspace;
+    const size_t n = sought_of(x), p = (size_t)x->open->parameter_count;
+    return inputs_of(x) + linearised_of(x) + 4 * n * n + n * (n > p ? n : p) +
+           (size_t)x->places * (size_t)x->columns + x->workspace;
 }
 
 /* Columns: index, unit, scale, and how far this C is from cpinn. */
@@ -278,9 +299,10 @@ static void write_columns(const export_family *x, FILE *file)
         type_of(x));
     if (measured) {
         fprintf(file,
-                " after\n * one step: above for the tip; the curvature to %.1e of its largest; at "
+                " after\n * %d of Newton's steps: above for the tip; the curvature to %.1e of its "
+                "largest; at "
                 "%d members, those of\n * %s_selftest.c. */\n\n",
-                x->derivatives[0], x->members, x->name);
+                x->steps, x->derivatives[0], x->members, x->name);
     } else {
         fputs(" has\n * not been measured. */\n\n", file);
     }
@@ -402,18 +424,21 @@ static void write_constants(const export_family *x, FILE *file)
     }
     fputs("};\n\n", file);
     fprintf(file,
-            "enum {\n    NODES = %d,\n    N = 3 * NODES,\n    P = %d,\n    Z = %d,\n"
+            "#define FORCES %d\nenum {\n    NODES = %d,\n    N = FORCES + 3 * NODES,\n    P = "
+            "%d,\n    Z = %d,\n"
             "    ELEMENTS = %d,\n"
             "    STAGES = %d,\n    FOLLOWS = %d, /* forces follow the rod */\n    INPUTS = %zu,\n"
             "    LINEARISED = %zu\n};\n",
-            strain_mesh_nodes(&x->mesh), count, x->state, x->mesh.elements, x->mesh.stages,
-            x->follows, inputs_of(x), linearised_of(x));
+            x->forces, strain_mesh_nodes(&x->mesh), count, x->state, x->mesh.elements,
+            x->mesh.stages, x->follows, inputs_of(x), linearised_of(x));
     put_macro(x, "LENGTH", scene_length(x->open), file);
     put_macro(x, "MESH", x->mesh_error, file);
     put_macro(x, "ROUNDING", x->single ? 1e-6 : 1e-9, file); /* of a range */
     put_macro(x, "SETTLED", x->single ? 1e-5 : 1e-9, file);  /* steps over the length */
     put_macro(x, "LARGE", x->single ? 1e15 : 1e100, file);   /* curvature times the length */
-    write_integrals(x, file);
+    if (x->forces == 0) {
+        write_integrals(x, file);
+    }
 }
 
 ad_status export_family_write_source(export_family *x, FILE *file, ad_error *error)
@@ -422,9 +447,10 @@ ad_status export_family_write_source(export_family *x, FILE *file, ad_error *err
     ad_program *programs[FUNCTIONS] = {NULL};
     ad_c_options options[FUNCTIONS];
     ad_pool *pool = ad_pool_create(1);
+    x->forces = strain_forces(x->open, strain_mesh_nodes(&x->mesh));
     ad_status status = pool ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a thread");
     for (int i = 0; i < FUNCTIONS && status == AD_OK; i++) {
-        options[i] = (ad_c_options){.name = functions[i].name,
+        options[i] = (ad_c_options){.name = functions[row_of(x, i)].name,
                                     .points = points_of(x, i),
                                     .sets = 1,
                                     .parameters = &x->weights,
@@ -458,14 +484,16 @@ void export_family_write_selftest(const export_family *x, FILE *file)
     for (int i = 0; i < rows * x->members; i++) {
         scale = fmax(scale, fabs(x->polished[i]));
     }
-    fprintf(
-        file,
-        "/* Compares %s.c with what cpinn has computed: exit 1 and a line where they differ.\n"
-        " *     cc -std=c99 -O2 -o selftest %s.c %s_selftest.c -lm && ./selftest */\n"
-        "#include \"%s.h\"\n\n#include <math.h>\n#include <stdio.h>\n\n"
-        "enum { MEMBERS = %d, N = %d, P = %d };\n#define LARGEST %.17g\n#define TOLERANCE %g\n\n",
-        x->name, x->name, x->name, x->name, x->members, rows, count, scale,
-        x->single ? 1e-3 : 1e-9); /* rounding, a thousand times and more larger near a fold */
+    fprintf(file,
+            "/* Compares %s.c with what cpinn has computed: exit 1 and a line where they differ.\n"
+            " *     cc -std=c99 -O2 -o selftest %s.c %s_selftest.c -lm && ./selftest */\n"
+            "#include \"%s.h\"\n\n#include <math.h>\n#include <stdio.h>\n\n"
+            "enum { MEMBERS = %d, N = %d, P = %d, STEPS = %d };\n#define LARGEST %.17g\n#define "
+            "TOLERANCE %g\n\n",
+            x->name, x->name, x->name, x->name, x->members, rows, count, x->steps, scale,
+            x->single      ? 1e-3
+            : x->steps > 1 ? 1e-6   /* forces of two steps, not of the curvature */
+                           : 1e-9); /* rounding, a thousand times and more larger near a fold */
     put_rows(type_of(x), "parameters", x->members, count, x->parameters, file);
     put_rows("double", "curvature", x->members, rows, x->curvature, file);
     put_rows("double", "polished", x->members, rows, x->polished, file);

@@ -24,10 +24,11 @@ typedef struct export_family {
     double mesh_error; /* m, of equilibria on the mesh: comes to each distance */
     size_t workspace;  /* numbers of the functions; by export_family_write_source, as the next */
     int state;         /* numbers of the state of the rod */
+    int forces;        /* that are sought beside the curvature */
     bool follows;      /* forces follow the rod */
     /* Of the self-test: members with their parameters, float numbers where `single`; the curvature
-     * times the length by the network, and after a step; tips then and their derivatives. */
-    int members;
+     * times the length by the network, and after `steps`; tips then and their derivatives. */
+    int members, steps;
     const double *parameters, *curvature, *polished; /* [members][parameters], [3 nodes] twice */
     const double *tips, *jacobian;                   /* [columns], [columns][parameters] */
     double scale[STRAIN_COLUMNS];                    /* of each of the columns */

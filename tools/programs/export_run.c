@@ -254,6 +254,7 @@ ad_status export_open_family(export_model *x, const char *columns, const char *p
                          .derivatives = x->measured.jacobian};
     ad_status status = list_columns(f, columns, error);
     status = status == AD_OK ? find_mesh(f, solver, error) : status;
+    f->steps = strain_forces(f->open, strain_mesh_nodes(&f->mesh)) > 0 ? 2 : 1;
     if (status == AD_OK && !allocate(x, &n)) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for a self-test");
     }
@@ -261,7 +262,7 @@ ad_status export_open_family(export_model *x, const char *columns, const char *p
     status = status == AD_OK ? ask_network(x, &n, error) : status;
     status = status == AD_OK ? judge_mesh(x, &n, error) : status;
     if (status == AD_OK) {
-        status = solve_members_refine(solver, MEMBERS, n.parameters, n.said, 1, n.values,
+        status = solve_members_refine(solver, MEMBERS, n.parameters, n.said, f->steps, n.values,
                                       n.polished, answers, error);
     }
     status = status == AD_OK ? find_tips(x, &n, answers, error) : status;

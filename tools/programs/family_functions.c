@@ -39,11 +39,12 @@ static void set_unit(int n, double *x)
     }
 }
 
-/* Memory: inputs p, u, z and, for each parameter, directions of these; residual [3][NODES], blocks
- * and edges as newton leaves them; the matrix and its factors; what a change of one point does to
- * forces, to rates and moments; columns of a shape; workspace. */
+/* Memory: inputs p, u, z and, for each parameter, directions of these; residual [N], blocks and
+ * edges as newton leaves them; the matrix and its factors; what a change of one point does to
+ * forces, to rates and moments; columns of a shape; workspace. u is FORCES that depend on the place,
+ * then the curvature [3][NODES]. */
 typedef struct room {
-    double *x, *u, *z, *dp, *du, *dz, *residual, *blocks, *edges, *matrix, *lower, *force, *rate,
+    double *x, *u, *bent, *z, *dp, *du, *dz, *residual, *blocks, *edges, *matrix, *lower, *force, *rate,
         *moment, *columns, *w;
 } room;
 
@@ -52,6 +53,7 @@ static room divide(double *memory)
     room r;
     r.x = memory;
     r.u = r.x + P;
+    r.bent = r.u + FORCES;
     r.z = r.u + N;
     r.dp = r.z + Z;
     r.du = r.dp + P * P;
@@ -64,7 +66,7 @@ static room divide(double *memory)
     r.force = r.lower + N * N;
     r.rate = r.force + N * N;
     r.moment = r.rate + N * N;
-    r.columns = r.moment + N * N;
+    r.columns = r.moment + N * (N > P ? N : P);
     r.w = r.columns + model_POINTS * model_COLUMNS;
     return r;
 }
@@ -88,6 +90,10 @@ static void find_state(room r)
 
 /* ---- the linearised equation --------------------------------------------------------------- */
 
+/* Loops of few turns, whose number is known, are what compilers make vectors of. */
+enum { PART = NODES % 4 == 0 ? 4 : NODES, WIDTH = N % 8 == 0 ? 8 : N % 4 == 0 ? 4 : 3 };
+
+#if FORCES == 0
 /* Blocks [3][3][NODES], effect by cause; the last four where forces follow. Turns, R du integrated,
  * move the slope r', the loads, and the rate of the moment; these in turn the residual. */
 enum {
@@ -104,9 +110,6 @@ enum {
     RATE_BY_FORCE,
     BY_FORCE
 };
-
-/* Loops of few turns, whose number is known, are what compilers make vectors of. */
-enum { PART = NODES % 4 == 0 ? 4 : NODES, WIDTH = N % 8 == 0 ? 8 : N % 4 == 0 ? 4 : 3 };
 
 static const double *block(room r, int which, int i, int k)
 {
@@ -223,73 +226,8 @@ static void fill(room r, int i, int a, int j)
     }
 }
 
-/* Gauss' elimination of the matrix. A pivot makes way where one below it is a hundred times as
- * large. Returns negative pivots and exchanges; -1: the matrix is singular or has what is not a
- * number, and cannot be solved with. */
-static int eliminate(double *a, double *lower, int *rows)
-{
-    double pivot[N];
-    int i, j, k, n, negative = 0;
-    for (k = 0; k < N; k++) {
-        int best = k;
-        double by;
-        for (i = k + 1; i < N; i++) {
-            best = fabs(a[i * N + k]) > fabs(a[best * N + k]) ? i : best;
-        }
-        rows[k] = k;
-        if (100 * fabs(a[k * N + k]) < fabs(a[best * N + k])) {
-            for (j = 0; j < N; j++) {
-                double *both = j < k ? lower : a;
-                const double held = both[k * N + j];
-                both[k * N + j] = both[best * N + j];
-                both[best * N + j] = held;
-            }
-            rows[k] = best;
-            negative++;
-        }
-        by = 1 / a[k * N + k];
-        if (!(fabs(by) < HUGE_VAL)) {
-            return -1;
-        }
-        negative += by < 0;
-        copy(N, a + k * N, pivot);
-        for (i = k + 1; i < N; i++) {
-            const double factor = a[i * N + k] * by;
-            lower[i * N + k] = factor;
-            for (j = k / WIDTH * WIDTH; j < N; j += WIDTH) { /* from the diagonal on is used */
-                double *to = a + i * N + j;
-                for (n = 0; n < WIDTH; n++) {
-                    to[n] -= factor * pivot[j + n];
-                }
-            }
-        }
-    }
-    return negative;
-}
-
-/* x [N], its numbers `apart` from one another, becomes the solution. */
-static void solve(room r, const int *rows, int apart, double *x)
-{
-    int i, k;
-    for (k = 0; k < N; k++) {
-        const double at = x[rows[k] * apart];
-        x[rows[k] * apart] = x[k * apart];
-        x[k * apart] = at;
-        for (i = k + 1; i < N; i++) {
-            x[i * apart] -= r.lower[i * N + k] * at;
-        }
-    }
-    for (k = N - 1; k >= 0; k--) {
-        const double at = x[k * apart] / r.matrix[k * N + k];
-        x[k * apart] = at;
-        for (i = 0; i < k; i++) {
-            x[i * apart] -= r.matrix[i * N + k] * at;
-        }
-    }
-}
-
-/* Residual and blocks at the state, and the matrix eliminated; returns what that returns. */
-static int linearise(room r, int *rows)
+/* Residual and matrix at the state. */
+static void make_matrix(room r)
 {
     int i, j, a, c;
     newton(r.x, r.residual, r.w);
@@ -305,7 +243,6 @@ static int linearise(room r, int *rows)
             }
         }
     }
-    return eliminate(r.matrix, r.lower, rows);
 }
 
 /* to [3][NODES] += a block times x */
@@ -382,14 +319,162 @@ static double distance(room r, const double *step)
     return LENGTH * sqrt(most);
 }
 
+#else
+/* What directions du, one for each parameter, and no change of parameters do to the state. */
+static void move_state(room r, int first, const double *step)
+{
+    int i;
+    for (i = 0; i < P * P; i++) {
+        r.dp[i] = 0;
+    }
+    for (i = 0; i < N * P; i++) {
+        r.du[i] = 0;
+    }
+    for (i = 0; i < P && first + i < N && !step; i++) {
+        r.du[(first + i) * P + i] = 1;
+    }
+    for (i = 0; i < N && step; i++) {
+        r.du[i * P] = step[i];
+    }
+    state_by(r.x, r.dz, r.w);
+}
+
+/* Residual and matrix at the state, P columns at a time. */
+static void make_matrix(room r)
+{
+    int first, i, k;
+    residual(r.x, r.residual, r.w);
+    for (first = 0; first < N; first += P) {
+        move_state(r, first, NULL);
+        residual_by(r.x, r.moment, r.w);
+        for (i = 0; i < N; i++) {
+            for (k = 0; k < P && first + k < N; k++) {
+                r.matrix[i * N + first + k] = r.moment[i * P + k];
+            }
+        }
+    }
+}
+
+/* By how much a step moves the rod, m. */
+static double distance(room r, const double *step)
+{
+    double most = 0;
+    int c, i;
+    move_state(r, 0, step);
+    places_by(r.x, r.force, r.w);
+    for (i = 0; i <= NODES; i++) {
+        double square = 0;
+        for (c = 0; c < 3; c++) {
+            const double moved = r.force[(c * (NODES + 1) + i) * P];
+            square += moved * moved;
+        }
+        most = larger(most, square);
+    }
+    return LENGTH * sqrt(most);
+}
+#endif
+
+/* ---- steps --------------------------------------------------------------------------------- */
+
+/* Gauss' elimination of the matrix. A pivot makes way where one below it is a hundred times as
+ * large. Returns negative pivots and exchanges; -1: the matrix is singular or has what is not a
+ * number, and cannot be solved with. */
+static int eliminate(double *a, double *lower, int *rows)
+{
+    double pivot[N];
+    int i, j, k, n, negative = 0;
+    for (k = 0; k < N; k++) {
+        int best = k;
+        double by;
+        for (i = k + 1; i < N; i++) {
+            best = fabs(a[i * N + k]) > fabs(a[best * N + k]) ? i : best;
+        }
+        rows[k] = k;
+        if (100 * fabs(a[k * N + k]) < fabs(a[best * N + k])) {
+            for (j = 0; j < N; j++) {
+                double *both = j < k ? lower : a;
+                const double held = both[k * N + j];
+                both[k * N + j] = both[best * N + j];
+                both[best * N + j] = held;
+            }
+            rows[k] = best;
+            negative++;
+        }
+        by = 1 / a[k * N + k];
+        if (!(fabs(by) < HUGE_VAL)) {
+            return -1;
+        }
+        negative += by < 0;
+        copy(N, a + k * N, pivot);
+        for (i = k + 1; i < N; i++) {
+            const double factor = a[i * N + k] * by;
+            lower[i * N + k] = factor;
+            for (j = k / WIDTH * WIDTH; j < N; j += WIDTH) { /* from the diagonal on is used */
+                double *to = a + i * N + j;
+                for (n = 0; n < WIDTH; n++) {
+                    to[n] -= factor * pivot[j + n];
+                }
+            }
+        }
+    }
+    return negative;
+}
+
+/* x [N], its numbers `apart` from one another, becomes the solution. */
+static void solve(room r, const int *rows, int apart, double *x)
+{
+    int i, k;
+    for (k = 0; k < N; k++) {
+        const double at = x[rows[k] * apart];
+        x[rows[k] * apart] = x[k * apart];
+        x[k * apart] = at;
+        for (i = k + 1; i < N; i++) {
+            x[i * apart] -= r.lower[i * N + k] * at;
+        }
+    }
+    for (k = N - 1; k >= 0; k--) {
+        const double at = x[k * apart] / r.matrix[k * N + k];
+        x[k * apart] = at;
+        for (i = 0; i < k; i++) {
+            x[i * apart] -= r.matrix[i * N + k] * at;
+        }
+    }
+}
+
+/* The matrix at the state, eliminated; returns what that returns. */
+static int linearise(room r, int *rows)
+{
+    make_matrix(r);
+    return eliminate(r.matrix, r.lower, rows);
+}
+
+/* Of the curvature. */
 static double largest(const double *x)
 {
     double most = 0;
     int i;
-    for (i = 0; i < N; i++) {
+    for (i = FORCES; i < N; i++) {
         most = larger(most, fabs(x[i]));
     }
     return most;
+}
+
+/* Forces that depend on the place, from the curvature: the shape has them but for the stretch by
+ * them, and each pass leaves that share of what was missing. */
+static void guess_forces(room r)
+{
+    enum { PASSES = 3 };
+    int i, k;
+    for (i = 0; i < FORCES; i++) {
+        r.u[i] = 0;
+    }
+    for (k = 0; k < PASSES && FORCES > 0; k++) {
+        find_state(r);
+        residual(r.x, r.residual, r.w);
+        for (i = 0; i < FORCES; i++) {
+            r.u[i] -= r.residual[i];
+        }
+    }
 }
 
 /* What is known before a step, or where none can be taken. */
@@ -409,6 +494,7 @@ static int polish(room r, int steps, model_answer *answer)
 {
     int rows[N], i, k, stable = 1;
     double length = 0, before, predicted = 0, left = 0, ratio = -1;
+    guess_forces(r);
     for (k = 0; k < steps || (k == 0 && answer); k++) {
         int negative;
         find_state(r);
@@ -453,8 +539,8 @@ int model_network(const double *parameters, double *curvature, double *memory)
 {
     const room r = divide(memory);
     const int status = place(parameters, r.x);
-    network(r.x, r.u, r.w);
-    transpose(3, NODES, r.u, curvature);
+    network(r.x, r.bent, r.w);
+    transpose(3, NODES, r.bent, curvature);
     return status;
 }
 
@@ -463,9 +549,9 @@ int model_polish(const double *parameters, int steps, double *curvature, model_a
 {
     const room r = divide(memory);
     int status = place(parameters, r.x);
-    transpose(NODES, 3, curvature, r.u);
+    transpose(NODES, 3, curvature, r.bent);
     status |= polish(r, steps, answer);
-    transpose(3, NODES, r.u, curvature);
+    transpose(3, NODES, r.bent, curvature);
     return status;
 }
 
@@ -480,7 +566,8 @@ int model_shape_of(const double *parameters, const double *curvature, double *to
 {
     const room r = divide(memory);
     const int status = place(parameters, r.x);
-    transpose(NODES, 3, curvature, r.u);
+    transpose(NODES, 3, curvature, r.bent);
+    guess_forces(r);
     find_state(r);
     write_shape(r, to);
     return status;
@@ -490,7 +577,7 @@ int model_shape_of(const double *parameters, const double *curvature, double *to
 static int find(room r, const double *parameters, int steps, model_answer *answer)
 {
     int status = place(parameters, r.x);
-    network(r.x, r.u, r.w);
+    network(r.x, r.bent, r.w);
     status |= polish(r, steps, answer);
     if (!answer) {
         find_state(r);
@@ -515,6 +602,19 @@ int model_tip(const double *parameters, int steps, double *to, model_answer *ans
     return status;
 }
 
+/* How the forces change with the curvature and the parameters. */
+static void follow_forces(room r)
+{
+    int i;
+    if (FORCES > 0) {
+        state_by(r.x, r.dz, r.w);
+        residual_by(r.x, r.moment, r.w);
+    }
+    for (i = 0; i < FORCES * P; i++) {
+        r.du[i] = -r.moment[i];
+    }
+}
+
 int model_tip_jacobian(const double *parameters, int steps, double *to, double *jacobian,
                        model_answer *answer, double *memory)
 {
@@ -522,14 +622,14 @@ int model_tip_jacobian(const double *parameters, int steps, double *to, double *
     int status = find(r, parameters, steps, answer);
     int rows[N], i;
     tip(r.x, to, r.w);
+    if (steps > 0 && linearise(r, rows) < 0) {
+        for (i = 0; i < model_COLUMNS * P; i++) {
+            jacobian[i] = NAN;
+        }
+        return status | model_SINGULAR;
+    }
     set_unit(P, r.dp);
     if (steps > 0) { /* residual (p, u) = 0 */
-        if (linearise(r, rows) < 0) {
-            for (i = 0; i < model_COLUMNS * P; i++) {
-                jacobian[i] = NAN;
-            }
-            return status | model_SINGULAR;
-        }
         for (i = 0; i < N * P; i++) {
             r.du[i] = 0;
         }
@@ -542,7 +642,11 @@ int model_tip_jacobian(const double *parameters, int steps, double *to, double *
             r.du[i] = -r.du[i];
         }
     } else {
-        network_by(r.x, r.du, r.w);
+        for (i = 0; i < FORCES * P; i++) {
+            r.du[i] = 0;
+        }
+        network_by(r.x, r.du + FORCES * P, r.w);
+        follow_forces(r);
     }
     state_by(r.x, r.dz, r.w);
     tip_by(r.x, jacobian, r.w);

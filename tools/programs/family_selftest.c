@@ -1,4 +1,4 @@
-/* Largest differences: of the curvature by the network and after a step, by its largest; of each
+/* Largest differences: of the curvature by the network and after STEPS, by its largest; of each
  * column and its derivatives over the ranges, by the scale. Not a number where one is none. */
 static double off[1 + model_COLUMNS][2];
 static int failures;
@@ -25,14 +25,14 @@ static void check_member(int member)
     for (i = 0; i < N; i++) {
         compare("the network's curvature", member, 0, 0, at[i], curvature[member][i], LARGEST);
     }
-    model_polish(parameters[member], 1, at, &answer, memory);
+    model_polish(parameters[member], STEPS, at, &answer, memory);
     if (!answer.trusted) { /* small differences may be large ones after a step */
         return;
     }
     for (i = 0; i < N; i++) {
-        compare("the curvature after a step", member, 0, 1, at[i], polished[member][i], LARGEST);
+        compare("the curvature after steps", member, 0, 1, at[i], polished[member][i], LARGEST);
     }
-    model_tip_jacobian(parameters[member], 1, tip, jacobian[0], NULL, memory);
+    model_tip_jacobian(parameters[member], STEPS, tip, jacobian[0], NULL, memory);
     for (i = 0; i < model_COLUMNS; i++) {
         compare(model_column_names[i], member, 1 + i, 0, tip[i], tips[member][i], scale[0][i]);
         for (k = 0; k < P; k++) {
@@ -71,8 +71,8 @@ int main(void)
     if (failures > 0) {
         return 1;
     }
-    printf("difference from cpinn, of curvature by the network and after a step by its largest; of "
-           "the tip\nand its derivatives after a step, over the ranges, by the scale\n");
+    printf("difference from cpinn, of curvature by the network and after steps by its largest; of "
+           "the tip\nand its derivatives after steps, over the ranges, by the scale\n");
     printf("curvature  %.1e %.1e\n", off[0][0], off[0][1]);
     for (i = 0; i < model_COLUMNS; i++) {
         printf("%-10s %.1e %.1e\n", model_column_names[i], off[1 + i][0], off[1 + i][1]);
