@@ -82,7 +82,9 @@ static ad_status record(strain_jacobian *x, ad_tape *tape, const strain_settings
         const ad_value state = strain_rod_state(rod, wrt[0]);
         const ad_value residual = strain_rod_residual(rod, wrt[0], state);
         status = compile(residual, wrt, along, pool, &x->residual, error);
-        status = status == AD_OK ? compile(residual, NULL, NULL, pool, &x->left, error) : status;
+        if (status == AD_OK && x->forces > 0) {
+            status = compile(residual, NULL, NULL, pool, &x->left, error);
+        }
         if (status == AD_OK) {
             const ad_value shape =
                 strain_rod_columns(rod, wrt[0], state, points, s, x->columns, which);
