@@ -1,7 +1,8 @@
 /* A family written by cpinn-export as NAME.h with two places, the last the tip, compiled with
  * -DHEADER='"NAME.h"' -DNAME=NAME -DNUMBER=double (or float):
- *   export_members_compare MEMBERS.csv SHAPES.csv TOLERANCE    shapes after a step as cpinn-eval
- * has written them, of three places, the first the start; columns that both have, lengths in m */
+ *   export_members_compare MEMBERS.csv SHAPES.csv TOLERANCE STEPS    shapes after steps as
+ * cpinn-eval or cpinn-solve has written them, of three places, the first the start; columns that
+ * both have */
 #include HEADER
 
 #include <math.h>
@@ -53,8 +54,8 @@ int main(int count, char **arguments)
     char line[4000];
     double fields[FIELDS], worst = 0;
     int compared = 0;
-    FILE *members = count == 4 ? fopen(arguments[1], "r") : NULL;
-    FILE *shapes = count == 4 ? fopen(arguments[2], "r") : NULL;
+    FILE *members = count == 5 ? fopen(arguments[1], "r") : NULL;
+    FILE *shapes = count == 5 ? fopen(arguments[2], "r") : NULL;
     if (!members || !shapes || !fgets(line, sizeof line, members) ||
         !fgets(line, sizeof line, shapes)) {
         return 2;
@@ -67,7 +68,7 @@ int main(int count, char **arguments)
         for (int i = 0; i < P; i++) {
             parameters[i] = (NUMBER)fields[i];
         }
-        OF(shape)(parameters, 1, shape[0], NULL, memory);
+        OF(shape)(parameters, atoi(arguments[4]), shape[0], NULL, memory);
         read_line(shapes, fields); /* the start */
         for (int k = 0; k < POINTS; k++) {
             if (!read_line(shapes, fields)) {
@@ -85,5 +86,5 @@ int main(int count, char **arguments)
         }
     }
     printf("%d numbers, off by %.2g\n", compared, worst);
-    return !(worst <= atof(arguments[3]) && compared >= 100);
+    return !(worst <= atof(arguments[3]) && compared >= POINTS * COLUMNS / 2);
 }
