@@ -1,6 +1,7 @@
 /* NAME.h and NAME.c: the functions of the evaluators and what surrounds them. */
 #include "tools/programs/cli.h"
 #include "tools/programs/export.h"
+#include "tools/programs/export_text.h"
 
 #include <ctype.h>
 #include <inttypes.h>
@@ -223,6 +224,7 @@ static void put_texts(const export_model *x, const char *kind, bool inputs, bool
 static void write_constants(const export_model *x, FILE *file)
 {
     char name[EXPORT_NAME_MAX + 16];
+    double scale[DOMAIN_COORDINATES_MAX];
     snprintf(name, sizeof name, "%s_lower", x->name);
     put_list("const double ", name, x->inputs, x->lower, file);
     snprintf(name, sizeof name, "%s_upper", x->name);
@@ -231,37 +233,10 @@ static void write_constants(const export_model *x, FILE *file)
     put_texts(x, "input_units", true, true, file);
     put_texts(x, "output_names", false, false, file);
     put_texts(x, "output_units", false, true, file);
-    fputc('\n', file);
-}
-
-/* The coordinates of a point, and whether it is out of range. */
-static void write_place(const export_model *x, FILE *file)
-{
-    const domain *d = domain_of(x);
-    const char *t = export_type(x);
-    double scale[DOMAIN_COORDINATES_MAX];
     for (int i = 0; i < x->inputs; i++) {
-        scale[i] = d->coordinates[i].scale;
+        scale[i] = domain_of(x)->coordinates[i].scale;
     }
-    fprintf(file,
-            "\n/* Coordinates in units of their scales, within their ranges. */\n"
-            "static int place(const %s *in, %s *x)\n{\n    ",
-            t, t);
-    put_list("static const double ", "scale", x->inputs, scale, file);
-    fprintf(file,
-            "    int i, status = 0;\n    for (i = 0; i < %d; i++) {\n"
-            "        const double low = %s_lower[i], high = %s_upper[i];\n"
-            "        const double rounding = (high - low) * %s;\n"
-            "        double value = in[i];\n"
-            "        if (!(isgreaterequal(value, low - rounding) &&\n"
-            "              islessequal(value, high + rounding))) {\n"
-            "            status = %s_OUT_OF_RANGE;\n        }\n"
-            "        /* also what is not a number, without an exception */\n"
-            "        value = isgreaterequal(value, low) ? value : low;\n"
-            "        value = value <= high ? value : high;\n"
-            "        x[i] = %s(value / scale[i]);\n    }\n    return status;\n}\n",
-            x->inputs, x->name, x->name, x->single ? "1e-6" : "1e-9", x->name,
-            x->single ? "(float)" : "");
+    put_list("\nstatic const double ", "coordinate_scale", x->inputs, scale, file);
 }
 
 /* An instant between two windows belongs to the one that it ends. */
@@ -288,55 +263,21 @@ static void write_window(const export_model *x, FILE *file)
             windows - 1);
 }
 
-/* A call of the functions of the windows: "kind_first(x, to, memory)". */
-static void write_call(const export_model *x, const char *kind, const char *to, FILE *file)
+/* The functions of the windows as one: "static void values_at(x, to, memory)". */
+static void write_choice(const export_model *x, const char *kind, FILE *file)
 {
-    const domain *d = domain_of(x);
-    int windows = x->e->window + 1;
+    const char *t = export_type(x);
+    const int windows = x->e->window + 1;
+    fprintf(file, "\nstatic void %s_at(const %s *x, %s *to, %s *memory)\n{\n", kind, t, t, t);
     if (windows == 1) {
-        fprintf(file, "    %s_first(x, %s, memory);\n", kind, to);
+        fprintf(file, "    %s_first(x, to, memory);\n}\n", kind);
         return;
     }
     fprintf(file,
-            "    {\n        const int window = window_at(x[%d]);\n        if (window == 0) {\n"
-            "            %s_first(x, %s, memory);\n        } else {\n"
-            "            %s_later(%sx, %s, memory);\n        }\n    }\n",
-            d->time, kind, to, kind, windows > 2 ? "window - 1, " : "", to);
-}
-
-static void write_functions(const export_model *x, FILE *file)
-{
-    const char *n = x->name, *t = export_type(x);
-    fprintf(file,
-            "\nint %s_eval(const %s *in, %s *out, %s *memory)\n{\n    %s x[%s_INPUTS];\n"
-            "    const int status = place(in, x);\n",
-            n, t, t, t, t, n);
-    write_call(x, "values", "out", file);
-    fprintf(file,
-            "    return status;\n}\n\n"
-            "int %s_jacobian(const %s *in, %s *out, %s *jacobian, %s *memory)\n{\n"
-            "    %s x[%s_INPUTS], *const y = memory + %zu;\n"
-            "    const int status = place(in, x);\n    int i;\n",
-            n, t, t, t, t, t, n, x->workspace);
-    write_call(x, "jacobian", "y", file);
-    fprintf(file,
-            "    for (i = 0; i < %s_OUTPUTS; i++) {\n        out[i] = y[i];\n    }\n"
-            "    for (i = 0; i < %s_OUTPUTS * %s_INPUTS; i++) {\n"
-            "        jacobian[i] = y[%s_OUTPUTS + i];\n    }\n    return status;\n}\n\n",
-            n, n, n, n);
-    fprintf(file,
-            "int %s_eval_batch(size_t n, const %s *in, %s *out, %s *memory)\n{\n"
-            "    int status = 0;\n    for (; n > 0; n--) {\n"
-            "        status |= %s_eval(in, out, memory);\n        in += %s_INPUTS;\n"
-            "        out += %s_OUTPUTS;\n    }\n    return status;\n}\n\n",
-            n, t, t, t, n, n, n);
-    fprintf(file,
-            "int %s_jacobian_batch(size_t n, const %s *in, %s *out, %s *jacobian, %s *memory)\n{\n"
-            "    int status = 0;\n    for (; n > 0; n--) {\n"
-            "        status |= %s_jacobian(in, out, jacobian, memory);\n"
-            "        in += %s_INPUTS;\n        out += %s_OUTPUTS;\n"
-            "        jacobian += %s_OUTPUTS * %s_INPUTS;\n    }\n    return status;\n}\n",
-            n, t, t, t, t, n, n, n, n, n);
+            "    const int window = window_at(x[%d]);\n    if (window == 0) {\n"
+            "        %s_first(x, to, memory);\n    } else {\n"
+            "        %s_later(%sx, to, memory);\n    }\n}\n",
+            domain_of(x)->time, kind, kind, windows > 2 ? "window - 1, " : "");
 }
 
 ad_status export_write_source(export_model *x, FILE *file, ad_error *error)
@@ -349,11 +290,13 @@ ad_status export_write_source(export_model *x, FILE *file, ad_error *error)
     x->memory = x->workspace + (size_t)(x->outputs * (1 + x->inputs));
     if (status == AD_OK) {
         write_constants(x, file);
-        write_place(x, file);
         if (x->e->window > 0) {
             write_window(x, file);
         }
-        write_functions(x, file);
+        write_choice(x, names[0], file);
+        write_choice(x, names[1], file);
+        fprintf(file, "\nenum { JACOBIAN_AT = %zu }; /* in memory */\n\n", x->workspace);
+        export_put_lines(x->name, export_type(x), export_model_functions, file);
     }
     return status;
 }

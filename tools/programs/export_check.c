@@ -1,5 +1,6 @@
 /* NAME_selftest.c, and running it. */
 #include "tools/programs/export.h"
+#include "tools/programs/export_text.h"
 
 #include <errno.h>
 #include <math.h>
@@ -50,113 +51,6 @@ static void write_tables(const export_model *x, FILE *file)
     }
 }
 
-/* NAME and TYPE stand for themselves. */
-static const char program_text[] =
-    "static TYPE memory[NAME_MEMORY], batch[POINTS][NAME_OUTPUTS];\n"
-    "static TYPE batch_jacobian[POINTS][NAME_OUTPUTS * NAME_INPUTS];\n"
-    "static double worst[COLUMNS];\n"
-    "static int failures;\n"
-    "\n"
-    "static void compare(const char *function, int point, int column, double value)\n"
-    "{\n"
-    "    const double off = fabs(value - expected[point][column]);\n"
-    "    const double size = scale[column] > 0 ? scale[column] : 1;\n"
-    "    if (!(off <= tolerance[column]) && failures++ == 0) {\n"
-    "        printf(\"%s: column %d at point %d is %.17g, not %.17g\\n\", function, column, point, "
-    "value,\n"
-    "               expected[point][column]);\n"
-    "    }\n"
-    "    worst[column] = off / size > worst[column] ? off / size : worst[column];\n"
-    "}\n"
-    "\n"
-    "static void check_status(const char *function, int point, int status, int wanted)\n"
-    "{\n"
-    "    if (status != wanted && failures++ == 0) {\n"
-    "        printf(\"%s: returns %d at point %d, not %d\\n\", function, status, point, wanted);\n"
-    "    }\n"
-    "}\n"
-    "\n"
-    "static void check_point(int point)\n"
-    "{\n"
-    "    TYPE out[NAME_OUTPUTS], jacobian[NAME_OUTPUTS * NAME_INPUTS];\n"
-    "    int i;\n"
-    "    check_status(\"eval\", point, NAME_eval(at[point], out, memory), beyond[point]);\n"
-    "    for (i = 0; i < NAME_OUTPUTS; i++) {\n"
-    "        compare(\"eval\", point, i, out[i]);\n"
-    "    }\n"
-    "    check_status(\"jacobian\", point, NAME_jacobian(at[point], out, jacobian, memory), "
-    "beyond[point]);\n"
-    "    for (i = 0; i < NAME_OUTPUTS; i++) {\n"
-    "        compare(\"jacobian\", point, i, out[i]);\n"
-    "    }\n"
-    "    for (i = NAME_OUTPUTS; i < COLUMNS; i++) {\n"
-    "        compare(\"jacobian\", point, i, jacobian[i - NAME_OUTPUTS]);\n"
-    "    }\n"
-    "}\n"
-    "\n"
-    "static void check_batches(void)\n"
-    "{\n"
-    "    int point, i;\n"
-    "    check_status(\"eval_batch\", 0, NAME_eval_batch(POINTS, at[0], batch[0], memory), 1);\n"
-    "    for (point = 0; point < POINTS; point++) {\n"
-    "        for (i = 0; i < NAME_OUTPUTS; i++) {\n"
-    "            compare(\"eval_batch\", point, i, batch[point][i]);\n"
-    "        }\n"
-    "    }\n"
-    "    check_status(\"jacobian_batch\", 0,\n"
-    "                 NAME_jacobian_batch(POINTS, at[0], batch[0], batch_jacobian[0], memory), "
-    "1);\n"
-    "    for (point = 0; point < POINTS; point++) {\n"
-    "        for (i = 0; i < COLUMNS; i++) {\n"
-    "            compare(\"jacobian_batch\", point, i,\n"
-    "                    i < NAME_OUTPUTS ? batch[point][i] : batch_jacobian[point][i - "
-    "NAME_OUTPUTS]);\n"
-    "        }\n"
-    "    }\n"
-    "}\n"
-    "\n"
-    "/* What is not a number is out of range, and the result is one. */\n"
-    "static void check_not_a_number(void)\n"
-    "{\n"
-    "    int input, i;\n"
-    "    for (input = 0; input < NAME_INPUTS; input++) {\n"
-    "        TYPE in[NAME_INPUTS], out[NAME_OUTPUTS];\n"
-    "        for (i = 0; i < NAME_INPUTS; i++) {\n"
-    "            in[i] = at[0][i];\n"
-    "        }\n"
-    "        in[input] = (TYPE)NAN;\n"
-    "        check_status(\"not a number\", 0, NAME_eval(in, out, memory), NAME_OUT_OF_RANGE);\n"
-    "        for (i = 0; i < NAME_OUTPUTS; i++) {\n"
-    "            if (!(fabs((double)out[i]) <= HUGE_VAL) && failures++ == 0) {\n"
-    "                printf(\"output %d of an input that is not a number is none either\\n\", i);\n"
-    "            }\n"
-    "        }\n"
-    "    }\n"
-    "}\n"
-    "\n"
-    "int main(void)\n"
-    "{\n"
-    "    int point, i, k;\n"
-    "    for (point = 0; point < POINTS; point++) {\n"
-    "        check_point(point);\n"
-    "    }\n"
-    "    check_batches();\n"
-    "    check_not_a_number();\n"
-    "    if (failures > 0) {\n"
-    "        return 1;\n"
-    "    }\n"
-    "    printf(\"difference from cpinn, by the scale: output, its derivatives\\n\");\n"
-    "    for (i = 0; i < NAME_OUTPUTS; i++) {\n"
-    "        double most = 0;\n"
-    "        for (k = 0; k < NAME_INPUTS; k++) {\n"
-    "            const double off = worst[NAME_OUTPUTS + i * NAME_INPUTS + k];\n"
-    "            most = off > most ? off : most;\n"
-    "        }\n"
-    "        printf(\"%-10s %.1e %.1e\\n\", NAME_output_names[i], worst[i], most);\n"
-    "    }\n"
-    "    return 0;\n"
-    "}\n";
-
 void export_write_selftest(const export_model *x, FILE *file)
 {
     fprintf(
@@ -167,17 +61,7 @@ void export_write_selftest(const export_model *x, FILE *file)
         "#include \"%s.h\"\n\n#include <math.h>\n#include <stdio.h>\n\n",
         x->name, x->name, x->name, x->name);
     write_tables(x, file);
-    for (const char *at = program_text; *at;) {
-        bool name = strncmp(at, "NAME_", 5) == 0, type = strncmp(at, "TYPE", 4) == 0;
-        if (name) {
-            fprintf(file, "%s_", x->name);
-        } else if (type) {
-            fputs(export_type(x), file);
-        } else {
-            fputc(*at, file);
-        }
-        at += name ? 5 : type ? 4 : 1;
-    }
+    export_put_lines(x->name, export_type(x), export_model_selftest, file);
 }
 
 /* ---- compiling it --------------------------------------------------------------------------- */

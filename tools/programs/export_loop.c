@@ -1,4 +1,5 @@
 #include "tools/programs/export_loop.h"
+#include "tools/programs/export_text.h"
 
 #include "tools/programs/cli.h"
 
@@ -9,22 +10,9 @@
 
 /* ---- numbers and texts --------------------------------------------------------------------- */
 
-/* The text with the name in place of "model". */
 static void put(const export_loop *x, const char *text, FILE *file)
 {
-    static const char model[] = "model_";
-    for (const char *next = strstr(text, model); next; next = strstr(text, model)) {
-        fprintf(file, "%.*s%s_", (int)(next - text), text, x->name);
-        text = next + strlen(model);
-    }
-    fputs(text, file);
-}
-
-static void put_lines(const export_loop *x, const char *const *lines, FILE *file)
-{
-    for (; *lines; lines++) {
-        put(x, *lines, file);
-    }
+    export_put(x->name, "double", text, file);
 }
 
 static void put_number(double value, FILE *file)
@@ -347,7 +335,7 @@ void export_loop_write_source(const export_loop *x, FILE *file)
             "#if defined(__GNUC__)\n#define WHOLE_FUNCTION static __attribute__((unused))\n"
             "#else\n#define WHOLE_FUNCTION static\n#endif\n",
             x->name, x->name, cli_version(), x->name);
-    put_lines(x, export_loop_cores, file);
+    export_put_lines(x->name, "double", export_loop_cores, file);
     fputs("\n/* ---- constants "
           "--------------------------------------------------------------------------- */\n\n",
           file);
@@ -365,7 +353,7 @@ void export_loop_write_source(const export_loop *x, FILE *file)
     put_array("loop_", "inputs", (size_t)s->estimator.model.inputs, x->inputs, file);
     put_array("loop_", "by_parameters", n * (size_t)s->estimator.parameters, x->by_parameters,
               file);
-    put_lines(x, export_loop_functions, file);
+    export_put_lines(x->name, "double", export_loop_functions, file);
 }
 
 /* ---- the header ---------------------------------------------------------------------------- */
@@ -497,7 +485,7 @@ void export_loop_write_header(const export_loop *x, FILE *file)
     put_inputs(x, file);
     put_sensors(x, file);
     put_flags(x, file);
-    put_lines(x, export_loop_types, file);
+    export_put_lines(x->name, "double", export_loop_types, file);
     put(x, "\n#ifdef __cplusplus\n}\n#endif\n\n#endif\n", file);
 }
 
@@ -550,5 +538,5 @@ void export_loop_write_selftest(const export_loop *x, FILE *file)
             fputs(k + 1 < x->samples ? ",\n" : "};\n", file);
         }
     }
-    put_lines(x, export_loop_selftest, file);
+    export_put_lines(x->name, "double", export_loop_selftest, file);
 }
