@@ -39,12 +39,7 @@ const char *optim_adam_check(const optim_adam_settings *settings)
 void optim_adam_free(optim_adam *adam)
 {
     if (adam) {
-        free(adam->x);
-        free(adam->mean);
-        free(adam->square);
-        free(adam->best_x);
-        free(adam->gradient);
-        free(adam->next_x);
+        free(adam->room);
         free(adam);
     }
 }
@@ -56,14 +51,11 @@ static optim_adam *allocate(size_t count)
         return NULL;
     }
     adam->count = count;
-    adam->x = optim_vector_create(1, count);
-    adam->mean = optim_vector_create(1, count);
-    adam->square = optim_vector_create(1, count);
-    adam->best_x = optim_vector_create(1, count);
-    adam->gradient = optim_vector_create(1, count);
-    adam->next_x = optim_vector_create(1, count);
-    if (!adam->x || !adam->mean || !adam->square || !adam->best_x || !adam->gradient ||
-        !adam->next_x) {
+    const optim_part parts[] = {{&adam->x, 1, count},        {&adam->mean, 1, count},
+                                {&adam->square, 1, count},   {&adam->best_x, 1, count},
+                                {&adam->gradient, 1, count}, {&adam->next_x, 1, count}};
+    adam->room = optim_room_create(sizeof parts / sizeof *parts, parts);
+    if (!adam->room) {
         optim_adam_free(adam);
         return NULL;
     }
@@ -73,18 +65,8 @@ static optim_adam *allocate(size_t count)
 optim_adam *optim_adam_create(size_t count, const double *x, const optim_adam_settings *settings,
                               const char **why)
 {
-    const char *problem = optim_adam_check(settings);
-    optim_adam *adam = NULL;
-    if (!problem && count == 0) {
-        problem = "count must be >= 1";
-    }
-    if (!problem && !optim_all_finite(count, x)) {
-        problem = "the starting point x must be finite";
-    }
-    if (!problem) {
-        adam = allocate(count);
-        problem = adam ? NULL : "out of memory";
-    }
+    const char *problem = optim_check_start(optim_adam_check(settings), count, x);
+    optim_adam *adam = problem ? NULL : allocate(count);
     if (adam) {
         adam->settings = *settings;
         memcpy(adam->x, x, count * sizeof *x);
@@ -94,7 +76,7 @@ optim_adam *optim_adam_create(size_t count, const double *x, const optim_adam_se
         adam->scalar[OPTIM_ADAM_BEST_VALUE] = INFINITY;
     }
     if (why) {
-        *why = problem;
+        *why = problem || adam ? problem : "out of memory";
     }
     return adam;
 }

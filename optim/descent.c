@@ -45,27 +45,18 @@ const char *optim_descent_check(const optim_descent_settings *settings)
 
 void optim_descent_clear(optim_descent *d)
 {
-    free(d->x);
-    free(d->gradient);
-    free(d->best_x);
-    free(d->direction);
-    free(d->trial_x);
-    free(d->trial_gradient);
-    free(d->low_gradient);
+    free(d->room);
 }
 
 int optim_descent_prepare(optim_descent *d, size_t count)
 {
     d->count = count;
-    d->x = optim_vector_create(1, count);
-    d->gradient = optim_vector_create(1, count);
-    d->best_x = optim_vector_create(1, count);
-    d->direction = optim_vector_create(1, count);
-    d->trial_x = optim_vector_create(1, count);
-    d->trial_gradient = optim_vector_create(1, count);
-    d->low_gradient = optim_vector_create(1, count);
-    return d->x && d->gradient && d->best_x && d->direction && d->trial_x && d->trial_gradient &&
-           d->low_gradient;
+    const optim_part parts[] = {{&d->x, 1, count},           {&d->gradient, 1, count},
+                                {&d->best_x, 1, count},      {&d->direction, 1, count},
+                                {&d->trial_x, 1, count},     {&d->trial_gradient, 1, count},
+                                {&d->low_gradient, 1, count}};
+    d->room = optim_room_create(sizeof parts / sizeof *parts, parts);
+    return d->room != NULL;
 }
 
 void optim_descent_begin(optim_descent *d, const double *x, const optim_descent_settings *settings,

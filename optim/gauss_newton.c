@@ -59,6 +59,7 @@ struct optim_gauss_newton {
     double *trial_x;       /* [count], work */
     double *anchor;        /* [count], where J was computed */
     double *anchor_before; /* [count], at the start of the step at hand */
+    double *room;          /* of all of them */
     int has_model;        /* whether the model remembers that J: not after the state was restored */
     double unit;          /* of the damping at x: the largest diagonal entry, or 1 */
     double promised;      /* decrease that the model predicts for the step */
@@ -105,13 +106,7 @@ const char *optim_gauss_newton_check(const optim_gauss_newton_settings *settings
 void optim_gauss_newton_free(optim_gauss_newton *gn)
 {
     if (gn) {
-        free(gn->x);
-        free(gn->jtr);
-        free(gn->scale);
-        free(gn->step);
-        free(gn->trial_x);
-        free(gn->anchor);
-        free(gn->anchor_before);
+        free(gn->room);
         free(gn);
     }
 }
@@ -123,15 +118,15 @@ static optim_gauss_newton *allocate(size_t count)
         return NULL;
     }
     gn->count = count;
-    gn->x = optim_vector_create(1, count);
-    gn->jtr = optim_vector_create(1, count);
-    gn->scale = optim_vector_create(1, count);
-    gn->step = optim_vector_create(1, count);
-    gn->trial_x = optim_vector_create(1, count);
-    gn->anchor = optim_vector_create(1, count);
-    gn->anchor_before = optim_vector_create(1, count);
-    if (!gn->x || !gn->jtr || !gn->scale || !gn->step || !gn->trial_x || !gn->anchor ||
-        !gn->anchor_before) {
+    const optim_part parts[] = {{&gn->x, 1, count},
+                                {&gn->jtr, 1, count},
+                                {&gn->scale, 1, count},
+                                {&gn->step, 1, count},
+                                {&gn->trial_x, 1, count},
+                                {&gn->anchor, 1, count},
+                                {&gn->anchor_before, 1, count}};
+    gn->room = optim_room_create(sizeof parts / sizeof *parts, parts);
+    if (!gn->room) {
         optim_gauss_newton_free(gn);
         return NULL;
     }
@@ -142,18 +137,8 @@ optim_gauss_newton *optim_gauss_newton_create(size_t count, const double *x,
                                               const optim_gauss_newton_settings *settings,
                                               const char **why)
 {
-    const char *problem = optim_gauss_newton_check(settings);
-    optim_gauss_newton *gn = NULL;
-    if (!problem && count == 0) {
-        problem = "count must be at least 1";
-    }
-    if (!problem && !optim_all_finite(count, x)) {
-        problem = "the starting point x must be finite";
-    }
-    if (!problem) {
-        gn = allocate(count);
-        problem = gn ? NULL : "out of memory";
-    }
+    const char *problem = optim_check_start(optim_gauss_newton_check(settings), count, x);
+    optim_gauss_newton *gn = problem ? NULL : allocate(count);
     if (gn) {
         gn->settings = *settings;
         memcpy(gn->x, x, count * sizeof *x);
@@ -162,7 +147,7 @@ optim_gauss_newton *optim_gauss_newton_create(size_t count, const double *x,
         optim_gauss_newton_objective_changed(gn);
     }
     if (why) {
-        *why = problem;
+        *why = problem || gn ? problem : "out of memory";
     }
     return gn;
 }

@@ -9,6 +9,18 @@
 /* rows * count zeros, or NULL when memory or size_t does not suffice. */
 double *optim_vector_create(size_t rows, size_t count);
 
+/* Vectors of a method, [rows][count] at *at each. */
+typedef struct optim_part {
+    double **at;
+    size_t rows, count;
+} optim_part;
+
+/* Zeros for all of them in one piece of memory, which the caller frees; NULL: out of memory. */
+double *optim_room_create(int parts, const optim_part *part);
+
+/* NULL, or what is wrong with settings, their problem, or with where a method starts, x[count]. */
+const char *optim_check_start(const char *problem, size_t count, const double *x);
+
 /* a . b over [count], always summed in the same order. */
 double optim_dot(size_t count, const double *a, const double *b);
 
@@ -126,6 +138,7 @@ typedef struct optim_descent {
     double *trial_x;                      /* [count], work */
     double *trial_gradient;               /* [count], work */
     double *low_gradient;                 /* [count], work */
+    double *room;                         /* of all of them */
     double scalar[OPTIM_DESCENT_SCALARS]; /* in one array so that the state is nothing but arrays */
 } optim_descent;
 
@@ -165,6 +178,7 @@ struct optim_adam {
     double *best_x;                    /* [count] */
     double *gradient;                  /* [count], work */
     double *next_x;                    /* [count], work */
+    double *room;                      /* of all of them */
     double scalar[OPTIM_ADAM_SCALARS]; /* in one array so that the state is nothing but arrays */
 };
 

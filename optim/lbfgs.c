@@ -20,6 +20,7 @@ struct optim_lbfgs {
     double *y;      /* [memory][count], gradient differences */
     double *sy;     /* [memory], s.y */
     double *weight; /* [memory], work: alpha of algorithm 7.4 */
+    double *room;   /* of all of them */
     double ring[RING_SCALARS];
 };
 
@@ -40,10 +41,7 @@ void optim_lbfgs_free(optim_lbfgs *lbfgs)
 {
     if (lbfgs) {
         optim_descent_clear(&lbfgs->descent);
-        free(lbfgs->s);
-        free(lbfgs->y);
-        free(lbfgs->sy);
-        free(lbfgs->weight);
+        free(lbfgs->room);
         free(lbfgs);
     }
 }
@@ -56,11 +54,12 @@ static optim_lbfgs *allocate(size_t count, size_t memory)
     }
     const int prepared = optim_descent_prepare(&lbfgs->descent, count);
     lbfgs->memory = memory;
-    lbfgs->s = optim_vector_create(memory, count);
-    lbfgs->y = optim_vector_create(memory, count);
-    lbfgs->sy = optim_vector_create(1, memory);
-    lbfgs->weight = optim_vector_create(1, memory);
-    if (!prepared || !lbfgs->s || !lbfgs->y || !lbfgs->sy || !lbfgs->weight) {
+    const optim_part parts[] = {{&lbfgs->s, memory, count},
+                                {&lbfgs->y, memory, count},
+                                {&lbfgs->sy, 1, memory},
+                                {&lbfgs->weight, 1, memory}};
+    lbfgs->room = optim_room_create(sizeof parts / sizeof *parts, parts);
+    if (!prepared || !lbfgs->room) {
         optim_lbfgs_free(lbfgs);
         return NULL;
     }
@@ -122,23 +121,13 @@ static const optim_model model = {apply, learn};
 optim_lbfgs *optim_lbfgs_create(size_t count, const double *x, const optim_lbfgs_settings *settings,
                                 const char **why)
 {
-    const char *problem = optim_lbfgs_check(settings);
-    optim_lbfgs *lbfgs = NULL;
-    if (!problem && count == 0) {
-        problem = "count must be >= 1";
-    }
-    if (!problem && !optim_all_finite(count, x)) {
-        problem = "the starting point x must be finite";
-    }
-    if (!problem) {
-        lbfgs = allocate(count, (size_t)settings->memory);
-        problem = lbfgs ? NULL : "out of memory";
-    }
+    const char *problem = optim_check_start(optim_lbfgs_check(settings), count, x);
+    optim_lbfgs *lbfgs = problem ? NULL : allocate(count, (size_t)settings->memory);
     if (lbfgs) {
         optim_descent_begin(&lbfgs->descent, x, &settings->descent, &model, lbfgs);
     }
     if (why) {
-        *why = problem;
+        *why = problem || lbfgs ? problem : "out of memory";
     }
     return lbfgs;
 }

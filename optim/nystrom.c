@@ -15,17 +15,13 @@ struct optim_nystrom {
     double *core, *turn; /* [rank][rank], work */
     double *lambda;      /* [rank] */
     double *row;         /* [rank], work */
+    double *room;        /* of all of them */
 };
 
 void optim_nystrom_free(optim_nystrom *n)
 {
     if (n) {
-        free(n->q);
-        free(n->u);
-        free(n->core);
-        free(n->turn);
-        free(n->lambda);
-        free(n->row);
+        free(n->room);
         free(n);
     }
 }
@@ -68,13 +64,11 @@ optim_nystrom *optim_nystrom_create(size_t count, size_t rank, const double *ran
     }
     n->count = count;
     n->rank = rank;
-    n->q = optim_vector_create(rank, count);
-    n->u = optim_vector_create(rank, count);
-    n->core = optim_vector_create(rank, rank);
-    n->turn = optim_vector_create(rank, rank);
-    n->lambda = optim_vector_create(1, rank);
-    n->row = optim_vector_create(1, rank);
-    if (!n->q || !n->u || !n->core || !n->turn || !n->lambda || !n->row) {
+    const optim_part parts[] = {{&n->q, rank, count},   {&n->u, rank, count},
+                                {&n->core, rank, rank}, {&n->turn, rank, rank},
+                                {&n->lambda, 1, rank},  {&n->row, 1, rank}};
+    n->room = optim_room_create(sizeof parts / sizeof *parts, parts);
+    if (!n->room) {
         optim_nystrom_free(n);
         return NULL;
     }

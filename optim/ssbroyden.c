@@ -17,6 +17,7 @@ struct optim_ssbroyden {
     double *hy;     /* [count], work: H y */
     double *along;  /* [2][count], work: what the update adds to a row, per H y and s */
     double *next;   /* [count], H gradient, for the gradient of the next step */
+    double *room;   /* of all of them */
     int next_known; /* not part of the state: the product gives the same bits at any time */
 };
 
@@ -24,10 +25,7 @@ void optim_ssbroyden_free(optim_ssbroyden *ssb)
 {
     if (ssb) {
         optim_descent_clear(&ssb->descent);
-        free(ssb->matrix);
-        free(ssb->hy);
-        free(ssb->along);
-        free(ssb->next);
+        free(ssb->room);
         free(ssb);
     }
 }
@@ -39,11 +37,12 @@ static optim_ssbroyden *allocate(size_t count)
         return NULL;
     }
     const int prepared = optim_descent_prepare(&ssb->descent, count);
-    ssb->matrix = optim_vector_create(1, count * (count + 1) / 2);
-    ssb->hy = optim_vector_create(1, count);
-    ssb->along = optim_vector_create(2, count);
-    ssb->next = optim_vector_create(1, count);
-    if (!prepared || !ssb->matrix || !ssb->hy || !ssb->along || !ssb->next) {
+    const optim_part parts[] = {{&ssb->matrix, 1, count * (count + 1) / 2},
+                                {&ssb->hy, 1, count},
+                                {&ssb->along, 2, count},
+                                {&ssb->next, 1, count}};
+    ssb->room = optim_room_create(sizeof parts / sizeof *parts, parts);
+    if (!prepared || !ssb->room) {
         optim_ssbroyden_free(ssb);
         return NULL;
     }
@@ -189,22 +188,16 @@ optim_ssbroyden *optim_ssbroyden_create(size_t count, const double *x,
                                         const optim_descent_settings *settings, const char **why)
 {
     const char *problem = optim_descent_check(settings);
-    optim_ssbroyden *ssb = NULL;
     if (!problem && (count == 0 || count > OPTIM_SSBROYDEN_COUNT_MAX)) {
         problem = "count must be in [1, 10000]: the matrix has count^2 / 2 numbers";
     }
-    if (!problem && !optim_all_finite(count, x)) {
-        problem = "the starting point x must be finite";
-    }
-    if (!problem) {
-        ssb = allocate(count);
-        problem = ssb ? NULL : "out of memory";
-    }
+    problem = optim_check_start(problem, count, x);
+    optim_ssbroyden *ssb = problem ? NULL : allocate(count);
     if (ssb) {
         optim_descent_begin(&ssb->descent, x, settings, &model, ssb);
     }
     if (why) {
-        *why = problem;
+        *why = problem || ssb ? problem : "out of memory";
     }
     return ssb;
 }

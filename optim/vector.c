@@ -11,6 +11,31 @@ double *optim_vector_create(size_t rows, size_t count)
     return calloc(rows * count, sizeof(double));
 }
 
+double *optim_room_create(int parts, const optim_part *part)
+{
+    size_t all = 0;
+    for (int i = 0; i < parts; i++) {
+        const size_t rows = part[i].rows, most = SIZE_MAX / sizeof(double) - all;
+        if (rows > 0 && part[i].count > most / rows) {
+            return NULL;
+        }
+        all += rows * part[i].count;
+    }
+    double *room = optim_vector_create(1, all), *at = room;
+    for (int i = 0; i < parts && room; at += part[i].rows * part[i].count, i++) {
+        *part[i].at = at;
+    }
+    return room;
+}
+
+const char *optim_check_start(const char *problem, size_t count, const double *x)
+{
+    return problem                       ? problem
+           : count == 0                  ? "count must be at least 1"
+           : !optim_all_finite(count, x) ? "the starting point x must be finite"
+                                         : NULL;
+}
+
 double optim_dot(size_t count, const double *a, const double *b)
 {
     /* Sixteen independent sums: enough for the compiler to use vector registers and to hide the
