@@ -42,6 +42,10 @@ const char *ad_status_text(ad_status status);
 /* Control characters, which names and paths may have, become question marks. */
 void ad_one_line(char *text);
 
+/* The shortest of 15 to 17 digits that reads back as the same number in the present locale; returns
+ * its length. */
+int ad_number_text(double number, char text[32]);
+
 /* Write status and a printf-style message to `error` (NULL: only return) and return `status`. */
 ad_status ad_fail(ad_error *error, ad_status status, const char *format, ...)
     __attribute__((format(printf, 3, 4)));

@@ -13,14 +13,7 @@ static void write_number(double number, char text[32])
         snprintf(text, 32, "%s", isnan(number) ? ".nan" : number > 0 ? ".inf" : "-.inf");
         return;
     }
-    char shortest[32]; /* of its own: gcc with sanitizers thinks of text as NULL */
-    for (int digits = 15; digits <= 17; digits++) {
-        snprintf(shortest, sizeof shortest, "%.*g", digits, number);
-        if (strtod(shortest, NULL) == number) {
-            break;
-        }
-    }
-    memcpy(text, shortest, sizeof shortest);
+    ad_number_text(number, text);
     char *exponent = strchr(text, 'e');
     if (exponent && !strchr(text, '.')) {
         memmove(exponent + 2, exponent, strlen(exponent) + 1);

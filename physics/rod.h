@@ -121,7 +121,7 @@ typedef struct rod_term {
     double damping;      /* damping ratio of that mode; 0 when the term is left out */
 } rod_term;
 
-enum { ROD_TERM_MAX = 32 };
+enum { ROD_TERM_MAX = 64 };
 
 /* The angular frequency of the first bending mode of the cantilever, 1/s, in motion. */
 double rod_first_frequency(const scene *scene);

@@ -1,6 +1,7 @@
 #include "autodiff/error.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 
 const char *ad_status_text(ad_status status)
 {
@@ -10,6 +11,18 @@ const char *ad_status_text(ad_status status)
 #undef AD_STATUS_TEXT
     };
     return (unsigned)status < AD_STATUS_COUNT ? text[status] : "unknown status";
+}
+
+int ad_number_text(double number, char text[32])
+{
+    int length = 0;
+    for (int digits = 15; digits <= 17; digits++) {
+        length = snprintf(text, 32, "%.*g", digits, number);
+        if (strtod(text, NULL) == number) {
+            break;
+        }
+    }
+    return length;
 }
 
 void ad_one_line(char *text)

@@ -349,23 +349,12 @@ ad_status table_from_csv(const table_wanted *wanted, const unsigned char *bytes,
 
 /* ---- writing ---- */
 
-#define WRITTEN_NUMBER 32                   /* "-1.7976931348623157e+308", some room */
-#define WRITTEN_FIELD  (TABLE_MAX_NAME + 2) /* an apostrophe, a word or a number, a separator */
+#define WRITTEN_FIELD (TABLE_MAX_NAME + 2) /* an apostrophe, a word or a number, a separator */
 
 /* Shortest text that reads back to the same bits; returns its length. */
 static size_t print_number(char *text, double value)
 {
-    if (isnan(value)) {
-        return (size_t)sprintf(text, "nan");
-    }
-    int length = 0;
-    for (int digits = 15; digits <= 17; digits++) {
-        length = snprintf(text, WRITTEN_NUMBER, "%.*g", digits, value);
-        if (strtod(text, NULL) == value) {
-            break;
-        }
-    }
-    return (size_t)length;
+    return (size_t)(isnan(value) ? sprintf(text, "nan") : ad_number_text(value, text));
 }
 
 /* A name or a word; returns its length. */

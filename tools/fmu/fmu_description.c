@@ -202,12 +202,7 @@ static ad_status put_units(const fmu_model *m, FILE *file, ad_error *error)
 static void put_number(FILE *file, const char *name, double value)
 {
     char text[32];
-    for (int digits = 15; digits <= 17; digits++) {
-        snprintf(text, sizeof text, "%.*g", digits, value);
-        if (strtod(text, NULL) == value) {
-            break;
-        }
-    }
+    ad_number_text(value, text);
     put_attribute(file, name, text);
 }
 
