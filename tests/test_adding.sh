@@ -84,6 +84,11 @@ add after physics/rod_terms.c 'term_add(list, "springs"' <<'END'
     term_add(list, "hardening", reason_if(is_only(loads->hardening, 0), "not given", NULL));
 END
 
+add before physics/support.c '{"gravity", "loads.gravity", NULL,' <<'END'
+    {"a hardening foundation", "loads.hardening", NULL,
+     "yyyyy yyy yyyy yy y", NULL},
+END
+
 # The files are those that the steps name.
 awk '/^## How to add/ { on = 1; next } /^## / { on = 0 }
     on && /^- \*\*A term of the equations/ { take = 1; print; next }
