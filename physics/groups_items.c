@@ -43,9 +43,9 @@ static bool is_turnable(const scene *given)
         held = held || (q.is_given && !quantity_is_number(q, NULL));
     }
     return !held && given->start.type == SCENE_CLAMPED && !scene_end_is_placed(given->end.type) &&
-           !scene_is_dynamic(given) && given->tube_count == 0 && !rod_is_acted_on(given, false) &&
-           !rod_is_acted_on(given, true) && !scene_has_displaced_tendons(given) &&
-           !scene_has_rubbing_tendons(given) &&
+           !scene_is_dynamic(given) && given->tube_count == 0 &&
+           !rod_is_held_by_laws(given, false) && !rod_is_held_by_laws(given, true) &&
+           !scene_has_displaced_tendons(given) && !scene_has_rubbing_tendons(given) &&
            (!given->rod.law || given->rod.law->symmetry == SCENE_SYMMETRY_ROUND);
 }
 

@@ -83,9 +83,53 @@ static ad_value spring_numbers(const rod_context *rod, const scene_spring *given
                                     place});
 }
 
-int rod_acting_at_places(const rod_context *rod, rod_acting *acting)
+/* A load at s, under the load factor, in its own frame: of the world, or of the rod. */
+static ad_value load_at(const rod_context *rod, const quantity *given, bool axial, bool follows,
+                        double s)
+{
+    const double unit = axial ? rod->scales.moment : rod->scales.force;
+    const ad_value load =
+        rod_quantities(rod, 3, given, ACTING_ZEROS, 1 / unit, ad_scalar(rod->tape, s), rod->t);
+    const ad_value now = ad_mul(rod->at.load_factor, load);
+    return follows ? rod_keep_in_plane(rod, now, axial)
+                   : (axial ? rod_axial_from_world : rod_from_world)(rod, now);
+}
+
+static int add_points(const rod_context *rod, rod_acting *acting)
 {
     int count = 0;
+    for (int i = 0; i < rod->scene->point_count; i++) {
+        const scene_load *load = &rod->scene->points[i].load;
+        const double s = rod->scene->points[i].at.number / rod->scales.length;
+        const bool follows = load->frame == SCENE_FOLLOWER;
+        if (quantity_any_something(3, load->force)) {
+            acting[count++] = (rod_acting){follows ? LAW_FOLLOWER_FORCE : LAW_FORCE, s,
+                                           load_at(rod, load->force, false, follows, s)};
+        }
+        if (quantity_any_something(3, load->moment)) {
+            acting[count++] = (rod_acting){follows ? LAW_FOLLOWER_MOMENT : LAW_MOMENT, s,
+                                           load_at(rod, load->moment, true, follows, s)};
+        }
+    }
+    return count;
+}
+
+/* Weights of bodies. */
+static int add_weights(const rod_context *rod, rod_acting *acting)
+{
+    const quantity *gravity = rod->scene->loads.gravity;
+    int count = 0;
+    for (int i = 0; i < rod->scene->body_count && quantity_any_something(3, gravity); i++) {
+        const rod_body_data body = rod_body_of(rod, i, rod->t);
+        acting[count++] = (rod_acting){LAW_FORCE, body.s, body.weight};
+    }
+    return count;
+}
+
+int rod_acting_at_places(const rod_context *rod, rod_acting *acting)
+{
+    int count = add_points(rod, acting);
+    count += add_weights(rod, acting + count);
     for (int i = 0; i < rod->scene->spring_count; i++) {
         const scene_spring *given = &rod->scene->springs[i];
         const double s = given->at.number / rod->scales.length;
@@ -130,7 +174,8 @@ rod_wrench rod_acting_wrench(const rod_context *rod, const rod_acting *at, rod_p
     law_record(at->law, rod->tape, given, NULL, wrench, NULL);
     if (of->has_force) {
         x.force = ad_stack(3, wrench);
-        x.force = of->along_axes ? rod_from_world(rod, x.force) : x.force;
+        x.force =
+            of->along_axes ? rod_from_world(rod, x.force) : rod_keep_in_plane(rod, x.force, false);
     }
     if (of->has_moment) {
         x.moment = ad_rotate_inverse(pose.rotation, ad_stack(3, wrench + 3));
@@ -139,11 +184,11 @@ rod_wrench rod_acting_wrench(const rod_context *rod, const rod_acting *at, rod_p
     return x;
 }
 
-bool rod_is_acted_on(const scene *given, bool along)
+bool rod_is_held_by_laws(const scene *given, bool along)
 {
     bool any = !along && given->spring_count > 0;
     for (size_t i = 0; i < sizeof ALONG / sizeof *ALONG && along; i++) {
-        any = any || ALONG[i].is_on(given);
+        any = any || (law_table[ALONG[i].law].kind == LAW_STORES && ALONG[i].is_on(given));
     }
     return any;
 }

@@ -161,16 +161,6 @@ ad_value rod_end_moment(const rod_end_data *end, ad_value rotation); /* m, body 
  * and under the load factor of the place:
  *   N(s+) = N(s-) - force,   m(s+) = turn* (m(s-) - moment) turn,   q(s+) = q(s-) turn
  * with the rotation before the joint in what follows it, all moments in body components. */
-typedef struct rod_point_data {
-    double s;
-    bool follows; /* force and moment are in the body frame */
-    ad_value force, moment;
-} rod_point_data;
-
-rod_point_data rod_point_of(const rod_context *rod, int i, ad_value t);
-ad_value rod_point_force(const rod_point_data *point, ad_value rotation);  /* world */
-ad_value rod_point_moment(const rod_point_data *point, ad_value rotation); /* body */
-
 /* Between segments i and i + 1. */
 typedef struct rod_joint {
     double s;
@@ -207,9 +197,7 @@ typedef struct rod_force_at {
     ad_value force, moment;
 } rod_force_at;
 
-enum { ROD_PLACES_MAX = SCENE_POINTS_MAX + SCENE_BODIES_MAX + 2 * SCENE_SPRINGS_MAX };
-
-/* acting [ROD_PLACES_MAX]; returns how many. */
+/* acting [ROD_AT_PLACES_MAX + SCENE_BODIES_MAX]; returns how many. */
 int rod_forces_at(const rod_context *rod, const rod_pose *field, rod_force_at *acting);
 
 /* By how much N and m, the latter as if there were no joints, have jumped up to s: minus the sums
@@ -286,12 +274,15 @@ typedef struct rod_acting {
     ad_value numbers;
 } rod_acting;
 
-enum { ROD_ALONG_MAX = LAW_COUNT - LAW_OUTSIDE, ROD_AT_PLACES_MAX = 2 * SCENE_SPRINGS_MAX };
+enum {
+    ROD_ALONG_MAX = 3,
+    ROD_AT_PLACES_MAX = 2 * SCENE_SPRINGS_MAX + 2 * SCENE_POINTS_MAX + SCENE_BODIES_MAX
+};
 
 /* All of a scene; they return how many. */
 int rod_acting_along(const rod_context *rod, rod_acting *acting);     /* [ROD_ALONG_MAX] */
 int rod_acting_at_places(const rod_context *rod, rod_acting *acting); /* [ROD_AT_PLACES_MAX] */
-bool rod_is_acted_on(const scene *given, bool along);                 /* any of them */
+bool rod_is_held_by_laws(const scene *given, bool along);             /* one that stores energy */
 
 /* The force in the frame of the equations, the moment in body components. */
 rod_wrench rod_acting_wrench(const rod_context *rod, const rod_acting *at, rod_pose pose,

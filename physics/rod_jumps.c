@@ -63,7 +63,7 @@ ad_value rod_moment_at_joints(const rod_context *rod, ad_value moment, ad_value 
 
 bool rod_has_places(const scene *rod_scene)
 {
-    return rod_scene->point_count + rod_scene->body_count > 0 || rod_is_acted_on(rod_scene, false);
+    return rod_scene->point_count + rod_scene->body_count + rod_scene->spring_count > 0;
 }
 
 /* What is on the tape at a place along the rod. */
@@ -77,26 +77,15 @@ static rod_pose jumps_pose_at(const rod_context *rod, const rod_pose *pose, doub
     return (rod_pose){jumps_at(rod, pose->position, s), jumps_at(rod, pose->rotation, s)};
 }
 
-static rod_force_at jumps_of_point(const rod_context *rod, int i, const rod_pose *field)
-{
-    rod_point_data point = rod_point_of(rod, i, rod->t);
-    ad_value rotation = jumps_at(rod, field->rotation, point.s);
-    return (rod_force_at){point.s, rod_point_force(&point, rotation),
-                          rod_point_moment(&point, rotation)};
-}
-
-/* weight - mass r_tt, -(inertia w_t + w x inertia w) */
+/* -mass r_tt, -(inertia w_t + w x inertia w) */
 static rod_force_at jumps_of_body(const rod_context *rod, int i, const rod_pose *field)
 {
     rod_body_data body = rod_body_of(rod, i, rod->t);
-    rod_force_at acts = {body.s, body.weight, ad_zeros(rod->tape, 3)};
-    if (!rod->dynamic) {
-        return acts;
-    }
+    rod_force_at acts = {.s = body.s, .moment = ad_zeros(rod->tape, 3)};
     const double *j = body.inertia;
     ad_value inertia = ad_vector_constant(rod->tape, j[0], j[1], j[2]);
     ad_value speeding = jumps_at(rod, rod_time_derivative(rod, field->position, 2), body.s);
-    acts.force = ad_sub(acts.force, ad_scale(speeding, body.mass));
+    acts.force = ad_scale(speeding, -body.mass);
     if (!ad_is_constant(inertia, 0)) {
         ad_value turning = rod_time_derivative(rod, field->rotation, 1);
         ad_value bending = rod_time_derivative(rod, field->rotation, 2);
@@ -123,10 +112,7 @@ int rod_forces_at(const rod_context *rod, const rod_pose *field, rod_force_at *a
     rod_acting laws[ROD_AT_PLACES_MAX];
     const int law_count = rod_acting_at_places(rod, laws);
     int count = 0;
-    for (int i = 0; i < given->point_count; i++) {
-        acting[count++] = jumps_of_point(rod, i, field);
-    }
-    for (int i = 0; i < given->body_count; i++) {
+    for (int i = 0; i < given->body_count && rod->dynamic; i++) {
         acting[count++] = jumps_of_body(rod, i, field);
     }
     for (int i = 0; i < law_count; i++) {
@@ -137,7 +123,7 @@ int rod_forces_at(const rod_context *rod, const rod_pose *field, rod_force_at *a
 
 rod_jumps rod_jumps_of(const rod_context *rod, const rod_pose *field)
 {
-    rod_force_at acting[ROD_PLACES_MAX];
+    rod_force_at acting[ROD_AT_PLACES_MAX + SCENE_BODIES_MAX];
     ad_value none = ad_zeros(rod->tape, 3);
     rod_jumps jumps = {none, none, none, none};
     int count = rod_has_places(rod->scene) ? rod_forces_at(rod, field, acting) : 0;

@@ -1,40 +1,9 @@
-/* What acts at single places of a rod: concentrated loads, joints, rigid bodies. */
+/* Joints and rigid bodies at single places of a rod. */
 #include "physics/rod_internal.h"
 
 #include <math.h>
 
 static const double POINT_ZEROS[3] = {0, 0, 0};
-
-/* ---- loads ----------------------------------------------------------------------------------- */
-
-rod_point_data rod_point_of(const rod_context *rod, int i, ad_value t)
-{
-    const scene_point *given = &rod->scene->points[i];
-    rod_point_data point = {.s = given->at.number / rod->scales.length,
-                            .follows = given->load.frame == SCENE_FOLLOWER};
-    ad_value s = ad_scalar(rod->tape, point.s), factor = rod->at.load_factor;
-    point.force = ad_mul(factor, rod_quantities(rod, 3, given->load.force, POINT_ZEROS,
-                                                1 / rod->scales.force, s, t));
-    point.moment = ad_mul(factor, rod_quantities(rod, 3, given->load.moment, POINT_ZEROS,
-                                                 1 / rod->scales.moment, s, t));
-    point.force = point.follows ? rod_keep_in_plane(rod, point.force, false)
-                                : rod_from_world(rod, point.force);
-    point.moment = point.follows ? rod_keep_in_plane(rod, point.moment, true)
-                                 : rod_axial_from_world(rod, point.moment);
-    return point;
-}
-
-ad_value rod_point_force(const rod_point_data *point, ad_value rotation)
-{
-    bool turn = point->follows && !ad_is_constant(point->force, 0);
-    return turn ? ad_rotate(rotation, point->force) : point->force;
-}
-
-ad_value rod_point_moment(const rod_point_data *point, ad_value rotation)
-{
-    bool turn = !point->follows && !ad_is_constant(point->moment, 0);
-    return turn ? ad_rotate_inverse(rotation, point->moment) : point->moment;
-}
 
 /* ---- joints ---------------------------------------------------------------------------------- */
 

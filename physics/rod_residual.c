@@ -115,7 +115,7 @@ static ad_value rod_rotation_mismatch(ad_value p, ad_value q)
 static rod_wrench rod_end_wrench(const rod_context *rod, const rod_end_data *data, rod_state state,
                                  int end)
 {
-    rod_force_at acting[ROD_PLACES_MAX];
+    rod_force_at acting[ROD_AT_PLACES_MAX + SCENE_BODIES_MAX];
     rod_pose field = {state.position, state.rotation};
     rod_wrench wrench = {rod_end_force(data, state.rotation), rod_end_moment(data, state.rotation)};
     int count = rod_has_places(rod->scene) ? rod_forces_at(rod, &field, acting) : 0;

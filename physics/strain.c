@@ -119,7 +119,7 @@ static ad_status check_mesh(const strain_mesh *mesh, ad_error *error)
 
 int strain_forces(const scene *open, int nodes)
 {
-    int count = rod_is_acted_on(open, true) ? 3 * nodes : 0;
+    int count = rod_is_held_by_laws(open, true) ? 3 * nodes : 0;
     for (int i = 0; i < open->spring_count; i++) {
         count += quantity_any_something(3, open->springs[i].stiffness) ? 3 : 0;
     }

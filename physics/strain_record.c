@@ -106,21 +106,7 @@ static void act(const strain_rod *rod, const strain_law *at, along position, alo
 void strain_acting(const strain_rod *rod, int edge, along_turn turn, along *force, along *moment)
 {
     const double s = rod->mesh.edges[edge];
-    const scene *given = &rod->open;
     ad_value q = strain_turn_vector(turn), F = ad_zeros(rod->tape, 3), T = F;
-    for (int i = 0; i < given->point_count; i++) {
-        rod_point_data point = rod_point_of(&rod->rod, i, rod->rod.t);
-        if (fabs(point.s - s) < 1e-12) {
-            F = ad_add(F, rod_point_force(&point, q));
-            T = ad_add(T, point.follows && !ad_is_constant(point.moment, 0)
-                              ? ad_rotate(q, point.moment)
-                              : point.moment);
-        }
-    }
-    for (int i = 0; i < given->body_count; i++) {
-        rod_body_data body = rod_body_of(&rod->rod, i, rod->rod.t);
-        F = fabs(body.s - s) < 1e-12 ? ad_add(F, body.weight) : F;
-    }
     for (int i = 0; i < rod->place_count; i++) {
         const strain_law *at = &rod->places[i];
         if (fabs(at->s - s) < 1e-12 && !law_table[at->law].by_position) {

@@ -328,7 +328,45 @@ static void test_acting(void **state)
             assert_near(acting_energy(&list, numbers, (acting_on){r, q, NULL}), energy, 7 * near);
         }
     }
-    assert_near(acting_pulled(&list, full), sqrt(0.04 + 0.16 + 0.36), 1e-15);
+    acting_size size = {.force = 0};
+    acting_measure(&list, full, (acting_on){r, full + 12, NULL}, &size);
+    assert_near(size.pulled, sqrt(0.04 + 0.16 + 0.36), 1e-15);
+    assert_true(size.force == 0 && size.moment == 0 && !size.turns);
+}
+
+/* Loads: dead ones stay, those that follow turn by 120 degrees about (1, 1, 1), axis to axis; the
+ * work of a force is f . dr, and none is known of others. At half the load they are half. */
+static void test_loads(void **state)
+{
+    (void)state;
+    static const double full[] = {1, 2, 3, 4, 5, 6, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6};
+    static const double q[4] = {0.5, 0.5, 0.5, 0.5}, from[3] = {1, 0, 0}, to[3] = {0, 2, 3};
+    static const double wrench[6] = {1.3, 2.1, 3.2, 4.6, 5.4, 6.5};
+    acting list = {.count = 0};
+    double numbers[12], found[6] = {0}, none[6] = {0};
+    acting_size size = {.force = 0};
+    acting_add(&list, LAW_FORCE);
+    assert_near(acting_work(&list, full, (acting_on){from, q, NULL}, (acting_on){to, q, NULL}),
+                -1 + 4 + 9, 1e-14);
+    acting_add(&list, LAW_MOMENT);
+    assert_false(list.follows);
+    acting_add(&list, LAW_FOLLOWER_FORCE);
+    acting_add(&list, LAW_FOLLOWER_MOMENT);
+    assert_true(list.follows && !list.by_position);
+    acting_on_way(&list, full, 0.5, 7, numbers);
+    acting_wrench(&list, numbers, (acting_on){to, q, NULL}, ACTING_ALL, 2, found);
+    acting_wrench(&list, numbers, (acting_on){to, q, NULL}, 1 << LAW_STORES, 2, none);
+    for (int i = 0; i < 6; i++) {
+        assert_near(found[i], wrench[i], 1e-14);
+        assert_near(none[i], 0, 0);
+    }
+    assert_near(acting_energy(&list, full, (acting_on){to, q, NULL}), 0, 0);
+    assert_true(
+        isnan(acting_work(&list, full, (acting_on){from, q, NULL}, (acting_on){to, q, NULL})));
+    acting_measure(&list, full, (acting_on){to, q, NULL}, &size);
+    assert_near(size.force, sqrt(14) + sqrt(0.14), 1e-14);
+    assert_near(size.moment, sqrt(77) + sqrt(0.77), 1e-14);
+    assert_true(size.turns && size.pulled == 0);
 }
 
 /* What cannot be written is refused, and the same text is written again. */
@@ -368,6 +406,6 @@ int main(void)
         cmocka_unit_test(test_written), cmocka_unit_test(test_derivatives),
         cmocka_unit_test(test_table),   cmocka_unit_test(test_called),
         cmocka_unit_test(test_at_rest), cmocka_unit_test(test_acting),
-        cmocka_unit_test(test_text)};
+        cmocka_unit_test(test_loads),   cmocka_unit_test(test_text)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

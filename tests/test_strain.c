@@ -178,7 +178,7 @@ static void fill_points(strain_form *x)
         for (int k = 0; k < pulling; k++) {
             strain_actuator *a = &x->actuators[i * pulling + k];
             fill(4, 0.1, a->given + ACTUATOR_OFFSET); /* and slope */
-            fill(1, 0.5, a->given + ACTUATOR_PULL);
+            fill(1, 0.2, a->given + ACTUATOR_PULL);   /* so that none is squeezed to a point */
         }
         if (!x->kind.follows) {
             memset(point->load[2], 0, 6 * sizeof(lanes));
@@ -186,18 +186,30 @@ static void fill_points(strain_form *x)
     }
 }
 
-static void fill_edges(strain_form *x, bool follow)
+/* Loads at the first two edges, springs at so many from the second on, a joint at the second. */
+static void list_jumps(const double *edges, bool follow, int springs, solve_jumps *jumps)
 {
-    for (int e = 0; e <= x->kind.elements; e++) {
-        strain_edge *edge = &x->edges[e];
-        edge->loaded = e < 2;
-        edge->follows = follow;
-        fill(12, 1, edge->load[0]);
-        if (!follow) {
-            memset(edge->load[2], 0, 6 * sizeof(lanes));
+    *jumps = (solve_jumps){.count = 3};
+    for (int e = 0; e < jumps->count; e++) {
+        solve_jump *at = &jumps->at[e];
+        *at = (solve_jump){.s = edges[e], .turn = {1}, .first = jumps->numbers};
+        if (e < 2) {
+            acting_add(&at->acting, LAW_FORCE);
+            acting_add(&at->acting, LAW_MOMENT);
         }
-        edge->turns = e == 1;
-        memcpy(edge->turn, (double[]){0.8, 0, 0.6, 0}, sizeof edge->turn);
+        if (e < 2 && follow) {
+            acting_add(&at->acting, LAW_FOLLOWER_FORCE);
+            acting_add(&at->acting, LAW_FOLLOWER_MOMENT);
+        }
+        if (e > 0 && e <= springs) {
+            acting_add(&at->acting, LAW_SPRING);
+            acting_add(&at->acting, LAW_TURNING_SPRING);
+        }
+        if (e == 1) {
+            at->turns = true;
+            memcpy(at->turn, (double[]){0.8, 0, 0.6, 0}, sizeof at->turn);
+        }
+        jumps->numbers += at->acting.numbers;
     }
 }
 
@@ -291,10 +303,10 @@ static void check_derivatives(strain_kind kind, bool founded, int springs, bool 
     static const solve_extent extents[3] = {{.end = 1}, {.end = 1, .is_chamber = true}, {.end = 1}};
     static const double spring[16] = {0.1, 0.2, 0.3, 1, 2, 3, 0, 0.1, 0, /* shift, k, place */
                                       0.4, 0.4, 0.4, 1};                 /* k, upright */
-    acting acts = {.count = 0};
-    acting_add(&acts, LAW_SPRING);
-    acting along = acts;
-    acting_add(&acts, LAW_TURNING_SPRING);
+    solve_jumps jumps;
+    acting along = {.count = 0};
+    acting_add(&along, LAW_SPRING);
+    list_jumps(edges, follow, springs, &jumps);
     strain_form *x = NULL;
     ad_error error;
     kind.stages = 12;
@@ -303,15 +315,9 @@ static void check_derivatives(strain_kind kind, bool founded, int springs, bool 
     kind.extents = extents;
     kind.substeps = STRAIN_SUBSTEPS_MAX;
     kind.along = founded ? &along : NULL;
-    solve_jumps jumps = {.count = springs, .numbers = springs * acts.numbers};
-    for (int k = 0; k < springs; k++) {
-        jumps.at[k] =
-            (solve_jump){.s = edges[1 + k], .turn = {1}, .acting = acts, .first = k * acts.numbers};
-    }
     kind.jumps = &jumps;
     assert_int_equal(strain_form_create(&kind, &x, &error), AD_OK);
     fill_points(x);
-    fill_edges(x, follow);
     fill_end(&x->start, start);
     fill_end(&x->last, &kind.end);
     spread(3, x->last.position, x->held_r);
@@ -321,13 +327,16 @@ static void check_derivatives(strain_kind kind, bool founded, int springs, bool 
     fill(3, 1, x->end_moment);
     fill(3, 1, x->start_r);
     strain_form_set_jumps(x);
+    fill((size_t)jumps.numbers, 1, x->numbers);
     for (int k = 0; k < springs; k++) {
-        spread(sizeof spring / sizeof *spring, spring, x->numbers + k * acts.numbers);
-        fill(3, 1, x->places[k].force);
+        const solve_jump *at = &jumps.at[1 + k];
+        spread(16, spring, x->numbers + at->first + at->acting.numbers - 16);
+        fill(3, 1, x->places[1 + k].force);
     }
     for (int i = 0; i < x->nodes && founded; i++) {
         spread((size_t)along.numbers, spring, x->along + i * along.numbers);
     }
+
     compare_directions(x);
     check_elimination(x);
     strain_form_free(x);

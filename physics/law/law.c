@@ -113,6 +113,56 @@ static void record_resistance(const ad_value *given, ad_value *wrench)
     }
 }
 
+/* f */
+static void record_force(const ad_value *given, ad_value *energy)
+{
+    const ad_value *f = given + NUMBERS;
+    ad_value work = ad_mul(f[0], given[0]);
+    work = ad_add(work, ad_mul(f[1], given[1]));
+    *energy = ad_neg(ad_add(work, ad_mul(f[2], given[2])));
+}
+
+/* l */
+static void record_moment(const ad_value *given, ad_value *wrench)
+{
+    for (int i = 0; i < 3; i++) {
+        wrench[i] = ad_scalar(given[0].tape, 0);
+        wrench[3 + i] = given[NUMBERS + i];
+    }
+}
+
+/* R x = x + 2 (w p x x + p x (p x x)) of q = (w, p) */
+static void rotate(const ad_value q[4], const ad_value x[3], ad_value result[3])
+{
+    ad_value once[3];
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        once[i] = ad_sub(ad_mul(q[1 + j], x[k]), ad_mul(q[1 + k], x[j]));
+    }
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        ad_value twice = ad_sub(ad_mul(q[1 + j], once[k]), ad_mul(q[1 + k], once[j]));
+        twice = ad_add(ad_mul(q[0], once[i]), twice);
+        result[i] = ad_add(x[i], ad_scale(twice, 2));
+    }
+}
+
+static void record_follower_force(const ad_value *given, ad_value *wrench)
+{
+    rotate(given + ROTATION, given + NUMBERS, wrench);
+    for (int i = 0; i < 3; i++) {
+        wrench[3 + i] = ad_scalar(given[0].tape, 0);
+    }
+}
+
+static void record_follower_moment(const ad_value *given, ad_value *wrench)
+{
+    rotate(given + ROTATION, given + NUMBERS, wrench + 3);
+    for (int i = 0; i < 3; i++) {
+        wrench[i] = ad_scalar(given[0].tape, 0);
+    }
+}
+
 /* ---- the laws ------------------------------------------------------------------------------ */
 
 const law law_table[LAW_COUNT] = {
@@ -153,7 +203,38 @@ const law law_table[LAW_COUNT] = {
                         .numbers = 2,
                         .by_velocity = true,
                         .has_force = true,
-                        .record = record_resistance}};
+                        .record = record_resistance},
+    [LAW_FORCE] = {.name = "force",
+                   .about = "A dead force: -f . r; f.",
+                   .kind = LAW_LOADS,
+                   .numbers = 3,
+                   .shares = 3,
+                   .has_energy = true,
+                   .has_force = true,
+                   .record = record_force},
+    [LAW_MOMENT] = {.name = "moment",
+                    .about = "A dead moment; l.",
+                    .kind = LAW_LOADS,
+                    .numbers = 3,
+                    .shares = 3,
+                    .has_moment = true,
+                    .record = record_moment},
+    [LAW_FOLLOWER_FORCE] = {.name = "follower_force",
+                            .about = "A force that turns with the rod: R f; f.",
+                            .kind = LAW_LOADS,
+                            .numbers = 3,
+                            .shares = 3,
+                            .by_rotation = true,
+                            .has_force = true,
+                            .record = record_follower_force},
+    [LAW_FOLLOWER_MOMENT] = {.name = "follower_moment",
+                             .about = "A moment that turns with the rod: R l; l.",
+                             .kind = LAW_LOADS,
+                             .numbers = 3,
+                             .shares = 3,
+                             .by_rotation = true,
+                             .has_moment = true,
+                             .record = record_follower_moment}};
 
 int law_given(law_name name)
 {

@@ -16,11 +16,15 @@
 #include "autodiff/ad.h"
 
 typedef enum law_name {
-    LAW_TENDON,         /* energy: tension |p'|, p' = v + u x r + r', (Rucker, Webster 2011) */
-    LAW_CHAMBER,        /* energy: minus pressure times area times p'_3, here `pull` p'_3 */
-    LAW_SPRING,         /* energy: 1/2 sum_i k_i (r - place - shift)_i^2, along the world's axes */
-    LAW_TURNING_SPRING, /* energy: 1/2 sum_i k_i phi_i^2, phi from upright to q, about directors */
-    LAW_RESISTANCE,     /* force against the velocity: -(c_1 + c_2 |V|) V */
+    LAW_TENDON,          /* energy: tension |p'|, p' = v + u x r + r', (Rucker, Webster 2011) */
+    LAW_CHAMBER,         /* energy: minus pressure times area times p'_3, here `pull` p'_3 */
+    LAW_SPRING,          /* energy: 1/2 sum_i k_i (r - place - shift)_i^2, along the world's axes */
+    LAW_TURNING_SPRING,  /* energy: 1/2 sum_i k_i phi_i^2, phi from upright to q, about directors */
+    LAW_RESISTANCE,      /* force against the velocity: -(c_1 + c_2 |V|) V */
+    LAW_FORCE,           /* energy: -f . r, a dead force f */
+    LAW_MOMENT,          /* dead moment l, which has no energy */
+    LAW_FOLLOWER_FORCE,  /* force R f */
+    LAW_FOLLOWER_MOMENT, /* moment R l */
     LAW_COUNT,
     LAW_OUTSIDE = LAW_SPRING /* the first of those outside */
 } law_name;

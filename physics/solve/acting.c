@@ -15,6 +15,7 @@ void acting_add(acting *x, law_name law)
     x->numbers += of->numbers;
     x->kinds |= 1 << of->kind;
     x->has_moment |= of->has_moment;
+    x->follows |= of->has_force && of->by_rotation;
     x->by_position |= of->by_position;
     x->by_rotation |= of->by_rotation;
     x->by_velocity |= of->by_velocity;
@@ -84,19 +85,55 @@ double acting_energy(const acting *x, const double *numbers, acting_on at)
     return energy;
 }
 
-double acting_pulled(const acting *x, const double *numbers)
+static double size_of(int count, const double *x)
 {
-    double sum = 0;
+    double square = 0;
+    for (int k = 0; k < count; k++) {
+        square += x[k] * x[k];
+    }
+    return sqrt(square);
+}
+
+double acting_work(const acting *x, const double *numbers, acting_on from, acting_on to)
+{
+    double work = 0, q[2][4];
+    from = complete(x, from, q[0]);
+    to = complete(x, to, q[1]);
     for (int i = 0; i < x->count; i++) {
         const law *of = &law_table[x->law[i]];
-        double square = 0;
-        for (int k = 0; k < of->shares && of->kind == LAW_STORES; k++) {
-            square += numbers[k] * numbers[k];
+        double energy[2] = {0};
+        if (of->kind == LAW_LOADS && of->has_energy) {
+            number_law_outside_energy(x->law[i], from.position, from.rotation, from.velocity,
+                                      numbers, &energy[0]);
+            number_law_outside_energy(x->law[i], to.position, to.rotation, to.velocity, numbers,
+                                      &energy[1]);
+        } else if (of->kind == LAW_LOADS && size_of(of->numbers, numbers) > 0) {
+            energy[0] = NAN;
         }
-        sum += sqrt(square);
+        work += energy[0] - energy[1];
         numbers += of->numbers;
     }
-    return sum;
+    return work;
+}
+
+void acting_measure(const acting *x, const double *numbers, acting_on at, acting_size *sum)
+{
+    double q[4];
+    at = complete(x, at, q);
+    for (int i = 0; i < x->count; i++) {
+        const law *of = &law_table[x->law[i]];
+        double wrench[6] = {0};
+        if (of->kind == LAW_LOADS) {
+            number_law_outside_wrench(x->law[i], at.position, at.rotation, at.velocity, numbers,
+                                      wrench);
+            const double force = size_of(3, wrench), moment = size_of(3, wrench + 3);
+            sum->force += force;
+            sum->moment += moment;
+            sum->turns = sum->turns || moment > 0 || (of->by_rotation && force > 0);
+        }
+        sum->pulled += of->kind == LAW_STORES ? size_of(of->shares, numbers) : 0;
+        numbers += of->numbers;
+    }
 }
 
 void acting_on_way(const acting *x, const double *full, double load, double way, double *numbers)

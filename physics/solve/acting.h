@@ -9,6 +9,7 @@
 typedef struct acting {
     int count, numbers, kinds; /* kinds: 1 << law_kind, summed */
     bool by_position, by_rotation, by_velocity, has_moment;
+    bool follows; /* a force turns with the rod */
     law_name law[ROD_AT_PLACES_MAX];
 } acting;
 
@@ -41,8 +42,17 @@ void acting_differentiate(const acting *x, const double *numbers, acting_on at, 
 /* Energy that they store. */
 double acting_energy(const acting *x, const double *numbers, acting_on at);
 
-/* Sum of the lengths by which they pull at the unstressed rod. */
-double acting_pulled(const acting *x, const double *numbers);
+/* The work of loads from one section to another; not a number of those that have no energy. */
+double acting_work(const acting *x, const double *numbers, acting_on from, acting_on to);
+
+/* On the unstressed rod: sums of the sizes of loads, and of the lengths by which what stores pulls;
+ * whether a load turns with the rod, or is a moment. */
+typedef struct acting_size {
+    double force, moment, pulled;
+    bool turns;
+} acting_size;
+
+void acting_measure(const acting *x, const double *numbers, acting_on at, acting_size *sum);
 
 /* Numbers on the way to the full load, of which loads have `load`, and what else grows `way`. */
 void acting_on_way(const acting *x, const double *full, double load, double way, double *numbers);

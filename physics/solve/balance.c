@@ -184,24 +184,6 @@ static ad_status add_end(const solve_rod *rod, int end, posed *at, total *sum, a
     return AD_OK;
 }
 
-/* Without what the support of an end takes. */
-static void take_off(const solve_end *end, posed *at, solve_load *load)
-{
-    double turned[3], held[3];
-    to_world(at->rotation, load->body_force, turned);
-    for (int k = 0; k < 3; k++) {
-        load->force[k] += turned[k];
-        load->body_force[k] = 0;
-    }
-    scene_hold_part(&end->hold, load->force, held);
-    for (int k = 0; k < 3; k++) {
-        load->force[k] -= held[k];
-        if (end->holds_rotation) {
-            load->moment[k] = load->body_moment[k] = 0;
-        }
-    }
-}
-
 /* Laws outside, to a load. */
 static void add_acting(const acting *of, const double *numbers, const posed *at, solve_load *load)
 {
@@ -214,20 +196,23 @@ static void add_acting(const acting *of, const double *numbers, const posed *at,
 }
 
 /* What acts at single places, as far as the support of an end does not take it. */
-static ad_status add_jumps(const solve_rod *rod, const samples *x, total *sum, ad_error *error)
+static void add_jumps(const solve_rod *rod, const samples *x, total *sum)
 {
-    solve_load load[SOLVE_JUMPS_MAX];
-    ad_status status = x->places > 0 ? solve_rod_jump_loads(rod, 0, load, error) : AD_OK;
-    for (size_t i = 0; i < x->places && status == AD_OK; i++) {
-        const solve_jump *jump = &rod->jumps.at[i];
+    const solve_jumps *jumps = &rod->jumps;
+    for (size_t i = 0; i < x->places; i++) {
+        const solve_jump *jump = &jumps->at[i];
+        const solve_end *end = &rod->ends[jump->s == 1];
+        solve_load load = {.force = {0}};
+        double held[3];
         posed at = pose_of(x, x->panels + i);
-        add_acting(&jump->acting, solve_jump_numbers(&rod->jumps, (int)i), &at, &load[i]);
-        if (jump->s == 0 || jump->s == 1) {
-            take_off(&rod->ends[jump->s == 1], &at, &load[i]);
+        add_acting(&jump->acting, solve_jump_numbers(jumps, jumps->number, (int)i), &at, &load);
+        scene_hold_part(&end->hold, load.force, held);
+        for (int k = 0; k < 3 && (jump->s == 0 || jump->s == 1); k++) {
+            load.force[k] -= held[k];
+            load.moment[k] = end->holds_rotation ? 0 : load.moment[k];
         }
-        add_load(sum, 1, &at, &load[i]);
+        add(sum, 1, &at, load.force, load.moment);
     }
-    return status;
 }
 
 static double largest(const double a[3])
@@ -258,7 +243,9 @@ static ad_status add_up_rod(const void *model, const samples *x, double *rest, d
             add_load(&sum, x->weight[i], &at, &load[within]);
         }
     }
-    status = status == AD_OK ? add_jumps(rod, x, &sum, error) : status;
+    if (status == AD_OK) {
+        add_jumps(rod, x, &sum);
+    }
     for (int end = 0; end < 2 && status == AD_OK; end++) {
         posed at = pose_of(x, x->count - 2 + (size_t)end);
         status = add_end(rod, end, &at, &sum, error);

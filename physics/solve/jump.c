@@ -42,31 +42,20 @@ static void add_places(const rod_context *rod, int law_count, const rod_acting *
     }
 }
 
-/* Of one place: dead force and moment, follower force and moment. */
-typedef struct recorded_load {
-    ad_value rows[4];
-} recorded_load;
-
-static void add_to(ad_value *sum, ad_value more)
-{
-    *sum = ad_add(*sum, more);
-}
-
-static void record_bodies(const rod_context *rod, solve_jumps *jumps, recorded_load *loads)
+static void record_bodies(const rod_context *rod, solve_jumps *jumps)
 {
     for (int i = 0; i < rod->scene->body_count; i++) {
-        rod_body_data body = rod_body_of(rod, i, rod->t);
-        int place = jump_at(jumps, body.s);
-        add_to(&loads[place].rows[0], body.weight);
-        jumps->at[place].mass += body.mass;
+        const rod_body_data body = rod_body_of(rod, i, rod->t);
+        solve_jump *place = &jumps->at[jump_at(jumps, body.s)];
+        place->mass += body.mass;
         for (int k = 0; k < 3; k++) {
-            jumps->at[place].inertia[k] += body.inertia[k];
+            place->inertia[k] += body.inertia[k];
         }
     }
 }
 
-/* Numbers of what acts at places, in their order; returns how many values there are. */
-static int record_laws(int count, const rod_acting *laws, solve_jumps *jumps, ad_value *values)
+/* Numbers of what acts at places, in their order. */
+static void record_laws(int count, const rod_acting *laws, solve_jumps *jumps, ad_value *values)
 {
     int recorded = 0;
     for (int i = 0; i < jumps->count; i++) {
@@ -80,38 +69,16 @@ static int record_laws(int count, const rod_acting *laws, solve_jumps *jumps, ad
         }
         jumps->numbers += place->acting.numbers;
     }
-    return recorded;
 }
 
-ad_value solve_jumps_record(const rod_context *rod, solve_jumps *jumps, bool *any)
+ad_value solve_jumps_record(const rod_context *rod, solve_jumps *jumps)
 {
-    ad_value none = ad_zeros(rod->tape, 3), parts[4 * SOLVE_JUMPS_MAX + ROD_AT_PLACES_MAX];
-    recorded_load loads[SOLVE_JUMPS_MAX];
     rod_acting laws[ROD_AT_PLACES_MAX];
-    const int law_count = rod_acting_at_places(rod, laws);
-    int count = 0;
+    ad_value numbers[ROD_AT_PLACES_MAX];
+    const int count = rod_acting_at_places(rod, laws);
     *jumps = (solve_jumps){.count = 0};
-    add_places(rod, law_count, laws, jumps);
-    *any = jumps->count > 0;
-    if (!*any) {
-        return none;
-    }
-    for (int i = 0; i < jumps->count; i++) {
-        loads[i] = (recorded_load){{none, none, none, none}};
-    }
-    for (int i = 0; i < rod->scene->point_count; i++) {
-        rod_point_data point = rod_point_of(rod, i, rod->t);
-        ad_value *rows = loads[jump_at(jumps, point.s)].rows + (point.follows ? 2 : 0);
-        add_to(&rows[0], point.force);
-        add_to(&rows[1], point.moment);
-    }
-    record_bodies(rod, jumps, loads);
-    for (int i = 0; i < jumps->count; i++) {
-        for (int k = 0; k < 4; k++) {
-            parts[count++] = loads[i].rows[k];
-        }
-    }
-    count += record_laws(law_count, laws, jumps, parts + count);
+    add_places(rod, count, laws, jumps);
+    record_bodies(rod, jumps);
     for (int i = 0; i < rod_joint_count(rod->scene); i++) {
         rod_joint joint = rod_joint_of(rod->scene, i);
         if (joint.turns) {
@@ -120,7 +87,8 @@ ad_value solve_jumps_record(const rod_context *rod, solve_jumps *jumps, bool *an
             memcpy(place->turn, joint.turn, sizeof place->turn);
         }
     }
-    ad_value all = ad_stack(count, parts);
+    record_laws(count, laws, jumps, numbers);
+    const ad_value all = count > 0 ? ad_stack(count, numbers) : ad_zeros(rod->tape, 3);
     jumps->loads_move = ad_uses(1, &all, rod->t);
     return all;
 }

@@ -38,15 +38,14 @@ typedef struct solve_jumps {
 /* s [count] of them. */
 void solve_jump_places(const solve_jumps *jumps, double *s);
 
-/* Fills all but the numbers. Returns, of t, the loads at each place as rows of a solve_load
- * (rod_model.h), weights of bodies among them, and then the numbers of what acts there; `any`:
- * whether there are rows. */
-ad_value solve_jumps_record(const rod_context *rod, solve_jumps *jumps, bool *any);
+/* Fills all but the numbers. Returns these, of t, as rows: of what acts at each place, in turn. */
+ad_value solve_jumps_record(const rod_context *rod, solve_jumps *jumps);
 
 /* The numbers of a place, of all. */
-static inline const double *solve_jump_numbers(const solve_jumps *jumps, int place)
+static inline const double *solve_jump_numbers(const solve_jumps *jumps, const double *all,
+                                               int place)
 {
-    return jumps->number + jumps->at[place].first;
+    return all + jumps->at[place].first;
 }
 
 #endif

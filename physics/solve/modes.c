@@ -234,7 +234,6 @@ static ad_status allocate(modes *m, ad_error *error)
     m->center = rows((size_t)m->inputs, sizeof(double), &failed);
     m->input_step = rows((size_t)m->inputs, sizeof(double), &failed);
     m->jump_at = rows((size_t)m->rod->jumps.count, sizeof(int), &failed);
-    m->jump_load = rows((size_t)m->rod->jumps.count, sizeof *m->jump_load, &failed);
     m->along = rows((size_t)(m->points * m->rod->along.numbers), sizeof *m->along, &failed);
     m->turn_at = rows((size_t)m->elements, sizeof(int), &failed);
     m->theta = rows(points * 3 * width, sizeof(double), &failed);
@@ -333,10 +332,10 @@ ad_status modes_create(solve_rod *rod, const solve_parameters *open, const modes
 void modes_free(modes *m)
 {
     if (m) {
-        void *const owned[] = {m->center,  m->input_step, m->input, m->inputs_at, m->mode,
-                               m->element, m->point,      m->value, m->s,         m->jump_at,
-                               m->turn_at, m->jump_load,  m->along, m->actuators, m->pull_by,
-                               m->theta,   m->rho,        m->mass,  m->room};
+        void *const owned[] = {m->center,  m->input_step, m->input,     m->inputs_at, m->mode,
+                               m->element, m->point,      m->value,     m->s,         m->jump_at,
+                               m->turn_at, m->along,      m->actuators, m->pull_by,   m->theta,
+                               m->rho,     m->mass,       m->room};
         for (size_t i = 0; i < sizeof owned / sizeof *owned; i++) {
             free(owned[i]);
         }

@@ -107,11 +107,6 @@ static ad_status give_loads(modes *m, ad_error *error)
             add_load(&to->load, 1, &at_end);
         }
     }
-    for (int k = 0; k < m->rod->jumps.count && status == AD_OK; k++) {
-        if (m->jump_at[k] >= 0) {
-            add_load(&m->point[m->jump_at[k]].load, 1, &m->jump_load[k]);
-        }
-    }
     for (int p = 0; p < m->points && status == AD_OK; p++) {
         const double *all = (const double *)&m->point[p].load;
         m->point[p].is_loaded = false;
@@ -122,18 +117,12 @@ static ad_status give_loads(modes *m, ad_error *error)
     return status;
 }
 
-/* Of each place its load, and the numbers of what acts there (rod_model.c). */
+/* What acts at places. */
 static ad_status give_jumps(modes *m, ad_error *error)
 {
     const double s = 0;
-    const size_t count = (size_t)m->rod->jumps.count;
-    ad_status status = part(m, SOLVE_JUMPS, 1, &s, room_for(m), error);
-    if (status == AD_OK) {
-        memcpy(m->jump_load, room_for(m), count * sizeof *m->jump_load);
-        memcpy(m->rod->jumps.number, room_for(m) + count * sizeof(solve_load) / sizeof(double),
-               (size_t)m->rod->jumps.numbers * sizeof *m->rod->jumps.number);
-    }
-    return status;
+    return m->rod->jumps.numbers > 0 ? part(m, SOLVE_JUMPS, 1, &s, m->rod->jumps.number, error)
+                                     : AD_OK;
 }
 
 static ad_status give_upright(modes *m, ad_error *error)
@@ -202,7 +191,7 @@ ad_status modes_at(modes *m, double t, const double *inputs, ad_error *error)
     if (status == AD_OK && due[SOLVE_JUMPS]) {
         status = give_jumps(m, error);
     }
-    if (status == AD_OK && (due[SOLVE_LOAD] || due[SOLVE_END] || due[SOLVE_JUMPS])) {
+    if (status == AD_OK && (due[SOLVE_LOAD] || due[SOLVE_END])) {
         status = give_loads(m, error);
     }
     if (status == AD_OK && due[SOLVE_ACTUATORS] && m->is_pulled) {

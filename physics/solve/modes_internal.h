@@ -95,7 +95,6 @@ struct modes {
     double *s;              /* [points] */
     int *jump_at;           /* [jumps.count] point, -1: at s = 0 */
     int *turn_at;           /* [elements] jump of a joint at its end; -1: none */
-    solve_load *jump_load;  /* [jumps.count] */
     double *along;          /* [points][numbers of what acts along the rod] */
     solve_end_state start, last;
     solve_actuator *actuators; /* [points][actuators] */

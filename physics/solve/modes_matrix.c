@@ -192,7 +192,7 @@ static void find_acting(const modes *m, int p, local *x)
     for (int k = 0; k < jumps->count && at->weight == 0 && jumps->numbers > 0; k++) {
         if (m->jump_at[k] == p) {
             x->of = &jumps->at[k].acting;
-            numbers = solve_jump_numbers(jumps, k);
+            numbers = solve_jump_numbers(jumps, jumps->number, k);
         }
     }
     if (x->of) {

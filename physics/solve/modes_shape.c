@@ -307,7 +307,7 @@ static void add_acting(modes *m)
     }
     for (int k = 0; k < jumps->count && jumps->numbers > 0; k++) {
         if (m->jump_at[k] >= 0) {
-            add_wrench(&jumps->at[k].acting, solve_jump_numbers(jumps, k), 1,
+            add_wrench(&jumps->at[k].acting, solve_jump_numbers(jumps, jumps->number, k), 1,
                        &m->point[m->jump_at[k]]);
         }
     }
@@ -412,8 +412,9 @@ solve_energy modes_energy_now(const modes *m)
     }
     for (int k = 0; k < jumps->count; k++) {
         if (m->jump_at[k] >= 0) {
-            energy.strain += acting_energy(&jumps->at[k].acting, solve_jump_numbers(jumps, k),
-                                           section_of(&m->point[m->jump_at[k]]));
+            energy.strain +=
+                acting_energy(&jumps->at[k].acting, solve_jump_numbers(jumps, jumps->number, k),
+                              section_of(&m->point[m->jump_at[k]]));
         }
     }
     return energy;
@@ -457,7 +458,7 @@ void modes_power_now(const modes *m, double *load, double *dissipation)
     *dissipation = 0;
     for (int k = 0; k < jumps->count; k++) {
         if (m->jump_at[k] >= 0) {
-            add_power(&jumps->at[k].acting, solve_jump_numbers(jumps, k), 1,
+            add_power(&jumps->at[k].acting, solve_jump_numbers(jumps, jumps->number, k), 1,
                       &m->point[m->jump_at[k]], load, dissipation);
         }
     }

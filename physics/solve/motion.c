@@ -40,6 +40,7 @@ static bool allocate(motion *m)
     m->rest = take(m, points, sizeof *m->rest);
     m->load = take(m, points, sizeof *m->load);
     m->actuators = take(m, points * (size_t)m->rod->actuators + 1, sizeof *m->actuators);
+    m->number = take(m, (size_t)m->rod->jumps.numbers, sizeof *m->number);
     m->along = take(m, points * (size_t)m->rod->along.numbers, sizeof *m->along);
     m->node_load = take(m, nodes, sizeof *m->node_load);
     m->mass = take(m, nodes, sizeof *m->mass);
@@ -304,7 +305,7 @@ ad_status motion_at(motion *m, double t, ad_error *error)
         set_rest_blocks(m);
     }
     if (status == AD_OK && (is_first || m->rod->jumps.loads_move)) {
-        status = motion_set_jump_loads(m, t, error);
+        status = solve_rod_jump_numbers(m->rod, t, m->number, error);
     }
     if (status == AD_OK && m->is_pulled) {
         status = solve_rod_actuators(m->rod, m->points, m->point_s, t, m->actuators, error);

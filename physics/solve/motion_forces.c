@@ -472,7 +472,6 @@ void motion_loads(motion *m)
                                  : sign * (given->moment_is_body ? now->moment[k] : moment[k]);
         }
     }
-    motion_jump_loads(m);
     motion_act_at_places(m, 1 << LAW_LOADS, m->push, m->turn);
     act_along(m, 1 << LAW_LOADS, m->push, m->turn);
 }

@@ -28,7 +28,6 @@ typedef struct motion_block {
 typedef struct motion_place {
     size_t node;
     int edge;
-    solve_load load; /* at the time */
     bool turns;
     double before[4], after[4]; /* from the node's frame to those of the elements; unit */
 } motion_place;
@@ -74,6 +73,7 @@ struct motion {
     double displacement[SOLVE_ACTUATORS_MAX]; /* of tendons whose length is given, by L */
     double tensions[SOLVE_ACTUATORS_MAX];     /* of them, by EI/L^2 */
     motion_place *places;                     /* [rod->jumps.count] */
+    double *number;                           /* [rod->jumps.numbers] of what acts there, now */
     const double *(*frame)[2]; /* [elements] of the first and last point; NULL: the node's */
 
     motion_block *block;      /* [elements][blocks] */
@@ -141,8 +141,6 @@ void motion_turn_node(const motion *m, int k, const double rotation[4], const do
 /* The frames of joints in an initial state. */
 ad_status motion_turn_initial(const motion *m, double *state, ad_error *error);
 
-ad_status motion_set_jump_loads(motion *m, double t, ad_error *error);
-
 /* Poses or flows [degree + 1] of an element's nodes, in its frames; room: for them, where these are
  * not all the nodes'. */
 const double (*motion_rows_of(const motion *m, int element, double (*nodes)[LANES],
@@ -152,12 +150,12 @@ const double (*motion_rows_of(const motion *m, int element, double (*nodes)[LANE
  */
 const double *motion_frame_of(const motion *m, int element, int k);
 
-/* From nodes that are set: loads of places added to push and turn; what acts there of these kinds
- * (acting.h) to force and torque. */
-void motion_jump_loads(motion *m);
+/* From nodes that are set: what acts at places of these kinds (acting.h), added to force and
+ * torque.
+ */
 void motion_act_at_places(motion *m, int kinds, double (*force)[3], double (*torque)[3]);
 
-/* The force of loads and of what acts at place k, world, of nodes that are set. */
+/* The force of what acts at place k, world, of nodes that are set. */
 void motion_place_force(const motion *m, int k, double force[3]);
 
 /* What tendons and chambers put in, of nodes whose internal forces are known. */

@@ -186,27 +186,6 @@ static void to_node(const motion *m, int k, double vector[3])
     }
 }
 
-void motion_jump_loads(motion *m)
-{
-    for (int k = 0; k < m->rod->jumps.count; k++) {
-        const solve_load *load = &m->places[k].load;
-        size_t node = m->places[k].node;
-        double q[4], R[3][3], force[3], moment[3];
-        rotation_before(m, k, q);
-        rotation_matrix(q, R);
-        to_world(R, load->body_force, force);
-        to_body(R, load->moment, moment);
-        for (int i = 0; i < 3; i++) {
-            moment[i] += load->body_moment[i];
-        }
-        to_node(m, k, moment);
-        for (int i = 0; i < 3; i++) {
-            m->push[node][i] += load->force[i] + force[i];
-            m->turn[node][i] += moment[i];
-        }
-    }
-}
-
 void motion_act_at_places(motion *m, int kinds, double (*force)[3], double (*torque)[3])
 {
     const solve_jumps *jumps = &m->rod->jumps;
@@ -218,7 +197,7 @@ void motion_act_at_places(motion *m, int kinds, double (*force)[3], double (*tor
         }
         rotation_before(m, k, q);
         rotation_matrix(q, R);
-        acting_wrench(&jumps->at[k].acting, solve_jump_numbers(jumps, k),
+        acting_wrench(&jumps->at[k].acting, solve_jump_numbers(jumps, m->number, k),
                       (acting_on){m->pose[node], q, m->flow[node]}, kinds, 1, wrench);
         to_body(R, wrench + 3, moment);
         to_node(m, k, moment);
@@ -232,17 +211,12 @@ void motion_act_at_places(motion *m, int kinds, double (*force)[3], double (*tor
 void motion_place_force(const motion *m, int k, double force[3])
 {
     const solve_jumps *jumps = &m->rod->jumps;
-    const solve_load *load = &m->places[k].load;
     const size_t node = m->places[k].node;
-    double q[4], R[3][3], wrench[6] = {0};
+    double q[4], wrench[6] = {0};
     rotation_before(m, k, q);
-    rotation_matrix(q, R);
-    to_world(R, load->body_force, force);
-    acting_wrench(&jumps->at[k].acting, solve_jump_numbers(jumps, k),
+    acting_wrench(&jumps->at[k].acting, solve_jump_numbers(jumps, m->number, k),
                   (acting_on){m->pose[node], q, m->flow[node]}, ACTING_ALL, 1, wrench);
-    for (int c = 0; c < 3; c++) {
-        force[c] += load->force[c] + wrench[c];
-    }
+    memcpy(force, wrench, 3 * sizeof *force);
 }
 
 double motion_places_energy(const motion *m)
@@ -252,18 +226,8 @@ double motion_places_energy(const motion *m)
     for (int k = 0; k < jumps->count; k++) {
         double q[4];
         rotation_before(m, k, q);
-        energy += acting_energy(&jumps->at[k].acting, solve_jump_numbers(jumps, k),
+        energy += acting_energy(&jumps->at[k].acting, solve_jump_numbers(jumps, m->number, k),
                                 (acting_on){m->pose[m->places[k].node], q, NULL});
     }
     return energy;
-}
-
-ad_status motion_set_jump_loads(motion *m, double t, ad_error *error)
-{
-    solve_load loads[SOLVE_JUMPS_MAX];
-    ad_status status = solve_rod_jump_loads(m->rod, t, loads, error);
-    for (int k = 0; k < m->rod->jumps.count && status == AD_OK; k++) {
-        m->places[k].load = loads[k];
-    }
-    return status;
 }

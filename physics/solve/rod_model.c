@@ -175,8 +175,7 @@ static ad_status record(solve_rod *rod, ad_error *error)
                                        record_end(&context, 0, &rod->ends[0]),
                                        record_end(&context, 1, &rod->ends[1]),
                                        record_initial(&context)};
-    bool any_jumps;
-    const ad_value jumps = solve_jumps_record(&context, &rod->jumps, &any_jumps);
+    const ad_value jumps = solve_jumps_record(&context, &rod->jumps);
     rod->has_body_load = !ad_is_constant(ad_slice(load, 6, 6), 0);
     rod->load_moves = ad_uses(1, &load, t);
     rod->rest_moves = ad_uses(1, &rest, t); /* a jump has no rate */
@@ -184,7 +183,7 @@ static ad_status record(solve_rod *rod, ad_error *error)
     for (int i = 0; status == AD_OK && i < FORMULAS; i++) {
         status = add_formula(rod, &on, (solve_part)i, values[i], &f->all[i], error);
     }
-    if (status == AD_OK && any_jumps) {
+    if (status == AD_OK && rod->jumps.numbers > 0) {
         status = add_formula(rod, &on, SOLVE_JUMPS, jumps, &f->jumps, error);
     }
     rod_acting laws[ROD_ALONG_MAX];
@@ -268,28 +267,6 @@ static ad_status record_actuators(solve_rod *rod, ad_error *error)
     return status;
 }
 
-enum { LOAD_ROWS = sizeof(solve_load) / sizeof(double) };
-
-/* What the formula of places gives at most. */
-typedef double jump_rows[LOAD_ROWS * SOLVE_JUMPS_MAX + SOLVE_JUMP_NUMBERS_MAX];
-
-static ad_status evaluate_jumps(const solve_rod *rod, double t, double *out, ad_error *error)
-{
-    double s = 0;
-    return solve_formula_evaluate(rod->formula->jumps, 1, &s, t, out, error);
-}
-
-static ad_status set_jump_numbers(solve_rod *rod, ad_error *error)
-{
-    solve_jumps *jumps = &rod->jumps;
-    jump_rows all;
-    ad_status status = jumps->numbers > 0 ? evaluate_jumps(rod, 0, all, error) : AD_OK;
-    if (status == AD_OK) {
-        memcpy(jumps->number, all + LOAD_ROWS * jumps->count, (size_t)jumps->numbers * sizeof *all);
-    }
-    return status;
-}
-
 /* ---- making and freeing -------------------------------------------------------------------- */
 
 static ad_status add_quadrature(solve_rod *rod, ad_error *error)
@@ -326,7 +303,9 @@ static ad_status create(const scene *rod_scene, const scene *open,
     rod->scene.motion = SCENE_SPATIAL; /* everything in the frame of the world */
     rod->duration = rod->dynamic ? scene_duration(rod_scene) / rod->scales.time : 0;
     ad_status status = record(rod, error);
-    status = status == AD_OK && !open ? set_jump_numbers(rod, error) : status;
+    if (status == AD_OK && !open) {
+        status = solve_rod_jump_numbers(rod, 0, rod->jumps.number, error);
+    }
     status = status == AD_OK ? record_actuators(rod, error) : status;
     status = status == AD_OK && !open ? add_quadrature(rod, error) : status;
     f->open = NULL; /* recorded */
@@ -453,27 +432,12 @@ ad_status solve_rod_load(const solve_rod *rod, size_t n, const double *s, double
     return solve_formula_evaluate(rod->formula->load, n, s, t, (double *)out, error);
 }
 
-ad_status solve_rod_jump_loads(const solve_rod *rod, double t, solve_load *out, ad_error *error)
+ad_status solve_rod_jump_numbers(const solve_rod *rod, double t, double *out, ad_error *error)
 {
-    jump_rows all;
-    ad_status status = rod->jumps.count > 0 ? evaluate_jumps(rod, t, all, error) : AD_OK;
-    if (status == AD_OK) {
-        memcpy(out, all, (size_t)rod->jumps.count * sizeof *out);
-    }
-    return status;
-}
-
-ad_status solve_rod_jumps_at_rest(const solve_rod *rod, double *s, solve_load *load,
-                                  solve_initial *unstressed, ad_error *error)
-{
-    const solve_jumps *jumps = &rod->jumps;
-    if (jumps->count == 0) {
-        return AD_OK;
-    }
-    solve_jump_places(jumps, s);
-    ad_status status = solve_rod_jump_loads(rod, 0, load, error);
-    return status == AD_OK ? solve_rod_initial(rod, (size_t)jumps->count, s, unstressed, error)
-                           : status;
+    const double s = 0;
+    return rod->jumps.numbers > 0
+               ? solve_formula_evaluate(rod->formula->jumps, 1, &s, t, out, error)
+               : AD_OK;
 }
 
 ad_status solve_rod_along(const solve_rod *rod, size_t n, const double *s, double *out,

@@ -158,7 +158,7 @@ ad_status solve_rod_create_open(const scene *open, const solve_parameters *param
                                 solve_rod **result, ad_error *error);
 
 /* What such a rod is given, in parts: the structs are those below, of actuators as many as it has,
- * of jumps a solve_load each. */
+ * of jumps the numbers of all. */
 typedef enum solve_part {
     SOLVE_SECTIONS,  /* solve_section */
     SOLVE_REST,      /* solve_rest */
@@ -167,7 +167,7 @@ typedef enum solve_part {
     SOLVE_END,       /* and at s = 1 */
     SOLVE_INITIAL,   /* solve_initial, without parameters */
     SOLVE_ACTUATORS, /* solve_actuator */
-    SOLVE_JUMPS,     /* solve_load of each place, then the numbers of what acts there */
+    SOLVE_JUMPS,     /* numbers of what acts at places */
     SOLVE_ALONG,     /* numbers of what acts along it */
     SOLVE_PARTS
 } solve_part;
@@ -210,14 +210,8 @@ double solve_rod_displacement(const solve_rod *rod, int i, double t);
 /* All that a rod at rest is given along it, at t = 0. The rod must outlive it. */
 solve_given solve_rod_given(const solve_rod *rod);
 
-/* Loads at single places, out [jumps.count], weights of bodies among them: F = force + R(q)
- * body_force, T = moment + R(q) body_moment. */
-ad_status solve_rod_jump_loads(const solve_rod *rod, double t, solve_load *out, ad_error *error);
-
-/* Where these places are, s, their loads at t = 0, and the unstressed rod there; [jumps.count]
- * each. */
-ad_status solve_rod_jumps_at_rest(const solve_rod *rod, double *s, solve_load *load,
-                                  solve_initial *unstressed, ad_error *error);
+/* Numbers of what acts at single places, if anything does: out [jumps.numbers]. */
+ad_status solve_rod_jump_numbers(const solve_rod *rod, double t, double *out, ad_error *error);
 
 /* end: 0 or 1. */
 ad_status solve_rod_end(const solve_rod *rod, int end, double t, solve_end_state *out,

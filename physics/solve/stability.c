@@ -495,7 +495,7 @@ static ad_status add_laws(variation *x, const scene *rod_scene, const double *va
         const int k = element_at(x, place);
         const solve_state state = state_in(x, values, k);
         joints_before(rod_scene, middle(x->edge, k), joints);
-        add_acting(x, &jumps->at[i].acting, solve_jump_numbers(jumps, i), k,
+        add_acting(x, &jumps->at[i].acting, solve_jump_numbers(jumps, jumps->number, i), k,
                    (place - x->edge[k]) / (x->edge[k + 1] - x->edge[k]), 1, &state, joints);
     }
     return status;
@@ -583,7 +583,7 @@ ad_status stability_count_at(const scene *rod_scene, double load_factor, const d
         status = solve_actuation_in_si(rod_scene, ELEMENTS, s, &rod, &x.actuators, error);
         set_rest(&x, rod_scene);
     } else if (status == AD_OK &&
-               (rod_is_acted_on(rod_scene, true) || rod_is_acted_on(rod_scene, false))) {
+               (rod_is_held_by_laws(rod_scene, true) || rod_is_held_by_laws(rod_scene, false))) {
         status = solve_rod_create(rod_scene, &rod, error);
     }
     bool separate = status == AD_OK;

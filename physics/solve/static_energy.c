@@ -171,27 +171,26 @@ static ad_status work_of_end(const solve_rod *rod, int end, const at_points *p, 
     return AD_OK;
 }
 
-/* Places where something acts: work of loads as at ends, and what else acts there. */
-static ad_status add_jumps(const static_system *system, const solve_rod *rod, const double *y,
-                           solve_energy *energy, ad_error *error)
+/* What acts at places: work of loads, and what else stores energy. */
+static void add_jumps(const static_system *system, const solve_rod *rod, const at_points *p,
+                      const double *y, solve_energy *energy)
 {
     const solve_jumps *jumps = &rod->jumps;
-    double s[SOLVE_JUMPS_MAX];
-    solve_load load[SOLVE_JUMPS_MAX];
-    solve_initial unstressed[SOLVE_JUMPS_MAX];
-    size_t points = (size_t)static_system_rule(system)->stages + 1;
-    ad_status status = solve_rod_jumps_at_rest(rod, s, load, unstressed, error);
-    for (int e = 0; e <= static_system_elements(system) && status == AD_OK; e++) {
-        const double *at = y + (size_t)e * points * (size_t)static_system_rows(system);
-        int i = static_system_jump(system, e);
-        if (i < 0) {
-            continue;
+    const size_t points = (size_t)static_system_rule(system)->stages + 1;
+    for (int e = 0; e <= static_system_elements(system); e++) {
+        const size_t node = (size_t)e * points;
+        const double *at = y + node * p->rows;
+        const solve_initial *unstressed = &p->unstressed[node];
+        const int i = static_system_jump(system, e);
+        if (i >= 0) {
+            const acting *of = &jumps->at[i].acting;
+            const double *numbers = solve_jump_numbers(jumps, jumps->number, i);
+            const acting_on from = {unstressed->position, unstressed->rotation, NULL};
+            const acting_on to = {at + STATIC_R, at + STATIC_Q, NULL};
+            energy->work += acting_work(of, numbers, from, to);
+            energy->strain += acting_energy(of, numbers, to);
         }
-        energy->work += is_dead_force(&load[i]) ? work_of(load[i].force, at, &unstressed[i]) : NAN;
-        energy->strain += acting_energy(&jumps->at[i].acting, solve_jump_numbers(jumps, i),
-                                        (acting_on){at + STATIC_R, at + STATIC_Q, NULL});
     }
-    return status;
 }
 
 ad_status static_energy_of(const static_system *system, const solve_rod *rod, const double *y,
@@ -212,7 +211,9 @@ ad_status static_energy_of(const static_system *system, const solve_rod *rod, co
     for (int end = 0; end < 2 && status == AD_OK; end++) {
         status = work_of_end(rod, end, &p, y, &energy->work, error);
     }
-    status = status == AD_OK ? add_jumps(system, rod, y, energy, error) : status;
+    if (status == AD_OK) {
+        add_jumps(system, rod, &p, y, energy);
+    }
     points_free(&p);
     return status;
 }

@@ -46,12 +46,10 @@ static double held_turn(const solve_rod *rod)
     return norm(vector) + fabs(static_twist(rod));
 }
 
-/* Loads at single places, and laws outside, which may pull the unstressed rod. */
+/* What acts at single places. */
 typedef struct single_loads {
-    double force, moment; /* sums */
-    bool turns;           /* any moment, or a force that follows the rod */
-    double pulled;        /* the same of distances */
-    double compression;   /* by Euler's load of the part between the place and the end that holds */
+    acting_size size;
+    double compression; /* by Euler's load of the part between the place and the end that holds */
 } single_loads;
 
 /* Of a force along the tangent at s. */
@@ -67,25 +65,21 @@ static ad_status measure_jumps(const solve_rod *rod, single_loads *sum, ad_error
 {
     const solve_jumps *jumps = &rod->jumps;
     double s[SOLVE_JUMPS_MAX];
-    solve_load load[SOLVE_JUMPS_MAX];
     solve_initial unstressed[SOLVE_JUMPS_MAX];
-    *sum = (single_loads){0};
-    ad_status status = solve_rod_jumps_at_rest(rod, s, load, unstressed, error);
+    *sum = (single_loads){.compression = 0};
+    solve_jump_places(jumps, s);
+    ad_status status = jumps->count > 0
+                           ? solve_rod_initial(rod, (size_t)jumps->count, s, unstressed, error)
+                           : AD_OK;
     for (int i = 0; i < jumps->count && status == AD_OK; i++) {
-        double R[3][3], along[3], push[3], wrench[6] = {0};
-        memcpy(push, load[i].force, sizeof push);
-        sum->force += norm(load[i].force) + norm(load[i].body_force);
-        sum->moment += norm(load[i].moment) + norm(load[i].body_moment);
-        sum->turns = sum->turns || sum->moment > 0 || norm(load[i].body_force) > 0;
-        sum->pulled += acting_pulled(&jumps->at[i].acting, solve_jump_numbers(jumps, i));
-        acting_wrench(&jumps->at[i].acting, solve_jump_numbers(jumps, i),
-                      (acting_on){unstressed[i].position, unstressed[i].rotation, NULL}, ACTING_ALL,
-                      1, wrench);
-        for (int c = 0; c < 3; c++) {
-            push[c] += wrench[c];
-        }
+        const acting *of = &jumps->at[i].acting;
+        const double *numbers = solve_jump_numbers(jumps, jumps->number, i);
+        const acting_on at = {unstressed[i].position, unstressed[i].rotation, NULL};
+        double R[3][3], along[3], wrench[6] = {0};
+        acting_measure(of, numbers, at, &sum->size);
+        acting_wrench(of, numbers, at, ACTING_ALL, 1, wrench);
         rotation_matrix(unstressed[i].rotation, R);
-        to_body(R, push, along);
+        to_body(R, wrench, along);
         sum->compression += compression_at(rod, s[i], along[2]);
     }
     return status;
@@ -118,14 +112,14 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
     if (status != AD_OK) {
         return status;
     }
-    force += along.force + single.force;
-    moment += along.moment + single.moment;
+    force += along.force + single.size.force;
+    moment += along.moment + single.size.moment;
     bool straight = along.straight;
     for (int i = 0; i < rod->jumps.count; i++) {
         straight = straight && !rod->jumps.at[i].turns;
         straight = straight && !rod->jumps.at[i].acting.by_rotation; /* it holds the twist */
     }
-    bool couples = along.couple > 0 || along.moment > 0 || single.turns;
+    bool couples = along.couple > 0 || along.moment > 0 || single.size.turns;
     double couple = along.softness[0] * along.couple, spread = along.softness[2] * along.spread;
     double tubes = rod_numbers_of(&rod->scene).tubes, turned = 0;
     for (int i = 0; i < rod->scene.tube_count; i++) {
@@ -137,7 +131,7 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
     bool round = along.round && (!law || law->symmetry == SCENE_SYMMETRY_ROUND);
     path->twists = round && straight && !couples && rod->actuators == 0;
     path->size = fmax(1e-3, moment + force / 2 + spread / 6 + couple + (held > 1 ? 3 : 0) +
-                                3 * single.pulled + tubes + turned);
+                                3 * single.size.pulled + tubes + turned);
     bool loaded = spread > 0 || couples || rod->actuators > 0 || rod->jumps.count > 0;
     path->may_snap = path->squeezed && !path->known && path->perturbation == 0 &&
                      (!straight || loaded || scene_is_imperfect(&rod->scene));

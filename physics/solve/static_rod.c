@@ -412,31 +412,12 @@ static void turn_rows(const double *turn, double *after, double (*by_y)[STATIC_R
 void static_jump_over(const static_jump *at, const double *before, double *after,
                       double (*by_y)[STATIC_ROWS_MAX])
 {
-    const solve_load *load = &at->load;
-    matrix3 rotation, by_q[4];
-    double force[3], moment[3];
-    rotation_of(before + STATIC_Q, rotation, by_q);
-    to_world(rotation, load->body_force, force);
-    to_body(rotation, load->moment, moment);
     for (int r = 0; r < at->rows && by_y; r++) {
         for (int c = 0; c < at->rows; c++) {
             by_y[r][c] = r == c;
         }
     }
-    for (int k = 0; k < 4 && by_y; k++) {
-        double by_force[3], by_moment[3];
-        to_world(by_q[k], load->body_force, by_force);
-        to_body(by_q[k], load->moment, by_moment);
-        for (int i = 0; i < 3; i++) {
-            by_y[STATIC_N + i][STATIC_Q + k] -= by_force[i];
-            by_y[STATIC_M + i][STATIC_Q + k] -= by_moment[i];
-        }
-    }
     memcpy(after, before, (size_t)at->rows * sizeof *after);
-    for (int i = 0; i < 3; i++) {
-        after[STATIC_N + i] -= load->force[i] + force[i];
-        after[STATIC_M + i] -= load->body_moment[i] + moment[i];
-    }
     act(at->acting, at->numbers, before, after, by_y);
     if (at->turn) {
         turn_rows(at->turn, after, by_y);

@@ -71,7 +71,6 @@ void static_end_residual(const static_end *at, int end, const double *y, double 
 typedef struct static_jump {
     int rows;
     const double *turn; /* quaternion [4] or NULL */
-    solve_load load;
     const acting *acting;
     double numbers[SOLVE_JUMP_NUMBERS_MAX];
 } static_jump;

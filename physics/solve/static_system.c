@@ -43,7 +43,6 @@ void static_system_free(static_system *x)
     if (x) {
         free(x->edges);
         free(x->jump);
-        free(x->jump_load);
         free(x->jumps);
         free(x->points);
         free(x->sections);
@@ -76,7 +75,6 @@ static bool allocate(static_system *x)
     size_t inner = inner_rows(x), rows = (size_t)x->rows, edges = (elements + 1) * rows;
     x->edges = malloc((elements + 1) * sizeof *x->edges);
     x->jump = malloc((elements + 1) * sizeof *x->jump);
-    x->jump_load = calloc((size_t)x->rod->jumps.count + 1, sizeof *x->jump_load);
     x->jumps = calloc((size_t)x->rod->jumps.count + 1, sizeof *x->jumps);
     x->points = malloc(points * sizeof *x->points);
     x->sections = malloc(points * sizeof *x->sections);
@@ -96,10 +94,10 @@ static bool allocate(static_system *x)
     x->band = SUNDlsMat_newBandMat((sunindextype)edges, x->above, x->lower);
     x->band_pivots = malloc(edges * sizeof *x->band_pivots);
     x->right = malloc(edges * sizeof *x->right);
-    return x->edges && x->jump && x->jump_load && x->jumps && x->points && x->sections &&
-           x->axial && x->rest && x->load && x->along && x->actuators && x->angles && x->rate &&
-           x->by_y && x->across && x->factor && x->pivots && x->by_start && x->inner && x->band &&
-           x->band_pivots && x->right;
+    return x->edges && x->jump && x->jumps && x->points && x->sections && x->axial && x->rest &&
+           x->load && x->along && x->actuators && x->angles && x->rate && x->by_y && x->across &&
+           x->factor && x->pivots && x->by_start && x->inner && x->band && x->band_pivots &&
+           x->right;
 }
 
 /* exp(vector), half of whose angle is taken (the exponential of quaternions). */
@@ -232,7 +230,7 @@ static ad_status set_jumps(static_system *x, ad_error *error)
         to->turn = from->turns ? from->turn : NULL;
         to->acting = &from->acting;
     }
-    return solve_rod_jump_loads(x->rod, 0, x->jump_load, error);
+    return AD_OK;
 }
 
 static ad_status set_points(static_system *x, ad_error *error)
@@ -384,8 +382,8 @@ static void set_path_jumps(static_system *x)
     double load = x->path.load, way = way_of(&x->path);
     for (int k = 0; k < x->rod->jumps.count; k++) {
         static_jump *at = &x->jumps[k];
-        at->load = part_of(&x->jump_load[k], load);
-        acting_on_way(at->acting, solve_jump_numbers(&x->rod->jumps, k), load, way, at->numbers);
+        acting_on_way(at->acting, solve_jump_numbers(&x->rod->jumps, x->rod->jumps.number, k), load,
+                      way, at->numbers);
     }
 }
 

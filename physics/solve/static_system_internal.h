@@ -31,8 +31,7 @@ struct static_system {
     double (*chords)[3];       /* [CHORDS] of the unstressed rod, in turn; NULL without a turn */
     double arc[3];             /* their sum, turned in proportion to s */
     int *jump;                 /* [elements + 1] at each edge, index of the rod's; -1: none */
-    solve_load *jump_load;     /* [jumps of the rod] at full load */
-    static_jump *jumps;        /* the same, where the path is */
+    static_jump *jumps;        /* [jumps of the rod] where the path is */
     static_path path;
     double tensions[SOLVE_ACTUATORS_MAX]; /* of tendons whose length is given */
     /* [elements][stages + 2][frictions of the rod]: angles that tendons with friction have turned

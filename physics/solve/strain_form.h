@@ -45,9 +45,8 @@ typedef struct strain_actuator {
 
 /* What acts at an edge, and the rod there, before it. */
 typedef struct strain_edge {
-    bool loaded, follows, turns; /* a load acts; it follows; a joint */
-    double turn[4];              /* of a joint */
-    lanes load[4][3];
+    bool turns;     /* a joint */
+    double turn[4]; /* of it */
     lanes q[4], R[3][3], r[3], N[3], M[3];
     lanes force[3], moment[3];         /* that act, laws among them */
     lanes by_turn[2][3][3];            /* their change by a turn of the section */

@@ -14,15 +14,14 @@ static size_t nodes_of(const strain_level *x)
 
 static bool allocate(strain_level *x, const solve_rod *rod)
 {
-    size_t nodes = nodes_of(x), edges = (size_t)x->elements + 1;
+    const size_t nodes = nodes_of(x);
     x->s = malloc(nodes * sizeof *x->s);
     x->loads = calloc(nodes, sizeof *x->loads);
     x->pulls = calloc(nodes * (size_t)rod->actuators + 1, sizeof *x->pulls);
-    x->jumps = calloc(edges, sizeof *x->jumps);
     x->along = calloc(nodes * (size_t)rod->along.numbers + 1, sizeof *x->along);
     x->numbers = calloc((size_t)rod->jumps.numbers + 1, sizeof *x->numbers);
     x->output = calloc((size_t)x->outputs + 1, sizeof *x->output);
-    return x->s && x->loads && x->pulls && x->jumps && x->along && x->numbers && x->output;
+    return x->s && x->loads && x->pulls && x->along && x->numbers && x->output;
 }
 
 /* Outputs lie in the element that ends at s or goes on there. */
@@ -76,24 +75,6 @@ void strain_link_free(strain_link *x)
     *x = (strain_link){.element = NULL};
 }
 
-static void set_edges(strain_level *x, const solve_rod *rod)
-{
-    bool follows = false;
-    int next = 0;
-    for (int i = 0; i < rod->scene.point_count; i++) {
-        follows = follows || rod->scene.points[i].load.frame == SCENE_FOLLOWER;
-    }
-    for (int e = 0; e <= x->elements && next < rod->jumps.count; e++) {
-        strain_edge *edge = &x->form->edges[e];
-        if (fabs(rod->jumps.at[next].s - x->edges[e]) < SOLVE_SAME_PLACE) {
-            edge->loaded = true;
-            edge->follows = follows;
-            next++;
-        }
-    }
-    strain_form_set_jumps(x->form);
-}
-
 /* ---- what is given ------------------------------------------------------------------------- */
 
 static const solve_part PARTS[] = {SOLVE_SECTIONS, SOLVE_REST,      SOLVE_LOAD,  SOLVE_START,
@@ -123,18 +104,6 @@ static void put_actuators(strain_level *x, int node, int lane, const solve_actua
         put(x->form->actuators[at].given + ACTUATOR_SLOPE, lane, 2, from[k].slope);
         x->pulls[at][lane] = from[k].pull;
     }
-}
-
-/* Loads at edges, and the numbers of what acts there. */
-static void put_jumps(strain_level *x, int lane, const double *values)
-{
-    for (int e = 0; e <= x->elements; e++) {
-        if (x->form->edges[e].loaded) {
-            put(x->jumps[e][0], lane, 12, values);
-            values += 12;
-        }
-    }
-    put(x->numbers, lane, (size_t)x->form->kind.jumps->numbers, values);
 }
 
 /* values: of one point, or of the rod. */
@@ -172,7 +141,7 @@ static void put_part(strain_level *x, solve_part part, int node, int lane, const
         put(x->along + (size_t)node * along, lane, along, values);
         break;
     default:
-        put_jumps(x, lane, values);
+        put(x->numbers, lane, (size_t)x->form->kind.jumps->numbers, values);
     }
 }
 
@@ -330,7 +299,7 @@ ad_status strain_level_create(const solve_rod *rod, int stages, int elements, co
         x->s[i] = edges[e] + (edges[e + 1] - edges[e]) * x->form->rule.nodes[i % (size_t)stages];
     }
     place_outputs(x, s);
-    set_edges(x, rod);
+    strain_form_set_jumps(x->form);
     return give_same(x, rod, error);
 }
 
@@ -340,7 +309,6 @@ void strain_level_free(strain_level *x)
     free(x->s);
     free(x->loads);
     free(x->pulls);
-    free(x->jumps);
     free(x->along);
     free(x->numbers);
     free(x->output);
@@ -392,9 +360,6 @@ FOR_EACH_PROCESSOR static void load(strain_level *x, const lanes *factor)
                 *pull = *factor * x->pulls[i * pulling + k];
             }
         }
-    }
-    for (int e = 0; e <= x->elements; e++) {
-        scale(12, x->jumps[e][0], factor, form->edges[e].load[0]);
     }
     const acting *along = form->kind.along;
     for (int i = 0; i < form->nodes && along->count > 0; i++) {

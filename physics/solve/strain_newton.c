@@ -159,10 +159,6 @@ static void give_edges(strain_newton *x)
             continue;
         }
         const static_jump *at = &x->system->jumps[jump];
-        strain_edge *edge = &form->edges[e];
-        edge->loaded = any(sizeof at->load / sizeof(double), (const double *)&at->load);
-        edge->follows = any(3, at->load.body_force) || any(3, at->load.body_moment);
-        give_load(&at->load, edge->load);
         spread((size_t)at->acting->numbers, at->numbers,
                form->numbers + x->system->rod->jumps.at[jump].first);
     }

@@ -120,20 +120,6 @@ void strain_form_push(strain_form *x)
 /* F and T at edges, and their changes by a turn. */
 PROCESSOR_INLINE void load_edges(strain_form *x)
 {
-    for (int e = 0; e <= x->kind.elements; e++) {
-        strain_edge *edge = &x->edges[e];
-        if (edge->loaded) {
-            lanes body[2][3];
-            lanes_to_world(edge->R, edge->load[2], body[0]);
-            lanes_to_world(edge->R, edge->load[3], body[1]);
-            cross_matrix(body[0], -1, edge->by_turn[0]);
-            cross_matrix(body[1], -1, edge->by_turn[1]);
-            for (int i = 0; i < 3; i++) {
-                edge->force[i] = edge->load[0][i] + body[0][i];
-                edge->moment[i] = edge->load[1][i] + body[1][i];
-            }
-        }
-    }
     for (int k = 0; k < x->place_count; k++) {
         for (int i = 0; i < 3 && x->places[k].unknown >= 0; i++) {
             x->edges[x->places[k].edge].force[i] += x->places[k].force[i];

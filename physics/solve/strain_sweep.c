@@ -441,8 +441,8 @@ static void solve_full(strain_form *x, bool again)
 static bool forces_move(const strain_form *x)
 {
     bool moves = x->kind.follows || x->kind.end.force_is_body;
-    for (int e = 0; e <= x->kind.elements && !moves; e++) {
-        moves = x->edges[e].follows;
+    for (int k = 0; k < x->place_count && !moves; k++) {
+        moves = x->places[k].acting->follows;
     }
     return moves;
 }
