@@ -157,13 +157,13 @@ typedef struct change {
 } change;
 
 /* From one time to another, by samples within. */
-static void look_between(quantity q, double from, double to, change *found)
+static void look_between(quantity q, double s, double from, double to, change *found)
 {
     enum { SAMPLES = 64 };
-    double step = (to - from) / SAMPLES, before = quantity_value(q, 0, from + 0.5 * step);
+    double step = (to - from) / SAMPLES, before = quantity_value(q, s, from + 0.5 * step);
     found->size = fmax(found->size, fabs(before));
     for (int i = 1; i < SAMPLES; i++) {
-        double value = quantity_value(q, 0, from + (i + 0.5) * step),
+        double value = quantity_value(q, s, from + (i + 0.5) * step),
                rate = (value - before) / step;
         found->size = fmax(found->size, fabs(value));
         found->rate = fmax(found->rate, fabs(rate));
@@ -173,28 +173,44 @@ static void look_between(quantity q, double from, double to, change *found)
     }
 }
 
-double scene_rise_time(const scene *rod_scene, const scene_breaks *in_time)
+/* At places along its part of the rod where it depends on s. */
+static double rise_of(const scene *rod_scene, const scene_field *field, const scene_panels *panels)
 {
+    enum { PLACES = 5 };
     static const double SHARPER = 3, ROUNDED = 0.25; /* kinks; no kinks, of the rate */
-    double shortest = INFINITY;
-    for (int i = 0; i < scene_field_count; i++) {
-        const scene_field *field = &scene_fields[i];
-        const quantity *q = scene_field_of(rod_scene, field);
-        bool held = field->rule == SCENE_HELD; /* the rod moves with it from the start */
-        change found = {0};
-        for (int k = 0; (held || acts_at_place(field)) && k < field->count; k++) {
-            double begin = 0;
+    const quantity *q = scene_field_of(rod_scene, field);
+    const bool held = field->rule == SCENE_HELD; /* the rod moves with it from the start */
+    double from = 0, to = scene_length(rod_scene);
+    change found = {0};
+    scene_field_span(rod_scene, field, &from, &to);
+    for (int k = 0; k < field->count; k++) {
+        const int places = !q[k].is_given ? 0 : quantity_depends_on(q[k], "s") ? PLACES : 1;
+        for (int i = 0; i < places; i++) {
             found.last = held ? NAN : 0;
-            for (int b = 0; q[k].is_given && b <= in_time->count; b++) {
-                bool last = b == in_time->count;
-                double end = last ? scene_duration(rod_scene) : in_time->place[b];
-                look_between(q[k], begin, end, &found);
-                begin = end;
+            for (int p = 0; p < panels->count; p++) {
+                look_between(q[k], from + (to - from) * (i + 0.5) / places, panels->edges[p],
+                             panels->edges[p + 1], &found);
             }
         }
-        double kink = found.kink > ROUNDED * found.rate ? SHARPER * found.kink : 0;
-        double rate = fmax(found.rate, kink);
-        shortest = rate > 0 ? fmin(shortest, found.size / rate) : shortest;
     }
-    return shortest;
+    const double kink = found.kink > ROUNDED * found.rate ? SHARPER * found.kink : 0;
+    const double rate = fmax(found.rate, kink);
+    return rate > 0 ? found.size / rate : INFINITY;
+}
+
+ad_status scene_rise_time(const scene *rod_scene, double *rise, ad_error *error)
+{
+    scene_panels panels;
+    ad_status status = scene_panels_of(rod_scene, "t", &panels, error);
+    *rise = INFINITY;
+    for (int i = 0; i < scene_field_count && status == AD_OK; i++) {
+        const scene_field *field = &scene_fields[i];
+        if (quantity_any_depends_on(field->count, scene_field_of(rod_scene, field), "t")) {
+            *rise = fmin(*rise, rise_of(rod_scene, field, &panels));
+        }
+    }
+    if (status == AD_OK) {
+        scene_panels_free(&panels);
+    }
+    return status;
 }

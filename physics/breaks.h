@@ -32,10 +32,10 @@ ad_status scene_breaks_of(const scene *rod_scene, const char *coordinate, scene_
  * breaks of "t". */
 bool scene_is_sudden(const scene *rod_scene, const scene_breaks *in_time);
 
-/* In how short a time one of these, or the pose of a driven end, changes by its largest size, at
- * its largest rate but for jumps, by samples; a third of that where the rate itself jumps; s;
- * infinite where all stay as they are. Needs breaks of "t". */
-double scene_rise_time(const scene *rod_scene, const scene_breaks *in_time);
+/* In how short a time any quantity of the scene changes by its largest size, at its largest rate
+ * but for jumps, by samples of panels; a third of that where the rate itself jumps; s; infinite
+ * where all stay as they are. As scene_panels_of. */
+ad_status scene_rise_time(const scene *rod_scene, double *rise, ad_error *error);
 
 /* Panels: between two edges no formula jumps, and none does what samples of it do not show: where
  * its slopes, enclosed by interval arithmetic, differ by much more than those at samples, the panel

@@ -5,7 +5,10 @@
 #include "physics/breaks.h"
 #include "physics/constants.h"
 #include "physics/model.h"
+#include "physics/scene_field.h"
 #include "physics/scene_walk.h"
+#include "physics/solve/drives.h"
+#include "physics/solve/events.h"
 #include "random_numbers.h"
 
 #include <float.h>
@@ -335,8 +338,9 @@ static double rise_of(const char *tip, const char *driven)
     rod.duration = Q(1.0);
     rod.loads.tip.force[0] = Q(tip);
     rod.start.position[1] = Q(driven);
-    scene_breaks in_time = breaks_of(&rod, "t");
-    return scene_rise_time(&rod, &in_time);
+    double rise = 0;
+    assert_int_equal(scene_rise_time(&rod, &rise, NULL), AD_OK);
+    return rise;
 }
 
 /* The largest size over the largest rate, which samples miss by a few hundredths; a third where the
@@ -353,6 +357,92 @@ static void test_rise_time(void **state)
     assert_true(isinf(rise_of("where(t-0.5, 1, 3)", "0"))); /* jumps are sudden */
 }
 
+/* The other quantities of its entry of a list get what is allowed, so that formulas are looked at.
+ */
+static void give_entry(scene *of, const scene_list *list, int index)
+{
+    int *count = (int *)(void *)((char *)of + list->count_offset);
+    *count = index + 1;
+    for (int i = 0; i < scene_field_count; i++) {
+        int at = 0;
+        const scene_field *field = &scene_fields[i];
+        quantity *q = (quantity *)(void *)((char *)of + field->offset);
+        if (scene_field_list(field, &at) == list && at == index) {
+            for (int k = 0; k < field->count; k++) {
+                q[k] = field->rule == SCENE_PLACE ? q[k] : Q(0.5);
+            }
+        }
+    }
+}
+
+static bool may_vary(const scene_field *field)
+{
+    return field->rule == SCENE_IN_TIME || field->rule == SCENE_AT_END ||
+           field->rule == SCENE_AT_PLACE || field->rule == SCENE_HELD ||
+           field->rule == SCENE_EVERYWHERE;
+}
+
+/* Every quantity of a scene that may depend on t, set to a narrow pulse, is seen by the one place
+ * that windows, steps, meshes and points ask: panels narrow down on it, and so do the instants at
+ * which solvers of rods look, those at which a beam's panels end, and the rise time. */
+static void test_every_pulse(void **state)
+{
+    (void)state;
+    enum { KEYS_LEAST = 30 };
+    const double at = 0.437, width = 2e-3, close = 8 * width;
+    int keys = 0;
+    for (int i = 0; i < scene_field_count; i++) {
+        const scene_field *field = &scene_fields[i];
+        int index = 0;
+        const scene_list *list = scene_field_list(field, &index);
+        scene of = rod_of_length(1);
+        of.duration = Q(1.0);
+        if (!may_vary(field) || index > 0) {
+            continue;
+        }
+        if (list) {
+            give_entry(&of, list, index);
+        }
+        for (int k = 0; k < field->count; k++) {
+            quantity *q = (quantity *)(void *)((char *)&of + field->offset);
+            *(q + k) = Q("1 + 3*exp(-((t-0.437)/2e-3)^2)");
+        }
+        scene_panels panels;
+        scene_breaks divisions;
+        double rise = 0, wide = 0, nearest = 1;
+        assert_int_equal(scene_panels_of(&of, "t", &panels, NULL), AD_OK);
+        for (int p = 0; p < panels.count; p++) {
+            const double low = panels.edges[p], high = panels.edges[p + 1];
+            wide = low < at + width && high > at - width ? fmax(wide, high - low) : wide;
+        }
+        scene_panels_free(&panels);
+        assert_int_equal(scene_divisions_of(&of, "t", BREAKS_MAX, &divisions, NULL), AD_OK);
+        for (int p = 0; p < divisions.count; p++) {
+            nearest = fmin(nearest, fabs(divisions.place[p] - at));
+        }
+        assert_int_equal(scene_rise_time(&of, &rise, NULL), AD_OK);
+        solve_drives *drives = NULL;
+        solve_events *events = NULL;
+        const solve_rod rod = {.scene = of, .scales = {.time = 1}, .duration = 1, .dynamic = true};
+        assert_int_equal(solve_drives_create(&rod, &drives, NULL), AD_OK);
+        assert_int_equal(solve_events_create(&rod, &events, NULL), AD_OK);
+        double instant = 1;
+        for (size_t k = 0; k < events->count; k++) {
+            instant = fmin(instant, fabs(events->times[k] - at));
+        }
+        if (!(wide <= close && nearest <= close && rise <= close && drives->count > 0 &&
+              instant <= close)) {
+            fail_msg("%s: panels %g, divisions %g, rise %g, %zu drives, instants %g", field->key,
+                     wide, nearest, rise, drives->count, instant);
+        }
+        assert_string_equal(drives->all[0].key, field->key);
+        solve_events_free(events);
+        solve_drives_free(drives);
+        keys++;
+    }
+    assert_true(keys >= KEYS_LEAST);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -362,7 +452,7 @@ int main(void)
         cmocka_unit_test(test_in_time),       cmocka_unit_test(test_bands),
         cmocka_unit_test(test_few_panels),    cmocka_unit_test(test_narrow),
         cmocka_unit_test(test_none_missed),   cmocka_unit_test(test_rise_time),
-        cmocka_unit_test(test_many_formulas),
+        cmocka_unit_test(test_many_formulas), cmocka_unit_test(test_every_pulse),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

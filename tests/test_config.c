@@ -4,6 +4,7 @@
 #include "config_refusals.h"
 #include "config_refusals_lists.h"
 #include "config_testing.h"
+#include "physics/scene_field.h"
 #include "tools/config/config_parts.h"
 
 #include <locale.h>
@@ -666,9 +667,36 @@ static void test_many_anchors(void **state)
     assert_string_equal(error.message, "scene.yaml:257:7: anchor 257; allowed: 256 in a file");
 }
 
+/* Every quantity of the scene that the reader knows stands in the list of all quantities of a
+ * scene, which meshes, windows and steps ask. */
+static void test_quantities_are_listed(void **state)
+{
+    (void)state;
+    int quantities = 0;
+    for (int i = 0; i < config_key_count; i++) {
+        const config_key *key = &config_keys[i];
+        const size_t at = key->offset - offsetof(config, scene);
+        bool listed = false;
+        if (key->type != CONFIG_QUANTITY || key->offset < offsetof(config, scene) ||
+            at >= sizeof(scene)) {
+            continue;
+        }
+        for (int k = 0; k < scene_field_count; k++) {
+            const int count = key->entries_max > 0 ? key->entries_max : 1;
+            listed |= scene_fields[k].offset == at && scene_fields[k].count == count;
+        }
+        if (!listed) {
+            fail_msg("%s is not in scene_fields", key->path);
+        }
+        quantities++;
+    }
+    assert_true(quantities > 100);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_quantities_are_listed),
         cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_scene_refusals),
         cmocka_unit_test(test_files),

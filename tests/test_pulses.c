@@ -4,8 +4,8 @@
  *
  * COUNT random motions, of seeds from FIRST on: the quantities in turn, pulses of any shape, place
  * and width. Each is compared with steps on a mesh of its own that are as short as the pulse asks
- * for, whose place and width are known here and are not looked for. Without arguments the first
- * of the quantities, in short motions. */
+ * for, whose place and width are known here and are not looked for. A scene that is refused is
+ * counted. Without arguments the first of the quantities, in short motions. */
 #include "config_testing.h"
 #include "random_numbers.h"
 
@@ -262,7 +262,7 @@ static void follow(const pulse_scene *x, const solve_rod *rod, double tolerance,
 
 typedef struct outcome {
     double error, estimate, balance, moved, seconds;
-    bool warned;
+    bool warned, refused;
     char text[VERDICT_TEXT + 64];
 } outcome;
 
@@ -277,8 +277,8 @@ static void solve_pulse(const pulse_scene *x, const scene *of, const solve_setti
     verdict judged = {0};
     const double length = scene_length(of);
     ad_status status = solution_create(of, settings, count, times, &made, &report, &error);
-    if (status == AD_NOT_FINITE && out) { /* no answer is no wrong one */
-        *out = (outcome){.estimate = NAN, .warned = true};
+    if (status != AD_OK && status != AD_NO_MEMORY && out) { /* no answer is no wrong one */
+        *out = (outcome){.estimate = NAN, .warned = true, .refused = status != AD_NOT_FINITE};
         snprintf(out->text, sizeof out->text, "%s", error.message);
         return;
     }
@@ -328,10 +328,18 @@ static outcome judge(const pulse_scene *x)
     const solve_settings settings = {.tolerance = 1e-4};
     double times[TIMES], scaled[TIMES], s[PLACES], by_solver[TIMES * PLACES * 3];
     double trusted[TIMES * PLACES * 3];
-    config *made = read_text(x->text, 0, NULL);
+    config *made = NULL;
     solve_rod *rod = NULL;
     ad_error error = {.message = ""};
     outcome out = {0};
+    ad_status status = config_read("scene.yaml", x->text, 0, NULL, &made, &error);
+    if (status ==
+        AD_BAD_INPUT) { /* such as held ends that are farther apart than the rod is long */
+        out = (outcome){.estimate = NAN, .warned = true, .refused = true};
+        snprintf(out.text, sizeof out.text, "%s", error.message);
+        return out;
+    }
+    assert_int_equal(status, AD_OK);
     assert_int_equal(solve_rod_create(&made->scene, &rod, &error), AD_OK);
     for (int i = 0; i < TIMES; i++) {
         times[i] = x->at + (x->duration - x->at) * i / (TIMES - 1);
@@ -356,7 +364,7 @@ static outcome judge(const pulse_scene *x)
 /* How many were wrong in silence. */
 static int judge_all(int count, int first, bool quick)
 {
-    int silent = 0, warned = 0;
+    int silent = 0, warned = 0, refused = 0;
     double seconds = 0, longest = 0;
     for (int i = first; i < first + count; i++) {
         static pulse_scene x;
@@ -371,12 +379,18 @@ static int judge_all(int count, int first, bool quick)
             print_message("%s\n", x.text);
         }
         silent += bad;
-        warned += out.warned;
+        warned += out.warned && !out.refused;
+        refused += out.refused;
         seconds += out.seconds;
         longest = fmax(longest, out.seconds);
     }
-    print_message("%d motions, %d warned, %d wrong in silence; %.1f s, the longest %.1f s\n", count,
-                  warned, silent, seconds, longest);
+    print_message(
+        "%d motions, %d refused, %d warned, %d wrong in silence; %.1f s, the longest %.1f "
+        "s\n",
+        count, refused, warned, silent, seconds, longest);
+    if (2 * refused > count && count > 1) {
+        fail_msg("%d of %d scenes are refused", refused, count);
+    }
     return silent;
 }
 

@@ -38,8 +38,8 @@ modes_counts modes_counts_in(const scene *rod_scene, const int of[4]);
 /* Borrows the rod. open: its open parameters with usual values (solve_rod_create_open), which are
  * the inputs; NULL: none. Strains
  * that the rod locks get no modes, whatever counts say. finer: so many more Gauss points for each
- * piece than modes ask for. AD_BAD_ARGUMENT: a scene that modes do not take (physics/support.h); AD_NO_MEMORY, errors of
- * formulas. */
+ * piece than modes ask for. AD_BAD_ARGUMENT: a scene that modes do not take (physics/support.h);
+ * AD_NO_MEMORY, errors of formulas. */
 ad_status modes_create(solve_rod *rod, const solve_parameters *open, const modes_counts *counts,
                        int finer, modes **result, ad_error *error);
 void modes_free(modes *m);

@@ -44,7 +44,8 @@ typedef struct reduced_place {
 } reduced_place;
 
 /* The scene passes scene_check and the check of its model. AD_BAD_ARGUMENT: one that modes do not
- * take (physics/support.h); AD_BAD_INPUT: with an input where one number has to stand; AD_NO_MEMORY, errors of formulas. */
+ * take (physics/support.h); AD_BAD_INPUT: with an input where one number has to stand;
+ * AD_NO_MEMORY, errors of formulas. */
 ad_status reduced_create(const scene *rod_scene, const reduced_settings *settings,
                          reduced_rod **result, ad_error *error);
 void reduced_free(reduced_rod *x); /* NULL is allowed */

@@ -145,9 +145,9 @@ typedef struct solve_energy {
 
 typedef struct solution solution;
 
-/* Whether the method takes the scene, also for its branch and, where asked, for its path: the table of
- * physics/support.h. AD_BAD_ARGUMENT with its sentence; *key receives the key to blame (NULL: not
- * wanted). */
+/* Whether the method takes the scene, also for its branch and, where asked, for its path: the table
+ * of physics/support.h. AD_BAD_ARGUMENT with its sentence; *key receives the key to blame (NULL:
+ * not wanted). */
 ad_status solve_check(const scene *rod_scene, const solve_settings *settings, bool path,
                       const char **key, ad_error *error);
 

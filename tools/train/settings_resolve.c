@@ -92,22 +92,28 @@ static bool begins_with_gauss_newton(const train_settings *settings)
     return settings->stages[0].optimizer == OPTIM_GAUSS_NEWTON;
 }
 
-/* How abruptly what acts at single places changes in time. */
+/* How abruptly what drives the rod changes in time. */
 typedef struct pace {
     bool sudden;
     double window; /* the longest, in units of L^2 (rhoA/EI)^(1/2) */
     double waves;  /* along s, radians per half length */
 } pace;
 
-static pace pace_of(const scene *rod_scene, const scene_breaks *breaks)
+static ad_status find_pace(const scene *rod_scene, const scene_breaks *breaks, pace *result,
+                           ad_error *error)
 {
     if (scene_is_sudden(rod_scene, breaks)) {
-        return (pace){true, SUDDEN_WINDOW, SUDDEN};
+        *result = (pace){true, SUDDEN_WINDOW, SUDDEN};
+        return AD_OK;
     }
-    double unit = rod_scales_of(rod_scene).time, rise = scene_rise_time(rod_scene, breaks) / unit;
-    double window = fmax(SUDDEN_WINDOW, OF_RISE * rise * rise);
+    double rise;
+    ad_status status = scene_rise_time(rod_scene, &rise, error);
+    const double unit = rod_scales_of(rod_scene).time;
+    double window = fmax(SUDDEN_WINDOW, OF_RISE * pow(rise / unit, 2));
     window = fmax(window, 2 * scene_duration(rod_scene) / unit / SCENE_WINDOWS_MAX);
-    return window <= WINDOW / 2 ? (pace){false, window, QUICK} : (pace){false, WINDOW, IN_MOTION};
+    *result =
+        window <= WINDOW / 2 ? (pace){false, window, QUICK} : (pace){false, WINDOW, IN_MOTION};
+    return status;
 }
 
 /* Between jumps in time and its ends, as many as are short enough. */
@@ -154,10 +160,11 @@ ad_status train_resolve_windows(train_settings *settings, scene *rod_scene, char
 {
     scene_breaks breaks;
     ad_status status = scene_breaks_of(rod_scene, "t", &breaks, error);
+    pace changes;
+    status = status == AD_OK ? find_pace(rod_scene, &breaks, &changes, error) : status;
     if (status != AD_OK) {
         return status;
     }
-    const pace changes = pace_of(rod_scene, &breaks);
     return resolve_windows(settings, rod_scene, &breaks, &changes, key, error);
 }
 
@@ -301,7 +308,7 @@ static ad_status resolve_network(train_settings *settings, scene *rod_scene, dom
         changes.waves = FAMILY_IN_MOTION;
     } else if (status == AD_OK && network->hidden_count == 0 && scene_is_dynamic(rod_scene) &&
                !scene_is_beam(rod_scene)) {
-        changes = pace_of(rod_scene, &breaks);
+        status = find_pace(rod_scene, &breaks, &changes, error);
     }
     if (status == AD_OK) {
         status = resolve_windows(settings, rod_scene, &breaks, &changes, key, error);
