@@ -136,7 +136,8 @@ static void test_refused(void **state)
     static const struct {
         const char *text, *line;
     } rows[] = {
-        {ROD "initial: {state: equilibrium}\n", "scene.yaml:4:18: initial.state: equilibrium is"},
+        {ROD "initial: {state: equilibrium}\n",
+         "scene.yaml:4:18: initial.state: nothing takes equilibrium at t = 0 at rest: "},
         {ROD "time: {duration: 1}\ninitial: {state: equilibrium, position: [s, 0, 0], rotation: "
              "[0, 1, 0, 1]}\n",
          "scene.yaml:5:18: initial.state: equilibrium says"},
