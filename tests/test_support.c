@@ -472,7 +472,7 @@ static const char *const of_networks[] = {"training.stages=[{optimizer: gauss_ne
 static const char *const of_rest[] = {"network.fourier.features=10", NULL};
 static const char *const of_motion[] = {
     "network.fourier={features: 14, wavenumber: 12, frequency: 40}", "losses.interior.points=100",
-    NULL};
+    "time.windows=1", NULL};
 
 /* A network whose residual is on the tape. */
 static bool is_tape(support_form form)
