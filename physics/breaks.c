@@ -177,7 +177,8 @@ static void look_between(quantity q, double s, double from, double to, change *f
 static double rise_of(const scene *rod_scene, const scene_field *field, const scene_panels *panels)
 {
     enum { PLACES = 5 };
-    static const double SHARPER = 3, ROUNDED = 0.25; /* kinks; no kinks, of the rate */
+    /* kinks; no kinks, of the rate; what moves the rod as a whole excites its waves less */
+    static const double SHARPER = 3, ROUNDED = 0.25, ALL_ALONG = 4;
     const quantity *q = scene_field_of(rod_scene, field);
     const bool held = field->rule == SCENE_HELD; /* the rod moves with it from the start */
     double from = 0, to = scene_length(rod_scene);
@@ -195,7 +196,8 @@ static double rise_of(const scene *rod_scene, const scene_field *field, const sc
     }
     const double kink = found.kink > ROUNDED * found.rate ? SHARPER * found.kink : 0;
     const double rate = fmax(found.rate, kink);
-    return rate > 0 ? found.size / rate : INFINITY;
+    const double local = held || acts_at_place(field) ? 1 : ALL_ALONG;
+    return rate > 0 ? local * found.size / rate : INFINITY;
 }
 
 ad_status scene_rise_time(const scene *rod_scene, double *rise, ad_error *error)
