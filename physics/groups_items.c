@@ -142,6 +142,23 @@ static ad_value quantities_of(const recorder *x, int count, const quantity *q, d
     return rod_quantities(&x->rod, count, q, ZEROS, factor, x->rod.s, x->rod.t);
 }
 
+/* What laws along the rod are given, those that resist the motion or the others. */
+static void add_laws(recorder *x, bool resist)
+{
+    const rod_given *given;
+    for (int left = rod_givens(&given); left > 0; left--, given++) {
+        const quantity *q = rod_given_of(given, &x->source->open);
+        ad_value row[3];
+        for (int i = 0; i < given->count; i++) {
+            row[i] = quantities_of(x, 1, q + i, rod_given_scale(given, i, &x->rod.scales));
+        }
+        if (resist == (given->formula != NULL)) {
+            add(x, given->term, resist ? "" : "EI/L^4", GROUP_SCALAR, resist ? 0.5 : 0.05,
+                ad_mul(x->softness, ad_stack(given->count, row)));
+        }
+    }
+}
+
 static void add_matter(recorder *x, const rod_coefficients *c)
 {
     const scene_rest rest = scene_rest_of(&x->source->open);
@@ -170,9 +187,7 @@ static void add_line_loads(recorder *x, const rod_coefficients *c)
              quantities_of(x, 3, given->force, scale->length / scale->force), follows);
     add_load(x, "distributed moment", "EI/L^2", GROUP_AXIAL, 0.3,
              quantities_of(x, 3, given->moment, scale->length / scale->moment), follows);
-    add(x, "foundation", "EI/L^4", GROUP_SCALAR, 0.05,
-        ad_mul(x->softness, quantities_of(x, 3, given->foundation,
-                                          scale->length * scale->length / scale->force)));
+    add_laws(x, false);
 }
 
 /* In motion; times by that of the middle. */
@@ -183,10 +198,6 @@ static void add_motion(recorder *x, const rod_coefficients *c)
     const rod_scales *scale = &x->rod.scales;
     const double speed = scale->length / scale->time;
     const ad_value mass = quantities_of(x, 1, &made.mass_per_length, speed * speed / scale->force);
-    const ad_value drag =
-        quantities_of(x, 1, &open->loads.drag, speed * scale->length / scale->force);
-    const ad_value fast = quantities_of(x, 1, &open->loads.quadratic_drag,
-                                        speed * speed * scale->length / scale->force);
     const struct {
         const char *name;
         double effect;
@@ -194,12 +205,11 @@ static void add_motion(recorder *x, const rod_coefficients *c)
     } rows[] = {{"mass", 0.5, mass},
                 {"rotary inertia", 0.5, c->rotary_inertia},
                 {"damping of strain", 1e-3, c->strain_damping},
-                {"damping of curvature", 0.5, c->curvature_damping},
-                {"drag", 0.5, drag},
-                {"quadratic drag", 0.5, fast}};
+                {"damping of curvature", 0.5, c->curvature_damping}};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         add(x, rows[i].name, "", GROUP_SCALAR, rows[i].effect, ad_mul(x->softness, rows[i].value));
     }
+    add_laws(x, true);
     add(x, "position at t = 0", "L", GROUP_SCALAR, 1,
         quantities_of(x, 3, open->initial.position, 1 / scale->length));
     add(x, "rotation at t = 0", "", GROUP_SCALAR, 1,

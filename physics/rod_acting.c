@@ -2,57 +2,94 @@
  * scene has, and what numbers they are given. */
 #include "physics/rod_internal.h"
 
+#include <math.h>
+
 static const double ACTING_ZEROS[4] = {0, 0, 0, 0};
 
 /* ---- along the rod ------------------------------------------------------------------------- */
 
-static bool has_foundation(const scene *given)
+#define GIVEN(member) .offset = offsetof(scene, loads.member)
+#define SLENDER                                                                                    \
+    .count = 3, .unit = {{2, -1}, {2.5, -1.5}, {3, -2}}, .formula = "c/(2 rhoA w1), c at w1 L"
+
+static const rod_given GIVENS[] = {
+    {LAW_SPRING, "elastic foundation", GIVEN(foundation), .count = 3,
+     .unit = {{.length = 2}, {.length = 2}, {.length = 2}}},
+    {LAW_RESISTANCE, "drag", GIVEN(drag), .count = 1, .unit = {{2, -1}},
+     .formula = "c/(2 rhoA w1)"},
+    {LAW_RESISTANCE, "quadratic drag", GIVEN(quadratic_drag), .count = 1, .unit = {{3, -2}},
+     .formula = "c L/(2 rhoA)"},
+    {LAW_SLENDER_DRAG, "drag along d3", GIVEN(fluid_along), SLENDER},
+    {LAW_SLENDER_DRAG, "drag across d3", GIVEN(fluid_across), SLENDER},
+};
+
+_Static_assert(sizeof GIVENS / sizeof *GIVENS <= ROD_ALONG_MAX, "too many laws along a rod");
+
+int rod_givens(const rod_given **given)
 {
-    return quantity_any_something(3, given->loads.foundation);
+    *given = GIVENS;
+    return sizeof GIVENS / sizeof *GIVENS;
 }
 
-static ad_value foundation_numbers(const rod_context *rod)
+const quantity *rod_given_of(const rod_given *given, const scene *of)
 {
-    const double unit = rod->scales.force / (rod->scales.length * rod->scales.length);
-    const ad_value place = rod_undeformed(rod, rod->s).position;
-    return ad_stack(3, (ad_value[]){ad_zeros(rod->tape, 3),
-                                    rod_quantities(rod, 3, rod->scene->loads.foundation,
-                                                   ACTING_ZEROS, 1 / unit, rod->s, rod->t),
-                                    rod_position_to_world(rod, place)});
+    return (const quantity *)((const char *)of + given->offset);
 }
 
-static bool has_drag(const scene *given)
+double rod_given_scale(const rod_given *given, int i, const rod_scales *by)
 {
-    return scene_is_dynamic(given) && (quantity_is_something(given->loads.drag) ||
-                                       quantity_is_something(given->loads.quadratic_drag));
+    return pow(by->length, given->unit[i].length) * pow(by->time, given->unit[i].time) / by->force;
 }
 
-static ad_value drag_numbers(const rod_context *rod)
+static bool acts(const rod_given *given, const scene *of)
 {
-    const scene_loads *given = &rod->scene->loads;
-    const double speed = rod->scales.length / rod->scales.time;
-    const double factor = speed * rod->scales.length / rod->scales.force;
-    return ad_stack(
-        2, (ad_value[]){rod_quantities(rod, 1, &given->drag, ACTING_ZEROS, factor, rod->s, rod->t),
-                        rod_quantities(rod, 1, &given->quadratic_drag, ACTING_ZEROS, speed * factor,
-                                       rod->s, rod->t)});
+    return quantity_any_something(given->count, rod_given_of(given, of)) &&
+           (scene_is_dynamic(of) || law_table[given->law].kind != LAW_DISSIPATES);
 }
 
-static const struct {
-    law_name law;
-    bool (*is_on)(const scene *given);
-    ad_value (*numbers)(const rod_context *rod);
-} ALONG[] = {{LAW_SPRING, has_foundation, foundation_numbers},
-             {LAW_RESISTANCE, has_drag, drag_numbers}};
+/* Whether a scene has a law that is given `first` and what follows it; *last: one after these. */
+static bool is_on(const rod_given *first, const scene *of, const rod_given **last)
+{
+    bool on = false;
+    for (*last = first; *last < GIVENS + sizeof GIVENS / sizeof *GIVENS; ++*last) {
+        if ((*last)->law != first->law) {
+            break;
+        }
+        on = on || acts(*last, of);
+    }
+    return on;
+}
 
-_Static_assert(sizeof ALONG / sizeof *ALONG <= ROD_ALONG_MAX, "too many laws along a rod");
+static ad_value numbers_of(const rod_context *rod, const rod_given *first, const rod_given *last)
+{
+    ad_value row[LAW_NUMBERS_MAX];
+    int rows = 0;
+    for (const rod_given *given = first; given < last; given++) {
+        for (int i = 0; i < given->count; i++) {
+            row[rows++] = rod_quantities(rod, 1, rod_given_of(given, rod->scene) + i, ACTING_ZEROS,
+                                         rod_given_scale(given, i, &rod->scales), rod->s, rod->t);
+        }
+    }
+    const ad_value numbers = ad_stack(rows, row);
+    const law *of = &law_table[first->law];
+    if (!of->by_position) {
+        return numbers;
+    }
+    /* From where the unstressed rod is; a shift from there is 0. */
+    const ad_value place = rod_position_to_world(rod, rod_undeformed(rod, rod->s).position);
+    const int shift = of->numbers - rows - 3;
+    const ad_value all[3] = {ad_zeros(rod->tape, shift > 0 ? shift : 1), numbers, place};
+    return shift > 0 ? ad_stack(3, all) : ad_stack(2, all + 1);
+}
 
 int rod_acting_along(const rod_context *rod, rod_acting *acting)
 {
+    const rod_given *first, *next;
     int count = 0;
-    for (size_t i = 0; i < sizeof ALONG / sizeof *ALONG; i++) {
-        if (ALONG[i].is_on(rod->scene)) {
-            acting[count++] = (rod_acting){.law = ALONG[i].law, .numbers = ALONG[i].numbers(rod)};
+    for (int left = rod_givens(&first); left > 0; left -= (int)(next - first), first = next) {
+        if (is_on(first, rod->scene, &next)) {
+            acting[count++] =
+                (rod_acting){.law = first->law, .numbers = numbers_of(rod, first, next)};
         }
     }
     return count;
@@ -186,9 +223,10 @@ rod_wrench rod_acting_wrench(const rod_context *rod, const rod_acting *at, rod_p
 
 bool rod_is_held_by_laws(const scene *given, bool along)
 {
+    const rod_given *row;
     bool any = !along && given->spring_count > 0;
-    for (size_t i = 0; i < sizeof ALONG / sizeof *ALONG && along; i++) {
-        any = any || (law_table[ALONG[i].law].kind == LAW_STORES && ALONG[i].is_on(given));
+    for (int left = rod_givens(&row); left > 0 && along; left--, row++) {
+        any = any || (law_table[row->law].kind == LAW_STORES && acts(row, given));
     }
     return any;
 }

@@ -275,9 +275,28 @@ typedef struct rod_acting {
 } rod_acting;
 
 enum {
-    ROD_ALONG_MAX = 3,
+    ROD_ALONG_MAX = 8,
     ROD_AT_PLACES_MAX = 2 * SCENE_SPRINGS_MAX + 2 * SCENE_POINTS_MAX + SCENE_BODIES_MAX
 };
+
+/* What a law along the rod is given: a row of quantities of the scene. Where a law has several,
+ * they stand together, in the order of its numbers. Its numbers are these times length^a
+ * time^b/force. */
+typedef struct rod_given {
+    law_name law;
+    const char *term; /* for people */
+    size_t offset;    /* into scene */
+    int count;
+    struct {
+        double length, time;
+    } unit[3];
+    const char *formula; /* where it resists the motion: of the damping of the first bending mode,
+                            c at the velocity w1 L */
+} rod_given;
+
+int rod_givens(const rod_given **given);                               /* all of them */
+const quantity *rod_given_of(const rod_given *given, const scene *of); /* [count] */
+double rod_given_scale(const rod_given *given, int i, const rod_scales *by);
 
 /* All of a scene; they return how many. */
 int rod_acting_along(const rod_context *rod, rod_acting *acting);     /* [ROD_ALONG_MAX] */

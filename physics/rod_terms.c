@@ -1,5 +1,6 @@
 /* Which physical terms a scene has, for people: the tape drops the others by folding constants. */
-#include "physics/rod.h"
+#include "physics/rod_internal.h"
+#include "physics/scene_field.h"
 
 #include <math.h>
 
@@ -77,36 +78,54 @@ static void terms_of_strains(const scene *rod_scene, term_list *list)
     term_add(list, "turned joints", reason_if(!turns, "not given", NULL));
 }
 
-/* `row` with its presence and, from the coefficient of a force per length and velocity, c, its
- * damping: c/(2 rhoA w1). */
-static rod_term resisting(const scene *rod_scene, rod_term row, quantity coefficient)
+/* Of what resists the motion, from force per length and velocity at the velocity of the first
+ * bending mode where its amplitude is the length, c: the damping c/(2 rhoA w1). */
+static rod_term resisting(const scene *rod_scene, const rod_given *given)
 {
-    scene_properties properties = scene_properties_of(rod_scene);
+    const quantity *q = rod_given_of(given, rod_scene);
     const char *still = scene_is_dynamic(rod_scene) ? NULL : "static scene";
-    row.reason = still ? still : reason_if(is_only(coefficient, 0), "not given", NULL);
+    rod_term row = {.name = given->term,
+                    .key = scene_key_of(rod_scene, q),
+                    .formula = given->formula,
+                    .reason =
+                        reason_if(!quantity_any_something(given->count, q), "not given", NULL)};
+    row.reason = still ? still : row.reason;
     row.present = row.reason == NULL;
     if (row.present) {
-        double mass = scene_mean(rod_scene, properties.mass_per_length);
-        row.damping =
-            scene_mean(rod_scene, coefficient) / (2 * mass * rod_first_frequency(rod_scene));
+        const double frequency = rod_first_frequency(rod_scene);
+        const double speed = frequency * scene_length(rod_scene);
+        double c = 0;
+        for (int i = 0; i < given->count; i++) {
+            c += scene_mean(rod_scene, q[i]) * pow(speed, -given->unit[i].time - 1);
+        }
+        const quantity mass = scene_properties_of(rod_scene).mass_per_length;
+        row.damping = c / (2 * scene_mean(rod_scene, mass) * frequency);
     }
     return row;
 }
 
 rod_term rod_drag_term(const scene *rod_scene)
 {
-    const rod_term row = {.name = "drag", .key = "loads.drag", .formula = "c/(2 rhoA w1)"};
-    return resisting(rod_scene, row, rod_scene->loads.drag);
+    const rod_given *given;
+    rod_givens(&given);
+    while (rod_given_of(given, rod_scene) != &rod_scene->loads.drag) {
+        given++;
+    }
+    return resisting(rod_scene, given);
 }
 
-/* As linear drag at the velocity of that mode where its amplitude is the length. */
-static rod_term quadratic_drag_term(const scene *rod_scene)
+/* Of laws along the rod that resist the motion, or of the others. */
+static void terms_of_laws(const scene *rod_scene, bool resist, term_list *list)
 {
-    const rod_term row = {
-        .name = "quadratic drag", .key = "loads.quadratic_drag", .formula = "c L/(2 rhoA)"};
-    bool moves = scene_is_dynamic(rod_scene);
-    double speed = moves ? rod_first_frequency(rod_scene) * scene_length(rod_scene) : 0;
-    return resisting(rod_scene, row, quantity_scale(rod_scene->loads.quadratic_drag, speed));
+    const rod_given *given;
+    for (int left = rod_givens(&given); left > 0; left--, given++) {
+        const bool absent = !quantity_any_something(given->count, rod_given_of(given, rod_scene));
+        if (resist && given->formula) {
+            list->terms[list->count++] = resisting(rod_scene, given);
+        } else if (!resist && !given->formula) {
+            term_add(list, given->term, reason_if(absent, "not given", NULL));
+        }
+    }
 }
 
 static void terms_of_time(const scene *rod_scene, term_list *list)
@@ -128,8 +147,7 @@ static void terms_of_time(const scene *rod_scene, term_list *list)
              still ? still : reason_if(are_zero(properties.strain_damping), "not given", NULL));
     term_add(list, "curvature damping",
              still ? still : reason_if(are_zero(properties.curvature_damping), "not given", NULL));
-    list->terms[list->count++] = rod_drag_term(rod_scene);
-    list->terms[list->count++] = quadratic_drag_term(rod_scene);
+    terms_of_laws(rod_scene, true, list);
 }
 
 static const char *load_reason(scene_end_type type, const scene_load *load)
@@ -153,8 +171,7 @@ static void terms_of_loads(const scene *rod_scene, term_list *list)
     }
     term_add(list, "point loads", reason_if(rod_scene->point_count == 0, "not given", NULL));
     term_add(list, "bodies", reason_if(rod_scene->body_count == 0, "not given", NULL));
-    term_add(list, "elastic foundation",
-             reason_if(!quantity_any_something(3, loads->foundation), "not given", NULL));
+    terms_of_laws(rod_scene, false, list);
     term_add(list, "springs", reason_if(rod_scene->spring_count == 0, "not given", NULL));
     term_add(list, "tendons", reason_if(rod_scene->tendon_count == 0, "not given", NULL));
     term_add(list, "chambers", reason_if(rod_scene->chamber_count == 0, "not given", NULL));

@@ -134,16 +134,19 @@ typedef struct scene_load {
 } scene_load;
 
 typedef struct scene_loads {
-    quantity gravity[3];     /* m/s^2; default 0 */
-    quantity drag;           /* force per length against the velocity, f = -drag r_t; N s/m^2 */
-    quantity quadratic_drag; /* f = -quadratic_drag |r_t| r_t; of s; N s^2/m^3 */
-    quantity force[3];       /* distributed, formulas of s, t; N/m */
-    quantity moment[3];      /* distributed, formulas of s, t; N m/m */
-    quantity foundation[3];  /* f = -foundation (r - r0), along the world's axes, with r0 where the
-                                unstressed rod is; of s; N/m^2, >= 0 */
-    scene_frame frame;       /* of the distributed force and moment */
-    scene_load base;         /* at s = 0 */
-    scene_load tip;          /* at s = length */
+    quantity gravity[3];      /* m/s^2; default 0 */
+    quantity drag;            /* force per length against the velocity, f = -drag r_t; N s/m^2 */
+    quantity quadratic_drag;  /* f = -quadratic_drag |r_t| r_t; of s; N s^2/m^3 */
+    quantity fluid_along[3];  /* f = -(c_1 + c_2 |w|^(1/2) + c_3 |w|) w against the velocity w along
+                                 d3; of s; N s/m^2, N s^1.5/m^2.5, N s^2/m^3; >= 0 */
+    quantity fluid_across[3]; /* the same for the velocity across d3 */
+    quantity force[3];        /* distributed, formulas of s, t; N/m */
+    quantity moment[3];       /* distributed, formulas of s, t; N m/m */
+    quantity foundation[3];   /* f = -foundation (r - r0), along the world's axes, with r0 where the
+                                 unstressed rod is; of s; N/m^2, >= 0 */
+    scene_frame frame;        /* of the distributed force and moment */
+    scene_load base;          /* at s = 0 */
+    scene_load tip;           /* at s = length */
 } scene_loads;
 
 /* ---- lists ----

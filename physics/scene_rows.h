@@ -111,6 +111,14 @@ extern "C" {
       "Force per length against the square of the velocity, f = -quadratic_drag |r_t| r_t; "       \
       "formula of s. For a cylinder across a flow it is half of density, drag coefficient and "    \
       "diameter.")                                                                                 \
+    X("loads.fluid.along", 3, loads.fluid_along, LOADS, ALONG, NOT_NEGATIVE, SCALAR, WORLD,        \
+      "N s/m^2, N s^1.5/m^2.5, N s^2/m^3", ZERO, NULL,                                             \
+      "Drag of a slender rod in a fluid: f = -(c1 + c2 |w|^(1/2) + c3 |w|) w against the velocity "\
+      "w along the rod; [c1, c2, c3], formulas of s.")                                             \
+    X("loads.fluid.across", 3, loads.fluid_across, LOADS, ALONG, NOT_NEGATIVE, SCALAR, WORLD,      \
+      "N s/m^2, N s^1.5/m^2.5, N s^2/m^3", ZERO, NULL,                                             \
+      "The same for the velocity across the rod. c3 is half of density, drag coefficient and "     \
+      "diameter.")                                                                                 \
     X("loads.force", 3, loads.force, LOADS, EVERYWHERE, ANY, POLAR_VECTOR, BY_LOAD, "N/m",         \
       NOTHING, NULL,                                                                               \
       "Distributed force; formulas of s and t.")                                                   \

@@ -25,6 +25,7 @@
     "  gravity: [1, -2, -3]\n"                                                                     \
     "  drag: 0.3\n"                                                                                \
     "  quadratic_drag: 0.2\n"                                                                      \
+    "  fluid: {along: [0.1, 0.02, 0.01], across: [0.2, 0.04, 0.1]}\n"                              \
     "  foundation: [1, 2, 3]\n"                                                                    \
     "  frame: follower\n"                                                                          \
     "  force: [0.3, 0.2*s, 0.1*p/200]\n"                                                           \

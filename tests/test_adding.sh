@@ -50,28 +50,8 @@ add before physics/law/law.c '[LAW_RESISTANCE] = {' <<'END'
                        .has_force = true,
                        .record = record_hardening},
 END
-add before physics/rod_acting.c 'static bool has_drag' <<'END'
-static bool has_hardening(const scene *given)
-{
-    return quantity_is_something(given->loads.hardening);
-}
-
-static ad_value hardening_numbers(const rod_context *rod)
-{
-    const double length = rod->scales.length, unit = rod->scales.force / pow(length, 4);
-    const ad_value place = rod_undeformed(rod, rod->s).position;
-    return ad_stack(2, (ad_value[]){rod_quantities(rod, 1, &rod->scene->loads.hardening,
-                                                   ACTING_ZEROS, 1 / unit, rod->s, rod->t),
-                                    rod_position_to_world(rod, place)});
-}
-
-END
-add after physics/rod_acting.c 'LAW_SPRING, has_foundation' <<'END'
-             {LAW_HARDENING, has_hardening, hardening_numbers},
-END
-add after physics/rod_acting.c '#include "physics/rod_internal.h"' <<'END'
-
-#include <math.h>
+add after physics/rod_acting.c 'static const rod_given GIVENS' <<'END'
+    {LAW_HARDENING, "hardening", GIVEN(hardening), .count = 1, .unit = {{.length = 4}}},
 END
 add before physics/scene.h 'scene_load base;' <<'END'
     quantity hardening;      /* f = -hardening |r - r0|^2 (r - r0); of s; N/m^4, >= 0 */
@@ -80,10 +60,6 @@ add before physics/scene_rows.h 'X("loads.foundation", 3' <<'END'
     X("loads.hardening", 1, loads.hardening, LOADS, ALONG, NOT_NEGATIVE, SCALAR, WORLD, "N/m^4", \
       ZERO, NULL, "A foundation that hardens.") \
 END
-add after physics/rod_terms.c 'term_add(list, "springs"' <<'END'
-    term_add(list, "hardening", reason_if(is_only(loads->hardening, 0), "not given", NULL));
-END
-
 add before physics/support.c '{"gravity", "loads.gravity", NULL,' <<'END'
     {"a hardening foundation", "loads.hardening", NULL,
      "yyyyy yyy yyyy yy y", NULL},

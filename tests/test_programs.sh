@@ -430,6 +430,13 @@ run 0 cpinn-check "$ROOT/configs/manufactured_dynamic.yaml" --set loads.quadrati
 run 0 cpinn-train "$ROOT/configs/cantilever_dynamic.yaml" "${drag[@]}" --set reference=solve \
     --out drag
 said stdout.txt 'below 1e-05 '
+# A fluid around a slender rod, of all three powers.
+fluid=(--set 'loads.fluid={along: [0.2, 0.1, 0.3], across: [0.1, 0.2, 2]}')
+run 0 cpinn-check "$ROOT/configs/manufactured_dynamic.yaml" "${fluid[@]}" \
+    --set 'network.hidden=[5]' --entries 3
+run 0 cpinn-train "$ROOT/configs/cantilever_dynamic.yaml" --set time.duration=0.5 "${fluid[@]}" \
+    --set reference=solve --out fluid
+said stdout.txt 'below 1e-05 '
 refused 'no_such.yaml' cpinn-check no_such.yaml
 refused '--tolerance' cpinn-check "$elastica" --tolerance -1
 

@@ -452,6 +452,28 @@ static void test_thrown(void **state)
     release(&x);
 }
 
+/* The same through a fluid that resists it along and across by laws of their own, thrown askew:
+ * along v_t = -0.4 v^(3/2) from 4, across v_t = -0.8 v^2 from 3. */
+static void test_slipping(void **state)
+{
+    (void)state;
+    static const char text[] =
+        SOFT_CONE "loads: {fluid: {along: [0, 0.4*(2 - s), 0], across: [0, 0, 0.8*(2 - s)]}}\n"
+                  "boundary: {start: {type: free}}\n"
+                  "initial: {position: [0, 0.6*s, 0.8*s], rotation: [3, -1, 0, 0],\n"
+                  "  velocity: [0, 4.8, 1.4]}\n";
+    const double t = 1, along = 4 * t / (1 + 0.4 * t), across = log(1 + 2.4 * t) / 0.8;
+    double values[COLUMNS];
+    solved x = solve(text, 1e-7, 1, &t);
+    for (int i = 0; i <= 2; i++) {
+        evaluate(&x, i / 2.0, t, values);
+        assert_near(values[X], 0, 1e-9);
+        assert_near(values[Y], 0.6 * (i / 2.0 + along) + 0.8 * across, 1e-6);
+        assert_near(values[Z], 0.8 * (i / 2.0 + along) - 0.6 * across, 1e-6);
+    }
+    release(&x);
+}
+
 /* Every term of the equations with coefficients that vary, and a rest shape and gravity that
  * change, under the loads that make a chosen motion the solution. */
 static void test_everything(void **state)
@@ -488,7 +510,8 @@ int main(void)
         cmocka_unit_test(test_tapered_column), cmocka_unit_test(test_waves),
         cmocka_unit_test(test_shrinking),      cmocka_unit_test(test_curling),
         cmocka_unit_test(test_jump),           cmocka_unit_test(test_turning_gravity),
-        cmocka_unit_test(test_thrown),         cmocka_unit_test(test_everything),
+        cmocka_unit_test(test_thrown),         cmocka_unit_test(test_slipping),
+        cmocka_unit_test(test_everything),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -163,6 +163,30 @@ static void record_follower_moment(const ad_value *given, ad_value *wrench)
     }
 }
 
+/* along, across: c_1, c_2, c_3 of each */
+static void record_slender_drag(const ad_value *given, ad_value *wrench)
+{
+    const ad_value *q = given + ROTATION, *V = given + VELOCITY, *c = given + NUMBERS;
+    const ad_value zero = ad_scalar(V[0].tape, 0), axis[3] = {zero, zero, ad_scalar(V[0].tape, 1)};
+    ad_value d3[3], part[2][3];
+    rotate(q, axis, d3);
+    const ad_value along =
+        ad_add(ad_add(ad_mul(d3[0], V[0]), ad_mul(d3[1], V[1])), ad_mul(d3[2], V[2]));
+    for (int i = 0; i < 3; i++) {
+        part[0][i] = ad_mul(along, d3[i]);
+        part[1][i] = ad_sub(V[i], part[0][i]);
+        wrench[i] = wrench[3 + i] = ad_scalar(along.tape, 0);
+    }
+    for (int k = 0; k < 2; k++, c += 3) {
+        const ad_value speed = length(part[k]);
+        ad_value by = ad_add(c[0], ad_mul(c[1], ad_sqrt(speed)));
+        by = ad_add(by, ad_mul(c[2], speed));
+        for (int i = 0; i < 3; i++) {
+            wrench[i] = ad_sub(wrench[i], ad_mul(by, part[k][i]));
+        }
+    }
+}
+
 /* ---- the laws ------------------------------------------------------------------------------ */
 
 const law law_table[LAW_COUNT] = {
@@ -234,7 +258,17 @@ const law law_table[LAW_COUNT] = {
                              .shares = 3,
                              .by_rotation = true,
                              .has_moment = true,
-                             .record = record_follower_moment}};
+                             .record = record_follower_moment},
+    [LAW_SLENDER_DRAG] = {.name = "slender_drag",
+                          .about =
+                              "A fluid around a slender rod: -(c_1 + c_2 |w|^(1/2) + c_3 |w|) w "
+                              "along d3 and across; c_1, c_2, c_3 of both.",
+                          .kind = LAW_DISSIPATES,
+                          .numbers = 6,
+                          .by_rotation = true,
+                          .by_velocity = true,
+                          .has_force = true,
+                          .record = record_slender_drag}};
 
 int law_given(law_name name)
 {

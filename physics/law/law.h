@@ -25,6 +25,8 @@ typedef enum law_name {
     LAW_MOMENT,          /* dead moment l, which has no energy */
     LAW_FOLLOWER_FORCE,  /* force R f */
     LAW_FOLLOWER_MOMENT, /* moment R l */
+    LAW_SLENDER_DRAG,    /* drag along d3 and across it, with numbers of each: -(c_1 + c_2 |w|^(1/2)
+                            + c_3 |w|) w of the part w of V */
     LAW_COUNT,
     LAW_OUTSIDE = LAW_SPRING /* the first of those outside */
 } law_name;

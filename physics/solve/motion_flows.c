@@ -314,16 +314,16 @@ static void node_drag(const motion *m, size_t i, double drag[3])
 }
 
 /* V, moved by h with the drag of other velocities of the same direction, or nearly: that against
- * them makes V fall exponentially, and what is across is added. */
+ * them makes V fall exponentially, and what is across is a constant while it does. */
 static void slow(const motion *m, size_t i, double h, const double at[3], double V[3])
 {
     double drag[3], square = vector_dot(at, at);
     node_drag(m, i, drag);
     double rate = square > 0 ? vector_dot(drag, at) / square * m->by_mass[i] : 0;
-    double left = exp(-h * rate);
+    double lost = -expm1(-h * rate), for_across = rate > 0 ? lost / rate : h;
     for (int c = 0; c < 3; c++) {
         double across = drag[c] * m->by_mass[i] - rate * at[c];
-        V[c] = left * V[c] - h * across;
+        V[c] -= lost * V[c] + for_across * across;
     }
 }
 
