@@ -32,9 +32,9 @@ ad_status scene_breaks_of(const scene *rod_scene, const char *coordinate, scene_
  * breaks of "t". */
 bool scene_is_sudden(const scene *rod_scene, const scene_breaks *in_time);
 
-/* In how short a time any quantity of the scene changes by its largest size, at its largest rate but
- * for jumps, by samples of panels; a third of that where the rate itself jumps; four times that of
- * what acts all along the rod; s; infinite where all stay as they are. As scene_panels_of. */
+/* In how short a time any quantity of the scene changes by its largest size, at its largest rate
+ * but for jumps, by samples of panels; a third of that where the rate itself jumps; four times that
+ * of what acts all along the rod; s; infinite where all stay as they are. As scene_panels_of. */
 ad_status scene_rise_time(const scene *rod_scene, double *rise, ad_error *error);
 
 /* Panels: between two edges no formula jumps, and none does what samples of it do not show: where

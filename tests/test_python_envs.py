@@ -67,9 +67,9 @@ held = cpinn.one_step("arm")
 raises(ValueError, "stay while a step lasts", held.advance, held.rest(inputs[:1]), inputs[:1],
        inputs[:1])
 raises(OSError, "cannot be opened", cpinn.one_step, "missing")
-raises(ValueError, "is no robot in motion", cpinn.reduced_rod, configs + "/elastica.yaml")
-raises(ValueError, "is no robot in motion", cpinn.reduced_rod, configs + "/soft_arm.yaml")
-raises(ValueError, "has formulas of t", cpinn.reduced_rod, scene, overrides={
+raises(ValueError, "is of scenes in motion", cpinn.reduced_rod, configs + "/elastica.yaml")
+raises(ValueError, "has no inputs", cpinn.reduced_rod, configs + "/soft_arm.yaml")
+raises(ValueError, "a formula of time", cpinn.reduced_rod, scene, overrides={
     "control": None, "loads.force": ["0.1*sin(t)", 0, 0]})
 raises(ValueError, "step: is -1", cpinn.reduced_rod, scene, step=-1)
 raises(ValueError, "one-step model, which is opened as such", cpinn.open, "arm")

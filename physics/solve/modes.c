@@ -234,7 +234,7 @@ static ad_status allocate(modes *m, ad_error *error)
     m->center = rows((size_t)m->inputs, sizeof(double), &failed);
     m->input_step = rows((size_t)m->inputs, sizeof(double), &failed);
     m->jump_at = rows((size_t)m->rod->jumps.count, sizeof(int), &failed);
-    m->along = rows((size_t)(m->points * m->rod->along.numbers), sizeof *m->along, &failed);
+    m->along = rows(points * (size_t)m->rod->along.numbers, sizeof *m->along, &failed);
     m->turn_at = rows((size_t)m->elements, sizeof(int), &failed);
     m->theta = rows(points * 3 * width, sizeof(double), &failed);
     m->rho = rows(points * 3 * width, sizeof(double), &failed);

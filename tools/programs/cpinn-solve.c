@@ -265,9 +265,12 @@ static ad_status check_method(const solving *x, ad_error *error)
     const solve_settings settings = settings_of(&x->asked);
     const char *key = "";
     ad_error reason;
-    return solve_check(x->scene, &settings, x->asked.path != NULL, &key, &reason) == AD_OK
-               ? AD_OK
-               : config_refuse(x->settings, key, reason.message, error);
+    const ad_status status = solve_check(x->scene, &settings, x->asked.path != NULL, &key, &reason);
+    if (status != AD_OK) {
+        config_refuse(x->settings, key, reason.message, error);
+        error->status = status; /* it is the method that cannot, and the scene is right */
+    }
+    return status;
 }
 
 /* Reads the scene and prepares everything that the solution needs. */

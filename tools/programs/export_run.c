@@ -72,7 +72,7 @@ static bool allocate(export_model *x, numbers *n)
     n->polished = n->s ? n->said + JUDGED * rows : NULL;
     n->tips = n->s ? n->polished + JUDGED * rows : NULL;
     n->jacobian = n->s ? n->tips + MEMBERS * STRAIN_COLUMNS : NULL;
-    n->curvature = n->s ? n->jacobian + MEMBERS * STRAIN_COLUMNS * count : NULL;
+    n->curvature = n->s ? n->jacobian + (size_t)MEMBERS * STRAIN_COLUMNS * count : NULL;
     n->values = n->s ? n->curvature + MEMBERS * rows : NULL;
     return n->s != NULL;
 }
@@ -187,7 +187,7 @@ static ad_status find_tips(export_model *x, const numbers *n, const solve_answer
                                      10, 11, 12, 13, 14, 15, 16, 17, 18};
     const double end = 1;
     double places[STRAIN_ELEMENTS_MAX * STRAIN_STAGES_MAX], tips[MEMBERS * STRAIN_COLUMNS];
-    double *jacobian = malloc(MEMBERS * STRAIN_COLUMNS * (size_t)count * sizeof *jacobian);
+    double *jacobian = malloc((size_t)MEMBERS * STRAIN_COLUMNS * (size_t)count * sizeof *jacobian);
     strain_jacobian *by = NULL;
     strain_mesh_places(&f->mesh, places);
     ad_status status = jacobian
@@ -208,8 +208,8 @@ static ad_status find_tips(export_model *x, const numbers *n, const solve_answer
             }
         }
         for (int c = 0; c < f->columns; c++) {
-            const size_t from = (size_t)(i * STRAIN_COLUMNS + f->which[c]);
-            const size_t to = (size_t)(i * f->columns + c);
+            const size_t from = (size_t)i * STRAIN_COLUMNS + (size_t)f->which[c];
+            const size_t to = (size_t)i * (size_t)f->columns + (size_t)c;
             n->tips[to] = tips[from];
             memcpy(n->jacobian + to * (size_t)count, jacobian + from * (size_t)count,
                    (size_t)count * sizeof *jacobian);

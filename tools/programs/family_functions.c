@@ -3,7 +3,8 @@ static int place(const double *parameters, double *x)
 {
     int i, status = 0;
     for (i = 0; i < model_PARAMETERS; i++) {
-        const double low = model_lower[i], high = model_upper[i], rounding = (high - low) * ROUNDING;
+        const double low = model_lower[i], high = model_upper[i],
+                     rounding = (high - low) * ROUNDING;
         double value = parameters[i];
         if (!(isgreaterequal(value, low - rounding) && islessequal(value, high + rounding))) {
             status = model_OUT_OF_RANGE;
@@ -41,11 +42,11 @@ static void set_unit(int n, double *x)
 
 /* Memory: inputs p, u, z and, for each parameter, directions of these; residual [N], blocks and
  * edges as newton leaves them; the matrix and its factors; what a change of one point does to
- * forces, to rates and moments; columns of a shape; workspace. u is FORCES that depend on the place,
- * then the curvature [3][NODES]. */
+ * forces, to rates and moments; columns of a shape; workspace. u is FORCES that depend on the
+ * place, then the curvature [3][NODES]. */
 typedef struct room {
-    double *x, *u, *bent, *z, *dp, *du, *dz, *residual, *blocks, *edges, *matrix, *lower, *force, *rate,
-        *moment, *columns, *w;
+    double *x, *u, *bent, *z, *dp, *du, *dz, *residual, *blocks, *edges, *matrix, *lower, *force,
+        *rate, *moment, *columns, *w;
 } room;
 
 static room divide(double *memory)
@@ -530,8 +531,8 @@ static int polish(room r, int steps, model_answer *answer)
     answer->predicted = predicted + MESH;
     answer->left = left + MESH;
     answer->ratio = ratio;
-    answer->trusted = stable && 20 * answer->predicted <= LENGTH &&
-                      (4 * ratio <= 1 || left <= SETTLED * LENGTH);
+    answer->trusted =
+        stable && 20 * answer->predicted <= LENGTH && (4 * ratio <= 1 || left <= SETTLED * LENGTH);
     return answer->left < HUGE_VAL ? 0 : unknown(answer);
 }
 

@@ -3,7 +3,8 @@
 static double off[1 + model_COLUMNS][2];
 static int failures;
 
-/* Derivatives are those of a matrix that leaves out what steps of finite length along the rod add. */
+/* Derivatives are those of a matrix that leaves out what steps of finite length along the rod add.
+ */
 static void compare(const char *what, int member, int row, int which, double is, double wanted,
                     double unit)
 {
