@@ -15,12 +15,12 @@ fail() {
 }
 
 # Nothing may point back into the sources or to where the files first were. What stands before such
-# a path is no part of a path: a tree in /cpinn is not meant by include/cpinn/.
+# a path is no part of a path: a tree in /cpinn is not meant by include/cpinn/ or ~/cpinn/.
 "$CMAKE" --install "$build" --prefix "$work/first" >"$work/log" || fail "$(cat "$work/log")"
 mv "$work/first" "$work/prefix"
 for text in "$root/" "$build/" "$work/first"; do
     pattern=$(printf '%s' "$text" | sed 's/[][\.^$*+?(){}|]/\\&/g')
-    found=$(grep -rlIE "(^|[^[:alnum:]_.}/-])$pattern" "$work/prefix" || true)
+    found=$(grep -rlIE "(^|[^[:alnum:]_.}~/-])$pattern" "$work/prefix" || true)
     [ -z "$found" ] || fail "$text is named in $found"
 done
 for path in include/cpinn/cpinn.h include/cpinn/autodiff/ad.h include/cpinn/physics/scene.h \
