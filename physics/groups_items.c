@@ -147,15 +147,16 @@ static void add_laws(recorder *x, bool resist)
 {
     const rod_given *given;
     for (int left = rod_givens(&given); left > 0; left--, given++) {
+        if (resist != (given->formula != NULL)) {
+            continue;
+        }
         const quantity *q = rod_given_of(given, &x->source->open);
         ad_value row[3];
         for (int i = 0; i < given->count; i++) {
             row[i] = quantities_of(x, 1, q + i, rod_given_scale(given, i, &x->rod.scales));
         }
-        if (resist == (given->formula != NULL)) {
-            add(x, given->term, resist ? "" : "EI/L^4", GROUP_SCALAR, resist ? 0.5 : 0.05,
-                ad_mul(x->softness, ad_stack(given->count, row)));
-        }
+        add(x, given->term, resist ? "" : "EI/L^4", GROUP_SCALAR, resist ? 0.5 : 0.05,
+            ad_mul(x->softness, ad_stack(given->count, row)));
     }
 }
 

@@ -595,8 +595,7 @@ void support_sentence(int feature, support_form form, char *text, size_t size)
     }
 }
 
-/* ---- checks -----------------------------------------------------------------------------------
- */
+/* ---- checks ------------------------------------------------------------------------------ */
 
 static ad_status refuse(int feature, support_form form, const char *found, const char **key,
                         ad_error *error)

@@ -1,5 +1,36 @@
 #include "physics/law/law.h"
 
+/* ---- vectors ------------------------------------------------------------------------------- */
+
+static ad_value dot(const ad_value a[3], const ad_value b[3])
+{
+    return ad_add(ad_add(ad_mul(a[0], b[0]), ad_mul(a[1], b[1])), ad_mul(a[2], b[2]));
+}
+
+static void cross(const ad_value a[3], const ad_value b[3], ad_value result[3])
+{
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        result[i] = ad_sub(ad_mul(a[j], b[k]), ad_mul(a[k], b[j]));
+    }
+}
+
+static ad_value length(const ad_value x[3])
+{
+    return ad_sqrt(dot(x, x));
+}
+
+/* R x = x + 2 (w p x x + p x (p x x)) of q = (w, p) */
+static void rotate(const ad_value q[4], const ad_value x[3], ad_value result[3])
+{
+    ad_value once[3], twice[3];
+    cross(q + 1, x, once);
+    cross(q + 1, once, twice);
+    for (int i = 0; i < 3; i++) {
+        result[i] = ad_add(x[i], ad_scale(ad_add(ad_mul(q[0], once[i]), twice[i]), 2));
+    }
+}
+
 /* ---- within the rod ------------------------------------------------------------------------ */
 
 /* p' = v + u x r + r' of a line at r = (x, y, 0) in the section; a: x, y, x', y'. */
@@ -8,11 +39,6 @@ static void record_path(const ad_value *v, const ad_value *u, const ad_value *a,
     path[0] = ad_add(ad_sub(v[0], ad_mul(u[2], a[1])), a[2]);
     path[1] = ad_add(ad_add(v[1], ad_mul(u[2], a[0])), a[3]);
     path[2] = ad_sub(ad_add(v[2], ad_mul(u[0], a[1])), ad_mul(u[1], a[0]));
-}
-
-static ad_value length(const ad_value x[3])
-{
-    return ad_sqrt(ad_add(ad_add(ad_square(x[0]), ad_square(x[1])), ad_square(x[2])));
 }
 
 static void record_tendon(const ad_value *given, ad_value *energy)
@@ -36,9 +62,8 @@ enum { ROTATION = 3, VELOCITY = 7, NUMBERS = LAW_STATE };
 /* sum_i k_i x_i^2/2 */
 static ad_value elastic(const ad_value k[3], const ad_value x[3])
 {
-    ad_value sum = ad_mul(k[0], ad_square(x[0]));
-    sum = ad_add(sum, ad_mul(k[1], ad_square(x[1])));
-    return ad_scale(ad_add(sum, ad_mul(k[2], ad_square(x[2]))), 0.5);
+    const ad_value square[3] = {ad_square(x[0]), ad_square(x[1]), ad_square(x[2])};
+    return ad_scale(dot(k, square), 0.5);
 }
 
 /* shift, k, place */
@@ -55,12 +80,12 @@ static void record_spring(const ad_value *given, ad_value *energy)
 /* p* q */
 static void quotient(const ad_value p[4], const ad_value q[4], ad_value result[4])
 {
-    result[0] = ad_mul(p[0], q[0]);
+    ad_value between[3];
+    cross(p + 1, q + 1, between);
+    result[0] = ad_add(ad_mul(p[0], q[0]), dot(p + 1, q + 1));
     for (int i = 0; i < 3; i++) {
-        const int j = 1 + (i + 1) % 3, k = 1 + (i + 2) % 3;
-        result[0] = ad_add(result[0], ad_mul(p[1 + i], q[1 + i]));
         result[1 + i] = ad_sub(ad_mul(p[0], q[1 + i]), ad_mul(p[1 + i], q[0]));
-        result[1 + i] = ad_sub(result[1 + i], ad_sub(ad_mul(p[j], q[k]), ad_mul(p[k], q[j])));
+        result[1 + i] = ad_sub(result[1 + i], between[i]);
     }
 }
 
@@ -80,8 +105,7 @@ static void rotation_vector(const ad_value p[4], ad_value phi[3])
         w = ad_sqrt(ad_scale(ad_add(ad_scalar(tape, 1), w), 0.5));
         by = ad_mul(by, ad_reciprocal(ad_scale(w, 2)));
     }
-    ad_value square = ad_add(ad_square(p[1]), ad_add(ad_square(p[2]), ad_square(p[3])));
-    square = ad_mul(square, ad_square(by));
+    const ad_value square = ad_mul(dot(p + 1, p + 1), ad_square(by));
     ad_value sum = ad_scalar(tape, coefficient[TERMS - 1]);
     for (int n = TERMS - 2; n >= 0; n--) {
         sum = ad_add(ad_scalar(tape, coefficient[n]), ad_mul(square, sum));
@@ -109,58 +133,31 @@ static void record_resistance(const ad_value *given, ad_value *wrench)
     const ad_value by = ad_neg(ad_add(c[0], ad_mul(c[1], length(V))));
     for (int i = 0; i < 3; i++) {
         wrench[i] = ad_mul(by, V[i]);
-        wrench[3 + i] = ad_scalar(by.tape, 0);
     }
 }
 
 /* f */
 static void record_force(const ad_value *given, ad_value *energy)
 {
-    const ad_value *f = given + NUMBERS;
-    ad_value work = ad_mul(f[0], given[0]);
-    work = ad_add(work, ad_mul(f[1], given[1]));
-    *energy = ad_neg(ad_add(work, ad_mul(f[2], given[2])));
+    *energy = ad_neg(dot(given + NUMBERS, given));
 }
 
 /* l */
 static void record_moment(const ad_value *given, ad_value *wrench)
 {
     for (int i = 0; i < 3; i++) {
-        wrench[i] = ad_scalar(given[0].tape, 0);
         wrench[3 + i] = given[NUMBERS + i];
-    }
-}
-
-/* R x = x + 2 (w p x x + p x (p x x)) of q = (w, p) */
-static void rotate(const ad_value q[4], const ad_value x[3], ad_value result[3])
-{
-    ad_value once[3];
-    for (int i = 0; i < 3; i++) {
-        const int j = (i + 1) % 3, k = (i + 2) % 3;
-        once[i] = ad_sub(ad_mul(q[1 + j], x[k]), ad_mul(q[1 + k], x[j]));
-    }
-    for (int i = 0; i < 3; i++) {
-        const int j = (i + 1) % 3, k = (i + 2) % 3;
-        ad_value twice = ad_sub(ad_mul(q[1 + j], once[k]), ad_mul(q[1 + k], once[j]));
-        twice = ad_add(ad_mul(q[0], once[i]), twice);
-        result[i] = ad_add(x[i], ad_scale(twice, 2));
     }
 }
 
 static void record_follower_force(const ad_value *given, ad_value *wrench)
 {
     rotate(given + ROTATION, given + NUMBERS, wrench);
-    for (int i = 0; i < 3; i++) {
-        wrench[3 + i] = ad_scalar(given[0].tape, 0);
-    }
 }
 
 static void record_follower_moment(const ad_value *given, ad_value *wrench)
 {
     rotate(given + ROTATION, given + NUMBERS, wrench + 3);
-    for (int i = 0; i < 3; i++) {
-        wrench[i] = ad_scalar(given[0].tape, 0);
-    }
 }
 
 /* along, across: c_1, c_2, c_3 of each */
@@ -170,12 +167,10 @@ static void record_slender_drag(const ad_value *given, ad_value *wrench)
     const ad_value zero = ad_scalar(V[0].tape, 0), axis[3] = {zero, zero, ad_scalar(V[0].tape, 1)};
     ad_value d3[3], part[2][3];
     rotate(q, axis, d3);
-    const ad_value along =
-        ad_add(ad_add(ad_mul(d3[0], V[0]), ad_mul(d3[1], V[1])), ad_mul(d3[2], V[2]));
+    const ad_value along = dot(d3, V);
     for (int i = 0; i < 3; i++) {
         part[0][i] = ad_mul(along, d3[i]);
         part[1][i] = ad_sub(V[i], part[0][i]);
-        wrench[i] = wrench[3 + i] = ad_scalar(along.tape, 0);
     }
     for (int k = 0; k < 2; k++, c += 3) {
         const ad_value speed = length(part[k]);
@@ -313,7 +308,6 @@ static void derive_outside(law_formula *x, bool has_energy)
         ad_reverse(x->energy, 7, x->given, AD_PER_POINT, by_state);
         for (int k = 0; k < 3; k++) {
             x->wrench[k] = ad_neg(by_state[k]);
-            x->wrench[3 + k] = ad_scalar(x->tape, 0);
             for (int i = 0; i < 4; i++) {
                 const ad_value part = ad_mul(by_state[ROTATION + i], turn[k][i]);
                 x->wrench[3 + k] = ad_sub(x->wrench[3 + k], part);
@@ -353,6 +347,9 @@ law_formula law_formula_create(law_name name)
         x.given[i] = ad_input(x.tape, groups[name >= LAW_OUTSIDE][g].name, 1);
     }
     x.energy = ad_scalar(x.tape, 0);
+    for (int i = 0; i < LAW_WRENCH; i++) {
+        x.wrench[i] = x.energy;
+    }
     of->record(x.given, of->has_energy ? &x.energy : x.wrench);
     if (name < LAW_OUTSIDE) {
         derive_within(&x);

@@ -47,7 +47,8 @@ typedef struct law {
     bool along_axes; /* of the world: else the same in any frame */
     /* Outside: what it depends on, and what it gives. */
     bool by_position, by_rotation, by_velocity, has_force, has_moment;
-    void (*record)(const ad_value *given, ad_value *value); /* the energy, or force and moment */
+    /* The energy, or what it gives of force and moment, which are 0 before. */
+    void (*record)(const ad_value *given, ad_value *value);
 } law;
 
 extern const law law_table[LAW_COUNT];
