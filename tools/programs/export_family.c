@@ -3,6 +3,7 @@
 #include "physics/model.h"
 #include "physics/rod.h"
 #include "tools/programs/cli.h"
+#include "tools/programs/export_text.h"
 
 #include <ctype.h>
 #include <math.h>
@@ -190,29 +191,13 @@ static const char *type_of(const export_family *x)
     return x->single ? "float" : "double";
 }
 
-/* The text with the name in place of "model", the type of numbers in place of "model_number", and,
- * where `single`, functions and numbers of that precision. */
+/* A text, or the same in single precision. */
 static void put(const export_family *x, const char *text, bool single, FILE *file)
 {
-    const struct {
-        const char *word, *to;
-        bool of_single;
-    } words[] = {{"model_number", type_of(x), false}, {"model_", x->name, false},
-                 {"double ", "float ", true},         {"fabs(", "fabsf(", true},
-                 {"sqrt(", "sqrtf(", true},           {"HUGE_VAL", "HUGE_VALF", true}};
-    while (*text) {
-        size_t i = 0;
-        while (i < sizeof words / sizeof *words &&
-               ((words[i].of_single && !single) ||
-                strncmp(text, words[i].word, strlen(words[i].word)) != 0)) {
-            i++;
-        }
-        if (i == sizeof words / sizeof *words) {
-            fputc(*text++, file);
-        } else {
-            fprintf(file, "%s%s", words[i].to, i == 1 ? "_" : "");
-            text += strlen(words[i].word);
-        }
+    if (single) {
+        export_put_single(x->name, text, file);
+    } else {
+        export_put(x->name, type_of(x), text, file);
     }
 }
 
