@@ -107,7 +107,9 @@ static void test_every_key(void **state)
                              AD_BAD_INPUT);
             assert_memory_equal(error.message, start, strlen(start));
         }
-        assert_true(strlen(key->help) > 3);
+        const config_words words = config_words_of(key);
+        assert_in_range(strlen(words.help), 4, sizeof words.help - 2);
+        assert_true(strlen(words.fallback) < sizeof words.fallback - 1);
         assert_ptr_equal(config_key_find(key->path), key);
     }
 }
@@ -531,6 +533,12 @@ static void test_help(void **state)
                                  "ssbroyden, soap; required"));
     assert_non_null(strstr(text, "gauss_newton for up to 200 steps"));
     free(text);
+    for (const char *const *line = config_text_keys; *line; line++) { /* no words without a key */
+        char path[CONFIG_PATH_MAX];
+        snprintf(path, sizeof path, "%.*s", (int)strcspn(*line, "\n"), *line);
+        assert_true(*path == ' ' || !*path || strcmp(path, "formulas") == 0 ||
+                    config_key_find(path));
+    }
 }
 
 /* The default that --help states for a key, to text [200]; false: it states none, or one in words
@@ -542,7 +550,7 @@ static bool stated_default(const char *help, const config_key *key, char text[20
     const char *line = strstr(help, row);
     assert_non_null(line);
     const char *end = strchr(line, '\n'), *stated = strstr(line, "; default: ");
-    if (key->fallback || !stated || stated > end) {
+    if (*config_words_of(key).fallback || !stated || stated > end) {
         return false;
     }
     stated += strlen("; default: ");

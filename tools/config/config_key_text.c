@@ -45,6 +45,38 @@ const config_key *config_key_find(const char *pattern)
     return NULL;
 }
 
+/* Adds the words of a line to `text`, after a space. */
+static void add_words(const char *line, char *text, size_t size)
+{
+    const size_t length = strlen(text);
+    line += strspn(line, " ");
+    snprintf(text + length, size - length, "%s%.*s", length > 0 ? " " : "",
+             (int)strcspn(line, "\n"), line);
+}
+
+config_words config_words_of(const config_key *key)
+{
+    static const char otherwise[] = "  default: ";
+    config_words words = {"", ""};
+    const char *const *line = config_text_keys;
+    const size_t length = strlen(key->path);
+    add_words(key->help ? key->help : "", words.help, sizeof words.help);
+    add_words(key->fallback ? key->fallback : "", words.fallback, sizeof words.fallback);
+    while (*line && !(strncmp(*line, key->path, length) == 0 && (*line)[length] == '\n')) {
+        line++;
+    }
+    for (line += *line != NULL; *line && **line == ' '; line++) {
+        if (strncmp(*line, otherwise, sizeof otherwise - 1) == 0) {
+            add_words(*line + sizeof otherwise - 1, words.fallback, sizeof words.fallback);
+        } else if (strncmp(*line, "    ", 4) == 0) {
+            add_words(*line, words.fallback, sizeof words.fallback);
+        } else {
+            add_words(*line, words.help, sizeof words.help);
+        }
+    }
+    return words;
+}
+
 const config_key *config_key_by_name(const char *section)
 {
     for (int i = 0; i < config_key_count; i++) {

@@ -44,12 +44,22 @@ typedef struct config_key {
     double high;
     unsigned flags;
     const char *const *(*names)(void); /* of a choice */
-    const char *fallback;              /* the default in words, when it depends on other keys */
-    const char *help;
+    const char *fallback, *help;       /* of a quantity of the scene; see config_words_of */
 } config_key;
 
 extern const config_key config_keys[];
 extern const int config_key_count;
+
+/* Lines of keys.txt: a path, then, by two spaces, its default, if that depends on other keys, and
+ * its help; four spaces: the default goes on. */
+extern const char *const config_text_keys[];
+
+typedef struct config_words {
+    char help[1000];
+    char fallback[200]; /* the default in words; "": it is a value, or there is none */
+} config_words;
+
+config_words config_words_of(const config_key *key);
 
 /* A list of sections. What an entry does not give is as in the last entry of config_defaults. */
 typedef struct config_list {

@@ -169,7 +169,7 @@ static void write_comment(FILE *file, const config_key *key, int depth)
     char allowed[300];
     config_key_allowed(key, allowed, sizeof allowed);
     indent(file, depth);
-    fprintf(file, "# %s", key->help);
+    fprintf(file, "# %s", config_words_of(key).help);
     fprintf(file,
             key->entries_max || key->names || key->unit || key->type != CONFIG_TEXT ? " (%s)\n"
                                                                                     : "\n",
@@ -196,7 +196,7 @@ static void write_derived_of(const yaml_writer *writer, const config_key *key, i
     if (!has_value(key, base + key->offset) && has_value(key, derived + key->offset)) {
         fputs(" # ", writer->file);
         write_derived(writer->file, key, derived);
-        fprintf(writer->file, ", %s", key->fallback);
+        fprintf(writer->file, ", %s", config_words_of(key).fallback);
     }
 }
 
@@ -418,14 +418,15 @@ static void write_wrapped(FILE *file, const char *text, int margin)
 static void help_row(FILE *file, const config *defaults, const config_key *key)
 {
     char allowed[300];
+    const config_words words = config_words_of(key);
     const config_list *list = config_list_of(key->path);
     const char *base = config_key_base(defaults, key, list ? list->most - 1 : 0);
     bool none = !has_value(key, base + key->offset);
     config_key_allowed(key, allowed, sizeof allowed);
     fprintf(file, "  %s: %s", key->path, allowed);
-    if (key->fallback) {
-        fprintf(file, "; %s%s", strcmp(key->fallback, "required") ? "default: " : "",
-                key->fallback);
+    if (*words.fallback) {
+        fprintf(file, "; %s%s", strcmp(words.fallback, "required") ? "default: " : "",
+                words.fallback);
     } else if (!none) {
         fprintf(file, "; default: ");
         config_write_value(file, key, base, true);
@@ -435,7 +436,7 @@ static void help_row(FILE *file, const config *defaults, const config_key *key)
         fprintf(file, "; %s only", allowed);
     }
     fputc('\n', file);
-    write_wrapped(file, key->help, 6);
+    write_wrapped(file, words.help, 6);
 }
 
 void config_help(FILE *file)
@@ -456,15 +457,6 @@ void config_help(FILE *file)
         before = path;
     }
     fprintf(file, "\nformulas\n");
-    write_wrapped(
-        file,
-        "of arc length s and time t in SI units: numbers, pi, + - * / ^ (with a constant "
-        "exponent), sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt abs min "
-        "max, step(x), which is 0 for x <= 0 and else 1, where(c, a, b), which is a while "
-        "c > 0 and else b, within(x, a, b), which is x and must stay in [a, b], and the names of "
-        "parameters and tables. Section, material, stiffness, "
-        "inertia, damping and drag may vary with s, gravity with t, the rest shape with "
-        "both.",
-        2);
+    write_wrapped(file, config_words_of(&(config_key){.path = "formulas"}).help, 2);
     free(defaults);
 }
