@@ -377,7 +377,7 @@ static ad_status lay_path(control_loop *x, ad_error *error)
                        "%g s; allowed: at least so long",
                        c->duration, c->task.approach);
     }
-    return status;
+    return status == AD_OK ? plant_divide(x->robot, c->duration, error) : status;
 }
 
 ad_status loop_create(const loop_setup *setup, control_loop **result, ad_error *error)

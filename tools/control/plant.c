@@ -1,6 +1,7 @@
 #include "tools/control/plant.h"
 
 #include "nn/rng.h"
+#include "physics/breaks.h"
 #include "physics/quaternion.h"
 #include "physics/solve/reduced.h"
 
@@ -14,11 +15,13 @@ static const double STEP = 5e-3;
 enum {
     SHAPE = 3,
     LOOKS = 1 + CONTROL_MEASUREMENTS_MAX + CONTROL_LIMITS_MAX + SHAPE,
-    HALVINGS = 10
+    HALVINGS = 10,
+    OF_PANEL = 8 /* steps, at least */
 };
 
 struct plant {
     const control_settings *control;
+    const scene *of;
     reduced_rod *rod;
     look *looks[LOOKS]; /* the place, the measurements, the constraints, the shape */
     int count;
@@ -26,6 +29,8 @@ struct plant {
     int from[SCENE_PARAMETERS_MAX];      /* of its inputs: which of the nominal ones; -1: none */
     double inputs[SCENE_PARAMETERS_MAX]; /* now; those of -1 stay in the middle of their range */
     double t;
+    scene_panels panels;           /* of time */
+    int panel;                     /* in which t is; the count of them: behind all */
     double *memory, *state, *next; /* [states] */
     nn_rng noise[CONTROL_MEASUREMENTS_MAX], losses[CONTROL_MEASUREMENTS_MAX];
 };
@@ -85,6 +90,7 @@ ad_status plant_create(const scene *of, const scene *nominal, const control_sett
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a plant");
     }
     x->control = control;
+    x->of = of;
     x->length = scene_length(nominal);
     map_inputs(x, of, nominal);
     ad_status status = reduced_create(of, &settings, &x->rod, error);
@@ -117,6 +123,7 @@ void plant_free(plant *x)
             look_free(x->looks[i]);
         }
         reduced_free(x->rod);
+        scene_panels_free(&x->panels);
         free(x->memory);
         free(x);
     }
@@ -148,15 +155,47 @@ static ad_status step(plant *x, double h, int halvings, ad_error *error)
     return status;
 }
 
-ad_status plant_step(plant *x, double h, const double *inputs, ad_error *error)
+ad_status plant_divide(plant *x, double duration, ad_error *error)
 {
-    const int parts = (int)fmax(1, ceil(h / STEP - 1e-9));
+    scene longer = *x->of;
+    longer.duration = quantity_number(duration);
+    scene_panels_free(&x->panels);
+    ad_status status = scene_panels_of(&longer, "t", &x->panels, error);
+    if (status == AD_OK && x->panels.unresolved) {
+        status = ad_fail(error, AD_BAD_INPUT,
+                         "control.plant: %s changes in more places of t than are found; allowed: "
+                         "formulas whose changes are found",
+                         x->panels.unresolved);
+    }
+    return status;
+}
+
+/* In equal parts, of which a panel has at least some. */
+static ad_status go_to(plant *x, double end, bool in_panel, ad_error *error)
+{
+    const double h = end - x->t;
+    const int least = in_panel ? OF_PANEL : 1, parts = (int)fmax(least, ceil(h / STEP - 1e-9));
     ad_status status = AD_OK;
-    take_inputs(x, inputs);
     for (int i = 0; i < parts && status == AD_OK; i++) {
         status = step(x, h / parts, HALVINGS, error);
     }
+    x->t = end;
     return status;
+}
+
+ad_status plant_step(plant *x, double h, const double *inputs, ad_error *error)
+{
+    const double end = x->t + h, *edge = x->panels.edges;
+    ad_status status = AD_OK;
+    take_inputs(x, inputs);
+    while (x->panel + 1 < x->panels.count && edge[x->panel + 1] <= x->t) {
+        x->panel++;
+    }
+    for (; x->panel + 1 < x->panels.count && edge[x->panel + 1] < end && status == AD_OK;
+         x->panel++) {
+        status = go_to(x, edge[x->panel + 1], true, error);
+    }
+    return status == AD_OK ? go_to(x, end, x->panels.count > 1, error) : status;
 }
 
 ad_status plant_start(plant *x, const double *inputs, uint64_t seed, ad_error *error)
@@ -171,6 +210,7 @@ ad_status plant_start(plant *x, const double *inputs, uint64_t seed, ad_error *e
         x->losses[i] = nn_rng_split(seed, name);
     }
     x->t = 0;
+    x->panel = 0;
     ad_status status = reduced_initial(x->rod, x->inputs, x->state, error);
     if (status == AD_OK && reduced_settle(x->rod, 0, x->inputs, x->state, error) == AD_NOT_FINITE) {
         status = reduced_initial(x->rod, x->inputs, x->state, error);

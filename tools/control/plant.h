@@ -21,6 +21,11 @@ void plant_free(plant *x); /* NULL is allowed */
  * equilibrium is found. */
 ad_status plant_start(plant *x, const double *inputs, uint64_t seed, ad_error *error);
 
+/* Steps up to this time (s) do not pass over what formulas of t do, however short it is. Before the
+ * first step; the scene must outlive the plant. AD_BAD_INPUT: a formula whose changes are not
+ * found. */
+ad_status plant_divide(plant *x, double duration, ad_error *error);
+
 /* A time h later, under held inputs. AD_NOT_FINITE: there is no motion any more. */
 ad_status plant_step(plant *x, double h, const double *inputs, ad_error *error);
 
