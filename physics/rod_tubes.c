@@ -1,4 +1,5 @@
 /* Tubes around the rod, which bend with it and twist by themselves. */
+#include "physics/law/law.h"
 #include "physics/rod_internal.h"
 
 #include <math.h>
@@ -52,51 +53,37 @@ static ad_value tube_within(const rod_context *rod, const rod_tube *tube, ad_val
 
 /* ---- the equations --------------------------------------------------------------------------- */
 
-/* A tube at work: w, k on its way and w - k in its own frame, and K (w - k). */
-typedef struct tube_state {
-    rod_tube tube;
-    ad_value theta, torsion; /* m_i */
-    ad_value bent, strained, bending;
-    ad_value rest_twist;
-} tube_state;
-
-/* [2] turned by the angle, by its cosine and sine. */
-static ad_value tube_turn(ad_value cosine, ad_value sine, ad_value vector)
+/* The gradient of the law of a tube: what the moment of the rod gains [3], m_i', -theta'. */
+static void tube_law(const rod_context *rod, int index, ad_value tubes, ad_value curvature,
+                     ad_value gradient[LAW_WRENCH])
 {
-    ad_value x = ad_row(vector, 0), y = ad_row(vector, 1);
-    const ad_value rows[2] = {ad_sub(ad_mul(cosine, x), ad_mul(sine, y)),
-                              ad_add(ad_mul(sine, x), ad_mul(cosine, y))};
-    return ad_stack(2, rows);
-}
-
-static tube_state tube_state_of(const rod_context *rod, int index, ad_value tubes,
-                                ad_value curvature)
-{
-    tube_state x = {.tube = rod_tube_of(rod, index),
-                    .theta = ad_row(tubes, 2 * index),
-                    .torsion = ad_row(tubes, 2 * index + 1)};
-    ad_value one = ad_scalar(rod->tape, 1);
-    ad_value missing = ad_square(ad_square(ad_sub(one, rod->at.load_factor)));
+    const rod_tube tube = rod_tube_of(rod, index);
     const scene_rest rest = scene_rest_of(rod->scene);
-    ad_value shape =
+    const ad_value theta = ad_row(tubes, 2 * index), one = ad_scalar(rod->tape, 1);
+    const ad_value missing = ad_square(ad_square(ad_sub(one, rod->at.load_factor)));
+    const ad_value shape =
         rod_quantities(rod, 3, rest.curvature, NULL, rod->scales.length, rod->s, rod->t);
-    ad_value away = ad_sub(shape, x.tube.rest);
-    ad_value k = ad_add(x.tube.rest, ad_mul(missing, away));
-    x.bent = tube_turn(ad_cos(x.theta), ad_neg(ad_sin(x.theta)), ad_slice(curvature, 0, 2));
-    x.strained = ad_sub(x.bent, ad_slice(k, 0, 2));
-    x.bending = ad_mul(x.tube.bending, x.strained);
-    x.rest_twist = ad_row(k, 2);
-    return x;
+    const ad_value k = ad_add(tube.rest, ad_mul(missing, ad_sub(shape, tube.rest)));
+    ad_value given[LAW_WRENCH + 6] = {[3] = ad_cos(theta),
+                                      [4] = ad_sin(theta),
+                                      [5] = ad_row(tubes, 2 * index + 1),
+                                      [LAW_WRENCH] = ad_row(tube.bending, 0),
+                                      [LAW_WRENCH + 1] = ad_row(tube.bending, 1),
+                                      [LAW_WRENCH + 5] = tube.softness};
+    for (int i = 0; i < 3; i++) {
+        given[i] = ad_row(curvature, i);
+        given[LAW_WRENCH + 2 + i] = ad_row(k, i);
+    }
+    law_record(LAW_TUBE, rod->tape, given, NULL, gradient, NULL);
 }
 
 ad_value rod_tube_moment(const rod_context *rod, ad_value tubes, ad_value curvature)
 {
-    ad_value sum = ad_zeros(rod->tape, 3), none = sum;
+    ad_value sum = ad_zeros(rod->tape, 3), none = sum, gradient[LAW_WRENCH];
     for (int i = 0; i < rod->scene->tube_count; i++) {
-        tube_state x = tube_state_of(rod, i, tubes, curvature);
-        const ad_value parts[2] = {tube_turn(ad_cos(x.theta), ad_sin(x.theta), x.bending),
-                                   x.torsion};
-        sum = ad_add(sum, tube_within(rod, &x.tube, ad_stack(2, parts), none));
+        const rod_tube tube = rod_tube_of(rod, i);
+        tube_law(rod, i, tubes, curvature, gradient);
+        sum = ad_add(sum, tube_within(rod, &tube, ad_stack(3, gradient), none));
     }
     return sum;
 }
@@ -132,32 +119,17 @@ ad_value rod_tube_stiffening(const rod_context *rod, ad_value compliance)
     return ad_stack(3, rows);
 }
 
-/* m_i' - K_1 (w_1 - k_1) w_2 + K_2 (w_2 - k_2) w_1, by what the tube's torsion is counted in. */
-static ad_value tube_balance(const rod_context *rod, const tube_state *x, int index)
-{
-    ad_value change = rod_space_derivative(rod, x->torsion);
-    ad_value driven = ad_sub(ad_mul(ad_row(x->bending, 0), ad_row(x->bent, 1)),
-                             ad_mul(ad_row(x->bending, 1), ad_row(x->bent, 0)));
-    ad_value none = ad_zeros(rod->tape, 1);
-    ad_value missing = ad_sub(change, tube_within(rod, &x->tube, driven, none));
-    return ad_scale(missing, 1 / tube_torsion_unit(rod, index));
-}
-
-static ad_value tube_twist(const rod_context *rod, const tube_state *x, ad_value curvature)
-{
-    ad_value turning = rod_space_derivative(rod, x->theta);
-    ad_value twisted = ad_mul(x->tube.softness, x->torsion);
-    ad_value twist = ad_sub(ad_add(twisted, x->rest_twist), ad_row(curvature, 2));
-    return ad_sub(turning, tube_within(rod, &x->tube, twist, ad_zeros(rod->tape, 1)));
-}
-
 ad_value rod_tube_residual(const rod_context *rod, rod_state state, bool torsion)
 {
     rod_kinematics k = rod_kinematics_of(rod, state.position, state.rotation);
-    ad_value rows[SCENE_TUBES_MAX];
+    ad_value rows[SCENE_TUBES_MAX], gradient[LAW_WRENCH], none = ad_zeros(rod->tape, 1);
     for (int i = 0; i < rod->scene->tube_count; i++) {
-        tube_state x = tube_state_of(rod, i, state.tubes, k.curvature);
-        rows[i] = torsion ? tube_balance(rod, &x, i) : tube_twist(rod, &x, k.curvature);
+        const rod_tube tube = rod_tube_of(rod, i);
+        tube_law(rod, i, state.tubes, k.curvature, gradient);
+        const ad_value change = rod_space_derivative(rod, ad_row(state.tubes, 2 * i + torsion));
+        const ad_value by = torsion ? ad_neg(gradient[3]) : gradient[4];
+        rows[i] = ad_add(change, tube_within(rod, &tube, by, none));
+        rows[i] = ad_scale(rows[i], torsion ? 1 / tube_torsion_unit(rod, i) : 1);
     }
     return ad_stack(rod->scene->tube_count, rows);
 }

@@ -29,6 +29,9 @@ static void in_numbers(law_name name, const double *x, double *out)
     } else if (name == LAW_CHAMBER) {
         number_law_chamber_energy(x, x + 3, x + 6, out);
         number_law_chamber(x, x + 3, x + 6, wrench, by);
+    } else if (name == LAW_TUBE) {
+        number_law_tube_energy(x, x + 3, x + 6, out);
+        number_law_tube(x, x + 3, x + 6, wrench, by);
     } else {
         double again[LAW_WRENCH] = {0};
         number_law_outside_energy(name, x, x + 3, x + 7, x + LAW_STATE, out);
@@ -48,6 +51,8 @@ FOR_EACH_PROCESSOR static void in_lanes(law_name name, const lanes *x, lanes *ou
         lanes_law_tendon(x, x + 3, x + 6, out + 1, out + 1 + LAW_WRENCH);
     } else if (name == LAW_CHAMBER) {
         lanes_law_chamber(x, x + 3, x + 6, out + 1, out + 1 + LAW_WRENCH);
+    } else if (name == LAW_TUBE) {
+        lanes_law_tube(x, x + 3, x + 6, out + 1, out + 1 + LAW_WRENCH);
     } else {
         lanes_law_outside(name, x, x + 3, x + 7, x + LAW_STATE, out + 1, out + 1 + LAW_WRENCH);
     }
@@ -61,6 +66,11 @@ static void draw(uint64_t *from, law_name name, double *given)
         given[i] = random_in(from, -1, 1);
     }
     given[2] += name < LAW_OUTSIDE ? 3 : 0; /* p' is not 0 */
+    if (name == LAW_TUBE) {
+        const double theta = given[3];
+        given[3] = cos(theta);
+        given[4] = sin(theta);
+    }
     if (name >= LAW_OUTSIDE) {
         quaternion_normalize(given + 3);
     }
@@ -148,11 +158,15 @@ static void test_written(void **state)
 }
 
 /* given, with its i-th variable moved by h: a number of the state; of a law outside 3 .. 5 are
- * turns in the world. */
+ * turns in the world; of a tube u, theta, m and nothing. */
 static void move(law_name name, int i, double h, const double *given, double *moved)
 {
     memcpy(moved, given, LAW_GIVEN_MAX * sizeof *moved);
-    if (name < LAW_OUTSIDE || i < 3 || i > 5) {
+    if (name == LAW_TUBE && i >= 3) {
+        moved[3] = i == 3 ? cos(h) * given[3] - sin(h) * given[4] : given[3];
+        moved[4] = i == 3 ? cos(h) * given[4] + sin(h) * given[3] : given[4];
+        moved[5] += i == 4 ? h : 0;
+    } else if (name < LAW_OUTSIDE || i < 3 || i > 5) {
         moved[name < LAW_OUTSIDE || i < 3 ? i : i + 1] += h;
     } else {
         double turn[4] = {cos(h / 2)};

@@ -55,6 +55,19 @@ static void record_chamber(const ad_value *given, ad_value *energy)
     *energy = ad_mul(given[10], path[2]);
 }
 
+/* K_1, K_2, k, c */
+static void record_tube(const ad_value *given, ad_value *energy)
+{
+    const ad_value *u = given, c = given[3], s = given[4], m = given[5], *K = given + 6, *k = K + 2;
+    const ad_value strained[2] = {ad_sub(ad_add(ad_mul(c, u[0]), ad_mul(s, u[1])), k[0]),
+                                  ad_sub(ad_sub(ad_mul(c, u[1]), ad_mul(s, u[0])), k[1])};
+    ad_value twice = ad_neg(ad_mul(k[3], ad_square(m)));
+    for (int i = 0; i < 2; i++) {
+        twice = ad_add(twice, ad_mul(K[i], ad_square(strained[i])));
+    }
+    *energy = ad_add(ad_scale(twice, 0.5), ad_mul(m, ad_sub(u[2], k[2])));
+}
+
 /* ---- outside ------------------------------------------------------------------------------- */
 
 enum { ROTATION = 3, VELOCITY = 7, NUMBERS = LAW_STATE };
@@ -197,6 +210,13 @@ const law law_table[LAW_COUNT] = {
                      .numbers = 5,
                      .has_energy = true,
                      .record = record_chamber},
+    [LAW_TUBE] = {.name = "tube",
+                  .about = "A tube around the rod: K (w - k)^2/2 + m (u_3 - k_3) - c m^2/2, w of u "
+                           "turned back by theta; u, cos, sin, m; K_1, K_2, k, c.",
+                  .kind = LAW_STORES,
+                  .numbers = 6,
+                  .has_energy = true,
+                  .record = record_tube},
     [LAW_SPRING] = {.name = "spring",
                     .about = "A spring, or a foundation: k (r - place - shift)^2/2; "
                              "shift, k, place.",
@@ -287,6 +307,26 @@ static void derive_within(law_formula *x)
     }
 }
 
+static void derive_tube(law_formula *x)
+{
+    const ad_value *at = x->given, turn[2] = {ad_neg(at[4]), at[3]};
+    ad_value by_state[LAW_WRENCH], by_turn[LAW_WRENCH];
+    ad_reverse(x->energy, LAW_WRENCH, at, AD_PER_POINT, by_state);
+    for (int i = 0; i < 3; i++) {
+        x->wrench[i] = by_state[i];
+    }
+    x->wrench[3] = ad_add(ad_mul(turn[0], by_state[3]), ad_mul(turn[1], by_state[4]));
+    x->wrench[4] = by_state[5];
+    ad_directional(LAW_WRENCH, x->wrench, 2, at + 3, turn, by_turn);
+    for (int i = 0, k = 0; i < LAW_WRENCH; i++) {
+        for (int j = i; j < LAW_WRENCH; j++, k++) {
+            x->by[k] = j == 3   ? by_turn[i]
+                       : j == 5 ? x->wrench[5]
+                                : ad_derivative(x->wrench[i], at[j < 3 ? j : 5], 1);
+        }
+    }
+}
+
 /* What q changes by with a turn about axis k. */
 static void turn_about(const ad_value q[4], int k, ad_value by[4])
 {
@@ -331,27 +371,31 @@ law_formula law_formula_create(law_name name)
     static const struct {
         const char *name;
         int count;
-    } groups[2][4] = {
+    } groups[3][4] = {
         {{"v", 3}, {"u", 3}, {"numbers", LAW_NUMBERS_MAX}},
+        {{"u", 3}, {"turn", 3}, {"numbers", LAW_NUMBERS_MAX}},
         {{"position", 3}, {"rotation", 4}, {"velocity", 3}, {"numbers", LAW_NUMBERS_MAX}}};
     const law *of = &law_table[name];
     law_formula x = {.tape = ad_tape_create()};
     if (!x.tape) {
         return x;
     }
+    const int kind = name >= LAW_OUTSIDE ? 2 : name == LAW_TUBE;
     for (int i = 0, g = 0, k = 0; i < law_given(name); i++, k++) {
-        if (k == groups[name >= LAW_OUTSIDE][g].count) {
+        if (k == groups[kind][g].count) {
             k = 0;
             g++;
         }
-        x.given[i] = ad_input(x.tape, groups[name >= LAW_OUTSIDE][g].name, 1);
+        x.given[i] = ad_input(x.tape, groups[kind][g].name, 1);
     }
     x.energy = ad_scalar(x.tape, 0);
     for (int i = 0; i < LAW_WRENCH; i++) {
         x.wrench[i] = x.energy;
     }
     of->record(x.given, of->has_energy ? &x.energy : x.wrench);
-    if (name < LAW_OUTSIDE) {
+    if (name == LAW_TUBE) {
+        derive_tube(&x);
+    } else if (name < LAW_OUTSIDE) {
         derive_within(&x);
     } else {
         derive_outside(&x, of->has_energy);

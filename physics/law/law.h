@@ -4,7 +4,9 @@
  * derivatives are made by the tape's transforms alone.
  *
  * A law within the rod is the energy of a section per length, a function of v and u and of an
- * actuator: the wrench is its gradient, the stiffness its second derivative.
+ * actuator: the wrench is its gradient, the stiffness its second derivative. That of a tube, which
+ * turns by itself, is a function of u, its turn theta and its torsion m, in this order, less m
+ * times the twist theta' + u_3 - k_3: its gradient is what the rod's moment gains, m' and -theta'.
  *
  * A law outside of the rod acts on a section at r in the world with the rotation q, unit, body to
  * world, and the velocity V; per length or at a place. It has numbers of its own and gives a force
@@ -18,6 +20,8 @@
 typedef enum law_name {
     LAW_TENDON,          /* energy: tension |p'|, p' = v + u x r + r', (Rucker, Webster 2011) */
     LAW_CHAMBER,         /* energy: minus pressure times area times p'_3, here `pull` p'_3 */
+    LAW_TUBE,            /* energy: 1/2 K (w - k)^2 + m (u_3 - k_3) - c m^2/2, w of u turned back by
+                            theta (Rucker, Jones, Webster 2010); u, cos theta, sin theta, m */
     LAW_SPRING,          /* energy: 1/2 sum_i k_i (r - place - shift)_i^2, along the world's axes */
     LAW_TURNING_SPRING,  /* energy: 1/2 sum_i k_i phi_i^2, phi from upright to q, about directors */
     LAW_RESISTANCE,      /* force against the velocity: -(c_1 + c_2 |V|) V */
@@ -53,11 +57,13 @@ typedef struct law {
 
 extern const law law_table[LAW_COUNT];
 
-/* Scalars of the state and its numbers: v, u, numbers, or r, q, V, numbers. */
+/* Scalars of the state and its numbers: v, u, numbers; u, cos theta, sin theta, m, numbers; or r,
+ * q, V, numbers. */
 int law_given(law_name name);
 
-/* How many derivatives: within the rod the upper triangle of second derivatives by v and u, row by
- * row; outside those of force and moment, [6][3] by r, by a turn, and by V. */
+/* How many derivatives: within the rod the upper triangle of second derivatives by v and u, or by
+ * u, theta, m and nothing, row by row; outside those of force and moment, [6][3] by r, by a turn,
+ * and by V. */
 int law_derivatives(law_name name);
 
 /* Entry (i, j) of the upper triangle of a symmetric 6 x 6. */

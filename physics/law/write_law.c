@@ -29,8 +29,9 @@ static void write_function(writer *w, law_name name, const char *ending, int gro
 static void write_within(writer *w, law_name name, const law_formula *x)
 {
     ad_value by_v[6]; /* without the rest, for section by section */
-    const ad_inline_argument input[3] = {{"v", 3, x->given},
-                                         {"u", 3, x->given + 3},
+    const bool tube = name == LAW_TUBE;
+    const ad_inline_argument input[3] = {{tube ? "u" : "v", 3, x->given},
+                                         {tube ? "turn" : "u", 3, x->given + 3},
                                          {"actuator", law_table[name].numbers, x->given + 6}};
     const ad_inline_argument energy = {"energy", 1, &x->energy};
     const ad_inline_argument all[2] = {{"wrench", LAW_WRENCH, x->wrench},
@@ -42,7 +43,9 @@ static void write_within(writer *w, law_name name, const law_formula *x)
         }
     }
     write_function(w, name, "_energy", 3, input, 1, &energy);
-    write_function(w, name, "_by_v", 3, input, 2, some);
+    if (!tube) {
+        write_function(w, name, "_by_v", 3, input, 2, some);
+    }
     write_function(w, name, "", 3, input, 2, all);
 }
 

@@ -30,42 +30,33 @@ static void put_actuator(const solve_actuator *at, double pull, double given[5])
 
 /* ---- tubes --------------------------------------------------------------------------------- */
 
-/* A tube in its own frame: w, w - k, K (w - k), k_3. */
-typedef struct tube_section {
-    const solve_actuator *at;
-    double cosine, sine;
-    double bent[2], strained[2], bending[2], rest_twist;
-    double torsion; /* m_i */
-} tube_section;
+/* What the law of a tube is given: u, its turn, its torsion, its numbers. */
+typedef struct tube_given {
+    double curvature[3], turn[3], numbers[6];
+} tube_given;
 
-static void turn_back(const tube_section *x, const double *vector, double *result)
+static tube_given tube_of(const solve_actuation *a, int i, const double *curvature)
 {
-    result[0] = x->cosine * vector[0] + x->sine * vector[1];
-    result[1] = -x->sine * vector[0] + x->cosine * vector[1];
-}
-
-static void turn_on(const tube_section *x, const double *vector, double *result)
-{
-    result[0] = x->cosine * vector[0] - x->sine * vector[1];
-    result[1] = x->sine * vector[0] + x->cosine * vector[1];
-}
-
-static tube_section section_of(const solve_actuation *a, int i, const double *curvature)
-{
-    const double *state = a->tubes + 2 * (i - solve_actuation_first_tube(a));
-    const double share = rod_tube_shape_share(a->factor), *k = a->actuators[i].curvature;
-    const double *rest = a->rest + 3;
-    tube_section x = {.at = &a->actuators[i],
-                      .cosine = cos(state[0]),
-                      .sine = sin(state[0]),
-                      .torsion = state[1],
-                      .rest_twist = rest[2] + share * (k[2] - rest[2])};
-    turn_back(&x, curvature, x.bent);
-    for (int c = 0; c < 2; c++) {
-        x.strained[c] = x.bent[c] - rest[c] - share * (k[c] - rest[c]);
-        x.bending[c] = x.at->bending[c] * x.strained[c];
+    const double *state = a->tubes + 2 * (i - solve_actuation_first_tube(a)), *rest = a->rest + 3;
+    const double share = rod_tube_shape_share(a->factor);
+    const solve_actuator *at = &a->actuators[i];
+    tube_given x = {.turn = {cos(state[0]), sin(state[0]), state[1]},
+                    .numbers = {at->bending[0], at->bending[1], [5] = at->softness}};
+    memcpy(x.curvature, curvature, sizeof x.curvature);
+    for (int k = 0; k < 3; k++) {
+        x.numbers[2 + k] = rest[k] + share * (at->curvature[k] - rest[k]);
     }
     return x;
+}
+
+/* Gradient [ROWS] and second derivatives [LAW_STIFFNESS] by u, theta, m_i. */
+static void tube_law(const solve_actuation *a, int i, const double *curvature, double *gradient,
+                     double *second)
+{
+    const tube_given x = tube_of(a, i, curvature);
+    memset(gradient, 0, ROWS * sizeof *gradient);
+    memset(second, 0, LAW_STIFFNESS * sizeof *second);
+    number_law_tube(x.curvature, x.turn, x.numbers, gradient, second);
 }
 
 bool solve_tube_is_here(const solve_actuation *a, int i)
@@ -73,47 +64,31 @@ bool solve_tube_is_here(const solve_actuation *a, int i)
     return a->s <= a->extents[i].end;
 }
 
-/* Adds R K (w - k) and m_i to the moment. */
 static void add_tube(const solve_actuation *a, int i, const double *strains, double *wrench,
                      double (*by_strains)[ROWS])
 {
-    tube_section x = section_of(a, i, strains + 3);
-    double moment[2];
-    turn_on(&x, x.bending, moment);
-    wrench[3] += moment[0];
-    wrench[4] += moment[1];
-    wrench[5] += x.torsion;
-    for (int c = 0; c < 2 && by_strains; c++) {
-        double unit[2] = {c == 0, c == 1}, own[2];
-        turn_back(&x, unit, own);
-        own[0] *= x.at->bending[0];
-        own[1] *= x.at->bending[1];
-        turn_on(&x, own, moment);
-        by_strains[3][3 + c] += moment[0];
-        by_strains[4][3 + c] += moment[1];
+    double gradient[ROWS], second[LAW_STIFFNESS];
+    tube_law(a, i, strains + 3, gradient, second);
+    for (int k = 0; k < 3; k++) {
+        wrench[3 + k] += gradient[k];
+        for (int c = 0; c < 3 && by_strains; c++) {
+            by_strains[3 + k][3 + c] += second[law_entry(k, c)];
+        }
     }
 }
 
 void solve_tube_rate(const solve_actuation *a, int i, const double *curvature, double rate[2],
                      double (*by)[5])
 {
-    rate[0] = rate[1] = 0;
-    if (by) {
-        memset(by, 0, 2 * sizeof *by);
+    double gradient[ROWS] = {0}, second[LAW_STIFFNESS] = {0};
+    if (solve_tube_is_here(a, i)) {
+        tube_law(a, i, curvature, gradient, second);
     }
-    if (!solve_tube_is_here(a, i)) {
-        return;
-    }
-    tube_section x = section_of(a, i, curvature);
-    const double *K = x.at->bending, *w = x.bent;
-    rate[0] = x.at->softness * x.torsion + x.rest_twist - curvature[2];
-    rate[1] = x.bending[0] * w[1] - x.bending[1] * w[0];
-    if (by) {
-        const double own[2] = {K[0] * w[1] - x.bending[1], x.bending[0] - K[1] * w[0]};
-        by[0][2] = -1;
-        by[0][4] = x.at->softness;
-        turn_on(&x, own, by[1]);
-        by[1][3] = own[0] * w[1] - own[1] * w[0];
+    rate[0] = -gradient[4];
+    rate[1] = gradient[3];
+    for (int k = 0; k < 5 && by; k++) {
+        by[0][k] = -second[law_entry(4, k)];
+        by[1][k] = second[law_entry(3, k)];
     }
 }
 
@@ -122,9 +97,11 @@ double solve_tube_energy(const solve_actuation *a, const double *curvature)
     double sum = 0;
     for (int i = solve_actuation_first_tube(a); i < a->count; i++) {
         if (solve_tube_is_here(a, i)) {
-            tube_section x = section_of(a, i, curvature);
-            sum += 0.5 * (x.bending[0] * x.strained[0] + x.bending[1] * x.strained[1] +
-                          x.at->softness * x.torsion * x.torsion);
+            const tube_given x = tube_of(a, i, curvature);
+            double gradient[ROWS], second[LAW_STIFFNESS];
+            tube_law(a, i, curvature, gradient, second);
+            number_law_tube_energy(x.curvature, x.turn, x.numbers, &sum);
+            sum -= x.turn[2] * gradient[4];
         }
     }
     return sum;
@@ -134,16 +111,16 @@ double solve_tube_variation(const solve_actuation *a, int i, const double *curva
                             const double p[5], const double q[5])
 {
     static const double stiff = 1e6; /* of bending, in place of one that does not twist */
-    tube_section x = section_of(a, i, curvature);
-    const double *K = x.at->bending, *w = x.bent, *f = x.bending;
-    double torsion = fmin(1 / x.at->softness, stiff * fmin(K[0], K[1])), pw[2], qw[2], sum = 0;
-    turn_back(&x, p, pw);
-    turn_back(&x, q, qw);
-    sum += p[3] * (f[0] * qw[1] - f[1] * qw[0]) + q[3] * (f[0] * pw[1] - f[1] * pw[0]);
-    sum -= p[3] * q[3] * (f[0] * w[0] + f[1] * w[1]);
-    sum += K[0] * (pw[0] + p[3] * w[1]) * (qw[0] + q[3] * w[1]);
-    sum += K[1] * (pw[1] - p[3] * w[0]) * (qw[1] - q[3] * w[0]);
-    return sum + torsion * (p[2] + p[4]) * (q[2] + q[4]);
+    const solve_actuator *at = &a->actuators[i];
+    const double torsion = fmin(1 / at->softness, stiff * fmin(at->bending[0], at->bending[1]));
+    double gradient[ROWS], second[LAW_STIFFNESS], sum = torsion * (p[2] + p[4]) * (q[2] + q[4]);
+    tube_law(a, i, curvature, gradient, second);
+    for (int k = 0; k < 4; k++) {
+        for (int c = 0; c < 4; c++) {
+            sum += p[k] * second[law_entry(k, c)] * q[c];
+        }
+    }
+    return sum;
 }
 
 /* ---- a law ---------------------------------------------------------------------------------- */
