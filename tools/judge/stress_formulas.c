@@ -4,8 +4,9 @@
 #include "physics/analytic.h"
 
 #include <math.h>
+#include <string.h>
 
-void stress_write_elastica(FILE *file)
+static void write_elastica(FILE *file)
 {
     const analytic_clamp clamp = {{0, 0, 0}, {sqrt(0.5), 0, sqrt(0.5), 0}};
     const double force[3] = {0, 0, -4};
@@ -82,27 +83,27 @@ static void write_deflection(FILE *file, double duration, double (*deflection)(d
     }
 }
 
-void stress_write_step_at_once(FILE *file)
+static void write_step_at_once(FILE *file)
 {
     write_deflection(file, 1, step_at_once);
 }
 
-void stress_write_step(FILE *file)
+static void write_step(FILE *file)
 {
     write_deflection(file, 1, step_later);
 }
 
-void stress_write_push(FILE *file)
+static void write_push(FILE *file)
 {
     write_deflection(file, 1, push);
 }
 
-void stress_write_blow(FILE *file)
+static void write_blow(FILE *file)
 {
     write_deflection(file, 1, blow);
 }
 
-void stress_write_creep(FILE *file)
+static void write_creep(FILE *file)
 {
     write_deflection(file, 10, creep);
 }
@@ -125,12 +126,29 @@ static void write_scaled(FILE *file, double length, double time)
     }
 }
 
-void stress_write_small(FILE *file)
+static void write_small(FILE *file)
 {
     write_scaled(file, 1e-3, 1e-3);
 }
 
-void stress_write_large(FILE *file)
+static void write_large(FILE *file)
 {
     write_scaled(file, 1e3, 3600);
+}
+
+stress_write *stress_formula(const char *name)
+{
+    static const struct {
+        const char *name;
+        stress_write *write;
+    } all[] = {{"elastica", write_elastica}, {"step_at_once", write_step_at_once},
+               {"step", write_step},         {"push", write_push},
+               {"blow", write_blow},         {"creep", write_creep},
+               {"small", write_small},       {"large", write_large}};
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
+        if (strcmp(all[i].name, name) == 0) {
+            return all[i].write;
+        }
+    }
+    return NULL;
 }

@@ -17,21 +17,20 @@
 
 static const char program[] = "cpinn-stress";
 
-static const stress_group *const row_groups[] = {&stress_rods,  &stress_loads, &stress_motions,
-                                                 &stress_beams, &stress_pairs, &stress_inputs};
 enum {
-    GROUPS = sizeof row_groups / sizeof *row_groups,
     FOLDER = 64,
     WORDS = 7,
     NUMBERS = 3,
     SUBJECT = 32,
-    ROWS_MAX = 512
+    ROWS_MAX = STRESS_ROWS_MAX * JUDGE_METHODS
 };
 
 typedef struct options {
     cli_list only;
     const char *out, *method;
     bool quick, is_long, list;
+    const stress_row *rows; /* [count] */
+    size_t count;
     const ad_ranks *ranks; /* NULL: this process is by itself */
 } options;
 
@@ -64,10 +63,8 @@ static const char *unknown_name(const options *o)
 {
     for (int i = 0; i < o->only.count; i++) {
         bool found = false;
-        for (int g = 0; g < GROUPS; g++) {
-            for (int k = 0; k < row_groups[g]->count; k++) {
-                found = found || named(&row_groups[g]->rows[k], o->only.texts[i]);
-            }
+        for (size_t k = 0; k < o->count; k++) {
+            found = found || named(&o->rows[k], o->only.texts[i]);
         }
         if (!found) {
             return o->only.texts[i];
@@ -100,11 +97,11 @@ static void print_list_row(const options *o, const stress_row *row)
 
 static void print_list(const options *o)
 {
-    for (int g = 0; g < GROUPS; g++) {
-        printf("%s%s\n", g ? "\n" : "", row_groups[g]->about);
-        for (int k = 0; k < row_groups[g]->count; k++) {
-            print_list_row(o, &row_groups[g]->rows[k]);
+    for (size_t k = 0; k < o->count; k++) {
+        if (o->rows[k].about) {
+            printf("%s%s\n", k ? "\n" : "", o->rows[k].about);
         }
+        print_list_row(o, &o->rows[k]);
     }
 }
 
@@ -193,13 +190,10 @@ static void remove_folder(const char *folder)
 
 static void make_plan(record *all, const options *o)
 {
-    for (int g = 0; g < GROUPS; g++) {
-        for (int k = 0; k < row_groups[g]->count; k++) {
-            const stress_row *row = &row_groups[g]->rows[k];
-            for (judge_method method = 0; method < JUDGE_METHODS; method++) {
-                if (is_asked(o, row, method)) {
-                    all->plan[all->count++] = (planned){row, method};
-                }
+    for (size_t k = 0; k < o->count; k++) {
+        for (judge_method method = 0; method < JUDGE_METHODS; method++) {
+            if (is_asked(o, &o->rows[k], method)) {
+                all->plan[all->count++] = (planned){&o->rows[k], method};
             }
         }
     }
@@ -297,10 +291,15 @@ static int parse(int count, char **arguments, options *o)
 int main(int count, char **arguments)
 {
     options o = {.out = NULL};
+    stress_rows *rows = NULL;
     ad_error error;
-    if (ranks_begin(count, arguments, &o.ranks, &error) != AD_OK) {
+    if (ranks_begin(count, arguments, &o.ranks, &error) != AD_OK ||
+        stress_rows_open(&rows, &error) != AD_OK) {
         return ranks_end(program, cli_fail_error(program, &error));
     }
+    o.rows = stress_rows_of(rows, &o.count);
     int result = parse(count, arguments, &o);
-    return ranks_end(program, result == CLI_RUN ? run(&o) : result);
+    result = result == CLI_RUN ? run(&o) : result;
+    stress_rows_free(rows);
+    return ranks_end(program, result);
 }
