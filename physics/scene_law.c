@@ -1,5 +1,8 @@
 #include "physics/scene_law.h"
 
+#include "physics/law/law.h"
+#include "physics/law/law_numbers.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -34,156 +37,49 @@ static int images(scene_symmetry symmetry)
     return symmetry == SCENE_SYMMETRY_POINT ? 2 : symmetry == SCENE_SYMMETRY_MIRRORS ? 4 : 1;
 }
 
-/* Of the round features but the last x.M x/2 + (x_3 of the first). */
-static void invariant_matrix(int feature, double M[N][N])
-{
-    memset(M, 0, N * sizeof *M);
-    const double turned = feature == 4 ? 1 : feature == 5 ? -1 : 0;
-    for (int i = 0; i < 2; i++) {
-        M[i][i] = feature == 1 || turned != 0 ? 2 : 0;
-        M[3 + i][3 + i] = feature == 2 || turned != 0 ? 2 : 0;
-    }
-    M[5][5] = feature == 3 ? 2 : 0;
-    M[0][4] = M[4][0] = -2 * turned; /* J u = (-u_2, u_1) */
-    M[1][3] = M[3][1] = 2 * turned;
-}
-
-/* And of the last, u_3 v.u. */
-static void last_matrix(const double *x, double M[N][N])
-{
-    memset(M, 0, N * sizeof *M);
-    for (int i = 0; i < 2; i++) {
-        M[i][3 + i] = M[3 + i][i] = x[5];
-        M[i][5] = M[5][i] = x[3 + i];
-        M[3 + i][5] = M[5][3 + i] = x[i];
-    }
-}
-
-/* The round features and their gradients. */
-static void invariants(const double *x, double f[FEATURES], double slope[FEATURES][N])
-{
-    const double on[2] = {x[0] - x[4], x[1] + x[3]}, back[2] = {x[0] + x[4], x[1] - x[3]};
-    const double along = x[0] * x[3] + x[1] * x[4];
-    const double all[FEATURES] = {
-        x[2],        x[0] * x[0] + x[1] * x[1],     x[3] * x[3] + x[4] * x[4],
-        x[5] * x[5], on[0] * on[0] + on[1] * on[1], back[0] * back[0] + back[1] * back[1],
-        x[5] * along};
-    const double by[FEATURES][N] = {{0, 0, 1, 0, 0, 0},
-                                    {2 * x[0], 2 * x[1], 0, 0, 0, 0},
-                                    {0, 0, 0, 2 * x[3], 2 * x[4], 0},
-                                    {0, 0, 0, 0, 0, 2 * x[5]},
-                                    {2 * on[0], 2 * on[1], 0, 2 * on[1], -2 * on[0], 0},
-                                    {2 * back[0], 2 * back[1], 0, -2 * back[1], 2 * back[0], 0},
-                                    {x[5] * x[3], x[5] * x[4], 0, x[5] * x[0], x[5] * x[1], along}};
-    memcpy(f, all, sizeof all);
-    memcpy(slope, by, sizeof by);
-}
-
 /* ---- the potential ------------------------------------------------------------------------- */
 
-/* log(1 + exp(z)), its derivative and the next. */
-static double softplus(double z, double *first, double *second)
+static law_name unit_of(scene_symmetry symmetry)
 {
-    const double e = exp(-fabs(z));
-    *first = z > 0 ? 1 / (1 + e) : e / (1 + e);
-    *second = e / ((1 + e) * (1 + e));
-    return fmax(z, 0) + log1p(e);
+    return symmetry == SCENE_SYMMETRY_ROUND ? LAW_ROUND_UNIT : LAW_UNIT;
 }
 
-/* Adds a log(1 + exp(z)) of all units, z = b + w.f, and the derivatives by f. */
-static double add_units(const scene_law *law, double share, int features, const double *f,
-                        double *by_f, double (*second)[FEATURES])
+/* What it has by the features of one image: a unit there is one of other signs. */
+static double sign_of(scene_symmetry symmetry, int image, int feature)
 {
-    double sum = 0;
-    for (int u = 0; u < law->units; u++) {
-        const double a = share * law->weight[u], *w = law->by[u];
-        double z = law->offset[u], rise, bend;
-        for (int k = 0; k < features; k++) {
-            z += w[k] * f[k];
-        }
-        sum += a * softplus(z, &rise, &bend);
-        for (int k = 0; k < features; k++) {
-            by_f[k] += a * rise * w[k];
-            for (int l = 0; l < features && second; l++) {
-                second[k][l] += a * bend * w[k] * w[l];
-            }
-        }
-    }
-    return sum;
-}
-
-static double round_units(const scene_law *law, const double *x, double gradient[N],
-                          double (*second)[N])
-{
-    double f[FEATURES], slope[FEATURES][N], M[N][N];
-    double by_f[FEATURES] = {0}, bend[FEATURES][FEATURES] = {{0}};
-    invariants(x, f, slope);
-    const double sum = add_units(law, 1, FEATURES, f, by_f, second ? bend : NULL);
-    for (int k = 0; k < FEATURES; k++) {
-        for (int i = 0; i < N; i++) {
-            gradient[i] += by_f[k] * slope[k][i];
-        }
-    }
-    for (int k = 0; k < FEATURES && second; k++) {
-        double along[N] = {0}; /* bend_k slope */
-        for (int l = 0; l < FEATURES; l++) {
-            for (int i = 0; i < N; i++) {
-                along[i] += bend[k][l] * slope[l][i];
-            }
-        }
-        if (k + 1 < FEATURES) {
-            invariant_matrix(k, M);
-        } else {
-            last_matrix(x, M);
-        }
-        for (int i = 0; i < N; i++) {
-            for (int j = 0; j < N; j++) {
-                second[i][j] += slope[k][i] * along[j] + by_f[k] * M[i][j];
-            }
-        }
-    }
-    return sum;
-}
-
-static double linear_units(const scene_law *law, const double *x, double gradient[N],
-                           double (*second)[N])
-{
-    const int count = images(law->symmetry);
-    double sum = 0;
-    for (int g = 0; g < count; g++) {
-        double f[N], by_f[N] = {0}, bend[FEATURES][FEATURES] = {{0}};
-        for (int i = 0; i < N; i++) {
-            f[i] = SIGNS[g][i] * x[i];
-        }
-        sum += add_units(law, 1.0 / count, N, f, by_f, second ? bend : NULL);
-        for (int i = 0; i < N; i++) {
-            gradient[i] += SIGNS[g][i] * by_f[i];
-            for (int j = 0; j < N && second; j++) {
-                second[i][j] += SIGNS[g][i] * SIGNS[g][j] * bend[i][j];
-            }
-        }
-    }
-    return sum;
+    return symmetry == SCENE_SYMMETRY_ROUND ? 1 : SIGNS[image][feature];
 }
 
 /* N and its derivatives. */
 static double network(const scene_law *law, const double *x, double gradient[N],
                       double (*second)[N])
 {
-    double sum = 0;
+    const int features = scene_law_features(law->symmetry), count = images(law->symmetry);
+    double of_units[LAW_STIFFNESS] = {0}, sum = 0;
     memset(gradient, 0, N * sizeof *gradient);
-    if (second) {
-        memset(second, 0, N * sizeof *second);
-    }
-    for (int i = 0; i < N; i++) {
-        sum += 0.5 * law->quadratic[i] * x[i] * x[i];
-        gradient[i] += law->quadratic[i] * x[i];
-        if (second) {
-            second[i][i] += law->quadratic[i];
+    for (int i = 0; i < law->units * count; i++) {
+        const int u = i / count;
+        double numbers[LAW_NUMBERS_MAX];
+        for (int k = 0; k < features; k++) {
+            numbers[k] = sign_of(law->symmetry, i % count, k) * law->by[u][k];
+        }
+        numbers[features] = law->offset[u];
+        numbers[features + 1] = law->weight[u] / count;
+        if (unit_of(law->symmetry) == LAW_ROUND_UNIT) {
+            number_law_round_unit_with_energy(x, x + 3, numbers, &sum, gradient, of_units);
+        } else {
+            number_law_unit_with_energy(x, x + 3, numbers, &sum, gradient, of_units);
         }
     }
-    return sum + (law->symmetry == SCENE_SYMMETRY_ROUND ? round_units
-                                                        : linear_units)(law, x, gradient, second);
+    for (int i = 0; i < N; i++) {
+        const double c = law->quadratic[i];
+        sum += 0.5 * c * x[i] * x[i];
+        gradient[i] += c * x[i];
+        for (int j = 0; j < N && second; j++) {
+            second[i][j] = of_units[law_entry(i, j)] + (i == j ? c : 0);
+        }
+    }
+    return sum;
 }
 
 /* W and its derivatives by x'. */
@@ -406,49 +302,29 @@ ad_status scene_law_finish(scene_law *law, ad_error *error)
 
 /* ---- on the tape --------------------------------------------------------------------------- */
 
-static ad_value record_linear(scene_symmetry symmetry, const scene_law_values *values, ad_value x)
-{
-    const int count = images(symmetry);
-    ad_value sum = ad_zeros(x.tape, N);
-    for (int g = 0; g < count; g++) {
-        ad_value signs = ad_constant(x.tape, N, SIGNS[g]);
-        ad_value z = ad_add(ad_matvec(values->by, ad_mul(signs, x)), values->offset);
-        ad_value rise = ad_mul(values->weight, ad_sigmoid(z));
-        sum = ad_add(sum, ad_mul(signs, ad_matvec_transposed(values->by, rise)));
-    }
-    return ad_scale(sum, 1.0 / count);
-}
-
-static ad_value record_round(const scene_law_values *values, ad_value x)
-{
-    ad_value f[FEATURES], slope[FEATURES], zero = ad_zeros(x.tape, N);
-    f[0] = ad_row(x, 2);
-    slope[0] = ad_pad(ad_scalar(x.tape, 1), 2, N);
-    for (int k = 1; k + 1 < FEATURES; k++) {
-        double M[N][N];
-        invariant_matrix(k, M);
-        slope[k] = ad_matvec(ad_constant(x.tape, N * N, M[0]), x);
-        f[k] = ad_scale(ad_dot(x, slope[k]), 0.5);
-    }
-    ad_value v = ad_slice(x, 0, 2), u = ad_slice(x, 3, 2), twist = ad_row(x, 5);
-    ad_value along = ad_dot(v, u);
-    f[FEATURES - 1] = ad_mul(twist, along);
-    slope[FEATURES - 1] = ad_stack(
-        4, (const ad_value[]){ad_mul(twist, u), ad_scalar(x.tape, 0), ad_mul(twist, v), along});
-    ad_value z = ad_add(ad_matvec(values->by, ad_stack(FEATURES, f)), values->offset);
-    ad_value all = ad_matvec_transposed(values->by, ad_mul(values->weight, ad_sigmoid(z))),
-             sum = zero;
-    for (int k = 0; k < FEATURES; k++) {
-        sum = ad_add(sum, ad_mul(ad_row(all, k), slope[k]));
-    }
-    return sum;
-}
-
+/* The units are rows of each of their numbers. */
 ad_value scene_law_record(scene_symmetry symmetry, const scene_law_values *values, ad_value x)
 {
-    ad_value units = symmetry == SCENE_SYMMETRY_ROUND ? record_round(values, x)
-                                                      : record_linear(symmetry, values, x);
-    return ad_add(ad_mul(values->quadratic, x), units);
+    const int features = scene_law_features(symmetry), count = images(symmetry);
+    const int units = ad_rows(values->offset);
+    ad_value sum = ad_mul(values->quadratic, x), given[LAW_GIVEN_MAX], rows[LAW_WRENCH];
+    for (int i = 0; i < N; i++) {
+        given[i] = ad_row(x, i);
+    }
+    given[N + features] = values->offset;
+    given[N + features + 1] = ad_scale(values->weight, 1.0 / count);
+    for (int g = 0; g < count; g++) {
+        for (int k = 0; k < features; k++) {
+            given[N + k] =
+                ad_scale(ad_slice(values->by, k * units, units), sign_of(symmetry, g, k));
+        }
+        law_record(unit_of(symmetry), x.tape, given, NULL, rows, NULL);
+        for (int i = 0; i < N; i++) {
+            rows[i] = ad_sum_rows(rows[i]);
+        }
+        sum = ad_add(sum, ad_stack(N, rows));
+    }
+    return sum;
 }
 
 ad_value scene_law_record_beyond(const scene_law *law, double length, double force, ad_value x)
@@ -456,7 +332,9 @@ ad_value scene_law_record_beyond(const scene_law *law, double length, double for
     const int features = scene_law_features(law->symmetry);
     double by[SCENE_LAW_UNITS_MAX * FEATURES], unit[N], back[N], stiffness[N];
     for (int u = 0; u < law->units; u++) {
-        memcpy(by + u * features, law->by[u], (size_t)features * sizeof *by);
+        for (int k = 0; k < features; k++) {
+            by[k * law->units + u] = law->by[u][k];
+        }
     }
     for (int i = 0; i < N; i++) {
         const double own = i < 3 ? 1 : 1 / length;

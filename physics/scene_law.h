@@ -96,7 +96,7 @@ double scene_law_excess(const scene_law *law, const double *x, int *which);
 double scene_law_beyond(const scene_law *law, double length, double force, const double *x,
                         double stress[SCENE_LAW_STRAINS], double (*tangent)[SCENE_LAW_STRAINS]);
 
-/* On a tape: dN/dx' [6] at x' [6], from c [6], a [units], b [units], w [units * features]. */
+/* On a tape: dN/dx' [6] at x' [6], from c [6], a [units], b [units], w [features * units]. */
 typedef struct scene_law_values {
     ad_value quadratic, weight, offset, by;
 } scene_law_values;

@@ -2,9 +2,9 @@
  * their derivatives against differences, forces against energies and closed forms; their use with
  * values of another tape. */
 #include "physics/law/law.h"
+#include "physics/law/law_numbers.h"
 #include "physics/solve/acting.h"
 #include "physics/solve/acting_lanes.h"
-#include "physics/solve/laws.h"
 #include "physics/solve/laws_lanes.h"
 
 #include "near.h"
@@ -29,6 +29,12 @@ static void in_numbers(law_name name, const double *x, double *out)
     } else if (name == LAW_CHAMBER) {
         number_law_chamber_energy(x, x + 3, x + 6, out);
         number_law_chamber(x, x + 3, x + 6, wrench, by);
+    } else if (name == LAW_UNIT) {
+        number_law_unit_energy(x, x + 3, x + 6, out);
+        number_law_unit(x, x + 3, x + 6, wrench, by);
+    } else if (name == LAW_ROUND_UNIT) {
+        number_law_round_unit_energy(x, x + 3, x + 6, out);
+        number_law_round_unit(x, x + 3, x + 6, wrench, by);
     } else if (name == LAW_TUBE) {
         number_law_tube_energy(x, x + 3, x + 6, out);
         number_law_tube(x, x + 3, x + 6, wrench, by);
@@ -51,6 +57,10 @@ FOR_EACH_PROCESSOR static void in_lanes(law_name name, const lanes *x, lanes *ou
         lanes_law_tendon(x, x + 3, x + 6, out + 1, out + 1 + LAW_WRENCH);
     } else if (name == LAW_CHAMBER) {
         lanes_law_chamber(x, x + 3, x + 6, out + 1, out + 1 + LAW_WRENCH);
+    } else if (name == LAW_UNIT) {
+        lanes_law_unit(x, x + 3, x + 6, out + 1, out + 1 + LAW_WRENCH);
+    } else if (name == LAW_ROUND_UNIT) {
+        lanes_law_round_unit(x, x + 3, x + 6, out + 1, out + 1 + LAW_WRENCH);
     } else if (name == LAW_TUBE) {
         lanes_law_tube(x, x + 3, x + 6, out + 1, out + 1 + LAW_WRENCH);
     } else {

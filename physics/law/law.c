@@ -55,6 +55,37 @@ static void record_chamber(const ad_value *given, ad_value *energy)
     *energy = ad_mul(given[10], path[2]);
 }
 
+/* a log(1 + exp(z)), z = b + w . f; w, b, a */
+static ad_value unit(int features, const ad_value *f, const ad_value *w)
+{
+    const ad_value *b = w + features, *a = b + 1;
+    ad_value z = *b;
+    for (int k = 0; k < features; k++) {
+        z = ad_add(z, ad_mul(w[k], f[k]));
+    }
+    return ad_mul(*a, ad_log(ad_add(ad_scalar(z.tape, 1), ad_exp(z))));
+}
+
+static void record_unit(const ad_value *given, ad_value *energy)
+{
+    *energy = unit(LAW_WRENCH, given, given + LAW_WRENCH);
+}
+
+static void record_round_unit(const ad_value *given, ad_value *energy)
+{
+    const ad_value *v = given, *u = given + 3;
+    const ad_value on[2] = {ad_sub(v[0], u[1]), ad_add(v[1], u[0])};
+    const ad_value back[2] = {ad_add(v[0], u[1]), ad_sub(v[1], u[0])};
+    const ad_value *const squared[4] = {v, u, on, back};
+    ad_value f[7] = {[0] = v[2], [3] = ad_square(u[2])};
+    for (int k = 0; k < 4; k++) {
+        const ad_value *x = squared[k];
+        f[k < 2 ? 1 + k : 2 + k] = ad_add(ad_square(x[0]), ad_square(x[1]));
+    }
+    f[6] = ad_mul(u[2], ad_add(ad_mul(v[0], u[0]), ad_mul(v[1], u[1])));
+    *energy = unit(7, f, given + LAW_WRENCH);
+}
+
 /* K_1, K_2, k, c */
 static void record_tube(const ad_value *given, ad_value *energy)
 {
@@ -210,6 +241,20 @@ const law law_table[LAW_COUNT] = {
                      .numbers = 5,
                      .has_energy = true,
                      .record = record_chamber},
+    [LAW_UNIT] = {.name = "unit",
+                  .about = "A unit of a learned law: a log(1 + exp(b + w . (v, u))); w, b, a.",
+                  .kind = LAW_STORES,
+                  .numbers = 8,
+                  .has_energy = true,
+                  .record = record_unit},
+    [LAW_ROUND_UNIT] = {.name = "round_unit",
+                        .about =
+                            "A unit of a law that is round: a log(1 + exp(b + w . f)), f seven "
+                            "invariants of v, u; w, b, a.",
+                        .kind = LAW_STORES,
+                        .numbers = 9,
+                        .has_energy = true,
+                        .record = record_round_unit},
     [LAW_TUBE] = {.name = "tube",
                   .about = "A tube around the rod: K (w - k)^2/2 + m (u_3 - k_3) - c m^2/2, w of u "
                            "turned back by theta; u, cos, sin, m; K_1, K_2, k, c.",

@@ -7,7 +7,8 @@ static const char *const HEAD =
     "/* Laws at a point, written from physics/law/law.c when the project is built; do not edit.\n"
     " * Each adds to its outputs; derivatives that nobody reads cost nothing, as calls are "
     "inlined.\n"
-    " * Needs NUMBER, ALGEBRA(name), ALGEBRA_INLINE, ALGEBRA(sqrt), ALGEBRA(inverse_root). */\n\n";
+    " * Needs NUMBER, ALGEBRA(name), ALGEBRA_INLINE, ALGEBRA(sqrt), ALGEBRA(inverse_root),\n"
+    " * ALGEBRA(exp), ALGEBRA(log). */\n\n";
 
 typedef struct writer {
     FILE *file;
@@ -37,6 +38,7 @@ static void write_within(writer *w, law_name name, const law_formula *x)
     const ad_inline_argument all[2] = {{"wrench", LAW_WRENCH, x->wrench},
                                        {"stiffness", LAW_STIFFNESS, x->by}};
     const ad_inline_argument some[2] = {all[0], {"stiffness", 6, by_v}};
+    const ad_inline_argument every[3] = {energy, all[0], all[1]};
     for (int i = 0, k = 0; i < 3; i++) {
         for (int j = i; j < 3; j++) {
             by_v[k++] = x->by[law_entry(i, j)];
@@ -47,6 +49,7 @@ static void write_within(writer *w, law_name name, const law_formula *x)
         write_function(w, name, "_by_v", 3, input, 2, some);
     }
     write_function(w, name, "", 3, input, 2, all);
+    write_function(w, name, "_with_energy", 3, input, 3, every);
 }
 
 static const char *const STATE = "const NUMBER position[3], const NUMBER rotation[4],\n"

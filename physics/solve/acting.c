@@ -4,7 +4,7 @@
 
 /* Each law is a function of its own, lest a short one pays for the registers of a long one. */
 #define LAWS_INLINE static __attribute__((noinline, unused))
-#include "physics/solve/laws.h"
+#include "physics/law/law_numbers.h"
 
 #include <string.h>
 

@@ -4,7 +4,7 @@
 #include "physics/law/law.h"
 #include "physics/quaternion.h"
 #include "physics/rod_internal.h"
-#include "physics/solve/laws.h"
+#include "physics/law/law_numbers.h"
 
 #include <math.h>
 #include <stdlib.h>

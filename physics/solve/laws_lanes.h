@@ -5,11 +5,27 @@
 
 #include "physics/solve/lanes.h"
 
+#include <math.h>
+
 PROCESSOR_INLINE void lanes_sqrt(const lanes *x, lanes *root)
 {
     lanes by;
     lanes_inverse_root(x, &by);
     *root = *x * by;
+}
+
+PROCESSOR_INLINE void lanes_exp(const lanes *x, lanes *result)
+{
+    for (int k = 0; k < LANES; k++) {
+        (*result)[k] = exp((*x)[k]);
+    }
+}
+
+PROCESSOR_INLINE void lanes_log(const lanes *x, lanes *result)
+{
+    for (int k = 0; k < LANES; k++) {
+        (*result)[k] = log((*x)[k]);
+    }
 }
 
 #define NUMBER         lanes

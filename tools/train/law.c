@@ -195,7 +195,7 @@ static ad_status deal(fit *x, const train_law_data *data, ad_error *error)
 
 /* ---- parameters ---------------------------------------------------------------------------- */
 
-/* Flat: the roots of c [N]; a, b [units]; w [units * features]. Of a convex law a and, if round, w
+/* Flat: the roots of c [N]; a, b [units]; w [features * units]. Of a convex law a and, if round, w
  * are squares, but for the first w; the last is 0. Of a round law c_2 and c_5 do not count. */
 static bool is_squared(const fit *x, int feature)
 {
@@ -216,7 +216,7 @@ static void set_law(const fit *x, const double *p)
         law->weight[u] = x->unit * (x->asked->convex ? a * a : a);
         law->offset[u] = p[N + units + u];
         for (int k = 0; k < x->features; k++) {
-            const double w = p[N + 2 * units + u * x->features + k];
+            const double w = p[N + 2 * units + k * units + u];
             law->by[u][k] = !is_squared(x, k) ? w : k + 1 < SCENE_LAW_FEATURES ? w * w : 0;
         }
     }
@@ -242,7 +242,7 @@ static scene_law_values record_law(const fit *x, ad_tape *tape, ad_value *wrt)
         root = ad_stack(N, rows);
     }
     for (int i = 0; i < all; i++) {
-        const int k = i % x->features;
+        const int k = i / units;
         linear[i] = !is_squared(x, k);
         square[i] = is_squared(x, k) && k + 1 < SCENE_LAW_FEATURES;
     }

@@ -1,6 +1,6 @@
 /* The laws at a point (physics/law/law.h) for plain numbers: law_tendon and so on. */
-#ifndef PHYSICS_SOLVE_LAWS_H
-#define PHYSICS_SOLVE_LAWS_H
+#ifndef PHYSICS_LAW_LAW_NUMBERS_H
+#define PHYSICS_LAW_LAW_NUMBERS_H
 
 #include <math.h>
 
@@ -16,6 +16,16 @@ static inline void number_sqrt(const double *x, double *root)
 static inline void number_inverse_root(const double *x, double *root)
 {
     *root = *x > 0 ? 1 / sqrt(*x) : 0;
+}
+
+static inline void number_exp(const double *x, double *result)
+{
+    *result = exp(*x);
+}
+
+static inline void number_log(const double *x, double *result)
+{
+    *result = log(*x);
 }
 
 #define NUMBER         double
