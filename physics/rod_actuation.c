@@ -42,7 +42,7 @@ static rod_actuator rod_chamber(const rod_context *rod, const scene_chamber *giv
         .pull = rod_quantities(rod, 1, &push, &none, -1 / rod->scales.force, rod->s, rod->t),
         .start = rod_fraction(rod, given->start, 0),
         .end = rod_fraction(rod, given->end, 1),
-        .is_chamber = true};
+        .law = LAW_CHAMBER};
 }
 
 rod_actuator rod_actuator_of(const rod_context *rod, int index)
@@ -95,8 +95,7 @@ static rod_wrench rod_actuator_wrench(const rod_context *rod, const rod_actuator
 {
     ad_value given[GIVEN], wrench[6];
     actuator_given(actuator, rod_pull_within(rod, actuator, pull), k, given);
-    law_record(actuator->is_chamber ? LAW_CHAMBER : LAW_TENDON, rod->tape, given, NULL, wrench,
-               NULL);
+    law_record(actuator->law, rod->tape, given, NULL, wrench, NULL);
     return (rod_wrench){.force = ad_stack(3, wrench), .moment = ad_stack(3, wrench + 3)};
 }
 

@@ -62,7 +62,7 @@ typedef struct rod_actuator {
     ad_value offset, slope; /* [2] r and r_s */
     ad_value pull;          /* its tension; minus pressure times area; also beyond its ends */
     double start, end;      /* within [0, 1] */
-    bool is_chamber;        /* pulls along d3, a tendon along its own tangent */
+    law_name law;
 } rod_actuator;
 
 /* The directions in which a vector is given: scene_hold in the frame of the equations. */

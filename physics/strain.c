@@ -165,7 +165,7 @@ static void give_actuators(strain_rod *x)
         rod_actuator one = rod_actuator_of(&x->rod, i);
         strain_pull *to = &x->pulls[i];
         int first = 0, count = 0;
-        to->is_chamber = one.is_chamber;
+        to->law = one.law;
         spread(x, one.offset, to->offset);
         spread(x, one.slope, to->slope);
         spread(x, one.pull, &to->pull);

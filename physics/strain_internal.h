@@ -30,7 +30,7 @@ typedef struct along_twist {
 /* A tendon or a chamber along the rod, whose pull is 0 where it is not. */
 typedef struct strain_pull {
     ad_value offset[2], slope[2], pull;
-    bool is_chamber;
+    law_name law;
 } strain_pull;
 
 /* A law that acts from outside, with its numbers at points or at its place. */

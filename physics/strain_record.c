@@ -186,7 +186,7 @@ static void pull_one(const strain_rod *rod, const strain_pull *a, along v, along
     const ad_value given[] = {v.x[0],       v.x[1],       v.x[2],      u.x[0],      u.x[1], u.x[2],
                               a->offset[0], a->offset[1], a->slope[0], a->slope[1], a->pull};
     ad_value wrench[LAW_WRENCH], stiffness[LAW_STIFFNESS];
-    law_record(a->is_chamber ? LAW_CHAMBER : LAW_TENDON, rod->tape, given, NULL, wrench, stiffness);
+    law_record(a->law, rod->tape, given, NULL, wrench, stiffness);
     for (int i = 0; i < 3; i++) {
         sum->force.x[i] = ad_add(sum->force.x[i], wrench[i]);
         sum->moment.x[i] = ad_add(sum->moment.x[i], wrench[3 + i]);

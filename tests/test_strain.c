@@ -300,7 +300,7 @@ static void check_derivatives(strain_kind kind, bool founded, int springs, bool 
                               const solve_end *start)
 {
     static const double edges[3] = {0, 0.4, 1};
-    static const solve_extent extents[3] = {{.end = 1}, {.end = 1, .is_chamber = true}, {.end = 1}};
+    static const solve_extent extents[3] = {{.end = 1}, {.end = 1, .law = LAW_CHAMBER}, {.end = 1}};
     static const double spring[16] = {0.1, 0.2, 0.3, 1, 2, 3, 0, 0.1, 0, /* shift, k, place */
                                       0.4, 0.4, 0.4, 1};                 /* k, upright */
     solve_jumps jumps;

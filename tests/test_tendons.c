@@ -460,9 +460,9 @@ static void test_derivatives(void **state)
     enum { TUBES = 2, PULLING = 3, ROWS = STATIC_TUBES + 2 * TUBES };
     const solve_extent extents[PULLING + TUBES] = {{.end = 1},
                                                    {.end = 1},
-                                                   {.end = 1, .is_chamber = true},
-                                                   {.end = 1, .is_tube = true},
-                                                   {.end = 1, .is_tube = true}};
+                                                   {.end = 1, .law = LAW_CHAMBER},
+                                                   {.end = 1, .law = LAW_TUBE},
+                                                   {.end = 1, .law = LAW_TUBE}};
     const solve_actuator actuators[PULLING + TUBES] = {
         {.offset = {0.1, 0.2}, .pull = 3},
         {.offset = {-0.2, 0.1}, .slope = {0.4, -0.3}, .pull = 5},

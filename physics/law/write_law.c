@@ -52,6 +52,7 @@ static void write_within(writer *w, law_name name, const law_formula *x)
     write_function(w, name, "_with_energy", 3, input, 3, every);
 }
 
+static const char *const STRAINS = "const NUMBER v[3], const NUMBER u[3], const NUMBER *actuator";
 static const char *const STATE = "const NUMBER position[3], const NUMBER rotation[4],\n"
                                  "    const NUMBER velocity[3], const NUMBER *numbers";
 
@@ -69,19 +70,38 @@ static void write_outside(writer *w, law_name name, const law_formula *x)
     write_function(w, name, "", 4, input, 2, all);
 }
 
-/* One function for any law outside. */
-static void write_choice(writer *w, const char *ending, const char *outputs, const char *passed)
+/* One function for any law from one to another, by its number. */
+static void write_choice(writer *w, const char *of, int from, int to, const char *state,
+                         const char *given, const char *ending, const char *outputs,
+                         const char *passed)
 {
-    fprintf(w->file, "ALGEBRA_INLINE void ALGEBRA(law_outside%s)(int law, %s, %s)\n{\n", ending,
-            STATE, outputs);
+    fprintf(w->file, "ALGEBRA_INLINE void ALGEBRA(law_%s%s)(int law, %s, %s)\n{\n", of, ending,
+            state, outputs);
     fputs("    switch (law) {\n", w->file);
-    for (int i = LAW_OUTSIDE; i < LAW_COUNT; i++) {
-        fprintf(w->file,
-                "    case %d:\n        ALGEBRA(law_%s%s)(position, rotation, velocity, numbers, "
-                "%s);\n        break;\n",
-                i, law_table[i].name, ending, passed);
+    for (int i = from; i < to; i++) {
+        fprintf(w->file, "    case %d:\n        ALGEBRA(law_%s%s)(%s, %s);\n        break;\n", i,
+                law_table[i].name, ending, given, passed);
     }
     fputs("    default:\n        break;\n    }\n}\n\n", w->file);
+}
+
+static void write_choices(writer *w)
+{
+    static const struct {
+        const char *ending, *outputs, *passed;
+    } outside[3] = {{"_energy", "NUMBER energy[1]", "energy"},
+                    {"_wrench", "NUMBER wrench[6]", "wrench"},
+                    {"", "NUMBER wrench[6], NUMBER by[54]", "wrench, by"}},
+      within[3] = {{"_energy", "NUMBER energy[1]", "energy"},
+                   {"_by_v", "NUMBER wrench[6], NUMBER stiffness[6]", "wrench, stiffness"},
+                   {"", "NUMBER wrench[6], NUMBER stiffness[21]", "wrench, stiffness"}};
+    for (int i = 0; i < 3; i++) {
+        write_choice(w, "actuator", 0, LAW_ACTUATORS, STRAINS, "v, u, actuator", within[i].ending,
+                     within[i].outputs, within[i].passed);
+        write_choice(w, "outside", LAW_OUTSIDE, LAW_COUNT, STATE,
+                     "position, rotation, velocity, numbers", outside[i].ending, outside[i].outputs,
+                     outside[i].passed);
+    }
 }
 
 static void write_law(writer *w, law_name name)
@@ -108,9 +128,7 @@ int main(int count, char **arguments)
     for (int i = 0; i < LAW_COUNT && w.status == AD_OK; i++) {
         write_law(&w, (law_name)i);
     }
-    write_choice(&w, "_energy", "NUMBER energy[1]", "energy");
-    write_choice(&w, "_wrench", "NUMBER wrench[6]", "wrench");
-    write_choice(&w, "", "NUMBER wrench[6], NUMBER by[54]", "wrench, by");
+    write_choices(&w);
     if (fclose(w.file) != 0 && w.status == AD_OK) {
         w.status = ad_fail(&error, AD_IO, "%s: cannot be written", arguments[1]);
     }

@@ -2,9 +2,9 @@
 
 #include "autodiff/dense.h"
 #include "physics/law/law.h"
+#include "physics/law/law_numbers.h"
 #include "physics/quaternion.h"
 #include "physics/rod_internal.h"
-#include "physics/law/law_numbers.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -149,7 +149,7 @@ void solve_actuation_wrench(const solve_actuation *a, const double *strains, dou
         solve_law_energy(a, strains, wrench, by_strains);
     }
     for (int i = 0; i < a->count; i++) {
-        if (a->extents[i].is_tube) {
+        if (a->extents[i].law == LAW_TUBE) {
             if (a->tubes && solve_tube_is_here(a, i)) {
                 add_tube(a, i, strains, wrench, by_strains);
             }
@@ -161,8 +161,7 @@ void solve_actuation_wrench(const solve_actuation *a, const double *strains, dou
             continue;
         }
         put_actuator(&a->actuators[i], pull, given);
-        (a->extents[i].is_chamber ? number_law_chamber : number_law_tendon)(v, u, given, wrench,
-                                                                            stiffness);
+        number_law_actuator((int)a->extents[i].law, v, u, given, wrench, stiffness);
     }
     for (int i = 0; i < ROWS && by_strains; i++) {
         for (int k = 0; k < ROWS; k++) {
@@ -177,8 +176,7 @@ double solve_actuation_energy(const solve_actuation *a, const double *strains)
     for (int i = 0; i < solve_actuation_first_tube(a); i++) {
         double given[5];
         put_actuator(&a->actuators[i], solve_actuation_pull(a, i), given);
-        (a->extents[i].is_chamber ? number_law_chamber_energy
-                                  : number_law_tendon_energy)(strains, strains + 3, given, &sum);
+        number_law_actuator_energy((int)a->extents[i].law, strains, strains + 3, given, &sum);
     }
     return sum;
 }
@@ -350,7 +348,7 @@ ad_status solve_actuation_measure(const solve_rod *rod, size_t n, const double *
     for (size_t i = 0; i < n && status == AD_OK; i++) {
         double moment = 0;
         for (size_t j = 0; j < count; j++) {
-            if (rod->extents[j].is_tube) {
+            if (rod->extents[j].law == LAW_TUBE) {
                 continue;
             }
             const solve_actuator *at = &all[i * count + j];
@@ -387,7 +385,7 @@ ad_status solve_actuation_in_si(const scene *rod_scene, size_t n, const double *
     }
     status = status == AD_OK ? solve_rod_actuators(*rod, n, scaled, 0, *actuators, error) : status;
     for (size_t i = 0; status == AD_OK && i < count; i++) {
-        if ((*rod)->extents[i % (size_t)(*rod)->actuators].is_tube) {
+        if ((*rod)->extents[i % (size_t)(*rod)->actuators].law == LAW_TUBE) {
             solve_actuator *tube = &(*actuators)[i];
             double unit = (*rod)->scales.moment * (*rod)->scales.length;
             for (int k = 0; k < 3; k++) {

@@ -56,7 +56,7 @@ void solve_actuation_wrench(const solve_actuation *a, const double *strains, dou
 static inline int solve_actuation_first_tube(const solve_actuation *a)
 {
     int first = a->count;
-    while (first > 0 && a->extents[first - 1].is_tube) {
+    while (first > 0 && a->extents[first - 1].law == LAW_TUBE) {
         first--;
     }
     return first;

@@ -244,8 +244,7 @@ static ad_status record_actuators(solve_rod *rod, ad_error *error)
     for (int i = 0; i < pulling; i++) {
         rod_actuator one = rod_actuator_of(&context, i);
         all[i] = STACK(one.offset, one.slope, one.pull, ad_scalar(tape, 0));
-        rod->extents[i] =
-            (solve_extent){.start = one.start, .end = one.end, .is_chamber = one.is_chamber};
+        rod->extents[i] = (solve_extent){.start = one.start, .end = one.end, .law = one.law};
         if (i < rod->scene.tendon_count) {
             set_tendon(rod, &rod->scene.tendons[i], &rod->extents[i]);
         }
@@ -254,7 +253,7 @@ static ad_status record_actuators(solve_rod *rod, ad_error *error)
         rod_tube tube = rod_tube_of(&context, i);
         all[pulling + i] = STACK(tube.bending, tube.softness, tube.rest);
         rod->extents[pulling + i] = (solve_extent){.end = tube.end,
-                                                   .is_tube = true,
+                                                   .law = LAW_TUBE,
                                                    .turned = tube.turned,
                                                    .transmission = tube.transmission};
     }

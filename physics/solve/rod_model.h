@@ -51,7 +51,7 @@ typedef struct solve_state {
 /* The part of the rod, start .. end, in which an actuator pulls. */
 typedef struct solve_extent {
     double start, end; /* within [0, 1] */
-    bool is_chamber, is_tube;
+    law_name law;      /* of an actuator, or a tube */
     bool has_length;   /* a tendon whose tension is sought: its length is that in the unstressed rod
                         * less its displacement, */
     double compliance; /* more by this times its tension; 0: no more */
