@@ -8,7 +8,7 @@
  * elsewhere (a clock, a signal, a file) has to be agreed on.
  *
  * How numbers get from one rank to another is the caller's: MPI in the programs
- * (tools/programs/ranks.h). Every rank calls the same functions in the same order. */
+ * (tools/programs/program_ranks.h). Every rank calls the same functions in the same order. */
 #ifndef AD_RANKS_H
 #define AD_RANKS_H
 

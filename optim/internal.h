@@ -4,7 +4,7 @@
 
 #include "optim.h"
 
-/* ---- vector.c ---- */
+/* ---- sums.c ---- */
 
 /* rows * count zeros, or NULL when memory or size_t does not suffice. */
 double *optim_vector_create(size_t rows, size_t count);
@@ -38,7 +38,7 @@ int optim_copy_rows(optim_array *arrays, int capacity, const optim_array *rows, 
 
 #define OPTIM_COUNTER_LIMIT 9007199254740992.0 /* 2^53: integers are exact up to here */
 
-/* ---- evaluate.c ---- */
+/* ---- evaluation.c ---- */
 
 /* NULL, or a static text that names the one out of its range. */
 const char *optim_check_tolerances(double gradient, double function, double step);

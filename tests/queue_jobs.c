@@ -2,7 +2,7 @@
  * Job i takes a time that has nothing to do with i, and leaves i % 7 numbers. */
 #include "tools/judge/signals.h"
 #include "tools/programs/cli.h"
-#include "tools/programs/ranks.h"
+#include "tools/programs/program_ranks.h"
 #include "tools/programs/ranks_queue.h"
 
 #include <signal.h>

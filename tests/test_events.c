@@ -12,7 +12,7 @@
 #include <cmocka.h>
 
 #include "temporary_folder.h"
-#include "tools/files/events.h"
+#include "tools/files/event_file.h"
 #include "tools/files/file_bytes.h"
 #include "tools/train/run.h"
 #include "tools/train/run_events.h"

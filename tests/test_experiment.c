@@ -79,7 +79,7 @@ static void test_round_trip(void **state)
     assert_int_equal(back_count, count);
     assert_memory_equal(back_fourier, fourier, count * sizeof(double));
     assert_string_equal(back->warning, "");
-    char *yaml = experiment_text(e), *back_yaml = experiment_text(back);
+    char *yaml = train_origin_text(&e->origin), *back_yaml = train_origin_text(&back->origin);
     assert_string_equal(yaml, back_yaml);
     free(yaml);
     free(back_yaml);

@@ -5,7 +5,7 @@
 #include "near.h"
 
 #include "physics/solve/solve.h"
-#include "tools/library/family.h"
+#include "tools/library/trained_family.h"
 
 #include <stdlib.h>
 #include <string.h>

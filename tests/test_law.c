@@ -6,7 +6,7 @@
 #include "autodiff/dense.h"
 #include "cpinn.h"
 #include "tools/config/config.h"
-#include "tools/train/law.h"
+#include "tools/train/train_law.h"
 
 #include <stdlib.h>
 #include <string.h>

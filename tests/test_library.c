@@ -3,7 +3,7 @@
 #include "temporary_folder.h"
 
 #include "cpinn.h"
-#include "tools/library/family.h"
+#include "tools/library/trained_family.h"
 
 #include <malloc.h>
 #include <stdio.h>

@@ -3,7 +3,7 @@
 
 #include "physics/solve/solve.h"
 #include "tools/files/table_file.h"
-#include "tools/train/measured.h"
+#include "tools/train/measured_terms.h"
 
 #define ROD                                                                                        \
     "rod: {model: kirchhoff, length: 0.3, section: {shape: circle, radius: 0.005}, "               \

@@ -2,7 +2,7 @@
  * process. The ranks are threads that exchange numbers through common memory. */
 #include "autodiff/dense.h"
 #include "autodiff/ranks.h"
-#include "tools/programs/ranks.h"
+#include "tools/programs/program_ranks.h"
 
 #include <math.h>
 #include <pthread.h>

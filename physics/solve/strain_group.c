@@ -231,7 +231,7 @@ static void move(strain_form *form)
  * as long as the equilibrium is a minimum, and so it stays on the path from the unstressed rod
  * until that loses its stability. Elsewhere only the parity of negative ones is known to stay, but
  * a round rod that buckles has two at once: none is taken, either. Of 16,000 members under strong
- * loads (tools/bench/members.c) a ratio of 0.05 alone leads two to other equilibria; with the
+ * loads (tools/bench/members_time.c) a ratio of 0.05 alone leads two to other equilibria; with the
  * pivots none, also with 0.5. */
 static const double FIRST_RATIO = 0.4, RATIO = 0.5;
 

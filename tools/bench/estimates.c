@@ -11,7 +11,7 @@
  * would let a network pass whose error is ten times the tolerance of its verdict. */
 #include "tools/config/config_session.h"
 #include "tools/programs/cli.h"
-#include "tools/train/balance.h"
+#include "tools/train/learnt_balance.h"
 #include "tools/train/session.h"
 #include "tools/train/trainer.h"
 

@@ -5,8 +5,8 @@
 #ifndef TOOLS_CONFIG_CONFIG_H
 #define TOOLS_CONFIG_CONFIG_H
 
-#include "tools/control/settings.h"
-#include "tools/train/settings.h"
+#include "tools/control/control_settings.h"
+#include "tools/train/train_settings.h"
 
 #include <stdio.h>
 

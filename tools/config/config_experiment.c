@@ -48,7 +48,7 @@ static ad_status continues(void *context, const char *path, const char *text, in
     return status;
 }
 
-static train_origin origin_of(config *settings)
+train_origin config_origin(config *settings)
 {
     return (train_origin){.context = settings,
                           .write = write_all,
@@ -61,14 +61,14 @@ static train_origin origin_of(config *settings)
 ad_status config_experiment_create(config *settings, int threads, experiment **result,
                                    ad_error *error)
 {
-    const train_origin origin = origin_of(settings);
+    const train_origin origin = config_origin(settings);
     return experiment_create(&settings->scene, &settings->settings, &origin, threads, result,
                              error);
 }
 
 ad_status config_session_prepare(config *settings, int threads, session *s, ad_error *error)
 {
-    const train_origin origin = origin_of(settings);
+    const train_origin origin = config_origin(settings);
     return session_prepare(&settings->scene, &settings->settings, &origin, threads, s, error);
 }
 

@@ -10,6 +10,9 @@
 extern "C" {
 #endif
 
+/* Of what a file says; its `free` is for the settings as well. */
+train_origin config_origin(config *settings);
+
 /* experiment_create of what a file says. Takes over `settings`, also when it fails. */
 ad_status config_experiment_create(config *settings, int threads, experiment **result,
                                    ad_error *error);

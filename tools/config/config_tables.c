@@ -2,7 +2,7 @@
 #include "tools/config/config_parts.h"
 
 #include "tools/files/table_file.h"
-#include "tools/train/law.h"
+#include "tools/train/train_law.h"
 
 #include <string.h>
 

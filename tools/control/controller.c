@@ -83,7 +83,7 @@ const char *controller_refusal(const controller_settings *s)
     return wrong == NULL ? controller_refusal_values(s) : wrong;
 }
 
-/* Everything but the memory of gauss_newton.c, which begins behind it. */
+/* Everything but the memory of controller_plan.c, which begins behind it. */
 static size_t controller_layout(const controller_settings *s, void *memory, controller *c)
 {
     const size_t n = (size_t)s->model.states;

@@ -1,4 +1,4 @@
-/* What controller.c and gauss_newton.c, which finds plans, share; for them alone. */
+/* What controller.c and controller_plan.c, which finds plans, share; for them alone. */
 #ifndef CONTROL_CONTROLLER_INTERNAL_H
 #define CONTROL_CONTROLLER_INTERNAL_H
 
@@ -10,7 +10,7 @@
 struct controller {
     controller_settings settings; /* with what NULL and 0 stand for */
     int n, m, v, horizon, moves, delay;
-    void *work;         /* of gauss_newton.c */
+    void *work;         /* of controller_plan.c */
     double *span;       /* [m] upper - lower */
     double *rest;       /* [m] */
     double *others;     /* [model.inputs] */
@@ -31,7 +31,7 @@ struct controller {
     bool known;     /* state and start are defined */
     bool foreseen;  /* expected is defined */
     bool prepared;  /* controller_plan_prepare was called for `plan` */
-    bool restart;   /* states along the plan that gauss_newton.c keeps do not belong to it */
+    bool restart;   /* states along the plan that controller_plan.c keeps do not belong to it */
 };
 
 /* How a plan is found. `prepare` may use the plan, not the state; `solve` changes the plan for the

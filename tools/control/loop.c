@@ -1,5 +1,6 @@
 #include "tools/control/loop_internal.h"
 
+#include "physics/sort.h"
 #include "tools/train/clock.h"
 
 #include <math.h>
@@ -294,12 +295,6 @@ static ad_status sample(running *r, ad_error *error)
 
 /* ---- all samples --------------------------------------------------------------------------- */
 
-static int by_size(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Median and worst of `first`, and of its sum with `second` (or NULL). */
 static void times(const double *first, const double *second, long count, double *room,
                   double result[2])
@@ -307,7 +302,7 @@ static void times(const double *first, const double *second, long count, double 
     for (long i = 0; i < count; i++) {
         room[i] = first[i] + (second ? second[i] : 0);
     }
-    qsort(room, (size_t)count, sizeof *room, by_size);
+    sort_ascending((size_t)count, room);
     result[0] = count > 0 ? room[count / 2] : NAN;
     result[1] = count > 0 ? room[count - 1] : NAN;
 }

@@ -12,9 +12,9 @@
 #ifndef CONTROL_LOOP_H
 #define CONTROL_LOOP_H
 
+#include "tools/control/control_settings.h"
 #include "tools/control/linear_step.h"
 #include "tools/control/regulator.h"
-#include "tools/control/settings.h"
 #include "tools/control/view.h"
 #include "tools/files/table_shapes.h"
 

@@ -4,7 +4,7 @@
 #define CONTROL_RESTING_H
 
 #include "physics/solve/reduced.h"
-#include "tools/control/settings.h"
+#include "tools/control/control_settings.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -3,7 +3,7 @@
 #ifndef CONTROL_TASK_H
 #define CONTROL_TASK_H
 
-#include "tools/control/settings.h"
+#include "tools/control/control_settings.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -3,10 +3,14 @@
 #include "tools/files/file_bytes.h"
 
 #include <errno.h>
+#include <spawn.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/wait.h>
 #include <unistd.h>
+
+extern char **environ;
 
 void gnuplot_quoted(FILE *file, const char *text)
 {
@@ -101,18 +105,7 @@ ad_status gnuplot_beside(const char *path, gnuplot_place *place, ad_error *error
 
 /* ---- drawing ------------------------------------------------------------------------------- */
 
-enum { NOT_FOUND = 127 };
-
-/* In the child: never returns. */
-static void become_gnuplot(const char *folder, const char *script, int complaints)
-{
-    if (dup2(complaints, STDERR_FILENO) < 0 || chdir(folder) != 0) {
-        _exit(1);
-    }
-    char *arguments[] = {"gnuplot", (char *)script, NULL};
-    execvp(arguments[0], arguments);
-    _exit(errno == ENOENT ? NOT_FOUND : 1);
-}
+enum { NOT_FOUND = 127 }; /* says the shell */
 
 /* Reads to the end; keeps the line of gnuplot that says what is wrong, "...: line 3: ...". */
 static void read_complaint(int from, char complaint[160])
@@ -136,25 +129,29 @@ static void read_complaint(int from, char complaint[160])
 
 static int run_gnuplot(const char *folder, const char *script, char complaint[160])
 {
+    const char *const arguments[] = {"sh",   "-c",   "cd -- \"$0\" && exec gnuplot \"$1\"",
+                                     folder, script, NULL};
+    posix_spawn_file_actions_t files;
     int pipes[2], status = 0;
+    pid_t child;
     complaint[0] = '\0';
     if (pipe(pipes) != 0) {
         return -1;
     }
-    fflush(NULL); /* or the child would have what is buffered as well */
-    pid_t child = fork();
-    if (child == 0) {
-        close(pipes[0]);
-        become_gnuplot(folder, script, pipes[1]);
-    }
+    posix_spawn_file_actions_init(&files);
+    posix_spawn_file_actions_addclose(&files, pipes[0]);
+    posix_spawn_file_actions_adddup2(&files, pipes[1], STDERR_FILENO);
+    const bool runs =
+        posix_spawn(&child, "/bin/sh", &files, NULL, (char *const *)arguments, environ) == 0;
+    posix_spawn_file_actions_destroy(&files);
     close(pipes[1]);
-    if (child > 0) {
+    if (runs) {
         read_complaint(pipes[0], complaint);
         while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
         }
     }
     close(pipes[0]);
-    return child > 0 && WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    return runs && WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
 ad_status gnuplot_draw(const char *name, const char *folder, ad_error *error)

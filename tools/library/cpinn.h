@@ -9,8 +9,8 @@
  *   identify  numbers of a scene that are not known, from measurements
  *
  * A scene is filled in from scene_defaults, physics/scene.h, settings from train_settings_default,
- * tools/train/settings.h; what is left open there is chosen by what was measured to be best. All
- * numbers are in SI units.
+ * tools/train/train_settings.h; what is left open there is chosen by what was measured to be best.
+ * All numbers are in SI units.
  *
  * Every function that can fail returns an ad_status and writes one line to its ad_error; AD_OK
  * means that there is an answer, and its verdict (physics/verdict.h) whether it can be trusted.
@@ -29,7 +29,7 @@
 #include "physics/scene.h"
 #include "physics/solve/members.h"
 #include "physics/verdict.h"
-#include "tools/train/settings.h"
+#include "tools/train/train_settings.h"
 
 #include <stdint.h>
 

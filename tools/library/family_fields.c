@@ -1,5 +1,5 @@
 /* Families whose networks have the parameters as further coordinates, beside s and t. */
-#include "tools/library/family.h"
+#include "tools/library/trained_family.h"
 
 #include <stdio.h>
 #include <stdlib.h>

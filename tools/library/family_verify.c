@@ -1,5 +1,5 @@
 /* Answers of a family against fresh members that are solved. */
-#include "tools/library/family.h"
+#include "tools/library/trained_family.h"
 
 #include "autodiff/host.h"
 #include "nn/rng.h"
@@ -111,23 +111,6 @@ static ad_status create_truth(verifying *x, ad_error *error)
 
 /* ---- members that are solved --------------------------------------------------------------- */
 
-static double distance(const verifying *x, const double *a, const double *b)
-{
-    const size_t columns = x->width / x->points;
-    const int rows = scene_physics_of(cpinn_family_scene(x->family))->position_columns;
-    double largest = 0;
-    for (size_t i = 0; i < x->points; i++) {
-        double square = 0;
-        for (int c = 0; c < rows; c++) {
-            const double off = a[i * columns + (size_t)c] - b[i * columns + (size_t)c];
-            square += off * off;
-        }
-        const double off = sqrt(square);
-        largest = off <= largest ? largest : off;
-    }
-    return largest;
-}
-
 /* Members x->which [count] of those from `given` on by the other solver, also into x->answers. */
 static ad_status solve_others(verifying *x, size_t count, const double *given, double *values,
                               ad_error *error)
@@ -153,7 +136,8 @@ static ad_status compare_solvers(verifying *x, size_t now, ad_error *error)
             const size_t at = x->which[k] * x->width;
             if (x->answers[x->which[k]].trusted) {
                 x->result->apart =
-                    fmax(x->result->apart, distance(x, x->values + at, x->answered + at));
+                    fmax(x->result->apart,
+                         cpinn_family_distance(x->family, x->values + at, x->answered + at));
                 x->result->compared++;
             }
         }
@@ -197,7 +181,7 @@ static void count_answer(verifying *x, cpinn_way way, size_t member, const doubl
                          const double *truth, bool known, const cpinn_answer *answer)
 {
     cpinn_family_row *row = &x->result->rows[way];
-    const double off = known ? distance(x, values, truth) : NAN;
+    const double off = known ? cpinn_family_distance(x->family, values, truth) : NAN;
     const double least = KNOWN * TRUTH * CPINN_TOLERANCE * x->length;
     row->not_trusted += !answer->trusted;
     row->solved += answer->source == CPINN_FROM_MEMBERS || answer->source == CPINN_FROM_SOLVER;

@@ -4,12 +4,15 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
+#include <spawn.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/wait.h>
 #include <unistd.h>
+
+extern char **environ;
 
 static const char program[] = "ffmpeg";
 
@@ -47,72 +50,59 @@ static const struct format *format_of(const char *path)
     return &formats[k];
 }
 
-/* In the child: never returns; `report` gets errno where there is no such program. */
-static void become_encoder(const image_movie *x, int from, int report, const char *size,
-                           const char *rate, const char *output)
+/* With its standard input from the pipe. Returns 0, or errno: ENOENT where there is no such
+ * program.
+ */
+static int spawn_encoder(image_movie *x, int from, const char *size, const char *rate,
+                         const char *output)
 {
     const char *arguments[20 + OPTIONS] = {
         program, "-nostdin",    "-loglevel", "error",      "-y", "-f", "rawvideo", "-pixel_format",
         "rgb24", "-video_size", size,        "-framerate", rate, "-i", "pipe:0"};
     const struct format *format = format_of(x->path);
+    posix_spawn_file_actions_t files;
+    posix_spawnattr_t attributes;
+    sigset_t pipes;
     int count = 15;
     for (int k = 0; k < OPTIONS && format->options[k]; k++) {
         arguments[count++] = format->options[k];
     }
     arguments[count] = output;
-    const int nothing = open("/dev/null", O_WRONLY);
-    const int said = x->said ? fileno(x->said) : nothing;
-    setpgid(0, 0); /* Ctrl-C is for the program, which ends this */
-    signal(SIGPIPE, SIG_DFL);
-    if (dup2(from, STDIN_FILENO) >= 0 && dup2(nothing, STDOUT_FILENO) >= 0 &&
-        dup2(said, STDERR_FILENO) >= 0) {
-        execvp(program, (char *const *)arguments);
-    }
-    const int why = errno;
-    const ssize_t written = write(report, &why, sizeof why);
-    _exit(written < 0 ? 1 : 127);
+    sigemptyset(&pipes);
+    sigaddset(&pipes, SIGPIPE);
+    posix_spawnattr_init(&attributes);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF);
+    posix_spawnattr_setsigdefault(&attributes, &pipes);
+    posix_spawn_file_actions_init(&files);
+    posix_spawn_file_actions_adddup2(&files, from, STDIN_FILENO);
+    posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+    posix_spawn_file_actions_adddup2(&files, x->said ? fileno(x->said) : STDOUT_FILENO,
+                                     STDERR_FILENO);
+    const int why =
+        posix_spawnp(&x->child, program, &files, &attributes, (char *const *)arguments, environ);
+    posix_spawn_file_actions_destroy(&files);
+    posix_spawnattr_destroy(&attributes);
+    x->child = why == 0 ? x->child : 0;
+    return why;
 }
 
-/* A pipe whose ends close where another program begins. */
-static bool make_pipe(int ends[2])
-{
-    if (pipe(ends) != 0) {
-        return false;
-    }
-    fcntl(ends[0], F_SETFD, FD_CLOEXEC);
-    fcntl(ends[1], F_SETFD, FD_CLOEXEC);
-    return true;
-}
-
+/* In a process group of its own, since Ctrl-C is for the program, which ends this. */
 static ad_status start(image_movie *x, int width, int height, int per_second, ad_error *error)
 {
-    int input[2], report[2], why = 0;
+    int input[2];
     char size[32], rate[16], output[4200];
     snprintf(size, sizeof size, "%dx%d", width, height);
     snprintf(rate, sizeof rate, "%d", per_second);
     snprintf(output, sizeof output, "file:%s", x->partial);
-    if (!make_pipe(input)) {
+    if (pipe(input) != 0) {
         return ad_fail(error, AD_IO, "%s cannot be started: %s", program, strerror(errno));
     }
-    if (!make_pipe(report)) {
-        why = errno;
-        close(input[0]);
-        close(input[1]);
-        return ad_fail(error, AD_IO, "%s cannot be started: %s", program, strerror(why));
-    }
-    fflush(NULL); /* or the child would have what is buffered as well */
-    x->child = fork();
-    if (x->child == 0) {
-        become_encoder(x, input[0], report[1], size, rate, output);
-    }
-    why = x->child < 0 ? errno : 0;
-    x->child = x->child < 0 ? 0 : x->child;
+    fcntl(input[0], F_SETFD, FD_CLOEXEC);
+    fcntl(input[1], F_SETFD, FD_CLOEXEC);
+    const int why = spawn_encoder(x, input[0], size, rate, output);
     close(input[0]);
-    close(report[1]);
     x->to = input[1];
-    ssize_t got = why ? 0 : read(report[0], &why, sizeof why);
-    close(report[0]);
-    if (got > 0 && why == ENOENT) {
+    if (why == ENOENT) {
         return ad_fail(error, AD_BAD_INPUT,
                        "%.200s: movies need the encoder %s, which is not installed "
                        "(apt-get install %s)",

@@ -71,4 +71,6 @@ bool picture_faces_eye(const picture *p, const picture_face *face);
 typedef void (*picture_pen)(void *context, const double *points, size_t count);
 double picture_write(const char *text, double size, picture_pen draw, void *context);
 
+extern const char *const picture_text_letters[]; /* lines of letters.txt, see letters.c */
+
 #endif

@@ -3,7 +3,7 @@
 #include "tools/control/task.h"
 #include "tools/files/file_bytes.h"
 #include "tools/judge/gnuplot.h"
-#include "tools/programs/section.h"
+#include "tools/programs/section_size.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -5,8 +5,8 @@
 #include "tools/judge/signals.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/help.h"
+#include "tools/programs/program_ranks.h"
 #include "tools/programs/progress.h"
-#include "tools/programs/ranks.h"
 #include "tools/programs/ranks_queue.h"
 #include "tools/train/run.h"
 
@@ -309,11 +309,12 @@ static ad_status show(void *context, session *s, bool is_last, ad_error *error)
     (void)error;
     if (!live->file) {
         double limit = live->limit;
-        *live = progress_start(stdout, live->quiet, s->trainer);
+        const progress_subject of = progress_of_trainer(s->trainer, s->e);
+        *live = progress_start(stdout, live->quiet, &of);
         live->limit = limit;
     }
     if (!is_last && live->live) {
-        progress_step(live, s->trainer, s->e);
+        progress_step(live);
     }
     return AD_OK;
 }

@@ -6,11 +6,11 @@
 #include "tools/programs/eval_rollouts.h"
 #include "tools/programs/help.h"
 #include "tools/programs/launch.h"
-#include "tools/programs/ranks.h"
+#include "tools/programs/program_ranks.h"
 #include "tools/programs/ranks_queue.h"
 #include "tools/programs/samples.h"
-#include "tools/train/balance.h"
 #include "tools/train/clock.h"
+#include "tools/train/learnt_balance.h"
 #include "tools/train/report.h"
 
 #include <math.h>

@@ -2,7 +2,7 @@
 #include "tools/files/table_file.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/help.h"
-#include "tools/train/law.h"
+#include "tools/train/train_law.h"
 
 #include <math.h>
 #include <string.h>

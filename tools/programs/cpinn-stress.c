@@ -5,7 +5,7 @@
 #include "tools/judge/stress.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/help.h"
-#include "tools/programs/ranks.h"
+#include "tools/programs/program_ranks.h"
 #include "tools/programs/ranks_queue.h"
 
 #include <dirent.h>

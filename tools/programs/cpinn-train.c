@@ -6,13 +6,13 @@
 #include "tools/programs/explain.h"
 #include "tools/programs/help.h"
 #include "tools/programs/launch.h"
+#include "tools/programs/program_ranks.h"
 #include "tools/programs/progress.h"
-#include "tools/programs/ranks.h"
 #include "tools/programs/scene_line.h"
 #include "tools/programs/train_surrogate.h"
 #include "tools/programs/unknowns.h"
 #include "tools/train/clock.h"
-#include "tools/train/measured.h"
+#include "tools/train/measured_terms.h"
 #include "tools/train/report.h"
 #include "tools/train/trainer_unknowns.h"
 
@@ -286,12 +286,12 @@ static void say_ended(training *t, const trainer_info *before, const trainer_inf
     }
 }
 
-static bool stepped(void *context, const trainer_info *before)
+static bool stepped(void *context)
 {
     training *t = context;
     const trainer_info info = trainer_inspect(t->s.trainer);
-    say_ended(t, before, &info);
-    progress_step(&t->progress, t->s.trainer, t->s.e);
+    say_ended(t, &t->s.before, &info);
+    progress_step(&t->progress);
     return !signals_caught();
 }
 
@@ -301,10 +301,9 @@ static bool is_asked_to_stop(void *context)
     return signals_caught() != 0;
 }
 
-static bool goes_on(void *context, const trainer_info *before)
+static bool goes_on(void *context)
 {
     (void)context;
-    (void)before;
     return !signals_caught();
 }
 
@@ -312,6 +311,12 @@ static ad_status prepare(training *t, config *settings, ad_error *error)
 {
     settings->settings.ranks = t->asked->ranks;
     return config_session_prepare(settings, t->asked->threads, &t->s, error);
+}
+
+static void start_progress(training *t)
+{
+    const progress_subject of = progress_of_trainer(t->s.trainer, t->s.e);
+    t->progress = progress_start(stdout, t->asked->quiet, &of);
 }
 
 /* Train a motion in the strain form in memory, anew with more modes or a larger degree as long as
@@ -327,7 +332,7 @@ static ad_status grow(training *t, ad_error *error)
         config *settings = NULL;
         cli_list given = t->asked->overrides;
         trainer_watch_stop(t->s.trainer, is_asked_to_stop, NULL);
-        t->progress = progress_start(stdout, t->asked->quiet, t->s.trainer);
+        start_progress(t);
         ad_status status = session_train(&t->s, goes_on, NULL, error);
         const double estimate = trainer_estimate(t->s.trainer);
         const int *now = t->s.e->settings->modes;
@@ -366,17 +371,17 @@ static ad_status train(training *t, ad_error *error)
 {
     signals_catch();
     trainer_watch_stop(t->s.trainer, is_asked_to_stop, NULL);
-    t->progress = progress_start(stdout, t->asked->quiet, t->s.trainer);
+    start_progress(t);
     announce(t);
     announce_members(t);
     announce_stage(t);
     if (t->asked->watch) {
-        progress_watch(&t->progress, t->s.trainer, t->s.e, t->s.known);
+        progress_watch_shapes(&t->progress, t->s.trainer, t->s.e, t->s.known);
     }
     t->began = train_seconds();
     t->waited = ranks_waited();
     ad_status status = session_train(&t->s, stepped, t, error);
-    progress_end(&t->progress, t->s.trainer);
+    progress_end(&t->progress);
     const trainer_state state = trainer_inspect(t->s.trainer).state;
     if (status == AD_OK && state == TRAINER_RUNNING) {
         interrupted(t);

@@ -1,9 +1,9 @@
 #include "tools/programs/eval_family.h"
 
 #include "tools/config/config.h"
-#include "tools/library/family.h"
+#include "tools/library/trained_family.h"
 #include "tools/programs/cli.h"
-#include "tools/programs/section.h"
+#include "tools/programs/section_size.h"
 #include "tools/train/clock.h"
 #include "tools/train/members_given.h"
 

@@ -3,7 +3,6 @@
 #include "tools/programs/export.h"
 #include "tools/programs/export_text.h"
 
-#include <ctype.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
@@ -12,17 +11,6 @@
 static const domain *domain_of(const export_model *x)
 {
     return &x->e->model->domain;
-}
-
-/* "X_S" of "x_s". */
-static const char *upper(const char *name, char text[EVALUATOR_NAME_MAX])
-{
-    size_t i = 0;
-    for (; name[i] && i + 1 < EVALUATOR_NAME_MAX; i++) {
-        text[i] = (char)toupper((unsigned char)name[i]);
-    }
-    text[i] = '\0';
-    return text;
 }
 
 /* ---- the header ----------------------------------------------------------------------------- */
@@ -36,15 +24,6 @@ static double largest(const double *list, int count)
     return result;
 }
 
-/* Nothing that ends the comment it stands in. */
-static void put_comment_text(const char *text, FILE *file)
-{
-    for (; *text; text++) {
-        bool ends = (text[0] == '*' && text[1] == '/') || (text[0] == '/' && text[1] == '*');
-        fputc(ends || *text == '\n' || *text == '\\' ? ' ' : *text, file);
-    }
-}
-
 static void write_trust(const export_model *x, FILE *file)
 {
     fputs(" * Can it be trusted? The verdict on training:\n", file);
@@ -52,7 +31,7 @@ static void write_trust(const export_model *x, FILE *file)
         const verdict_finding *f = &x->verdict.findings[i];
         fprintf(file, " *   %s (%s): ", verdict_outcome_name(verdict_reason_outcome(f->reason)),
                 verdict_reason_name(f->reason));
-        put_comment_text(f->text, file);
+        export_put_comment(f->text, file);
         fputc('\n', file);
     }
     if (!x->is_judged || x->verdict.count == 0) {
@@ -91,9 +70,9 @@ static void write_head(const export_model *x, FILE *file)
 {
     const char *name = x->name;
     fprintf(file, "/* %s: the network of the scene \"", name);
-    put_comment_text(x->e->settings->name, file);
+    export_put_comment(x->e->settings->name, file);
     fputs("\", from ", file);
-    put_comment_text(x->run, file);
+    export_put_comment(x->run, file);
     fprintf(file, ", as C99; written by cpinn %s.\n *\n", cli_version());
     write_trust(x, file);
     fprintf(file,
@@ -109,11 +88,11 @@ static void write_head(const export_model *x, FILE *file)
 static void write_inputs(const export_model *x, FILE *file)
 {
     const domain *d = domain_of(x);
-    char name[EVALUATOR_NAME_MAX];
     fputs("/* inputs: index, unit, range */\nenum {\n", file);
     for (int i = 0; i < x->inputs; i++) {
-        fprintf(file, "    %s_IN_%s = %d%s /* %s%s%.9g to %.9g */\n", x->name,
-                upper(d->coordinates[i].name, name), i, i + 1 < x->inputs ? "," : "",
+        fprintf(file, "    %s_IN_", x->name);
+        export_put_upper(d->coordinates[i].name, file);
+        fprintf(file, " = %d%s /* %s%s%.9g to %.9g */\n", i, i + 1 < x->inputs ? "," : "",
                 d->coordinates[i].unit, *d->coordinates[i].unit ? ", " : "", x->lower[i],
                 x->upper[i]);
     }
@@ -122,15 +101,15 @@ static void write_inputs(const export_model *x, FILE *file)
 
 static void write_outputs(const export_model *x, FILE *file)
 {
-    char name[EVALUATOR_NAME_MAX];
     fputs("/* outputs: index, unit, scale: the largest of that unit, or that of the rod (EI/L^2 of "
           "a force) */\nenum {\n",
           file);
     for (int i = 0; i < x->outputs; i++) {
         const char *unit = evaluator_column_unit(x->values, i);
-        fprintf(file, "    %s_%s = %d%s /* %s, %.3g", x->name,
-                upper(evaluator_column_name(x->values, i), name), i, i + 1 < x->outputs ? "," : "",
-                *unit ? unit : "1", x->scale[i]);
+        fprintf(file, "    %s_", x->name);
+        export_put_upper(evaluator_column_name(x->values, i), file);
+        fprintf(file, " = %d%s /* %s, %.3g", i, i + 1 < x->outputs ? "," : "", *unit ? unit : "1",
+                x->scale[i]);
         if (x->single && !isnan(x->measured.values[i])) {
             fprintf(file, "; to %.1e of it, its derivatives to %.1e", x->measured.values[i],
                     x->measured.jacobian[i]);
@@ -170,8 +149,7 @@ void export_write_header(const export_model *x, FILE *file)
     const char *n = x->name;
     verdict_outcome outcome = verdict_outcome_of(&x->verdict);
     write_head(x, file);
-    fprintf(file, "#ifndef %s_H\n#define %s_H\n\n#include <stddef.h>\n\n", n, n);
-    fputs("#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n", file);
+    export_begin_header(n, file);
     fprintf(file,
             "/* Of the format of this file, and a hash of the networks. */\n"
             "#define %s_VERSION \"%d %016" PRIx64 "\"\n\n",
@@ -193,50 +171,41 @@ void export_write_header(const export_model *x, FILE *file)
     write_inputs(x, file);
     write_outputs(x, file);
     write_declarations(x, file);
-    fputs("#ifdef __cplusplus\n}\n#endif\n\n#endif\n", file);
+    export_end_header(file);
 }
 
 /* ---- the source ----------------------------------------------------------------------------- */
 
-static void put_list(const char *head, const char *name, int count, const double *list, FILE *file)
+static void put_array(const export_model *x, const char *head, size_t count, const double *list,
+                      FILE *file)
 {
-    fprintf(file, "%s%s[%d] = {", head, name, count);
-    for (int i = 0; i < count; i++) {
-        fprintf(file, "%s%.17g", i ? ", " : "", list[i]);
-    }
-    fputs("};\n", file);
-}
-
-static void put_texts(const export_model *x, const char *kind, bool inputs, bool units, FILE *file)
-{
-    int count = inputs ? x->inputs : x->outputs;
-    fprintf(file, "const char *const %s_%s[%d] = {", x->name, kind, count);
-    for (int i = 0; i < count; i++) {
-        const domain_coordinate *c = inputs ? &domain_of(x)->coordinates[i] : NULL;
-        const char *text = c       ? (units ? c->unit : c->name)
-                           : units ? evaluator_column_unit(x->values, i)
-                                   : evaluator_column_name(x->values, i);
-        fprintf(file, "%s\"%s\"%s", i % 8 == 0 ? "\n    " : " ", text, i + 1 < count ? "," : "");
-    }
-    fputs("};\n", file);
+    export_put(x->name, export_type(x), head, file);
+    export_put_list(count, list, 1, false, file);
+    fputs(";\n", file);
 }
 
 static void write_constants(const export_model *x, FILE *file)
 {
-    char name[EXPORT_NAME_MAX + 16];
+    const domain *d = domain_of(x);
+    const size_t inputs = (size_t)x->inputs, outputs = (size_t)x->outputs;
+    const char *in[2][DOMAIN_COORDINATES_MAX], *out[2][EVALUATOR_COLUMNS_MAX];
     double scale[DOMAIN_COORDINATES_MAX];
-    snprintf(name, sizeof name, "%s_lower", x->name);
-    put_list("const double ", name, x->inputs, x->lower, file);
-    snprintf(name, sizeof name, "%s_upper", x->name);
-    put_list("const double ", name, x->inputs, x->upper, file);
-    put_texts(x, "input_names", true, false, file);
-    put_texts(x, "input_units", true, true, file);
-    put_texts(x, "output_names", false, false, file);
-    put_texts(x, "output_units", false, true, file);
     for (int i = 0; i < x->inputs; i++) {
-        scale[i] = domain_of(x)->coordinates[i].scale;
+        in[0][i] = d->coordinates[i].name;
+        in[1][i] = d->coordinates[i].unit;
+        scale[i] = d->coordinates[i].scale;
     }
-    put_list("\nstatic const double ", "coordinate_scale", x->inputs, scale, file);
+    for (int i = 0; i < x->outputs; i++) {
+        out[0][i] = evaluator_column_name(x->values, i);
+        out[1][i] = evaluator_column_unit(x->values, i);
+    }
+    put_array(x, "const double model_lower[model_INPUTS] = ", inputs, x->lower, file);
+    put_array(x, "const double model_upper[model_INPUTS] = ", inputs, x->upper, file);
+    export_put_names(x->name, "input_names", inputs, in[0], file);
+    export_put_names(x->name, "input_units", inputs, in[1], file);
+    export_put_names(x->name, "output_names", outputs, out[0], file);
+    export_put_names(x->name, "output_units", outputs, out[1], file);
+    put_array(x, "\nstatic const double coordinate_scale[model_INPUTS] = ", inputs, scale, file);
 }
 
 /* An instant between two windows belongs to the one that it ends. */
@@ -244,19 +213,17 @@ static void write_window(const export_model *x, FILE *file)
 {
     const domain *d = domain_of(x);
     int windows = x->e->window + 1;
+    double begin[SCENE_WINDOWS_MAX];
     fprintf(file,
             "\n/* The window of time of an instant; one between two belongs to the one that it "
-            "ends. */\nstatic int window_at(%s t)\n{\n    static const double begin[%d] = {",
+            "ends. */\nstatic int window_at(%s t)\n{\n    static const double begin[%d] = ",
             export_type(x), windows);
     for (int i = 0; i < windows; i++) {
-        fprintf(file, "%s%.17g",
-                i == 0  ? ""
-                : i % 4 ? ", "
-                        : ",\n        ",
-                domain_window_time(d, i));
+        begin[i] = domain_window_time(d, i);
     }
+    export_put_list((size_t)windows, begin, 1, false, file);
     fprintf(file,
-            "};\n    int low = 0, high = %d;\n    while (low < high) {\n"
+            ";\n    int low = 0, high = %d;\n    while (low < high) {\n"
             "        const int middle = (low + high + 1) / 2;\n"
             "        if (t > begin[middle]) {\n            low = middle;\n        } else {\n"
             "            high = middle - 1;\n        }\n    }\n    return low;\n}\n",
@@ -283,8 +250,7 @@ static void write_choice(const export_model *x, const char *kind, FILE *file)
 ad_status export_write_source(export_model *x, FILE *file, ad_error *error)
 {
     static const char *const names[] = {"values", "jacobian"};
-    fprintf(file, "/* %s, see %s.h; written by cpinn %s. */\n#include \"%s.h\"\n\n", x->name,
-            x->name, cli_version(), x->name);
+    export_begin_source(x->name, file);
     ad_status status = evaluator_write_c(2, (evaluator *const[]){x->values, x->jacobian}, names,
                                          x->single, file, &x->workspace, error);
     x->memory = x->workspace + (size_t)(x->outputs * (1 + x->inputs));

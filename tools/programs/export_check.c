@@ -13,26 +13,13 @@ enum { NOT_COMPILED = 77, NOT_RUN = 126, NOT_FOUND = 127 }; /* the last two: of 
 
 /* ---- the self-test -------------------------------------------------------------------------- */
 
-static void put_numbers(const char *head, size_t count, const double *list, size_t stride,
-                        FILE *file)
-{
-    fputs(head, file);
-    for (size_t i = 0; i < count; i++) {
-        fprintf(file, "%s%.17g", i == 0 ? "" : i % 4 ? ", " : ",\n     ", list[i * stride]);
-    }
-}
-
 static void write_tables(const export_model *x, FILE *file)
 {
     size_t inputs = (size_t)x->inputs, columns = (size_t)x->outputs * (1 + inputs);
     fprintf(file, "enum { POINTS = %zu, COLUMNS = %zu };\n\n", x->points, columns);
-    fprintf(file,
-            "/* Inputs; whether they are out of range. */\nstatic const %s at[POINTS][%d] = {\n",
-            export_type(x), x->inputs);
-    for (size_t k = 0; k < x->points; k++) {
-        put_numbers("    {", inputs, x->at + k * inputs, 1, file);
-        fputs(k + 1 < x->points ? "},\n" : "}};\n", file);
-    }
+    fputs("/* Inputs; whether they are out of range. */\n", file);
+    export_put_rows(x->single ? "static const float at" : "static const double at", x->points,
+                    inputs, x->at, x->single, file);
     fputs("static const int beyond[POINTS] = {", file);
     for (size_t k = 0; k < x->points; k++) {
         fprintf(file, "%s%d", k == 0 ? "" : ", ", x->beyond[k]);
@@ -41,25 +28,24 @@ static void write_tables(const export_model *x, FILE *file)
         "};\n\n/* Outputs and then their derivatives by the inputs: their scales, how far rounding "
         "may take\n * them, and what they are. */\n",
         file);
-    put_numbers("static const double scale[COLUMNS] = {\n     ", columns, x->scale, 1, file);
-    put_numbers("};\nstatic const double tolerance[COLUMNS] = {\n     ", columns, x->tolerance, 1,
-                file);
-    fputs("};\nstatic const double expected[POINTS][COLUMNS] = {\n", file);
+    fputs("static const double scale[COLUMNS] = ", file);
+    export_put_list(columns, x->scale, 1, false, file);
+    fputs(";\nstatic const double tolerance[COLUMNS] = ", file);
+    export_put_list(columns, x->tolerance, 1, false, file);
+    fputs(";\nstatic const double expected[POINTS][COLUMNS] = {\n", file);
     for (size_t k = 0; k < x->points; k++) {
-        put_numbers("    {", columns, x->expected + k, x->points, file);
-        fputs(k + 1 < x->points ? "},\n" : "}};\n\n", file);
+        double row[EVALUATOR_COLUMNS_MAX * (1 + DOMAIN_COORDINATES_MAX)];
+        for (size_t i = 0; i < columns; i++) {
+            row[i] = x->expected[i * x->points + k];
+        }
+        export_put_list(columns, row, 1, false, file);
+        fputs(k + 1 < x->points ? ",\n" : "};\n\n", file);
     }
 }
 
 void export_write_selftest(const export_model *x, FILE *file)
 {
-    fprintf(
-        file,
-        "/* Compares %s.c with what cpinn has computed, at points over the whole range, its ends "
-        "and\n * beyond: exit 1 and a line where they differ by more than rounding.\n"
-        " *     cc -std=c99 -O2 -o selftest %s.c %s_selftest.c -lm && ./selftest */\n"
-        "#include \"%s.h\"\n\n#include <math.h>\n#include <stdio.h>\n\n",
-        x->name, x->name, x->name, x->name);
+    export_begin_selftest(x->name, "c99", file);
     write_tables(x, file);
     export_put_lines(x->name, export_type(x), export_model_selftest, file);
 }

@@ -5,7 +5,6 @@
 #include "tools/programs/cli.h"
 #include "tools/programs/export_text.h"
 
-#include <ctype.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -208,14 +207,6 @@ static void put_lines(const export_family *x, const char *const *lines, bool sin
     }
 }
 
-/* "TIP_X" of "tip_x". */
-static void put_upper(const char *name, FILE *file)
-{
-    for (; *name; name++) {
-        fputc(toupper((unsigned char)*name), file);
-    }
-}
-
 static const model_column *column_of(const export_family *x, int column)
 {
     return scene_physics_of(x->open)->columns + x->which[column];
@@ -268,7 +259,7 @@ static void write_columns(const export_family *x, FILE *file)
     for (int i = 0; i < x->columns; i++) {
         const model_column *c = column_of(x, i);
         fprintf(file, "    %s_", x->name);
-        put_upper(c->name, file);
+        export_put_upper(c->name, file);
         fprintf(file, " = %d%s /* %s, %.3g", i, i + 1 < x->columns ? "," : "",
                 *c->unit ? c->unit : "1", x->scale[i]);
         if (measured) {
@@ -297,12 +288,9 @@ void export_family_write_header(const export_family *x, FILE *file)
 {
     const int count = x->open->parameter_count;
     fprintf(file, "/* %s: ", x->name);
-    for (const char *c = x->about; *c; c++) { /* nothing that ends the comment */
-        fputc(*c == '*' || *c == '\n' || *c == '\\' ? ' ' : *c, file);
-    }
+    export_put_comment(x->about, file);
     fprintf(file, ", a family of rods at rest as C99; written by cpinn %s. */\n", cli_version());
-    put(x, "#ifndef model_H\n#define model_H\n\n#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n",
-        false, file);
+    export_begin_header(x->name, file);
     put_numbers(x, "PARAMETERS", (size_t)count, file);
     put_numbers(x, "POINTS", (size_t)x->places, file);
     put_numbers(x, "COLUMNS", (size_t)x->columns, file);
@@ -314,55 +302,26 @@ void export_family_write_header(const export_family *x, FILE *file)
     for (int i = 0; i < count; i++) {
         const scene_parameter *p = &x->open->parameters[i];
         fprintf(file, "    %s_IN_", x->name);
-        put_upper(p->name, file);
+        export_put_upper(p->name, file);
         fprintf(file, " = %d%s /* %.9g to %.9g */\n", i, i + 1 < count ? "," : "", p->low, p->high);
     }
     fputs("};\n\n", file);
     write_columns(x, file);
     put_lines(x, export_family_types, x->single, file);
-    fputs("#ifdef __cplusplus\n}\n#endif\n\n#endif\n", file);
-}
-
-/* With the point or the exponent that its f needs. */
-static void put_number(const export_family *x, double value, FILE *file)
-{
-    if (x->single) {
-        fprintf(file, "%.8ef", value);
-    } else {
-        fprintf(file, "%.17g", value);
-    }
+    export_end_header(file);
 }
 
 static void put_list(const export_family *x, const char *name, int count, const double *list,
                      double unit, FILE *file)
 {
-    fprintf(file, "const %s %s_%s[%d] = {", type_of(x), x->name, name, count);
-    for (int i = 0; i < count; i++) {
-        fputs(i == 0 ? "" : i % 4 ? ", " : ",\n    ", file);
-        put_number(x, list[i] * unit, file);
-    }
-    fputs("};\n", file);
+    fprintf(file, "const %s %s_%s[%d] = ", type_of(x), x->name, name, count);
+    export_put_list((size_t)count, list, unit, x->single, file);
+    fputs(";\n", file);
 }
 
 static void put_macro(const export_family *x, const char *name, double value, FILE *file)
 {
-    fprintf(file, "#define %s ", name);
-    put_number(x, value, file);
-    fputc('\n', file);
-}
-
-static void put_rows(const char *type, const char *name, int rows, int columns, const double *list,
-                     FILE *file)
-{
-    fprintf(file, "static const %s %s[%d][%d] = {", type, name, rows, columns);
-    for (int i = 0; i < rows; i++) {
-        for (int k = 0; k < columns; k++) {
-            fprintf(file, "%s%.17g", k > 0 ? k % 4 ? ", " : ",\n     " : "\n    {",
-                    list[i * columns + k]);
-        }
-        fprintf(file, "}%s", i + 1 < rows ? "," : "");
-    }
-    fputs("};\n", file);
+    fprintf(file, x->single ? "#define %s %.8ef\n" : "#define %s %.17g\n", name, value);
 }
 
 /* Integrals from s = 0 to points and to edges of what is at points. */
@@ -374,16 +333,12 @@ static void write_integrals(const export_family *x, FILE *file)
     const int nodes = strain_mesh_nodes(mesh);
     for (int k = 0; k < 2; k++) {
         const int rows = k == 0 ? nodes : mesh->elements + 1;
-        fprintf(file, "static const %s %s[%d][%d] = {", type_of(x), names[k], rows, nodes);
+        fprintf(file, "static const %s %s[%d][%d] = {\n", type_of(x), names[k], rows, nodes);
         for (int i = 0; i < rows; i++) {
             strain_mesh_integral(mesh, k == 1, i, weights);
-            fputs(i ? "},\n    {" : "\n    {", file);
-            for (int j = 0; j < nodes; j++) {
-                fputs(j == 0 ? "" : j % 4 ? ", " : ",\n     ", file);
-                put_number(x, weights[j], file);
-            }
+            export_put_list((size_t)nodes, weights, 1, x->single, file);
+            fputs(i + 1 < rows ? ",\n" : "};\n", file);
         }
-        fputs("}};\n", file);
     }
 }
 
@@ -391,6 +346,7 @@ static void write_constants(const export_family *x, FILE *file)
 {
     const int count = x->open->parameter_count;
     double low[SCENE_PARAMETERS_MAX], high[SCENE_PARAMETERS_MAX];
+    const char *names[SCENE_PARAMETERS_MAX + STRAIN_COLUMNS]; /* of either */
     for (int i = 0; i < count; i++) {
         low[i] = x->open->parameters[i].low;
         high[i] = x->open->parameters[i].high;
@@ -398,16 +354,15 @@ static void write_constants(const export_family *x, FILE *file)
     put_list(x, "lower", count, low, 1, file);
     put_list(x, "upper", count, high, 1, file);
     put_list(x, "places", x->places, x->s, scene_length(x->open), file);
-    put(x, "const char *const model_parameter_names[model_PARAMETERS] = {", false, file);
     for (int i = 0; i < count; i++) {
-        fprintf(file, "%s\"%s\"", i ? ", " : "", x->open->parameters[i].name);
+        names[i] = x->open->parameters[i].name;
     }
-    put(x, "};\nconst char *const model_column_names[model_COLUMNS] = {", false, file);
+    export_put_names(x->name, "parameter_names", (size_t)count, names, file);
     for (int i = 0; i < x->columns; i++) {
-        fprintf(file, "%s\"%s\"%s", i % 10 == 0 ? "\n    " : " ", column_of(x, i)->name,
-                i + 1 < x->columns ? "," : "");
+        names[i] = column_of(x, i)->name;
     }
-    fputs("};\n\n", file);
+    export_put_names(x->name, "column_names", (size_t)x->columns, names, file);
+    fputc('\n', file);
     fprintf(file,
             "#define FORCES %d\nenum {\n    NODES = %d,\n    N = FORCES + 3 * NODES,\n    P = "
             "%d,\n    Z = %d,\n"
@@ -444,10 +399,7 @@ ad_status export_family_write_source(export_family *x, FILE *file, ad_error *err
         status = compile(x, i, pool, &programs[i], error);
     }
     if (status == AD_OK) {
-        fprintf(file,
-                "/* %s, see %s.h; written by cpinn %s. */\n#include \"%s.h\"\n\n#include "
-                "<stddef.h>\n\n",
-                x->name, x->name, cli_version(), x->name);
+        export_begin_source(x->name, file);
         status = ad_write_c(FUNCTIONS, programs, options, x->single, file, &x->workspace, error);
     }
     if (status == AD_OK) {
@@ -469,22 +421,24 @@ void export_family_write_selftest(const export_family *x, FILE *file)
     for (int i = 0; i < rows * x->members; i++) {
         scale = fmax(scale, fabs(x->polished[i]));
     }
+    export_begin_selftest(x->name, "c99", file);
     fprintf(file,
-            "/* Compares %s.c with what cpinn has computed: exit 1 and a line where they differ.\n"
-            " *     cc -std=c99 -O2 -o selftest %s.c %s_selftest.c -lm && ./selftest */\n"
-            "#include \"%s.h\"\n\n#include <math.h>\n#include <stdio.h>\n\n"
             "enum { MEMBERS = %d, N = %d, P = %d, STEPS = %d };\n#define LARGEST %.17g\n#define "
             "TOLERANCE %g\n\n",
-            x->name, x->name, x->name, x->name, x->members, rows, count, x->steps, scale,
+            x->members, rows, count, x->steps, scale,
             x->single      ? 1e-3
             : x->steps > 1 ? 1e-6   /* forces of two steps, not of the curvature */
                            : 1e-9); /* rounding, a thousand times and more larger near a fold */
-    put_rows(type_of(x), "parameters", x->members, count, x->parameters, file);
-    put_rows("double", "curvature", x->members, rows, x->curvature, file);
-    put_rows("double", "polished", x->members, rows, x->polished, file);
-    put_rows("double", "tips", x->members, x->columns, x->tips, file);
-    put_rows("double", "derivatives", x->members, x->columns * count, x->jacobian, file);
-    put_rows("double", "scale", 1, x->columns, x->scale, file);
+    const size_t members = (size_t)x->members, n = (size_t)rows, columns = (size_t)x->columns,
+                 parameters = (size_t)count;
+    export_put_rows(x->single ? "static const float parameters" : "static const double parameters",
+                    members, parameters, x->parameters, x->single, file);
+    export_put_rows("static const double curvature", members, n, x->curvature, false, file);
+    export_put_rows("static const double polished", members, n, x->polished, false, file);
+    export_put_rows("static const double tips", members, columns, x->tips, false, file);
+    export_put_rows("static const double derivatives", members, columns * parameters, x->jacobian,
+                    false, file);
+    export_put_rows("static const double scale", 1, columns, x->scale, false, file);
     fputc('\n', file);
     put_lines(x, export_family_selftest, false, file);
 }

@@ -3,7 +3,6 @@
 
 #include "tools/programs/cli.h"
 
-#include <ctype.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,28 +14,6 @@ static void put(const export_loop *x, const char *text, FILE *file)
     export_put(x->name, "double", text, file);
 }
 
-static void put_number(double value, FILE *file)
-{
-    if (isnan(value)) {
-        fputs("NAN", file);
-    } else if (isinf(value)) {
-        fputs(value > 0 ? "INFINITY" : "-INFINITY", file);
-    } else {
-        fprintf(file, "%.17g", value);
-    }
-}
-
-/* "{1, 2, 3}" */
-static void put_list(size_t count, const double *list, FILE *file)
-{
-    fputc('{', file);
-    for (size_t i = 0; i < count; i++) {
-        fputs(i == 0 ? "" : i % 4 ? ", " : ",\n    ", file);
-        put_number(list[i], file);
-    }
-    fputc('}', file);
-}
-
 /* An array, of one number where it has none; nothing where it is NULL. */
 static void put_array(const char *name, const char *of, size_t count, const double *list,
                       FILE *file)
@@ -44,7 +21,7 @@ static void put_array(const char *name, const char *of, size_t count, const doub
     const double none = 0;
     if (list) {
         fprintf(file, "static const double %s%s[] = ", name, of);
-        put_list(count > 0 ? count : 1, count > 0 ? list : &none, file);
+        export_put_list(count > 0 ? count : 1, count > 0 ? list : &none, 1, false, file);
         fputs(";\n", file);
     }
 }
@@ -231,7 +208,7 @@ static void put_estimator(const export_loop *x, FILE *file)
         const estimator_sensor *s = &e->sensor[i];
         const int values = s->rotations ? s->look.values / 4 * 3 : s->look.values;
         fprintf(file, "static const double loop_noise%d[] = ", i);
-        put_list((size_t)values, s->noise, file);
+        export_put_list((size_t)values, s->noise, 1, false, file);
         fputs(";\n", file);
     }
     fputs("static const estimator_sensor loop_sensors[] = {\n", file);
@@ -307,20 +284,21 @@ static void put_names(const export_loop *x, FILE *file)
 {
     const scene *open = x->open;
     double low[SCENE_PARAMETERS_MAX], high[SCENE_PARAMETERS_MAX];
-    put(x, "const char *const model_input_names[model_INPUTS] = {", file);
+    const char *names[SCENE_PARAMETERS_MAX];
     for (int i = 0; i < open->parameter_count; i++) {
         low[i] = open->parameters[i].low;
         high[i] = open->parameters[i].high;
-        fprintf(file, "%s\"%s\"", i ? ", " : "", open->parameters[i].name);
+        names[i] = open->parameters[i].name;
     }
-    put(x, "};\nconst int model_controlled[model_CONTROLLED] = {", file);
+    export_put_names(x->name, "input_names", (size_t)open->parameter_count, names, file);
+    put(x, "const int model_controlled[model_CONTROLLED] = {", file);
     for (int i = 0; i < x->settings->controller.controlled; i++) {
         fprintf(file, "%s%d", i ? ", " : "", x->settings->controller.inputs[i]);
     }
     put(x, "};\nconst double model_lower[model_INPUTS] = ", file);
-    put_list((size_t)open->parameter_count, low, file);
+    export_put_list((size_t)open->parameter_count, low, 1, false, file);
     put(x, ";\nconst double model_upper[model_INPUTS] = ", file);
-    put_list((size_t)open->parameter_count, high, file);
+    export_put_list((size_t)open->parameter_count, high, 1, false, file);
     fputs(";\n", file);
 }
 
@@ -328,13 +306,12 @@ void export_loop_write_source(const export_loop *x, FILE *file)
 {
     const regulator_settings *s = x->settings;
     const size_t n = (size_t)s->estimator.model.states;
-    fprintf(file,
-            "/* %s, see %s.h; written by cpinn %s. */\n#include \"%s.h\"\n\n"
-            "#if defined(__OPTIMIZE__) && !defined(__clang__) /* -O2 alone takes twice as long */\n"
-            "#pragma GCC optimize(\"O3\", \"fp-contract=fast\")\n#endif\n"
-            "#if defined(__GNUC__)\n#define WHOLE_FUNCTION static __attribute__((unused))\n"
-            "#else\n#define WHOLE_FUNCTION static\n#endif\n",
-            x->name, x->name, cli_version(), x->name);
+    export_begin_source(x->name, file);
+    fputs("#if defined(__OPTIMIZE__) && !defined(__clang__) /* -O2 alone takes twice as long */\n"
+          "#pragma GCC optimize(\"O3\", \"fp-contract=fast\")\n#endif\n"
+          "#if defined(__GNUC__)\n#define WHOLE_FUNCTION static __attribute__((unused))\n"
+          "#else\n#define WHOLE_FUNCTION static\n#endif\n",
+          file);
     export_put_lines(x->name, "double", export_loop_cores, file);
     fputs("\n/* ---- constants "
           "--------------------------------------------------------------------------- */\n\n",
@@ -393,9 +370,7 @@ static void put_inputs(const export_loop *x, FILE *file)
     for (int i = 0; i < x->open->parameter_count; i++) {
         const scene_parameter *p = &x->open->parameters[i];
         fprintf(file, "    %s_IN_", x->name);
-        for (const char *n = p->name; *n; n++) {
-            fputc(toupper((unsigned char)*n), file);
-        }
+        export_put_upper(p->name, file);
         fprintf(file, " = %d%s /* %.9g to %.9g", i, i + 1 < x->open->parameter_count ? "," : "",
                 p->low, p->high);
         for (int k = 0; k < c->controlled; k++) {
@@ -457,9 +432,7 @@ void export_loop_write_header(const export_loop *x, FILE *file)
     const estimator_settings *e = &s->estimator;
     const controller_settings *c = &s->controller;
     fprintf(file, "/* %s: ", x->name);
-    for (const char *t = x->about; *t; t++) { /* nothing that ends the comment */
-        fputc(*t == '*' || *t == '\n' || *t == '\\' ? ' ' : *t, file);
-    }
+    export_put_comment(x->about, file);
     fprintf(
         file,
         ": one-step model, filter and predictive controller as C11 that needs\n"
@@ -468,10 +441,8 @@ void export_loop_write_header(const export_loop *x, FILE *file)
     for (const char *const *line = x->verified; line && *line; line++) {
         fprintf(file, "%s\n * %s", line == x->verified ? " *" : "", *line);
     }
-    put(x,
-        "\n */\n#ifndef model_H\n#define model_H\n\n#include <stddef.h>\n\n#ifdef __cplusplus\n"
-        "extern \"C\" {\n#endif\n\n",
-        file);
+    fputs("\n */\n", file);
+    export_begin_header(x->name, file);
     put_macro(x, "STATES", e->model.states, "of the model: modes, then their rates", file);
     put_macro(x, "INPUTS", e->model.inputs, "of the model", file);
     put_macro(x, "CONTROLLED", c->controlled, "inputs that are answered", file);
@@ -486,7 +457,7 @@ void export_loop_write_header(const export_loop *x, FILE *file)
     put_sensors(x, file);
     put_flags(x, file);
     export_put_lines(x->name, "double", export_loop_types, file);
-    put(x, "\n#ifdef __cplusplus\n}\n#endif\n\n#endif\n", file);
+    export_end_header(file);
 }
 
 /* ---- the self-test ------------------------------------------------------------------------- */
@@ -506,37 +477,31 @@ void export_loop_write_selftest(const export_loop *x, FILE *file)
     const int known = c->controlled + e->parameters;
     int parameter[ESTIMATOR_PARAMETERS_MAX + 1], values[ESTIMATOR_SENSORS_MAX];
     const struct {
-        const char *name;
+        const char *head;
         int columns;
         const double *rows;
-    } tables[4] = {{"measured", values_of(x), x->measured},
-                   {"paths", c->horizon * 3, x->paths},
-                   {"expected", known, x->expected},
-                   {"reached", 3, x->reached}};
+    } tables[4] = {{"static const double measured", values_of(x), x->measured},
+                   {"static const double paths", c->horizon * 3, x->paths},
+                   {"static const double expected", known, x->expected},
+                   {"static const double reached", 3, x->reached}};
     for (int i = 0; i < e->parameters; i++) {
         parameter[i] = e->parameter[i].input;
     }
     for (int i = 0; i < e->sensors; i++) {
         values[i] = e->sensor[i].look.values;
     }
+    export_begin_selftest(x->name, "c11", file);
     fprintf(file,
-            "/* Compares %s.c with cpinn's own loop: exit 1 and a line where they differ.\n"
-            " *     cc -std=c11 -O2 -o selftest %s.c %s_selftest.c -lm && ./selftest */\n"
-            "#include \"%s.h\"\n\n#include <math.h>\n#include <stdio.h>\n\n"
             "enum { SAMPLES = %d, PARAMETERS = %d, LATE = %d, HELD = %d };\n"
             "#define TOLERANCE %g\n#define OF_INPUTS %g\n\n",
-            x->name, x->name, x->name, x->name, x->samples, e->parameters, REGULATOR_LATE,
-            EXPORT_LOOP_HELD, TOLERANCE, c->controlled > 3 ? SHARED : TOLERANCE);
+            x->samples, e->parameters, REGULATOR_LATE, EXPORT_LOOP_HELD, TOLERANCE,
+            c->controlled > 3 ? SHARED : TOLERANCE);
     put_integers("", "parameter", (size_t)e->parameters, parameter, file);
     put_integers("", "sensor_values", (size_t)e->sensors, values, file);
     put_integers("", "expected_flags", (size_t)x->samples, x->flags, file);
     for (int i = 0; i < 4; i++) {
-        fprintf(file, "static const double %s[SAMPLES][%d] = {\n", tables[i].name,
-                tables[i].columns);
-        for (int k = 0; k < x->samples; k++) {
-            put_list((size_t)tables[i].columns, tables[i].rows + k * tables[i].columns, file);
-            fputs(k + 1 < x->samples ? ",\n" : "};\n", file);
-        }
+        export_put_rows(tables[i].head, (size_t)x->samples, (size_t)tables[i].columns,
+                        tables[i].rows, false, file);
     }
     export_put_lines(x->name, "double", export_loop_selftest, file);
 }

@@ -1,6 +1,9 @@
 #include "tools/programs/export_text.h"
 
-#include <stdbool.h>
+#include "tools/programs/cli.h"
+
+#include <ctype.h>
+#include <math.h>
 #include <string.h>
 
 static void put(const char *name, const char *type, bool single, const char *text, FILE *file)
@@ -42,4 +45,96 @@ void export_put_lines(const char *name, const char *type, const char *const *lin
     for (; *lines; lines++) {
         export_put(name, type, *lines, file);
     }
+}
+
+void export_put_comment(const char *text, FILE *file)
+{
+    for (; *text; text++) {
+        const bool ends = (text[0] == '*' && text[1] == '/') || (text[0] == '/' && text[1] == '*');
+        fputc(ends || *text == '\n' || *text == '\\' ? ' ' : *text, file);
+    }
+}
+
+void export_put_upper(const char *text, FILE *file)
+{
+    for (; *text; text++) {
+        fputc(toupper((unsigned char)*text), file);
+    }
+}
+
+/* ---- numbers and names --------------------------------------------------------------------- */
+
+/* A float has the point or the exponent that its f needs. */
+static void put_number(double value, bool single, FILE *file)
+{
+    if (isnan(value)) {
+        fputs("NAN", file);
+    } else if (isinf(value)) {
+        fputs(value > 0 ? "INFINITY" : "-INFINITY", file);
+    } else {
+        fprintf(file, single ? "%.8ef" : "%.17g", value);
+    }
+}
+
+void export_put_list(size_t count, const double *list, double unit, bool single, FILE *file)
+{
+    fputc('{', file);
+    for (size_t i = 0; i < count; i++) {
+        fputs(i == 0 ? "" : i % 4 ? ", " : ",\n    ", file);
+        put_number(list[i] * unit, single, file);
+    }
+    fputc('}', file);
+}
+
+void export_put_rows(const char *head, size_t rows, size_t columns, const double *list, bool single,
+                     FILE *file)
+{
+    fprintf(file, "%s[%zu][%zu] = {\n", head, rows, columns);
+    for (size_t i = 0; i < rows; i++) {
+        export_put_list(columns, list + i * columns, 1, single, file);
+        fputs(i + 1 < rows ? ",\n" : "};\n", file);
+    }
+}
+
+void export_put_names(const char *name, const char *kind, size_t count, const char *const *names,
+                      FILE *file)
+{
+    fprintf(file, "const char *const %s_%s[%zu] = {", name, kind, count);
+    for (size_t i = 0; i < count; i++) {
+        fprintf(file, "%s\"%s\"%s", i % 8 == 0 ? "\n    " : " ", names[i],
+                i + 1 < count ? "," : "");
+    }
+    fputs("};\n", file);
+}
+
+/* ---- files --------------------------------------------------------------------------------- */
+
+void export_begin_source(const char *name, FILE *file)
+{
+    fprintf(file, "/* %s, see %s.h; written by cpinn %s. */\n#include \"%s.h\"\n\n", name, name,
+            cli_version(), name);
+}
+
+void export_begin_header(const char *name, FILE *file)
+{
+    fprintf(file,
+            "#ifndef %s_H\n#define %s_H\n\n#include <stddef.h>\n\n#ifdef __cplusplus\n"
+            "extern \"C\" {\n#endif\n\n",
+            name, name);
+}
+
+void export_end_header(FILE *file)
+{
+    fputs("\n#ifdef __cplusplus\n}\n#endif\n\n#endif\n", file);
+}
+
+void export_begin_selftest(const char *name, const char *standard, FILE *file)
+{
+    fprintf(
+        file,
+        "/* Compares %s.c with what cpinn has computed: exit 1 and a line where they differ by\n"
+        " * more than rounding.\n"
+        " *     cc -std=%s -O2 -o selftest %s.c %s_selftest.c -lm && ./selftest */\n"
+        "#include \"%s.h\"\n\n#include <math.h>\n#include <stdio.h>\n\n",
+        name, standard, name, name, name);
 }

@@ -2,6 +2,7 @@
 #ifndef TOOLS_PROGRAMS_EXPORT_TEXT_H
 #define TOOLS_PROGRAMS_EXPORT_TEXT_H
 
+#include <stdbool.h>
 #include <stdio.h>
 
 /* Around the functions of a model: model_functions.c and model_selftest.c. */
@@ -15,5 +16,27 @@ void export_put_single(const char *name, const char *text, FILE *file);
 
 /* Of all lines, NULL at the end. */
 void export_put_lines(const char *name, const char *type, const char *const *lines, FILE *file);
+
+/* The text on one line, with nothing that begins or ends a comment; in capitals. */
+void export_put_comment(const char *text, FILE *file);
+void export_put_upper(const char *text, FILE *file);
+
+/* "{1, 2, 3}", numbers times `unit`, in double or single precision. */
+void export_put_list(size_t count, const double *list, double unit, bool single, FILE *file);
+
+/* "HEAD[rows][columns] = {{..}, {..}};" of list [rows][columns]. */
+void export_put_rows(const char *head, size_t rows, size_t columns, const double *list, bool single,
+                     FILE *file);
+
+/* "const char *const NAME_kind[count] = {"..", ".."};" */
+void export_put_names(const char *name, const char *kind, size_t count, const char *const *names,
+                      FILE *file);
+
+/* How NAME.c, NAME.h behind its comment, and NAME_selftest.c by this standard of C begin; and how
+ * NAME.h ends. */
+void export_begin_source(const char *name, FILE *file);
+void export_begin_header(const char *name, FILE *file);
+void export_end_header(FILE *file);
+void export_begin_selftest(const char *name, const char *standard, FILE *file);
 
 #endif

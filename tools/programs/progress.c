@@ -10,16 +10,45 @@
 
 static const double live_interval = 0.2; /* s */
 
-progress progress_start(FILE *file, bool quiet, const trainer *t)
+static progress_state state_of_trainer(const void *context)
 {
-    progress p = {.file = file, .quiet = quiet, .live = isatty(fileno(file)), .gap = 1};
-    const trainer_info info = trainer_inspect(t);
+    const trainer_info info = trainer_inspect(context);
+    return (progress_state){.running = info.state == TRAINER_RUNNING,
+                            .window = info.window,
+                            .stage = info.stage,
+                            .step = info.step,
+                            .window_step = info.window_step,
+                            .stage_step = info.stage_step,
+                            .seconds = info.seconds,
+                            .stage_seconds = info.stage_seconds,
+                            .load_factor = info.part,
+                            .loss = info.loss,
+                            .held_out = info.held_out,
+                            .error = info.errors.position,
+                            .points = (double)info.evaluations * info.points};
+}
+
+progress_subject progress_of_trainer(const trainer *t, const experiment *e)
+{
+    return (progress_subject){.settings = e->settings,
+                              .windows = e->scene->windows,
+                              .rows = trainer_history(t),
+                              .context = t,
+                              .inspect = state_of_trainer};
+}
+
+progress progress_start(FILE *file, bool quiet, const progress_subject *of)
+{
+    progress p = {.file = file,
+                  .quiet = quiet,
+                  .live = isatty(fileno(file)),
+                  .of = *of,
+                  .gap = 1,
+                  .last = of->inspect(of->context)};
     p.started = p.next = p.window_began = p.stage_began = train_seconds();
-    p.first_step = info.step;
-    p.window = info.window;
-    p.stage = info.stage;
-    p.stage_step = p.stage_first = info.stage_step;
-    p.window_whole = info.window_step == 0;
+    p.first_step = p.last.step;
+    p.stage_first = p.last.stage_step;
+    p.window_whole = p.last.window_step == 0;
     return p;
 }
 
@@ -32,13 +61,20 @@ static int room(const progress *p)
     return known ? size.ws_col - 1 : STATUS_LINE_WIDE;
 }
 
-void progress_watch(progress *p, const trainer *t, const experiment *e, const reference *known)
+void progress_watch(progress *p)
 {
-    p->watch = p->quiet ? NULL : watch_create(p->file, e->settings->name);
-    p->shapes = p->watch ? watch_shapes_create(e, known) : NULL;
+    p->watch = p->quiet ? NULL : watch_create(p->file, p->of.settings->name);
     if (p->watch) {
-        watch_record_rows(p->watch, trainer_history(t));
+        watch_record_rows(p->watch, p->of.rows);
     }
+}
+
+void progress_watch_shapes(progress *p, const trainer *t, const experiment *e,
+                           const reference *known)
+{
+    progress_watch(p);
+    p->shapes = p->watch ? watch_shapes_create(e, known) : NULL;
+    p->shaped = t;
 }
 
 void progress_clear(progress *p)
@@ -50,9 +86,10 @@ void progress_clear(progress *p)
 }
 
 /* Notices when another window or stage begins, from which the time left is estimated. */
-static void follow(progress *p, const trainer_info *info, double now)
+static void follow(progress *p, const progress_state *now_at, double now)
 {
-    if (info->window != p->window) {
+    const bool other = now_at->window != p->last.window;
+    if (other) {
         if (p->window_whole) {
             p->windows_timed++;
             p->windows_seconds += now - p->window_began;
@@ -60,90 +97,82 @@ static void follow(progress *p, const trainer_info *info, double now)
         p->window_began = now;
         p->window_whole = true;
     }
-    if (info->window != p->window || info->stage != p->stage || info->stage_step < p->stage_step) {
+    if (other || now_at->stage != p->last.stage || now_at->stage_step < p->last.stage_step) {
         p->stage_began = now;
-        p->stage_first = info->stage_step;
+        p->stage_first = now_at->stage_step;
     }
-    p->window = info->window;
-    p->stage = info->stage;
-    p->stage_step = info->stage_step;
+    p->last = *now_at;
 }
 
-static double time_left(const progress *p, const trainer_info *info, const experiment *e,
-                        double now, bool *at_most)
+static double time_left(const progress *p, double now, bool *at_most)
 {
-    const train_settings *settings = e->settings;
-    int64_t steps = info->stage_step - p->stage_first, all = info->step - p->first_step;
+    const train_settings *settings = p->of.settings;
+    const progress_state *at = &p->last;
+    int64_t steps = at->stage_step - p->stage_first, all = at->step - p->first_step;
     const status_pace pace = {.stages = settings->stages,
-                              .stage = info->stage,
+                              .stage = at->stage,
                               .stage_count = settings->stage_count,
-                              .stage_step = info->stage_step,
-                              .stage_seconds = info->stage_seconds,
+                              .stage_step = at->stage_step,
+                              .stage_seconds = at->stage_seconds,
                               .step_seconds = steps > 0 ? (now - p->stage_began) / (double)steps
                                               : all > 0 ? (now - p->started) / (double)all
                                                         : NAN,
-                              .windows_left = e->scene->windows - info->window - 1,
+                              .windows_left = p->of.windows - at->window - 1,
                               .windows_timed = p->windows_timed,
                               .windows_seconds = p->windows_seconds,
                               .window_seconds = now - p->window_began,
-                              .repeats = info->part<1, .limit_left = p->limit> 0
+                              .repeats = at->load_factor<1, .limit_left = p->limit> 0
                                              ? p->limit - (now - p->started)
                                              : INFINITY};
     return status_time_left(&pace, at_most);
 }
 
-static status_line line_of(const progress *p, const trainer_info *info, const experiment *e,
-                           double now)
+/* The speed is that of points, if they are counted, else and in pictures that of steps. */
+static status_line line_of(const progress *p, double now)
 {
-    const train_settings *settings = e->settings;
-    const train_stage *stage = &settings->stages[info->stage];
+    const train_settings *settings = p->of.settings;
+    const progress_state *at = &p->last;
+    const train_stage *stage = &settings->stages[at->stage];
     status_line line = {.optimizer = optim_method_name(stage->optimizer),
-                        .window = info->window + 1,
-                        .windows = e->scene->windows,
-                        .stage = info->stage + 1,
+                        .window = at->window + 1,
+                        .windows = p->of.windows,
+                        .stage = at->stage + 1,
                         .stages = settings->stage_count,
-                        .step = info->stage_step,
+                        .step = at->stage_step,
                         .steps = p->limit > 0 ? 0 : stage->steps,
-                        .load_factor = info->part,
-                        .loss = info->loss,
-                        .held_out = info->held_out,
-                        .error = info->errors.position,
+                        .load_factor = at->load_factor,
+                        .loss = at->loss,
+                        .held_out = at->held_out,
+                        .error = at->error,
                         .steps_per_s = NAN};
-    line.left = time_left(p, info, e, now, &line.at_most);
-    line.points_per_s = (double)info->evaluations * info->points / (now - p->started);
+    line.left = time_left(p, now, &line.at_most);
+    line.points_per_s = at->points / (now - p->started);
+    if (p->watch || isnan(at->points)) {
+        line.steps_per_s = (double)(at->step - p->first_step) / (now - p->started);
+    }
     return line;
 }
 
-static void draw(progress *p, const trainer *t, const status_line *line, const char *over)
+static void draw(progress *p, const status_line *line, const char *over)
 {
     if (p->shapes) {
-        watch_shapes_update(p->shapes, t);
+        watch_shapes_update(p->shapes, p->shaped);
     }
-    watch_draw(p->watch,
-               &(watch_view){
-                   .line = *line, .over = over, .rows = trainer_history(t), .shapes = p->shapes});
+    watch_draw(p->watch, &(watch_view){.line = *line,
+                                       .over = over,
+                                       .rows = p->of.rows,
+                                       .shapes = p->shapes,
+                                       .note = p->of.note});
 }
 
-static void step_of_picture(progress *p, const trainer *t, const trainer_info *info,
-                            const experiment *e, double now)
+void progress_end(progress *p)
 {
-    watch_record(p->watch, info->seconds, info->loss);
-    if (info->state == TRAINER_RUNNING && watch_is_due(p->watch)) {
-        status_line line = line_of(p, info, e, now);
-        line.steps_per_s = (double)(info->step - p->first_step) / (now - p->started);
-        draw(p, t, &line, NULL);
-    }
-}
-
-void progress_end(progress *p, const trainer *t)
-{
-    const trainer_info info = trainer_inspect(t);
-    if (p->watch && info.step > p->first_step) {
+    const progress_state at = p->of.inspect(p->of.context);
+    if (p->watch && at.step > p->first_step) {
         char over[64];
-        const status_line line = {
-            .loss = info.loss, .held_out = info.held_out, .error = info.errors.position};
-        snprintf(over, sizeof over, "%lld steps in %.2f s", (long long)info.step, info.seconds);
-        draw(p, t, &line, over);
+        const status_line line = {.loss = at.loss, .held_out = at.held_out, .error = at.error};
+        snprintf(over, sizeof over, "%lld steps in %.2f s", (long long)at.step, at.seconds);
+        draw(p, &line, over);
     }
     watch_free(p->watch);
     watch_shapes_free(p->shapes);
@@ -151,23 +180,26 @@ void progress_end(progress *p, const trainer *t)
     p->shapes = NULL;
 }
 
-void progress_step(progress *p, const trainer *t, const experiment *e)
+void progress_step(progress *p)
 {
     if (p->quiet) {
         return;
     }
     double now = train_seconds();
-    const trainer_info info = trainer_inspect(t);
-    follow(p, &info, now);
+    const progress_state at = p->of.inspect(p->of.context);
+    follow(p, &at, now);
     if (p->watch) {
-        step_of_picture(p, t, &info, e, now);
+        watch_record(p->watch, at.seconds, at.loss);
+    }
+    if (!at.running || (p->watch ? !watch_is_due(p->watch) : now < p->next)) {
         return;
     }
-    if (now < p->next || info.state != TRAINER_RUNNING) {
+    const status_line status = line_of(p, now);
+    if (p->watch) {
+        draw(p, &status, NULL);
         return;
     }
     char line[STATUS_LINE_SIZE];
-    const status_line status = line_of(p, &info, e, now);
     int columns = room(p), width = status_line_text(&status, columns, line);
     if (p->live) { /* blanks cover the rest of a longer line before */
         int before = p->width < columns ? p->width : columns;

@@ -5,47 +5,72 @@
 
 #include "tools/programs/watch.h"
 
+/* What a training says of itself. Numbers that are not known are NaN. */
+typedef struct progress_state {
+    bool running;
+    int window, stage; /* at work, from 0 */
+    int64_t step, window_step, stage_step;
+    double seconds, stage_seconds; /* of all that has been trained, and of the stage at work */
+    double load_factor, loss, held_out, error;
+    double points; /* evaluated */
+} progress_state;
+
+/* A training; all is borrowed. */
+typedef struct progress_subject {
+    const train_settings *settings;
+    int windows;
+    const history *rows;
+    const char *note; /* a line below a picture's curves; NULL: none */
+    const void *context;
+    progress_state (*inspect)(const void *context);
+} progress_subject;
+
+progress_subject progress_of_trainer(const trainer *t, const experiment *e);
+
 typedef struct progress {
     FILE *file;
     bool quiet;
-    bool live;          /* a terminal */
-    double started;     /* of this process */
-    double next, gap;   /* when to speak again */
-    int64_t first_step; /* of this process */
-    int width;          /* of the live line last shown */
-    double limit;       /* s after `started`, when it ends at the latest; 0: none */
-    int window, stage;  /* at work after the last step, from 0 */
-    int64_t stage_step;
+    bool live; /* a terminal */
+    progress_subject of;
+    double started;                   /* of this process */
+    double next, gap;                 /* when to speak again */
+    int64_t first_step;               /* of this process */
+    int width;                        /* of the live line last shown */
+    double limit;                     /* s after `started`, when it ends at the latest; 0: none */
+    progress_state last;              /* after the last step */
     double window_began, stage_began; /* when they began, for this process */
     int64_t stage_first;              /* step of the stage at which this process took it up */
     bool window_whole;                /* this process has trained the window from its beginning */
     int windows_timed;                /* windows trained by this process from beginning to end */
     double windows_seconds;           /* that they took together */
     watch *watch;                     /* the picture in place of the live line; NULL: none */
-    watch_shapes *shapes;
+    watch_shapes *shapes;             /* in it; NULL: none */
+    const trainer *shaped;            /* whose they are */
 } progress;
 
-progress progress_start(FILE *file, bool quiet, const trainer *t);
+progress progress_start(FILE *file, bool quiet, const progress_subject *of);
 
-/* From now on with a picture, where the file can show one, until progress_end; `known` may be NULL.
- */
-void progress_watch(progress *p, const trainer *t, const experiment *e, const reference *known);
+/* From now on with a picture, where the file can show one, until progress_end; and with shapes in
+ * it, `known` among them, which may be NULL. */
+void progress_watch(progress *p);
+void progress_watch_shapes(progress *p, const trainer *t, const experiment *e,
+                           const reference *known);
 
 /* To be called after every step. Prints only when it is time to. */
-void progress_step(progress *p, const trainer *t, const experiment *e);
+void progress_step(progress *p);
 
 /* Removes the live line; the last picture stays. */
 void progress_clear(progress *p);
-void progress_end(progress *p, const trainer *t);
+void progress_end(progress *p);
 
 /* Prints a line that stays, in place of the live line. */
 void progress_say(progress *p, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-/* When the error first fell below 1e-1, 1e-2, ...: a small table, from the history. With several
- * windows of time it begins with the last, when all of the time is covered. */
 /* Errors of a family in the strain form over its fresh members, in the unit of a length in m. */
 void progress_members(progress *p, const targets_errors *errors, double length);
 
+/* When the error first fell below 1e-1, 1e-2, ...: a small table, from the history. With several
+ * windows of time it begins with the last, when all of the time is covered. */
 void progress_error_table(FILE *file, const history *h, int windows);
 
 #endif

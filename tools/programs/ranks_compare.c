@@ -2,7 +2,7 @@
 #include "tools/files/checkpoint.h"
 #include "tools/files/file_bytes.h"
 #include "tools/programs/cli.h"
-#include "tools/programs/ranks.h"
+#include "tools/programs/program_ranks.h"
 
 #include <inttypes.h>
 #include <stdlib.h>

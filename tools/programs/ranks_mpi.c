@@ -1,7 +1,7 @@
 /* Ranks by MPI. Only the thread that began calls it, but for add, which any does while that waits.
  * While a rank waits for others, rank 0 looks whether one of them has failed. */
 #include "tools/programs/launch.h"
-#include "tools/programs/ranks.h"
+#include "tools/programs/program_ranks.h"
 
 #include <limits.h>
 #include <mpi.h>

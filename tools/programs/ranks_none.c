@@ -1,6 +1,6 @@
 /* Without MPI. */
 #include "tools/programs/launch.h"
-#include "tools/programs/ranks.h"
+#include "tools/programs/program_ranks.h"
 
 ad_status ranks_begin(int count, char **arguments, const ad_ranks **ranks, ad_error *error)
 {

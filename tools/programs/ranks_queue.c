@@ -2,7 +2,7 @@
 
 #include "tools/judge/signals.h"
 #include "tools/programs/cli.h"
-#include "tools/programs/ranks.h"
+#include "tools/programs/program_ranks.h"
 #include "tools/train/clock.h"
 
 #include <pthread.h>

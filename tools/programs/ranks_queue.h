@@ -1,5 +1,5 @@
-/* Jobs of very different duration over ranks (tools/programs/ranks.h): whoever is free takes the
- * next one, and results come in the order of the jobs, as those of one process. */
+/* Jobs of very different duration over ranks (tools/programs/program_ranks.h): whoever is free
+ * takes the next one, and results come in the order of the jobs, as those of one process. */
 #ifndef TOOLS_PROGRAMS_RANKS_QUEUE_H
 #define TOOLS_PROGRAMS_RANKS_QUEUE_H
 

@@ -1,7 +1,7 @@
 #include "tools/programs/samples.h"
 
 #include "tools/programs/cli.h"
-#include "tools/programs/section.h"
+#include "tools/programs/section_size.h"
 #include "tools/train/reference.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
 /* cpinn-show: shapes of a table as rings of a tube. */
 #include "tools/programs/show_pose.h"
-#include "tools/programs/section.h"
+#include "tools/programs/section_size.h"
 #include "tools/programs/show.h"
 
 #include <math.h>

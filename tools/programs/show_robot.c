@@ -1,5 +1,5 @@
 /* cpinn-show: what a robot consists of in a picture. */
-#include "tools/programs/section.h"
+#include "tools/programs/section_size.h"
 #include "tools/programs/show.h"
 #include "tools/programs/show_pose.h"
 

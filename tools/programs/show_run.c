@@ -60,7 +60,7 @@ static ad_status put_training(showing *x, ad_error *error)
 
 static void put_run_texts(showing *x)
 {
-    char *text = experiment_text(x->e);
+    char *text = train_origin_text(&x->e->origin);
     json_open(&x->to, "texts", '[');
     if (text) {
         show_text(&x->to, "Scene and settings (YAML)", text);

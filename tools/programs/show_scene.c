@@ -1,6 +1,6 @@
 /* What a scene says beside the motion of its rod, as data of a page: sections, ends, loads and
  * actuators. */
-#include "tools/programs/section.h"
+#include "tools/programs/section_size.h"
 #include "tools/programs/show.h"
 
 #include <math.h>

@@ -3,7 +3,7 @@
 #ifndef TOOLS_PROGRAMS_STATUS_LINE_H
 #define TOOLS_PROGRAMS_STATUS_LINE_H
 
-#include "tools/train/settings.h"
+#include "tools/train/train_settings.h"
 
 /* Numbers that are not known are NaN and are not shown. */
 typedef struct status_line {

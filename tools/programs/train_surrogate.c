@@ -1,15 +1,14 @@
 #include "tools/programs/train_surrogate.h"
 
+#include "tools/config/config_session.h"
 #include "tools/config/config_surrogate.h"
-#include "tools/files/file_bytes.h"
 #include "tools/judge/signals.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/eval_rollouts.h"
-#include "tools/programs/surrogate_progress.h"
+#include "tools/programs/progress.h"
 #include "tools/surrogate/training.h"
 #include "tools/train/clock.h"
 #include "tools/train/report.h"
-#include "tools/train/run.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -23,15 +22,13 @@ typedef struct training {
     ad_pool *pool;
     surrogate_training *own;
     run_folder folder;
-    char *yaml;
+    train_origin origin;
+    session s;
     verdict verdict;
-    int signal; /* that a rank has caught */
     rollouts_report report;
     bool judged;
-    double last_save; /* s */
-    double seconds;   /* of training, when it was over */
-    int64_t saved;
-    surrogate_progress progress;
+    double seconds; /* of training, when it was over */
+    progress progress;
 } training;
 
 /* Of several ranks the first keeps the folder; what has become of that is the same for all. */
@@ -45,86 +42,84 @@ static ad_status agreed(const training *t, ad_status status, ad_error *error)
     return ad_ranks_status(t->asked->ranks, status, error);
 }
 
-/* ---- files --------------------------------------------------------------------------------- */
+/* ---- the session --------------------------------------------------------------------------- */
 
-static ad_status write_yaml(training *t, ad_error *error)
+static int64_t inspect(const session *s, bool *running)
 {
-    size_t size = 0;
-    FILE *file = open_memstream(&t->yaml, &size);
-    ad_status status = file ? config_write(t->settings, file, false) : AD_NO_MEMORY;
-    if (file && fclose(file) != 0) {
-        status = AD_NO_MEMORY;
-    }
-    return status == AD_OK ? AD_OK : ad_fail(error, status, "out of memory for the scene");
+    const surrogate_training_info info = surrogate_training_inspect(s->of.context);
+    *running = !info.done;
+    return info.step;
 }
 
-static ad_status save(training *t, ad_error *error)
+static ad_status step(session *s, ad_error *error)
 {
-    const ad_status held = keeps_folder(t) ? run_check_held(&t->folder, error) : AD_OK;
-    const bool writes = keeps_folder(t) && held == AD_OK;
-    t->last_save = train_seconds();
-    t->saved = surrogate_training_inspect(t->own).step;
-    const ad_status status =
-        surrogate_training_save(t->own, t->yaml, writes ? t->folder.checkpoint : NULL,
-                                t->settings->settings.checkpoint_keep, error);
-    return held == AD_OK ? status : held;
+    return surrogate_training_step(s->of.context, error);
 }
 
-static ad_status resume(training *t, ad_error *error)
+static ad_status save(session *s, const char *path, ad_error *error)
 {
-    checkpoint *file;
-    const char *text;
-    int64_t stage = 0;
-    config *before = NULL;
-    ad_error why;
-    ad_status status = checkpoint_open(t->folder.checkpoint, &file, error);
-    if (status != AD_OK) {
-        return status;
-    }
-    status = checkpoint_get_text(file, "scene/yaml", &text, error);
-    status =
-        status == AD_OK ? checkpoint_get_int64(file, "training/stage", &stage, 1, error) : status;
-    status =
-        status == AD_OK ? config_read(t->folder.checkpoint, text, 0, NULL, &before, error) : status;
-    if (status == AD_OK) {
-        const int count = before->settings.stage_count;
-        status = config_continues(before, t->settings, stage < count ? (int)stage : count, &why);
-        if (status != AD_OK) {
-            ad_fail(error, status, "%s: %s", file_bytes_shown(t->folder.checkpoint), why.message);
-        }
-    }
-    status = status == AD_OK ? surrogate_training_restore(t->own, file, error) : status;
-    config_free(before);
-    checkpoint_free(file);
+    char *yaml = train_origin_text(s->of.origin);
+    ad_status status = yaml ? surrogate_training_save(s->of.context, yaml, path,
+                                                      s->of.settings->checkpoint_keep, error)
+                            : ad_fail(error, AD_NO_MEMORY, "out of memory for the scene");
+    free(yaml);
     return status;
 }
 
-static ad_status enter_folder(training *t, ad_error *error)
+static ad_status restore(session *s, const checkpoint *file, ad_error *error)
 {
-    const bool again = t->asked->resume;
-    ad_status status = again ? AD_OK : run_make_folder(t->folder.path, error);
-    status = status == AD_OK ? run_lock(&t->folder, again, error) : status;
-    return status == AD_OK && !again /* what another process has left by now */
-               ? run_check_new(&t->folder, error)
-               : status;
+    return surrogate_training_restore(s->of.context, file, error);
 }
 
 static ad_status begin(training *t, ad_error *error)
 {
-    ad_status status = agreed(t, keeps_folder(t) ? enter_folder(t, error) : AD_OK, error);
-    if (status == AD_OK) {
-        status = t->asked->resume ? resume(t, error) : save(t, error);
-    }
-    if (status == AD_OK && keeps_folder(t)) {
-        status = run_begin(&t->folder, t->yaml, surrogate_training_history(t->own),
-                           t->settings->settings.output_tensorboard, error);
-    }
-    return agreed(t, status, error);
+    t->origin = config_origin(t->settings);
+    t->s.of = (session_subject){.settings = &t->settings->settings,
+                                .origin = &t->origin,
+                                .pool = t->pool,
+                                .text_item = "scene/yaml",
+                                .rows = surrogate_training_history(t->own),
+                                .context = t->own,
+                                .inspect = inspect,
+                                .step = step,
+                                .save = save,
+                                .restore = restore};
+    return session_begin(&t->s, &t->folder, t->asked->resume, error);
 }
 
 /* ---- training ------------------------------------------------------------------------------ */
 
-static void announce(const training *t)
+static progress_state state_of(const void *own)
+{
+    const surrogate_training_info info = surrogate_training_inspect(own);
+    return (progress_state){.running = !info.done,
+                            .stage = info.stage,
+                            .step = info.step,
+                            .window_step = info.step,
+                            .stage_step = info.stage_step,
+                            .seconds = info.seconds,
+                            .stage_seconds = info.stage_seconds,
+                            .load_factor = 1,
+                            .loss = info.loss,
+                            .held_out = info.held_out,
+                            .error = NAN,
+                            .points = NAN};
+}
+
+static void start_progress(training *t)
+{
+    const progress_subject of = {.settings = &t->settings->settings,
+                                 .windows = 1,
+                                 .rows = surrogate_training_history(t->own),
+                                 .note = t->settings->surrogate.kind == SURROGATE_DDPINN
+                                             ? "errors of steps, over those of states that stay"
+                                             : "errors of steps, over those of the linear map",
+                                 .context = t->own,
+                                 .inspect = state_of};
+    t->progress = progress_start(stdout, t->asked->quiet, &of);
+}
+
+static void announce(training *t)
 {
     const surrogate_training_info info = surrogate_training_inspect(t->own);
     const surrogate_settings *s = &t->settings->surrogate;
@@ -134,63 +129,35 @@ static void announce(const training *t)
         snprintf(ranks, sizeof ranks, "%d ranks of ", t->asked->ranks->count);
     }
     if (*info.modes) {
-        surrogate_progress_say(&t->progress, "%s", info.modes);
+        progress_say(&t->progress, "%s", info.modes);
     }
-    surrogate_progress_say(&t->progress,
-                           "%s: one-step model of %.4g ms, kind %s, %d states, %d inputs",
-                           t->settings->settings.name, 1e3 * s->step,
-                           surrogate_kind_names()[s->kind], m ? m->states : 0, m ? m->inputs : 0);
-    surrogate_progress_say(&t->progress, "%s", info.frame);
-    surrogate_progress_say(
-        &t->progress, "%zu parameters, %zu steps solved in %.2f s, %s%d thread%s -> %s",
-        info.parameters, info.solved, info.prepared, ranks, ad_pool_threads(t->pool),
-        ad_pool_threads(t->pool) == 1 ? "" : "s", t->folder.path);
+    progress_say(&t->progress, "%s: one-step model of %.4g ms, kind %s, %d states, %d inputs",
+                 t->settings->settings.name, 1e3 * s->step, surrogate_kind_names()[s->kind],
+                 m ? m->states : 0, m ? m->inputs : 0);
+    progress_say(&t->progress, "%s", info.frame);
+    progress_say(&t->progress, "%zu parameters, %zu steps solved in %.2f s, %s%d thread%s -> %s",
+                 info.parameters, info.solved, info.prepared, ranks, ad_pool_threads(t->pool),
+                 ad_pool_threads(t->pool) == 1 ? "" : "s", t->folder.path);
     if (t->asked->resume) {
-        surrogate_progress_say(&t->progress, "resumed at step %lld, %.1f s into the run",
-                               (long long)info.step, info.seconds);
+        progress_say(&t->progress, "resumed at step %lld, %.1f s into the run",
+                     (long long)info.step, info.seconds);
     }
 }
 
-static bool is_due(const training *t, int64_t step)
+static bool stepped(void *context)
 {
-    const train_settings *settings = &t->settings->settings;
-    return step % settings->checkpoint_every == 0 ||
-           train_seconds() - t->last_save > settings->checkpoint_seconds;
-}
-
-/* Whether to save now, by the clock of the first rank, and to stop, when any has caught a signal.
- */
-static bool decide(training *t)
-{
-    const surrogate_training_info info = surrogate_training_inspect(t->own);
-    const ad_ranks *ranks = t->asked->ranks;
-    t->signal = (int)ad_ranks_largest(ranks, signals_caught());
-    return info.done || t->signal ||
-           ad_ranks_largest(ranks, keeps_folder(t) && is_due(t, info.step)) > 0;
+    progress_step(&((training *)context)->progress);
+    return !signals_caught();
 }
 
 static ad_status train(training *t, ad_error *error)
 {
-    ad_status status = AD_OK;
     signals_catch();
-    t->last_save = train_seconds();
-    surrogate_progress_begin(&t->progress, &t->settings->settings, t->own);
-    while (status == AD_OK && !surrogate_training_inspect(t->own).done && !t->signal) {
-        status = surrogate_training_step(t->own, error);
-        if (status != AD_OK) {
-            break;
-        }
-        const bool due = decide(t);
-        if (keeps_folder(t)) {
-            status = run_append(&t->folder, surrogate_training_history(t->own), error);
-        }
-        if (status == AD_OK && due) {
-            status = save(t, error);
-        }
-        status = agreed(t, status, error);
-        surrogate_progress_step(&t->progress);
+    if (t->asked->watch) {
+        progress_watch(&t->progress);
     }
-    surrogate_progress_end(&t->progress);
+    ad_status status = session_train(&t->s, stepped, t, error);
+    progress_end(&t->progress);
     t->seconds = surrogate_training_inspect(t->own).seconds;
     return status;
 }
@@ -219,12 +186,12 @@ static void finish(training *t)
 {
     const surrogate_training_info info = surrogate_training_inspect(t->own);
     if (!t->asked->quiet) {
-        surrogate_progress_say(
-            &t->progress, "done: %lld steps in %.2f s%s%s, loss %.3e, held-out %.3e of that of %s",
-            (long long)info.step, t->seconds, *info.ended ? ": " : "", info.ended, info.loss,
-            info.held_out,
-            t->settings->surrogate.kind == SURROGATE_DDPINN ? "states that stay"
-                                                            : "the linear map");
+        progress_say(&t->progress,
+                     "done: %lld steps in %.2f s%s%s, loss %.3e, held-out %.3e of that of %s",
+                     (long long)info.step, t->seconds, *info.ended ? ": " : "", info.ended,
+                     info.loss, info.held_out,
+                     t->settings->surrogate.kind == SURROGATE_DDPINN ? "states that stay"
+                                                                     : "the linear map");
         eval_rollouts_print(stdout, &t->report);
         verdict_print(stdout, "", &t->verdict);
         printf("\n  %s\n  %s\n  %s\n\n  cpinn-eval %s --rollouts %d\n", t->folder.checkpoint,
@@ -236,12 +203,11 @@ static void finish(training *t)
 
 static void interrupted(training *t)
 {
-    t->verdict.signal = t->signal;
+    t->verdict.signal = (int)ad_ranks_largest(t->asked->ranks, signals_caught());
     verdict_add(&t->verdict, VERDICT_SIGNAL, "stopped at step %lld and saved; --resume goes on",
-                (long long)t->saved);
-    surrogate_progress_say(&t->progress,
-                           "stopped at step %lld and saved; --resume with --out %s goes on",
-                           (long long)t->saved, t->folder.path);
+                (long long)t->s.saved_step);
+    progress_say(&t->progress, "stopped at step %lld and saved; --resume with --out %s goes on",
+                 (long long)t->s.saved_step, t->folder.path);
 }
 
 /* ---- the whole ----------------------------------------------------------------------------- */
@@ -383,10 +349,10 @@ static ad_status go(training *t, bool *began, ad_error *error)
         status = surrogate_training_create(&t->settings->scene, &t->settings->surrogate,
                                            &t->settings->settings, t->pool, &t->own, error);
     }
-    status = status == AD_OK ? write_yaml(t, error) : status;
     status = status == AD_OK ? begin(t, error) : status;
     *began = status == AD_OK;
     if (status == AD_OK) {
+        start_progress(t);
         announce(t);
         status = train(t, error);
     }
@@ -398,21 +364,15 @@ static ad_status go(training *t, bool *began, ad_error *error)
     if (status == AD_OK) {
         finish(t);
     } else if (*began) {
-        surrogate_progress_say(&t->progress, "stopped; the checkpoint of step %lld is kept: %s",
-                               (long long)t->saved, t->folder.checkpoint);
+        progress_say(&t->progress, "stopped; the checkpoint of step %lld is kept: %s",
+                     (long long)t->s.saved_step, t->folder.checkpoint);
     }
     return status;
 }
 
 int train_surrogate(const train_surrogate_options *asked, config *settings)
 {
-    training t = {.asked = asked,
-                  .settings = settings,
-                  .progress = {.quiet = asked->quiet,
-                               .pictures = asked->watch,
-                               .note = settings->surrogate.kind == SURROGATE_DDPINN
-                                           ? "errors of steps, over those of states that stay"
-                                           : "errors of steps, over those of the linear map"}};
+    training t = {.asked = asked, .settings = settings};
     ad_error error = {AD_OK, ""};
     bool began = false;
     if (asked->explain) {
@@ -433,7 +393,6 @@ int train_surrogate(const train_surrogate_options *asked, config *settings)
     rollouts_free(&t.report);
     surrogate_training_free(t.own);
     ad_pool_free(t.pool);
-    free(t.yaml);
     config_free(settings);
     return verdict_exit_status(&t.verdict);
 }

@@ -1,6 +1,7 @@
 #include "tools/surrogate/rollouts_internal.h"
 
 #include "physics/solve/reduced.h"
+#include "physics/sort.h"
 #include "tools/surrogate/excite.h"
 #include "tools/surrogate/growth.h"
 
@@ -24,15 +25,9 @@ static double *truth_input(const excite_rollouts *x, int i, int k)
 
 /* ---- numbers ------------------------------------------------------------------------------- */
 
-static int compare(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 void rollouts_median_and_worst(size_t count, double *errors, double result[2])
 {
-    qsort(errors, count, sizeof *errors, compare);
+    sort_ascending(count, errors);
     result[ROLLOUTS_MEDIAN] = count ? errors[count / 2] : NAN;
     result[ROLLOUTS_WORST] = count ? errors[count - 1] : NAN;
 }
@@ -189,7 +184,7 @@ static ad_status over_time(rollouts_runner *x, const one_step *model, rollouts_r
         rollouts_median_and_worst(number, sorted, report->over_time[k]);
     }
     memcpy(sorted, each, (size_t)count * sizeof *each);
-    qsort(sorted, (size_t)count, sizeof *sorted, compare);
+    sort_ascending((size_t)count, sorted);
     for (int i = 0; i < count && !largest_first; i++) {
         typical = i;
         largest_first = each[i] == sorted[count / 2];

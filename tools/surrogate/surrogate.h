@@ -15,8 +15,8 @@
 #include "physics/solve/reduced.h"
 #include "tools/files/checkpoint.h"
 #include "tools/surrogate/decoupled.h"
-#include "tools/surrogate/settings.h"
 #include "tools/surrogate/surrogate_curve.h"
+#include "tools/surrogate/surrogate_settings.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -377,7 +377,9 @@ ad_status surrogate_training_step(surrogate_training *t, ad_error *error)
 surrogate_training_info surrogate_training_inspect(const surrogate_training *t)
 {
     surrogate_training_info info = t->info;
-    info.seconds = train_seconds() - t->began;
+    const double now = train_seconds();
+    info.seconds = now - t->began;
+    info.stage_seconds = info.done ? 0 : now - t->stage_began;
     return info;
 }
 

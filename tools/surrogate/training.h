@@ -32,6 +32,7 @@ typedef struct surrogate_training_info {
     size_t solved;         /* steps to learn from */
     double prepared;       /* s, of what comes before the first step */
     double seconds;        /* of training, what is resumed among it */
+    double stage_seconds;  /* of the stage at work, by this process */
     double loss, held_out; /* over that of the linear map alone; held out: of other rollouts */
     double linear;         /* median error of the linear map after one step, of the length */
     const char *ended;     /* why the last stage ended; "": it has not */

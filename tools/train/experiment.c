@@ -2,7 +2,7 @@
 
 #include "physics/solve/modes_model.h"
 #include "physics/support.h"
-#include "tools/train/measured.h"
+#include "tools/train/measured_terms.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -205,15 +205,15 @@ const char *experiment_text_item(const experiment *e)
     return e->is_lent ? "physics/text" : "scene/yaml";
 }
 
-char *experiment_text(const experiment *e)
+char *train_origin_text(const train_origin *origin)
 {
     char *text = NULL;
     size_t size = 0;
-    FILE *file = e->origin.write ? open_memstream(&text, &size) : NULL;
+    FILE *file = origin->write ? open_memstream(&text, &size) : NULL;
     if (!file) {
         return NULL;
     }
-    ad_status status = e->origin.write(e->origin.context, file);
+    ad_status status = origin->write(origin->context, file);
     if (fclose(file) != 0 || status != AD_OK) {
         free(text);
         return NULL;
@@ -390,7 +390,7 @@ static ad_status get_family(experiment *e, const checkpoint *file, ad_error *err
 void experiment_put(experiment *e, const double *parameters, checkpoint *file)
 {
     if (!e->text) {
-        e->text = experiment_text(e);
+        e->text = train_origin_text(&e->origin);
     }
     /* NULL is refused and remembered */
     checkpoint_put_text(file, experiment_text_item(e), e->text);

@@ -25,8 +25,8 @@
 #include "physics/problem.h"
 #include "physics/relay.h"
 #include "tools/files/checkpoint.h"
-#include "tools/train/settings.h"
 #include "tools/train/targets.h"
+#include "tools/train/train_settings.h"
 
 #include <stdio.h>
 
@@ -49,6 +49,9 @@ typedef struct train_origin {
                                               * `path` holds the text, has come to the stage? */
     void (*free)(void *context);
 } train_origin;
+
+/* What it writes, allocated; NULL when it cannot, or memory runs out. */
+char *train_origin_text(const train_origin *origin);
 
 typedef struct experiment {
     const struct scene *scene; /* these two belong to the origin */
@@ -116,9 +119,6 @@ ad_status experiment_refuse(const experiment *e, const char *key, const char *pr
 
 /* The item of a checkpoint that holds what the origin writes. */
 const char *experiment_text_item(const experiment *e);
-
-/* What the origin writes, allocated; NULL when it cannot, or memory runs out. */
-char *experiment_text(const experiment *e);
 
 #ifdef __cplusplus
 }

@@ -13,7 +13,7 @@
 #ifndef TOOLS_TRAIN_LINEAR_MODEL_H
 #define TOOLS_TRAIN_LINEAR_MODEL_H
 
-#include "tools/train/settings.h"
+#include "tools/train/train_settings.h"
 
 typedef struct linear_model linear_model;
 

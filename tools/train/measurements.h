@@ -6,7 +6,7 @@
 #define TOOLS_TRAIN_MEASUREMENTS_H
 
 #include "physics/solve/measured.h"
-#include "tools/train/settings.h"
+#include "tools/train/train_settings.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -1,6 +1,6 @@
 #include "tools/train/run_events.h"
 
-#include "tools/files/events.h"
+#include "tools/files/event_file.h"
 #include "tools/files/file_bytes.h"
 
 #include <dirent.h>

@@ -1,7 +1,7 @@
-/* The rows of history as event files of TensorBoard (tools/files/events.h) in the folder of a run:
- * events.out.tfevents.NUMBER.cpinn, of which NUMBER is the first row that the file has, counted
- * from 0 in ten digits. Every process that works on the run begins a file, and takes from those
- * before what the checkpoint does not know of; so no row is there twice. */
+/* The rows of history as event files of TensorBoard (tools/files/event_file.h) in the folder of a
+ * run: events.out.tfevents.NUMBER.cpinn, of which NUMBER is the first row that the file has,
+ * counted from 0 in ten digits. Every process that works on the run begins a file, and takes from
+ * those before what the checkpoint does not know of; so no row is there twice. */
 #ifndef TOOLS_TRAIN_RUN_EVENTS_H
 #define TOOLS_TRAIN_RUN_EVENTS_H
 

@@ -34,9 +34,46 @@ ad_status session_prepare_model(physics_model *m, train_settings *settings,
                    error);
 }
 
+/* ---- a trainer ----------------------------------------------------------------------------- */
+
+static int64_t inspect_trainer(const session *s, bool *running)
+{
+    const trainer_info info = trainer_inspect(s->trainer);
+    *running = info.state == TRAINER_RUNNING;
+    return info.step;
+}
+
+static ad_status step_trainer(session *s, ad_error *error)
+{
+    s->before = trainer_inspect(s->trainer);
+    return trainer_step(s->trainer, error);
+}
+
+static ad_status save_trainer(session *s, const char *path, ad_error *error)
+{
+    return trainer_save(s->trainer, path, s->e->settings->checkpoint_keep, error);
+}
+
+static ad_status restore_trainer(session *s, const checkpoint *file, ad_error *error)
+{
+    return trainer_restore(s->trainer, file, error);
+}
+
 ad_status session_start(session *s, ad_error *error)
 {
-    return trainer_create(s->e, s->problem, s->known, s->prepared, &s->trainer, error);
+    ad_status status = trainer_create(s->e, s->problem, s->known, s->prepared, &s->trainer, error);
+    if (status == AD_OK) {
+        s->of = (session_subject){.settings = s->e->settings,
+                                  .origin = &s->e->origin,
+                                  .pool = s->e->pool,
+                                  .text_item = experiment_text_item(s->e),
+                                  .rows = trainer_history(s->trainer),
+                                  .inspect = inspect_trainer,
+                                  .step = step_trainer,
+                                  .save = save_trainer,
+                                  .restore = restore_trainer};
+    }
+    return status;
 }
 
 void session_free(session *s)
@@ -52,34 +89,34 @@ void session_free(session *s)
 /* Of several ranks the first keeps the folder. */
 static bool keeps_folder(const session *s)
 {
-    return s->folder && ad_ranks_is_first(ad_pool_ranks(s->e->pool));
+    return s->folder && ad_ranks_is_first(ad_pool_ranks(s->of.pool));
 }
 
 static ad_status agreed(const session *s, ad_status status, ad_error *error)
 {
-    return ad_ranks_status(ad_pool_ranks(s->e->pool), status, error);
+    return ad_ranks_status(ad_pool_ranks(s->of.pool), status, error);
 }
 
 /* ---- runs ---------------------------------------------------------------------------------- */
 
 static ad_status save(session *s, ad_error *error)
 {
-    const train_settings *settings = s->e->settings;
+    bool running;
     const ad_status held = keeps_folder(s) ? run_check_held(s->folder, error) : AD_OK;
     const bool writes = keeps_folder(s) && held == AD_OK;
-    ad_status status = trainer_save(s->trainer, writes ? s->folder->checkpoint : NULL,
-                                    settings->checkpoint_keep, error); /* all ranks have a part */
+    ad_status status =
+        s->of.save(s, writes ? s->folder->checkpoint : NULL, error); /* by all ranks */
     s->last_save = train_seconds();
-    s->saved_step = trainer_inspect(s->trainer).step;
+    s->saved_step = s->of.inspect(s, &running);
     return held == AD_OK ? status : held;
 }
 
 static ad_status check_same(const session *s, const checkpoint *file, ad_error *error)
 {
-    const train_origin *origin = &s->e->origin;
+    const train_origin *origin = s->of.origin;
     const char *text;
     int64_t stage;
-    ad_status status = checkpoint_get_text(file, experiment_text_item(s->e), &text, error);
+    ad_status status = checkpoint_get_text(file, s->of.text_item, &text, error);
     if (status == AD_OK) {
         status = checkpoint_get_int64(file, "training/stage", &stage, 1, error);
     }
@@ -88,7 +125,7 @@ static ad_status check_same(const session *s, const checkpoint *file, ad_error *
                : status;
 }
 
-static ad_status restore(session *s, ad_error *error)
+static ad_status resume_run(session *s, ad_error *error)
 {
     checkpoint *file;
     ad_status status = checkpoint_open(s->folder->checkpoint, &file, error);
@@ -97,7 +134,7 @@ static ad_status restore(session *s, ad_error *error)
     }
     status = check_same(s, file, error);
     if (status == AD_OK) {
-        status = trainer_restore(s->trainer, file, error);
+        status = s->of.restore(s, file, error);
     }
     checkpoint_free(file);
     return status;
@@ -120,10 +157,9 @@ static ad_status enter_folder(run_folder *folder, bool resume, ad_error *error)
 
 static ad_status begin_files(session *s, ad_error *error)
 {
-    char *text = experiment_text(s->e);
+    char *text = train_origin_text(s->of.origin);
     ad_status status =
-        text ? run_begin(s->folder, text, trainer_history(s->trainer),
-                         s->e->settings->output_tensorboard, error)
+        text ? run_begin(s->folder, text, s->of.rows, s->of.settings->output_tensorboard, error)
              : ad_fail(error, AD_NO_MEMORY, "out of memory for %s", s->folder->config);
     free(text);
     return status;
@@ -135,7 +171,7 @@ ad_status session_begin(session *s, run_folder *folder, bool resume, ad_error *e
     ad_status status = keeps_folder(s) ? enter_folder(folder, resume, error) : AD_OK;
     status = agreed(s, status, error);
     if (status == AD_OK && resume) {
-        status = restore(s, error);
+        status = resume_run(s, error);
     }
     if (status == AD_OK && !resume) {
         status = save(s, error);
@@ -146,11 +182,10 @@ ad_status session_begin(session *s, run_folder *folder, bool resume, ad_error *e
     return agreed(s, status, error);
 }
 
-static bool save_is_due(const session *s)
+static bool save_is_due(const session *s, int64_t step)
 {
-    const train_settings *settings = s->e->settings;
-    return trainer_inspect(s->trainer).step % settings->checkpoint_every == 0 ||
-           train_seconds() - s->last_save > settings->checkpoint_seconds;
+    return step % s->of.settings->checkpoint_every == 0 ||
+           train_seconds() - s->last_save > s->of.settings->checkpoint_seconds;
 }
 
 /* After a step: whether to save now, by the clock of the first rank, and to stop, when any rank
@@ -159,13 +194,15 @@ static ad_status decide(const session *s, ad_status status, bool *due, bool *sto
                         ad_error *error)
 {
     enum { GO_ON, SAVE, STOP, FAILED };
-    const int wanted = status != AD_OK                     ? FAILED + (int)status
-                       : *stopped                          ? STOP
-                       : keeps_folder(s) && save_is_due(s) ? SAVE
-                                                           : GO_ON;
-    const int now = (int)ad_ranks_largest(ad_pool_ranks(s->e->pool), wanted);
+    bool running;
+    const int64_t step = s->of.inspect(s, &running);
+    const int wanted = status != AD_OK                           ? FAILED + (int)status
+                       : *stopped                                ? STOP
+                       : keeps_folder(s) && save_is_due(s, step) ? SAVE
+                                                                 : GO_ON;
+    const int now = (int)ad_ranks_largest(ad_pool_ranks(s->of.pool), wanted);
     *stopped = now == STOP;
-    *due = now != GO_ON || trainer_inspect(s->trainer).state == TRAINER_DONE;
+    *due = now != GO_ON || !running;
     return status != AD_OK || now < FAILED
                ? status
                : ad_fail(error, (ad_status)(now - FAILED), "rank 0 could not keep the run");
@@ -173,20 +210,18 @@ static ad_status decide(const session *s, ad_status status, bool *due, bool *sto
 
 ad_status session_train(session *s, session_stepped stepped, void *context, ad_error *error)
 {
-    bool stopped = false;
+    bool stopped = false, running, due;
     s->last_save = train_seconds();
-    s->saved_step = trainer_inspect(s->trainer).step;
-    while (trainer_inspect(s->trainer).state == TRAINER_RUNNING && !stopped) {
-        const trainer_info before = trainer_inspect(s->trainer);
-        ad_status status = trainer_step(s->trainer, error);
+    s->saved_step = s->of.inspect(s, &running);
+    while (running && !stopped) {
+        ad_status status = s->of.step(s, error);
         if (status != AD_OK) {
             return status;
         }
-        stopped = stepped && !stepped(context, &before);
+        stopped = stepped && !stepped(context);
         if (keeps_folder(s)) {
-            status = run_append(s->folder, trainer_history(s->trainer), error);
+            status = run_append(s->folder, s->of.rows, error);
         }
-        bool due;
         status = decide(s, status, &due, &stopped, error);
         if (status == AD_OK && s->folder && due) {
             status = agreed(s, save(s, error), error);
@@ -194,6 +229,7 @@ ad_status session_train(session *s, session_stepped stepped, void *context, ad_e
         if (status != AD_OK) {
             return status;
         }
+        s->of.inspect(s, &running);
     }
     return AD_OK;
 }

@@ -9,17 +9,35 @@
 extern "C" {
 #endif
 
-typedef struct session {
+typedef struct session session;
+
+/* What is trained, step by step: a trainer, or a model of another kind. All is borrowed. */
+typedef struct session_subject {
+    const train_settings *settings;
+    const train_origin *origin;
+    ad_pool *pool;         /* whose ranks share the work */
+    const char *text_item; /* of a checkpoint: what `origin` wrote */
+    const history *rows;
+    void *context;
+    int64_t (*inspect)(const session *s, bool *running); /* how many steps have been done */
+    ad_status (*step)(session *s, ad_error *error);
+    ad_status (*save)(session *s, const char *path, ad_error *error); /* NULL: only computes */
+    ad_status (*restore)(session *s, const checkpoint *file, ad_error *error);
+} session_subject;
+
+struct session {
     experiment *e;
     struct problem *problem;
     reference *known;        /* NULL: the scene names none */
     struct trainer *trainer; /* NULL: not started */
     double prepared;         /* s, of wall time that recording and compiling took */
+    trainer_info before;     /* of the trainer, before its last step */
 
+    session_subject of; /* of session_start, or the caller's in a session that is 0 but for it */
     run_folder *folder; /* lent by session_begin; NULL: the run is in memory alone */
     double last_save;
     int64_t saved_step;
-} session;
+};
 
 /* Everything but the trainer; arguments as for experiment_create. Also after a failure
  * session_free is for the caller. */
@@ -40,17 +58,17 @@ void session_free(session *s);
  * first one alone writes. */
 
 /* Keep the run in a folder that has got its names by run_name. A new one is made and gets its first
- * checkpoint, so that whatever a killed process leaves can be resumed; `resume`: the trainer goes
+ * checkpoint, so that whatever a killed process leaves can be resumed; `resume`: training goes
  * on where the checkpoint in it ends. AD_BAD_INPUT: there is a run already; or what is to be
  * resumed is another one. */
 ad_status session_begin(session *s, run_folder *folder, bool resume, ad_error *error);
 
-/* After each step, with the trainer's state before it. False: stop after this step. */
-typedef bool (*session_stepped)(void *context, const trainer_info *before);
+/* After each step. False: stop after this step. */
+typedef bool (*session_stepped)(void *context);
 
 /* Step by step until training is over or `stepped` (may be NULL) wants to stop, with rows of
- * history and checkpoints on the way and at the end. Afterwards the trainer's state is RUNNING if
- * it was stopped. Errors are those of trainer_step, and of files. */
+ * history and checkpoints on the way and at the end. Afterwards what is trained is still running if
+ * it was stopped. Errors are those of its step, and of files. */
 ad_status session_train(session *s, session_stepped stepped, void *context, ad_error *error);
 
 #ifdef __cplusplus

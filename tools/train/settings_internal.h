@@ -2,7 +2,7 @@
 #ifndef TOOLS_TRAIN_SETTINGS_INTERNAL_H
 #define TOOLS_TRAIN_SETTINGS_INTERNAL_H
 
-#include "tools/train/settings.h"
+#include "tools/train/train_settings.h"
 
 /* Name `field` in key, and the rest of the line in error; returns AD_BAD_INPUT. */
 ad_status train_refuse(char key[TRAIN_KEY_MAX], const char *field, ad_error *error,

@@ -18,8 +18,8 @@
 #define TOOLS_TRAIN_TRAINER_H
 
 #include "physics/verdict.h"
-#include "tools/train/balance.h"
 #include "tools/train/history.h"
+#include "tools/train/learnt_balance.h"
 #include "tools/train/reference.h"
 #include "tools/train/witness.h"
 
@@ -50,9 +50,9 @@ typedef struct trainer_info {
     double row_seconds;  /* of it, in this process: spent on rows of the history */
     double loss;         /* weighted; at the last evaluation */
     double gradient_norm;
-    double learning_rate;    /* or what the optimiser has for one, see tools/train/optimizer.h */
-    double stage_seconds;    /* wall time of the stage at work so far */
-    double held_out;         /* at the last row of the history */
+    double learning_rate; /* or what the optimiser has for one, see tools/train/stage_optimizer.h */
+    double stage_seconds; /* wall time of the stage at work so far */
+    double held_out;      /* at the last row of the history */
     reference_errors errors; /* of a family in the strain form the position is members.median */
     targets_errors members;  /* of such a family, else NaN */
     int64_t evaluations;     /* of the loss in this process */

@@ -4,7 +4,7 @@
 #define TOOLS_TRAIN_TRAINER_INTERNAL_H
 
 #include "optim/continuation.h"
-#include "tools/train/optimizer.h"
+#include "tools/train/stage_optimizer.h"
 #include "tools/train/trainer.h"
 
 struct trainer {

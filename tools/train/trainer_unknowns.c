@@ -1,7 +1,7 @@
 #include "tools/train/trainer_unknowns.h"
 
 #include "autodiff/dense.h"
-#include "tools/train/measured.h"
+#include "tools/train/measured_terms.h"
 #include "tools/train/trainer_internal.h"
 
 #include <math.h>

@@ -1,7 +1,7 @@
 /* What a trained network leaves out of balance, and how far it is off, by the equations of the
  * classical solvers. */
-#ifndef TOOLS_TRAIN_BALANCE_H
-#define TOOLS_TRAIN_BALANCE_H
+#ifndef TOOLS_TRAIN_LEARNT_BALANCE_H
+#define TOOLS_TRAIN_LEARNT_BALANCE_H
 
 #include "tools/train/experiment.h"
 

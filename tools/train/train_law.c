@@ -1,4 +1,4 @@
-#include "tools/train/law.h"
+#include "tools/train/train_law.h"
 
 #include "autodiff/dense.h"
 #include "nn/rng.h"

@@ -1,7 +1,7 @@
 /* The optimiser of a stage of training: one of optim/optimizer.h with the settings of the stage,
  * and for Gauss-Newton the linear model of the problem. */
-#ifndef TOOLS_TRAIN_OPTIMIZER_H
-#define TOOLS_TRAIN_OPTIMIZER_H
+#ifndef TOOLS_TRAIN_STAGE_OPTIMIZER_H
+#define TOOLS_TRAIN_STAGE_OPTIMIZER_H
 
 #include "autodiff/ad.h"
 #include "tools/train/linear_model.h"

@@ -1,6 +1,6 @@
 /* How thick a rod is, for pictures. */
-#ifndef TOOLS_PROGRAMS_SECTION_H
-#define TOOLS_PROGRAMS_SECTION_H
+#ifndef TOOLS_PROGRAMS_SECTION_SIZE_H
+#define TOOLS_PROGRAMS_SECTION_SIZE_H
 
 #include "physics/scene.h"
 #include "tools/files/table_file.h"

@@ -1,10 +1,10 @@
 /* Measured data as terms of the loss: a file of rows, one for each place, with columns as
  * cpinn-eval names them. The terms are "data0_position" and so on, by the list of the settings. */
-#ifndef TOOLS_TRAIN_MEASURED_H
-#define TOOLS_TRAIN_MEASURED_H
+#ifndef TOOLS_TRAIN_MEASURED_TERMS_H
+#define TOOLS_TRAIN_MEASURED_TERMS_H
 
 #include "physics/model.h"
-#include "tools/train/settings.h"
+#include "tools/train/train_settings.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -1,9 +1,9 @@
 /* The section `surrogate` of a scene: a one-step model of the robot, the state of its reduced rod a
  * sampling step later. What is left open is filled in by surrogate_settings_resolve. */
-#ifndef SURROGATE_SETTINGS_H
-#define SURROGATE_SETTINGS_H
+#ifndef SURROGATE_SURROGATE_SETTINGS_H
+#define SURROGATE_SURROGATE_SETTINGS_H
 
-#include "tools/train/settings.h"
+#include "tools/train/train_settings.h"
 
 #ifdef __cplusplus
 extern "C" {

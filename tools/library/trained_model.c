@@ -60,9 +60,10 @@ static ad_status hand_over(cpinn_model *made, ad_status status, cpinn_model **mo
 
 /* ---- training ------------------------------------------------------------------------------ */
 
-static bool report_step(void *context, const trainer_info *before)
+static bool report_step(void *context)
 {
     const cpinn_model *model = context;
+    const trainer_info *before = &model->s.before;
     const trainer_info now = trainer_inspect(model->s.trainer);
     const cpinn_progress progress = {.step = now.step,
                                      .window = before->window + 1,

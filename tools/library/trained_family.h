@@ -1,7 +1,7 @@
 /* What a family is made of: a scene with open parameters, its solver of members, and whatever says
  * what members look like. */
-#ifndef TOOLS_LIBRARY_FAMILY_H
-#define TOOLS_LIBRARY_FAMILY_H
+#ifndef TOOLS_LIBRARY_TRAINED_FAMILY_H
+#define TOOLS_LIBRARY_TRAINED_FAMILY_H
 
 #include "tools/library/cpinn.h"
 #include "tools/train/experiment.h"
@@ -38,6 +38,9 @@ ad_pool *cpinn_family_pool(const cpinn_family *x); /* with its ranks; of the fam
 size_t cpinn_family_points(const cpinn_family *x);
 const double *cpinn_family_s(const cpinn_family *x);
 const double *cpinn_family_t(const cpinn_family *x); /* NULL at rest */
+
+/* Largest distance of two shapes [points][columns], m; NaN: one of them has no number. */
+double cpinn_family_distance(const cpinn_family *x, const double *a, const double *b);
 
 /* Of some members those by solution_create whose numbers are which [count]: parameters, values
  * [members][points][columns]; of `answers` [members] the reason is kept where the solver has no

@@ -1,4 +1,4 @@
-#include "tools/surrogate/settings.h"
+#include "tools/surrogate/surrogate_settings.h"
 
 #include "physics/support.h"
 #include "tools/surrogate/surrogate_step.h"

@@ -1,10 +1,10 @@
 /* The section `control` of a scene: what a robot is to do, what is measured of it, and with which
  * model it is filtered and controlled. Numbers that are not given are NaN, texts NULL. */
-#ifndef CONTROL_SETTINGS_H
-#define CONTROL_SETTINGS_H
+#ifndef CONTROL_CONTROL_SETTINGS_H
+#define CONTROL_CONTROL_SETTINGS_H
 
 #include "tools/control/look.h"
-#include "tools/surrogate/settings.h"
+#include "tools/surrogate/surrogate_settings.h"
 
 #ifdef __cplusplus
 extern "C" {

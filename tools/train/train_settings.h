@@ -5,8 +5,8 @@
  * in by the rules that were measured to be best. A program fills in what it wants to choose in
  * between. Fields are named in messages by their keys in a scene file, as "losses.interior.points".
  */
-#ifndef TOOLS_TRAIN_SETTINGS_H
-#define TOOLS_TRAIN_SETTINGS_H
+#ifndef TOOLS_TRAIN_TRAIN_SETTINGS_H
+#define TOOLS_TRAIN_TRAIN_SETTINGS_H
 
 #include "nn/nn.h"
 #include "optim/optimizer.h"
@@ -92,7 +92,7 @@ const char *const *train_quantity_names(void);
 
 enum { TRAIN_DATA_MAX = 8 };
 
-/* A file of measurements (tools/train/measured.h). */
+/* A file of measurements (tools/train/measured_terms.h). */
 typedef struct train_data {
     const char *file;
     train_quantity quantity; /* TRAIN_OPEN: not given */

@@ -1,5 +1,5 @@
 /* Answers for members of a family: the network's, polished, with their errors, or the solver's. */
-#include "tools/library/family.h"
+#include "tools/library/trained_family.h"
 
 #include "autodiff/host.h"
 #include "physics/solve/solve.h"
@@ -382,19 +382,19 @@ static bool any_outside(const cpinn_family *x, const double *parameters)
 
 /* ---- the network's answers ----------------------------------------------------------------- */
 
-/* Largest distance of two shapes, m. */
-static double distance(const cpinn_family *x, const double *a, const double *b)
+double cpinn_family_distance(const cpinn_family *x, const double *a, const double *b)
 {
+    const int rows = scene_physics_of(&x->open)->position_columns;
     double largest = 0;
     for (size_t i = 0; i < x->points; i++) {
         double square = 0;
-        for (int c = 0; c < 3; c++) {
+        for (int c = 0; c < rows; c++) {
             const double off =
                 a[i * (size_t)x->columns + (size_t)c] - b[i * (size_t)x->columns + (size_t)c];
             square += off * off;
         }
         const double off = sqrt(square);
-        largest = off <= largest ? largest : off;
+        largest = off <= largest || isnan(largest) ? largest : off;
     }
     return largest;
 }
@@ -419,7 +419,7 @@ static ad_status answer_plain(cpinn_family *x, size_t members, const double *par
                                       NULL, x->refined, error);
     }
     for (size_t i = 0; i < members && status == AD_OK; i++) {
-        const double off = distance(x, values + i * width, x->values + i * width);
+        const double off = cpinn_family_distance(x, values + i * width, x->values + i * width);
         answers[i] = answer_of(&x->refined[i]);
         answers[i].error = off + x->refined[i].left;
         answers[i].network_error = answers[i].error;

@@ -1,4 +1,5 @@
 /* How many modes a one-step model's rod needs. */
+#include "physics/sort.h"
 #include "tools/surrogate/surrogate.h"
 #include "tools/surrogate/training_internal.h"
 
@@ -53,12 +54,6 @@ static ad_status roll(const scene *open, const surrogate_settings *settings, con
     return status;
 }
 
-static int compare(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Median distance over the length. */
 static double distance(const double *a, const double *b, double length)
 {
@@ -72,8 +67,7 @@ static double distance(const double *a, const double *b, double length)
         all[count] = sqrt(square) / length;
         count += !isnan(square);
     }
-    qsort(all, count, sizeof *all, compare);
-    return count > 0 ? all[count / 2] : NAN;
+    return count > 0 ? sort_median(count, all) : NAN;
 }
 
 ad_status surrogate_choose_modes(const scene *open, surrogate_settings *settings, ad_pool *pool,

@@ -1,4 +1,4 @@
-#include "tools/programs/section.h"
+#include "tools/programs/section_size.h"
 
 #include "tools/files/shapes_vtk.h"
 

@@ -16,9 +16,10 @@
  * further off than one and a half times what is said to be left and 1e-5 mm; `said/off` the
  * quotient of what is said to be left and what is, of those trusted and less than 5 and more than
  * 1e-3 mm off. */
-#include "physics/solve/members.h"
 #include "nn/rng.h"
+#include "physics/solve/members.h"
 #include "physics/solve/solve.h"
+#include "physics/sort.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -90,12 +91,6 @@ static void draw(nn_rng *random, double tip, bool loaded, double *member)
     member[8] = loaded ? exp2(random_number(random, -1, 1)) : 1;
 }
 
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Largest distance of a shape from that of the other solver, m; NaN: it has none. */
 static double compare(const scene *open, const double *member, const double *s,
                       const double *values, bool *warned)
@@ -160,7 +155,7 @@ static int run(const char *name, const scene *robot, double tip, bool loaded, si
         fprintf(stderr, "members: %s\n", error.message);
         return 2;
     }
-    qsort(seconds, ROUNDS, sizeof *seconds, ascending);
+    sort_ascending(ROUNDS, seconds);
     for (size_t i = 0; i < count; i++) {
         unsolved += !results[i].solved;
         steps += results[i].steps;
@@ -181,7 +176,7 @@ static int run(const char *name, const scene *robot, double tip, bool loaded, si
             }
         }
     }
-    qsort(errors, known, sizeof *errors, ascending);
+    sort_ascending(known, errors);
     printf("%-8s %8.1f %7.1f %12zu %10zu", name, 1e6 * seconds[ROUNDS / 2] / (double)count,
            (double)steps / (double)count, unsolved, known);
     if (known > 0) {
@@ -254,7 +249,7 @@ static double time_of(const answering *of, int steps, double *values, double *re
         }
         seconds[i] = cpu_seconds() - start;
     }
-    qsort(seconds, ROUNDS, sizeof *seconds, ascending);
+    sort_ascending(ROUNDS, seconds);
     return 1e6 * seconds[ROUNDS / 2] / (double)of->count;
 }
 
@@ -278,8 +273,8 @@ static void print_answers(const answering *of, int steps)
             ratio[said++] = left / is;
         }
     }
-    qsort(off, trusted, sizeof *off, ascending);
-    qsort(ratio, said, sizeof *ratio, ascending);
+    sort_ascending(trusted, off);
+    sort_ascending(said, ratio);
     printf("%-8d %8.2f %12zu %7zu", steps, time, known - trusted, wrong);
     if (trusted > 0) {
         printf(" %9.1e %9.1e %9.1e", 1e3 * off[trusted / 2], 1e3 * off[trusted * 95 / 100],

@@ -1,7 +1,7 @@
 /* The ranks of a program that mpirun or srun has started as several processes, by MPI. A program
  * that is started alone never touches MPI. */
-#ifndef TOOLS_PROGRAMS_RANKS_H
-#define TOOLS_PROGRAMS_RANKS_H
+#ifndef TOOLS_PROGRAMS_PROGRAM_RANKS_H
+#define TOOLS_PROGRAMS_PROGRAM_RANKS_H
 
 #include "autodiff/ranks.h"
 

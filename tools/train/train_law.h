@@ -1,7 +1,7 @@
 /* Learning the constitutive law of a section (physics/scene_law.h) from measured or computed
  * strains with their forces and moments, by Levenberg-Marquardt on the tape; and its file. */
-#ifndef TOOLS_TRAIN_LAW_H
-#define TOOLS_TRAIN_LAW_H
+#ifndef TOOLS_TRAIN_TRAIN_LAW_H
+#define TOOLS_TRAIN_TRAIN_LAW_H
 
 #include "physics/scene_law.h"
 

@@ -1,4 +1,4 @@
-#include "tools/control/settings.h"
+#include "tools/control/control_settings.h"
 
 #include "physics/support.h"
 

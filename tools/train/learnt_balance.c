@@ -1,4 +1,4 @@
-#include "tools/train/balance.h"
+#include "tools/train/learnt_balance.h"
 
 #include "physics/solve/error_estimate.h"
 #include "physics/solve/motion_balance.h"

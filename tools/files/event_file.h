@@ -10,8 +10,8 @@
  *     simple_value 2 float}
  * Two records begin a file: the version "brain.Event:2", and the start of a session, from whose
  * step on TensorBoard forgets what it has read before. */
-#ifndef TOOLS_FILES_EVENTS_H
-#define TOOLS_FILES_EVENTS_H
+#ifndef TOOLS_FILES_EVENT_FILE_H
+#define TOOLS_FILES_EVENT_FILE_H
 
 #include <stdbool.h>
 #include <stddef.h>

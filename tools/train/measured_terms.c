@@ -1,4 +1,4 @@
-#include "tools/train/measured.h"
+#include "tools/train/measured_terms.h"
 
 #include "tools/train/measurements.h"
 

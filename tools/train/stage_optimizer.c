@@ -1,4 +1,4 @@
-#include "tools/train/optimizer.h"
+#include "tools/train/stage_optimizer.h"
 
 #include "autodiff/dense.h"
 

@@ -1,4 +1,4 @@
-#include "tools/train/settings.h"
+#include "tools/train/train_settings.h"
 
 #include <math.h>
 

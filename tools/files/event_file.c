@@ -1,4 +1,4 @@
-#include "tools/files/events.h"
+#include "tools/files/event_file.h"
 
 #include <math.h>
 #include <string.h>
