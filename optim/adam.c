@@ -36,8 +36,9 @@ const char *optim_adam_check(const optim_adam_settings *settings)
     return optim_schedule_check(&settings->schedule);
 }
 
-void optim_adam_free(optim_adam *adam)
+static void release(void *own)
 {
+    optim_adam *adam = own;
     if (adam) {
         free(adam->room);
         free(adam);
@@ -56,17 +57,15 @@ static optim_adam *allocate(size_t count)
                                 {&adam->gradient, 1, count}, {&adam->next_x, 1, count}};
     adam->room = optim_room_create(sizeof parts / sizeof *parts, parts);
     if (!adam->room) {
-        optim_adam_free(adam);
+        release(adam);
         return NULL;
     }
     return adam;
 }
 
-optim_adam *optim_adam_create(size_t count, const double *x, const optim_adam_settings *settings,
-                              const char **why)
+optim_adam *optim_adam_create(size_t count, const double *x, const optim_adam_settings *settings)
 {
-    const char *problem = optim_check_start(optim_adam_check(settings), count, x);
-    optim_adam *adam = problem ? NULL : allocate(count);
+    optim_adam *adam = allocate(count);
     if (adam) {
         adam->settings = *settings;
         memcpy(adam->x, x, count * sizeof *x);
@@ -74,9 +73,6 @@ optim_adam *optim_adam_create(size_t count, const double *x, const optim_adam_se
         adam->scalar[OPTIM_ADAM_VALUE] = INFINITY;
         adam->scalar[OPTIM_ADAM_GRADIENT_NORM] = INFINITY;
         adam->scalar[OPTIM_ADAM_BEST_VALUE] = INFINITY;
-    }
-    if (why) {
-        *why = problem || adam ? problem : "out of memory";
     }
     return adam;
 }
@@ -142,14 +138,14 @@ static const char *check_scalars(const optim_adam *adam)
     return NULL;
 }
 
-optim_status optim_adam_evaluate(optim_adam *adam, optim_objective objective, void *context)
+optim_status optim_adam_evaluate(optim_adam *adam, const optim_target *target)
 {
     if (check_scalars(adam)) {
         return OPTIM_BAD_STATE;
     }
     const optim_evaluator evaluator = {adam->count,
-                                       objective,
-                                       context,
+                                       target->objective,
+                                       target->context,
                                        &adam->scalar[OPTIM_ADAM_EVALUATIONS],
                                        &adam->scalar[OPTIM_ADAM_BEST_VALUE],
                                        adam->best_x};
@@ -172,40 +168,55 @@ double optim_adam_clip(const optim_adam *adam)
     return most > 0 && norm > most ? most / norm : 1;
 }
 
-optim_status optim_adam_step(optim_adam *adam, optim_objective objective, void *context)
+/* ---- the method ---- */
+
+static const char *check(const optim_settings *settings)
 {
-    const optim_status status = optim_adam_evaluate(adam, objective, context);
-    return status == OPTIM_RUNNING ? update(adam) : status;
+    return optim_adam_check(&settings->adam);
 }
 
-void optim_adam_objective_changed(optim_adam *adam)
+static void *create(size_t count, const double *x, const optim_settings *settings)
 {
+    return optim_adam_create(count, x, &settings->adam);
+}
+
+static optim_status step(void *own, const optim_target *target)
+{
+    const optim_status status = optim_adam_evaluate(own, target);
+    return status == OPTIM_RUNNING ? update(own) : status;
+}
+
+static void objective_changed(void *own)
+{
+    optim_adam *adam = own;
     adam->scalar[OPTIM_ADAM_BEST_VALUE] = INFINITY;
     memcpy(adam->best_x, adam->x, adam->count * sizeof *adam->x);
 }
 
-const double *optim_adam_x(const optim_adam *adam)
+static const double *current_x(const void *own)
 {
-    return adam->x;
+    return ((const optim_adam *)own)->x;
 }
 
-const double *optim_adam_best_x(const optim_adam *adam)
+static const double *best_x(const void *own)
 {
-    return adam->best_x;
+    return ((const optim_adam *)own)->best_x;
 }
 
-optim_adam_info optim_adam_get_info(const optim_adam *adam)
+static optim_info inspect(const void *own)
 {
-    return (optim_adam_info){.steps = (int64_t)adam->scalar[OPTIM_ADAM_STEPS],
-                             .evaluations = (int64_t)adam->scalar[OPTIM_ADAM_EVALUATIONS],
-                             .value = adam->scalar[OPTIM_ADAM_VALUE],
-                             .gradient_norm = adam->scalar[OPTIM_ADAM_GRADIENT_NORM],
-                             .learning_rate = adam->scalar[OPTIM_ADAM_LEARNING_RATE],
-                             .best_value = adam->scalar[OPTIM_ADAM_BEST_VALUE]};
+    const double *scalar = ((const optim_adam *)own)->scalar;
+    return (optim_info){.steps = (int64_t)scalar[OPTIM_ADAM_STEPS],
+                        .evaluations = (int64_t)scalar[OPTIM_ADAM_EVALUATIONS],
+                        .value = scalar[OPTIM_ADAM_VALUE],
+                        .gradient_norm = scalar[OPTIM_ADAM_GRADIENT_NORM],
+                        .rate = scalar[OPTIM_ADAM_LEARNING_RATE],
+                        .best_value = scalar[OPTIM_ADAM_BEST_VALUE]};
 }
 
-int optim_adam_state(optim_adam *adam, optim_array *arrays, int capacity)
+static int state(void *own, optim_array *arrays, int capacity)
 {
+    optim_adam *adam = own;
     const optim_array rows[] = {
         {"x", adam->x, adam->count},
         {"mean", adam->mean, adam->count},
@@ -216,8 +227,9 @@ int optim_adam_state(optim_adam *adam, optim_array *arrays, int capacity)
     return optim_copy_rows(arrays, capacity, rows, (int)(sizeof rows / sizeof rows[0]));
 }
 
-const char *optim_adam_state_check(const optim_adam *adam)
+static const char *state_check(const void *own)
 {
+    const optim_adam *adam = own;
     if (!optim_all_finite(adam->count, adam->x)) {
         return "x holds a number that is not finite";
     }
@@ -234,3 +246,16 @@ const char *optim_adam_state_check(const optim_adam *adam)
     }
     return check_scalars(adam);
 }
+
+const optim_kind optim_adam_kind = {.create = create,
+                                    .free = release,
+                                    .step = step,
+                                    .objective_changed = objective_changed,
+                                    .x = current_x,
+                                    .best_x = best_x,
+                                    .inspect = inspect,
+                                    .state = state,
+                                    .state_check = state_check,
+                                    .check = check,
+                                    .advice =
+                                        "a smaller learning_rate, or clip_norm or warmup_steps"};

@@ -230,11 +230,14 @@ static optim_status iterate(optim_descent *d, const optim_evaluator *evaluator)
     return result == OPTIM_LINE_NO_FINITE ? OPTIM_NO_FINITE_STEP : OPTIM_LINE_SEARCH_FAILED;
 }
 
-optim_status optim_descent_step(optim_descent *d, optim_objective objective, void *context)
+optim_status optim_descent_step(optim_descent *d, const optim_target *target)
 {
-    const optim_evaluator evaluator = {
-        d->count, objective, context, &d->scalar[OPTIM_EVALUATIONS], &d->scalar[OPTIM_BEST_VALUE],
-        d->best_x};
+    const optim_evaluator evaluator = {d->count,
+                                       target->objective,
+                                       target->context,
+                                       &d->scalar[OPTIM_EVALUATIONS],
+                                       &d->scalar[OPTIM_BEST_VALUE],
+                                       d->best_x};
     if (d->scalar[OPTIM_EVALUATED] == 0) {
         double value = 0;
         const optim_status status = optim_evaluate(&evaluator, d->x, &value, d->gradient);
@@ -252,12 +255,18 @@ optim_status optim_descent_step(optim_descent *d, optim_objective objective, voi
 
 /* ---- looking ---- */
 
-optim_descent_info optim_descent_get_info(const optim_descent *d)
+const double *optim_descent_x(const void *own)
 {
+    return ((const optim_descent *)own)->x;
+}
+
+optim_info optim_descent_inspect(const void *own)
+{
+    const optim_descent *d = own;
     const double *scalar = d->scalar;
     const int evaluated = scalar[OPTIM_EVALUATED] > 0;
-    return (optim_descent_info){
-        .iterations = (int64_t)scalar[OPTIM_ITERATIONS],
+    return (optim_info){
+        .steps = (int64_t)scalar[OPTIM_ITERATIONS],
         .evaluations = (int64_t)scalar[OPTIM_EVALUATIONS],
         .pairs = (int64_t)scalar[OPTIM_PAIRS],
         .skipped = (int64_t)scalar[OPTIM_SKIPPED],
@@ -265,7 +274,7 @@ optim_descent_info optim_descent_get_info(const optim_descent *d)
         .value = scalar[OPTIM_VALUE],
         .gradient_max = evaluated ? optim_max_abs(d->count, d->gradient) : INFINITY,
         .gradient_norm = evaluated ? sqrt(optim_dot(d->count, d->gradient, d->gradient)) : INFINITY,
-        .step = scalar[OPTIM_STEP],
+        .rate = scalar[OPTIM_STEP],
         .best_value = scalar[OPTIM_BEST_VALUE]};
 }
 

@@ -49,7 +49,7 @@ static const double PROMISING = 0.5;
 /* Damping of which a step hardly takes notice, in its units. */
 static const double HARDLY_DAMPED = 1e-12;
 
-struct optim_gauss_newton {
+typedef struct optim_gauss_newton {
     optim_gauss_newton_settings settings;
     size_t count;
     double *x;             /* [count] */
@@ -66,7 +66,7 @@ struct optim_gauss_newton {
     double damped;        /* what the step was computed with */
     double gradient_norm; /* |2 J^T r| at the last model; not part of the state */
     double scalar[SCALAR_COUNT];
-};
+} optim_gauss_newton;
 
 optim_gauss_newton_settings optim_gauss_newton_defaults(void)
 {
@@ -103,8 +103,9 @@ const char *optim_gauss_newton_check(const optim_gauss_newton_settings *settings
                                   settings->step_tolerance);
 }
 
-void optim_gauss_newton_free(optim_gauss_newton *gn)
+static void release(void *own)
 {
+    optim_gauss_newton *gn = own;
     if (gn) {
         free(gn->room);
         free(gn);
@@ -127,35 +128,35 @@ static optim_gauss_newton *allocate(size_t count)
                                 {&gn->anchor_before, 1, count}};
     gn->room = optim_room_create(sizeof parts / sizeof *parts, parts);
     if (!gn->room) {
-        optim_gauss_newton_free(gn);
+        release(gn);
         return NULL;
     }
     return gn;
 }
 
-optim_gauss_newton *optim_gauss_newton_create(size_t count, const double *x,
-                                              const optim_gauss_newton_settings *settings,
-                                              const char **why)
+static const char *check(const optim_settings *settings)
 {
-    const char *problem = optim_check_start(optim_gauss_newton_check(settings), count, x);
-    optim_gauss_newton *gn = problem ? NULL : allocate(count);
+    return optim_gauss_newton_check(&settings->gauss_newton);
+}
+
+static void objective_changed(void *own)
+{
+    optim_gauss_newton *gn = own;
+    gn->scalar[EVALUATED] = gn->scalar[KEEPS] = 0;
+    gn->scalar[VALUE] = INFINITY;
+}
+
+static void *create(size_t count, const double *x, const optim_settings *settings)
+{
+    optim_gauss_newton *gn = allocate(count);
     if (gn) {
-        gn->settings = *settings;
+        gn->settings = settings->gauss_newton;
         memcpy(gn->x, x, count * sizeof *x);
         gn->scalar[GRADIENT_MAX] = INFINITY;
         gn->gradient_norm = NAN;
-        optim_gauss_newton_objective_changed(gn);
-    }
-    if (why) {
-        *why = problem || gn ? problem : "out of memory";
+        objective_changed(gn);
     }
     return gn;
-}
-
-void optim_gauss_newton_objective_changed(optim_gauss_newton *gn)
-{
-    gn->scalar[EVALUATED] = gn->scalar[KEEPS] = 0;
-    gn->scalar[VALUE] = INFINITY;
 }
 
 /* ---- one step ---- */
@@ -367,7 +368,7 @@ static const char *check_scalars(const optim_gauss_newton *gn)
     return NULL;
 }
 
-static optim_status step(optim_gauss_newton *gn, const optim_linear_model *model)
+static optim_status try_step(optim_gauss_newton *gn, const optim_linear_model *model)
 {
     optim_status status = linearize(gn, model);
     if (status != OPTIM_RUNNING) {
@@ -407,15 +408,16 @@ static optim_status step(optim_gauss_newton *gn, const optim_linear_model *model
 }
 
 /* A step that was stopped leaves the state as it was before. */
-optim_status optim_gauss_newton_step(optim_gauss_newton *gn, const optim_linear_model *model)
+static optim_status step(void *own, const optim_target *target)
 {
+    optim_gauss_newton *gn = own;
     if (check_scalars(gn)) {
         return OPTIM_BAD_STATE;
     }
     double before[SCALAR_COUNT];
     memcpy(before, gn->scalar, sizeof before);
     memcpy(gn->anchor_before, gn->anchor, gn->count * sizeof *gn->anchor);
-    const optim_status status = step(gn, model);
+    const optim_status status = try_step(gn, target->model);
     if (status == OPTIM_STOPPED_BY_OBJECTIVE) {
         memcpy(gn->scalar, before, sizeof before);
         memcpy(gn->anchor, gn->anchor_before, gn->count * sizeof *gn->anchor);
@@ -426,36 +428,42 @@ optim_status optim_gauss_newton_step(optim_gauss_newton *gn, const optim_linear_
 
 /* ---- looking ---- */
 
-const double *optim_gauss_newton_x(const optim_gauss_newton *gn)
+static const double *current_x(const void *own)
 {
-    return gn->x;
+    return ((const optim_gauss_newton *)own)->x;
 }
 
-optim_gauss_newton_info optim_gauss_newton_get_info(const optim_gauss_newton *gn)
+static optim_info inspect(const void *own)
 {
+    const optim_gauss_newton *gn = own;
     const double *scalar = gn->scalar;
-    return (optim_gauss_newton_info){.iterations = (int64_t)scalar[ITERATIONS],
-                                     .evaluations = (int64_t)scalar[EVALUATIONS],
-                                     .rejected = (int64_t)scalar[REJECTED],
-                                     .not_finite = (int64_t)scalar[NOT_FINITE],
-                                     .unsolved = (int64_t)scalar[UNSOLVED],
-                                     .value = scalar[VALUE],
-                                     .gradient_max = scalar[GRADIENT_MAX],
-                                     .gradient_norm = gn->gradient_norm,
-                                     .damping = scalar[DAMPING],
-                                     .step = scalar[STEP]};
+    return (optim_info){.steps = (int64_t)scalar[ITERATIONS],
+                        .evaluations = (int64_t)scalar[EVALUATIONS],
+                        .refused =
+                            (int64_t)(scalar[REJECTED] + scalar[NOT_FINITE] + scalar[UNSOLVED]),
+                        .rejected = (int64_t)scalar[REJECTED],
+                        .not_finite = (int64_t)scalar[NOT_FINITE],
+                        .unsolved = (int64_t)scalar[UNSOLVED],
+                        .value = scalar[VALUE],
+                        .best_value = scalar[VALUE],
+                        .gradient_max = scalar[GRADIENT_MAX],
+                        .gradient_norm = gn->gradient_norm,
+                        .rate = scalar[DAMPING],
+                        .step = scalar[STEP]};
 }
 
-int optim_gauss_newton_state(optim_gauss_newton *gn, optim_array *arrays, int capacity)
+static int state(void *own, optim_array *arrays, int capacity)
 {
+    optim_gauss_newton *gn = own;
     const optim_array rows[] = {{"x", gn->x, gn->count},
                                 {"anchor", gn->anchor, gn->count},
                                 {"scalars", gn->scalar, SCALAR_COUNT}};
     return optim_copy_rows(arrays, capacity, rows, (int)(sizeof rows / sizeof rows[0]));
 }
 
-const char *optim_gauss_newton_state_check(const optim_gauss_newton *gn)
+static const char *state_check(const void *own)
 {
+    const optim_gauss_newton *gn = own;
     const char *problem = check_scalars(gn);
     if (problem) {
         return problem;
@@ -464,3 +472,15 @@ const char *optim_gauss_newton_state_check(const optim_gauss_newton *gn)
            : !optim_all_finite(gn->count, gn->anchor) ? "anchor holds a number that is not finite"
                                                       : NULL;
 }
+
+const optim_kind optim_gauss_newton_kind = {
+    .create = create,
+    .free = release,
+    .step = step,
+    .objective_changed = objective_changed,
+    .x = current_x,
+    .inspect = inspect,
+    .state = state,
+    .state_check = state_check,
+    .check = check,
+    .advice = "more steps of adam before, or a larger initial_damping"};

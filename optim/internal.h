@@ -2,7 +2,27 @@
 #ifndef OPTIM_INTERNAL_H
 #define OPTIM_INTERNAL_H
 
-#include "optim.h"
+#include "optimizer.h"
+
+/* A method as optimizer.c sees it; `own` is what create has returned. */
+typedef struct optim_kind {
+    /* Of what was checked; NULL: out of memory. */
+    void *(*create)(size_t count, const double *x, const optim_settings *settings);
+    void (*free)(void *own); /* NULL is fine */
+    optim_status (*step)(void *own, const optim_target *target);
+    void (*objective_changed)(void *own);
+    const double *(*x)(const void *own);
+    const double *(*best_x)(const void *own); /* NULL: x, the value never rises */
+    optim_info (*inspect)(const void *own);
+    int (*state)(void *own, optim_array *arrays, int capacity);
+    const char *(*state_check)(const void *own);
+    const char *(*check)(const optim_settings *settings);
+    size_t count_max; /* 0: any */
+    const char *advice;
+} optim_kind;
+
+extern const optim_kind optim_adam_kind, optim_lbfgs_kind, optim_gauss_newton_kind,
+    optim_ssbroyden_kind, optim_soap_kind;
 
 /* ---- sums.c ---- */
 
@@ -149,9 +169,12 @@ void optim_descent_clear(optim_descent *d);
 /* Sets off from x[count]. */
 void optim_descent_begin(optim_descent *d, const double *x, const optim_descent_settings *settings,
                          const optim_model *model, void *self);
-optim_status optim_descent_step(optim_descent *d, optim_objective objective, void *context);
+optim_status optim_descent_step(optim_descent *d, const optim_target *target);
 void optim_descent_objective_changed(optim_descent *d);
-optim_descent_info optim_descent_get_info(const optim_descent *d);
+
+/* Of what begins with an optim_descent. */
+const double *optim_descent_x(const void *own);
+optim_info optim_descent_inspect(const void *own);
 
 /* NULL, or what is impossible in a restored state: in the scalars, in the vectors. */
 const char *optim_descent_check_scalars(const optim_descent *d, double pairs_max);
@@ -169,7 +192,7 @@ enum {
     OPTIM_ADAM_SCALARS
 };
 
-struct optim_adam {
+typedef struct optim_adam {
     optim_adam_settings settings;
     size_t count;
     double *x;                         /* [count] */
@@ -180,10 +203,12 @@ struct optim_adam {
     double *next_x;                    /* [count], work */
     double *room;                      /* of all of them */
     double scalar[OPTIM_ADAM_SCALARS]; /* in one array so that the state is nothing but arrays */
-};
+} optim_adam;
+
+optim_adam *optim_adam_create(size_t count, const double *x, const optim_adam_settings *settings);
 
 /* The first half of a step: value and gradient at x. */
-optim_status optim_adam_evaluate(optim_adam *adam, optim_objective objective, void *context);
+optim_status optim_adam_evaluate(optim_adam *adam, const optim_target *target);
 
 /* By what clip_norm scales that gradient. */
 double optim_adam_clip(const optim_adam *adam);

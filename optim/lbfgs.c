@@ -13,8 +13,8 @@ enum {
     RING_SCALARS
 };
 
-struct optim_lbfgs {
-    optim_descent descent;
+typedef struct optim_lbfgs {
+    optim_descent descent; /* first, so that a pointer to one points to the other */
     size_t memory;
     double *s;      /* [memory][count], steps */
     double *y;      /* [memory][count], gradient differences */
@@ -22,7 +22,7 @@ struct optim_lbfgs {
     double *weight; /* [memory], work: alpha of algorithm 7.4 */
     double *room;   /* of all of them */
     double ring[RING_SCALARS];
-};
+} optim_lbfgs;
 
 optim_lbfgs_settings optim_lbfgs_defaults(void)
 {
@@ -37,8 +37,9 @@ const char *optim_lbfgs_check(const optim_lbfgs_settings *settings)
     return optim_descent_check(&settings->descent);
 }
 
-void optim_lbfgs_free(optim_lbfgs *lbfgs)
+static void release(void *own)
 {
+    optim_lbfgs *lbfgs = own;
     if (lbfgs) {
         optim_descent_clear(&lbfgs->descent);
         free(lbfgs->room);
@@ -60,7 +61,7 @@ static optim_lbfgs *allocate(size_t count, size_t memory)
                                 {&lbfgs->weight, 1, memory}};
     lbfgs->room = optim_room_create(sizeof parts / sizeof *parts, parts);
     if (!prepared || !lbfgs->room) {
-        optim_lbfgs_free(lbfgs);
+        release(lbfgs);
         return NULL;
     }
     return lbfgs;
@@ -118,16 +119,16 @@ static void learn(void *self, const optim_pair *pair)
 
 static const optim_model model = {apply, learn};
 
-optim_lbfgs *optim_lbfgs_create(size_t count, const double *x, const optim_lbfgs_settings *settings,
-                                const char **why)
+static const char *check(const optim_settings *settings)
 {
-    const char *problem = optim_check_start(optim_lbfgs_check(settings), count, x);
-    optim_lbfgs *lbfgs = problem ? NULL : allocate(count, (size_t)settings->memory);
+    return optim_lbfgs_check(&settings->lbfgs);
+}
+
+static void *create(size_t count, const double *x, const optim_settings *settings)
+{
+    optim_lbfgs *lbfgs = allocate(count, (size_t)settings->lbfgs.memory);
     if (lbfgs) {
-        optim_descent_begin(&lbfgs->descent, x, &settings->descent, &model, lbfgs);
-    }
-    if (why) {
-        *why = problem || lbfgs ? problem : "out of memory";
+        optim_descent_begin(&lbfgs->descent, x, &settings->lbfgs.descent, &model, lbfgs);
     }
     return lbfgs;
 }
@@ -146,34 +147,20 @@ static const char *check_scalars(const optim_lbfgs *lbfgs)
     return optim_descent_check_scalars(&lbfgs->descent, (double)lbfgs->memory);
 }
 
-optim_status optim_lbfgs_step(optim_lbfgs *lbfgs, optim_objective objective, void *context)
+static optim_status step(void *own, const optim_target *target)
 {
-    return check_scalars(lbfgs) ? OPTIM_BAD_STATE
-                                : optim_descent_step(&lbfgs->descent, objective, context);
+    optim_lbfgs *lbfgs = own;
+    return check_scalars(lbfgs) ? OPTIM_BAD_STATE : optim_descent_step(&lbfgs->descent, target);
 }
 
-void optim_lbfgs_objective_changed(optim_lbfgs *lbfgs)
+static void objective_changed(void *own)
 {
-    optim_descent_objective_changed(&lbfgs->descent);
+    optim_descent_objective_changed(&((optim_lbfgs *)own)->descent);
 }
 
-const double *optim_lbfgs_x(const optim_lbfgs *lbfgs)
+static int state(void *own, optim_array *arrays, int capacity)
 {
-    return lbfgs->descent.x;
-}
-
-const double *optim_lbfgs_best_x(const optim_lbfgs *lbfgs)
-{
-    return lbfgs->descent.best_x;
-}
-
-optim_descent_info optim_lbfgs_get_info(const optim_lbfgs *lbfgs)
-{
-    return optim_descent_get_info(&lbfgs->descent);
-}
-
-int optim_lbfgs_state(optim_lbfgs *lbfgs, optim_array *arrays, int capacity)
-{
+    optim_lbfgs *lbfgs = own;
     optim_descent *d = &lbfgs->descent;
     const optim_array rows[] = {
         {"x", d->x, d->count},
@@ -188,8 +175,9 @@ int optim_lbfgs_state(optim_lbfgs *lbfgs, optim_array *arrays, int capacity)
     return optim_copy_rows(arrays, capacity, rows, (int)(sizeof rows / sizeof rows[0]));
 }
 
-const char *optim_lbfgs_state_check(const optim_lbfgs *lbfgs)
+static const char *state_check(const void *own)
 {
+    const optim_lbfgs *lbfgs = own;
     const optim_descent *d = &lbfgs->descent;
     const size_t memory = lbfgs->memory;
     const char *problem = check_scalars(lbfgs);
@@ -211,3 +199,15 @@ const char *optim_lbfgs_state_check(const optim_lbfgs *lbfgs)
     }
     return NULL;
 }
+
+const optim_kind optim_lbfgs_kind = {.create = create,
+                                     .free = release,
+                                     .step = step,
+                                     .objective_changed = objective_changed,
+                                     .x = optim_descent_x,
+                                     .inspect = optim_descent_inspect,
+                                     .state = state,
+                                     .state_check = state_check,
+                                     .check = check,
+                                     .advice =
+                                         "more steps of adam before, or a smaller maximum_step"};

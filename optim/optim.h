@@ -1,19 +1,7 @@
-/* Minimisers on flat vectors of doubles: Adam, L-BFGS and the self-scaled Broyden method with a
- * strong Wolfe line search, Levenberg-Marquardt (Gauss-Newton with damping), and learning-rate
- * schedules. Knows nothing of networks; needs libc and libm only. optimizer.h has one interface
- * to all of them.
- *
- *     const char *why;
- *     optim_lbfgs_settings settings = optim_lbfgs_defaults();
- *     optim_lbfgs *lbfgs = optim_lbfgs_create(count, start, &settings, &why);
- *     optim_status status = OPTIM_RUNNING;
- *     while (status == OPTIM_RUNNING)
- *         status = optim_lbfgs_step(lbfgs, objective, context);
- *     memcpy(result, optim_lbfgs_best_x(lbfgs), count * sizeof *result);
- *     optim_lbfgs_free(lbfgs);
- *
- * Each optimiser owns a copy of its point. Steps allocate nothing, and all sums run in a fixed
- * order, so equal state and an equal objective give equal bits. */
+/* Minimisers on flat vectors of doubles: their settings, what they minimise, how a step ends. There
+ * are Adam, SOAP, L-BFGS and the self-scaled Broyden method with a strong Wolfe line search,
+ * Levenberg-Marquardt (Gauss-Newton with damping), and learning-rate schedules. optimizer.h runs
+ * them. Knows nothing of networks; needs libc and libm only. */
 #ifndef OPTIM_H
 #define OPTIM_H
 
@@ -71,7 +59,7 @@ enum {
 };
 
 /* Writes f(x) to value[1] and df/dx to gradient[count] for x[count]. It must be a deterministic
- * function of x between two calls of optim_*_objective_changed. It need not check for NaN or Inf:
+ * function of x between two calls of optim_objective_changed. It need not check for NaN or Inf:
  * the optimisers do, on the value and on the squared gradient norm. */
 typedef int (*optim_objective)(void *context, const double *x, double *value, double *gradient);
 
@@ -141,44 +129,13 @@ typedef struct optim_adam_settings {
     double gradient_tolerance; /* >= 0; stop when max |g_i| is no larger */
 } optim_adam_settings;
 
-typedef struct optim_adam_info {
-    int64_t steps;        /* completed updates */
-    int64_t evaluations;  /* calls of the objective */
-    double value;         /* before the last update: an Adam step evaluates, then moves */
-    double gradient_norm; /* 2-norm at that point, before clipping */
-    double learning_rate; /* used by the last update */
-    double best_value;    /* lowest value evaluated; +infinity before the first */
-} optim_adam_info;
-
-typedef struct optim_adam optim_adam;
-
 optim_adam_settings optim_adam_defaults(void);
 const char *optim_adam_check(const optim_adam_settings *settings);
 
-/* Copies x[count] and the settings. Returns NULL when something is wrong and then sets *why (unless
- * why is NULL) to a static text; nothing is left allocated. */
-optim_adam *optim_adam_create(size_t count, const double *x, const optim_adam_settings *settings,
-                              const char **why);
-void optim_adam_free(optim_adam *adam); /* NULL is fine */
-
-/* One evaluation and one update. On anything but OPTIM_RUNNING neither the point nor the moments
- * have changed. */
-optim_status optim_adam_step(optim_adam *adam, optim_objective objective, void *context);
-
-/* Call when the objective is no longer the same function and its values no longer compare: forgets
- * the best point. The moments stay, since averaging gradients of a varying objective is what Adam
- * is for. When points are merely resampled from one distribution the call may be left out. */
-void optim_adam_objective_changed(optim_adam *adam);
-
-const double *optim_adam_x(const optim_adam *adam);      /* [count], current point */
-const double *optim_adam_best_x(const optim_adam *adam); /* [count], where best_value was found */
-optim_adam_info optim_adam_get_info(const optim_adam *adam);
-
-/* Fills at most `capacity` rows and returns how many there are. */
-int optim_adam_state(optim_adam *adam, optim_array *arrays, int capacity);
-
-/* After a restore: NULL, or a static text saying which array holds an impossible number. */
-const char *optim_adam_state_check(const optim_adam *adam);
+/* A step evaluates, then moves. On anything but OPTIM_RUNNING neither the point nor the moments
+ * have changed. The moments stay when the objective has changed, since averaging gradients of a
+ * varying objective is what Adam is for; when points are merely resampled from one distribution
+ * optim_objective_changed may be left out. */
 
 /* ---- SOAP: Vyas et al., ICLR 2025, algorithm 3 ---- */
 
@@ -209,24 +166,11 @@ typedef struct optim_soap_settings {
     void *context;                /* of it */
 } optim_soap_settings;
 
-typedef struct optim_soap optim_soap;
-
 optim_soap_settings optim_soap_defaults(void);
 const char *optim_soap_check(const optim_soap_settings *settings);
 
-/* As optim_adam_create and the functions below it; where a step is not finite, the run can only be
- * resumed from a state before it. Memory: 6 count doubles, and for a matrix of n rows and m columns
- * 2 (n^2 + m^2) and work. */
-optim_soap *optim_soap_create(size_t count, const double *x, const optim_soap_settings *settings,
-                              const char **why);
-void optim_soap_free(optim_soap *soap); /* NULL is fine */
-optim_status optim_soap_step(optim_soap *soap, optim_objective objective, void *context);
-void optim_soap_objective_changed(optim_soap *soap);
-const double *optim_soap_x(const optim_soap *soap);
-const double *optim_soap_best_x(const optim_soap *soap);
-optim_adam_info optim_soap_get_info(const optim_soap *soap);
-int optim_soap_state(optim_soap *soap, optim_array *arrays, int capacity);
-const char *optim_soap_state_check(const optim_soap *soap);
+/* Where a step is not finite, the run can only be resumed from a state before it. Memory: 6 count
+ * doubles, and for a matrix of n rows and m columns 2 (n^2 + m^2) and work. */
 
 /* ---- descent along lines: Nocedal & Wright 2006, algorithms 3.5, 3.6 ---- */
 
@@ -248,19 +192,6 @@ typedef struct optim_descent_settings {
                                      |s| |y| */
 } optim_descent_settings;
 
-typedef struct optim_descent_info {
-    int64_t iterations;   /* completed, each ending in a strong Wolfe point */
-    int64_t evaluations;  /* calls of the objective */
-    int64_t pairs;        /* pairs (s, y) that the model is made of */
-    int64_t skipped;      /* pairs dropped by curvature_threshold */
-    int64_t resets;       /* models dropped after a failed line search */
-    double value;         /* at the current point; +infinity before the first evaluation */
-    double gradient_max;  /* max |g_i| at the current point; +infinity before the first */
-    double gradient_norm; /* 2-norm at the current point; +infinity before the first */
-    double step;          /* multiple of the search direction taken last */
-    double best_value;    /* lowest value evaluated, trial points included; +infinity before */
-} optim_descent_info;
-
 optim_descent_settings optim_descent_defaults(void);
 const char *optim_descent_check(const optim_descent_settings *settings);
 
@@ -271,38 +202,16 @@ typedef struct optim_lbfgs_settings {
     optim_descent_settings descent;
 } optim_lbfgs_settings;
 
-typedef struct optim_lbfgs optim_lbfgs;
-
 optim_lbfgs_settings optim_lbfgs_defaults(void);
 const char *optim_lbfgs_check(const optim_lbfgs_settings *settings);
-
-/* As optim_adam_create. Memory: (2 memory + 7) count doubles. */
-optim_lbfgs *optim_lbfgs_create(size_t count, const double *x, const optim_lbfgs_settings *settings,
-                                const char **why);
-void optim_lbfgs_free(optim_lbfgs *lbfgs); /* NULL is fine */
 
 /* One iteration with its line search. A line search that finds no strong Wolfe point keeps what
  * decrease it found, drops the model and is repeated once along steepest descent; when that
  * fails as well the step says so. The current point, its value and its gradient always belong
  * together, whatever is returned, and its value never rises while the objective stays the same.
- * A step may be called again after any status. */
-optim_status optim_lbfgs_step(optim_lbfgs *lbfgs, optim_objective objective, void *context);
-
-/* Has to be called between steps when the objective has become another function (new loss weights,
- * new points). The next step evaluates the current point anew. The best point is forgotten, since
- * values of two functions do not compare. The model is dropped, since its pairs hold the curvature
- * of the old function, and the next y would be a difference of two functions' gradients.
- */
-void optim_lbfgs_objective_changed(optim_lbfgs *lbfgs);
-
-const double *optim_lbfgs_x(const optim_lbfgs *lbfgs); /* [count], current point */
-const double *
-optim_lbfgs_best_x(const optim_lbfgs *lbfgs); /* [count], where best_value was found */
-optim_descent_info optim_lbfgs_get_info(const optim_lbfgs *lbfgs);
-
-/* As optim_adam_state and optim_adam_state_check. The pairs are a ring of fixed size [memory]. */
-int optim_lbfgs_state(optim_lbfgs *lbfgs, optim_array *arrays, int capacity);
-const char *optim_lbfgs_state_check(const optim_lbfgs *lbfgs);
+ * A step may be called again after any status. The pairs are a ring of fixed size [memory]. They
+ * are dropped when the objective has changed: they hold the curvature of the old function, and the
+ * next y would be a difference of two gradients. Memory: (2 memory + 7) count doubles. */
 
 /* ---- self-scaled Broyden: Al-Baali 1998; Urban, Stefanou & Pons, J. Comput. Phys. 523 (2025) ----
  */
@@ -317,25 +226,8 @@ const char *optim_lbfgs_state_check(const optim_lbfgs *lbfgs);
 
 enum { OPTIM_SSBROYDEN_COUNT_MAX = 10000 }; /* 0.4 GB for H */
 
-typedef struct optim_ssbroyden optim_ssbroyden;
-
-/* As optim_adam_create. Memory: count (count + 1) / 2 + 10 count doubles. */
-optim_ssbroyden *optim_ssbroyden_create(size_t count, const double *x,
-                                        const optim_descent_settings *settings, const char **why);
-void optim_ssbroyden_free(optim_ssbroyden *ssb); /* NULL is fine */
-
-/* As optim_lbfgs_step and optim_lbfgs_objective_changed. */
-optim_status optim_ssbroyden_step(optim_ssbroyden *ssb, optim_objective objective, void *context);
-void optim_ssbroyden_objective_changed(optim_ssbroyden *ssb);
-
-const double *optim_ssbroyden_x(const optim_ssbroyden *ssb);      /* [count], current point */
-const double *optim_ssbroyden_best_x(const optim_ssbroyden *ssb); /* [count], of best_value */
-optim_descent_info optim_ssbroyden_get_info(const optim_ssbroyden *ssb);
-
-/* As optim_adam_state and optim_adam_state_check. H is part of the state, its lower triangle row by
- * row. */
-int optim_ssbroyden_state(optim_ssbroyden *ssb, optim_array *arrays, int capacity);
-const char *optim_ssbroyden_state_check(const optim_ssbroyden *ssb);
+/* Steps are as those of L-BFGS. H is part of the state, its lower triangle row by row. Memory:
+ * count (count + 1) / 2 + 10 count doubles. */
 
 /* ---- Levenberg-Marquardt: Levenberg 1944, Marquardt 1963, Transtrum & Sethna 2012 ---- */
 
@@ -391,46 +283,15 @@ typedef struct optim_gauss_newton_settings {
     double step_tolerance;     /* [0, 1); as in L-BFGS */
 } optim_gauss_newton_settings;
 
-typedef struct optim_gauss_newton_info {
-    int64_t iterations;   /* steps taken */
-    int64_t evaluations;  /* calls of evaluate and linearize */
-    int64_t rejected;     /* steps that did not lower the value */
-    int64_t not_finite;   /* steps to where it is not finite */
-    int64_t unsolved;     /* dampings for which the model found no step */
-    double value;         /* at the current point; +infinity before the first evaluation */
-    double gradient_max;  /* max |2 J^T r|_i before the last step; +infinity before the first */
-    double gradient_norm; /* |2 J^T r| there; NaN before the first step, also after a restore */
-    double damping;       /* for the next step, as added to the diagonal: not in units */
-    double step;          /* 2-norm of the last step */
-} optim_gauss_newton_info;
-
-typedef struct optim_gauss_newton optim_gauss_newton;
-
 optim_gauss_newton_settings optim_gauss_newton_defaults(void);
 const char *optim_gauss_newton_check(const optim_gauss_newton_settings *settings);
 
-/* As optim_adam_create. Memory: 7 count doubles. */
-optim_gauss_newton *optim_gauss_newton_create(size_t count, const double *x,
-                                              const optim_gauss_newton_settings *settings,
-                                              const char **why);
-void optim_gauss_newton_free(optim_gauss_newton *gn); /* NULL is fine */
-
-/* One step: the model at the current point, then dampings until one lowers the value. The value
- * never rises while the objective stays the same. When no damping does, OPTIM_DAMPING_OVERFLOW or,
- * when no trial was finite, OPTIM_NO_FINITE_STEP; the point has not moved then. After
- * OPTIM_STOPPED_BY_OBJECTIVE the state is that before the step, which may be taken again. */
-optim_status optim_gauss_newton_step(optim_gauss_newton *gn, const optim_linear_model *model);
-
-/* As optim_lbfgs_objective_changed; the damping stays. */
-void optim_gauss_newton_objective_changed(optim_gauss_newton *gn);
-
-const double *optim_gauss_newton_x(const optim_gauss_newton *gn); /* [count], current and best */
-optim_gauss_newton_info optim_gauss_newton_get_info(const optim_gauss_newton *gn);
-
-/* As optim_adam_state and optim_adam_state_check. The model is not part of the state: a step
- * makes it anew, where J was computed. */
-int optim_gauss_newton_state(optim_gauss_newton *gn, optim_array *arrays, int capacity);
-const char *optim_gauss_newton_state_check(const optim_gauss_newton *gn);
+/* A step: the model at the current point, then dampings until one lowers the value. The value never
+ * rises while the objective stays the same. When no damping does, OPTIM_DAMPING_OVERFLOW or, when
+ * no trial was finite, OPTIM_NO_FINITE_STEP; the point has not moved then. After
+ * OPTIM_STOPPED_BY_OBJECTIVE the state is that before the step, which may be taken again. The
+ * damping stays when the objective has changed. The model is not part of the state: a step makes it
+ * anew, where J was computed. Memory: 7 count doubles. */
 
 /* ---- linear systems by products alone ---- */
 

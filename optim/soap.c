@@ -20,7 +20,7 @@ typedef struct side {
     double *products, *basis;
 } side;
 
-struct optim_soap {
+typedef struct optim_soap {
     optim_soap_settings settings;
     optim_adam *adam; /* what is of all methods of this kind */
     optim_matrix *matrices;
@@ -29,7 +29,7 @@ struct optim_soap {
     double *work[3]; /* [largest matrix or square of a side] */
     size_t *order;   /* [longest side], work */
     double *sizes;   /* [longest side], work */
-};
+} optim_soap;
 
 optim_soap_settings optim_soap_defaults(void)
 {
@@ -46,10 +46,11 @@ const char *optim_soap_check(const optim_soap_settings *settings)
     return optim_adam_check(&settings->adam);
 }
 
-void optim_soap_free(optim_soap *soap)
+static void release(void *own)
 {
+    optim_soap *soap = own;
     if (soap) {
-        optim_adam_free(soap->adam);
+        optim_adam_kind.free(soap->adam);
         for (int i = 0; i < 3; i++) {
             free(soap->work[i]);
         }
@@ -133,27 +134,22 @@ static optim_soap *allocate(const optim_soap_settings *settings)
         memcpy(soap->matrices, settings->matrices, matrices * sizeof *soap->matrices);
     }
     if (!soap->matrices || !make_work(soap)) {
-        optim_soap_free(soap);
+        release(soap);
         return NULL;
     }
     start_bases(soap);
     return soap;
 }
 
-optim_soap *optim_soap_create(size_t count, const double *x, const optim_soap_settings *settings,
-                              const char **why)
+static void *create(size_t count, const double *x, const optim_settings *settings)
 {
-    const char *problem = optim_soap_check(settings);
-    optim_adam *adam = problem ? NULL : optim_adam_create(count, x, &settings->adam, &problem);
-    optim_soap *soap = adam ? allocate(settings) : NULL;
+    optim_soap *soap = allocate(&settings->soap);
     if (soap) {
-        soap->adam = adam;
-    } else if (adam) {
-        optim_adam_free(adam);
-        problem = "out of memory";
+        soap->adam = optim_adam_create(count, x, &settings->soap.adam);
     }
-    if (why) {
-        *why = problem;
+    if (soap && !soap->adam) {
+        release(soap);
+        return NULL;
     }
     return soap;
 }
@@ -394,46 +390,67 @@ static optim_status update(optim_soap *soap)
     return OPTIM_RUNNING;
 }
 
-optim_status optim_soap_step(optim_soap *soap, optim_objective objective, void *context)
+/* ---- the method ---------------------------------------------------------------------------- */
+
+static const char *check(const optim_settings *settings)
 {
-    const optim_status status = optim_adam_evaluate(soap->adam, objective, context);
+    return optim_soap_check(&settings->soap);
+}
+
+static optim_status step(void *own, const optim_target *target)
+{
+    optim_soap *soap = own;
+    const optim_status status = optim_adam_evaluate(soap->adam, target);
     return status == OPTIM_RUNNING ? update(soap) : status;
 }
 
-/* ---- looking ------------------------------------------------------------------------------- */
-
-void optim_soap_objective_changed(optim_soap *soap)
+static void objective_changed(void *own)
 {
-    optim_adam_objective_changed(soap->adam);
+    optim_adam_kind.objective_changed(((optim_soap *)own)->adam);
 }
 
-const double *optim_soap_x(const optim_soap *soap)
+static const double *current_x(const void *own)
 {
-    return optim_adam_x(soap->adam);
+    return ((const optim_soap *)own)->adam->x;
 }
 
-const double *optim_soap_best_x(const optim_soap *soap)
+static const double *best_x(const void *own)
 {
-    return optim_adam_best_x(soap->adam);
+    return ((const optim_soap *)own)->adam->best_x;
 }
 
-optim_adam_info optim_soap_get_info(const optim_soap *soap)
+static optim_info inspect(const void *own)
 {
-    return optim_adam_get_info(soap->adam);
+    return optim_adam_kind.inspect(((const optim_soap *)own)->adam);
 }
 
-int optim_soap_state(optim_soap *soap, optim_array *arrays, int capacity)
+static int state(void *own, optim_array *arrays, int capacity)
 {
     enum { ROWS = 6 };
+    optim_soap *soap = own;
     optim_array rows[ROWS];
-    const int adam = optim_adam_state(soap->adam, rows, ROWS - 1);
+    const int adam = optim_adam_kind.state(soap->adam, rows, ROWS - 1);
     rows[adam] = (optim_array){"factors", soap->factor, soap->factors + 1};
     return optim_copy_rows(arrays, capacity, rows, adam + 1);
 }
 
-const char *optim_soap_state_check(const optim_soap *soap)
+static const char *state_check(const void *own)
 {
+    const optim_soap *soap = own;
     return optim_all_finite(soap->factors, soap->factor)
-               ? optim_adam_state_check(soap->adam)
+               ? optim_adam_kind.state_check(soap->adam)
                : "factors hold a number that is not finite";
 }
+
+const optim_kind optim_soap_kind = {.create = create,
+                                    .free = release,
+                                    .step = step,
+                                    .objective_changed = objective_changed,
+                                    .x = current_x,
+                                    .best_x = best_x,
+                                    .inspect = inspect,
+                                    .state = state,
+                                    .state_check = state_check,
+                                    .check = check,
+                                    .advice =
+                                        "a smaller learning_rate, or clip_norm or warmup_steps"};

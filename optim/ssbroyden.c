@@ -11,18 +11,19 @@
 #include <stdlib.h>
 #include <string.h>
 
-struct optim_ssbroyden {
-    optim_descent descent;
-    double *matrix; /* [count (count + 1) / 2], H: the lower triangle, row by row */
-    double *hy;     /* [count], work: H y */
-    double *along;  /* [2][count], work: what the update adds to a row, per H y and s */
-    double *next;   /* [count], H gradient, for the gradient of the next step */
-    double *room;   /* of all of them */
-    int next_known; /* not part of the state: the product gives the same bits at any time */
-};
+typedef struct optim_ssbroyden {
+    optim_descent descent; /* first, so that a pointer to one points to the other */
+    double *matrix;        /* [count (count + 1) / 2], H: the lower triangle, row by row */
+    double *hy;            /* [count], work: H y */
+    double *along;         /* [2][count], work: what the update adds to a row, per H y and s */
+    double *next;          /* [count], H gradient, for the gradient of the next step */
+    double *room;          /* of all of them */
+    int next_known;        /* not part of the state: the product gives the same bits at any time */
+} optim_ssbroyden;
 
-void optim_ssbroyden_free(optim_ssbroyden *ssb)
+static void release(void *own)
 {
+    optim_ssbroyden *ssb = own;
     if (ssb) {
         optim_descent_clear(&ssb->descent);
         free(ssb->room);
@@ -43,7 +44,7 @@ static optim_ssbroyden *allocate(size_t count)
                                 {&ssb->next, 1, count}};
     ssb->room = optim_room_create(sizeof parts / sizeof *parts, parts);
     if (!prepared || !ssb->room) {
-        optim_ssbroyden_free(ssb);
+        release(ssb);
         return NULL;
     }
     return ssb;
@@ -184,56 +185,40 @@ static void apply(void *self, const double *gradient, double *result)
 
 static const optim_model model = {apply, learn};
 
-optim_ssbroyden *optim_ssbroyden_create(size_t count, const double *x,
-                                        const optim_descent_settings *settings, const char **why)
+static const char *check(const optim_settings *settings)
 {
-    const char *problem = optim_descent_check(settings);
-    if (!problem && (count == 0 || count > OPTIM_SSBROYDEN_COUNT_MAX)) {
-        problem = "count must be in [1, 10000]: the matrix has count^2 / 2 numbers";
-    }
-    problem = optim_check_start(problem, count, x);
-    optim_ssbroyden *ssb = problem ? NULL : allocate(count);
+    return optim_descent_check(&settings->ssbroyden);
+}
+
+static void *create(size_t count, const double *x, const optim_settings *settings)
+{
+    optim_ssbroyden *ssb = allocate(count);
     if (ssb) {
-        optim_descent_begin(&ssb->descent, x, settings, &model, ssb);
-    }
-    if (why) {
-        *why = problem || ssb ? problem : "out of memory";
+        optim_descent_begin(&ssb->descent, x, &settings->ssbroyden, &model, ssb);
     }
     return ssb;
 }
 
 /* ---- stepping and looking ---- */
 
-optim_status optim_ssbroyden_step(optim_ssbroyden *ssb, optim_objective objective, void *context)
+static optim_status step(void *own, const optim_target *target)
 {
+    optim_ssbroyden *ssb = own;
     return optim_descent_check_scalars(&ssb->descent, OPTIM_COUNTER_LIMIT)
                ? OPTIM_BAD_STATE
-               : optim_descent_step(&ssb->descent, objective, context);
+               : optim_descent_step(&ssb->descent, target);
 }
 
-void optim_ssbroyden_objective_changed(optim_ssbroyden *ssb)
+static void objective_changed(void *own)
 {
+    optim_ssbroyden *ssb = own;
     optim_descent_objective_changed(&ssb->descent);
     ssb->next_known = 0;
 }
 
-const double *optim_ssbroyden_x(const optim_ssbroyden *ssb)
+static int state(void *own, optim_array *arrays, int capacity)
 {
-    return ssb->descent.x;
-}
-
-const double *optim_ssbroyden_best_x(const optim_ssbroyden *ssb)
-{
-    return ssb->descent.best_x;
-}
-
-optim_descent_info optim_ssbroyden_get_info(const optim_ssbroyden *ssb)
-{
-    return optim_descent_get_info(&ssb->descent);
-}
-
-int optim_ssbroyden_state(optim_ssbroyden *ssb, optim_array *arrays, int capacity)
-{
+    optim_ssbroyden *ssb = own;
     optim_descent *d = &ssb->descent;
     const optim_array rows[] = {
         {"x", d->x, d->count},
@@ -246,8 +231,9 @@ int optim_ssbroyden_state(optim_ssbroyden *ssb, optim_array *arrays, int capacit
 }
 
 /* A matrix that is not positive definite is left to the search, which drops it where it shows. */
-const char *optim_ssbroyden_state_check(const optim_ssbroyden *ssb)
+static const char *state_check(const void *own)
 {
+    const optim_ssbroyden *ssb = own;
     const optim_descent *d = &ssb->descent;
     const char *problem = optim_descent_check_scalars(d, OPTIM_COUNTER_LIMIT);
     problem = problem ? problem : optim_descent_state_check(d);
@@ -258,3 +244,16 @@ const char *optim_ssbroyden_state_check(const optim_ssbroyden *ssb)
                ? NULL
                : "matrix holds a number that is not finite";
 }
+
+const optim_kind optim_ssbroyden_kind = {
+    .create = create,
+    .free = release,
+    .step = step,
+    .objective_changed = objective_changed,
+    .x = optim_descent_x,
+    .inspect = optim_descent_inspect,
+    .state = state,
+    .state_check = state_check,
+    .check = check,
+    .count_max = OPTIM_SSBROYDEN_COUNT_MAX,
+    .advice = "more steps of adam before, or a smaller maximum_step"};

@@ -2,7 +2,7 @@
 #ifndef TESTS_OPTIM_TESTING_H
 #define TESTS_OPTIM_TESTING_H
 
-#include "../optim/optim.h"
+#include "../optim/optimizer.h"
 #include "near.h"
 
 #include <math.h>
@@ -209,38 +209,70 @@ static inline void assert_below(double got, double bound)
     }
 }
 
-static inline optim_status run(optim_lbfgs *lbfgs, problem *p, int steps)
+/* ---- methods by their own settings ---- */
+
+#define CREATE(method, field, type)                                                                \
+    static inline optim_optimizer *create_##field(size_t count, const double *x,                   \
+                                                  const type *given, const char **why)             \
+    {                                                                                              \
+        optim_settings settings = optim_settings_defaults(method);                                 \
+        settings.field = *given;                                                                   \
+        return optim_create(count, x, &settings, why);                                             \
+    }
+CREATE(OPTIM_ADAM, adam, optim_adam_settings)
+CREATE(OPTIM_LBFGS, lbfgs, optim_lbfgs_settings)
+CREATE(OPTIM_SSBROYDEN, ssbroyden, optim_descent_settings)
+
+static inline optim_status step_by(optim_optimizer *o, optim_objective f, void *context)
+{
+    return optim_step(o, &(optim_target){.objective = f, .context = context});
+}
+
+/* Where the lowest value was found, trial points among them. */
+static inline const double *best_x_of(optim_optimizer *o)
+{
+    optim_array arrays[OPTIM_STATE_CAPACITY];
+    const int count = optim_state(o, arrays);
+    int i = 0;
+    while (i < count && strcmp(arrays[i].name, "best_x") != 0) {
+        i++;
+    }
+    assert_true(i < count);
+    return arrays[i].data;
+}
+
+static inline optim_status run(optim_optimizer *lbfgs, problem *p, int steps)
 {
     optim_status status = OPTIM_RUNNING;
     for (int i = 0; i < steps && status == OPTIM_RUNNING; i++) {
-        status = optim_lbfgs_step(lbfgs, objective, p);
+        status = step_by(lbfgs, objective, p);
     }
     return status;
 }
 
-static inline optim_lbfgs *make_lbfgs(size_t count, const double *x, int memory)
+static inline optim_optimizer *make_lbfgs(size_t count, const double *x, int memory)
 {
     optim_lbfgs_settings settings = optim_lbfgs_defaults();
     settings.memory = memory;
-    optim_lbfgs *lbfgs = optim_lbfgs_create(count, x, &settings, NULL);
+    optim_optimizer *lbfgs = create_lbfgs(count, x, &settings, NULL);
     assert_non_null(lbfgs);
     return lbfgs;
 }
 
 /* Value and gradient of the state have to be those of the objective at the current point. */
-static inline void assert_consistent(optim_lbfgs *lbfgs, const problem *p)
+static inline void assert_consistent(optim_optimizer *lbfgs, const problem *p)
 {
     double gradient[MAX_COUNT];
     optim_array arrays[OPTIM_STATE_CAPACITY];
-    const double value = p->f(p->count, optim_lbfgs_x(lbfgs), gradient);
-    const double stated = optim_lbfgs_get_info(lbfgs).value;
+    const double value = p->f(p->count, optim_x(lbfgs), gradient);
+    const double stated = optim_inspect(lbfgs).value;
     assert_memory_equal(&value, &stated, sizeof value);
-    optim_lbfgs_state(lbfgs, arrays, OPTIM_STATE_CAPACITY);
+    optim_state(lbfgs, arrays);
     assert_string_equal(arrays[1].name, "gradient");
     assert_memory_equal(arrays[1].data, gradient, p->count * sizeof *gradient);
     /* At most MAX_COUNT squares, summed in another order. */
     const double norm = sqrt(dot(p->count, gradient, gradient));
-    assert_near(optim_lbfgs_get_info(lbfgs).gradient_norm, norm, 1e-13 * norm);
+    assert_near(optim_inspect(lbfgs).gradient_norm, norm, 1e-13 * norm);
 }
 
 #endif

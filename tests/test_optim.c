@@ -101,21 +101,21 @@ static void test_create_refuses(void **state)
     const char *why = NULL;
     optim_adam_settings a = optim_adam_defaults();
     optim_lbfgs_settings l = optim_lbfgs_defaults();
-    assert_null(optim_adam_create(2, bad_x, &a, &why));
+    assert_null(create_adam(2, bad_x, &a, &why));
     assert_non_null(strstr(why, "finite"));
-    assert_null(optim_lbfgs_create(2, bad_x, &l, &why));
+    assert_null(create_lbfgs(2, bad_x, &l, &why));
     assert_non_null(strstr(why, "finite"));
-    assert_null(optim_adam_create(0, x, &a, &why));
+    assert_null(create_adam(0, x, &a, &why));
     assert_non_null(strstr(why, "count"));
-    assert_null(optim_lbfgs_create(0, x, &l, &why));
+    assert_null(create_lbfgs(0, x, &l, &why));
     assert_non_null(strstr(why, "count"));
     a.beta1 = 2;
     l.memory = 0;
-    assert_null(optim_adam_create(2, x, &a, &why));
+    assert_null(create_adam(2, x, &a, &why));
     assert_non_null(strstr(why, "beta1"));
-    assert_null(optim_lbfgs_create(2, x, &l, NULL));
-    optim_adam_free(NULL);
-    optim_lbfgs_free(NULL);
+    assert_null(create_lbfgs(2, x, &l, NULL));
+    optim_free(NULL);
+    optim_free(NULL);
 }
 
 /* Every allocation of create fails once: no crash, no leak (run under ASan), and a reason. Steps
@@ -129,28 +129,27 @@ static void test_allocation(void **state)
     classic_start(10, x);
     for (int kind = 0; kind < 2; kind++) {
         problem p = make_problem(rosenbrock, 10);
-        optim_adam *adam = NULL;
-        optim_lbfgs *lbfgs = NULL;
+        optim_optimizer *adam = NULL;
+        optim_optimizer *lbfgs = NULL;
         long n = 0;
         while (!adam && !lbfgs) {
             const char *why = NULL;
             allocations = 0;
             failing_allocation = ++n;
-            adam = kind ? NULL : optim_adam_create(10, x, &a, &why);
-            lbfgs = kind ? optim_lbfgs_create(10, x, &l, &why) : NULL;
+            adam = kind ? NULL : create_adam(10, x, &a, &why);
+            lbfgs = kind ? create_lbfgs(10, x, &l, &why) : NULL;
             failing_allocation = 0;
             assert_true(adam || lbfgs || (why && strcmp(why, "out of memory") == 0));
         }
         assert_true(n > 2); /* the hook is linked in */
         allocations = 0;
         for (int i = 0; i < 20; i++) {
-            assert_int_equal(adam ? optim_adam_step(adam, objective, &p)
-                                  : optim_lbfgs_step(lbfgs, objective, &p),
+            assert_int_equal(adam ? step_by(adam, objective, &p) : step_by(lbfgs, objective, &p),
                              OPTIM_RUNNING);
         }
         assert_int_equal(allocations, 0);
-        optim_adam_free(adam);
-        optim_lbfgs_free(lbfgs);
+        optim_free(adam);
+        optim_free(lbfgs);
     }
 }
 
@@ -188,21 +187,21 @@ static void test_resume_adam(void **state)
     for (size_t k = 0; k < sizeof save_after / sizeof save_after[0]; k++) {
         problem p = make_problem(chained_rosenbrock, 20);
         optim_array a[OPTIM_STATE_CAPACITY], b[OPTIM_STATE_CAPACITY];
-        optim_adam *one = optim_adam_create(20, x, &settings, NULL);
-        optim_adam *two = optim_adam_create(20, zero, &settings, NULL);
+        optim_optimizer *one = create_adam(20, x, &settings, NULL);
+        optim_optimizer *two = create_adam(20, zero, &settings, NULL);
         for (int i = 0; i < save_after[k]; i++) {
-            optim_adam_step(one, objective, &p);
+            step_by(one, objective, &p);
         }
-        const int count = optim_adam_state(one, a, OPTIM_STATE_CAPACITY);
-        copy_state(b, a, optim_adam_state(two, b, OPTIM_STATE_CAPACITY), count);
-        assert_null(optim_adam_state_check(two));
+        const int count = optim_state(one, a);
+        copy_state(b, a, optim_state(two, b), count);
+        assert_null(optim_state_check(two));
         for (int i = 0; i < 50; i++) {
-            assert_int_equal(optim_adam_step(one, objective, &p), OPTIM_RUNNING);
-            assert_int_equal(optim_adam_step(two, objective, &p), OPTIM_RUNNING);
+            assert_int_equal(step_by(one, objective, &p), OPTIM_RUNNING);
+            assert_int_equal(step_by(two, objective, &p), OPTIM_RUNNING);
             assert_same_state(a, b, count);
         }
-        optim_adam_free(one);
-        optim_adam_free(two);
+        optim_free(one);
+        optim_free(two);
     }
 }
 
@@ -214,19 +213,19 @@ static void test_resume_lbfgs(void **state)
     for (size_t k = 0; k < sizeof save_after / sizeof save_after[0]; k++) {
         problem p = make_problem(chained_rosenbrock, 20);
         optim_array a[OPTIM_STATE_CAPACITY], b[OPTIM_STATE_CAPACITY];
-        optim_lbfgs *one = make_lbfgs(20, x, 7);
-        optim_lbfgs *two = make_lbfgs(20, zero, 7);
+        optim_optimizer *one = make_lbfgs(20, x, 7);
+        optim_optimizer *two = make_lbfgs(20, zero, 7);
         run(one, &p, save_after[k]);
-        const int count = optim_lbfgs_state(one, a, OPTIM_STATE_CAPACITY);
-        copy_state(b, a, optim_lbfgs_state(two, b, OPTIM_STATE_CAPACITY), count);
-        assert_null(optim_lbfgs_state_check(two));
+        const int count = optim_state(one, a);
+        copy_state(b, a, optim_state(two, b), count);
+        assert_null(optim_state_check(two));
         for (int i = 0; i < 50; i++) {
             assert_int_equal(run(one, &p, 1), OPTIM_RUNNING);
             assert_int_equal(run(two, &p, 1), OPTIM_RUNNING);
             assert_same_state(a, b, count);
         }
-        optim_lbfgs_free(one);
-        optim_lbfgs_free(two);
+        optim_free(one);
+        optim_free(two);
     }
 }
 
@@ -239,16 +238,16 @@ static void test_bad_state(void **state)
     classic_start(4, x);
     problem p = make_problem(rosenbrock, 4);
     optim_array a[OPTIM_STATE_CAPACITY];
-    optim_lbfgs *lbfgs = make_lbfgs(4, x, 3);
+    optim_optimizer *lbfgs = make_lbfgs(4, x, 3);
     run(lbfgs, &p, 5);
-    const int count = optim_lbfgs_state(lbfgs, a, OPTIM_STATE_CAPACITY);
-    assert_int_equal(optim_lbfgs_state(lbfgs, a, 2), count);
+    const int count = optim_state(lbfgs, a);
+    assert_int_equal(optim_state(lbfgs, a), count);
     for (int i = 0; i < count - 1; i++) {
         const double good = a[i].data[0];
         a[i].data[0] = NAN;
-        assert_int_equal(strncmp(optim_lbfgs_state_check(lbfgs), a[i].name, strlen(a[i].name)), 0);
+        assert_int_equal(strncmp(optim_state_check(lbfgs), a[i].name, strlen(a[i].name)), 0);
         a[i].data[0] = good;
-        assert_null(optim_lbfgs_state_check(lbfgs));
+        assert_null(optim_state_check(lbfgs));
     }
     assert_string_equal(a[count - 1].name, "scalars");
     int stopped = 0;
@@ -256,26 +255,26 @@ static void test_bad_state(void **state)
         double *scalar = a[count - 1].data + i;
         const double good = *scalar;
         *scalar = -1.5; /* no counter; but a value, best value or step may be */
-        if (optim_lbfgs_state_check(lbfgs)) {
+        if (optim_state_check(lbfgs)) {
             assert_int_equal(run(lbfgs, &p, 1), OPTIM_BAD_STATE);
             stopped++;
         }
         *scalar = good;
     }
     assert_int_equal(stopped, (int)a[count - 1].count - 3);
-    optim_lbfgs_free(lbfgs);
+    optim_free(lbfgs);
     const optim_adam_settings settings = optim_adam_defaults();
-    optim_adam *adam = optim_adam_create(4, x, &settings, NULL);
-    const int adam_count = optim_adam_state(adam, a, OPTIM_STATE_CAPACITY);
+    optim_optimizer *adam = create_adam(4, x, &settings, NULL);
+    const int adam_count = optim_state(adam, a);
     for (int i = 0; i < adam_count; i++) {
         const double good = a[i].data[0];
         a[i].data[0] = NAN;
-        assert_int_equal(strncmp(optim_adam_state_check(adam), a[i].name, strlen(a[i].name)), 0);
+        assert_int_equal(strncmp(optim_state_check(adam), a[i].name, strlen(a[i].name)), 0);
         a[i].data[0] = good;
     }
     a[adam_count - 1].data[0] = 0.5;
-    assert_int_equal(optim_adam_step(adam, objective, &p), OPTIM_BAD_STATE);
-    optim_adam_free(adam);
+    assert_int_equal(step_by(adam, objective, &p), OPTIM_BAD_STATE);
+    optim_free(adam);
 }
 
 int main(void)

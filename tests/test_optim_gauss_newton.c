@@ -1,6 +1,6 @@
 /* Levenberg-Marquardt.
  * The Cholesky factors are made here, so that nothing but optim/ is under test. */
-#include "../optim/optim.h"
+#include "../optim/optimizer.h"
 #include "allocations.h"
 
 #include <math.h>
@@ -46,6 +46,15 @@ static void solve(size_t n, const double *u, double *x)
         }
         x[i] /= u[i * n + i];
     }
+}
+
+static optim_optimizer *create_gauss_newton(size_t count, const double *x,
+                                            const optim_gauss_newton_settings *given,
+                                            const char **why)
+{
+    optim_settings settings = optim_settings_defaults(OPTIM_GAUSS_NEWTON);
+    settings.gauss_newton = *given;
+    return optim_create(count, x, &settings, why);
 }
 
 /* ---- problems ---- */
@@ -217,32 +226,32 @@ static void constant(const double *x, double *r, double *j)
     }
 }
 
-static optim_gauss_newton *make(fit *p, const double *x, optim_scaling scaling, double damping)
+static optim_optimizer *make(fit *p, const double *x, optim_scaling scaling, double damping)
 {
     optim_gauss_newton_settings settings = optim_gauss_newton_defaults();
     settings.scaling = scaling;
     settings.initial_damping = damping;
     const char *why = "";
-    optim_gauss_newton *gn = optim_gauss_newton_create(p->count, x, &settings, &why);
+    optim_optimizer *gn = create_gauss_newton(p->count, x, &settings, &why);
     assert_non_null(gn);
     assert_null(why);
     return gn;
 }
 
-static optim_status step_of(optim_gauss_newton *gn, fit *p)
+static optim_status step_of(optim_optimizer *gn, fit *p)
 {
     const optim_linear_model model = model_of(p);
-    return optim_gauss_newton_step(gn, &model);
+    return optim_step(gn, &(optim_target){.model = &model});
 }
 
 /* Steps until something stops it; the value never rises. */
-static optim_status minimise(optim_gauss_newton *gn, fit *p, int most)
+static optim_status minimise(optim_optimizer *gn, fit *p, int most)
 {
     optim_status status = OPTIM_RUNNING;
     double before = INFINITY;
     for (int i = 0; i < most && status == OPTIM_RUNNING; i++) {
         status = step_of(gn, p);
-        const double value = optim_gauss_newton_get_info(gn).value;
+        const double value = optim_inspect(gn).value;
         assert_true(value <= before);
         before = value;
     }
@@ -260,12 +269,12 @@ static void test_linear(void **state)
     EACH_SCALING(s)
     {
         fit p = {linear, 10, 3, 0, 0, 0, {0}, {0}, 0};
-        optim_gauss_newton *gn = make(&p, start, (optim_scaling)s, 1e-14);
+        optim_optimizer *gn = make(&p, start, (optim_scaling)s, 1e-14);
         minimise(gn, &p, 2);
         for (int i = 0; i < 3; i++) { /* the condition of J^T J, 5e3, times rounding, squared */
-            assert_true(fabs(optim_gauss_newton_x(gn)[i] - expected[i]) < 1e-10);
+            assert_true(fabs(optim_x(gn)[i] - expected[i]) < 1e-10);
         }
-        optim_gauss_newton_free(gn);
+        optim_free(gn);
     }
 }
 
@@ -276,16 +285,16 @@ static void test_rosenbrock(void **state)
     EACH_SCALING(s)
     {
         fit p = {rosenbrock, 2, 2, 0, 0, 0, {0}, {0}, 0};
-        optim_gauss_newton *gn = make(&p, start, (optim_scaling)s, 1e-3);
+        optim_optimizer *gn = make(&p, start, (optim_scaling)s, 1e-3);
         assert_int_equal(minimise(gn, &p, 100), OPTIM_GRADIENT_TOLERANCE);
         /* the gradient's tolerance over the smallest eigenvalue of the Hessian, 0.4, and twice that
          * along the valley */
-        assert_true(fabs(optim_gauss_newton_x(gn)[0] - 1) < 1e-11);
-        assert_true(fabs(optim_gauss_newton_x(gn)[1] - 1) < 1e-11);
-        optim_gauss_newton_info info = optim_gauss_newton_get_info(gn);
-        assert_true(info.iterations < 60 && info.rejected > 0);
+        assert_true(fabs(optim_x(gn)[0] - 1) < 1e-11);
+        assert_true(fabs(optim_x(gn)[1] - 1) < 1e-11);
+        optim_info info = optim_inspect(gn);
+        assert_true(info.steps < 60 && info.rejected > 0);
         assert_int_equal(info.evaluations, p.evaluations);
-        optim_gauss_newton_free(gn);
+        optim_free(gn);
     }
 }
 
@@ -298,13 +307,13 @@ static void test_misra1a(void **state)
     const double starts[2][2] = {{500, 0.0001}, {250, 0.0005}};
     for (int i = 0; i < 2; i++) {
         fit p = {misra1a, 14, 2, 0, 0, 0, {0}, {0}, 0};
-        optim_gauss_newton *gn = make(&p, starts[i], OPTIM_SCALING_DIAGONAL, 1e-3);
+        optim_optimizer *gn = make(&p, starts[i], OPTIM_SCALING_DIAGONAL, 1e-3);
         minimise(gn, &p, 100);
-        const double *b = optim_gauss_newton_x(gn);
+        const double *b = optim_x(gn);
         assert_true(fabs(b[0] / 2.3894212918E+02 - 1) < 1e-8);
         assert_true(fabs(b[1] / 5.5015643181E-04 - 1) < 1e-8);
-        assert_true(fabs(optim_gauss_newton_get_info(gn).value / 1.2455138894E-01 - 1) < 1e-9);
-        optim_gauss_newton_free(gn);
+        assert_true(fabs(optim_inspect(gn).value / 1.2455138894E-01 - 1) < 1e-9);
+        optim_free(gn);
     }
 }
 
@@ -316,14 +325,14 @@ static void test_rank_deficient(void **state)
     {
         fit p = {deficient, 4, 3, 0, 0, 0, {0}, {0}, 0};
         /* below rounding: the first matrix may well have no factor */
-        optim_gauss_newton *gn = make(&p, start, (optim_scaling)s, 1e-18);
+        optim_optimizer *gn = make(&p, start, (optim_scaling)s, 1e-18);
         minimise(gn, &p, 50);
-        const double *x = optim_gauss_newton_x(gn);
+        const double *x = optim_x(gn);
         assert_true(fabs(x[0] + x[1] - 2) < 1e-7);
         assert_true(x[2] == 7); /* no residual depends on it */
         assert_true(isfinite(x[0]) && isfinite(x[1]));
-        assert_true(optim_gauss_newton_get_info(gn).unsolved > 0);
-        optim_gauss_newton_free(gn);
+        assert_true(optim_inspect(gn).unsolved > 0);
+        optim_free(gn);
     }
 }
 
@@ -332,25 +341,25 @@ static void test_not_finite(void **state)
     (void)state;
     const double start = 3, wrong = -1;
     fit p = {logarithm, 1, 1, 0, 0, 0, {0}, {0}, 0};
-    optim_gauss_newton *gn = make(&p, &start, OPTIM_SCALING_DIAGONAL, 1e-6);
+    optim_optimizer *gn = make(&p, &start, OPTIM_SCALING_DIAGONAL, 1e-6);
     minimise(gn, &p, 100);
-    assert_true(fabs(optim_gauss_newton_x(gn)[0] - exp(-5)) < 1e-12);
-    assert_true(optim_gauss_newton_get_info(gn).not_finite > 0);
-    optim_gauss_newton_free(gn);
+    assert_true(fabs(optim_x(gn)[0] - exp(-5)) < 1e-12);
+    assert_true(optim_inspect(gn).not_finite > 0);
+    optim_free(gn);
 
     gn = make(&p, &wrong, OPTIM_SCALING_DIAGONAL, 1e-6);
     assert_int_equal(step_of(gn, &p), OPTIM_NOT_FINITE);
-    assert_true(optim_gauss_newton_x(gn)[0] == wrong);
-    optim_gauss_newton_free(gn);
+    assert_true(optim_x(gn)[0] == wrong);
+    optim_free(gn);
 
     fit q = {rosenbrock, 2, 2, 0, 3, OPTIM_OBJECTIVE_NOT_FINITE, {0}, {0}, 0}; /* every trial */
     const double x[2] = {-1.2, 1};
     gn = make(&q, x, OPTIM_SCALING_IDENTITY, 1e-3);
     assert_int_equal(step_of(gn, &q), OPTIM_NO_FINITE_STEP);
-    assert_memory_equal(optim_gauss_newton_x(gn), x, sizeof x);
+    assert_memory_equal(optim_x(gn), x, sizeof x);
     q.bad_from = 0;
     assert_int_equal(minimise(gn, &q, 100), OPTIM_GRADIENT_TOLERANCE); /* it may be called again */
-    optim_gauss_newton_free(gn);
+    optim_free(gn);
 }
 
 static void test_endings(void **state)
@@ -358,18 +367,18 @@ static void test_endings(void **state)
     (void)state;
     const double x[3] = {-1.2, 1, 0};
     fit lie = {constant, 1, 1, 0, 0, 0, {0}, {0}, 0};
-    optim_gauss_newton *gn = make(&lie, x, OPTIM_SCALING_IDENTITY, 1e-3);
+    optim_optimizer *gn = make(&lie, x, OPTIM_SCALING_IDENTITY, 1e-3);
     assert_int_equal(minimise(gn, &lie, 10), OPTIM_DAMPING_OVERFLOW);
-    assert_true(optim_gauss_newton_x(gn)[0] == x[0]);
-    optim_gauss_newton_free(gn);
+    assert_true(optim_x(gn)[0] == x[0]);
+    optim_free(gn);
 
     for (long at = 1; at <= 3; at++) { /* value, matrix, trial */
         fit stop = {rosenbrock, 2, 2, 0, at, OPTIM_OBJECTIVE_STOP, {0}, {0}, 0};
         gn = make(&stop, x, OPTIM_SCALING_IDENTITY, 1e-3);
         assert_int_equal(step_of(gn, &stop), OPTIM_STOPPED_BY_OBJECTIVE);
         assert_int_equal(stop.evaluations, at);
-        assert_memory_equal(optim_gauss_newton_x(gn), x, 2 * sizeof *x);
-        optim_gauss_newton_free(gn);
+        assert_memory_equal(optim_x(gn), x, 2 * sizeof *x);
+        optim_free(gn);
     }
 
     optim_gauss_newton_settings settings = optim_gauss_newton_defaults();
@@ -377,14 +386,14 @@ static void test_endings(void **state)
     const double b[2] = {250, 0.0005};
     settings.gradient_tolerance = 0;
     settings.function_tolerance = 1e-3;
-    gn = optim_gauss_newton_create(2, b, &settings, NULL);
+    gn = create_gauss_newton(2, b, &settings, NULL);
     assert_int_equal(minimise(gn, &p, 100), OPTIM_FUNCTION_TOLERANCE);
-    optim_gauss_newton_free(gn);
+    optim_free(gn);
     settings.function_tolerance = 0;
     settings.step_tolerance = 1e-3;
-    gn = optim_gauss_newton_create(2, b, &settings, NULL);
+    gn = create_gauss_newton(2, b, &settings, NULL);
     assert_int_equal(minimise(gn, &p, 100), OPTIM_STEP_TOLERANCE);
-    optim_gauss_newton_free(gn);
+    optim_free(gn);
 }
 
 static void test_resume(void **state)
@@ -393,16 +402,16 @@ static void test_resume(void **state)
     const double start[2] = {-1.2, 1};
     for (int from = 0; from < 12; from++) {
         fit p = {rosenbrock, 2, 2, 0, 0, 0, {0}, {0}, 0};
-        optim_gauss_newton *whole = make(&p, start, OPTIM_SCALING_IDENTITY, 1e-3);
-        optim_gauss_newton *again = make(&p, start, OPTIM_SCALING_IDENTITY, 1e-3);
+        optim_optimizer *whole = make(&p, start, OPTIM_SCALING_IDENTITY, 1e-3);
+        optim_optimizer *again = make(&p, start, OPTIM_SCALING_IDENTITY, 1e-3);
         minimise(whole, &p, from);
         optim_array a[OPTIM_STATE_CAPACITY], b[OPTIM_STATE_CAPACITY];
-        const int count = optim_gauss_newton_state(whole, a, OPTIM_STATE_CAPACITY);
-        assert_int_equal(optim_gauss_newton_state(again, b, OPTIM_STATE_CAPACITY), count);
+        const int count = optim_state(whole, a);
+        assert_int_equal(optim_state(again, b), count);
         for (int i = 0; i < count; i++) {
             memcpy(b[i].data, a[i].data, a[i].count * sizeof *a[i].data);
         }
-        assert_null(optim_gauss_newton_state_check(again));
+        assert_null(optim_state_check(again));
         for (int i = from; i < 14; i++) {
             assert_int_equal(step_of(whole, &p), step_of(again, &p));
             for (int k = 0; k < count; k++) {
@@ -412,15 +421,15 @@ static void test_resume(void **state)
         for (size_t i = 0; i < b[1].count; i++) { /* no scalar may hold anything */
             const double kept = b[1].data[i];
             b[1].data[i] = -1;
-            if (optim_gauss_newton_state_check(again)) {
+            if (optim_state_check(again)) {
                 assert_int_equal(step_of(again, &p), OPTIM_BAD_STATE);
             }
             b[1].data[i] = kept;
         }
         b[0].data[0] = NAN;
-        assert_non_null(optim_gauss_newton_state_check(again));
-        optim_gauss_newton_free(whole);
-        optim_gauss_newton_free(again);
+        assert_non_null(optim_state_check(again));
+        optim_free(whole);
+        optim_free(again);
     }
 }
 
@@ -444,12 +453,12 @@ static void test_settings(void **state)
     bad[7].damping_decrease = 1;
     for (int i = 0; i < 8; i++) {
         assert_non_null(optim_gauss_newton_check(&bad[i]));
-        assert_null(optim_gauss_newton_create(1, x, &bad[i], &why));
+        assert_null(create_gauss_newton(1, x, &bad[i], &why));
         assert_ptr_equal(why, optim_gauss_newton_check(&bad[i]));
     }
-    assert_null(optim_gauss_newton_create(2, x, &good, &why));
+    assert_null(create_gauss_newton(2, x, &good, &why));
     assert_string_equal(why, "the starting point x must be finite");
-    assert_null(optim_gauss_newton_create(0, x, &good, &why));
+    assert_null(create_gauss_newton(0, x, &good, &why));
     assert_string_equal(why, "count must be at least 1");
 }
 
@@ -458,13 +467,13 @@ static void test_allocations(void **state)
     (void)state;
     const double start[2] = {-1.2, 1};
     const optim_gauss_newton_settings settings = optim_gauss_newton_defaults();
-    optim_gauss_newton *gn = NULL;
+    optim_optimizer *gn = NULL;
     for (long i = 1; !gn; i++) {
         assert_true(i < 20);
         allocations = 0;
         failing_allocation = i;
         const char *why = NULL;
-        gn = optim_gauss_newton_create(2, start, &settings, &why);
+        gn = create_gauss_newton(2, start, &settings, &why);
         failing_allocation = 0;
         if (!gn) {
             assert_string_equal(why, "out of memory");
@@ -474,8 +483,8 @@ static void test_allocations(void **state)
     allocations = 0;
     minimise(gn, &p, 100);
     assert_int_equal(allocations, 0);
-    optim_gauss_newton_free(gn);
-    optim_gauss_newton_free(NULL);
+    optim_free(gn);
+    optim_free(NULL);
 }
 
 /* ---- the chord method ---- */
@@ -493,10 +502,10 @@ static void bent(const double *x, double *r, double *j)
     }
 }
 
-static optim_status chord_step(optim_gauss_newton *gn, fit *p)
+static optim_status chord_step(optim_optimizer *gn, fit *p)
 {
     const optim_linear_model model = {p, sum_of_squares, linearize, find_step, refresh};
-    return optim_gauss_newton_step(gn, &model);
+    return optim_step(gn, &(optim_target){.model = &model});
 }
 
 /* The same minimiser with J computed fewer times than steps are taken; 1e-8: where
@@ -506,8 +515,8 @@ static void test_chord(void **state)
     (void)state;
     const double from[2] = {40, -30};
     fit kept = {.f = bent, .rows = 12, .count = 2}, anew = kept;
-    optim_gauss_newton *by_chord = make(&kept, from, OPTIM_SCALING_IDENTITY, 1e-12);
-    optim_gauss_newton *by_newton = make(&anew, from, OPTIM_SCALING_IDENTITY, 1e-12);
+    optim_optimizer *by_chord = make(&kept, from, OPTIM_SCALING_IDENTITY, 1e-12);
+    optim_optimizer *by_newton = make(&anew, from, OPTIM_SCALING_IDENTITY, 1e-12);
     int steps = 0;
     while (chord_step(by_chord, &kept) == OPTIM_RUNNING && steps < 50) {
         steps++;
@@ -515,11 +524,11 @@ static void test_chord(void **state)
     minimise(by_newton, &anew, 50);
     assert_true(steps >= 3 && kept.models < steps && kept.models < anew.models);
     for (int i = 0; i < 2; i++) {
-        const double x = optim_gauss_newton_x(by_chord)[i], y = optim_gauss_newton_x(by_newton)[i];
+        const double x = optim_x(by_chord)[i], y = optim_x(by_newton)[i];
         assert_true(fabs(x - y) < 1e-8);
     }
-    optim_gauss_newton_free(by_chord);
-    optim_gauss_newton_free(by_newton);
+    optim_free(by_chord);
+    optim_free(by_newton);
 }
 
 /* Where J is far from what it was the old one is given up, in the same step. */
@@ -527,12 +536,12 @@ static void test_chord_given_up(void **state)
 {
     (void)state;
     fit p = {.f = rosenbrock, .rows = 2, .count = 2};
-    optim_gauss_newton *gn = make(&p, (double[]){-1.2, 1}, OPTIM_SCALING_IDENTITY, 1e-3);
+    optim_optimizer *gn = make(&p, (double[]){-1.2, 1}, OPTIM_SCALING_IDENTITY, 1e-3);
     for (int i = 0; i < 60 && chord_step(gn, &p) == OPTIM_RUNNING; i++) {
     }
-    assert_true(fabs(optim_gauss_newton_x(gn)[0] - 1) < 1e-6);
-    assert_true(fabs(optim_gauss_newton_x(gn)[1] - 1) < 1e-6);
-    optim_gauss_newton_free(gn);
+    assert_true(fabs(optim_x(gn)[0] - 1) < 1e-6);
+    assert_true(fabs(optim_x(gn)[1] - 1) < 1e-6);
+    optim_free(gn);
 }
 
 /* From the state before any step, the next ones have the same bits: J is made anew where it was. */
@@ -543,26 +552,26 @@ static void test_chord_resumed(void **state)
     const double from[2] = {40, -30};
     for (int at = 0; at < STEPS; at++) {
         fit p = {.f = bent, .rows = 12, .count = 2}, q = p;
-        optim_gauss_newton *gn = make(&p, from, OPTIM_SCALING_IDENTITY, 1e-12);
-        optim_gauss_newton *again = make(&q, (double[]){0, 0}, OPTIM_SCALING_IDENTITY, 1e-12);
+        optim_optimizer *gn = make(&p, from, OPTIM_SCALING_IDENTITY, 1e-12);
+        optim_optimizer *again = make(&q, (double[]){0, 0}, OPTIM_SCALING_IDENTITY, 1e-12);
         optim_array a[ARRAYS], b[ARRAYS];
         for (int i = 0; i < at; i++) {
             chord_step(gn, &p);
         }
-        assert_int_equal(optim_gauss_newton_state(gn, a, ARRAYS), ARRAYS);
-        assert_int_equal(optim_gauss_newton_state(again, b, ARRAYS), ARRAYS);
+        assert_int_equal(optim_state(gn, a), ARRAYS);
+        assert_int_equal(optim_state(again, b), ARRAYS);
         for (int i = 0; i < ARRAYS; i++) {
             memcpy(b[i].data, a[i].data, a[i].count * sizeof(double));
         }
-        assert_null(optim_gauss_newton_state_check(again));
+        assert_null(optim_state_check(again));
         for (int i = at; i < STEPS; i++) {
             assert_int_equal(chord_step(gn, &p), chord_step(again, &q));
             for (int k = 0; k < ARRAYS; k++) {
                 assert_memory_equal(a[k].data, b[k].data, a[k].count * sizeof(double));
             }
         }
-        optim_gauss_newton_free(gn);
-        optim_gauss_newton_free(again);
+        optim_free(gn);
+        optim_free(again);
     }
 }
 

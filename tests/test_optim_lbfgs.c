@@ -7,21 +7,21 @@ static long check_every_step(formula f, size_t count, const double *x, int memor
 {
     problem p = make_problem(f, count);
     double before[MAX_COUNT], g0[MAX_COUNT], g1[MAX_COUNT], s[MAX_COUNT];
-    optim_lbfgs *lbfgs = make_lbfgs(count, x, memory);
+    optim_optimizer *lbfgs = make_lbfgs(count, x, memory);
     optim_status status = OPTIM_RUNNING;
     for (int step = 1; step <= 2000 && status == OPTIM_RUNNING; step++) {
-        memcpy(before, optim_lbfgs_x(lbfgs), count * sizeof *before);
-        status = optim_lbfgs_step(lbfgs, objective, &p);
-        const double f0 = f(count, before, g0), f1 = f(count, optim_lbfgs_x(lbfgs), g1);
+        memcpy(before, optim_x(lbfgs), count * sizeof *before);
+        status = step_by(lbfgs, objective, &p);
+        const double f0 = f(count, before, g0), f1 = f(count, optim_x(lbfgs), g1);
         assert_consistent(lbfgs, &p);
-        assert_true(optim_lbfgs_get_info(lbfgs).best_value == p.lowest);
-        assert_memory_equal(optim_lbfgs_best_x(lbfgs), p.lowest_x, count * sizeof *x);
+        assert_true(optim_inspect(lbfgs).best_value == p.lowest);
+        assert_memory_equal(best_x_of(lbfgs), p.lowest_x, count * sizeof *x);
         if (status == OPTIM_GRADIENT_TOLERANCE) {
             break; /* steps as small as rounding, too short to check */
         }
-        assert_int_equal(optim_lbfgs_get_info(lbfgs).iterations, step);
+        assert_int_equal(optim_inspect(lbfgs).steps, step);
         for (size_t i = 0; i < count; i++) {
-            s[i] = optim_lbfgs_x(lbfgs)[i] - before[i];
+            s[i] = optim_x(lbfgs)[i] - before[i];
         }
         /* x1 - x0 carries a rounding of 1e-16 |x|, and the slopes that times |g|. */
         const double slope = dot(count, g0, s);
@@ -31,12 +31,12 @@ static long check_every_step(formula f, size_t count, const double *x, int memor
         assert_true(fabs(dot(count, g1, s)) <= 0.9 * fabs(slope) + rounding);
     }
     assert_int_equal(status, OPTIM_GRADIENT_TOLERANCE);
-    memcpy(result, optim_lbfgs_best_x(lbfgs), count * sizeof *result);
-    const optim_descent_info info = optim_lbfgs_get_info(lbfgs);
+    memcpy(result, best_x_of(lbfgs), count * sizeof *result);
+    const optim_info info = optim_inspect(lbfgs);
     assert_int_equal(info.evaluations, p.evaluations);
     assert_int_equal(info.resets, 0);
     assert_true(info.best_value == p.lowest);
-    optim_lbfgs_free(lbfgs);
+    optim_free(lbfgs);
     return p.evaluations;
 }
 
@@ -58,12 +58,12 @@ static void test_lbfgs_rosenbrock(void **state)
     assert_below(distance(100, result, ones), 1e-11);
     double g[MAX_COUNT]; /* the value is already below 1e-12 well before the end */
     problem p = make_problem(chained_rosenbrock, 100);
-    optim_lbfgs *lbfgs = make_lbfgs(100, x, 50);
-    while (optim_lbfgs_get_info(lbfgs).best_value >= 1e-12 && p.evaluations < 650) {
-        assert_int_equal(optim_lbfgs_step(lbfgs, objective, &p), OPTIM_RUNNING);
+    optim_optimizer *lbfgs = make_lbfgs(100, x, 50);
+    while (optim_inspect(lbfgs).best_value >= 1e-12 && p.evaluations < 650) {
+        assert_int_equal(step_by(lbfgs, objective, &p), OPTIM_RUNNING);
     }
-    assert_below(chained_rosenbrock(100, optim_lbfgs_best_x(lbfgs), g), 1e-12);
-    optim_lbfgs_free(lbfgs);
+    assert_below(chained_rosenbrock(100, best_x_of(lbfgs), g), 1e-12);
+    optim_free(lbfgs);
 }
 
 /* A memory above the number of iterations keeps the whole history; with less, inexact searches
@@ -83,10 +83,10 @@ static void test_lbfgs_quadratic(void **state)
     settings.memory = 400;
     settings.descent.gradient_tolerance = 1e-9;
     problem p = make_problem(turned_quadratic, 50);
-    optim_lbfgs *lbfgs = optim_lbfgs_create(50, x, &settings, NULL);
+    optim_optimizer *lbfgs = create_lbfgs(50, x, &settings, NULL);
     assert_int_equal(run(lbfgs, &p, 400), OPTIM_GRADIENT_TOLERANCE);
-    assert_below(distance(50, optim_lbfgs_x(lbfgs), minimiser), 1e-8); /* sqrt(50) * 1e-9 */
-    optim_lbfgs_free(lbfgs);
+    assert_below(distance(50, optim_x(lbfgs), minimiser), 1e-8); /* sqrt(50) * 1e-9 */
+    optim_free(lbfgs);
 }
 
 /* The direction of a step against -H g with the dense BFGS matrix, N&W (6.17), built from the pairs
@@ -99,14 +99,14 @@ static void test_lbfgs_direction(void **state)
     classic_start(N, x);
     x[0] = 0.3;
     problem p = make_problem(chained_rosenbrock, N);
-    optim_lbfgs *lbfgs = make_lbfgs(N, x, MEMORY);
+    optim_optimizer *lbfgs = make_lbfgs(N, x, MEMORY);
     optim_array a[OPTIM_STATE_CAPACITY];
-    optim_lbfgs_state(lbfgs, a, OPTIM_STATE_CAPACITY);
+    optim_state(lbfgs, a);
     run(lbfgs, &p, 1);
     for (int iteration = 1; iteration < 12; iteration++) {
-        assert_int_equal(optim_lbfgs_get_info(lbfgs).skipped, 0);
+        assert_int_equal(optim_inspect(lbfgs).skipped, 0);
         const int pairs = iteration < MEMORY ? iteration : MEMORY;
-        assert_int_equal(optim_lbfgs_get_info(lbfgs).pairs, pairs);
+        assert_int_equal(optim_inspect(lbfgs).pairs, pairs);
         const double *newest_s = a[3].data + (iteration - 1) % MEMORY * N;
         const double *newest_y = a[4].data + (iteration - 1) % MEMORY * N;
         const double gamma = dot(N, newest_s, newest_y) / dot(N, newest_y, newest_y);
@@ -129,13 +129,13 @@ static void test_lbfgs_direction(void **state)
             d[i] = -dot(N, h[i], a[1].data);
         }
         memcpy(before, a[0].data, sizeof before);
-        assert_int_equal(optim_lbfgs_step(lbfgs, objective, &p), OPTIM_RUNNING);
+        assert_int_equal(step_by(lbfgs, objective, &p), OPTIM_RUNNING);
         for (int i = 0; i < N; i++) { /* matrices of condition 1e3 to 1e4 cost 4 of 16 digits */
-            const double taken = (a[0].data[i] - before[i]) / optim_lbfgs_get_info(lbfgs).step;
+            const double taken = (a[0].data[i] - before[i]) / optim_inspect(lbfgs).rate;
             assert_near(taken, d[i], 1e-10 * sqrt(dot(N, d, d)) + 1e-13);
         }
     }
-    optim_lbfgs_free(lbfgs);
+    optim_free(lbfgs);
 }
 
 static void test_lbfgs_one_variable(void **state)
@@ -153,17 +153,17 @@ static void test_lbfgs_first_step(void **state)
 {
     (void)state;
     problem p = make_problem(hyperbolic_cosine, 1);
-    optim_lbfgs *lbfgs = make_lbfgs(1, (double[1]){50}, 10);
+    optim_optimizer *lbfgs = make_lbfgs(1, (double[1]){50}, 10);
     assert_int_equal(run(lbfgs, &p, 1), OPTIM_RUNNING);
     assert_int_equal(p.evaluations, 2); /* the slope falls to 1 / e of what it was: accepted */
-    assert_near(optim_lbfgs_x(lbfgs)[0], 49, 1e-14);
-    optim_lbfgs_free(lbfgs);
+    assert_near(optim_x(lbfgs)[0], 49, 1e-14);
+    optim_free(lbfgs);
     problem q = make_problem(shallow_cubic, 1);
     lbfgs = make_lbfgs(1, (double[1]){0}, 10);
     /* x = 1 is refused, -1e-5 > -c1; the cubic interpolation then is the function itself. */
     assert_int_equal(run(lbfgs, &q, 1), OPTIM_GRADIENT_TOLERANCE);
     assert_int_equal(q.evaluations, 3);
-    optim_lbfgs_free(lbfgs);
+    optim_free(lbfgs);
 }
 
 static void test_lbfgs_starts_at_minimum(void **state)
@@ -171,13 +171,13 @@ static void test_lbfgs_starts_at_minimum(void **state)
     (void)state;
     const double x[2] = {1, 1};
     problem p = make_problem(rosenbrock, 2);
-    optim_lbfgs *lbfgs = make_lbfgs(2, x, 10);
+    optim_optimizer *lbfgs = make_lbfgs(2, x, 10);
     for (int i = 0; i < 2; i++) {
-        assert_int_equal(optim_lbfgs_step(lbfgs, objective, &p), OPTIM_GRADIENT_TOLERANCE);
-        assert_int_equal(optim_lbfgs_get_info(lbfgs).evaluations, 1);
-        assert_memory_equal(optim_lbfgs_x(lbfgs), x, sizeof x);
+        assert_int_equal(step_by(lbfgs, objective, &p), OPTIM_GRADIENT_TOLERANCE);
+        assert_int_equal(optim_inspect(lbfgs).evaluations, 1);
+        assert_memory_equal(optim_x(lbfgs), x, sizeof x);
     }
-    optim_lbfgs_free(lbfgs);
+    optim_free(lbfgs);
 }
 
 /* From 1e-6 the gradient, -1e6, points over the whole finite region; from 20 the first steps, grown
@@ -192,15 +192,15 @@ static void test_lbfgs_nan_region(void **state)
             x[i] = starts[k] * (1 + 0.3 * i);
         }
         problem p = make_problem(barrier, 10);
-        optim_lbfgs *lbfgs = make_lbfgs(10, x, 10);
+        optim_optimizer *lbfgs = make_lbfgs(10, x, 10);
         const optim_status status = run(lbfgs, &p, 200);
         assert_true(status == OPTIM_GRADIENT_TOLERANCE || status == OPTIM_FUNCTION_TOLERANCE ||
                     status == OPTIM_LINE_SEARCH_FAILED); /* rounding of the value 10 */
         for (int i = 0; i < 10; i++) { /* flat to rounding of the value: sqrt(10 * 2e-16) */
-            assert_near(optim_lbfgs_x(lbfgs)[i], 1, 1e-7);
+            assert_near(optim_x(lbfgs)[i], 1, 1e-7);
         }
         assert_consistent(lbfgs, &p);
-        optim_lbfgs_free(lbfgs);
+        optim_free(lbfgs);
     }
 }
 
@@ -208,28 +208,28 @@ static void test_lbfgs_unbounded(void **state)
 {
     (void)state;
     problem p = make_problem(falling_line, 3);
-    optim_lbfgs *lbfgs = make_lbfgs(3, (double[3]){0, 0, 0}, 10);
+    optim_optimizer *lbfgs = make_lbfgs(3, (double[3]){0, 0, 0}, 10);
     assert_int_equal(run(lbfgs, &p, 100), OPTIM_UNBOUNDED);
-    const double *x = optim_lbfgs_x(lbfgs);
+    const double *x = optim_x(lbfgs);
     assert_near(sqrt(dot(3, x, x)), 1e10, 1); /* maximum_step */
     assert_consistent(lbfgs, &p);
-    optim_lbfgs_free(lbfgs);
+    optim_free(lbfgs);
     /* The second trial is the last finite one: its decrease is kept, with its gradient. */
     problem r = make_problem(falling_line, 3);
     r.misbehave_from = 4;
     r.misbehaviour = NAN_GRADIENT;
     lbfgs = make_lbfgs(3, (double[3]){0, 0, 0}, 10);
     assert_int_equal(run(lbfgs, &r, 100), OPTIM_NO_FINITE_STEP);
-    assert_true(optim_lbfgs_get_info(lbfgs).value == r.lowest && r.lowest < -1);
+    assert_true(optim_inspect(lbfgs).value == r.lowest && r.lowest < -1);
     assert_consistent(lbfgs, &r);
-    optim_lbfgs_free(lbfgs);
+    optim_free(lbfgs);
     /* Overflows before it gets that far. */
     problem q = make_problem(falling_exponential, 1);
     lbfgs = make_lbfgs(1, (double[1]){0}, 10);
     assert_int_equal(run(lbfgs, &q, 100), OPTIM_LINE_SEARCH_FAILED);
-    assert_true(isfinite(optim_lbfgs_x(lbfgs)[0]) && optim_lbfgs_get_info(lbfgs).value < -1e100);
+    assert_true(isfinite(optim_x(lbfgs)[0]) && optim_inspect(lbfgs).value < -1e100);
     assert_consistent(lbfgs, &q);
-    optim_lbfgs_free(lbfgs);
+    optim_free(lbfgs);
 }
 
 /* The objective misbehaves for good from the first, second, or a later evaluation on. */
@@ -243,9 +243,9 @@ static void test_lbfgs_endings(void **state)
             problem p = make_problem(rosenbrock, 10);
             p.misbehave_from = from;
             p.misbehaviour = how;
-            optim_lbfgs *lbfgs = make_lbfgs(10, x, 5);
+            optim_optimizer *lbfgs = make_lbfgs(10, x, 5);
             const optim_status status = run(lbfgs, &p, 100);
-            const optim_descent_info info = optim_lbfgs_get_info(lbfgs);
+            const optim_info info = optim_inspect(lbfgs);
             if (how == STOP) {
                 assert_int_equal(status, OPTIM_STOPPED_BY_OBJECTIVE);
             } else if (how == WRONG_GRADIENT) {
@@ -255,10 +255,10 @@ static void test_lbfgs_endings(void **state)
                 assert_int_equal(status, OPTIM_NOT_FINITE);
             } else {
                 /* Only the very first line search may have seen a finite trial before. */
-                const int any_finite = info.iterations == 0 && from > 2;
+                const int any_finite = info.steps == 0 && from > 2;
                 assert_true(status == OPTIM_NO_FINITE_STEP ||
                             (any_finite && status == OPTIM_LINE_SEARCH_FAILED));
-                assert_int_equal(info.resets, info.iterations > 0);
+                assert_int_equal(info.resets, info.steps > 0);
                 assert_true(info.evaluations < from + 2 * 25); /* the budget of two searches */
             }
             assert_true(info.best_value == p.lowest);
@@ -269,7 +269,7 @@ static void test_lbfgs_endings(void **state)
             p.misbehave_from = 0; /* the run can go on */
             assert_int_equal(how == WRONG_GRADIENT ? OPTIM_GRADIENT_TOLERANCE : run(lbfgs, &p, 200),
                              OPTIM_GRADIENT_TOLERANCE);
-            optim_lbfgs_free(lbfgs);
+            optim_free(lbfgs);
         }
     }
 }
@@ -287,12 +287,12 @@ static void test_lbfgs_tolerances(void **state)
         settings.descent.function_tolerance = kind == 1 ? 1e-2 : 0;
         settings.descent.step_tolerance = kind == 2 ? 1e-3 : 0;
         problem p = make_problem(rosenbrock, 10);
-        optim_lbfgs *lbfgs = optim_lbfgs_create(10, x, &settings, NULL);
+        optim_optimizer *lbfgs = create_lbfgs(10, x, &settings, NULL);
         assert_int_equal(run(lbfgs, &p, 100), wanted[kind]);
         if (kind == 0) {
-            assert_true(optim_lbfgs_get_info(lbfgs).gradient_max <= 1e-3);
+            assert_true(optim_inspect(lbfgs).gradient_max <= 1e-3);
         }
-        optim_lbfgs_free(lbfgs);
+        optim_free(lbfgs);
     }
 }
 
@@ -305,16 +305,16 @@ static void test_lbfgs_skips(void **state)
     optim_lbfgs_settings settings = optim_lbfgs_defaults();
     settings.descent.curvature_threshold = 0.9;
     problem p = make_problem(rosenbrock, 10);
-    optim_lbfgs *lbfgs = optim_lbfgs_create(10, x, &settings, NULL);
+    optim_optimizer *lbfgs = create_lbfgs(10, x, &settings, NULL);
     for (int i = 0; i < 50; i++) {
-        const double before = optim_lbfgs_get_info(lbfgs).value;
-        assert_int_equal(optim_lbfgs_step(lbfgs, objective, &p), OPTIM_RUNNING);
-        assert_true(optim_lbfgs_get_info(lbfgs).value < before);
-        const optim_descent_info info = optim_lbfgs_get_info(lbfgs);
-        assert_int_equal(info.pairs + info.skipped, info.iterations);
+        const double before = optim_inspect(lbfgs).value;
+        assert_int_equal(step_by(lbfgs, objective, &p), OPTIM_RUNNING);
+        assert_true(optim_inspect(lbfgs).value < before);
+        const optim_info info = optim_inspect(lbfgs);
+        assert_int_equal(info.pairs + info.skipped, info.steps);
     }
-    assert_true(optim_lbfgs_get_info(lbfgs).skipped > 10);
-    optim_lbfgs_free(lbfgs);
+    assert_true(optim_inspect(lbfgs).skipped > 10);
+    optim_free(lbfgs);
 }
 
 /* After a change of the objective the run is that of a new optimiser at the same point. */
@@ -325,19 +325,18 @@ static void test_lbfgs_objective_changed(void **state)
     classic_start(10, x);
     problem first = make_problem(rosenbrock, 10);
     problem second = make_problem(chained_rosenbrock, 10);
-    optim_lbfgs *lbfgs = make_lbfgs(10, x, 5);
+    optim_optimizer *lbfgs = make_lbfgs(10, x, 5);
     assert_int_equal(run(lbfgs, &first, 12), OPTIM_RUNNING);
-    optim_lbfgs_objective_changed(lbfgs);
-    assert_int_equal(optim_lbfgs_get_info(lbfgs).pairs, 0);
-    optim_lbfgs *fresh = make_lbfgs(10, optim_lbfgs_x(lbfgs), 5);
+    optim_objective_changed(lbfgs);
+    assert_int_equal(optim_inspect(lbfgs).pairs, 0);
+    optim_optimizer *fresh = make_lbfgs(10, optim_x(lbfgs), 5);
     for (int i = 0; i < 20; i++) {
         assert_int_equal(run(lbfgs, &second, 1), run(fresh, &second, 1));
-        assert_memory_equal(optim_lbfgs_x(lbfgs), optim_lbfgs_x(fresh), sizeof x);
-        assert_true(optim_lbfgs_get_info(lbfgs).best_value ==
-                    optim_lbfgs_get_info(fresh).best_value);
+        assert_memory_equal(optim_x(lbfgs), optim_x(fresh), sizeof x);
+        assert_true(optim_inspect(lbfgs).best_value == optim_inspect(fresh).best_value);
     }
-    optim_lbfgs_free(lbfgs);
-    optim_lbfgs_free(fresh);
+    optim_free(lbfgs);
+    optim_free(fresh);
 }
 
 int main(void)

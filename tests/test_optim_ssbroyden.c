@@ -4,27 +4,27 @@
 
 #include "allocations.h"
 
-static optim_ssbroyden *make(size_t count, const double *x)
+static optim_optimizer *make(size_t count, const double *x)
 {
     const optim_descent_settings settings = optim_descent_defaults();
-    optim_ssbroyden *ssb = optim_ssbroyden_create(count, x, &settings, NULL);
+    optim_optimizer *ssb = create_ssbroyden(count, x, &settings, NULL);
     assert_non_null(ssb);
     return ssb;
 }
 
-static optim_status steps(optim_ssbroyden *ssb, problem *p, int number)
+static optim_status steps(optim_optimizer *ssb, problem *p, int number)
 {
     optim_status status = OPTIM_RUNNING;
     for (int i = 0; i < number && status == OPTIM_RUNNING; i++) {
-        status = optim_ssbroyden_step(ssb, objective, p);
+        status = step_by(ssb, objective, p);
     }
     return status;
 }
 
-static optim_array array(optim_ssbroyden *ssb, const char *name)
+static optim_array array(optim_optimizer *ssb, const char *name)
 {
     optim_array arrays[OPTIM_STATE_CAPACITY];
-    const int count = optim_ssbroyden_state(ssb, arrays, OPTIM_STATE_CAPACITY);
+    const int count = optim_state(ssb, arrays);
     int i = 0;
     while (i < count && strcmp(arrays[i].name, name) != 0) {
         i++;
@@ -34,11 +34,11 @@ static optim_array array(optim_ssbroyden *ssb, const char *name)
 }
 
 /* Value and gradient of the state are those of the objective at the current point. */
-static void assert_state_consistent(optim_ssbroyden *ssb, const problem *p)
+static void assert_state_consistent(optim_optimizer *ssb, const problem *p)
 {
     double gradient[MAX_COUNT];
-    const double value = p->f(p->count, optim_ssbroyden_x(ssb), gradient);
-    assert_true(optim_ssbroyden_get_info(ssb).value == value);
+    const double value = p->f(p->count, optim_x(ssb), gradient);
+    assert_true(optim_inspect(ssb).value == value);
     assert_memory_equal(array(ssb, "gradient").data, gradient, p->count * sizeof *gradient);
 }
 
@@ -50,7 +50,7 @@ typedef struct moment {
     double h[N][N], x[N], g[N];
 } moment;
 
-static moment look(optim_ssbroyden *ssb)
+static moment look(optim_optimizer *ssb)
 {
     moment m;
     const double *triangle = array(ssb, "matrix").data;
@@ -59,7 +59,7 @@ static moment look(optim_ssbroyden *ssb)
             m.h[i][j] = m.h[j][i] = *triangle++;
         }
     }
-    memcpy(m.x, optim_ssbroyden_x(ssb), sizeof m.x);
+    memcpy(m.x, optim_x(ssb), sizeof m.x);
     memcpy(m.g, array(ssb, "gradient").data, sizeof m.g);
     return m;
 }
@@ -179,22 +179,22 @@ static void test_update(void **state)
             x[i] = functions[k] == barrier ? 3 + i : i % 2 ? 1 : -1.2;
         }
         problem p = make_problem(functions[k], N);
-        optim_ssbroyden *ssb = make(N, x);
+        optim_optimizer *ssb = make(N, x);
         assert_int_equal(steps(ssb, &p, 1), OPTIM_RUNNING); /* evaluates the start as well */
         moment before = look(ssb);
         for (int i = 0; i < 12; i++) {
             assert_int_equal(steps(ssb, &p, 1), OPTIM_RUNNING);
-            assert_int_equal(optim_ssbroyden_get_info(ssb).pairs, i + 2);
+            assert_int_equal(optim_inspect(ssb).pairs, i + 2);
             moment after = look(ssb);
             check_update(&before, &after, 0, &met);
             before = after;
         }
-        optim_ssbroyden_objective_changed(ssb);
-        p.f(N, optim_ssbroyden_x(ssb), before.g);
+        optim_objective_changed(ssb);
+        p.f(N, optim_x(ssb), before.g);
         assert_int_equal(steps(ssb, &p, 1), OPTIM_RUNNING);
         moment after = look(ssb);
         check_update(&before, &after, 1, &met);
-        optim_ssbroyden_free(ssb);
+        optim_free(ssb);
     }
     assert_true(met.positive > 3 && met.lowest > 0 && met.between > 3 && met.highest > 0);
 }
@@ -224,21 +224,21 @@ static void test_minima(void **state)
             x[i] = all[k].start[i % 2];
         }
         problem p = make_problem(all[k].f, all[k].count);
-        optim_ssbroyden *ssb = make(all[k].count, x);
+        optim_optimizer *ssb = make(all[k].count, x);
         double before = INFINITY;
         for (int i = 0; i < 400 && steps(ssb, &p, 1) == OPTIM_RUNNING; i++) {
-            const optim_descent_info info = optim_ssbroyden_get_info(ssb);
+            const optim_info info = optim_inspect(ssb);
             assert_true(info.value <= before && info.best_value == p.lowest);
             before = info.value;
         }
         /* Near its minimum the value is rounded; zero is reached to the square of rounding. */
         assert_near(before, all[k].minimum, 1e-14 * fmax(1, all[k].minimum));
-        assert_memory_equal(optim_ssbroyden_best_x(ssb), p.lowest_x, p.count * sizeof(double));
+        assert_memory_equal(best_x_of(ssb), p.lowest_x, p.count * sizeof(double));
         assert_state_consistent(ssb, &p);
         if (p.evaluations > all[k].most) {
             fail_msg("problem %zu took %ld evaluations", k, p.evaluations);
         }
-        optim_ssbroyden_free(ssb);
+        optim_free(ssb);
     }
 }
 
@@ -250,17 +250,17 @@ static void test_superlinear(void **state)
     double x[20], norms[200];
     classic_start(20, x);
     problem p = make_problem(turned_quadratic, 20);
-    optim_ssbroyden *ssb = make(20, x);
+    optim_optimizer *ssb = make(20, x);
     int n = 0;
     while (n < 200 && steps(ssb, &p, 1) == OPTIM_RUNNING) {
-        norms[n++] = optim_ssbroyden_get_info(ssb).gradient_norm;
+        norms[n++] = optim_inspect(ssb).gradient_norm;
         if (norms[n - 1] < 1e-7) { /* rounding of gradients of 1e6 is 1e-10 */
             break;
         }
     }
     assert_true(n > 12 && n < 120);
     assert_below(norms[n - 1], 1e-6 * norms[n - 11]);
-    optim_ssbroyden_free(ssb);
+    optim_free(ssb);
 }
 
 /* ---- safeguards ---- */
@@ -274,16 +274,16 @@ static void test_skips(void **state)
     optim_descent_settings settings = optim_descent_defaults();
     settings.curvature_threshold = 0.9;
     problem p = make_problem(rosenbrock, 10);
-    optim_ssbroyden *ssb = optim_ssbroyden_create(10, x, &settings, NULL);
+    optim_optimizer *ssb = create_ssbroyden(10, x, &settings, NULL);
     for (int i = 0; i < 50; i++) {
-        const double before = optim_ssbroyden_get_info(ssb).value;
+        const double before = optim_inspect(ssb).value;
         assert_int_equal(steps(ssb, &p, 1), OPTIM_RUNNING);
-        assert_true(optim_ssbroyden_get_info(ssb).value < before);
+        assert_true(optim_inspect(ssb).value < before);
     }
-    const optim_descent_info info = optim_ssbroyden_get_info(ssb);
+    const optim_info info = optim_inspect(ssb);
     assert_true(info.skipped > 10 && info.pairs > 0);
-    assert_int_equal(info.pairs + info.skipped, info.iterations);
-    optim_ssbroyden_free(ssb);
+    assert_int_equal(info.pairs + info.skipped, info.steps);
+    optim_free(ssb);
 }
 
 /* The objective misbehaves from the first, the second, or a later evaluation on; then the run goes
@@ -298,26 +298,26 @@ static void test_endings(void **state)
             problem p = make_problem(rosenbrock, 10);
             p.misbehave_from = from;
             p.misbehaviour = how;
-            optim_ssbroyden *ssb = make(10, x);
+            optim_optimizer *ssb = make(10, x);
             const optim_status status = steps(ssb, &p, 100);
             if (how == STOP) {
                 assert_int_equal(status, OPTIM_STOPPED_BY_OBJECTIVE);
             } else if (how == WRONG_GRADIENT) {
                 assert_int_equal(status, OPTIM_LINE_SEARCH_FAILED);
-                assert_true(optim_ssbroyden_get_info(ssb).resets >= 1);
+                assert_true(optim_inspect(ssb).resets >= 1);
             } else if (from == 1) {
                 assert_int_equal(status, OPTIM_NOT_FINITE);
             } else {
                 assert_true(status == OPTIM_NO_FINITE_STEP || status == OPTIM_LINE_SEARCH_FAILED);
             }
-            assert_true(optim_ssbroyden_get_info(ssb).best_value == p.lowest);
+            assert_true(optim_inspect(ssb).best_value == p.lowest);
             if (from > 1 && how != WRONG_GRADIENT) {
                 assert_state_consistent(ssb, &p);
                 p.misbehave_from = 0;
                 steps(ssb, &p, 300);
-                assert_below(optim_ssbroyden_get_info(ssb).value, 1e-14);
+                assert_below(optim_inspect(ssb).value, 1e-14);
             }
-            optim_ssbroyden_free(ssb);
+            optim_free(ssb);
         }
     }
 }
@@ -329,19 +329,18 @@ static void test_objective_changed(void **state)
     double x[10];
     classic_start(10, x);
     problem first = make_problem(rosenbrock, 10), second = make_problem(chained_rosenbrock, 10);
-    optim_ssbroyden *ssb = make(10, x);
+    optim_optimizer *ssb = make(10, x);
     assert_int_equal(steps(ssb, &first, 12), OPTIM_RUNNING);
-    optim_ssbroyden_objective_changed(ssb);
-    assert_int_equal(optim_ssbroyden_get_info(ssb).pairs, 0);
-    optim_ssbroyden *fresh = make(10, optim_ssbroyden_x(ssb));
+    optim_objective_changed(ssb);
+    assert_int_equal(optim_inspect(ssb).pairs, 0);
+    optim_optimizer *fresh = make(10, optim_x(ssb));
     for (int i = 0; i < 20; i++) {
         assert_int_equal(steps(ssb, &second, 1), steps(fresh, &second, 1));
-        assert_memory_equal(optim_ssbroyden_x(ssb), optim_ssbroyden_x(fresh), sizeof x);
-        assert_true(optim_ssbroyden_get_info(ssb).best_value ==
-                    optim_ssbroyden_get_info(fresh).best_value);
+        assert_memory_equal(optim_x(ssb), optim_x(fresh), sizeof x);
+        assert_true(optim_inspect(ssb).best_value == optim_inspect(fresh).best_value);
     }
-    optim_ssbroyden_free(ssb);
-    optim_ssbroyden_free(fresh);
+    optim_free(ssb);
+    optim_free(fresh);
 }
 
 /* ---- memory, state ---- */
@@ -353,16 +352,16 @@ static void test_create(void **state)
     static double many[OPTIM_SSBROYDEN_COUNT_MAX + 1];
     const char *why = NULL;
     optim_descent_settings settings = optim_descent_defaults();
-    assert_null(optim_ssbroyden_create(2, bad_x, &settings, &why));
+    assert_null(create_ssbroyden(2, bad_x, &settings, &why));
     assert_non_null(strstr(why, "finite"));
-    assert_null(optim_ssbroyden_create(0, many, &settings, &why));
+    assert_null(create_ssbroyden(0, many, &settings, &why));
     assert_non_null(strstr(why, "count"));
-    assert_null(optim_ssbroyden_create(OPTIM_SSBROYDEN_COUNT_MAX + 1, many, &settings, &why));
+    assert_null(create_ssbroyden(OPTIM_SSBROYDEN_COUNT_MAX + 1, many, &settings, &why));
     assert_non_null(strstr(why, "10000"));
     settings.curvature = 2;
-    assert_null(optim_ssbroyden_create(2, many, &settings, &why));
+    assert_null(create_ssbroyden(2, many, &settings, &why));
     assert_non_null(strstr(why, "curvature"));
-    optim_ssbroyden_free(NULL);
+    optim_free(NULL);
 }
 
 /* Every allocation of create fails once: no crash, no leak (run under ASan), and a reason. Steps
@@ -374,23 +373,23 @@ static void test_allocation(void **state)
     double x[10];
     classic_start(10, x);
     problem p = make_problem(rosenbrock, 10);
-    optim_ssbroyden *ssb = NULL;
+    optim_optimizer *ssb = NULL;
     long n = 0;
     while (!ssb) {
         const char *why = NULL;
         allocations = 0;
         failing_allocation = ++n;
-        ssb = optim_ssbroyden_create(10, x, &settings, &why);
+        ssb = create_ssbroyden(10, x, &settings, &why);
         failing_allocation = 0;
         assert_true(ssb || (why && strcmp(why, "out of memory") == 0));
     }
     assert_true(n > 3); /* the hook is linked in */
     allocations = 0;
     assert_int_equal(steps(ssb, &p, 20), OPTIM_RUNNING);
-    optim_ssbroyden_objective_changed(ssb);
+    optim_objective_changed(ssb);
     assert_int_equal(steps(ssb, &p, 5), OPTIM_RUNNING);
     assert_int_equal(allocations, 0);
-    optim_ssbroyden_free(ssb);
+    optim_free(ssb);
 }
 
 /* A copy of the state goes on with the same bits, from wherever it is taken. */
@@ -404,24 +403,24 @@ static void test_resume(void **state)
         settings.curvature_threshold = k % 2 ? 0.3 : 1e-12;
         problem p = make_problem(chained_rosenbrock, 20);
         optim_array a[OPTIM_STATE_CAPACITY], b[OPTIM_STATE_CAPACITY];
-        optim_ssbroyden *one = optim_ssbroyden_create(20, x, &settings, NULL);
-        optim_ssbroyden *two = optim_ssbroyden_create(20, zero, &settings, NULL);
+        optim_optimizer *one = create_ssbroyden(20, x, &settings, NULL);
+        optim_optimizer *two = create_ssbroyden(20, zero, &settings, NULL);
         steps(one, &p, k);
-        const int count = optim_ssbroyden_state(one, a, OPTIM_STATE_CAPACITY);
-        assert_int_equal(optim_ssbroyden_state(two, b, OPTIM_STATE_CAPACITY), count);
+        const int count = optim_state(one, a);
+        assert_int_equal(optim_state(two, b), count);
         for (int i = 0; i < count; i++) {
             assert_int_equal(a[i].count, b[i].count);
             memcpy(b[i].data, a[i].data, a[i].count * sizeof(double));
         }
-        assert_null(optim_ssbroyden_state_check(two));
+        assert_null(optim_state_check(two));
         for (int i = 0; i < 30; i++) {
             assert_int_equal(steps(one, &p, 1), steps(two, &p, 1));
             for (int j = 0; j < count; j++) {
                 assert_memory_equal(a[j].data, b[j].data, a[j].count * sizeof(double));
             }
         }
-        optim_ssbroyden_free(one);
-        optim_ssbroyden_free(two);
+        optim_free(one);
+        optim_free(two);
     }
 }
 
@@ -434,25 +433,25 @@ static void test_bad_state(void **state)
     classic_start(4, x);
     problem p = make_problem(rosenbrock, 4);
     optim_array a[OPTIM_STATE_CAPACITY];
-    optim_ssbroyden *ssb = make(4, x);
+    optim_optimizer *ssb = make(4, x);
     steps(ssb, &p, 5);
-    const int count = optim_ssbroyden_state(ssb, a, OPTIM_STATE_CAPACITY);
-    assert_int_equal(optim_ssbroyden_state(ssb, a, 2), count);
-    optim_ssbroyden_state(ssb, a, OPTIM_STATE_CAPACITY);
+    const int count = optim_state(ssb, a);
+    assert_int_equal(optim_state(ssb, a), count);
+    optim_state(ssb, a);
     for (int i = 0; i < count; i++) {
         const double good = a[i].data[0];
         a[i].data[0] = NAN;
-        const char *why = optim_ssbroyden_state_check(ssb);
+        const char *why = optim_state_check(ssb);
         assert_int_equal(strncmp(why, a[i].name, strlen(a[i].name)), 0);
         a[i].data[0] = good;
-        assert_null(optim_ssbroyden_state_check(ssb));
+        assert_null(optim_state_check(ssb));
     }
     int stopped = 0;
     for (size_t i = 0; i < a[count - 1].count; i++) {
         double *scalar = a[count - 1].data + i;
         const double good = *scalar;
         *scalar = -1.5; /* no counter; but a value, best value or step may be */
-        if (optim_ssbroyden_state_check(ssb)) {
+        if (optim_state_check(ssb)) {
             assert_int_equal(steps(ssb, &p, 1), OPTIM_BAD_STATE);
             stopped++;
         }
@@ -464,17 +463,17 @@ static void test_bad_state(void **state)
         matrix.data[i] = -matrix.data[i];
     }
     problem q = make_problem(rosenbrock, 4);
-    optim_ssbroyden *other = make(4, x);
+    optim_optimizer *other = make(4, x);
     optim_array b[OPTIM_STATE_CAPACITY];
-    optim_ssbroyden_state(other, b, OPTIM_STATE_CAPACITY);
+    optim_state(other, b);
     for (int i = 0; i < count; i++) {
         memcpy(b[i].data, a[i].data, a[i].count * sizeof(double));
     }
     assert_int_equal(steps(other, &q, 1), OPTIM_RUNNING);
-    assert_int_equal(optim_ssbroyden_get_info(other).resets, 1);
-    assert_int_equal(optim_ssbroyden_get_info(other).pairs, 1);
-    optim_ssbroyden_free(ssb);
-    optim_ssbroyden_free(other);
+    assert_int_equal(optim_inspect(other).resets, 1);
+    assert_int_equal(optim_inspect(other).pairs, 1);
+    optim_free(ssb);
+    optim_free(other);
 }
 
 int main(void)

@@ -2,7 +2,7 @@
 
 #include "autodiff/dense.h"
 #include "nn/rng.h"
-#include "optim/optim.h"
+#include "optim/optimizer.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -329,23 +329,24 @@ static int solve(void *context, double damping, const double *scale, double *ste
 static ad_status descend(fit *x, const residual_settings *settings, double *best, ad_error *error)
 {
     const optim_linear_model model = {x, evaluate, linearize, solve, NULL};
-    optim_gauss_newton_settings by = optim_gauss_newton_defaults();
+    const optim_target target = {.model = &model};
+    optim_settings by = optim_settings_defaults(OPTIM_GAUSS_NEWTON);
     const char *why = NULL;
     nn_rng rng = nn_rng_split(settings->seed, "residual");
     double lowest = INFINITY;
-    by.scaling = OPTIM_SCALING_DIAGONAL;
-    by.gradient_tolerance = 0;
+    by.gauss_newton.scaling = OPTIM_SCALING_DIAGONAL;
+    by.gauss_newton.gradient_tolerance = 0;
     for (size_t i = 0; i < x->count; i++) { /* W2 = 0: it begins as the model */
         const bool hidden = i < x->of->units * (1 + x->of->seen);
         x->of->numbers[i] = hidden ? nn_rng_normal(&rng) / sqrt((double)x->of->seen) : 0;
     }
-    optim_gauss_newton *gn = optim_gauss_newton_create(x->count, x->of->numbers, &by, &why);
+    optim_optimizer *gn = optim_create(x->count, x->of->numbers, &by, &why);
     if (!gn) {
         return ad_fail(error, AD_NO_MEMORY, "residual: %s", why);
     }
     optim_status status = OPTIM_RUNNING;
     for (int i = 0; i <= settings->steps && status == OPTIM_RUNNING; i++) {
-        const double *p = optim_gauss_newton_x(gn);
+        const double *p = optim_x(gn);
         memcpy(x->of->numbers, p, x->count * sizeof *p);
         const double off =
             x->held_out > 0 ? sum_over(x, x->runs - x->held_out, x->runs, false) : -i;
@@ -353,9 +354,9 @@ static ad_status descend(fit *x, const residual_settings *settings, double *best
             lowest = off;
             memcpy(best, p, x->count * sizeof *p);
         }
-        status = i < settings->steps ? optim_gauss_newton_step(gn, &model) : status;
+        status = i < settings->steps ? optim_step(gn, &target) : status;
     }
-    optim_gauss_newton_free(gn);
+    optim_free(gn);
     memcpy(x->of->numbers, best, x->count * sizeof *best);
     return isfinite(lowest) && status != OPTIM_NOT_FINITE
                ? AD_OK

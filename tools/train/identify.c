@@ -1,7 +1,7 @@
 #include "tools/train/identify.h"
 
 #include "autodiff/dense.h"
-#include "optim/optim.h"
+#include "optim/optimizer.h"
 #include "physics/sampling.h"
 
 #include <math.h>
@@ -233,10 +233,11 @@ static ad_status descend(search *x, const double *z, descent *result, ad_error *
 {
     double y[MAX], first;
     const char *why = NULL;
-    optim_gauss_newton_settings settings = optim_gauss_newton_defaults();
+    optim_settings settings = optim_settings_defaults(OPTIM_GAUSS_NEWTON);
     const optim_linear_model model = {x, evaluate, linearize, solve, NULL};
-    settings.scaling = OPTIM_SCALING_DIAGONAL;
-    settings.gradient_tolerance = 0;
+    const optim_target target = {.model = &model};
+    settings.gauss_newton.scaling = OPTIM_SCALING_DIAGONAL;
+    settings.gauss_newton.gradient_tolerance = 0;
     *result = (descent){.chi_squared = INFINITY};
     for (int i = 0; i < x->count; i++) {
         y[i] = logit(fmin(1 - EDGE, fmax(EDGE, z[i])));
@@ -246,26 +247,26 @@ static ad_status descend(search *x, const double *z, descent *result, ad_error *
     for (int i = 0; i < x->count && !x->easy; i++) {
         x->y[i] = NAN;
     }
-    optim_gauss_newton *gn = optim_gauss_newton_create((size_t)x->count, y, &settings, &why);
+    optim_optimizer *gn = optim_create((size_t)x->count, y, &settings, &why);
     if (!gn) {
         return ad_fail(error, AD_NO_MEMORY, "identification: %s", why);
     }
     optim_status status = OPTIM_RUNNING;
     while (status == OPTIM_RUNNING && !result->converged && result->steps < STEPS_MAX) {
-        status = optim_gauss_newton_step(gn, &model);
-        const double variance = variance_of(x, optim_gauss_newton_get_info(gn).value);
+        status = optim_step(gn, &target);
+        const double variance = variance_of(x, optim_inspect(gn).value);
         result->steps++;
         result->converged =
             status == OPTIM_FUNCTION_TOLERANCE || status == OPTIM_GRADIENT_TOLERANCE ||
             promised(x, variance) < variance * (status == OPTIM_RUNNING ? SETTLED : STUCK);
     }
-    if (isfinite(optim_gauss_newton_get_info(gn).value)) {
-        result->chi_squared = optim_gauss_newton_get_info(gn).value;
+    if (isfinite(optim_inspect(gn).value)) {
+        result->chi_squared = optim_inspect(gn).value;
     }
     for (int i = 0; i < x->count; i++) {
-        result->z[i] = part_of(optim_gauss_newton_x(gn)[i]);
+        result->z[i] = part_of(optim_x(gn)[i]);
     }
-    optim_gauss_newton_free(gn);
+    optim_free(gn);
     return status == OPTIM_STOPPED_BY_OBJECTIVE
                ? ad_fail(error, x->error.status, "%s", x->error.message)
                : AD_OK;

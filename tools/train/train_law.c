@@ -2,7 +2,7 @@
 
 #include "autodiff/dense.h"
 #include "nn/rng.h"
-#include "optim/optim.h"
+#include "optim/optimizer.h"
 #include "tools/files/table_file.h"
 
 #include <math.h>
@@ -347,32 +347,32 @@ static ad_status descend(fit *x, int start, double *p, double *best, train_law_r
 {
     const optim_linear_model model = {x, evaluate, linearize, solve, NULL};
     const int judge = x->rows[1] > 0;
-    optim_gauss_newton_settings settings = optim_gauss_newton_defaults();
-    settings.scaling = OPTIM_SCALING_IDENTITY;
-    settings.gradient_tolerance = 0;
+    const optim_target target = {.model = &model};
+    optim_settings settings = optim_settings_defaults(OPTIM_GAUSS_NEWTON);
+    settings.gauss_newton.scaling = OPTIM_SCALING_IDENTITY;
+    settings.gauss_newton.gradient_tolerance = 0;
     const char *why = NULL;
     draw(x, start, p);
-    optim_gauss_newton *gn = optim_gauss_newton_create(x->count, p, &settings, &why);
+    optim_optimizer *gn = optim_create(x->count, p, &settings, &why);
     if (!gn) {
         return ad_fail(error, AD_NO_MEMORY, "law: %s", why);
     }
     optim_status status = OPTIM_RUNNING;
     x->error = error;
     for (int i = 1; i <= x->asked->steps && status == OPTIM_RUNNING; i++) {
-        status = optim_gauss_newton_step(gn, &model);
+        status = optim_step(gn, &target);
         double off = INFINITY;
-        if (status != OPTIM_STOPPED_BY_OBJECTIVE &&
-            sum_of(x, judge, optim_gauss_newton_x(gn), &off)) {
+        if (status != OPTIM_STOPPED_BY_OBJECTIVE && sum_of(x, judge, optim_x(gn), &off)) {
             status = OPTIM_STOPPED_BY_OBJECTIVE;
         }
         if (off < *best) {
             *best = off;
             report->steps = i;
             report->start = start;
-            set_law(x, optim_gauss_newton_x(gn));
+            set_law(x, optim_x(gn));
         }
     }
-    optim_gauss_newton_free(gn);
+    optim_free(gn);
     return status == OPTIM_STOPPED_BY_OBJECTIVE ? error->status : AD_OK;
 }
 
