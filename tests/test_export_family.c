@@ -6,7 +6,7 @@
 #include "temporary_folder.h"
 
 #include "nn/nn.h"
-#include "physics/solve/members.h"
+#include "physics/solve/solve_members.h"
 #include "tools/programs/export_family.h"
 
 #include <math.h>

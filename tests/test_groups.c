@@ -5,7 +5,7 @@
 #include "random_numbers.h"
 
 #include "physics/groups.h"
-#include "physics/solve/members.h"
+#include "physics/solve/solve_members.h"
 #include "tools/config/config.h"
 
 #include <math.h>

@@ -7,9 +7,9 @@
 #include "config_testing.h"
 #include "temporary_folder.h"
 
-#include "physics/solve/members.h"
 #include "physics/solve/reduced.h"
 #include "physics/solve/solve.h"
+#include "physics/solve/solve_members.h"
 #include "physics/strain.h"
 #include "physics/support.h"
 #include "tools/library/cpinn.h"

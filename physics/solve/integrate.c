@@ -3,7 +3,7 @@
 #include "physics/gauss.h"
 #include "physics/solve/motion_fastest.h"
 #include "physics/solve/motion_system.h"
-#include "physics/solve/vector.h"
+#include "physics/solve/solve_vector.h"
 
 #include <arkode/arkode_arkstep.h>
 

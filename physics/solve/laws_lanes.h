@@ -3,7 +3,7 @@
 #ifndef PHYSICS_SOLVE_LAWS_LANES_H
 #define PHYSICS_SOLVE_LAWS_LANES_H
 
-#include "physics/solve/lanes.h"
+#include "physics/solve/quaternion_lanes.h"
 
 #include <math.h>
 

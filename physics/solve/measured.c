@@ -1,7 +1,7 @@
 #include "physics/solve/measured.h"
 
 #include "physics/quaternion.h"
-#include "physics/solve/members.h"
+#include "physics/solve/solve_members.h"
 #include "physics/sort.h"
 
 #include <math.h>

@@ -3,9 +3,9 @@
  *
  * The scene has parameters (physics/scene.h): some are unknown, the others known for each row of
  * the measurements. Rows with the same known values are one experiment: one member of the family,
- * solved once. Rods at rest that physics/solve/members.h takes are solved by it, all experiments at
- * all trial values in one batch; others, and what needs forces and moments, by solution_create,
- * over threads. */
+ * solved once. Rods at rest that physics/solve/solve_members.h takes are solved by it, all
+ * experiments at all trial values in one batch; others, and what needs forces and moments, by
+ * solution_create, over threads. */
 #ifndef PHYSICS_SOLVE_MEASURED_H
 #define PHYSICS_SOLVE_MEASURED_H
 

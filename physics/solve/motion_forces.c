@@ -2,8 +2,8 @@
 #include "physics/solve/motion_internal.h"
 
 #include "physics/quaternion.h"
-#include "physics/solve/lanes.h"
 #include "physics/solve/lobatto.h"
+#include "physics/solve/quaternion_lanes.h"
 
 #include <math.h>
 #include <string.h>

@@ -2,7 +2,7 @@
 
 #include "physics/breaks.h"
 #include "physics/solve/balance.h"
-#include "physics/solve/beam.h"
+#include "physics/solve/beam_solver.h"
 #include "physics/solve/dynamic.h"
 #include "physics/solve/modes_motion.h"
 #include "physics/solve/static.h"

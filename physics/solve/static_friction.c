@@ -2,8 +2,8 @@
 
 #include "physics/quaternion.h"
 #include "physics/solve/mesh.h"
+#include "physics/solve/solve_vector.h"
 #include "physics/solve/static_system_internal.h"
-#include "physics/solve/vector.h"
 
 #include <kinsol/kinsol.h>
 #include <math.h>

@@ -1,9 +1,9 @@
 #include "physics/solve/static_newton.h"
 
+#include "physics/solve/solve_vector.h"
 #include "physics/solve/static_friction.h"
 #include "physics/solve/static_tension.h"
 #include "physics/solve/strain_newton.h"
-#include "physics/solve/vector.h"
 
 #include <kinsol/kinsol.h>
 #include <math.h>

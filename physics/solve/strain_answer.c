@@ -1,5 +1,5 @@
-/* What a curvature from elsewhere is worth (members.h): Newton's steps from there, and how far the
- * rod is from its equilibrium. */
+/* What a curvature from elsewhere is worth (solve_members.h): Newton's steps from there, and how
+ * far the rod is from its equilibrium. */
 #include "autodiff/dense.h"
 #include "physics/solve/strain_algebra.h"
 #include "physics/solve/strain_group.h"

@@ -1,5 +1,5 @@
 /* LANES members at a time: following their loads on a coarse mesh, then one step on finer ones,
- * which says what the coarser was worth (members.h). */
+ * which says what the coarser was worth (solve_members.h). */
 #ifndef PHYSICS_SOLVE_STRAIN_GROUP_H
 #define PHYSICS_SOLVE_STRAIN_GROUP_H
 

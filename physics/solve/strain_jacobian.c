@@ -7,7 +7,7 @@
 #include "physics/solve/strain_jacobian.h"
 
 #include "autodiff/dense.h"
-#include "physics/solve/members.h"
+#include "physics/solve/solve_members.h"
 #include "physics/strain.h"
 
 #include <math.h>

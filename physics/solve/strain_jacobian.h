@@ -1,4 +1,5 @@
-/* Shapes of members (members.h) of a given curvature, and their derivatives by the parameters. */
+/* Shapes of members (solve_members.h) of a given curvature, and their derivatives by the
+ * parameters. */
 #ifndef PHYSICS_SOLVE_STRAIN_JACOBIAN_H
 #define PHYSICS_SOLVE_STRAIN_JACOBIAN_H
 

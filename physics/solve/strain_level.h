@@ -1,9 +1,9 @@
-/* One mesh on which members are solved (members.h): what they are given there, shapes between its
- * points, and curvature from a coarser one. */
+/* One mesh on which members are solved (solve_members.h): what they are given there, shapes between
+ * its points, and curvature from a coarser one. */
 #ifndef PHYSICS_SOLVE_STRAIN_LEVEL_H
 #define PHYSICS_SOLVE_STRAIN_LEVEL_H
 
-#include "physics/solve/members.h"
+#include "physics/solve/solve_members.h"
 #include "physics/solve/strain_form.h"
 
 /* Where a shape is wanted: s in an element, from its beginning on, or from a point on. */

@@ -27,7 +27,7 @@
 
 #include "physics/evaluator.h"
 #include "physics/scene.h"
-#include "physics/solve/members.h"
+#include "physics/solve/solve_members.h"
 #include "physics/verdict.h"
 #include "tools/train/train_settings.h"
 
@@ -121,9 +121,9 @@ ad_status cpinn_evaluator(const cpinn_model *model, const char *names, evaluator
 /* ---- families -------------------------------------------------------------------------------
  *
  * A network that stands for all members of a family: values of the scene's parameters within their
- * ranges. Where the solver of members takes the scene (physics/solve/members.h), each shape comes
- * with its error. Newton's method predicts it from the network's curvature, independently of how
- * the network was trained. Members that are not trusted are solved. */
+ * ranges. Where the solver of members takes the scene (physics/solve/solve_members.h), each shape
+ * comes with its error. Newton's method predicts it from the network's curvature, independently of
+ * how the network was trained. Members that are not trusted are solved. */
 
 typedef struct cpinn_family cpinn_family;
 
@@ -343,7 +343,8 @@ const verdict *cpinn_unknowns_verdict(const cpinn_unknowns *x);
  */
 
 /* Many equilibria of the rod at rest that the file describes, for values of its parameters that
- * have ranges (physics/solve/members.h). AD_BAD_INPUT, AD_BAD_ARGUMENT as there, AD_NO_MEMORY. */
+ * have ranges (physics/solve/solve_members.h). AD_BAD_INPUT, AD_BAD_ARGUMENT as there,
+ * AD_NO_MEMORY. */
 typedef struct cpinn_members cpinn_members;
 
 ad_status cpinn_members_file(const char *path, int count, const char *const *overrides,

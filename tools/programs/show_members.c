@@ -2,7 +2,7 @@
 #include "tools/programs/show_source.h"
 
 #include "physics/model.h"
-#include "physics/solve/members.h"
+#include "physics/solve/solve_members.h"
 
 #include <math.h>
 #include <stdlib.h>

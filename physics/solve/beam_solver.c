@@ -1,4 +1,4 @@
-#include "physics/solve/beam.h"
+#include "physics/solve/beam_solver.h"
 
 #include "physics/solve/beam_motion.h"
 #include "physics/solve/defect.h"

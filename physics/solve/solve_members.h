@@ -17,8 +17,8 @@
  * is that of a full matrix with springs or a foundation, which do not grow with the loads, or with
  * an end that is held, which moves to its place with them.
  */
-#ifndef PHYSICS_SOLVE_MEMBERS_H
-#define PHYSICS_SOLVE_MEMBERS_H
+#ifndef PHYSICS_SOLVE_SOLVE_MEMBERS_H
+#define PHYSICS_SOLVE_SOLVE_MEMBERS_H
 
 #include "autodiff/ranks.h"
 #include "physics/scene.h"

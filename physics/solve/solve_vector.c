@@ -1,4 +1,4 @@
-#include "physics/solve/vector.h"
+#include "physics/solve/solve_vector.h"
 
 #include "physics/solve/processor.h"
 

@@ -1,7 +1,7 @@
 /* Vectors for SUNDIALS whose loops this project compiles: those of its library are many times
  * slower where a distribution builds it without optimisation, as Debian does. */
-#ifndef PHYSICS_SOLVE_VECTOR_H
-#define PHYSICS_SOLVE_VECTOR_H
+#ifndef PHYSICS_SOLVE_SOLVE_VECTOR_H
+#define PHYSICS_SOLVE_SOLVE_VECTOR_H
 
 #include <nvector/nvector_serial.h>
 

@@ -1,4 +1,4 @@
-#include "physics/solve/members.h"
+#include "physics/solve/solve_members.h"
 
 #include "physics/model.h"
 #include "physics/solve/strain_group.h"

@@ -1,7 +1,7 @@
 /* Beams of small deflection solved classically: collocation in s (beam_system.h), in motion also in
  * t (beam_motion.h), refined until the deflection stops changing. */
-#ifndef PHYSICS_SOLVE_BEAM_H
-#define PHYSICS_SOLVE_BEAM_H
+#ifndef PHYSICS_SOLVE_BEAM_SOLVER_H
+#define PHYSICS_SOLVE_BEAM_SOLVER_H
 
 #include "physics/solve/beam_system.h"
 #include "physics/solve/solve.h"
