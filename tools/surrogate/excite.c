@@ -10,10 +10,6 @@
 #include <string.h>
 #include <time.h>
 
-#define EXCITE_TEXT(name, text, help) text,
-const char *const excite_kind_names[EXCITE_KIND_COUNT] = {EXCITE_KINDS(EXCITE_TEXT)};
-#undef EXCITE_TEXT
-
 excite_settings excite_settings_default(void)
 {
     return (excite_settings){.count = 1, .only = -1, .seed = 1};

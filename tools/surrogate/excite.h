@@ -21,17 +21,14 @@
 extern "C" {
 #endif
 
-#define EXCITE_KINDS(X)                                                                            \
-    X(STEPS, "steps", "levels anywhere in the range, at times of its own for each input")          \
-    X(RAMPS, "ramps", "straight from one such level to the next")                                  \
-    X(BANG, "bang-bang", "one end of the range or the other")                                      \
-    X(CHIRPS, "chirps", "sines whose frequency sweeps")                                            \
-    X(MIXED, "mixed", "each input by a kind of its own")
-#define EXCITE_ENUM(name, text, help) EXCITE_##name,
-typedef enum excite_kind { EXCITE_KINDS(EXCITE_ENUM) EXCITE_KIND_COUNT } excite_kind;
-#undef EXCITE_ENUM
-
-extern const char *const excite_kind_names[EXCITE_KIND_COUNT];
+typedef enum excite_kind {
+    EXCITE_STEPS,  /* levels anywhere in the range, at times of its own for each input */
+    EXCITE_RAMPS,  /* straight from one such level to the next */
+    EXCITE_BANG,   /* bang-bang: one end of the range or the other */
+    EXCITE_CHIRPS, /* sines whose frequency sweeps */
+    EXCITE_MIXED,  /* each input by a kind of its own */
+    EXCITE_KIND_COUNT
+} excite_kind;
 
 typedef struct excite_settings {
     int modes[4];     /* of the reduced rod, as reduced_settings */

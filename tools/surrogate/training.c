@@ -1,7 +1,7 @@
-#include "autodiff/ranks.h"
 #include "tools/surrogate/surrogate.h"
 #include "tools/surrogate/training_internal.h"
 #include "tools/train/clock.h"
+#include "tools/train/stage_optimizer.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -315,28 +315,6 @@ static bool interpolates(const surrogate_training *t, double factor)
     return apart >= ROWS;
 }
 
-/* By the clock of the first rank. */
-static bool time_is_over(const surrogate_training *t, const train_stage *stage)
-{
-    double passed = train_seconds() - t->stage_began;
-    if (stage->stop_seconds > 0) {
-        ad_ranks_first(ad_pool_ranks(t->pool), 1, &passed);
-    }
-    return stage->stop_seconds > 0 && passed > stage->stop_seconds;
-}
-
-static const char *stop_reason(const surrogate_training *t, const train_stage *stage,
-                               optim_status status)
-{
-    return status != OPTIM_RUNNING              ? optim_status_text(status)
-           : t->info.stage_step >= stage->steps ? "all steps done"
-           : t->info.loss < stage->stop_loss    ? "the loss fell below stop.loss"
-           : time_is_over(t, stage)             ? "stop.seconds are over"
-           : interpolates(t, stage->stop_held_out_ratio)
-               ? "the held-out loss exceeds the training loss by stop.held_out_ratio"
-               : NULL;
-}
-
 ad_status surrogate_training_step(surrogate_training *t, ad_error *error)
 {
     const train_stage *stage = &t->training->stages[t->info.stage];
@@ -358,7 +336,11 @@ ad_status surrogate_training_step(surrogate_training *t, ad_error *error)
     t->info.step++;
     t->info.stage_step++;
     t->info.loss = info.value;
-    const char *ended = stop_reason(t, stage, outcome);
+    const char *ended = optimizer_stage_end(stage, outcome, t->info.stage_step, t->info.loss,
+                                            t->stage_began, ad_pool_ranks(t->pool));
+    if (!ended && interpolates(t, stage->stop_held_out_ratio)) {
+        ended = "the held-out loss exceeds the training loss by stop.held_out_ratio";
+    }
     if (ended || t->info.step % t->training->output_every == 0) {
         status = add_row(t, &info, error);
     }

@@ -1,6 +1,8 @@
 #include "tools/train/stage_optimizer.h"
 
 #include "autodiff/dense.h"
+#include "autodiff/ranks.h"
+#include "tools/train/clock.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -235,6 +237,24 @@ void optimizer_account(const optimizer *o, char text[160])
         snprintf(text + n, 160 - (size_t)n, ", %.0f products of conjugate gradients each",
                  (double)model.iterations / (double)model.solves);
     }
+}
+
+const char *optimizer_stage_end(const train_stage *stage, optim_status status, int64_t steps,
+                                double loss, double began, const ad_ranks *ranks)
+{
+    double passed = train_seconds() - began;
+    if (status != OPTIM_RUNNING) {
+        return optim_status_name(status);
+    }
+    if (loss < stage->stop_loss) {
+        return "stop.loss reached";
+    }
+    if (stage->stop_seconds > 0) {
+        ad_ranks_first(ranks, 1, &passed);
+    }
+    return stage->stop_seconds > 0 && passed > stage->stop_seconds ? "stop.seconds reached"
+           : steps >= stage->steps                                 ? "steps done"
+                                                                   : NULL;
 }
 
 void optimizer_advise(const optimizer *o, char advice[160])

@@ -37,6 +37,12 @@ void optimizer_describe(const optimizer *o, char text[160]);
 /* What went other than smoothly so far, in a few words; empty when nothing did. */
 void optimizer_account(const optimizer *o, char text[160]);
 
+/* Why a stage is over after `steps` of its steps, the last of which ended with `status` and this
+ * loss; NULL: it goes on. It began at `began`, s, of train_seconds; the clock of the first rank
+ * counts. */
+const char *optimizer_stage_end(const train_stage *stage, optim_status status, int64_t steps,
+                                double loss, double began, const ad_ranks *ranks);
+
 /* What to try when a number is not finite, for one who resumes the run. */
 void optimizer_advise(const optimizer *o, char advice[160]);
 

@@ -438,42 +438,28 @@ static optim_status take_step(trainer *t, bool again, bool *given_up)
 /* Of what is small with a part of the loads: where the next part starts. */
 static const double near_enough = 1e-2;
 
-/* By the clock of the first rank. */
-static double seconds_of_stage(const trainer *t)
-{
-    double passed = train_seconds() - t->stage_started;
-    ad_ranks_first(ad_pool_ranks(t->e->pool), 1, &passed);
-    return passed;
-}
-
 static const char *reason_to_end(trainer *t, optim_status status)
 {
     const train_stage *stage = stage_of(t);
-    if (status != OPTIM_RUNNING) {
-        return optim_status_name(status);
-    }
-    if (t->info.part < 1 && trainer_is_small(t, t->info.loss / near_enough)) {
+    const bool runs = status == OPTIM_RUNNING;
+    if (runs && t->info.part < 1 && trainer_is_small(t, t->info.loss / near_enough)) {
         return "near enough";
     }
-    if (t->info.loss < stage->stop_loss) {
-        return "stop.loss reached";
-    }
-    if (t->info.errors.position < stage->stop_error) {
+    if (runs && t->info.errors.position < stage->stop_error) {
         return "stop.error reached";
     }
-    if (stage->stop_held_out_ratio > 0 && t->rows_apart >= ROWS_APART) {
+    if (runs && stage->stop_held_out_ratio > 0 && t->rows_apart >= ROWS_APART) {
         snprintf(t->apart, sizeof t->apart,
                  "held-out loss %.1e times the training loss: the network interpolates its points",
                  t->info.held_out_ratio);
         return t->apart;
     }
-    if (stage->stop_seconds > 0 && seconds_of_stage(t) > stage->stop_seconds) {
-        return "stop.seconds reached";
+    train_stage half = *stage; /* while unknowns are held */
+    if (problem_holds_unknowns(t->problem) && t->info.stage + 1 == t->e->settings->stage_count) {
+        half.steps = (half.steps + 1) / 2;
     }
-    const bool holds =
-        problem_holds_unknowns(t->problem) && t->info.stage + 1 == t->e->settings->stage_count;
-    return t->info.stage_step >= (holds ? (stage->steps + 1) / 2 : stage->steps) ? "steps done"
-                                                                                 : NULL;
+    return optimizer_stage_end(&half, status, t->info.stage_step, t->info.loss, t->stage_started,
+                               ad_pool_ranks(t->e->pool));
 }
 
 ad_status trainer_enter_window(trainer *t, int from, ad_error *error)
