@@ -178,12 +178,12 @@ static void add_matter(recorder *x, const rod_coefficients *c)
         ad_mul(stiffness, c->strain_compliance));
 }
 
-static void add_line_loads(recorder *x, const rod_coefficients *c)
+static void add_line_loads(recorder *x)
 {
     const scene_loads *given = &x->source->open.loads;
     const rod_scales *scale = &x->rod.scales;
     const bool follows = given->frame == SCENE_FOLLOWER;
-    add_load(x, "weight", "EI/L^3", GROUP_POLAR, 0.125, c->weight, false);
+    add_load(x, "weight", "EI/L^3", GROUP_POLAR, 0.125, rod_weight(&x->rod), false);
     add_load(x, "distributed force", "EI/L^3", GROUP_POLAR, 0.125,
              quantities_of(x, 3, given->force, scale->length / scale->force), follows);
     add_load(x, "distributed moment", "EI/L^2", GROUP_AXIAL, 0.3,
@@ -490,7 +490,7 @@ void group_items(const group_source *source, ad_value parameters, group_list *li
             begin(&x, source->place[i], source->time[j], bindings);
             const rod_coefficients c = rod_coefficients_of(&x.rod);
             add_matter(&x, &c);
-            add_line_loads(&x, &c);
+            add_line_loads(&x);
             add_actuation(&x, &c);
             add_tubes(&x);
             if (x.rod.dynamic) {

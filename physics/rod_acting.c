@@ -3,6 +3,7 @@
 #include "physics/rod_internal.h"
 
 #include <math.h>
+#include <string.h>
 
 static const double ACTING_ZEROS[4] = {0, 0, 0, 0};
 
@@ -23,7 +24,8 @@ static const rod_given GIVENS[] = {
     {LAW_SLENDER_DRAG, "drag across d3", GIVEN(fluid_across), SLENDER},
 };
 
-_Static_assert(sizeof GIVENS / sizeof *GIVENS <= ROD_ALONG_MAX, "too many laws along a rod");
+/* The weight, a load, and that of a manufactured scene are laws, too. */
+_Static_assert(sizeof GIVENS / sizeof *GIVENS + 5 <= ROD_ALONG_MAX, "too many laws along a rod");
 
 int rod_givens(const rod_given **given)
 {
@@ -82,8 +84,52 @@ static ad_value numbers_of(const rod_context *rod, const rod_given *first, const
     return shift > 0 ? ad_stack(3, all) : ad_stack(2, all + 1);
 }
 
+/* A load at s, under the load factor, in its own frame: of the world, or of the rod. */
+static ad_value load_at(const rod_context *rod, const quantity *given, bool axial, bool follows,
+                        double length, ad_value s)
+{
+    const double unit = axial ? rod->scales.moment : rod->scales.force;
+    const ad_value load = rod_quantities(rod, 3, given, ACTING_ZEROS, length / unit, s, rod->t);
+    const ad_value now = ad_mul(rod->at.load_factor, load);
+    return follows ? rod_keep_in_plane(rod, now, axial)
+                   : (axial ? rod_axial_from_world : rod_from_world)(rod, now);
+}
+
+/* Force and moment of a load: at the place `at`; or per length, `by` which they are made numbers.
+ */
+static int add_load(const rod_context *rod, const scene_load *load, double by, double at,
+                    ad_value s, rod_acting *acting)
+{
+    const bool follows = load->frame == SCENE_FOLLOWER;
+    int count = 0;
+    if (quantity_any_something(3, load->force)) {
+        acting[count++] = (rod_acting){follows ? LAW_FOLLOWER_FORCE : LAW_FORCE, at,
+                                       load_at(rod, load->force, false, follows, by, s)};
+    }
+    if (quantity_any_something(3, load->moment)) {
+        acting[count++] = (rod_acting){follows ? LAW_FOLLOWER_MOMENT : LAW_MOMENT, at,
+                                       load_at(rod, load->moment, true, follows, by, s)};
+    }
+    return count;
+}
+
+ad_value rod_weight(const rod_context *rod)
+{
+    quantity pull[3];
+    for (int i = 0; i < 3; i++) {
+        pull[i] = quantity_multiply(rod->properties.mass_per_length, rod->scene->loads.gravity[i]);
+    }
+    ad_value weight = rod_quantities(rod, 3, pull, ACTING_ZEROS,
+                                     rod->scales.length / rod->scales.force, rod->s, rod->t);
+    if (rod->scene->tube_count > 0) {
+        weight = ad_add(weight, rod_tube_weight(rod));
+    }
+    return ad_mul(rod->at.load_factor, rod_from_world(rod, weight));
+}
+
 int rod_acting_along(const rod_context *rod, rod_acting *acting)
 {
+    const scene_loads *loads = &rod->scene->loads;
     const rod_given *first, *next;
     int count = 0;
     for (int left = rod_givens(&first); left > 0; left -= (int)(next - first), first = next) {
@@ -92,7 +138,13 @@ int rod_acting_along(const rod_context *rod, rod_acting *acting)
                 (rod_acting){.law = first->law, .numbers = numbers_of(rod, first, next)};
         }
     }
-    return count;
+    if (quantity_any_something(3, loads->gravity)) {
+        acting[count++] = (rod_acting){.law = LAW_FORCE, .numbers = rod_weight(rod)};
+    }
+    scene_load load = {.frame = loads->frame};
+    memcpy(load.force, loads->force, sizeof load.force);
+    memcpy(load.moment, loads->moment, sizeof load.moment);
+    return count + add_load(rod, &load, rod->scales.length, 0, rod->s, acting + count);
 }
 
 /* ---- at places ----------------------------------------------------------------------------- */
@@ -120,33 +172,13 @@ static ad_value spring_numbers(const rod_context *rod, const scene_spring *given
                                     place});
 }
 
-/* A load at s, under the load factor, in its own frame: of the world, or of the rod. */
-static ad_value load_at(const rod_context *rod, const quantity *given, bool axial, bool follows,
-                        double s)
-{
-    const double unit = axial ? rod->scales.moment : rod->scales.force;
-    const ad_value load =
-        rod_quantities(rod, 3, given, ACTING_ZEROS, 1 / unit, ad_scalar(rod->tape, s), rod->t);
-    const ad_value now = ad_mul(rod->at.load_factor, load);
-    return follows ? rod_keep_in_plane(rod, now, axial)
-                   : (axial ? rod_axial_from_world : rod_from_world)(rod, now);
-}
-
 static int add_points(const rod_context *rod, rod_acting *acting)
 {
     int count = 0;
     for (int i = 0; i < rod->scene->point_count; i++) {
-        const scene_load *load = &rod->scene->points[i].load;
-        const double s = rod->scene->points[i].at.number / rod->scales.length;
-        const bool follows = load->frame == SCENE_FOLLOWER;
-        if (quantity_any_something(3, load->force)) {
-            acting[count++] = (rod_acting){follows ? LAW_FOLLOWER_FORCE : LAW_FORCE, s,
-                                           load_at(rod, load->force, false, follows, s)};
-        }
-        if (quantity_any_something(3, load->moment)) {
-            acting[count++] = (rod_acting){follows ? LAW_FOLLOWER_MOMENT : LAW_MOMENT, s,
-                                           load_at(rod, load->moment, true, follows, s)};
-        }
+        const scene_point *point = &rod->scene->points[i];
+        const double s = point->at.number / rod->scales.length;
+        count += add_load(rod, &point->load, 1, s, ad_scalar(rod->tape, s), acting + count);
     }
     return count;
 }

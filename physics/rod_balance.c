@@ -100,23 +100,17 @@ rod_coefficients rod_coefficients_of(const rod_context *rod)
     const rod_scales *scale = &rod->scales;
     double length = scale->length, force = scale->force, bending = scale->moment * length;
     double rate = rod->dynamic ? 1 / scale->time : 0; /* 0: what needs time is absent */
-    quantity inertia[3], strain_damping[3], curvature_damping[3], weight[3];
+    quantity inertia[3], strain_damping[3], curvature_damping[3];
     for (int i = 0; i < 3; i++) {
         inertia[i] = quantity_scale(quantity_scale(properties->rotary_inertia[i], rate), rate);
         strain_damping[i] = quantity_scale(properties->strain_damping[i], rate);
         curvature_damping[i] = quantity_divide(
             quantity_scale(properties->curvature_damping[i], rate), quantity_number(length));
-        quantity pull = quantity_multiply(properties->mass_per_length, given->loads.gravity[i]);
-        weight[i] = quantity_scale(pull, length);
     }
     const scene_rest rest = scene_rest_of(given);
     const rod_ratio stiffness = scene_locks_somewhere(given)
                                     ? (rod_ratio){rod_stiffness, rod_record_stiffness}
                                     : (rod_ratio){rod_stiffness, rod_record_divide};
-    ad_value pull = rod_ratios(rod, ROD_DIVIDE, weight, force);
-    if (given->tube_count > 0) {
-        pull = ad_add(pull, rod_tube_weight(rod));
-    }
     return (rod_coefficients){
         .strain_compliance = rod_ratios(rod, ROD_COMPLIANCE, properties->strain_stiffness, force),
         .curvature_compliance =
@@ -127,7 +121,6 @@ rod_coefficients rod_coefficients_of(const rod_context *rod)
         .curvature_damping = rod_ratios(rod, ROD_DIVIDE, curvature_damping, scale->moment),
         .mass = rod_mass(rod),
         .rotary_inertia = rod_ratios(rod, ROD_DIVIDE, inertia, force),
-        .weight = ad_mul(rod->at.load_factor, rod_from_world(rod, pull)),
         .rest_strain = rod_quantities(rod, 3, rest.strain, NULL, 1, rod->s, rod->t),
         .rest_curvature = rod_rest_curvature(rod, &rest)};
 }
@@ -180,23 +173,6 @@ rod_wrench rod_constitutive(const rod_context *rod, const rod_kinematics *k)
     return (rod_wrench){ad_add(force, pull.force), ad_add(moment, pull.moment)};
 }
 
-typedef ad_value rod_conversion(const rod_context *rod, ad_value vector);
-
-/* The scene's distributed force, moment (formulas of s, t), from the rod's or the world's frame
- * to that of the equations. */
-static ad_value rod_distributed(const rod_context *rod, const quantity *given, double unit,
-                                ad_value rotation, rod_conversion *from_world)
-{
-    const double none[3] = {0, 0, 0};
-    ad_value load =
-        ad_mul(rod->at.load_factor, rod_quantities(rod, 3, given, none, 1 / unit, rod->s, rod->t));
-    if (ad_is_constant(load, 0)) {
-        return load;
-    }
-    bool follower = rod->scene->loads.frame == SCENE_FOLLOWER;
-    return follower ? ad_rotate(rotation, load) : from_world(rod, load);
-}
-
 /* Force and moment of all laws outside of the rod. */
 static rod_wrench rod_outside(const rod_context *rod, const rod_state *state,
                               const rod_kinematics *k)
@@ -213,15 +189,12 @@ static rod_wrench rod_outside(const rod_context *rod, const rod_state *state,
     return sum;
 }
 
-/* N_s + f - rhoA r_tt, world; f: distributed force, gravity, laws outside. */
+/* N_s + f - rhoA r_tt, world; f of all laws outside. */
 ad_value rod_force_balance(const rod_context *rod, rod_state state)
 {
     rod_coefficients c = rod_coefficients_of(rod);
     rod_kinematics k = rod_kinematics_of(rod, state.position, state.rotation);
-    ad_value load =
-        rod_distributed(rod, rod->scene->loads.force, rod->scales.force / rod->scales.length,
-                        state.rotation, rod_from_world);
-    ad_value outside = ad_add(ad_add(load, c.weight), rod_outside(rod, &state, &k).force);
+    ad_value outside = rod_outside(rod, &state, &k).force;
     ad_value inertia = ad_mul(c.mass, k.acceleration);
     return ad_sub(ad_add(rod_space_derivative(rod, state.force), outside), inertia);
 }
@@ -234,13 +207,9 @@ ad_value rod_moment_balance(const rod_context *rod, rod_state state)
 {
     rod_coefficients c = rod_coefficients_of(rod);
     rod_kinematics k = rod_kinematics_of(rod, state.position, state.rotation);
-    ad_value load =
-        rod_distributed(rod, rod->scene->loads.moment, rod->scales.moment / rod->scales.length,
-                        state.rotation, rod_axial_from_world);
     ad_value force = ad_rotate_inverse(state.rotation, state.force);
     ad_value bending = ad_add(ad_cross(k.curvature, state.moment), ad_cross(k.strain, force));
-    ad_value outside = ad_is_constant(load, 0) ? load : ad_rotate_inverse(state.rotation, load);
-    outside = ad_add(outside, rod_outside(rod, &state, &k).moment);
+    ad_value outside = rod_outside(rod, &state, &k).moment;
     ad_value gyroscopic = ad_cross(k.spin, ad_mul(c.rotary_inertia, k.spin));
     ad_value inertia = ad_add(ad_mul(c.rotary_inertia, k.spin_rate), gyroscopic);
     ad_value internal = ad_add(rod_space_derivative(rod, state.moment), bending);

@@ -39,7 +39,6 @@ typedef struct rod_coefficients {
     ad_value curvature_damping;    /* [3] Bbt */
     ad_value mass;                 /* rhoA over its mean, static: 0 */
     ad_value rotary_inertia;       /* [3] rhoJ */
-    ad_value weight;               /* [3] rhoA g */
     ad_value rest_strain;          /* [3] v* */
     ad_value rest_curvature;       /* [3] u* */
 } rod_coefficients;
@@ -275,7 +274,7 @@ typedef struct rod_acting {
 } rod_acting;
 
 enum {
-    ROD_ALONG_MAX = 8,
+    ROD_ALONG_MAX = 12,
     ROD_AT_PLACES_MAX = 2 * SCENE_SPRINGS_MAX + 2 * SCENE_POINTS_MAX + SCENE_BODIES_MAX
 };
 
@@ -301,7 +300,8 @@ double rod_given_scale(const rod_given *given, int i, const rod_scales *by);
 /* All of a scene; they return how many. */
 int rod_acting_along(const rod_context *rod, rod_acting *acting);     /* [ROD_ALONG_MAX] */
 int rod_acting_at_places(const rod_context *rod, rod_acting *acting); /* [ROD_AT_PLACES_MAX] */
-bool rod_is_held_by_laws(const scene *given, bool along);             /* one that stores energy */
+ad_value rod_weight(const rod_context *rod);              /* [3] per length, with that of tubes */
+bool rod_is_held_by_laws(const scene *given, bool along); /* one that stores energy */
 
 /* The force in the frame of the equations, the moment in body components. */
 rod_wrench rod_acting_wrench(const rod_context *rod, const rod_acting *at, rod_pose pose,

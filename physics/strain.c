@@ -185,6 +185,8 @@ static void give_laws(strain_rod *x)
     x->place_count = rod_acting_at_places(&x->rod, places);
     for (int i = 0; i < x->along_count; i++) {
         x->along[i].law = along[i].law;
+        x->is_pushed |= law_table[along[i].law].by_position;
+        x->turns |= law_table[along[i].law].by_rotation;
         spread(x, along[i].numbers, x->along[i].numbers);
     }
     for (int i = 0; i < x->place_count; i++) {
@@ -200,22 +202,10 @@ static void give_laws(strain_rod *x)
 static void give(strain_rod *x)
 {
     const rod_coefficients c = rod_coefficients_of(&x->rod);
-    const scene_loads *loads = &x->open.loads;
-    const rod_scales *scale = &x->rod.scales;
-    const double none[3] = {0};
     spread(x, c.rest_strain, x->rest_strain.x);
     spread(x, c.rest_curvature, x->rest_curvature.x);
     spread(x, c.strain_compliance, x->strain_compliance.x);
     spread(x, c.curvature_compliance, x->curvature_compliance.x);
-    for (int i = 0; i < 2; i++) {
-        double factor = scale->length / (i == 0 ? scale->force : scale->moment);
-        ad_value load = rod_quantities(&x->rod, 3, i == 0 ? loads->force : loads->moment, none,
-                                       factor, x->rod.s, x->rod.t);
-        const bool follows = loads->frame == SCENE_FOLLOWER;
-        ad_value dead = follows ? ad_zeros(x->tape, 3) : load;
-        spread(x, i == 0 ? ad_add(dead, c.weight) : dead, x->load[i].x);
-        spread(x, follows ? load : ad_zeros(x->tape, 3), x->load[2 + i].x);
-    }
     give_actuators(x);
     give_laws(x);
     x->start = rod_end_of(&x->rod, 0, x->rod.t);

@@ -53,6 +53,18 @@ static along_matrix turned(along turn, const along_matrix *R)
     return to;
 }
 
+/* (1, turn/2) q */
+static along_turn turned_on(along turn, along_turn q)
+{
+    const ad_value zero = ad_scalar(turn.x[0].tape, 0), half = ad_scalar(turn.x[0].tape, 0.5);
+    const along by = strain_by(half, turn);
+    const along_turn more = strain_turn_product((along_turn){{zero, by.x[0], by.x[1], by.x[2]}}, q);
+    for (int k = 0; k < 4; k++) {
+        q.x[k] = ad_add(q.x[k], more.x[k]);
+    }
+    return q;
+}
+
 static void differentiate_points(const strain_rod *rod, const strain_state *state, ad_value changes,
                                  local_changes *local)
 {
@@ -63,7 +75,7 @@ static void differentiate_points(const strain_rod *rod, const strain_state *stat
     const along strain =
         strain_yield_on(rod, strain_to_body(&R, force), curvature, state->strain, state->curvature);
     along effects[EFFECTS], load[2];
-    strain_loads(rod, &R, load);
+    strain_loads(rod, turned_on(cause(changes, TURN), state->turn), load);
     effects[OF_SLOPE] = strain_to_world(&R, strain);
     effects[OF_LOAD] = load[0];
     effects[OF_RATE] = strain_moment_rate(effects[OF_SLOPE], force, load[1]);
@@ -75,14 +87,7 @@ static void differentiate_points(const strain_rod *rod, const strain_state *stat
 static void differentiate_edge(const strain_rod *rod, const strain_state *state, int edge,
                                ad_value changes, along_matrix by[1][EFFECTS])
 {
-    const ad_value zero = ad_scalar(rod->tape, 0), half = ad_scalar(rod->tape, 0.5);
-    const along turn = strain_by(half, cause(changes, TURN));
-    along_turn q = state->edge_turn[edge];
-    along_turn more = {{zero, turn.x[0], turn.x[1], turn.x[2]}};
-    more = strain_turn_product(more, q);
-    for (int k = 0; k < 4; k++) {
-        q.x[k] = ad_add(q.x[k], more.x[k]);
-    }
+    const along_turn q = turned_on(cause(changes, TURN), state->edge_turn[edge]);
     along acting[2];
     strain_acting(rod, edge, q, &acting[0], &acting[1]);
     differentiate(changes, 1, 2, acting, by);

@@ -51,10 +51,10 @@ struct strain_rod {
     double s[STRAIN_NODES_MAX];
     bool shears;
     along rest_strain, rest_curvature, strain_compliance, curvature_compliance;
-    along load[4]; /* force and moment in the world, in the body */
     int actuators;
     strain_pull pulls[SCENE_TENDONS_MAX + SCENE_CHAMBERS_MAX];
     int along_count, place_count; /* of laws along the rod and at places */
+    bool is_pushed, turns;        /* one along it depends on the position; on the rotation */
     strain_law along[ROD_ALONG_MAX], places[ROD_AT_PLACES_MAX];
     int forces; /* that are sought, numbers */
     rod_end_data start, end;
@@ -111,10 +111,10 @@ void strain_state_of(const strain_rod *rod, ad_value sought, ad_value vector, st
 /* q after a joint at an edge. */
 along_turn strain_turn_over(const strain_rod *rod, int edge, along_turn q);
 
-/* Parts of it: f, l at points; what acts at an edge, at the last one with N and M of the end; v
- * after one step of Newton's method, with the matrix of v and of another u; the rate of M,
- * negative; and the residual. */
-void strain_loads(const strain_rod *rod, const along_matrix *R, along load_rate[2]);
+/* Parts of it: f, l at points, without what depends on the position; what acts at an edge, at the
+ * last one with N and M of the end; v after one step of Newton's method, with the matrix of v and
+ * of another u; the rate of M, negative; and the residual. */
+void strain_loads(const strain_rod *rod, along_turn turn, along load_rate[2]);
 void strain_acting(const strain_rod *rod, int edge, along_turn turn, along *force, along *moment);
 along strain_yield_on(const strain_rod *rod, along n, along u, along v, along matrix_u);
 along strain_moment_rate(along slope, along force, along load);

@@ -80,13 +80,6 @@ static void turn_all(const strain_rod *rod, strain_state *state)
 
 /* ---- from s = 1 back ----------------------------------------------------------------------- */
 
-void strain_loads(const strain_rod *rod, const along_matrix *R, along load_rate[2])
-{
-    for (int i = 0; i < 2; i++) {
-        load_rate[i] = strain_add(rod->load[i], strain_to_world(R, rod->load[2 + i]));
-    }
-}
-
 /* Force and moment, world, of a law from outside. */
 static void act(const strain_rod *rod, const strain_law *at, along position, along_turn turn,
                 along wrench[2])
@@ -101,6 +94,26 @@ static void act(const strain_rod *rod, const strain_law *at, along position, alo
     for (int i = 0; i < 6; i++) {
         wrench[i / 3].x[i % 3] = both[i];
     }
+}
+
+/* Of those along the rod that depend on the position, or of the others. */
+static void act_along(const strain_rod *rod, bool by_position, along position, along_turn turn,
+                      along sum[2])
+{
+    along wrench[2];
+    sum[0] = sum[1] = strain_zeros(rod->tape);
+    for (int i = 0; i < rod->along_count; i++) {
+        if (law_table[rod->along[i].law].by_position == by_position) {
+            act(rod, &rod->along[i], position, turn, wrench);
+            sum[0] = strain_add(sum[0], wrench[0]);
+            sum[1] = strain_add(sum[1], wrench[1]);
+        }
+    }
+}
+
+void strain_loads(const strain_rod *rod, along_turn turn, along load_rate[2])
+{
+    act_along(rod, false, strain_zeros(rod->tape), turn, load_rate);
 }
 
 void strain_acting(const strain_rod *rod, int edge, along_turn turn, along *force, along *moment)
@@ -277,18 +290,6 @@ along strain_missing(const strain_rod *rod, const along_matrix *R, along v, alon
 
 /* ---- forces that depend on the place -------------------------------------------------------- */
 
-/* Force per length, or at a place, of those laws where the rod is. */
-static along pushed(const strain_rod *rod, int count, const strain_law *laws, along position,
-                    along_turn turn)
-{
-    along sum = strain_zeros(rod->tape), wrench[2];
-    for (int i = 0; i < count; i++) {
-        act(rod, &laws[i], position, turn, wrench);
-        sum = strain_add(sum, wrench[0]);
-    }
-    return sum;
-}
-
 static int edge_of(const strain_rod *rod, double s)
 {
     int e = 0;
@@ -303,7 +304,7 @@ static void divide(const strain_rod *rod, ad_value sought, strain_state *state)
 {
     int first = 0;
     state->push = strain_zeros(rod->tape);
-    if (rod->along_count > 0) {
+    if (rod->is_pushed) {
         state->push = strain_of_points(rod->nodes, ad_slice(sought, 0, 3 * rod->nodes));
         first = 3 * rod->nodes;
     }
@@ -320,8 +321,8 @@ static void divide(const strain_rod *rod, ad_value sought, strain_state *state)
 
 static void find_loads(const strain_rod *rod, strain_state *state)
 {
-    strain_loads(rod, &state->R, state->load_rate);
-    if (rod->along_count > 0) {
+    strain_loads(rod, state->turn, state->load_rate);
+    if (rod->is_pushed) {
         state->load_rate[0] = strain_add(state->load_rate[0], state->push);
     }
 }
@@ -330,17 +331,17 @@ static void find_loads(const strain_rod *rod, strain_state *state)
 static ad_value missing_forces(const strain_rod *rod, const strain_state *state)
 {
     ad_value rows[1 + ROD_AT_PLACES_MAX];
+    along is[2];
     int count = 0;
-    if (rod->along_count > 0) {
-        const along is = pushed(rod, rod->along_count, rod->along, state->position, state->turn);
-        rows[count++] = strain_points(rod->nodes, strain_sub(state->push, is));
+    if (rod->is_pushed) {
+        act_along(rod, true, state->position, state->turn, is);
+        rows[count++] = strain_points(rod->nodes, strain_sub(state->push, is[0]));
     }
     for (int i = 0; i < rod->place_count; i++) {
         if (law_table[rod->places[i].law].by_position) {
             const int e = edge_of(rod, rod->places[i].s);
-            const along is =
-                pushed(rod, 1, &rod->places[i], state->edge_position[e], state->edge_turn[e]);
-            rows[count++] = ad_stack(3, strain_sub(state->pushes[i], is).x);
+            act(rod, &rod->places[i], state->edge_position[e], state->edge_turn[e], is);
+            rows[count++] = ad_stack(3, strain_sub(state->pushes[i], is[0]).x);
         }
     }
     return ad_stack(count, rows);
@@ -409,7 +410,7 @@ static void find_state(const strain_rod *rod, ad_value sought, strain_state *sta
 
 /* ---- the state as one vector ---------------------------------------------------------------- */
 
-enum { BY_TURNS, BY_FORCE, BY_STRAIN, PARTS, FIELDS_MAX = 25 + 13 * STRAIN_ELEMENTS_MAX };
+enum { BY_TURNS, BY_FORCE, BY_STRAIN, PARTS, FIELDS_MAX = 29 + 13 * STRAIN_ELEMENTS_MAX };
 
 /* The fields of the vector in turn: those of part i end at ends[i]. Others are the same at all
  * points, or 0, and are recorded anew. */
@@ -434,6 +435,7 @@ static fields list_fields(const strain_rod *rod, strain_state *state)
     for (int i = 0; i < 3; i++) {
         add_fields(rod, 3, state->R.x[i], true, &all);
     }
+    add_fields(rod, rod->turns ? 4 : 0, state->turn.x, true, &all);
     add_fields(rod, 3, state->force.x, true, &all);
     for (int e = 1; e <= elements; e++) {
         add_fields(rod, 4, state->edge_turn[e].x, false, &all);

@@ -345,8 +345,8 @@ static void test_acting(void **state)
                 q[i] *= 1.25; /* of any length */
             }
             acting_on_way(&list, full, 7, 0.5, numbers);
-            acting_wrench(&list, numbers, (acting_on){r, q, V}, 1 << LAW_STORES, 2, wrench);
-            acting_wrench(&list, numbers, (acting_on){r, q, V}, 1 << LAW_DISSIPATES, 1, slowed);
+            acting_wrench(&list, numbers, (acting_on){r, q, V}, ACTING_STORES, 2, wrench);
+            acting_wrench(&list, numbers, (acting_on){r, q, V}, ACTING_DISSIPATES, 1, slowed);
             for (int i = 0; i < 3; i++) {
                 const double off = r[i] - full[6 + i] - 0.5 * full[i];
                 energy += 0.5 * full[3 + i] * off * off;
@@ -361,7 +361,7 @@ static void test_acting(void **state)
     acting_size size = {.force = 0};
     acting_measure(&list, full, (acting_on){r, full + 12, NULL}, &size);
     assert_near(size.pulled, sqrt(0.04 + 0.16 + 0.36), 1e-15);
-    assert_true(size.force == 0 && size.moment == 0 && !size.turns);
+    assert_true(size.force == 0 && size.moment == 0 && !size.follows);
 }
 
 /* Loads: dead ones stay, those that follow turn by 120 degrees about (1, 1, 1), axis to axis; the
@@ -385,7 +385,7 @@ static void test_loads(void **state)
     assert_true(list.follows && !list.by_position);
     acting_on_way(&list, full, 0.5, 7, numbers);
     acting_wrench(&list, numbers, (acting_on){to, q, NULL}, ACTING_ALL, 2, found);
-    acting_wrench(&list, numbers, (acting_on){to, q, NULL}, 1 << LAW_STORES, 2, none);
+    acting_wrench(&list, numbers, (acting_on){to, q, NULL}, ACTING_STORES, 2, none);
     for (int i = 0; i < 6; i++) {
         assert_near(found[i], wrench[i], 1e-14);
         assert_near(none[i], 0, 0);
@@ -396,7 +396,7 @@ static void test_loads(void **state)
     acting_measure(&list, full, (acting_on){to, q, NULL}, &size);
     assert_near(size.force, sqrt(14) + sqrt(0.14), 1e-14);
     assert_near(size.moment, sqrt(77) + sqrt(0.77), 1e-14);
-    assert_true(size.turns && size.pulled == 0);
+    assert_true(size.follows && size.pulled == 0);
 }
 
 /* What cannot be written is refused, and the same text is written again. */

@@ -55,23 +55,23 @@ static void test_numbers(void **state)
     assert_near(made[0].strain_damping[0], 0.6 / (0.2 * time), rounding);
     assert_near(made[0].curvature_damping[2], 0.01 / (0.8 * time), rounding);
     double along[2 * ACTING_ALONG_MAX];
-    assert_int_equal(rod->along.count, 1);
-    assert_int_equal(solve_rod_along(rod, 2, s, along, NULL), AD_OK);
+    const double *end = along + rod->along.numbers;
+    assert_int_equal(rod->along.count, 3);
+    assert_true(rod->along.law[1] == LAW_FORCE && rod->along.law[2] == LAW_FOLLOWER_FORCE);
+    assert_true(rod->along_moves && rod->along.follows);
+    assert_int_equal(solve_rod_along(rod, 2, s, 1 / time, along, NULL), AD_OK);
     assert_near(along[0], 0.7 * 4 / (time * 0.2), rounding);
     assert_near(along[1], 0, 0);
+    assert_near(end[2 + 2], -3 * 10 * 2 / 0.2, 1e-12); /* rhoA g L^3/EI */
+    assert_near(end[2 + 3], 1.5 * 2 / 0.2, rounding);
+    assert_near(along[2 + 3], 0, 0);
+    assert_near(along[2 + 5], 4 * 2 / 0.2, rounding);
 
     solve_rest rest[2];
-    solve_load load[2];
     assert_int_equal(solve_rod_rest(rod, 2, s, 0, rest, NULL), AD_OK);
     assert_near(rest[1].strain[0], 0.1, rounding);
     assert_near(rest[1].curvature[0], 2 * 0.5 * 1.5, rounding);
     assert_near(rest[0].curvature[2], 4, rounding);
-    assert_int_equal(solve_rod_load(rod, 2, s, 1 / time, load, NULL), AD_OK);
-    assert_true(rod->has_body_load);
-    assert_near(load[1].force[2], -3 * 10 * 2 / 0.2, 1e-12); /* rhoA g L^3/EI */
-    assert_near(load[1].body_force[0], 1.5 * 2 / 0.2, rounding);
-    assert_near(load[0].body_force[0], 0, 0);
-    assert_near(load[0].body_force[2], 4 * 2 / 0.2, rounding);
     solve_rod_free(rod);
     config_free(settings);
 }
@@ -136,20 +136,18 @@ static void test_manufactured(void **state)
     const double points_s[5] = {s - h, s + h, s, s, s}, points_t[5] = {t, t, t - h, t + h, t};
     double *force = evaluate_at(exact.force, 5, points_s, points_t, NULL);
     double *position = evaluate_at(exact.position, 5, points_s, points_t, NULL);
-    solve_load load;
-    double velocity[3], resisting[6] = {0}, along[ACTING_ALONG_MAX];
+    double velocity[3], outside[6] = {0}, along[ACTING_ALONG_MAX];
     static const double upright[4] = {1};
-    solve_rod_load(rod, 1, &s, t, &load, NULL);
     for (int i = 0; i < 3; i++) {
         velocity[i] = (position[5 * i + 3] - position[5 * i + 2]) / (2 * h);
     }
-    solve_rod_along(rod, 1, &s, along, NULL);
-    acting_wrench(&rod->along, along, (acting_on){upright, upright, velocity}, ACTING_ALL, -1,
-                  resisting);
+    solve_rod_along(rod, 1, &s, t, along, NULL);
+    acting_wrench(&rod->along, along, (acting_on){upright, upright, velocity}, ACTING_ALL, 1,
+                  outside);
     for (int i = 0; i < 3; i++) {
         const double *n = force + 5 * i, *x = position + 5 * i;
         double acceleration = (x[2] - 2 * x[4] + x[3]) / (h * h);
-        double sum = (n[1] - n[0]) / (2 * h) + load.force[i] - resisting[i] - acceleration;
+        double sum = (n[1] - n[0]) / (2 * h) + outside[i] - acceleration;
         assert_near(sum, 0, 1e-5); /* differences of second order, rounding over h^2 */
     }
     solve_end_state start;

@@ -161,7 +161,6 @@ static void fill_points(strain_form *x)
         strain_point *point = &x->points[i];
         fill(6, 0.2, point->rest);
         fill(6, 0.1, point->compliance);
-        fill(12, 1, point->load[0]);
         for (int c = 0; c < 3; c++) {
             const double u = 0.8 - 0.5 * c + (c - 0.5) * place_of(x, i);
             spread(1, &u, &x->at[i].u[c]);
@@ -179,9 +178,6 @@ static void fill_points(strain_form *x)
             strain_actuator *a = &x->actuators[i * pulling + k];
             fill(4, 0.1, a->given + ACTUATOR_OFFSET); /* and slope */
             fill(1, 0.2, a->given + ACTUATOR_PULL);   /* so that none is squeezed to a point */
-        }
-        if (!x->kind.follows) {
-            memset(point->load[2], 0, 6 * sizeof(lanes));
         }
     }
 }
@@ -296,6 +292,22 @@ static void check_elimination(strain_form *x)
     free(right);
 }
 
+/* A foundation first. */
+static acting laws_along(bool founded, bool follow)
+{
+    acting along = {.count = 0};
+    if (founded) {
+        acting_add(&along, LAW_SPRING);
+    }
+    acting_add(&along, LAW_FORCE);
+    acting_add(&along, LAW_MOMENT);
+    if (follow) {
+        acting_add(&along, LAW_FOLLOWER_FORCE);
+        acting_add(&along, LAW_FOLLOWER_MOMENT);
+    }
+    return along;
+}
+
 static void check_derivatives(strain_kind kind, bool founded, int springs, bool follow,
                               const solve_end *start)
 {
@@ -304,8 +316,7 @@ static void check_derivatives(strain_kind kind, bool founded, int springs, bool 
     static const double spring[16] = {0.1, 0.2, 0.3, 1, 2, 3, 0, 0.1, 0, /* shift, k, place */
                                       0.4, 0.4, 0.4, 1};                 /* k, upright */
     solve_jumps jumps;
-    acting along = {.count = 0};
-    acting_add(&along, LAW_SPRING);
+    const acting along = laws_along(founded, follow);
     list_jumps(edges, follow, springs, &jumps);
     strain_form *x = NULL;
     ad_error error;
@@ -314,7 +325,7 @@ static void check_derivatives(strain_kind kind, bool founded, int springs, bool 
     kind.edges = edges;
     kind.extents = extents;
     kind.substeps = STRAIN_SUBSTEPS_MAX;
-    kind.along = founded ? &along : NULL;
+    kind.along = &along;
     kind.jumps = &jumps;
     assert_int_equal(strain_form_create(&kind, &x, &error), AD_OK);
     fill_points(x);
@@ -333,9 +344,11 @@ static void check_derivatives(strain_kind kind, bool founded, int springs, bool 
         spread(16, spring, x->numbers + at->first + at->acting.numbers - 16);
         fill(3, 1, x->places[1 + k].force);
     }
+    fill((size_t)(x->nodes * along.numbers), 1, x->along);
     for (int i = 0; i < x->nodes && founded; i++) {
-        spread((size_t)along.numbers, spring, x->along + i * along.numbers);
+        spread((size_t)law_table[LAW_SPRING].numbers, spring, x->along + i * along.numbers);
     }
+    strain_form_load(x);
 
     compare_directions(x);
     check_elimination(x);
@@ -352,14 +365,12 @@ static void test_derivatives(void **state)
     check_derivatives((strain_kind){.shears = false}, false, 0, false, &clamped);
     check_derivatives((strain_kind){.shears = true, .actuators = 3}, false, 0, false, &clamped);
     check_derivatives((strain_kind){.shears = false, .actuators = 3}, false, 0, true, &clamped);
-    check_derivatives((strain_kind){.shears = true,
-                                    .follows = true,
-                                    .end = {.force_is_body = true, .moment_is_body = true}},
-                      false, 0, true, &clamped);
+    check_derivatives(
+        (strain_kind){.shears = true, .end = {.force_is_body = true, .moment_is_body = true}},
+        false, 0, true, &clamped);
     check_derivatives((strain_kind){.shears = true, .end = clamped}, false, 0, false, &clamped);
     check_derivatives((strain_kind){.shears = true,
                                     .actuators = 2,
-                                    .follows = true,
                                     .free_position = true,
                                     .free_rotation = true,
                                     .end = rail},

@@ -471,17 +471,20 @@ static void test_derivatives(void **state)
         {.bending = {0.5, 0.4}, .softness = 0, .curvature = {-0.6, 1.4, 0}}};
     const double y[ROWS] = {0.1, 0.2, 0.3,  0.7, -0.2, 0.5,  0.4, -1.1, 0.9,
                             0.6, 0.3, -0.8, 0.5, 1.3,  -0.4, 2.2, 0.6};
+    acting loads = {.count = 0};
+    acting_add(&loads, LAW_MOMENT);
+    acting_add(&loads, LAW_FOLLOWER_FORCE);
     for (int locked = 0; locked < 2; locked++) {
-        const static_point at = {
-            .rest = {.strain = {0, 0, 1}, .curvature = {0.1, -0.2, 0.3}},
-            .load = {.moment = {0.3, 0.2, 0.1}, .body_force = {-0.5, 0.1, 0.2}},
-            .strain_compliance = strain[locked],
-            .curvature_compliance = curvature,
-            .actuation = {.count = PULLING + TUBES,
-                          .extents = extents,
-                          .actuators = actuators,
-                          .factor = 0.9},
-            .tubes = TUBES};
+        const static_point at = {.rest = {.strain = {0, 0, 1}, .curvature = {0.1, -0.2, 0.3}},
+                                 .acting = &loads,
+                                 .numbers = {0.3, 0.2, 0.1, -0.5, 0.1, 0.2},
+                                 .strain_compliance = strain[locked],
+                                 .curvature_compliance = curvature,
+                                 .actuation = {.count = PULLING + TUBES,
+                                               .extents = extents,
+                                               .actuators = actuators,
+                                               .factor = 0.9},
+                                 .tubes = TUBES};
         double rate[ROWS], jacobian[ROWS][STATIC_ROWS_MAX];
         ad_error error;
         assert_int_equal(ad_dense_load(&error), AD_OK);

@@ -248,7 +248,7 @@ static void check_tape(const scene *given, double s, double load_factor)
     ad_error error;
     solve_section section;
     solve_rest rest;
-    solve_load load;
+    double along[ACTING_ALONG_MAX];
     solve_actuator actuators[SOLVE_ACTUATORS_MAX];
     double y[ROWS] = {0.1, 0.2, 0.3,  0.7, -0.1, 0.5,  0.5, -1.1, 0.9,
                       0.6, 0.3, -0.8, 0.5, 1.3,  -0.4, 2.2, 0.6},
@@ -257,20 +257,15 @@ static void check_tape(const scene *given, double s, double load_factor)
     assert_int_equal(static_rows(rod), ROWS);
     assert_int_equal(solve_rod_sections(rod, 1, &s, &section, &error), AD_OK);
     assert_int_equal(solve_rod_rest(rod, 1, &s, 0, &rest, &error), AD_OK);
-    assert_int_equal(solve_rod_load(rod, 1, &s, 0, &load, &error), AD_OK);
+    assert_int_equal(solve_rod_along(rod, 1, &s, 0, along, &error), AD_OK);
     assert_int_equal(solve_rod_actuators(rod, 1, &s, 0, actuators, &error), AD_OK);
-    for (int i = 0; i < 12; i++) {
-        (i < 3   ? load.force
-         : i < 6 ? load.moment
-         : i < 9 ? load.body_force
-                 : load.body_moment)[i % 3] *= load_factor;
-    }
     static_point at = {.rest = rest,
-                       .load = load,
+                       .acting = &rod->along,
                        .strain_compliance = section.strain_compliance,
                        .curvature_compliance = section.curvature_compliance,
                        .actuation = solve_actuation_at(rod, actuators, 0, s, load_factor),
                        .tubes = rod->tubes};
+    acting_on_way(at.acting, along, load_factor, load_factor, at.numbers);
     static_rate(&at, y, rate, NULL);
     recorded r = begin(given);
     domain_place place = r.at;

@@ -8,12 +8,22 @@
 
 #include <string.h>
 
+static int kind_of(law_name law)
+{
+    const struct law *of = &law_table[law];
+    const bool moves = of->by_position || of->by_rotation || of->by_velocity;
+    return of->kind == LAW_STORES       ? ACTING_STORES
+           : of->kind == LAW_DISSIPATES ? ACTING_DISSIPATES
+           : moves                      ? ACTING_OTHER_LOADS
+                                        : ACTING_DEAD;
+}
+
 void acting_add(acting *x, law_name law)
 {
     const struct law *of = &law_table[law];
     x->law[x->count++] = law;
     x->numbers += of->numbers;
-    x->kinds |= 1 << of->kind;
+    x->kinds |= kind_of(law);
     x->has_moment |= of->has_moment;
     x->follows |= of->has_force && of->by_rotation;
     x->by_position |= of->by_position;
@@ -39,7 +49,7 @@ void acting_wrench(const acting *x, const double *numbers, acting_on at, int kin
     double q[4], sum[6] = {0};
     at = complete(x, at, q);
     for (int i = 0; i < x->count; i++) {
-        if (kinds & 1 << law_table[x->law[i]].kind) {
+        if (kinds & kind_of(x->law[i])) {
             number_law_outside_wrench(x->law[i], at.position, at.rotation, at.velocity, numbers,
                                       sum);
         }
@@ -129,7 +139,7 @@ void acting_measure(const acting *x, const double *numbers, acting_on at, acting
             const double force = size_of(3, wrench), moment = size_of(3, wrench + 3);
             sum->force += force;
             sum->moment += moment;
-            sum->turns = sum->turns || moment > 0 || (of->by_rotation && force > 0);
+            sum->follows = sum->follows || (of->by_rotation && force > 0);
         }
         sum->pulled += of->kind == LAW_STORES ? size_of(of->shares, numbers) : 0;
         numbers += of->numbers;

@@ -5,9 +5,19 @@
 
 #include "physics/rod_internal.h"
 
+/* Kinds of laws, which add up. Dead loads are the same wherever the section is and goes. */
+typedef enum acting_kind {
+    ACTING_STORES = 1,
+    ACTING_DEAD = 2,
+    ACTING_OTHER_LOADS = 4,
+    ACTING_DISSIPATES = 8,
+    ACTING_LOADS = ACTING_DEAD | ACTING_OTHER_LOADS,
+    ACTING_ALL = 15
+} acting_kind;
+
 /* Laws in their order, and of their numbers one after the other how many there are. */
 typedef struct acting {
-    int count, numbers, kinds; /* kinds: 1 << law_kind, summed */
+    int count, numbers, kinds; /* of laws: acting_kind, summed */
     bool by_position, by_rotation, by_velocity, has_moment;
     bool follows; /* a force turns with the rod */
     law_name law[ROD_AT_PLACES_MAX];
@@ -29,9 +39,7 @@ typedef struct acting_change {
     double wrench[6], by_position[6][3], by_turn[6][3], by_velocity[6][3];
 } acting_change;
 
-enum { ACTING_ALL = 1 << LAW_STORES | 1 << LAW_LOADS | 1 << LAW_DISSIPATES };
-
-/* wrench [6] += weight times those of the kinds (1 << law_kind, summed). */
+/* wrench [6] += weight times those of the kinds (acting_kind, summed). */
 void acting_wrench(const acting *x, const double *numbers, acting_on at, int kinds, double weight,
                    double *wrench);
 
@@ -46,10 +54,10 @@ double acting_energy(const acting *x, const double *numbers, acting_on at);
 double acting_work(const acting *x, const double *numbers, acting_on from, acting_on to);
 
 /* On the unstressed rod: sums of the sizes of loads, and of the lengths by which what stores pulls;
- * whether a load turns with the rod, or is a moment. */
+ * whether a force of them turns with the rod. */
 typedef struct acting_size {
     double force, moment, pulled;
-    bool turns;
+    bool follows;
 } acting_size;
 
 void acting_measure(const acting *x, const double *numbers, acting_on at, acting_size *sum);

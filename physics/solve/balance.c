@@ -147,19 +147,6 @@ static void add(total *sum, double weight, posed *at, const double *force, const
     }
 }
 
-/* What is given of a follower turns with the section. */
-static void add_load(total *sum, double weight, posed *at, const solve_load *load)
-{
-    double force[3], moment[3];
-    to_world(at->rotation, load->body_force, force);
-    to_world(at->rotation, load->body_moment, moment);
-    for (int i = 0; i < 3; i++) {
-        force[i] += load->force[i];
-        moment[i] += load->moment[i];
-    }
-    add(sum, weight, at, force, moment);
-}
-
 /* What the outside does to an end: what the scene says, and what holds the end, by the shape there,
  * in which all that acts at this place is counted. */
 static ad_status add_end(const solve_rod *rod, int end, posed *at, total *sum, ad_error *error)
@@ -184,15 +171,11 @@ static ad_status add_end(const solve_rod *rod, int end, posed *at, total *sum, a
     return AD_OK;
 }
 
-/* Laws outside, to a load. */
-static void add_acting(const acting *of, const double *numbers, const posed *at, solve_load *load)
+/* Force and moment of laws outside, wrench [6]. */
+static void act(const acting *of, const double *numbers, const posed *at, double *wrench)
 {
-    double wrench[6] = {0};
+    memset(wrench, 0, 6 * sizeof *wrench);
     acting_wrench(of, numbers, (acting_on){at->r, at->q, NULL}, ACTING_ALL, 1, wrench);
-    for (int i = 0; i < 3; i++) {
-        load->force[i] += wrench[i];
-        load->moment[i] += wrench[3 + i];
-    }
 }
 
 /* What acts at single places, as far as the support of an end does not take it. */
@@ -202,16 +185,15 @@ static void add_jumps(const solve_rod *rod, const samples *x, total *sum)
     for (size_t i = 0; i < x->places; i++) {
         const solve_jump *jump = &jumps->at[i];
         const solve_end *end = &rod->ends[jump->s == 1];
-        solve_load load = {.force = {0}};
-        double held[3];
+        double held[3], wrench[6];
         posed at = pose_of(x, x->panels + i);
-        add_acting(&jump->acting, solve_jump_numbers(jumps, jumps->number, (int)i), &at, &load);
-        scene_hold_part(&end->hold, load.force, held);
+        act(&jump->acting, solve_jump_numbers(jumps, jumps->number, (int)i), &at, wrench);
+        scene_hold_part(&end->hold, wrench, held);
         for (int k = 0; k < 3 && (jump->s == 0 || jump->s == 1); k++) {
-            load.force[k] -= held[k];
-            load.moment[k] = end->holds_rotation ? 0 : load.moment[k];
+            wrench[k] -= held[k];
+            wrench[3 + k] = end->holds_rotation ? 0 : wrench[3 + k];
         }
-        add(sum, 1, &at, load.force, load.moment);
+        add(sum, 1, &at, wrench, wrench + 3);
     }
 }
 
@@ -225,22 +207,17 @@ static ad_status add_up_rod(const void *model, const samples *x, double *rest, d
 {
     const solve_rod *rod = model;
     total sum = {.size = 0};
-    solve_load load[QUADRATURE_POINTS];
-    double along[QUADRATURE_POINTS * ACTING_ALONG_MAX];
+    double along[QUADRATURE_POINTS * ACTING_ALONG_MAX], wrench[6];
     ad_status status = AD_OK;
     for (size_t i = 0; i < x->panels && status == AD_OK; i++) {
         size_t within = i % QUADRATURE_POINTS;
         if (within == 0) {
-            status = solve_rod_load(rod, QUADRATURE_POINTS, x->s + i, 0, load, error);
-        }
-        if (within == 0 && status == AD_OK) {
-            status = solve_rod_along(rod, QUADRATURE_POINTS, x->s + i, along, error);
+            status = solve_rod_along(rod, QUADRATURE_POINTS, x->s + i, 0, along, error);
         }
         posed at = pose_of(x, i);
         if (status == AD_OK) {
-            add_acting(&rod->along, along + within * (size_t)rod->along.numbers, &at,
-                       &load[within]);
-            add_load(&sum, x->weight[i], &at, &load[within]);
+            act(&rod->along, along + within * (size_t)rod->along.numbers, &at, wrench);
+            add(&sum, x->weight[i], &at, wrench, wrench + 3);
         }
     }
     if (status == AD_OK) {

@@ -74,47 +74,19 @@ static ad_status give_rest(modes *m, ad_error *error)
     return status;
 }
 
-static void add_load(solve_load *to, double factor, const solve_load *load)
-{
-    const double *from = (const double *)load;
-    double *sum = (double *)to;
-    for (size_t i = 0; i < sizeof *to / sizeof *sum; i++) {
-        sum[i] += factor * from[i];
-    }
-}
-
 /* At s = 1, where nothing is held, as a load at a place: what is given counts in one frame. */
-static solve_load end_load(const modes *m)
+static void give_tip(modes *m)
 {
     const solve_end *end = &m->rod->ends[1];
-    solve_load load = {{0}, {0}, {0}, {0}};
-    memcpy(end->force_is_body ? load.body_force : load.force, m->last.force, sizeof load.force);
-    memcpy(end->moment_is_body ? load.body_moment : load.moment, m->last.moment,
-           sizeof load.moment);
-    return load;
-}
-
-static ad_status give_loads(modes *m, ad_error *error)
-{
-    const solve_load *load = (const solve_load *)room_for(m);
-    const solve_load at_end = end_load(m);
-    ad_status status = part(m, SOLVE_LOAD, (size_t)m->points, m->s, room_for(m), error);
-    for (int p = 0; p < m->points && status == AD_OK; p++) {
-        modes_point *to = &m->point[p];
-        memset(&to->load, 0, sizeof to->load);
-        add_load(&to->load, to->weight, &load[p]);
-        if (p == m->points - 1) {
-            add_load(&to->load, 1, &at_end);
-        }
+    modes_point *tip = &m->point[m->points - 1];
+    struct modes_load *to = &tip->load;
+    memset(to, 0, sizeof *to);
+    memcpy(end->force_is_body ? to->body_force : to->force, m->last.force, sizeof to->force);
+    memcpy(end->moment_is_body ? to->body_moment : to->moment, m->last.moment, sizeof to->moment);
+    tip->is_loaded = false;
+    for (int k = 0; k < 3; k++) {
+        tip->is_loaded |= m->last.force[k] != 0 || m->last.moment[k] != 0;
     }
-    for (int p = 0; p < m->points && status == AD_OK; p++) {
-        const double *all = (const double *)&m->point[p].load;
-        m->point[p].is_loaded = false;
-        for (size_t i = 0; i < sizeof(solve_load) / sizeof *all; i++) {
-            m->point[p].is_loaded |= all[i] != 0;
-        }
-    }
-    return status;
 }
 
 /* What acts at places. */
@@ -123,6 +95,26 @@ static ad_status give_jumps(modes *m, ad_error *error)
     const double s = 0;
     return m->rod->jumps.numbers > 0 ? part(m, SOLVE_JUMPS, 1, &s, m->rod->jumps.number, error)
                                      : AD_OK;
+}
+
+/* Dead loads, along the rod and at places. */
+static void give_dead(modes *m)
+{
+    const solve_jumps *jumps = &m->rod->jumps;
+    const acting *along = &m->rod->along;
+    const acting_on anywhere = {m->start.position, m->start.rotation, NULL};
+    for (int p = 0; p < m->points; p++) {
+        modes_point *to = &m->point[p];
+        memset(to->dead, 0, sizeof to->dead);
+        acting_wrench(along, m->along + p * along->numbers, anywhere, ACTING_DEAD, to->weight,
+                      to->dead);
+    }
+    for (int k = 0; k < jumps->count; k++) {
+        if (m->jump_at[k] >= 0) {
+            acting_wrench(&jumps->at[k].acting, solve_jump_numbers(jumps, jumps->number, k),
+                          anywhere, ACTING_DEAD, 1, m->point[m->jump_at[k]].dead);
+        }
+    }
 }
 
 static ad_status give_upright(modes *m, ad_error *error)
@@ -191,8 +183,11 @@ ad_status modes_at(modes *m, double t, const double *inputs, ad_error *error)
     if (status == AD_OK && due[SOLVE_JUMPS]) {
         status = give_jumps(m, error);
     }
-    if (status == AD_OK && (due[SOLVE_LOAD] || due[SOLVE_END])) {
-        status = give_loads(m, error);
+    if (status == AD_OK && (due[SOLVE_ALONG] || due[SOLVE_JUMPS])) {
+        give_dead(m);
+    }
+    if (status == AD_OK && due[SOLVE_END]) {
+        give_tip(m);
     }
     if (status == AD_OK && due[SOLVE_ACTUATORS] && m->is_pulled) {
         status = part(m, SOLVE_ACTUATORS, (size_t)m->points, m->s, (double *)m->actuators, error);

@@ -27,7 +27,11 @@ typedef struct modes_point {
     double origin[MODES_STRAINS]; /* strain of modes that are all 0 */
     double rest[MODES_STRAINS], rest_rate[MODES_STRAINS];
     double mass, inertia[3];
-    solve_load load;
+    double dead[6]; /* force and moment of dead loads */
+    struct modes_load {
+        double force[3], moment[3];           /* at the tip alone: world */
+        double body_force[3], body_moment[3]; /* follower */
+    } load;
     bool is_loaded;
 
     /* found, by modes_shape; world but for strains and stress */

@@ -195,6 +195,9 @@ static void find_acting(const modes *m, int p, local *x)
             numbers = solve_jump_numbers(jumps, jumps->number, k);
         }
     }
+    if (x->of && !(x->of->by_position || x->of->by_rotation || x->of->by_velocity)) {
+        x->of = NULL;
+    }
     if (x->of) {
         acting_differentiate(x->of, numbers, (acting_on){at->r, at->q, at->velocity},
                              along ? at->weight : 1, &x->acting);

@@ -268,6 +268,10 @@ static void add_inertia(modes_point *at)
 
 static void add_loads(modes_point *at)
 {
+    for (int k = 0; k < 3; k++) {
+        at->force[k] += at->dead[k];
+        at->moment[k] += at->dead[3 + k];
+    }
     if (at->is_loaded) {
         double force[3], moment[3];
         to_world(at->R, at->load.body_force, force);
@@ -288,10 +292,12 @@ static acting_on section_of(const modes_point *at)
 static void add_wrench(const acting *of, const double *numbers, double weight, modes_point *at)
 {
     double wrench[6] = {0};
-    acting_wrench(of, numbers, section_of(at), ACTING_ALL, weight, wrench);
-    for (int k = 0; k < 3; k++) {
-        at->force[k] += wrench[k];
-        at->moment[k] += wrench[3 + k];
+    if (of->kinds & ~ACTING_DEAD) {
+        acting_wrench(of, numbers, section_of(at), ACTING_ALL & ~ACTING_DEAD, weight, wrench);
+        for (int k = 0; k < 3; k++) {
+            at->force[k] += wrench[k];
+            at->moment[k] += wrench[3 + k];
+        }
     }
 }
 
@@ -300,7 +306,7 @@ static void add_acting(modes *m)
 {
     const solve_jumps *jumps = &m->rod->jumps;
     const acting *along = &m->rod->along;
-    for (int p = 0; p < m->points && along->count > 0; p++) {
+    for (int p = 0; p < m->points && (along->kinds & ~ACTING_DEAD); p++) {
         if (m->point[p].weight > 0) {
             add_wrench(along, m->along + p * along->numbers, m->point[p].weight, &m->point[p]);
         }
@@ -431,17 +437,18 @@ static double load_power(const modes_point *at)
            vector_dot(at->load.moment, at->spin) + vector_dot(moment, at->spin);
 }
 
-/* Adds the power of what loads and of what dissipates at a point. */
+/* Adds the power of what loads, but for dead loads, and of what dissipates at a point. */
 static void add_power(const acting *of, const double *numbers, double weight, const modes_point *at,
                       double *load, double *dissipation)
 {
-    for (int kind = LAW_LOADS; kind <= LAW_DISSIPATES; kind++) {
+    for (int i = 0; i < 2; i++) {
+        const int kind = i ? ACTING_DISSIPATES : ACTING_OTHER_LOADS;
         double wrench[6] = {0};
-        if (of->kinds & 1 << kind) {
-            acting_wrench(of, numbers, section_of(at), 1 << kind, weight, wrench);
+        if (of->kinds & kind) {
+            acting_wrench(of, numbers, section_of(at), kind, weight, wrench);
             const double power =
                 vector_dot(wrench, at->velocity) + vector_dot(wrench + 3, at->spin);
-            *(kind == LAW_LOADS ? load : dissipation) += kind == LAW_LOADS ? power : -power;
+            *(i ? dissipation : load) += i ? -power : power;
         }
     }
 }
@@ -465,7 +472,8 @@ void modes_power_now(const modes *m, double *load, double *dissipation)
     for (int p = 0; p < m->points; p++) {
         const modes_point *at = &m->point[p];
         *load += at->is_loaded ? load_power(at) : 0;
-        if (along->count > 0 && at->weight > 0) {
+        *load += vector_dot(at->dead, at->velocity) + vector_dot(at->dead + 3, at->spin);
+        if ((along->kinds & ~ACTING_DEAD) && at->weight > 0) {
             add_power(along, m->along + p * along->numbers, at->weight, at, load, dissipation);
         }
         for (int c = 0; c < MODES_STRAINS && at->weight > 0; c++) {

@@ -38,11 +38,9 @@ static bool allocate(motion *m)
     m->node_weight = take(m, nodes, sizeof *m->node_weight);
     m->made = take(m, points, sizeof *m->made);
     m->rest = take(m, points, sizeof *m->rest);
-    m->load = take(m, points, sizeof *m->load);
     m->actuators = take(m, points * (size_t)m->rod->actuators + 1, sizeof *m->actuators);
     m->number = take(m, (size_t)m->rod->jumps.numbers, sizeof *m->number);
     m->along = take(m, points * (size_t)m->rod->along.numbers, sizeof *m->along);
-    m->node_load = take(m, nodes, sizeof *m->node_load);
     m->mass = take(m, nodes, sizeof *m->mass);
     m->inertia = take(m, nodes, sizeof *m->inertia);
     m->by_mass = take(m, nodes, sizeof *m->by_mass);
@@ -188,8 +186,7 @@ static ad_status set_materials(motion *m, double lock, ad_error *error)
     if (status == AD_OK) {
         set_rest_blocks(m);
     }
-    return status == AD_OK ? solve_rod_along(m->rod, m->points, m->point_s, m->along, error)
-                           : status;
+    return status;
 }
 
 ad_status motion_create(const solve_rod *rod, double lock, int elements, const double *edges,
@@ -255,40 +252,6 @@ ad_status motion_initial(const motion *m, double *state, ad_error *error)
     return status == AD_OK ? motion_turn_initial(m, state, error) : status;
 }
 
-/* Follower loads at a point, in the frame of its node. */
-static void turn_load(const motion *m, size_t point, solve_load *load)
-{
-    size_t n = (size_t)m->degree + 1;
-    const double *frame = motion_frame_of(m, (int)(point / n), (int)(point % n));
-    if (frame) {
-        double R[3][3], force[3], moment[3];
-        rotation_matrix(frame, R);
-        to_world(R, load->body_force, force);
-        to_world(R, load->body_moment, moment);
-        memcpy(load->body_force, force, sizeof force);
-        memcpy(load->body_moment, moment, sizeof moment);
-    }
-}
-
-static ad_status set_load(motion *m, double t, ad_error *error)
-{
-    enum { NUMBERS = sizeof(solve_load) / sizeof(double) };
-    ad_status status = solve_rod_load(m->rod, m->points, m->point_s, t, m->load, error);
-    memset(m->node_load, 0, m->nodes * sizeof *m->node_load);
-    m->is_loaded = false;
-    for (size_t point = 0; status == AD_OK && point < m->points; point++) {
-        size_t n = (size_t)m->degree + 1, node = point / n * (n - 1) + point % n;
-        turn_load(m, point, &m->load[point]);
-        const double *from = (const double *)&m->load[point];
-        double *to = (double *)&m->node_load[node];
-        for (int i = 0; i < NUMBERS; i++) {
-            to[i] += m->point_weight[point] * from[i];
-            m->is_loaded |= from[i] != 0;
-        }
-    }
-    return status;
-}
-
 ad_status motion_at(motion *m, double t, ad_error *error)
 {
     if (m->has_time && m->time == t) {
@@ -297,8 +260,8 @@ ad_status motion_at(motion *m, double t, ad_error *error)
     bool is_first = !m->has_time;
     ad_status status = AD_OK;
     m->has_time = false;
-    if (is_first || m->rod->load_moves) {
-        status = set_load(m, t, error);
+    if (is_first || m->rod->along_moves) {
+        status = solve_rod_along(m->rod, m->points, m->point_s, t, m->along, error);
     }
     if (status == AD_OK && m->rod->rest_moves) {
         status = solve_rod_rest(m->rod, m->points, m->point_s, t, m->rest, error);

@@ -359,11 +359,15 @@ static void act_along(motion *m, int kinds, double (*force)[3], double (*torque)
         const size_t node = section_at(m, i, q, &at);
         acting_wrench(along, m->along + i * (size_t)along->numbers, at, kinds, m->point_weight[i],
                       wrench);
-        rotation_matrix(m->pose[node] + MOTION_LANE_Q, R);
-        to_body(R, wrench + 3, moment);
         for (int k = 0; k < 3; k++) {
             force[node][k] += wrench[k];
-            torque[node][k] += moment[k];
+        }
+        if (along->has_moment) {
+            rotation_matrix(m->pose[node] + MOTION_LANE_Q, R);
+            to_body(R, wrench + 3, moment);
+            for (int k = 0; k < 3; k++) {
+                torque[node][k] += moment[k];
+            }
         }
     }
 }
@@ -401,8 +405,8 @@ void motion_internal_forces(motion *m)
         }
         push_element(m, e);
     }
-    motion_act_at_places(m, 1 << LAW_STORES, m->force, m->torque);
-    act_along(m, 1 << LAW_STORES, m->force, m->torque);
+    motion_act_at_places(m, ACTING_STORES, m->force, m->torque);
+    act_along(m, ACTING_STORES, m->force, m->torque);
 }
 
 /* ---- loads --------------------------------------------------------------------------------- */
@@ -414,7 +418,7 @@ void motion_find_resistance(motion *m)
         double q[4], wrench[6] = {0};
         acting_on at;
         const size_t node = section_at(m, i, q, &at);
-        acting_wrench(along, m->along + i * (size_t)along->numbers, at, 1 << LAW_DISSIPATES, -1,
+        acting_wrench(along, m->along + i * (size_t)along->numbers, at, ACTING_DISSIPATES, -1,
                       wrench);
         memcpy(m->velocity[i], m->flow[node], sizeof m->velocity[i]);
         memcpy(m->resistance[i], wrench, sizeof m->resistance[i]);
@@ -432,29 +436,10 @@ static void resist(motion *m)
     }
 }
 
-static void distributed_forces(motion *m)
-{
-    for (size_t i = 0; i < m->nodes; i++) {
-        const solve_load *load = &m->node_load[i];
-        double R[3][3], force[3], moment[3];
-        rotation_matrix(m->pose[i] + MOTION_LANE_Q, R);
-        to_world(R, load->body_force, force);
-        to_body(R, load->moment, moment);
-        for (int k = 0; k < 3; k++) {
-            m->push[i][k] = load->force[k] + force[k];
-            m->turn[i][k] = moment[k] + load->body_moment[k];
-        }
-    }
-}
-
 void motion_loads(motion *m)
 {
-    if (m->is_loaded) {
-        distributed_forces(m);
-    } else {
-        memset(m->push, 0, m->nodes * sizeof *m->push);
-        memset(m->turn, 0, m->nodes * sizeof *m->turn);
-    }
+    memset(m->push, 0, m->nodes * sizeof *m->push);
+    memset(m->turn, 0, m->nodes * sizeof *m->turn);
     for (int end = 0; end < 2; end++) {
         const solve_end *given = &m->rod->ends[end];
         const solve_end_state *now = &m->ends[end];
@@ -472,8 +457,8 @@ void motion_loads(motion *m)
                                  : sign * (given->moment_is_body ? now->moment[k] : moment[k]);
         }
     }
-    motion_act_at_places(m, 1 << LAW_LOADS, m->push, m->turn);
-    act_along(m, 1 << LAW_LOADS, m->push, m->turn);
+    motion_act_at_places(m, ACTING_LOADS, m->push, m->turn);
+    act_along(m, ACTING_LOADS, m->push, m->turn);
 }
 
 void motion_outside_forces(motion *m)

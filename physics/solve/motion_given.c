@@ -15,7 +15,6 @@ enum {
     SECTION = 16,
     INITIAL = sizeof(solve_initial) / sizeof(double),
     REST = 6,
-    LOAD = sizeof(solve_load) / sizeof(double),
     EACH = sizeof(solve_actuator) / sizeof(double)
 };
 
@@ -34,11 +33,8 @@ static ad_status put_sections(const solve_rod *rod, const double *s, columns *to
 {
     solve_section made[QUADRATURE_BATCH];
     solve_initial initial[QUADRATURE_BATCH];
-    double along[QUADRATURE_BATCH * ACTING_ALONG_MAX];
-    const size_t numbers = (size_t)rod->along.numbers;
     ad_status status = solve_rod_sections(rod, to->n, s, made, error);
     status = status == AD_OK ? solve_rod_initial(rod, to->n, s, initial, error) : status;
-    status = status == AD_OK ? solve_rod_along(rod, to->n, s, along, error) : status;
     for (size_t i = 0; i < to->n && status == AD_OK; i++) {
         put(to, i, 0, made[i].strain_stiffness, 3);
         put(to, i, 3, made[i].curvature_stiffness, 3);
@@ -47,9 +43,8 @@ static ad_status put_sections(const solve_rod *rod, const double *s, columns *to
         put(to, i, 12, &made[i].mass, 1);
         put(to, i, 13, made[i].rotary_inertia, 3);
         put(to, i, SECTION, (const double *)&initial[i], INITIAL);
-        put(to, i, SECTION + INITIAL, along + i * numbers, numbers);
     }
-    to->first += SECTION + INITIAL + numbers;
+    to->first += SECTION + INITIAL;
     return status;
 }
 
@@ -57,15 +52,16 @@ static ad_status put_loads(const solve_rod *rod, const double *s, double t, colu
                            ad_error *error)
 {
     solve_rest rest[QUADRATURE_BATCH];
-    solve_load load[QUADRATURE_BATCH];
+    double along[QUADRATURE_BATCH * ACTING_ALONG_MAX];
+    const size_t numbers = (size_t)rod->along.numbers;
     ad_status status = solve_rod_rest(rod, to->n, s, t, rest, error);
-    status = status == AD_OK ? solve_rod_load(rod, to->n, s, t, load, error) : status;
+    status = status == AD_OK ? solve_rod_along(rod, to->n, s, t, along, error) : status;
     for (size_t i = 0; i < to->n && status == AD_OK; i++) {
         put(to, i, 0, rest[i].strain, 3);
         put(to, i, 3, rest[i].curvature, 3);
-        put(to, i, REST, (const double *)&load[i], LOAD);
+        put(to, i, REST, along + i * numbers, numbers);
     }
-    to->first += REST + LOAD;
+    to->first += REST + numbers;
     return status;
 }
 
@@ -91,9 +87,11 @@ static ad_status given_at(const void *context, size_t n, const double *s, double
 
 solve_given motion_given(const solve_rod *rod)
 {
-    enum { ROWS = SECTION + INITIAL + TIMES * (REST + LOAD) };
-    _Static_assert(ROWS + ACTING_ALONG_MAX + EACH * SOLVE_ACTUATORS_MAX <= QUADRATURE_ROWS_MAX,
+    enum { ROWS = SECTION + INITIAL + TIMES * REST };
+    _Static_assert(ROWS + TIMES * ACTING_ALONG_MAX + EACH * SOLVE_ACTUATORS_MAX <=
+                       QUADRATURE_ROWS_MAX,
                    "too many");
-    return (solve_given){
-        .rows = ROWS + rod->along.numbers + EACH * rod->actuators, .at = given_at, .context = rod};
+    return (solve_given){.rows = ROWS + TIMES * rod->along.numbers + EACH * rod->actuators,
+                         .at = given_at,
+                         .context = rod};
 }

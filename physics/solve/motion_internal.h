@@ -44,7 +44,6 @@ struct motion {
     size_t nodes, points;
     bool is_damped; /* Bse or Bbt */
     bool is_pulled; /* by tendons or chambers */
-    bool is_loaded; /* distributed loads are not 0 everywhere at this time */
     bool has_time;  /* loads, ends and a rest shape that moves are those of `time` */
     double time;
 
@@ -62,10 +61,8 @@ struct motion {
     double *node_weight;       /* [nodes] its sum over elements */
     solve_section *made;       /* [points] */
     solve_rest *rest;          /* [points] */
-    solve_load *load;          /* [points] */
     solve_actuator *actuators; /* [points][those of the rod] */
     double *along;             /* [points][numbers of what acts along the rod] */
-    solve_load *node_load;     /* [nodes] times weights, summed over elements */
     double *mass;              /* [nodes] rhoA likewise */
     double (*inertia)[3];      /* [nodes] rhoJ likewise */
     double *by_mass, (*by_inertia)[3];        /* [nodes] 1 over them */

@@ -1,5 +1,5 @@
-/* What is given along a rod at rest, for quadrature: compliances, rest shape, loads,
- * laws outside, actuators. */
+/* What is given along a rod at rest, for quadrature: compliances, rest shape, laws outside,
+ * actuators. */
 #include "physics/solve/rod_model.h"
 
 #include <math.h>
@@ -32,14 +32,12 @@ static ad_status given_at(const void *context, size_t n, const double *s, double
     size_t pulling = (size_t)rod->actuators;
     solve_section sections[QUADRATURE_BATCH];
     solve_rest rest[QUADRATURE_BATCH];
-    solve_load load[QUADRATURE_BATCH];
     double along[QUADRATURE_BATCH * ACTING_ALONG_MAX];
     const size_t numbers = (size_t)rod->along.numbers;
     solve_actuator actuators[QUADRATURE_BATCH * SOLVE_ACTUATORS_MAX];
     ad_status status = solve_rod_sections(rod, n, s, sections, error);
     status = status == AD_OK ? solve_rod_rest(rod, n, s, 0, rest, error) : status;
-    status = status == AD_OK ? solve_rod_load(rod, n, s, 0, load, error) : status;
-    status = status == AD_OK ? solve_rod_along(rod, n, s, along, error) : status;
+    status = status == AD_OK ? solve_rod_along(rod, n, s, 0, along, error) : status;
     if (status == AD_OK && pulling > 0) {
         status = solve_rod_actuators(rod, n, s, 0, actuators, error);
     }
@@ -51,7 +49,6 @@ static ad_status given_at(const void *context, size_t n, const double *s, double
         out = append(out, rest[i].curvature, 3);
         out = append(out, rest[i].imperfection, 3);
         out = append(out, along + i * numbers, numbers);
-        out = append(out, (const double *)&load[i], sizeof load[i] / sizeof(double));
         out = append(out, (const double *)&actuators[i * pulling],
                      pulling * sizeof *actuators / sizeof(double));
         status = check_finite(rod, s[i], first, out, error);
@@ -61,8 +58,7 @@ static ad_status given_at(const void *context, size_t n, const double *s, double
 
 solve_given solve_rod_given(const solve_rod *rod)
 {
-    enum { ROWS = 15 + sizeof(solve_load) / sizeof(double) };
-    enum { EACH = sizeof(solve_actuator) / sizeof(double) };
+    enum { ROWS = 15, EACH = sizeof(solve_actuator) / sizeof(double) };
     _Static_assert(ROWS + ACTING_ALONG_MAX + EACH * SOLVE_ACTUATORS_MAX <= QUADRATURE_ROWS_MAX,
                    "too many");
     return (solve_given){

@@ -8,13 +8,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FORMULAS = 6 };
+enum { FORMULAS = 5 };
 
 typedef struct solve_functions {
     ad_pool *pool;
     union {
         struct {
-            formula *sections, *rest, *load, *ends[2], *initial;
+            formula *sections, *rest, *ends[2], *initial;
         };
         formula *all[FORMULAS];
     };
@@ -51,26 +51,22 @@ static ad_value record_rest(const rod_context *rod, const rod_coefficients *c)
                  rod_time_derivative(rod, c->rest_curvature, 1));
 }
 
-static ad_value record_load(const rod_context *rod, const rod_coefficients *c)
+/* Numbers of all laws along the rod. */
+static ad_value record_along(const rod_context *rod, acting *along)
 {
-    const scene_loads *loads = &rod->scene->loads;
-    const rod_scales *scale = &rod->scales;
-    ad_value none = ad_zeros(rod->tape, 3), world[2], body[2];
-    bool follows = loads->frame == SCENE_FOLLOWER;
-    for (int i = 0; i < 2; i++) {
-        double factor = scale->length / (i == 0 ? scale->force : scale->moment);
-        ad_value given = rod_quantities(rod, 3, i == 0 ? loads->force : loads->moment, zeros,
-                                        factor, rod->s, rod->t);
-        world[i] = follows ? none : given;
-        body[i] = follows ? given : none;
-    }
-    world[0] = ad_add(world[0], c->weight);
+    rod_acting laws[ROD_ALONG_MAX];
+    ad_value numbers[ROD_ALONG_MAX];
+    int count = rod_acting_along(rod, laws);
     if (scene_is_manufactured(rod->scene)) {
-        rod_load exact = rod_manufactured_load(rod->scene, rod->s, rod->t);
-        world[0] = ad_add(world[0], exact.force);
-        world[1] = ad_add(world[1], exact.moment);
+        const rod_load exact = rod_manufactured_load(rod->scene, rod->s, rod->t);
+        laws[count++] = (rod_acting){.law = LAW_FORCE, .numbers = exact.force};
+        laws[count++] = (rod_acting){.law = LAW_MOMENT, .numbers = exact.moment};
     }
-    return STACK(world[0], world[1], body[0], body[1]);
+    for (int i = 0; i < count; i++) {
+        acting_add(along, laws[i].law);
+        numbers[i] = laws[i].numbers;
+    }
+    return count > 0 ? ad_stack(count, numbers) : ad_zeros(rod->tape, 1);
 }
 
 /* Of a manufactured scene its solution, anywhere. */
@@ -168,16 +164,12 @@ static ad_status record(solve_rod *rod, ad_error *error)
     ad_tape *tape = on.tape;
     const ad_value t = on.t;
     const rod_coefficients c = rod_coefficients_of(&context);
-    const ad_value load = record_load(&context, &c), rest = record_rest(&context, &c);
-    const ad_value values[FORMULAS] = {record_sections(&c),
-                                       rest,
-                                       load,
-                                       record_end(&context, 0, &rod->ends[0]),
-                                       record_end(&context, 1, &rod->ends[1]),
-                                       record_initial(&context)};
+    const ad_value rest = record_rest(&context, &c), along = record_along(&context, &rod->along);
+    const ad_value values[FORMULAS] = {
+        record_sections(&c), rest, record_end(&context, 0, &rod->ends[0]),
+        record_end(&context, 1, &rod->ends[1]), record_initial(&context)};
     const ad_value jumps = solve_jumps_record(&context, &rod->jumps);
-    rod->has_body_load = !ad_is_constant(ad_slice(load, 6, 6), 0);
-    rod->load_moves = ad_uses(1, &load, t);
+    rod->along_moves = ad_uses(1, &along, t);
     rod->rest_moves = ad_uses(1, &rest, t); /* a jump has no rate */
     status = ad_tape_status(tape, error);
     for (int i = 0; status == AD_OK && i < FORMULAS; i++) {
@@ -186,16 +178,8 @@ static ad_status record(solve_rod *rod, ad_error *error)
     if (status == AD_OK && rod->jumps.numbers > 0) {
         status = add_formula(rod, &on, SOLVE_JUMPS, jumps, &f->jumps, error);
     }
-    rod_acting laws[ROD_ALONG_MAX];
-    ad_value numbers[ROD_ALONG_MAX];
-    const int laws_along = rod_acting_along(&context, laws);
-    for (int i = 0; i < laws_along; i++) {
-        acting_add(&rod->along, laws[i].law);
-        numbers[i] = laws[i].numbers;
-    }
-    if (status == AD_OK && laws_along > 0) {
-        status =
-            add_formula(rod, &on, SOLVE_ALONG, ad_stack(laws_along, numbers), &f->along, error);
+    if (status == AD_OK && rod->along.count > 0) {
+        status = add_formula(rod, &on, SOLVE_ALONG, along, &f->along, error);
     }
     ad_tape_free(tape);
     return status;
@@ -425,12 +409,6 @@ ad_status solve_rod_rest(const solve_rod *rod, size_t n, const double *s, double
     return solve_formula_evaluate(rod->formula->rest, n, s, t, (double *)out, error);
 }
 
-ad_status solve_rod_load(const solve_rod *rod, size_t n, const double *s, double t, solve_load *out,
-                         ad_error *error)
-{
-    return solve_formula_evaluate(rod->formula->load, n, s, t, (double *)out, error);
-}
-
 ad_status solve_rod_jump_numbers(const solve_rod *rod, double t, double *out, ad_error *error)
 {
     const double s = 0;
@@ -439,10 +417,10 @@ ad_status solve_rod_jump_numbers(const solve_rod *rod, double t, double *out, ad
                : AD_OK;
 }
 
-ad_status solve_rod_along(const solve_rod *rod, size_t n, const double *s, double *out,
+ad_status solve_rod_along(const solve_rod *rod, size_t n, const double *s, double t, double *out,
                           ad_error *error)
 {
-    return rod->along.count > 0 ? solve_formula_evaluate(rod->formula->along, n, s, 0, out, error)
+    return rod->along.count > 0 ? solve_formula_evaluate(rod->formula->along, n, s, t, out, error)
                                 : AD_OK;
 }
 

@@ -66,16 +66,15 @@ typedef struct solve_rod {
     scene_motion motion; /* where it was given this */
     rod_scales scales;
     bool dynamic;
-    double duration;    /* in scales.time */
-    bool has_body_load; /* false: solve_load.body_* are 0 everywhere */
-    bool load_moves;    /* false: solve_load is the same at all times */
-    bool rest_moves;    /* false: the rest shape is the same at all times */
-    acting along;       /* laws that act on it per length */
-    solve_end ends[2];  /* at s = 0 and 1 */
-    int actuators;      /* tendons, then chambers, then tubes */
-    int tubes;          /* of them; at rest alone */
-    int lengths;        /* of them, whose length is given */
-    int frictions;      /* of them, with friction */
+    double duration;   /* in scales.time */
+    bool along_moves;  /* false: numbers of `along` are the same at all times */
+    bool rest_moves;   /* false: the rest shape is the same at all times */
+    acting along;      /* laws that act on it per length, gravity and loads among them */
+    solve_end ends[2]; /* at s = 0 and 1 */
+    int actuators;     /* tendons, then chambers, then tubes */
+    int tubes;         /* of them; at rest alone */
+    int lengths;       /* of them, whose length is given */
+    int frictions;     /* of them, with friction */
     solve_extent extents[SOLVE_ACTUATORS_MAX];
     solve_jumps jumps;               /* what acts at single places */
     solve_quadrature *quadrature;    /* at rest, of solve_rod_given; NULL in motion */
@@ -102,13 +101,6 @@ typedef struct solve_rest {
     double strain[3], curvature[3], imperfection[3];
     double strain_rate[3], curvature_rate[3];
 } solve_rest;
-
-/* Distributed loads: f = force + R(q) body_force, l = moment + R(q) body_moment; gravity is in
- * `force`. */
-typedef struct solve_load {
-    double force[3], moment[3];           /* world */
-    double body_force[3], body_moment[3]; /* follower */
-} solve_load;
 
 /* A tendon or a chamber in one section: where it is, and how strongly it pulls, as if it had no
  * ends (solve_extent). */
@@ -162,7 +154,6 @@ ad_status solve_rod_create_open(const scene *open, const solve_parameters *param
 typedef enum solve_part {
     SOLVE_SECTIONS,  /* solve_section */
     SOLVE_REST,      /* solve_rest */
-    SOLVE_LOAD,      /* solve_load */
     SOLVE_START,     /* solve_end_state at s = 0 */
     SOLVE_END,       /* and at s = 1 */
     SOLVE_INITIAL,   /* solve_initial, without parameters */
@@ -193,11 +184,9 @@ ad_status solve_rod_sections(const solve_rod *rod, size_t n, const double *s, so
                              ad_error *error);
 ad_status solve_rod_rest(const solve_rod *rod, size_t n, const double *s, double t, solve_rest *out,
                          ad_error *error);
-ad_status solve_rod_load(const solve_rod *rod, size_t n, const double *s, double t, solve_load *out,
-                         ad_error *error);
 
 /* Numbers of what acts along the rod, if anything does: out [n][along.numbers]. */
-ad_status solve_rod_along(const solve_rod *rod, size_t n, const double *s, double *out,
+ad_status solve_rod_along(const solve_rod *rod, size_t n, const double *s, double t, double *out,
                           ad_error *error);
 
 /* Of rods with actuators: out [n][actuators]. */

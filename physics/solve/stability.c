@@ -481,7 +481,7 @@ static ad_status add_laws(variation *x, const scene *rod_scene, const double *va
     for (int k = 0; k < ELEMENTS; k++) {
         s[k] = middle(x->edge, k) / length;
     }
-    ad_status status = solve_rod_along(x->rod, ELEMENTS, s, numbers, error);
+    ad_status status = solve_rod_along(x->rod, ELEMENTS, s, 0, numbers, error);
     for (int k = 0; k < ELEMENTS && status == AD_OK && along->count > 0; k++) {
         const solve_state state = state_in(x, values, k);
         const double part = (x->edge[k + 1] - x->edge[k]) / (POINTS * length);

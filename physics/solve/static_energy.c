@@ -9,7 +9,6 @@ typedef struct at_points {
     size_t count, rows; /* points; rows of y at each */
     double *s, *weight; /* [count]; the weights are those of the quadrature, 0 between elements */
     solve_section *sections;
-    solve_load *load;
     solve_initial *unstressed;
     double *along;             /* [count][numbers of what acts along the rod] */
     solve_rest *rest;          /* of rods with actuators, as the next */
@@ -21,7 +20,6 @@ static void points_free(at_points *p)
     free(p->s);
     free(p->weight);
     free(p->sections);
-    free(p->load);
     free(p->unstressed);
     free(p->along);
     free(p->rest);
@@ -50,10 +48,9 @@ static ad_status points_make(const static_system *system, const solve_rod *rod, 
     p->s = malloc(n * sizeof *p->s);
     p->weight = calloc(n, sizeof *p->weight);
     p->sections = malloc(n * sizeof *p->sections);
-    p->load = malloc(n * sizeof *p->load);
     p->unstressed = malloc(n * sizeof *p->unstressed);
     p->along = malloc((n * (size_t)rod->along.numbers + 1) * sizeof *p->along);
-    if (!p->s || !p->weight || !p->sections || !p->load || !p->unstressed || !p->along) {
+    if (!p->s || !p->weight || !p->sections || !p->unstressed || !p->along) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", n);
     }
     static_system_points(system, p->s);
@@ -64,9 +61,8 @@ static ad_status points_make(const static_system *system, const solve_rod *rod, 
         }
     }
     ad_status status = solve_rod_sections(rod, n, p->s, p->sections, error);
-    status = status == AD_OK ? solve_rod_load(rod, n, p->s, 0, p->load, error) : status;
     status = status == AD_OK ? solve_rod_initial(rod, n, p->s, p->unstressed, error) : status;
-    status = status == AD_OK ? solve_rod_along(rod, n, p->s, p->along, error) : status;
+    status = status == AD_OK ? solve_rod_along(rod, n, p->s, 0, p->along, error) : status;
     return status == AD_OK && (rod->actuators > 0 || rod->scene.rod.law)
                ? add_actuators(rod, p, error)
                : status;
@@ -100,16 +96,19 @@ static double take_actuation(const at_points *p, size_t i, const static_system *
     return solve_actuation_energy(&given, rest) - solve_actuation_energy(&given, strains);
 }
 
-/* Half of the elastic force times strain, and what laws outside store, at a point; adds what
- * actuators do to the work. */
+/* Half of the elastic force times strain, and what laws outside store, at a point; adds what loads
+ * and actuators do to the work. */
 static double density(const at_points *p, size_t i, const static_system *system, const double *y,
                       double *work)
 {
     const solve_section *section = &p->sections[i];
     const acting *along = &static_system_rod(system)->along;
+    const solve_initial *unstressed = &p->unstressed[i];
+    const acting_on from = {unstressed->position, unstressed->rotation, NULL};
     const acting_on at = {y + STATIC_R, y + STATIC_Q, NULL};
-    double wrench[ACTUATION_ROWS];
-    double sum = acting_energy(along, p->along + i * (size_t)along->numbers, at);
+    const double *numbers = p->along + i * (size_t)along->numbers;
+    double wrench[ACTUATION_ROWS], sum = acting_energy(along, numbers, at);
+    *work += acting_work(along, numbers, from, at);
     static_body_force(y, wrench);
     memcpy(wrench + 3, y + STATIC_M, 3 * sizeof *wrench);
     if (p->rest) {
@@ -136,11 +135,6 @@ static double work_of(const double force[3], const double *y, const solve_initia
 static bool is_zero(const double a[3])
 {
     return a[0] == 0 && a[1] == 0 && a[2] == 0;
-}
-
-static bool is_dead_force(const solve_load *load)
-{
-    return is_zero(load->moment) && is_zero(load->body_force) && is_zero(load->body_moment);
 }
 
 /* What an end adds to the work; NaN for moments and followers, which have no potential in space. */
@@ -204,9 +198,6 @@ ad_status static_energy_of(const static_system *system, const solve_rod *rod, co
         double done = 0;
         energy->strain += p.weight[i] * density(&p, i, system, at, &done);
         energy->work += p.weight[i] * done;
-        energy->work += is_dead_force(&p.load[i])
-                            ? p.weight[i] * work_of(p.load[i].force, at, &p.unstressed[i])
-                            : NAN;
     }
     for (int end = 0; end < 2 && status == AD_OK; end++) {
         status = work_of_end(rod, end, &p, y, &energy->work, error);

@@ -8,11 +8,10 @@
 
 /* What is given at one s where the path is; the section is that with its stretch. */
 static static_point point_from(const static_system *x, double s, const solve_section *section,
-                               const solve_rest *rest, const solve_load *load, const double *along,
+                               const solve_rest *rest, const double *along,
                                const solve_actuator *actuators)
 {
     static_point at = {.rest = *rest,
-                       .load = part_of(load, x->path.load),
                        .acting = &x->rod->along,
                        .strain_compliance = section->strain_compliance,
                        .curvature_compliance = section->curvature_compliance,
@@ -21,14 +20,19 @@ static static_point point_from(const static_system *x, double s, const solve_sec
     for (int k = 0; k < 3; k++) {
         at.rest.curvature[k] += x->path.imperfection * at.rest.imperfection[k];
     }
-    at.load.body_force[x->path.director] += x->path.perturbation;
     acting_on_way(at.acting, along, x->path.load, way_of(&x->path), at.numbers);
+    if (x->path.perturbation != 0) {
+        double *force = at.numbers + at.acting->numbers;
+        memset(force, 0, 3 * sizeof *force);
+        force[x->path.director] = x->path.perturbation;
+        at.acting = &x->perturbed;
+    }
     return at;
 }
 
 static_point static_system_point(const static_system *x, size_t i)
 {
-    return point_from(x, x->points[i], &x->sections[i], &x->rest[i], &x->load[i],
+    return point_from(x, x->points[i], &x->sections[i], &x->rest[i],
                       x->along + i * (size_t)x->rod->along.numbers,
                       x->actuators + i * (size_t)x->rod->actuators);
 }
@@ -39,28 +43,25 @@ ad_status static_system_rates(const static_system *x, size_t n, const double *s,
     size_t pulling = (size_t)x->rod->actuators;
     solve_section *sections = malloc(n * sizeof *sections);
     solve_rest *rest = malloc(n * sizeof *rest);
-    solve_load *load = malloc(n * sizeof *load);
     const size_t numbers = (size_t)x->rod->along.numbers;
     double *along = malloc((n * numbers + 1) * sizeof *along);
     solve_actuator *actuators = malloc((n * pulling + 1) * sizeof *actuators);
-    ad_status status = sections && rest && load && along && actuators
+    ad_status status = sections && rest && along && actuators
                            ? solve_rod_sections(x->rod, n, s, sections, error)
                            : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", n);
     status = status == AD_OK ? solve_rod_rest(x->rod, n, s, 0, rest, error) : status;
-    status = status == AD_OK ? solve_rod_load(x->rod, n, s, 0, load, error) : status;
-    status = status == AD_OK ? solve_rod_along(x->rod, n, s, along, error) : status;
+    status = status == AD_OK ? solve_rod_along(x->rod, n, s, 0, along, error) : status;
     if (status == AD_OK && pulling > 0) {
         status = solve_rod_actuators(x->rod, n, s, 0, actuators, error);
     }
     for (size_t i = 0; i < n && status == AD_OK; i++) {
         sections[i].strain_compliance[2] += x->path.stretch;
-        static_point at = point_from(x, s[i], &sections[i], &rest[i], &load[i], along + i * numbers,
+        static_point at = point_from(x, s[i], &sections[i], &rest[i], along + i * numbers,
                                      actuators + i * pulling);
         static_rate(&at, y + i * (size_t)x->rows, rate + i * (size_t)x->rows, NULL);
     }
     free(sections);
     free(rest);
-    free(load);
     free(along);
     free(actuators);
     return status;

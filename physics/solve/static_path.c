@@ -119,7 +119,8 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
         straight = straight && !rod->jumps.at[i].turns;
         straight = straight && !rod->jumps.at[i].acting.by_rotation; /* it holds the twist */
     }
-    bool couples = along.couple > 0 || along.moment > 0 || single.size.turns;
+    bool couples =
+        along.couple > 0 || along.moment > 0 || single.size.moment > 0 || single.size.follows;
     double couple = along.softness[0] * along.couple, spread = along.softness[2] * along.spread;
     double tubes = rod_numbers_of(&rod->scene).tubes, turned = 0;
     for (int i = 0; i < rod->scene.tube_count; i++) {

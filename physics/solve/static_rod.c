@@ -109,7 +109,7 @@ typedef struct unknown_change {
 static void add_column(const static_point *at, turned_state *x, unknown_change *change, int index,
                        double (*jacobian)[STATIC_ROWS_MAX])
 {
-    double strained[ACTUATION_ROWS], moved[3], turning[3] = {0}, load[3] = {0}, body[3] = {0};
+    double strained[ACTUATION_ROWS], moved[3], turning[3] = {0};
     double terms[4][3], *dn = change->wrench, *dm = dn + 3, *dv = strained, *du = strained + 3;
     for (int i = 0; i < ACTUATION_ROWS; i++) {
         strained[i] = 0;
@@ -127,14 +127,11 @@ static void add_column(const static_point *at, turned_state *x, unknown_change *
     vector_cross(x->strains + 3, dm, terms[3]);
     if (change->turned) {
         to_world(change->turned, x->strains, turning);
-        to_world(change->turned, at->load.body_force, body);
-        to_body(change->turned, at->load.moment, load);
     }
     for (int i = 0; i < 3; i++) {
         jacobian[STATIC_R + i][index] = moved[i] + turning[i];
-        jacobian[STATIC_N + i][index] = -body[i];
-        jacobian[STATIC_M + i][index] =
-            -terms[0][i] - terms[1][i] - terms[2][i] - terms[3][i] - load[i];
+        jacobian[STATIC_N + i][index] = 0;
+        jacobian[STATIC_M + i][index] = -terms[0][i] - terms[1][i] - terms[2][i] - terms[3][i];
     }
     for (int i = 0; i < 4; i++) {
         const double *left = x->left[i];
@@ -241,15 +238,13 @@ void static_rate(const static_point *at, const double *y, double *rate,
                  double (*jacobian)[STATIC_ROWS_MAX])
 {
     turned_state x = {.m = y + STATIC_M};
-    double *v = x.strains, *u = x.strains + 3, load[3], body[3], bending[3], shearing[3];
+    double *v = x.strains, *u = x.strains + 3, bending[3], shearing[3];
     rotation_of(y + STATIC_Q, x.rotation, x.by_q);
     left_product(y + STATIC_Q, x.left);
     to_body(x.rotation, y + STATIC_N, x.n);
     const solve_actuation pulling = static_actuation(at, y);
     strains_under(at, &pulling, x.n, x.m, x.strains, jacobian ? x.by_wrench : NULL);
     to_world(x.rotation, v, rate + STATIC_R);
-    to_world(x.rotation, at->load.body_force, body);
-    to_body(x.rotation, at->load.moment, load);
     vector_cross(u, x.m, bending);
     vector_cross(v, x.n, shearing);
     for (int i = 0; i < 4; i++) {
@@ -257,8 +252,8 @@ void static_rate(const static_point *at, const double *y, double *rate,
         rate[STATIC_Q + i] = (left[0] * u[0] + left[1] * u[1] + left[2] * u[2]) / 2;
     }
     for (int i = 0; i < 3; i++) {
-        rate[STATIC_N + i] = -at->load.force[i] - body[i];
-        rate[STATIC_M + i] = -bending[i] - shearing[i] - load[i] - at->load.body_moment[i];
+        rate[STATIC_N + i] = 0;
+        rate[STATIC_M + i] = -bending[i] - shearing[i];
     }
     for (int i = 0; i < at->tubes; i++) {
         solve_tube_rate(&pulling, pulling.count - at->tubes + i, u, rate + STATIC_TUBES + 2 * i,

@@ -25,11 +25,9 @@ typedef struct sums {
 
 /* What is given at s, which stands for so much of the rod. */
 static void add_point(sums *sum, double lever, double weight, const solve_section *section,
-                      const solve_rest *rest, const solve_load *load)
+                      const solve_rest *rest, const acting_size *load)
 {
     static_survey *to = &sum->result;
-    double force = norm(load->force) + norm(load->body_force);
-    double moment = norm(load->moment) + norm(load->body_moment);
     double curvature = norm(rest->curvature), sideways = hypot(rest->strain[0], rest->strain[1]);
     const double *bends = section->curvature_compliance;
     for (int power = 0; power < POWERS; power++) {
@@ -37,14 +35,14 @@ static void add_point(sums *sum, double lever, double weight, const solve_sectio
         sum->total[power] += weight * pow(lever, power);
     }
     to->round = to->round && is_round(section);
-    to->straight = to->straight && sideways == 0 && curvature == 0 && norm(load->body_force) == 0;
+    to->straight = to->straight && sideways == 0 && curvature == 0 && !load->follows;
     if (sum->by_panels) {
-        to->force += weight * force;
-        to->moment += weight * moment;
+        to->force += weight * load->force;
+        to->moment += weight * load->moment;
         to->curvature += weight * curvature;
     } else {
-        to->spread = fmax(to->spread, force);
-        to->couple = fmax(to->couple, moment);
+        to->spread = fmax(to->spread, load->force);
+        to->couple = fmax(to->couple, load->moment);
         to->curvature = fmax(to->curvature, curvature);
     }
 }
@@ -56,13 +54,18 @@ static ad_status add_points(const solve_rod *rod, int n, const double *s, const 
     bool start = rod->ends[0].hold.directions > 0, end = rod->ends[1].hold.directions > 0;
     solve_section sections[SAMPLES];
     solve_rest rest[SAMPLES];
-    solve_load load[SAMPLES];
+    solve_initial shape[SAMPLES];
+    double along[SAMPLES * ACTING_ALONG_MAX];
     ad_status status = solve_rod_sections(rod, (size_t)n, s, sections, error);
     status = status == AD_OK ? solve_rod_rest(rod, (size_t)n, s, 0, rest, error) : status;
-    status = status == AD_OK ? solve_rod_load(rod, (size_t)n, s, 0, load, error) : status;
+    status = status == AD_OK ? solve_rod_initial(rod, (size_t)n, s, shape, error) : status;
+    status = status == AD_OK ? solve_rod_along(rod, (size_t)n, s, 0, along, error) : status;
     for (int i = 0; i < n && status == AD_OK; i++) {
         double lever = start == end ? 1 : start ? 1 - s[i] : s[i];
-        add_point(sum, lever, weight[i], &sections[i], &rest[i], &load[i]);
+        acting_size load = {.force = 0};
+        acting_measure(&rod->along, along + i * rod->along.numbers,
+                       (acting_on){shape[i].position, shape[i].rotation, NULL}, &load);
+        add_point(sum, lever, weight[i], &sections[i], &rest[i], &load);
     }
     return status;
 }

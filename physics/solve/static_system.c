@@ -48,7 +48,6 @@ void static_system_free(static_system *x)
         free(x->sections);
         free(x->axial);
         free(x->rest);
-        free(x->load);
         free(x->along);
         free(x->actuators);
         free(x->angles);
@@ -80,7 +79,6 @@ static bool allocate(static_system *x)
     x->sections = malloc(points * sizeof *x->sections);
     x->axial = malloc(points * sizeof *x->axial);
     x->rest = malloc(points * sizeof *x->rest);
-    x->load = malloc(points * sizeof *x->load);
     x->along = malloc((points * (size_t)x->rod->along.numbers + 1) * sizeof *x->along);
     x->actuators = malloc((points * (size_t)x->rod->actuators + 1) * sizeof *x->actuators);
     x->angles = calloc((points + 2 * elements) * (size_t)x->rod->frictions + 1, sizeof *x->angles);
@@ -95,9 +93,8 @@ static bool allocate(static_system *x)
     x->band_pivots = malloc(edges * sizeof *x->band_pivots);
     x->right = malloc(edges * sizeof *x->right);
     return x->edges && x->jump && x->jumps && x->points && x->sections && x->axial && x->rest &&
-           x->load && x->along && x->actuators && x->angles && x->rate && x->by_y && x->across &&
-           x->factor && x->pivots && x->by_start && x->inner && x->band && x->band_pivots &&
-           x->right;
+           x->along && x->actuators && x->angles && x->rate && x->by_y && x->across && x->factor &&
+           x->pivots && x->by_start && x->inner && x->band && x->band_pivots && x->right;
 }
 
 /* exp(vector), half of whose angle is taken (the exponential of quaternions). */
@@ -246,8 +243,8 @@ static ad_status set_points(static_system *x, ad_error *error)
         x->axial[i] = x->sections[i].strain_compliance[2];
     }
     status = status == AD_OK ? solve_rod_rest(x->rod, count, x->points, 0, x->rest, error) : status;
-    status = status == AD_OK ? solve_rod_load(x->rod, count, x->points, 0, x->load, error) : status;
-    status = status == AD_OK ? solve_rod_along(x->rod, count, x->points, x->along, error) : status;
+    status =
+        status == AD_OK ? solve_rod_along(x->rod, count, x->points, 0, x->along, error) : status;
     return status == AD_OK && x->rod->actuators > 0
                ? solve_rod_actuators(x->rod, count, x->points, 0, x->actuators, error)
                : status;
@@ -272,7 +269,9 @@ ad_status static_system_create(const solve_rod *rod, int stages, int elements, c
                              .start_rows = first,
                              .end_rows = static_end_rows(rod, 1),
                              .lower = first + rows - 1,
-                             .above = 3 * rows - 2}; /* and 2 rows - 1 - first without pivoting */
+                             .above = 3 * rows - 2, /* and 2 rows - 1 - first without pivoting */
+                             .perturbed = rod->along};
+        acting_add(&x->perturbed, LAW_FOLLOWER_FORCE);
     }
     if (!x || !allocate(x)) {
         static_system_free(x);

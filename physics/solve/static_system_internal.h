@@ -20,7 +20,7 @@ struct static_system {
     solve_section *sections;   /* the same points; with the stretch of the path */
     double *axial;             /* [elements][stages] axial compliance without it */
     solve_rest *rest;          /* the same points */
-    solve_load *load;          /* the same, at full load */
+    acting perturbed;          /* what acts along the rod, and then a follower force */
     double *along;             /* [elements][stages][numbers of what acts along it] */
     solve_actuator *actuators; /* [elements][stages][those of the rod], at full load */
     static_end full[2];        /* at full load */
@@ -74,17 +74,5 @@ static inline size_t edge(const static_system *x, int element)
 
 /* What is given at the i-th of the points. */
 static_point static_system_point(const static_system *x, size_t i);
-
-static inline solve_load part_of(const solve_load *full, double share)
-{
-    solve_load load;
-    for (int k = 0; k < 3; k++) {
-        load.force[k] = share * full->force[k];
-        load.moment[k] = share * full->moment[k];
-        load.body_force[k] = share * full->body_force[k];
-        load.body_moment[k] = share * full->body_moment[k];
-    }
-    return load;
-}
 
 #endif

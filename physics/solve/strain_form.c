@@ -19,9 +19,10 @@ static void set_magnus(strain_form *x)
     }
 }
 
-static int laws_along(const strain_kind *kind)
+/* Whether what acts along the rod depends on where it is. */
+static bool is_pushed(const strain_kind *kind)
 {
-    return kind->along ? kind->along->count : 0;
+    return kind->along && kind->along->by_position;
 }
 
 static size_t numbers_along(const strain_kind *kind)
@@ -30,21 +31,21 @@ static size_t numbers_along(const strain_kind *kind)
 }
 
 /* Forces that depend on the place are sought; moments are not. */
-static bool knows(const acting *of, bool along)
+static bool knows(const acting *of)
 {
     bool known = true;
     for (int i = 0; i < of->count; i++) {
         const law *one = &law_table[of->law[i]];
-        known = known && (one->by_position ? !one->has_moment : !along) && !one->by_velocity;
+        known = known && !(one->by_position && one->has_moment) && !one->by_velocity;
     }
     return known;
 }
 
 static ad_status check_laws(const strain_kind *kind, ad_error *error)
 {
-    bool known = !kind->along || knows(kind->along, true);
+    bool known = !kind->along || knows(kind->along);
     for (int i = 0; kind->jumps && i < kind->jumps->count; i++) {
-        known = known && knows(&kind->jumps->at[i].acting, false);
+        known = known && knows(&kind->jumps->at[i].acting);
     }
     return known ? AD_OK
                  : ad_fail(error, AD_BAD_ARGUMENT,
@@ -59,7 +60,7 @@ static void number_unknowns(strain_form *x)
     int *first[] = {&x->force_at, &x->moment_at, &x->shift_at, &x->turn_at, &x->push_at};
     const int count[] = {kind->end.hold.directions > 0 ? 3 : 0, kind->end.holds_rotation ? 3 : 0,
                          kind->free_position ? 3 : 0, kind->free_rotation ? 3 : 0,
-                         laws_along(kind) > 0 ? 3 * x->nodes : 0};
+                         is_pushed(kind) ? 3 * x->nodes : 0};
     x->elastic = x->unknowns = 3 * x->nodes;
     for (int i = 0; i < 5; i++) {
         *first[i] = count[i] > 0 ? x->unknowns : -1;
@@ -103,7 +104,7 @@ ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_e
     x->at = make(nodes, sizeof *x->at);
     x->edges = make(elements + 1, sizeof *x->edges);
     x->along = make(nodes * numbers_along(kind), sizeof *x->along);
-    x->pushes = make(laws_along(kind) > 0 ? nodes : 0, sizeof *x->pushes);
+    x->pushes = make(is_pushed(kind) ? nodes : 0, sizeof *x->pushes);
     x->numbers = make(kind->jumps ? (size_t)kind->jumps->numbers : 0, sizeof *x->numbers);
     x->places = make((size_t)places, sizeof *x->places);
     x->matrix = make(kind->is_rigid || kind->is_one ? 0 : numbers, sizeof *x->matrix);
@@ -125,6 +126,11 @@ ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_e
         for (int j = 0; j < kind->stages; j++) {
             x->tail[i][j] = x->rule.weights[j] - x->rule.matrix[i][j];
         }
+    }
+    for (int i = 0; kind->along && i < kind->along->count; i++) {
+        const law *one = &law_table[kind->along->law[i]];
+        x->turns |= one->by_rotation && !one->by_position;
+        x->follows |= x->turns && one->has_force;
     }
     set_magnus(x);
     x->start_q[0] += 1;

@@ -33,7 +33,6 @@ enum { STRAIN_SUBSTEPS_MAX = 4 };
 typedef struct strain_point {
     lanes rest[ACTUATION_ROWS];       /* v*, u* */
     lanes compliance[ACTUATION_ROWS]; /* 0: locked */
-    lanes load[4][3];                 /* a solve_load */
 } strain_point;
 
 /* A tendon or a chamber at one point, as the laws are given it: a solve_actuator, whose pull is 0
@@ -76,7 +75,9 @@ typedef struct strain_node {
      * equation by Y, Z, L, and by dM by -T. */
     lanes P[3][3], Q[3][3], S[3][3], G[3][3], H[3][3], K[3][3];
     lanes Y[3][3], Z[3][3], L[3][3], T[3][3];
-    lanes body[3]; /* the force per length that follows, in the world */
+    /* Force and moment per length, world, of those laws along the rod that do not depend on the
+     * position, and their change by a turn. */
+    lanes load[2][3], load_by_turn[2][3][3];
 } strain_node;
 
 /* What rods of one form have in common. */
@@ -85,7 +86,6 @@ typedef struct strain_kind {
     const double *edges;               /* [elements + 1] */
     const solve_extent *extents;       /* [actuators]; of tendons and chambers */
     bool shears;                       /* a compliance of v is not 0 */
-    bool follows;                      /* a distributed load follows the rod */
     const acting *along;               /* laws along it; NULL: none */
     bool free_position, free_rotation; /* at s = 0 */
     bool is_rigid;            /* of given strain: a form for positions alone, without equations */
@@ -99,6 +99,7 @@ typedef struct strain_form {
     strain_kind kind;
     gauss_rule rule;
     int nodes, unknowns, elastic, holding; /* unknowns: 3 nodes, of ends that are held, and more */
+    bool turns, follows; /* a load along the rod depends on its turn; a force does */
     double tail[GAUSS_STAGES_MAX][GAUSS_STAGES_MAX]; /* integral from a point to the end */
     /* terms of each step, of u */
     double magnus[(GAUSS_STAGES_MAX + 1) * STRAIN_SUBSTEPS_MAX][3][GAUSS_STAGES_MAX];
@@ -130,8 +131,8 @@ typedef struct strain_form {
     int (*swapped)[LANES];  /* [unknowns] with which row each was swapped in it */
 } strain_form;
 
-/* AD_NO_MEMORY, AD_BAD_ARGUMENT: a moment that depends on the place, or a force along the rod that
- * does not. Extents, laws and jumps must outlive it. */
+/* AD_NO_MEMORY, AD_BAD_ARGUMENT: a moment that depends on the place, or a law of the velocity.
+ * Extents, laws and jumps must outlive it. */
 ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_error *error);
 void strain_form_free(strain_form *x);
 
@@ -151,6 +152,9 @@ void strain_form_strain(strain_form *x);
 /* Rotations and positions alone, for given u and v; and what laws make of these positions. */
 void strain_form_place(strain_form *x);
 void strain_form_push(strain_form *x);
+
+/* Loads along the rod, by rotations as they are: after numbers of laws have changed. */
+void strain_form_load(strain_form *x);
 
 /* The derivatives there, and the matrix times a direction [unknowns] by them; of rods that are the
  * same in all lanes the matrix itself, column-major [unknowns][unknowns], and `right` is

@@ -16,12 +16,11 @@ static bool allocate(strain_level *x, const solve_rod *rod)
 {
     const size_t nodes = nodes_of(x);
     x->s = malloc(nodes * sizeof *x->s);
-    x->loads = calloc(nodes, sizeof *x->loads);
     x->pulls = calloc(nodes * (size_t)rod->actuators + 1, sizeof *x->pulls);
     x->along = calloc(nodes * (size_t)rod->along.numbers + 1, sizeof *x->along);
     x->numbers = calloc((size_t)rod->jumps.numbers + 1, sizeof *x->numbers);
     x->output = calloc((size_t)x->outputs + 1, sizeof *x->output);
-    return x->s && x->loads && x->pulls && x->along && x->numbers && x->output;
+    return x->s && x->pulls && x->along && x->numbers && x->output;
 }
 
 /* Outputs lie in the element that ends at s or goes on there. */
@@ -77,15 +76,15 @@ void strain_link_free(strain_link *x)
 
 /* ---- what is given ------------------------------------------------------------------------- */
 
-static const solve_part PARTS[] = {SOLVE_SECTIONS, SOLVE_REST,      SOLVE_LOAD,  SOLVE_START,
-                                   SOLVE_END,      SOLVE_ACTUATORS, SOLVE_JUMPS, SOLVE_ALONG};
+static const solve_part PARTS[] = {SOLVE_SECTIONS,  SOLVE_REST,  SOLVE_START, SOLVE_END,
+                                   SOLVE_ACTUATORS, SOLVE_JUMPS, SOLVE_ALONG};
 enum { PART_COUNT = sizeof PARTS / sizeof *PARTS };
 
 /* Whether it is one of each point. */
 static bool is_along(solve_part part)
 {
-    return part == SOLVE_SECTIONS || part == SOLVE_REST || part == SOLVE_LOAD ||
-           part == SOLVE_ACTUATORS || part == SOLVE_ALONG;
+    return part == SOLVE_SECTIONS || part == SOLVE_REST || part == SOLVE_ACTUATORS ||
+           part == SOLVE_ALONG;
 }
 
 static void put(lanes *to, int lane, size_t count, const double *from)
@@ -121,9 +120,6 @@ static void put_part(strain_level *x, solve_part part, int node, int lane, const
     case SOLVE_REST:
         put(point->rest, lane, ACTUATION_ROWS, values); /* strain, curvature */
         break;
-    case SOLVE_LOAD:
-        put(x->loads[node][0], lane, 12, values);
-        break;
     case SOLVE_ACTUATORS:
         put_actuators(x, node, lane, (const solve_actuator *)(const void *)values);
         break;
@@ -157,9 +153,6 @@ static void copy_part(strain_level *x, solve_part part, int node)
         break;
     case SOLVE_REST:
         memcpy(to->rest, from->rest, sizeof to->rest);
-        break;
-    case SOLVE_LOAD:
-        memcpy(x->loads[node], x->loads[0], sizeof *x->loads);
         break;
     case SOLVE_ALONG:
         memcpy(x->along + (size_t)node * along, x->along, along * sizeof *x->along);
@@ -270,7 +263,6 @@ static ad_status create_form(strain_level *x, const solve_rod *rod, bool is_rigi
                               .shears = !scene_locks(made.strain_stiffness[0]) ||
                                         !scene_locks(made.strain_stiffness[1]) ||
                                         !scene_locks(made.strain_stiffness[2]),
-                              .follows = rod->has_body_load,
                               .along = &rod->along,
                               .jumps = &rod->jumps,
                               .substeps = 1,
@@ -307,7 +299,6 @@ void strain_level_free(strain_level *x)
 {
     free(x->edges);
     free(x->s);
-    free(x->loads);
     free(x->pulls);
     free(x->along);
     free(x->numbers);
@@ -351,7 +342,6 @@ FOR_EACH_PROCESSOR static void load(strain_level *x, const lanes *factor)
     strain_form *form = x->form;
     const int pulling = form->kind.actuators;
     for (int i = 0; i < form->nodes; i++) {
-        scale(12, x->loads[i][0], factor, form->points[i].load[0]);
         for (int k = 0; k < pulling; k++) {
             const solve_extent *extent = &form->kind.extents[k];
             lanes *pull = &form->actuators[i * pulling + k].given[ACTUATOR_PULL];
@@ -383,6 +373,7 @@ FOR_EACH_PROCESSOR static void load(strain_level *x, const lanes *factor)
 void strain_level_load(strain_level *x, const lanes *factor)
 {
     load(x, factor);
+    strain_form_load(x->form);
 }
 
 void strain_level_rest(strain_level *x)

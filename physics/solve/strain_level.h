@@ -24,8 +24,7 @@ typedef struct strain_level {
     int stages, elements, outputs;
     double *edges, *s; /* [elements + 1], [nodes] */
     strain_form *form;
-    lanes (*loads)[4][3];   /* [nodes] at full load, as the next */
-    lanes *pulls;           /* [nodes][actuators] */
+    lanes *pulls;           /* [nodes][actuators] at full load */
     lanes *along, *numbers; /* of laws along the rod and at places: those of the form */
     lanes end_force[3], end_moment[3];
     lanes bare_r[3], bare_q[4], full_r[3], full_q[4]; /* s = 1 of the unstressed rod; held */

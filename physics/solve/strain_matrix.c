@@ -79,13 +79,8 @@ PROCESSOR_INLINE void differentiate_rates(strain_form *x, int node, yielding *yi
         cross_times(at->N, -1, at->S, at->K);
     }
     cross_times(at->N, -1, at->P, at->G);
-    memset(at->body, 0, sizeof at->body);
-    if (x->kind.follows) {
-        lanes body[3];
-        lanes_to_world(at->R, x->points[node].load[2], at->body);
-        lanes_to_world(at->R, x->points[node].load[3], body);
-        cross_matrix(body, -1, part);
-        add(at->G, part);
+    if (x->turns) {
+        add(at->G, at->load_by_turn[1]);
     }
 }
 
@@ -255,12 +250,8 @@ PROCESSOR_INLINE void change_forces(strain_form *x, const lanes *direction, chan
         for (int j = 0; j < n; j++) {
             const int node = (e - 1) * n + j;
             take(direction, x->push_at < 0 ? -1 : x->push_at + 3 * node, rate[j]);
-            if (x->kind.follows) {
-                lanes turned[3];
-                lanes_vector_cross(points[node].turn, x->at[node].body, turned);
-                for (int k = 0; k < 3; k++) {
-                    rate[j][k] += turned[k];
-                }
+            if (x->follows) {
+                add_applied(x->at[node].load_by_turn[0], points[node].turn, rate[j]);
             }
         }
         integrate_back(x, e - 1, rate, N, at, start);

@@ -44,7 +44,6 @@ static strain_kind kind_of(const static_system *system)
                         .actuators = rod->actuators,
                         .edges = system->edges,
                         .extents = rod->extents,
-                        .follows = rod->has_body_load,
                         .along = &rod->along,
                         .free_position = ends[0].hold.directions < 3,
                         .free_rotation = !ends[0].holds_rotation,
@@ -123,14 +122,6 @@ static void gather(size_t count, const lanes *from, double *to)
     }
 }
 
-static void give_load(const solve_load *load, lanes (*to)[3])
-{
-    spread(3, load->force, to[0]);
-    spread(3, load->moment, to[1]);
-    spread(3, load->body_force, to[2]);
-    spread(3, load->body_moment, to[3]);
-}
-
 static void give_point(strain_newton *x, int i, const static_point *at)
 {
     strain_point *to = &x->form->points[i];
@@ -138,7 +129,6 @@ static void give_point(strain_newton *x, int i, const static_point *at)
     spread(3, at->rest.curvature, to->rest + 3);
     spread(3, at->strain_compliance, to->compliance);
     spread(3, at->curvature_compliance, to->compliance + 3);
-    give_load(&at->load, to->load);
     spread((size_t)at->acting->numbers, at->numbers, x->form->along + i * at->acting->numbers);
     for (int k = 0; k < at->actuation.count; k++) {
         const solve_actuator *from = &at->actuation.actuators[k];
@@ -223,7 +213,7 @@ static void guess_ends(strain_newton *x, const double *y)
         const static_jump *here = &system->jumps[system->jump[place->edge]];
         double wrench[6] = {0};
         acting_wrench(here->acting, here->numbers, (acting_on){at + STATIC_R, at + STATIC_Q, NULL},
-                      ACTING_ALL, 1, wrench);
+                      ACTING_STORES, 1, wrench);
         spread(3, wrench, place->force);
     }
 }
@@ -244,11 +234,12 @@ static bool guess(strain_newton *x, const double *y)
             finite = finite && isfinite(strain[k]) && isfinite(curvature[k]);
         }
         acting_wrench(point.acting, point.numbers, (acting_on){at + STATIC_R, at + STATIC_Q, NULL},
-                      ACTING_ALL, 1, push);
+                      ACTING_STORES, 1, push);
         spread(3, strain, node->v);
         spread(3, curvature, node->u);
         spread(3, push, node->push);
     }
+    strain_form_load(x->form);
     guess_ends(x, y);
     return finite;
 }

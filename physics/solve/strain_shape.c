@@ -92,6 +92,18 @@ static void act_at_edges(strain_form *x)
     }
 }
 
+void strain_form_load(strain_form *x)
+{
+    const acting *along = x->kind.along;
+    for (int i = 0; along && along->count > 0 && i < x->nodes; i++) {
+        strain_node *node = &x->at[i];
+        acting_lanes at;
+        acting_lanes_of(along, x->along + i * along->numbers, false, node->r, node->q, &at);
+        memcpy(node->load, at.wrench, sizeof node->load);
+        memcpy(node->load_by_turn, at.by_turn, sizeof node->load_by_turn);
+    }
+}
+
 static void push(const acting *of, const lanes *numbers, const lanes r[3], const lanes q[4],
                  strain_push *to)
 {
@@ -134,15 +146,7 @@ PROCESSOR_INLINE void load_element(strain_form *x, int e, const lanes end[3], la
     strain_node *at = x->at + e * n;
     lanes push[GAUSS_STAGES_MAX][3];
     for (int j = 0; j < n; j++) {
-        const strain_point *point = &x->points[e * n + j];
-        memcpy(push[j], point->load[0], sizeof push[j]);
-        if (x->kind.follows) {
-            lanes body[3];
-            lanes_to_world(at[j].R, point->load[2], body);
-            for (int c = 0; c < 3; c++) {
-                push[j][c] += body[c];
-            }
-        }
+        memcpy(push[j], at[j].load[0], sizeof push[j]);
         for (int c = 0; c < 3 && x->push_at >= 0; c++) {
             push[j][c] += at[j].push[c];
         }
@@ -283,17 +287,9 @@ PROCESSOR_INLINE void bend_element(strain_form *x, int e, const lanes end[3], la
     strain_node *at = x->at + e * n;
     lanes rate[GAUSS_STAGES_MAX][3];
     for (int j = 0; j < n; j++) {
-        const strain_point *point = &x->points[e * n + j];
-        lanes body[3];
         lanes_vector_cross(at[j].slope, at[j].N, rate[j]);
         for (int c = 0; c < 3; c++) {
-            rate[j][c] += point->load[1][c];
-        }
-        if (x->kind.follows) {
-            lanes_to_world(at[j].R, point->load[3], body);
-            for (int c = 0; c < 3; c++) {
-                rate[j][c] += body[c];
-            }
+            rate[j][c] += at[j].load[1][c];
         }
     }
     for (int c = 0; c < 3; c++) {
@@ -422,6 +418,9 @@ PROCESSOR_INLINE void miss_places(strain_form *x)
 PROCESSOR_INLINE void find_positions(strain_form *x, lanes M[3])
 {
     turn_all(x);
+    if (x->turns) {
+        strain_form_load(x);
+    }
     load_all(x, M);
     for (int i = 0; i < x->nodes; i++) {
         find_strain(x, i);

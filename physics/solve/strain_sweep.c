@@ -169,7 +169,7 @@ PROCESSOR_INLINE void respond(const sweep *w, int e, const lanes *change, const 
     if (w->moves) {
         add_applied(edge->back[0], end, far[0]);
         for (int j = 0; j < n; j++) {
-            lanes_vector_cross(turns[j], at[j].body, rate[j]);
+            apply(at[j].load_by_turn[0], turns[j], rate[j]);
         }
         integrate_back(x, e, rate, far[0], forces, start[0]);
     }
@@ -212,7 +212,7 @@ PROCESSOR_INLINE void respond_to_one(const sweep *w, int e, int own, int c, lane
     if (w->moves) {
         apply(edge->back[0], end, far[0]);
         for (int j = 0; j < n; j++) {
-            lanes_vector_cross(a, at[j].body, rate[j]);
+            apply(at[j].load_by_turn[0], a, rate[j]);
             for (int k = 0; k < 3; k++) {
                 rate[j][k] *= h * x->rule.matrix[j][own];
             }
@@ -440,7 +440,7 @@ static void solve_full(strain_form *x, bool again)
 /* Whether N changes with the shape. */
 static bool forces_move(const strain_form *x)
 {
-    bool moves = x->kind.follows || x->kind.end.force_is_body;
+    bool moves = x->follows || x->kind.end.force_is_body;
     for (int k = 0; k < x->place_count && !moves; k++) {
         moves = x->places[k].acting->follows;
     }
