@@ -216,6 +216,24 @@ int rod_acting_at_places(const rod_context *rod, rod_acting *acting)
     return count;
 }
 
+int rod_acting_at_ends(const rod_context *rod, rod_acting *acting)
+{
+    int count = 0;
+    for (int end = 0; end < 2; end++) {
+        const rod_end_data given = rod_end_of(rod, end, rod->t);
+        const double sign = end ? 1 : -1; /* N(0) and m(0) are against what acts */
+        if (given.hold.directions < 3 && !ad_is_constant(given.force, 0)) {
+            acting[count++] = (rod_acting){given.force_is_body ? LAW_FOLLOWER_FORCE : LAW_FORCE,
+                                           end, ad_scale(given.force, sign)};
+        }
+        if (!given.holds_rotation && !ad_is_constant(given.moment, 0)) {
+            acting[count++] = (rod_acting){given.moment_is_world ? LAW_MOMENT : LAW_FOLLOWER_MOMENT,
+                                           end, ad_scale(given.moment, sign)};
+        }
+    }
+    return count;
+}
+
 /* ---- on the tape --------------------------------------------------------------------------- */
 
 static void put_rows(ad_value vector, int count, ad_value *rows)

@@ -275,7 +275,8 @@ typedef struct rod_acting {
 
 enum {
     ROD_ALONG_MAX = 12,
-    ROD_AT_PLACES_MAX = 2 * SCENE_SPRINGS_MAX + 2 * SCENE_POINTS_MAX + SCENE_BODIES_MAX
+    ROD_AT_PLACES_MAX = 2 * SCENE_SPRINGS_MAX + 2 * SCENE_POINTS_MAX + SCENE_BODIES_MAX,
+    ROD_AT_ENDS_MAX = 4
 };
 
 /* What a law along the rod is given: a row of quantities of the scene. Where a law has several,
@@ -300,6 +301,7 @@ double rod_given_scale(const rod_given *given, int i, const rod_scales *by);
 /* All of a scene; they return how many. */
 int rod_acting_along(const rod_context *rod, rod_acting *acting);     /* [ROD_ALONG_MAX] */
 int rod_acting_at_places(const rod_context *rod, rod_acting *acting); /* [ROD_AT_PLACES_MAX] */
+int rod_acting_at_ends(const rod_context *rod, rod_acting *acting);   /* [ROD_AT_ENDS_MAX] */
 ad_value rod_weight(const rod_context *rod);              /* [3] per length, with that of tubes */
 bool rod_is_held_by_laws(const scene *given, bool along); /* one that stores energy */
 

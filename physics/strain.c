@@ -180,9 +180,10 @@ static void give_actuators(strain_rod *x)
 /* Laws along the rod and at places; forces that depend on the position are sought. */
 static void give_laws(strain_rod *x)
 {
-    rod_acting along[ROD_ALONG_MAX], places[ROD_AT_PLACES_MAX];
+    rod_acting along[ROD_ALONG_MAX], places[ROD_AT_PLACES_MAX + ROD_AT_ENDS_MAX];
     x->along_count = rod_acting_along(&x->rod, along);
     x->place_count = rod_acting_at_places(&x->rod, places);
+    x->place_count += rod_acting_at_ends(&x->rod, places + x->place_count);
     for (int i = 0; i < x->along_count; i++) {
         x->along[i].law = along[i].law;
         x->is_pushed |= law_table[along[i].law].by_position;
@@ -209,7 +210,6 @@ static void give(strain_rod *x)
     give_actuators(x);
     give_laws(x);
     x->start = rod_end_of(&x->rod, 0, x->rod.t);
-    x->end = rod_end_of(&x->rod, 1, x->rod.t);
 }
 
 /* ---- making -------------------------------------------------------------------------------- */

@@ -131,11 +131,6 @@ along_turn strain_turn_rows(ad_value q)
     return (along_turn){{ad_row(q, 0), ad_row(q, 1), ad_row(q, 2), ad_row(q, 3)}};
 }
 
-ad_value strain_turn_vector(along_turn q)
-{
-    return ad_stack(4, q.x);
-}
-
 static along_twist twist_add(along_twist a, double factor, along_twist b)
 {
     const ad_value by = ad_scalar(b.turn.x[0].tape, factor);

@@ -55,9 +55,9 @@ struct strain_rod {
     strain_pull pulls[SCENE_TENDONS_MAX + SCENE_CHAMBERS_MAX];
     int along_count, place_count; /* of laws along the rod and at places */
     bool is_pushed, turns;        /* one along it depends on the position; on the rotation */
-    strain_law along[ROD_ALONG_MAX], places[ROD_AT_PLACES_MAX];
+    strain_law along[ROD_ALONG_MAX], places[ROD_AT_PLACES_MAX + ROD_AT_ENDS_MAX];
     int forces; /* that are sought, numbers */
-    rod_end_data start, end;
+    rod_end_data start;
 };
 
 /* strain_along.c */
@@ -77,7 +77,6 @@ along_turn strain_turn_product(along_turn p, along_turn q);
 along_turn strain_turn_by(along rotation_vector);
 along_matrix strain_turn_matrix(along_turn q);
 along_turn strain_turn_rows(ad_value quaternion);
-ad_value strain_turn_vector(along_turn q);
 
 /* The twist of a step with terms a of Magnus' expansion (Blanes et al. 2009, eq. 253, whose Y' = A
  * Y is transposed here: commutators change their sign), and the position at its end by that. */
@@ -111,8 +110,8 @@ void strain_state_of(const strain_rod *rod, ad_value sought, ad_value vector, st
 /* q after a joint at an edge. */
 along_turn strain_turn_over(const strain_rod *rod, int edge, along_turn q);
 
-/* Parts of it: f, l at points, without what depends on the position; what acts at an edge, at the
- * last one with N and M of the end; v after one step of Newton's method, with the matrix of v and
+/* Parts of it: f, l at points, without what depends on the position; what acts at an edge; v
+ * after one step of Newton's method, with the matrix of v and
  * of another u; the rate of M, negative; and the residual. */
 void strain_loads(const strain_rod *rod, along_turn turn, along load_rate[2]);
 void strain_acting(const strain_rod *rod, int edge, along_turn turn, along *force, along *moment);

@@ -119,25 +119,16 @@ void strain_loads(const strain_rod *rod, along_turn turn, along load_rate[2])
 void strain_acting(const strain_rod *rod, int edge, along_turn turn, along *force, along *moment)
 {
     const double s = rod->mesh.edges[edge];
-    ad_value q = strain_turn_vector(turn), F = ad_zeros(rod->tape, 3), T = F;
+    *force = *moment = strain_zeros(rod->tape);
     for (int i = 0; i < rod->place_count; i++) {
         const strain_law *at = &rod->places[i];
         if (fabs(at->s - s) < 1e-12 && !law_table[at->law].by_position) {
             along by[2];
             act(rod, at, strain_zeros(rod->tape), turn, by);
-            F = ad_add(F, ad_stack(3, by[0].x));
-            T = ad_add(T, ad_stack(3, by[1].x));
+            *force = strain_add(*force, by[0]);
+            *moment = strain_add(*moment, by[1]);
         }
     }
-    if (edge == rod->mesh.elements) {
-        const rod_end_data *end = &rod->end;
-        F = ad_add(F, rod_end_force(end, q));
-        T = ad_add(T, end->moment_is_world || ad_is_constant(end->moment, 0)
-                          ? end->moment
-                          : ad_rotate(q, end->moment));
-    }
-    *force = strain_rows(F);
-    *moment = strain_rows(T);
 }
 
 /* Over an element: from its points to its end; and all of it. */

@@ -88,7 +88,9 @@ static void test_ends(void **state)
     assert_int_equal(solve_rod_end(rod, 1, 0.5 / time, &end, NULL), AD_OK);
     assert_true(rod->ends[0].hold.directions && rod->ends[0].holds_rotation);
     assert_false(rod->ends[1].hold.directions || rod->ends[1].holds_rotation);
-    assert_false(rod->ends[1].force_is_body || rod->ends[1].moment_is_body);
+    const acting *acts = &rod->jumps.at[0].acting;
+    assert_int_equal(rod->jumps.count, 1);
+    assert_true(acts->count == 2 && acts->law[0] == LAW_FORCE && acts->law[1] == LAW_MOMENT);
     assert_near(start.position[1], 0.25 / 2, rounding);
     assert_near(start.velocity[1], 1.0 / 2 * time, rounding);
     assert_near(start.acceleration[1], 2.0 / 2 * time * time, 1e-12);

@@ -182,18 +182,16 @@ static void fill_points(strain_form *x)
     }
 }
 
-/* Loads at the first two edges, springs at so many from the second on, a joint at the second. */
+/* Loads at all edges, springs at so many from the second on, a joint at the second. */
 static void list_jumps(const double *edges, bool follow, int springs, solve_jumps *jumps)
 {
     *jumps = (solve_jumps){.count = 3};
     for (int e = 0; e < jumps->count; e++) {
         solve_jump *at = &jumps->at[e];
         *at = (solve_jump){.s = edges[e], .turn = {1}, .first = jumps->numbers};
-        if (e < 2) {
-            acting_add(&at->acting, LAW_FORCE);
-            acting_add(&at->acting, LAW_MOMENT);
-        }
-        if (e < 2 && follow) {
+        acting_add(&at->acting, LAW_FORCE);
+        acting_add(&at->acting, LAW_MOMENT);
+        if (follow) {
             acting_add(&at->acting, LAW_FOLLOWER_FORCE);
             acting_add(&at->acting, LAW_FOLLOWER_MOMENT);
         }
@@ -214,8 +212,6 @@ static void fill_end(static_end *x, const solve_end *kind)
     *x = (static_end){.kind = *kind,
                       .position = {0.1, 0.2, 0.9},
                       .rotation = {0.8, 0.6, 0, 0},
-                      .force = {0.3, -0.2, 0.5},
-                      .moment = {-0.4, 0.1, 0.3},
                       .spring = {0.5, 0.7, 0.2},
                       .upright = {1, 0, 0, 0}};
 }
@@ -333,9 +329,8 @@ static void check_derivatives(strain_kind kind, bool founded, int springs, bool 
     fill_end(&x->last, &kind.end);
     spread(3, x->last.position, x->held_r);
     spread(4, x->last.rotation, x->held_q);
-    spread(3, x->last.force, x->held_force);
-    fill(3, 1, x->end_force);
-    fill(3, 1, x->end_moment);
+    fill(x->force_at >= 0 ? 3 : 0, 1, x->end_force);
+    fill(x->moment_at >= 0 ? 3 : 0, 1, x->end_moment);
     fill(3, 1, x->start_r);
     strain_form_set_jumps(x);
     fill((size_t)jumps.numbers, 1, x->numbers);
@@ -359,15 +354,12 @@ static void test_derivatives(void **state)
 {
     (void)state;
     const solve_end clamped = {.hold = {.directions = 3}, .holds_rotation = true};
-    const solve_end rail = {.hold = {.directions = 1, .axis = {0, 0.6, 0.8}},
-                            .force_is_body = true};
-    const solve_end wall = {.hold = {.directions = 2, .axis = {1, 0, 0}}, .moment_is_body = true};
+    const solve_end rail = {.hold = {.directions = 1, .axis = {0, 0.6, 0.8}}};
+    const solve_end wall = {.hold = {.directions = 2, .axis = {1, 0, 0}}};
     check_derivatives((strain_kind){.shears = false}, false, 0, false, &clamped);
     check_derivatives((strain_kind){.shears = true, .actuators = 3}, false, 0, false, &clamped);
     check_derivatives((strain_kind){.shears = false, .actuators = 3}, false, 0, true, &clamped);
-    check_derivatives(
-        (strain_kind){.shears = true, .end = {.force_is_body = true, .moment_is_body = true}},
-        false, 0, true, &clamped);
+    check_derivatives((strain_kind){.shears = true}, false, 0, true, &clamped);
     check_derivatives((strain_kind){.shears = true, .end = clamped}, false, 0, false, &clamped);
     check_derivatives((strain_kind){.shears = true,
                                     .actuators = 2,

@@ -20,7 +20,7 @@ typedef struct acting {
     int count, numbers, kinds; /* of laws: acting_kind, summed */
     bool by_position, by_rotation, by_velocity, has_moment;
     bool follows; /* a force turns with the rod */
-    law_name law[ROD_AT_PLACES_MAX];
+    law_name law[ROD_AT_PLACES_MAX + ROD_AT_ENDS_MAX];
 } acting;
 
 _Static_assert((int)ROD_ALONG_MAX <= (int)ROD_AT_PLACES_MAX, "room for laws along a rod");

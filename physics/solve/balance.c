@@ -147,28 +147,19 @@ static void add(total *sum, double weight, posed *at, const double *force, const
     }
 }
 
-/* What the outside does to an end: what the scene says, and what holds the end, by the shape there,
- * in which all that acts at this place is counted. */
-static ad_status add_end(const solve_rod *rod, int end, posed *at, total *sum, ad_error *error)
+/* What holds an end does to it, by the shape there, in which all that acts at this place is
+ * counted.
+ */
+static void add_end(const solve_rod *rod, int end, posed *at, total *sum)
 {
     const solve_end *kind = &rod->ends[end];
-    double sign = end ? 1 : -1, force[3], held[3], moment[3];
-    solve_end_state given;
-    ad_status status = solve_rod_end(rod, end, 0, &given, error);
-    if (status != AD_OK) {
-        return status;
-    }
-    solve_end_forces(kind, at->rotation, given.force, at->force, force, held);
-    memcpy(moment, kind->holds_rotation ? at->moment : given.moment, sizeof moment);
-    if (!kind->holds_rotation && kind->moment_is_body) {
-        to_world(at->rotation, given.moment, moment);
-    }
+    double force[3], moment[3];
+    scene_hold_part(&kind->hold, at->force, force);
     for (int i = 0; i < 3; i++) {
-        force[i] = sign * (force[i] + held[i]);
-        moment[i] *= sign;
+        force[i] *= end ? 1 : -1;
+        moment[i] = kind->holds_rotation ? (end ? 1 : -1) * at->moment[i] : 0;
     }
     add(sum, 1, at, force, moment);
-    return AD_OK;
 }
 
 /* Force and moment of laws outside, wrench [6]. */
@@ -225,7 +216,7 @@ static ad_status add_up_rod(const void *model, const samples *x, double *rest, d
     }
     for (int end = 0; end < 2 && status == AD_OK; end++) {
         posed at = pose_of(x, x->count - 2 + (size_t)end);
-        status = add_end(rod, end, &at, &sum, error);
+        add_end(rod, end, &at, &sum);
     }
     *rest = fmax(largest(sum.force), largest(sum.moment));
     *size = sum.size;

@@ -20,7 +20,7 @@ static void add_places(const rod_context *rod, int law_count, const rod_acting *
                        solve_jumps *jumps)
 {
     const scene *given = rod->scene;
-    double s[SOLVE_JUMPS_MAX], length = rod->scales.length;
+    double s[SOLVE_JUMPS_MAX + SOLVE_LAWS_MAX], length = rod->scales.length;
     int count = 0;
     for (int i = 0; i < rod_joint_count(given); i++) {
         rod_joint joint = rod_joint_of(given, i);
@@ -55,7 +55,8 @@ static void record_bodies(const rod_context *rod, solve_jumps *jumps)
 }
 
 /* Numbers of what acts at places, in their order. */
-static void record_laws(int count, const rod_acting *laws, solve_jumps *jumps, ad_value *values)
+static void record_laws(int within, int count, const rod_acting *laws, solve_jumps *jumps,
+                        ad_value *values)
 {
     int recorded = 0;
     for (int i = 0; i < jumps->count; i++) {
@@ -64,6 +65,7 @@ static void record_laws(int count, const rod_acting *laws, solve_jumps *jumps, a
         for (int k = 0; k < count; k++) {
             if (jump_at(jumps, laws[k].s) == i) {
                 acting_add(&place->acting, laws[k].law);
+                place->within += k < within;
                 values[recorded++] = laws[k].numbers;
             }
         }
@@ -73,9 +75,10 @@ static void record_laws(int count, const rod_acting *laws, solve_jumps *jumps, a
 
 ad_value solve_jumps_record(const rod_context *rod, solve_jumps *jumps)
 {
-    rod_acting laws[ROD_AT_PLACES_MAX];
-    ad_value numbers[ROD_AT_PLACES_MAX];
-    const int count = rod_acting_at_places(rod, laws);
+    rod_acting laws[SOLVE_LAWS_MAX];
+    ad_value numbers[SOLVE_LAWS_MAX];
+    const int within = rod_acting_at_places(rod, laws);
+    const int count = within + rod_acting_at_ends(rod, laws + within);
     *jumps = (solve_jumps){.count = 0};
     add_places(rod, count, laws, jumps);
     record_bodies(rod, jumps);
@@ -87,7 +90,7 @@ ad_value solve_jumps_record(const rod_context *rod, solve_jumps *jumps)
             memcpy(place->turn, joint.turn, sizeof place->turn);
         }
     }
-    record_laws(count, laws, jumps, numbers);
+    record_laws(within, count, laws, jumps, numbers);
     const ad_value all = count > 0 ? ad_stack(count, numbers) : ad_zeros(rod->tape, 3);
     jumps->loads_move = ad_uses(1, &all, rod->t);
     return all;

@@ -12,7 +12,8 @@
 #include "physics/solve/acting.h"
 
 enum {
-    SOLVE_JUMPS_MAX = SCENE_SEGMENTS_MAX + SCENE_POINTS_MAX + SCENE_BODIES_MAX + SCENE_SPRINGS_MAX
+    SOLVE_JUMPS_MAX =
+        SCENE_SEGMENTS_MAX + SCENE_POINTS_MAX + SCENE_BODIES_MAX + SCENE_SPRINGS_MAX + 2
 };
 
 /* All that acts at one s. */
@@ -23,10 +24,12 @@ typedef struct solve_jump {
     double mass;       /* of bodies; 0 if static, as their inertia */
     double inertia[3]; /* about the directors */
     acting acting;
-    int first; /* of its numbers */
+    int first;  /* of its numbers */
+    int within; /* so many of its laws are of the place; then those of what loads an end */
 } solve_jump;
 
-enum { SOLVE_JUMP_NUMBERS_MAX = ROD_AT_PLACES_MAX * LAW_NUMBERS_MAX };
+enum { SOLVE_LAWS_MAX = ROD_AT_PLACES_MAX + ROD_AT_ENDS_MAX };
+enum { SOLVE_JUMP_NUMBERS_MAX = SOLVE_LAWS_MAX * LAW_NUMBERS_MAX };
 
 typedef struct solve_jumps {
     int count, numbers;

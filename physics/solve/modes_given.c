@@ -74,21 +74,6 @@ static ad_status give_rest(modes *m, ad_error *error)
     return status;
 }
 
-/* At s = 1, where nothing is held, as a load at a place: what is given counts in one frame. */
-static void give_tip(modes *m)
-{
-    const solve_end *end = &m->rod->ends[1];
-    modes_point *tip = &m->point[m->points - 1];
-    struct modes_load *to = &tip->load;
-    memset(to, 0, sizeof *to);
-    memcpy(end->force_is_body ? to->body_force : to->force, m->last.force, sizeof to->force);
-    memcpy(end->moment_is_body ? to->body_moment : to->moment, m->last.moment, sizeof to->moment);
-    tip->is_loaded = false;
-    for (int k = 0; k < 3; k++) {
-        tip->is_loaded |= m->last.force[k] != 0 || m->last.moment[k] != 0;
-    }
-}
-
 /* What acts at places. */
 static ad_status give_jumps(modes *m, ad_error *error)
 {
@@ -185,9 +170,6 @@ ad_status modes_at(modes *m, double t, const double *inputs, ad_error *error)
     }
     if (status == AD_OK && (due[SOLVE_ALONG] || due[SOLVE_JUMPS])) {
         give_dead(m);
-    }
-    if (status == AD_OK && due[SOLVE_END]) {
-        give_tip(m);
     }
     if (status == AD_OK && due[SOLVE_ACTUATORS] && m->is_pulled) {
         status = part(m, SOLVE_ACTUATORS, (size_t)m->points, m->s, (double *)m->actuators, error);

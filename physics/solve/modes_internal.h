@@ -28,11 +28,6 @@ typedef struct modes_point {
     double rest[MODES_STRAINS], rest_rate[MODES_STRAINS];
     double mass, inertia[3];
     double dead[6]; /* force and moment of dead loads */
-    struct modes_load {
-        double force[3], moment[3];           /* at the tip alone: world */
-        double body_force[3], body_moment[3]; /* follower */
-    } load;
-    bool is_loaded;
 
     /* found, by modes_shape; world but for strains and stress */
     double q[4], R[3][3], r[3];

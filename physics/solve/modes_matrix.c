@@ -174,9 +174,9 @@ PROCESSOR_INLINE void change_motion(modes *m, int e, changes *x)
 
 /* ---- derivatives of forces at points ------------------------------------------------------- */
 
-/* What a point needs of itself: world inertia, J w, J w_t, loads that follow, what else acts. */
+/* What a point needs of itself: world inertia, J w, J w_t, what acts. */
 typedef struct local {
-    double J[3][3], momentum[3], change[3], force[3], moment[3];
+    double J[3][3], momentum[3], change[3];
     const acting *of; /* NULL: nothing */
     acting_change acting;
 } local;
@@ -217,16 +217,10 @@ PROCESSOR_INLINE void add_changed(const acting *of, double by[6][3], const quad 
 static void find_local(const modes *m, int p, local *x)
 {
     const modes_point *at = &m->point[p];
-    double R[3][3];
     memset(x, 0, sizeof *x);
-    memcpy(R, at->R, sizeof R);
     world_inertia(at, x->J);
     to_world(x->J, at->spin, x->momentum);
     to_world(x->J, at->spin_rate, x->change);
-    if (at->is_loaded) {
-        to_world(R, at->load.body_force, x->force);
-        to_world(R, at->load.body_moment, x->moment);
-    }
     find_acting(m, p, x);
 }
 
@@ -253,7 +247,6 @@ PROCESSOR_INLINE void change_forces(modes *m, int e, changes *x)
                 load_rows(x->acceleration + (i * 6 + 3 * k) * width + c, width, acceleration[k]);
                 add_scaled(-at->mass, acceleration[k], force[k]);
             }
-            add_crossed(theta, own.force, force[0]);
             if (own.of && own.of->by_position) {
                 add_changed(own.of, own.acting.by_position, rho, force[0], moment[0]);
             }
@@ -276,7 +269,6 @@ PROCESSOR_INLINE void change_forces(modes *m, int e, changes *x)
             add_applied(own.J, -1, inner, outer);
             add_cross(own.momentum, theta, outer);
             add_cross(at->spin, outer, moment[0]);
-            add_crossed(theta, own.moment, moment[0]);
             memset(outer, 0, sizeof outer);
             add_applied(own.J, -1, second[1], moment[1]);
             add_cross(own.momentum, theta, moment[1]);

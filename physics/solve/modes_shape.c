@@ -272,15 +272,6 @@ static void add_loads(modes_point *at)
         at->force[k] += at->dead[k];
         at->moment[k] += at->dead[3 + k];
     }
-    if (at->is_loaded) {
-        double force[3], moment[3];
-        to_world(at->R, at->load.body_force, force);
-        to_world(at->R, at->load.body_moment, moment);
-        for (int k = 0; k < 3; k++) {
-            at->force[k] += at->load.force[k] + force[k];
-            at->moment[k] += at->load.moment[k] + moment[k];
-        }
-    }
 }
 
 /* The section at a point. */
@@ -426,17 +417,6 @@ solve_energy modes_energy_now(const modes *m)
     return energy;
 }
 
-/* Of what is given in a body frame and in the world. */
-static double load_power(const modes_point *at)
-{
-    double R[3][3], force[3], moment[3];
-    memcpy(R, at->R, sizeof R);
-    to_world(R, at->load.body_force, force);
-    to_world(R, at->load.body_moment, moment);
-    return vector_dot(at->load.force, at->velocity) + vector_dot(force, at->velocity) +
-           vector_dot(at->load.moment, at->spin) + vector_dot(moment, at->spin);
-}
-
 /* Adds the power of what loads, but for dead loads, and of what dissipates at a point. */
 static void add_power(const acting *of, const double *numbers, double weight, const modes_point *at,
                       double *load, double *dissipation)
@@ -471,7 +451,6 @@ void modes_power_now(const modes *m, double *load, double *dissipation)
     }
     for (int p = 0; p < m->points; p++) {
         const modes_point *at = &m->point[p];
-        *load += at->is_loaded ? load_power(at) : 0;
         *load += vector_dot(at->dead, at->velocity) + vector_dot(at->dead + 3, at->spin);
         if ((along->kinds & ~ACTING_DEAD) && at->weight > 0) {
             add_power(along, m->along + p * along->numbers, at->weight, at, load, dissipation);

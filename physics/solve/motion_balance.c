@@ -122,10 +122,10 @@ static void add_reaction(balance *b, int end)
     const motion *m = b->m;
     const solve_end *kind = &b->rod->ends[end];
     solve_state known = known_at(b, motion_end_node(m, end));
-    double R[3][3], force[3], load[3], held[3], part[3];
+    double R[3][3], force[3], held[3], part[3];
     rotation_matrix(known.rotation, R);
     to_world(R, known.force, force);
-    solve_end_forces(kind, R, m->ends[end].force, force, load, held);
+    scene_hold_part(&kind->hold, force, held);
     for (int i = 0; i < 3; i++) {
         b->outer[i] += end ? held[i] : -held[i];
     }

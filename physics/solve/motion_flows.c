@@ -271,7 +271,10 @@ static double node_power(const motion *m, size_t node)
 /* Of loads, tendons and chambers. */
 static double power_put_in(const motion *m)
 {
-    bool everywhere = (m->rod->along.kinds & ACTING_LOADS) || m->rod->jumps.count > 0;
+    bool everywhere = m->rod->along.kinds & ACTING_LOADS;
+    for (int k = 0; k < m->rod->jumps.count; k++) {
+        everywhere |= m->places[k].node > 0 && m->places[k].node + 1 < m->nodes;
+    }
     double power = node_power(m, 0) + node_power(m, m->nodes - 1) + motion_pull_power(m);
     for (size_t i = 1; everywhere && i + 1 < m->nodes; i++) {
         power += node_power(m, i);

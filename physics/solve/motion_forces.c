@@ -440,23 +440,6 @@ void motion_loads(motion *m)
 {
     memset(m->push, 0, m->nodes * sizeof *m->push);
     memset(m->turn, 0, m->nodes * sizeof *m->turn);
-    for (int end = 0; end < 2; end++) {
-        const solve_end *given = &m->rod->ends[end];
-        const solve_end_state *now = &m->ends[end];
-        size_t i = motion_end_node(m, end);
-        double R[3][3], force[3], moment[3], sign = end ? 1 : -1;
-        rotation_matrix(m->pose[i] + MOTION_LANE_Q, R);
-        to_world(R, now->force, force);
-        to_body(R, now->moment, moment);
-        for (int k = 0; k < 3; k++) {
-            m->push[i][k] += given->hold.directions == 3
-                                 ? 0
-                                 : sign * (given->force_is_body ? force[k] : now->force[k]);
-            m->turn[i][k] += given->holds_rotation
-                                 ? 0
-                                 : sign * (given->moment_is_body ? now->moment[k] : moment[k]);
-        }
-    }
     motion_act_at_places(m, ACTING_LOADS, m->push, m->turn);
     act_along(m, ACTING_LOADS, m->push, m->turn);
 }

@@ -74,10 +74,7 @@ static ad_value record_end(const rod_context *rod, int end, solve_end *kind)
 {
     rod_end_data data = rod_end_of(rod, end, rod->t);
     const scene_end *given = end ? &rod->scene->end : &rod->scene->start;
-    *kind = (solve_end){.hold = scene_hold_of(given),
-                        .holds_rotation = data.holds_rotation,
-                        .force_is_body = data.force_is_body,
-                        .moment_is_body = !data.moment_is_world};
+    *kind = (solve_end){.hold = scene_hold_of(given), .holds_rotation = data.holds_rotation};
     if (scene_is_manufactured(rod->scene)) {
         rod_state exact = rod_manufactured(rod->scene, rod->s, rod->t);
         data.position = exact.position;
@@ -437,19 +434,6 @@ ad_status solve_rod_end(const solve_rod *rod, int end, double t, solve_end_state
 {
     double s = end;
     return solve_formula_evaluate(rod->formula->ends[end], 1, &s, t, (double *)out, error);
-}
-
-void solve_end_forces(const solve_end *end, double R[3][3], const double given[3],
-                      const double N[3], double load[3], double held[3])
-{
-    double turned[3], beyond[3];
-    to_world(R, given, turned);
-    for (int i = 0; i < 3; i++) {
-        load[i] = end->force_is_body ? turned[i] : given[i];
-        load[i] = end->hold.directions == 3 ? 0 : load[i];
-        beyond[i] = N[i] - load[i];
-    }
-    scene_hold_part(&end->hold, beyond, held);
 }
 
 /* In such a scene the formula of either end is the solution. */

@@ -16,13 +16,11 @@
 #include "physics/solve/quadrature.h"
 #include "physics/solve/solve.h"
 
-/* What one end gives: position or force, rotation or moment. */
+/* What one end holds; what loads it acts there (physics/solve/jump.h). */
 typedef struct solve_end {
     scene_hold hold; /* of the position */
     bool holds_rotation;
-    bool force_is_body;  /* N(end) = R(q) force, else force */
-    bool moment_is_body; /* m(end) = moment, else R(q)^T moment */
-    bool moves;          /* false: what it gives is the same at all times */
+    bool moves; /* false: what it gives is the same at all times */
 } solve_end;
 
 /* Whether what it holds moves. */
@@ -119,12 +117,13 @@ typedef union solve_actuator {
 
 /* What is prescribed at an end: the pose counts where it is held, force and moment where not. Their
  * signs are those of the internal N and m, so those of the outside at s = 1 and against it at s =
- * 0. Rates are by t: r_t, w = 2 vec(q* q_t), r_tt, w_t. */
+ * 0; the force is in the world, or that of a follower in the body, the moment likewise. Rates are
+ * by t: r_t, w = 2 vec(q* q_t), r_tt, w_t. */
 typedef struct solve_end_state {
     double position[3], rotation[4];
     double velocity[3], spin[3];
     double acceleration[3], spin_rate[3];
-    double force[3], moment[3]; /* frames: solve_end */
+    double force[3], moment[3];
 } solve_end_state;
 
 typedef struct solve_initial {
@@ -205,12 +204,6 @@ ad_status solve_rod_jump_numbers(const solve_rod *rod, double t, double *out, ad
 /* end: 0 or 1. */
 ad_status solve_rod_end(const solve_rod *rod, int end, double t, solve_end_state *out,
                         ad_error *error);
-
-/* Forces at an end whose section is turned by R, in the world and with the sign of N: load [3], by
- * the scene, of which `given` is the force, 0 where the position is held in all directions; and
- * held [3], by what holds the position: what N has beyond the load in the directions held. */
-void solve_end_forces(const solve_end *end, double R[3][3], const double given[3],
-                      const double N[3], double load[3], double held[3]);
 
 /* The solution that the author of a manufactured scene chose: all of solve_end_state, anywhere. */
 ad_status solve_rod_manufactured(const solve_rod *rod, size_t n, const double *s, double t,

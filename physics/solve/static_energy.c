@@ -123,48 +123,6 @@ static double density(const at_points *p, size_t i, const static_system *system,
     return sum;
 }
 
-static double work_of(const double force[3], const double *y, const solve_initial *unstressed)
-{
-    double sum = 0;
-    for (int i = 0; i < 3; i++) {
-        sum += force[i] * (y[STATIC_R + i] - unstressed->position[i]);
-    }
-    return sum;
-}
-
-static bool is_zero(const double a[3])
-{
-    return a[0] == 0 && a[1] == 0 && a[2] == 0;
-}
-
-/* What an end adds to the work; NaN for moments and followers, which have no potential in space. */
-static ad_status work_of_end(const solve_rod *rod, int end, const at_points *p, const double *y,
-                             double *work, ad_error *error)
-{
-    const solve_end *kind = &rod->ends[end];
-    size_t at = end ? p->count - 1 : 0;
-    solve_end_state given;
-    ad_status status = solve_rod_end(rod, end, 0, &given, error);
-    if (status != AD_OK) {
-        return status;
-    }
-    if (kind->hold.directions < 3 && !is_zero(given.force)) {
-        double held[3];
-        scene_hold_part(&kind->hold, given.force, held); /* up to the support */
-        for (int i = 0; i < 3; i++) {
-            given.force[i] -= held[i];
-        }
-        double sign = end ? 1 : -1;
-        *work += kind->force_is_body
-                     ? NAN
-                     : sign * work_of(given.force, y + at * p->rows, &p->unstressed[at]);
-    }
-    if (!kind->holds_rotation && !is_zero(given.moment)) {
-        *work = NAN;
-    }
-    return AD_OK;
-}
-
 /* What acts at places: work of loads, and what else stores energy. */
 static void add_jumps(const static_system *system, const solve_rod *rod, const at_points *p,
                       const double *y, solve_energy *energy)
@@ -181,7 +139,18 @@ static void add_jumps(const static_system *system, const solve_rod *rod, const a
             const double *numbers = solve_jump_numbers(jumps, jumps->number, i);
             const acting_on from = {unstressed->position, unstressed->rotation, NULL};
             const acting_on to = {at + STATIC_R, at + STATIC_Q, NULL};
-            energy->work += acting_work(of, numbers, from, to);
+            const bool is_end = e == 0 || e == static_system_elements(system);
+            double moved[3], held[3] = {0}, r[3];
+            for (int k = 0; k < 3; k++) {
+                moved[k] = to.position[k] - from.position[k];
+            }
+            if (is_end) { /* in directions that it holds, an end bears the load */
+                scene_hold_part(&rod->ends[e > 0].hold, moved, held);
+            }
+            for (int k = 0; k < 3; k++) {
+                r[k] = to.position[k] - held[k];
+            }
+            energy->work += acting_work(of, numbers, from, (acting_on){r, to.rotation, NULL});
             energy->strain += acting_energy(of, numbers, to);
         }
     }
@@ -198,9 +167,6 @@ ad_status static_energy_of(const static_system *system, const solve_rod *rod, co
         double done = 0;
         energy->strain += p.weight[i] * density(&p, i, system, at, &done);
         energy->work += p.weight[i] * done;
-    }
-    for (int end = 0; end < 2 && status == AD_OK; end++) {
-        status = work_of_end(rod, end, &p, y, &energy->work, error);
     }
     if (status == AD_OK) {
         add_jumps(system, rod, &p, y, energy);

@@ -72,12 +72,13 @@ static ad_status measure_jumps(const solve_rod *rod, single_loads *sum, ad_error
                            ? solve_rod_initial(rod, (size_t)jumps->count, s, unstressed, error)
                            : AD_OK;
     for (int i = 0; i < jumps->count && status == AD_OK; i++) {
-        const acting *of = &jumps->at[i].acting;
+        acting of = jumps->at[i].acting;
+        of.count = jumps->at[i].within;
         const double *numbers = solve_jump_numbers(jumps, jumps->number, i);
         const acting_on at = {unstressed[i].position, unstressed[i].rotation, NULL};
         double R[3][3], along[3], wrench[6] = {0};
-        acting_measure(of, numbers, at, &sum->size);
-        acting_wrench(of, numbers, at, ACTING_ALL, 1, wrench);
+        acting_measure(&of, numbers, at, &sum->size);
+        acting_wrench(&of, numbers, at, ACTING_ALL, 1, wrench);
         rotation_matrix(unstressed[i].rotation, R);
         to_body(R, wrench, along);
         sum->compression += compression_at(rod, s[i], along[2]);
@@ -114,10 +115,14 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
     }
     force += along.force + single.size.force;
     moment += along.moment + single.size.moment;
-    bool straight = along.straight;
+    bool straight = along.straight, loaded = false;
     for (int i = 0; i < rod->jumps.count; i++) {
-        straight = straight && !rod->jumps.at[i].turns;
-        straight = straight && !rod->jumps.at[i].acting.by_rotation; /* it holds the twist */
+        const solve_jump *at = &rod->jumps.at[i];
+        loaded = loaded || at->within == at->acting.count;
+        straight = straight && !at->turns;
+        for (int k = 0; k < at->within; k++) { /* it holds the twist */
+            straight = straight && !law_table[at->acting.law[k]].by_rotation;
+        }
     }
     bool couples =
         along.couple > 0 || along.moment > 0 || single.size.moment > 0 || single.size.follows;
@@ -133,7 +138,7 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
     path->twists = round && straight && !couples && rod->actuators == 0;
     path->size = fmax(1e-3, moment + force / 2 + spread / 6 + couple + (held > 1 ? 3 : 0) +
                                 3 * single.size.pulled + tubes + turned);
-    bool loaded = spread > 0 || couples || rod->actuators > 0 || rod->jumps.count > 0;
+    loaded = loaded || spread > 0 || couples || rod->actuators > 0;
     path->may_snap = path->squeezed && !path->known && path->perturbation == 0 &&
                      (!straight || loaded || scene_is_imperfect(&rod->scene));
     double compression = rod_numbers_of(&rod->scene).compression + single.compression;

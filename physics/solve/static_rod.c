@@ -285,26 +285,13 @@ static void add_turn(const double *p, const double *q, const double *factor, dou
     }
 }
 
-/* y[first ..] - given, or with the given turned by R or R^T. */
-static void add_difference(const double *given, int turn, int first, const double *y, double *rows,
+/* y[first ..] - given */
+static void add_difference(const double *given, int first, const double *y, double *rows,
                            double (*jacobian)[STATIC_ROWS_MAX])
 {
-    matrix3 rotation, by_q[4];
-    double value[3];
-    rotation_of(y + STATIC_Q, rotation, by_q);
-    memcpy(value, given, sizeof value);
-    if (turn != 0) {
-        (turn > 0 ? to_world : to_body)(rotation, given, value);
-    }
     for (int i = 0; i < 3; i++) {
-        rows[i] += y[first + i] - value[i];
+        rows[i] += y[first + i] - given[i];
         jacobian[i][first + i] = 1;
-    }
-    for (int k = 0; k < 4 && turn != 0; k++) {
-        (turn > 0 ? to_world : to_body)(by_q[k], given, value);
-        for (int i = 0; i < 3; i++) {
-            jacobian[i][STATIC_Q + k] -= value[i];
-        }
     }
 }
 
@@ -333,19 +320,19 @@ static void add_hold(const scene_hold *hold, double values[2][3],
 void static_end_residual(const static_end *at, int end, const double *y, double *rows,
                          double (*jacobian)[STATIC_ROWS_MAX])
 {
+    static const double none[3] = {0};
     const double *q = y + STATIC_Q, ones[3] = {1, 1, 1};
     int own = end ? STATIC_END_ROWS : STATIC_START_ROWS, count = own + at->tubes;
     memset(rows, 0, (size_t)count * sizeof *rows);
     memset(jacobian, 0, (size_t)count * sizeof *jacobian);
     double values[2][3] = {{0}}, by_y[2][3][STATIC_ROWS_MAX] = {{{0}}};
-    add_difference(at->position, 0, STATIC_R, y, values[0], by_y[0]);
-    add_difference(at->force, at->kind.force_is_body, STATIC_N, y, values[1], by_y[1]);
+    add_difference(at->position, STATIC_R, y, values[0], by_y[0]);
+    add_difference(none, STATIC_N, y, values[1], by_y[1]);
     add_hold(&at->kind.hold, values, by_y, rows, jacobian);
     if (at->kind.holds_rotation) {
         add_turn(at->rotation, q, ones, rows + 3, jacobian + 3);
     } else {
-        int turn = at->kind.moment_is_body ? 0 : -1;
-        add_difference(at->moment, turn, STATIC_M, y, rows + 3, jacobian + 3);
+        add_difference(none, STATIC_M, y, rows + 3, jacobian + 3);
         double sign = end ? 1 : -1;
         const double spring[3] = {sign * at->spring[0], sign * at->spring[1], sign * at->spring[2]};
         add_turn(at->upright, q, spring, rows + 3, jacobian + 3);

@@ -55,7 +55,7 @@ void static_rate(const static_point *at, const double *y, double *rate,
  * `upright`. */
 typedef struct static_end {
     solve_end kind;
-    double position[3], rotation[4], force[3], moment[3];
+    double position[3], rotation[4];
     double spring[3], upright[4];
     int tubes;
     double turned[SCENE_TUBES_MAX], softness[SCENE_TUBES_MAX]; /* theta = turned + softness m_i */

@@ -133,8 +133,6 @@ static ad_status set_ends(static_system *x, ad_error *error)
         *full = *bare;
         memcpy(full->position, given.position, sizeof full->position);
         memcpy(full->rotation, given.rotation, sizeof full->rotation);
-        memcpy(full->force, given.force, sizeof full->force);
-        memcpy(full->moment, given.moment, sizeof full->moment);
     }
     x->twist = static_twist(x->rod);
     if (status == AD_OK && x->twist != 0) {
@@ -400,8 +398,6 @@ void static_system_set(static_system *x, const static_path *path)
         part_way(bare->rotation, full->rotation, way, at->rotation);
         for (int i = 0; i < 3; i++) {
             at->position[i] = (1 - way) * bare->position[i] + way * full->position[i];
-            at->force[i] = load * full->force[i];
-            at->moment[i] = load * full->moment[i];
         }
         for (int i = 0; i < at->tubes; i++) {
             at->turned[i] = rod_tube_turn_share(load) * full->turned[i];

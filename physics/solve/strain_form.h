@@ -115,11 +115,11 @@ typedef struct strain_form {
     int place_count;
     lanes start_r[3], start_q[4];
     static_end start, last; /* what the ends are held to, where that is not by lanes; s = 1: */
-    lanes held_r[3], held_q[4], held_force[3]; /* the last in directions that are free */
-    lanes end_force[3], end_moment[3];         /* given, of an end that gives them; else sought */
+    lanes held_r[3], held_q[4];
+    lanes end_force[3], end_moment[3]; /* N and M at s = 1 beyond what acts there: sought, or 0 */
     /* First unknowns of three each; -1: there are none. */
     int force_at, moment_at, shift_at, turn_at, push_at;
-    lanes by_end[2][3][3];         /* changes of N and M at s = 1 by a turn */
+    lanes by_end[3][3];            /* change of M at s = 1 by a turn */
     lanes held[3][3], stood[3][3]; /* of the conditions of turns at s = 1 and 0 by a turn */
     lanes *matrix;    /* [elements][3 stages][3 stages] blocks, or [unknowns][unknowns]; columns */
     lanes *coupled;   /* [elements][3][3 stages] what a turn of its beginning does; or room */

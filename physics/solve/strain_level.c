@@ -128,8 +128,6 @@ static void put_part(strain_level *x, solve_part part, int node, int lane, const
         put(x->form->start_q, lane, 4, end->rotation);
         break;
     case SOLVE_END:
-        put(x->end_force, lane, 3, end->force);
-        put(x->end_moment, lane, 3, end->moment);
         put(x->full_r, lane, 3, end->position);
         put(x->full_q, lane, 4, end->rotation);
         break;
@@ -309,13 +307,6 @@ void strain_level_free(strain_level *x)
 
 /* ---- where members are --------------------------------------------------------------------- */
 
-PROCESSOR_INLINE void scale(size_t count, const lanes *from, const lanes *factor, lanes *to)
-{
-    for (size_t k = 0; k < count; k++) {
-        to[k] = *factor * from[k];
-    }
-}
-
 /* Where the end is on the way from where the unstressed rod has it. */
 PROCESSOR_INLINE void hold(strain_level *x, const lanes *factor)
 {
@@ -360,10 +351,6 @@ FOR_EACH_PROCESSOR static void load(strain_level *x, const lanes *factor)
         const strain_place *place = &form->places[k];
         acting_lanes_on_way(place->acting, x->numbers + (place->numbers - form->numbers), factor,
                             place->numbers);
-    }
-    scale(3, x->end_force, factor, form->force_at < 0 ? form->end_force : form->held_force);
-    if (form->moment_at < 0) {
-        scale(3, x->end_moment, factor, form->end_moment);
     }
     if (form->holding > 0) {
         hold(x, factor);

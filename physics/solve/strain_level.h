@@ -26,7 +26,6 @@ typedef struct strain_level {
     strain_form *form;
     lanes *pulls;           /* [nodes][actuators] at full load */
     lanes *along, *numbers; /* of laws along the rod and at places: those of the form */
-    lanes end_force[3], end_moment[3];
     lanes bare_r[3], bare_q[4], full_r[3], full_q[4]; /* s = 1 of the unstressed rod; held */
     strain_output *output;                            /* [outputs] */
 } strain_level;

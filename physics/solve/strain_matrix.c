@@ -126,43 +126,31 @@ PROCESSOR_INLINE void quotient_by_turn(const lanes p[4], const lanes q[4], lanes
     }
 }
 
-/* N and M at s = 1 by a turn, or the condition of the turn. */
+/* M at s = 1 by a turn, or the condition of the turn. */
 PROCESSOR_INLINE void differentiate_end(strain_form *x)
 {
     strain_edge *edge = &x->edges[x->kind.elements];
-    const solve_end *end = &x->kind.end;
     lanes given[3], world[3], turn[3], by[3][3], R[3][3], upright[4];
     memset(x->by_end, 0, sizeof x->by_end);
-    if (end->force_is_body) { /* of a held end in the directions that are free */
-        for (int i = 0; i < 3; i++) {
-            given[i] = x->end_force[i];
-            if (x->force_at >= 0) {
-                given[i] = x->held_force[i];
-            }
-        }
-        lanes_to_world(edge->R, given, world);
-        cross_matrix(world, -1, x->by_end[0]);
-    }
     if (x->moment_at >= 0) {
         quotient_by_turn(x->held_q, edge->q, by);
         lanes_rotation_matrix(x->held_q, R);
         multiply(R, by, x->held);
         return;
     }
-    in_all_lanes(4, x->last.upright, upright); /* M = R (given - spring 2 vec(p* q)) */
+    in_all_lanes(4, x->last.upright, upright); /* M = -R spring 2 vec(p* q) */
     quotient_by_turn(upright, edge->q, by);
     turned_from(x->last.upright, edge->q, turn);
     for (int i = 0; i < 3; i++) {
         given[i] = -2 * x->last.spring[i] * turn[i];
-        given[i] += (end->moment_is_body ? 1.0 : 0.0) * x->end_moment[i];
         for (int j = 0; j < 3; j++) {
             by[i][j] *= -x->last.spring[i];
         }
     }
-    multiply(edge->R, by, x->by_end[1]);
+    multiply(edge->R, by, x->by_end);
     lanes_to_world(edge->R, given, world);
     cross_matrix(world, -1, by);
-    add(x->by_end[1], by);
+    add(x->by_end, by);
 }
 
 /* Of the condition of the moment at s = 0, in the body: m by a turn and by dM is R^T (dM + M x
@@ -170,13 +158,10 @@ PROCESSOR_INLINE void differentiate_end(strain_form *x)
 PROCESSOR_INLINE void differentiate_start(strain_form *x)
 {
     strain_edge *edge = &x->edges[0];
-    lanes by[3][3], beyond[3], cross[3][3], upright[4];
+    lanes by[3][3], cross[3][3], upright[4];
     in_all_lanes(4, x->start.upright, upright);
     quotient_by_turn(upright, edge->q, by);
-    for (int i = 0; i < 3; i++) {
-        beyond[i] = edge->M[i] - (x->start.kind.moment_is_body ? 0 : x->start.moment[i]);
-    }
-    cross_matrix(beyond, 1, cross);
+    cross_matrix(edge->M, 1, cross);
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++) {
             x->stood[i][j] = -x->start.spring[i] * by[i][j];
@@ -233,9 +218,6 @@ PROCESSOR_INLINE void change_forces(strain_form *x, const lanes *direction, chan
     const int n = x->kind.stages;
     lanes N[3], start[3], rate[GAUSS_STAGES_MAX][3], at[GAUSS_STAGES_MAX][3];
     take(direction, x->force_at, N);
-    if (x->force_at < 0) { /* else what is given is in the condition of the end */
-        apply(x->by_end[0], edges[x->kind.elements].turn, N);
-    }
     for (int e = x->kind.elements; e >= 0; e--) {
         add_applied(x->edges[e].by_turn[0], edges[e].turn, N);
         for (int i = 0; i < x->place_count; i++) {
@@ -295,7 +277,7 @@ PROCESSOR_INLINE void change_moments(strain_form *x, const lanes *direction, cha
     const int n = x->kind.stages;
     lanes M[3], start[3], rate[GAUSS_STAGES_MAX][3], at[GAUSS_STAGES_MAX][3];
     take(direction, x->moment_at, M);
-    add_applied(x->by_end[1], edges[x->kind.elements].turn, M);
+    add_applied(x->by_end, edges[x->kind.elements].turn, M);
     for (int e = x->kind.elements; e >= 0; e--) {
         add_applied(x->edges[e].by_turn[1], edges[e].turn, M);
         memcpy(edges[e].moment, M, sizeof M);
@@ -355,7 +337,6 @@ PROCESSOR_INLINE void rows_of_edges(strain_form *x, const lanes *direction, chan
                                     lanes *to)
 {
     changed *last = &edges[x->kind.elements];
-    lanes beyond[3], given[3];
     for (int i = 0; i < x->place_count; i++) {
         const strain_place *place = &x->places[i];
         if (place->unknown >= 0) {
@@ -364,29 +345,13 @@ PROCESSOR_INLINE void rows_of_edges(strain_form *x, const lanes *direction, chan
         }
     }
     if (x->force_at >= 0) {
-        apply(x->by_end[0], last->turn, given);
-        for (int k = 0; k < 3; k++) {
-            beyond[k] = direction[x->force_at + k] - given[k];
-        }
-        hold_row(&x->kind.end.hold, last->position, beyond, to + x->force_at);
+        hold_row(&x->kind.end.hold, last->position, direction + x->force_at, to + x->force_at);
     }
     if (x->moment_at >= 0) {
         apply(x->held, last->turn, to + x->moment_at);
     }
     if (x->shift_at >= 0) {
-        lanes world[3], force[3];
-        memset(given, 0, sizeof given);
-        if (x->start.kind.force_is_body) {
-            for (int k = 0; k < 3; k++) {
-                force[k] = NO_LANES + x->start.force[k];
-            }
-            lanes_to_world(x->edges[0].R, force, world);
-            lanes_vector_cross(edges[0].turn, world, given);
-        }
-        for (int k = 0; k < 3; k++) {
-            beyond[k] = edges[0].force[k] - given[k];
-        }
-        hold_row(&x->start.kind.hold, edges[0].position, beyond, to + x->shift_at);
+        hold_row(&x->start.kind.hold, edges[0].position, edges[0].force, to + x->shift_at);
     }
     if (x->turn_at >= 0) {
         apply(x->stood, edges[0].turn, to + x->turn_at);

@@ -161,18 +161,11 @@ static void give(strain_newton *x)
     form->last = x->system->ends[1];
     spread(3, form->last.position, form->held_r);
     spread(4, form->last.rotation, form->held_q);
-    spread(3, form->last.force, form->held_force);
     if (form->shift_at < 0) {
         spread(3, form->start.position, form->start_r);
     }
     if (form->turn_at < 0) {
         spread(4, form->start.rotation, form->start_q);
-    }
-    if (form->force_at < 0) {
-        spread(3, form->last.force, form->end_force);
-    }
-    if (form->moment_at < 0) {
-        spread(3, form->last.moment, form->end_moment);
     }
     give_edges(x);
 }

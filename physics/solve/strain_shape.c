@@ -53,21 +53,13 @@ PROCESSOR_INLINE void turn_all(strain_form *x)
 PROCESSOR_INLINE void load_end(strain_form *x, lanes N[3], lanes M[3])
 {
     strain_edge *edge = &x->edges[x->kind.elements];
-    const solve_end *end = &x->kind.end;
     memcpy(N, x->end_force, 3 * sizeof *N);
     memcpy(M, x->end_moment, 3 * sizeof *M);
-    if (x->force_at < 0 && end->force_is_body) {
-        lanes_to_world(edge->R, x->end_force, N);
-    }
     if (x->moment_at < 0) {
         lanes m[3], turn[3];
-        memcpy(m, x->end_moment, sizeof m);
-        if (!end->moment_is_body) {
-            lanes_to_body(edge->R, x->end_moment, m);
-        }
         turned_from(x->last.upright, edge->q, turn);
         for (int i = 0; i < 3; i++) {
-            m[i] -= 2 * x->last.spring[i] * turn[i];
+            m[i] = -2 * x->last.spring[i] * turn[i];
         }
         lanes_to_world(edge->R, m, M);
     }
@@ -328,16 +320,11 @@ PROCESSOR_INLINE void miss_end(strain_form *x)
 {
     strain_edge *edge = &x->edges[x->kind.elements];
     if (x->force_at >= 0) {
-        lanes off[3], beyond[3], given[3], turned[3];
+        lanes off[3];
         for (int i = 0; i < 3; i++) {
             off[i] = edge->r[i] - x->held_r[i];
-            given[i] = x->held_force[i];
         }
-        lanes_to_world(edge->R, given, turned);
-        for (int i = 0; i < 3; i++) {
-            beyond[i] = x->end_force[i] - (x->kind.end.force_is_body ? turned : given)[i];
-        }
-        hold_row(&x->kind.end.hold, off, beyond, x->right + x->force_at);
+        hold_row(&x->kind.end.hold, off, x->end_force, x->right + x->force_at);
     }
     if (x->moment_at >= 0) {
         lanes turn[4], R[3][3], world[3];
@@ -354,30 +341,19 @@ PROCESSOR_INLINE void miss_start(strain_form *x)
 {
     strain_edge *edge = &x->edges[0];
     const static_end *at = &x->start;
-    lanes given[3], turned[3];
     if (x->shift_at >= 0) {
-        lanes off[3], beyond[3];
+        lanes off[3];
         for (int i = 0; i < 3; i++) {
             off[i] = edge->r[i] - at->position[i];
-            given[i] = NO_LANES + at->force[i];
         }
-        lanes_to_world(edge->R, given, turned);
-        for (int i = 0; i < 3; i++) {
-            beyond[i] = edge->N[i] - (at->kind.force_is_body ? turned : given)[i];
-        }
-        hold_row(&at->kind.hold, off, beyond, x->right + x->shift_at);
+        hold_row(&at->kind.hold, off, edge->N, x->right + x->shift_at);
     }
     if (x->turn_at >= 0) { /* in the body, as the spring is */
         lanes m[3], turn[3];
-        for (int i = 0; i < 3; i++) {
-            given[i] = NO_LANES + at->moment[i];
-        }
         lanes_to_body(edge->R, edge->M, m);
-        lanes_to_body(edge->R, given, turned);
         turned_from(at->upright, edge->q, turn);
         for (int i = 0; i < 3; i++) {
-            x->right[x->turn_at + i] =
-                m[i] - (at->kind.moment_is_body ? given : turned)[i] - 2 * at->spring[i] * turn[i];
+            x->right[x->turn_at + i] = m[i] - 2 * at->spring[i] * turn[i];
         }
     }
 }

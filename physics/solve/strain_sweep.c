@@ -340,11 +340,9 @@ PROCESSOR_INLINE void solve_all(strain_form *x, bool moves)
     const sweep w = {x, moves};
     const int last = x->kind.elements;
     memset(x->negative, 0, sizeof x->negative);
-    for (int a = 0; a < 2; a++) {
-        for (int i = 0; i < 9; i++) {
-            x->edges[last].back[a][i / 3][i % 3] =
-                x->by_end[a][i / 3][i % 3] + x->edges[last].by_turn[a][i / 3][i % 3];
-        }
+    memcpy(x->edges[last].back, x->edges[last].by_turn, sizeof x->edges[last].back);
+    for (int i = 0; i < 9; i++) {
+        x->edges[last].back[1][i / 3][i % 3] += x->by_end[i / 3][i % 3];
     }
     for (int e = last - 1; e >= 0; e--) {
         const block b = block_of(x, e);
@@ -440,7 +438,7 @@ static void solve_full(strain_form *x, bool again)
 /* Whether N changes with the shape. */
 static bool forces_move(const strain_form *x)
 {
-    bool moves = x->follows || x->kind.end.force_is_body;
+    bool moves = x->follows;
     for (int k = 0; k < x->place_count && !moves; k++) {
         moves = x->places[k].acting->follows;
     }
