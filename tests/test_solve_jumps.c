@@ -4,7 +4,7 @@
 
 #include "physics/quaternion.h"
 #include "physics/rod_internal.h"
-#include "physics/solve/jump.h"
+#include "physics/solve/rod_model.h"
 #include "random_numbers.h"
 
 static const double asked = 1e-10; /* of a position, by the length */
@@ -86,6 +86,32 @@ static void test_heavy_tip(void **state)
     assert_near(values_at(&x, 1.5, 0).n[0], values_at(&y, 1.5, 0).n[0], 1e-8);
     solution_free(x.solution);
     solution_free(y.solution);
+}
+
+/* As much as a scene may have, each at a place of its own, and a load at the tip. */
+static void test_most(void **state)
+{
+    (void)state;
+    static const double three[3] = {1, 2, 3};
+    scene given = slender_scene(1, 1, 1);
+    ad_error error = {.message = ""};
+    solve_rod *rod = NULL;
+    set_numbers(given.loads.gravity, 3, three);
+    for (int i = 0; i < SCENE_POINTS_MAX; i++) {
+        add_point(&given, (i + 0.2) / SCENE_POINTS_MAX, SCENE_DEAD, three, three);
+    }
+    for (int i = 0; i < SCENE_BODIES_MAX; i++) {
+        add_body(&given, (i + 0.4) / SCENE_BODIES_MAX, 1, NULL);
+    }
+    for (int i = 0; i < SCENE_SPRINGS_MAX; i++) {
+        add_spring(&given, (i + 0.6) / SCENE_SPRINGS_MAX, three, three);
+    }
+    load_tip(&given, three, three);
+    assert_int_equal(solve_rod_create(&given, &rod, &error), AD_OK);
+    assert_int_equal(rod->jumps.count, SCENE_POINTS_MAX + SCENE_BODIES_MAX + SCENE_SPRINGS_MAX + 1);
+    assert_int_equal(rod->jumps.numbers,
+                     6 * SCENE_POINTS_MAX + 3 * SCENE_BODIES_MAX + (9 + 7) * SCENE_SPRINGS_MAX + 6);
+    solve_rod_free(rod);
 }
 
 /* ---- joints -------------------------------------------------------------------------------- */
@@ -528,6 +554,7 @@ int main(void)
         cmocka_unit_test(test_free_part_is_straight),
         cmocka_unit_test(test_elastica_within),
         cmocka_unit_test(test_heavy_tip),
+        cmocka_unit_test(test_most),
         cmocka_unit_test(test_small_elbow),
         cmocka_unit_test(test_large_elbow),
         cmocka_unit_test(test_unloaded_elbow),

@@ -11,11 +11,10 @@
 static int kind_of(law_name law)
 {
     const struct law *of = &law_table[law];
-    const bool moves = of->by_position || of->by_rotation || of->by_velocity;
-    return of->kind == LAW_STORES       ? ACTING_STORES
-           : of->kind == LAW_DISSIPATES ? ACTING_DISSIPATES
-           : moves                      ? ACTING_OTHER_LOADS
-                                        : ACTING_DEAD;
+    if (of->kind != LAW_LOADS) {
+        return of->kind == LAW_STORES ? ACTING_STORES : ACTING_DISSIPATES;
+    }
+    return of->by_position || of->by_rotation || of->by_velocity ? ACTING_OTHER_LOADS : ACTING_DEAD;
 }
 
 void acting_add(acting *x, law_name law)

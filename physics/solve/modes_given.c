@@ -111,22 +111,18 @@ static ad_status give_upright(modes *m, ad_error *error)
     return status;
 }
 
-static ad_status give_ends(modes *m, bool first, bool last, ad_error *error)
+static ad_status give_start(modes *m, ad_error *error)
 {
-    const double s[2] = {0, 1};
-    ad_status status = AD_OK;
-    if (first) {
-        status = part(m, SOLVE_START, 1, &s[0], (double *)&m->start, error);
-        if (m->hinges > 0) {
-            const double still[3] = {0};
-            memcpy(m->start.rotation, m->upright, sizeof m->upright);
-            memcpy(m->start.spin, still, sizeof still);
-            memcpy(m->start.spin_rate, still, sizeof still);
-        }
-        quaternion_normalize(m->start.rotation);
+    const double s = 0;
+    ad_status status = part(m, SOLVE_START, 1, &s, (double *)&m->start, error);
+    if (m->hinges > 0) {
+        const double still[3] = {0};
+        memcpy(m->start.rotation, m->upright, sizeof m->upright);
+        memcpy(m->start.spin, still, sizeof still);
+        memcpy(m->start.spin_rate, still, sizeof still);
     }
-    return status == AD_OK && last ? part(m, SOLVE_END, 1, &s[1], (double *)&m->last, error)
-                                   : status;
+    quaternion_normalize(m->start.rotation);
+    return status;
 }
 
 ad_status modes_at(modes *m, double t, const double *inputs, ad_error *error)
@@ -164,7 +160,9 @@ ad_status modes_at(modes *m, double t, const double *inputs, ad_error *error)
     if (status == AD_OK && due[SOLVE_ALONG] && m->rod->along.count > 0) {
         status = part(m, SOLVE_ALONG, (size_t)m->points, m->s, m->along, error);
     }
-    status = status == AD_OK ? give_ends(m, due[SOLVE_START], due[SOLVE_END], error) : status;
+    if (status == AD_OK && due[SOLVE_START]) {
+        status = give_start(m, error);
+    }
     if (status == AD_OK && due[SOLVE_JUMPS]) {
         status = give_jumps(m, error);
     }
@@ -238,7 +236,7 @@ static ad_status find_affine(modes *m, solve_part which, size_t n, const double 
 
 ad_status modes_set_ranges(modes *m, const double *low, const double *high, ad_error *error)
 {
-    const double ends[2] = {0, 1};
+    const double start = 0;
     ad_status status = AD_OK;
     for (int k = 0; k < m->inputs; k++) {
         m->center[k] = 0.5 * (low[k] + high[k]);
@@ -246,11 +244,12 @@ ad_status modes_set_ranges(modes *m, const double *low, const double *high, ad_e
     }
     for (int i = 0; i < SOLVE_PARTS && status == AD_OK; i++) {
         const solve_part_kind kind = solve_rod_part_kind(m->rod, (solve_part)i);
-        const bool single = i == SOLVE_START || i == SOLVE_END || i == SOLVE_JUMPS;
+        const bool single = i == SOLVE_START || i == SOLVE_JUMPS;
+        const bool counts = i != SOLVE_INITIAL && i != SOLVE_END;
         bool met;
-        if (kind.width > 0 && kind.by_parameters && !kind.by_t && i != SOLVE_INITIAL) {
+        if (kind.width > 0 && kind.by_parameters && !kind.by_t && counts) {
             status = find_affine(m, (solve_part)i, single ? 1 : (size_t)m->points,
-                                 single ? &ends[i == SOLVE_END] : m->s, low, high, &met, error);
+                                 single ? &start : m->s, low, high, &met, error);
         }
     }
     return status;

@@ -95,7 +95,7 @@ struct modes {
     int *jump_at;           /* [jumps.count] point, -1: at s = 0 */
     int *turn_at;           /* [elements] jump of a joint at its end; -1: none */
     double *along;          /* [points][numbers of what acts along the rod] */
-    solve_end_state start, last;
+    solve_end_state start;
     solve_actuator *actuators; /* [points][actuators] */
     double *pull_by;           /* [points][6][6] derivatives of the pull by the strain, where
                                 * they were asked for */

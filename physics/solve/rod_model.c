@@ -83,12 +83,11 @@ static ad_value record_end(const rod_context *rod, int end, solve_end *kind)
         data.moment = exact.moment;
     }
     ad_value r = data.position, q = data.rotation;
-    ad_value all =
+    ad_value pose =
         STACK(r, q, rod_time_derivative(rod, r, 1), rod_rate(q, rod_time_derivative(rod, q, 1)),
-              rod_time_derivative(rod, r, 2), rod_rate(q, rod_time_derivative(rod, q, 2)),
-              data.force, data.moment);
-    kind->moves = ad_uses(1, &all, rod->t);
-    return all;
+              rod_time_derivative(rod, r, 2), rod_rate(q, rod_time_derivative(rod, q, 2)));
+    kind->moves = ad_uses(1, &pose, rod->t);
+    return STACK(pose, data.force, data.moment);
 }
 
 static ad_value record_initial(const rod_context *rod)

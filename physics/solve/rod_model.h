@@ -20,7 +20,7 @@
 typedef struct solve_end {
     scene_hold hold; /* of the position */
     bool holds_rotation;
-    bool moves; /* false: what it gives is the same at all times */
+    bool moves; /* false: the pose that it gives is the same at all times */
 } solve_end;
 
 /* Whether what it holds moves. */
