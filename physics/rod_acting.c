@@ -40,7 +40,8 @@ const quantity *rod_given_of(const rod_given *given, const scene *of)
 
 double rod_given_scale(const rod_given *given, int i, const rod_scales *by)
 {
-    return pow(by->length, given->unit[i].length) * pow(by->time, given->unit[i].time) / by->force;
+    return pow(by->length, given->unit[i].length) * pow(by->time, given->unit[i].time) /
+           (given->is_factor ? 1 : by->force);
 }
 
 static bool acts(const rod_given *given, const scene *of)
@@ -52,29 +53,33 @@ static bool acts(const rod_given *given, const scene *of)
 /* Whether a scene has a law that is given `first` and what follows it; *last: one after these. */
 static bool is_on(const rod_given *first, const scene *of, const rod_given **last)
 {
-    bool on = false;
+    bool on = false, whole = true;
     for (*last = first; *last < GIVENS + sizeof GIVENS / sizeof *GIVENS; ++*last) {
         if ((*last)->law != first->law) {
             break;
         }
-        on = on || acts(*last, of);
+        on = on || (!(*last)->is_factor && acts(*last, of));
+        whole = whole && (!(*last)->is_factor || acts(*last, of));
     }
-    return on;
+    return on && whole;
 }
 
 static ad_value numbers_of(const rod_context *rod, const rod_given *first, const rod_given *last)
 {
+    const law *of = &law_table[first->law];
     ad_value row[LAW_NUMBERS_MAX];
     int rows = 0;
     for (const rod_given *given = first; given < last; given++) {
-        for (int i = 0; i < given->count; i++) {
-            row[rows++] = rod_quantities(rod, 1, rod_given_of(given, rod->scene) + i, ACTING_ZEROS,
-                                         rod_given_scale(given, i, &rod->scales), rod->s, rod->t);
+        for (int i = 0; i < given->count; i++, rows++) {
+            row[rows] = rod_quantities(rod, 1, rod_given_of(given, rod->scene) + i, ACTING_ZEROS,
+                                       rod_given_scale(given, i, &rod->scales), rod->s, rod->t);
+            if (of->kind == LAW_LOADS && rows < of->shares) {
+                row[rows] = ad_mul(rod->at.load_factor, row[rows]);
+            }
         }
     }
     const ad_value numbers = ad_stack(rows, row);
-    const law *of = &law_table[first->law];
-    if (!of->by_position) {
+    if (of->kind != LAW_STORES) {
         return numbers;
     }
     /* From where the unstressed rod is; a shift from there is 0. */
@@ -271,12 +276,22 @@ rod_wrench rod_acting_wrench(const rod_context *rod, const rod_acting *at, rod_p
     return x;
 }
 
-bool rod_is_held_by_laws(const scene *given, bool along)
+bool rod_has_law_along(const scene *given, bool (*which)(const law *of))
 {
-    const rod_given *row;
-    bool any = !along && given->spring_count > 0;
-    for (int left = rod_givens(&row); left > 0 && along; left--, row++) {
-        any = any || (law_table[row->law].kind == LAW_STORES && acts(row, given));
+    const rod_given *first, *next;
+    bool any = false;
+    for (int left = rod_givens(&first); left > 0; left -= (int)(next - first), first = next) {
+        any = (is_on(first, given, &next) && which(&law_table[first->law])) || any;
     }
     return any;
+}
+
+static bool stores(const law *of)
+{
+    return of->kind == LAW_STORES;
+}
+
+bool rod_is_held_by_laws(const scene *given, bool along)
+{
+    return along ? rod_has_law_along(given, stores) : given->spring_count > 0;
 }

@@ -274,22 +274,23 @@ typedef struct rod_acting {
 } rod_acting;
 
 enum {
-    ROD_ALONG_MAX = 12,
+    ROD_ALONG_MAX = 16,
     ROD_AT_PLACES_MAX = 2 * SCENE_SPRINGS_MAX + 2 * SCENE_POINTS_MAX + SCENE_BODIES_MAX,
     ROD_AT_ENDS_MAX = 4
 };
 
 /* What a law along the rod is given: a row of quantities of the scene. Where a law has several,
  * they stand together, in the order of its numbers. Its numbers are these times length^a
- * time^b/force. */
+ * time^b/force; those of a factor are by themselves, and the law is 0 where it is not given. */
 typedef struct rod_given {
     law_name law;
-    const char *term; /* for people */
+    const char *term; /* for people; NULL: it stands with another law */
     size_t offset;    /* into scene */
     int count;
+    bool is_factor;
     struct {
         double length, time;
-    } unit[3];
+    } unit[5];
     const char *formula; /* where it resists the motion: of the damping of the first bending mode,
                             c at the velocity w1 L */
 } rod_given;
@@ -304,6 +305,7 @@ int rod_acting_at_places(const rod_context *rod, rod_acting *acting); /* [ROD_AT
 int rod_acting_at_ends(const rod_context *rod, rod_acting *acting);   /* [ROD_AT_ENDS_MAX] */
 ad_value rod_weight(const rod_context *rod);              /* [3] per length, with that of tubes */
 bool rod_is_held_by_laws(const scene *given, bool along); /* one that stores energy */
+bool rod_has_law_along(const scene *given, bool (*which)(const law *of));
 
 /* The force in the frame of the equations, the moment in body components. */
 rod_wrench rod_acting_wrench(const rod_context *rod, const rod_acting *at, rod_pose pose,

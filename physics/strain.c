@@ -117,9 +117,24 @@ static ad_status check_mesh(const strain_mesh *mesh, ad_error *error)
                         STRAIN_STAGES_MAX);
 }
 
+static bool pushes(const law *of)
+{
+    return law_force_by_position(of);
+}
+
+static bool is_placed(const law *of)
+{
+    return of->by_position;
+}
+
+bool strain_is_placed(const scene *open)
+{
+    return rod_has_law_along(open, is_placed) || strain_forces(open, 0) > 0;
+}
+
 int strain_forces(const scene *open, int nodes)
 {
-    int count = rod_is_held_by_laws(open, true) ? 3 * nodes : 0;
+    int count = rod_has_law_along(open, pushes) ? 3 * nodes : 0;
     for (int i = 0; i < open->spring_count; i++) {
         count += quantity_any_something(3, open->springs[i].stiffness) ? 3 : 0;
     }
@@ -186,7 +201,6 @@ static void give_laws(strain_rod *x)
     x->place_count += rod_acting_at_ends(&x->rod, places + x->place_count);
     for (int i = 0; i < x->along_count; i++) {
         x->along[i].law = along[i].law;
-        x->is_pushed |= law_table[along[i].law].by_position;
         x->turns |= law_table[along[i].law].by_rotation;
         spread(x, along[i].numbers, x->along[i].numbers);
     }
@@ -198,6 +212,7 @@ static void give_laws(strain_rod *x)
         }
     }
     x->forces = strain_forces(&x->open, x->nodes);
+    x->is_placed = strain_is_placed(&x->open);
 }
 
 static void give(strain_rod *x)

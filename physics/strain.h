@@ -81,9 +81,12 @@ void strain_rod_free(strain_rod *rod); /* NULL is allowed; what was recorded sta
  * residual are what is sought less what the laws make of the shape. */
 int strain_forces(const scene *open, int nodes);
 
+/* Whether a law depends on the position: then no strain_rod_blocks. */
+bool strain_is_placed(const scene *open);
+
 /* All that follows from what is sought, as one vector: rotations, forces, strains and moments, with
- * sought forces positions, at points and at the ends of elements. The others record from both. The
- * vector may be an input of as many rows, which several programs share. */
+ * laws that depend on them positions, at points and at the ends of elements. The others record from
+ * both. The vector may be an input of as many rows, which several programs share. */
 ad_value strain_rod_state(const strain_rod *rod, ad_value sought);
 
 /* Inputs that move, each along its direction: of parameters, the curvature. */
@@ -153,7 +156,7 @@ typedef struct strain_blocks {
     ad_value edges; /* [elements][2][3][3]: of force and moment at an element's end, by its turn */
 } strain_blocks;
 
-/* Without forces that are sought. */
+/* Without laws that depend on the position. */
 strain_blocks strain_rod_blocks(const strain_rod *rod, ad_value curvature, ad_value state);
 
 #ifdef __cplusplus

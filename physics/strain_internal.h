@@ -54,7 +54,7 @@ struct strain_rod {
     int actuators;
     strain_pull pulls[SCENE_TENDONS_MAX + SCENE_CHAMBERS_MAX];
     int along_count, place_count; /* of laws along the rod and at places */
-    bool is_pushed, turns;        /* one along it depends on the position; on the rotation */
+    bool turns, is_placed;        /* one along it depends on the rotation; any on the position */
     strain_law along[ROD_ALONG_MAX], places[ROD_AT_PLACES_MAX + ROD_AT_ENDS_MAX];
     int forces; /* that are sought, numbers */
     rod_end_data start;
@@ -110,10 +110,11 @@ void strain_state_of(const strain_rod *rod, ad_value sought, ad_value vector, st
 /* q after a joint at an edge. */
 along_turn strain_turn_over(const strain_rod *rod, int edge, along_turn q);
 
-/* Parts of it: f, l at points, without what depends on the position; what acts at an edge; v
- * after one step of Newton's method, with the matrix of v and
- * of another u; the rate of M, negative; and the residual. */
+/* Parts of it: f, l at points, without moments that depend on the position; all of l; what acts at
+ * an edge; v after one step of Newton's method, with the matrix of v and of another u; the rate of
+ * M, negative; and the residual. */
 void strain_loads(const strain_rod *rod, along_turn turn, along load_rate[2]);
+along strain_moment_load(const strain_rod *rod, const strain_state *state);
 void strain_acting(const strain_rod *rod, int edge, along_turn turn, along *force, along *moment);
 along strain_yield_on(const strain_rod *rod, along n, along u, along v, along matrix_u);
 along strain_moment_rate(along slope, along force, along load);

@@ -203,7 +203,8 @@ strain_shape strain_rod_shape(const strain_rod *rod, ad_value curvature, ad_valu
     strain_state_of(rod, curvature, vector, &state);
     list_steps(rod, places, s, &all, after);
     place_all(rod, &state, &all, places, after, &shape);
-    const along rate = strain_moment_rate(state.slope, state.force, state.load_rate[1]);
+    const along rate =
+        strain_moment_rate(state.slope, state.force, strain_moment_load(rod, &state));
     for (int e = 0; e < rod->mesh.elements; e++) {
         const group g = group_of(rod, e, places, s);
         counts[e] = g.count;

@@ -96,24 +96,41 @@ static void act(const strain_rod *rod, const strain_law *at, along position, alo
     }
 }
 
-/* Of those along the rod that depend on the position, or of the others. */
-static void act_along(const strain_rod *rod, bool by_position, along position, along_turn turn,
-                      along sum[2])
+/* Before positions are known: of a law whose force does not depend on them, that, and the moment if
+ * it does not either. */
+static void act_turned(const strain_rod *rod, const strain_law *at, along_turn turn,
+                       along wrench[2])
 {
-    along wrench[2];
-    sum[0] = sum[1] = strain_zeros(rod->tape);
-    for (int i = 0; i < rod->along_count; i++) {
-        if (law_table[rod->along[i].law].by_position == by_position) {
-            act(rod, &rod->along[i], position, turn, wrench);
-            sum[0] = strain_add(sum[0], wrench[0]);
-            sum[1] = strain_add(sum[1], wrench[1]);
-        }
+    act(rod, at, strain_zeros(rod->tape), turn, wrench);
+    if (law_table[at->law].by_position) {
+        wrench[1] = strain_zeros(rod->tape);
     }
 }
 
 void strain_loads(const strain_rod *rod, along_turn turn, along load_rate[2])
 {
-    act_along(rod, false, strain_zeros(rod->tape), turn, load_rate);
+    along by[2];
+    load_rate[0] = load_rate[1] = strain_zeros(rod->tape);
+    for (int i = 0; i < rod->along_count; i++) {
+        if (!law_force_by_position(&law_table[rod->along[i].law])) {
+            act_turned(rod, &rod->along[i], turn, by);
+            load_rate[0] = strain_add(load_rate[0], by[0]);
+            load_rate[1] = strain_add(load_rate[1], by[1]);
+        }
+    }
+}
+
+along strain_moment_load(const strain_rod *rod, const strain_state *state)
+{
+    along sum = state->load_rate[1], by[2];
+    for (int i = 0; i < rod->along_count; i++) {
+        const law *of = &law_table[rod->along[i].law];
+        if (of->by_position && of->has_moment) {
+            act(rod, &rod->along[i], state->position, state->turn, by);
+            sum = strain_add(sum, by[1]);
+        }
+    }
+    return sum;
 }
 
 void strain_acting(const strain_rod *rod, int edge, along_turn turn, along *force, along *moment)
@@ -122,9 +139,9 @@ void strain_acting(const strain_rod *rod, int edge, along_turn turn, along *forc
     *force = *moment = strain_zeros(rod->tape);
     for (int i = 0; i < rod->place_count; i++) {
         const strain_law *at = &rod->places[i];
-        if (fabs(at->s - s) < 1e-12 && !law_table[at->law].by_position) {
+        if (fabs(at->s - s) < 1e-12 && !law_force_by_position(&law_table[at->law])) {
             along by[2];
-            act(rod, at, strain_zeros(rod->tape), turn, by);
+            act_turned(rod, at, turn, by);
             *force = strain_add(*force, by[0]);
             *moment = strain_add(*moment, by[1]);
         }
@@ -281,6 +298,29 @@ along strain_missing(const strain_rod *rod, const along_matrix *R, along v, alon
 
 /* ---- forces that depend on the place -------------------------------------------------------- */
 
+/* Force per length, or at a place, of those laws where it depends on that. */
+static along pushed(const strain_rod *rod, int count, const strain_law *laws, along position,
+                    along_turn turn)
+{
+    along sum = strain_zeros(rod->tape), wrench[2];
+    for (int i = 0; i < count; i++) {
+        if (law_force_by_position(&law_table[laws[i].law])) {
+            act(rod, &laws[i], position, turn, wrench);
+            sum = strain_add(sum, wrench[0]);
+        }
+    }
+    return sum;
+}
+
+static bool is_sought(const strain_rod *rod)
+{
+    bool sought = false;
+    for (int i = 0; i < rod->along_count; i++) {
+        sought = sought || law_force_by_position(&law_table[rod->along[i].law]);
+    }
+    return sought;
+}
+
 static int edge_of(const strain_rod *rod, double s)
 {
     int e = 0;
@@ -295,13 +335,13 @@ static void divide(const strain_rod *rod, ad_value sought, strain_state *state)
 {
     int first = 0;
     state->push = strain_zeros(rod->tape);
-    if (rod->is_pushed) {
+    if (is_sought(rod)) {
         state->push = strain_of_points(rod->nodes, ad_slice(sought, 0, 3 * rod->nodes));
         first = 3 * rod->nodes;
     }
     for (int i = 0; i < rod->place_count; i++) {
         state->pushes[i] = strain_zeros(rod->tape);
-        if (law_table[rod->places[i].law].by_position) {
+        if (law_force_by_position(&law_table[rod->places[i].law])) {
             state->pushes[i] = strain_rows(ad_slice(sought, first, 3));
             first += 3;
         }
@@ -313,9 +353,7 @@ static void divide(const strain_rod *rod, ad_value sought, strain_state *state)
 static void find_loads(const strain_rod *rod, strain_state *state)
 {
     strain_loads(rod, state->turn, state->load_rate);
-    if (rod->is_pushed) {
-        state->load_rate[0] = strain_add(state->load_rate[0], state->push);
-    }
+    state->load_rate[0] = strain_add(state->load_rate[0], state->push);
 }
 
 /* What is sought less what the laws make of the place. */
@@ -324,12 +362,12 @@ static ad_value missing_forces(const strain_rod *rod, const strain_state *state)
     ad_value rows[1 + ROD_AT_PLACES_MAX];
     along is[2];
     int count = 0;
-    if (rod->is_pushed) {
-        act_along(rod, true, state->position, state->turn, is);
-        rows[count++] = strain_points(rod->nodes, strain_sub(state->push, is[0]));
+    if (is_sought(rod)) {
+        const along sum = pushed(rod, rod->along_count, rod->along, state->position, state->turn);
+        rows[count++] = strain_points(rod->nodes, strain_sub(state->push, sum));
     }
     for (int i = 0; i < rod->place_count; i++) {
-        if (law_table[rod->places[i].law].by_position) {
+        if (law_force_by_position(&law_table[rod->places[i].law])) {
             const int e = edge_of(rod, rod->places[i].s);
             act(rod, &rod->places[i], state->edge_position[e], state->edge_turn[e], is);
             rows[count++] = ad_stack(3, strain_sub(state->pushes[i], is[0]).x);
@@ -356,7 +394,7 @@ static void find_force(const strain_rod *rod, strain_state *state)
 static void find_positions(const strain_rod *rod, strain_state *state)
 {
     along parts[STRAIN_ELEMENTS_MAX], all, sum = strain_rows(rod->start.position);
-    for (int e = 0; e <= rod->mesh.elements && rod->forces > 0; e++) {
+    for (int e = 0; e <= rod->mesh.elements && rod->is_placed; e++) {
         state->edge_position[e] = sum;
         if (e < rod->mesh.elements) {
             const along rest = integrate(rod, e, state->slope, &all); /* from a point to the end */
@@ -364,8 +402,22 @@ static void find_positions(const strain_rod *rod, strain_state *state)
             parts[e] = strain_sub(sum, rest);
         }
     }
-    if (rod->forces > 0) {
+    if (rod->is_placed) {
         state->position = join(rod, parts);
+    }
+}
+
+/* Moments at edges that depend on the position. */
+static void add_placed(const strain_rod *rod, const strain_state *state, along *moment)
+{
+    for (int i = 0; i < rod->place_count; i++) {
+        const law *of = &law_table[rod->places[i].law];
+        if (of->by_position && of->has_moment) {
+            const int e = edge_of(rod, rod->places[i].s);
+            along by[2];
+            act(rod, &rod->places[i], state->edge_position[e], state->edge_turn[e], by);
+            moment[e] = strain_add(moment[e], by[1]);
+        }
     }
 }
 
@@ -378,9 +430,10 @@ static void find_moment(const strain_rod *rod, strain_state *state)
     }
     state->slope = strain_to_world(&state->R, state->strain);
     find_positions(rod, state);
-    state->moment =
-        integrate_back(rod, strain_moment_rate(state->slope, state->force, state->load_rate[1]),
-                       moment, state->edge_moment);
+    add_placed(rod, state, moment);
+    state->moment = integrate_back(
+        rod, strain_moment_rate(state->slope, state->force, strain_moment_load(rod, state)), moment,
+        state->edge_moment);
 }
 
 static void find_state(const strain_rod *rod, ad_value sought, strain_state *state)
@@ -439,7 +492,7 @@ static fields list_fields(const strain_rod *rod, strain_state *state)
     for (int e = 1; e <= elements; e++) {
         add_fields(rod, 3, state->edge_moment[e].x, false, &all);
     }
-    if (rod->forces > 0) {
+    if (rod->is_placed) {
         add_fields(rod, 3, state->position.x, true, &all);
         for (int e = 1; e <= elements; e++) {
             add_fields(rod, 3, state->edge_position[e].x, false, &all);

@@ -229,7 +229,7 @@ static void test_table(void **state)
     for (law_name l = LAW_OUTSIDE; l < LAW_COUNT; l++) {
         const law *of = &law_table[l];
         const bool depends[3] = {of->by_position, of->by_rotation, of->by_velocity};
-        double given[LAW_GIVEN_MAX], at[OUTPUTS_MAX], sums[5] = {0};
+        double given[LAW_GIVEN_MAX], at[OUTPUTS_MAX], sums[5] = {0}, moved = 0;
         draw(&from, l, given);
         for (int i = LAW_STATE; i < law_given(l) && of->kind == LAW_DISSIPATES; i++) {
             given[i] = fabs(given[i]);
@@ -241,6 +241,10 @@ static void test_table(void **state)
         for (int i = 0; i < LAW_BY; i++) {
             sums[2 + i / 18] += fabs(at[7 + i]);
         }
+        for (int i = 0; i < 9; i++) {
+            moved += fabs(at[7 + i]);
+        }
+        assert_int_equal(moved > 0, law_force_by_position(of));
         assert_int_equal(sums[0] > 0, of->has_force);
         assert_int_equal(sums[1] > 0, of->has_moment);
         for (int i = 0; i < 3; i++) {

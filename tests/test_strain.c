@@ -288,23 +288,25 @@ static void check_elimination(strain_form *x)
     free(right);
 }
 
-/* A foundation first. */
-static acting laws_along(bool founded, bool follow)
+/* Laws along the rod, a foundation first. */
+enum { FOUNDED = 1, TURNED = 2 };
+
+static acting laws_along(int which)
 {
     acting along = {.count = 0};
-    if (founded) {
+    if (which & FOUNDED) {
         acting_add(&along, LAW_SPRING);
     }
     acting_add(&along, LAW_FORCE);
     acting_add(&along, LAW_MOMENT);
-    if (follow) {
+    if (which & TURNED) {
         acting_add(&along, LAW_FOLLOWER_FORCE);
         acting_add(&along, LAW_FOLLOWER_MOMENT);
     }
     return along;
 }
 
-static void check_derivatives(strain_kind kind, bool founded, int springs, bool follow,
+static void check_derivatives(strain_kind kind, int which, int springs, bool follow,
                               const solve_end *start)
 {
     static const double edges[3] = {0, 0.4, 1};
@@ -312,7 +314,7 @@ static void check_derivatives(strain_kind kind, bool founded, int springs, bool 
     static const double spring[16] = {0.1, 0.2, 0.3, 1, 2, 3, 0, 0.1, 0, /* shift, k, place */
                                       0.4, 0.4, 0.4, 1};                 /* k, upright */
     solve_jumps jumps;
-    const acting along = laws_along(founded, follow);
+    const acting along = laws_along(which);
     list_jumps(edges, follow, springs, &jumps);
     strain_form *x = NULL;
     ad_error error;
@@ -340,7 +342,7 @@ static void check_derivatives(strain_kind kind, bool founded, int springs, bool 
         fill(3, 1, x->places[1 + k].force);
     }
     fill((size_t)(x->nodes * along.numbers), 1, x->along);
-    for (int i = 0; i < x->nodes && founded; i++) {
+    for (int i = 0; i < x->nodes && which & FOUNDED; i++) {
         spread((size_t)law_table[LAW_SPRING].numbers, spring, x->along + i * along.numbers);
     }
     strain_form_load(x);
@@ -356,18 +358,19 @@ static void test_derivatives(void **state)
     const solve_end clamped = {.hold = {.directions = 3}, .holds_rotation = true};
     const solve_end rail = {.hold = {.directions = 1, .axis = {0, 0.6, 0.8}}};
     const solve_end wall = {.hold = {.directions = 2, .axis = {1, 0, 0}}};
-    check_derivatives((strain_kind){.shears = false}, false, 0, false, &clamped);
-    check_derivatives((strain_kind){.shears = true, .actuators = 3}, false, 0, false, &clamped);
-    check_derivatives((strain_kind){.shears = false, .actuators = 3}, false, 0, true, &clamped);
-    check_derivatives((strain_kind){.shears = true}, false, 0, true, &clamped);
-    check_derivatives((strain_kind){.shears = true, .end = clamped}, false, 0, false, &clamped);
+    check_derivatives((strain_kind){.shears = false}, 0, 0, false, &clamped);
+    check_derivatives((strain_kind){.shears = true, .actuators = 3}, 0, 0, false, &clamped);
+    check_derivatives((strain_kind){.shears = false, .actuators = 3}, TURNED, 0, true, &clamped);
+    check_derivatives((strain_kind){.shears = true}, TURNED, 0, true, &clamped);
+    check_derivatives((strain_kind){.shears = true, .end = clamped}, 0, 0, false, &clamped);
     check_derivatives((strain_kind){.shears = true,
                                     .actuators = 2,
                                     .free_position = true,
                                     .free_rotation = true,
                                     .end = rail},
-                      true, 2, true, &wall);
-    check_derivatives((strain_kind){.free_rotation = true, .end = wall}, false, 1, true, &rail);
+                      FOUNDED | TURNED, 2, true, &wall);
+    check_derivatives((strain_kind){.free_rotation = true, .end = wall}, FOUNDED | TURNED, 1, true,
+                      &rail);
 }
 
 /* ---- equilibria ---------------------------------------------------------------------------- */

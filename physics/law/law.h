@@ -56,11 +56,18 @@ typedef struct law {
     bool along_axes; /* of the world: else the same in any frame */
     /* Outside: what it depends on, and what it gives. */
     bool by_position, by_rotation, by_velocity, has_force, has_moment;
+    bool steady_force; /* by_position is of the moment alone */
     /* The energy, or what it gives of force and moment, which are 0 before. */
     void (*record)(const ad_value *given, ad_value *value);
 } law;
 
 extern const law law_table[LAW_COUNT];
+
+/* Whether its force depends on the position. */
+static inline bool law_force_by_position(const law *of)
+{
+    return of->by_position && of->has_force && !of->steady_force;
+}
 
 /* Scalars of the state and its numbers: v, u, numbers; u, cos theta, sin theta, m, numbers; or r,
  * q, V, numbers. */

@@ -26,6 +26,8 @@ void acting_add(acting *x, law_name law)
     x->has_moment |= of->has_moment;
     x->follows |= of->has_force && of->by_rotation;
     x->by_position |= of->by_position;
+    x->force_by_position |= law_force_by_position(of);
+    x->moment_by_position |= of->by_position && of->has_moment;
     x->by_rotation |= of->by_rotation;
     x->by_velocity |= of->by_velocity;
 }

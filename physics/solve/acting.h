@@ -19,6 +19,7 @@ typedef enum acting_kind {
 typedef struct acting {
     int count, numbers, kinds; /* of laws: acting_kind, summed */
     bool by_position, by_rotation, by_velocity, has_moment;
+    bool force_by_position, moment_by_position;
     bool follows; /* a force turns with the rod */
     law_name law[ROD_AT_PLACES_MAX + ROD_AT_ENDS_MAX];
 } acting;

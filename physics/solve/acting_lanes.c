@@ -6,25 +6,46 @@
 
 _Static_assert(sizeof(acting_lanes) == (6 + LAW_BY) * sizeof(lanes), "all of it, in this order");
 
-FOR_EACH_PROCESSOR static void find(const acting *x, const lanes *numbers, bool by_position,
+/* Force or moment. */
+PROCESSOR_INLINE void add_half(const acting_lanes *from, bool moment, acting_lanes *to)
+{
+    for (int i = moment ? 3 : 0, end = i + 3; i < end; i++) {
+        to->wrench[i] += from->wrench[i];
+        for (int k = 0; k < 3; k++) {
+            to->by_position[i][k] += from->by_position[i][k];
+            to->by_turn[i][k] += from->by_turn[i][k];
+        }
+    }
+}
+
+FOR_EACH_PROCESSOR static void find(const acting *x, const lanes *numbers, bool placed,
                                     const lanes *position, const lanes *rotation,
                                     acting_lanes *result)
 {
     const lanes still[3] = {{0}};
-    lanes *all = (lanes *)result;
     memset(result, 0, sizeof *result);
     for (int i = 0; i < x->count; i++) {
-        if (law_table[x->law[i]].by_position == by_position) {
+        const law *of = &law_table[x->law[i]];
+        if (placed ? of->by_position : !law_force_by_position(of)) {
+            const bool is_half = of->by_position && !law_force_by_position(of);
+            acting_lanes half;
+            lanes *all = (lanes *)result;
+            if (is_half) {
+                all = memset(&half, 0, sizeof half);
+            }
             lanes_law_outside(x->law[i], position, rotation, still, numbers, all, all + LAW_WRENCH);
+            if (is_half) {
+                add_half(&half, placed, result);
+            }
         }
         numbers += law_table[x->law[i]].numbers;
     }
 }
 
-void acting_lanes_of(const acting *x, const lanes *numbers, bool by_position, const lanes *position,
+void acting_lanes_of(const acting *x, const lanes *numbers, bool placed, const lanes *position,
                      const lanes *rotation, acting_lanes *result)
 {
-    find(x, numbers, by_position, position, rotation, result);
+    find(x, numbers, placed, position, rotation, result);
 }
 
 FOR_EACH_PROCESSOR static void scale(const acting *x, const lanes *full, const lanes *share,

@@ -10,9 +10,11 @@ typedef struct acting_lanes {
     lanes wrench[6], by_position[6][3], by_turn[6][3], by_velocity[6][3];
 } acting_lanes;
 
-/* Of sections at rest, the rotation unit: of those laws alone that depend on the position, or of
- * those that do not. */
-void acting_lanes_of(const acting *x, const lanes *numbers, bool by_position, const lanes *position,
+/* Of sections at rest, the rotation unit. A rod of which the turns are known gives forces, these
+ * the positions, and both the rest: before the positions are known forces and moments that do not
+ * depend on them, which `position` does not change; then (placed) forces and moments that do, and
+ * moments of all laws that depend on the position. */
+void acting_lanes_of(const acting *x, const lanes *numbers, bool placed, const lanes *position,
                      const lanes *rotation, acting_lanes *result);
 
 /* Numbers where all that grows has its share of the full load. */

@@ -11,7 +11,7 @@
 enum {
     QUADRATURE_POINTS = GAUSS_STAGES_MAX, /* on a panel */
     QUADRATURE_BATCH = 2 * GAUSS_STAGES_MAX,
-    QUADRATURE_ROWS_MAX = 768
+    QUADRATURE_ROWS_MAX = 896
 };
 
 /* What is given: `rows` numbers out [n][rows] at s [n] in [0, 1], n <= QUADRATURE_BATCH. */

@@ -19,10 +19,10 @@ static void set_magnus(strain_form *x)
     }
 }
 
-/* Whether what acts along the rod depends on where it is. */
-static bool is_pushed(const strain_kind *kind)
+/* Whether forces along the rod are sought. */
+static bool is_sought(const strain_kind *kind)
 {
-    return kind->along && kind->along->by_position;
+    return kind->along && kind->along->force_by_position;
 }
 
 static size_t numbers_along(const strain_kind *kind)
@@ -30,27 +30,34 @@ static size_t numbers_along(const strain_kind *kind)
     return kind->along ? (size_t)kind->along->numbers : 0;
 }
 
-/* Forces that depend on the place are sought; moments are not. */
-static bool knows(const acting *of)
-{
-    bool known = true;
-    for (int i = 0; i < of->count; i++) {
-        const law *one = &law_table[of->law[i]];
-        known = known && !(one->by_position && one->has_moment) && !one->by_velocity;
-    }
-    return known;
-}
-
 static ad_status check_laws(const strain_kind *kind, ad_error *error)
 {
-    bool known = !kind->along || knows(kind->along);
+    bool resists = kind->along && kind->along->by_velocity;
     for (int i = 0; kind->jumps && i < kind->jumps->count; i++) {
-        known = known && knows(&kind->jumps->at[i].acting);
+        resists = resists || kind->jumps->at[i].acting.by_velocity;
     }
-    return known ? AD_OK
-                 : ad_fail(error, AD_BAD_ARGUMENT,
-                           "the strain form does not know a law that acts on the rod; allowed: the "
-                           "method collocation");
+    return resists
+               ? ad_fail(error, AD_BAD_ARGUMENT,
+                         "the strain form is of rods at rest, and a law depends on the velocity")
+               : AD_OK;
+}
+
+/* What laws along the rod are asked, and whether a moment depends on the place. */
+static void sort_laws(strain_form *x)
+{
+    const strain_kind *kind = &x->kind;
+    const acting *along = kind->along;
+    for (int i = 0; along && i < along->count; i++) {
+        const law *one = &law_table[along->law[i]];
+        const bool turns = one->by_rotation && !law_force_by_position(one);
+        x->turns |= turns;
+        x->follows |= turns && one->has_force;
+    }
+    x->is_pushed = along && along->by_position;
+    x->is_full = along && along->moment_by_position;
+    for (int i = 0; kind->jumps && i < kind->jumps->count; i++) {
+        x->is_full = x->is_full || kind->jumps->at[i].acting.by_position;
+    }
 }
 
 /* Numbers those unknowns that are no curvatures. */
@@ -60,7 +67,7 @@ static void number_unknowns(strain_form *x)
     int *first[] = {&x->force_at, &x->moment_at, &x->shift_at, &x->turn_at, &x->push_at};
     const int count[] = {kind->end.hold.directions > 0 ? 3 : 0, kind->end.holds_rotation ? 3 : 0,
                          kind->free_position ? 3 : 0, kind->free_rotation ? 3 : 0,
-                         is_pushed(kind) ? 3 * x->nodes : 0};
+                         is_sought(kind) ? 3 * x->nodes : 0};
     x->elastic = x->unknowns = 3 * x->nodes;
     for (int i = 0; i < 5; i++) {
         *first[i] = count[i] > 0 ? x->unknowns : -1;
@@ -92,11 +99,13 @@ ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_e
                        .rule = solve_gauss_rule_of(kind->stages),
                        .nodes = kind->stages * kind->elements};
     size_t nodes = (size_t)x->nodes, elements = (size_t)kind->elements;
+    sort_laws(x);
     number_unknowns(x);
     const int places = kind->jumps ? kind->jumps->count : 0;
+    x->is_full = x->is_full || x->unknowns > x->elastic;
     x->unknowns += 3 * places; /* at most */
     size_t unknowns = (size_t)x->unknowns, each = 3 * (size_t)kind->stages;
-    const size_t numbers = x->unknowns > x->elastic ? unknowns * unknowns : elements * each * each;
+    const size_t numbers = x->is_full ? unknowns * unknowns : elements * each * each;
     x->unknowns -= 3 * places;
     x->width = make(elements, sizeof *x->width);
     x->points = make(nodes, sizeof *x->points);
@@ -104,7 +113,7 @@ ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_e
     x->at = make(nodes, sizeof *x->at);
     x->edges = make(elements + 1, sizeof *x->edges);
     x->along = make(nodes * numbers_along(kind), sizeof *x->along);
-    x->pushes = make(is_pushed(kind) ? nodes : 0, sizeof *x->pushes);
+    x->pushes = make(x->is_pushed ? nodes : 0, sizeof *x->pushes);
     x->numbers = make(kind->jumps ? (size_t)kind->jumps->numbers : 0, sizeof *x->numbers);
     x->places = make((size_t)places, sizeof *x->places);
     x->matrix = make(kind->is_rigid || kind->is_one ? 0 : numbers, sizeof *x->matrix);
@@ -126,11 +135,6 @@ ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_e
         for (int j = 0; j < kind->stages; j++) {
             x->tail[i][j] = x->rule.weights[j] - x->rule.matrix[i][j];
         }
-    }
-    for (int i = 0; kind->along && i < kind->along->count; i++) {
-        const law *one = &law_table[kind->along->law[i]];
-        x->turns |= one->by_rotation && !one->by_position;
-        x->follows |= x->turns && one->has_force;
     }
     set_magnus(x);
     x->start_q[0] += 1;
@@ -156,7 +160,7 @@ void strain_form_set_jumps(strain_form *x)
                                  .unknown = -1,
                                  .acting = &jump->acting,
                                  .numbers = x->numbers + jump->first};
-            if (jump->acting.by_position) {
+            if (jump->acting.force_by_position) {
                 to->unknown = x->unknowns;
                 x->unknowns += 3;
             }

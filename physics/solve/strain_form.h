@@ -52,15 +52,15 @@ typedef struct strain_edge {
     lanes back[2][3][3], beyond[2][3]; /* of elimination (strain_sweep.c): P, p of N, M */
 } strain_edge;
 
-/* What laws that depend on the place make of it: a force, which is an unknown of its own, and what
- * that changes by. */
+/* What laws that depend on the place make of it: a force, which is an unknown of its own, a moment,
+ * and what both change by. */
 typedef struct strain_push {
-    lanes force[3], by_position[3][3], by_turn[3][3];
+    lanes force[3], moment[3], by_position[2][3][3], by_turn[2][3][3];
 } strain_push;
 
 /* A place where laws act, at an edge. */
 typedef struct strain_place {
-    int edge, unknown; /* first of the force; -1: none depends on the place */
+    int edge, unknown; /* first of the force; -1: none that depends on the place */
     const acting *acting;
     lanes *numbers;
     lanes force[3]; /* sought */
@@ -75,8 +75,8 @@ typedef struct strain_node {
      * equation by Y, Z, L, and by dM by -T. */
     lanes P[3][3], Q[3][3], S[3][3], G[3][3], H[3][3], K[3][3];
     lanes Y[3][3], Z[3][3], L[3][3], T[3][3];
-    /* Force and moment per length, world, of those laws along the rod that do not depend on the
-     * position, and their change by a turn. */
+    /* Force and moment per length, world, of laws along the rod before positions are known
+     * (acting_lanes_of), and their change by a turn. */
     lanes load[2][3], load_by_turn[2][3][3];
 } strain_node;
 
@@ -100,6 +100,7 @@ typedef struct strain_form {
     gauss_rule rule;
     int nodes, unknowns, elastic, holding; /* unknowns: 3 nodes, of ends that are held, and more */
     bool turns, follows; /* a load along the rod depends on its turn; a force does */
+    bool is_full;        /* what acts at a place depends on more than the turn there: no sweep */
     double tail[GAUSS_STAGES_MAX][GAUSS_STAGES_MAX]; /* integral from a point to the end */
     /* terms of each step, of u */
     double magnus[(GAUSS_STAGES_MAX + 1) * STRAIN_SUBSTEPS_MAX][3][GAUSS_STAGES_MAX];
@@ -109,7 +110,8 @@ typedef struct strain_form {
     strain_node *at;            /* [nodes] */
     strain_edge *edges;         /* [elements + 1] */
     lanes *along;               /* [nodes][numbers of what acts along the rod] */
-    strain_push *pushes;        /* [nodes] of it */
+    bool is_pushed;             /* one of it depends on the position */
+    strain_push *pushes;        /* [nodes] */
     lanes *numbers;             /* [kind.jumps->numbers] of what acts at places */
     strain_place *places;       /* [place_count] */
     int place_count;
@@ -131,8 +133,8 @@ typedef struct strain_form {
     int (*swapped)[LANES];  /* [unknowns] with which row each was swapped in it */
 } strain_form;
 
-/* AD_NO_MEMORY, AD_BAD_ARGUMENT: a moment that depends on the place, or a law of the velocity.
- * Extents, laws and jumps must outlive it. */
+/* AD_NO_MEMORY, AD_BAD_ARGUMENT: a law that depends on the velocity. Extents, laws and jumps must
+ * outlive it. */
 ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_error *error);
 void strain_form_free(strain_form *x);
 

@@ -82,6 +82,9 @@ PROCESSOR_INLINE void differentiate_rates(strain_form *x, int node, yielding *yi
     if (x->turns) {
         add(at->G, at->load_by_turn[1]);
     }
+    if (x->is_pushed) {
+        add(at->G, x->pushes[node].by_turn[1]);
+    }
 }
 
 PROCESSOR_INLINE void differentiate_point(strain_form *x, int node)
@@ -280,6 +283,11 @@ PROCESSOR_INLINE void change_moments(strain_form *x, const lanes *direction, cha
     add_applied(x->by_end, edges[x->kind.elements].turn, M);
     for (int e = x->kind.elements; e >= 0; e--) {
         add_applied(x->edges[e].by_turn[1], edges[e].turn, M);
+        for (int i = 0; i < x->place_count; i++) {
+            if (x->places[i].edge == e && x->places[i].acting->moment_by_position) {
+                add_applied(x->places[i].push.by_position[1], edges[e].position, M);
+            }
+        }
         memcpy(edges[e].moment, M, sizeof M);
         if (e == 0) {
             break;
@@ -290,6 +298,9 @@ PROCESSOR_INLINE void change_moments(strain_form *x, const lanes *direction, cha
             add_applied(x->at[node].H, points[node].force, rate[j]);
             if (x->kind.shears) {
                 add_applied(x->at[node].K, direction + 3 * node, rate[j]);
+            }
+            if (x->is_pushed) {
+                add_applied(x->pushes[node].by_position[1], points[node].position, rate[j]);
             }
         }
         integrate_back(x, e - 1, rate, M, at, start);
@@ -307,7 +318,7 @@ PROCESSOR_INLINE void push_row(const strain_push *push, const lanes force[3],
     for (int k = 0; k < 3; k++) {
         row[k] = force[k];
         for (int i = 0; i < 3; i++) {
-            row[k] -= push->by_position[k][i] * position[i] + push->by_turn[k][i] * turn[i];
+            row[k] -= push->by_position[0][k][i] * position[i] + push->by_turn[0][k][i] * turn[i];
         }
     }
 }

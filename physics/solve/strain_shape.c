@@ -102,20 +102,21 @@ static void push(const acting *of, const lanes *numbers, const lanes r[3], const
     acting_lanes at;
     acting_lanes_of(of, numbers, true, r, q, &at);
     memcpy(to->force, at.wrench, sizeof to->force);
+    memcpy(to->moment, at.wrench + 3, sizeof to->moment);
     memcpy(to->by_position, at.by_position, sizeof to->by_position);
     memcpy(to->by_turn, at.by_turn, sizeof to->by_turn);
 }
 
 void strain_form_push(strain_form *x)
 {
-    for (int i = 0; i < x->nodes && x->push_at >= 0; i++) {
+    for (int i = 0; i < x->nodes && x->is_pushed; i++) {
         push(x->kind.along, x->along + i * x->kind.along->numbers, x->at[i].r, x->at[i].q,
              &x->pushes[i]);
     }
     for (int k = 0; k < x->place_count; k++) {
         strain_place *place = &x->places[k];
         const strain_edge *edge = &x->edges[place->edge];
-        if (place->unknown >= 0) {
+        if (place->acting->by_position) {
             push(place->acting, place->numbers, edge->r, edge->q, &place->push);
         }
     }
@@ -283,6 +284,9 @@ PROCESSOR_INLINE void bend_element(strain_form *x, int e, const lanes end[3], la
         for (int c = 0; c < 3; c++) {
             rate[j][c] += at[j].load[1][c];
         }
+        for (int c = 0; c < 3 && x->is_pushed; c++) {
+            rate[j][c] += x->pushes[e * n + j].moment[c];
+        }
     }
     for (int c = 0; c < 3; c++) {
         start[c] = NO_LANES;
@@ -298,9 +302,25 @@ PROCESSOR_INLINE void bend_element(strain_form *x, int e, const lanes end[3], la
     }
 }
 
+/* Moments at edges that depend on the place. */
+PROCESSOR_INLINE void bend_edges(strain_form *x)
+{
+    for (int k = 0; k < x->place_count; k++) {
+        const strain_place *place = &x->places[k];
+        strain_edge *edge = &x->edges[place->edge];
+        for (int i = 0; i < 3 && place->acting->moment_by_position; i++) {
+            edge->moment[i] += place->push.moment[i];
+            for (int j = 0; j < 3; j++) {
+                edge->by_turn[1][i][j] += place->push.by_turn[1][i][j];
+            }
+        }
+    }
+}
+
 PROCESSOR_INLINE void bend_all(strain_form *x, lanes M[3])
 {
     lanes start[3];
+    bend_edges(x);
     for (int e = x->kind.elements; e >= 0; e--) {
         strain_edge *edge = &x->edges[e];
         for (int c = 0; c < 3; c++) {
@@ -415,8 +435,8 @@ FOR_EACH_PROCESSOR static void find_shape(strain_form *x)
 {
     lanes M[3];
     find_positions(x, M);
-    bend_all(x, M);
     strain_form_push(x);
+    bend_all(x, M);
     miss_points(x);
     miss_places(x);
     miss_end(x);

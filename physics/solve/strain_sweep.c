@@ -462,7 +462,7 @@ FOR_EACH_PROCESSOR static void solve(strain_form *x, bool moves, bool again)
 
 static void solve_any(strain_form *x, bool again)
 {
-    if (x->unknowns > x->elastic) {
+    if (x->is_full) {
         solve_full(x, again);
     } else {
         solve(x, forces_move(x), again);

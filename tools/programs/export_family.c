@@ -19,7 +19,7 @@ enum {
     STATE_BY,    /* p, u, z, dp, du -> dz */
     NETWORK,     /* p -> curvature */
     NETWORK_BY,  /* p, dp -> du of it */
-    NEWTON,      /* p, u, z -> residual, strain_blocks; with sought forces: */
+    NEWTON,      /* p, u, z -> residual, strain_blocks; with laws of the position: */
     RESIDUAL,    /* p, u, z -> residual */
     RESIDUAL_BY, /* p, u, z, dp, du, dz -> its changes */
     SHAPE,       /* p, u, z -> columns at places */
@@ -38,10 +38,11 @@ static const struct {
     {"newton", 3, false}, {"residual", 3, false}, {"residual_by", 6, true}, {"shape", 3, false},
     {"tip", 3, false},    {"tip_by", 6, true},    {"places_by", 6, true}};
 
-/* With forces that are sought the matrix is made column by column, by what a direction changes. */
+/* With laws that depend on the position the matrix is made column by column, by what a direction
+ * changes. */
 static int row_of(const export_family *x, int function)
 {
-    return function == PLACES_BY && x->forces > 0 ? FUNCTIONS : function;
+    return function == PLACES_BY && x->placed ? FUNCTIONS : function;
 }
 
 typedef struct recording {
@@ -139,7 +140,7 @@ static int record(export_family *x, int function, const recording *r, ad_value o
         outputs[0] = change_of(r, record_network(x, r), false);
         return 1;
     case NEWTON:
-        if (x->forces > 0) {
+        if (x->placed) {
             outputs[0] = change_of(r, strain_rod_positions(r->rod, r->u, r->z), true);
             return 1;
         }
@@ -233,7 +234,7 @@ static size_t inputs_of(const export_family *x)
 static size_t linearised_of(const export_family *x)
 {
     const size_t nodes = (size_t)strain_mesh_nodes(&x->mesh), edges = (size_t)x->mesh.elements;
-    if (x->forces > 0) {
+    if (x->placed) {
         return sought_of(x);
     }
     return 3 * nodes + nodes * 9 * (x->follows ? STRAIN_BLOCKS : STRAIN_LOAD_BY_TURN) + 18 * edges;
@@ -364,19 +365,20 @@ static void write_constants(const export_family *x, FILE *file)
     export_put_names(x->name, "column_names", (size_t)x->columns, names, file);
     fputc('\n', file);
     fprintf(file,
-            "#define FORCES %d\nenum {\n    NODES = %d,\n    N = FORCES + 3 * NODES,\n    P = "
+            "#define FORCES %d\n#define PLACED %d\nenum {\n    NODES = %d,\n    N = FORCES + 3 * "
+            "NODES,\n    P = "
             "%d,\n    Z = %d,\n"
             "    ELEMENTS = %d,\n"
             "    STAGES = %d,\n    FOLLOWS = %d, /* forces follow the rod */\n    INPUTS = %zu,\n"
             "    LINEARISED = %zu\n};\n",
-            x->forces, strain_mesh_nodes(&x->mesh), count, x->state, x->mesh.elements,
+            x->forces, x->placed, strain_mesh_nodes(&x->mesh), count, x->state, x->mesh.elements,
             x->mesh.stages, x->follows, inputs_of(x), linearised_of(x));
     put_macro(x, "LENGTH", scene_length(x->open), file);
     put_macro(x, "MESH", x->mesh_error, file);
     put_macro(x, "ROUNDING", x->single ? 1e-6 : 1e-9, file); /* of a range */
     put_macro(x, "SETTLED", x->single ? 1e-5 : 1e-9, file);  /* steps over the length */
     put_macro(x, "LARGE", x->single ? 1e15 : 1e100, file);   /* curvature times the length */
-    if (x->forces == 0) {
+    if (!x->placed) {
         write_integrals(x, file);
     }
 }
@@ -388,6 +390,7 @@ ad_status export_family_write_source(export_family *x, FILE *file, ad_error *err
     ad_c_options options[FUNCTIONS];
     ad_pool *pool = ad_pool_create(1);
     x->forces = strain_forces(x->open, strain_mesh_nodes(&x->mesh));
+    x->placed = strain_is_placed(x->open);
     ad_status status = pool ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a thread");
     for (int i = 0; i < FUNCTIONS && status == AD_OK; i++) {
         options[i] = (ad_c_options){.name = functions[row_of(x, i)].name,

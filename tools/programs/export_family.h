@@ -26,6 +26,7 @@ typedef struct export_family {
     int state;         /* numbers of the state of the rod */
     int forces;        /* that are sought beside the curvature */
     bool follows;      /* forces follow the rod */
+    bool placed;       /* a law depends on the position */
     /* Of the self-test: members with their parameters, float numbers where `single`; the curvature
      * times the length by the network, and after `steps`; tips then and their derivatives. */
     int members, steps;

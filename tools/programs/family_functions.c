@@ -94,7 +94,7 @@ static void find_state(room r)
 /* Loops of few turns, whose number is known, are what compilers make vectors of. */
 enum { PART = NODES % 4 == 0 ? 4 : NODES, WIDTH = N % 8 == 0 ? 8 : N % 4 == 0 ? 4 : 3 };
 
-#if FORCES == 0
+#if !PLACED
 /* Blocks [3][3][NODES], effect by cause; the last four where forces follow. Turns, R du integrated,
  * move the slope r', the loads, and the rate of the moment; these in turn the residual. */
 enum {
