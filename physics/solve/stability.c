@@ -336,28 +336,36 @@ static void hold_tubes(variation *x, const scene *rod_scene)
     }
 }
 
-/* Minus what a moment in the body, `by` a turn in the world, changes by; at `within` in element k.
- */
-static void add_turning(variation *x, int k, double within, double factor, double by[3][3],
-                        double R[3][3], const double joints[4])
+/* a . B b */
+static double form_of(const double a[3], double B[3][3], const double b[3])
 {
-    double about[6][3], weight[2] = {1 - within, within};
+    double Bb[3];
+    to_world(B, b, Bb);
+    return vector_dot(a, Bb);
+}
+
+/* Minus what a moment changes by with a turn, and what a force does; at `within` in element k,
+ * where the unknown turns are about these axes of the world. */
+static void add_turning(variation *x, int k, double within, double factor, double by[2][3][3],
+                        double (*about)[3])
+{
+    const double weight[2] = {1 - within, within};
     for (int i = 0; i < 2 * x->axes; i++) {
-        double body[3];
-        unturned(joints, x->axis[i % x->axes], body);
-        to_world(R, body, about[i]);
-    }
-    for (int i = 0; i < 2 * x->axes; i++) {
+        const int row = row_of_turn(x, k + i / x->axes) + i % x->axes;
+        const double part = -factor * weight[i / x->axes];
         for (int j = 0; j <= i; j++) {
-            double sum = 0;
-            for (int r = 0; r < 3; r++) {
-                for (int c = 0; c < 3; c++) {
-                    sum -= about[i][r] * (by[r][c] + by[c][r]) / 2 * about[j][c];
-                }
-            }
-            sum *= factor * weight[i / x->axes] * weight[j / x->axes];
-            stability_matrix_add(&x->matrix, row_of_turn(x, k + i / x->axes) + i % x->axes,
-                                 row_of_turn(x, k + j / x->axes) + j % x->axes, sum);
+            const double both =
+                form_of(about[i], by[1], about[j]) + form_of(about[j], by[1], about[i]);
+            stability_matrix_add(&x->matrix, row, row_of_turn(x, k + j / x->axes) + j % x->axes,
+                                 part * weight[j / x->axes] * both / 2);
+        }
+        for (int j = 0; j < 2 * x->dims; j++) {
+            const int d = displaced(x, j % x->dims);
+            const double along[3] = {x->base[0][d], x->base[1][d], x->base[2][d]};
+            stability_matrix_add(&x->matrix, row,
+                                 row_of_displacement(x, k + j / x->dims) + j % x->dims,
+                                 part * weight[j / x->dims] / x->rod->scales.length *
+                                     form_of(along, by[0], about[i]));
         }
     }
 }
@@ -370,7 +378,8 @@ static void add_acting(variation *x, const acting *of, const double *full, int k
 {
     const rod_scales *scale = &x->rod->scales;
     const double step = x->edge[k + 1] - x->edge[k];
-    double turn[4] = {1}, q[4], r[3], R[3][3], K[3][3], by[3][3], numbers[SOLVE_JUMP_NUMBERS_MAX];
+    double turn[4] = {1}, q[4], r[3], R[3][3], K[3][3], by[2][3][3], about[6][3];
+    double numbers[SOLVE_JUMP_NUMBERS_MAX];
     acting_change change = {.wrench = {0}};
     rotation_matrix(state->rotation, R);
     to_world(R, state->strain, r);
@@ -388,7 +397,8 @@ static void add_acting(variation *x, const acting *of, const double *full, int k
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++) {
             K[i][j] = -(change.by_position[i][j] + change.by_position[j][i]) / 2;
-            by[i][j] = change.by_turn[3 + i][j];
+            by[0][i][j] = change.by_turn[i][j];
+            by[1][i][j] = change.by_turn[3 + i][j];
         }
     }
     if (of->by_position) {
@@ -398,7 +408,12 @@ static void add_acting(variation *x, const acting *of, const double *full, int k
         add_stiffness(x, k + 1, k + 1, K, unit * within * within);
     }
     if (of->by_rotation) {
-        add_turning(x, k, within, factor * scale->moment, by, R, joints);
+        for (int i = 0; i < 2 * x->axes; i++) {
+            double body[3];
+            unturned(joints, x->axis[i % x->axes], body);
+            to_world(R, body, about[i]);
+        }
+        add_turning(x, k, within, factor * scale->moment, by, about);
     }
 }
 
@@ -456,16 +471,20 @@ static void joints_before(const scene *rod_scene, double s, double turn[4])
     }
 }
 
-/* Whether all laws have second variations of the place or of the turn alone, as those here. */
-static bool is_separate(const acting *of)
+static bool depends_on_shape(const law *of)
 {
-    bool separate = true;
+    return of->by_position || of->by_rotation;
+}
+
+/* Whether all laws that depend on the shape have an energy, and with it a second variation. */
+static bool has_energies(const acting *of)
+{
+    bool has = true;
     for (int i = 0; i < of->count; i++) {
         const law *one = &law_table[of->law[i]];
-        separate = separate && !(one->by_position && one->has_moment) &&
-                   !(one->by_rotation && one->has_force);
+        has = has && (one->has_energy || !depends_on_shape(one));
     }
-    return separate;
+    return has;
 }
 
 /* Along the rod, at two points of Gauss in each element; and at places. */
@@ -582,18 +601,18 @@ ad_status stability_count_at(const scene *rod_scene, double load_factor, const d
         }
         status = solve_actuation_in_si(rod_scene, ELEMENTS, s, &rod, &x.actuators, error);
         set_rest(&x, rod_scene);
-    } else if (status == AD_OK &&
-               (rod_is_held_by_laws(rod_scene, true) || rod_is_held_by_laws(rod_scene, false))) {
+    } else if (status == AD_OK && (rod_has_law_along(rod_scene, depends_on_shape) ||
+                                   rod_is_held_by_laws(rod_scene, false))) {
         status = solve_rod_create(rod_scene, &rod, error);
     }
-    bool separate = status == AD_OK;
-    for (int i = 0; rod && i < rod->jumps.count && separate; i++) {
-        separate = is_separate(&rod->jumps.at[i].acting);
+    bool is_known = status == AD_OK;
+    for (int i = 0; rod && i < rod->jumps.count && is_known; i++) {
+        is_known = has_energies(&rod->jumps.at[i].acting);
     }
-    separate = separate && (!rod || is_separate(&rod->along));
+    is_known = is_known && (!rod || has_energies(&rod->along));
     x.rod = rod;
-    status = separate ? assemble(&x, rod_scene, values, error) : status;
-    if (separate && status == AD_OK) {
+    status = is_known ? assemble(&x, rod_scene, values, error) : status;
+    if (is_known && status == AD_OK) {
         int found = stability_matrix_negative(&x.matrix); /* each force has one of its own */
         *count = found < 0 ? -1 : found - x.dims * (ELEMENTS + 1);
     }
