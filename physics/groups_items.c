@@ -35,6 +35,12 @@ static bool find_places(group_source *source, const scene_breaks *breaks)
     return true;
 }
 
+/* By numbers that are not turned with the rod. */
+static bool depends_on_shape(const law *of)
+{
+    return of->by_position || of->by_rotation;
+}
+
 static bool is_turnable(const scene *given)
 {
     bool held = false;
@@ -44,7 +50,7 @@ static bool is_turnable(const scene *given)
     }
     return !held && given->start.type == SCENE_CLAMPED && !scene_end_is_placed(given->end.type) &&
            !scene_is_dynamic(given) && given->tube_count == 0 &&
-           !rod_is_held_by_laws(given, false) && !rod_is_held_by_laws(given, true) &&
+           !rod_is_held_by_laws(given, false) && !rod_has_law_along(given, depends_on_shape) &&
            !scene_has_displaced_tendons(given) && !scene_has_rubbing_tendons(given) &&
            (!given->rod.law || given->rod.law->symmetry == SCENE_SYMMETRY_ROUND);
 }
@@ -147,16 +153,17 @@ static void add_laws(recorder *x, bool resist)
 {
     const rod_given *given;
     for (int left = rod_givens(&given); left > 0; left--, given++) {
-        if (resist != (given->formula != NULL)) {
+        if (!given->term || resist != (given->formula != NULL)) {
             continue;
         }
         const quantity *q = rod_given_of(given, &x->source->open);
-        ad_value row[3];
+        ad_value row[5];
         for (int i = 0; i < given->count; i++) {
             row[i] = quantities_of(x, 1, q + i, rod_given_scale(given, i, &x->rod.scales));
         }
-        add(x, given->term, resist ? "" : "EI/L^4", GROUP_SCALAR, resist ? 0.5 : 0.05,
-            ad_mul(x->softness, ad_stack(given->count, row)));
+        const ad_value all = ad_stack(given->count, row);
+        add(x, given->term, resist || given->is_factor ? "" : "EI/L^4", GROUP_SCALAR,
+            resist ? 0.5 : 0.05, given->is_factor ? all : ad_mul(x->softness, all));
     }
 }
 

@@ -25,13 +25,16 @@ typedef struct plane_item {
     const char *key;
     scene_geometry geometry;
     bool is_body;
-    plane_entry x[4];
+    plane_entry x[5];
 } plane_item;
 
 /* Entries of a quantity of that kind. */
 static int plane_entries(scene_geometry geometry)
 {
-    return geometry == SCENE_ORIENTATION ? 4 : geometry == SCENE_SECTION_POINT ? 2 : 3;
+    return geometry == SCENE_GRADIENT        ? 5
+           : geometry == SCENE_ORIENTATION   ? 4
+           : geometry == SCENE_SECTION_POINT ? 2
+                                             : 3;
 }
 
 typedef struct plane_list {
@@ -43,7 +46,7 @@ typedef struct plane_list {
 static void plane_add(plane_list *list, const char *key, scene_geometry geometry, bool is_body,
                       const quantity *given, const double *otherwise)
 {
-    static const double upright[4] = {1, 0, 0, 0}, zeros[3] = {0, 0, 0};
+    static const double upright[4] = {1, 0, 0, 0}, zeros[5] = {0};
     bool turns = geometry == SCENE_ORIENTATION;
     plane_item *item = &list->items[list->count++];
     otherwise = otherwise ? otherwise : turns ? upright : zeros;
@@ -152,11 +155,11 @@ static void plane_list_of(const scene *rod_scene, plane_list *list)
 
 /* ---- whether it stays in a plane ------------------------------------------------------------- */
 
-/* sum of coefficient x = height, with every entry that counts a number. */
-static bool plane_sum_is(const double *coefficient, const plane_entry *x, double height)
+/* sum of coefficient x [count] = height, with every entry that counts a number. */
+static bool plane_sum_is(int count, const double *coefficient, const plane_entry *x, double height)
 {
     double sum = -height, size = fabs(height);
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < count; i++) {
         if (coefficient[i] == 0) {
             continue;
         }
@@ -178,7 +181,7 @@ static bool plane_is_along(const double *normal, const plane_entry *x)
         for (int j = 0; j < 3; j++) {
             across[j] = (i == j) - normal[i] * normal[j];
         }
-        along = along && plane_sum_is(across, x, 0);
+        along = along && plane_sum_is(3, across, x, 0);
     }
     return along;
 }
@@ -224,7 +227,36 @@ static bool plane_is_axis(const double *normal, const plane_entry *x)
         for (int j = 0; j < 3; j++) {
             across[j] = ((i == j) - normal[i] * normal[j]) * normal[j];
         }
-        is_axis = is_axis && plane_sum_is(across, x, 0);
+        is_axis = is_axis && plane_sum_is(3, across, x, 0);
+    }
+    return is_axis;
+}
+
+/* The same of the matrix of a gradient, and G r has nothing along n in the plane n . r = height. */
+static bool plane_is_axis_of_gradient(const rod_plane *plane, const plane_entry *x)
+{
+    static const int at[3][3] = {{0, 2, 3}, {2, 1, 4}, {3, 4, -1}};
+    const double *n = plane->normal;
+    double by[3][5] = {{0}}, along[5] = {0}; /* G n, n . G n */
+    bool is_axis = true;
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++) {
+            if (at[i][j] >= 0) {
+                by[i][at[i][j]] += n[j];
+            } else { /* zz = -xx - yy */
+                by[i][0] -= n[j];
+                by[i][1] -= n[j];
+            }
+        }
+        for (int k = 0; k < 5; k++) {
+            along[k] += n[i] * by[i][k];
+        }
+    }
+    for (int i = 0; i < 3; i++) {
+        for (int k = 0; k < 5 && plane->height == 0; k++) {
+            by[i][k] -= n[i] * along[k];
+        }
+        is_axis = is_axis && plane_sum_is(5, by[i], x, 0);
     }
     return is_axis;
 }
@@ -244,13 +276,15 @@ static bool plane_item_stays(const plane_item *item, const rod_plane *plane)
         }
         return apart <= PLANE_ROUNDING;
     case SCENE_POSITION_VECTOR:
-        return plane_sum_is(normal, item->x, plane->height);
+        return plane_sum_is(3, normal, item->x, plane->height);
     case SCENE_POLAR_VECTOR:
-        return plane_sum_is(normal, item->x, 0);
+        return plane_sum_is(3, normal, item->x, 0);
     case SCENE_SECTION_POINT:
         return item->x[plane->director].is_number && item->x[plane->director].value == 0;
     case SCENE_TENSOR:
         return plane_is_axis(plane->normal, item->x);
+    case SCENE_GRADIENT:
+        return plane_is_axis_of_gradient(plane, item->x);
     case SCENE_AXIAL_VECTOR:
     case SCENE_SCALAR:
         break;

@@ -120,6 +120,9 @@ static void terms_of_laws(const scene *rod_scene, bool resist, term_list *list)
     const rod_given *given;
     for (int left = rod_givens(&given); left > 0; left--, given++) {
         const bool absent = !quantity_any_something(given->count, rod_given_of(given, rod_scene));
+        if (!given->term) {
+            continue;
+        }
         if (resist && given->formula) {
             list->terms[list->count++] = resisting(rod_scene, given);
         } else if (!resist && !given->formula) {

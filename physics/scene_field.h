@@ -53,7 +53,9 @@ typedef enum scene_geometry {
     SCENE_SECTION_POINT,   /* two numbers, a place in the section: mirrored, one of them turns round
                             */
     SCENE_TENSOR,          /* diagonal: mirrored the same if the normal is one of its axes */
-    SCENE_ORIENTATION      /* a quaternion */
+    SCENE_GRADIENT,   /* of a vector, symmetric and without trace, xx, yy, xy, xz, yz: the same, and
+                         in the plane the vector stays in it */
+    SCENE_ORIENTATION /* a quaternion */
 } scene_geometry;
 
 /* In which frame its entries are. */
@@ -83,7 +85,7 @@ typedef struct scene_field {
     scene_otherwise otherwise;
 } scene_field;
 
-enum { SCENE_FIELDS_MAX = 768 };
+enum { SCENE_FIELDS_MAX = 800 };
 
 extern const scene_field scene_fields[];
 extern const int scene_field_count;
