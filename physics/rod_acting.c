@@ -22,6 +22,11 @@ static const rod_given GIVENS[] = {
      .formula = "c L/(2 rhoA)"},
     {LAW_SLENDER_DRAG, "drag along d3", GIVEN(fluid_along), SLENDER},
     {LAW_SLENDER_DRAG, "drag across d3", GIVEN(fluid_across), SLENDER},
+    {LAW_MAGNET, "magnetic field", GIVEN(magnetic_field), .count = 3},
+    {LAW_MAGNET, "magnetic moment", GIVEN(magnetic_moment), .count = 3, .is_factor = true},
+    {LAW_MAGNET_GRADIENT, "magnetic gradient", GIVEN(magnetic_gradient), .count = 5,
+     .unit = {{.length = 1}, {.length = 1}, {.length = 1}, {.length = 1}, {.length = 1}}},
+    {LAW_MAGNET_GRADIENT, NULL, GIVEN(magnetic_moment), .count = 3, .is_factor = true},
 };
 
 /* The weight, a load, and that of a manufactured scene are laws, too. */

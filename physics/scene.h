@@ -140,13 +140,18 @@ typedef struct scene_loads {
     quantity fluid_along[3];  /* f = -(c_1 + c_2 |w|^(1/2) + c_3 |w|) w against the velocity w along
                                  d3; of s; N s/m^2, N s^1.5/m^2.5, N s^2/m^3; >= 0 */
     quantity fluid_across[3]; /* the same for the velocity across d3 */
-    quantity force[3];        /* distributed, formulas of s, t; N/m */
-    quantity moment[3];       /* distributed, formulas of s, t; N m/m */
-    quantity foundation[3];   /* f = -foundation (r - r0), along the world's axes, with r0 where the
-                                 unstressed rod is; of s; N/m^2, >= 0 */
-    scene_frame frame;        /* of the distributed force and moment */
-    scene_load base;          /* at s = 0 */
-    scene_load tip;           /* at s = length */
+    /* A magnetised rod in the field B = magnetic_field + G r, without curl and divergence: the
+     * energy per length is -(R m) . B, the moment R m x B, the force G R m. */
+    quantity magnetic_moment[3];   /* m per length, along d1, d2, d3; of s; A m */
+    quantity magnetic_field[3];    /* at the origin of the world; of t; T */
+    quantity magnetic_gradient[5]; /* G as xx, yy, xy, xz, yz, with zz = -xx - yy; of t; T/m */
+    quantity force[3];             /* distributed, formulas of s, t; N/m */
+    quantity moment[3];            /* distributed, formulas of s, t; N m/m */
+    quantity foundation[3]; /* f = -foundation (r - r0), along the world's axes, with r0 where the
+                               unstressed rod is; of s; N/m^2, >= 0 */
+    scene_frame frame;      /* of the distributed force and moment */
+    scene_load base;        /* at s = 0 */
+    scene_load tip;         /* at s = length */
 } scene_loads;
 
 /* ---- lists ----

@@ -119,6 +119,17 @@ extern "C" {
       "N s/m^2, N s^1.5/m^2.5, N s^2/m^3", ZERO, NULL,                                             \
       "The same for the velocity across the rod. c3 is half of density, drag coefficient and "     \
       "diameter.")                                                                                 \
+    X("loads.magnetic.moment", 3, loads.magnetic_moment, LOADS, ALONG, FINITE, POLAR_VECTOR, BODY, \
+      "A m", ZERO, NULL,                                                                           \
+      "Magnetic moment m of the rod per length, along its directors d1, d2, d3: its magnetisation "\
+      "times the area; formulas of s. In a field B it has the energy -m . B per length.")          \
+    X("loads.magnetic.field", 3, loads.magnetic_field, LOADS, IN_TIME, FINITE, POLAR_VECTOR,       \
+      WORLD, "T", ZERO, NULL,                                                                      \
+      "Magnetic field B at the origin, world frame; formulas of t.")                               \
+    X("loads.magnetic.gradient", 5, loads.magnetic_gradient, LOADS, IN_TIME, FINITE, GRADIENT,     \
+      WORLD, "T/m", ZERO, NULL,                                                                    \
+      "Gradient G of the field, B = field + G r, as [xx, yy, xy, xz, yz]; formulas of t. It is "   \
+      "symmetric and zz = -xx - yy, as of any field without currents where the rod is.")           \
     X("loads.force", 3, loads.force, LOADS, EVERYWHERE, ANY, POLAR_VECTOR, BY_LOAD, "N/m",         \
       NOTHING, NULL,                                                                               \
       "Distributed force; formulas of s and t.")                                                   \

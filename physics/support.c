@@ -471,6 +471,8 @@ static const feature_row features[] = {
      "ooooo ooo yyyy yy y", NULL},
     {"quadratic drag", "loads.quadratic_drag", NULL,
      "ooooo ooo yyyy yy y", NULL},
+    {"a magnetised rod in a field", "loads.magnetic", NULL,
+     "yyyyy yyy yyyy yy y", NULL},
     {"drag in a fluid", "loads.fluid", NULL,
      "ooooo ooo yyyy yy y", NULL},
     {"damping of the material", NULL, damped,

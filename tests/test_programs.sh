@@ -437,6 +437,13 @@ run 0 cpinn-check "$ROOT/configs/manufactured_dynamic.yaml" "${fluid[@]}" \
 run 0 cpinn-train "$ROOT/configs/cantilever_dynamic.yaml" --set time.duration=0.5 "${fluid[@]}" \
     --set reference=solve --out fluid
 said stdout.txt 'below 1e-05 '
+# A magnetised rod in a field that grows along it; planar and in space.
+run 0 cpinn-check "$ROOT/configs/manufactured_dynamic.yaml" --set 'network.hidden=[5]' --entries 3 \
+    --set 'loads.magnetic={moment: [0.1, 0.2, 1], field: [0.2, 0.3, 0.1], gradient: [1, 2, 3, 1, 2]}'
+run 0 cpinn-train "$ROOT/configs/cantilever_dynamic.yaml" --set time.duration=0.5 \
+    --set 'loads.magnetic={moment: [0, 0, 1], field: [0, 0, "t^2"], gradient: ["-t^2", 0, 0, 0, 0]}' \
+    --set reference=solve --out magnetised
+said stdout.txt 'below 1e-05 '
 refused 'no_such.yaml' cpinn-check no_such.yaml
 refused '--tolerance' cpinn-check "$elastica" --tolerance -1
 

@@ -183,7 +183,8 @@ static void fill_points(strain_form *x)
 }
 
 /* Loads at all edges, springs at so many from the second on, a joint at the second. */
-static void list_jumps(const double *edges, bool follow, int springs, solve_jumps *jumps)
+static void list_jumps(const double *edges, bool follow, bool magnets, int springs,
+                       solve_jumps *jumps)
 {
     *jumps = (solve_jumps){.count = 3};
     for (int e = 0; e < jumps->count; e++) {
@@ -194,6 +195,9 @@ static void list_jumps(const double *edges, bool follow, int springs, solve_jump
         if (follow) {
             acting_add(&at->acting, LAW_FOLLOWER_FORCE);
             acting_add(&at->acting, LAW_FOLLOWER_MOMENT);
+        }
+        if (magnets) {
+            acting_add(&at->acting, LAW_MAGNET_GRADIENT);
         }
         if (e > 0 && e <= springs) {
             acting_add(&at->acting, LAW_SPRING);
@@ -289,7 +293,7 @@ static void check_elimination(strain_form *x)
 }
 
 /* Laws along the rod, a foundation first. */
-enum { FOUNDED = 1, TURNED = 2 };
+enum { FOUNDED = 1, TURNED = 2, MAGNETISED = 4, GRADIENT = 8 };
 
 static acting laws_along(int which)
 {
@@ -303,6 +307,12 @@ static acting laws_along(int which)
         acting_add(&along, LAW_FOLLOWER_FORCE);
         acting_add(&along, LAW_FOLLOWER_MOMENT);
     }
+    if (which & MAGNETISED) {
+        acting_add(&along, LAW_MAGNET);
+    }
+    if (which & GRADIENT) {
+        acting_add(&along, LAW_MAGNET_GRADIENT);
+    }
     return along;
 }
 
@@ -315,7 +325,7 @@ static void check_derivatives(strain_kind kind, int which, int springs, bool fol
                                       0.4, 0.4, 0.4, 1};                 /* k, upright */
     solve_jumps jumps;
     const acting along = laws_along(which);
-    list_jumps(edges, follow, springs, &jumps);
+    list_jumps(edges, follow, which & GRADIENT, springs, &jumps);
     strain_form *x = NULL;
     ad_error error;
     kind.stages = 12;
@@ -363,12 +373,15 @@ static void test_derivatives(void **state)
     check_derivatives((strain_kind){.shears = false, .actuators = 3}, TURNED, 0, true, &clamped);
     check_derivatives((strain_kind){.shears = true}, TURNED, 0, true, &clamped);
     check_derivatives((strain_kind){.shears = true, .end = clamped}, 0, 0, false, &clamped);
+    check_derivatives((strain_kind){.shears = false}, MAGNETISED, 0, false, &clamped);
+    check_derivatives((strain_kind){.shears = true, .actuators = 3}, MAGNETISED | GRADIENT, 0,
+                      false, &clamped);
     check_derivatives((strain_kind){.shears = true,
                                     .actuators = 2,
                                     .free_position = true,
                                     .free_rotation = true,
                                     .end = rail},
-                      FOUNDED | TURNED, 2, true, &wall);
+                      FOUNDED | TURNED | GRADIENT, 2, true, &wall);
     check_derivatives((strain_kind){.free_rotation = true, .end = wall}, FOUNDED | TURNED, 1, true,
                       &rail);
 }

@@ -14,7 +14,8 @@ static const char *const names[PARAMETERS] = {"pull", "push", "stiff"};
 static const double usual[PARAMETERS] = {1, 0.5, 1};
 
 /* Two segments with an elbow, of which the second tapers; tendons that end mid-rod and that wind, a
- * chamber, followers within and distributed, the weight, a force and a moment at the tip. */
+ * chamber, followers within and distributed, the weight, a force and a moment at the tip;
+ * magnetised, in a field with a gradient. */
 static const char robot[] =
     "parameters: {pull: {range: [0, 2]}, push: {range: [0, 1]}, stiff: {range: [0.5, 2], scale: "
     "log},\n"
@@ -32,6 +33,8 @@ static const char robot[] =
     "  frame: follower\n"
     "  force: [\"push*s\", 0, 0]\n"
     "  moment: [0, 0.01*push, 0]\n"
+    "  magnetic: {moment: [0.02, s, 0.1], field: [0.02*push, 0.01, 0],\n"
+    "             gradient: [0.1, -0.2, 0.1*push, 0.05, 0.1]}\n"
     "  tip: {force: [0.02, 0.05*push, 0], moment: [0.003, 0, 0.001*pull], frame: follower}\n"
     "  points: [{at: 0.17, force: [0.1*push, 0, 0], frame: follower},\n"
     "           {at: 0.05, force: [0, 0.02, 0], moment: [0.002*push, 0, 0.001]}]\n"

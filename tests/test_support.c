@@ -171,6 +171,10 @@ static const feature_scene scenes[] = {
      .changes = {"loads.quadratic_drag=2000"},
      .moving = {FASTER},
      .without = "loads.quadratic_drag=0"},
+    {.feature = "a magnetised rod in a field",
+     .changes = {"loads.magnetic={moment: [0, 1, 8], field: [0.04, 0.02, 0.02], gradient: [0.1, "
+                 "-0.05, 0.1, 0.05, 0.1]}"},
+     .moving = {"loads.magnetic.field=['0.04 + 0.04*(25*t)^2', 0.02, 0.02]"}},
     {.feature = "drag in a fluid",
      .changes = {"loads.fluid={along: [100, 10, 1000], across: [200, 100, 1000]}"},
      .moving = {FASTER},

@@ -226,6 +226,25 @@ static void record_slender_drag(const ad_value *given, ad_value *wrench)
     }
 }
 
+/* B, m */
+static void record_magnet(const ad_value *given, ad_value *energy)
+{
+    ad_value m[3];
+    rotate(given + ROTATION, given + NUMBERS + 3, m);
+    *energy = ad_neg(dot(m, given + NUMBERS));
+}
+
+/* G as xx, yy, xy, xz, yz, for a field without curl and divergence; m */
+static void record_magnet_gradient(const ad_value *given, ad_value *energy)
+{
+    const ad_value *G = given + NUMBERS, zz = ad_neg(ad_add(G[0], G[1]));
+    const ad_value rows[3][3] = {{G[0], G[2], G[3]}, {G[2], G[1], G[4]}, {G[3], G[4], zz}};
+    const ad_value B[3] = {dot(rows[0], given), dot(rows[1], given), dot(rows[2], given)};
+    ad_value m[3];
+    rotate(given + ROTATION, G + 5, m);
+    *energy = ad_neg(dot(m, B));
+}
+
 /* ---- the laws ------------------------------------------------------------------------------ */
 
 const law law_table[LAW_COUNT] = {
@@ -328,7 +347,31 @@ const law law_table[LAW_COUNT] = {
                           .by_rotation = true,
                           .by_velocity = true,
                           .has_force = true,
-                          .record = record_slender_drag}};
+                          .record = record_slender_drag},
+    [LAW_MAGNET] = {.name = "magnet",
+                    .about = "A magnetic moment in a field: -(R m) . B; B, m.",
+                    .kind = LAW_LOADS,
+                    .numbers = 6,
+                    .shares = 3,
+                    .has_energy = true,
+                    .along_axes = true,
+                    .by_rotation = true,
+                    .has_moment = true,
+                    .record = record_magnet},
+    [LAW_MAGNET_GRADIENT] = {.name = "magnet_gradient",
+                             .about = "The same in the field G r: -(R m) . G r; "
+                                      "G as xx, yy, xy, xz, yz, m.",
+                             .kind = LAW_LOADS,
+                             .numbers = 8,
+                             .shares = 5,
+                             .has_energy = true,
+                             .along_axes = true,
+                             .by_position = true,
+                             .by_rotation = true,
+                             .has_force = true,
+                             .steady_force = true,
+                             .has_moment = true,
+                             .record = record_magnet_gradient}};
 
 int law_given(law_name name)
 {

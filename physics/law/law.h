@@ -36,6 +36,8 @@ typedef enum law_name {
     LAW_FOLLOWER_MOMENT, /* moment R l */
     LAW_SLENDER_DRAG,    /* drag along d3 and across it, with numbers of each: -(c_1 + c_2 |w|^(1/2)
                             + c_3 |w|) w of the part w of V */
+    LAW_MAGNET,          /* energy: -(R m) . B, a magnetic moment m of the section in a field B */
+    LAW_MAGNET_GRADIENT, /* energy: -(R m) . G r, in the field G r, G symmetric without trace */
     LAW_COUNT,
     LAW_OUTSIDE = LAW_SPRING /* the first of those outside */
 } law_name;
