@@ -50,8 +50,9 @@ static bool is_turnable(const scene *given)
     }
     return !held && given->start.type == SCENE_CLAMPED && !scene_end_is_placed(given->end.type) &&
            !scene_is_dynamic(given) && given->tube_count == 0 &&
-           !rod_is_held_by_laws(given, false) && !rod_has_law_along(given, depends_on_shape) &&
-           !scene_has_displaced_tendons(given) && !scene_has_rubbing_tendons(given) &&
+           !rod_has_law_at_places(given, depends_on_shape) &&
+           !rod_has_law_along(given, depends_on_shape) && !scene_has_displaced_tendons(given) &&
+           !scene_has_rubbing_tendons(given) &&
            (!given->rod.law || given->rod.law->symmetry == SCENE_SYMMETRY_ROUND);
 }
 
@@ -388,6 +389,8 @@ static void add_places(recorder *x)
                  ad_mul(quantities_of(x, 1, &open->bodies[i].mass, 1 / scale->force),
                         quantities_of(x, 3, open->loads.gravity, 1)),
                  false);
+        add(x, "magnetic moment of a body", "", GROUP_SCALAR, 0.05,
+            quantities_of(x, 3, open->bodies[i].magnetic_moment, 1 / scale->length));
     }
     for (int i = 0; i < open->spring_count; i++) {
         const scene_spring *spring = &open->springs[i];

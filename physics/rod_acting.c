@@ -69,19 +69,26 @@ static bool is_on(const rod_given *first, const scene *of, const rod_given **las
     return on && whole;
 }
 
+/* To rows; returns how many. Of a load all but factors grow with it. */
+static int put_numbers(const rod_context *rod, const rod_given *given, ad_value s, ad_value *row)
+{
+    for (int i = 0; i < given->count; i++) {
+        row[i] = rod_quantities(rod, 1, rod_given_of(given, rod->scene) + i, ACTING_ZEROS,
+                                rod_given_scale(given, i, &rod->scales), s, rod->t);
+        if (law_table[given->law].kind == LAW_LOADS && !given->is_factor) {
+            row[i] = ad_mul(rod->at.load_factor, row[i]);
+        }
+    }
+    return given->count;
+}
+
 static ad_value numbers_of(const rod_context *rod, const rod_given *first, const rod_given *last)
 {
     const law *of = &law_table[first->law];
     ad_value row[LAW_NUMBERS_MAX];
     int rows = 0;
     for (const rod_given *given = first; given < last; given++) {
-        for (int i = 0; i < given->count; i++, rows++) {
-            row[rows] = rod_quantities(rod, 1, rod_given_of(given, rod->scene) + i, ACTING_ZEROS,
-                                       rod_given_scale(given, i, &rod->scales), rod->s, rod->t);
-            if (of->kind == LAW_LOADS && rows < of->shares) {
-                row[rows] = ad_mul(rod->at.load_factor, row[rows]);
-            }
-        }
+        rows += put_numbers(rod, given, rod->s, row + rows);
     }
     const ad_value numbers = ad_stack(rows, row);
     if (of->kind != LAW_STORES) {
@@ -205,10 +212,42 @@ static int add_weights(const rod_context *rod, rod_acting *acting)
     return count;
 }
 
+/* A field acts on magnets at places by the same laws: moments by the length are those per length.
+ */
+static bool is_field(const rod_given *given, const scene *of)
+{
+    const law_name law = given->law;
+    return (law == LAW_MAGNET || law == LAW_MAGNET_GRADIENT) && !given->is_factor &&
+           acts(given, of);
+}
+
+static int add_magnets(const rod_context *rod, rod_acting *acting)
+{
+    const double length = rod->scales.length;
+    const rod_given *given;
+    int count = 0;
+    for (int i = 0; i < rod->scene->body_count; i++) {
+        const scene_body *body = &rod->scene->bodies[i];
+        const ad_value s = ad_scalar(rod->tape, body->at.number / length);
+        for (int left = rod_givens(&given); left > 0; left--, given++) {
+            ad_value row[LAW_NUMBERS_MAX];
+            if (is_field(given, rod->scene) && quantity_any_something(3, body->magnetic_moment)) {
+                const int rows = put_numbers(rod, given, s, row);
+                row[rows] = rod_quantities(rod, 3, body->magnetic_moment, ACTING_ZEROS, 1 / length,
+                                           s, rod->t);
+                acting[count++] =
+                    (rod_acting){given->law, body->at.number / length, ad_stack(rows + 1, row)};
+            }
+        }
+    }
+    return count;
+}
+
 int rod_acting_at_places(const rod_context *rod, rod_acting *acting)
 {
     int count = add_points(rod, acting);
     count += add_weights(rod, acting + count);
+    count += add_magnets(rod, acting + count);
     for (int i = 0; i < rod->scene->spring_count; i++) {
         const scene_spring *given = &rod->scene->springs[i];
         const double s = given->at.number / rod->scales.length;
@@ -287,6 +326,24 @@ bool rod_has_law_along(const scene *given, bool (*which)(const law *of))
     bool any = false;
     for (int left = rod_givens(&first); left > 0; left -= (int)(next - first), first = next) {
         any = (is_on(first, given, &next) && which(&law_table[first->law])) || any;
+    }
+    return any;
+}
+
+bool rod_has_law_at_places(const scene *given, bool (*which)(const law *of))
+{
+    const rod_given *row;
+    bool any = false, magnets = false;
+    for (int i = 0; i < given->spring_count; i++) {
+        const scene_spring *spring = &given->springs[i];
+        any |= quantity_any_something(3, spring->stiffness) && which(&law_table[LAW_SPRING]);
+        any |= quantity_any_something(3, spring->turning) && which(&law_table[LAW_TURNING_SPRING]);
+    }
+    for (int i = 0; i < given->body_count; i++) {
+        magnets |= quantity_any_something(3, given->bodies[i].magnetic_moment);
+    }
+    for (int left = rod_givens(&row); left > 0 && magnets; left--, row++) {
+        any |= is_field(row, given) && which(&law_table[row->law]);
     }
     return any;
 }

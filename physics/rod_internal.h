@@ -275,7 +275,7 @@ typedef struct rod_acting {
 
 enum {
     ROD_ALONG_MAX = 16,
-    ROD_AT_PLACES_MAX = 2 * SCENE_SPRINGS_MAX + 2 * SCENE_POINTS_MAX + SCENE_BODIES_MAX,
+    ROD_AT_PLACES_MAX = 2 * SCENE_SPRINGS_MAX + 2 * SCENE_POINTS_MAX + 3 * SCENE_BODIES_MAX,
     ROD_AT_ENDS_MAX = 4
 };
 
@@ -306,6 +306,7 @@ int rod_acting_at_ends(const rod_context *rod, rod_acting *acting);   /* [ROD_AT
 ad_value rod_weight(const rod_context *rod);              /* [3] per length, with that of tubes */
 bool rod_is_held_by_laws(const scene *given, bool along); /* one that stores energy */
 bool rod_has_law_along(const scene *given, bool (*which)(const law *of));
+bool rod_has_law_at_places(const scene *given, bool (*which)(const law *of)); /* springs, magnets */
 
 /* The force in the frame of the equations, the moment in body components. */
 rod_wrench rod_acting_wrench(const rod_context *rod, const rod_acting *at, rod_pose pose,

@@ -187,8 +187,9 @@ typedef struct scene_point {
  * axis. It weighs and, in motion, has inertia. */
 typedef struct scene_body {
     quantity at;
-    quantity mass;       /* kg, >= 0 */
-    quantity inertia[3]; /* about d1, d2, d3; kg m^2, >= 0; default 0 */
+    quantity mass;               /* kg, >= 0 */
+    quantity inertia[3];         /* about d1, d2, d3; kg m^2, >= 0; default 0 */
+    quantity magnetic_moment[3]; /* along d1, d2, d3, in the field of loads; A m^2; default 0 */
 } scene_body;
 
 /* A linear spring between the section at `at` and the world, of the energy 1/2 stiffness (r - r0)^2

@@ -160,6 +160,10 @@ static ad_status check_bodies(const scene_checker *check)
         if (!body->mass.is_given) {
             return scene_refuse_at(check, &body->mass, "missing; the mass of the body in kg");
         }
+        if (scene_is_beam(given) && quantity_any_something(3, body->magnetic_moment)) {
+            return scene_refuse_at(check, body->magnetic_moment,
+                                   "is of rods; allowed: a body of a beam without it");
+        }
     }
     return AD_OK;
 }

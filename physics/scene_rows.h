@@ -287,7 +287,10 @@ extern "C" {
       "Mass of the body.")                                                                         \
     X(of "inertia", 3, in inertia, ROD, ONE_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, "kg m^2",      \
       ZERO, NULL,                                                                                  \
-      "Moments of inertia of the body about d1, d2, d3.")
+      "Moments of inertia of the body about d1, d2, d3.")                                          \
+    X(of "magnetic_moment", 3, in magnetic_moment, ROD, EACH_NUMBER, FINITE, POLAR_VECTOR, BODY,    \
+      "A m^2", ZERO, NULL,                                                                         \
+      "Magnetic moment of the body along d1, d2, d3, in the field of loads.magnetic.")
 
 #define SCENE_SPRING_ROWS(X, of, in)                                                               \
     X(of "at", 1, in at, ROD, PLACE, FINITE, SCALAR, WORLD, "m", NOTHING,            \

@@ -129,7 +129,7 @@ static bool is_placed(const law *of)
 
 bool strain_is_placed(const scene *open)
 {
-    return rod_has_law_along(open, is_placed) || strain_forces(open, 0) > 0;
+    return rod_has_law_along(open, is_placed) || rod_has_law_at_places(open, is_placed);
 }
 
 int strain_forces(const scene *open, int nodes)

@@ -68,6 +68,7 @@ static const char supported[] = PULLED
     "  foundation: [\"where(0.1-s, 3*stiff, 0)\", 2, 0]\n"
     "  tip: {force: [0.02, push, 0]}\n"
     "  magnetic: {moment: [0, 0.2, 1], gradient: [0.1, -0.2, 0.1*push, 0.05, 0.1]}\n"
+    "bodies: [{at: 0.25, mass: 0.001, magnetic_moment: [0, 0.01, 0.03]}]\n"
     "springs: [{at: 0.1, stiffness: [1, 2, 0.5]}, {at: 0.1, turning: [0.01, 0.02, 0.01]},\n"
     "  {at: 0.25, stiffness: [2, 2, 1], turning: [0.005, 0, 0.01], anchor: [0.02, 0, 0.2]}]\n"
     "tendons: [{offset: [\"0.005*cos(10*s)\", \"0.005*sin(10*s)\"], tension: pull}]\n";

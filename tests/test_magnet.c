@@ -181,6 +181,32 @@ static void test_critical_gradient(void **state)
     }
 }
 
+/* A magnet at the tip: EI theta' = m B sin(phi - theta(L)) all along, an arc. Against the field it
+ * gives way where m B L/EI = 1. */
+#define TIP                                                                                        \
+    ROD "bodies: [{at: 1.5, mass: 0, magnetic_moment: [0, 0, 3]}]\nloads: {magnetic: {field: "
+
+static void test_tip(void **state)
+{
+    (void)state;
+    const double turned = 0.9, field = 2 * turned / (1.5 * 3 * cos(turned));
+    char text[TEXT];
+    snprintf(text, sizeof text, TIP "[%.17g, 0, 0]}}\n", field);
+    for (int method = 0; method < 2; method++) {
+        double tip[COLUMNS];
+        solved x = solve_by(method ? SOLVE_STRAIN : SOLVE_COLLOCATION, text, 1e-11, 0, NULL);
+        evaluate(&x, 1.5, 0, tip);
+        assert_near(tip[X], 1.5 * (1 - cos(turned)) / turned, 1e-9);
+        assert_near(tip[Z], 1.5 * sin(turned) / turned, 1e-9);
+        release(&x);
+    }
+    for (int beyond = 0; beyond < 2; beyond++) {
+        snprintf(text, sizeof text, TIP "[0, 0, %.17g]}}\n",
+                 -(beyond ? 1.005 : 0.995) * 2 / (3 * 1.5));
+        assert_int_equal(ways_of(text), beyond);
+    }
+}
+
 /* ---- a gradient -------------------------------------------------------------------------------
  */
 
@@ -210,6 +236,8 @@ static void test_stretched(void **state)
     "rod: {model: cosserat, length: 1.5, stiffness: {shear: [90, 90], axial: 150, bending: [2, "   \
     "3], torsion: 1}}\n"                                                                           \
     "boundary: {start: {type: clamped, position: [%g, %g, %g]}}\n"                                 \
+    "bodies: [{at: 0.6, mass: 0, magnetic_moment: [0.2, -0.1, 0.3]},\n"                            \
+    "         {at: 1.5, mass: 0, magnetic_moment: [0.1, 0.1, 0.4]}]\n"                             \
     "loads:\n"                                                                                     \
     "  force: [0.2, 0.1, 0]\n"                                                                     \
     "  magnetic: {moment: ['0.3*s', 0.2, 1], field: [%.17g, %.17g, %.17g],\n"                      \
@@ -283,6 +311,7 @@ int main(void)
         cmocka_unit_test(test_elastica),
         cmocka_unit_test(test_critical),
         cmocka_unit_test(test_critical_gradient),
+        cmocka_unit_test(test_tip),
         cmocka_unit_test(test_stretched),
         cmocka_unit_test(test_moved),
         cmocka_unit_test(test_motion),

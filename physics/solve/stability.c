@@ -602,7 +602,7 @@ ad_status stability_count_at(const scene *rod_scene, double load_factor, const d
         status = solve_actuation_in_si(rod_scene, ELEMENTS, s, &rod, &x.actuators, error);
         set_rest(&x, rod_scene);
     } else if (status == AD_OK && (rod_has_law_along(rod_scene, depends_on_shape) ||
-                                   rod_is_held_by_laws(rod_scene, false))) {
+                                   rod_has_law_at_places(rod_scene, depends_on_shape))) {
         status = solve_rod_create(rod_scene, &rod, error);
     }
     bool is_known = status == AD_OK;
