@@ -132,9 +132,12 @@ static int add_load(const rod_context *rod, const scene_load *load, double by, d
 
 ad_value rod_weight(const rod_context *rod)
 {
-    quantity pull[3];
+    quantity pull[3], mass = rod->properties.mass_per_length;
+    if (quantity_is_something(rod->scene->loads.buoyancy)) {
+        mass = quantity_subtract(mass, rod->scene->loads.buoyancy);
+    }
     for (int i = 0; i < 3; i++) {
-        pull[i] = quantity_multiply(rod->properties.mass_per_length, rod->scene->loads.gravity[i]);
+        pull[i] = quantity_multiply(mass, rod->scene->loads.gravity[i]);
     }
     ad_value weight = rod_quantities(rod, 3, pull, ACTING_ZEROS,
                                      rod->scales.length / rod->scales.force, rod->s, rod->t);

@@ -134,8 +134,9 @@ typedef struct scene_load {
 } scene_load;
 
 typedef struct scene_loads {
-    quantity gravity[3];      /* m/s^2; default 0 */
-    quantity drag;            /* force per length against the velocity, f = -drag r_t; N s/m^2 */
+    quantity gravity[3]; /* m/s^2; default 0 */
+    quantity buoyancy; /* mass of the fluid that the rod displaces, per length; of s; kg/m, >= 0 */
+    quantity drag;     /* force per length against the velocity, f = -drag r_t; N s/m^2 */
     quantity quadratic_drag;  /* f = -quadratic_drag |r_t| r_t; of s; N s^2/m^3 */
     quantity fluid_along[3];  /* f = -(c_1 + c_2 |w|^(1/2) + c_3 |w|) w against the velocity w along
                                  d3; of s; N s/m^2, N s^1.5/m^2.5, N s^2/m^3; >= 0 */

@@ -104,6 +104,11 @@ extern "C" {
     X("loads.gravity", 3, loads.gravity, LOADS, IN_TIME, FINITE, POLAR_VECTOR, WORLD, "m/s^2",     \
       ZERO, NULL,                                                                                  \
       "Acceleration of gravity, world frame; formulas of t.")                                      \
+    X("loads.buoyancy", 1, loads.buoyancy, LOADS, ALONG, NOT_NEGATIVE, SCALAR, WORLD, "kg/m", ZERO, \
+      NULL,                                                                                        \
+      "Mass of the fluid that the rod displaces, per length: the fluid's density times the area; " \
+      "formula of s. The rod weighs so much less under loads.gravity. The axial force is then "     \
+      "that beyond the pressure of the fluid on the section.")                                      \
     X("loads.drag", 1, loads.drag, ROD, ALONG, NOT_NEGATIVE, SCALAR, WORLD, "N s/m^2", ZERO, NULL, \
       "Force per length against the velocity, f = -drag r_t; formula of s.")                       \
     X("loads.quadratic_drag", 1, loads.quadratic_drag, LOADS, ALONG, NOT_NEGATIVE, SCALAR, WORLD,  \

@@ -451,6 +451,8 @@ static const feature_row features[] = {
      "yyyyy yyy yyyy yy y", NULL},
     {"gravity", "loads.gravity", NULL,
      "yyyyy yyy yyyy yy y", NULL},
+    {"buoyancy", "loads.buoyancy", NULL,
+     "yyyyy yyy yyyy yy y", NULL},
     {"a distributed force", "loads.force", NULL,
      "yyyyy yyy yyyy yy y", NULL},
     {"a distributed moment", "loads.moment", NULL,

@@ -23,6 +23,7 @@
     "springs: [{at: 1, stiffness: [3, 1, 2], turning: [0.2, 0.2, 0.2]}]\n"                         \
     "loads:\n"                                                                                     \
     "  gravity: [1, -2, -3]\n"                                                                     \
+    "  buoyancy: 0.2\n"                                                                            \
     "  drag: 0.3\n"                                                                                \
     "  quadratic_drag: 0.2\n"                                                                      \
     "  fluid: {along: [0.1, 0.02, 0.01], across: [0.2, 0.04, 0.1]}\n"                              \

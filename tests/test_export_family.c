@@ -32,6 +32,7 @@ static const char robot[] =
            "loads:\n"
            "  gravity: [0, 4, -8]\n"
            "  tip: {force: [0.02, push, 0], moment: [0.003, 0, 0.001*pull], frame: follower}\n"
+           "  magnetic: {moment: [0, 0.2, 1], field: [0.02*push, 0.01, 0]}\n"
            "tendons: [{offset: [\"0.005*cos(10*s)\", \"0.005*sin(10*s)\"], tension: pull}]\n";
 
 static const char many[] =
@@ -47,17 +48,16 @@ static const char many[] =
            "  - {offset: [-0.008, 0], tension: 2*pull, end: 0.1}\n"
            "  - {offset: [0.004, -0.0069], tension: 3*pull, end: 0.1}\n";
 
-/* A rod that does not shear, with a chamber, magnetised in a uniform field. */
+/* A rod that does not shear, with a chamber alone. */
 static const char chamber[] =
     PULLED "rod: {model: kirchhoff, length: 0.2, section: {shape: circle, radius: 0.002},\n"
            "      material: {youngs_modulus: 1e9*stiff, poissons_ratio: 0.3, density: 2000}}\n"
            "boundary: {end: {type: loaded}}\n"
-           "loads: {gravity: [0, 0, -9.81], tip: {force: [push, 0, 0]},\n"
-           "        magnetic: {moment: [0, 0.5, 2], field: [0.02*push, 0.01, 0]}}\n"
+           "loads: {gravity: [0, 0, -9.81], tip: {force: [push, 0, 0]}}\n"
            "chambers: [{offset: [0, 0.005], pressure: 5e4*pull, area: 1e-5}]\n";
 
 /* On a foundation along a part, with springs that pull to a place, and one that turns; magnetised,
- * in a field with a gradient. */
+ * with a magnet at the tip, in a field with a gradient. */
 static const char supported[] = PULLED
     "rod: {model: cosserat, section: {shape: circle, radius: 0.002},\n"
     "      material: {youngs_modulus: 1e9*stiff, poissons_ratio: 0.3, density: 2000}}\n"
@@ -67,8 +67,8 @@ static const char supported[] = PULLED
     "  gravity: [0, 4, -8]\n"
     "  foundation: [\"where(0.1-s, 3*stiff, 0)\", 2, 0]\n"
     "  tip: {force: [0.02, push, 0]}\n"
-    "  magnetic: {moment: [0, 0.2, 1], gradient: [0.1, -0.2, 0.1*push, 0.05, 0.1]}\n"
-    "bodies: [{at: 0.25, mass: 0.001, magnetic_moment: [0, 0.01, 0.03]}]\n"
+    "  magnetic: {moment: [0, 0.02, 0.1], gradient: [0.1, -0.2, 0.1*push, 0.05, 0.1]}\n"
+    "bodies: [{at: 0.25, mass: 0, magnetic_moment: [0, 0.002, 0.01]}]\n"
     "springs: [{at: 0.1, stiffness: [1, 2, 0.5]}, {at: 0.1, turning: [0.01, 0.02, 0.01]},\n"
     "  {at: 0.25, stiffness: [2, 2, 1], turning: [0.005, 0, 0.01], anchor: [0.02, 0, 0.2]}]\n"
     "tendons: [{offset: [\"0.005*cos(10*s)\", \"0.005*sin(10*s)\"], tension: pull}]\n";

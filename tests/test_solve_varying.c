@@ -384,6 +384,32 @@ static void test_jump(void **state)
     "  inertia: {mass_per_length: 2 - s, rotary: [0.03, 0.02, 0.05*(2 - s)]}\n"                    \
     "time: {duration: 1}\n"
 
+/* What displaces as much fluid as it weighs is not bent, nor does it fall; half as much is half the
+ * weight, and the whole inertia. */
+static void test_buoyancy(void **state)
+{
+    (void)state;
+    static const char half[] = SOFT_CONE "loads: {gravity: [3, 0, -9], buoyancy: 1 - s/2}\n",
+                      light[] = SOFT_CONE "loads: {gravity: [1.5, 0, -4.5]}\n",
+                      floating[] = SOFT_CONE "loads: {gravity: [3, 0, -9], buoyancy: 2 - s}\n";
+    const double t = 1;
+    double by_half[COLUMNS], by_light[COLUMNS];
+    solved x = solve(half, 1e-6, 1, &t), y = solve(light, 1e-6, 1, &t),
+           z = solve(floating, 1e-6, 1, &t);
+    evaluate(&x, 1, t, by_half);
+    evaluate(&y, 1, t, by_light);
+    assert_true(by_half[X] > 0.1);
+    for (int i = 0; i < COLUMNS; i++) {
+        assert_near(by_half[i], by_light[i], 1e-9); /* the same but for rounding */
+    }
+    evaluate(&z, 1, t, by_half);
+    assert_near(by_half[X], 0, 1e-12);
+    assert_near(by_half[Z], 1, 1e-12);
+    release(&x);
+    release(&y);
+    release(&z);
+}
+
 /* Gravity that turns is a distributed force of rhoA g(t); free of any hold all of the rod falls
  * alike. */
 static void test_turning_gravity(void **state)
@@ -510,8 +536,8 @@ int main(void)
         cmocka_unit_test(test_tapered_column), cmocka_unit_test(test_waves),
         cmocka_unit_test(test_shrinking),      cmocka_unit_test(test_curling),
         cmocka_unit_test(test_jump),           cmocka_unit_test(test_turning_gravity),
-        cmocka_unit_test(test_thrown),         cmocka_unit_test(test_slipping),
-        cmocka_unit_test(test_everything),
+        cmocka_unit_test(test_buoyancy),       cmocka_unit_test(test_thrown),
+        cmocka_unit_test(test_slipping),       cmocka_unit_test(test_everything),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
