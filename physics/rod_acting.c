@@ -130,7 +130,7 @@ static int add_load(const rod_context *rod, const scene_load *load, double by, d
     return count;
 }
 
-ad_value rod_weight(const rod_context *rod)
+static ad_value weight_of(const rod_context *rod, quantity mass)
 {
     quantity pull[3], mass = rod->properties.mass_per_length;
     if (quantity_is_something(rod->scene->loads.buoyancy)) {
@@ -139,10 +139,18 @@ ad_value rod_weight(const rod_context *rod)
     for (int i = 0; i < 3; i++) {
         pull[i] = quantity_multiply(mass, rod->scene->loads.gravity[i]);
     }
-    ad_value weight = rod_quantities(rod, 3, pull, ACTING_ZEROS,
-                                     rod->scales.length / rod->scales.force, rod->s, rod->t);
-    if (rod->scene->tube_count > 0) {
-        weight = ad_add(weight, rod_tube_weight(rod));
+    return rod_quantities(rod, 3, pull, ACTING_ZEROS, rod->scales.length / rod->scales.force,
+                          rod->s, rod->t);
+}
+
+ad_value rod_weight(const rod_context *rod)
+{
+    ad_value weight = weight_of(rod, rod->properties.mass_per_length);
+    for (int i = 0; i < rod->scene->tube_count; i++) {
+        const scene_properties made = scene_tube_properties(&rod->scene->tubes[i]);
+        const double end = scene_tube_end(rod->scene, i) / rod->scales.length;
+        const ad_value more = weight_of(rod, made.mass_per_length);
+        weight = ad_add(weight, rod_within(rod, 0, end, more, ad_zeros(rod->tape, 3)));
     }
     return ad_mul(rod->at.load_factor, rod_from_world(rod, weight));
 }

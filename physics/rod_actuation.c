@@ -53,49 +53,32 @@ rod_actuator rod_actuator_of(const rod_context *rod, int index)
                : rod_chamber(rod, &given->chambers[index - given->tendon_count]);
 }
 
-ad_value rod_tendon_path(const rod_actuator *tendon, ad_value strain, ad_value curvature)
+ad_value rod_within(const rod_context *rod, double start, double end, ad_value inside,
+                    ad_value outside)
 {
-    ad_value along = ad_add(strain, ad_cross(curvature, ad_pad(tendon->offset, 0, 3)));
-    return ad_add(along, ad_pad(tendon->slope, 0, 3));
+    if (start > 0) {
+        inside = ad_select(ad_sub(ad_scalar(rod->tape, start), rod->s), outside, inside);
+    }
+    if (end < 1) {
+        inside = ad_select(ad_sub(rod->s, ad_scalar(rod->tape, end)), outside, inside);
+    }
+    return inside;
 }
 
-/* The pull where the actuator is, 0 before and behind. */
-static ad_value rod_pull_within(const rod_context *rod, const rod_actuator *actuator, ad_value pull)
+rod_wrench rod_actuator_wrench(const rod_context *rod, const rod_actuator *actuator, ad_value pull,
+                               ad_value strain, ad_value curvature, ad_value *energy)
 {
-    ad_value none = ad_scalar(rod->tape, 0);
-    if (actuator->start > 0) {
-        ad_value before = ad_sub(ad_scalar(rod->tape, actuator->start), rod->s);
-        pull = ad_select(before, none, pull);
-    }
-    if (actuator->end < 1) {
-        ad_value behind = ad_sub(rod->s, ad_scalar(rod->tape, actuator->end));
-        pull = ad_select(behind, none, pull);
-    }
-    return pull;
-}
-
-/* What the law of an actuator is given: v, u, offset, slope, pull. */
-enum { GIVEN = 11 };
-static void actuator_given(const rod_actuator *actuator, ad_value pull, const rod_kinematics *k,
-                           ad_value given[GIVEN])
-{
+    ad_value given[LAW_GIVEN_MAX], wrench[LAW_WRENCH];
     for (int i = 0; i < 3; i++) {
-        given[i] = ad_row(k->strain, i);
-        given[3 + i] = ad_row(k->curvature, i);
+        given[i] = ad_row(strain, i);
+        given[3 + i] = ad_row(curvature, i);
     }
     for (int i = 0; i < 2; i++) {
         given[6 + i] = ad_row(actuator->offset, i);
         given[8 + i] = ad_row(actuator->slope, i);
     }
     given[10] = pull;
-}
-
-static rod_wrench rod_actuator_wrench(const rod_context *rod, const rod_actuator *actuator,
-                                      ad_value pull, const rod_kinematics *k)
-{
-    ad_value given[GIVEN], wrench[6];
-    actuator_given(actuator, rod_pull_within(rod, actuator, pull), k, given);
-    law_record(actuator->law, rod->tape, given, NULL, wrench, NULL);
+    law_record(actuator->law, rod->tape, given, energy, wrench, NULL);
     return (rod_wrench){.force = ad_stack(3, wrench), .moment = ad_stack(3, wrench + 3)};
 }
 
@@ -124,7 +107,9 @@ rod_wrench rod_actuation(const rod_context *rod, const rod_kinematics *k, ad_val
         if (i < rod->scene->tendon_count) {
             pull = rod_tendon_pull(rod, tendons, i, pull);
         }
-        rod_wrench one = rod_actuator_wrench(rod, &actuator, pull, k);
+        pull = rod_within(rod, actuator.start, actuator.end, pull, ad_scalar(rod->tape, 0));
+        const rod_wrench one =
+            rod_actuator_wrench(rod, &actuator, pull, k->strain, k->curvature, NULL);
         sum.force = ad_add(sum.force, one.force);
         sum.moment = ad_add(sum.moment, one.moment);
     }

@@ -231,8 +231,13 @@ double rod_tendon_lever(const scene *scene, int index);
 /* rod_actuation.c: all tendons and then all chambers of the scene. */
 int rod_actuator_count(const scene *scene);
 rod_actuator rod_actuator_of(const rod_context *rod, int index);
-/* p' = v + u x r + r' of a tendon. */
-ad_value rod_tendon_path(const rod_actuator *tendon, ad_value strain, ad_value curvature);
+/* `inside` from start to end, else `outside`. */
+ad_value rod_within(const rod_context *rod, double start, double end, ad_value inside,
+                    ad_value outside);
+/* Of one by its law, as if it had no ends; energy: NULL, if nobody asks. Of a tendon that pulls by
+ * 1 the force is its tangent, the energy |p'|. */
+rod_wrench rod_actuator_wrench(const rod_context *rod, const rod_actuator *actuator, ad_value pull,
+                               ad_value strain, ad_value curvature, ad_value *energy);
 /* Their part of n and m, and what a nonlinear law is beyond the stiffness, which enters like them;
  * constant zeros where there is none; see physics/rod.h. `tendons`: those of the state. */
 rod_wrench rod_actuation(const rod_context *rod, const rod_kinematics *kinematics,
@@ -256,8 +261,6 @@ double rod_tube_turn_share(double load_factor);
 ad_value rod_tube_ansatz(const rod_context *rod, ad_value outputs);
 /* What they add to m [3]; curvature: u. */
 ad_value rod_tube_moment(const rod_context *rod, ad_value tubes, ad_value curvature);
-/* Their weight per length [3], world, at full load. */
-ad_value rod_tube_weight(const rod_context *rod);
 /* [3] How much softer the rod is by itself than with them, about each director: 1/(1 + C sum K). */
 ad_value rod_tube_stiffening(const rod_context *rod, ad_value compliance);
 /* Rows of ROD_TWIST (torsion: false) or ROD_TORSION. */

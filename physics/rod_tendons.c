@@ -54,19 +54,6 @@ static tendon_rows_at rows_of(const scene *rod_scene, int index)
     return (tendon_rows_at){row, row + 1, row + 2 * has_length(rod_scene, index)};
 }
 
-/* `inside` where the tendon is, else `outside`. */
-static ad_value where_is(const rod_context *rod, const rod_actuator *tendon, ad_value inside,
-                         ad_value outside)
-{
-    if (tendon->start > 0) {
-        inside = ad_select(ad_sub(ad_scalar(rod->tape, tendon->start), rod->s), outside, inside);
-    }
-    if (tendon->end < 1) {
-        inside = ad_select(ad_sub(rod->s, ad_scalar(rod->tape, tendon->end)), outside, inside);
-    }
-    return inside;
-}
-
 /* From 0 at its beginning to 1 at its end. */
 static ad_value share_of(const rod_context *rod, const rod_actuator *tendon)
 {
@@ -141,30 +128,33 @@ ad_value rod_tendon_pull(const rod_context *rod, ad_value tendons, int index, ad
 
 /* tau_0s, and l_s - |p'| + |p'| unstressed. */
 static void length_residual(const rod_context *rod, int i, const rod_actuator *tendon,
-                            ad_value path, ad_value tendons, ad_value *rows)
+                            ad_value stretched, ad_value tendons, ad_value *rows)
 {
-    rod_coefficients c = rod_coefficients_of(rod);
+    const rod_coefficients c = rod_coefficients_of(rod);
+    const ad_value one = ad_scalar(rod->tape, 1);
+    ad_value rest;
+    rod_actuator_wrench(rod, tendon, one, c.rest_strain, c.rest_curvature, &rest);
     tendon_rows_at at = rows_of(rod->scene, i);
     double lever = lever_of(rod, i);
-    ad_value rest = rod_tendon_path(tendon, c.rest_strain, c.rest_curvature);
-    ad_value longer = ad_sub(ad_norm(path), ad_norm(rest));
+    ad_value longer = ad_sub(stretched, rest);
     ad_value length = length_of(rod, tendon, tendons, i);
     ad_value off = ad_scale(ad_sub(rod_space_derivative(rod, length), longer), 1 / lever);
     ad_value going_on = rod_space_derivative(rod, ad_row(tendons, at.length));
     rows[at.tension] = rod_space_derivative(rod, ad_row(tendons, at.tension));
-    rows[at.length] = where_is(rod, tendon, off, going_on);
+    rows[at.length] = rod_within(rod, tendon->start, tendon->end, off, going_on);
 }
 
 /* phi_s - |t_s|, t in the world. */
-static void angle_residual(const rod_context *rod, int i, const rod_actuator *tendon, ad_value path,
-                           rod_state state, ad_value *rows)
+static void angle_residual(const rod_context *rod, int i, const rod_actuator *tendon,
+                           ad_value direction, rod_state state, ad_value *rows)
 {
     int row = rows_of(rod->scene, i).angle;
-    ad_value tangent = ad_rotate(state.rotation, ad_normalize(path));
+    ad_value tangent = ad_rotate(state.rotation, direction);
     ad_value turning = ad_norm(rod_space_derivative(rod, tangent));
     ad_value angle = angle_of(rod, tendon, state.tendons, i);
     ad_value going_on = rod_space_derivative(rod, ad_row(state.tendons, row));
-    rows[row] = where_is(rod, tendon, ad_sub(rod_space_derivative(rod, angle), turning), going_on);
+    ad_value off = ad_sub(rod_space_derivative(rod, angle), turning);
+    rows[row] = rod_within(rod, tendon->start, tendon->end, off, going_on);
 }
 
 ad_value rod_tendon_residual(const rod_context *rod, rod_state state)
@@ -173,12 +163,15 @@ ad_value rod_tendon_residual(const rod_context *rod, rod_state state)
     rod_kinematics k = rod_kinematics_of(rod, state.position, state.rotation);
     for (int i = 0; i < rod->scene->tendon_count; i++) {
         rod_actuator tendon = rod_actuator_of(rod, i);
-        ad_value path = rod_tendon_path(&tendon, k.strain, k.curvature);
+        const ad_value one = ad_scalar(rod->tape, 1);
+        ad_value length;
+        const ad_value direction =
+            rod_actuator_wrench(rod, &tendon, one, k.strain, k.curvature, &length).force;
         if (has_length(rod->scene, i)) {
-            length_residual(rod, i, &tendon, path, state.tendons, rows);
+            length_residual(rod, i, &tendon, length, state.tendons, rows);
         }
         if (has_friction(rod->scene, i)) {
-            angle_residual(rod, i, &tendon, path, state, rows);
+            angle_residual(rod, i, &tendon, direction, state, rows);
         }
     }
     return ad_stack(rod_tendon_rows(rod->scene), rows);

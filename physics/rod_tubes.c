@@ -43,14 +43,6 @@ rod_tube rod_tube_of(const rod_context *rod, int index)
         .transmission = given->transmission.number / length};
 }
 
-/* y where the tube is, `otherwise` behind its end. */
-static ad_value tube_within(const rod_context *rod, const rod_tube *tube, ad_value y,
-                            ad_value otherwise)
-{
-    return tube->end < 1 ? ad_select(ad_sub(rod->s, ad_scalar(rod->tape, tube->end)), otherwise, y)
-                         : y;
-}
-
 /* ---- the equations --------------------------------------------------------------------------- */
 
 /* The gradient of the law of a tube: what the moment of the rod gains [3], m_i', -theta'. */
@@ -83,25 +75,7 @@ ad_value rod_tube_moment(const rod_context *rod, ad_value tubes, ad_value curvat
     for (int i = 0; i < rod->scene->tube_count; i++) {
         const rod_tube tube = rod_tube_of(rod, i);
         tube_law(rod, i, tubes, curvature, gradient);
-        sum = ad_add(sum, tube_within(rod, &tube, ad_stack(3, gradient), none));
-    }
-    return sum;
-}
-
-ad_value rod_tube_weight(const rod_context *rod)
-{
-    const double none[3] = {0, 0, 0}, length = rod->scales.length;
-    ad_value sum = ad_zeros(rod->tape, 3), nothing = sum;
-    for (int i = 0; i < rod->scene->tube_count; i++) {
-        const scene_properties made = scene_tube_properties(&rod->scene->tubes[i]);
-        const rod_tube tube = {.end = scene_tube_end(rod->scene, i) / length};
-        quantity pull[3];
-        for (int k = 0; k < 3; k++) {
-            pull[k] = quantity_multiply(made.mass_per_length, rod->scene->loads.gravity[k]);
-        }
-        ad_value weight =
-            rod_quantities(rod, 3, pull, none, length / rod->scales.force, rod->s, rod->t);
-        sum = ad_add(sum, tube_within(rod, &tube, weight, nothing));
+        sum = ad_add(sum, rod_within(rod, 0, tube.end, ad_stack(3, gradient), none));
     }
     return sum;
 }
@@ -112,7 +86,7 @@ ad_value rod_tube_stiffening(const rod_context *rod, ad_value compliance)
     for (int i = 0; i < rod->scene->tube_count; i++) {
         rod_tube tube = rod_tube_of(rod, i);
         ad_value mean = ad_scale(ad_add(ad_row(tube.bending, 0), ad_row(tube.bending, 1)), 0.5);
-        sum = ad_add(sum, tube_within(rod, &tube, mean, none));
+        sum = ad_add(sum, rod_within(rod, 0, tube.end, mean, none));
     }
     const ad_value rows[3] = {ad_reciprocal(ad_add(one, ad_mul(ad_row(compliance, 0), sum))),
                               ad_reciprocal(ad_add(one, ad_mul(ad_row(compliance, 1), sum))), one};
@@ -128,7 +102,7 @@ ad_value rod_tube_residual(const rod_context *rod, rod_state state, bool torsion
         tube_law(rod, i, state.tubes, k.curvature, gradient);
         const ad_value change = rod_space_derivative(rod, ad_row(state.tubes, 2 * i + torsion));
         const ad_value by = torsion ? ad_neg(gradient[3]) : gradient[4];
-        rows[i] = ad_add(change, tube_within(rod, &tube, by, none));
+        rows[i] = ad_add(change, rod_within(rod, 0, tube.end, by, none));
         rows[i] = ad_scale(rows[i], torsion ? 1 / tube_torsion_unit(rod, i) : 1);
     }
     return ad_stack(rod->scene->tube_count, rows);
