@@ -132,10 +132,7 @@ static int add_load(const rod_context *rod, const scene_load *load, double by, d
 
 static ad_value weight_of(const rod_context *rod, quantity mass)
 {
-    quantity pull[3], mass = rod->properties.mass_per_length;
-    if (quantity_is_something(rod->scene->loads.buoyancy)) {
-        mass = quantity_subtract(mass, rod->scene->loads.buoyancy);
-    }
+    quantity pull[3];
     for (int i = 0; i < 3; i++) {
         pull[i] = quantity_multiply(mass, rod->scene->loads.gravity[i]);
     }
@@ -145,7 +142,11 @@ static ad_value weight_of(const rod_context *rod, quantity mass)
 
 ad_value rod_weight(const rod_context *rod)
 {
-    ad_value weight = weight_of(rod, rod->properties.mass_per_length);
+    quantity mass = rod->properties.mass_per_length;
+    if (quantity_is_something(rod->scene->loads.buoyancy)) {
+        mass = quantity_subtract(mass, rod->scene->loads.buoyancy);
+    }
+    ad_value weight = weight_of(rod, mass);
     for (int i = 0; i < rod->scene->tube_count; i++) {
         const scene_properties made = scene_tube_properties(&rod->scene->tubes[i]);
         const double end = scene_tube_end(rod->scene, i) / rod->scales.length;
