@@ -96,7 +96,8 @@ static ad_status join(const reader *r, const yaml_node_t *list, const char **sce
     FILE *file = open_memstream(&text, &size);
     for (int i = 0; file && i < entries_of(list); i++) {
         const char *part = text_of(entry_of(r, list, i));
-        fprintf(file, "%s%s", part, part[strlen(part) - 1] == '\n' ? "" : "\n");
+        const size_t length = strlen(part);
+        fprintf(file, "%s%s", part, length > 0 && part[length - 1] == '\n' ? "" : "\n");
     }
     if (!file || fclose(file) != 0) {
         free(text);
@@ -140,7 +141,7 @@ static ad_status take_key(const reader *r, const yaml_node_t *key, const yaml_no
             *fields[i].number = strtod(text_of(value), NULL);
             return AD_OK;
         }
-        if (is_named(key, fields[i].name)) {
+        if (is_named(key, fields[i].name) && fields[i].flag) {
             *fields[i].flag = true;
             return AD_OK;
         }
@@ -177,7 +178,7 @@ static ad_status take_section(const reader *r, const yaml_node_t *key, const yam
         all->rows = calloc((size_t)count, sizeof *all->rows);
         status = all->rows ? AD_OK : ad_fail(r->error, AD_NO_MEMORY, "out of memory for rows");
     }
-    for (int i = 0; i < count && status == AD_OK; i++) {
+    for (int i = 0; i < count && status == AD_OK && all->rows; i++) {
         stress_row *row = &all->rows[all->count++];
         status = walk(r, entry_of(r, value, i), row, take_key);
         if (status == AD_OK && !(row->name && strchr(row->name, '/') && row->scene)) {

@@ -47,7 +47,7 @@ static void draw_stroke(const char *stroke, size_t count, char kind, double x, d
     for (size_t k = 0; k < count && k < MOST; k++) {
         corner(stroke, k, x, unit, c[k]);
     }
-    if (kind == ' ') {
+    if (kind == ' ' || count < 3) { /* straight */
         draw(context, c[0], count);
         return;
     }
