@@ -93,6 +93,10 @@ static const driven all[] = {
      BOTH "position: [0, 0, 0.2], rotation_vector: [0, '@', 0]}}\n"},
     {"boundary.end.twist", TURN,
      BOTH "position: [0, 0, 0.2], rotation: [1, 0, 0, 0], twist: '@'}}\n"},
+    {"loads.magnetic.field", LINE_MOMENT,
+     CLAMPED "loads: {magnetic: {moment: [0, 0, 1], field: ['@', 0, 0]}}\n"},
+    {"loads.magnetic.gradient", LINE,
+     CLAMPED "loads: {magnetic: {moment: [0, 0, 1], gradient: [0, 0, 0, '@', 0]}}\n"},
 };
 enum { KEYS = sizeof all / sizeof all[0], QUICK = 8 };
 
