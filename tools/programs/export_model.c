@@ -3,8 +3,8 @@
 #include "tools/config/config_surrogate.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/export.h"
-#include "tools/train/learnt_balance.h"
 #include "tools/train/history.h"
+#include "tools/train/learnt_balance.h"
 #include "tools/train/report.h"
 
 #include <float.h>
