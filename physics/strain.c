@@ -127,9 +127,16 @@ static bool is_placed(const law *of)
     return of->by_position;
 }
 
+int strain_held(const scene *open)
+{
+    return (scene_hold_of(&open->end).directions > 0 ? 3 : 0) +
+           (scene_end_holds_rotation(open->end.type) ? 3 : 0);
+}
+
 bool strain_is_placed(const scene *open)
 {
-    return rod_has_law_along(open, is_placed) || rod_has_law_at_places(open, is_placed);
+    return strain_held(open) > 0 || rod_has_law_along(open, is_placed) ||
+           rod_has_law_at_places(open, is_placed);
 }
 
 int strain_forces(const scene *open, int nodes)
@@ -225,6 +232,10 @@ static void give(strain_rod *x)
     give_actuators(x);
     give_laws(x);
     x->start = rod_end_of(&x->rod, 0, x->rod.t);
+    x->end = rod_end_of(&x->rod, 1, x->rod.t);
+    x->holds_position = x->end.hold.directions > 0;
+    x->holds_rotation = x->end.holds_rotation;
+    x->held = strain_held(&x->open);
 }
 
 /* ---- making -------------------------------------------------------------------------------- */

@@ -77,11 +77,16 @@ void strain_rod_free(strain_rod *rod); /* NULL is allowed; what was recorded sta
 
 /* Numbers that are sought before the curvature: forces of laws outside of the rod that depend on
  * the position (physics/law/law.h), per length [3][nodes] and [3] at each place; 0 without such.
- * `sought` is [forces + 3 nodes], below called curvature where there are none. Their rows of the
- * residual are what is sought less what the laws make of the shape. */
+ * Their rows of the residual are what is sought less what the laws make of the shape. */
 int strain_forces(const scene *open, int nodes);
 
-/* Whether a law depends on the position: then no strain_rod_blocks. */
+/* Numbers that are sought after the curvature: N [3], world, of an end s = 1 whose position is held
+ * in any direction, and M [3], world, of one whose rotation is, beyond what acts there; 0 without
+ * such. Their rows of the residual are how far the end is from there, and N in directions that are
+ * free. `sought` is [forces + 3 nodes + held], below called curvature where it is that alone. */
+int strain_held(const scene *open);
+
+/* Whether a law or a held end asks for the position: then no strain_rod_blocks. */
 bool strain_is_placed(const scene *open);
 
 /* All that follows from what is sought, as one vector: rotations, forces, strains and moments, with
@@ -99,7 +104,7 @@ typedef struct strain_changes {
 ad_value strain_rod_state_change(const strain_rod *rod, ad_value curvature, ad_value state,
                                  const strain_changes *changes);
 
-/* [forces + 3 nodes] */
+/* [forces + 3 nodes + held] */
 ad_value strain_rod_residual(const strain_rod *rod, ad_value sought, ad_value state);
 
 /* [3][nodes + 1]: positions at the points and at the end. */

@@ -56,8 +56,9 @@ struct strain_rod {
     int along_count, place_count; /* of laws along the rod and at places */
     bool turns, is_placed;        /* one along it depends on the rotation; any on the position */
     strain_law along[ROD_ALONG_MAX], places[ROD_AT_PLACES_MAX + ROD_AT_ENDS_MAX];
-    int forces; /* that are sought, numbers */
-    rod_end_data start;
+    int forces, held; /* that are sought, before and after the curvature, numbers */
+    bool holds_position, holds_rotation; /* at s = 1 */
+    rod_end_data start, end;
 };
 
 /* strain_along.c */
@@ -97,6 +98,7 @@ typedef struct strain_state {
     along curvature, strain, slope, force, moment;
     along push, position; /* sought force per length of laws along the rod; where it is */
     along pushes[ROD_AT_PLACES_MAX], edge_position[STRAIN_ELEMENTS_MAX + 1];
+    along held[2]; /* N, M at s = 1, sought where the end is held, else 0 */
     along_turn turn;
     along_matrix R;
     along load_rate[2]; /* f, l, world */

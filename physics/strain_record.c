@@ -330,9 +330,10 @@ static int edge_of(const strain_rod *rod, double s)
     return e;
 }
 
-/* Forces and curvature, of what is sought. */
+/* Forces, curvature and what holds the end, of what is sought. */
 static void divide(const strain_rod *rod, ad_value sought, strain_state *state)
 {
+    const bool holds[2] = {rod->holds_position, rod->holds_rotation};
     int first = 0;
     state->push = strain_zeros(rod->tape);
     if (is_sought(rod)) {
@@ -346,8 +347,17 @@ static void divide(const strain_rod *rod, ad_value sought, strain_state *state)
             first += 3;
         }
     }
+    const bool all = rod->forces + rod->held == 0;
     state->curvature =
-        strain_of_points(rod->nodes, first > 0 ? ad_slice(sought, first, 3 * rod->nodes) : sought);
+        strain_of_points(rod->nodes, all ? sought : ad_slice(sought, first, 3 * rod->nodes));
+    first += 3 * rod->nodes;
+    for (int i = 0; i < 2; i++) {
+        state->held[i] = strain_zeros(rod->tape);
+        if (holds[i]) {
+            state->held[i] = strain_rows(ad_slice(sought, first, 3));
+            first += 3;
+        }
+    }
 }
 
 static void find_loads(const strain_rod *rod, strain_state *state)
@@ -356,10 +366,9 @@ static void find_loads(const strain_rod *rod, strain_state *state)
     state->load_rate[0] = strain_add(state->load_rate[0], state->push);
 }
 
-/* What is sought less what the laws make of the place. */
-static ad_value missing_forces(const strain_rod *rod, const strain_state *state)
+/* Forces that are sought less what the laws make of the place, to rows; returns how many. */
+static int missing_forces(const strain_rod *rod, const strain_state *state, ad_value *rows)
 {
-    ad_value rows[1 + ROD_AT_PLACES_MAX];
     along is[2];
     int count = 0;
     if (is_sought(rod)) {
@@ -373,7 +382,29 @@ static ad_value missing_forces(const strain_rod *rod, const strain_state *state)
             rows[count++] = ad_stack(3, strain_sub(state->pushes[i], is[0]).x);
         }
     }
-    return ad_stack(count, rows);
+    return count;
+}
+
+/* How far the end is from where it is held, and the force that holds it in other directions. */
+static int missing_holds(const strain_rod *rod, const strain_state *state, ad_value *rows)
+{
+    const int last = rod->mesh.elements;
+    const rod_end_data *end = &rod->end;
+    const ad_value q = strain_turn_vector(state->edge_turn[last]);
+    int count = 0;
+    if (rod->holds_position) {
+        const rod_hold other = rod_hold_other(&end->hold);
+        const ad_value off = ad_sub(ad_stack(3, state->edge_position[last].x), end->position);
+        rows[count++] =
+            ad_add(rod_hold_part(&rod->rod, &end->hold, off),
+                   rod_hold_part(&rod->rod, &other, ad_stack(3, state->held[0].x)));
+    }
+    if (rod->holds_rotation) { /* q and -q are one rotation */
+        const ad_value turn = ad_quaternion_multiply(ad_quaternion_conjugate(end->rotation), q);
+        const ad_value vector = ad_mul(ad_scale(ad_sign(ad_row(turn, 0)), 2), ad_slice(turn, 1, 3));
+        rows[count++] = ad_rotate(end->rotation, vector);
+    }
+    return count;
 }
 
 /* N, from the loads and the turns at edges. */
@@ -387,10 +418,11 @@ static void find_force(const strain_rod *rod, strain_state *state)
         const int e = edge_of(rod, rod->places[i].s);
         force[e] = strain_add(force[e], state->pushes[i]);
     }
+    force[rod->mesh.elements] = strain_add(force[rod->mesh.elements], state->held[0]);
     state->force = integrate_back(rod, state->load_rate[0], force, state->edge_force);
 }
 
-/* Positions, where laws ask for them. */
+/* Positions, where laws or the end ask for them. */
 static void find_positions(const strain_rod *rod, strain_state *state)
 {
     along parts[STRAIN_ELEMENTS_MAX], all, sum = strain_rows(rod->start.position);
@@ -428,6 +460,7 @@ static void find_moment(const strain_rod *rod, strain_state *state)
     for (int e = 0; e <= rod->mesh.elements; e++) {
         strain_acting(rod, e, state->edge_turn[e], &force, &moment[e]);
     }
+    moment[rod->mesh.elements] = strain_add(moment[rod->mesh.elements], state->held[1]);
     state->slope = strain_to_world(&state->R, state->strain);
     find_positions(rod, state);
     add_placed(rod, state, moment);
@@ -438,10 +471,10 @@ static void find_moment(const strain_rod *rod, strain_state *state)
 
 static void find_state(const strain_rod *rod, ad_value sought, strain_state *state)
 {
-    if (ad_rows(sought) != rod->forces + 3 * rod->nodes) {
+    if (ad_rows(sought) != rod->forces + 3 * rod->nodes + rod->held) {
         ad_tape_fail(rod->tape, AD_BAD_SHAPE,
-                     "%d forces and the curvature at %d points have %d rows", rod->forces,
-                     rod->nodes, ad_rows(sought));
+                     "%d forces and the curvature at %d points have %d rows",
+                     rod->forces + rod->held, rod->nodes, ad_rows(sought));
     }
     divide(rod, sought, state);
     turn_all(rod, state);
@@ -594,10 +627,12 @@ ad_value strain_rod_residual(const strain_rod *rod, ad_value sought, ad_value ve
 {
     strain_state state;
     strain_state_of(rod, sought, vector, &state);
-    const ad_value missing = strain_points(
+    ad_value rows[1 + ROD_AT_PLACES_MAX + 3];
+    int count = missing_forces(rod, &state, rows);
+    rows[count++] = strain_points(
         rod->nodes, strain_missing(rod, &state.R, state.strain, state.curvature, state.moment));
-    return rod->forces > 0 ? ad_stack(2, (ad_value[]){missing_forces(rod, &state), missing})
-                           : missing;
+    count += missing_holds(rod, &state, rows + count);
+    return count > 1 ? ad_stack(count, rows) : rows[0];
 }
 
 ad_value strain_rod_positions(const strain_rod *rod, ad_value sought, ad_value vector)

@@ -73,6 +73,21 @@ static const char supported[] = PULLED
     "  {at: 0.25, stiffness: [2, 2, 1], turning: [0.005, 0, 0.01], anchor: [0.02, 0, 0.2]}]\n"
     "tendons: [{offset: [\"0.005*cos(10*s)\", \"0.005*sin(10*s)\"], tension: pull}]\n";
 
+/* A hoop, between a clamp and an end that is held, near where it is without loads. */
+#define BETWEEN(end)                                                                               \
+    PULLED                                                                                         \
+    "rod: {model: cosserat, length: 0.25, section: {shape: circle, radius: 0.002},\n"              \
+    "      material: {youngs_modulus: 1e9*stiff, poissons_ratio: 0.3, density: 2000},\n"           \
+    "      rest: {curvature: [6, 0, 0]}}\n"                                                        \
+    "boundary: {end: {" end "}}\n"                                                                 \
+    "loads: {gravity: [0, 4, -8], force: [0, \"2*push\", 0]}\n"                                    \
+    "tendons: [{offset: [\"0.005*cos(10*s)\", \"0.005*sin(10*s)\"], tension: pull}]\n"
+static const char held[] =
+    BETWEEN("type: clamped, position: [0.005, -0.15, 0.168], rotation: [0.73, 0.68, 0.02, 0.01]");
+static const char sliding[] = BETWEEN("type: roller, position: [0.005, -0.15, 0.168], along: [0, "
+                                      "1, 1]") "springs: [{at: 0.1, stiffness: [1, 2, 0.5]}]\n";
+static const char pinned[] = BETWEEN("type: pinned, position: [0.01, -0.148, 0.17]");
+
 static void assert_good(ad_status status, const ad_error *error)
 {
     if (status != AD_OK) {
@@ -85,18 +100,24 @@ static void assert_good(ad_status status, const ad_error *error)
 typedef struct network {
     nn_mlp *mlp;
     double weights[2000];
+    int outputs;
+    double bend; /* u1 times the length, of the rod without loads */
 } network;
 
 static ad_value record(const void *context, ad_tape *tape, const ad_value *x)
 {
     const network *n = context;
     ad_value input = ad_sub(ad_scale(ad_stack(PARAMETERS, x), 2), ad_scalar(tape, 1));
-    return nn_mlp_record(n->mlp, input, 0);
+    double rest[3 * NODES_MAX] = {0};
+    for (int i = 0; i < n->outputs / 3; i++) {
+        rest[i] = n->bend;
+    }
+    return ad_add(nn_mlp_record(n->mlp, input, 0), ad_constant(tape, n->outputs, rest));
 }
 
-static network make_network(int outputs)
+static network make_network(int outputs, double bend)
 {
-    network n;
+    network n = {.outputs = outputs, .bend = bend};
     nn_mlp_settings settings = nn_mlp_settings_default();
     nn_rng random = nn_rng_seed(5);
     ad_error error = {.message = ""};
@@ -152,7 +173,7 @@ static void said(const network *n, const scene *family, int nodes, const double 
     ad_tape_free(tape);
 }
 
-/* Of each member its parameters, float numbers where `single`, and for 0, 1 and 2 steps curvature,
+/* Of each member its parameters, float numbers where `single`, and for 0, 1, 2, 5 steps curvature,
  * shape and distances. */
 static void write_members(solve_members *x, const scene *family, const network *n, bool single,
                           FILE *file)
@@ -168,7 +189,7 @@ static void write_members(solve_members *x, const scene *family, const network *
         }
         said(n, family, (int)nodes, p, given);
         put(file, PARAMETERS, p, 1);
-        for (int steps = 0; steps <= 2; steps++) {
+        for (int steps = 0; steps <= 5; steps += steps < 2 ? 1 : 3) {
             solve_answer answer;
             ad_error error = {.message = ""};
             assert_good(
@@ -242,16 +263,16 @@ static void fuzz(const char *type, int rounds)
     run_command(command);
 }
 
-static void compare(const char *type, bool by_all, bool sought)
+static void compare(const char *type, bool by_all, int sought)
 {
     static const char *const compilers[] = {"gcc", "clang"};
     for (size_t i = 0; i < (by_all ? 2 : 1); i++) {
         char command[600];
         snprintf(command, sizeof command,
-                 "%s -std=c99 -DHEADER='\"arm.h\"' -DNAME=arm -DNUMBER=%s %s -I%s -o %s/compare "
+                 "%s -std=c99 -DHEADER='\"arm.h\"' -DNAME=arm -DNUMBER=%s -DSOUGHT=%d -I%s -o "
+                 "%s/compare "
                  "tests/export_family_compare.c %s/arm.c -lm && %s/compare %s/members.txt",
-                 compilers[i], type, sought ? "-DSOUGHT=1" : "", directory, directory, directory,
-                 directory, directory);
+                 compilers[i], type, sought, directory, directory, directory, directory, directory);
         if (has_compiler(compilers[i])) {
             run_command(command);
         }
@@ -289,7 +310,8 @@ static void check_family(const char *text, bool single, int column)
     for (int i = 0; i < nodes; i++) {
         points[i] /= scene_length(&one);
     }
-    network n = make_network(3 * nodes);
+    network n =
+        make_network(3 * nodes, text == held || text == sliding || text == pinned ? 1.5 : 0);
     export_family x = {.name = "arm",
                        .about = "a test",
                        .open = &given->scene,
@@ -311,9 +333,9 @@ static void check_family(const char *text, bool single, int column)
     assert_non_null(file);
     write_members(members, &given->scene, &n, single, file);
     fclose(file);
-    compare(type, single && (text == plain || column >= 0), x.forces > 0);
+    compare(type, single && (text == plain || column >= 0), x.held > 0 ? 2 : x.forces > 0);
     if (column < 0 && (!single || text == chamber)) {
-        fuzz(type, x.forces > 0 ? 10 : 300); /* matrices column by column */
+        fuzz(type, x.forces + x.held > 0 ? 10 : 300); /* matrices column by column */
     }
     nn_mlp_free(n.mlp);
     solve_members_free(members);
@@ -342,6 +364,25 @@ static void test_supported(void **state)
 {
     (void)state;
     check_family(supported, false, -1);
+}
+
+static void test_held(void **state)
+{
+    (void)state;
+    check_family(held, false, -1);
+}
+
+static void test_sliding(void **state)
+{
+    (void)state;
+    check_family(sliding, false, -1);
+}
+
+static void test_pinned(void **state)
+{
+    (void)state;
+    check_family(pinned, false, -1);
+    check_family(pinned, true, -1);
 }
 
 static void test_single(void **state)
@@ -381,7 +422,7 @@ static void test_size(void **state)
     config *given = read_text(many, 0, NULL);
     scene one;
     ad_error error = {.message = ""};
-    network n = make_network(3 * 12);
+    network n = make_network(3 * 12, 0);
     export_family x = {.name = "arm",
                        .about = "a test",
                        .open = &given->scene,
@@ -415,6 +456,9 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_chamber, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(test_followers, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(test_supported, make_directory, remove_directory),
+        cmocka_unit_test_setup_teardown(test_held, make_directory, remove_directory),
+        cmocka_unit_test_setup_teardown(test_sliding, make_directory, remove_directory),
+        cmocka_unit_test_setup_teardown(test_pinned, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(test_single, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(test_columns, make_directory, remove_directory),
     };

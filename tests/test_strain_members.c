@@ -246,6 +246,47 @@ static void test_against_collocation(void **state)
     config_free(given);
 }
 
+/* Derivatives of a member by differences of order 2 of members that six steps have settled. */
+static void test_derivatives(void **state)
+{
+    enum { STEPS = 6, WIDTH = POINTS * SOLVE_MEMBERS_COLUMNS, NODES_MAX = 100 };
+    static double jacobian[WIDTH][PARAMETERS], values[3][WIDTH], curvature[3][3 * NODES_MAX];
+    make(state);
+    config *given = read_robot();
+    const solve_members_settings settings = settings_of(1, 1e-7);
+    double members[MEMBERS][PARAMETERS];
+    solve_members *x = NULL;
+    solve_member result;
+    ad_error error = {.message = ""};
+    draw(members);
+    assert_good(solve_members_create(&given->scene, &settings, &x, &error), &error);
+    assert_true(solve_members_nodes(x) <= NODES_MAX);
+    assert_good(solve_members_curvature(x, 1, members[0], values[0], curvature[0], &result, &error),
+                &error);
+    assert_good(solve_members_refine(x, 1, members[0], curvature[0], STEPS, values[0], curvature[1],
+                                     NULL, &error),
+                &error);
+    assert_good(solve_members_jacobian(x, 1, members[0], curvature[1], jacobian[0], &error),
+                &error);
+    for (int i = 0; i < PARAMETERS; i++) {
+        const double h = 1e-4;
+        for (int side = 0; side < 2; side++) {
+            double there[PARAMETERS];
+            memcpy(there, members[0], sizeof there);
+            there[i] += side ? h : -h;
+            assert_good(solve_members_refine(x, 1, there, curvature[1], STEPS, values[side],
+                                             curvature[2], NULL, &error),
+                        &error);
+        }
+        for (int k = 0; k < WIDTH; k++) { /* rotations have values of 1, curvatures of 10 */
+            const double by = (values[1][k] - values[0][k]) / (2 * h);
+            assert_near(jacobian[k][i], by, k % SOLVE_MEMBERS_COLUMNS < 10 ? 1e-6 : 1e-4);
+        }
+    }
+    solve_members_free(x);
+    config_free(given);
+}
+
 static void test_same_bits(void **state)
 {
     make(state);
@@ -585,6 +626,11 @@ int main(void)
         cmocka_unit_test(test_predicted),
         cmocka_unit_test(test_trusted),
         cmocka_unit_test(test_answers_same_bits),
+        cmocka_unit_test(test_derivatives),
+        {"supported_derivatives", test_derivatives, NULL, NULL, (void *)supported},
+        {"pinned_derivatives", test_derivatives, NULL, NULL, (void *)pinned},
+        {"clamped_derivatives", test_derivatives, NULL, NULL, (void *)clamped},
+        {"sliding_derivatives", test_derivatives, NULL, NULL, (void *)sliding},
         {"supported_against_collocation", test_against_collocation, NULL, NULL, (void *)supported},
         {"supported_predicted", test_predicted, NULL, NULL, (void *)supported},
         {"pinned_predicted", test_predicted, NULL, NULL, (void *)pinned},

@@ -32,10 +32,28 @@ static void set_curvature(question *q, const double *curvature)
     }
 }
 
+void strain_group_fit(int rows, int count, int apart, const double *columns, double *x)
+{
+    double normal[STRAIN_HOLDING_MAX * STRAIN_HOLDING_MAX];
+    int pivots[STRAIN_HOLDING_MAX];
+    for (int i = 0; i < count * (count + 1); i++) {
+        const int a = i / (count + 1), b = i % (count + 1);
+        double sum = 0;
+        for (int k = 0; k < rows; k++) {
+            sum += columns[(a * rows + k) * apart] * columns[(b * rows + k) * apart];
+        }
+        *(b < count ? &normal[b * count + a] : &x[a]) = sum + (a == b ? 1e-12 : 0);
+    }
+    if (ad_dense_lu((size_t)count, normal, pivots) == 0) {
+        ad_dense_lu_solve((size_t)count, 1, normal, pivots, x);
+    } else {
+        memset(x, 0, (size_t)count * sizeof *x);
+    }
+}
+
 /* Forces that hold the end are those with which the equations are met best. */
 static void guess_end(strain_form *form)
 {
-    enum { MOST = 6 };
     const int n = form->elastic, count = form->holding;
     lanes *columns = form->matrix, *there = form->coupled, *rest = columns + count * n;
     strain_form_shape(form);
@@ -48,21 +66,10 @@ static void guess_end(strain_form *form)
         memcpy(columns + c * n, there, (size_t)n * sizeof *columns);
     }
     for (int lane = 0; lane < LANES; lane++) {
-        double normal[MOST * MOST], right[MOST];
-        int pivots[MOST];
-        for (int i = 0; i < count * (count + 1); i++) {
-            const int a = i / (count + 1), b = i % (count + 1);
-            double sum = 0;
-            for (int k = 0; k < n; k++) {
-                sum += columns[a * n + k][lane] * columns[b * n + k][lane];
-            }
-            *(b < count ? &normal[b * count + a] : &right[a]) = sum + (a == b ? 1e-12 : 0);
-        }
-        if (ad_dense_lu((size_t)count, normal, pivots) == 0) {
-            ad_dense_lu_solve((size_t)count, 1, normal, pivots, right);
-            for (int c = 0; c < count; c++) {
-                (*strain_form_unknown(form, n + c))[lane] -= right[c];
-            }
+        double change[STRAIN_HOLDING_MAX];
+        strain_group_fit(n, count, LANES, (const double *)columns + lane, change);
+        for (int c = 0; c < count; c++) {
+            (*strain_form_unknown(form, n + c))[lane] -= change[c];
         }
     }
 }

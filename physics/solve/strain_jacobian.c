@@ -3,11 +3,13 @@
  *
  *   dG/dp = G_p - G_u F_u^-1 F_p                                   (implicit function theorem)
  *
- * Forces that depend on the position are sought with u, and follow from it. */
+ * Forces that depend on the position, and those of a held end, are sought with u, and follow from
+ * it. */
 #include "physics/solve/strain_jacobian.h"
 
 #include "autodiff/dense.h"
 #include "physics/solve/solve_members.h"
+#include "physics/solve/strain_group.h"
 #include "physics/strain.h"
 
 #include <math.h>
@@ -18,7 +20,8 @@
 enum { DIRECTIONS = 4096 };
 
 struct strain_jacobian {
-    size_t forces, unknowns, count, rows; /* sought forces, with the curvature; of a shape */
+    size_t forces, held, unknowns, count; /* sought before the curvature, after it; all */
+    size_t rows;                          /* of a shape */
     int columns;
     double length;
     ad_program *residual, *shape; /* derivatives along a direction */
@@ -28,6 +31,7 @@ struct strain_jacobian {
      * unknowns + count: the same with them, and [rows]. */
     double *curvature, *parameters, *by_curvature, *by_parameter, *results;
     double *matrix, *right; /* [unknowns][unknowns], [count][unknowns] of a member */
+    double *holding;        /* [chunk][held + 1][3 nodes]: what holds an end does, the residual */
     int *pivots;
 };
 
@@ -45,6 +49,7 @@ void strain_jacobian_free(strain_jacobian *x)
         free(x->results);
         free(x->matrix);
         free(x->right);
+        free(x->holding);
         free(x->pivots);
         free(x);
     }
@@ -82,7 +87,7 @@ static ad_status record(strain_jacobian *x, ad_tape *tape, const strain_settings
         const ad_value state = strain_rod_state(rod, wrt[0]);
         const ad_value residual = strain_rod_residual(rod, wrt[0], state);
         status = compile(residual, wrt, along, pool, &x->residual, error);
-        if (status == AD_OK && x->forces > 0) {
+        if (status == AD_OK && x->forces + x->held > 0) {
             status = compile(residual, NULL, NULL, pool, &x->left, error);
         }
         if (status == AD_OK) {
@@ -108,9 +113,10 @@ static ad_status allocate(strain_jacobian *x, ad_error *error)
     x->results = malloc(all * most * sizeof *x->results);
     x->matrix = malloc(n * n * sizeof *x->matrix);
     x->right = malloc(x->chunk * n * m * sizeof *x->right);
+    x->holding = malloc(x->chunk * (x->held + 1) * n * sizeof *x->holding);
     x->pivots = malloc(n * sizeof *x->pivots);
     return x->curvature && x->parameters && x->by_curvature && x->by_parameter && x->results &&
-                   x->matrix && x->right && x->pivots
+                   x->matrix && x->right && x->holding && x->pivots
                ? AD_OK
                : ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of a family");
 }
@@ -140,7 +146,8 @@ ad_status strain_jacobian_create(const scene *open, size_t nodes, const double *
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of a family");
     } else {
         x->forces = (size_t)strain_forces(open, (int)nodes);
-        x->unknowns = x->forces + 3 * nodes;
+        x->held = (size_t)strain_held(open);
+        x->unknowns = x->forces + 3 * nodes + x->held;
         x->count = (size_t)settings.count;
         x->columns = columns;
         x->rows = (size_t)columns * points;
@@ -223,18 +230,58 @@ static void set_changes(strain_jacobian *x, size_t members)
     }
 }
 
+/* What each number that holds an end does to the equations of the curvature, into `holding`. */
+static ad_status find_holding(strain_jacobian *x, size_t members, ad_error *error)
+{
+    const size_t held = x->held, n = x->unknowns, bent = n - x->forces - held, all = members * held;
+    memset(x->by_curvature, 0, all * n * sizeof *x->by_curvature);
+    memset(x->by_parameter, 0, all * x->count * sizeof *x->by_parameter);
+    for (size_t i = 0; i < all; i++) {
+        x->by_curvature[(n - held + i % held) * all + i] = 1;
+    }
+    const ad_status status = run(x, x->residual, members, held, error);
+    for (size_t i = 0; i < all && status == AD_OK; i++) {
+        double *to = x->holding + (i / held * (held + 1) + i % held) * bent;
+        for (size_t k = 0; k < bent; k++) {
+            to[k] = x->results[(x->forces + k) * all + i];
+        }
+    }
+    return status;
+}
+
+/* Those with which the equations are met best, at the residual in `results`; the largest change. */
+static double hold(strain_jacobian *x, size_t members)
+{
+    const size_t held = x->held, first = x->unknowns - held, bent = first - x->forces;
+    double most = 0;
+    for (size_t i = 0; i < members && held > 0; i++) {
+        double change[STRAIN_HOLDING_MAX], *columns = x->holding + i * (held + 1) * bent;
+        for (size_t k = 0; k < bent; k++) {
+            columns[held * bent + k] = x->results[(x->forces + k) * members + i];
+        }
+        strain_group_fit((int)bent, (int)held, 1, columns, change);
+        for (size_t c = 0; c < held; c++) {
+            x->curvature[(first + c) * members + i] -= change[c];
+            most = fmax(most, fabs(change[c]));
+        }
+    }
+    return most;
+}
+
 /* Forces of the given curvature: the shape has them but for the stretch by them, which is small:
  * each pass leaves that share of what was missing. */
 static ad_status find_forces(strain_jacobian *x, size_t members, ad_error *error)
 {
     enum { PASSES = 30 };
-    const size_t count = x->forces * members;
-    double most = 1;
+    const size_t count = x->forces * members, held = x->held * members;
+    double most = count + held > 0;
     ad_status status = AD_OK;
     memset(x->curvature, 0, count * sizeof *x->curvature);
-    for (int k = 0; k < PASSES && count > 0 && most > 1e-13 && status == AD_OK; k++) {
+    memset(x->curvature + x->unknowns * members - held, 0, held * sizeof *x->curvature);
+    status = held > 0 ? find_holding(x, members, error) : AD_OK;
+    for (int k = 0; k < PASSES && most > 1e-13 && status == AD_OK; k++) {
         status = run(x, x->left, members, 1, error);
-        most = 0;
+        most = status == AD_OK ? hold(x, members) : 0;
         for (size_t i = 0; i < count && status == AD_OK; i++) {
             x->curvature[i] -= x->results[i];
             most = fmax(most, fabs(x->results[i]));
@@ -256,7 +303,7 @@ static ad_status run_chunk(strain_jacobian *x, size_t members, const double *par
                            const double *curvature, double *values, double *jacobian,
                            ad_error *error)
 {
-    const size_t n = x->unknowns, m = x->count, bent = n - x->forces;
+    const size_t n = x->unknowns, m = x->count, bent = n - x->forces - x->held;
     const size_t nodes = bent / 3; /* the tape has [3][nodes] */
     for (size_t i = 0; i < members; i++) {
         for (size_t k = 0; k < bent; k++) {
@@ -300,9 +347,10 @@ ad_status strain_jacobian_run(strain_jacobian *x, size_t members, const double *
     ad_status status = AD_OK;
     for (size_t first = 0; first < members && status == AD_OK; first += x->chunk) {
         const size_t left = members - first, now = left < x->chunk ? left : x->chunk;
-        status = run_chunk(
-            x, now, parameters + first * x->count, curvature + first * (x->unknowns - x->forces),
-            values ? values + first * x->rows : NULL, jacobian + first * x->rows * x->count, error);
+        status = run_chunk(x, now, parameters + first * x->count,
+                           curvature + first * (x->unknowns - x->forces - x->held),
+                           values ? values + first * x->rows : NULL,
+                           jacobian + first * x->rows * x->count, error);
     }
     return status;
 }

@@ -38,11 +38,15 @@ static const struct {
     {"newton", 3, false}, {"residual", 3, false}, {"residual_by", 6, true}, {"shape", 3, false},
     {"tip", 3, false},    {"tip_by", 6, true},    {"places_by", 6, true}};
 
-/* With laws that depend on the position the matrix is made column by column, by what a direction
- * changes. */
+/* Where positions are asked for the matrix is made column by column, by what a direction changes. */
 static int row_of(const export_family *x, int function)
 {
     return function == PLACES_BY && x->placed ? FUNCTIONS : function;
+}
+
+static size_t sought_of(const export_family *x)
+{
+    return (size_t)(x->forces + x->held) + 3 * (size_t)strain_mesh_nodes(&x->mesh);
 }
 
 typedef struct recording {
@@ -60,7 +64,7 @@ static size_t points_of(const export_family *x, int function)
 static ad_status begin(const export_family *x, int function, recording *r, ad_error *error)
 {
     const int count = x->open->parameter_count, row = row_of(x, function);
-    const int rows = x->forces + 3 * strain_mesh_nodes(&x->mesh);
+    const int rows = (int)sought_of(x);
     const bool shared = functions[row].shared;
     ad_value each[SCENE_PARAMETERS_MAX];
     const char *names[SCENE_PARAMETERS_MAX];
@@ -218,11 +222,6 @@ static void put_numbers(const export_family *x, const char *name, size_t number,
     fprintf(file, "#define %s_%-12s %zu\n", x->name, name, number);
 }
 
-static size_t sought_of(const export_family *x)
-{
-    return (size_t)x->forces + 3 * (size_t)strain_mesh_nodes(&x->mesh);
-}
-
 /* Inputs of the functions: p, u, z, and for each parameter a direction of these. */
 static size_t inputs_of(const export_family *x)
 {
@@ -365,19 +364,19 @@ static void write_constants(const export_family *x, FILE *file)
     export_put_names(x->name, "column_names", (size_t)x->columns, names, file);
     fputc('\n', file);
     fprintf(file,
-            "#define FORCES %d\n#define PLACED %d\nenum {\n    NODES = %d,\n    N = FORCES + 3 * "
-            "NODES,\n    P = "
-            "%d,\n    Z = %d,\n"
+            "#define FORCES %d\n#define HELD %d\n#define PLACED %d\nenum {\n    NODES = %d,\n    N = "
+            "FORCES + 3 * NODES + HELD,\n    P = %d,\n    Z = %d,\n"
             "    ELEMENTS = %d,\n"
             "    STAGES = %d,\n    FOLLOWS = %d, /* forces follow the rod */\n    INPUTS = %zu,\n"
             "    LINEARISED = %zu\n};\n",
-            x->forces, x->placed, strain_mesh_nodes(&x->mesh), count, x->state, x->mesh.elements,
-            x->mesh.stages, x->follows, inputs_of(x), linearised_of(x));
+            x->forces, x->held, x->placed, strain_mesh_nodes(&x->mesh), count, x->state,
+            x->mesh.elements, x->mesh.stages, x->follows, inputs_of(x), linearised_of(x));
     put_macro(x, "LENGTH", scene_length(x->open), file);
     put_macro(x, "MESH", x->mesh_error, file);
-    put_macro(x, "ROUNDING", x->single ? 1e-6 : 1e-9, file); /* of a range */
-    put_macro(x, "SETTLED", x->single ? 1e-5 : 1e-9, file);  /* steps over the length */
-    put_macro(x, "LARGE", x->single ? 1e15 : 1e100, file);   /* curvature times the length */
+    put_macro(x, "ROUNDING", x->single ? 1e-6 : 1e-9, file);   /* of a range */
+    put_macro(x, "DIFFERENCE", x->single ? 5e-3 : 1e-5, file); /* of a range */
+    put_macro(x, "SETTLED", x->single ? 1e-5 : 1e-9, file);    /* steps over the length */
+    put_macro(x, "LARGE", x->single ? 1e15 : 1e100, file);     /* curvature times the length */
     if (!x->placed) {
         write_integrals(x, file);
     }
@@ -390,6 +389,7 @@ ad_status export_family_write_source(export_family *x, FILE *file, ad_error *err
     ad_c_options options[FUNCTIONS];
     ad_pool *pool = ad_pool_create(1);
     x->forces = strain_forces(x->open, strain_mesh_nodes(&x->mesh));
+    x->held = strain_held(x->open);
     x->placed = strain_is_placed(x->open);
     ad_status status = pool ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a thread");
     for (int i = 0; i < FUNCTIONS && status == AD_OK; i++) {

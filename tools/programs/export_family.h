@@ -24,7 +24,7 @@ typedef struct export_family {
     double mesh_error; /* m, of equilibria on the mesh: comes to each distance */
     size_t workspace;  /* numbers of the functions; by export_family_write_source, as the next */
     int state;         /* numbers of the state of the rod */
-    int forces;        /* that are sought beside the curvature */
+    int forces, held;  /* that are sought before and after the curvature */
     bool follows;      /* forces follow the rod */
     bool placed;       /* a law depends on the position */
     /* Of the self-test: members with their parameters, float numbers where `single`; the curvature

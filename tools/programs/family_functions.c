@@ -43,7 +43,7 @@ static void set_unit(int n, double *x)
 /* Memory: inputs p, u, z and, for each parameter, directions of these; residual [N], blocks and
  * edges as newton leaves them; the matrix and its factors; what a change of one point does to
  * forces, to rates and moments; columns of a shape; workspace. u is FORCES that depend on the
- * place, then the curvature [3][NODES]. */
+ * place, the curvature [3][NODES], then HELD numbers of force and moment that hold the end. */
 typedef struct room {
     double *x, *u, *bent, *z, *dp, *du, *dz, *residual, *blocks, *edges, *matrix, *lower, *force,
         *rate, *moment, *columns, *w;
@@ -378,8 +378,10 @@ static double distance(room r, const double *step)
 /* ---- steps --------------------------------------------------------------------------------- */
 
 /* Gauss' elimination of the matrix. A pivot makes way where one below it is a hundred times as
- * large. Returns negative pivots and exchanges; -1: the matrix is singular or has what is not a
- * number, and cannot be solved with. */
+ * large. Returns negative pivots and exchanges, more than 0: not stable. A negative pivot of what
+ * holds the end takes away a direction in which the rod would give way. NOT_REGULAR: the matrix is
+ * singular or has what is not a number, and cannot be solved with. */
+enum { NOT_REGULAR = -2 * N };
 static int eliminate(double *a, double *lower, int *rows)
 {
     double pivot[N];
@@ -392,20 +394,19 @@ static int eliminate(double *a, double *lower, int *rows)
         }
         rows[k] = k;
         if (100 * fabs(a[k * N + k]) < fabs(a[best * N + k])) {
-            for (j = 0; j < N; j++) {
-                double *both = j < k ? lower : a;
-                const double held = both[k * N + j];
-                both[k * N + j] = both[best * N + j];
-                both[best * N + j] = held;
+            for (j = k; j < N; j++) { /* factors of columns before stay where they were found */
+                const double held = a[k * N + j];
+                a[k * N + j] = a[best * N + j];
+                a[best * N + j] = held;
             }
             rows[k] = best;
             negative++;
         }
         by = 1 / a[k * N + k];
         if (!(fabs(by) < HUGE_VAL)) {
-            return -1;
+            return NOT_REGULAR;
         }
-        negative += by < 0;
+        negative += by < 0 ? (k < N - HELD ? 1 : -1) : 0;
         copy(N, a + k * N, pivot);
         for (i = k + 1; i < N; i++) {
             const double factor = a[i * N + k] * by;
@@ -454,27 +455,82 @@ static double largest(const double *x)
 {
     double most = 0;
     int i;
-    for (i = FORCES; i < N; i++) {
+    for (i = FORCES; i < N - HELD; i++) {
         most = larger(most, fabs(x[i]));
     }
     return most;
 }
 
-/* Forces that depend on the place, from the curvature: the shape has them but for the stretch by
- * them, and each pass leaves that share of what was missing. */
+#if HELD > 0
+enum { BENT = 3 * NODES };
+
+/* What each number that holds the end does to the equations of the curvature: HELD columns [BENT]
+ * in the place of the matrix. */
+static void find_holding(room r)
+{
+    int first, i, k;
+    for (first = 0; first < HELD; first += P) {
+        move_state(r, N - HELD + first, NULL);
+        residual_by(r.x, r.moment, r.w);
+        for (k = 0; k < P && first + k < HELD; k++) {
+            for (i = 0; i < BENT; i++) {
+                r.matrix[(first + k) * BENT + i] = r.moment[(FORCES + i) * P + k];
+            }
+        }
+    }
+}
+
+/* Those with which these equations, of which the residual is known, are met best. */
+static void hold_end(room r)
+{
+    double normal[HELD][HELD + 1];
+    int a, b, i, k;
+    copy(BENT, r.residual + FORCES, r.matrix + HELD * BENT);
+    for (a = 0; a < HELD; a++) {
+        for (b = 0; b <= HELD; b++) {
+            double sum = a == b ? ROUNDING / 1000 : 0;
+            for (i = 0; i < BENT; i++) {
+                sum += r.matrix[a * BENT + i] * r.matrix[b * BENT + i];
+            }
+            normal[a][b] = sum;
+        }
+    }
+    for (k = 0; k < HELD; k++) {
+        for (a = 0; a < HELD; a++) {
+            const double factor = a == k ? 0 : normal[a][k] / normal[k][k];
+            for (b = k; b <= HELD; b++) {
+                normal[a][b] -= factor * normal[k][b];
+            }
+        }
+    }
+    for (a = 0; a < HELD; a++) {
+        const double change = normal[a][HELD] / normal[a][a];
+        r.u[N - HELD + a] -= fabs(change) < LARGE ? change : 0;
+    }
+}
+#endif
+
+/* Forces that are sought, from the curvature: the shape has those that depend on the place but for
+ * the stretch by them, and each pass leaves that share of what was missing. */
 static void guess_forces(room r)
 {
     enum { PASSES = 3 };
     int i, k;
-    for (i = 0; i < FORCES; i++) {
-        r.u[i] = 0;
+    for (i = 0; i < N; i++) {
+        r.u[i] = i < FORCES || i >= N - HELD ? 0 : r.u[i];
     }
-    for (k = 0; k < PASSES && FORCES > 0; k++) {
+    for (k = 0; k < PASSES && FORCES + HELD > 0; k++) {
         find_state(r);
         residual(r.x, r.residual, r.w);
         for (i = 0; i < FORCES; i++) {
             r.u[i] -= r.residual[i];
         }
+#if HELD > 0
+        if (k == 0) {
+            find_holding(r);
+        }
+        hold_end(r);
+#endif
     }
 }
 
@@ -489,18 +545,42 @@ static int unknown(model_answer *answer)
     return model_SINGULAR;
 }
 
+/* By how much the step beyond that in `residual` moves the rod, m, with the last matrix: along what
+ * a held end leaves free it may be soft, and far from linear. left: by how much both do. */
+static double look_ahead(room r, const int *rows, double *left)
+{
+    double next, before[N], step[N];
+    int i;
+    copy(N, r.u, before);
+    copy(N, r.residual, step);
+    for (i = 0; i < N; i++) {
+        r.u[i] -= step[i];
+    }
+    find_state(r);
+    residual(r.x, r.residual, r.w);
+    solve(r, rows, 1, r.residual);
+    next = distance(r, r.residual);
+    copy(N, before, r.u);
+    find_state(r);
+    for (i = 0; i < N; i++) {
+        r.residual[i] += step[i];
+    }
+    *left = distance(r, r.residual);
+    return next;
+}
+
 /* Parameters and curvature are in r.x. Where there is no step, the curvature is as the one before
  * left it. With an answer the state is that of the curvature at the end. */
 static int polish(room r, int steps, model_answer *answer)
 {
-    int rows[N], i, k, stable = 1;
+    int rows[N], i, k, settles, stable = 1;
     double length = 0, before, predicted = 0, left = 0, ratio = -1;
     guess_forces(r);
     for (k = 0; k < steps || (k == 0 && answer); k++) {
         int negative;
         find_state(r);
         negative = linearise(r, rows);
-        if (negative < 0) {
+        if (negative == NOT_REGULAR) {
             return unknown(answer);
         }
         solve(r, rows, 1, r.residual);
@@ -527,12 +607,18 @@ static int polish(room r, int steps, model_answer *answer)
         left = distance(r, r.residual);
         ratio = before > 0 ? largest(r.residual) / before : 0;
     }
+    settles = 4 * ratio <= 1;
+    if (HELD > 0) {
+        const double first = left;
+        settles = 4 * look_ahead(r, rows, &left) <= first && settles;
+        predicted = steps > 0 ? predicted : left;
+    }
     answer->stable = stable;
     answer->predicted = predicted + MESH;
     answer->left = left + MESH;
     answer->ratio = ratio;
     answer->trusted =
-        stable && 20 * answer->predicted <= LENGTH && (4 * ratio <= 1 || left <= SETTLED * LENGTH);
+        stable && 20 * answer->predicted <= LENGTH && (settles || left <= SETTLED * LENGTH);
     return answer->left < HUGE_VAL ? 0 : unknown(answer);
 }
 
@@ -603,6 +689,41 @@ int model_tip(const double *parameters, int steps, double *to, model_answer *ans
     return status;
 }
 
+#if HELD > 0
+/* How the forces change with the curvature and the parameters: what holds the end is by least
+ * squares, whose matrix changes, too; by differences along each direction. */
+static void follow_forces(room r)
+{
+    double at[P + N], before[N] = {0};
+    double *change = r.lower; /* [N][P] */
+    int i, k, side;
+    copy(P + N, r.x, at);
+    copy(N * P, r.du, change);
+    for (i = 0; i < P; i++) {
+        const double step = DIFFERENCE * (model_upper[i] - model_lower[i]);
+        for (side = -1; side <= 1; side += 2) {
+            copy(P + N, at, r.x);
+            r.x[i] += side * step;
+            for (k = FORCES; k < N - HELD; k++) {
+                r.u[k] += side * step * change[k * P + i];
+            }
+            guess_forces(r);
+            for (k = 0; k < N && side < 0; k++) {
+                before[k] = r.u[k];
+            }
+        }
+        for (k = 0; k < N; k++) {
+            if (k < FORCES || k >= N - HELD) {
+                change[k * P + i] = (r.u[k] - before[k]) / (2 * step);
+            }
+        }
+    }
+    copy(P + N, at, r.x);
+    copy(N * P, change, r.du);
+    set_unit(P, r.dp);
+    find_state(r);
+}
+#else
 /* How the forces change with the curvature and the parameters. */
 static void follow_forces(room r)
 {
@@ -615,6 +736,7 @@ static void follow_forces(room r)
         r.du[i] = -r.moment[i];
     }
 }
+#endif
 
 int model_tip_jacobian(const double *parameters, int steps, double *to, double *jacobian,
                        model_answer *answer, double *memory)
@@ -623,7 +745,7 @@ int model_tip_jacobian(const double *parameters, int steps, double *to, double *
     int status = find(r, parameters, steps, answer);
     int rows[N], i;
     tip(r.x, to, r.w);
-    if (steps > 0 && linearise(r, rows) < 0) {
+    if (steps > 0 && linearise(r, rows) == NOT_REGULAR) {
         for (i = 0; i < model_COLUMNS * P; i++) {
             jacobian[i] = NAN;
         }
