@@ -327,20 +327,28 @@ ad_value scene_law_record(scene_symmetry symmetry, const scene_law_values *value
     return sum;
 }
 
-ad_value scene_law_record_beyond(const scene_law *law, double length, double force, ad_value x)
+/* What takes dimensionless strains to x', dN/dx' back, and the stiffness to take off; by scales of
+ * a rod. */
+static void find_scales(const scene_law *law, double length, double force, double unit[N],
+                        double back[N], double stiffness[N])
 {
-    const int features = scene_law_features(law->symmetry);
-    double by[SCENE_LAW_UNITS_MAX * FEATURES], unit[N], back[N], stiffness[N];
-    for (int u = 0; u < law->units; u++) {
-        for (int k = 0; k < features; k++) {
-            by[k * law->units + u] = law->by[u][k];
-        }
-    }
     for (int i = 0; i < N; i++) {
         const double own = i < 3 ? 1 : 1 / length;
         unit[i] = own / law->scale[i];
         back[i] = unit[i] / force;
         stiffness[i] = known_stiffness(law, i) * own * own / force;
+    }
+}
+
+ad_value scene_law_record_beyond(const scene_law *law, double length, double force, ad_value x)
+{
+    const int features = scene_law_features(law->symmetry);
+    double by[SCENE_LAW_UNITS_MAX * FEATURES], unit[N], back[N], stiffness[N];
+    find_scales(law, length, force, unit, back, stiffness);
+    for (int u = 0; u < law->units; u++) {
+        for (int k = 0; k < features; k++) {
+            by[k * law->units + u] = law->by[u][k];
+        }
     }
     const scene_law_values values = {ad_constant(x.tape, N, law->quadratic),
                                      ad_constant(x.tape, law->units, law->weight),
@@ -351,4 +359,44 @@ ad_value scene_law_record_beyond(const scene_law *law, double length, double for
                              ad_constant(x.tape, N, law->slope));
     return ad_sub(ad_mul(ad_constant(x.tape, N, back), stress),
                   ad_mul(ad_constant(x.tape, N, stiffness), x));
+}
+
+void scene_law_record_places(const scene_law *law, double length, double force, const ad_value x[N],
+                             ad_value stress[N], ad_value *by_strains)
+{
+    const int features = scene_law_features(law->symmetry), count = images(law->symmetry);
+    double unit[N], back[N], stiffness[N];
+    ad_tape *tape = x[0].tape;
+    ad_value given[LAW_GIVEN_MAX], slope[N], bend[LAW_STIFFNESS];
+    find_scales(law, length, force, unit, back, stiffness);
+    for (int i = 0; i < N; i++) {
+        given[i] = ad_scale(x[i], unit[i]);
+        stress[i] = ad_sub(ad_scale(given[i], law->quadratic[i]), ad_scalar(tape, law->slope[i]));
+        for (int j = i; j < N; j++) {
+            by_strains[law_entry(i, j)] = ad_scalar(tape, i == j ? law->quadratic[i] : 0);
+        }
+    }
+    for (int i = 0; i < law->units * count; i++) {
+        const int u = i / count;
+        for (int k = 0; k < features; k++) {
+            given[N + k] = ad_scalar(tape, sign_of(law->symmetry, i % count, k) * law->by[u][k]);
+        }
+        given[N + features] = ad_scalar(tape, law->offset[u]);
+        given[N + features + 1] = ad_scalar(tape, law->weight[u] / count);
+        law_record(unit_of(law->symmetry), tape, given, NULL, slope, bend);
+        for (int k = 0; k < N; k++) {
+            stress[k] = ad_add(stress[k], slope[k]);
+        }
+        for (int k = 0; k < LAW_STIFFNESS; k++) {
+            by_strains[k] = ad_add(by_strains[k], bend[k]);
+        }
+    }
+    for (int i = 0; i < N; i++) {
+        stress[i] = ad_sub(ad_scale(stress[i], back[i]), ad_scale(x[i], stiffness[i]));
+        for (int j = i; j < N; j++) {
+            ad_value *to = &by_strains[law_entry(i, j)];
+            *to = ad_sub(ad_scale(*to, back[i] * unit[j]),
+                         ad_scalar(tape, i == j ? stiffness[i] : 0));
+        }
+    }
 }

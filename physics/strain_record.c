@@ -195,19 +195,15 @@ static along integrate_back(const strain_rod *rod, along rate, const along *acti
 
 /* ---- strain -------------------------------------------------------------------------------- */
 
-/* Of tendons and chambers at v, u: force, moment, and of a tendon the derivative of the force by
- * v. */
+/* Of tendons, chambers and a law of the section at v, u: force, moment, and the derivative of the
+ * force by v. */
 typedef struct pulling {
     along force, moment;
     along_matrix by_v;
 } pulling;
 
-static void pull_one(const strain_rod *rod, const strain_pull *a, along v, along u, pulling *sum)
+static void add_pull(const ad_value *wrench, const ad_value *stiffness, pulling *sum)
 {
-    const ad_value given[] = {v.x[0],       v.x[1],       v.x[2],      u.x[0],      u.x[1], u.x[2],
-                              a->offset[0], a->offset[1], a->slope[0], a->slope[1], a->pull};
-    ad_value wrench[LAW_WRENCH], stiffness[LAW_STIFFNESS];
-    law_record(a->law, rod->tape, given, NULL, wrench, stiffness);
     for (int i = 0; i < 3; i++) {
         sum->force.x[i] = ad_add(sum->force.x[i], wrench[i]);
         sum->moment.x[i] = ad_add(sum->moment.x[i], wrench[3 + i]);
@@ -215,6 +211,33 @@ static void pull_one(const strain_rod *rod, const strain_pull *a, along v, along
             sum->by_v.x[i][j] = ad_add(sum->by_v.x[i][j], stiffness[law_entry(i, j)]);
         }
     }
+}
+
+static void pull_one(const strain_rod *rod, const strain_pull *a, along v, along u, pulling *sum)
+{
+    const ad_value given[] = {v.x[0],       v.x[1],       v.x[2],      u.x[0],      u.x[1], u.x[2],
+                              a->offset[0], a->offset[1], a->slope[0], a->slope[1], a->pull};
+    ad_value wrench[LAW_WRENCH], stiffness[LAW_STIFFNESS];
+    law_record(a->law, rod->tape, given, NULL, wrench, stiffness);
+    add_pull(wrench, stiffness, sum);
+}
+
+/* What the law of the section is beyond its stiffness. */
+static void pull_by_law(const strain_rod *rod, along v, along u, pulling *sum)
+{
+    const along off[2] = {strain_sub(v, rod->rest_strain), strain_sub(u, rod->rest_curvature)};
+    ad_value strains[LAW_WRENCH], wrench[LAW_WRENCH], stiffness[LAW_STIFFNESS];
+    for (int i = 0; i < LAW_WRENCH; i++) {
+        strains[i] = off[i / 3].x[i % 3];
+    }
+    scene_law_record_places(rod->open.rod.law, rod->rod.scales.length, rod->rod.scales.force,
+                            strains, wrench, stiffness);
+    add_pull(wrench, stiffness, sum);
+}
+
+static bool pulls(const strain_rod *rod)
+{
+    return rod->actuators > 0 || rod->open.rod.law;
 }
 
 static pulling pull_all(const strain_rod *rod, along v, along u)
@@ -226,6 +249,9 @@ static pulling pull_all(const strain_rod *rod, along v, along u)
     }
     for (int i = 0; i < rod->actuators; i++) {
         pull_one(rod, &rod->pulls[i], v, u, &sum);
+    }
+    if (rod->open.rod.law) {
+        pull_by_law(rod, v, u, &sum);
     }
     return sum;
 }
@@ -250,17 +276,17 @@ static along soften(const strain_rod *rod, const along_matrix *by_v, along a)
     return strain_by(by, solved);
 }
 
-/* v* + C (n - actuation at v, u) */
+/* v* + C (n - what pulls at v, u) */
 static along balance(const strain_rod *rod, along n, along u, along v)
 {
-    const along force = rod->actuators > 0 ? strain_sub(n, pull_all(rod, v, u).force) : n;
+    const along force = pulls(rod) ? strain_sub(n, pull_all(rod, v, u).force) : n;
     return rod->shears ? strain_add(rod->rest_strain, strain_mul(rod->strain_compliance, force))
                        : rod->rest_strain;
 }
 
 static bool is_implicit(const strain_rod *rod)
 {
-    return rod->shears && rod->actuators > 0;
+    return rod->shears && pulls(rod);
 }
 
 along strain_yield_on(const strain_rod *rod, along n, along u, along v, along matrix_u)

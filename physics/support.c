@@ -408,7 +408,7 @@ static const feature_row features[] = {
     {"locked shear or stretch", NULL, locked,
      "ymmyy yyy ymmy yy y", OF_STRAINS},
     {"a learned law", NULL, lawful,
-     "yyyxx yxy yyyy yy y", NULL},
+     "yyyyy yyy yyyy yy y", NULL},
     {"friction of a tendon", NULL, rubs,
      "yxxxx yyx xxxx xx x", NULL},
     {"friction of a tendon where strains jump", NULL, kinks,

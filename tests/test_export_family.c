@@ -1,6 +1,6 @@
 /* Families as C: what is written compiles without a warning, and says what the solver of members
  * makes of the same curvature.
- *   test_export_family             writes, compiles and compares in a folder of its own */
+ *   test_export_family [TEST]      writes, compiles and compares in a folder of its own */
 #include "config_testing.h"
 #include "random_numbers.h"
 #include "temporary_folder.h"
@@ -72,6 +72,14 @@ static const char supported[] = PULLED
     "springs: [{at: 0.1, stiffness: [1, 2, 0.5]}, {at: 0.1, turning: [0.01, 0.02, 0.01]},\n"
     "  {at: 0.25, stiffness: [2, 2, 1], turning: [0.005, 0, 0.01], anchor: [0.02, 0, 0.2]}]\n"
     "tendons: [{offset: [\"0.005*cos(10*s)\", \"0.005*sin(10*s)\"], tension: pull}]\n";
+
+/* A rod whose law is learned: it bends, stretches and shears beyond what is linear. */
+static const char lawful[] =
+    PULLED "rod: {model: cosserat, length: 0.2, section: {shape: circle, radius: 0.01},\n"
+           "      material: {density: 1000*stiff}, law: {file: configs/law/neo_hooke.csv}}\n"
+           "boundary: {end: {type: loaded}}\n"
+           "loads: {gravity: [0, 0.5, 0], tip: {force: [push, 0.03, 0]}}\n"
+           "tendons: [{offset: [0.008, 0], tension: pull}]\n";
 
 /* A hoop, between a clamp and an end that is held, near where it is without loads. */
 #define BETWEEN(end)                                                                               \
@@ -263,16 +271,18 @@ static void fuzz(const char *type, int rounds)
     run_command(command);
 }
 
-static void compare(const char *type, bool by_all, int sought)
+static void compare(const char *type, bool by_all, int sought, bool lawful)
 {
     static const char *const compilers[] = {"gcc", "clang"};
     for (size_t i = 0; i < (by_all ? 2 : 1); i++) {
         char command[600];
         snprintf(command, sizeof command,
-                 "%s -std=c99 -DHEADER='\"arm.h\"' -DNAME=arm -DNUMBER=%s -DSOUGHT=%d -I%s -o "
+                 "%s -std=c99 -DHEADER='\"arm.h\"' -DNAME=arm -DNUMBER=%s -DSOUGHT=%d -DBETWEEN=%g "
+                 "-I%s -o "
                  "%s/compare "
                  "tests/export_family_compare.c %s/arm.c -lm && %s/compare %s/members.txt",
-                 compilers[i], type, sought, directory, directory, directory, directory, directory);
+                 compilers[i], type, sought, lawful ? 2e-4 : 0, directory, directory, directory,
+                 directory, directory);
         if (has_compiler(compilers[i])) {
             run_command(command);
         }
@@ -333,7 +343,8 @@ static void check_family(const char *text, bool single, int column)
     assert_non_null(file);
     write_members(members, &given->scene, &n, single, file);
     fclose(file);
-    compare(type, single && (text == plain || column >= 0), x.held > 0 ? 2 : x.forces > 0);
+    compare(type, single && (text == plain || column >= 0), x.held > 0 ? 2 : x.forces > 0,
+            text == lawful);
     if (column < 0 && (!single || text == chamber)) {
         fuzz(type, x.forces + x.held > 0 ? 10 : 300); /* matrices column by column */
     }
@@ -364,6 +375,12 @@ static void test_supported(void **state)
 {
     (void)state;
     check_family(supported, false, -1);
+}
+
+static void test_law(void **state)
+{
+    (void)state;
+    check_family(lawful, false, -1);
 }
 
 static void test_held(void **state)
@@ -448,7 +465,7 @@ static void test_size(void **state)
     config_free(given);
 }
 
-int main(void)
+int main(int count, char **arguments)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_size),
@@ -456,11 +473,13 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_chamber, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(test_followers, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(test_supported, make_directory, remove_directory),
+        cmocka_unit_test_setup_teardown(test_law, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(test_held, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(test_sliding, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(test_pinned, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(test_single, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(test_columns, make_directory, remove_directory),
     };
+    cmocka_set_test_filter(count > 1 ? arguments[1] : NULL);
     return has_compiler("cc") ? cmocka_run_group_tests(tests, NULL, NULL) : 77;
 }

@@ -384,9 +384,6 @@ refused 'rod.law: the law has a stiffness of its own' cpinn-solve "$rubber" \
 refused 'rod.law: has a file and numbers' cpinn-solve "$rubber" --set rod.law.numbers=[1,2]
 refused 'rod.law: tubes are linear' cpinn-solve "$rubber" --set loads=null --set \
     'tubes=[{section: {radius: 0.02, inner_radius: 0.015}, material: {youngs_modulus: 1e6}}]'
-refused 'rod.law: formulation strain of a family does not take a learned law' cpinn-train "$rubber" --set formulation=strain \
-    --set 'parameters={f: {range: [1, 2]}}' --set 'loads.tip.force=[f, 0, 0]' --set reference=null
-refused 'rod.law: method strain does not take a learned law' cpinn-solve "$rubber" --method strain
 refused 'reference.analytic: is that of a linear rod' cpinn-train "$rubber" --explain \
     --set reference.file=null --set reference.analytic=elastica
 

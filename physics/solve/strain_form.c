@@ -142,6 +142,28 @@ ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_e
     return AD_OK;
 }
 
+/* Lane by lane; rods that are the same in all lanes once. */
+void strain_form_law(const strain_form *x, int node, lanes wrench[6], lanes by[6][6])
+{
+    const strain_node *at = &x->at[node];
+    const lanes *rest = x->points[node].rest;
+    double strains[6], stress[6], tangent[6][6];
+    for (int lane = 0; lane < LANES; lane++) {
+        for (int i = 0; i < 6; i++) {
+            strains[i] = (i < 3 ? at->v[i] : at->u[i - 3])[lane] - rest[i][lane];
+        }
+        if (lane == 0 || !x->kind.is_one) {
+            scene_law_beyond(x->kind.law, x->kind.length, x->kind.force, strains, stress, tangent);
+        }
+        for (int i = 0; i < 6; i++) {
+            wrench[i][lane] += stress[i];
+            for (int j = 0; j < 6; j++) {
+                by[i][j][lane] = tangent[i][j];
+            }
+        }
+    }
+}
+
 void strain_form_set_jumps(strain_form *x)
 {
     const solve_jumps *jumps = x->kind.jumps;

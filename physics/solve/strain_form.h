@@ -85,6 +85,8 @@ typedef struct strain_kind {
     int stages, elements, actuators;
     const double *edges;               /* [elements + 1] */
     const solve_extent *extents;       /* [actuators]; of tendons and chambers */
+    const scene_law *law;              /* of the section; NULL: linear */
+    double length, force;              /* its units, as of rod_scales */
     bool shears;                       /* a compliance of v is not 0 */
     const acting *along;               /* laws along it; NULL: none */
     bool free_position, free_rotation; /* at s = 0 */
@@ -150,6 +152,10 @@ void strain_form_shape(strain_form *x);
 
 /* The same without the balance: no moments, and `right` stays. */
 void strain_form_strain(strain_form *x);
+
+/* What the law of the section is beyond its stiffness at a node: adds to force and moment, and to
+ * their derivatives by v and u. */
+void strain_form_law(const strain_form *x, int node, lanes wrench[6], lanes by[6][6]);
 
 /* Rotations and positions alone, for given u and v; and what laws make of these positions. */
 void strain_form_place(strain_form *x);

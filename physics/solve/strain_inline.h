@@ -9,8 +9,8 @@
 #include "physics/solve/magnus.h"
 #include "physics/solve/strain_form.h"
 
-/* Of all actuators at a point: force and moment, and the second derivatives of their energy by v
- * and u (law_entry), or by v alone. */
+/* Of all actuators and of a law of the section at a point: force and moment, and the second
+ * derivatives of their energy by v and u (law_entry), or by v alone. */
 typedef struct pulling {
     lanes wrench[6], stiffness[LAW_STIFFNESS];
 } pulling;
@@ -36,6 +36,21 @@ PROCESSOR_INLINE void pull_by_v(strain_form *x, int node, pulling_by_v *sum)
         lanes_law_actuator_by_v((int)x->kind.extents[i].law, at->v, at->u, all[i].given,
                                 sum->wrench, sum->stiffness);
     }
+    if (x->kind.law) {
+        lanes by[6][6];
+        strain_form_law(x, node, sum->wrench, by);
+        for (int i = 0; i < 3; i++) {
+            for (int j = i; j < 3; j++) {
+                sum->stiffness[BY_V[i][j]] += by[i][j];
+            }
+        }
+    }
+}
+
+/* Whether anything pulls. */
+PROCESSOR_INLINE bool pulls(const strain_form *x)
+{
+    return x->kind.actuators > 0 || x->kind.law;
 }
 
 PROCESSOR_INLINE void pull_all(strain_form *x, int node, pulling *sum)
@@ -45,6 +60,15 @@ PROCESSOR_INLINE void pull_all(strain_form *x, int node, pulling *sum)
     memset(sum, 0, sizeof *sum);
     for (int i = 0; i < x->kind.actuators; i++) {
         pull_one(x->kind.extents[i].law, &all[i], at->v, at->u, sum);
+    }
+    if (x->kind.law) {
+        lanes by[6][6];
+        strain_form_law(x, node, sum->wrench, by);
+        for (int i = 0; i < 6; i++) {
+            for (int j = i; j < 6; j++) {
+                sum->stiffness[law_entry(i, j)] += by[i][j];
+            }
+        }
     }
 }
 

@@ -261,6 +261,9 @@ static ad_status create_form(strain_level *x, const solve_rod *rod, bool is_rigi
                               .shears = !scene_locks(made.strain_stiffness[0]) ||
                                         !scene_locks(made.strain_stiffness[1]) ||
                                         !scene_locks(made.strain_stiffness[2]),
+                              .law = rod->scene.rod.law,
+                              .length = rod->scales.length,
+                              .force = rod->scales.force,
                               .along = &rod->along,
                               .jumps = &rod->jumps,
                               .substeps = 1,

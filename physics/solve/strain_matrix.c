@@ -19,7 +19,7 @@ PROCESSOR_INLINE void yield_at(strain_form *x, int node, yielding *to)
     for (int i = 0; i < 3; i++) {
         to->by_n[i][i] = point->compliance[i];
     }
-    if (x->kind.actuators == 0) {
+    if (!pulls(x)) {
         return;
     }
     lanes soft[3][3], inverse[3][3], by_u[3][3], turned[3][3], more[3][3];

@@ -208,7 +208,8 @@ PROCESSOR_INLINE bool goes_on(const lanes step[3], integer_lanes *moving)
     return any != 0;
 }
 
-/* v under n and the pull of actuators, by Newton's method from where it was. */
+/* v under n, the pull of actuators and what a law is beyond the stiffness, by Newton's method from
+ * where it was. */
 PROCESSOR_INLINE void find_strain(strain_form *x, int node)
 {
     enum { STEPS = 6 };
@@ -222,7 +223,7 @@ PROCESSOR_INLINE void find_strain(strain_form *x, int node)
         return;
     }
     lanes_to_body(at->R, at->N, n);
-    if (x->kind.actuators == 0) {
+    if (!pulls(x)) {
         for (int i = 0; i < 3; i++) {
             at->v[i] = point->rest[i] + point->compliance[i] * n[i];
         }
@@ -385,7 +386,7 @@ PROCESSOR_INLINE void miss_points(strain_form *x)
         const strain_point *point = &x->points[i];
         lanes m[3];
         lanes_to_body(at->R, at->M, m);
-        if (x->kind.actuators > 0) {
+        if (pulls(x)) {
             pulling_by_v pull;
             pull_by_v(x, i, &pull);
             for (int c = 0; c < 3; c++) {
