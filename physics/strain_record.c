@@ -416,14 +416,13 @@ static int missing_holds(const strain_rod *rod, const strain_state *state, ad_va
 {
     const int last = rod->mesh.elements;
     const rod_end_data *end = &rod->end;
-    const ad_value q = strain_turn_vector(state->edge_turn[last]);
+    const ad_value q = ad_stack(4, state->edge_turn[last].x);
     int count = 0;
     if (rod->holds_position) {
         const rod_hold other = rod_hold_other(&end->hold);
         const ad_value off = ad_sub(ad_stack(3, state->edge_position[last].x), end->position);
-        rows[count++] =
-            ad_add(rod_hold_part(&rod->rod, &end->hold, off),
-                   rod_hold_part(&rod->rod, &other, ad_stack(3, state->held[0].x)));
+        rows[count++] = ad_add(rod_hold_part(&rod->rod, &end->hold, off),
+                               rod_hold_part(&rod->rod, &other, ad_stack(3, state->held[0].x)));
     }
     if (rod->holds_rotation) { /* q and -q are one rotation */
         const ad_value turn = ad_quaternion_multiply(ad_quaternion_conjugate(end->rotation), q);

@@ -287,6 +287,46 @@ static void test_derivatives(void **state)
     config_free(given);
 }
 
+/* Columns above their first load, which is 2.47, bend to where an imperfection has them bend; it is
+ * gone then. */
+static void test_imperfect(void **state)
+{
+    (void)state;
+    static const double s[2] = {0.5, 1};
+    static const char text[] =
+        "parameters: {p: {range: [2.8, 4.5]}}\n"
+        "rod: {model: kirchhoff, length: 1, stiffness: {bending: [1, 2], torsion: 1},\n"
+        "      rest: {imperfection: [0.3, 0, 0]}}\n"
+        "loads: {tip: {force: [0, 0, -p]}}\nboundary: {end: {type: loaded}}\n";
+    const solve_members_settings settings = {1e-7, 1, 2, s, NULL};
+    const solve_settings by_collocation = {.tolerance = 1e-8};
+    ad_error error = {.message = ""};
+    config *given = read_text(text, &error);
+    solve_members *x = NULL;
+    assert_non_null(given);
+    assert_good(solve_members_create(&given->scene, &settings, &x, &error), &error);
+    for (double p = 2.8; p < 4.6; p += 0.85) {
+        double found[2][SOLVE_MEMBERS_COLUMNS], known[6];
+        solve_report report = solve_report_blank();
+        solve_member result;
+        solution *made = NULL;
+        scene one;
+        assert_good(solve_members_solve(x, 1, &p, found[0], &result, &error), &error);
+        assert_true(result.solved);
+        scene_member(&given->scene, &p, &one);
+        assert_good(solution_create(&one, &by_collocation, 0, NULL, &made, &report, &error),
+                    &error);
+        assert_good(solution_evaluate(made, 3, 2, s, NULL, known, &error), &error);
+        assert_true(fabs(found[1][1]) > 0.3);
+        for (int i = 0; i < 6; i++) {
+            assert_near(found[i % 2][i / 2], known[i], 1e-6);
+        }
+        solution_free(made);
+    }
+    solve_members_free(x);
+    config_free(given);
+}
+
 static void test_same_bits(void **state)
 {
     make(state);
@@ -627,6 +667,7 @@ int main(void)
         cmocka_unit_test(test_trusted),
         cmocka_unit_test(test_answers_same_bits),
         cmocka_unit_test(test_derivatives),
+        cmocka_unit_test(test_imperfect),
         {"supported_derivatives", test_derivatives, NULL, NULL, (void *)supported},
         {"pinned_derivatives", test_derivatives, NULL, NULL, (void *)pinned},
         {"clamped_derivatives", test_derivatives, NULL, NULL, (void *)clamped},

@@ -16,11 +16,12 @@ static bool allocate(strain_level *x, const solve_rod *rod)
 {
     const size_t nodes = nodes_of(x);
     x->s = malloc(nodes * sizeof *x->s);
+    x->bent = calloc(nodes, sizeof *x->bent);
     x->pulls = calloc(nodes * (size_t)rod->actuators + 1, sizeof *x->pulls);
     x->along = calloc(nodes * (size_t)rod->along.numbers + 1, sizeof *x->along);
     x->numbers = calloc((size_t)rod->jumps.numbers + 1, sizeof *x->numbers);
     x->output = calloc((size_t)x->outputs + 1, sizeof *x->output);
-    return x->s && x->pulls && x->along && x->numbers && x->output;
+    return x->s && x->bent && x->pulls && x->along && x->numbers && x->output;
 }
 
 /* Outputs lie in the element that ends at s or goes on there. */
@@ -118,7 +119,8 @@ static void put_part(strain_level *x, solve_part part, int node, int lane, const
         put(point->compliance + 3, lane, 3, section->curvature_compliance);
         break;
     case SOLVE_REST:
-        put(point->rest, lane, ACTUATION_ROWS, values); /* strain, curvature */
+        put(point->rest, lane, 3, values); /* strain, curvature, imperfection */
+        put(x->bent[node][0], lane, 6, values + 3);
         break;
     case SOLVE_ACTUATORS:
         put_actuators(x, node, lane, (const solve_actuator *)(const void *)values);
@@ -151,6 +153,7 @@ static void copy_part(strain_level *x, solve_part part, int node)
         break;
     case SOLVE_REST:
         memcpy(to->rest, from->rest, sizeof to->rest);
+        memcpy(x->bent[node], x->bent[0], sizeof *x->bent);
         break;
     case SOLVE_ALONG:
         memcpy(x->along + (size_t)node * along, x->along, along * sizeof *x->along);
@@ -300,6 +303,7 @@ void strain_level_free(strain_level *x)
 {
     free(x->edges);
     free(x->s);
+    free(x->bent);
     free(x->pulls);
     free(x->along);
     free(x->numbers);
@@ -336,6 +340,9 @@ FOR_EACH_PROCESSOR static void load(strain_level *x, const lanes *factor)
     strain_form *form = x->form;
     const int pulling = form->kind.actuators;
     for (int i = 0; i < form->nodes; i++) {
+        for (int c = 0; c < 3; c++) {
+            form->points[i].rest[3 + c] = x->bent[i][0][c] + (1 - *factor) * x->bent[i][1][c];
+        }
         for (int k = 0; k < pulling; k++) {
             const solve_extent *extent = &form->kind.extents[k];
             lanes *pull = &form->actuators[i * pulling + k].given[ACTUATOR_PULL];
@@ -370,7 +377,9 @@ void strain_level_rest(strain_level *x)
 {
     for (int i = 0; i < x->form->nodes; i++) {
         memcpy(x->form->at[i].v, x->form->points[i].rest, sizeof x->form->at[i].v);
-        memcpy(x->form->at[i].u, x->form->points[i].rest + 3, sizeof x->form->at[i].u);
+        for (int c = 0; c < 3; c++) {
+            x->form->at[i].u[c] = x->bent[i][0][c] + x->bent[i][1][c];
+        }
     }
     for (int i = x->form->elastic; i < x->form->unknowns; i++) {
         *strain_form_unknown(x->form, i) = NO_LANES;

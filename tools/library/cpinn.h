@@ -226,7 +226,7 @@ ad_status cpinn_family_evaluate(cpinn_family *x, const cpinn_polish *polish, siz
  * [parameters] in SI units. At rest, where the solver of members takes the scene, they are those of
  * the equilibrium of the answer (solve_members_jacobian), also of one that is solved. They are not
  * numbers where only solution_create finds the equilibrium. Of other scenes they are those of the
- * network. AD_BAD_ARGUMENT: an end that is held, and as above. */
+ * network. AD_BAD_ARGUMENT: as above. */
 ad_status cpinn_family_jacobian(cpinn_family *x, size_t members, const double *parameters,
                                 double *values, double *jacobian, cpinn_answer *answers,
                                 ad_error *error);

@@ -26,7 +26,7 @@ typedef struct export_family {
     int state;         /* numbers of the state of the rod */
     int forces, held;  /* that are sought before and after the curvature */
     bool follows;      /* forces follow the rod */
-    bool placed;       /* a law depends on the position */
+    bool placed;       /* a law depends on the position, or the end is held */
     /* Of the self-test: members with their parameters, float numbers where `single`; the curvature
      * times the length by the network, and after `steps`; tips then and their derivatives. */
     int members, steps;
