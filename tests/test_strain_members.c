@@ -51,6 +51,9 @@ static const char pinned[] = ROBOT("type: pinned, position: [0.05, -0.22, 0.08]"
 static const char clamped[] =
     ROBOT("type: clamped, position: [0.045, -0.225, 0.075], rotation: [0.8, 0.58, 0.12, 0.1]", "",
           "", "");
+static const char clamped_by_minus_q[] =
+    ROBOT("type: clamped, position: [0.045, -0.225, 0.075], rotation: [-0.8, -0.58, -0.12, -0.1]",
+          "", "", "");
 static const char sliding[] =
     ROBOT("type: roller, position: [0.05, -0.22, 0.08], across: [1, 0, 0]", "", "", "");
 
@@ -679,6 +682,7 @@ int main(void)
         {"sliding_predicted", test_predicted, NULL, NULL, (void *)sliding},
         {"pinned_against_collocation", test_against_collocation, NULL, NULL, (void *)pinned},
         {"clamped_against_collocation", test_against_collocation, NULL, NULL, (void *)clamped},
+        {"clamped_by_minus_q", test_against_collocation, NULL, NULL, (void *)clamped_by_minus_q},
         {"clamped_predicted", test_predicted, NULL, NULL, (void *)clamped},
         {"sliding_against_collocation", test_against_collocation, NULL, NULL, (void *)sliding},
         cmocka_unit_test(test_refusals),

@@ -314,7 +314,8 @@ void strain_level_free(strain_level *x)
 
 /* ---- where members are --------------------------------------------------------------------- */
 
-/* Where the end is on the way from where the unstressed rod has it. */
+/* Where the end is on the way from where the unstressed rod has it; of q and -q the one that is near
+ * its rotation, as a turn counts in pivots. */
 PROCESSOR_INLINE void hold(strain_level *x, const lanes *factor)
 {
     lanes *q = x->form->held_q, square = NO_LANES, dot = NO_LANES, by;
@@ -326,7 +327,7 @@ PROCESSOR_INLINE void hold(strain_level *x, const lanes *factor)
     }
     const lanes sign = 1 + 2 * __builtin_convertvector(dot < 0, lanes);
     for (int i = 0; i < 4; i++) {
-        q[i] = (1 - *factor) * sign * x->bare_q[i] + *factor * x->full_q[i];
+        q[i] = (1 - *factor) * x->bare_q[i] + *factor * sign * x->full_q[i];
         square += q[i] * q[i];
     }
     lanes_inverse_root(&square, &by);
