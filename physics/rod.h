@@ -97,7 +97,7 @@ typedef struct rod_numbers {
     double distributed_force;  /* |f| L^3/EI, largest over s and t */
     double distributed_moment; /* |l| L^2/EI, largest over s and t */
     double foundation;         /* k L^4/EI, largest over s */
-    double weight;             /* rhoA |g| L^3/EI */
+    double weight;             /* rhoA |g| L^3/EI, less buoyancy */
     double point_force; /* of point loads and the weight of bodies, |F| L^2/EI, largest over time */
     double point_moment; /* of point loads, |T| L/EI, all of them and largest over time */
     double actuation;    /* of tendons and chambers, tension times offset: as of a moment, T L/EI */

@@ -239,11 +239,22 @@ static double rod_tube_turns(const scene *rod_scene)
     return sum;
 }
 
+/* Mass per length that has weight: the mean, or in a fluid the largest size of what it carries. */
+static double rod_heavy_mass(const scene *rod_scene, quantity mass)
+{
+    if (!quantity_is_something(rod_scene->loads.buoyancy)) {
+        return scene_mean(rod_scene, mass);
+    }
+    const quantity net = quantity_subtract(mass, rod_scene->loads.buoyancy);
+    const scene_range range = scene_range_of(rod_scene, net);
+    return fmax(fabs(range.low), fabs(range.high));
+}
+
 rod_numbers rod_numbers_of(const scene *rod_scene)
 {
     rod_scales scale = rod_scales_of(rod_scene);
     scene_properties properties = scene_properties_of(rod_scene);
-    double mass = scene_mean(rod_scene, properties.mass_per_length), strain[3];
+    double mass = rod_heavy_mass(rod_scene, properties.mass_per_length), strain[3];
     for (int i = 0; i < rod_scene->tube_count; i++) {
         double end = scene_tube_end(rod_scene, i);
         quantity own = scene_tube_properties(&rod_scene->tubes[i]).mass_per_length;
