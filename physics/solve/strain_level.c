@@ -314,8 +314,8 @@ void strain_level_free(strain_level *x)
 
 /* ---- where members are --------------------------------------------------------------------- */
 
-/* Where the end is on the way from where the unstressed rod has it; of q and -q the one that is near
- * its rotation, as a turn counts in pivots. */
+/* Where the end is on the way from where the unstressed rod has it; of q and -q the one that is
+ * near its rotation, as a turn counts in pivots. */
 PROCESSOR_INLINE void hold(strain_level *x, const lanes *factor)
 {
     lanes *q = x->form->held_q, square = NO_LANES, dot = NO_LANES, by;
