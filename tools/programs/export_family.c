@@ -322,7 +322,9 @@ static void put_list(const export_family *x, const char *name, int count, const 
 
 static void put_macro(const export_family *x, const char *name, double value, FILE *file)
 {
-    fprintf(file, x->single ? "#define %s %.8ef\n" : "#define %s %.17g\n", name, value);
+    fprintf(file, "#define %s ", name);
+    export_put_number(value, x->single, file);
+    fputc('\n', file);
 }
 
 /* Integrals from s = 0 to points and to edges of what is at points. */

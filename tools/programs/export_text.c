@@ -65,7 +65,7 @@ void export_put_upper(const char *text, FILE *file)
 /* ---- numbers and names --------------------------------------------------------------------- */
 
 /* A float has the point or the exponent that its f needs. */
-static void put_number(double value, bool single, FILE *file)
+void export_put_number(double value, bool single, FILE *file)
 {
     if (isnan(value)) {
         fputs("NAN", file);
@@ -81,7 +81,7 @@ void export_put_list(size_t count, const double *list, double unit, bool single,
     fputc('{', file);
     for (size_t i = 0; i < count; i++) {
         fputs(i == 0 ? "" : i % 4 ? ", " : ",\n    ", file);
-        put_number(list[i] * unit, single, file);
+        export_put_number(list[i] * unit, single, file);
     }
     fputc('}', file);
 }

@@ -21,7 +21,9 @@ void export_put_lines(const char *name, const char *type, const char *const *lin
 void export_put_comment(const char *text, FILE *file);
 void export_put_upper(const char *text, FILE *file);
 
-/* "{1, 2, 3}", numbers times `unit`, in double or single precision. */
+/* A number, in double or single precision; "{1, 2, 3}", numbers times `unit`, in double or single
+ * precision. */
+void export_put_number(double value, bool single, FILE *file);
 void export_put_list(size_t count, const double *list, double unit, bool single, FILE *file);
 
 /* "HEAD[rows][columns] = {{..}, {..}};" of list [rows][columns]. */
