@@ -35,12 +35,6 @@ static bool find_places(group_source *source, const scene_breaks *breaks)
     return true;
 }
 
-/* By numbers that are not turned with the rod. */
-static bool depends_on_shape(const law *of)
-{
-    return of->by_position || of->by_rotation;
-}
-
 static bool is_turnable(const scene *given)
 {
     bool held = false;
@@ -50,8 +44,8 @@ static bool is_turnable(const scene *given)
     }
     return !held && given->start.type == SCENE_CLAMPED && !scene_end_is_placed(given->end.type) &&
            !scene_is_dynamic(given) && given->tube_count == 0 &&
-           !rod_has_law_at_places(given, depends_on_shape) &&
-           !rod_has_law_along(given, depends_on_shape) && !scene_has_displaced_tendons(given) &&
+           !rod_has_law_at_places(given, law_depends_on_shape) &&
+           !rod_has_law_along(given, law_depends_on_shape) && !scene_has_displaced_tendons(given) &&
            !scene_has_rubbing_tendons(given) &&
            (!given->rod.law || given->rod.law->symmetry == SCENE_SYMMETRY_ROUND);
 }

@@ -359,13 +359,3 @@ bool rod_has_law_at_places(const scene *given, bool (*which)(const law *of))
     }
     return any;
 }
-
-static bool stores(const law *of)
-{
-    return of->kind == LAW_STORES;
-}
-
-bool rod_is_held_by_laws(const scene *given, bool along)
-{
-    return along ? rod_has_law_along(given, stores) : given->spring_count > 0;
-}

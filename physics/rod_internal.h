@@ -306,8 +306,7 @@ double rod_given_scale(const rod_given *given, int i, const rod_scales *by);
 int rod_acting_along(const rod_context *rod, rod_acting *acting);     /* [ROD_ALONG_MAX] */
 int rod_acting_at_places(const rod_context *rod, rod_acting *acting); /* [ROD_AT_PLACES_MAX] */
 int rod_acting_at_ends(const rod_context *rod, rod_acting *acting);   /* [ROD_AT_ENDS_MAX] */
-ad_value rod_weight(const rod_context *rod);              /* [3] per length, with that of tubes */
-bool rod_is_held_by_laws(const scene *given, bool along); /* one that stores energy */
+ad_value rod_weight(const rod_context *rod); /* [3] per length, with that of tubes */
 bool rod_has_law_along(const scene *given, bool (*which)(const law *of));
 bool rod_has_law_at_places(const scene *given, bool (*which)(const law *of)); /* springs, magnets */
 

@@ -50,21 +50,28 @@ static double sign_of(scene_symmetry symmetry, int image, int feature)
     return symmetry == SCENE_SYMMETRY_ROUND ? 1 : SIGNS[image][feature];
 }
 
+/* What the law of a unit under an image is given, [features + 2]; how many there are. */
+static int unit_numbers(const scene_law *law, int unit, int image, double *numbers)
+{
+    const int features = scene_law_features(law->symmetry);
+    for (int k = 0; k < features; k++) {
+        numbers[k] = sign_of(law->symmetry, image, k) * law->by[unit][k];
+    }
+    numbers[features] = law->offset[unit];
+    numbers[features + 1] = law->weight[unit] / images(law->symmetry);
+    return features + 2;
+}
+
 /* N and its derivatives. */
 static double network(const scene_law *law, const double *x, double gradient[N],
                       double (*second)[N])
 {
-    const int features = scene_law_features(law->symmetry), count = images(law->symmetry);
+    const int count = images(law->symmetry);
     double of_units[LAW_STIFFNESS] = {0}, sum = 0;
     memset(gradient, 0, N * sizeof *gradient);
     for (int i = 0; i < law->units * count; i++) {
-        const int u = i / count;
         double numbers[LAW_NUMBERS_MAX];
-        for (int k = 0; k < features; k++) {
-            numbers[k] = sign_of(law->symmetry, i % count, k) * law->by[u][k];
-        }
-        numbers[features] = law->offset[u];
-        numbers[features + 1] = law->weight[u] / count;
+        unit_numbers(law, i / count, i % count, numbers);
         if (unit_of(law->symmetry) == LAW_ROUND_UNIT) {
             number_law_round_unit_with_energy(x, x + 3, numbers, &sum, gradient, of_units);
         } else {
@@ -364,8 +371,8 @@ ad_value scene_law_record_beyond(const scene_law *law, double length, double for
 void scene_law_record_places(const scene_law *law, double length, double force, const ad_value x[N],
                              ad_value stress[N], ad_value *by_strains)
 {
-    const int features = scene_law_features(law->symmetry), count = images(law->symmetry);
-    double unit[N], back[N], stiffness[N];
+    const int count = images(law->symmetry);
+    double unit[N], back[N], stiffness[N], numbers[LAW_NUMBERS_MAX];
     ad_tape *tape = x[0].tape;
     ad_value given[LAW_GIVEN_MAX], slope[N], bend[LAW_STIFFNESS];
     find_scales(law, length, force, unit, back, stiffness);
@@ -377,12 +384,10 @@ void scene_law_record_places(const scene_law *law, double length, double force, 
         }
     }
     for (int i = 0; i < law->units * count; i++) {
-        const int u = i / count;
-        for (int k = 0; k < features; k++) {
-            given[N + k] = ad_scalar(tape, sign_of(law->symmetry, i % count, k) * law->by[u][k]);
+        const int given_count = unit_numbers(law, i / count, i % count, numbers);
+        for (int k = 0; k < given_count; k++) {
+            given[N + k] = ad_scalar(tape, numbers[k]);
         }
-        given[N + features] = ad_scalar(tape, law->offset[u]);
-        given[N + features + 1] = ad_scalar(tape, law->weight[u] / count);
         law_record(unit_of(law->symmetry), tape, given, NULL, slope, bend);
         for (int k = 0; k < N; k++) {
             stress[k] = ad_add(stress[k], slope[k]);

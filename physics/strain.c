@@ -117,11 +117,6 @@ static ad_status check_mesh(const strain_mesh *mesh, ad_error *error)
                         STRAIN_STAGES_MAX);
 }
 
-static bool pushes(const law *of)
-{
-    return law_force_by_position(of);
-}
-
 static bool is_placed(const law *of)
 {
     return of->by_position;
@@ -141,7 +136,7 @@ bool strain_is_placed(const scene *open)
 
 int strain_forces(const scene *open, int nodes)
 {
-    int count = rod_has_law_along(open, pushes) ? 3 * nodes : 0;
+    int count = rod_has_law_along(open, law_force_by_position) ? 3 * nodes : 0;
     for (int i = 0; i < open->spring_count; i++) {
         count += quantity_any_something(3, open->springs[i].stiffness) ? 3 : 0;
     }
@@ -209,6 +204,7 @@ static void give_laws(strain_rod *x)
     for (int i = 0; i < x->along_count; i++) {
         x->along[i].law = along[i].law;
         x->turns |= law_table[along[i].law].by_rotation;
+        x->is_pushed |= law_force_by_position(&law_table[along[i].law]);
         spread(x, along[i].numbers, x->along[i].numbers);
     }
     for (int i = 0; i < x->place_count; i++) {

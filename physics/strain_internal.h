@@ -54,7 +54,8 @@ struct strain_rod {
     int actuators;
     strain_pull pulls[SCENE_TENDONS_MAX + SCENE_CHAMBERS_MAX];
     int along_count, place_count; /* of laws along the rod and at places */
-    bool turns, is_placed;        /* one along it depends on the rotation; any on the position */
+    bool turns, is_pushed; /* one along it depends on the rotation; its force on the position */
+    bool is_placed; /* one along it or at a place depends on the position, or the end is held */
     strain_law along[ROD_ALONG_MAX], places[ROD_AT_PLACES_MAX + ROD_AT_ENDS_MAX];
     int forces, held; /* that are sought, before and after the curvature, numbers */
     bool holds_position, holds_rotation; /* at s = 1 */

@@ -338,15 +338,6 @@ static along pushed(const strain_rod *rod, int count, const strain_law *laws, al
     return sum;
 }
 
-static bool is_sought(const strain_rod *rod)
-{
-    bool sought = false;
-    for (int i = 0; i < rod->along_count; i++) {
-        sought = sought || law_force_by_position(&law_table[rod->along[i].law]);
-    }
-    return sought;
-}
-
 static int edge_of(const strain_rod *rod, double s)
 {
     int e = 0;
@@ -362,7 +353,7 @@ static void divide(const strain_rod *rod, ad_value sought, strain_state *state)
     const bool holds[2] = {rod->holds_position, rod->holds_rotation};
     int first = 0;
     state->push = strain_zeros(rod->tape);
-    if (is_sought(rod)) {
+    if (rod->is_pushed) {
         state->push = strain_of_points(rod->nodes, ad_slice(sought, 0, 3 * rod->nodes));
         first = 3 * rod->nodes;
     }
@@ -397,7 +388,7 @@ static int missing_forces(const strain_rod *rod, const strain_state *state, ad_v
 {
     along is[2];
     int count = 0;
-    if (is_sought(rod)) {
+    if (rod->is_pushed) {
         const along sum = pushed(rod, rod->along_count, rod->along, state->position, state->turn);
         rows[count++] = strain_points(rod->nodes, strain_sub(state->push, sum));
     }

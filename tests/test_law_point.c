@@ -23,12 +23,9 @@ static void in_numbers(law_name name, const double *x, double *out)
 {
     double *wrench = out + 1, *by = wrench + LAW_WRENCH;
     memset(out, 0, OUTPUTS_MAX * sizeof *out);
-    if (name == LAW_TENDON) {
-        number_law_tendon_energy(x, x + 3, x + 6, out);
-        number_law_tendon(x, x + 3, x + 6, wrench, by);
-    } else if (name == LAW_CHAMBER) {
-        number_law_chamber_energy(x, x + 3, x + 6, out);
-        number_law_chamber(x, x + 3, x + 6, wrench, by);
+    if (name < LAW_ACTUATORS) {
+        number_law_actuator_energy((int)name, x, x + 3, x + 6, out);
+        number_law_actuator((int)name, x, x + 3, x + 6, wrench, by);
     } else if (name == LAW_UNIT) {
         number_law_unit_energy(x, x + 3, x + 6, out);
         number_law_unit(x, x + 3, x + 6, wrench, by);
@@ -53,10 +50,8 @@ static void in_numbers(law_name name, const double *x, double *out)
 FOR_EACH_PROCESSOR static void in_lanes(law_name name, const lanes *x, lanes *out)
 {
     memset(out, 0, OUTPUTS_MAX * sizeof *out);
-    if (name == LAW_TENDON) {
-        lanes_law_tendon(x, x + 3, x + 6, out + 1, out + 1 + LAW_WRENCH);
-    } else if (name == LAW_CHAMBER) {
-        lanes_law_chamber(x, x + 3, x + 6, out + 1, out + 1 + LAW_WRENCH);
+    if (name < LAW_ACTUATORS) {
+        lanes_law_actuator((int)name, x, x + 3, x + 6, out + 1, out + 1 + LAW_WRENCH);
     } else if (name == LAW_UNIT) {
         lanes_law_unit(x, x + 3, x + 6, out + 1, out + 1 + LAW_WRENCH);
     } else if (name == LAW_ROUND_UNIT) {

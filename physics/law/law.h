@@ -65,6 +65,12 @@ typedef struct law {
 
 extern const law law_table[LAW_COUNT];
 
+/* Whether it depends on the shape of the rod. */
+static inline bool law_depends_on_shape(const law *of)
+{
+    return of->by_position || of->by_rotation;
+}
+
 /* Whether its force depends on the position. */
 static inline bool law_force_by_position(const law *of)
 {

@@ -49,14 +49,14 @@ static tube_given tube_of(const solve_actuation *a, int i, const double *curvatu
     return x;
 }
 
-/* Gradient [ROWS] and second derivatives [LAW_STIFFNESS] by u, theta, m_i. */
-static void tube_law(const solve_actuation *a, int i, const double *curvature, double *gradient,
-                     double *second)
+/* Its energy, gradient [ROWS] and second derivatives [LAW_STIFFNESS] by u, theta, m_i. */
+static double tube_law(const tube_given *x, double *gradient, double *second)
 {
-    const tube_given x = tube_of(a, i, curvature);
+    double energy = 0;
     memset(gradient, 0, ROWS * sizeof *gradient);
     memset(second, 0, LAW_STIFFNESS * sizeof *second);
-    number_law_tube(x.curvature, x.turn, x.numbers, gradient, second);
+    number_law_tube_with_energy(x->curvature, x->turn, x->numbers, &energy, gradient, second);
+    return energy;
 }
 
 bool solve_tube_is_here(const solve_actuation *a, int i)
@@ -67,8 +67,9 @@ bool solve_tube_is_here(const solve_actuation *a, int i)
 static void add_tube(const solve_actuation *a, int i, const double *strains, double *wrench,
                      double (*by_strains)[ROWS])
 {
+    const tube_given x = tube_of(a, i, strains + 3);
     double gradient[ROWS], second[LAW_STIFFNESS];
-    tube_law(a, i, strains + 3, gradient, second);
+    tube_law(&x, gradient, second);
     for (int k = 0; k < 3; k++) {
         wrench[3 + k] += gradient[k];
         for (int c = 0; c < 3 && by_strains; c++) {
@@ -82,7 +83,8 @@ void solve_tube_rate(const solve_actuation *a, int i, const double *curvature, d
 {
     double gradient[ROWS] = {0}, second[LAW_STIFFNESS] = {0};
     if (solve_tube_is_here(a, i)) {
-        tube_law(a, i, curvature, gradient, second);
+        const tube_given x = tube_of(a, i, curvature);
+        tube_law(&x, gradient, second);
     }
     rate[0] = -gradient[4];
     rate[1] = gradient[3];
@@ -99,8 +101,7 @@ double solve_tube_energy(const solve_actuation *a, const double *curvature)
         if (solve_tube_is_here(a, i)) {
             const tube_given x = tube_of(a, i, curvature);
             double gradient[ROWS], second[LAW_STIFFNESS];
-            tube_law(a, i, curvature, gradient, second);
-            number_law_tube_energy(x.curvature, x.turn, x.numbers, &sum);
+            sum += tube_law(&x, gradient, second);
             sum -= x.turn[2] * gradient[4];
         }
     }
@@ -113,8 +114,9 @@ double solve_tube_variation(const solve_actuation *a, int i, const double *curva
     static const double stiff = 1e6; /* of bending, in place of one that does not twist */
     const solve_actuator *at = &a->actuators[i];
     const double torsion = fmin(1 / at->softness, stiff * fmin(at->bending[0], at->bending[1]));
+    const tube_given x = tube_of(a, i, curvature);
     double gradient[ROWS], second[LAW_STIFFNESS], sum = torsion * (p[2] + p[4]) * (q[2] + q[4]);
-    tube_law(a, i, curvature, gradient, second);
+    tube_law(&x, gradient, second);
     for (int k = 0; k < 4; k++) {
         for (int c = 0; c < 4; c++) {
             sum += p[k] * second[law_entry(k, c)] * q[c];

@@ -189,7 +189,8 @@ FOR_EACH_PROCESSOR static void pull_points(modes *m, int e, bool derive)
                 }
                 here.given[ACTUATOR_PULL][lane] = acts ? a->pull : 0;
             }
-            pull_one(extent->law, &here, strain + MODES_V, strain + MODES_U, &sum);
+            lanes_law_actuator((int)extent->law, strain + MODES_V, strain + MODES_U, here.given,
+                               sum.wrench, sum.stiffness);
         }
         for (int lane = 0; lane < LANES && first + lane < n; lane++) {
             modes_point *to = &at[first + lane];

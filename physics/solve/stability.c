@@ -471,18 +471,13 @@ static void joints_before(const scene *rod_scene, double s, double turn[4])
     }
 }
 
-static bool depends_on_shape(const law *of)
-{
-    return of->by_position || of->by_rotation;
-}
-
 /* Whether all laws that depend on the shape have an energy, and with it a second variation. */
 static bool has_energies(const acting *of)
 {
     bool has = true;
     for (int i = 0; i < of->count; i++) {
         const law *one = &law_table[of->law[i]];
-        has = has && (one->has_energy || !depends_on_shape(one));
+        has = has && (one->has_energy || !law_depends_on_shape(one));
     }
     return has;
 }
@@ -601,8 +596,8 @@ ad_status stability_count_at(const scene *rod_scene, double load_factor, const d
         }
         status = solve_actuation_in_si(rod_scene, ELEMENTS, s, &rod, &x.actuators, error);
         set_rest(&x, rod_scene);
-    } else if (status == AD_OK && (rod_has_law_along(rod_scene, depends_on_shape) ||
-                                   rod_has_law_at_places(rod_scene, depends_on_shape))) {
+    } else if (status == AD_OK && (rod_has_law_along(rod_scene, law_depends_on_shape) ||
+                                   rod_has_law_at_places(rod_scene, law_depends_on_shape))) {
         status = solve_rod_create(rod_scene, &rod, error);
     }
     bool is_known = status == AD_OK;

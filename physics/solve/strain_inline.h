@@ -21,12 +21,6 @@ typedef struct pulling_by_v {
 
 static const int BY_V[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
 
-PROCESSOR_INLINE void pull_one(law_name law, const strain_actuator *a, const lanes v[3],
-                               const lanes u[3], pulling *sum)
-{
-    lanes_law_actuator((int)law, v, u, a->given, sum->wrench, sum->stiffness);
-}
-
 PROCESSOR_INLINE void pull_by_v(strain_form *x, int node, pulling_by_v *sum)
 {
     strain_node *at = &x->at[node];
@@ -59,7 +53,8 @@ PROCESSOR_INLINE void pull_all(strain_form *x, int node, pulling *sum)
     const strain_actuator *all = &x->actuators[node * x->kind.actuators];
     memset(sum, 0, sizeof *sum);
     for (int i = 0; i < x->kind.actuators; i++) {
-        pull_one(x->kind.extents[i].law, &all[i], at->v, at->u, sum);
+        lanes_law_actuator((int)x->kind.extents[i].law, at->v, at->u, all[i].given, sum->wrench,
+                           sum->stiffness);
     }
     if (x->kind.law) {
         lanes by[6][6];
