@@ -143,7 +143,7 @@ ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_e
 }
 
 /* Lane by lane; rods that are the same in all lanes once. */
-void strain_form_law(const strain_form *x, int node, lanes wrench[6], lanes by[6][6])
+void strain_form_law(const strain_form *x, int node, int rows, lanes wrench[6], lanes *stiffness)
 {
     const strain_node *at = &x->at[node];
     const lanes *rest = x->points[node].rest;
@@ -155,10 +155,10 @@ void strain_form_law(const strain_form *x, int node, lanes wrench[6], lanes by[6
         if (lane == 0 || !x->kind.is_one) {
             scene_law_beyond(x->kind.law, x->kind.length, x->kind.force, strains, stress, tangent);
         }
-        for (int i = 0; i < 6; i++) {
-            wrench[i][lane] += stress[i];
-            for (int j = 0; j < 6; j++) {
-                by[i][j][lane] = tangent[i][j];
+        for (int i = 0, k = 0; i < 6; i++) {
+            wrench[i][lane] = stress[i];
+            for (int j = i; j < rows; j++) {
+                stiffness[k++][lane] = tangent[i][j];
             }
         }
     }

@@ -153,9 +153,9 @@ void strain_form_shape(strain_form *x);
 /* The same without the balance: no moments, and `right` stays. */
 void strain_form_strain(strain_form *x);
 
-/* What the law of the section is beyond its stiffness at a node: adds to force and moment, and to
- * their derivatives by v and u. */
-void strain_form_law(const strain_form *x, int node, lanes wrench[6], lanes by[6][6]);
+/* What the law of the section is beyond its stiffness at a node: force and moment, and the upper
+ * triangle of the second derivatives of its energy by v and u, or by v alone, of 6 or 3 rows. */
+void strain_form_law(const strain_form *x, int node, int rows, lanes wrench[6], lanes *stiffness);
 
 /* Rotations and positions alone, for given u and v; and what laws make of these positions. */
 void strain_form_place(strain_form *x);

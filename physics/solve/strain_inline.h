@@ -21,6 +21,13 @@ typedef struct pulling_by_v {
 
 static const int BY_V[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
 
+PROCESSOR_INLINE void add_lanes(int count, const lanes *from, lanes *to)
+{
+    for (int i = 0; i < count; i++) {
+        to[i] += from[i];
+    }
+}
+
 PROCESSOR_INLINE void pull_by_v(strain_form *x, int node, pulling_by_v *sum)
 {
     strain_node *at = &x->at[node];
@@ -31,13 +38,10 @@ PROCESSOR_INLINE void pull_by_v(strain_form *x, int node, pulling_by_v *sum)
                                 sum->wrench, sum->stiffness);
     }
     if (x->kind.law) {
-        lanes by[6][6];
-        strain_form_law(x, node, sum->wrench, by);
-        for (int i = 0; i < 3; i++) {
-            for (int j = i; j < 3; j++) {
-                sum->stiffness[BY_V[i][j]] += by[i][j];
-            }
-        }
+        pulling_by_v own; /* so that the sum need not be in memory without */
+        strain_form_law(x, node, 3, own.wrench, own.stiffness);
+        add_lanes(6, own.wrench, sum->wrench);
+        add_lanes(6, own.stiffness, sum->stiffness);
     }
 }
 
@@ -57,13 +61,10 @@ PROCESSOR_INLINE void pull_all(strain_form *x, int node, pulling *sum)
                            sum->stiffness);
     }
     if (x->kind.law) {
-        lanes by[6][6];
-        strain_form_law(x, node, sum->wrench, by);
-        for (int i = 0; i < 6; i++) {
-            for (int j = i; j < 6; j++) {
-                sum->stiffness[law_entry(i, j)] += by[i][j];
-            }
-        }
+        pulling own;
+        strain_form_law(x, node, 6, own.wrench, own.stiffness);
+        add_lanes(6, own.wrench, sum->wrench);
+        add_lanes(LAW_STIFFNESS, own.stiffness, sum->stiffness);
     }
 }
 
