@@ -402,7 +402,7 @@ static const feature_row features[] = {
     {"a manufactured solution with an imperfection", NULL, manufactured_imperfect,
      "mmmmm mmm mmmm mm m", OF_SOLUTION},
     {"a manufactured solution", NULL, manufactured,
-     "yyyxx yyx yyyx yx m", OF_SOLUTION},
+     "yyymm yyx yyyy yy m", "it is that of one scene, and what has ranges is of many"},
     {"concentric tubes", NULL, has_tubes,
      "yxxxx yxy xxxx xx x", NULL},
     {"locked shear or stretch", NULL, locked,

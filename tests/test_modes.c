@@ -488,6 +488,42 @@ static void test_from_seen(void **state)
     assert_true(distance(tip[0], tip[1]) < 1e-7); /* measured: see the distance of rows */
 }
 
+/* A chosen motion, whose loads all terms of the equations ask for, and whose start moves and turns.
+ */
+static void test_manufactured(void **state)
+{
+    (void)state;
+    static const char *const changes[] = {
+        "manufactured.position[0]=0.3*s^2*cos(2*t) + 0.1*s^3 + 0.1*t^2",
+        "manufactured.angles[0]=0.7*sin(pi*s/2)*cos(2*t) + 0.4*s^2 + 0.2*t",
+        "boundary.start.type=driven"};
+    solve_report report = solve_report_blank();
+    config *of = NULL;
+    solution *made = NULL;
+    double at[3], off = 0;
+    ad_error error = {.message = ""};
+    if (config_read("configs/manufactured_dynamic.yaml", NULL, 3, changes, &of, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    solve_settings settings = solve_settings_default(&of->scene);
+    settings.method = SOLVE_MODES;
+    settings.tolerance = 1e-6;
+    if (solution_create(&of->scene, &settings, 1, (double[]){1}, &made, &report, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    for (int i = 0; i <= 10; i++) {
+        const double s = i / 10.0, t = 1;
+        const double exact[3] = {0.3 * s * s * cos(2 * t) + 0.1 * s * s * s + 0.1 * t * t,
+                                 0.2 * s * s * sin(3 * t), s + 0.05 * s * s * sin(t)};
+        assert_int_equal(solution_evaluate(made, 3, 1, &s, &t, at, &error), AD_OK);
+        off = fmax(off, distance(at, exact));
+    }
+    print_message("manufactured: off by %.1e, estimate %.1e\n", off, report.estimate);
+    assert_true(off < 1e-5); /* a moving start; the motion is unstable, and its end the worst */
+    solution_free(made);
+    config_free(of);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -495,7 +531,7 @@ int main(void)
         cmocka_unit_test(test_full_solver), cmocka_unit_test(test_plane),
         cmocka_unit_test(test_pendulum),    cmocka_unit_test(test_energy),
         cmocka_unit_test(test_reduced),     cmocka_unit_test(test_memory),
-        cmocka_unit_test(test_from_seen),
+        cmocka_unit_test(test_from_seen),   cmocka_unit_test(test_manufactured),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
