@@ -1,4 +1,4 @@
-/* Tendons and fluid chambers: what they exert within the rod. */
+/* Force and moment of a section: elastic, damping, tendons and fluid chambers. */
 #include "physics/law/law.h"
 #include "physics/rod_internal.h"
 
@@ -97,9 +97,26 @@ static rod_wrench rod_law_wrench(const rod_context *rod, const rod_kinematics *k
                         rod_keep_in_plane(rod, ad_slice(stress, 3, 3), true)};
 }
 
-rod_wrench rod_actuation(const rod_context *rod, const rod_kinematics *k, ad_value tendons)
+/* A law of strains or rates, v and u, of which each has a number in `by`. */
+static rod_wrench rod_section(const rod_context *rod, law_name law, const ad_value x[2],
+                              const ad_value by[2])
 {
-    rod_wrench sum = rod_law_wrench(rod, k);
+    ad_value given[LAW_GIVEN_MAX], wrench[LAW_WRENCH];
+    for (int i = 0; i < LAW_WRENCH; i++) {
+        given[i] = ad_row(x[i / 3], i % 3);
+        given[LAW_WRENCH + i] = ad_row(by[i / 3], i % 3);
+    }
+    law_record(law, rod->tape, given, NULL, wrench, NULL);
+    return (rod_wrench){ad_stack(3, wrench), ad_stack(3, wrench + 3)};
+}
+
+rod_wrench rod_beyond_elastic(const rod_context *rod, const rod_kinematics *k, ad_value tendons)
+{
+    const rod_coefficients c = rod_coefficients_of(rod);
+    const ad_value rates[2] = {k->strain_rate, k->curvature_rate};
+    const ad_value damping[2] = {c.strain_damping, c.curvature_damping};
+    rod_wrench sum = rod_section(rod, LAW_DAMPING, rates, damping);
+    sum = rod_wrench_add(sum, rod_law_wrench(rod, k));
     int count = rod_actuator_count(rod->scene);
     for (int i = 0; i < count; i++) {
         rod_actuator actuator = rod_actuator_of(rod, i);
@@ -108,10 +125,18 @@ rod_wrench rod_actuation(const rod_context *rod, const rod_kinematics *k, ad_val
             pull = rod_tendon_pull(rod, tendons, i, pull);
         }
         pull = rod_within(rod, actuator.start, actuator.end, pull, ad_scalar(rod->tape, 0));
-        const rod_wrench one =
-            rod_actuator_wrench(rod, &actuator, pull, k->strain, k->curvature, NULL);
-        sum.force = ad_add(sum.force, one.force);
-        sum.moment = ad_add(sum.moment, one.moment);
+        sum = rod_wrench_add(
+            sum, rod_actuator_wrench(rod, &actuator, pull, k->strain, k->curvature, NULL));
     }
     return sum;
+}
+
+rod_wrench rod_constitutive(const rod_context *rod, const rod_kinematics *k)
+{
+    const rod_coefficients c = rod_coefficients_of(rod);
+    const ad_value off[2] = {ad_sub(k->strain, c.rest_strain),
+                             ad_sub(k->curvature, c.rest_curvature)};
+    const ad_value stiffness[2] = {c.strain_stiffness, c.curvature_stiffness};
+    return rod_wrench_add(rod_section(rod, LAW_ELASTIC, off, stiffness),
+                          rod_beyond_elastic(rod, k, (ad_value){0}));
 }

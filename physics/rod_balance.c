@@ -160,19 +160,6 @@ rod_kinematics rod_kinematics_of(const rod_context *rod, ad_value position, ad_v
     return k;
 }
 
-/* n = Kse (v - v*) + Bse v_t,  m = Kbt (u - u*) + Bbt u_t  (Kelvin-Voigt), and what tendons and
- * chambers add. */
-rod_wrench rod_constitutive(const rod_context *rod, const rod_kinematics *k)
-{
-    rod_coefficients c = rod_coefficients_of(rod);
-    rod_wrench pull = rod_actuation(rod, k, (ad_value){0});
-    ad_value force = ad_mul(c.strain_stiffness, ad_sub(k->strain, c.rest_strain));
-    ad_value moment = ad_mul(c.curvature_stiffness, ad_sub(k->curvature, c.rest_curvature));
-    force = ad_add(force, ad_mul(c.strain_damping, k->strain_rate));
-    moment = ad_add(moment, ad_mul(c.curvature_damping, k->curvature_rate));
-    return (rod_wrench){ad_add(force, pull.force), ad_add(moment, pull.moment)};
-}
-
 /* Force and moment of all laws outside of the rod. */
 static rod_wrench rod_outside(const rod_context *rod, const rod_state *state,
                               const rod_kinematics *k)
@@ -182,9 +169,7 @@ static rod_wrench rod_outside(const rod_context *rod, const rod_state *state,
     const int count = rod_acting_along(rod, acting);
     for (int i = 0; i < count; i++) {
         const rod_pose pose = {state->position, state->rotation};
-        const rod_wrench one = rod_acting_wrench(rod, &acting[i], pose, k->velocity);
-        sum.force = ad_add(sum.force, one.force);
-        sum.moment = ad_add(sum.moment, one.moment);
+        sum = rod_wrench_add(sum, rod_acting_wrench(rod, &acting[i], pose, k->velocity));
     }
     return sum;
 }

@@ -56,6 +56,11 @@ typedef struct rod_wrench {
     ad_value moment; /* m [3], body */
 } rod_wrench;
 
+static inline rod_wrench rod_wrench_add(rod_wrench a, rod_wrench b)
+{
+    return (rod_wrench){ad_add(a.force, b.force), ad_add(a.moment, b.moment)};
+}
+
 /* A tendon or a chamber in the section at s: its axis is at the body position r = (offset, 0). */
 typedef struct rod_actuator {
     ad_value offset, slope; /* [2] r and r_s */
@@ -217,7 +222,6 @@ ad_value rod_space_derivative(const rod_context *rod, ad_value y);
 ad_value rod_time_derivative(const rod_context *rod, ad_value y, int order);
 ad_value rod_rate(ad_value rotation, ad_value derivative); /* 2 vec(q* dq) */
 rod_kinematics rod_kinematics_of(const rod_context *rod, ad_value position, ad_value rotation);
-rod_wrench rod_constitutive(const rod_context *rod, const rod_kinematics *kinematics);
 
 /* rod_tendons.c. The rows of rod_state.tendons, 0 in displacement form; their residuals; what is
  * left here of the tension of a tendon, `given` where the scene gives it. */
@@ -238,10 +242,12 @@ ad_value rod_within(const rod_context *rod, double start, double end, ad_value i
  * 1 the force is its tangent, the energy |p'|. */
 rod_wrench rod_actuator_wrench(const rod_context *rod, const rod_actuator *actuator, ad_value pull,
                                ad_value strain, ad_value curvature, ad_value *energy);
-/* Their part of n and m, and what a nonlinear law is beyond the stiffness, which enters like them;
- * constant zeros where there is none; see physics/rod.h. `tendons`: those of the state. */
-rod_wrench rod_actuation(const rod_context *rod, const rod_kinematics *kinematics,
-                         ad_value tendons);
+/* What n and m are beyond Kse (v - v*), Kbt (u - u*): damping of the material, what a nonlinear law
+ * is beyond the stiffness, tendons and chambers; constant zeros where there is none; see
+ * physics/rod.h. `tendons`: those of the state. And n, m in all. */
+rod_wrench rod_beyond_elastic(const rod_context *rod, const rod_kinematics *kinematics,
+                              ad_value tendons);
+rod_wrench rod_constitutive(const rod_context *rod, const rod_kinematics *kinematics);
 
 /* rod_tubes.c. A tube at the s of the rod; stiffness and rest shape also beyond its end. */
 typedef struct rod_tube {

@@ -10,7 +10,7 @@ bool rod_has_strains(const scene *rod_scene)
     return rod_scene->formulation == SCENE_MIXED || rod_scene->formulation == SCENE_POSE_STRAIN;
 }
 
-/* v - v* - Kse^-1 (R^T N - Bse v_t - actuation): a locked strain is a compliance of 0. */
+/* v - v* - Kse^-1 (R^T N - what is beyond elastic): a locked strain is a compliance of 0. */
 static ad_value rod_strain_residual(const rod_context *rod, rod_state state)
 {
     if (rod->scene->formulation == SCENE_POSE_STRAIN) {
@@ -20,12 +20,12 @@ static ad_value rod_strain_residual(const rod_context *rod, rod_state state)
     rod_coefficients c = rod_coefficients_of(rod);
     rod_kinematics k = rod_kinematics_of(rod, state.position, state.rotation);
     ad_value force = ad_rotate_inverse(state.rotation, state.force);
-    ad_value elastic = ad_sub(force, ad_mul(c.strain_damping, k.strain_rate));
-    elastic = ad_sub(elastic, rod_actuation(rod, &k, state.tendons).force);
+    ad_value elastic = ad_sub(force, rod_beyond_elastic(rod, &k, state.tendons).force);
     return ad_sub(ad_sub(k.strain, c.rest_strain), ad_mul(c.strain_compliance, elastic));
 }
 
-/* u - u* - Kbt^-1 (m - Bbt u_t - actuation - tubes); where tubes stiffen the rod, by how much. */
+/* u - u* - Kbt^-1 (m - what is beyond elastic - tubes); where tubes stiffen the rod, by how much.
+ */
 static ad_value rod_curvature_residual(const rod_context *rod, rod_state state)
 {
     if (rod->scene->formulation == SCENE_POSE_STRAIN) {
@@ -34,8 +34,7 @@ static ad_value rod_curvature_residual(const rod_context *rod, rod_state state)
     }
     rod_coefficients c = rod_coefficients_of(rod);
     rod_kinematics k = rod_kinematics_of(rod, state.position, state.rotation);
-    ad_value elastic = ad_sub(state.moment, ad_mul(c.curvature_damping, k.curvature_rate));
-    elastic = ad_sub(elastic, rod_actuation(rod, &k, state.tendons).moment);
+    ad_value elastic = ad_sub(state.moment, rod_beyond_elastic(rod, &k, state.tendons).moment);
     bool tubes = rod->scene->tube_count > 0;
     if (tubes) {
         elastic = ad_sub(elastic, rod_tube_moment(rod, state.tubes, k.curvature));

@@ -35,6 +35,12 @@ static void in_numbers(law_name name, const double *x, double *out)
     } else if (name == LAW_TUBE) {
         number_law_tube_energy(x, x + 3, x + 6, out);
         number_law_tube(x, x + 3, x + 6, wrench, by);
+    } else if (name == LAW_ELASTIC) {
+        number_law_elastic_energy(x, x + 3, x + 6, out);
+        number_law_elastic(x, x + 3, x + 6, wrench, by);
+    } else if (name == LAW_DAMPING) {
+        number_law_damping_energy(x, x + 3, x + 6, out);
+        number_law_damping(x, x + 3, x + 6, wrench, by);
     } else {
         double again[LAW_WRENCH] = {0};
         number_law_outside_energy(name, x, x + 3, x + 7, x + LAW_STATE, out);
@@ -58,6 +64,10 @@ FOR_EACH_PROCESSOR static void in_lanes(law_name name, const lanes *x, lanes *ou
         lanes_law_round_unit(x, x + 3, x + 6, out + 1, out + 1 + LAW_WRENCH);
     } else if (name == LAW_TUBE) {
         lanes_law_tube(x, x + 3, x + 6, out + 1, out + 1 + LAW_WRENCH);
+    } else if (name == LAW_ELASTIC) {
+        lanes_law_elastic(x, x + 3, x + 6, out + 1, out + 1 + LAW_WRENCH);
+    } else if (name == LAW_DAMPING) {
+        lanes_law_damping(x, x + 3, x + 6, out + 1, out + 1 + LAW_WRENCH);
     } else {
         lanes_law_outside(name, x, x + 3, x + 7, x + LAW_STATE, out + 1, out + 1 + LAW_WRENCH);
     }
@@ -221,6 +231,17 @@ static void test_table(void **state)
 {
     (void)state;
     uint64_t from = 17;
+    for (law_name l = 0; l < LAW_OUTSIDE; l++) {
+        double given[LAW_GIVEN_MAX], at[OUTPUTS_MAX], apart = 0;
+        draw(&from, l, given);
+        in_numbers(l, given, at);
+        for (int i = 0; i < LAW_WRENCH; i++) {
+            for (int j = i + 1; j < LAW_WRENCH; j++) {
+                apart += fabs(at[7 + law_entry(i, j)]);
+            }
+        }
+        assert_int_equal(apart > 0, law_table[l].couples);
+    }
     for (law_name l = LAW_OUTSIDE; l < LAW_COUNT; l++) {
         const law *of = &law_table[l];
         const bool depends[3] = {of->by_position, of->by_rotation, of->by_velocity};

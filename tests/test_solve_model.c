@@ -44,16 +44,16 @@ static void test_numbers(void **state)
     const double s[2] = {0, 0.75};
     solve_section made[2];
     assert_int_equal(solve_rod_sections(rod, 2, s, made, NULL), AD_OK);
-    assert_near(made[0].strain_compliance[0], 0.2 / 40, rounding);
-    assert_near(made[0].strain_compliance[1], 0, 0); /* locked */
-    assert_near(made[0].strain_stiffness[1], 0, 0);
-    assert_near(made[0].curvature_compliance[0], 0.8 / 1.2, rounding);
-    assert_near(made[0].curvature_stiffness[2], 0.5 / 0.8, rounding);
+    assert_near(made[0].compliance[0], 0.2 / 40, rounding);
+    assert_near(made[0].compliance[1], 0, 0); /* locked */
+    assert_near(made[0].stiffness[1], 0, 0);
+    assert_near(made[0].compliance[3], 0.8 / 1.2, rounding);
+    assert_near(made[0].stiffness[5], 0.5 / 0.8, rounding);
     assert_near(made[0].mass, 1, 0);
     assert_near(rod->duration, 3 / time, rounding);
     assert_near(made[0].rotary_inertia[0], 0.03 / (3 * 4), rounding); /* rhoI / (rhoA L^2) */
-    assert_near(made[0].strain_damping[0], 0.6 / (0.2 * time), rounding);
-    assert_near(made[0].curvature_damping[2], 0.01 / (0.8 * time), rounding);
+    assert_near(made[0].damping[0], 0.6 / (0.2 * time), rounding);
+    assert_near(made[0].damping[5], 0.01 / (0.8 * time), rounding);
     double along[2 * ACTING_ALONG_MAX];
     const double *end = along + rod->along.numbers;
     assert_int_equal(rod->along.count, 3);

@@ -456,7 +456,7 @@ static void test_webster(void **state)
 static void test_derivatives(void **state)
 {
     (void)state;
-    const double strain[2][3] = {{0.01, 0.02, 0.03}, {0, 0, 0}}, curvature[3] = {1, 0.8, 1.3};
+    const double compliance[2][6] = {{0.01, 0.02, 0.03, 1, 0.8, 1.3}, {0, 0, 0, 1, 0.8, 1.3}};
     enum { TUBES = 2, PULLING = 3, ROWS = STATIC_TUBES + 2 * TUBES };
     const solve_extent extents[PULLING + TUBES] = {{.end = 1},
                                                    {.end = 1},
@@ -478,8 +478,7 @@ static void test_derivatives(void **state)
         const static_point at = {.rest = {.strain = {0, 0, 1}, .curvature = {0.1, -0.2, 0.3}},
                                  .acting = &loads,
                                  .numbers = {0.3, 0.2, 0.1, -0.5, 0.1, 0.2},
-                                 .strain_compliance = strain[locked],
-                                 .curvature_compliance = curvature,
+                                 .compliance = compliance[locked],
                                  .actuation = {.count = PULLING + TUBES,
                                                .extents = extents,
                                                .actuators = actuators,

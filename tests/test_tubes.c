@@ -261,8 +261,7 @@ static void check_tape(const scene *given, double s, double load_factor)
     assert_int_equal(solve_rod_actuators(rod, 1, &s, 0, actuators, &error), AD_OK);
     static_point at = {.rest = rest,
                        .acting = &rod->along,
-                       .strain_compliance = section.strain_compliance,
-                       .curvature_compliance = section.curvature_compliance,
+                       .compliance = section.compliance,
                        .actuation = solve_actuation_at(rod, actuators, 0, s, load_factor),
                        .tubes = rod->tubes};
     acting_on_way(at.acting, along, load_factor, load_factor, at.numbers);

@@ -99,6 +99,15 @@ static void record_tube(const ad_value *given, ad_value *energy)
     *energy = ad_add(ad_scale(twice, 0.5), ad_mul(m, ad_sub(u[2], k[2])));
 }
 
+static void record_squares(const ad_value *given, ad_value *energy)
+{
+    ad_value twice = ad_mul(given[LAW_WRENCH], ad_square(given[0]));
+    for (int i = 1; i < LAW_WRENCH; i++) {
+        twice = ad_add(twice, ad_mul(given[LAW_WRENCH + i], ad_square(given[i])));
+    }
+    *energy = ad_scale(twice, 0.5);
+}
+
 /* ---- outside ------------------------------------------------------------------------------- */
 
 enum { ROTATION = 3, VELOCITY = 7, NUMBERS = LAW_STATE };
@@ -253,6 +262,7 @@ const law law_table[LAW_COUNT] = {
                     .kind = LAW_LOADS,
                     .numbers = 5,
                     .has_energy = true,
+                    .couples = true,
                     .record = record_tendon},
     [LAW_CHAMBER] = {.name = "chamber",
                      .about = "A fluid chamber: pull p'_3; x, y, x', y', pull.",
@@ -265,6 +275,7 @@ const law law_table[LAW_COUNT] = {
                   .kind = LAW_STORES,
                   .numbers = 8,
                   .has_energy = true,
+                  .couples = true,
                   .record = record_unit},
     [LAW_ROUND_UNIT] = {.name = "round_unit",
                         .about =
@@ -273,6 +284,7 @@ const law law_table[LAW_COUNT] = {
                         .kind = LAW_STORES,
                         .numbers = 9,
                         .has_energy = true,
+                        .couples = true,
                         .record = record_round_unit},
     [LAW_TUBE] = {.name = "tube",
                   .about = "A tube around the rod: K (w - k)^2/2 + m (u_3 - k_3) - c m^2/2, w of u "
@@ -280,7 +292,20 @@ const law law_table[LAW_COUNT] = {
                   .kind = LAW_STORES,
                   .numbers = 6,
                   .has_energy = true,
+                  .couples = true,
                   .record = record_tube},
+    [LAW_ELASTIC] = {.name = "elastic",
+                     .about = "A section: k x^2/2 of strains beyond those at rest; k.",
+                     .kind = LAW_STORES,
+                     .numbers = 6,
+                     .has_energy = true,
+                     .record = record_squares},
+    [LAW_DAMPING] = {.name = "damping",
+                     .about = "Damping of the material: b x^2/2 of rates of strain; b.",
+                     .kind = LAW_DISSIPATES,
+                     .numbers = 6,
+                     .has_energy = true,
+                     .record = record_squares},
     [LAW_SPRING] = {.name = "spring",
                     .about = "A spring, or a foundation: k (r - place - shift)^2/2; "
                              "shift, k, place.",

@@ -4,7 +4,9 @@
  * derivatives are made by the tape's transforms alone.
  *
  * A law within the rod is the energy of a section per length, a function of v and u and of an
- * actuator: the wrench is its gradient, the stiffness its second derivative. That of a tube, which
+ * actuator: the wrench is its gradient, the stiffness its second derivative. What dissipates there
+ * has a dissipation function of v_t and u_t in its place: its gradient, the wrench, times these
+ * rates is the power that it takes. That of a tube, which
  * turns by itself, is a function of u, its turn theta and its torsion m, in this order, less m
  * times the twist theta' + u_3 - k_3: its gradient is what the rod's moment gains, m' and -theta'.
  *
@@ -27,6 +29,8 @@ typedef enum law_name {
                             v - J u and v + J u across, J u = (u_2, -u_1), and u_3 v . u across */
     LAW_TUBE,            /* energy: 1/2 K (w - k)^2 + m (u_3 - k_3) - c m^2/2, w of u turned back by
                             theta (Rucker, Jones, Webster 2010); u, cos theta, sin theta, m */
+    LAW_ELASTIC,         /* energy: 1/2 sum_i k_i x_i^2 of strains x = (v - v*, u - u*) */
+    LAW_DAMPING,         /* Kelvin-Voigt: 1/2 sum_i b_i x_i^2 of their rates x = (v_t, u_t) */
     LAW_SPRING,          /* energy: 1/2 sum_i k_i (r - place - shift)_i^2, along the world's axes */
     LAW_TURNING_SPRING,  /* energy: 1/2 sum_i k_i phi_i^2, phi from upright to q, about directors */
     LAW_RESISTANCE,      /* force against the velocity: -(c_1 + c_2 |V|) V */
@@ -56,6 +60,7 @@ typedef struct law {
     int shares;  /* the first so many are those of the full load, and 0 without */
     bool has_energy;
     bool along_axes; /* of the world: else the same in any frame */
+    bool couples;    /* within the rod: the wrench of one strain depends on others */
     /* Outside: what it depends on, and what it gives. */
     bool by_position, by_rotation, by_velocity, has_force, has_moment;
     bool steady_force; /* by_position is of the moment alone */

@@ -45,6 +45,7 @@ static void write_within(writer *w, law_name name, const law_formula *x)
         }
     }
     write_function(w, name, "_energy", 3, input, 1, &energy);
+    write_function(w, name, "_wrench", 3, input, 1, all);
     if (!tube) {
         write_function(w, name, "_by_v", 3, input, 2, some);
     }

@@ -149,8 +149,7 @@ static ad_status compliance_of(const modes *m, int element, const solve_paramete
     solve_section made;
     ad_status status = solve_rod_part(m->rod, SOLVE_SECTIONS, 1, &m->s[element * (m->stages + 1)],
                                       0, open ? open->values : NULL, (double *)&made, error);
-    memcpy(compliance + MODES_V, made.strain_compliance, sizeof made.strain_compliance);
-    memcpy(compliance + MODES_U, made.curvature_compliance, sizeof made.curvature_compliance);
+    memcpy(compliance, made.compliance, sizeof made.compliance);
     return status;
 }
 
@@ -228,7 +227,7 @@ static ad_status allocate(modes *m, ad_error *error)
     bool failed = false;
     m->value = rows(points * width, sizeof(double), &failed);
     m->actuators = rows(points * (size_t)m->rod->actuators, sizeof *m->actuators, &failed);
-    m->pull_by = rows(points * MODES_STRAINS * MODES_STRAINS, sizeof(double), &failed);
+    m->pull_by = rows(points, sizeof *m->pull_by, &failed);
     m->inputs_at = rows(points * (size_t)m->inputs, sizeof(double), &failed);
     m->input = rows((size_t)m->inputs, sizeof(double), &failed);
     m->center = rows((size_t)m->inputs, sizeof(double), &failed);
@@ -297,7 +296,11 @@ static ad_status fill(modes *m, const solve_parameters *open, int finer, ad_erro
     }
     if (status == AD_OK) {
         m->is_pulled = m->rod->actuators > 0;
-        m->has_tendons = m->rod->scene.tendon_count > 0;
+        m->is_coupled = m->rod->scene.rod.law || law_table[LAW_ELASTIC].couples ||
+                        law_table[LAW_DAMPING].couples;
+        for (int i = 0; i < m->rod->actuators; i++) {
+            m->is_coupled = m->is_coupled || law_table[m->rod->extents[i].law].couples;
+        }
         status = modes_at(m, 0, open ? open->values : NULL, error);
     }
     solve_quadrature_free(x.places);

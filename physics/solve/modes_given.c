@@ -48,11 +48,9 @@ static ad_status give_sections(modes *m, ad_error *error)
         to->mass = to->weight * made[p].mass;
         for (int k = 0; k < 3; k++) {
             to->inertia[k] = to->weight * made[p].rotary_inertia[k];
-            to->stiffness[MODES_V + k] = made[p].strain_stiffness[k]; /* 0: locked */
-            to->stiffness[MODES_U + k] = made[p].curvature_stiffness[k];
-            to->damping[MODES_V + k] = made[p].strain_damping[k];
-            to->damping[MODES_U + k] = made[p].curvature_damping[k];
         }
+        memcpy(to->stiffness, made[p].stiffness, sizeof to->stiffness); /* 0: locked */
+        memcpy(to->damping, made[p].damping, sizeof to->damping);
     }
     return status;
 }

@@ -58,6 +58,13 @@ typedef struct modes_mode {
     int strain, degree, first_element, last_element;
 } modes_mode;
 
+static inline void strain_beyond_rest(const modes_point *at, double off[MODES_STRAINS])
+{
+    for (int c = 0; c < MODES_STRAINS; c++) {
+        off[c] = at->strain[c] - at->rest[c];
+    }
+}
+
 typedef struct modes_element {
     int own, end; /* modes own .. end - 1 are its own; those from 0 on move its points */
     int width;    /* end, padded */
@@ -83,7 +90,8 @@ struct modes {
         double *base, *slope; /* [count], [inputs][count]; NULL: not known to be of this form */
     } affine[SOLVE_PARTS];
     double *center; /* [inputs] */
-    bool has_given, is_pulled, has_tendons, is_locked;
+    bool has_given, is_pulled, is_locked;
+    bool is_coupled;                                 /* the stress of a strain depends on others */
     double magnus[3][GAUSS_STAGES_MAX][MODES_STEPS]; /* of the steps from point to point, padded */
     gauss_rule rule;
 
@@ -96,10 +104,10 @@ struct modes {
     int *turn_at;           /* [elements] jump of a joint at its end; -1: none */
     double *along;          /* [points][numbers of what acts along the rod] */
     solve_end_state start;
-    solve_actuator *actuators; /* [points][actuators] */
-    double *pull_by;           /* [points][6][6] derivatives of the pull by the strain, where
-                                * they were asked for */
-    double base[2][3];         /* force and moment by which the rod is held at s = 0, world */
+    solve_actuator *actuators;        /* [points][actuators] */
+    double (*pull_by)[LAW_STIFFNESS]; /* [points] derivatives of pull and law by the strain
+                                       * (law_entry), where they were asked for */
+    double base[2][3]; /* force and moment by which the rod is held at s = 0, world */
 
     /* rows [width] of matrices, of a change of each mode */
     double *theta, *rho; /* [points][3]: turn, displacement */

@@ -1,4 +1,5 @@
 /* Changes of a reduced rod by each of its modes, side by side: stiffness and damping. */
+#include "physics/law/law_numbers.h"
 #include "physics/solve/modes_rows.h"
 
 /* What x [stages + 1] and all `beyond` do at Gauss points, by the transposed matrix: to [stages].
@@ -284,28 +285,51 @@ PROCESSOR_INLINE void change_forces(modes *m, int e, changes *x)
 
 /* ---- back from the tip --------------------------------------------------------------------- */
 
+/* What the stress at a point changes by, by the strain and by its rate (law_entry). */
+static void differentiate_stress(const modes *m, int p, double by[2][LAW_STIFFNESS])
+{
+    const modes_point *at = &m->point[p];
+    double off[MODES_STRAINS], stress[MODES_STRAINS] = {0};
+    strain_beyond_rest(at, off);
+    memset(by, 0, 2 * sizeof *by);
+    if (m->is_pulled || m->rod->scene.rod.law) {
+        memcpy(by[0], m->pull_by[p], sizeof by[0]);
+    }
+    number_law_elastic(off, off + MODES_U, at->stiffness, stress, by[0]);
+    number_law_damping(at->rate, at->rate + MODES_U, at->damping, stress, by[1]);
+}
+
+/* One past the last of the element's own modes that are of the same strain, which follow one
+ * another. */
+static int same_strain(const modes *m, int e, int first)
+{
+    int end = first;
+    while (end < m->element[e].end && m->mode[end].strain == m->mode[first].strain) {
+        end++;
+    }
+    return end;
+}
+
 /* Adds to the derivatives what the stress at a point changes by. */
 static void add_stress(const modes *m, int e, int p, double *by_q, double *by_v)
 {
     const modes_element *element = &m->element[e];
-    const modes_point *at = &m->point[p];
     const double *value = m->value + p * m->width;
-    const double(*pull)[MODES_STRAINS] =
-        (const double(*)[MODES_STRAINS])m->pull_by + p * MODES_STRAINS;
-    const bool beyond = m->has_tendons || m->rod->scene.rod.law;
+    double by[2][LAW_STIFFNESS];
+    differentiate_stress(m, p, by);
     for (int first = element->own, end; first < element->end; first = end) {
-        const int c = m->mode[first].strain; /* modes of one strain follow one another */
-        for (end = first; end < element->end && m->mode[end].strain == c; end++) {
-        }
-        for (int b = first; b < end; b++) {
-            const double by = at->weight * value[b];
-            const double K = by * at->stiffness[c], D = by * at->damping[c];
-            for (int a = first; a < end; a++) {
-                by_q[b * m->width + a] += value[a] * K;
-                by_v[b * m->width + a] += value[a] * D;
-            }
-            for (int a = element->own; a < element->end && beyond; a++) {
-                by_q[b * m->width + a] += by * value[a] * pull[c][m->mode[a].strain];
+        const int from = m->is_coupled ? element->own : first;
+        end = same_strain(m, e, first);
+        for (int other = from, stop; other < (m->is_coupled ? element->end : end); other = stop) {
+            const int entry = law_entry(m->mode[first].strain, m->mode[other].strain);
+            stop = same_strain(m, e, other);
+            for (int b = first; b < end; b++) {
+                const double weight = m->point[p].weight * value[b];
+                const double K = weight * by[0][entry], D = weight * by[1][entry];
+                for (int a = other; a < stop; a++) {
+                    by_q[b * m->width + a] += value[a] * K;
+                    by_v[b * m->width + a] += value[a] * D;
+                }
             }
         }
     }

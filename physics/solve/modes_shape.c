@@ -1,4 +1,5 @@
 /* Shape, motion and forces of a reduced rod: sums from the start to the tip and back. */
+#include "physics/law/law_numbers.h"
 #include "physics/solve/actuation.h"
 #include "physics/solve/modes_internal.h"
 #include "physics/solve/strain_inline.h"
@@ -193,14 +194,12 @@ FOR_EACH_PROCESSOR static void pull_points(modes *m, int e, bool derive)
                                sum.wrench, sum.stiffness);
         }
         for (int lane = 0; lane < LANES && first + lane < n; lane++) {
-            modes_point *to = &at[first + lane];
-            double(*by)[MODES_STRAINS] =
-                (double(*)[MODES_STRAINS])m->pull_by + (e * (n + 1) + first + lane) * MODES_STRAINS;
+            double *by = m->pull_by[e * (n + 1) + first + lane];
             for (int i = 0; i < MODES_STRAINS; i++) {
-                to->pull[i] = sum.wrench[i][lane];
-                for (int j = 0; j < MODES_STRAINS && derive; j++) {
-                    by[i][j] = sum.stiffness[law_entry(i, j)][lane];
-                }
+                at[first + lane].pull[i] = sum.wrench[i][lane];
+            }
+            for (int i = 0; i < LAW_STIFFNESS && derive; i++) {
+                by[i] = sum.stiffness[i][lane];
             }
         }
     }
@@ -215,11 +214,12 @@ static void bend_points(modes *m, int e, bool derive)
                                      .length = m->rod->scales.length,
                                      .unit_force = m->rod->scales.force,
                                      .rest = at->rest};
-        double by[MODES_STRAINS][MODES_STRAINS],
-            *to = m->pull_by + p * MODES_STRAINS * MODES_STRAINS;
+        double by[MODES_STRAINS][MODES_STRAINS], *to = m->pull_by[p];
         at->law_energy = solve_law_energy(&law, at->strain, at->law, derive ? by : NULL);
-        for (int i = 0; i < MODES_STRAINS * MODES_STRAINS && derive; i++) {
-            to[i] = by[i / MODES_STRAINS][i % MODES_STRAINS] + (m->is_pulled ? to[i] : 0);
+        for (int i = 0; i < MODES_STRAINS && derive; i++) {
+            for (int j = i; j < MODES_STRAINS; j++, to++) {
+                *to = by[i][j] + (m->is_pulled ? *to : 0);
+            }
         }
     }
 }
@@ -234,9 +234,12 @@ static void stress_points(modes *m, int e, bool derive)
     }
     for (int i = 0; i < m->stages; i++) {
         modes_point *at = &m->point[e * (m->stages + 1) + i];
+        double off[MODES_STRAINS], stress[MODES_STRAINS] = {0};
+        strain_beyond_rest(at, off);
+        number_law_elastic_wrench(off, off + MODES_U, at->stiffness, stress);
+        number_law_damping_wrench(at->rate, at->rate + MODES_U, at->damping, stress);
         for (int c = 0; c < MODES_STRAINS; c++) {
-            at->stress[c] = at->stiffness[c] * (at->strain[c] - at->rest[c]) +
-                            at->damping[c] * at->rate[c] + at->pull[c] + at->law[c];
+            at->stress[c] = stress[c] + at->pull[c] + at->law[c];
         }
     }
 }
@@ -398,11 +401,10 @@ solve_energy modes_energy_now(const modes *m)
         for (int k = 0; k < 3; k++) {
             energy.kinetic += 0.5 * at->inertia[k] * spin[k] * spin[k];
         }
-        for (int c = 0; c < MODES_STRAINS && at->weight > 0; c++) {
-            const double off = at->strain[c] - at->rest[c];
-            energy.strain += 0.5 * at->weight * at->stiffness[c] * off * off;
-        }
-        energy.strain += at->weight * at->law_energy;
+        double off[MODES_STRAINS], elastic = at->law_energy;
+        strain_beyond_rest(at, off);
+        number_law_elastic_energy(off, off + MODES_U, at->stiffness, &elastic);
+        energy.strain += at->weight * elastic;
         if (along->count > 0 && at->weight > 0) {
             energy.strain +=
                 at->weight * acting_energy(along, m->along + p * along->numbers, section_of(at));
@@ -456,11 +458,14 @@ void modes_power_now(const modes *m, double *load, double *dissipation)
         if ((along->kinds & ~ACTING_DEAD) && at->weight > 0) {
             add_power(along, m->along + p * along->numbers, at->weight, at, load, dissipation);
         }
+        double off[MODES_STRAINS], elastic[MODES_STRAINS] = {0}, viscous[MODES_STRAINS] = {0};
+        strain_beyond_rest(at, off);
+        number_law_elastic_wrench(off, off + MODES_U, at->stiffness, elastic);
+        number_law_damping_wrench(at->rate, at->rate + MODES_U, at->damping, viscous);
         for (int c = 0; c < MODES_STRAINS && at->weight > 0; c++) {
-            const double rate = at->rate[c];
-            const double elastic = at->stiffness[c] * (at->strain[c] - at->rest[c]) + at->law[c];
-            *dissipation += at->weight * at->damping[c] * rate * rate;
-            *load -= at->weight * (elastic * at->rest_rate[c] + at->pull[c] * rate);
+            *dissipation += at->weight * viscous[c] * at->rate[c];
+            *load -= at->weight *
+                     ((elastic[c] + at->law[c]) * at->rest_rate[c] + at->pull[c] * at->rate[c]);
         }
     }
 }

@@ -122,12 +122,9 @@ static void set_block_material(motion *m, int element, int index, double lock)
         const solve_section *made = &m->made[point];
         bool counts = index * LANES + lane <= m->degree;
         to->weight[lane] = counts ? m->point_weight[point] : 0;
-        for (int i = 0; i < 3; i++) {
-            double strain = made->strain_stiffness[i], curvature = made->curvature_stiffness[i];
-            to->strain_stiffness[i][lane] = strain > 0 ? strain : lock;
-            to->curvature_stiffness[i][lane] = curvature > 0 ? curvature : lock;
-            to->strain_damping[i][lane] = made->strain_damping[i];
-            to->curvature_damping[i][lane] = made->curvature_damping[i];
+        for (int i = 0; i < MOTION_STRAINS; i++) {
+            to->stiffness[i][lane] = made->stiffness[i] > 0 ? made->stiffness[i] : lock;
+            to->damping[i][lane] = made->damping[i];
         }
     }
 }
@@ -138,8 +135,8 @@ static void set_rest_blocks(motion *m)
         for (int lane = 0; lane < LANES; lane++) {
             const solve_rest *rest = &m->rest[point_of(m, b / m->blocks, b % m->blocks, lane)];
             for (int i = 0; i < 3; i++) {
-                m->block[b].rest_strain[i][lane] = rest->strain[i];
-                m->block[b].rest_curvature[i][lane] = rest->curvature[i];
+                m->block[b].rest[i][lane] = rest->strain[i];
+                m->block[b].rest[MOTION_U + i][lane] = rest->curvature[i];
             }
         }
     }
@@ -155,7 +152,7 @@ static ad_status lump(motion *m, ad_error *error)
         m->mass[node] += m->point_weight[point] * made->mass;
         for (int i = 0; i < 3; i++) {
             m->inertia[node][i] += m->point_weight[point] * made->rotary_inertia[i];
-            m->is_damped |= made->strain_damping[i] != 0 || made->curvature_damping[i] != 0;
+            m->is_damped |= made->damping[i] != 0 || made->damping[MOTION_U + i] != 0;
             if (!(made->rotary_inertia[i] > 0)) {
                 return ad_fail(error, AD_BAD_INPUT,
                                "rotary inertia about d%d is %g in a dynamic scene; allowed: > 0",

@@ -1,6 +1,7 @@
 /* Energy and power of a rod in motion, and its state between nodes. */
 #include "physics/solve/motion_internal.h"
 
+#include "physics/law/law_numbers.h"
 #include "physics/quaternion.h"
 #include "physics/solve/lobatto.h"
 
@@ -37,23 +38,25 @@ static void add_point(const motion *m, int element, int k, section_sums *sum)
     const solve_rest *rest = &m->rest[element * (m->degree + 1) + k];
     const int lane = k % LANES;
     const double weight = at->weight[lane];
-    sum->energy += weight * at->law_energy[lane];
-    for (int i = 0; i < 3; i++) {
-        double strain = at->v[i][lane] - at->rest_strain[i][lane];
-        double bend = at->u[i][lane] - at->rest_curvature[i][lane];
-        double bse = at->strain_damping[i][lane], bbt = at->curvature_damping[i][lane];
-        double linear_n = at->strain_stiffness[i][lane] * strain;
-        double linear_m = at->curvature_stiffness[i][lane] * bend;
-        double elastic_n = linear_n + at->law_n[i][lane];
-        double elastic_m = linear_m + at->law_m[i][lane];
-        double viscous_n = at->n[i][lane] - elastic_n - at->pull_n[i][lane];
-        double viscous_m = at->m[i][lane] - elastic_m - at->pull_m[i][lane];
-        sum->energy += 0.5 * weight * (linear_n * strain + linear_m * bend);
-        sum->dissipation += bse > 0 ? weight * viscous_n * viscous_n / bse : 0;
-        sum->dissipation += bbt > 0 ? weight * viscous_m * viscous_m / bbt : 0;
-        sum->reshaping -=
-            weight * (elastic_n * rest->strain_rate[i] + elastic_m * rest->curvature_rate[i]);
+    double off[MOTION_STRAINS], rate[MOTION_STRAINS], stiffness[MOTION_STRAINS];
+    double damping[MOTION_STRAINS], elastic[MOTION_STRAINS], viscous[MOTION_STRAINS] = {0};
+    double energy = at->law_energy[lane];
+    for (int i = 0; i < MOTION_STRAINS; i++) {
+        off[i] = at->strain[i][lane] - at->rest[i][lane];
+        rate[i] = at->rate[i][lane];
+        stiffness[i] = at->stiffness[i][lane];
+        damping[i] = at->damping[i][lane];
+        elastic[i] = at->law[i][lane];
     }
+    number_law_elastic_energy(off, off + MOTION_U, stiffness, &energy);
+    number_law_elastic_wrench(off, off + MOTION_U, stiffness, elastic);
+    number_law_damping_wrench(rate, rate + MOTION_U, damping, viscous);
+    sum->energy += weight * energy;
+    for (int i = 0; i < MOTION_STRAINS; i++) {
+        sum->dissipation += weight * viscous[i] * rate[i];
+    }
+    sum->reshaping -= weight * (vector_dot(elastic, rest->strain_rate) +
+                                vector_dot(elastic + MOTION_U, rest->curvature_rate));
 }
 
 static section_sums sum_sections(const motion *m)
@@ -148,10 +151,10 @@ static void sample_node(const motion *m, int element, int k, double scale, solve
         to->position[i] += scale * m->pose[node][i];
         to->velocity[i] += scale * m->flow[node][i];
         to->spin[i] += scale * spin[i];
-        to->strain[i] += scale * at->v[i][lane];
-        to->curvature[i] += scale * at->u[i][lane];
-        to->force[i] += scale * at->n[i][lane];
-        to->moment[i] += scale * at->m[i][lane];
+        to->strain[i] += scale * at->strain[i][lane];
+        to->curvature[i] += scale * at->strain[MOTION_U + i][lane];
+        to->force[i] += scale * at->stress[i][lane];
+        to->moment[i] += scale * at->stress[MOTION_U + i][lane];
     }
 }
 

@@ -2,8 +2,8 @@
 #include "physics/solve/motion_internal.h"
 
 #include "physics/quaternion.h"
+#include "physics/solve/laws_lanes.h"
 #include "physics/solve/lobatto.h"
-#include "physics/solve/quaternion_lanes.h"
 
 #include <math.h>
 #include <string.h>
@@ -78,7 +78,7 @@ PROCESSOR_INLINE void gather(const motion *m, int block, int first, int count,
     }
 }
 
-/* v, u, n, m of an element, without damping. */
+/* Strain and stress of an element, without damping. */
 FOR_EACH_PROCESSOR static void strain_element(motion *m, int element)
 {
     double room[LOBATTO_DEGREE_MAX + 1][LANES];
@@ -86,21 +86,32 @@ FOR_EACH_PROCESSOR static void strain_element(motion *m, int element)
     const double scale = 2 / (m->edge[element + 1] - m->edge[element]);
     for (int b = 0; b < m->blocks; b++) {
         motion_block *at = &m->block[element * m->blocks + b];
-        lanes slope[MOTION_LANES], R[3][3], p[4];
+        lanes slope[MOTION_LANES], R[3][3], p[4], off[MOTION_STRAINS];
         differentiate(m, b, pose, slope);
         for (int c = 0; c < MOTION_LANES; c++) {
             slope[c] *= scale;
         }
         gather(m, b, MOTION_LANE_Q, 4, pose, at->q);
         lanes_rotation_matrix(at->q, R);
-        lanes_to_body(R, slope, at->v);
+        lanes_to_body(R, slope, at->strain);
         lanes_quaternion_quotient(at->q, slope + MOTION_LANE_Q, p);
         at->along = p[0];
         for (int i = 0; i < 3; i++) {
-            at->u[i] = 2 * p[i + 1];
-            at->n[i] = at->strain_stiffness[i] * (at->v[i] - at->rest_strain[i]);
-            at->m[i] = at->curvature_stiffness[i] * (at->u[i] - at->rest_curvature[i]);
+            at->strain[MOTION_U + i] = 2 * p[i + 1];
         }
+        for (int i = 0; i < MOTION_STRAINS; i++) {
+            off[i] = at->strain[i] - at->rest[i];
+        }
+        memset(at->stress, 0, sizeof at->stress);
+        lanes_law_elastic_wrench(off, off + MOTION_U, at->stiffness, at->stress);
+    }
+}
+
+/* Strains of a lane. */
+static void strains_of(const motion_block *at, int lane, double strains[MOTION_STRAINS])
+{
+    for (int i = 0; i < MOTION_STRAINS; i++) {
+        strains[i] = at->strain[i][lane];
     }
 }
 
@@ -116,16 +127,11 @@ static void bend_element(motion *m, int element)
                                      .unit_force = m->rod->scales.force,
                                      .rest =
                                          (const double *)&m->rest[element * (m->degree + 1) + k]};
-        for (int i = 0; i < 3; i++) {
-            strains[i] = at->v[i][lane];
-            strains[3 + i] = at->u[i][lane];
-        }
+        strains_of(at, lane, strains);
         at->law_energy[lane] = solve_law_energy(&law, strains, wrench, NULL);
-        for (int i = 0; i < 3; i++) {
-            at->law_n[i][lane] = wrench[i];
-            at->law_m[i][lane] = wrench[3 + i];
-            at->n[i][lane] += wrench[i];
-            at->m[i][lane] += wrench[3 + i];
+        for (int i = 0; i < MOTION_STRAINS; i++) {
+            at->law[i][lane] = wrench[i];
+            at->stress[i][lane] += wrench[i];
         }
     }
 }
@@ -150,13 +156,14 @@ FOR_EACH_PROCESSOR static void damp_element(motion *m, int element)
         }
         lanes_rotation_matrix(at->q, R);
         lanes_to_body(R, rate, v_t);
-        lanes_vector_cross(at->v, spin + 1, turning);
+        lanes_vector_cross(at->strain, spin + 1, turning);
         lanes_quaternion_quotient(q_t, slope + MOTION_LANE_Q, p);
         lanes_quaternion_quotient(at->q, rate + MOTION_LANE_Q, p_t);
         for (int i = 0; i < 3; i++) {
-            at->n[i] += at->strain_damping[i] * (scale * v_t[i] + turning[i]);
-            at->m[i] += at->curvature_damping[i] * 2 * scale * (p[i + 1] + p_t[i + 1]);
+            at->rate[i] = scale * v_t[i] + turning[i];
+            at->rate[MOTION_U + i] = 2 * scale * (p[i + 1] + p_t[i + 1]);
         }
+        lanes_law_damping_wrench(at->rate, at->rate + MOTION_U, at->damping, at->stress);
     }
 }
 
@@ -168,10 +175,7 @@ static solve_actuation actuation_at(const motion *m, int element, int k, double 
     const size_t point = (size_t)element * (m->degree + 1) + k;
     solve_actuation pulling = solve_actuation_at(m->rod, m->actuators, point, m->point_s[point], 1);
     pulling.tensions = m->tensions;
-    for (int i = 0; i < 3; i++) {
-        strains[i] = at->v[i][lane];
-        strains[3 + i] = at->u[i][lane];
-    }
+    strains_of(at, lane, strains);
     return pulling;
 }
 
@@ -210,9 +214,8 @@ static void pull_element(motion *m, int element)
         double strains[ACTUATION_ROWS], wrench[ACTUATION_ROWS];
         const solve_actuation pulling = actuation_at(m, element, k, strains);
         solve_actuation_wrench(&pulling, strains, wrench, NULL);
-        for (int i = 0; i < 3; i++) {
-            at->pull_n[i][lane] = wrench[i];
-            at->pull_m[i][lane] = wrench[3 + i];
+        for (int i = 0; i < MOTION_STRAINS; i++) {
+            at->pull[i][lane] = wrench[i];
         }
     }
 }
@@ -222,20 +225,21 @@ static void pull_element(motion *m, int element)
 PROCESSOR_INLINE void wrench_of(motion *m, int element, int block, lanes torque[3])
 {
     const motion_block *at = &m->block[element * m->blocks + block];
+    const lanes *n = at->stress, *moment = at->stress + MOTION_U, *u = at->strain + MOTION_U;
     const double scale = 2 / (m->edge[element + 1] - m->edge[element]);
     int stride = m->blocks * LANES;
     lanes R[3][3], q[4], wrench[MOTION_LANES], cross_n[3], cross_m[3], weight = at->weight;
     memcpy(q, at->q, sizeof q);
     lanes_rotation_matrix(q, R);
-    lanes_to_world(R, at->n, wrench);
-    lanes_quaternion_times_vector(q, at->m, wrench + MOTION_LANE_Q);
+    lanes_to_world(R, n, wrench);
+    lanes_quaternion_times_vector(q, moment, wrench + MOTION_LANE_Q);
     for (int c = 0; c < MOTION_LANES; c++) {
         *(lanes *)(m->wrench + c * stride + block * LANES) = scale * weight * wrench[c];
     }
-    lanes_vector_cross(at->v, at->n, cross_n);
-    lanes_vector_cross(at->u, at->m, cross_m);
+    lanes_vector_cross(at->strain, n, cross_n);
+    lanes_vector_cross(u, moment, cross_m);
     for (int i = 0; i < 3; i++) {
-        torque[i] = weight * (at->along * at->m[i] + 0.5 * cross_m[i] + cross_n[i]);
+        torque[i] = weight * (at->along * moment[i] + 0.5 * cross_m[i] + cross_n[i]);
     }
 }
 
@@ -306,8 +310,7 @@ static void pull_nodes(motion *m)
     for (int e = 0; e < m->elements; e++) {
         pull_element(m, e);
         for (int b = e * m->blocks; b < (e + 1) * m->blocks; b++) {
-            memcpy(m->block[b].n, m->block[b].pull_n, sizeof m->block[b].n);
-            memcpy(m->block[b].m, m->block[b].pull_m, sizeof m->block[b].m);
+            memcpy(m->block[b].stress, m->block[b].pull, sizeof m->block[b].stress);
         }
         push_element(m, e);
     }
@@ -318,9 +321,8 @@ static void pull_nodes(motion *m)
 static void add_pull(motion *m, int element)
 {
     for (int b = element * m->blocks; b < (element + 1) * m->blocks; b++) {
-        for (int i = 0; i < 3; i++) {
-            m->block[b].n[i] += m->block[b].pull_n[i];
-            m->block[b].m[i] += m->block[b].pull_m[i];
+        for (int i = 0; i < MOTION_STRAINS; i++) {
+            m->block[b].stress[i] += m->block[b].pull[i];
         }
     }
 }

@@ -36,10 +36,8 @@ static ad_status put_sections(const solve_rod *rod, const double *s, columns *to
     ad_status status = solve_rod_sections(rod, to->n, s, made, error);
     status = status == AD_OK ? solve_rod_initial(rod, to->n, s, initial, error) : status;
     for (size_t i = 0; i < to->n && status == AD_OK; i++) {
-        put(to, i, 0, made[i].strain_stiffness, 3);
-        put(to, i, 3, made[i].curvature_stiffness, 3);
-        put(to, i, 6, made[i].strain_damping, 3);
-        put(to, i, 9, made[i].curvature_damping, 3);
+        put(to, i, 0, made[i].stiffness, 6);
+        put(to, i, 6, made[i].damping, 6);
         put(to, i, 12, &made[i].mass, 1);
         put(to, i, 13, made[i].rotary_inertia, 3);
         put(to, i, SECTION, (const double *)&initial[i], INITIAL);

@@ -9,18 +9,21 @@
 /* What is differentiated at a node, padded for the processor: a vector, a quaternion, 0. */
 enum { MOTION_LANE_Q = 3, MOTION_LANES = 7 };
 
+/* Strains v and then u, and what goes with them. */
+enum { MOTION_U = 3, MOTION_STRAINS = 6 };
+
 /* Quadrature points of one element side by side, LANES of them; those beyond its last point repeat
  * it and count for nothing. Body frame. Locked strains have a finite stiffness here. */
 typedef struct motion_block {
     lanes weight; /* of the quadrature over s */
-    lanes strain_stiffness[3], curvature_stiffness[3];
-    lanes strain_damping[3], curvature_damping[3];
-    lanes rest_strain[3], rest_curvature[3];
-    lanes q[4], v[3], u[3], n[3], m[3];
-    lanes pull_n[3], pull_m[3]; /* of tendons and chambers, a part of n and m */
-    lanes law_n[3], law_m[3];   /* the same of a law, beyond the stiffness; */
-    lanes law_energy;           /* per length */
-    lanes along;                /* scalar part of q* q_s: q is unit at nodes only */
+    lanes stiffness[MOTION_STRAINS], damping[MOTION_STRAINS], rest[MOTION_STRAINS];
+    lanes q[4], strain[MOTION_STRAINS];
+    lanes rate[MOTION_STRAINS];   /* of strain, where it is damped */
+    lanes stress[MOTION_STRAINS]; /* n, m */
+    lanes pull[MOTION_STRAINS];   /* of tendons and chambers, a part of the stress */
+    lanes law[MOTION_STRAINS];    /* the same of a law, beyond the stiffness; */
+    lanes law_energy;             /* per length */
+    lanes along;                  /* scalar part of q* q_s: q is unit at nodes only */
 } motion_block;
 
 /* A node where something acts: rod->jumps.at[] in their order. At a joint the node has a frame of

@@ -43,8 +43,7 @@ static ad_status given_at(const void *context, size_t n, const double *s, double
     }
     for (size_t i = 0; i < n && status == AD_OK; i++) {
         const double *first = out;
-        out = append(out, sections[i].strain_compliance, 3);
-        out = append(out, sections[i].curvature_compliance, 3);
+        out = append(out, sections[i].compliance, 6);
         out = append(out, rest[i].strain, 3);
         out = append(out, rest[i].curvature, 3);
         out = append(out, rest[i].imperfection, 3);

@@ -83,14 +83,11 @@ typedef struct solve_rod {
 /* What the rod is made of at one s. A locked strain has stiffness 0 and compliance 0. Damping,
  * mass and inertia are 0 if static. */
 typedef struct solve_section {
-    double strain_stiffness[3];     /* Kse */
-    double curvature_stiffness[3];  /* Kbt */
-    double strain_compliance[3];    /* Kse^-1 */
-    double curvature_compliance[3]; /* Kbt^-1 */
-    double strain_damping[3];       /* Bse */
-    double curvature_damping[3];    /* Bbt */
-    double mass;                    /* rhoA, by that of the scales: 1 where it does not vary */
-    double rotary_inertia[3];       /* rhoJ */
+    double stiffness[6];      /* Kse, Kbt */
+    double compliance[6];     /* Kse^-1, Kbt^-1 */
+    double damping[6];        /* Bse, Bbt */
+    double mass;              /* rhoA, by that of the scales: 1 where it does not vary */
+    double rotary_inertia[3]; /* rhoJ */
 } solve_section;
 
 /* Unstressed strain v* and curvature u*, and their rates by t. The imperfection is added to u* on

@@ -430,8 +430,7 @@ ad_status static_at(const static_solution *x, size_t n, const double *s, solve_s
             rest[i].curvature[k] += static_system_imperfection(x->system) * rest[i].imperfection[k];
         }
         const static_point at = {.rest = rest[i],
-                                 .strain_compliance = sections[i].strain_compliance,
-                                 .curvature_compliance = sections[i].curvature_compliance,
+                                 .compliance = sections[i].compliance,
                                  .actuation =
                                      static_system_actuation(x->system, actuators, i, inside[i])};
         double y[STATIC_ROWS_MAX], square = 0;

@@ -1,5 +1,7 @@
 #include "physics/solve/static_energy.h"
 
+#include "physics/law/law_numbers.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -75,8 +77,7 @@ static double take_actuation(const at_points *p, size_t i, const static_system *
                              const double *y, double *wrench, double *energy)
 {
     const static_point at = {.rest = p->rest[i],
-                             .strain_compliance = p->sections[i].strain_compliance,
-                             .curvature_compliance = p->sections[i].curvature_compliance,
+                             .compliance = p->sections[i].compliance,
                              .actuation =
                                  static_system_actuation(system, p->actuators, i, p->s[i])};
     solve_actuation given = static_actuation(&at, y);
@@ -115,11 +116,8 @@ static double density(const at_points *p, size_t i, const static_system *system,
         *work += take_actuation(p, i, system, y, wrench, &sum);
         *work = static_system_rod(system)->frictions > 0 ? NAN : *work; /* it depends on the way */
     }
-    for (int k = 0; k < 3; k++) {
-        double force = wrench[k], moment = wrench[3 + k];
-        sum += 0.5 * section->strain_compliance[k] * force * force;
-        sum += 0.5 * section->curvature_compliance[k] * moment * moment;
-    }
+    /* k x^2/2 of x = C n, k = 1/C is C n^2/2, also of a locked strain */
+    number_law_elastic_energy(wrench, wrench + 3, section->compliance, &sum);
     return sum;
 }
 

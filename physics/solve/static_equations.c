@@ -13,8 +13,7 @@ static static_point point_from(const static_system *x, double s, const solve_sec
 {
     static_point at = {.rest = *rest,
                        .acting = &x->rod->along,
-                       .strain_compliance = section->strain_compliance,
-                       .curvature_compliance = section->curvature_compliance,
+                       .compliance = section->compliance,
                        .actuation = static_system_actuation(x, actuators, 0, s),
                        .tubes = x->rod->tubes};
     for (int k = 0; k < 3; k++) {
@@ -55,7 +54,7 @@ ad_status static_system_rates(const static_system *x, size_t n, const double *s,
         status = solve_rod_actuators(x->rod, n, s, 0, actuators, error);
     }
     for (size_t i = 0; i < n && status == AD_OK; i++) {
-        sections[i].strain_compliance[2] += x->path.stretch;
+        sections[i].compliance[2] += x->path.stretch;
         static_point at = point_from(x, s[i], &sections[i], &rest[i], along + i * numbers,
                                      actuators + i * pulling);
         static_rate(&at, y + i * (size_t)x->rows, rate + i * (size_t)x->rows, NULL);

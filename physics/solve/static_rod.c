@@ -66,16 +66,14 @@ static void strains_under(const static_point *at, const solve_actuation *pulling
                           const double *force, const double *moment, double strains[ACTUATION_ROWS],
                           double (*by_wrench)[ACTUATION_ROWS])
 {
-    double rest[ACTUATION_ROWS], compliance[ACTUATION_ROWS], wrench[ACTUATION_ROWS];
+    double rest[ACTUATION_ROWS], wrench[ACTUATION_ROWS];
     for (int i = 0; i < 3; i++) {
         rest[i] = at->rest.strain[i];
         rest[3 + i] = at->rest.curvature[i];
-        compliance[i] = at->strain_compliance[i];
-        compliance[3 + i] = at->curvature_compliance[i];
         wrench[i] = force[i];
         wrench[3 + i] = moment[i];
     }
-    solve_actuation_strains(pulling, rest, compliance, wrench, strains, by_wrench);
+    solve_actuation_strains(pulling, rest, at->compliance, wrench, strains, by_wrench);
 }
 
 void static_strains(const static_point *at, const double *y, double *strain, double *curvature)

@@ -37,9 +37,9 @@ double static_twist(const solve_rod *rod);
 /* What the equations need at one s. */
 typedef struct static_point {
     solve_rest rest;
-    const acting *acting;                                   /* along the rod; NULL: nothing */
-    double numbers[ACTING_ALONG_MAX];                       /* of it, on the path */
-    const double *strain_compliance, *curvature_compliance; /* [3]; 0: locked */
+    const acting *acting;             /* along the rod; NULL: nothing */
+    double numbers[ACTING_ALONG_MAX]; /* of it, on the path */
+    const double *compliance;         /* [6]; 0: locked */
     solve_actuation actuation;
     int tubes; /* of the actuators */
 } static_point;

@@ -13,8 +13,8 @@ static double norm(const double *x)
 
 static bool is_round(const solve_section *section)
 {
-    return section->curvature_stiffness[0] == section->curvature_stiffness[1] &&
-           section->strain_stiffness[0] == section->strain_stiffness[1];
+    const double *k = section->stiffness;
+    return k[3] == k[4] && k[0] == k[1];
 }
 
 typedef struct sums {
@@ -29,7 +29,7 @@ static void add_point(sums *sum, double lever, double weight, const solve_sectio
 {
     static_survey *to = &sum->result;
     double curvature = norm(rest->curvature), sideways = hypot(rest->strain[0], rest->strain[1]);
-    const double *bends = section->curvature_compliance;
+    const double *bends = section->compliance + 3;
     for (int power = 0; power < POWERS; power++) {
         sum->bent[power] += weight * (pow(lever, power) * fmax(bends[0], bends[1]));
         sum->total[power] += weight * pow(lever, power);

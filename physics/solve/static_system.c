@@ -238,7 +238,7 @@ static ad_status set_points(static_system *x, ad_error *error)
     }
     ad_status status = solve_rod_sections(x->rod, count, x->points, x->sections, error);
     for (size_t i = 0; i < count; i++) {
-        x->axial[i] = x->sections[i].strain_compliance[2];
+        x->axial[i] = x->sections[i].compliance[2];
     }
     status = status == AD_OK ? solve_rod_rest(x->rod, count, x->points, 0, x->rest, error) : status;
     status =
@@ -411,7 +411,7 @@ void static_system_set(static_system *x, const static_path *path)
     }
     set_path_jumps(x);
     for (int i = 0; i < x->elements * x->stages; i++) {
-        x->sections[i].strain_compliance[2] = x->axial[i] + path->stretch;
+        x->sections[i].compliance[2] = x->axial[i] + path->stretch;
     }
 }
 

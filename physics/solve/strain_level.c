@@ -115,8 +115,7 @@ static void put_part(strain_level *x, solve_part part, int node, int lane, const
     const solve_end_state *end = (const solve_end_state *)(const void *)values;
     switch (part) {
     case SOLVE_SECTIONS:
-        put(point->compliance, lane, 3, section->strain_compliance);
-        put(point->compliance + 3, lane, 3, section->curvature_compliance);
+        put(point->compliance, lane, 6, section->compliance);
         break;
     case SOLVE_REST:
         put(point->rest, lane, 3, values); /* strain, curvature, imperfection */

@@ -57,7 +57,7 @@ static strain_kind kind_of(const static_system *system)
     /* a rod between two ends stretches on its path, also where it does not at its end */
     kind.shears = ends[0].hold.directions > 0 && ends[1].hold.directions > 0;
     for (int i = 0; i < system->elements * system->stages; i++) {
-        kind.shears = kind.shears || any(3, system->sections[i].strain_compliance);
+        kind.shears = kind.shears || any(3, system->sections[i].compliance);
     }
     return kind;
 }
@@ -130,8 +130,7 @@ static void give_point(strain_newton *x, int i, const static_point *at)
     strain_point *to = &x->form->points[i];
     spread(3, at->rest.strain, to->rest);
     spread(3, at->rest.curvature, to->rest + 3);
-    spread(3, at->strain_compliance, to->compliance);
-    spread(3, at->curvature_compliance, to->compliance + 3);
+    spread(6, at->compliance, to->compliance);
     spread((size_t)at->acting->numbers, at->numbers, x->form->along + i * at->acting->numbers);
     for (int k = 0; k < at->actuation.count; k++) {
         const solve_actuator *from = &at->actuation.actuators[k];
