@@ -27,6 +27,8 @@ static rod_actuator rod_tendon(const rod_context *rod, const scene_tendon *given
                           .slope = rod_space_derivative(rod, offset),
                           .pull = rod_quantities(rod, 1, &given->tension, &none,
                                                  1 / rod->scales.force, rod->s, rod->t),
+                          .displacement = rod_quantities(rod, 1, &given->displacement, &none,
+                                                         1 / rod->scales.length, rod->s, rod->t),
                           .start = rod_fraction(rod, given->start, 0),
                           .end = rod_fraction(rod, given->end, 1)};
 }
@@ -40,6 +42,7 @@ static rod_actuator rod_chamber(const rod_context *rod, const scene_chamber *giv
         .offset = offset,
         .slope = rod_space_derivative(rod, offset),
         .pull = rod_quantities(rod, 1, &push, &none, -1 / rod->scales.force, rod->s, rod->t),
+        .displacement = ad_scalar(rod->tape, 0),
         .start = rod_fraction(rod, given->start, 0),
         .end = rod_fraction(rod, given->end, 1),
         .law = LAW_CHAMBER};

@@ -65,6 +65,7 @@ static inline rod_wrench rod_wrench_add(rod_wrench a, rod_wrench b)
 typedef struct rod_actuator {
     ad_value offset, slope; /* [2] r and r_s */
     ad_value pull;          /* its tension; minus pressure times area; also beyond its ends */
+    ad_value displacement;  /* by which a tendon of given length is pulled out; 0 of others */
     double start, end;      /* within [0, 1] */
     law_name law;
 } rod_actuator;

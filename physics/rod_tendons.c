@@ -76,10 +76,9 @@ static ad_value tension_of(const rod_context *rod, ad_value tendons, int i)
 static ad_value end_length(const rod_context *rod, int i, ad_value tension)
 {
     const scene_tendon *given = &rod->scene->tendons[i];
-    const double none = 0, lever = lever_of(rod, i);
+    const double lever = lever_of(rod, i);
     ad_value zero = ad_scalar(rod->tape, 0);
-    ad_value pulled =
-        rod_quantities(rod, 1, &given->displacement, &none, 1 / rod->scales.length, rod->s, rod->t);
+    ad_value pulled = rod_actuator_of(rod, i).displacement;
     ad_value slack = ad_scale(ad_max(ad_neg(tension), zero), lever * lever);
     ad_value length = ad_neg(ad_add(ad_mul(rod->at.load_factor, pulled), slack));
     if (given->stiffness.is_given) {

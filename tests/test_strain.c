@@ -280,6 +280,9 @@ static void check_elimination(strain_form *x)
     lanes *right = calloc(2 * count, sizeof *right), *back = right + count;
     assert_non_null(right);
     strain_form_linearise(x);
+    for (int k = 0; k < x->tension_count; k++) { /* none becomes slack */
+        x->tensions[k].pull += 1000;
+    }
     for (int again = 0; again < 2; again++) {
         fill(count, 1 + again, x->right);
         memcpy(right, x->right, count * sizeof *right);
@@ -320,7 +323,10 @@ static void check_derivatives(strain_kind kind, int which, int springs, bool fol
                               const solve_end *start)
 {
     static const double edges[3] = {0, 0.4, 1};
-    static const solve_extent extents[3] = {{.end = 1}, {.end = 1, .law = LAW_CHAMBER}, {.end = 1}};
+    const bool by_length = kind.seeks_tensions;
+    const solve_extent extents[3] = {{.end = 1},
+                                     {.end = 1, .law = LAW_CHAMBER},
+                                     {.end = 1, .has_length = by_length, .compliance = 0.1}};
     static const double spring[16] = {0.1, 0.2, 0.3, 1, 2, 3, 0, 0.1, 0, /* shift, k, place */
                                       0.4, 0.4, 0.4, 1};                 /* k, upright */
     solve_jumps jumps;
@@ -343,6 +349,9 @@ static void check_derivatives(strain_kind kind, int which, int springs, bool fol
     spread(4, x->last.rotation, x->held_q);
     fill(x->force_at >= 0 ? 3 : 0, 1, x->end_force);
     fill(x->moment_at >= 0 ? 3 : 0, 1, x->end_moment);
+    for (int k = 0; k < x->tension_count; k++) {
+        fill(1, 0.2, &x->tensions[k].pull);
+    }
     fill(3, 1, x->start_r);
     strain_form_set_jumps(x);
     fill((size_t)jumps.numbers, 1, x->numbers);
@@ -372,6 +381,13 @@ static void test_derivatives(void **state)
     check_derivatives((strain_kind){.shears = true, .actuators = 3}, 0, 0, false, &clamped);
     check_derivatives((strain_kind){.shears = false, .actuators = 3}, TURNED, 0, true, &clamped);
     check_derivatives((strain_kind){.shears = true}, TURNED, 0, true, &clamped);
+    check_derivatives((strain_kind){.shears = true, .actuators = 3, .seeks_tensions = true}, 0, 0,
+                      false, &clamped);
+    check_derivatives((strain_kind){.actuators = 3, .seeks_tensions = true}, TURNED, 0, true,
+                      &clamped);
+    check_derivatives(
+        (strain_kind){.shears = true, .actuators = 3, .seeks_tensions = true, .end = clamped},
+        FOUNDED | GRADIENT, 2, true, &clamped);
     check_derivatives((strain_kind){.shears = true, .end = clamped}, 0, 0, false, &clamped);
     check_derivatives((strain_kind){.shears = false}, MAGNETISED, 0, false, &clamped);
     check_derivatives((strain_kind){.shears = true, .actuators = 3}, MAGNETISED | GRADIENT, 0,

@@ -18,7 +18,7 @@ static const double usual[PARAMETERS] = {1, 0.5, 0, 5, 1};
 
 /* Two segments with an elbow, of which the second tapers; tendons that end mid-rod and that wind, a
  * chamber, a follower within, a body force along part of it, the weight, a force at the tip. */
-#define ROBOT(end, tip, supported, springs)                                                        \
+#define ROBOT_OF(first, second, end, tip, supported, springs)                                      \
     "parameters: {pull: {range: [0, 2]}, push: {range: [0, 1]}, side: {range: [-1, 1]},\n"         \
     "             weight: {range: [0, 10]}, stiff: {range: [0.7, 2]}, half: stiff/2}\n"            \
     "rod: {model: cosserat, section: {shape: circle, radius: 0.002},\n"                            \
@@ -32,9 +32,13 @@ static const double usual[PARAMETERS] = {1, 0.5, 0, 5, 1};
     "  force: [\"where(s-0.05, where(0.2-s, side, 0), 0)\", 0, 0]\n" tip                           \
     "  points: [{at: 0.17, force: [0.1*push, 0, 0], frame: follower}]\n"                           \
     "tendons:\n"                                                                                   \
-    "  - {offset: [0.006, 0], end: 0.18, tension: pull}\n"                                         \
-    "  - {offset: [\"0.005*cos(10*s)\", \"0.005*sin(10*s)\"], tension: 0.5*pull^2}\n"              \
+    "  - {offset: [0.006, 0], end: 0.18, " first "}\n"                                             \
+    "  - {offset: [\"0.005*cos(10*s)\", \"0.005*sin(10*s)\"], " second "}\n"                       \
     "chambers: [{offset: [0, 0.005], pressure: 5e4*push, area: 1e-5}]\n" springs
+
+#define ROBOT_WITH(...) ROBOT_OF(__VA_ARGS__)
+#define ROBOT(end, tip, supported, springs)                                                        \
+    ROBOT_WITH("tension: pull", "tension: 0.5*pull^2", end, tip, supported, springs)
 
 #define TIP "  tip: {force: [side/20, 0.05*push, 0]}\n"
 static const char robot[] = ROBOT("type: loaded", TIP, "", "");
@@ -56,6 +60,16 @@ static const char clamped_by_minus_q[] =
           "", "", "");
 static const char sliding[] =
     ROBOT("type: roller, position: [0.05, -0.22, 0.08], across: [1, 0, 0]", "", "", "");
+
+/* By the length of the tendons, of which one is elastic and slack in nearly half of the members, on
+ * a foundation and held at the end, too. */
+#define DISPLACED "displacement: 0.001*pull", "displacement: 0.0015*side, stiffness: 3000"
+static const char displaced[] = ROBOT_WITH(DISPLACED, "type: loaded", TIP, "", "");
+static const char displaced_on_springs[] =
+    ROBOT_WITH(DISPLACED, "type: loaded", TIP, "  foundation: [1, 2, 0]\n",
+               "springs: [{at: 0.2, stiffness: [1, 2, 0.5]}]\n");
+static const char displaced_and_pinned[] =
+    ROBOT_WITH(DISPLACED, "type: pinned, position: [0.05, -0.22, 0.08]", "", "", "");
 
 /* Of the test that runs: its state, or the robot. */
 static const char *made;
@@ -288,6 +302,49 @@ static void test_derivatives(void **state)
     }
     solve_members_free(x);
     config_free(given);
+}
+
+/* A rod that does not stretch is bent by a tendon beside its axis to an arc. With the angle theta =
+ * y L T/EI the tendon is shorter by y theta, and that is its displacement less T/k, or it is slack.
+ * One on the other side lets go of `back` times as much: of 1 exactly what it becomes longer by. */
+static void test_arc(void **state)
+{
+    (void)state;
+    enum { ENDS = 4 };
+    static const double y = 0.02, EI = 0.5, stiff = 400, L = 0.8, back[] = {1, 1.2, 3};
+    static const double s[2] = {0.4, 0.8}, moves[ENDS] = {0.01, 0.025, -0.01, 0};
+    const solve_members_settings settings = {1e-9, 1, 2, s, NULL};
+    for (int i = 0; i < 6; i++) {
+        char text[600];
+        double values[ENDS][2][SOLVE_MEMBERS_COLUMNS];
+        solve_member results[ENDS];
+        solve_members *x = NULL;
+        ad_error error = {.message = ""};
+        snprintf(text, sizeof text,
+                 "parameters: {d: {range: [-0.03, 0.03]}}\n"
+                 "rod: {model: kirchhoff, length: %g, stiffness: {bending: [%g, %g], torsion: 1}}\n"
+                 "tendons: [{offset: [%g, 0], displacement: d%s},\n"
+                 "          {offset: [-%g, 0], displacement: \"where(d, -%g*d, 0)\"}]\n",
+                 L, EI, EI, y, i % 2 ? ", stiffness: 400" : "", y, back[i / 2]);
+        config *given = read_text(text, &error);
+        assert_non_null(given);
+        assert_good(solve_members_create(&given->scene, &settings, &x, &error), &error);
+        assert_good(solve_members_solve(x, ENDS, moves, values[0][0], results, &error), &error);
+        for (int k = 0; k < ENDS; k++) {
+            const double soft = y * y * L / EI, T = moves[k] / (soft + (i % 2 ? 1 / stiff : 0));
+            const double theta = T > 0 ? y * L * T / EI : 0;
+            assert_true(results[k].solved);
+            for (int j = 0; j < 2; j++) {
+                const double turn = theta * s[j] / L, r = theta != 0 ? L / theta : 0;
+                const double place[3] = {r * (1 - cos(turn)), 0, theta != 0 ? r * sin(turn) : s[j]};
+                for (int c = 0; c < 3; c++) {
+                    assert_near(values[k][j][c], place[c], 1e-12);
+                }
+            }
+        }
+        solve_members_free(x);
+        config_free(given);
+    }
 }
 
 /* Columns above their first load, which is 2.47, bend to where an imperfection has them bend; it is
@@ -671,6 +728,7 @@ int main(void)
         cmocka_unit_test(test_answers_same_bits),
         cmocka_unit_test(test_derivatives),
         cmocka_unit_test(test_imperfect),
+        cmocka_unit_test(test_arc),
         {"supported_derivatives", test_derivatives, NULL, NULL, (void *)supported},
         {"pinned_derivatives", test_derivatives, NULL, NULL, (void *)pinned},
         {"clamped_derivatives", test_derivatives, NULL, NULL, (void *)clamped},
@@ -685,6 +743,14 @@ int main(void)
         {"clamped_by_minus_q", test_against_collocation, NULL, NULL, (void *)clamped_by_minus_q},
         {"clamped_predicted", test_predicted, NULL, NULL, (void *)clamped},
         {"sliding_against_collocation", test_against_collocation, NULL, NULL, (void *)sliding},
+        {"displaced_against_collocation", test_against_collocation, NULL, NULL, (void *)displaced},
+        {"displaced_on_springs", test_against_collocation, NULL, NULL,
+         (void *)displaced_on_springs},
+        {"displaced_and_pinned", test_against_collocation, NULL, NULL,
+         (void *)displaced_and_pinned},
+        {"displaced_predicted", test_predicted, NULL, NULL, (void *)displaced},
+        {"displaced_trusted", test_trusted, NULL, NULL, (void *)displaced},
+        {"displaced_same_bits", test_same_bits, NULL, NULL, (void *)displaced},
         cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_file),
         cmocka_unit_test(test_memory),

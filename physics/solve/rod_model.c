@@ -223,7 +223,7 @@ static ad_status record_actuators(solve_rod *rod, ad_error *error)
     ad_tape *tape = on.tape;
     for (int i = 0; i < pulling; i++) {
         rod_actuator one = rod_actuator_of(&context, i);
-        all[i] = STACK(one.offset, one.slope, one.pull, ad_scalar(tape, 0));
+        all[i] = STACK(one.offset, one.slope, one.pull, one.displacement);
         rod->extents[i] = (solve_extent){.start = one.start, .end = one.end, .law = one.law};
         if (i < rod->scene.tendon_count) {
             set_tendon(rod, &rod->scene.tendons[i], &rod->extents[i]);

@@ -101,9 +101,10 @@ typedef struct solve_rest {
  * ends (solve_extent). */
 typedef union solve_actuator {
     struct {
-        double offset[2]; /* r, along d1 and d2 */
-        double slope[2];  /* r_s */
-        double pull;      /* tension; of a chamber minus pressure times area */
+        double offset[2];    /* r, along d1 and d2 */
+        double slope[2];     /* r_s */
+        double pull;         /* tension; of a chamber minus pressure times area */
+        double displacement; /* by which a tendon of given length is pulled out; 0 of others */
     };
     struct {                 /* of a tube */
         double bending[2];   /* K */

@@ -1,6 +1,6 @@
 #include "physics/solve/static_tension.h"
 
-#include "autodiff/dense.h"
+#include "physics/solve/complement.h"
 
 #include <math.h>
 #include <string.h>
@@ -9,6 +9,9 @@ enum { MOST = SCENE_TENDONS_MAX, STEPS_MAX = 40 };
 
 /* Tensions, by EI/L^2, whose change lengths are differentiated with. */
 static const double CHANGE = 1e-5;
+
+/* Of the length: tendons that are longer by this are not too long. */
+static const double LONGER = 1e-13;
 
 /* The tendons of a system whose tensions are sought. */
 typedef struct tensions {
@@ -40,9 +43,9 @@ static void measure(const tensions *t, const double *y, double *excess)
     }
 }
 
-/* shorter [count][count]: by how much tendon i becomes shorter with tension j. */
+/* shorter [count][count], row by row: by how much tendon i becomes shorter with tension j. */
 static void differentiate(const tensions *t, const static_tension_newton *newton, const double *y,
-                          const double *excess, double *moved, double (*shorter)[MOST])
+                          const double *excess, double *moved, double *shorter)
 {
     double changed[MOST];
     for (int j = 0; j < t->count; j++) {
@@ -52,99 +55,25 @@ static void differentiate(const tensions *t, const static_tension_newton *newton
         measure(t, moved, changed);
         *tension = before;
         for (int i = 0; i < t->count; i++) {
-            shorter[i][j] = (excess[i] - changed[i]) / CHANGE;
+            shorter[i * t->count + j] = (excess[i] - changed[i]) / CHANGE;
         }
     }
 }
 
-/* x [count] of those that are taut: shorter x = excess there, 0 elsewhere; false: singular. */
-static bool pull_taut(int count, const bool *taut, double (*shorter)[MOST], const double *excess,
-                      double *x)
-{
-    double matrix[MOST * MOST], right[MOST];
-    int pivots[MOST], rows[MOST], n = 0;
-    for (int i = 0; i < count; i++) {
-        x[i] = 0;
-        if (taut[i]) {
-            rows[n++] = i;
-        }
-    }
-    for (int i = 0; i < n; i++) {
-        for (int j = 0; j < n; j++) {
-            matrix[j * n + i] = shorter[rows[i]][rows[j]];
-        }
-        right[i] = excess[rows[i]];
-    }
-    if (n > 0 && ad_dense_lu((size_t)n, matrix, pivots) != 0) {
-        return false;
-    }
-    if (n > 0) {
-        ad_dense_lu_solve((size_t)n, 1, matrix, pivots, right);
-    }
-    for (int i = 0; i < n; i++) {
-        x[rows[i]] = right[i];
-    }
-    return true;
-}
-
-/* Tensions x >= 0 [count] of the linear model excess - shorter x, of which no tendon with tension
- * is slack and none without is too long: by active sets (Lawson and Hanson 1974, ch. 23). `excess`
- * is that of no tension. */
-static bool complement(int count, double (*shorter)[MOST], const double *excess, double *x)
-{
-    bool taut[MOST] = {false};
-    memset(x, 0, (size_t)count * sizeof *x);
-    for (int round = 0; round < 4 * MOST; round++) {
-        int longest = -1;
-        double most = 1e-13; /* of a length */
-        for (int i = 0; i < count; i++) {
-            double left = excess[i];
-            for (int j = 0; j < count; j++) {
-                left -= shorter[i][j] * x[j];
-            }
-            if (!taut[i] && left > most) {
-                longest = i;
-                most = left;
-            }
-        }
-        if (longest < 0) {
-            return true;
-        }
-        taut[longest] = true;
-        for (bool pushes = true; pushes;) {
-            double wanted[MOST], share = 1;
-            if (!pull_taut(count, taut, shorter, excess, wanted)) {
-                return false;
-            }
-            pushes = false;
-            for (int i = 0; i < count; i++) {
-                if (taut[i] && !(wanted[i] > 0)) {
-                    pushes = true;
-                    share = fmin(share, x[i] / (x[i] - wanted[i]));
-                }
-            }
-            for (int i = 0; i < count; i++) {
-                x[i] += share * (wanted[i] - x[i]);
-                taut[i] = taut[i] && (!pushes || x[i] > 1e-14 * fabs(wanted[i]));
-            }
-        }
-    }
-    return false;
-}
-
-/* One step of the tensions; its size over theirs, NaN: none. */
+/* One step of the tensions, to those of the linear model of which no tendon with tension is slack
+ * and none without is too long; its size over theirs, NaN: none. */
 static double improve(const tensions *t, const static_tension_newton *newton, const double *y,
                       double *moved)
 {
-    double excess[MOST], shorter[MOST][MOST], x[MOST], change = 0, size = 1;
+    double excess[MOST], shorter[MOST * MOST], x[MOST], change = 0, size = 1;
     measure(t, y, excess);
     differentiate(t, newton, y, excess, moved, shorter);
     for (int i = 0; i < t->count; i++) {
         for (int j = 0; j < t->count; j++) {
-            excess[i] += shorter[i][j] * t->all[t->which[j]];
+            excess[i] += shorter[i * t->count + j] * t->all[t->which[j]];
         }
     }
-    if (!complement(t->count, shorter, excess, x)) {
+    if (!complement_solve(t->count, 0, shorter, excess, LONGER, x)) {
         return NAN;
     }
     for (int i = 0; i < t->count; i++) {

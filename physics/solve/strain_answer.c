@@ -1,6 +1,6 @@
 /* What a curvature from elsewhere is worth (solve_members.h): Newton's steps from there, and how
  * far the rod is from its equilibrium. */
-#include "autodiff/dense.h"
+#include "physics/solve/complement.h"
 #include "physics/solve/strain_algebra.h"
 #include "physics/solve/strain_group.h"
 
@@ -32,44 +32,53 @@ static void set_curvature(question *q, const double *curvature)
     }
 }
 
-void strain_group_fit(int rows, int count, int apart, const double *columns, double *x)
+void strain_group_fit(int rows, int count, int open, int apart, const double *columns, double *x)
 {
-    double normal[STRAIN_HOLDING_MAX * STRAIN_HOLDING_MAX];
-    int pivots[STRAIN_HOLDING_MAX];
-    for (int i = 0; i < count * (count + 1); i++) {
-        const int a = i / (count + 1), b = i % (count + 1);
-        double sum = 0;
-        for (int k = 0; k < rows; k++) {
-            sum += columns[(a * rows + k) * apart] * columns[(b * rows + k) * apart];
+    static const double most = 1e-13; /* of the derivative of the squares by a number that is 0 */
+    double normal[COMPLEMENT_MAX * COMPLEMENT_MAX], right[COMPLEMENT_MAX], found[COMPLEMENT_MAX];
+    for (int a = 0; a < count; a++) {
+        right[a] = 0;
+        for (int b = 0; b <= count; b++) {
+            double sum = a == b ? 1e-12 : 0;
+            for (int k = 0; k < rows; k++) {
+                sum += columns[(a * rows + k) * apart] * columns[(b * rows + k) * apart];
+            }
+            right[a] += b < count ? sum * x[b] : -sum;
+            if (b < count) {
+                normal[a * count + b] = sum;
+            }
         }
-        *(b < count ? &normal[b * count + a] : &x[a]) = sum + (a == b ? 1e-12 : 0);
     }
-    if (ad_dense_lu((size_t)count, normal, pivots) == 0) {
-        ad_dense_lu_solve((size_t)count, 1, normal, pivots, x);
-    } else {
-        memset(x, 0, (size_t)count * sizeof *x);
+    if (complement_solve(count, open, normal, right, most, found)) {
+        memcpy(x, found, (size_t)count * sizeof *x);
     }
 }
 
-/* Forces that hold the end are those with which the equations are met best. */
-static void guess_end(strain_form *form)
+/* Forces that hold the end, and tensions, are those with which the equations are met best. */
+static void guess_held(strain_form *form)
 {
-    const int n = form->elastic, count = form->holding;
+    const int n = form->elastic, open = form->holding, count = open + form->tension_count;
     lanes *columns = form->matrix, *there = form->coupled, *rest = columns + count * n;
+    lanes *of[COMPLEMENT_MAX];
     strain_form_shape(form);
     memcpy(rest, form->right, (size_t)n * sizeof *rest);
     strain_form_linearise(form);
     for (int c = 0; c < count; c++) {
-        form->direction[n + c] = NO_LANES + 1;
+        const int at = c < open ? n + c : form->tension_at + c - open;
+        of[c] = strain_form_unknown(form, at);
+        form->direction[at] = NO_LANES + 1;
         strain_form_apply(form, form->direction, there);
-        form->direction[n + c] = NO_LANES;
+        form->direction[at] = NO_LANES;
         memcpy(columns + c * n, there, (size_t)n * sizeof *columns);
     }
     for (int lane = 0; lane < LANES; lane++) {
-        double change[STRAIN_HOLDING_MAX];
-        strain_group_fit(n, count, LANES, (const double *)columns + lane, change);
+        double x[COMPLEMENT_MAX];
         for (int c = 0; c < count; c++) {
-            (*strain_form_unknown(form, n + c))[lane] -= change[c];
+            x[c] = (*of[c])[lane];
+        }
+        strain_group_fit(n, count, open, LANES, (const double *)columns + lane, x);
+        for (int c = 0; c < count; c++) {
+            (*of[c])[lane] = x[c];
         }
     }
 }
@@ -81,8 +90,9 @@ static void guess_forces(strain_form *form)
     if (form->unknowns == form->elastic) {
         return;
     }
-    for (int k = 0; k < 2 && form->holding > 0; k++) { /* the second knows the stretch */
-        guess_end(form);
+    const bool holds = form->holding + form->tension_count > 0;
+    for (int k = 0; k < 2 && holds; k++) { /* the second knows the stretch */
+        guess_held(form);
     }
     strain_form_place(form);
     strain_form_push(form);
@@ -158,11 +168,13 @@ static void step(question *q, int k, bool stays)
     }
 }
 
-/* Forces of laws at places and of ends that are held, in `right` of both. */
+/* Forces of laws at places and of ends that are held, and tensions, in `right` of both. */
 static void copy_forces(const strain_form *from, strain_form *to)
 {
     memcpy(to->right + to->elastic, from->right + from->elastic,
            (size_t)from->holding * sizeof *to->right);
+    memcpy(to->right + to->tension_at, from->right + from->tension_at,
+           (size_t)from->tension_count * sizeof *to->right);
     for (int k = 0; k < from->place_count; k++) {
         const int first = from->places[k].unknown;
         if (first >= 0) {
@@ -186,6 +198,9 @@ static void approach(question *q)
                             form->right + from[k]);
     }
     copy_forces(fine, form);
+    for (int k = 0; k < form->tension_count; k++) { /* from which a step leads to those that pull */
+        form->tensions[k].pull = fine->tensions[k].pull;
+    }
     memcpy(more, form->right, (size_t)form->unknowns * sizeof *more);
     strain_form_solve_again(form);
     for (int i = 0; i < form->unknowns; i++) {

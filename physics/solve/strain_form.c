@@ -76,6 +76,17 @@ static void number_unknowns(strain_form *x)
     }
 }
 
+/* After all others, which have the matrix. */
+static void number_tensions(strain_form *x)
+{
+    const strain_kind *kind = &x->kind;
+    x->tension_at = x->unknowns;
+    for (int i = 0; i < kind->actuators && kind->seeks_tensions; i++) {
+        x->tension_count += kind->extents[i].has_length;
+    }
+    x->unknowns += x->tension_count;
+}
+
 /* Zeros where no number of all lanes lies across two lines of the cache. */
 static void *make(size_t count, size_t size)
 {
@@ -84,6 +95,44 @@ static void *make(size_t count, size_t size)
         return NULL;
     }
     return memset(room, 0, (count + 1) * size);
+}
+
+/* Tendons whose tension is sought, and by which points their length is measured. */
+static bool add_tensions(strain_form *x)
+{
+    const strain_kind *kind = &x->kind;
+    const size_t count = (size_t)x->tension_count, nodes = (size_t)x->nodes;
+    const size_t each = 6 * nodes + (size_t)x->unknowns;
+    x->tensions = make(count, sizeof *x->tensions);
+    const size_t border = count > 0 ? 2 * (size_t)x->unknowns : 0;
+    x->tension_room = make(count * (each + count) + border, sizeof *x->tension_room);
+    x->tension_shares = make(count * nodes, sizeof *x->tension_shares);
+    x->pulled = make(count > 0 ? nodes : 0, sizeof *x->pulled);
+    if (!x->tensions || !x->tension_room || !x->tension_shares || !x->pulled) {
+        return false;
+    }
+    x->shorter = x->tension_room + count * each;
+    x->border = x->shorter + count * count;
+    for (int i = 0, k = 0; i < kind->actuators && k < x->tension_count; i++) {
+        const solve_extent *extent = &kind->extents[i];
+        if (!extent->has_length) {
+            continue;
+        }
+        lanes *room = x->tension_room + (size_t)k * each;
+        strain_tension *to = &x->tensions[k];
+        *to = (strain_tension){.actuator = i,
+                               .share = x->tension_shares + (size_t)k * nodes,
+                               .along = (lanes(*)[6])room,
+                               .bent = room + 6 * nodes};
+        for (int j = 0; j < x->nodes; j++) {
+            const int e = j / kind->stages;
+            const double s = kind->edges[e] + x->width[e] * x->rule.nodes[j % kind->stages];
+            const double whole = x->width[e] * x->rule.weights[j % kind->stages];
+            to->share[j] = extent->start <= s && s <= extent->end ? whole : 0;
+        }
+        k++;
+    }
+    return true;
 }
 
 ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_error *error)
@@ -103,10 +152,12 @@ ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_e
     number_unknowns(x);
     const int places = kind->jumps ? kind->jumps->count : 0;
     x->is_full = x->is_full || x->unknowns > x->elastic;
+    number_tensions(x);
     x->unknowns += 3 * places; /* at most */
     size_t unknowns = (size_t)x->unknowns, each = 3 * (size_t)kind->stages;
-    const size_t numbers = x->is_full ? unknowns * unknowns : elements * each * each;
-    x->unknowns -= 3 * places;
+    size_t numbers = x->is_full ? unknowns * unknowns : elements * each * each;
+    const size_t held = (size_t)(x->holding + x->tension_count + 1) * (size_t)x->elastic;
+    numbers = numbers > held ? numbers : held; /* a column of each (strain_answer.c) */
     x->width = make(elements, sizeof *x->width);
     x->points = make(nodes, sizeof *x->points);
     x->actuators = make(nodes * (size_t)kind->actuators, sizeof *x->actuators);
@@ -137,6 +188,11 @@ ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_e
         }
     }
     set_magnus(x);
+    if (!add_tensions(x)) {
+        strain_form_free(x);
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu nodes", nodes);
+    }
+    x->unknowns -= 3 * places;
     x->start_q[0] += 1;
     *result = x;
     return AD_OK;
@@ -183,7 +239,8 @@ void strain_form_set_jumps(strain_form *x)
                                  .acting = &jump->acting,
                                  .numbers = x->numbers + jump->first};
             if (jump->acting.force_by_position) {
-                to->unknown = x->unknowns;
+                to->unknown = x->tension_at;
+                x->tension_at += 3;
                 x->unknowns += 3;
             }
         }
@@ -194,6 +251,9 @@ lanes *strain_form_unknown(strain_form *x, int i)
 {
     if (i < x->elastic) {
         return &x->at[i / 3].u[i % 3];
+    }
+    if (i >= x->tension_at) {
+        return &x->tensions[i - x->tension_at].pull;
     }
     if (x->push_at >= 0 && i >= x->push_at && i < x->push_at + x->elastic) {
         return &x->at[(i - x->push_at) / 3].push[(i - x->push_at) % 3];
@@ -220,6 +280,10 @@ void strain_form_free(strain_form *x)
         free(x->pushes);
         free(x->numbers);
         free(x->places);
+        free(x->tensions);
+        free(x->tension_room);
+        free(x->tension_shares);
+        free(x->pulled);
         free(x->matrix);
         free(x->coupled);
         free(x->right);

@@ -10,8 +10,8 @@
  *
  * and the equation is   u = u* + Kbt^-1 (R^T M - sum tau_i r_i x t_i(v, u))   at each point. It has
  * no derivative in s, and the clamp and a loaded end are met exactly. Forces that the shape does
- * not give by itself are unknowns, too: at an end that is held, of laws that depend on the place;
- * and where s = 0 does not hold the pose, that is.
+ * not give by itself are unknowns, too: at an end that is held, of laws that depend on the place,
+ * tensions of tendons whose length is given; and where s = 0 does not hold the pose, that is.
  *
  * Magnus: Blanes, Casas, Oteo, Ros, Physics Reports 470 (2009), eq. 253, whose Y' = A Y is R^T here
  * with A = -u^: commutators change their sign.
@@ -41,6 +41,16 @@ enum { ACTUATOR_OFFSET = 0, ACTUATOR_SLOPE = 2, ACTUATOR_PULL = 4, ACTUATOR_NUMB
 typedef struct strain_actuator {
     lanes given[ACTUATOR_NUMBERS];
 } strain_actuator;
+
+/* A tendon whose tension is sought. It is as long as it may be, int |p'| ds = allowed + compliance
+ * pull, or shorter, and slack, without a pull. */
+typedef struct strain_tension {
+    int actuator;
+    lanes pull, allowed;
+    double *share;     /* [nodes] of the integral over its part of the rod; 0 beyond */
+    lanes (*along)[6]; /* [nodes] derivatives of |p'| by v, u there; 0 beyond */
+    lanes *bent;       /* [unknowns] what it does, by the elimination that was last */
+} strain_tension;
 
 /* What acts at an edge, and the rod there, before it. */
 typedef struct strain_edge {
@@ -90,6 +100,7 @@ typedef struct strain_kind {
     bool shears;                       /* a compliance of v is not 0 */
     const acting *along;               /* laws along it; NULL: none */
     bool free_position, free_rotation; /* at s = 0 */
+    bool seeks_tensions;               /* of tendons whose length is given, which have none then */
     bool is_rigid;            /* of given strain: a form for positions alone, without equations */
     bool is_one;              /* the same rod in all lanes: without a matrix of its own */
     const solve_jumps *jumps; /* what acts at edges; NULL: nothing */
@@ -100,7 +111,8 @@ typedef struct strain_kind {
 typedef struct strain_form {
     strain_kind kind;
     gauss_rule rule;
-    int nodes, unknowns, elastic, holding; /* unknowns: 3 nodes, of ends that are held, and more */
+    int nodes, unknowns, elastic, holding; /* unknowns: 3 nodes, of ends that are held, and more; */
+    int tension_at, tension_count;         /* last, tensions: beside the matrix */
     bool turns, follows; /* a load along the rod depends on its turn; a force does */
     bool is_full;        /* what acts at a place depends on more than the turn there: no sweep */
     double tail[GAUSS_STAGES_MAX][GAUSS_STAGES_MAX]; /* integral from a point to the end */
@@ -117,6 +129,12 @@ typedef struct strain_form {
     lanes *numbers;             /* [kind.jumps->numbers] of what acts at places */
     strain_place *places;       /* [place_count] */
     int place_count;
+    strain_tension *tensions; /* [tension_count] */
+    lanes *tension_room;      /* theirs; */
+    double *tension_shares;   /* theirs; */
+    lanes *shorter;     /* [tension_count]^2 by how much each becomes shorter with each pull */
+    lanes *border;      /* [2][unknowns] room */
+    lanes (*pulled)[3]; /* [nodes] force of a change of tensions, with the sign of N */
     lanes start_r[3], start_q[4];
     static_end start, last; /* what the ends are held to, where that is not by lanes; s = 1: */
     lanes held_r[3], held_q[4];
@@ -142,6 +160,9 @@ void strain_form_free(strain_form *x);
 
 /* Joints and laws at edges, from s = 0 on: the latter with their unknowns. */
 void strain_form_set_jumps(strain_form *x);
+
+/* Tensions as pulls of actuators, after one has changed. */
+void strain_form_pull(strain_form *x);
 
 /* The i-th number that is sought, but for pose of a start that is not held. */
 lanes *strain_form_unknown(strain_form *x, int i);
@@ -173,7 +194,8 @@ void strain_form_linearise_first(strain_form *x, double *matrix);
 
 /* right becomes the step to subtract, by elimination in all lanes: element by element where
  * curvatures alone are sought, else of the full matrix. A singular one gives numbers that are none.
- */
+ * Tensions are beside the matrix: the step is to those of the linear model of which no tendon with
+ * tension is slack and none without is too long. */
 void strain_form_solve(strain_form *x);
 
 /* The same of another right side, by the elimination that was last. */

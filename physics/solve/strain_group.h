@@ -38,10 +38,11 @@ void strain_group_free(strain_group *x);
 /* Curvature is given and taken on this level, 0 < level < solved. AD_NO_MEMORY. */
 ad_status strain_group_choose(strain_group *x, int modes, ad_error *error);
 
-/* x [count], at most STRAIN_HOLDING_MAX, with which the sum of x times columns is nearest to the
- * last; columns [count + 1][rows], their numbers `apart` from one another. */
-enum { STRAIN_HOLDING_MAX = 6 };
-void strain_group_fit(int rows, int count, int apart, const double *columns, double *x);
+/* Numbers x [count], at most COMPLEMENT_MAX, that equations depend on linearly, become those with
+ * which these are met best, by least squares; all but the first `open` are not negative. columns
+ * [count + 1][rows], their numbers `apart` from one another: what each does, and what is missing
+ * with the x that is given. */
+void strain_group_fit(int rows, int count, int open, int apart, const double *columns, double *x);
 
 /* `members` of them, at most LANES: as solve_members_curvature and solve_members_refine. */
 ad_status strain_group_solve(strain_group *x, size_t members, const double *parameters,

@@ -68,6 +68,25 @@ PROCESSOR_INLINE void pull_all(strain_form *x, int node, pulling *sum)
     }
 }
 
+/* A tendon as the laws are given it, with a pull of 1: its energy is |p'|. */
+PROCESSOR_INLINE void line_of(const strain_actuator *at, lanes given[ACTUATOR_NUMBERS])
+{
+    memcpy(given, at->given, ACTUATOR_NUMBERS * sizeof *given);
+    given[ACTUATOR_PULL] = NO_LANES + 1;
+}
+
+/* That at a point of which the length has a share. */
+PROCESSOR_INLINE void add_length(const strain_actuator *at, double share, const lanes v[3],
+                                 const lanes u[3], lanes *sum)
+{
+    lanes given[ACTUATOR_NUMBERS], length = NO_LANES;
+    if (share != 0) {
+        line_of(at, given);
+        lanes_law_tendon_energy(v, u, given, &length);
+        *sum += share * length;
+    }
+}
+
 /* The part of a that an end holds. */
 PROCESSOR_INLINE void held_part(const scene_hold *hold, const lanes a[3], lanes part[3])
 {

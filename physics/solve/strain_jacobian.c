@@ -8,6 +8,7 @@
 #include "physics/solve/strain_jacobian.h"
 
 #include "autodiff/dense.h"
+#include "physics/solve/complement.h"
 #include "physics/solve/solve_members.h"
 #include "physics/solve/strain_group.h"
 #include "physics/strain.h"
@@ -255,14 +256,18 @@ static double hold(strain_jacobian *x, size_t members)
     const size_t held = x->held, first = x->unknowns - held, bent = first - x->forces;
     double most = 0;
     for (size_t i = 0; i < members && held > 0; i++) {
-        double change[STRAIN_HOLDING_MAX], *columns = x->holding + i * (held + 1) * bent;
+        double now[COMPLEMENT_MAX], *columns = x->holding + i * (held + 1) * bent;
         for (size_t k = 0; k < bent; k++) {
             columns[held * bent + k] = x->results[(x->forces + k) * members + i];
         }
-        strain_group_fit((int)bent, (int)held, 1, columns, change);
         for (size_t c = 0; c < held; c++) {
-            x->curvature[(first + c) * members + i] -= change[c];
-            most = fmax(most, fabs(change[c]));
+            now[c] = x->curvature[(first + c) * members + i];
+        }
+        strain_group_fit((int)bent, (int)held, (int)held, 1, columns, now);
+        for (size_t c = 0; c < held; c++) {
+            double *number = &x->curvature[(first + c) * members + i];
+            most = fmax(most, fabs(now[c] - *number));
+            *number = now[c];
         }
     }
     return most;

@@ -104,6 +104,9 @@ static void put_actuators(strain_level *x, int node, int lane, const solve_actua
         put(x->form->actuators[at].given + ACTUATOR_SLOPE, lane, 2, from[k].slope);
         x->pulls[at][lane] = from[k].pull;
     }
+    for (int k = 0; k < x->form->tension_count; k++) {
+        x->displaced[k][lane] = from[x->form->tensions[k].actuator].displacement;
+    }
 }
 
 /* values: of one point, or of the rod. */
@@ -269,6 +272,7 @@ static ad_status create_form(strain_level *x, const solve_rod *rod, bool is_rigi
                               .along = &rod->along,
                               .jumps = &rod->jumps,
                               .substeps = 1,
+                              .seeks_tensions = true,
                               .is_rigid = is_rigid,
                               .end = rod->ends[1]};
     return strain_form_create(&kind, &x->form, error);
@@ -335,6 +339,20 @@ PROCESSOR_INLINE void hold(strain_level *x, const lanes *factor)
     }
 }
 
+/* Tendons may be as long as in the unstressed rod, less what is pulled out. */
+PROCESSOR_INLINE void allow_lengths(strain_level *x, const lanes *factor)
+{
+    strain_form *form = x->form;
+    for (int k = 0; k < form->tension_count; k++) {
+        strain_tension *of = &form->tensions[k];
+        of->allowed = -*factor * x->displaced[k];
+        for (int i = 0; i < form->nodes; i++) {
+            const strain_actuator *at = &form->actuators[i * form->kind.actuators + of->actuator];
+            add_length(at, of->share[i], form->points[i].rest, x->bent[i][0], &of->allowed);
+        }
+    }
+}
+
 FOR_EACH_PROCESSOR static void load(strain_level *x, const lanes *factor)
 {
     strain_form *form = x->form;
@@ -365,6 +383,7 @@ FOR_EACH_PROCESSOR static void load(strain_level *x, const lanes *factor)
     if (form->holding > 0) {
         hold(x, factor);
     }
+    allow_lengths(x, factor);
 }
 
 void strain_level_load(strain_level *x, const lanes *factor)
@@ -423,6 +442,9 @@ void strain_level_refine(const strain_link *link, const strain_level *from, stra
     for (int k = 0; k < to->form->place_count; k++) {
         memcpy(to->form->places[k].force, from->form->places[k].force,
                sizeof to->form->places[k].force);
+    }
+    for (int k = 0; k < to->form->tension_count; k++) {
+        to->form->tensions[k].pull = from->form->tensions[k].pull;
     }
     if (to->form->force_at >= 0) {
         memcpy(to->form->end_force, from->form->end_force, sizeof to->form->end_force);

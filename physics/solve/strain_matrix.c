@@ -113,6 +113,39 @@ PROCESSOR_INLINE void differentiate_point(strain_form *x, int node)
     }
 }
 
+/* ---- lengths of tendons ---------------------------------------------------------------------- */
+
+PROCESSOR_INLINE void differentiate_lengths(strain_form *x)
+{
+    for (int k = 0; k < x->tension_count; k++) {
+        const strain_tension *of = &x->tensions[k];
+        for (int i = 0; i < x->nodes; i++) {
+            lanes given[ACTUATOR_NUMBERS], unused[LAW_STIFFNESS];
+            memset(of->along[i], 0, sizeof of->along[i]);
+            if (of->share[i] > 0) {
+                line_of(&x->actuators[i * x->kind.actuators + of->actuator], given);
+                memset(unused, 0, sizeof unused);
+                lanes_law_tendon(x->at[i].v, x->at[i].u, given, of->along[i], unused);
+            }
+        }
+    }
+}
+
+/* What a change of tensions adds to N where it acts on the strain, and to the moment of tendons,
+ * in the body. */
+PROCESSOR_INLINE void change_pulls(strain_form *x, const lanes *direction)
+{
+    for (int i = 0; i < x->nodes && x->tension_count > 0; i++) {
+        lanes pull[3] = {NO_LANES, NO_LANES, NO_LANES};
+        for (int k = 0; k < x->tension_count; k++) {
+            for (int c = 0; c < 3; c++) {
+                pull[c] -= direction[x->tension_at + k] * x->tensions[k].along[i][c];
+            }
+        }
+        lanes_to_world(x->at[i].R, pull, x->pulled[i]);
+    }
+}
+
 /* ---- ends ---------------------------------------------------------------------------------- */
 
 /* 2 vec(p* q) by a turn of q in the world: dq = (0, phi) q/2. */
@@ -265,6 +298,10 @@ PROCESSOR_INLINE void change_places(strain_form *x, const lanes *direction, chan
                 add_applied(x->at[node].Q, points[node].force, rate[j]);
                 add_applied(x->at[node].S, direction + 3 * node, rate[j]);
             }
+            if (x->tension_count > 0) {
+                add_applied(x->at[node].Q, x->pulled[node], rate[j]);
+                memcpy(points[node].slope, rate[j], sizeof rate[j]);
+            }
         }
         integrate_on(x, e, rate, r, at, end);
         for (int j = 0; j < n; j++) {
@@ -302,6 +339,12 @@ PROCESSOR_INLINE void change_moments(strain_form *x, const lanes *direction, cha
             if (x->is_pushed) {
                 add_applied(x->pushes[node].by_position[1], points[node].position, rate[j]);
             }
+            if (x->tension_count > 0) { /* it moves the slope alone */
+                lanes slope[3], more[3];
+                apply(x->at[node].Q, x->pulled[node], slope);
+                lanes_vector_cross(slope, x->at[node].N, more);
+                add_lanes(3, more, rate[j]);
+            }
         }
         integrate_back(x, e - 1, rate, M, at, start);
         for (int j = 0; j < n; j++) {
@@ -336,9 +379,45 @@ PROCESSOR_INLINE void rows_of_points(strain_form *x, const lanes *direction, cha
         for (int k = 0; k < 3; k++) {
             to[3 * i + k] = row[k] - moved[k];
         }
+        if (x->tension_count > 0) {
+            apply(at->Z, x->pulled[i], row);
+            for (int k = 0; k < x->tension_count; k++) {
+                const lanes by = direction[x->tension_at + k];
+                for (int c = 0; c < 3; c++) {
+                    row[c] += by * x->points[i].compliance[3 + c] * x->tensions[k].along[i][3 + c];
+                }
+            }
+            add_lanes(3, row, to + 3 * i);
+        }
         if (x->push_at >= 0) {
             push_row(&x->pushes[i], direction + x->push_at + 3 * i, points[i].position,
                      points[i].turn, to + x->push_at + 3 * i);
+        }
+    }
+}
+
+/* By how much tendons become shorter than they may be: v changes with the slope, less its turn. */
+PROCESSOR_INLINE void rows_of_lengths(strain_form *x, const lanes *direction, changed *points,
+                                      lanes *to)
+{
+    for (int k = 0; k < x->tension_count; k++) {
+        const double compliance = x->kind.extents[x->tensions[k].actuator].compliance;
+        to[x->tension_at + k] = compliance * direction[x->tension_at + k];
+    }
+    for (int i = 0; i < x->nodes && x->tension_count > 0; i++) {
+        lanes turned[3], by[3], strain[3];
+        lanes_vector_cross(points[i].turn, x->at[i].slope, turned);
+        for (int c = 0; c < 3; c++) {
+            by[c] = points[i].slope[c] - turned[c];
+        }
+        lanes_to_body(x->at[i].R, by, strain);
+        for (int k = 0; k < x->tension_count; k++) {
+            const strain_tension *of = &x->tensions[k];
+            for (int c = 0; c < 3; c++) {
+                to[x->tension_at + k] -=
+                    of->share[i] *
+                    (of->along[i][c] * strain[c] + of->along[i][3 + c] * direction[3 * i + c]);
+            }
         }
     }
 }
@@ -378,11 +457,13 @@ PROCESSOR_INLINE void rows_of_edges(strain_form *x, const lanes *direction, chan
 PROCESSOR_INLINE void change(strain_form *x, const lanes *direction, lanes *to)
 {
     changed *points = x->columns, *edges = points + x->nodes;
+    change_pulls(x, direction);
     change_turns(x, direction, points, edges);
     change_forces(x, direction, points, edges);
     change_places(x, direction, points, edges);
     change_moments(x, direction, points, edges);
     rows_of_points(x, direction, points, to);
+    rows_of_lengths(x, direction, points, to);
     rows_of_edges(x, direction, edges, to);
 }
 
@@ -391,6 +472,7 @@ PROCESSOR_INLINE void differentiate(strain_form *x)
     for (int i = 0; i < x->nodes; i++) {
         differentiate_point(x, i);
     }
+    differentiate_lengths(x);
     differentiate_end(x);
     if (x->turn_at >= 0) {
         differentiate_start(x);

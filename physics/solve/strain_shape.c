@@ -412,8 +412,37 @@ PROCESSOR_INLINE void miss_places(strain_form *x)
     }
 }
 
+/* By how much tendons are shorter than they may be. */
+PROCESSOR_INLINE void miss_lengths(strain_form *x)
+{
+    for (int k = 0; k < x->tension_count; k++) {
+        const strain_tension *of = &x->tensions[k];
+        lanes left = of->allowed + x->kind.extents[of->actuator].compliance * of->pull;
+        for (int i = 0; i < x->nodes; i++) {
+            const strain_actuator *at = &x->actuators[i * x->kind.actuators + of->actuator];
+            add_length(at, -of->share[i], x->at[i].v, x->at[i].u, &left);
+        }
+        x->right[x->tension_at + k] = left;
+    }
+}
+
+void strain_form_pull(strain_form *x)
+{
+    for (int k = 0; k < x->tension_count; k++) {
+        const strain_tension *of = &x->tensions[k];
+        for (int i = 0; i < x->nodes; i++) {
+            lanes *given = x->actuators[i * x->kind.actuators + of->actuator].given;
+            given[ACTUATOR_PULL] = NO_LANES;
+            if (of->share[i] > 0) {
+                given[ACTUATOR_PULL] = of->pull;
+            }
+        }
+    }
+}
+
 PROCESSOR_INLINE void find_positions(strain_form *x, lanes M[3])
 {
+    strain_form_pull(x);
     turn_all(x);
     if (x->turns) {
         strain_form_load(x);
@@ -440,6 +469,7 @@ FOR_EACH_PROCESSOR static void find_shape(strain_form *x)
     bend_all(x, M);
     miss_points(x);
     miss_places(x);
+    miss_lengths(x);
     miss_end(x);
     miss_start(x);
 }
@@ -501,6 +531,9 @@ FOR_EACH_PROCESSOR static void move(strain_form *x, const lanes *step, const lan
         if (x->places[k].unknown >= 0) {
             subtract(x->places[k].force, step + x->places[k].unknown, share);
         }
+    }
+    for (int k = 0; k < x->tension_count; k++) {
+        x->tensions[k].pull -= *share * step[x->tension_at + k];
     }
     if (x->force_at >= 0) {
         subtract(x->end_force, step + x->force_at, share);

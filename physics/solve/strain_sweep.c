@@ -7,6 +7,7 @@
  * its beginning, and give p, P there. These matrices are the diagonal blocks of elimination of the
  * full matrix in this order: their pivots are its own, and the work grows with the number of
  * elements, not with its cube. Then phi is known from s = 0 on. */
+#include "physics/solve/complement.h"
 #include "physics/solve/strain_algebra.h"
 #include "physics/solve/strain_form.h"
 #include "physics/solve/strain_inline.h"
@@ -383,13 +384,13 @@ PROCESSOR_INLINE void solve_all_again(strain_form *x, bool moves)
  * last those that hold an end. */
 static int unknown_of(const strain_form *x, int place)
 {
-    const int others = x->elastic + x->holding, first = x->unknowns - others;
+    const int others = x->elastic + x->holding, first = x->tension_at - others;
     return place < first ? others + place : place - first;
 }
 
 FOR_EACH_PROCESSOR static void eliminate_full(strain_form *x, bool again)
 {
-    const block b = {.n = x->unknowns,
+    const block b = {.n = x->tension_at,
                      .columns = 1,
                      .keeps_order = true,
                      .matrix = x->matrix,
@@ -407,7 +408,7 @@ FOR_EACH_PROCESSOR static void eliminate_full(strain_form *x, bool again)
  * of a bordered matrix: Haynsworth, Linear Algebra and its Applications 1, 1968). */
 static void solve_full(strain_form *x, bool again)
 {
-    const int n = x->unknowns;
+    const int n = x->tension_at;
     lanes *right = x->coupled, *column = right + n;
     for (int i = 0; i < n; i++) {
         right[i] = x->right[unknown_of(x, i)];
@@ -469,12 +470,131 @@ static void solve_any(strain_form *x, bool again)
     }
 }
 
+/* ---- with tensions ------------------------------------------------------------------------- */
+
+/* Of the length: tendons that are longer by this are not too long. */
+static const double LONGER = 1e-13;
+
+/* What each tension does to the rod, bent = A^-1 B, and by that and by itself to the lengths.
+ * `right` is lost. */
+static void bend_by_tensions(strain_form *x)
+{
+    const size_t size = (size_t)x->tension_at * sizeof(lanes);
+    lanes *rows = x->border + x->unknowns;
+    for (int k = 0; k < x->tension_count; k++) {
+        x->direction[x->tension_at + k] = NO_LANES + 1;
+        strain_form_apply(x, x->direction, rows);
+        x->direction[x->tension_at + k] = NO_LANES;
+        memcpy(x->right, rows, size);
+        for (int i = 0; i < x->tension_count; i++) {
+            x->shorter[i * x->tension_count + k] = rows[x->tension_at + i];
+        }
+        solve_any(x, true);
+        memcpy(x->tensions[k].bent, x->right, size);
+        memcpy(x->direction, x->right, size);
+        strain_form_apply(x, x->direction, rows);
+        memset(x->direction, 0, size);
+        for (int i = 0; i < x->tension_count; i++) {
+            x->shorter[i * x->tension_count + k] -= rows[x->tension_at + i];
+        }
+    }
+}
+
+/* How many pivots are negative of those that are taut: each takes away a direction in which the rod
+ * would give way, as one of what holds an end. */
+static int negative_of(int count, const double *matrix, const double *pull)
+{
+    double a[COMPLEMENT_MAX * COMPLEMENT_MAX];
+    int rows[COMPLEMENT_MAX], n = 0, negative = 0;
+    for (int i = 0; i < count; i++) {
+        rows[n] = i;
+        n += pull[i] > 0;
+    }
+    for (int i = 0; i < n * n; i++) {
+        a[i] = matrix[rows[i / n] * count + rows[i % n]];
+    }
+    for (int k = 0; k < n; k++) {
+        negative += a[k * n + k] < 0;
+        for (int i = k + 1; i < n; i++) {
+            const double factor = a[i * n + k] / a[k * n + k];
+            for (int j = k + 1; j < n; j++) {
+                a[i * n + j] -= factor * a[k * n + j];
+            }
+        }
+    }
+    return negative;
+}
+
+/* The tensions of a lane of the linear model, of which excess [tension_count] are by how much
+ * tendons would be too long without; not numbers where there are none. */
+static void find_tensions(strain_form *x, int lane, const double *excess, bool again, double *pull)
+{
+    const int count = x->tension_count;
+    double matrix[COMPLEMENT_MAX * COMPLEMENT_MAX];
+    for (int i = 0; i < count * count; i++) {
+        matrix[i] = x->shorter[i][lane];
+    }
+    if (!complement_solve(count, 0, matrix, excess, LONGER, pull)) {
+        for (int k = 0; k < count; k++) {
+            pull[k] = NAN;
+        }
+    }
+    x->negative[lane] -= again ? 0 : negative_of(count, matrix, pull);
+}
+
+/* The matrix with a border: A du + B dT = right, and lengths. */
+static void solve_bordered(strain_form *x, bool again)
+{
+    const int n = x->tension_at, count = x->tension_count;
+    const size_t size = (size_t)n * sizeof(lanes);
+    lanes missing[COMPLEMENT_MAX], *alone = x->border, *rows = alone + x->unknowns;
+    memcpy(missing, x->right + n, (size_t)count * sizeof *missing);
+    solve_any(x, again);
+    memcpy(alone, x->right, size);
+    if (!again) {
+        bend_by_tensions(x);
+    }
+    memcpy(x->direction, alone, size);
+    strain_form_apply(x, x->direction, rows);
+    memset(x->direction, 0, size);
+    for (int k = 0; k < count; k++) { /* too long under no tension at all */
+        missing[k] = rows[n + k] - missing[k];
+        for (int i = 0; i < count; i++) {
+            missing[k] += x->shorter[k * count + i] * x->tensions[i].pull;
+        }
+    }
+    for (int lane = 0; lane < LANES; lane++) {
+        double excess[COMPLEMENT_MAX], pull[COMPLEMENT_MAX];
+        for (int k = 0; k < count; k++) {
+            excess[k] = missing[k][lane];
+        }
+        find_tensions(x, lane, excess, again, pull);
+        for (int k = 0; k < count; k++) {
+            x->right[n + k][lane] = x->tensions[k].pull[lane] - pull[k];
+        }
+    }
+    memcpy(x->right, alone, size);
+    for (int k = 0; k < count; k++) {
+        for (int i = 0; i < n; i++) {
+            x->right[i] -= x->right[n + k] * x->tensions[k].bent[i];
+        }
+    }
+}
+
 void strain_form_solve(strain_form *x)
 {
-    solve_any(x, false);
+    if (x->tension_count > 0) {
+        solve_bordered(x, false);
+    } else {
+        solve_any(x, false);
+    }
 }
 
 void strain_form_solve_again(strain_form *x)
 {
-    solve_any(x, true);
+    if (x->tension_count > 0) {
+        solve_bordered(x, true);
+    } else {
+        solve_any(x, true);
+    }
 }
