@@ -314,7 +314,7 @@ static void add_displaced(recorder *x)
     const rod_scales *scale = &x->rod.scales;
     for (int i = 0; i < open->tendon_count; i++) {
         const scene_tendon *tendon = &open->tendons[i];
-        const double lever = fmax(rod_tendon_lever(&x->source->middle, i) / scale->length, 1e-3);
+        const double lever = rod_tendon_arm(&x->source->middle, i);
         add(x, "displacement of a tendon", "L", GROUP_SCALAR, 0.5 / lever,
             quantities_of(x, 1, &tendon->displacement, 1 / scale->length));
         add(x, "stiffness of a tendon", "EI/L^3", GROUP_SCALAR, 0.01,

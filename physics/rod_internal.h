@@ -232,6 +232,8 @@ ad_value rod_tendon_pull(const rod_context *rod, ad_value tendons, int index, ad
 
 /* rod_scale.c: the largest distance of a tendon from the axis, m. */
 double rod_tendon_lever(const scene *scene, int index);
+/* The same over the length, which is a scale also of one on the axis: at least 1e-3. */
+double rod_tendon_arm(const scene *scene, int index);
 
 /* rod_actuation.c: all tendons and then all chambers of the scene. */
 int rod_actuator_count(const scene *scene);

@@ -190,6 +190,11 @@ double rod_tendon_lever(const scene *rod_scene, int index)
     return rod_offset(rod_scene, tendon->offset, tendon->start, tendon->end);
 }
 
+double rod_tendon_arm(const scene *rod_scene, int index)
+{
+    return fmax(rod_tendon_lever(rod_scene, index) / scene_length(rod_scene), 1e-3);
+}
+
 static double rod_most(const scene *rod_scene, quantity q)
 {
     scene_range range = scene_range_of(rod_scene, q);

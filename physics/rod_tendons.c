@@ -5,9 +5,6 @@
 
 #include <math.h>
 
-/* Of a length: a tendon closer to the axis than this still has a scale. */
-static const double LEVER_LEAST = 1e-3;
-
 static bool has_length(const scene *rod_scene, int i)
 {
     return rod_scene->tendons[i].displacement.is_given;
@@ -35,7 +32,7 @@ int rod_tendon_rows(const scene *rod_scene)
 /* Of what it turns the rod by, and so of changes of its length; 1 over it of tensions. */
 static double lever_of(const rod_context *rod, int i)
 {
-    return fmax(rod_tendon_lever(rod->scene, i) / rod->scales.length, LEVER_LEAST);
+    return rod_tendon_arm(rod->scene, i);
 }
 
 /* What of them is sought, rows of rod_state.tendons. Fields of a tendon have kinks at its ends and

@@ -125,7 +125,16 @@ static bool is_placed(const law *of)
 int strain_held(const scene *open)
 {
     return (scene_hold_of(&open->end).directions > 0 ? 3 : 0) +
-           (scene_end_holds_rotation(open->end.type) ? 3 : 0);
+           (scene_end_holds_rotation(open->end.type) ? 3 : 0) + strain_tensions(open);
+}
+
+int strain_tensions(const scene *open)
+{
+    int count = 0;
+    for (int i = 0; i < open->tendon_count; i++) {
+        count += open->tendons[i].displacement.is_given;
+    }
+    return count;
 }
 
 bool strain_is_placed(const scene *open)
@@ -164,15 +173,28 @@ static void spread(const strain_rod *x, ad_value value, ad_value *rows)
     }
 }
 
-/* At points first .. first + count - 1, elsewhere 0: rows that stay together, which a factor of
- * zeros and ones would not. */
-static ad_value pull_between(const strain_rod *x, ad_value pull, int first, int count)
+/* Rows that stay together, which a factor of zeros and ones would not. */
+ad_value strain_pull_within(const strain_rod *rod, const strain_pull *of, ad_value pull)
 {
-    if (count == 0 || count == x->nodes) {
-        return count == 0 ? ad_scalar(x->tape, 0) : pull;
+    const int first = of->first, count = of->count;
+    if (count == 0 || count == rod->nodes) {
+        return count == 0 ? ad_scalar(rod->tape, 0) : pull;
     }
     ad_value here = ad_rows(pull) == 1 ? ad_repeat(pull, count) : ad_slice(pull, first, count);
-    return ad_pad(here, first, x->nodes);
+    return ad_pad(here, first, rod->nodes);
+}
+
+/* What is known of a tendon whose length is given. */
+static void give_length(strain_rod *x, int i, const rod_actuator *one)
+{
+    const scene_tendon *given = &x->open.tendons[i];
+    const double unit = x->rod.scales.force / x->rod.scales.length;
+    strain_pull *to = &x->pulls[i];
+    to->is_sought = true;
+    to->displacement = one->displacement;
+    if (given->stiffness.is_given) {
+        to->compliance = unit / quantity_value(given->stiffness, 0, 0);
+    }
 }
 
 static void give_actuators(strain_rod *x)
@@ -181,16 +203,18 @@ static void give_actuators(strain_rod *x)
     for (int i = 0; i < x->actuators; i++) {
         rod_actuator one = rod_actuator_of(&x->rod, i);
         strain_pull *to = &x->pulls[i];
-        int first = 0, count = 0;
         to->law = one.law;
         spread(x, one.offset, to->offset);
         spread(x, one.slope, to->slope);
         spread(x, one.pull, &to->pull);
         for (int k = 0; k < x->nodes; k++) {
-            first += x->s[k] < one.start;
-            count += one.start <= x->s[k] && x->s[k] <= one.end;
+            to->first += x->s[k] < one.start;
+            to->count += one.start <= x->s[k] && x->s[k] <= one.end;
         }
-        to->pull = pull_between(x, to->pull, first, count);
+        to->pull = strain_pull_within(x, to, to->pull);
+        if (i < x->open.tendon_count && x->open.tendons[i].displacement.is_given) {
+            give_length(x, i, &one);
+        }
     }
 }
 

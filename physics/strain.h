@@ -81,12 +81,18 @@ void strain_rod_free(strain_rod *rod); /* NULL is allowed; what was recorded sta
 int strain_forces(const scene *open, int nodes);
 
 /* Numbers that are sought after the curvature: N [3], world, of an end s = 1 whose position is held
- * in any direction, and M [3], world, of one whose rotation is, beyond what acts there; 0 without
- * such. Their rows of the residual are how far the end is from there, and N in directions that are
- * free. `sought` is [forces + 3 nodes + held], below called curvature where it is that alone. */
+ * in any direction, and M [3], world, of one whose rotation is, beyond what acts there, and last
+ * strain_tensions; 0 without such. Their rows of the residual are how far the end is from there,
+ * and N in directions that are free; of a tension by how much the tendon is shorter than it may be,
+ * which is 0 or it is slack, and the tension 0. `sought` is [forces + 3 nodes + held], below called
+ * curvature where it is that alone. */
 int strain_held(const scene *open);
 
-/* Whether a law or a held end asks for the position: then no strain_rod_blocks. */
+/* Tendons whose length is given, in their order: their tensions, which are not negative. */
+int strain_tensions(const scene *open);
+
+/* Whether more is sought than the curvature, or a law asks for the position: then no
+ * strain_rod_blocks. */
 bool strain_is_placed(const scene *open);
 
 /* All that follows from what is sought, as one vector: rotations, forces, strains and moments, with

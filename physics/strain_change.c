@@ -72,14 +72,14 @@ static void differentiate_points(const strain_rod *rod, const strain_state *stat
     const along force = strain_add(state->force, cause(changes, FORCE));
     const along curvature = strain_add(state->curvature, cause(changes, CURVATURE));
     const along moment = strain_add(state->moment, cause(changes, MOMENT));
-    const along strain =
-        strain_yield_on(rod, strain_to_body(&R, force), curvature, state->strain, state->curvature);
+    const along strain = strain_yield_on(rod, state->pull, strain_to_body(&R, force), curvature,
+                                         state->strain, state->curvature);
     along effects[EFFECTS], load[2];
     strain_loads(rod, turned_on(cause(changes, TURN), state->turn), load);
     effects[OF_SLOPE] = strain_to_world(&R, strain);
     effects[OF_LOAD] = load[0];
     effects[OF_RATE] = strain_moment_rate(effects[OF_SLOPE], force, load[1]);
-    effects[OF_MISSING] = strain_missing(rod, &R, strain, curvature, moment);
+    effects[OF_MISSING] = strain_missing(rod, state->pull, &R, strain, curvature, moment);
     differentiate(changes, CAUSES, EFFECTS, effects, local->by);
 }
 
@@ -148,7 +148,7 @@ strain_blocks strain_rod_blocks(const strain_rod *rod, ad_value curvature, ad_va
         }
     }
     const along missing =
-        strain_missing(rod, &state.R, state.strain, state.curvature, state.moment);
+        strain_missing(rod, state.pull, &state.R, state.strain, state.curvature, state.moment);
     return (strain_blocks){.residual = strain_points(rod->nodes, missing),
                            .follows = follows,
                            .blocks =

@@ -29,8 +29,11 @@ typedef struct along_twist {
 
 /* A tendon or a chamber along the rod, whose pull is 0 where it is not. */
 typedef struct strain_pull {
-    ad_value offset[2], slope[2], pull;
+    ad_value offset[2], slope[2], pull, displacement;
+    int first, count; /* of the points where it is */
     law_name law;
+    bool is_sought; /* the tension of one whose length is given, */
+    double compliance;
 } strain_pull;
 
 /* A law that acts from outside, with its numbers at points or at its place. */
@@ -57,7 +60,7 @@ struct strain_rod {
     bool turns, is_pushed; /* one along it depends on the rotation; its force on the position */
     bool is_placed; /* one along it or at a place depends on the position, or the end is held */
     strain_law along[ROD_ALONG_MAX], places[ROD_AT_PLACES_MAX + ROD_AT_ENDS_MAX];
-    int forces, held; /* that are sought, before and after the curvature, numbers */
+    int forces, held; /* that are sought, before and after the curvature, tensions among them */
     bool holds_position, holds_rotation; /* at s = 1 */
     rod_end_data start, end;
 };
@@ -99,7 +102,9 @@ typedef struct strain_state {
     along curvature, strain, slope, force, moment;
     along push, position; /* sought force per length of laws along the rod; where it is */
     along pushes[ROD_AT_PLACES_MAX], edge_position[STRAIN_ELEMENTS_MAX + 1];
-    along held[2]; /* N, M at s = 1, sought where the end is held, else 0 */
+    along held[2];                       /* N, M at s = 1, sought where the end is held, else 0 */
+    ad_value tension[SCENE_TENDONS_MAX]; /* sought where the length is given */
+    ad_value pull[SCENE_TENDONS_MAX + SCENE_CHAMBERS_MAX];
     along_turn turn;
     along_matrix R;
     along load_rate[2]; /* f, l, world */
@@ -115,13 +120,17 @@ along_turn strain_turn_over(const strain_rod *rod, int edge, along_turn q);
 
 /* Parts of it: f, l at points, without moments that depend on the position; all of l; what acts at
  * an edge; v after one step of Newton's method, with the matrix of v and of another u; the rate of
- * M, negative; and the residual. */
+ * M, negative; and the residual. pull: those of the state. */
 void strain_loads(const strain_rod *rod, along_turn turn, along load_rate[2]);
 along strain_moment_load(const strain_rod *rod, const strain_state *state);
 void strain_acting(const strain_rod *rod, int edge, along_turn turn, along *force, along *moment);
-along strain_yield_on(const strain_rod *rod, along n, along u, along v, along matrix_u);
+along strain_yield_on(const strain_rod *rod, const ad_value *pull, along n, along u, along v,
+                      along matrix_u);
 along strain_moment_rate(along slope, along force, along load);
-along strain_missing(const strain_rod *rod, const along_matrix *R, along strain, along curvature,
-                     along moment);
+along strain_missing(const strain_rod *rod, const ad_value *pull, const along_matrix *R,
+                     along strain, along curvature, along moment);
+
+/* A pull at the points where the actuator is, elsewhere 0. */
+ad_value strain_pull_within(const strain_rod *rod, const strain_pull *of, ad_value pull);
 
 #endif

@@ -213,12 +213,19 @@ static void add_pull(const ad_value *wrench, const ad_value *stiffness, pulling 
     }
 }
 
-static void pull_one(const strain_rod *rod, const strain_pull *a, along v, along u, pulling *sum)
+static void record_pull(const strain_rod *rod, const strain_pull *a, ad_value pull, along v,
+                        along u, ad_value *energy, ad_value *wrench, ad_value *stiffness)
 {
     const ad_value given[] = {v.x[0],       v.x[1],       v.x[2],      u.x[0],      u.x[1], u.x[2],
-                              a->offset[0], a->offset[1], a->slope[0], a->slope[1], a->pull};
+                              a->offset[0], a->offset[1], a->slope[0], a->slope[1], pull};
+    law_record(a->law, rod->tape, given, energy, wrench, stiffness);
+}
+
+static void pull_one(const strain_rod *rod, const strain_pull *a, ad_value pull, along v, along u,
+                     pulling *sum)
+{
     ad_value wrench[LAW_WRENCH], stiffness[LAW_STIFFNESS];
-    law_record(a->law, rod->tape, given, NULL, wrench, stiffness);
+    record_pull(rod, a, pull, v, u, NULL, wrench, stiffness);
     add_pull(wrench, stiffness, sum);
 }
 
@@ -240,7 +247,7 @@ static bool pulls(const strain_rod *rod)
     return rod->actuators > 0 || rod->open.rod.law;
 }
 
-static pulling pull_all(const strain_rod *rod, along v, along u)
+static pulling pull_all(const strain_rod *rod, const ad_value *pull, along v, along u)
 {
     const along none = strain_zeros(rod->tape);
     pulling sum = {.force = none, .moment = none};
@@ -248,7 +255,7 @@ static pulling pull_all(const strain_rod *rod, along v, along u)
         sum.by_v.x[i / 3][i % 3] = none.x[0];
     }
     for (int i = 0; i < rod->actuators; i++) {
-        pull_one(rod, &rod->pulls[i], v, u, &sum);
+        pull_one(rod, &rod->pulls[i], pull[i], v, u, &sum);
     }
     if (rod->open.rod.law) {
         pull_by_law(rod, v, u, &sum);
@@ -277,9 +284,9 @@ static along soften(const strain_rod *rod, const along_matrix *by_v, along a)
 }
 
 /* v* + C (n - what pulls at v, u) */
-static along balance(const strain_rod *rod, along n, along u, along v)
+static along balance(const strain_rod *rod, const ad_value *pull, along n, along u, along v)
 {
-    const along force = pulls(rod) ? strain_sub(n, pull_all(rod, v, u).force) : n;
+    const along force = pulls(rod) ? strain_sub(n, pull_all(rod, pull, v, u).force) : n;
     return rod->shears ? strain_add(rod->rest_strain, strain_mul(rod->strain_compliance, force))
                        : rod->rest_strain;
 }
@@ -289,21 +296,22 @@ static bool is_implicit(const strain_rod *rod)
     return rod->shears && pulls(rod);
 }
 
-along strain_yield_on(const strain_rod *rod, along n, along u, along v, along matrix_u)
+along strain_yield_on(const strain_rod *rod, const ad_value *pull, along n, along u, along v,
+                      along matrix_u)
 {
-    const along there = balance(rod, n, u, v);
+    const along there = balance(rod, pull, n, u, v);
     if (!is_implicit(rod)) {
         return there;
     }
-    const along_matrix by_v = pull_all(rod, v, matrix_u).by_v;
+    const along_matrix by_v = pull_all(rod, pull, v, matrix_u).by_v;
     return strain_sub(v, soften(rod, &by_v, strain_sub(v, there)));
 }
 
-static along strain_yield(const strain_rod *rod, along n, along u, along v)
+static along strain_yield(const strain_rod *rod, const ad_value *pull, along n, along u, along v)
 {
     enum { STEPS = 3 }; /* leave (C pull)^15 of it */
     for (int k = 0; k < STEPS; k++) {
-        v = strain_yield_on(rod, n, u, v, u);
+        v = strain_yield_on(rod, pull, n, u, v, u);
     }
     return v;
 }
@@ -315,10 +323,11 @@ along strain_moment_rate(along slope, along force, along load)
     return strain_add(strain_cross(slope, force), load);
 }
 
-along strain_missing(const strain_rod *rod, const along_matrix *R, along v, along u, along M)
+along strain_missing(const strain_rod *rod, const ad_value *pull, const along_matrix *R, along v,
+                     along u, along M)
 {
-    pulling pull = pull_all(rod, v, u);
-    along m = strain_sub(strain_to_body(R, M), pull.moment);
+    const pulling sum = pull_all(rod, pull, v, u);
+    along m = strain_sub(strain_to_body(R, M), sum.moment);
     return strain_sub(strain_sub(u, rod->rest_curvature), strain_mul(rod->curvature_compliance, m));
 }
 
@@ -347,7 +356,20 @@ static int edge_of(const strain_rod *rod, double s)
     return e;
 }
 
-/* Forces, curvature and what holds the end, of what is sought. */
+/* Tensions, of what is sought from `first` on; and all pulls. */
+static void find_pulls(const strain_rod *rod, ad_value sought, int first, strain_state *state)
+{
+    for (int i = 0; i < rod->actuators; i++) {
+        const strain_pull *of = &rod->pulls[i];
+        state->pull[i] = of->pull;
+        if (of->is_sought) {
+            state->tension[i] = ad_row(sought, first++);
+            state->pull[i] = strain_pull_within(rod, of, state->tension[i]);
+        }
+    }
+}
+
+/* Forces, curvature, what holds the end and pulls, of what is sought. */
 static void divide(const strain_rod *rod, ad_value sought, strain_state *state)
 {
     const bool holds[2] = {rod->holds_position, rod->holds_rotation};
@@ -375,6 +397,7 @@ static void divide(const strain_rod *rod, ad_value sought, strain_state *state)
             first += 3;
         }
     }
+    find_pulls(rod, sought, first, state);
 }
 
 static void find_loads(const strain_rod *rod, strain_state *state)
@@ -419,6 +442,33 @@ static int missing_holds(const strain_rod *rod, const strain_state *state, ad_va
         const ad_value turn = ad_quaternion_multiply(ad_quaternion_conjugate(end->rotation), q);
         const ad_value vector = ad_mul(ad_scale(ad_sign(ad_row(turn, 0)), 2), ad_slice(turn, 1, 3));
         rows[count++] = ad_rotate(end->rotation, vector);
+    }
+    return count;
+}
+
+/* Length of a tendon per length of the rod, 0 beyond its part of it. */
+static ad_value path_length(const strain_rod *rod, const strain_pull *of, along v, along u)
+{
+    ad_value length;
+    record_pull(rod, of, ad_scalar(rod->tape, 1), v, u, &length, NULL, NULL);
+    return strain_pull_within(rod, of, length);
+}
+
+/* By how much tendons are shorter than they may be. */
+static int missing_lengths(const strain_rod *rod, const strain_state *state, ad_value *rows)
+{
+    double weights[STRAIN_NODES_MAX];
+    int count = 0;
+    strain_mesh_integral(&rod->mesh, true, rod->mesh.elements, weights);
+    for (int i = 0; i < rod->actuators; i++) {
+        const strain_pull *of = &rod->pulls[i];
+        if (of->is_sought) {
+            const ad_value now = path_length(rod, of, state->strain, state->curvature);
+            const ad_value rest = path_length(rod, of, rod->rest_strain, rod->rest_curvature);
+            const ad_value longer = strain_weigh(1, rod->nodes, weights, ad_sub(now, rest));
+            const ad_value excess = ad_add(longer, of->displacement);
+            rows[count++] = ad_sub(ad_scale(state->tension[i], of->compliance), excess);
+        }
     }
     return count;
 }
@@ -496,8 +546,8 @@ static void find_state(const strain_rod *rod, ad_value sought, strain_state *sta
     turn_all(rod, state);
     find_loads(rod, state);
     find_force(rod, state);
-    state->strain = strain_yield(rod, strain_to_body(&state->R, state->force), state->curvature,
-                                 rod->rest_strain);
+    state->strain = strain_yield(rod, state->pull, strain_to_body(&state->R, state->force),
+                                 state->curvature, rod->rest_strain);
     find_moment(rod, state);
 }
 
@@ -604,7 +654,7 @@ static void change_fields(const fields *all, int first, int end, const strain_ch
 static void soften_fields(const strain_rod *rod, const fields *all, const strain_state *state,
                           along v, ad_value *parts)
 {
-    const along_matrix by_v = pull_all(rod, v, state->curvature).by_v;
+    const along_matrix by_v = pull_all(rod, state->pull, v, state->curvature).by_v;
     along change = strain_zeros(rod->tape);
     for (int i = all->ends[BY_TURNS]; i < all->ends[BY_FORCE]; i++) {
         change.x[all->of[i] - state->strain.x] = parts[i];
@@ -628,7 +678,8 @@ ad_value strain_rod_state_change(const strain_rod *rod, ad_value sought, ad_valu
     change_fields(&all, 0, all.ends[BY_TURNS], changes, vector, parts);
     strain_state_of(rod, sought, vector, &state);
     const along v = state.strain;
-    state.strain = balance(rod, strain_to_body(&state.R, state.force), state.curvature, v);
+    state.strain =
+        balance(rod, state.pull, strain_to_body(&state.R, state.force), state.curvature, v);
     change_fields(&all, all.ends[BY_TURNS], all.ends[BY_FORCE], changes, vector, parts);
     if (is_implicit(rod)) {
         soften_fields(rod, &all, &state, v, parts);
@@ -643,11 +694,13 @@ ad_value strain_rod_residual(const strain_rod *rod, ad_value sought, ad_value ve
 {
     strain_state state;
     strain_state_of(rod, sought, vector, &state);
-    ad_value rows[1 + ROD_AT_PLACES_MAX + 3];
+    ad_value rows[1 + ROD_AT_PLACES_MAX + 3 + SCENE_TENDONS_MAX];
     int count = missing_forces(rod, &state, rows);
-    rows[count++] = strain_points(
-        rod->nodes, strain_missing(rod, &state.R, state.strain, state.curvature, state.moment));
+    rows[count++] =
+        strain_points(rod->nodes, strain_missing(rod, state.pull, &state.R, state.strain,
+                                                 state.curvature, state.moment));
     count += missing_holds(rod, &state, rows + count);
+    count += missing_lengths(rod, &state, rows + count);
     return count > 1 ? ad_stack(count, rows) : rows[0];
 }
 

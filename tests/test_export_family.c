@@ -96,6 +96,18 @@ static const char sliding[] = BETWEEN("type: roller, position: [0.005, -0.15, 0.
                                       "1, 1]") "springs: [{at: 0.1, stiffness: [1, 2, 0.5]}]\n";
 static const char pinned[] = BETWEEN("type: pinned, position: [0.01, -0.148, 0.17]");
 
+/* By the length of tendons, of which the second is elastic and slack where `push` is negative. */
+static const char displaced[] =
+    PULLED "rod: {model: cosserat, section: {shape: circle, radius: 0.002},\n"
+           "      material: {youngs_modulus: 1e9*stiff, poissons_ratio: 0.3, density: 2000}}\n"
+           "segments: [{length: 0.1}, {length: 0.15, turn: [0, 0.3, 0]}]\n"
+           "boundary: {end: {type: loaded}}\n"
+           "loads: {gravity: [0, 4, -8], tip: {force: [0.02, push, 0]}}\n"
+           "tendons:\n"
+           "  - {offset: [0.006, 0], end: 0.2, displacement: 0.004*pull}\n"
+           "  - {offset: [\"0.005*cos(10*s)\", \"0.005*sin(10*s)\"], displacement: 0.06*push,\n"
+           "     stiffness: 3000}\n";
+
 static void assert_good(ad_status status, const ad_error *error)
 {
     if (status != AD_OK) {
@@ -402,6 +414,12 @@ static void test_pinned(void **state)
     check_family(pinned, true, -1);
 }
 
+static void test_displaced(void **state)
+{
+    (void)state;
+    check_family(displaced, false, -1);
+}
+
 static void test_single(void **state)
 {
     (void)state;
@@ -477,6 +495,7 @@ int main(int count, char **arguments)
         cmocka_unit_test_setup_teardown(test_held, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(test_sliding, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(test_pinned, make_directory, remove_directory),
+        cmocka_unit_test_setup_teardown(test_displaced, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(test_single, make_directory, remove_directory),
         cmocka_unit_test_setup_teardown(test_columns, make_directory, remove_directory),
     };

@@ -65,6 +65,9 @@ static const char sliding[] =
  * a foundation and held at the end, too. */
 #define DISPLACED "displacement: 0.001*pull", "displacement: 0.0015*side, stiffness: 3000"
 static const char displaced[] = ROBOT_WITH(DISPLACED, "type: loaded", TIP, "", "");
+static const char slack[] =
+    ROBOT_WITH("displacement: 0.001*pull", "displacement: -0.0015*side, stiffness: 3000",
+               "type: loaded", TIP, "", "");
 static const char displaced_on_springs[] =
     ROBOT_WITH(DISPLACED, "type: loaded", TIP, "  foundation: [1, 2, 0]\n",
                "springs: [{at: 0.2, stiffness: [1, 2, 0.5]}]\n");
@@ -747,6 +750,12 @@ int main(void)
         {"displaced_on_springs", test_against_collocation, NULL, NULL,
          (void *)displaced_on_springs},
         {"displaced_and_pinned", test_against_collocation, NULL, NULL,
+         (void *)displaced_and_pinned},
+        {"displaced_derivatives", test_derivatives, NULL, NULL, (void *)displaced},
+        {"slack_derivatives", test_derivatives, NULL, NULL, (void *)slack},
+        {"displaced_on_springs_derivatives", test_derivatives, NULL, NULL,
+         (void *)displaced_on_springs},
+        {"displaced_and_pinned_derivatives", test_derivatives, NULL, NULL,
          (void *)displaced_and_pinned},
         {"displaced_predicted", test_predicted, NULL, NULL, (void *)displaced},
         {"displaced_trusted", test_trusted, NULL, NULL, (void *)displaced},

@@ -371,23 +371,17 @@ static void test_state(void **state)
 static void test_refusals(void **state)
 {
     (void)state;
-    static const struct {
-        const char *from, *to, *why;
-    } rows[] = {{"tension: push}", "tension: push, friction: 0.1}", "friction of a tendon"},
-                {"tension: push}", "displacement: 0.001*push}", "a tendon that keeps its length"}};
-    for (size_t k = 0; k < sizeof rows / sizeof *rows; k++) {
-        char text[2000];
-        const char *at = strstr(plain, rows[k].from);
-        scene one;
-        ad_error error = {.message = ""};
-        snprintf(text, sizeof text, "%.*s%s%s", (int)(at - plain), plain, rows[k].to,
-                 at + strlen(rows[k].from));
-        config *given = read_text(text, 0, NULL);
-        scene_middle(&given->scene, &one);
-        assert_int_equal(strain_check(&one, true, &error), AD_BAD_ARGUMENT);
-        assert_non_null(strstr(error.message, rows[k].why));
-        config_free(given);
-    }
+    static const char from[] = "tension: push}", to[] = "tension: push, friction: 0.1}";
+    char text[2000];
+    const char *at = strstr(plain, from);
+    scene one;
+    ad_error error = {.message = ""};
+    snprintf(text, sizeof text, "%.*s%s%s", (int)(at - plain), plain, to, at + strlen(from));
+    config *given = read_text(text, 0, NULL);
+    scene_middle(&given->scene, &one);
+    assert_int_equal(strain_check(&one, true, &error), AD_BAD_ARGUMENT);
+    assert_non_null(strstr(error.message, "friction of a tendon"));
+    config_free(given);
 }
 
 int main(void)

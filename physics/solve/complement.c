@@ -60,7 +60,7 @@ static bool settle(int count, int open, bool *active, const double *matrix, cons
     return true;
 }
 
-bool complement_solve(int count, int open, const double *matrix, const double *right, double most,
+bool solve_complement(int count, int open, const double *matrix, const double *right, double most,
                       double *x)
 {
     bool active[COMPLEMENT_MAX] = {false};

@@ -11,7 +11,7 @@ enum { COMPLEMENT_MAX = SCENE_TENDONS_MAX + 6 };
  * and of those that are greater than 0, and right - matrix x <= `most` in the others, which are 0:
  * by active sets (Lawson and Hanson 1974, ch. 23). matrix [count][count], row by row. false:
  * singular, or no such numbers are found. ad_dense_load comes before. */
-bool complement_solve(int count, int open, const double *matrix, const double *right, double most,
+bool solve_complement(int count, int open, const double *matrix, const double *right, double most,
                       double *x);
 
 #endif

@@ -73,7 +73,7 @@ static double improve(const tensions *t, const static_tension_newton *newton, co
             excess[i] += shorter[i * t->count + j] * t->all[t->which[j]];
         }
     }
-    if (!complement_solve(t->count, 0, shorter, excess, LONGER, x)) {
+    if (!solve_complement(t->count, 0, shorter, excess, LONGER, x)) {
         return NAN;
     }
     for (int i = 0; i < t->count; i++) {

@@ -49,7 +49,7 @@ void strain_group_fit(int rows, int count, int open, int apart, const double *co
             }
         }
     }
-    if (complement_solve(count, open, normal, right, most, found)) {
+    if (solve_complement(count, open, normal, right, most, found)) {
         memcpy(x, found, (size_t)count * sizeof *x);
     }
 }

@@ -3,11 +3,12 @@
  *
  *   dG/dp = G_p - G_u F_u^-1 F_p                                   (implicit function theorem)
  *
- * Forces that depend on the position, and those of a held end, are sought with u, and follow from
- * it. */
+ * Forces that depend on the position, those of a held end, and tensions of tendons whose length is
+ * given are sought with u, and follow from it. */
 #include "physics/solve/strain_jacobian.h"
 
 #include "autodiff/dense.h"
+#include "physics/rod_internal.h"
 #include "physics/solve/complement.h"
 #include "physics/solve/solve_members.h"
 #include "physics/solve/strain_group.h"
@@ -22,6 +23,8 @@ enum { DIRECTIONS = 4096 };
 
 struct strain_jacobian {
     size_t forces, held, unknowns, count; /* sought before the curvature, after it; all */
+    size_t tensions;                      /* of the held, the last */
+    double arm[SCENE_TENDONS_MAX];        /* of their tendons (rod_tendon_arm) */
     size_t rows;                          /* of a shape */
     int columns;
     double length;
@@ -32,7 +35,9 @@ struct strain_jacobian {
      * unknowns + count: the same with them, and [rows]. */
     double *curvature, *parameters, *by_curvature, *by_parameter, *results;
     double *matrix, *right; /* [unknowns][unknowns], [count][unknowns] of a member */
-    double *holding;        /* [chunk][held + 1][3 nodes]: what holds an end does, the residual */
+    double *holding;        /* [chunk][held][3 nodes + tensions]: what holds an end does */
+    double *fit;            /* [held + 1][3 nodes + tensions], the same of one, and the residual */
+    bool *slack;            /* [chunk][tensions] */
     int *pivots;
 };
 
@@ -51,6 +56,8 @@ void strain_jacobian_free(strain_jacobian *x)
         free(x->matrix);
         free(x->right);
         free(x->holding);
+        free(x->fit);
+        free(x->slack);
         free(x->pivots);
         free(x);
     }
@@ -115,9 +122,11 @@ static ad_status allocate(strain_jacobian *x, ad_error *error)
     x->matrix = malloc(n * n * sizeof *x->matrix);
     x->right = malloc(x->chunk * n * m * sizeof *x->right);
     x->holding = malloc(x->chunk * (x->held + 1) * n * sizeof *x->holding);
+    x->fit = malloc((x->held + 1) * n * sizeof *x->fit);
+    x->slack = malloc((x->chunk * x->tensions + 1) * sizeof *x->slack);
     x->pivots = malloc(n * sizeof *x->pivots);
     return x->curvature && x->parameters && x->by_curvature && x->by_parameter && x->results &&
-                   x->matrix && x->right && x->holding && x->pivots
+                   x->matrix && x->right && x->holding && x->fit && x->slack && x->pivots
                ? AD_OK
                : ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of a family");
 }
@@ -148,6 +157,11 @@ ad_status strain_jacobian_create(const scene *open, size_t nodes, const double *
     } else {
         x->forces = (size_t)strain_forces(open, (int)nodes);
         x->held = (size_t)strain_held(open);
+        for (int i = 0; i < one.tendon_count; i++) {
+            if (one.tendons[i].displacement.is_given) {
+                x->arm[x->tensions++] = rod_tendon_arm(&one, i);
+            }
+        }
         x->unknowns = x->forces + 3 * nodes + x->held;
         x->count = (size_t)settings.count;
         x->columns = columns;
@@ -195,6 +209,22 @@ static void set_units(strain_jacobian *x, size_t members)
     }
 }
 
+/* The equations of tendons that are slack: no tension, in place of a length. */
+static void let_go(strain_jacobian *x, size_t member)
+{
+    const size_t n = x->unknowns, first = n - x->tensions;
+    for (size_t k = 0; k < x->tensions; k++) {
+        if (x->slack[member * x->tensions + k]) {
+            for (size_t i = 0; i < n; i++) {
+                x->matrix[i * n + first + k] = i == first + k;
+            }
+            for (size_t i = 0; i < x->count; i++) {
+                x->right[(member * x->count + i) * n + first + k] = 0;
+            }
+        }
+    }
+}
+
 /* du/dp into `right` [count][unknowns] of a member; not numbers where F_u is singular. */
 static void solve(strain_jacobian *x, size_t members, size_t member)
 {
@@ -209,6 +239,7 @@ static void solve(strain_jacobian *x, size_t members, size_t member)
             right[k * n + row] = -of[n + k];
         }
     }
+    let_go(x, member);
     if (ad_dense_lu(n, x->matrix, x->pivots) == 0) {
         ad_dense_lu_solve(n, m, x->matrix, x->pivots, right);
     } else {
@@ -231,10 +262,20 @@ static void set_changes(strain_jacobian *x, size_t members)
     }
 }
 
-/* What each number that holds an end does to the equations of the curvature, into `holding`. */
+/* By how much a tendon is shorter than it may be, by what its tension takes away as it bends the
+ * rod. */
+static double shorter(const strain_jacobian *x, size_t members, size_t member, size_t k)
+{
+    const size_t row = x->unknowns - x->tensions + k;
+    return x->results[row * members + member] / (x->arm[k] * x->arm[k]);
+}
+
+/* What each number that holds an end, and each tension, does to the equations of the curvature and
+ * to the lengths of tendons, into `holding`. */
 static ad_status find_holding(strain_jacobian *x, size_t members, ad_error *error)
 {
     const size_t held = x->held, n = x->unknowns, bent = n - x->forces - held, all = members * held;
+    const size_t rows = bent + x->tensions;
     memset(x->by_curvature, 0, all * n * sizeof *x->by_curvature);
     memset(x->by_parameter, 0, all * x->count * sizeof *x->by_parameter);
     for (size_t i = 0; i < all; i++) {
@@ -242,28 +283,41 @@ static ad_status find_holding(strain_jacobian *x, size_t members, ad_error *erro
     }
     const ad_status status = run(x, x->residual, members, held, error);
     for (size_t i = 0; i < all && status == AD_OK; i++) {
-        double *to = x->holding + (i / held * (held + 1) + i % held) * bent;
+        double *to = x->holding + i * rows;
         for (size_t k = 0; k < bent; k++) {
             to[k] = x->results[(x->forces + k) * all + i];
+        }
+        for (size_t k = 0; k < x->tensions; k++) {
+            to[bent + k] = shorter(x, all, i, k);
         }
     }
     return status;
 }
 
-/* Those with which the equations are met best, at the residual in `results`; the largest change. */
+/* Those with which these equations are met best, at the residual in `results`, but for lengths of
+ * tendons that are slack; the largest change. */
 static double hold(strain_jacobian *x, size_t members)
 {
     const size_t held = x->held, first = x->unknowns - held, bent = first - x->forces;
+    const size_t rows = bent + x->tensions, open = held - x->tensions;
     double most = 0;
     for (size_t i = 0; i < members && held > 0; i++) {
-        double now[COMPLEMENT_MAX], *columns = x->holding + i * (held + 1) * bent;
+        double now[COMPLEMENT_MAX], *columns = x->fit;
+        memcpy(columns, x->holding + i * held * rows, held * rows * sizeof *columns);
         for (size_t k = 0; k < bent; k++) {
-            columns[held * bent + k] = x->results[(x->forces + k) * members + i];
+            columns[held * rows + k] = x->results[(x->forces + k) * members + i];
         }
         for (size_t c = 0; c < held; c++) {
             now[c] = x->curvature[(first + c) * members + i];
         }
-        strain_group_fit((int)bent, (int)held, (int)held, 1, columns, now);
+        for (size_t k = 0; k < x->tensions; k++) {
+            columns[held * rows + bent + k] = shorter(x, members, i, k);
+            const bool slack = columns[held * rows + bent + k] > now[open + k];
+            for (size_t c = 0; c <= held && slack; c++) {
+                columns[c * rows + bent + k] = 0;
+            }
+        }
+        strain_group_fit((int)rows, (int)held, (int)open, 1, columns, now);
         for (size_t c = 0; c < held; c++) {
             double *number = &x->curvature[(first + c) * members + i];
             most = fmax(most, fabs(now[c] - *number));
@@ -291,6 +345,14 @@ static ad_status find_forces(strain_jacobian *x, size_t members, ad_error *error
             x->curvature[i] -= x->results[i];
             most = fmax(most, fabs(x->results[i]));
         }
+    }
+    if (status == AD_OK && x->tensions > 0) {
+        status = run(x, x->left, members, 1, error);
+    }
+    for (size_t i = 0; i < members * x->tensions && status == AD_OK; i++) {
+        const size_t k = i % x->tensions, member = i / x->tensions;
+        const double pull = x->curvature[(x->unknowns - x->tensions + k) * members + member];
+        x->slack[i] = shorter(x, members, member, k) > pull;
     }
     return status;
 }

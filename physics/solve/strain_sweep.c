@@ -534,7 +534,7 @@ static void find_tensions(strain_form *x, int lane, const double *excess, bool a
     for (int i = 0; i < count * count; i++) {
         matrix[i] = x->shorter[i][lane];
     }
-    if (!complement_solve(count, 0, matrix, excess, LONGER, pull)) {
+    if (!solve_complement(count, 0, matrix, excess, LONGER, pull)) {
         for (int k = 0; k < count; k++) {
             pull[k] = NAN;
         }

@@ -366,15 +366,16 @@ static void write_constants(const export_family *x, FILE *file)
     }
     export_put_names(x->name, "column_names", (size_t)x->columns, names, file);
     fputc('\n', file);
-    fprintf(
-        file,
-        "#define FORCES %d\n#define HELD %d\n#define PLACED %d\nenum {\n    NODES = %d,\n    N = "
-        "FORCES + 3 * NODES + HELD,\n    P = %d,\n    Z = %d,\n"
-        "    ELEMENTS = %d,\n"
-        "    STAGES = %d,\n    FOLLOWS = %d, /* forces follow the rod */\n    INPUTS = %zu,\n"
-        "    LINEARISED = %zu\n};\n",
-        x->forces, x->held, x->placed, strain_mesh_nodes(&x->mesh), count, x->state,
-        x->mesh.elements, x->mesh.stages, x->follows, inputs_of(x), linearised_of(x));
+    fprintf(file,
+            "#define FORCES %d\n#define HELD %d\n#define TENSIONS %d\n#define PLACED %d\nenum {\n  "
+            "  NODES = %d,\n    N = "
+            "FORCES + 3 * NODES + HELD,\n    P = %d,\n    Z = %d,\n"
+            "    ELEMENTS = %d,\n"
+            "    STAGES = %d,\n    FOLLOWS = %d, /* forces follow the rod */\n    INPUTS = %zu,\n"
+            "    LINEARISED = %zu\n};\n",
+            x->forces, x->held, strain_tensions(x->open), x->placed, strain_mesh_nodes(&x->mesh),
+            count, x->state, x->mesh.elements, x->mesh.stages, x->follows, inputs_of(x),
+            linearised_of(x));
     put_macro(x, "LENGTH", scene_length(x->open), file);
     put_macro(x, "MESH", x->mesh_error, file);
     put_macro(x, "ROUNDING", x->single ? 1e-6 : 1e-9, file);   /* of a range */

@@ -43,7 +43,8 @@ static void set_unit(int n, double *x)
 /* Memory: inputs p, u, z and, for each parameter, directions of these; residual [N], blocks and
  * edges as newton leaves them; the matrix and its factors; what a change of one point does to
  * forces, to rates and moments; columns of a shape; workspace. u is FORCES that depend on the
- * place, the curvature [3][NODES], then HELD numbers of force and moment that hold the end. */
+ * place, the curvature [3][NODES], then HELD numbers of force and moment that hold the end, with
+ * TENSIONS as the last. */
 typedef struct room {
     double *x, *u, *bent, *z, *dp, *du, *dz, *residual, *blocks, *edges, *matrix, *lower, *force,
         *rate, *moment, *columns, *w;
@@ -375,7 +376,93 @@ static double distance(room r, const double *step)
 }
 #endif
 
+#if HELD > 0
+/* ---- tensions ------------------------------------------------------------------------------ */
+
+/* x [count] with `matrix`, whose last column is the right side: of active rows, 0 of others. */
+static void meet(int count, double (*matrix)[HELD + 1], const int *active, double *x)
+{
+    double left[HELD][HELD + 1];
+    int a, b, k;
+    copy(HELD * (HELD + 1), matrix[0], left[0]);
+    for (k = 0; k < count; k++) {
+        for (a = 0; a < count && active[k]; a++) {
+            const double factor = a == k ? 0 : left[a][k] / left[k][k];
+            for (b = k; b <= HELD; b++) {
+                left[a][b] -= factor * left[k][b];
+            }
+        }
+    }
+    for (a = 0; a < count; a++) {
+        x[a] = active[a] ? left[a][HELD] / left[a][a] : 0;
+    }
+}
+
+/* Lets go of active rows but for the first `open` whose numbers would be negative; returns how many
+ * are. */
+static int let_go(int count, int open, const double *wanted, int *active, double *x)
+{
+    double share = 1;
+    int i, negative = 0;
+    for (i = open; i < count; i++) {
+        if (active[i] && !(wanted[i] > 0)) {
+            const double part = x[i] / (x[i] - wanted[i]);
+            share = part < share ? part : share;
+            negative++;
+        }
+    }
+    for (i = 0; i < count; i++) {
+        x[i] += share * (wanted[i] - x[i]);
+        active[i] = active[i] && (i < open || !negative || x[i] > ROUNDING * ROUNDING);
+        x[i] = active[i] ? x[i] : 0;
+    }
+    return negative;
+}
+
+/* x [count] that is not negative but for the first `open`, with rows of the matrix that are met, or
+ * right sides, its last column, that are less and x of 0: by active sets (Lawson and Hanson 1974,
+ * ch. 23). Not numbers where none are found. */
+static void complement(int count, int open, double (*matrix)[HELD + 1], double *x)
+{
+    double wanted[HELD];
+    int active[HELD], i, j, rounds;
+    for (i = 0; i < count; i++) {
+        active[i] = i < open;
+        x[i] = 0;
+    }
+    for (rounds = 0; rounds < 4 * HELD + 4; rounds++) {
+        double largest = ROUNDING / 1000;
+        int next = -1;
+        do {
+            meet(count, matrix, active, wanted);
+        } while (let_go(count, open, wanted, active, x));
+        for (i = open; i < count; i++) {
+            double left = matrix[i][HELD];
+            for (j = 0; j < count; j++) {
+                left -= matrix[i][j] * x[j];
+            }
+            if (!active[i] && left > largest) {
+                next = i;
+                largest = left;
+            }
+        }
+        if (next < 0) {
+            return;
+        }
+        active[next] = 1;
+    }
+    for (i = 0; i < count; i++) {
+        x[i] = NAN;
+    }
+}
+#endif
+
 /* ---- steps --------------------------------------------------------------------------------- */
+
+/* Of a matrix with tensions the rows that are eliminated; the block that is left says by how much
+ * tendons become shorter with tensions, and no tendon with tension is slack, and none without is
+ * too long. */
+enum { FIRM = N - TENSIONS };
 
 /* Gauss' elimination of the matrix. A pivot makes way where one below it is a hundred times as
  * large. Returns negative pivots and exchanges, more than 0: not stable. A negative pivot of what
@@ -386,10 +473,10 @@ static int eliminate(double *a, double *lower, int *rows)
 {
     double pivot[N];
     int i, j, k, n, negative = 0;
-    for (k = 0; k < N; k++) {
+    for (k = 0; k < FIRM; k++) {
         int best = k;
         double by;
-        for (i = k + 1; i < N; i++) {
+        for (i = k + 1; i < FIRM; i++) {
             best = fabs(a[i * N + k]) > fabs(a[best * N + k]) ? i : best;
         }
         rows[k] = k;
@@ -422,11 +509,75 @@ static int eliminate(double *a, double *lower, int *rows)
     return negative;
 }
 
-/* x [N], its numbers `apart` from one another, becomes the solution. */
-static void solve(room r, const int *rows, int apart, double *x)
+#if TENSIONS > 0
+/* Steps of tensions in x, from those of now to where none is slack or too long; NULL: changes of
+ * those that pull after the last step, which rows [FIRM on] says. */
+static void solve_tensions(room r, int *rows, int apart, double *x, const double *now)
+{
+    double matrix[HELD][HELD + 1], found[HELD];
+    int i, k;
+    for (i = 0; i < TENSIONS; i++) {
+        matrix[i][HELD] = now ? -x[(FIRM + i) * apart] : x[(FIRM + i) * apart];
+        for (k = 0; k < TENSIONS; k++) {
+            matrix[i][k] = r.matrix[(FIRM + i) * N + FIRM + k];
+            matrix[i][HELD] += now ? matrix[i][k] * now[k] : 0;
+        }
+    }
+    if (now) {
+        complement(TENSIONS, 0, matrix, found);
+    } else {
+        meet(TENSIONS, matrix, rows + FIRM, found);
+    }
+    for (i = 0; i < TENSIONS; i++) {
+        rows[FIRM + i] = now ? found[i] > 0 : rows[FIRM + i];
+        x[(FIRM + i) * apart] = now ? now[i] - found[i] : found[i];
+    }
+}
+
+/* Negative pivots of tensions that pull: each takes away a direction in which the rod would give
+ * way. */
+static int negative_of(room r, const int *rows)
+{
+    double a[TENSIONS][TENSIONS];
+    int i, j, k, negative = 0;
+    for (i = 0; i < TENSIONS; i++) {
+        copy(TENSIONS, r.matrix + (FIRM + i) * N + FIRM, a[i]);
+    }
+    for (k = 0; k < TENSIONS; k++) {
+        negative += rows[FIRM + k] && a[k][k] < 0;
+        for (i = k + 1; i < TENSIONS && rows[FIRM + k]; i++) {
+            const double factor = a[i][k] / a[k][k];
+            for (j = k + 1; j < TENSIONS; j++) {
+                a[i][j] -= factor * a[k][j];
+            }
+        }
+    }
+    return negative;
+}
+#else
+static void solve_tensions(room r, int *rows, int apart, double *x, const double *now)
+{
+    (void)r;
+    (void)rows;
+    (void)apart;
+    (void)x;
+    (void)now;
+}
+
+static int negative_of(room r, const int *rows)
+{
+    (void)r;
+    (void)rows;
+    return 0;
+}
+#endif
+
+/* x [N], its numbers `apart` from one another, becomes the solution: the step from tensions of now,
+ * or NULL: a change. */
+static void solve(room r, int *rows, int apart, double *x, const double *now)
 {
     int i, k;
-    for (k = 0; k < N; k++) {
+    for (k = 0; k < FIRM; k++) {
         const double at = x[rows[k] * apart];
         x[rows[k] * apart] = x[k * apart];
         x[k * apart] = at;
@@ -434,10 +585,11 @@ static void solve(room r, const int *rows, int apart, double *x)
             x[i * apart] -= r.lower[i * N + k] * at;
         }
     }
+    solve_tensions(r, rows, apart, x, now);
     for (k = N - 1; k >= 0; k--) {
-        const double at = x[k * apart] / r.matrix[k * N + k];
+        const double at = k < FIRM ? x[k * apart] / r.matrix[k * N + k] : x[k * apart];
         x[k * apart] = at;
-        for (i = 0; i < k; i++) {
+        for (i = 0; i < (k < FIRM ? k : FIRM); i++) {
             x[i * apart] -= r.matrix[i * N + k] * at;
         }
     }
@@ -464,8 +616,8 @@ static double largest(const double *x)
 #if HELD > 0
 enum { BENT = 3 * NODES };
 
-/* What each number that holds the end does to the equations of the curvature: HELD columns [BENT]
- * in the place of the matrix. */
+/* What each number that holds the end, and each tension, does to the equations of the curvature:
+ * HELD columns [BENT] in the place of the matrix. */
 static void find_holding(room r)
 {
     int first, i, k;
@@ -480,32 +632,30 @@ static void find_holding(room r)
     }
 }
 
-/* Those with which these equations, of which the residual is known, are met best. */
+/* Those with which these equations, of which the residual is known, are met best. The last are
+ * tensions, which are not negative. */
 static void hold_end(room r)
 {
-    double normal[HELD][HELD + 1];
-    int a, b, i, k;
+    double normal[HELD][HELD + 1], found[HELD];
+    double *now = r.u + N - HELD;
+    int a, b, i;
     copy(BENT, r.residual + FORCES, r.matrix + HELD * BENT);
     for (a = 0; a < HELD; a++) {
+        normal[a][HELD] = 0;
         for (b = 0; b <= HELD; b++) {
             double sum = a == b ? ROUNDING / 1000 : 0;
             for (i = 0; i < BENT; i++) {
                 sum += r.matrix[a * BENT + i] * r.matrix[b * BENT + i];
             }
-            normal[a][b] = sum;
-        }
-    }
-    for (k = 0; k < HELD; k++) {
-        for (a = 0; a < HELD; a++) {
-            const double factor = a == k ? 0 : normal[a][k] / normal[k][k];
-            for (b = k; b <= HELD; b++) {
-                normal[a][b] -= factor * normal[k][b];
+            normal[a][HELD] += b < HELD ? sum * now[b] : -sum;
+            if (b < HELD) {
+                normal[a][b] = sum;
             }
         }
     }
+    complement(HELD, HELD - TENSIONS, normal, found);
     for (a = 0; a < HELD; a++) {
-        const double change = normal[a][HELD] / normal[a][a];
-        r.u[N - HELD + a] -= fabs(change) < LARGE ? change : 0;
+        now[a] = fabs(found[a]) < LARGE ? found[a] : now[a];
     }
 }
 #endif
@@ -547,7 +697,7 @@ static int unknown(model_answer *answer)
 
 /* By how much the step beyond that in `residual` moves the rod, m, with the last matrix: along what
  * a held end leaves free it may be soft, and far from linear. left: by how much both do. */
-static double look_ahead(room r, const int *rows, double *left)
+static double look_ahead(room r, int *rows, double *left)
 {
     double next, before[N], step[N];
     int i;
@@ -558,7 +708,7 @@ static double look_ahead(room r, const int *rows, double *left)
     }
     find_state(r);
     residual(r.x, r.residual, r.w);
-    solve(r, rows, 1, r.residual);
+    solve(r, rows, 1, r.residual, r.u + FIRM);
     next = distance(r, r.residual);
     copy(N, before, r.u);
     find_state(r);
@@ -583,7 +733,8 @@ static int polish(room r, int steps, model_answer *answer)
         if (negative == NOT_REGULAR) {
             return unknown(answer);
         }
-        solve(r, rows, 1, r.residual);
+        solve(r, rows, 1, r.residual, r.u + FIRM);
+        negative -= negative_of(r, rows);
         length = largest(r.residual);
         if (!(length < LARGE)) { /* nor would the curvature be finite for ever */
             return unknown(answer);
@@ -603,7 +754,7 @@ static int polish(room r, int steps, model_answer *answer)
         before = length;
         find_state(r);
         residual(r.x, r.residual, r.w);
-        solve(r, rows, 1, r.residual);
+        solve(r, rows, 1, r.residual, r.u + FIRM);
         left = distance(r, r.residual);
         ratio = before > 0 ? largest(r.residual) / before : 0;
     }
@@ -752,14 +903,15 @@ int model_tip_jacobian(const double *parameters, int steps, double *to, double *
         return status | model_SINGULAR;
     }
     set_unit(P, r.dp);
-    if (steps > 0) { /* residual (p, u) = 0 */
+    if (steps > 0) {                               /* residual (p, u) = 0 */
+        solve(r, rows, 1, r.residual, r.u + FIRM); /* which tensions pull */
         for (i = 0; i < N * P; i++) {
             r.du[i] = 0;
         }
         state_by(r.x, r.dz, r.w);
         residual_by(r.x, r.du, r.w);
         for (i = 0; i < P; i++) {
-            solve(r, rows, P, r.du + i);
+            solve(r, rows, P, r.du + i, NULL);
         }
         for (i = 0; i < N * P; i++) {
             r.du[i] = -r.du[i];
