@@ -121,6 +121,9 @@ rod_coefficients rod_coefficients_of(const rod_context *rod)
         .curvature_damping = rod_ratios(rod, ROD_DIVIDE, curvature_damping, scale->moment),
         .mass = rod_mass(rod),
         .rotary_inertia = rod_ratios(rod, ROD_DIVIDE, inertia, force),
+        .added_mass = rod_record_ratio(
+            rod, ROD_DIVIDE, quantity_scale(quantity_scale(given->loads.added_mass, rate), rate),
+            force / (length * length)),
         .rest_strain = rod_quantities(rod, 3, rest.strain, NULL, 1, rod->s, rod->t),
         .rest_curvature = rod_rest_curvature(rod, &rest)};
 }
@@ -160,6 +163,24 @@ rod_kinematics rod_kinematics_of(const rod_context *rod, ad_value position, ad_v
     return k;
 }
 
+/* Force, world, and moment, body frame, of the fluid that moves with the rod. */
+static rod_wrench rod_added_mass(const rod_context *rod, const rod_state *state,
+                                 const rod_kinematics *k)
+{
+    const ad_value motion[5] = {ad_rotate_inverse(state->rotation, k->velocity), k->spin,
+                                ad_rotate_inverse(state->rotation, k->acceleration), k->spin_rate,
+                                rod_coefficients_of(rod).added_mass};
+    const ad_value all = ad_stack(5, motion);
+    ad_value given[LAW_GIVEN_MAX], wrench[LAW_WRENCH];
+    for (int i = 0; i < law_given(LAW_ADDED_MASS); i++) {
+        given[i] = ad_row(all, i);
+    }
+    law_record(LAW_ADDED_MASS, rod->tape, given, NULL, wrench, NULL);
+    const ad_value force = ad_rotate(state->rotation, ad_stack(3, wrench));
+    return (rod_wrench){rod_keep_in_plane(rod, force, false),
+                        rod_keep_in_plane(rod, ad_stack(3, wrench + 3), true)};
+}
+
 /* Force and moment of all laws outside of the rod. */
 static rod_wrench rod_outside(const rod_context *rod, const rod_state *state,
                               const rod_kinematics *k)
@@ -170,6 +191,9 @@ static rod_wrench rod_outside(const rod_context *rod, const rod_state *state,
     for (int i = 0; i < count; i++) {
         const rod_pose pose = {state->position, state->rotation};
         sum = rod_wrench_add(sum, rod_acting_wrench(rod, &acting[i], pose, k->velocity));
+    }
+    if (rod->dynamic && quantity_is_something(rod->scene->loads.added_mass)) {
+        sum = rod_wrench_add(sum, rod_added_mass(rod, state, k));
     }
     return sum;
 }

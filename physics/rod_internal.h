@@ -39,6 +39,7 @@ typedef struct rod_coefficients {
     ad_value curvature_damping;    /* [3] Bbt */
     ad_value mass;                 /* rhoA over its mean, static: 0 */
     ad_value rotary_inertia;       /* [3] rhoJ */
+    ad_value added_mass;           /* of the fluid across d3 */
     ad_value rest_strain;          /* [3] v* */
     ad_value rest_curvature;       /* [3] u* */
 } rod_coefficients;

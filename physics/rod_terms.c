@@ -141,6 +141,10 @@ static void terms_of_time(const scene *rod_scene, term_list *list)
     const char *no_inertia = reason_if(pointlike, "rho I = 0", still);
     const char *about_normal = reason_if(rod_plane_of(rod_scene).is_planar, planar_motion, NULL);
     term_add(list, "translational inertia", still);
+    term_add(
+        list, "added mass of a fluid",
+        still ? still
+              : reason_if(!quantity_is_something(rod_scene->loads.added_mass), "not given", NULL));
     term_add(list, "rotary inertia", still ? still : no_inertia);
     term_add(list, "gyroscopic moment",
              still ? still

@@ -141,6 +141,7 @@ typedef struct scene_loads {
     quantity fluid_along[3];  /* f = -(c_1 + c_2 |w|^(1/2) + c_3 |w|) w against the velocity w along
                                  d3; of s; N s/m^2, N s^1.5/m^2.5, N s^2/m^3; >= 0 */
     quantity fluid_across[3]; /* the same for the velocity across d3 */
+    quantity added_mass;      /* of the fluid that moves with the rod across d3; of s; kg/m, >= 0 */
     /* A magnetised rod in the field B = magnetic_field + G r, without curl and divergence: the
      * energy per length is -(R m) . B, the moment R m x B, the force G R m. */
     quantity magnetic_moment[3];   /* m per length, along d1, d2, d3; of s; A m */

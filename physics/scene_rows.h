@@ -124,6 +124,11 @@ extern "C" {
       "N s/m^2, N s^1.5/m^2.5, N s^2/m^3", ZERO, NULL,                                             \
       "The same for the velocity across the rod. c3 is half of density, drag coefficient and "     \
       "diameter.")                                                                                 \
+    X("loads.fluid.added_mass", 1, loads.added_mass, ROD, ALONG, NOT_NEGATIVE, SCALAR, WORLD,      \
+      "kg/m", ZERO, NULL,                                                                          \
+      "Mass per length of the fluid that moves with the rod across d3, not along it: of a round "  \
+      "rod that of the fluid it displaces; formula of s. Its momentum changes as the rod moves "   \
+      "and turns.")                                                                                \
     X("loads.magnetic.moment", 3, loads.magnetic_moment, LOADS, ALONG, FINITE, POLAR_VECTOR, BODY, \
       "A m", ZERO, NULL,                                                                           \
       "Magnetic moment m of the rod per length, along its directors d1, d2, d3: its magnetisation "\

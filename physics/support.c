@@ -477,6 +477,8 @@ static const feature_row features[] = {
      "yyyyy yyy yyyy yy y", NULL},
     {"drag in a fluid", "loads.fluid", NULL,
      "ooooo ooo yyyy yy y", NULL},
+    {"added mass of a fluid", "loads.fluid.added_mass", NULL,
+     "ooooo ooo yyyy yy y", NULL},
     {"damping of the material", NULL, damped,
      "ooooo ooo yyyy yy y", NULL},
     {"a rod that shears without rotary inertia", NULL, shears_freely,

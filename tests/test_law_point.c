@@ -16,7 +16,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { OUTPUTS_MAX = 1 + LAW_WRENCH + LAW_BY, TRIES = 200 };
+enum { OUTPUTS_MAX = 1 + LAW_WRENCH + LAW_BY_MOTION, TRIES = 200 };
+
+#define MOVING(x) (x), (x) + 3, (x) + 6, (x) + 9, (x) + LAW_MOVING
 
 /* Energy, wrench and derivatives of what is given, as C has them. */
 static void in_numbers(law_name name, const double *x, double *out)
@@ -41,6 +43,12 @@ static void in_numbers(law_name name, const double *x, double *out)
     } else if (name == LAW_DAMPING) {
         number_law_damping_energy(x, x + 3, x + 6, out);
         number_law_damping(x, x + 3, x + 6, wrench, by);
+    } else if (name == LAW_ROTARY_INERTIA) {
+        number_law_rotary_inertia_energy(MOVING(x), out);
+        number_law_rotary_inertia(MOVING(x), wrench, by);
+    } else if (name == LAW_ADDED_MASS) {
+        number_law_added_mass_energy(MOVING(x), out);
+        number_law_added_mass(MOVING(x), wrench, by);
     } else {
         double again[LAW_WRENCH] = {0};
         number_law_outside_energy(name, x, x + 3, x + 7, x + LAW_STATE, out);
@@ -68,6 +76,10 @@ FOR_EACH_PROCESSOR static void in_lanes(law_name name, const lanes *x, lanes *ou
         lanes_law_elastic(x, x + 3, x + 6, out + 1, out + 1 + LAW_WRENCH);
     } else if (name == LAW_DAMPING) {
         lanes_law_damping(x, x + 3, x + 6, out + 1, out + 1 + LAW_WRENCH);
+    } else if (name == LAW_ROTARY_INERTIA) {
+        lanes_law_rotary_inertia(MOVING(x), out + 1, out + 1 + LAW_WRENCH);
+    } else if (name == LAW_ADDED_MASS) {
+        lanes_law_added_mass(MOVING(x), out + 1, out + 1 + LAW_WRENCH);
     } else {
         lanes_law_outside(name, x, x + 3, x + 7, x + LAW_STATE, out + 1, out + 1 + LAW_WRENCH);
     }
@@ -86,7 +98,7 @@ static void draw(uint64_t *from, law_name name, double *given)
         given[3] = cos(theta);
         given[4] = sin(theta);
     }
-    if (name >= LAW_OUTSIDE) {
+    if (name >= LAW_OUTSIDE && name < LAW_OF_MOTION) {
         quaternion_normalize(given + 3);
     }
     if (name == LAW_SLENDER_DRAG) { /* its power 1.5 has no second derivative at a part of 0 */
@@ -181,8 +193,10 @@ static void move(law_name name, int i, double h, const double *given, double *mo
         moved[3] = i == 3 ? cos(h) * given[3] - sin(h) * given[4] : given[3];
         moved[4] = i == 3 ? cos(h) * given[4] + sin(h) * given[3] : given[4];
         moved[5] += i == 4 ? h : 0;
-    } else if (name < LAW_OUTSIDE || i < 3 || i > 5) {
-        moved[name < LAW_OUTSIDE || i < 3 ? i : i + 1] += h;
+    } else if (name < LAW_OUTSIDE || name >= LAW_OF_MOTION || i < 3) {
+        moved[i] += h;
+    } else if (i > 5) {
+        moved[i + 1] += h;
     } else {
         double turn[4] = {cos(h / 2)};
         turn[1 + i - 3] = sin(h / 2);
@@ -200,19 +214,19 @@ static void test_derivatives(void **state)
     uint64_t from = 11;
     for (law_name l = 0; l < LAW_COUNT; l++) {
         const law *of = &law_table[l];
-        const bool within = l < LAW_OUTSIDE;
+        const bool within = l < LAW_OUTSIDE, motion = l >= LAW_OF_MOTION;
         for (int k = 0; k < TRIES; k++) {
             double given[LAW_GIVEN_MAX], at[OUTPUTS_MAX], beside[2][OUTPUTS_MAX];
             draw(&from, l, given);
             in_numbers(l, given, at);
-            for (int j = 0; j < (within ? 6 : 9); j++) {
+            for (int j = 0; j < (within ? 6 : motion ? 12 : 9); j++) {
                 for (int side = 0; side < 2; side++) {
                     double moved[LAW_GIVEN_MAX];
                     move(l, j, side ? h : -h, given, moved);
                     in_numbers(l, moved, beside[side]);
                 }
                 const double by_energy = (beside[1][0] - beside[0][0]) / (2 * h);
-                if (of->has_energy && j < 6) {
+                if (of->has_energy && j < 6 && !motion) {
                     assert_near(within ? by_energy : -by_energy, at[1 + j], close);
                 }
                 for (int i = 0; i < 6; i++) {
@@ -242,7 +256,7 @@ static void test_table(void **state)
         }
         assert_int_equal(apart > 0, law_table[l].couples);
     }
-    for (law_name l = LAW_OUTSIDE; l < LAW_COUNT; l++) {
+    for (law_name l = LAW_OUTSIDE; l < LAW_OF_MOTION; l++) {
         const law *of = &law_table[l];
         const bool depends[3] = {of->by_position, of->by_rotation, of->by_velocity};
         double given[LAW_GIVEN_MAX], at[OUTPUTS_MAX], sums[5] = {0}, moved = 0;
@@ -273,6 +287,103 @@ static void test_table(void **state)
     }
 }
 
+/* The section of a path: R of a turn by angles that depend on t, r; and what moves, in the world.
+ */
+static void path_at(double t, double R[3][3], double r[3])
+{
+    double q[4] = {1, sin(t), 0.5 * t * t, 0.3 * cos(2 * t)};
+    quaternion_normalize(q);
+    rotation_matrix(q, R);
+    r[0] = cos(t);
+    r[1] = 0.4 * sin(2 * t);
+    r[2] = t * t * t;
+}
+
+/* Central differences of the path: V, w and the rates A, w_t of both, body frame. */
+static void motion_at(double t, double *motion)
+{
+    static const double h = 1e-3;
+    double R[5][3][3], r[5][3], world[4][3] = {{0}}, spin[3][3];
+    for (int k = 0; k < 5; k++) {
+        path_at(t + (k - 2) * h, R[k], r[k]);
+    }
+    for (int k = 1; k < 4; k++) { /* of R' R^T */
+        for (int i = 0; i < 3; i++) {
+            const int a = (i + 2) % 3, b = (i + 1) % 3;
+            double rate = 0;
+            for (int c = 0; c < 3; c++) {
+                rate += (R[k + 1][a][c] - R[k - 1][a][c]) / (2 * h) * R[k][b][c];
+            }
+            spin[k - 1][i] = rate;
+        }
+    }
+    for (int i = 0; i < 3; i++) {
+        world[0][i] = (r[3][i] - r[1][i]) / (2 * h);
+        world[1][i] = spin[1][i];
+        world[2][i] = (r[3][i] - 2 * r[2][i] + r[1][i]) / (h * h);
+        world[3][i] = (spin[2][i] - spin[0][i]) / (2 * h);
+    }
+    for (int k = 0; k < 4; k++) {
+        to_body(R[2], world[k], motion + 3 * k);
+    }
+}
+
+/* Momentum and moment of momentum about the origin, world, of a body with the momenta P and L of a
+ * law of motion: those that its energy has, which is homogeneous of degree 2. */
+static void momenta_at(law_name name, double t, const double *numbers, double momenta[6])
+{
+    static const double h = 1e-4;
+    double given[LAW_GIVEN_MAX] = {0}, R[3][3], r[3], body[6], arm[3];
+    path_at(t, R, r);
+    motion_at(t, given);
+    memcpy(given + LAW_MOVING, numbers, 3 * sizeof *numbers);
+    for (int i = 0; i < 6; i++) {
+        double beside[2][OUTPUTS_MAX], kept = given[i];
+        for (int side = 0; side < 2; side++) {
+            given[i] = kept + (side ? h : -h);
+            in_numbers(name, given, beside[side]);
+        }
+        given[i] = kept;
+        body[i] = (beside[1][0] - beside[0][0]) / (2 * h);
+    }
+    to_world(R, body, momenta);
+    to_world(R, body + 3, momenta + 3);
+    vector_cross(r, momenta, arm);
+    for (int i = 0; i < 3; i++) {
+        momenta[3 + i] += arm[i];
+    }
+}
+
+/* Laws of motion: what they give is what the momenta about a fixed place change by, in the world,
+ * whatever the path. Differences with h = 1e-3 leave about h^2 of numbers of 1
+ * to 30. */
+static void test_momenta(void **state)
+{
+    (void)state;
+    static const double h = 1e-3, numbers[3] = {0.7, 0.4, 1.1};
+    for (law_name l = LAW_OF_MOTION; l < LAW_COUNT; l++) {
+        for (int k = 0; k < 10; k++) {
+            const double t = 0.1 + 0.2 * k;
+            double given[LAW_GIVEN_MAX] = {0}, out[OUTPUTS_MAX], R[3][3], r[3], at[2][6];
+            double wrench[6], arm[3];
+            path_at(t, R, r);
+            motion_at(t, given);
+            memcpy(given + LAW_MOVING, numbers, sizeof numbers);
+            in_numbers(l, given, out);
+            to_world(R, out + 1, wrench);
+            to_world(R, out + 4, wrench + 3);
+            vector_cross(r, wrench, arm);
+            momenta_at(l, t - h, numbers, at[0]);
+            momenta_at(l, t + h, numbers, at[1]);
+            for (int i = 0; i < 6; i++) {
+                const double rate = (at[1][i] - at[0][i]) / (2 * h);
+                assert_near(wrench[i] + (i < 3 ? 0 : arm[i - 3]), -rate,
+                            1e-5 * fmax(10, fabs(rate)));
+            }
+        }
+    }
+}
+
 /* On a tape of its own rows: three points side by side are three points. */
 static void test_called(void **state)
 {
@@ -282,7 +393,7 @@ static void test_called(void **state)
     for (law_name l = 0; l < LAW_COUNT; l++) {
         ad_tape *tape = ad_tape_create();
         double given[POINTS][LAW_GIVEN_MAX], columns[LAW_GIVEN_MAX][POINTS];
-        ad_value constants[LAW_GIVEN_MAX], energy, wrench[LAW_WRENCH], by[LAW_BY];
+        ad_value constants[LAW_GIVEN_MAX], energy, wrench[LAW_WRENCH], by[LAW_BY_MOTION];
         for (int p = 0; p < POINTS; p++) {
             draw(&from, l, given[p]);
         }
@@ -488,6 +599,6 @@ int main(void)
         cmocka_unit_test(test_table),   cmocka_unit_test(test_called),
         cmocka_unit_test(test_at_rest), cmocka_unit_test(test_acting),
         cmocka_unit_test(test_loads),   cmocka_unit_test(test_slender_drag),
-        cmocka_unit_test(test_text)};
+        cmocka_unit_test(test_momenta), cmocka_unit_test(test_text)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

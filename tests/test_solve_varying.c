@@ -515,9 +515,10 @@ static void test_everything(void **state)
         "rod.damping={strain: [0.6*(1 + s), 0.5, 0.8 - 0.3*s], curvature: [0.03*(1 + s), 0.02, "
         "0.01*exp(s)]}",
         "loads.gravity=[0.5*t, -1 + t^2, -2*cos(t)]",
-        "loads.quadratic_drag=0.3 + 0.2*s"};
+        "loads.quadratic_drag=0.3 + 0.2*s",
+        "loads.fluid.added_mass=0.5*(1 + s)"};
     const double t = 1;
-    solved x = solve_with("configs/manufactured_dynamic.yaml", NULL, 6, overrides, 1e-6, 1, &t);
+    solved x = solve_with("configs/manufactured_dynamic.yaml", NULL, 7, overrides, 1e-6, 1, &t);
     for (int i = 0; i <= 8; i++) {
         double s = i / 8.0, values[COLUMNS];
         evaluate(&x, s, t, values);

@@ -254,6 +254,21 @@ static void record_magnet_gradient(const ad_value *given, ad_value *energy)
     *energy = ad_neg(dot(m, B));
 }
 
+/* ---- of motion ----------------------------------------------------------------------------- */
+
+/* J */
+static void record_rotary_inertia(const ad_value *given, ad_value *energy)
+{
+    *energy = elastic(given + LAW_MOVING, given + 3);
+}
+
+/* c */
+static void record_added_mass(const ad_value *given, ad_value *energy)
+{
+    const ad_value across = ad_add(ad_square(given[0]), ad_square(given[1]));
+    *energy = ad_scale(ad_mul(given[LAW_MOVING], across), 0.5);
+}
+
 /* ---- the laws ------------------------------------------------------------------------------ */
 
 const law law_table[LAW_COUNT] = {
@@ -396,16 +411,31 @@ const law law_table[LAW_COUNT] = {
                              .has_force = true,
                              .steady_force = true,
                              .has_moment = true,
-                             .record = record_magnet_gradient}};
+                             .record = record_magnet_gradient},
+    [LAW_ROTARY_INERTIA] = {.name = "rotary_inertia",
+                            .about = "A section that turns: 1/2 sum J_i w_i^2; J.",
+                            .kind = LAW_MOVES,
+                            .numbers = 3,
+                            .has_energy = true,
+                            .record = record_rotary_inertia},
+    [LAW_ADDED_MASS] = {.name = "added_mass",
+                        .about = "Fluid that moves with a rod across d3: 1/2 c (V_1^2 + V_2^2); c.",
+                        .kind = LAW_MOVES,
+                        .numbers = 1,
+                        .has_energy = true,
+                        .record = record_added_mass}};
 
 int law_given(law_name name)
 {
-    return (name < LAW_OUTSIDE ? LAW_WRENCH : LAW_STATE) + law_table[name].numbers;
+    return (name < LAW_OUTSIDE     ? LAW_WRENCH
+            : name < LAW_OF_MOTION ? LAW_STATE
+                                   : LAW_MOVING) +
+           law_table[name].numbers;
 }
 
 int law_derivatives(law_name name)
 {
-    return name < LAW_OUTSIDE ? LAW_STIFFNESS : LAW_BY;
+    return name < LAW_OUTSIDE ? LAW_STIFFNESS : name < LAW_OF_MOTION ? LAW_BY : LAW_BY_MOTION;
 }
 
 /* ---- formulas ------------------------------------------------------------------------------ */
@@ -479,21 +509,50 @@ static void derive_outside(law_formula *x, bool has_energy)
     }
 }
 
+static void derive_motion(law_formula *x)
+{
+    const ad_value *V = x->given, *w = V + 3, *A = V + 6;
+    ad_value momentum[LAW_WRENCH], rate[LAW_WRENCH], along[LAW_WRENCH], turned[3][3];
+    cross(w, V, turned[0]);
+    for (int i = 0; i < 3; i++) {
+        along[i] = ad_sub(A[i], turned[0][i]);
+        along[3 + i] = A[3 + i];
+    }
+    ad_reverse(x->energy, LAW_WRENCH, V, AD_PER_POINT, momentum);
+    ad_directional(LAW_WRENCH, momentum, LAW_WRENCH, V, along, rate);
+    cross(w, momentum, turned[0]);
+    cross(w, momentum + 3, turned[1]);
+    cross(V, momentum, turned[2]);
+    for (int i = 0; i < 3; i++) {
+        x->wrench[i] = ad_neg(ad_add(rate[i], turned[0][i]));
+        x->wrench[3 + i] = ad_neg(ad_add(rate[3 + i], ad_add(turned[1][i], turned[2][i])));
+    }
+    for (int k = 0; k < LAW_BY_MOTION; k++) {
+        const int group = k / 18, i = k % 18 / 3;
+        x->by[k] = ad_derivative(x->wrench[i], x->given[3 * group + k % 3], 1);
+    }
+}
+
 law_formula law_formula_create(law_name name)
 {
     static const struct {
         const char *name;
         int count;
-    } groups[3][4] = {
+    } groups[4][6] = {
         {{"v", 3}, {"u", 3}, {"numbers", LAW_NUMBERS_MAX}},
         {{"u", 3}, {"turn", 3}, {"numbers", LAW_NUMBERS_MAX}},
-        {{"position", 3}, {"rotation", 4}, {"velocity", 3}, {"numbers", LAW_NUMBERS_MAX}}};
+        {{"position", 3}, {"rotation", 4}, {"velocity", 3}, {"numbers", LAW_NUMBERS_MAX}},
+        {{"velocity", 3},
+         {"spin", 3},
+         {"acceleration", 3},
+         {"spin_rate", 3},
+         {"numbers", LAW_NUMBERS_MAX}}};
     const law *of = &law_table[name];
     law_formula x = {.tape = ad_tape_create()};
     if (!x.tape) {
         return x;
     }
-    const int kind = name >= LAW_OUTSIDE ? 2 : name == LAW_TUBE;
+    const int kind = name >= LAW_OF_MOTION ? 3 : name >= LAW_OUTSIDE ? 2 : name == LAW_TUBE;
     for (int i = 0, g = 0, k = 0; i < law_given(name); i++, k++) {
         if (k == groups[kind][g].count) {
             k = 0;
@@ -510,6 +569,8 @@ law_formula law_formula_create(law_name name)
         derive_tube(&x);
     } else if (name < LAW_OUTSIDE) {
         derive_within(&x);
+    } else if (name >= LAW_OF_MOTION) {
+        derive_motion(&x);
     } else {
         derive_outside(&x, of->has_energy);
     }

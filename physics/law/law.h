@@ -13,7 +13,13 @@
  * A law outside of the rod acts on a section at r in the world with the rotation q, unit, body to
  * world, and the velocity V; per length or at a place. It has numbers of its own and gives a force
  * and a moment, both in the world: those of an energy, or by themselves. A turn of the section is
- * phi, in the world: q changes by (0, phi) q/2. */
+ * phi, in the world: q changes by (0, phi) q/2.
+ *
+ * A law of motion is the kinetic energy T of a section with the velocity V and the spin w, body
+ * frame, and gives what its momenta P = T_V and L = T_w take with the acceleration A and the rate
+ * w_t of the spin: the force -P' and the moment -L' - V x P, where a prime is the rate in the
+ * world, seen in the body frame, as A is: P' = P_t + w x P (Kirchhoff; Lamb, Hydrodynamics, ch. 6).
+ */
 #ifndef PHYSICS_LAW_LAW_H
 #define PHYSICS_LAW_LAW_H
 
@@ -42,16 +48,25 @@ typedef enum law_name {
                             + c_3 |w|) w of the part w of V */
     LAW_MAGNET,          /* energy: -(R m) . B, a magnetic moment m of the section in a field B */
     LAW_MAGNET_GRADIENT, /* energy: -(R m) . G r, in the field G r, G symmetric without trace */
+    LAW_ROTARY_INERTIA,  /* kinetic energy: 1/2 sum_i J_i w_i^2 */
+    LAW_ADDED_MASS,      /* kinetic energy: 1/2 c (V_1^2 + V_2^2), of the fluid that moves with a
+                            slender rod across d3 */
     LAW_COUNT,
-    LAW_OUTSIDE = LAW_SPRING /* the first of those outside */
+    LAW_OUTSIDE = LAW_SPRING,          /* the first of those outside */
+    LAW_OF_MOTION = LAW_ROTARY_INERTIA /* the first of those */
 } law_name;
 
-enum { LAW_NUMBERS_MAX = 9, LAW_STATE = 3 + 4 + 3, LAW_GIVEN_MAX = LAW_STATE + LAW_NUMBERS_MAX };
+enum { LAW_NUMBERS_MAX = 9, LAW_STATE = 3 + 4 + 3, LAW_MOVING = 4 * 3 };
+enum { LAW_GIVEN_MAX = LAW_MOVING + LAW_NUMBERS_MAX };
 enum { LAW_WRENCH = 6, LAW_STIFFNESS = LAW_WRENCH * (LAW_WRENCH + 1) / 2 };
-enum { LAW_BY = 3 * 3 * LAW_WRENCH }; /* at least the stiffness */
+enum {
+    LAW_BY = 3 * 3 * LAW_WRENCH,
+    LAW_BY_MOTION = 4 * 3 * LAW_WRENCH
+}; /* outside; of motion, the most */
 
-/* What is done with its power: energy of the rod, work of the outside, dissipation. */
-typedef enum law_kind { LAW_STORES, LAW_LOADS, LAW_DISSIPATES } law_kind;
+/* What is done with its power: energy of the rod, work of the outside, dissipation, kinetic energy.
+ */
+typedef enum law_kind { LAW_STORES, LAW_LOADS, LAW_DISSIPATES, LAW_MOVES } law_kind;
 
 typedef struct law {
     const char *name, *about;
@@ -83,12 +98,12 @@ static inline bool law_force_by_position(const law *of)
 }
 
 /* Scalars of the state and its numbers: v, u, numbers; u, cos theta, sin theta, m, numbers; or r,
- * q, V, numbers. */
+ * q, V, numbers; or V, w, A, w_t, numbers. */
 int law_given(law_name name);
 
 /* How many derivatives: within the rod the upper triangle of second derivatives by v and u, or by
  * u, theta, m and nothing, row by row; outside those of force and moment, [6][3] by r, by a turn,
- * and by V. */
+ * and by V; of motion by V, w, A and w_t. */
 int law_derivatives(law_name name);
 
 /* Entry (i, j) of the upper triangle of a symmetric 6 x 6. */
@@ -100,7 +115,7 @@ static inline int law_entry(int i, int j)
 /* A law on a tape of its own, with its derivatives. Within the rod: wrench n, m. */
 typedef struct law_formula {
     ad_tape *tape;
-    ad_value given[LAW_GIVEN_MAX], energy, wrench[LAW_WRENCH], by[LAW_BY];
+    ad_value given[LAW_GIVEN_MAX], energy, wrench[LAW_WRENCH], by[LAW_BY_MOTION];
 } law_formula;
 
 /* NULL tape: out of memory; errors of recording are on the tape. */

@@ -57,6 +57,17 @@ static const char *const STRAINS = "const NUMBER v[3], const NUMBER u[3], const 
 static const char *const STATE = "const NUMBER position[3], const NUMBER rotation[4],\n"
                                  "    const NUMBER velocity[3], const NUMBER *numbers";
 
+static void write_of(writer *w, law_name name, int groups, const ad_inline_argument *input,
+                     const law_formula *x)
+{
+    const ad_inline_argument energy = {"energy", 1, &x->energy};
+    const ad_inline_argument all[2] = {{"wrench", LAW_WRENCH, x->wrench},
+                                       {"by", law_derivatives(name), x->by}};
+    write_function(w, name, "_energy", groups, input, 1, &energy);
+    write_function(w, name, "_wrench", groups, input, 1, all);
+    write_function(w, name, "", groups, input, 2, all);
+}
+
 static void write_outside(writer *w, law_name name, const law_formula *x)
 {
     const ad_inline_argument input[4] = {
@@ -64,11 +75,18 @@ static void write_outside(writer *w, law_name name, const law_formula *x)
         {"rotation", 4, x->given + 3},
         {"velocity", 3, x->given + 7},
         {"numbers", law_table[name].numbers, x->given + LAW_STATE}};
-    const ad_inline_argument energy = {"energy", 1, &x->energy};
-    const ad_inline_argument all[2] = {{"wrench", LAW_WRENCH, x->wrench}, {"by", LAW_BY, x->by}};
-    write_function(w, name, "_energy", 4, input, 1, &energy);
-    write_function(w, name, "_wrench", 4, input, 1, all);
-    write_function(w, name, "", 4, input, 2, all);
+    write_of(w, name, 4, input, x);
+}
+
+static void write_of_motion(writer *w, law_name name, const law_formula *x)
+{
+    const ad_inline_argument input[5] = {
+        {"velocity", 3, x->given},
+        {"spin", 3, x->given + 3},
+        {"acceleration", 3, x->given + 6},
+        {"spin_rate", 3, x->given + 9},
+        {"numbers", law_table[name].numbers, x->given + LAW_MOVING}};
+    write_of(w, name, 5, input, x);
 }
 
 /* One function for any law from one to another, by its number. */
@@ -99,7 +117,7 @@ static void write_choices(writer *w)
     for (int i = 0; i < 3; i++) {
         write_choice(w, "actuator", 0, LAW_ACTUATORS, STRAINS, "v, u, actuator", within[i].ending,
                      within[i].outputs, within[i].passed);
-        write_choice(w, "outside", LAW_OUTSIDE, LAW_COUNT, STATE,
+        write_choice(w, "outside", LAW_OUTSIDE, LAW_OF_MOTION, STATE,
                      "position, rotation, velocity, numbers", outside[i].ending, outside[i].outputs,
                      outside[i].passed);
     }
@@ -113,7 +131,9 @@ static void write_law(writer *w, law_name name)
         return;
     }
     fprintf(w->file, "/* %s */\n", law_table[name].about);
-    (name < LAW_OUTSIDE ? write_within : write_outside)(w, name, &x);
+    (name < LAW_OUTSIDE     ? write_within
+     : name < LAW_OF_MOTION ? write_outside
+                            : write_of_motion)(w, name, &x);
     law_formula_free(&x);
 }
 

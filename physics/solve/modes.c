@@ -257,8 +257,8 @@ static ad_status set_jumps(modes *m, ad_error *error)
             if (fabs(m->s[p] - jump->s) <= SOLVE_SAME_PLACE) {
                 m->jump_at[k] = p;
                 m->turn_at[e] = jump->turns ? k : -1;
-                m->point[p].mass = jump->mass;
-                memcpy(m->point[p].inertia, jump->inertia, sizeof jump->inertia);
+                m->point[p].inertia.mass = jump->mass;
+                memcpy(m->point[p].inertia.rotary, jump->inertia, sizeof jump->inertia);
             }
         }
         if (m->jump_at[k] < 0 && jump->s > SOLVE_SAME_PLACE) {
@@ -301,6 +301,7 @@ static ad_status fill(modes *m, const solve_parameters *open, int finer, ad_erro
         for (int i = 0; i < m->rod->actuators; i++) {
             m->is_coupled = m->is_coupled || law_table[m->rod->extents[i].law].couples;
         }
+        m->has_fluid = quantity_is_something(m->rod->scene.loads.added_mass);
         status = modes_at(m, 0, open ? open->values : NULL, error);
     }
     solve_quadrature_free(x.places);

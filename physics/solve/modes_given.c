@@ -45,9 +45,10 @@ static ad_status give_sections(modes *m, ad_error *error)
         if (to->weight == 0) {
             continue;
         }
-        to->mass = to->weight * made[p].mass;
+        to->inertia.mass = to->weight * made[p].mass;
+        to->inertia.added = to->weight * made[p].added_mass;
         for (int k = 0; k < 3; k++) {
-            to->inertia[k] = to->weight * made[p].rotary_inertia[k];
+            to->inertia.rotary[k] = to->weight * made[p].rotary_inertia[k];
         }
         memcpy(to->stiffness, made[p].stiffness, sizeof to->stiffness); /* 0: locked */
         memcpy(to->damping, made[p].damping, sizeof to->damping);

@@ -4,6 +4,7 @@
 
 #include "physics/gauss.h"
 #include "physics/quaternion.h"
+#include "physics/solve/inertia.h"
 #include "physics/solve/kinematics.h"
 #include "physics/solve/modes.h"
 #include "physics/solve/processor.h"
@@ -26,7 +27,7 @@ typedef struct modes_point {
     double stiffness[MODES_STRAINS], damping[MODES_STRAINS];
     double origin[MODES_STRAINS]; /* strain of modes that are all 0 */
     double rest[MODES_STRAINS], rest_rate[MODES_STRAINS];
-    double mass, inertia[3];
+    inertia inertia;
     double dead[6]; /* force and moment of dead loads */
 
     /* found, by modes_shape; world but for strains and stress */
@@ -45,6 +46,13 @@ typedef struct modes_point {
     double law_energy;            /* per length */
     double stress[MODES_STRAINS]; /* n, m, body; not times the weight */
 } modes_point;
+
+/* As laws of motion see it. */
+static inline inertia_motion modes_section(const modes_point *at)
+{
+    return (inertia_motion){(const double(*)[3])at->R, at->velocity, at->spin, at->acceleration,
+                            at->spin_rate};
+}
 
 /* Steps from point to point of an element, in whole vectors of lanes. */
 enum { MODES_STEPS = 16 };
@@ -92,6 +100,7 @@ struct modes {
     double *center; /* [inputs] */
     bool has_given, is_pulled, is_locked;
     bool is_coupled;                                 /* the stress of a strain depends on others */
+    bool has_fluid;                                  /* with added mass */
     double magnus[3][GAUSS_STAGES_MAX][MODES_STEPS]; /* of the steps from point to point, padded */
     gauss_rule rule;
 

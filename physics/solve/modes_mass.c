@@ -58,17 +58,21 @@ FOR_EACH_PROCESSOR static void find_mass(modes *m)
     }
     for (int p = 0; p < m->points; p++) {
         const modes_point *at = &m->point[p];
-        double J[3][3];
-        if (at->mass == 0 && vector_dot(at->inertia, at->inertia) == 0) {
+        double J[3][3], M[3][3];
+        if (!inertia_any(&at->inertia)) {
             continue;
         }
-        world_inertia(at, J);
+        inertia_mass(&at->inertia, (const double(*)[3])at->R, J, M);
         for (int c = 0; c < width; c += QUAD) {
             quad theta[3], rho[3], turned[3] = {{0}}, moved[3] = {{0}};
             load_rows(m->theta + p * 3 * width + c, width, theta);
             load_rows(m->rho + p * 3 * width + c, width, rho);
             add_applied(J, 1, theta, turned);
-            add_scaled(at->mass, rho, moved);
+            if (at->inertia.added != 0) {
+                add_applied(M, 1, rho, moved);
+            } else {
+                add_scaled(at->inertia.mass, rho, moved);
+            }
             store_rows(theta, width, x + count * width + c);
             store_rows(rho, width, x + (count + 3) * width + c);
             store_rows(turned, width, y + count * width + c);

@@ -107,7 +107,8 @@ PROCESSOR_INLINE void change_motion(modes *m, int e, changes *x)
         integrate_rows(m, e, used, x->edge + (6 + k) * width, x->rate + k * width, 6 * width,
                        x->spin_rate + k * width, 6 * width);
     }
-    for (int i = 0; i < n && m->rod->along.by_velocity; i++) {
+    const bool velocity = m->rod->along.by_velocity || m->has_fluid;
+    for (int i = 0; i < n && velocity; i++) {
         const modes_point *at = &m->point[first + i];
         for (int c = 0; c < used; c += QUAD) {
             quad theta[3], spin[3], along[3], to[3] = {{0}};
@@ -121,7 +122,7 @@ PROCESSOR_INLINE void change_motion(modes *m, int e, changes *x)
             store_rows(to, width, x->rate + i * 6 * width + c);
         }
     }
-    for (int k = 0; k < 3 && m->rod->along.by_velocity; k++) {
+    for (int k = 0; k < 3 && velocity; k++) {
         integrate_rows(m, e, used, x->edge + (3 + k) * width, x->rate + k * width, 6 * width,
                        x->velocity + k * width, 3 * width);
     }
@@ -175,9 +176,9 @@ PROCESSOR_INLINE void change_motion(modes *m, int e, changes *x)
 
 /* ---- derivatives of forces at points ------------------------------------------------------- */
 
-/* What a point needs of itself: world inertia, J w, J w_t, what acts. */
+/* What a point needs of itself: what resists its motion, and what acts. */
 typedef struct local {
-    double J[3][3], momentum[3], change[3];
+    inertia_change inertia;
     const acting *of; /* NULL: nothing */
     acting_change acting;
 } local;
@@ -218,11 +219,31 @@ PROCESSOR_INLINE void add_changed(const acting *of, double by[6][3], const quad 
 static void find_local(const modes *m, int p, local *x)
 {
     const modes_point *at = &m->point[p];
-    memset(x, 0, sizeof *x);
-    world_inertia(at, x->J);
-    to_world(x->J, at->spin, x->momentum);
-    to_world(x->J, at->spin_rate, x->change);
+    inertia_differentiate(&at->inertia, modes_section(at), &x->inertia);
     find_acting(m, p, x);
+}
+
+/* What resists the motion changes by the turn, the spin and its rate: rows of the force from 0 on,
+ * of the moment from 3 on; to those by q and by q_t. */
+PROCESSOR_INLINE void add_resistance(inertia_change *by, int row, const quad theta[3],
+                                     const quad spin[3], quad spin_rate[2][3], quad to[2][3])
+{
+    add_applied(by->by_turn + row, 1, theta, to[0]);
+    add_applied(by->by_spin + row, 1, spin, to[0]);
+    add_applied(by->by_spin + row, 1, theta, to[1]);
+    for (int k = 0; k < 2; k++) {
+        add_applied(by->by_spin_rate + row, 1, spin_rate[k], to[k]);
+    }
+}
+
+/* The same of a fluid, by velocity and acceleration. */
+PROCESSOR_INLINE void add_fluid(inertia_change *by, int row, const quad velocity[2][3],
+                                quad acceleration[2][3], quad to[2][3])
+{
+    for (int k = 0; k < 2; k++) {
+        add_applied(by->by_velocity + row, 1, velocity[k], to[k]);
+        add_applied(by->by_acceleration + row, 1, acceleration[k], to[k]);
+    }
 }
 
 PROCESSOR_INLINE void change_forces(modes *m, int e, changes *x)
@@ -238,15 +259,15 @@ PROCESSOR_INLINE void change_forces(modes *m, int e, changes *x)
         }
         find_local(m, p, &own);
         for (int c = 0; c < used; c += QUAD) {
-            quad theta[3], rho[3], spin[3], velocity[3], second[2][3], acceleration[2][3];
-            quad force[2][3] = {{{0}}}, moment[2][3] = {{{0}}}, inner[3], outer[3] = {{0}};
+            quad theta[3], rho[3], spin[3], second[2][3], acceleration[2][3];
+            quad force[2][3] = {{{0}}}, moment[2][3] = {{{0}}}, velocity[3] = {{0}};
             load_rows(m->theta + p * 3 * width + c, width, theta);
             load_rows(m->rho + p * 3 * width + c, width, rho);
             load_rows(x->spin + i * 3 * width + c, width, spin);
             for (int k = 0; k < 2; k++) {
                 load_rows(x->spin_rate + (i * 6 + 3 * k) * width + c, width, second[k]);
                 load_rows(x->acceleration + (i * 6 + 3 * k) * width + c, width, acceleration[k]);
-                add_scaled(-at->mass, acceleration[k], force[k]);
+                add_scaled(-at->inertia.mass, acceleration[k], force[k]);
             }
             if (own.of && own.of->by_position) {
                 add_changed(own.of, own.acting.by_position, rho, force[0], moment[0]);
@@ -254,27 +275,21 @@ PROCESSOR_INLINE void change_forces(modes *m, int e, changes *x)
             if (own.of && own.of->by_rotation) {
                 add_changed(own.of, own.acting.by_turn, theta, force[0], moment[0]);
             }
-            if (own.of && own.of->by_velocity) {
+            if (m->rod->along.by_velocity || m->has_fluid) {
                 load_rows(x->velocity + i * 3 * width + c, width, velocity);
+            }
+            if (own.of && own.of->by_velocity) {
                 add_changed(own.of, own.acting.by_velocity, velocity, force[0], moment[0]);
                 add_changed(own.of, own.acting.by_velocity, rho, force[1], moment[1]);
             }
-            /* J x changes by theta x J x - J (theta x x) */
-            memcpy(inner, second[0], sizeof inner);
-            add_cross(at->spin_rate, theta, inner);
-            add_applied(own.J, -1, inner, moment[0]);
-            add_cross(own.change, theta, moment[0]);
-            add_cross(own.momentum, spin, moment[0]);
-            memcpy(inner, spin, sizeof inner);
-            add_cross(at->spin, theta, inner);
-            add_applied(own.J, -1, inner, outer);
-            add_cross(own.momentum, theta, outer);
-            add_cross(at->spin, outer, moment[0]);
-            memset(outer, 0, sizeof outer);
-            add_applied(own.J, -1, second[1], moment[1]);
-            add_cross(own.momentum, theta, moment[1]);
-            add_applied(own.J, -1, theta, outer);
-            add_cross(at->spin, outer, moment[1]);
+            add_resistance(&own.inertia, 3, theta, spin, second, moment);
+            if (at->inertia.added != 0) {
+                const quad moved[2][3] = {{velocity[0], velocity[1], velocity[2]},
+                                          {rho[0], rho[1], rho[2]}};
+                add_resistance(&own.inertia, 0, theta, spin, second, force);
+                add_fluid(&own.inertia, 0, moved, acceleration, force);
+                add_fluid(&own.inertia, 3, moved, acceleration, moment);
+            }
             for (int k = 0; k < 2; k++) {
                 store_rows(force[k], width, to + 3 * k * width + c);
                 store_rows(moment[k], width, to + (6 + 3 * k) * width + c);

@@ -90,17 +90,4 @@ PROCESSOR_INLINE void own_rows(const modes *m, int e, int p, int width, double *
     }
 }
 
-/* R diag(inertia) R^T */
-PROCESSOR_INLINE void world_inertia(const modes_point *at, double J[3][3])
-{
-    for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < 3; j++) {
-            J[i][j] = 0;
-            for (int k = 0; k < 3; k++) {
-                J[i][j] += at->R[i][k] * at->inertia[k] * at->R[j][k];
-            }
-        }
-    }
-}
-
 #endif

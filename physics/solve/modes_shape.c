@@ -246,28 +246,12 @@ static void stress_points(modes *m, int e, bool derive)
 
 /* ---- what acts at points ------------------------------------------------------------------- */
 
-/* R diag(inertia) R^T x */
-static void times_inertia(modes_point *at, const double x[3], double out[3])
-{
-    double body[3];
-    to_body(at->R, x, body);
-    for (int k = 0; k < 3; k++) {
-        body[k] *= at->inertia[k];
-    }
-    to_world(at->R, body, out);
-}
-
-/* -mass r_tt, -(J w_t + w x J w) */
 static void add_inertia(modes_point *at)
 {
-    double momentum[3], change[3], gyroscopic[3];
-    times_inertia(at, at->spin, momentum);
-    times_inertia(at, at->spin_rate, change);
-    vector_cross(at->spin, momentum, gyroscopic);
-    for (int k = 0; k < 3; k++) {
-        at->force[k] = -at->mass * at->acceleration[k];
-        at->moment[k] = -change[k] - gyroscopic[k];
-    }
+    double wrench[6];
+    inertia_wrench(&at->inertia, modes_section(at), wrench);
+    memcpy(at->force, wrench, sizeof at->force);
+    memcpy(at->moment, wrench + 3, sizeof at->moment);
 }
 
 static void add_loads(modes_point *at)
@@ -394,14 +378,8 @@ solve_energy modes_energy_now(const modes *m)
     solve_energy energy = {0};
     for (int p = 0; p < m->points; p++) {
         const modes_point *at = &m->point[p];
-        double R[3][3], spin[3];
-        memcpy(R, at->R, sizeof R);
-        to_body(R, at->spin, spin);
-        energy.kinetic += 0.5 * at->mass * vector_dot(at->velocity, at->velocity);
-        for (int k = 0; k < 3; k++) {
-            energy.kinetic += 0.5 * at->inertia[k] * spin[k] * spin[k];
-        }
         double off[MODES_STRAINS], elastic = at->law_energy;
+        energy.kinetic += inertia_energy(&at->inertia, modes_section(at));
         strain_beyond_rest(at, off);
         number_law_elastic_energy(off, off + MODES_U, at->stiffness, &elastic);
         energy.strain += at->weight * elastic;

@@ -90,7 +90,8 @@ void motion_samples(motion *m, const double *state, size_t n, const double *s, s
 
 /* ---- flows, for steps of time that are composed of them ------------------------------------ */
 
-/* Whether no force but drag depends on velocities, so that these are the whole motion. */
+/* Whether no force but drag depends on velocities, and no mass on the shape, so that these are the
+ * whole motion. */
 bool motion_is_separable(const motion *m);
 
 /* Take a state, at the time gone to; give it. In between the nodes are the motion's own, and

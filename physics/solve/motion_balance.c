@@ -169,9 +169,14 @@ static double energy_now(balance *b)
 {
     motion_energy energy = motion_energy_of(b->m, b->state);
     memset(b->momentum, 0, sizeof b->momentum);
+    if (b->m->has_fluid) {
+        motion_find_fluid(b->m);
+    }
     for (size_t i = 0; i < motion_nodes(b->m); i++) {
+        const double *V = b->m->flow[i];
         for (int k = 0; k < 3; k++) {
-            b->momentum[k] += b->m->mass[i] * b->m->flow[i][k];
+            b->momentum[k] += b->m->mass[i] * V[k];
+            b->momentum[k] += b->m->has_fluid ? vector_dot(b->m->fluid[i].mass[k], V) : 0;
         }
     }
     return energy.kinetic + energy.strain;

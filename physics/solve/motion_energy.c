@@ -20,6 +20,10 @@ static double holding_power(const motion *m, int end)
     for (int k = 0; k < 3; k++) {
         force[k] = m->mass[i] * now->acceleration[k] - m->force[i][k] - m->push[i][k];
         double moment = inertia[k] * now->spin_rate[k] - m->torque[i][k] - m->turn[i][k];
+        if (m->has_fluid) {
+            force[k] += vector_dot(m->fluid[i].mass[k], now->acceleration) - m->fluid[i].force[k];
+            moment -= m->fluid[i].moment[k];
+        }
         power += given->holds_rotation ? moment * w[k] : 0; /* w x rhoJ w does no work */
     }
     scene_hold_part(&given->hold, force, held);
@@ -87,6 +91,7 @@ motion_energy motion_energy_now(motion *m)
             inertia[0] * w[0] * w[0] + inertia[1] * w[1] * w[1] + inertia[2] * w[2] * w[2];
         energy.kinetic += 0.5 * (m->mass[i] * vector_dot(V, V) + spinning);
     }
+    energy.kinetic += motion_fluid_energy(m);
     return energy;
 }
 
@@ -109,6 +114,9 @@ motion_power motion_power_now(motion *m)
 {
     motion_power power = {0};
     bool moves = end_moves(m, 0) || end_moves(m, 1);
+    if (moves && m->has_fluid) {
+        motion_find_fluid(m);
+    }
     motion_outside_forces(m);
     if (m->is_damped || m->is_pulled || moves || m->rod->rest_moves) {
         motion_internal_forces(m);

@@ -10,7 +10,7 @@
 
 bool motion_is_separable(const motion *m)
 {
-    return !m->is_damped;
+    return !m->is_damped && !m->has_fluid;
 }
 
 void motion_start(motion *m, const double *state)

@@ -339,8 +339,7 @@ double motion_pull_power(const motion *m)
 
 /* ---- what acts along the rod --------------------------------------------------------------- */
 
-/* Point i of the quadrature: its node, and the section as the element has it. */
-static size_t section_at(const motion *m, size_t i, double q[4], acting_on *at)
+size_t motion_section_at(const motion *m, size_t i, double q[4], acting_on *at)
 {
     const size_t n = (size_t)m->degree + 1, node = i / n * (n - 1) + i % n;
     const double *frame = motion_frame_of(m, (int)(i / n), (int)(i % n));
@@ -358,7 +357,7 @@ static void act_along(motion *m, int kinds, double (*force)[3], double (*torque)
     for (size_t i = 0; i < m->points && (kinds & along->kinds); i++) {
         double q[4], wrench[6] = {0}, R[3][3], moment[3];
         acting_on at;
-        const size_t node = section_at(m, i, q, &at);
+        const size_t node = motion_section_at(m, i, q, &at);
         acting_wrench(along, m->along + i * (size_t)along->numbers, at, kinds, m->point_weight[i],
                       wrench);
         for (int k = 0; k < 3; k++) {
@@ -381,7 +380,7 @@ double motion_along_energy(const motion *m)
     for (size_t i = 0; i < m->points && along->count > 0; i++) {
         double q[4];
         acting_on at;
-        section_at(m, i, q, &at);
+        motion_section_at(m, i, q, &at);
         energy +=
             m->point_weight[i] * acting_energy(along, m->along + i * (size_t)along->numbers, at);
     }
@@ -419,7 +418,7 @@ void motion_find_resistance(motion *m)
     for (size_t i = 0; i < m->points; i++) {
         double q[4], wrench[6] = {0};
         acting_on at;
-        const size_t node = section_at(m, i, q, &at);
+        const size_t node = motion_section_at(m, i, q, &at);
         acting_wrench(along, m->along + i * (size_t)along->numbers, at, ACTING_DISSIPATES, -1,
                       wrench);
         memcpy(m->velocity[i], m->flow[node], sizeof m->velocity[i]);
@@ -454,13 +453,18 @@ void motion_outside_forces(motion *m)
     }
 }
 
+/* ---- rates --------------------------------------------------------------------------------- */
+
 void motion_rate(motion *m, const double *state, double *rate)
 {
     motion_set_nodes(m, state);
     motion_internal_forces(m);
     motion_outside_forces(m);
+    if (m->has_fluid) {
+        motion_find_fluid(m);
+    }
     for (size_t i = 0; i < m->nodes; i++) {
-        double *to = rate + i * MOTION_ROWS, gyroscopic[3];
+        double *to = rate + i * MOTION_ROWS, gyroscopic[3], force[3];
         const double *w = m->spin[i], *q = state + i * MOTION_ROWS + MOTION_Q;
         const double *inertia = m->inertia[i];
         const double half[3] = {0.5 * w[0], 0.5 * w[1], 0.5 * w[2]};
@@ -468,10 +472,16 @@ void motion_rate(motion *m, const double *state, double *rate)
         vector_cross(w, momentum, gyroscopic);
         quaternion_times_vector(q, half, to + MOTION_Q);
         for (int k = 0; k < 3; k++) {
+            force[k] = m->force[i][k] + m->push[i][k];
+            const double torque = m->torque[i][k] + m->turn[i][k];
             to[MOTION_R + k] = m->flow[i][k];
-            to[MOTION_V + k] = (m->force[i][k] + m->push[i][k]) * m->by_mass[i];
+            to[MOTION_V + k] = force[k] * m->by_mass[i];
             to[MOTION_W + k] =
-                (m->torque[i][k] + m->turn[i][k] - gyroscopic[k]) * m->by_inertia[i][k];
+                (torque + (m->has_fluid ? m->fluid[i].moment[k] : 0) - gyroscopic[k]) *
+                m->by_inertia[i][k];
+        }
+        if (m->has_fluid) {
+            motion_accelerate(m, i, force, to + MOTION_V);
         }
     }
     for (int end = 0; end < 2; end++) {

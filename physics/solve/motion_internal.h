@@ -35,6 +35,12 @@ typedef struct motion_place {
     double before[4], after[4]; /* from the node's frame to those of the elements; unit */
 } motion_place;
 
+/* The fluid that moves with a node: its mass, world, and by what it resists without acceleration,
+ * the force in the world and the moment in the body frame. */
+typedef struct motion_fluid {
+    double mass[3][3], force[3], moment[3];
+} motion_fluid;
+
 enum { MOTION_OWNED_MAX = 40 };
 
 /* A point of quadrature is one of an element's nodes, seen from this element: number
@@ -46,6 +52,7 @@ struct motion {
     int blocks; /* of an element */
     size_t nodes, points;
     bool is_damped; /* Bse or Bbt */
+    bool has_fluid; /* that moves with the rod: added mass */
     bool is_pulled; /* by tendons or chambers */
     bool has_time;  /* loads, ends and a rest shape that moves are those of `time` */
     double time;
@@ -87,6 +94,7 @@ struct motion {
     double (*turn)[3];        /* [nodes] outside moment, body */
     double (*pull_force)[3];  /* [nodes] the share of tendons and chambers in force */
     double (*pull_torque)[3]; /* [nodes] and in torque */
+    motion_fluid *fluid;      /* [nodes] */
     double (*velocity)[3];    /* [points] V */
     double (*resistance)[3];  /* [points] per length, against V; part of the push */
 };
@@ -121,6 +129,19 @@ double motion_places_energy(const motion *m);
 void motion_internal_forces(motion *m);
 void motion_loads(motion *m);
 void motion_outside_forces(motion *m);
+
+/* Point i of the quadrature: its node, and the section as the element has it; q: room. */
+size_t motion_section_at(const motion *m, size_t i, double q[4], acting_on *at);
+
+/* ---- the fluid that moves with the rod (motion_fluid.c) ------------------------------------- */
+
+/* m->fluid, of nodes that are set; its kinetic energy. */
+void motion_find_fluid(motion *m);
+double motion_fluid_energy(const motion *m);
+
+/* The acceleration [3] of node i, on which `force` acts, with its fluid: along directions that an
+ * end holds that of the end, which the other ones feel through the fluid. */
+void motion_accelerate(const motion *m, size_t i, const double force[3], double acceleration[3]);
 
 /* m->resistance, of the velocities as they are. */
 void motion_find_resistance(motion *m);

@@ -88,6 +88,7 @@ typedef struct solve_section {
     double damping[6];        /* Bse, Bbt */
     double mass;              /* rhoA, by that of the scales: 1 where it does not vary */
     double rotary_inertia[3]; /* rhoJ */
+    double added_mass;        /* of the fluid that moves with it across d3 */
 } solve_section;
 
 /* Unstressed strain v* and curvature u*, and their rates by t. The imperfection is added to u* on
