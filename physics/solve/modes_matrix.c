@@ -225,24 +225,51 @@ static void find_local(const modes *m, int p, local *x)
 
 /* What resists the motion changes by the turn, the spin and its rate: rows of the force from 0 on,
  * of the moment from 3 on; to those by q and by q_t. */
-PROCESSOR_INLINE void add_resistance(inertia_change *by, int row, const quad theta[3],
+PROCESSOR_INLINE void add_resistance(const inertia_change *by, int row, const quad theta[3],
                                      const quad spin[3], quad spin_rate[2][3], quad to[2][3])
 {
-    add_applied(by->by_turn + row, 1, theta, to[0]);
-    add_applied(by->by_spin + row, 1, spin, to[0]);
-    add_applied(by->by_spin + row, 1, theta, to[1]);
-    for (int k = 0; k < 2; k++) {
-        add_applied(by->by_spin_rate + row, 1, spin_rate[k], to[k]);
+    for (int i = 0; i < 3; i++) {
+        const double *turn = by->by_turn[row + i], *own = by->by_spin[row + i];
+        const double *rate = by->by_spin_rate[row + i];
+        quad by_q = to[0][i], by_v = to[1][i];
+        for (int k = 0; k < 3; k++) {
+            by_q += turn[k] * theta[k] + own[k] * spin[k] + rate[k] * spin_rate[0][k];
+            by_v += own[k] * theta[k] + rate[k] * spin_rate[1][k];
+        }
+        to[0][i] = by_q;
+        to[1][i] = by_v;
     }
 }
 
-/* The same of a fluid, by velocity and acceleration. */
-PROCESSOR_INLINE void add_fluid(inertia_change *by, int row, const quad velocity[2][3],
-                                quad acceleration[2][3], quad to[2][3])
+/* What a fluid adds to the rows `to` of point p, the i-th of its element: to the force all that it
+ * changes by, to the moment what is by velocity and acceleration. Not inlined: without a fluid the
+ * loops around it are then as fast as if it were not there. */
+__attribute__((noinline)) FOR_EACH_PROCESSOR static void
+add_fluid(const modes *m, const changes *x, inertia_change *by, int i, int used, int p, double *to)
 {
-    for (int k = 0; k < 2; k++) {
-        add_applied(by->by_velocity + row, 1, velocity[k], to[k]);
-        add_applied(by->by_acceleration + row, 1, acceleration[k], to[k]);
+    const int width = m->width;
+    for (int c = 0; c < used; c += QUAD) {
+        quad theta[3], spin[3], velocity[2][3], spin_rate[2][3], acceleration[2][3];
+        quad wrench[2][2][3]; /* force, moment; by q, by q_t */
+        load_rows(m->theta + p * 3 * width + c, width, theta);
+        load_rows(m->rho + p * 3 * width + c, width, velocity[1]);
+        load_rows(x->spin + i * 3 * width + c, width, spin);
+        load_rows(x->velocity + i * 3 * width + c, width, velocity[0]);
+        for (int k = 0; k < 2; k++) {
+            load_rows(x->spin_rate + (i * 6 + 3 * k) * width + c, width, spin_rate[k]);
+            load_rows(x->acceleration + (i * 6 + 3 * k) * width + c, width, acceleration[k]);
+            load_rows(to + 3 * k * width + c, width, wrench[0][k]);
+            load_rows(to + (6 + 3 * k) * width + c, width, wrench[1][k]);
+        }
+        add_resistance(by, 0, theta, spin, spin_rate, wrench[0]);
+        for (int k = 0; k < 2; k++) {
+            for (int row = 0; row < 2; row++) {
+                add_applied(by->by_velocity + 3 * row, 1, velocity[k], wrench[row][k]);
+                add_applied(by->by_acceleration + 3 * row, 1, acceleration[k], wrench[row][k]);
+            }
+            store_rows(wrench[0][k], width, to + 3 * k * width + c);
+            store_rows(wrench[1][k], width, to + (6 + 3 * k) * width + c);
+        }
     }
 }
 
@@ -259,8 +286,8 @@ PROCESSOR_INLINE void change_forces(modes *m, int e, changes *x)
         }
         find_local(m, p, &own);
         for (int c = 0; c < used; c += QUAD) {
-            quad theta[3], rho[3], spin[3], second[2][3], acceleration[2][3];
-            quad force[2][3] = {{{0}}}, moment[2][3] = {{{0}}}, velocity[3] = {{0}};
+            quad theta[3], rho[3], spin[3], velocity[3], second[2][3], acceleration[2][3];
+            quad force[2][3] = {{{0}}}, moment[2][3] = {{{0}}};
             load_rows(m->theta + p * 3 * width + c, width, theta);
             load_rows(m->rho + p * 3 * width + c, width, rho);
             load_rows(x->spin + i * 3 * width + c, width, spin);
@@ -275,25 +302,19 @@ PROCESSOR_INLINE void change_forces(modes *m, int e, changes *x)
             if (own.of && own.of->by_rotation) {
                 add_changed(own.of, own.acting.by_turn, theta, force[0], moment[0]);
             }
-            if (m->rod->along.by_velocity || m->has_fluid) {
-                load_rows(x->velocity + i * 3 * width + c, width, velocity);
-            }
             if (own.of && own.of->by_velocity) {
+                load_rows(x->velocity + i * 3 * width + c, width, velocity);
                 add_changed(own.of, own.acting.by_velocity, velocity, force[0], moment[0]);
                 add_changed(own.of, own.acting.by_velocity, rho, force[1], moment[1]);
             }
             add_resistance(&own.inertia, 3, theta, spin, second, moment);
-            if (at->inertia.added != 0) {
-                const quad moved[2][3] = {{velocity[0], velocity[1], velocity[2]},
-                                          {rho[0], rho[1], rho[2]}};
-                add_resistance(&own.inertia, 0, theta, spin, second, force);
-                add_fluid(&own.inertia, 0, moved, acceleration, force);
-                add_fluid(&own.inertia, 3, moved, acceleration, moment);
-            }
             for (int k = 0; k < 2; k++) {
                 store_rows(force[k], width, to + 3 * k * width + c);
                 store_rows(moment[k], width, to + (6 + 3 * k) * width + c);
             }
+        }
+        if (at->inertia.added != 0) {
+            add_fluid(m, x, &own.inertia, i, used, p, to);
         }
     }
 }
