@@ -180,8 +180,8 @@ rod_joint rod_joint_of(const scene *rod_scene, int i);
 /* The force of a body is weight - mass r_tt, its moment -(inertia w_t + w x inertia w); mass and
  * inertia are 0 in a static scene. */
 typedef struct rod_body_data {
-    double s, mass, inertia[3];
-    ad_value weight; /* [3] */
+    double s;
+    ad_value mass, inertia, weight; /* [1], [3], [3] */
 } rod_body_data;
 
 rod_body_data rod_body_of(const rod_context *rod, int i, ad_value t);

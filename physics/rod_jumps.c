@@ -82,10 +82,9 @@ static rod_force_at jumps_of_body(const rod_context *rod, int i, const rod_pose 
 {
     rod_body_data body = rod_body_of(rod, i, rod->t);
     rod_force_at acts = {.s = body.s, .moment = ad_zeros(rod->tape, 3)};
-    const double *j = body.inertia;
-    ad_value inertia = ad_vector_constant(rod->tape, j[0], j[1], j[2]);
+    ad_value inertia = body.inertia;
     ad_value speeding = jumps_at(rod, rod_time_derivative(rod, field->position, 2), body.s);
-    acts.force = ad_scale(speeding, -body.mass);
+    acts.force = ad_neg(ad_mul(body.mass, speeding));
     if (!ad_is_constant(inertia, 0)) {
         ad_value turning = rod_time_derivative(rod, field->rotation, 1);
         ad_value bending = rod_time_derivative(rod, field->rotation, 2);

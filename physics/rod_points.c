@@ -38,14 +38,13 @@ rod_body_data rod_body_of(const rod_context *rod, int i, ad_value t)
 {
     const scene_body *given = &rod->scene->bodies[i];
     const rod_scales *scale = &rod->scales;
-    double mass = given->mass.number, rate = rod->dynamic ? 1 / scale->time : 0;
-    rod_body_data body = {.s = given->at.number / scale->length,
-                          .mass = mass * rate * rate * scale->length / scale->force};
-    for (int k = 0; k < 3; k++) {
-        double inertia = quantity_number_or(given->inertia[k], 0);
-        body.inertia[k] = inertia * rate * rate / scale->moment;
-    }
-    ad_value s = ad_scalar(rod->tape, body.s);
+    const double rate = rod->dynamic ? 1 / scale->time : 0, by = rate * rate;
+    rod_body_data body = {.s = given->at.number / scale->length};
+    const ad_value s = ad_scalar(rod->tape, body.s);
+    body.mass =
+        rod_quantities(rod, 1, &given->mass, POINT_ZEROS, by * scale->length / scale->force, s, t);
+    body.inertia = rod_quantities(rod, 3, given->inertia, POINT_ZEROS, by / scale->moment, s, t);
+    double mass = 1;
     const bool same = quantity_is_number(given->mass, &mass); /* of all members of a family */
     ad_value weight = rod_quantities(rod, 3, rod->scene->loads.gravity, POINT_ZEROS,
                                      (same ? mass : 1) / scale->force, s, t);

@@ -295,7 +295,7 @@ extern "C" {
     X(of "mass", 1, in mass, ROD, EACH_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, "kg", NOTHING,       \
       "required",                                                                                  \
       "Mass of the body.")                                                                         \
-    X(of "inertia", 3, in inertia, ROD, ONE_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, "kg m^2",      \
+    X(of "inertia", 3, in inertia, ROD, EACH_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, "kg m^2",      \
       ZERO, NULL,                                                                                  \
       "Moments of inertia of the body about d1, d2, d3.")                                          \
     X(of "magnetic_moment", 3, in magnetic_moment, ROD, EACH_NUMBER, FINITE, POLAR_VECTOR, BODY,    \

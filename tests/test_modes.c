@@ -414,6 +414,131 @@ static void test_reduced(void **state)
     config_free(given);
 }
 
+/* The lowest frequency of a rod near rest: inverse iteration of M^-1 K = -d(rate)/d(modes). */
+static double lowest_frequency(reduced_rod *rod, const double *inputs)
+{
+    enum { MODES_MAX = 12 };
+    ad_error error = {.message = ""};
+    const int n = reduced_states(rod), half = n / 2;
+    double x[2 * MODES_MAX], rate[2 * MODES_MAX], A[4 * MODES_MAX * MODES_MAX];
+    double matrix[MODES_MAX * MODES_MAX], y[MODES_MAX], size = 0;
+    int pivots[MODES_MAX];
+    assert_true(half <= MODES_MAX);
+    assert_int_equal(reduced_initial(rod, inputs, x, &error), AD_OK);
+    assert_int_equal(reduced_rate(rod, 0, x, inputs, rate, A, NULL, &error), AD_OK);
+    for (int r = 0; r < half; r++) {
+        y[r] = 1;
+        for (int c = 0; c < half; c++) {
+            matrix[c * half + r] = -A[(half + r) * n + c];
+        }
+    }
+    assert_int_equal(ad_dense_load(&error), AD_OK);
+    assert_int_equal(ad_dense_lu(half, matrix, pivots), 0);
+    for (int round = 0; round < 60; round++) {
+        ad_dense_lu_solve(half, 1, matrix, pivots, y);
+        size = 0;
+        for (int k = 0; k < half; k++) {
+            size = fmax(size, fabs(y[k]));
+        }
+        for (int k = 0; k < half; k++) {
+            y[k] /= size;
+        }
+    }
+    return sqrt(1 / size);
+}
+
+/* beta of a clamped beam with a mass mu rhoA L at its tip: 1 + cos cosh + mu beta (cos sinh - sin
+ * cosh) = 0. */
+static double loaded_beta(double mu)
+{
+    double low = 0.1, high = 1.9;
+    for (int i = 0; i < 60; i++) {
+        const double b = 0.5 * (low + high);
+        const double off = cos(b) * sinh(b) - sin(b) * cosh(b);
+        *(1 + cos(b) * cosh(b) + mu * b * off > 0 ? &low : &high) = b;
+    }
+    return low;
+}
+
+/* A body's mass and inertia, and a foundation, as inputs: frequencies in closed form, derivatives
+ * against differences, and the rod that has these numbers. */
+static void test_bodies_as_inputs(void **state)
+{
+    (void)state;
+    static const char arm[] =
+        "parameters: {m: %s, k: %s}\n"
+        "rod:\n  model: kirchhoff\n  length: 1\n  section: {shape: circle, radius: 2.0e-4}\n"
+        "  material: {youngs_modulus: 1.0e9, poissons_ratio: 0.3, density: 1000}\n"
+        "boundary: {start: {type: clamped}}\n"
+        "bodies: [{at: 1, mass: m, inertia: [%s*m, %s*m, %s*m]}]\n"
+        "loads: {foundation: [k, k, 0]}\n"
+        "time: {duration: 1}\n";
+    const double radius = 2e-4, area = PI * radius * radius, rhoA = 1000 * area;
+    const double unit = sqrt(1e9 * area * radius * radius / 4 / rhoA), tip = 1, h = 1e-4;
+    const reduced_settings settings = {.modes = {5, 0, 0, 0}, .count = 1, .s = &tip};
+    const double masses[3] = {0, 0.3, 2};
+    ad_error error = {.message = ""};
+    for (int heavy = 0; heavy < 2; heavy++) { /* without and with inertia of the body */
+        const char *j = heavy ? "0.01" : "0";
+        char text[800], m[40], k[40];
+        reduced_rod *rods[2];
+        config *given[2];
+        const double inputs[2] = {0.7 * rhoA, 0.4 * rhoA * unit * unit};
+        for (int which = 0; which < 2; which++) {
+            snprintf(m, sizeof m, which ? "%.17g" : "{range: [0, %.17g]}",
+                     which ? inputs[0] : 3 * rhoA);
+            snprintf(k, sizeof k, which ? "%.17g" : "{range: [0, %.17g]}",
+                     which ? inputs[1] : 9 * rhoA * unit * unit);
+            snprintf(text, sizeof text, arm, m, k, j, j, j);
+            if (config_read("arm.yaml", text, 0, NULL, &given[which], &error) != AD_OK ||
+                reduced_create(&given[which]->scene, &settings, &rods[which], &error) != AD_OK) {
+                fail_msg("%s", error.message);
+            }
+        }
+        for (int i = 0; i < 3 && !heavy; i++) {
+            const double at[2] = {masses[i] * rhoA, 0}, beta = loaded_beta(masses[i]);
+            const double omega = lowest_frequency(rods[0], at), is = beta * beta * unit;
+            print_message("tip mass %g: %.10g of %.10g\n", masses[i], omega, is);
+            assert_true(fabs(omega / is - 1) < 1e-6); /* five modes; rotary inertia: 1e-8 */
+        }
+        if (!heavy) { /* a uniform foundation leaves the shape: omega^2 + k/rhoA */
+            const double at[2] = {0, 5 * rhoA * unit * unit}, beta = loaded_beta(0);
+            const double is = unit * sqrt(pow(beta, 4) + 5);
+            assert_true(fabs(lowest_frequency(rods[0], at) / is - 1) < 1e-6);
+        }
+        const int n = reduced_states(rods[0]);
+        double x[STATES], rate[2][STATES], A[STATES * STATES], B[STATES * INPUTS];
+        unsigned seed = 5;
+        for (int i = 0; i < n; i++) {
+            x[i] = 0.4 * noise(&seed);
+        }
+        assert_int_equal(reduced_rate(rods[0], 0, x, inputs, rate[0], A, B, &error), AD_OK);
+        assert_int_equal(reduced_rate(rods[1], 0, x, NULL, rate[1], NULL, NULL, &error), AD_OK);
+        for (int i = 0; i < n; i++) { /* condition of the mass: 1e3 */
+            assert_true(fabs(rate[1][i] - rate[0][i]) <= 1e-10 * (1 + fabs(rate[0][i])));
+        }
+        for (int c = 0; c < INPUTS; c++) {
+            double at[2] = {inputs[0], inputs[1]};
+            for (int side = 0; side < 2; side++) {
+                at[c] = inputs[c] * (1 + (side ? h : -h));
+                assert_int_equal(reduced_rate(rods[0], 0, x, at, rate[side], NULL, NULL, &error),
+                                 AD_OK);
+            }
+            for (int i = 0; i < n; i++) { /* by a change of all of it */
+                rate[0][i] *= inputs[c];
+                rate[1][i] *= inputs[c];
+                B[i * INPUTS + c] *= inputs[c];
+            }
+            assert_quotient(c ? "foundation" : "mass", n, INPUTS, c, 2 * h * inputs[c], rate[0],
+                            rate[1], B, 1e-5);
+        }
+        for (int which = 0; which < 2; which++) {
+            reduced_free(rods[which]);
+            config_free(given[which]);
+        }
+    }
+}
+
 /* Without memory there is an error and no leak. */
 static void test_memory(void **state)
 {
@@ -527,11 +652,12 @@ static void test_manufactured(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_derivatives), cmocka_unit_test(test_frequencies),
-        cmocka_unit_test(test_full_solver), cmocka_unit_test(test_plane),
-        cmocka_unit_test(test_pendulum),    cmocka_unit_test(test_energy),
-        cmocka_unit_test(test_reduced),     cmocka_unit_test(test_memory),
-        cmocka_unit_test(test_from_seen),   cmocka_unit_test(test_manufactured),
+        cmocka_unit_test(test_derivatives),  cmocka_unit_test(test_frequencies),
+        cmocka_unit_test(test_full_solver),  cmocka_unit_test(test_plane),
+        cmocka_unit_test(test_pendulum),     cmocka_unit_test(test_energy),
+        cmocka_unit_test(test_reduced),      cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_from_seen),    cmocka_unit_test(test_bodies_as_inputs),
+        cmocka_unit_test(test_manufactured),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

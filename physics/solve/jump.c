@@ -42,18 +42,6 @@ static void add_places(const rod_context *rod, int law_count, const rod_acting *
     }
 }
 
-static void record_bodies(const rod_context *rod, solve_jumps *jumps)
-{
-    for (int i = 0; i < rod->scene->body_count; i++) {
-        const rod_body_data body = rod_body_of(rod, i, rod->t);
-        solve_jump *place = &jumps->at[jump_at(jumps, body.s)];
-        place->mass += body.mass;
-        for (int k = 0; k < 3; k++) {
-            place->inertia[k] += body.inertia[k];
-        }
-    }
-}
-
 /* Numbers of what acts at places, in their order. */
 static void record_laws(int within, int count, const rod_acting *laws, solve_jumps *jumps,
                         ad_value *values)
@@ -73,15 +61,36 @@ static void record_laws(int within, int count, const rod_acting *laws, solve_jum
     }
 }
 
+/* Mass and inertia of all bodies of a place, place by place; returns how many values. */
+static int record_bodies(const rod_context *rod, solve_jumps *jumps, ad_value *values)
+{
+    ad_value at[SOLVE_JUMPS_MAX];
+    int recorded = 0;
+    for (int i = 0; i < rod->scene->body_count && rod->dynamic; i++) {
+        const rod_body_data body = rod_body_of(rod, i, rod->t);
+        const int k = jump_at(jumps, body.s);
+        const ad_value own = ad_stack(2, (const ad_value[]){body.mass, body.inertia});
+        at[k] = jumps->at[k].heavy ? ad_add(at[k], own) : own;
+        jumps->at[k].heavy = true;
+    }
+    for (int k = 0; k < jumps->count; k++) {
+        if (jumps->at[k].heavy) {
+            jumps->at[k].body = jumps->numbers;
+            jumps->numbers += 4;
+            values[recorded++] = at[k];
+        }
+    }
+    return recorded;
+}
+
 ad_value solve_jumps_record(const rod_context *rod, solve_jumps *jumps)
 {
     rod_acting laws[SOLVE_LAWS_MAX];
-    ad_value numbers[SOLVE_LAWS_MAX];
+    ad_value numbers[SOLVE_LAWS_MAX + SCENE_BODIES_MAX];
     const int within = rod_acting_at_places(rod, laws);
     const int count = within + rod_acting_at_ends(rod, laws + within);
     *jumps = (solve_jumps){.count = 0};
     add_places(rod, count, laws, jumps);
-    record_bodies(rod, jumps);
     for (int i = 0; i < rod_joint_count(rod->scene); i++) {
         rod_joint joint = rod_joint_of(rod->scene, i);
         if (joint.turns) {
@@ -91,7 +100,8 @@ ad_value solve_jumps_record(const rod_context *rod, solve_jumps *jumps)
         }
     }
     record_laws(within, count, laws, jumps, numbers);
-    const ad_value all = count > 0 ? ad_stack(count, numbers) : ad_zeros(rod->tape, 3);
+    const int values = count + record_bodies(rod, jumps, numbers + count);
+    const ad_value all = values > 0 ? ad_stack(values, numbers) : ad_zeros(rod->tape, 3);
     jumps->loads_move = ad_uses(1, &all, rod->t);
     return all;
 }

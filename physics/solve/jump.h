@@ -19,23 +19,23 @@ enum {
 /* All that acts at one s. */
 typedef struct solve_jump {
     double s;
-    bool turns;        /* false: turn is 1 */
-    double turn[4];    /* of a joint, from the frame before to the frame after */
-    double mass;       /* of bodies; 0 if static, as their inertia */
-    double inertia[3]; /* about the directors */
+    bool turns;     /* false: turn is 1 */
+    double turn[4]; /* of a joint, from the frame before to the frame after */
+    bool heavy;     /* bodies of a rod in motion are here; */
+    int body;       /* of their mass and inertia about the directors */
     acting acting;
     int first;  /* of its numbers */
     int within; /* so many of its laws are of the place; then those of what loads an end */
 } solve_jump;
 
 enum { SOLVE_LAWS_MAX = ROD_AT_PLACES_MAX + ROD_AT_ENDS_MAX };
-enum { SOLVE_JUMP_NUMBERS_MAX = SOLVE_LAWS_MAX * LAW_NUMBERS_MAX };
+enum { SOLVE_JUMP_NUMBERS_MAX = SOLVE_LAWS_MAX * LAW_NUMBERS_MAX + 4 * SCENE_BODIES_MAX };
 
 typedef struct solve_jumps {
     int count, numbers;
     bool loads_move;                       /* with t */
     solve_jump at[SOLVE_JUMPS_MAX];        /* s ascending, each once */
-    double number[SOLVE_JUMP_NUMBERS_MAX]; /* of what acts at them, at full load */
+    double number[SOLVE_JUMP_NUMBERS_MAX]; /* of what acts at them, at full load, and of bodies */
 } solve_jumps;
 
 /* s [count] of them. */
@@ -49,6 +49,13 @@ static inline const double *solve_jump_numbers(const solve_jumps *jumps, const d
                                                int place)
 {
     return all + jumps->at[place].first;
+}
+
+/* Mass and inertia [4] of the bodies of a place, of all numbers; 0 without. */
+static inline const double *solve_jump_body(const solve_jumps *jumps, const double *all, int place)
+{
+    static const double none[4] = {0};
+    return jumps->at[place].heavy ? all + jumps->at[place].body : none;
 }
 
 #endif

@@ -242,7 +242,7 @@ static ad_status allocate(modes *m, ad_error *error)
     return failed ? ad_fail(error, AD_NO_MEMORY, "out of memory for %d modes", m->size) : AD_OK;
 }
 
-/* Where something acts at single places; bodies there. What acts at s = 0 the support takes. */
+/* Where something acts at single places. What acts at s = 0 the support takes. */
 static ad_status set_jumps(modes *m, ad_error *error)
 {
     const solve_jumps *jumps = &m->rod->jumps;
@@ -257,8 +257,6 @@ static ad_status set_jumps(modes *m, ad_error *error)
             if (fabs(m->s[p] - jump->s) <= SOLVE_SAME_PLACE) {
                 m->jump_at[k] = p;
                 m->turn_at[e] = jump->turns ? k : -1;
-                m->point[p].inertia.mass = jump->mass;
-                memcpy(m->point[p].inertia.rotary, jump->inertia, sizeof jump->inertia);
             }
         }
         if (m->jump_at[k] < 0 && jump->s > SOLVE_SAME_PLACE) {

@@ -73,12 +73,22 @@ static ad_status give_rest(modes *m, ad_error *error)
     return status;
 }
 
-/* What acts at places. */
+/* What acts at places, and the bodies there. */
 static ad_status give_jumps(modes *m, ad_error *error)
 {
     const double s = 0;
-    return m->rod->jumps.numbers > 0 ? part(m, SOLVE_JUMPS, 1, &s, m->rod->jumps.number, error)
-                                     : AD_OK;
+    solve_jumps *jumps = &m->rod->jumps;
+    const ad_status status =
+        jumps->numbers > 0 ? part(m, SOLVE_JUMPS, 1, &s, jumps->number, error) : AD_OK;
+    for (int k = 0; k < jumps->count && status == AD_OK; k++) {
+        if (m->jump_at[k] >= 0) {
+            const double *body = solve_jump_body(jumps, jumps->number, k);
+            modes_point *to = &m->point[m->jump_at[k]];
+            to->inertia.mass = body[0];
+            memcpy(to->inertia.rotary, body + 1, sizeof to->inertia.rotary);
+        }
+    }
+    return status;
 }
 
 /* Dead loads, along the rod and at places. */

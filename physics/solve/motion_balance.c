@@ -133,7 +133,8 @@ static void add_reaction(balance *b, int end)
         if (m->places[k].node == motion_end_node(m, end)) {
             motion_place_force(m, k, force);
             for (int i = 0; i < 3; i++) {
-                force[i] -= b->rod->jumps.at[k].mass * m->ends[end].acceleration[i];
+                force[i] -=
+                    solve_jump_body(&b->rod->jumps, m->number, k)[0] * m->ends[end].acceleration[i];
             }
             scene_hold_part(&kind->hold, force, part);
             for (int i = 0; i < 3; i++) {

@@ -44,19 +44,6 @@ struct reduced_rod {
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-/* Formulas that are taken with the middle of each range. */
-static ad_status check_inputs(const scene *open, ad_error *error)
-{
-    for (int k = 0; k < open->parameter_count; k++) {
-        const char *name = open->parameters[k].name;
-        if (quantity_any_depends_on(3, open->loads.foundation, name)) {
-            return ad_fail(error, AD_BAD_INPUT,
-                           "loads.foundation depends on %s; allowed: one that inputs leave", name);
-        }
-    }
-    return AD_OK;
-}
-
 static ad_status create_model(reduced_rod *x, const reduced_settings *settings, ad_error *error)
 {
     const scene *open = &x->open;
@@ -72,11 +59,8 @@ static ad_status create_model(reduced_rod *x, const reduced_settings *settings, 
         low[k] = open->parameters[k].low;
         high[k] = open->parameters[k].high;
     }
-    ad_status status = check_inputs(open, error);
-    if (status == AD_OK) {
-        status = count > 0 ? solve_rod_create_open(open, &parameters, &x->rod, error)
-                           : solve_rod_create(open, &x->rod, error);
-    }
+    ad_status status = count > 0 ? solve_rod_create_open(open, &parameters, &x->rod, error)
+                                 : solve_rod_create(open, &x->rod, error);
     if (status == AD_OK) {
         status = modes_create(x->rod, count > 0 ? &parameters : NULL, &counts, 0, &x->m, error);
     }
