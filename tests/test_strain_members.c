@@ -763,6 +763,7 @@ int main(void)
         cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_file),
         cmocka_unit_test(test_memory),
+        {"displaced_memory", test_memory, NULL, NULL, (void *)displaced},
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
