@@ -21,6 +21,9 @@
 /* Directions at a time, of all members: enough for all threads. */
 enum { DIRECTIONS = 4096 };
 
+/* Tensions, by EI/L^2, that are none: of a tendon that is slack, or just as long as it may be. */
+static const double SLACK = 1e-7;
+
 struct strain_jacobian {
     size_t forces, held, unknowns, count; /* sought before the curvature, after it; all */
     size_t tensions;                      /* of the held, the last */
@@ -352,7 +355,7 @@ static ad_status find_forces(strain_jacobian *x, size_t members, ad_error *error
     for (size_t i = 0; i < members * x->tensions && status == AD_OK; i++) {
         const size_t k = i % x->tensions, member = i / x->tensions;
         const double pull = x->curvature[(x->unknowns - x->tensions + k) * members + member];
-        x->slack[i] = shorter(x, members, member, k) > pull;
+        x->slack[i] = shorter(x, members, member, k) > pull - SLACK;
     }
     return status;
 }

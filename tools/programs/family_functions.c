@@ -93,7 +93,13 @@ static void find_state(room r)
 /* ---- the linearised equation --------------------------------------------------------------- */
 
 /* Loops of few turns, whose number is known, are what compilers make vectors of. */
-enum { PART = NODES % 4 == 0 ? 4 : NODES, WIDTH = N % 8 == 0 ? 8 : N % 4 == 0 ? 4 : 3 };
+enum {
+    PART = NODES % 4 == 0 ? 4 : NODES,
+    WIDTH = N % 8 == 0   ? 8
+            : N % 4 == 0 ? 4
+            : N % 3 == 0 ? 3
+                         : 1
+};
 
 #if !PLACED
 /* Blocks [3][3][NODES], effect by cause; the last four where forces follow. Turns, R du integrated,
