@@ -13,12 +13,17 @@
  *   m_s + u x m + v x R^T N + R^T l
  *     = rhoJ w_t + w x (rhoJ w)                              balance of moment, body
  *
- * with f and l the distributed force and moment, world. Tendons of tension tau_i along body
- * positions r_i(s) and chambers of pressure p_j, area A_j and axis r_j add to n and m
+ * with f and l the distributed force and moment, world. A fluid whose mass c per length moves with
+ * the rod across d3 has the momentum P = c (V_1, V_2, 0) of V = R^T r_t, and is among them with
+ *
+ *   f = -(R P)_t             l = -r_t x R P                  (Lamb, Hydrodynamics, ch. 6)
+ *
+ * Tendons of tension tau_i along body positions r_i(s) and chambers of pressure p_j, area A_j and
+ * axis r_j add to n and m
  *
  *   n += sum tau_i t_i       - sum p_j A_j d3
- *   m += sum r_i x tau_i t_i - sum r_j x p_j A_j d3        t_i = p_i'/|p_i'|, p_i' = v + u x r_i +
- * r_i'
+ *   m += sum r_i x tau_i t_i - sum r_j x p_j A_j d3        t_i = p_i'/|p_i'|,
+ *                                                        p_i' = v + u x r_i + r_i'
  *
  * (Rucker and Webster, IEEE Trans. Robotics 27, 2011, who write the same by second derivatives; a
  * chamber by the work of its volume, whose change along the rod is A (v + u x r).d3). n, m and N
