@@ -26,8 +26,8 @@
     "  buoyancy: 0.2\n"                                                                            \
     "  drag: 0.3\n"                                                                                \
     "  quadratic_drag: 0.2\n"                                                                      \
-    "  fluid: {along: [0.1, 0.02, 0.01], across: [0.2, 0.04, 0.1],\n"                               \
-    "          added_mass: 0.3 + 0.2*s}\n"                                                        \
+    "  fluid: {along: [0.1, 0.02, 0.01], across: [0.2, 0.04, 0.1],\n"                              \
+    "          added_mass: 0.3 + 0.2*s}\n"                                                         \
     "  magnetic: {moment: [0.1, 0.05, 0.3*s], field: [0.2, -0.3, 0.1*p/200],\n"                    \
     "             gradient: [0.2, -0.3, 0.1, 0.2, -0.1]}\n"                                        \
     "  foundation: [1, 2, 3]\n"                                                                    \
