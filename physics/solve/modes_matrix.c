@@ -242,10 +242,10 @@ PROCESSOR_INLINE void add_resistance(const inertia_change *by, int row, const qu
 }
 
 /* What a fluid adds to the rows `to` of point p, the i-th of its element: to the force all that it
- * changes by, to the moment what is by velocity and acceleration. Not inlined: without a fluid the
- * loops around it are then as fast as if it were not there. */
-__attribute__((noinline)) FOR_EACH_PROCESSOR static void
-add_fluid(const modes *m, const changes *x, inertia_change *by, int i, int used, int p, double *to)
+ * changes by, to the moment what is by velocity and acceleration. A function of its own: without a
+ * fluid the loops around it are then as fast as if it were not there. */
+FOR_EACH_PROCESSOR static void add_fluid(const modes *m, const changes *x, inertia_change *by,
+                                         int i, int used, int p, double *to)
 {
     const int width = m->width;
     for (int c = 0; c < used; c += QUAD) {
