@@ -113,15 +113,26 @@ static ad_status make_couple(reference *r, const scene *scene, bool planar, ad_e
     return status;
 }
 
+/* Modes of the strain have no fields that could be given: those of the mixed form then are. */
 static ad_status make_manufactured(reference *r, const experiment *e, ad_error *error)
 {
+    scene mixed = *e->scene;
+    physics_model *model = NULL;
     field *exact = NULL;
-    ad_status status = field_create(e->model, NULL, true, e->pool, &exact, error);
+    ad_status status = AD_OK;
+    mixed.formulation = SCENE_MIXED;
+    if (e->model->motion) {
+        status = model_of_scene(&mixed, NULL, &model, error);
+    }
+    if (status == AD_OK) {
+        status = field_create(model ? model : e->model, NULL, true, e->pool, &exact, error);
+    }
     if (status == AD_OK) {
         status = field_evaluate(exact, NULL, r->points, (const double *const[]){r->s, r->t},
                                 r->poses, error);
     }
     field_free(exact);
+    model_free(model);
     return status;
 }
 
