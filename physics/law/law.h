@@ -6,9 +6,9 @@
  * A law within the rod is the energy of a section per length, a function of v and u and of an
  * actuator: the wrench is its gradient, the stiffness its second derivative. What dissipates there
  * has a dissipation function of v_t and u_t in its place: its gradient, the wrench, times these
- * rates is the power that it takes. That of a tube, which
- * turns by itself, is a function of u, its turn theta and its torsion m, in this order, less m
- * times the twist theta' + u_3 - k_3: its gradient is what the rod's moment gains, m' and -theta'.
+ * rates is the power that it takes. The energy of a tube, which turns by itself, is a function of
+ * u, its turn theta and its torsion m, in this order, less m times the twist theta' + u_3 - k_3:
+ * its gradient is what the rod's moment gains, m' and -theta'.
  *
  * A law outside of the rod acts on a section at r in the world with the rotation q, unit, body to
  * world, and the velocity V; per length or at a place. It has numbers of its own and gives a force
@@ -59,10 +59,8 @@ typedef enum law_name {
 enum { LAW_NUMBERS_MAX = 9, LAW_STATE = 3 + 4 + 3, LAW_MOVING = 4 * 3 };
 enum { LAW_GIVEN_MAX = LAW_MOVING + LAW_NUMBERS_MAX };
 enum { LAW_WRENCH = 6, LAW_STIFFNESS = LAW_WRENCH * (LAW_WRENCH + 1) / 2 };
-enum {
-    LAW_BY = 3 * 3 * LAW_WRENCH,
-    LAW_BY_MOTION = 4 * 3 * LAW_WRENCH
-}; /* outside; of motion, the most */
+enum { LAW_BY = 3 * 3 * LAW_WRENCH };        /* outside */
+enum { LAW_BY_MOTION = 4 * 3 * LAW_WRENCH }; /* of motion; the most */
 
 /* What is done with its power: energy of the rod, work of the outside, dissipation, kinetic energy.
  */

@@ -86,10 +86,11 @@ motion_energy motion_energy_now(motion *m)
     motion_internal_forces(m);
     energy.strain = sum_sections(m).energy + motion_places_energy(m) + motion_along_energy(m);
     for (size_t i = 0; i < m->nodes; i++) {
-        const double *inertia = m->inertia[i], *V = m->flow[i], *w = m->spin[i];
-        double spinning =
-            inertia[0] * w[0] * w[0] + inertia[1] * w[1] * w[1] + inertia[2] * w[2] * w[2];
-        energy.kinetic += 0.5 * (m->mass[i] * vector_dot(V, V) + spinning);
+        static const double none[3] = {0};
+        const double *V = m->flow[i];
+        energy.kinetic += 0.5 * m->mass[i] * vector_dot(V, V);
+        number_law_rotary_inertia_energy(none, m->spin[i], none, none, m->inertia[i],
+                                         &energy.kinetic);
     }
     energy.kinetic += motion_fluid_energy(m);
     return energy;

@@ -1,6 +1,7 @@
 /* Forces on the nodes of a rod, and their accelerations. */
 #include "physics/solve/motion_internal.h"
 
+#include "physics/law/law_numbers.h"
 #include "physics/quaternion.h"
 #include "physics/solve/laws_lanes.h"
 #include "physics/solve/lobatto.h"
@@ -464,21 +465,19 @@ void motion_rate(motion *m, const double *state, double *rate)
         motion_find_fluid(m);
     }
     for (size_t i = 0; i < m->nodes; i++) {
-        double *to = rate + i * MOTION_ROWS, gyroscopic[3], force[3];
+        static const double none[3] = {0};
+        double *to = rate + i * MOTION_ROWS, force[3], resists[6] = {0}; /* -w x J w */
         const double *w = m->spin[i], *q = state + i * MOTION_ROWS + MOTION_Q;
-        const double *inertia = m->inertia[i];
         const double half[3] = {0.5 * w[0], 0.5 * w[1], 0.5 * w[2]};
-        const double momentum[3] = {inertia[0] * w[0], inertia[1] * w[1], inertia[2] * w[2]};
-        vector_cross(w, momentum, gyroscopic);
+        number_law_rotary_inertia_wrench(none, w, none, none, m->inertia[i], resists);
         quaternion_times_vector(q, half, to + MOTION_Q);
         for (int k = 0; k < 3; k++) {
+            const double torque = m->torque[i][k] + m->turn[i][k] + resists[3 + k];
             force[k] = m->force[i][k] + m->push[i][k];
-            const double torque = m->torque[i][k] + m->turn[i][k];
             to[MOTION_R + k] = m->flow[i][k];
             to[MOTION_V + k] = force[k] * m->by_mass[i];
             to[MOTION_W + k] =
-                (torque + (m->has_fluid ? m->fluid[i].moment[k] : 0) - gyroscopic[k]) *
-                m->by_inertia[i][k];
+                (torque + (m->has_fluid ? m->fluid[i].moment[k] : 0)) * m->by_inertia[i][k];
         }
         if (m->has_fluid) {
             motion_accelerate(m, i, force, to + MOTION_V);
