@@ -82,7 +82,7 @@ static inline void write_example(const char *path, double stamp, int keep)
     ad_error error = {AD_OK, ""};
     checkpoint *cp = example(stamp);
     assert_non_null(cp);
-    if (checkpoint_write(cp, path, keep, &error) != AD_OK) {
+    if (checkpoint_write(cp, &(file_place){.path = path, .older = keep - 1}, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     checkpoint_free(cp);

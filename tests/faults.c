@@ -155,6 +155,16 @@ int open(const char *path, int flags, ...)
     CALL(open, EMFILE, -1, "open", int (*next)(const char *, int, ...), path, flags, mode);
 }
 
+int openat(int folder, const char *path, int flags, ...)
+{
+    va_list rest;
+    va_start(rest, flags);
+    const mode_t mode = flags & O_CREAT ? va_arg(rest, mode_t) : 0;
+    va_end(rest);
+    CALL(open, EMFILE, -1, "openat", int (*next)(int, const char *, int, ...), folder, path, flags,
+         mode);
+}
+
 FILE *fopen(const char *path, const char *mode)
 {
     CALL(open, EMFILE, NULL, "fopen", FILE * (*next)(const char *, const char *), path, mode);
@@ -187,6 +197,12 @@ int fsync(int file)
 int rename(const char *from, const char *to)
 {
     CALL(rename, EIO, -1, "rename", int (*next)(const char *, const char *), from, to);
+}
+
+int renameat(int from_folder, const char *from, int to_folder, const char *to)
+{
+    CALL(rename, EIO, -1, "renameat", int (*next)(int, const char *, int, const char *),
+         from_folder, from, to_folder, to);
 }
 
 int ftruncate(int file, off_t size)

@@ -64,7 +64,7 @@ static void round_trip_is_exact(void **state)
     assert_false(checkpoint_shape(cp, "nothing", &rank, shape));
 
     /* What was opened can be written again, and equal contents give equal bytes. */
-    assert_int_equal(checkpoint_write(cp, at("again.h5"), 1, NULL), AD_OK);
+    assert_int_equal(checkpoint_write(cp, &(file_place){.path = at("again.h5")}, NULL), AD_OK);
     size_t one, two;
     unsigned char *first = slurp(at("checkpoint.h5"), &one);
     unsigned char *second = slurp(at("again.h5"), &two);
@@ -80,7 +80,7 @@ static void empty_checkpoint_and_null(void **state)
 {
     (void)state;
     checkpoint *cp = checkpoint_create("");
-    assert_int_equal(checkpoint_write(cp, at("empty.h5"), 1, NULL), AD_OK);
+    assert_int_equal(checkpoint_write(cp, &(file_place){.path = at("empty.h5")}, NULL), AD_OK);
     checkpoint_free(cp);
     assert_int_equal(checkpoint_open(at("empty.h5"), &cp, NULL), AD_OK);
     assert_int_equal(checkpoint_count(cp), 0);
@@ -106,7 +106,7 @@ static void large_items(void **state)
     }
     checkpoint *cp = checkpoint_create("v");
     checkpoint_put_table(cp, "history/table", data, rows, many, names);
-    assert_int_equal(checkpoint_write(cp, at("large.h5"), 1, NULL), AD_OK);
+    assert_int_equal(checkpoint_write(cp, &(file_place){.path = at("large.h5")}, NULL), AD_OK);
     checkpoint_free(cp);
     assert_int_equal(checkpoint_open(at("large.h5"), &cp, NULL), AD_OK);
     assert_int_equal(checkpoint_get_doubles(cp, "history/table", back, many * rows, NULL), AD_OK);
@@ -168,7 +168,8 @@ static void bad_puts_are_remembered(void **state)
         assert_int_equal(status, AD_BAD_ARGUMENT);
         assert_int_equal(checkpoint_count(cp), 2);
         assert_int_equal(checkpoint_put_double(cp, "fine", 1.0), AD_OK);
-        assert_int_equal(checkpoint_write(cp, at("checkpoint.h5"), 1, &error), AD_BAD_ARGUMENT);
+        assert_int_equal(checkpoint_write(cp, &(file_place){.path = at("checkpoint.h5")}, &error),
+                         AD_BAD_ARGUMENT);
         assert_non_null(strstr(error.message, "checkpoint item '"));
         assert_null(strchr(error.message, '\n') && k != 7 ? error.message : NULL);
         checkpoint_free(cp);

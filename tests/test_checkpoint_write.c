@@ -82,18 +82,49 @@ static void generations_are_kept(void **state)
 
     ad_error error = {AD_OK, ""};
     checkpoint *cp = checkpoint_create("v");
-    assert_int_equal(checkpoint_write(cp, at("checkpoint.h5"), 0, &error), AD_BAD_ARGUMENT);
+    assert_int_equal(
+        checkpoint_write(cp, &(file_place){.path = at("checkpoint.h5"), .older = -1}, &error),
+        AD_BAD_ARGUMENT);
     checkpoint_free(cp);
     char *older = file_bytes_older("run.d/.hidden", 2);
     assert_string_equal(older, "run.d/.hidden.2");
     free(older);
 }
 
+/* A folder that is open is written to, and not the one that has taken its name. */
+static void an_open_folder_is_kept_to(void **state)
+{
+    (void)state;
+    char run[4096], aside[4096], within[4200], beside[4200];
+    snprintf(run, sizeof run, "%s", at("run"));
+    snprintf(aside, sizeof aside, "%s", at("aside"));
+    assert_int_equal(mkdir(run, 0777), 0);
+    const int folder = open(run, O_RDONLY | O_DIRECTORY);
+    assert_true(folder > 0);
+    assert_int_equal(rename(run, aside), 0);
+    assert_int_equal(mkdir(run, 0777), 0);
+    snprintf(within, sizeof within, "%s/checkpoint.h5", run);
+    for (int k = 1; k <= 3; k++) {
+        checkpoint *cp = example(k);
+        const file_place place = {within, 1, folder};
+        assert_int_equal(checkpoint_write(cp, &place, NULL), AD_OK);
+        checkpoint_free(cp);
+    }
+    close(folder);
+    assert_int_equal(rmdir(run), 0); /* it is empty */
+    for (int k = 0; k < 2; k++) {
+        snprintf(beside, sizeof beside, "%s/checkpoint%s.h5", aside, k ? ".1" : "");
+        assert_true(stamp_of(beside) == 3.0 - k);
+        assert_int_equal(unlink(beside), 0);
+    }
+    assert_int_equal(rmdir(aside), 0); /* nothing partial is left */
+}
+
 static void assert_write_fails(const char *path, const char *reason)
 {
     ad_error error = {AD_OK, ""};
     checkpoint *cp = example(2.0);
-    assert_int_equal(checkpoint_write(cp, path, 2, &error), AD_IO);
+    assert_int_equal(checkpoint_write(cp, &(file_place){.path = path, .older = 1}, &error), AD_IO);
     checkpoint_free(cp);
     assert_null(strchr(error.message, '\n'));
     if (!strstr(error.message, path) || !strstr(error.message, reason)) {
@@ -114,7 +145,7 @@ static void failed_writes_change_nothing(void **state)
     strcpy(longest + 250, ".h5");
     ad_error error = {AD_OK, ""};
     checkpoint *cp = example(2.0);
-    assert_int_equal(checkpoint_write(cp, at(longest), 1, &error), AD_IO);
+    assert_int_equal(checkpoint_write(cp, &(file_place){.path = at(longest)}, &error), AD_IO);
     checkpoint_free(cp);
     if (geteuid() != 0) {
         chmod(directory, 0500);
@@ -131,7 +162,8 @@ static void failed_writes_change_nothing(void **state)
     setrlimit(RLIMIT_FSIZE, &small);
     error.message[0] = 0;
     cp = example(2.0);
-    ad_status status = checkpoint_write(cp, at("checkpoint.h5"), 2, &error);
+    ad_status status =
+        checkpoint_write(cp, &(file_place){.path = at("checkpoint.h5"), .older = 1}, &error);
     setrlimit(RLIMIT_FSIZE, &old);
     signal(SIGXFSZ, SIG_DFL);
     checkpoint_free(cp);
@@ -180,7 +212,8 @@ static void a_killed_writer_leaves_a_checkpoint(void **state)
         if (child == 0) {
             for (double stamp = last + 1.0;; stamp += 1.0) {
                 checkpoint *cp = example(stamp);
-                if (checkpoint_write(cp, at("checkpoint.h5"), 3, NULL) != AD_OK) {
+                if (checkpoint_write(cp, &(file_place){.path = at("checkpoint.h5"), .older = 2},
+                                     NULL) != AD_OK) {
                     _exit(1);
                 }
                 checkpoint_free(cp);
@@ -218,7 +251,8 @@ static ad_status write_with(long allocations, ad_error *error)
     checkpoint *cp = example(2.0);
     ad_status status = AD_NO_MEMORY;
     if (cp) {
-        status = checkpoint_write(cp, at("checkpoint.h5"), 3, error);
+        status =
+            checkpoint_write(cp, &(file_place){.path = at("checkpoint.h5"), .older = 2}, error);
     } else {
         strcpy(error->message, "memory");
     }
@@ -284,6 +318,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         TEST(generations_are_kept),
+        TEST(an_open_folder_is_kept_to),
         TEST(failed_writes_change_nothing),
         TEST(a_second_writer_is_refused),
         TEST(a_killed_writer_leaves_a_checkpoint),

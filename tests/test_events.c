@@ -231,7 +231,7 @@ static void damaged_tails(void **state)
         run_events_path(directory, 0, path, sizeof path);
         assert_int_equal(file_bytes_read(path, 0, &bytes, &size, &all, NULL), AD_OK);
         bytes[size - 9] ^= damage == 0 ? 1 : 0;
-        assert_int_equal(file_bytes_write(path, bytes, damage ? size - 1 : size, 1, NULL), AD_OK);
+        assert_int_equal(file_bytes_write(path, bytes, damage ? size - 1 : size, NULL), AD_OK);
         assert_int_equal(events_records(bytes, damage ? size - 1 : size, 100, &end),
                          EVENTS_BEGIN + 5);
         assert_int_equal(events_records(bytes, size, 4, &end), 4);

@@ -18,7 +18,7 @@ static void save(experiment *e)
     checkpoint *file = checkpoint_create("test");
     assert_non_null(file);
     experiment_put(e, e->parameters, file);
-    if (checkpoint_write(file, at("checkpoint.h5"), 1, &error) != AD_OK) {
+    if (checkpoint_write(file, &(file_place){.path = at("checkpoint.h5")}, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     checkpoint_free(file);

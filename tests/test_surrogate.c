@@ -181,7 +181,7 @@ static void save(trained *x, const char *path)
     FILE *file = open_memstream(&yaml, &size);
     assert_int_equal(config_write(x->given, file, false), AD_OK);
     fclose(file);
-    if (surrogate_training_save(x->own, yaml, path, 1, &error) != AD_OK) {
+    if (surrogate_training_save(x->own, yaml, &(file_place){.path = path}, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     free(yaml);

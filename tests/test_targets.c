@@ -186,7 +186,8 @@ static void hand_over(session *from, session *to)
 {
     ad_error error = {AD_OK, ""};
     checkpoint *file = NULL;
-    if (trainer_save(from->trainer, in_folder("family.h5"), 1, &error) != AD_OK ||
+    if (trainer_save(from->trainer, &(file_place){.path = in_folder("family.h5")}, &error) !=
+            AD_OK ||
         checkpoint_open(in_folder("family.h5"), &file, &error) != AD_OK ||
         trainer_restore(to->trainer, file, &error) != AD_OK) {
         fail_msg("%s", error.message);

@@ -75,7 +75,7 @@ static void check(const char *path, const char *const *changes)
     ad_error error = {AD_OK, ""};
     for (int i = 0; i < STEPS; i++) {
         snprintf(name, sizeof name, "%s/%d.h5", folder, i);
-        assert_int_equal(trainer_save(r.trainer, name, 1, &error), AD_OK);
+        assert_int_equal(trainer_save(r.trainer, &(file_place){.path = name}, &error), AD_OK);
         step(&r);
         whole[i] = show(&r);
         memcpy(x[i], trainer_parameters(r.trainer), count * sizeof(double));

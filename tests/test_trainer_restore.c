@@ -84,7 +84,7 @@ static ad_status restore_tampered(const checkpoint *good, const tamper *change, 
     for (size_t i = 0; i < count; i++) {
         copy_item(good, i, bad, change, numbers + i * (NUMBERS_MAX + 1));
     }
-    if (checkpoint_write(bad, in_folder("bad.h5"), 1, error) != AD_OK) {
+    if (checkpoint_write(bad, &(file_place){.path = in_folder("bad.h5")}, error) != AD_OK) {
         fail_msg("%s", error->message);
     }
     checkpoint_free(bad);
@@ -193,7 +193,8 @@ static void test_save_fails(void **state)
     run r = start(ELASTICA, static_changes, 1);
     ad_error error = {AD_OK, ""};
     step(&r);
-    assert_int_equal(trainer_save(r.trainer, in_folder("nowhere/a.h5"), 1, &error), AD_IO);
+    assert_int_equal(
+        trainer_save(r.trainer, &(file_place){.path = in_folder("nowhere/a.h5")}, &error), AD_IO);
     assert_non_null(strstr(error.message, "nowhere"));
     step(&r);
     stop(&r);

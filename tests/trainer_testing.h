@@ -128,7 +128,7 @@ static inline int remove_folder(void **state)
 static inline void save(run *r, const char *name)
 {
     ad_error error = {AD_OK, ""};
-    if (trainer_save(r->trainer, in_folder(name), 1, &error) != AD_OK) {
+    if (trainer_save(r->trainer, &(file_place){.path = in_folder(name)}, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
 }

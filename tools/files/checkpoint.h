@@ -38,6 +38,7 @@
 #include <stdint.h>
 
 #include "autodiff/error.h"
+#include "tools/files/file_bytes.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -77,13 +78,11 @@ ad_status checkpoint_put_table(checkpoint *cp, const char *name, const double *d
 ad_status checkpoint_put_double(checkpoint *cp, const char *name, double value);
 ad_status checkpoint_put_integer(checkpoint *cp, const char *name, int64_t value);
 
-/* Write all items to `path` atomically, keeping `keep` >= 1 generations in all: `path`, and before
- * it "checkpoint.1.h5", "checkpoint.2.h5", ... beside "checkpoint.h5" (tools/files/file_bytes.h).
- * Once a first write has succeeded, `path` is complete at every instant, whatever kills the
- * process. Errors: the first failed put, AD_BAD_ARGUMENT (keep), AD_IO (no place for a file),
- * AD_NOT_WRITTEN (the disk is full or fails), AD_NO_MEMORY; the old file
+/* Write all items atomically, keeping older ones as "checkpoint.1.h5", "checkpoint.2.h5", ...
+ * beside "checkpoint.h5". Once a first write has succeeded, the file is complete at every instant,
+ * whatever kills the process. Errors: the first failed put, else as of file_bytes_put; the old file
  * is then untouched. */
-ad_status checkpoint_write(checkpoint *cp, const char *path, int keep, ad_error *error);
+ad_status checkpoint_write(checkpoint *cp, const file_place *place, ad_error *error);
 
 /* ---- reading ----
  * Read and verify the whole file into a new checkpoint owned by the caller; the file is closed

@@ -164,7 +164,7 @@ static ad_status build_file(const checkpoint *cp, unsigned char **bytes, size_t 
     return status;
 }
 
-ad_status checkpoint_write(checkpoint *cp, const char *path, int keep, ad_error *error)
+ad_status checkpoint_write(checkpoint *cp, const file_place *place, ad_error *error)
 {
     unsigned char *bytes = NULL;
     size_t size = 0;
@@ -175,9 +175,9 @@ ad_status checkpoint_write(checkpoint *cp, const char *path, int keep, ad_error 
     ad_status status = build_file(cp, &bytes, &size);
     if (status != AD_OK) {
         return ad_fail(error, status, "%s: cannot be written: out of memory for its %zu items",
-                       file_bytes_shown(path), cp->count);
+                       file_bytes_shown(place->path), cp->count);
     }
-    status = file_bytes_write(path, bytes, size, keep, error);
+    status = file_bytes_put(place, bytes, size, error);
     free(bytes);
     return status;
 }

@@ -110,11 +110,11 @@ static ad_status read_open_file(int file, const char *path, size_t limit, unsign
     return AD_OK;
 }
 
-ad_status file_bytes_read(const char *path, size_t limit, unsigned char **bytes, size_t *size,
-                          size_t *file_size, ad_error *error)
+static ad_status read_file(int folder, const char *name, const char *path, size_t limit,
+                           unsigned char **bytes, size_t *size, size_t *file_size, ad_error *error)
 {
     /* Without O_NONBLOCK, opening a pipe would wait for a writer before it could be refused. */
-    int file = open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    int file = openat(folder, name, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
     if (file < 0) {
         return ad_fail(error, AD_IO, "%s: cannot be opened: %s", file_bytes_shown(path),
                        strerror(errno));
@@ -124,7 +124,20 @@ ad_status file_bytes_read(const char *path, size_t limit, unsigned char **bytes,
     return status;
 }
 
+ad_status file_bytes_read(const char *path, size_t limit, unsigned char **bytes, size_t *size,
+                          size_t *file_size, ad_error *error)
+{
+    return read_file(AT_FDCWD, path, path, limit, bytes, size, file_size, error);
+}
+
 /* ---- writing ---- */
+
+/* A place as the system takes it: names within an open folder, or paths. */
+typedef struct target {
+    int folder;
+    const char *name, *path;
+    int older;
+} target;
 
 static ad_status fail_write(ad_error *error, const char *path, const char *action, int code)
 {
@@ -142,23 +155,23 @@ static ad_status fail_write(ad_error *error, const char *path, const char *actio
 
 /* Open and lock the partial file; returns its descriptor or -1 with errno set. EAGAIN and EACCES
  * after opening mean that another process holds it. */
-static int open_partial(const char *partial, bool *busy)
+static int open_partial(int folder, const char *partial, bool *busy)
 {
     struct flock lock = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
     struct stat opened, named;
-    int file = open(partial, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
+    int file = openat(folder, partial, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
     if (file < 0) {
         return -1;
     }
     /* A file system without locks (ENOLCK, EINVAL) is still written to. */
     *busy = fcntl(file, F_SETLK, &lock) != 0 && (errno == EAGAIN || errno == EACCES);
     /* Another process may have renamed its partial file away between our open and our lock. */
-    *busy = *busy || fstat(file, &opened) != 0 || stat(partial, &named) != 0 ||
+    *busy = *busy || fstat(file, &opened) != 0 || fstatat(folder, partial, &named, 0) != 0 ||
             opened.st_ino != named.st_ino || opened.st_dev != named.st_dev;
     if (*busy || ftruncate(file, 0) != 0) {
         int code = errno;
         if (!*busy) {
-            unlink(partial);
+            unlinkat(folder, partial, 0);
         }
         close(file);
         errno = code;
@@ -189,24 +202,34 @@ static int write_fully(int file, const unsigned char *bytes, size_t size)
     return 0;
 }
 
-static bool same_file(const char *first, const char *second)
+static bool is_there(const target *to, const char *name)
+{
+    return faccessat(to->folder, name, F_OK, 0) == 0;
+}
+
+static bool same_file(const target *to, const char *older)
 {
     struct stat one, two;
-    return stat(first, &one) == 0 && stat(second, &two) == 0 && one.st_ino == two.st_ino &&
+    return fstatat(to->folder, to->name, &one, 0) == 0 &&
+           fstatat(to->folder, older, &two, 0) == 0 && one.st_ino == two.st_ino &&
            one.st_dev == two.st_dev;
 }
 
-/* Give the file at `path` the second name `older`, which must not exist. */
-static ad_status add_name(const char *path, const char *older, ad_error *error)
+static ad_status put_file(const target *to, const void *bytes, size_t size, ad_error *error);
+
+/* Give the file the second name `older`, which must not exist. */
+static ad_status add_name(const target *to, const char *older, ad_error *error)
 {
-    if (link(path, older) == 0) {
+    if (linkat(to->folder, to->name, to->folder, older, 0) == 0) {
         return AD_OK;
     }
+    const target copy = {to->folder, older, to->path, 0};
     unsigned char *bytes = NULL;
     size_t size = 0, file_size = 0;
-    ad_status status = file_bytes_read(path, 0, &bytes, &size, &file_size, error);
+    ad_status status =
+        read_file(to->folder, to->name, to->path, 0, &bytes, &size, &file_size, error);
     if (status == AD_OK) {
-        status = file_bytes_write(older, bytes, size, 1, error);
+        status = put_file(&copy, bytes, size, error);
     }
     free(bytes);
     return status;
@@ -214,40 +237,42 @@ static ad_status add_name(const char *path, const char *older, ad_error *error)
 
 /* Rename the generation `index` one up after making room above it. Stops at the first gap, which a
  * kill in the middle of an earlier rotation can leave. */
-static ad_status shift_generation(const char *path, int index, int keep, ad_error *error)
+static ad_status shift_generation(const target *to, int index, ad_error *error)
 {
-    char *from = file_bytes_older(path, index), *to = file_bytes_older(path, index + 1);
+    char *from = file_bytes_older(to->name, index), *above = file_bytes_older(to->name, index + 1);
     ad_status status = AD_OK;
-    if (!from || !to) {
-        status = ad_fail(error, AD_NO_MEMORY, "%s: no memory to write it", file_bytes_shown(path));
-    } else if (access(from, F_OK) == 0 && index + 1 < keep) {
-        status = shift_generation(path, index + 1, keep, error);
-        if (status == AD_OK && rename(from, to) != 0) {
-            status = fail_write(error, path, "keeping the older ones", errno);
+    if (!from || !above) {
+        status =
+            ad_fail(error, AD_NO_MEMORY, "%s: no memory to write it", file_bytes_shown(to->path));
+    } else if (index < to->older && is_there(to, from)) {
+        status = shift_generation(to, index + 1, error);
+        if (status == AD_OK && renameat(to->folder, from, to->folder, above) != 0) {
+            status = fail_write(error, to->path, "keeping the older ones", errno);
         }
-    } else if (index + 1 == keep && unlink(from) != 0 && errno != ENOENT) {
-        status = fail_write(error, path, "removing the oldest one", errno);
+    } else if (index == to->older && unlinkat(to->folder, from, 0) != 0 && errno != ENOENT) {
+        status = fail_write(error, to->path, "removing the oldest one", errno);
     }
     free(from);
-    free(to);
+    free(above);
     return status;
 }
 
-static ad_status keep_older(const char *path, int keep, ad_error *error)
+static ad_status keep_older(const target *to, ad_error *error)
 {
-    if (keep == 1 || access(path, F_OK) != 0) {
+    if (to->older == 0 || !is_there(to, to->name)) {
         return AD_OK;
     }
-    char *older = file_bytes_older(path, 1);
+    char *older = file_bytes_older(to->name, 1);
     ad_status status = AD_OK;
     if (!older) {
-        return ad_fail(error, AD_NO_MEMORY, "%s: no memory to write it", file_bytes_shown(path));
+        return ad_fail(error, AD_NO_MEMORY, "%s: no memory to write it",
+                       file_bytes_shown(to->path));
     }
     /* A kill between link and rename leaves both names on one file: it is kept already. */
-    if (!same_file(path, older)) {
-        status = shift_generation(path, 1, keep, error);
+    if (!same_file(to, older)) {
+        status = shift_generation(to, 1, error);
         if (status == AD_OK) {
-            status = add_name(path, older, error);
+            status = add_name(to, older, error);
         }
     }
     free(older);
@@ -256,67 +281,81 @@ static ad_status keep_older(const char *path, int keep, ad_error *error)
 
 /* Make the rename itself durable. A directory that cannot be opened or synchronised is no error:
  * the file is complete either way. */
-static void synchronise_directory(char *scratch, const char *path)
+static void synchronise_directory(char *scratch, const target *to)
 {
-    size_t length = (size_t)(base_name(path) - path);
-    memcpy(scratch, path, length);
+    size_t length = (size_t)(base_name(to->name) - to->name);
+    memcpy(scratch, to->name, length);
     scratch[length] = 0;
-    int directory = open(length > 0 ? scratch : ".", O_RDONLY | O_CLOEXEC);
+    int directory =
+        openat(to->folder, length > 0 ? scratch : ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (directory >= 0) {
         fsync(directory);
         close(directory);
     }
 }
 
-static ad_status write_partial(const char *path, char *partial, const void *bytes, size_t size,
-                               int keep, ad_error *error)
+static ad_status write_partial(const target *to, char *partial, const void *bytes, size_t size,
+                               ad_error *error)
 {
     bool busy = false;
     struct stat about;
-    if (stat(path, &about) == 0 && !S_ISREG(about.st_mode)) {
+    if (fstatat(to->folder, to->name, &about, 0) == 0 && !S_ISREG(about.st_mode)) {
         return ad_fail(error, AD_IO, "%s: cannot be written: %s is there; name a file",
-                       file_bytes_shown(path),
+                       file_bytes_shown(to->path),
                        S_ISDIR(about.st_mode) ? "a directory" : "something else than a file");
     }
-    int file = open_partial(partial, &busy);
+    int file = open_partial(to->folder, partial, &busy);
     if (busy) {
         return ad_fail(error, AD_IO, "%s: another process is writing it; write elsewhere or wait",
-                       file_bytes_shown(path));
+                       file_bytes_shown(to->path));
     }
     if (file < 0) {
-        return fail_write(error, path, "creating a partial file beside it", errno);
+        return fail_write(error, to->path, "creating a partial file beside it", errno);
     }
     int code = write_fully(file, bytes, size);
     ad_status status =
-        code == 0 ? keep_older(path, keep, error) : fail_write(error, path, "writing", code);
-    if (status == AD_OK && rename(partial, path) != 0) {
-        status = fail_write(error, path, "renaming the finished file", errno);
+        code == 0 ? keep_older(to, error) : fail_write(error, to->path, "writing", code);
+    if (status == AD_OK && renameat(to->folder, partial, to->folder, to->name) != 0) {
+        status = fail_write(error, to->path, "renaming the finished file", errno);
     }
     if (status == AD_OK) {
-        synchronise_directory(partial, path);
+        synchronise_directory(partial, to);
     } else {
-        unlink(partial);
+        unlinkat(to->folder, partial, 0);
     }
     close(file); /* last, because it gives the lock up */
     return status;
 }
 
-ad_status file_bytes_write(const char *path, const void *bytes, size_t size, int keep,
-                           ad_error *error)
+static ad_status put_file(const target *to, const void *bytes, size_t size, ad_error *error)
 {
-    if (keep < 1) {
-        return ad_fail(error, AD_BAD_ARGUMENT, "%s: keep is %d; it must be at least 1",
-                       file_bytes_shown(path), keep);
-    }
     static const char ending[] = ".partial";
-    size_t length = strlen(path);
+    size_t length = strlen(to->name);
     char *partial = malloc(length + sizeof ending);
     if (!partial) {
-        return ad_fail(error, AD_NO_MEMORY, "%s: no memory to write it", file_bytes_shown(path));
+        return ad_fail(error, AD_NO_MEMORY, "%s: no memory to write it",
+                       file_bytes_shown(to->path));
     }
-    memcpy(partial, path, length);
+    memcpy(partial, to->name, length);
     memcpy(partial + length, ending, sizeof ending);
-    ad_status status = write_partial(path, partial, bytes, size, keep, error);
+    ad_status status = write_partial(to, partial, bytes, size, error);
     free(partial);
     return status;
+}
+
+ad_status file_bytes_put(const file_place *place, const void *bytes, size_t size, ad_error *error)
+{
+    const bool within = place->folder > 0;
+    const target to = {within ? place->folder : AT_FDCWD,
+                       within ? base_name(place->path) : place->path, place->path, place->older};
+    if (place->older < 0) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "%s: %d older ones; at least 0 can be kept",
+                       file_bytes_shown(place->path), place->older);
+    }
+    return put_file(&to, bytes, size, error);
+}
+
+ad_status file_bytes_write(const char *path, const void *bytes, size_t size, ad_error *error)
+{
+    return file_bytes_put(&(file_place){.path = path}, bytes, size, error);
 }

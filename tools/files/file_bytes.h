@@ -20,14 +20,23 @@
 ad_status file_bytes_read(const char *path, size_t limit, unsigned char **bytes, size_t *size,
                           size_t *file_size, ad_error *error);
 
-/* Replace `path` by `size` bytes, keeping `keep` >= 1 generations in all: the file so far becomes
- * generation 1 (see file_bytes_older), generation 1 becomes 2, up to keep - 1. `path` itself never
- * disappears meanwhile: the old file gets its second name by link(2), by a copy where the file
- * system has no links. Errors: AD_BAD_ARGUMENT (keep), AD_IO (no place for a file), AD_NOT_WRITTEN
- * (the disk is full or fails), AD_NO_MEMORY; the file that was
- * there is then untouched and the partial one removed. */
-ad_status file_bytes_write(const char *path, const void *bytes, size_t size, int keep,
-                           ad_error *error);
+/* Where a file goes. Its last part is looked up in the open folder `folder`, if that is > 0:
+ * whatever has taken the place of that folder under its name is not written to. */
+typedef struct file_place {
+    const char *path;
+    int older;  /* >= 0 generations that are kept beside the new file */
+    int folder; /* descriptor of the folder that `path` led to; 0: the one it leads to now */
+} file_place;
+
+/* Put `size` bytes at a place: the file so far becomes generation 1 (see file_bytes_older),
+ * generation 1 becomes 2, up to `older`. The path itself never disappears meanwhile: the old file
+ * gets its second name by link(2), by a copy where the file system has no links. Errors:
+ * AD_BAD_ARGUMENT (older), AD_IO (no place for a file), AD_NOT_WRITTEN (the disk is full or fails),
+ * AD_NO_MEMORY; the file that was there is then untouched and the partial one removed. */
+ad_status file_bytes_put(const file_place *place, const void *bytes, size_t size, ad_error *error);
+
+/* The same, where `path` leads, with nothing older. */
+ad_status file_bytes_write(const char *path, const void *bytes, size_t size, ad_error *error);
 
 /* Whether a file can be written there, as far as its folder tells. AD_IO, AD_NO_MEMORY. */
 ad_status file_bytes_check(const char *path, ad_error *error);

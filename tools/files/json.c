@@ -153,7 +153,7 @@ ad_status json_end(json *to, const char *path, ad_error *error)
     if (status == AD_OK && json_is_printed(path)) {
         fputs(text, stdout); /* a program says when it ends that this could not be written */
     } else if (status == AD_OK) {
-        status = file_bytes_write(path, text, size, 1, error);
+        status = file_bytes_write(path, text, size, error);
     }
     free(text);
     return status;

@@ -318,7 +318,7 @@ static ad_status write_hdf5(const shapes *x, const char *path, ad_error *error)
         hdf5_image_close(file);
         hdf5_image_restore(&printer);
     }
-    status = status == AD_OK ? file_bytes_write(path, bytes, size, 1, error)
+    status = status == AD_OK ? file_bytes_write(path, bytes, size, error)
                              : ad_fail(error, status, "%s: cannot be written: out of memory",
                                        file_bytes_shown(path));
     free(bytes);

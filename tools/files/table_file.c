@@ -362,7 +362,7 @@ ad_status table_write(const char *path, const table_source *table, ad_error *err
         return ad_fail(error, status, "%s: cannot be written: out of memory for %zu x %zu numbers",
                        file_bytes_shown(path), table->nrows, table->ncols);
     }
-    status = file_bytes_write(path, bytes, size, 1, error);
+    status = file_bytes_write(path, bytes, size, error);
     free(bytes);
     return status;
 }

@@ -207,7 +207,7 @@ ad_status fmu_write(const fmu_model *m, const char *path, bool *compiled, char n
         status = ad_fail(error, AD_NO_MEMORY, "%s: out of memory", file_bytes_shown(path));
     }
     if (status == AD_OK) {
-        status = file_bytes_write(path, bytes, size, 1, error);
+        status = file_bytes_write(path, bytes, size, error);
     }
     free(bytes);
     return status;

@@ -78,7 +78,7 @@ ad_status gnuplot_write(const gnuplot_picture *what, const char *folder, ad_erro
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for %s", path);
     }
     if (status == AD_OK) {
-        status = file_bytes_write(path, text, size, 1, error);
+        status = file_bytes_write(path, text, size, error);
     }
     free(text);
     return status;

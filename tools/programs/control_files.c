@@ -181,7 +181,7 @@ static ad_status write_moving(const control_row *row, const gnuplot_place *place
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for a picture");
     }
     snprintf(path, sizeof path, "%s/%s_moving.gp", place->folder, place->name);
-    status = status == AD_OK ? file_bytes_write(path, text, size, 1, error) : status;
+    status = status == AD_OK ? file_bytes_write(path, text, size, error) : status;
     free(text);
     return status;
 }

@@ -397,7 +397,7 @@ static ad_status write_about(const bench *b, ad_error *error)
     }
     print_about(file, b);
     ad_status status = fclose(file) == 0
-                           ? file_bytes_write(path, text, size, 1, error)
+                           ? file_bytes_write(path, text, size, error)
                            : ad_fail(error, AD_NO_MEMORY, "out of memory for %s", path);
     free(text);
     return status;

@@ -160,7 +160,7 @@ static ad_status put_files(const export_model *x, const options *o, size_t lengt
         char *path = path_of(out_of(o), length, file, error);
         status = !path         ? AD_NO_MEMORY
                  : file == FMU ? export_write_fmu(x, t->text[0], t->text[1], o->places, path, error)
-                               : file_bytes_write(path, t->text[file], t->size[file], 1, error);
+                               : file_bytes_write(path, t->text[file], t->size[file], error);
         free(path);
     }
     return status;

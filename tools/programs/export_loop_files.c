@@ -64,7 +64,7 @@ static ad_status write_text(const export_loop *x, int which, const char *path, a
     const bool bad = !to || ferror(to);
     ad_status status = (to && fclose(to) != 0) || bad
                            ? ad_fail(error, AD_NO_MEMORY, "out of memory for a file of C")
-                           : file_bytes_write(path, text, size, 1, error);
+                           : file_bytes_write(path, text, size, error);
     free(text);
     return status;
 }

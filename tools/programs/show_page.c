@@ -71,7 +71,7 @@ ad_status show_page(json *to, const char *title, const char *path, ad_error *err
     if (status == AD_OK && (!file || fclose(file) != 0)) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for %s", file_bytes_shown(path));
     }
-    status = status == AD_OK ? file_bytes_write(path, page, length, 1, error) : status;
+    status = status == AD_OK ? file_bytes_write(path, page, length, error) : status;
     free(page);
     free(data);
     return status;

@@ -347,7 +347,7 @@ static ad_status write_png(const drawing *d, const char *path, ad_error *error)
     ad_status status = rgb ? picture_pixels(d->p, 3, rgb, error)
                            : ad_fail(error, AD_NO_MEMORY, "out of memory for a picture");
     status = status == AD_OK ? image_png(width, height, rgb, &bytes, &size, error) : status;
-    status = status == AD_OK ? file_bytes_write(path, bytes, size, 1, error) : status;
+    status = status == AD_OK ? file_bytes_write(path, bytes, size, error) : status;
     free(rgb);
     free(bytes);
     return status;
@@ -358,7 +358,7 @@ static ad_status write_svg(const drawing *d, const char *path, ad_error *error)
     char *text = NULL;
     size_t size = 0;
     ad_status status = picture_svg(d->p, &text, &size, error);
-    status = status == AD_OK ? file_bytes_write(path, text, size, 1, error) : status;
+    status = status == AD_OK ? file_bytes_write(path, text, size, error) : status;
     free(text);
     return status;
 }

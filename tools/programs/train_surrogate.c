@@ -56,11 +56,10 @@ static ad_status step(session *s, ad_error *error)
     return surrogate_training_step(s->of.context, error);
 }
 
-static ad_status save(session *s, const char *path, ad_error *error)
+static ad_status save(session *s, const file_place *place, ad_error *error)
 {
     char *yaml = train_origin_text(s->of.origin);
-    ad_status status = yaml ? surrogate_training_save(s->of.context, yaml, path,
-                                                      s->of.settings->checkpoint_keep, error)
+    ad_status status = yaml ? surrogate_training_save(s->of.context, yaml, place, error)
                             : ad_fail(error, AD_NO_MEMORY, "out of memory for the scene");
     free(yaml);
     return status;

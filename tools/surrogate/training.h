@@ -56,10 +56,10 @@ const history *surrogate_training_history(const surrogate_training *t);
  * output layer is not finite. */
 const surrogate_step *surrogate_training_step_of(surrogate_training *t);
 
-/* yaml: of the scene, "scene/yaml" in the file. path NULL: only computes what is in it, on ranks
+/* yaml: of the scene, "scene/yaml" in the file. place NULL: only computes what is in it, on ranks
  * that do not write. */
-ad_status surrogate_training_save(surrogate_training *t, const char *yaml, const char *path,
-                                  int keep, ad_error *error);
+ad_status surrogate_training_save(surrogate_training *t, const char *yaml, const file_place *place,
+                                  ad_error *error);
 ad_status surrogate_training_restore(surrogate_training *t, const checkpoint *file,
                                      ad_error *error);
 

@@ -8,8 +8,8 @@
 
 enum { ITEM_NAME = 96 };
 
-ad_status surrogate_training_save(surrogate_training *t, const char *yaml, const char *path,
-                                  int keep, ad_error *error)
+ad_status surrogate_training_save(surrogate_training *t, const char *yaml, const file_place *place,
+                                  ad_error *error)
 {
     checkpoint *file = checkpoint_create(CPINN_VERSION);
     const surrogate_step *m = surrogate_training_step_of(t);
@@ -42,7 +42,7 @@ ad_status surrogate_training_save(surrogate_training *t, const char *yaml, const
         checkpoint_put_doubles(file, names[i], arrays[i].data, 1, &arrays[i].count);
     }
     history_put(&t->rows, file);
-    ad_status status = path ? checkpoint_write(file, path, keep, error) : AD_OK;
+    ad_status status = place ? checkpoint_write(file, place, error) : AD_OK;
     checkpoint_free(file);
     return status;
 }

@@ -144,7 +144,7 @@ static void keep(const request *r, reference_solution *about)
     checkpoint_put_double(file, "estimate", about->estimate);
     checkpoint_put_double(file, "size", about->size);
     run_make_folder(r->folder, NULL); /* or writing says so */
-    if (checkpoint_write(file, r->path, 1, &why) != AD_OK) {
+    if (checkpoint_write(file, &(file_place){.path = r->path}, &why) != AD_OK) {
         snprintf(about->remark, sizeof about->remark, "%s; not kept for the next run", why.message);
     }
     checkpoint_free(file);

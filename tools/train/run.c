@@ -160,7 +160,7 @@ static ad_status write_history(const run_folder *run, const history *h, ad_error
         free(text);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %s", run->history);
     }
-    ad_status status = file_bytes_write(run->history, text, size, 1, error);
+    ad_status status = file_bytes_write(run->history, text, size, error);
     free(text);
     return status;
 }
@@ -168,7 +168,7 @@ static ad_status write_history(const run_folder *run, const history *h, ad_error
 ad_status run_begin(run_folder *run, const char *config, const history *h, bool tensorboard,
                     ad_error *error)
 {
-    ad_status status = file_bytes_write(run->config, config, strlen(config), 1, error);
+    ad_status status = file_bytes_write(run->config, config, strlen(config), error);
     if (status == AD_OK) {
         status = write_history(run, h, error);
     }

@@ -49,9 +49,9 @@ static ad_status step_trainer(session *s, ad_error *error)
     return trainer_step(s->trainer, error);
 }
 
-static ad_status save_trainer(session *s, const char *path, ad_error *error)
+static ad_status save_trainer(session *s, const file_place *place, ad_error *error)
 {
-    return trainer_save(s->trainer, path, s->e->settings->checkpoint_keep, error);
+    return trainer_save(s->trainer, place, error);
 }
 
 static ad_status restore_trainer(session *s, const checkpoint *file, ad_error *error)
@@ -102,10 +102,14 @@ static ad_status agreed(const session *s, ad_status status, ad_error *error)
 static ad_status save(session *s, ad_error *error)
 {
     bool running;
-    const ad_status held = keeps_folder(s) ? run_check_held(s->folder, error) : AD_OK;
+    ad_status held = keeps_folder(s) ? run_check_held(s->folder, error) : AD_OK;
     const bool writes = keeps_folder(s) && held == AD_OK;
-    ad_status status =
-        s->of.save(s, writes ? s->folder->checkpoint : NULL, error); /* by all ranks */
+    const file_place place = {writes ? s->folder->checkpoint : NULL,
+                              s->of.settings->checkpoint_keep - 1, writes ? s->folder->held : 0};
+    ad_status status = s->of.save(s, writes ? &place : NULL, error); /* by all ranks */
+    if (writes && status != AD_OK) {
+        held = run_check_held(s->folder, error); /* removed meanwhile, perhaps */
+    }
     s->last_save = train_seconds();
     s->saved_step = s->of.inspect(s, &running);
     return held == AD_OK ? status : held;

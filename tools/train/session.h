@@ -21,7 +21,8 @@ typedef struct session_subject {
     void *context;
     int64_t (*inspect)(const session *s, bool *running); /* how many steps have been done */
     ad_status (*step)(session *s, ad_error *error);
-    ad_status (*save)(session *s, const char *path, ad_error *error); /* NULL: only computes */
+    ad_status (*save)(session *s, const file_place *place,
+                      ad_error *error); /* NULL: only computes */
     ad_status (*restore)(session *s, const checkpoint *file, ad_error *error);
 } session_subject;
 

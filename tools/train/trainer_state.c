@@ -44,7 +44,7 @@ static void put_array(checkpoint *file, const problem_array *array, uint64_t dra
     }
 }
 
-ad_status trainer_save(trainer *t, const char *path, int keep, ad_error *error)
+ad_status trainer_save(trainer *t, const file_place *place, ad_error *error)
 {
     checkpoint *file = checkpoint_create(CPINN_VERSION);
     if (!file) {
@@ -89,7 +89,7 @@ ad_status trainer_save(trainer *t, const char *path, int keep, ad_error *error)
     trainer_verdict(t, &at_present);
     report_put_verdict(file, &at_present, text);
     checkpoint_put_double(file, "estimate", trainer_estimate(t));
-    ad_status status = path ? checkpoint_write(file, path, keep, error) : AD_OK;
+    ad_status status = place ? checkpoint_write(file, place, error) : AD_OK;
     checkpoint_free(file);
     return status;
 }
