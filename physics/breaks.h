@@ -1,6 +1,6 @@
 /* Where what a scene says jumps or has a kink along one coordinate: switching places of formulas
- * (where, step, abs, min, max), joints of segments, points, bodies, springs, ends of tendons and
- * chambers. Meshes, windows of time, pieces of networks and their points are aligned with them.
+ * (where, step, abs, min, max), joints of segments, points, bodies, springs, ends of actuators.
+ * Meshes, windows of time, pieces of networks and their points are aligned with them.
  *
  * Places are found by interval arithmetic on the formulas, which misses none that their own
  * arguments bound, and are exact to rounding. */

@@ -10,14 +10,14 @@
  * Members with the same groups have the same shape over their length (Buckingham, Phys. Rev. 4,
  * 1914). Forces are counted by EI/L^2, moments by EI/L, distributed ones by EI/L^3 and EI/L^2, with
  * EI the member's own, compliances by 1/EI and L^2/EI, all at some places along the rod. What
- * tendons and chambers do is their force and moment in the unstressed rod, and what they pull.
+ * actuators do is their force and moment in the unstressed rod, and what they pull.
  *
  * Of these numbers those are left out that do not change, that are linear in others or follow from
  * them by a smooth function, and that do not move the rod. Each is mapped to -1 .. 1, and those
  * that move it little to less.
  *
  * Symmetry. Suppose that the section has no preferred direction, and that a turn about d3 of the
- * base or a mirror puts each tendon and chamber in the place of another. Then members come in sets
+ * base or a mirror puts each actuator in the place of another. Then members come in sets
  * of equal shapes, but for the turn. Inputs are those of the one member of a set whose pull
  * (without actuators: the strongest load across the base) points into one sector, and the answer is
  * turned back. Derivatives by parameters are those within the sector. At its edges a network's

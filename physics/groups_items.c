@@ -223,7 +223,7 @@ static void add_motion(recorder *x, const rod_coefficients *c)
         quantities_of(x, 3, open->initial.angular_velocity, scale->time));
 }
 
-/* ---- tendons, chambers, tubes ---------------------------------------------------------------- */
+/* ---- actuators, tubes ------------------------------------------------------------------------ */
 
 static ad_value offset_at(const recorder *x, const quantity offset[2], double step)
 {
@@ -238,48 +238,43 @@ typedef struct pulling {
     ad_value force, moment, twist;
 } pulling;
 
-static void add_chamber(recorder *x, const scene_chamber *given, pulling *sum)
+/* What a tendon does depends on the strains, so that each is an item by itself, too. */
+static void add_tendon(recorder *x, int index, ad_value pull, ad_value offset)
 {
-    const quantity push = quantity_multiply(given->pressure, given->area);
-    if (x->s >= quantity_number_or(given->start, 0) &&
-        x->s <= quantity_number_or(given->end, INFINITY)) {
-        const ad_value pull = quantities_of(x, 1, &push, -1 / x->rod.scales.force);
-        const ad_value force =
-            ad_mul(ad_mul(x->softness, pull), ad_vector_constant(x->rod.tape, 0, 0, 1));
-        sum->force = ad_add(sum->force, force);
-        sum->moment = ad_add(sum->moment, ad_cross(offset_at(x, given->offset, 0), force));
-    }
-}
-
-/* What it does depends on the strains, so that each is an item by itself, too. */
-static void add_tendon(recorder *x, const rod_coefficients *c, int index, pulling *sum)
-{
-    const scene_tendon *given = &x->source->open.tendons[index];
-    if (x->s < quantity_number_or(given->start, 0) ||
-        x->s > quantity_number_or(given->end, INFINITY)) {
-        return;
-    }
-    const ad_value r = offset_at(x, given->offset, 0);
-    const ad_value apart =
-        ad_sub(offset_at(x, given->offset, STEP), offset_at(x, given->offset, -STEP));
-    const ad_value path = ad_add(c->rest_strain, ad_cross(c->rest_curvature, r));
-    const ad_value direction = ad_normalize(ad_add(path, ad_scale(apart, 0.5 / STEP)));
-    const ad_value pull =
-        ad_mul(x->softness, quantities_of(x, 1, &given->tension, 1 / x->rod.scales.force));
-    const ad_value force = ad_mul(pull, direction);
     char name[GROUP_NAME];
-    sum->force = ad_add(sum->force, force);
-    sum->moment = ad_add(sum->moment, ad_cross(r, force));
-    sum->twist = ad_add(sum->twist, ad_mul(pull, ad_dot(r, r)));
     snprintf(name, sizeof name, "tension of tendons[%d]", index);
     group_item *item = add(x, name, "EI/L^2", GROUP_PULL, 1e-6, pull);
     if (item) {
         item->tendon = index;
     }
     snprintf(name, sizeof name, "offset of tendons[%d]", index);
-    item = add(x, name, "L", GROUP_OFFSET, 1, r);
+    item = add(x, name, "L", GROUP_OFFSET, 1, offset);
     if (item) {
         item->tendon = index;
+    }
+}
+
+static void add_actuator(recorder *x, const rod_coefficients *c, int index, pulling *sum)
+{
+    const scene_actuator given = scene_actuator_of(&x->source->open, index);
+    if (x->s < quantity_number_or(*given.start, 0) ||
+        x->s > quantity_number_or(*given.end, INFINITY)) {
+        return;
+    }
+    const quantity acts = scene_actuator_pull(&given);
+    const ad_value r = offset_at(x, given.offset, 0);
+    const ad_value apart =
+        ad_sub(offset_at(x, given.offset, STEP), offset_at(x, given.offset, -STEP));
+    const ad_value pull = ad_mul(
+        x->softness, quantities_of(x, 1, &acts, (given.tendon ? 1 : -1) / x->rod.scales.force));
+    const rod_actuator one = {.offset = r, .slope = ad_scale(apart, 0.5 / STEP), .law = given.law};
+    const rod_wrench wrench =
+        rod_actuator_wrench(&x->rod, &one, pull, c->rest_strain, c->rest_curvature, NULL);
+    sum->force = ad_add(sum->force, wrench.force);
+    sum->moment = ad_add(sum->moment, wrench.moment);
+    if (given.tendon) {
+        sum->twist = ad_add(sum->twist, ad_mul(pull, ad_dot(r, r)));
+        add_tendon(x, index, pull, r);
     }
 }
 
@@ -289,13 +284,10 @@ static void add_actuation(recorder *x, const rod_coefficients *c)
     pulling sum = {none, none, ad_zeros(x->rod.tape, 1)};
     const rod_numbers *numbers = &x->source->numbers;
     const scene *open = &x->source->open;
-    for (int i = 0; i < open->tendon_count; i++) {
-        add_tendon(x, c, i, &sum);
+    for (int i = 0; i < scene_actuator_count(open); i++) {
+        add_actuator(x, c, i, &sum);
     }
-    for (int i = 0; i < open->chamber_count; i++) {
-        add_chamber(x, &open->chambers[i], &sum);
-    }
-    if (rod_actuator_count(open) > 0) {
+    if (scene_actuator_count(open) > 0) {
         add(x, GROUP_MOMENT, "EI/L", GROUP_AXIAL, 0.5, sum.moment);
         group_item *force = add(x, "force of actuators", "EI/L^2", GROUP_POLAR,
                                 1 / numbers->shear_ratio, sum.force);

@@ -161,11 +161,8 @@ static void check_offset(scene_warnings *all, const scene *rod_scene, const quan
 
 static void check_actuators(scene_warnings *all, const scene *rod_scene)
 {
-    for (int i = 0; i < rod_scene->tendon_count; i++) {
-        check_offset(all, rod_scene, rod_scene->tendons[i].offset);
-    }
-    for (int i = 0; i < rod_scene->chamber_count; i++) {
-        check_offset(all, rod_scene, rod_scene->chambers[i].offset);
+    for (int i = 0; i < scene_actuator_count(rod_scene); i++) {
+        check_offset(all, rod_scene, scene_actuator_of(rod_scene, i).offset);
     }
 }
 
@@ -182,7 +179,8 @@ static void check_loads(scene_warnings *all, const scene *rod_scene)
                 {"loads.tip, loads.base", "the moment, T L/EI", n.tip_moment, LARGEST_MOMENT},
                 {"loads.points, bodies", "the force, F L^2/EI", n.point_force, LARGEST_LOAD},
                 {"loads.points", "the moment, T L/EI", n.point_moment, LARGEST_MOMENT},
-                {"tendons, chambers", "tension times offset, T L/EI", n.actuation, LARGEST_MOMENT},
+                {scene_actuator_lists(rod_scene), "tension times offset, T L/EI", n.actuation,
+                 LARGEST_MOMENT},
                 {"tubes", "curvature times length", n.tubes, LARGEST_MOMENT}};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         if (rows[i].value > rows[i].most * (1 + 1e-9)) {

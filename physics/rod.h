@@ -27,7 +27,7 @@
  *
  * (Rucker and Webster, IEEE Trans. Robotics 27, 2011, who write the same by second derivatives; a
  * chamber by the work of its volume, whose change along the rod is A (v + u x r).d3). n, m and N
- * are everywhere those of rod, tendons and chambers together, also in what is observed. They meet
+ * are everywhere those of rod and actuators together, also in what is observed. They meet
  * the balances and the conditions at ends. Where a tendon ends, strains jump and n and m do not.
  *
  * A tube i around the rod (scene.h), at rest alone, shares its axis; its frame is that of the rod
@@ -105,7 +105,7 @@ typedef struct rod_numbers {
     double weight;             /* rhoA |g| L^3/EI, less buoyancy */
     double point_force; /* of point loads and the weight of bodies, |F| L^2/EI, largest over time */
     double point_moment; /* of point loads, |T| L/EI, all of them and largest over time */
-    double actuation;    /* of tendons and chambers, tension times offset: as of a moment, T L/EI */
+    double actuation;    /* of actuators, tension times offset: as of a moment, T L/EI */
     double tubes;        /* rest curvature times length, their sum: what they may turn the rod by */
     double strain_damping;    /* largest Bse L^2/(EI time) */
     double curvature_damping; /* damping ratio of the first bending mode by Bbt: B w1/(2 EI) */
@@ -318,7 +318,7 @@ typedef struct rod_observables {
     ad_value rotation;         /* [4] */
     ad_value strain;           /* v [3] */
     ad_value curvature;        /* u [3] 1/m */
-    ad_value force;            /* n [3] N, body; with tendons and chambers */
+    ad_value force;            /* n [3] N, body; with actuators */
     ad_value moment;           /* m [3] N m, body; the same */
     ad_value velocity;         /* r_t [3] m/s, world; zeros in a static scene */
     ad_value angular_velocity; /* w [3] 1/s, body; zeros in a static scene */

@@ -1,11 +1,6 @@
-/* Force and moment of a section: elastic, damping, tendons and fluid chambers. */
+/* Force and moment of a section: elastic, damping, actuators. */
 #include "physics/law/law.h"
 #include "physics/rod_internal.h"
-
-int rod_actuator_count(const scene *rod_scene)
-{
-    return rod_scene->tendon_count + rod_scene->chamber_count;
-}
 
 /* A place along the rod over its length. */
 static double rod_fraction(const rod_context *rod, quantity place, double otherwise)
@@ -13,47 +8,22 @@ static double rod_fraction(const rod_context *rod, quantity place, double otherw
     return place.is_given ? place.number / rod->scales.length : otherwise;
 }
 
-static ad_value rod_offset(const rod_context *rod, const quantity *given)
+rod_actuator rod_actuator_of(const rod_context *rod, int index)
 {
-    const double axis[2] = {0, 0};
-    return rod_quantities(rod, 2, given, axis, 1 / rod->scales.length, rod->s, rod->t);
-}
-
-static rod_actuator rod_tendon(const rod_context *rod, const scene_tendon *given)
-{
-    const double none = 0;
-    ad_value offset = rod_offset(rod, given->offset);
-    return (rod_actuator){.offset = offset,
-                          .slope = rod_space_derivative(rod, offset),
-                          .pull = rod_quantities(rod, 1, &given->tension, &none,
-                                                 1 / rod->scales.force, rod->s, rod->t),
-                          .displacement = rod_quantities(rod, 1, &given->displacement, &none,
-                                                         1 / rod->scales.length, rod->s, rod->t),
-                          .start = rod_fraction(rod, given->start, 0),
-                          .end = rod_fraction(rod, given->end, 1)};
-}
-
-static rod_actuator rod_chamber(const rod_context *rod, const scene_chamber *given)
-{
-    const double none = 0;
-    quantity push = quantity_multiply(given->pressure, given->area);
-    ad_value offset = rod_offset(rod, given->offset);
+    const double none[2] = {0, 0}, length = rod->scales.length, force = rod->scales.force;
+    const scene_actuator given = scene_actuator_of(rod->scene, index);
+    const quantity pull = scene_actuator_pull(&given);
+    const quantity displacement = given.tendon ? given.tendon->displacement : quantity_number(0);
+    ad_value offset = rod_quantities(rod, 2, given.offset, none, 1 / length, rod->s, rod->t);
     return (rod_actuator){
         .offset = offset,
         .slope = rod_space_derivative(rod, offset),
-        .pull = rod_quantities(rod, 1, &push, &none, -1 / rod->scales.force, rod->s, rod->t),
-        .displacement = ad_scalar(rod->tape, 0),
-        .start = rod_fraction(rod, given->start, 0),
-        .end = rod_fraction(rod, given->end, 1),
-        .law = LAW_CHAMBER};
-}
-
-rod_actuator rod_actuator_of(const rod_context *rod, int index)
-{
-    const scene *given = rod->scene;
-    return index < given->tendon_count
-               ? rod_tendon(rod, &given->tendons[index])
-               : rod_chamber(rod, &given->chambers[index - given->tendon_count]);
+        .pull =
+            rod_quantities(rod, 1, &pull, none, (given.tendon ? 1 : -1) / force, rod->s, rod->t),
+        .displacement = rod_quantities(rod, 1, &displacement, none, 1 / length, rod->s, rod->t),
+        .start = rod_fraction(rod, *given.start, 0),
+        .end = rod_fraction(rod, *given.end, 1),
+        .law = given.law};
 }
 
 ad_value rod_within(const rod_context *rod, double start, double end, ad_value inside,
@@ -120,7 +90,7 @@ rod_wrench rod_beyond_elastic(const rod_context *rod, const rod_kinematics *k, a
     const ad_value damping[2] = {c.strain_damping, c.curvature_damping};
     rod_wrench sum = rod_section(rod, LAW_DAMPING, rates, damping);
     sum = rod_wrench_add(sum, rod_law_wrench(rod, k));
-    int count = rod_actuator_count(rod->scene);
+    int count = scene_actuator_count(rod->scene);
     for (int i = 0; i < count; i++) {
         rod_actuator actuator = rod_actuator_of(rod, i);
         ad_value pull = ad_mul(rod->at.load_factor, actuator.pull);

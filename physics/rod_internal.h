@@ -62,7 +62,7 @@ static inline rod_wrench rod_wrench_add(rod_wrench a, rod_wrench b)
     return (rod_wrench){ad_add(a.force, b.force), ad_add(a.moment, b.moment)};
 }
 
-/* A tendon or a chamber in the section at s: its axis is at the body position r = (offset, 0). */
+/* An actuator in the section at s: its axis is at the body position r = (offset, 0). */
 typedef struct rod_actuator {
     ad_value offset, slope; /* [2] r and r_s */
     ad_value pull;          /* its tension; minus pressure times area; also beyond its ends */
@@ -236,8 +236,7 @@ double rod_tendon_lever(const scene *scene, int index);
 /* The same over the length, which is a scale also of one on the axis: at least 1e-3. */
 double rod_tendon_arm(const scene *scene, int index);
 
-/* rod_actuation.c: all tendons and then all chambers of the scene. */
-int rod_actuator_count(const scene *scene);
+/* rod_actuation.c: in the order of scene_actuator_of. */
 rod_actuator rod_actuator_of(const rod_context *rod, int index);
 /* `inside` from start to end, else `outside`. */
 ad_value rod_within(const rod_context *rod, double start, double end, ad_value inside,
@@ -247,7 +246,7 @@ ad_value rod_within(const rod_context *rod, double start, double end, ad_value i
 rod_wrench rod_actuator_wrench(const rod_context *rod, const rod_actuator *actuator, ad_value pull,
                                ad_value strain, ad_value curvature, ad_value *energy);
 /* What n and m are beyond Kse (v - v*), Kbt (u - u*): damping of the material, what a nonlinear law
- * is beyond the stiffness, tendons and chambers; constant zeros where there is none; see
+ * is beyond the stiffness, and actuators; constant zeros where there is none; see
  * physics/rod.h. `tendons`: those of the state. And n, m in all. */
 rod_wrench rod_beyond_elastic(const rod_context *rod, const rod_kinematics *kinematics,
                               ad_value tendons);

@@ -171,14 +171,13 @@ static void rod_point_numbers(const scene *rod_scene, const rod_scales *scale, r
 }
 
 /* Largest distance from the axis between two places. */
-static double rod_offset(const scene *rod_scene, const quantity offset[2], quantity start,
-                         quantity end)
+static double rod_lever(const scene *rod_scene, const scene_actuator *actuator)
 {
-    double from = quantity_number_or(start, 0),
-           to = quantity_number_or(end, scene_length(rod_scene));
+    double from = quantity_number_or(*actuator->start, 0),
+           to = quantity_number_or(*actuator->end, scene_length(rod_scene));
     double size[2];
     for (int i = 0; i < 2; i++) {
-        scene_range range = scene_range_within(rod_scene, offset[i], from, to);
+        scene_range range = scene_range_within(rod_scene, actuator->offset[i], from, to);
         size[i] = fmax(fabs(range.low), fabs(range.high));
     }
     return hypot(size[0], size[1]);
@@ -186,8 +185,8 @@ static double rod_offset(const scene *rod_scene, const quantity offset[2], quant
 
 double rod_tendon_lever(const scene *rod_scene, int index)
 {
-    const scene_tendon *tendon = &rod_scene->tendons[index];
-    return rod_offset(rod_scene, tendon->offset, tendon->start, tendon->end);
+    const scene_actuator tendon = scene_actuator_of(rod_scene, index);
+    return rod_lever(rod_scene, &tendon);
 }
 
 double rod_tendon_arm(const scene *rod_scene, int index)
@@ -206,20 +205,14 @@ static double rod_most(const scene *rod_scene, quantity q)
 static double rod_actuation_moment(const scene *rod_scene, const rod_scales *scale)
 {
     double sum = 0;
-    for (int i = 0; i < rod_scene->tendon_count; i++) {
-        const scene_tendon *tendon = &rod_scene->tendons[i];
-        double lever = rod_tendon_lever(rod_scene, i);
-        if (tendon->tension.is_given) {
-            sum += rod_most(rod_scene, tendon->tension) * lever / scale->moment;
+    for (int i = 0; i < scene_actuator_count(rod_scene); i++) {
+        const scene_actuator one = scene_actuator_of(rod_scene, i);
+        const double lever = rod_lever(rod_scene, &one);
+        if (!one.tendon || one.tendon->tension.is_given) {
+            sum += rod_most(rod_scene, scene_actuator_pull(&one)) * lever / scale->moment;
         } else if (lever > 0) {
-            sum += rod_most(rod_scene, tendon->displacement) / lever;
+            sum += rod_most(rod_scene, one.tendon->displacement) / lever;
         }
-    }
-    for (int i = 0; i < rod_scene->chamber_count; i++) {
-        const scene_chamber *chamber = &rod_scene->chambers[i];
-        double lever = rod_offset(rod_scene, chamber->offset, chamber->start, chamber->end);
-        double area = rod_most(rod_scene, chamber->area);
-        sum += rod_most(rod_scene, chamber->pressure) * area * lever / scale->moment;
     }
     return sum;
 }
@@ -305,7 +298,7 @@ double rod_force_scale(const scene *rod_scene)
     return fmax(1, fmax(numbers.tip_force, within));
 }
 
-/* The same of the internal moment; forces act on levers of at most the length. Tendons and chambers
+/* The same of the internal moment; forces act on levers of at most the length. Actuators
  * are in balance with the moment of the rod itself. */
 double rod_moment_scale(const scene *rod_scene)
 {

@@ -10,6 +10,7 @@
 #ifndef PHYSICS_SCENE_H
 #define PHYSICS_SCENE_H
 
+#include "physics/law/law.h"
 #include "physics/quantity.h"
 #include "physics/scene_law.h"
 
@@ -166,6 +167,7 @@ enum {
     SCENE_SPRINGS_MAX = 16,
     SCENE_TENDONS_MAX = 16,
     SCENE_CHAMBERS_MAX = 12,
+    SCENE_ACTUATORS_MAX = SCENE_TENDONS_MAX + SCENE_CHAMBERS_MAX,
     SCENE_TUBES_MAX = 4
 };
 
@@ -454,6 +456,27 @@ void scene_take_law(scene_rod *rod, const scene_law *law);
 /* Of one piece. */
 scene_properties scene_rod_properties(const scene_rod *rod);
 scene_rest scene_rod_rest(const scene_rod *rod);
+
+/* A tendon or a chamber, in a scene that it points into; index: tendons, then chambers. */
+typedef struct scene_actuator {
+    law_name law;
+    const char *name, *unit; /* "tendon"; of what is given */
+    const quantity *offset;  /* [2] */
+    const quantity *start, *end;
+    quantity given; /* tension, displacement or pressure */
+    const scene_tendon *tendon;
+    const scene_chamber *chamber; /* one of the two */
+} scene_actuator;
+
+int scene_actuator_count(const scene *rod_scene);
+scene_actuator scene_actuator_of(const scene *rod_scene, int index);
+
+/* With which the law is given what it pulls: the tension, where it is given; pressure times area,
+ * with a minus, as a chamber pushes. A new formula. */
+quantity scene_actuator_pull(const scene_actuator *of);
+
+/* The keys of those it has. */
+const char *scene_actuator_lists(const scene *rod_scene);
 
 /* Of one tube: bending and torsional stiffness, mass; and where it ends, m. */
 scene_properties scene_tube_properties(const scene_tube *tube);

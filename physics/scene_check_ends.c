@@ -184,8 +184,7 @@ static bool spins_in_place(const scene *given)
                                  loads->tip.frame == SCENE_FOLLOWER;
     bool turned = quantity_any_given(3, loads->base.moment) ||
                   quantity_any_given(3, loads->tip.moment) || quantity_any_given(3, loads->moment);
-    int sided =
-        given->point_count + given->spring_count + given->tendon_count + given->chamber_count;
+    int sided = given->point_count + given->spring_count + scene_actuator_count(given);
     for (int i = 0; i < 2; i++) {
         round = round && quantity_is_number(properties.curvature_stiffness[i], &bending[i]);
     }

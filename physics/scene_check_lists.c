@@ -189,10 +189,11 @@ static ad_status check_springs(const scene_checker *check)
 /* ---- along the rod --------------------------------------------------------------------------- */
 
 /* Guides may stand far off a thin backbone, but not farther than the rod is long. */
-static ad_status check_guided(const scene_checker *check, const quantity offset[2],
-                              const quantity *start, const quantity *end)
+static ad_status check_guided(const scene_checker *check, int index)
 {
     const scene *given = check->scene;
+    const scene_actuator one = scene_actuator_of(given, index);
+    const quantity *start = one.start, *end = one.end, *offset = one.offset;
     double length = scene_length(given);
     double from = quantity_number_or(*start, 0), to = quantity_number_or(*end, length);
     if (start->is_given && !is_on_rod(given, *start)) {
@@ -225,7 +226,7 @@ static ad_status check_tendons(const scene_checker *check)
     ad_status status = AD_OK;
     for (int i = 0; i < given->tendon_count && status == AD_OK; i++) {
         const scene_tendon *tendon = &given->tendons[i];
-        status = check_guided(check, tendon->offset, &tendon->start, &tendon->end);
+        status = check_guided(check, i);
         if (status == AD_OK && tendon->tension.is_given == tendon->displacement.is_given) {
             bool both = tendon->tension.is_given;
             status = scene_refuse_at(check, both ? &tendon->displacement : &tendon->tension,
@@ -246,7 +247,7 @@ static ad_status check_chambers(const scene_checker *check)
     ad_status status = AD_OK;
     for (int i = 0; i < given->chamber_count && status == AD_OK; i++) {
         const scene_chamber *chamber = &given->chambers[i];
-        status = check_guided(check, chamber->offset, &chamber->start, &chamber->end);
+        status = check_guided(check, given->tendon_count + i);
         if (status == AD_OK && !chamber->pressure.is_given) {
             status = scene_refuse_at(check, &chamber->pressure, "missing; its pressure in Pa");
         }
@@ -360,14 +361,10 @@ static ad_status check_manufactured(const scene_checker *check)
             return scene_refuse_at(check, rows[i].first, jumps);
         }
     }
-    for (int i = 0; i < given->tendon_count; i++) {
-        if (!is_whole(given, given->tendons[i].start, given->tendons[i].end)) {
-            return scene_refuse_at(check, given->tendons[i].offset, jumps);
-        }
-    }
-    for (int i = 0; i < given->chamber_count; i++) {
-        if (!is_whole(given, given->chambers[i].start, given->chambers[i].end)) {
-            return scene_refuse_at(check, given->chambers[i].offset, jumps);
+    for (int i = 0; i < scene_actuator_count(given); i++) {
+        const scene_actuator one = scene_actuator_of(given, i);
+        if (!is_whole(given, *one.start, *one.end)) {
+            return scene_refuse_at(check, one.offset, jumps);
         }
     }
     return AD_OK;

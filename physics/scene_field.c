@@ -130,12 +130,13 @@ bool scene_field_span(const scene *rod_scene, const scene_field *field, double *
     if (in_list && list->offset == offsetof(scene, segments)) {
         *from = scene_joint(rod_scene, index - 1);
         *to = fmin(scene_joint(rod_scene, index), length);
-    } else if (in_list && list->offset == offsetof(scene, tendons)) {
-        *from = quantity_number_or(rod_scene->tendons[index].start, 0);
-        *to = quantity_number_or(rod_scene->tendons[index].end, length);
-    } else if (in_list && list->offset == offsetof(scene, chambers)) {
-        *from = quantity_number_or(rod_scene->chambers[index].start, 0);
-        *to = quantity_number_or(rod_scene->chambers[index].end, length);
+    } else if (in_list && (list->offset == offsetof(scene, tendons) ||
+                           list->offset == offsetof(scene, chambers))) {
+        const bool behind = list->offset == offsetof(scene, chambers);
+        const scene_actuator one =
+            scene_actuator_of(rod_scene, index + (behind ? rod_scene->tendon_count : 0));
+        *from = quantity_number_or(*one.start, 0);
+        *to = quantity_number_or(*one.end, length);
     } else if (in_list && list->offset == offsetof(scene, tubes)) {
         *from = 0;
         *to = scene_tube_end(rod_scene, index);

@@ -199,7 +199,7 @@ static void give_length(strain_rod *x, int i, const rod_actuator *one)
 
 static void give_actuators(strain_rod *x)
 {
-    x->actuators = rod_actuator_count(&x->open);
+    x->actuators = scene_actuator_count(&x->open);
     for (int i = 0; i < x->actuators; i++) {
         rod_actuator one = rod_actuator_of(&x->rod, i);
         strain_pull *to = &x->pulls[i];

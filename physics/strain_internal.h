@@ -27,7 +27,7 @@ typedef struct along_twist {
     along turn, shift; /* of the rotation and of the position, body */
 } along_twist;
 
-/* A tendon or a chamber along the rod, whose pull is 0 where it is not. */
+/* An actuator along the rod, whose pull is 0 where it is not. */
 typedef struct strain_pull {
     ad_value offset[2], slope[2], pull, displacement;
     int first, count; /* of the points where it is */
@@ -55,7 +55,7 @@ struct strain_rod {
     bool shears;
     along rest_strain, rest_curvature, strain_compliance, curvature_compliance;
     int actuators;
-    strain_pull pulls[SCENE_TENDONS_MAX + SCENE_CHAMBERS_MAX];
+    strain_pull pulls[SCENE_ACTUATORS_MAX];
     int along_count, place_count; /* of laws along the rod and at places */
     bool turns, is_pushed; /* one along it depends on the rotation; its force on the position */
     bool is_placed; /* one along it or at a place depends on the position, or the end is held */
@@ -104,7 +104,7 @@ typedef struct strain_state {
     along pushes[ROD_AT_PLACES_MAX], edge_position[STRAIN_ELEMENTS_MAX + 1];
     along held[2];                       /* N, M at s = 1, sought where the end is held, else 0 */
     ad_value tension[SCENE_TENDONS_MAX]; /* sought where the length is given */
-    ad_value pull[SCENE_TENDONS_MAX + SCENE_CHAMBERS_MAX];
+    ad_value pull[SCENE_ACTUATORS_MAX];
     along_turn turn;
     along_matrix R;
     along load_rate[2]; /* f, l, world */

@@ -195,7 +195,7 @@ static along integrate_back(const strain_rod *rod, along rate, const along *acti
 
 /* ---- strain -------------------------------------------------------------------------------- */
 
-/* Of tendons, chambers and a law of the section at v, u: force, moment, and the derivative of the
+/* Of actuators and a law of the section at v, u: force, moment, and the derivative of the
  * force by v. */
 typedef struct pulling {
     along force, moment;

@@ -1,4 +1,4 @@
-/* Tendons, chambers and tubes in a section of the rod, in plain C: the sums of physics/rod.h; and
+/* Actuators and tubes in a section of the rod, in plain C: the sums of physics/rod.h; and
  * what a nonlinear law is beyond the stiffness of the rod, which depends on the strains like them.
  * Strains are (v, u), wrenches (n, m), six numbers each. */
 #ifndef PHYSICS_SOLVE_ACTUATION_H
@@ -37,8 +37,7 @@ static inline solve_actuation solve_actuation_at(const solve_rod *rod, const sol
                              .unit_force = rod->scales.force};
 }
 
-/* How strongly actuator i, a tendon or a chamber, pulls here, by Euler's and Eytelwein's law of a
- * rope. */
+/* How strongly actuator i pulls here, by Euler's and Eytelwein's law of a rope. */
 double solve_actuation_pull(const solve_actuation *a, int i);
 
 /* Whether anything does. */
@@ -84,8 +83,7 @@ double solve_law_energy(const solve_actuation *a, const double *strains, double 
 double solve_tube_variation(const solve_actuation *a, int i, const double *curvature,
                             const double p[5], const double q[5]);
 
-/* The potential energy per length of tendons and chambers, of which their wrench is the gradient:
- * tension times the length of a tendon, minus pressure times the volume of a chamber. */
+/* The potential energy per length of actuators, of which their wrench is the gradient. */
 double solve_actuation_energy(const solve_actuation *a, const double *strains);
 
 /* tangent [3] = p'/|p'| of tendon i, body, and |p'|; also beyond its ends. */
@@ -109,12 +107,12 @@ void solve_actuation_strains(const solve_actuation *a, const double *rest, const
 void solve_actuation_stiffen(const solve_actuation *a, const double *strains,
                              double stiffness[3][3], double softness[3][3], double coupling[3][3]);
 
-/* Of a scene with tendons or chambers: its rod and, at rest and in SI units, its actuators at n
+/* Of a scene with actuators: its rod and, at rest and in SI units, its actuators at n
  * points s [n], m: [n][(*rod)->actuators]. The caller frees both, also after an error. */
 ad_status solve_actuation_in_si(const scene *rod_scene, size_t n, const double *s, solve_rod **rod,
                                 solve_actuator **actuators, ad_error *error);
 
-/* The largest, over n points s [n] at time t, of the moment and the winding of tendons and chambers
+/* The largest, over n points s [n] at time t, of the moment and the winding of actuators
  * along the rod, by EI/L and 1/L; 0 without any. */
 typedef struct solve_actuation_size {
     double moment;  /* sum of |pull| |r|; of tendons whose length is given by how much they turn

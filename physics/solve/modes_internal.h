@@ -41,7 +41,7 @@ typedef struct modes_point {
     /* found, by modes_forces */
     double force[3], moment[3];   /* that act here, inertia among them */
     double carried[2][3];         /* times what each changes of R v and R u here: their work */
-    double pull[MODES_STRAINS];   /* of tendons and chambers, a part of the stress */
+    double pull[MODES_STRAINS];   /* of actuators, a part of the stress */
     double law[MODES_STRAINS];    /* the same of a law, beyond the stiffness; */
     double law_energy;            /* per length */
     double stress[MODES_STRAINS]; /* n, m, body; not times the weight */

@@ -14,9 +14,9 @@
  *
  * Without damping and loads the discrete rod conserves energy, momentum and angular momentum
  * exactly, and ends that give force and moment are natural. Damping acts on v_t and u_t, which are
- * linear in V and w, through the same derivatives, so that it can only dissipate; tendons and
- * chambers, whose wrench is one of the strains, act through them, too, and do exact work. q and r
- * are polynomials in an element, so that strains do not change when the rod moves rigidly.
+ * linear in V and w, through the same derivatives, so that it can only dissipate; actuators,
+ * whose wrench is one of the strains, act through them, too, and do exact work. q and r are
+ * polynomials in an element, so that strains do not change when the rod moves rigidly.
  *
  * At an end that holds position or rotation, these and their rates are what the model prescribes,
  * whatever stands in the state. Quaternions of the state need not be unit. Numbers are
@@ -74,7 +74,7 @@ motion_energy motion_energy_of(motion *m, const double *state);
 
 /* load - dissipation is exactly the rate of kinetic + strain. */
 typedef struct motion_power {
-    double load;        /* of loads, tendons and chambers, of what moves the ends, and of what
+    double load;        /* of loads and actuators, of what moves the ends, and of what
                          * changes the rest shape */
     double dissipation; /* of damping and drag, >= 0 */
 } motion_power;

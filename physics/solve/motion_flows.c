@@ -268,7 +268,7 @@ static double node_power(const motion *m, size_t node)
     return vector_dot(m->push[node], m->flow[node]) + vector_dot(m->turn[node], m->spin[node]);
 }
 
-/* Of loads, tendons and chambers. */
+/* Of loads and actuators. */
 static double power_put_in(const motion *m)
 {
     bool everywhere = m->rod->along.kinds & ACTING_LOADS;

@@ -168,7 +168,7 @@ FOR_EACH_PROCESSOR static void damp_element(motion *m, int element)
     }
 }
 
-/* Tendons and chambers at point k of an element, and its strains. */
+/* Actuators at point k of an element, and its strains. */
 static solve_actuation actuation_at(const motion *m, int element, int k, double *strains)
 {
     const motion_block *at = motion_block_of(m, element, k);
@@ -206,7 +206,7 @@ static void set_tensions(motion *m)
     }
 }
 
-/* n and m of tendons and chambers of an element. */
+/* n and m of actuators of an element. */
 static void pull_element(motion *m, int element)
 {
     for (int k = 0; k <= m->degree; k++) {
@@ -298,7 +298,7 @@ static void clear_forces(motion *m)
     memset(m->torque, 0, m->nodes * sizeof *m->torque);
 }
 
-/* What tendons and chambers exert on nodes, for their power. */
+/* What actuators exert on nodes, for their power. */
 static void pull_nodes(motion *m)
 {
     clear_forces(m);

@@ -20,7 +20,7 @@ typedef struct motion_block {
     lanes q[4], strain[MOTION_STRAINS];
     lanes rate[MOTION_STRAINS];   /* of strain, where it is damped */
     lanes stress[MOTION_STRAINS]; /* n, m */
-    lanes pull[MOTION_STRAINS];   /* of tendons and chambers, a part of the stress */
+    lanes pull[MOTION_STRAINS];   /* of actuators, a part of the stress */
     lanes law[MOTION_STRAINS];    /* the same of a law, beyond the stiffness; */
     lanes law_energy;             /* per length */
     lanes along;                  /* scalar part of q* q_s: q is unit at nodes only */
@@ -53,7 +53,7 @@ struct motion {
     size_t nodes, points;
     bool is_damped; /* Bse or Bbt */
     bool has_fluid; /* that moves with the rod: added mass */
-    bool is_pulled; /* by tendons or chambers */
+    bool is_pulled; /* by actuators */
     bool has_time;  /* loads, ends and a rest shape that moves are those of `time` */
     double time;
 
@@ -92,7 +92,7 @@ struct motion {
     double (*torque)[3];      /* [nodes] internal, body */
     double (*push)[3];        /* [nodes] outside force, world */
     double (*turn)[3];        /* [nodes] outside moment, body */
-    double (*pull_force)[3];  /* [nodes] the share of tendons and chambers in force */
+    double (*pull_force)[3];  /* [nodes] the share of actuators in force */
     double (*pull_torque)[3]; /* [nodes] and in torque */
     motion_fluid *fluid;      /* [nodes] */
     double (*velocity)[3];    /* [points] V */
@@ -179,7 +179,7 @@ void motion_act_at_places(motion *m, int kinds, double (*force)[3], double (*tor
 /* The force of what acts at place k, world, of nodes that are set. */
 void motion_place_force(const motion *m, int k, double force[3]);
 
-/* What tendons and chambers put in, of nodes whose internal forces are known. */
+/* What actuators put in, of nodes whose internal forces are known. */
 double motion_pull_power(const motion *m);
 
 #endif

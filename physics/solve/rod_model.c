@@ -181,7 +181,7 @@ static ad_status record(solve_rod *rod, ad_error *error)
     return status;
 }
 
-/* What tendons have besides what chambers have. */
+/* What tendons have besides what all actuators have. */
 static void set_tendon(solve_rod *rod, const scene_tendon *given, solve_extent *extent)
 {
     extent->friction = quantity_value(given->friction, 0, 0);
@@ -207,7 +207,7 @@ double solve_rod_displacement(const solve_rod *rod, int i, double t)
 /* Rows of solve_actuator for one actuator after the other. */
 static ad_status record_actuators(solve_rod *rod, ad_error *error)
 {
-    int pulling = rod_actuator_count(&rod->scene);
+    int pulling = scene_actuator_count(&rod->scene);
     rod->tubes = rod->scene.tube_count;
     rod->actuators = pulling + rod->tubes;
     if (rod->actuators == 0) {

@@ -35,7 +35,7 @@ typedef struct solve_state {
     double rotation[4];  /* q, unit */
     double strain[3];    /* v, body */
     double curvature[3]; /* u, body */
-    double force[3];     /* n, body; with tendons and chambers */
+    double force[3];     /* n, body; with actuators */
     double moment[3];    /* m, body; the same */
     union {
         struct {
@@ -57,7 +57,7 @@ typedef struct solve_extent {
     double turned, transmission; /* of a tube; rad, of the length */
 } solve_extent;
 
-enum { SOLVE_ACTUATORS_MAX = SCENE_TENDONS_MAX + SCENE_CHAMBERS_MAX + SCENE_TUBES_MAX };
+enum { SOLVE_ACTUATORS_MAX = SCENE_ACTUATORS_MAX + SCENE_TUBES_MAX };
 
 typedef struct solve_rod {
     scene scene;         /* its texts belong to whoever filled the scene; in space, */
@@ -69,7 +69,7 @@ typedef struct solve_rod {
     bool rest_moves;   /* false: the rest shape is the same at all times */
     acting along;      /* laws that act on it per length, gravity and loads among them */
     solve_end ends[2]; /* at s = 0 and 1 */
-    int actuators;     /* tendons, then chambers, then tubes */
+    int actuators;     /* those of the scene, then tubes */
     int tubes;         /* of them; at rest alone */
     int lengths;       /* of them, whose length is given */
     int frictions;     /* of them, with friction */
@@ -98,13 +98,13 @@ typedef struct solve_rest {
     double strain_rate[3], curvature_rate[3];
 } solve_rest;
 
-/* A tendon or a chamber in one section: where it is, and how strongly it pulls, as if it had no
+/* An actuator in one section: where it is, and how strongly it pulls, as if it had no
  * ends (solve_extent). */
 typedef union solve_actuator {
     struct {
         double offset[2];    /* r, along d1 and d2 */
         double slope[2];     /* r_s */
-        double pull;         /* tension; of a chamber minus pressure times area */
+        double pull;         /* tension, or what pushes with a minus */
         double displacement; /* by which a tendon of given length is pulled out; 0 of others */
     };
     struct {                 /* of a tube */

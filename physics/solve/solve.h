@@ -134,7 +134,7 @@ double solve_misfit(const solve_report *report);
 solve_settings solve_settings_default(const scene *rod_scene);
 
 /* Of the whole rod, J. At rest `work` is that of dead forces, at their full size all along the way
- * from the unstressed rod, and of tendons and chambers: minus their potential. It is NaN with
+ * from the unstressed rod, and of actuators: minus their potential. It is NaN with
  * friction, and under moments and follower loads, which have no potential. */
 typedef struct solve_energy {
     double kinetic, strain; /* bodies and springs among them */

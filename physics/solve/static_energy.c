@@ -70,7 +70,7 @@ static ad_status points_make(const static_system *system, const solve_rod *rod, 
                : status;
 }
 
-/* What tendons and chambers do from the unstressed rod to state y at point i, per length; takes
+/* What actuators do from the unstressed rod to state y at point i, per length; takes
  * their wrench and that of tubes from that of the section, [ACTUATION_ROWS], and adds the energy of
  * tubes; the same of what a law is beyond the linear one. */
 static double take_actuation(const at_points *p, size_t i, const static_system *system,

@@ -28,7 +28,7 @@ static const double SOFT = 0.02;
 
 /* ---- how much there is to follow ----------------------------------------------------------- */
 
-enum { SAMPLES = 33 }; /* of what tendons and chambers pull */
+enum { SAMPLES = 33 }; /* of what actuators pull */
 
 static double norm(const double *x)
 {

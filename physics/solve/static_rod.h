@@ -1,5 +1,5 @@
 /* The static rod as a first-order system in s, written out in plain C, and its conditions at the
- * ends. With n = R^T N, v = v* + Kse^-1 n, u = u* + Kbt^-1 m, or where tendons, chambers and tubes
+ * ends. With n = R^T N, v = v* + Kse^-1 n, u = u* + Kbt^-1 m, or where actuators and tubes
  * pull the strains of actuation.h,
  *
  *   r_s = R v,   q_s = q (0, u)/2,   N_s = -f,   m_s = -u x m - v x n - R^T l

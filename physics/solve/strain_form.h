@@ -35,7 +35,7 @@ typedef struct strain_point {
     lanes compliance[ACTUATION_ROWS]; /* 0: locked */
 } strain_point;
 
-/* A tendon or a chamber at one point, as the laws are given it: a solve_actuator, whose pull is 0
+/* An actuator at one point, as the laws are given it: a solve_actuator, whose pull is 0
  * where it is not. */
 enum { ACTUATOR_OFFSET = 0, ACTUATOR_SLOPE = 2, ACTUATOR_PULL = 4, ACTUATOR_NUMBERS };
 typedef struct strain_actuator {
@@ -94,7 +94,7 @@ typedef struct strain_node {
 typedef struct strain_kind {
     int stages, elements, actuators;
     const double *edges;               /* [elements + 1] */
-    const solve_extent *extents;       /* [actuators]; of tendons and chambers */
+    const solve_extent *extents;       /* [actuators]; of actuators */
     const scene_law *law;              /* of the section; NULL: linear */
     double length, force;              /* its units, as of rod_scales */
     bool shears;                       /* a compliance of v is not 0 */

@@ -1,4 +1,4 @@
-/* What residual and derivatives of the strain form share: tendons and chambers at a point, the sums
+/* What residual and derivatives of the strain form share: actuators at a point, the sums
  * of physics/rod.h, and the conditions of a held end. For functions that are compiled
  * FOR_EACH_PROCESSOR. */
 #ifndef PHYSICS_SOLVE_STRAIN_INLINE_H

@@ -159,14 +159,14 @@ static void reach_of(const robot *r, quantity start, quantity end, double range[
     range[1] = end.is_given ? value(r, end, 0) : scene_length(r->x->of);
 }
 
-static void draw_guided(const robot *r, const quantity offset[2], quantity start, quantity end,
-                        double radius, picture_colour colour)
+static void draw_guided(const robot *r, const scene_actuator *one, double radius,
+                        picture_colour colour)
 {
     enum { MOST = 256 };
     double places[MOST][3], range[2];
     size_t count = 0;
     const picture_paint paint = {colour, 1, false};
-    reach_of(r, start, end, range);
+    reach_of(r, *one->start, *one->end, range);
     for (size_t k = 0; k < r->x->count + 2 && count < MOST; k++) { /* its ends, and between */
         const double s = k == 0 ? range[0] : k > r->x->count ? range[1] : r->arc[k - 1];
         if (k > 0 && k <= r->x->count && (s <= range[0] || s >= range[1])) {
@@ -174,8 +174,8 @@ static void draw_guided(const robot *r, const quantity offset[2], quantity start
         }
         const picture_ring at = ring_at(r, s);
         for (int i = 0; i < 3; i++) {
-            places[count][i] = at.place[i] + value(r, offset[0], s) * at.director[0][i] +
-                               value(r, offset[1], s) * at.director[1][i];
+            places[count][i] = at.place[i] + value(r, one->offset[0], s) * at.director[0][i] +
+                               value(r, one->offset[1], s) * at.director[1][i];
         }
         count++;
     }
@@ -185,12 +185,9 @@ static void draw_guided(const robot *r, const quantity offset[2], quantity start
 static double strongest(const robot *r, bool chambers)
 {
     double most = 0;
-    for (int i = 0; i < (chambers ? r->x->of->chamber_count : r->x->of->tendon_count); i++) {
-        const scene_tendon *tendon = &r->x->of->tendons[i];
-        const quantity acts = chambers                        ? r->x->of->chambers[i].pressure
-                              : tendon->displacement.is_given ? tendon->displacement
-                                                              : tendon->tension;
-        most = fmax(most, value(r, acts, 0));
+    for (int i = 0; i < scene_actuator_count(r->x->of); i++) {
+        const scene_actuator one = scene_actuator_of(r->x->of, i);
+        most = !one.tendon == chambers ? fmax(most, value(r, one.given, 0)) : most;
     }
     return most;
 }
@@ -205,20 +202,13 @@ static const char *const chamber_colours[] = {"9fc4d8", "e8590c"};
 
 static void draw_actuators(const robot *r)
 {
-    const scene *of = r->x->of;
-    double most = strongest(r, false);
-    for (int i = 0; i < of->tendon_count; i++) {
-        const scene_tendon *tendon = &of->tendons[i];
-        const double acts =
-            value(r, tendon->displacement.is_given ? tendon->displacement : tendon->tension, 0);
-        draw_guided(r, tendon->offset, tendon->start, tendon->end, 0.0034 * r->x->size,
-                    strength(tendon_colours, acts, most));
-    }
-    most = strongest(r, true);
-    for (int i = 0; i < of->chamber_count; i++) {
-        const scene_chamber *chamber = &of->chambers[i];
-        draw_guided(r, chamber->offset, chamber->start, chamber->end, 0.24 * r->x->radius,
-                    strength(chamber_colours, value(r, chamber->pressure, 0), most));
+    const double most[2] = {strongest(r, false), strongest(r, true)};
+    for (int i = 0; i < scene_actuator_count(r->x->of); i++) {
+        const scene_actuator one = scene_actuator_of(r->x->of, i);
+        const bool chamber = !one.tendon;
+        draw_guided(r, &one, chamber ? 0.24 * r->x->radius : 0.0034 * r->x->size,
+                    strength(chamber ? chamber_colours : tendon_colours, value(r, one.given, 0),
+                             most[chamber]));
     }
 }
 
@@ -313,20 +303,16 @@ static void write_kind(const robot *r, bool chambers, double y)
 {
     char text[200] = "", part[40];
     const scene *of = r->x->of;
-    const int count = chambers ? of->chamber_count : of->tendon_count;
-    for (int i = 0; i < count; i++) {
-        const bool pulled = !chambers && of->tendons[i].displacement.is_given;
-        const bool is_force = chambers && value(r, of->chambers[i].area, 0) == 1;
-        const quantity acts = chambers ? of->chambers[i].pressure
-                              : pulled ? of->tendons[i].displacement
-                                       : of->tendons[i].tension;
+    int count = 0;
+    for (int i = 0; i < scene_actuator_count(of); i++) {
+        const scene_actuator one = scene_actuator_of(of, i);
+        if (!one.tendon != chambers) {
+            continue;
+        }
+        const bool is_force = chambers && value(r, one.chamber->area, 0) == 1;
         const size_t used = strlen(text);
-        show_with_unit(value(r, acts, 0),
-                       pulled                  ? "m"
-                       : chambers && !is_force ? "Pa"
-                                               : "N",
-                       3, part, sizeof part);
-        snprintf(text + used, sizeof text - used, "%s%s", i > 0 ? ", " : "", part);
+        show_with_unit(value(r, one.given, 0), is_force ? "N" : one.unit, 3, part, sizeof part);
+        snprintf(text + used, sizeof text - used, "%s%s", count++ > 0 ? ", " : "", part);
     }
     const double line[2][2] = {{24, y - 5}, {48, y - 5}};
     picture_line(r->p, line[0], 2, 5,

@@ -117,22 +117,22 @@ static void put_loads(const drawn *x)
 /* ---- actuators and bodies ------------------------------------------------------------------ */
 
 /* A line along the rod at a body offset, and what acts in it. */
-static void put_guided(const drawn *x, const char *kind, const quantity offset[2], quantity start,
-                       quantity end, quantity acts, const char *unit)
+static void put_guided(const drawn *x, const scene_actuator *one)
 {
     json_open(x->to, NULL, '{');
-    json_text(x->to, "kind", kind);
-    json_number(x->to, "start", value_at(x, start, 0, 0));
-    json_number(x->to, "end", end.is_given ? value_at(x, end, 0, 0) : scene_length(x->of));
+    json_text(x->to, "kind", one->name);
+    json_number(x->to, "start", value_at(x, *one->start, 0, 0));
+    json_number(x->to, "end",
+                one->end->is_given ? value_at(x, *one->end, 0, 0) : scene_length(x->of));
     json_open(x->to, "offset", '[');
-    put_along(x, "d1", offset[0], 1);
-    put_along(x, "d2", offset[1], 1);
+    put_along(x, "d1", one->offset[0], 1);
+    put_along(x, "d2", one->offset[1], 1);
     json_close(x->to, ']');
     json_open(x->to, "acts", '[');
     for (size_t i = 0; i < x->kept->frames; i++) {
-        x->numbers[i] = value_at(x, acts, 0, i);
+        x->numbers[i] = value_at(x, one->given, 0, i);
     }
-    show_column(x->to, kind, unit, x->numbers, x->kept->frames, false);
+    show_column(x->to, one->name, one->unit, x->numbers, x->kept->frames, false);
     json_close(x->to, ']');
     json_close(x->to, '}');
 }
@@ -140,16 +140,9 @@ static void put_guided(const drawn *x, const char *kind, const quantity offset[2
 static void put_actuators(const drawn *x)
 {
     json_open(x->to, "guided", '[');
-    for (int i = 0; i < x->of->tendon_count; i++) {
-        const scene_tendon *tendon = &x->of->tendons[i];
-        const bool pulled = tendon->displacement.is_given;
-        put_guided(x, "tendon", tendon->offset, tendon->start, tendon->end,
-                   pulled ? tendon->displacement : tendon->tension, pulled ? "m" : "N");
-    }
-    for (int i = 0; i < x->of->chamber_count; i++) {
-        const scene_chamber *chamber = &x->of->chambers[i];
-        put_guided(x, "chamber", chamber->offset, chamber->start, chamber->end, chamber->pressure,
-                   "Pa");
+    for (int i = 0; i < scene_actuator_count(x->of); i++) {
+        const scene_actuator one = scene_actuator_of(x->of, i);
+        put_guided(x, &one);
     }
     json_close(x->to, ']');
     json_open(x->to, "bodies", '[');

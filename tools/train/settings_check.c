@@ -179,7 +179,7 @@ static const char *common_obstacle(const scene *rod_scene)
         return "needs a rod without a foundation";
     }
     if (rod_scene->point_count + rod_scene->body_count + rod_scene->spring_count +
-            rod_scene->tendon_count + rod_scene->chamber_count + rod_scene->tube_count >
+            scene_actuator_count(rod_scene) + rod_scene->tube_count >
         0) {
         return "needs a rod without points, bodies, springs, tendons, chambers and tubes";
     }
