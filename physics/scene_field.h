@@ -18,7 +18,7 @@ typedef enum scene_part {
     SCENE_OF_TIP,
     SCENE_OF_INITIAL,
     SCENE_OF_EXACT, /* manufactured */
-    SCENE_OF_LISTS, /* points, tendons, chambers, tubes */
+    SCENE_OF_LISTS, /* points, actuators, tubes */
     SCENE_OF_BEAM
 } scene_part;
 
@@ -108,7 +108,7 @@ const scene_list *scene_field_list(const scene_field *field, int *index);
 /* [count]; those of an entry beyond the length of its list are not given. */
 const quantity *scene_field_of(const scene *rod_scene, const scene_field *field);
 
-/* Whether it holds for a part of the rod alone, that of its segment, tendon, chamber or tube; from,
+/* Whether it holds for a part of the rod alone, that of its segment, actuator or tube; from,
  * to in m. */
 bool scene_field_span(const scene *rod_scene, const scene_field *field, double *from, double *to);
 
