@@ -304,6 +304,7 @@ const law law_table[LAW_COUNT] = {
     [LAW_TUBE] = {.name = "tube",
                   .about = "A tube around the rod: K (w - k)^2/2 + m (u_3 - k_3) - c m^2/2, w of u "
                            "turned back by theta; u, cos, sin, m; K_1, K_2, k, c.",
+                  .state = LAW_TURNED,
                   .kind = LAW_STORES,
                   .numbers = 6,
                   .has_energy = true,
@@ -324,6 +325,7 @@ const law law_table[LAW_COUNT] = {
     [LAW_SPRING] = {.name = "spring",
                     .about = "A spring, or a foundation: k (r - place - shift)^2/2; "
                              "shift, k, place.",
+                    .state = LAW_OUTSIDE,
                     .kind = LAW_STORES,
                     .numbers = 9,
                     .shares = 3,
@@ -334,6 +336,7 @@ const law law_table[LAW_COUNT] = {
                     .record = record_spring},
     [LAW_TURNING_SPRING] = {.name = "turning_spring",
                             .about = "A spring that turns: k phi^2/2 from upright on; k, upright.",
+                            .state = LAW_OUTSIDE,
                             .kind = LAW_STORES,
                             .numbers = 7,
                             .has_energy = true,
@@ -342,6 +345,7 @@ const law law_table[LAW_COUNT] = {
                             .record = record_turning_spring},
     [LAW_RESISTANCE] = {.name = "resistance",
                         .about = "What surrounds the rod: -(c_1 + c_2 |V|) V; c_1, c_2.",
+                        .state = LAW_OUTSIDE,
                         .kind = LAW_DISSIPATES,
                         .numbers = 2,
                         .by_velocity = true,
@@ -349,6 +353,7 @@ const law law_table[LAW_COUNT] = {
                         .record = record_resistance},
     [LAW_FORCE] = {.name = "force",
                    .about = "A dead force: -f . r; f.",
+                   .state = LAW_OUTSIDE,
                    .kind = LAW_LOADS,
                    .numbers = 3,
                    .shares = 3,
@@ -357,6 +362,7 @@ const law law_table[LAW_COUNT] = {
                    .record = record_force},
     [LAW_MOMENT] = {.name = "moment",
                     .about = "A dead moment; l.",
+                    .state = LAW_OUTSIDE,
                     .kind = LAW_LOADS,
                     .numbers = 3,
                     .shares = 3,
@@ -364,6 +370,7 @@ const law law_table[LAW_COUNT] = {
                     .record = record_moment},
     [LAW_FOLLOWER_FORCE] = {.name = "follower_force",
                             .about = "A force that turns with the rod: R f; f.",
+                            .state = LAW_OUTSIDE,
                             .kind = LAW_LOADS,
                             .numbers = 3,
                             .shares = 3,
@@ -372,6 +379,7 @@ const law law_table[LAW_COUNT] = {
                             .record = record_follower_force},
     [LAW_FOLLOWER_MOMENT] = {.name = "follower_moment",
                              .about = "A moment that turns with the rod: R l; l.",
+                             .state = LAW_OUTSIDE,
                              .kind = LAW_LOADS,
                              .numbers = 3,
                              .shares = 3,
@@ -382,6 +390,7 @@ const law law_table[LAW_COUNT] = {
                           .about =
                               "A fluid around a slender rod: -(c_1 + c_2 |w|^(1/2) + c_3 |w|) w "
                               "along d3 and across; c_1, c_2, c_3 of both.",
+                          .state = LAW_OUTSIDE,
                           .kind = LAW_DISSIPATES,
                           .numbers = 6,
                           .by_rotation = true,
@@ -390,6 +399,7 @@ const law law_table[LAW_COUNT] = {
                           .record = record_slender_drag},
     [LAW_MAGNET] = {.name = "magnet",
                     .about = "A magnetic moment in a field: -(R m) . B; B, m.",
+                    .state = LAW_OUTSIDE,
                     .kind = LAW_LOADS,
                     .numbers = 6,
                     .shares = 3,
@@ -401,6 +411,7 @@ const law law_table[LAW_COUNT] = {
     [LAW_MAGNET_GRADIENT] = {.name = "magnet_gradient",
                              .about = "The same in the field G r: -(R m) . G r; "
                                       "G as xx, yy, xy, xz, yz, m.",
+                             .state = LAW_OUTSIDE,
                              .kind = LAW_LOADS,
                              .numbers = 8,
                              .shares = 5,
@@ -414,34 +425,24 @@ const law law_table[LAW_COUNT] = {
                              .record = record_magnet_gradient},
     [LAW_ROTARY_INERTIA] = {.name = "rotary_inertia",
                             .about = "A section that turns: 1/2 sum J_i w_i^2; J.",
+                            .state = LAW_OF_MOTION,
                             .kind = LAW_MOVES,
                             .numbers = 3,
                             .has_energy = true,
                             .record = record_rotary_inertia},
     [LAW_ADDED_MASS] = {.name = "added_mass",
                         .about = "Fluid that moves with a rod across d3: 1/2 c (V_1^2 + V_2^2); c.",
+                        .state = LAW_OF_MOTION,
                         .kind = LAW_MOVES,
                         .numbers = 1,
                         .has_energy = true,
                         .record = record_added_mass}};
 
-int law_given(law_name name)
-{
-    return (name < LAW_OUTSIDE     ? LAW_WRENCH
-            : name < LAW_OF_MOTION ? LAW_STATE
-                                   : LAW_MOVING) +
-           law_table[name].numbers;
-}
-
-int law_derivatives(law_name name)
-{
-    return name < LAW_OUTSIDE ? LAW_STIFFNESS : name < LAW_OF_MOTION ? LAW_BY : LAW_BY_MOTION;
-}
-
 /* ---- formulas ------------------------------------------------------------------------------ */
 
-static void derive_within(law_formula *x)
+static void derive_within(law_formula *x, bool has_energy)
 {
+    (void)has_energy; /* it always has */
     ad_reverse(x->energy, LAW_WRENCH, x->given, AD_PER_POINT, x->wrench);
     for (int i = 0, k = 0; i < LAW_WRENCH; i++) {
         for (int j = i; j < LAW_WRENCH; j++) {
@@ -450,10 +451,11 @@ static void derive_within(law_formula *x)
     }
 }
 
-static void derive_tube(law_formula *x)
+static void derive_tube(law_formula *x, bool has_energy)
 {
     const ad_value *at = x->given, turn[2] = {ad_neg(at[4]), at[3]};
     ad_value by_state[LAW_WRENCH], by_turn[LAW_WRENCH];
+    (void)has_energy; /* it always has */
     ad_reverse(x->energy, LAW_WRENCH, at, AD_PER_POINT, by_state);
     for (int i = 0; i < 3; i++) {
         x->wrench[i] = by_state[i];
@@ -509,10 +511,11 @@ static void derive_outside(law_formula *x, bool has_energy)
     }
 }
 
-static void derive_motion(law_formula *x)
+static void derive_motion(law_formula *x, bool has_energy)
 {
     const ad_value *V = x->given, *w = V + 3, *A = V + 6;
     ad_value momentum[LAW_WRENCH], rate[LAW_WRENCH], along[LAW_WRENCH], turned[3][3];
+    (void)has_energy; /* it always has */
     cross(w, V, turned[0]);
     for (int i = 0; i < 3; i++) {
         along[i] = ad_sub(A[i], turned[0][i]);
@@ -533,47 +536,66 @@ static void derive_motion(law_formula *x)
     }
 }
 
+/* By law_state: the state, how many derivatives, and how they are taken. */
+static const struct {
+    law_group state[LAW_GROUPS_MAX - 1];
+    int derivatives;
+    void (*derive)(law_formula *x, bool has_energy);
+} states[] = {
+    [LAW_WITHIN] = {{{"v", 3}, {"u", 3}}, LAW_STIFFNESS, derive_within},
+    [LAW_TURNED] = {{{"u", 3}, {"turn", 3}}, LAW_STIFFNESS, derive_tube},
+    [LAW_OUTSIDE] = {{{"position", 3}, {"rotation", 4}, {"velocity", 3}}, LAW_BY, derive_outside},
+    [LAW_OF_MOTION] = {{{"velocity", 3}, {"spin", 3}, {"acceleration", 3}, {"spin_rate", 3}},
+                       LAW_BY_MOTION,
+                       derive_motion}};
+
+int law_groups(law_name name, law_group groups[LAW_GROUPS_MAX])
+{
+    const law *of = &law_table[name];
+    int count = 0;
+    while (count < LAW_GROUPS_MAX - 1 && states[of->state].state[count].count > 0) {
+        groups[count] = states[of->state].state[count];
+        count++;
+    }
+    groups[count++] = (law_group){"numbers", of->numbers};
+    return count;
+}
+
+int law_given(law_name name)
+{
+    law_group groups[LAW_GROUPS_MAX];
+    int sum = 0;
+    for (int i = law_groups(name, groups) - 1; i >= 0; i--) {
+        sum += groups[i].count;
+    }
+    return sum;
+}
+
+int law_derivatives(law_name name)
+{
+    return states[law_table[name].state].derivatives;
+}
+
 law_formula law_formula_create(law_name name)
 {
-    static const struct {
-        const char *name;
-        int count;
-    } groups[4][6] = {
-        {{"v", 3}, {"u", 3}, {"numbers", LAW_NUMBERS_MAX}},
-        {{"u", 3}, {"turn", 3}, {"numbers", LAW_NUMBERS_MAX}},
-        {{"position", 3}, {"rotation", 4}, {"velocity", 3}, {"numbers", LAW_NUMBERS_MAX}},
-        {{"velocity", 3},
-         {"spin", 3},
-         {"acceleration", 3},
-         {"spin_rate", 3},
-         {"numbers", LAW_NUMBERS_MAX}}};
     const law *of = &law_table[name];
+    law_group groups[LAW_GROUPS_MAX];
+    const int count = law_groups(name, groups);
     law_formula x = {.tape = ad_tape_create()};
     if (!x.tape) {
         return x;
     }
-    const int kind = name >= LAW_OF_MOTION ? 3 : name >= LAW_OUTSIDE ? 2 : name == LAW_TUBE;
-    for (int i = 0, g = 0, k = 0; i < law_given(name); i++, k++) {
-        if (k == groups[kind][g].count) {
-            k = 0;
-            g++;
+    for (int g = 0, i = 0; g < count; g++) {
+        for (int k = 0; k < groups[g].count; k++) {
+            x.given[i++] = ad_input(x.tape, groups[g].name, 1);
         }
-        x.given[i] = ad_input(x.tape, groups[kind][g].name, 1);
     }
     x.energy = ad_scalar(x.tape, 0);
     for (int i = 0; i < LAW_WRENCH; i++) {
         x.wrench[i] = x.energy;
     }
     of->record(x.given, of->has_energy ? &x.energy : x.wrench);
-    if (name == LAW_TUBE) {
-        derive_tube(&x);
-    } else if (name < LAW_OUTSIDE) {
-        derive_within(&x);
-    } else if (name >= LAW_OF_MOTION) {
-        derive_motion(&x);
-    } else {
-        derive_outside(&x, of->has_energy);
-    }
+    states[of->state].derive(&x, of->has_energy);
     return x;
 }
 

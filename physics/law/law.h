@@ -51,9 +51,7 @@ typedef enum law_name {
     LAW_ROTARY_INERTIA,  /* kinetic energy: 1/2 sum_i J_i w_i^2 */
     LAW_ADDED_MASS,      /* kinetic energy: 1/2 c (V_1^2 + V_2^2), of the fluid that moves with a
                             slender rod across d3 */
-    LAW_COUNT,
-    LAW_OUTSIDE = LAW_SPRING,          /* the first of those outside */
-    LAW_OF_MOTION = LAW_ROTARY_INERTIA /* the first of those */
+    LAW_COUNT
 } law_name;
 
 enum { LAW_NUMBERS_MAX = 9, LAW_STATE = 3 + 4 + 3, LAW_MOVING = 4 * 3 };
@@ -66,8 +64,21 @@ enum { LAW_BY_MOTION = 4 * 3 * LAW_WRENCH }; /* of motion; the most */
  */
 typedef enum law_kind { LAW_STORES, LAW_LOADS, LAW_DISSIPATES, LAW_MOVES } law_kind;
 
+/* Of which state it is a law: strains of the section; curvature and the turn of a tube; position,
+ * rotation and velocity, of what acts from outside; velocities and accelerations, body. */
+typedef enum law_state { LAW_WITHIN, LAW_TURNED, LAW_OUTSIDE, LAW_OF_MOTION } law_state;
+
+/* A name and how many scalars. */
+typedef struct law_group {
+    const char *name;
+    int count;
+} law_group;
+
+enum { LAW_GROUPS_MAX = 5 };
+
 typedef struct law {
     const char *name, *about;
+    law_state state;
     law_kind kind;
     int numbers; /* how many it has */
     int shares;  /* the first so many are those of the full load, and 0 without */
@@ -98,6 +109,7 @@ static inline bool law_force_by_position(const law *of)
 /* Scalars of the state and its numbers: v, u, numbers; u, cos theta, sin theta, m, numbers; or r,
  * q, V, numbers; or V, w, A, w_t, numbers. */
 int law_given(law_name name);
+int law_groups(law_name name, law_group groups[LAW_GROUPS_MAX]); /* how many, the numbers last */
 
 /* How many derivatives: within the rod the upper triangle of second derivatives by v and u, or by
  * u, theta, m and nothing, row by row; outside those of force and moment, [6][3] by r, by a turn,

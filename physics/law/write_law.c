@@ -27,13 +27,23 @@ static void write_function(writer *w, law_name name, const char *ending, int gro
     }
 }
 
+/* What the law is given, as arguments; how many. */
+static int arguments_of(law_name name, const law_formula *x,
+                        ad_inline_argument input[LAW_GROUPS_MAX])
+{
+    law_group groups[LAW_GROUPS_MAX];
+    const int count = law_groups(name, groups);
+    for (int i = 0, k = 0; i < count; k += groups[i++].count) {
+        input[i] = (ad_inline_argument){groups[i].name, groups[i].count, x->given + k};
+    }
+    return count;
+}
+
 static void write_within(writer *w, law_name name, const law_formula *x)
 {
     ad_value by_v[6]; /* without the rest, for section by section */
-    const bool tube = name == LAW_TUBE;
-    const ad_inline_argument input[3] = {{tube ? "u" : "v", 3, x->given},
-                                         {tube ? "turn" : "u", 3, x->given + 3},
-                                         {"actuator", law_table[name].numbers, x->given + 6}};
+    ad_inline_argument input[LAW_GROUPS_MAX];
+    const int groups = arguments_of(name, x, input);
     const ad_inline_argument energy = {"energy", 1, &x->energy};
     const ad_inline_argument all[2] = {{"wrench", LAW_WRENCH, x->wrench},
                                        {"stiffness", LAW_STIFFNESS, x->by}};
@@ -44,22 +54,23 @@ static void write_within(writer *w, law_name name, const law_formula *x)
             by_v[k++] = x->by[law_entry(i, j)];
         }
     }
-    write_function(w, name, "_energy", 3, input, 1, &energy);
-    write_function(w, name, "_wrench", 3, input, 1, all);
-    if (!tube) {
-        write_function(w, name, "_by_v", 3, input, 2, some);
+    write_function(w, name, "_energy", groups, input, 1, &energy);
+    write_function(w, name, "_wrench", groups, input, 1, all);
+    if (law_table[name].state == LAW_WITHIN) {
+        write_function(w, name, "_by_v", groups, input, 2, some);
     }
-    write_function(w, name, "", 3, input, 2, all);
-    write_function(w, name, "_with_energy", 3, input, 3, every);
+    write_function(w, name, "", groups, input, 2, all);
+    write_function(w, name, "_with_energy", groups, input, 3, every);
 }
 
 static const char *const STRAINS = "const NUMBER v[3], const NUMBER u[3], const NUMBER *actuator";
 static const char *const STATE = "const NUMBER position[3], const NUMBER rotation[4],\n"
                                  "    const NUMBER velocity[3], const NUMBER *numbers";
 
-static void write_of(writer *w, law_name name, int groups, const ad_inline_argument *input,
-                     const law_formula *x)
+static void write_beyond(writer *w, law_name name, const law_formula *x)
 {
+    ad_inline_argument input[LAW_GROUPS_MAX];
+    const int groups = arguments_of(name, x, input);
     const ad_inline_argument energy = {"energy", 1, &x->energy};
     const ad_inline_argument all[2] = {{"wrench", LAW_WRENCH, x->wrench},
                                        {"by", law_derivatives(name), x->by}};
@@ -68,38 +79,19 @@ static void write_of(writer *w, law_name name, int groups, const ad_inline_argum
     write_function(w, name, "", groups, input, 2, all);
 }
 
-static void write_outside(writer *w, law_name name, const law_formula *x)
-{
-    const ad_inline_argument input[4] = {
-        {"position", 3, x->given},
-        {"rotation", 4, x->given + 3},
-        {"velocity", 3, x->given + 7},
-        {"numbers", law_table[name].numbers, x->given + LAW_STATE}};
-    write_of(w, name, 4, input, x);
-}
-
-static void write_of_motion(writer *w, law_name name, const law_formula *x)
-{
-    const ad_inline_argument input[5] = {
-        {"velocity", 3, x->given},
-        {"spin", 3, x->given + 3},
-        {"acceleration", 3, x->given + 6},
-        {"spin_rate", 3, x->given + 9},
-        {"numbers", law_table[name].numbers, x->given + LAW_MOVING}};
-    write_of(w, name, 5, input, x);
-}
-
-/* One function for any law from one to another, by its number. */
-static void write_choice(writer *w, const char *of, int from, int to, const char *state,
+/* One function for any law of a state, up to one of them, by its number. */
+static void write_choice(writer *w, const char *of, law_state from, int to, const char *state,
                          const char *given, const char *ending, const char *outputs,
                          const char *passed)
 {
     fprintf(w->file, "ALGEBRA_INLINE void ALGEBRA(law_%s%s)(int law, %s, %s)\n{\n", of, ending,
             state, outputs);
     fputs("    switch (law) {\n", w->file);
-    for (int i = from; i < to; i++) {
-        fprintf(w->file, "    case %d:\n        ALGEBRA(law_%s%s)(%s, %s);\n        break;\n", i,
-                law_table[i].name, ending, given, passed);
+    for (int i = 0; i < to; i++) {
+        if (law_table[i].state == from) {
+            fprintf(w->file, "    case %d:\n        ALGEBRA(law_%s%s)(%s, %s);\n        break;\n",
+                    i, law_table[i].name, ending, given, passed);
+        }
     }
     fputs("    default:\n        break;\n    }\n}\n\n", w->file);
 }
@@ -115,9 +107,9 @@ static void write_choices(writer *w)
                    {"_by_v", "NUMBER wrench[6], NUMBER stiffness[6]", "wrench, stiffness"},
                    {"", "NUMBER wrench[6], NUMBER stiffness[21]", "wrench, stiffness"}};
     for (int i = 0; i < 3; i++) {
-        write_choice(w, "actuator", 0, LAW_ACTUATORS, STRAINS, "v, u, actuator", within[i].ending,
-                     within[i].outputs, within[i].passed);
-        write_choice(w, "outside", LAW_OUTSIDE, LAW_OF_MOTION, STATE,
+        write_choice(w, "actuator", LAW_WITHIN, LAW_ACTUATORS, STRAINS, "v, u, actuator",
+                     within[i].ending, within[i].outputs, within[i].passed);
+        write_choice(w, "outside", LAW_OUTSIDE, LAW_COUNT, STATE,
                      "position, rotation, velocity, numbers", outside[i].ending, outside[i].outputs,
                      outside[i].passed);
     }
@@ -131,9 +123,9 @@ static void write_law(writer *w, law_name name)
         return;
     }
     fprintf(w->file, "/* %s */\n", law_table[name].about);
-    (name < LAW_OUTSIDE     ? write_within
-     : name < LAW_OF_MOTION ? write_outside
-                            : write_of_motion)(w, name, &x);
+    const law_state state = law_table[name].state;
+    const bool within = state == LAW_WITHIN || state == LAW_TURNED;
+    (within ? write_within : write_beyond)(w, name, &x);
     law_formula_free(&x);
 }
 
