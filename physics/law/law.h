@@ -64,9 +64,9 @@ enum { LAW_BY_MOTION = 4 * 3 * LAW_WRENCH }; /* of motion; the most */
  */
 typedef enum law_kind { LAW_STORES, LAW_LOADS, LAW_DISSIPATES, LAW_MOVES } law_kind;
 
-/* Of which state it is a law: strains of the section; curvature and the turn of a tube; position,
- * rotation and velocity, of what acts from outside; velocities and accelerations, body. */
-typedef enum law_state { LAW_WITHIN, LAW_TURNED, LAW_OUTSIDE, LAW_OF_MOTION } law_state;
+/* Of which state it is a law: position, rotation and velocity, of what acts from outside; strains
+ * of the section; curvature and the turn of a tube; velocities and accelerations, body. */
+typedef enum law_state { LAW_OUTSIDE, LAW_WITHIN, LAW_TURNED, LAW_OF_MOTION } law_state;
 
 /* A name and how many scalars. */
 typedef struct law_group {
