@@ -103,12 +103,15 @@ static void write_choices(writer *w)
     } outside[3] = {{"_energy", "NUMBER energy[1]", "energy"},
                     {"_wrench", "NUMBER wrench[6]", "wrench"},
                     {"", "NUMBER wrench[6], NUMBER by[54]", "wrench, by"}},
-      within[3] = {{"_energy", "NUMBER energy[1]", "energy"},
+      within[4] = {{"_energy", "NUMBER energy[1]", "energy"},
+                   {"_wrench", "NUMBER wrench[6]", "wrench"},
                    {"_by_v", "NUMBER wrench[6], NUMBER stiffness[6]", "wrench, stiffness"},
                    {"", "NUMBER wrench[6], NUMBER stiffness[21]", "wrench, stiffness"}};
-    for (int i = 0; i < 3; i++) {
+    for (size_t i = 0; i < sizeof within / sizeof *within; i++) {
         write_choice(w, "actuator", LAW_WITHIN, LAW_ACTUATORS, STRAINS, "v, u, actuator",
                      within[i].ending, within[i].outputs, within[i].passed);
+    }
+    for (size_t i = 0; i < sizeof outside / sizeof *outside; i++) {
         write_choice(w, "outside", LAW_OUTSIDE, LAW_COUNT, STATE,
                      "position, rotation, velocity, numbers", outside[i].ending, outside[i].outputs,
                      outside[i].passed);

@@ -1,7 +1,5 @@
 #include "physics/solve/inertia.h"
 
-#include "physics/law/law.h"
-
 enum { PARTS = 4 }; /* velocity, spin, acceleration, rate of the spin */
 
 typedef struct in_body {
@@ -55,22 +53,6 @@ double inertia_energy(const inertia *what, inertia_motion at)
     return energy;
 }
 
-/* R block R^T, three rows. */
-static void turn_block(const double (*R)[3], const double *block, double (*to)[3])
-{
-    for (int i = 0; i < 3; i++) {
-        double row[3] = {0};
-        for (int k = 0; k < 3; k++) {
-            for (int j = 0; j < 3; j++) {
-                row[j] += R[i][k] * block[3 * k + j];
-            }
-        }
-        for (int j = 0; j < 3; j++) {
-            to[i][j] = row[0] * R[j][0] + row[1] * R[j][1] + row[2] * R[j][2];
-        }
-    }
-}
-
 /* to += block (x phi), as a vector x that is seen from a section that turns by phi in the world
  * changes by x cross phi. */
 static void add_seen(double (*block)[3], const double x[3], double (*to)[3])
@@ -100,7 +82,7 @@ void inertia_differentiate(const inertia *what, inertia_motion at, inertia_chang
     for (int row = fluid ? 0 : 3; row < 6; row += 3) {
         for (int i = 0; i < PARTS; i++) {
             if (fluid || i == 1 || i == 3) {
-                turn_block(at.R, by + 18 * i + 3 * row, blocks[i] + row);
+                inertia_turn_block(at.R, by + 18 * i + 3 * row, blocks[i] + row);
                 add_seen(blocks[i] + row, part[i], to->by_turn + row);
             }
         }
@@ -112,22 +94,10 @@ void inertia_differentiate(const inertia *what, inertia_motion at, inertia_chang
     }
 }
 
-void inertia_mass(const inertia *what, const double (*R)[3], double rotary[3][3], double mass[3][3])
+void inertia_mass_of_fluid(const inertia *what, const double (*R)[3], double mass[3][3])
 {
     static const double still[3] = {0};
     double unused[6] = {0}, by[LAW_BY_MOTION] = {0};
-    number_law_rotary_inertia(still, still, still, still, what->rotary, unused, by);
-    turn_block(R, by + 18 * 3 + 9, rotary);
-    memset(mass, 0, 3 * sizeof *mass);
-    if (what->added != 0) {
-        number_law_added_mass(still, still, still, still, &what->added, unused, by);
-        turn_block(R, by + 18 * 2, mass);
-    }
-    for (int i = 0; i < 3; i++) {
-        for (int k = 0; k < 3; k++) {
-            rotary[i][k] *= -1;
-            mass[i][k] *= -1;
-        }
-        mass[i][i] += what->mass;
-    }
+    number_law_added_mass(still, still, still, still, &what->added, unused, by);
+    inertia_turn_block(R, by + 18 * 2, mass);
 }

@@ -2,8 +2,10 @@
 #ifndef PHYSICS_SOLVE_INERTIA_H
 #define PHYSICS_SOLVE_INERTIA_H
 
+#include "physics/law/law.h"
 #include "physics/law/law_numbers.h"
 #include "physics/quaternion.h"
+#include "physics/solve/processor.h"
 
 #include <stdbool.h>
 #include <string.h>
@@ -60,8 +62,44 @@ typedef struct inertia_change {
 
 void inertia_differentiate(const inertia *what, inertia_motion at, inertia_change *by);
 
+/* R block R^T, three rows. */
+PROCESSOR_INLINE void inertia_turn_block(const double (*R)[3], const double *block, double (*to)[3])
+{
+    for (int i = 0; i < 3; i++) {
+        double row[3] = {0};
+        for (int k = 0; k < 3; k++) {
+            for (int j = 0; j < 3; j++) {
+                row[j] += R[i][k] * block[3 * k + j];
+            }
+        }
+        for (int j = 0; j < 3; j++) {
+            to[i][j] = row[0] * R[j][0] + row[1] * R[j][1] + row[2] * R[j][2];
+        }
+    }
+}
+
+/* What its force changes by with the acceleration. */
+void inertia_mass_of_fluid(const inertia *what, const double (*R)[3], double mass[3][3]);
+
 /* Rotary inertia and mass in the world; the mass is a number times 1 without added mass. */
-void inertia_mass(const inertia *what, const double (*R)[3], double rotary[3][3],
-                  double mass[3][3]);
+PROCESSOR_INLINE void inertia_mass(const inertia *what, const double (*R)[3], double rotary[3][3],
+                                   double mass[3][3])
+{
+    static const double still[3] = {0};
+    double unused[6] = {0}, by[LAW_BY_MOTION] = {0};
+    number_law_rotary_inertia(still, still, still, still, what->rotary, unused, by);
+    inertia_turn_block(R, by + 18 * 3 + 9, rotary);
+    memset(mass, 0, 3 * sizeof *mass);
+    if (what->added != 0) {
+        inertia_mass_of_fluid(what, R, mass);
+    }
+    for (int i = 0; i < 3; i++) {
+        for (int k = 0; k < 3; k++) {
+            rotary[i][k] *= -1;
+            mass[i][k] *= -1;
+        }
+        mass[i][i] += what->mass;
+    }
+}
 
 #endif

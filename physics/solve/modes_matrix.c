@@ -322,7 +322,7 @@ PROCESSOR_INLINE void change_forces(modes *m, int e, changes *x)
 /* ---- back from the tip --------------------------------------------------------------------- */
 
 /* What the stress at a point changes by, by the strain and by its rate (law_entry). */
-static void differentiate_stress(const modes *m, int p, double by[2][LAW_STIFFNESS])
+PROCESSOR_INLINE void differentiate_stress(const modes *m, int p, double by[2][LAW_STIFFNESS])
 {
     const modes_point *at = &m->point[p];
     double off[MODES_STRAINS], stress[MODES_STRAINS] = {0};
@@ -333,42 +333,6 @@ static void differentiate_stress(const modes *m, int p, double by[2][LAW_STIFFNE
     }
     number_law_elastic(off, off + MODES_U, at->stiffness, stress, by[0]);
     number_law_damping(at->rate, at->rate + MODES_U, at->damping, stress, by[1]);
-}
-
-/* One past the last of the element's own modes that are of the same strain, which follow one
- * another. */
-static int same_strain(const modes *m, int e, int first)
-{
-    int end = first;
-    while (end < m->element[e].end && m->mode[end].strain == m->mode[first].strain) {
-        end++;
-    }
-    return end;
-}
-
-/* Adds to the derivatives what the stress at a point changes by. */
-static void add_stress(const modes *m, int e, int p, double *by_q, double *by_v)
-{
-    const modes_element *element = &m->element[e];
-    const double *value = m->value + p * m->width;
-    double by[2][LAW_STIFFNESS];
-    differentiate_stress(m, p, by);
-    for (int first = element->own, end; first < element->end; first = end) {
-        const int from = m->is_coupled ? element->own : first;
-        end = same_strain(m, e, first);
-        for (int other = from, stop; other < (m->is_coupled ? element->end : end); other = stop) {
-            const int entry = law_entry(m->mode[first].strain, m->mode[other].strain);
-            stop = same_strain(m, e, other);
-            for (int b = first; b < end; b++) {
-                const double weight = m->point[p].weight * value[b];
-                const double K = weight * by[0][entry], D = weight * by[1][entry];
-                for (int a = other; a < stop; a++) {
-                    by_q[b * m->width + a] += value[a] * K;
-                    by_v[b * m->width + a] += value[a] * D;
-                }
-            }
-        }
-    }
 }
 
 /* Rows [6][width] of a point: R^T (changed - theta x carried), by q and by q_t. */
@@ -393,6 +357,24 @@ PROCESSOR_INLINE void to_section(const modes *m, int p, const double carried[3],
     }
 }
 
+/* Rows [12][width] of a point, by q and by q_t of force and of moment: what the stress changes by
+ * with the element's own modes, subtracted. */
+PROCESSOR_INLINE void subtract_stress(const modes *m, int e, int p, double *to)
+{
+    const modes_element *element = &m->element[e];
+    const double *value = m->value + p * m->width, weight = m->point[p].weight;
+    double by[2][LAW_STIFFNESS];
+    differentiate_stress(m, p, by);
+    for (int a = element->own; a < element->end; a++) {
+        const int own = m->mode[a].strain;
+        for (int c = m->is_coupled ? 0 : own; c < (m->is_coupled ? MODES_STRAINS : own + 1); c++) {
+            double *row = to + (c / 3 * 6 + c % 3) * m->width + a;
+            row[0] -= weight * value[a] * by[0][law_entry(c, own)];
+            row[3 * m->width] -= weight * value[a] * by[1][law_entry(c, own)];
+        }
+    }
+}
+
 /* forces, moments [stages][6]: what modes_point.carried changes by; sections: room [12]. */
 PROCESSOR_INLINE void collect_rows(modes *m, int e, const double *forces, const double *moments,
                                    double *sections, double *by_q, double *by_v)
@@ -404,6 +386,7 @@ PROCESSOR_INLINE void collect_rows(modes *m, int e, const double *forces, const 
         const modes_point *at = &m->point[p];
         to_section(m, p, at->carried[0], forces + i * 6 * width, sections);
         to_section(m, p, at->carried[1], moments + i * 6 * width, sections + 6 * width);
+        subtract_stress(m, e, p, sections);
         for (int b = element->own; b < element->end; b++) {
             const int c = m->mode[b].strain;
             const double *row = sections + (c / 3 * 6 + c % 3) * width;
@@ -420,7 +403,6 @@ PROCESSOR_INLINE void collect_rows(modes *m, int e, const double *forces, const 
                 memcpy(by_v + b * width + a, &v, sizeof v);
             }
         }
-        add_stress(m, e, p, by_q, by_v);
     }
 }
 

@@ -190,8 +190,13 @@ FOR_EACH_PROCESSOR static void pull_points(modes *m, int e, bool derive)
                 }
                 here.given[ACTUATOR_PULL][lane] = acts ? a->pull : 0;
             }
-            lanes_law_actuator((int)extent->law, strain + MODES_V, strain + MODES_U, here.given,
-                               sum.wrench, sum.stiffness);
+            if (derive) {
+                lanes_law_actuator((int)extent->law, strain + MODES_V, strain + MODES_U, here.given,
+                                   sum.wrench, sum.stiffness);
+            } else {
+                lanes_law_actuator_wrench((int)extent->law, strain + MODES_V, strain + MODES_U,
+                                          here.given, sum.wrench);
+            }
         }
         for (int lane = 0; lane < LANES && first + lane < n; lane++) {
             double *by = m->pull_by[e * (n + 1) + first + lane];
