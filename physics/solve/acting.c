@@ -8,7 +8,7 @@
 
 #include <string.h>
 
-static int kind_of(law_name law)
+static acting_kind kind_of(law_name law)
 {
     const struct law *of = &law_table[law];
     if (of->kind != LAW_LOADS) {
@@ -20,9 +20,10 @@ static int kind_of(law_name law)
 void acting_add(acting *x, law_name law)
 {
     const struct law *of = &law_table[law];
+    x->kind[x->count] = kind_of(law);
     x->law[x->count++] = law;
     x->numbers += of->numbers;
-    x->kinds |= kind_of(law);
+    x->kinds |= (int)kind_of(law);
     x->has_moment |= of->has_moment;
     x->follows |= of->has_force && of->by_rotation;
     x->by_position |= of->by_position;
@@ -50,7 +51,7 @@ void acting_wrench(const acting *x, const double *numbers, acting_on at, int kin
     double q[4], sum[6] = {0};
     at = complete(x, at, q);
     for (int i = 0; i < x->count; i++) {
-        if (kinds & kind_of(x->law[i])) {
+        if (kinds & (int)x->kind[i]) {
             number_law_outside_wrench(x->law[i], at.position, at.rotation, at.velocity, numbers,
                                       sum);
         }

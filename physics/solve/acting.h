@@ -22,6 +22,7 @@ typedef struct acting {
     bool force_by_position, moment_by_position;
     bool follows; /* a force turns with the rod */
     law_name law[ROD_AT_PLACES_MAX + ROD_AT_ENDS_MAX];
+    acting_kind kind[ROD_AT_PLACES_MAX + ROD_AT_ENDS_MAX];
 } acting;
 
 _Static_assert((int)ROD_ALONG_MAX <= (int)ROD_AT_PLACES_MAX, "room for laws along a rod");

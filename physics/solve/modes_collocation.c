@@ -321,7 +321,9 @@ static ad_status residuals(collocation *x, double t, double h, const double *inp
             collocation_stage(x, i, h, q, v);
             modes_shape(x->m, x->q, x->v, x->a + i * x->size);
             modes_forces(x->m, false, x->residual + i * x->size);
-            modes_power_now(x->m, &x->load[i], &x->loss[i]);
+            if (x->asks_power) {
+                modes_power_now(x->m, &x->load[i], &x->loss[i]);
+            }
         }
     }
     return status;
@@ -466,6 +468,7 @@ ad_status collocation_next(collocation *x, double *t, double end, double toleran
                            double *v, solve_energy *energy, ad_error *error)
 {
     const double smallest = 1e-13 * fmax(1, fabs(end)), left = end - *t;
+    x->asks_power = true;
     x->must_form |= !x->has_polynomial;
     x->step = x->step > 0 ? x->step : fmin(left, 1e-3);
     while (true) {

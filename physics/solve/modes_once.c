@@ -25,7 +25,6 @@ static ad_status stage_rows(collocation *x, int i, double t, double h, const dou
     collocation_stage(x, i, h, q, v);
     modes_shape(m, x->q, x->v, x->a + i * n);
     modes_forces(m, true, x->residual);
-    modes_power_now(m, &x->load[i], &x->loss[i]);
     modes_mass(m);
     modes_derivatives(m, x->by_q, x->by_v);
     for (int r = 0; r < n; r++) {
@@ -140,6 +139,7 @@ ad_status collocation_once(collocation *x, double t, double h, const double *inp
                            ad_error *error)
 {
     x->after = after;
+    x->asks_power = false;
     ad_status status = solve_once(x, t, h, inputs, tolerance, q, v, error);
     if (status == AD_OK) {
         collocation_finish(x, h, q, v);

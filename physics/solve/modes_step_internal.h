@@ -35,6 +35,7 @@ struct collocation {
     double step, formed_step; /* 0: none */
     bool has_polynomial;      /* accelerations of a last step, to go on from */
     bool must_form;           /* another matrix for the next step */
+    bool asks_power;          /* of the stages: not in steps by themselves */
     double last_step;
     double *from_q, *from_v;  /* [size] where the last step began, */
     solve_energy from_energy; /* with what energy */
