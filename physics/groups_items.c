@@ -267,7 +267,8 @@ static void add_actuator(recorder *x, const rod_coefficients *c, int index, pull
         ad_sub(offset_at(x, given.offset, STEP), offset_at(x, given.offset, -STEP));
     const ad_value pull = ad_mul(
         x->softness, quantities_of(x, 1, &acts, (given.tendon ? 1 : -1) / x->rod.scales.force));
-    const rod_actuator one = {.offset = r, .slope = ad_scale(apart, 0.5 / STEP), .law = given.law};
+    const rod_actuator one = {
+        .offset = r, .slope = ad_scale(apart, 0.5 / STEP), .law = rod_actuator_law(&given)};
     const rod_wrench wrench =
         rod_actuator_wrench(&x->rod, &one, pull, c->rest_strain, c->rest_curvature, NULL);
     sum->force = ad_add(sum->force, wrench.force);

@@ -23,7 +23,7 @@ rod_actuator rod_actuator_of(const rod_context *rod, int index)
         .displacement = rod_quantities(rod, 1, &displacement, none, 1 / length, rod->s, rod->t),
         .start = rod_fraction(rod, *given.start, 0),
         .end = rod_fraction(rod, *given.end, 1),
-        .law = given.law};
+        .law = rod_actuator_law(&given)};
 }
 
 ad_value rod_within(const rod_context *rod, double start, double end, ad_value inside,

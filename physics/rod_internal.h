@@ -236,6 +236,11 @@ double rod_tendon_lever(const scene *scene, int index);
 /* The same over the length, which is a scale also of one on the axis: at least 1e-3. */
 double rod_tendon_arm(const scene *scene, int index);
 
+static inline law_name rod_actuator_law(const scene_actuator *given)
+{
+    return given->tendon ? LAW_TENDON : LAW_CHAMBER;
+}
+
 /* rod_actuation.c: in the order of scene_actuator_of. */
 rod_actuator rod_actuator_of(const rod_context *rod, int index);
 /* `inside` from start to end, else `outside`. */

@@ -10,7 +10,6 @@
 #ifndef PHYSICS_SCENE_H
 #define PHYSICS_SCENE_H
 
-#include "physics/law/law.h"
 #include "physics/quantity.h"
 #include "physics/scene_law.h"
 
@@ -459,7 +458,6 @@ scene_rest scene_rod_rest(const scene_rod *rod);
 
 /* A tendon or a chamber, in a scene that it points into; index: tendons, then chambers. */
 typedef struct scene_actuator {
-    law_name law;
     const char *name, *unit; /* "tendon"; of what is given */
     const quantity *offset;  /* [2] */
     const quantity *start, *end;

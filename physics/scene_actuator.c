@@ -9,8 +9,7 @@ int scene_actuator_count(const scene *rod_scene)
 static scene_actuator tendon_of(const scene_tendon *given)
 {
     const bool pulled = given->displacement.is_given;
-    return (scene_actuator){.law = LAW_TENDON,
-                            .name = "tendon",
+    return (scene_actuator){.name = "tendon",
                             .unit = pulled ? "m" : "N",
                             .offset = given->offset,
                             .start = &given->start,
@@ -21,8 +20,7 @@ static scene_actuator tendon_of(const scene_tendon *given)
 
 static scene_actuator chamber_of(const scene_chamber *given)
 {
-    return (scene_actuator){.law = LAW_CHAMBER,
-                            .name = "chamber",
+    return (scene_actuator){.name = "chamber",
                             .unit = "Pa",
                             .offset = given->offset,
                             .start = &given->start,
