@@ -1,7 +1,7 @@
 #include "physics/scene_law.h"
 
 #include "physics/law/law.h"
-#include "physics/law/law_numbers.h"
+#include "physics/law/laws_lanes.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -62,31 +62,57 @@ static int unit_numbers(const scene_law *law, int unit, int image, double *numbe
     return features + 2;
 }
 
+/* What the units add up to: energy, gradient [N], second derivatives [LAW_STIFFNESS]. */
+enum { UNIT_ROWS = 1 + N + LAW_STIFFNESS };
+
+/* LANES units side by side, of which those that are missing weigh nothing. */
+FOR_EACH_PROCESSOR static void add_units(const scene_law *law, const double *x,
+                                         double sum[UNIT_ROWS])
+{
+    const int count = images(law->symmetry), all = law->units * count;
+    lanes strains[N], rows[UNIT_ROWS] = {{0}};
+    for (int i = 0; i < N; i++) {
+        strains[i] = (lanes){0} + x[i];
+    }
+    for (int first = 0; first < all; first += LANES) {
+        lanes given[LAW_NUMBERS_MAX] = {{0}};
+        for (int i = first; i < all && i < first + LANES; i++) {
+            double numbers[LAW_NUMBERS_MAX];
+            const int numbered = unit_numbers(law, i / count, i % count, numbers);
+            for (int k = 0; k < numbered; k++) {
+                given[k][i - first] = numbers[k];
+            }
+        }
+        if (unit_of(law->symmetry) == LAW_ROUND_UNIT) {
+            lanes_law_round_unit_with_energy(strains, strains + 3, given, rows, rows + 1,
+                                             rows + 1 + N);
+        } else {
+            lanes_law_unit_with_energy(strains, strains + 3, given, rows, rows + 1, rows + 1 + N);
+        }
+    }
+    for (int row = 0; row < UNIT_ROWS; row++) {
+        sum[row] = 0;
+        for (int lane = 0; lane < LANES; lane++) {
+            sum[row] += rows[row][lane];
+        }
+    }
+}
+
 /* N and its derivatives. */
 static double network(const scene_law *law, const double *x, double gradient[N],
                       double (*second)[N])
 {
-    const int count = images(law->symmetry);
-    double of_units[LAW_STIFFNESS] = {0}, sum = 0;
-    memset(gradient, 0, N * sizeof *gradient);
-    for (int i = 0; i < law->units * count; i++) {
-        double numbers[LAW_NUMBERS_MAX];
-        unit_numbers(law, i / count, i % count, numbers);
-        if (unit_of(law->symmetry) == LAW_ROUND_UNIT) {
-            number_law_round_unit_with_energy(x, x + 3, numbers, &sum, gradient, of_units);
-        } else {
-            number_law_unit_with_energy(x, x + 3, numbers, &sum, gradient, of_units);
-        }
-    }
+    double of_units[UNIT_ROWS];
+    add_units(law, x, of_units);
     for (int i = 0; i < N; i++) {
         const double c = law->quadratic[i];
-        sum += 0.5 * c * x[i] * x[i];
-        gradient[i] += c * x[i];
+        of_units[0] += 0.5 * c * x[i] * x[i];
+        gradient[i] = of_units[1 + i] + c * x[i];
         for (int j = 0; j < N && second; j++) {
-            second[i][j] = of_units[law_entry(i, j)] + (i == j ? c : 0);
+            second[i][j] = of_units[1 + N + law_entry(i, j)] + (i == j ? c : 0);
         }
     }
-    return sum;
+    return of_units[0];
 }
 
 /* W and its derivatives by x'. */

@@ -75,7 +75,7 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
         is_shared["autodiff/run/tanh.h"] = 1 # texts that need nothing, also of exported C
         is_shared["physics/quaternion.h"] = 1
         is_shared["physics/quaternion_algebra.h"] = 1
-        is_shared["physics/solve/processor.h"] = 1
+        is_shared["physics/processor.h"] = 1
     }
     {
         split($0, part, ":")

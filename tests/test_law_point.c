@@ -5,7 +5,7 @@
 #include "physics/law/law_numbers.h"
 #include "physics/solve/acting.h"
 #include "physics/solve/acting_lanes.h"
-#include "physics/solve/laws_lanes.h"
+#include "physics/law/laws_lanes.h"
 
 #include "near.h"
 #include "random_numbers.h"

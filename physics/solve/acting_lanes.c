@@ -1,6 +1,6 @@
 #include "physics/solve/acting_lanes.h"
 
-#include "physics/solve/laws_lanes.h"
+#include "physics/law/laws_lanes.h"
 
 #include <string.h>
 

@@ -3,7 +3,7 @@
 #define PHYSICS_SOLVE_ACTING_LANES_H
 
 #include "physics/solve/acting.h"
-#include "physics/solve/processor.h"
+#include "physics/processor.h"
 
 /* Force and moment, world, and what they change by: as acting_change. */
 typedef struct acting_lanes {

@@ -5,7 +5,7 @@
 #include "physics/law/law.h"
 #include "physics/law/law_numbers.h"
 #include "physics/quaternion.h"
-#include "physics/solve/processor.h"
+#include "physics/processor.h"
 
 #include <stdbool.h>
 #include <string.h>

@@ -1,6 +1,6 @@
 #include "physics/solve/modes_step_internal.h"
 
-#include "physics/solve/processor.h"
+#include "physics/processor.h"
 
 #include <math.h>
 #include <stdlib.h>

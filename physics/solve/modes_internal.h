@@ -7,7 +7,7 @@
 #include "physics/solve/inertia.h"
 #include "physics/solve/kinematics.h"
 #include "physics/solve/modes.h"
-#include "physics/solve/processor.h"
+#include "physics/processor.h"
 #include "physics/solve/rod_model.h"
 
 /* Of strains, stresses and their modes: v and then u, body frame. */

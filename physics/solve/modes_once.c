@@ -1,7 +1,7 @@
 /* One step by itself, with its derivatives. */
 #include "physics/solve/modes_step_internal.h"
 
-#include "physics/solve/processor.h"
+#include "physics/processor.h"
 
 #include <math.h>
 #include <stdlib.h>

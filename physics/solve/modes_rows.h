@@ -4,7 +4,7 @@
 #define PHYSICS_SOLVE_MODES_ROWS_H
 
 #include "physics/solve/modes_internal.h"
-#include "physics/solve/processor.h"
+#include "physics/processor.h"
 
 #include <string.h>
 

@@ -3,7 +3,7 @@
 #include "physics/solve/motion_internal.h"
 
 #include "physics/quaternion.h"
-#include "physics/solve/quaternion_lanes.h"
+#include "physics/quaternion_lanes.h"
 
 #include <math.h>
 #include <string.h>

@@ -3,7 +3,7 @@
 
 #include "physics/law/law_numbers.h"
 #include "physics/quaternion.h"
-#include "physics/solve/laws_lanes.h"
+#include "physics/law/laws_lanes.h"
 #include "physics/solve/lobatto.h"
 
 #include <math.h>

@@ -4,7 +4,7 @@
 
 #include "physics/solve/actuation.h"
 #include "physics/solve/motion.h"
-#include "physics/solve/processor.h"
+#include "physics/processor.h"
 
 /* What is differentiated at a node, padded for the processor: a vector, a quaternion, 0. */
 enum { MOTION_LANE_Q = 3, MOTION_LANES = 7 };

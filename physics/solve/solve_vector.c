@@ -1,6 +1,6 @@
 #include "physics/solve/solve_vector.h"
 
-#include "physics/solve/processor.h"
+#include "physics/processor.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -3,7 +3,7 @@
 #ifndef PHYSICS_SOLVE_STRAIN_ALGEBRA_H
 #define PHYSICS_SOLVE_STRAIN_ALGEBRA_H
 
-#include "physics/solve/quaternion_lanes.h"
+#include "physics/quaternion_lanes.h"
 
 #include <math.h>
 #include <string.h>

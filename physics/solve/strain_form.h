@@ -22,7 +22,7 @@
 #define PHYSICS_SOLVE_STRAIN_FORM_H
 
 #include "physics/solve/acting_lanes.h"
-#include "physics/solve/quaternion_lanes.h"
+#include "physics/quaternion_lanes.h"
 #include "physics/solve/static_rod.h"
 
 #include <stddef.h>

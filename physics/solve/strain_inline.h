@@ -5,7 +5,7 @@
 #define PHYSICS_SOLVE_STRAIN_INLINE_H
 
 #include "physics/law/law.h"
-#include "physics/solve/laws_lanes.h"
+#include "physics/law/laws_lanes.h"
 #include "physics/solve/magnus.h"
 #include "physics/solve/strain_form.h"
 

@@ -1,8 +1,8 @@
 /* Loops compiled several times over, for the widest vectors of the processor at hand, unless a
  * compiler's options say which. Without contraction of products and sums (-ffp-contract=off)
  * results are the same on any. For static functions only: clang gives others names of its own. */
-#ifndef PHYSICS_SOLVE_PROCESSOR_H
-#define PHYSICS_SOLVE_PROCESSOR_H
+#ifndef PHYSICS_PROCESSOR_H
+#define PHYSICS_PROCESSOR_H
 
 /* Sanitizers watch the same operations in each version, and with all put into one function compile
  * a file for half a minute; ThreadSanitizer does not survive what chooses between versions either,

@@ -1,9 +1,9 @@
 /* The laws at a point (physics/law/law.h) for lanes: lanes_law_tendon and so on. For functions that
  * are compiled FOR_EACH_PROCESSOR. */
-#ifndef PHYSICS_SOLVE_LAWS_LANES_H
-#define PHYSICS_SOLVE_LAWS_LANES_H
+#ifndef PHYSICS_LAW_LAWS_LANES_H
+#define PHYSICS_LAW_LAWS_LANES_H
 
-#include "physics/solve/quaternion_lanes.h"
+#include "physics/quaternion_lanes.h"
 
 #include <math.h>
 

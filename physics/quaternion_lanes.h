@@ -1,9 +1,9 @@
 /* The algebra of quaternion.h on LANES of them side by side: a vector is lanes [3], a
  * quaternion lanes [4]. For functions that are compiled FOR_EACH_PROCESSOR. */
-#ifndef PHYSICS_SOLVE_QUATERNION_LANES_H
-#define PHYSICS_SOLVE_QUATERNION_LANES_H
+#ifndef PHYSICS_QUATERNION_LANES_H
+#define PHYSICS_QUATERNION_LANES_H
 
-#include "physics/solve/processor.h"
+#include "physics/processor.h"
 
 typedef long long integer_lanes
     __attribute__((vector_size(LANES * sizeof(long long)), aligned(sizeof(double)), may_alias));
