@@ -250,6 +250,12 @@ static void run_leaves(tile_state *t, size_t first, size_t count, double *sums, 
 {
     const execution *e = t->e;
     const size_t half = count / 2, numbers = (size_t)e->pass->reduced, all = e->chunks * e->leaves;
+    size_t number = first * e->tiles / all;
+    const size_t end = (first + count) * e->tiles / all;
+    if (number == end) {
+        memset(sums, 0, numbers * sizeof *sums);
+        return;
+    }
     if (half > 0) {
         run_leaves(t, first, half, sums, spare);
         run_leaves(t, first + half, half, spare, spare + e->program->most_reduced);
@@ -260,8 +266,7 @@ static void run_leaves(tile_state *t, size_t first, size_t count, double *sums, 
     }
     t->sums = sums;
     memset(sums, 0, numbers * sizeof *sums);
-    const size_t end = (first + 1) * e->tiles / all;
-    for (size_t number = first * e->tiles / all; number < end; number++) {
+    for (; number < end; number++) {
         run_tile(t, number);
         write_outputs(t);
     }
