@@ -3,9 +3,9 @@
  * values of another tape. */
 #include "physics/law/law.h"
 #include "physics/law/law_numbers.h"
+#include "physics/law/laws_lanes.h"
 #include "physics/solve/acting.h"
 #include "physics/solve/acting_lanes.h"
-#include "physics/law/laws_lanes.h"
 
 #include "near.h"
 #include "random_numbers.h"

@@ -2,8 +2,8 @@
 #ifndef PHYSICS_SOLVE_ACTING_LANES_H
 #define PHYSICS_SOLVE_ACTING_LANES_H
 
-#include "physics/solve/acting.h"
 #include "physics/processor.h"
+#include "physics/solve/acting.h"
 
 /* Force and moment, world, and what they change by: as acting_change. */
 typedef struct acting_lanes {

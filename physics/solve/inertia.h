@@ -4,8 +4,8 @@
 
 #include "physics/law/law.h"
 #include "physics/law/law_numbers.h"
-#include "physics/quaternion.h"
 #include "physics/processor.h"
+#include "physics/quaternion.h"
 
 #include <stdbool.h>
 #include <string.h>

@@ -3,11 +3,11 @@
 #define PHYSICS_SOLVE_MODES_INTERNAL_H
 
 #include "physics/gauss.h"
+#include "physics/processor.h"
 #include "physics/quaternion.h"
 #include "physics/solve/inertia.h"
 #include "physics/solve/kinematics.h"
 #include "physics/solve/modes.h"
-#include "physics/processor.h"
 #include "physics/solve/rod_model.h"
 
 /* Of strains, stresses and their modes: v and then u, body frame. */

@@ -3,8 +3,8 @@
 #ifndef PHYSICS_SOLVE_MODES_ROWS_H
 #define PHYSICS_SOLVE_MODES_ROWS_H
 
-#include "physics/solve/modes_internal.h"
 #include "physics/processor.h"
+#include "physics/solve/modes_internal.h"
 
 #include <string.h>
 

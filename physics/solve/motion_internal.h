@@ -2,9 +2,9 @@
 #ifndef PHYSICS_SOLVE_MOTION_INTERNAL_H
 #define PHYSICS_SOLVE_MOTION_INTERNAL_H
 
+#include "physics/processor.h"
 #include "physics/solve/actuation.h"
 #include "physics/solve/motion.h"
-#include "physics/processor.h"
 
 /* What is differentiated at a node, padded for the processor: a vector, a quaternion, 0. */
 enum { MOTION_LANE_Q = 3, MOTION_LANES = 7 };

@@ -21,8 +21,8 @@
 #ifndef PHYSICS_SOLVE_STRAIN_FORM_H
 #define PHYSICS_SOLVE_STRAIN_FORM_H
 
-#include "physics/solve/acting_lanes.h"
 #include "physics/quaternion_lanes.h"
+#include "physics/solve/acting_lanes.h"
 #include "physics/solve/static_rod.h"
 
 #include <stddef.h>
