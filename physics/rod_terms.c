@@ -176,13 +176,14 @@ static void terms_of_loads(const scene *rod_scene, term_list *list)
         term_add(list, "manufactured loads", NULL);
         return;
     }
-    term_add(list, "point loads", reason_if(rod_scene->point_count == 0, "not given", NULL));
-    term_add(list, "bodies", reason_if(rod_scene->body_count == 0, "not given", NULL));
     terms_of_laws(rod_scene, false, list);
-    term_add(list, "springs", reason_if(rod_scene->spring_count == 0, "not given", NULL));
-    term_add(list, "tendons", reason_if(rod_scene->tendon_count == 0, "not given", NULL));
-    term_add(list, "chambers", reason_if(rod_scene->chamber_count == 0, "not given", NULL));
-    term_add(list, "tubes", reason_if(rod_scene->tube_count == 0, "not given", NULL));
+    for (int i = 0; i < scene_list_count; i++) {
+        const scene_list *entries = &scene_lists[i];
+        if (entries->offset < offsetof(scene, beam)) { /* those of a rod */
+            term_add(list, entries->key,
+                     reason_if(scene_list_length(rod_scene, entries) == 0, "not given", NULL));
+        }
+    }
     term_add(list, "base load", load_reason(rod_scene->start.type, &loads->base));
     term_add(list, "tip load", load_reason(rod_scene->end.type, &loads->tip));
 }
