@@ -389,7 +389,8 @@ typedef struct feature_row {
 #define OF_A_BEAM   "a beam of small deflection is linear and has no shape in space"
 #define OF_STRAINS  "its forces follow from the strains, and a locked strain gives none"
 #define OF_SOLUTION "the chosen solution does not say it"
-#define AT_REST     "a rod at rest does not change in time"
+static const char at_rest[] = "a rod at rest does not change in time";
+static const char of_steps[] = "a step is the same at any time, and what changes is an input";
 
 /* clang-format off */
 static const feature_row features[] = {
@@ -486,11 +487,11 @@ static const feature_row features[] = {
     {"a rod without shear and rotary inertia", NULL, turns_freely,
      "ommoo ooo ymmy xy y", OF_STRAINS},
     {"a given state at t = 0", NULL, begins,
-     "mmmmm mmm yyyy yy y", AT_REST},
+     "mmmmm mmm yyyy yy y", at_rest},
     {"equilibrium at t = 0", NULL, settles,
-     "mmmmm mmm yyyy yy x", AT_REST},
+     "mmmmm mmm yyyy yy x", at_rest},
     {"a formula of time", NULL, timed,
-     "mmmmm mmm yyyy yy x", AT_REST},
+     "mmmmm mmm yyyy yy m", at_rest},
     {"soft conditions", NULL, soft,
      "yyymm ooo yyym oo o", "its shapes meet the conditions exactly"},
     {"a parameter with a range", NULL, ranged,
@@ -513,9 +514,10 @@ const char *support_feature_name(int feature)
     return features[feature].name;
 }
 
-const char *support_feature_reason(int feature)
+const char *support_feature_reason(int feature, bool moves)
 {
-    return features[feature].reason;
+    const char *reason = features[feature].reason;
+    return moves && reason == at_rest ? of_steps : reason;
 }
 
 int support_feature_find(const char *name)
@@ -583,8 +585,9 @@ static void list_forms(int feature, bool moves, form_kind kind, char *text, size
 void support_sentence(int feature, support_form form, char *text, size_t size)
 {
     const feature_row *row = &features[feature];
-    const char *why =
-        support_of(feature, form) == SUPPORT_IMPOSSIBLE ? row->reason : "it is not built yet";
+    const char *why = support_of(feature, form) == SUPPORT_IMPOSSIBLE
+                          ? support_feature_reason(feature, forms[form].moves)
+                          : "it is not built yet";
     char others[400];
     list_forms(feature, forms[form].moves, forms[form].kind, others, sizeof others);
     if (*others) {

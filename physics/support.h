@@ -48,9 +48,11 @@ typedef enum support_answer {
 /* Features are the rows 0 to support_feature_count() - 1 of the table, in the order in which they
  * are looked for. All texts are static. */
 int support_feature_count(void);
-const char *support_feature_name(int feature);   /* "a learned law" */
-const char *support_feature_reason(int feature); /* why it is impossible; NULL: it never is */
-int support_feature_find(const char *name);      /* its row; -1: there is none */
+const char *support_feature_name(int feature); /* "a learned law" */
+
+/* Why it is impossible, of rods at rest or in motion; NULL: it never is. */
+const char *support_feature_reason(int feature, bool moves);
+int support_feature_find(const char *name); /* its row; -1: there is none */
 
 /* The dotted YAML key with which the scene has the feature, that of an entry of a list with its
  * number; NULL: the scene does not have it. Measured data are not of a scene: NULL. */

@@ -734,7 +734,8 @@ static void test_features(void **state)
                     count++;
                     taken += is_taken(feature, (support_form)k);
                     never += answer == SUPPORT_IMPOSSIBLE;
-                    assert_true(answer != SUPPORT_IMPOSSIBLE || support_feature_reason(feature));
+                    assert_true(answer != SUPPORT_IMPOSSIBLE ||
+                                support_feature_reason(feature, moves));
                 }
             }
             assert_true(taken > 0 || never == 0 || never == count);

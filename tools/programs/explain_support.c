@@ -31,6 +31,16 @@ static void print_table(FILE *file, bool moves)
     fputc('\n', file);
 }
 
+static bool is_never(int feature, bool moves)
+{
+    bool found = false;
+    for (int k = 0; k < SUPPORT_FORMS; k++) {
+        found |= support_form_moves((support_form)k) == moves &&
+                 support_of(feature, (support_form)k) == SUPPORT_IMPOSSIBLE;
+    }
+    return found;
+}
+
 void explain_support(FILE *file)
 {
     fputs(
@@ -51,8 +61,14 @@ void explain_support(FILE *file)
     print_table(file, true);
     fputs("\n## Why never\n\n", file);
     for (int i = 0; i < support_feature_count(); i++) {
-        if (support_feature_reason(i)) {
-            fprintf(file, "- %s: %s.\n", support_feature_name(i), support_feature_reason(i));
+        const char *reason[2] = {support_feature_reason(i, false), support_feature_reason(i, true)};
+        const bool differs = is_never(i, false) && is_never(i, true) && reason[0] != reason[1];
+        const bool moves = !is_never(i, false);
+        if (is_never(i, moves)) {
+            fprintf(file, "- %s: %s.\n", support_feature_name(i), reason[moves]);
+        }
+        if (differs) {
+            fprintf(file, "- %s, in motion: %s.\n", support_feature_name(i), reason[1]);
         }
     }
 }
