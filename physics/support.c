@@ -489,7 +489,7 @@ static const feature_row features[] = {
     {"a given state at t = 0", NULL, begins,
      "mmmmm mmm yyyy yy y", at_rest},
     {"equilibrium at t = 0", NULL, settles,
-     "mmmmm mmm yyyy yy x", at_rest},
+     "mmmmm mmm yyyy yy y", at_rest},
     {"a formula of time", NULL, timed,
      "mmmmm mmm yyyy yy m", at_rest},
     {"soft conditions", NULL, soft,

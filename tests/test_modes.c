@@ -414,6 +414,50 @@ static void test_reduced(void **state)
     config_free(given);
 }
 
+/* A motion of a family begins in the equilibrium of its inputs: of any of them what the rod settles
+ * in from its unstressed shape, so that nothing moves it. */
+static void test_settled_start(void **state)
+{
+    (void)state;
+    static const char text[] =
+        "parameters: {pull: {range: [0, 40]}}\n"
+        "rod: {model: cosserat, length: 0.3, section: {shape: circle, radius: 0.02},\n"
+        "  material: {youngs_modulus: 1e6, poissons_ratio: 0.45, density: 1070}}\n"
+        "tendons: [{offset: [0, 0.015], tension: pull}]\n"
+        "loads: {gravity: [0, 3, -9]}\n"
+        "time: {duration: 1, windows: 1}\n"
+        "surrogate: {step: 0.02}\n";
+    const char *const settled[] = {"initial.state=equilibrium"};
+    const double pulls[] = {0, 20, 40}, tip = 0.3;
+    const reduced_settings settings = {.modes = {3, 1, 2, 1}, .count = 1, .s = &tip};
+    for (int i = 0; i < 3; i++) {
+        double x[2][STATES] = {{0}}, rate[STATES], fastest = 0, bent = 0;
+        int n = 0;
+        for (int from_rest = 0; from_rest < 2; from_rest++) {
+            ad_error error = {.message = ""};
+            config *given = NULL;
+            reduced_rod *rod = NULL;
+            if (config_read("scene.yaml", text, 1 - from_rest, settled, &given, &error) != AD_OK ||
+                reduced_create(&given->scene, &settings, &rod, &error) != AD_OK ||
+                reduced_initial(rod, &pulls[i], x[from_rest], &error) != AD_OK ||
+                (from_rest && reduced_settle(rod, 0, &pulls[i], x[from_rest], &error) != AD_OK) ||
+                reduced_rate(rod, 0, x[0], &pulls[i], rate, NULL, NULL, &error) != AD_OK) {
+                fail_msg("%s", error.message);
+            }
+            n = reduced_states(rod);
+            reduced_free(rod);
+            config_free(given);
+        }
+        for (int k = 0; k < n; k++) {
+            assert_near(x[0][k], x[1][k], 1e-8); /* Newton's method ends at 1e-9 */
+            bent = fmax(bent, fabs(x[0][k]));
+            fastest = fmax(fastest, fabs(rate[k]));
+        }
+        assert_true(bent > 0.3 || pulls[i] == 0);
+        assert_true(fastest < 1e-4); /* stiffness over mass of what is left, 1/s^2 */
+    }
+}
+
 /* The lowest frequency of a rod near rest: inverse iteration of M^-1 K = -d(rate)/d(modes). */
 static double lowest_frequency(reduced_rod *rod, const double *inputs)
 {
@@ -652,12 +696,12 @@ static void test_manufactured(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_derivatives),  cmocka_unit_test(test_frequencies),
-        cmocka_unit_test(test_full_solver),  cmocka_unit_test(test_plane),
-        cmocka_unit_test(test_pendulum),     cmocka_unit_test(test_energy),
-        cmocka_unit_test(test_reduced),      cmocka_unit_test(test_memory),
-        cmocka_unit_test(test_from_seen),    cmocka_unit_test(test_bodies_as_inputs),
-        cmocka_unit_test(test_manufactured),
+        cmocka_unit_test(test_derivatives),      cmocka_unit_test(test_frequencies),
+        cmocka_unit_test(test_full_solver),      cmocka_unit_test(test_plane),
+        cmocka_unit_test(test_pendulum),         cmocka_unit_test(test_energy),
+        cmocka_unit_test(test_reduced),          cmocka_unit_test(test_settled_start),
+        cmocka_unit_test(test_memory),           cmocka_unit_test(test_from_seen),
+        cmocka_unit_test(test_bodies_as_inputs), cmocka_unit_test(test_manufactured),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

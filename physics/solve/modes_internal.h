@@ -174,6 +174,12 @@ typedef struct modes_linear {
  * is what its last step came from. AD_NOT_FINITE: none is found. */
 ad_status modes_settle(modes *m, const modes_linear *x, ad_error *error);
 
+/* The start from the equilibrium of the inputs [inputs], with the velocities of the scene, where
+ * its initial.settled is that of other inputs: followed from there. AD_NOT_FINITE: there is none,
+ * or it is not stable on the way; AD_NO_MEMORY, errors of formulas. */
+ad_status modes_initial_settled(modes *m, const double *settled_at, const double *inputs,
+                                const modes_linear *x, ad_error *error);
+
 /* q [size] nearest to strains [points][MODES_STRAINS]; hinges stay upright. */
 void modes_project(const modes *m, const double (*strains)[MODES_STRAINS], double *q);
 

@@ -116,8 +116,24 @@ static double normal_equations(modes *m, const solve_initial *given, bool moving
     return most;
 }
 
-/* The modes and rates [size] that come nearest to a state given at the points [points], from modes
- * q that are not far off. */
+/* The rates v [size] that come nearest to a motion given at the points [points], of modes q; work:
+ * matrix [size][width], right [size]. */
+static bool fit_rates(modes *m, const solve_initial *given, const double *q, double *v,
+                      double *matrix, double *right)
+{
+    const int n = m->size;
+    bool done = true;
+    memset(v, 0, (size_t)n * sizeof *v);
+    modes_shape(m, q, v, NULL);
+    modes_mass(m);
+    if (normal_equations(m, given, true, matrix, right) > 0) {
+        done = modes_solve_positive(m, matrix, right);
+        memcpy(v, right, (size_t)n * sizeof *v);
+    }
+    return done;
+}
+
+/* The same of modes and rates, from modes q that are not far off. */
 static ad_status fit(modes *m, const solve_initial *given, double *q, double *v, ad_error *error)
 {
     enum { STEPS = 30 };
@@ -144,12 +160,7 @@ static ad_status fit(modes *m, const solve_initial *given, double *q, double *v,
             q[a] += part * right[a];
         }
     }
-    modes_shape(m, q, v, NULL);
-    modes_mass(m);
-    if (done && normal_equations(m, given, true, matrix, right) > 0) {
-        done = modes_solve_positive(m, matrix, right);
-        memcpy(v, right, (size_t)n * sizeof *v);
-    }
+    done = done && fit_rates(m, given, q, v, matrix, right);
     free(matrix);
     return done ? AD_OK
                 : ad_fail(error, AD_NOT_FINITE, "modes for the initial shape are not found");
@@ -264,6 +275,51 @@ ad_status modes_settle(modes *m, const modes_linear *x, ad_error *error)
     }
     return moved <= near ? AD_OK
                          : ad_fail(error, AD_NOT_FINITE, "no equilibrium is found from the state");
+}
+
+/* Whether the stiffness at which modes_settle ended resists every displacement. */
+static bool is_stable(const modes *m, const modes_linear *x)
+{
+    for (int i = 0; i < m->size; i++) {
+        for (int j = 0; j <= i; j++) {
+            const int at = i * m->width + j;
+            x->factor[at] = 0.5 * (x->by_q[at] + x->by_q[j * m->width + i]);
+        }
+    }
+    return modes_solve_positive(m, x->factor, x->residual);
+}
+
+ad_status modes_initial_settled(modes *m, const double *settled_at, const double *inputs,
+                                const modes_linear *x, ad_error *error)
+{
+    enum { FIRST = 4, MOST = 64 };
+    double between[SCENE_PARAMETERS_MAX];
+    solve_initial *given = malloc((size_t)m->points * sizeof *given);
+    ad_status status = given ? AD_NOT_FINITE : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    for (int steps = FIRST; steps <= MOST && status == AD_NOT_FINITE; steps *= 2) {
+        status = modes_at(m, 0, settled_at, error);
+        status = status == AD_OK ? modes_initial(m, x->q, x->v, error) : status;
+        for (int i = 0; i <= steps && status == AD_OK; i++) {
+            for (int k = 0; k < m->inputs; k++) {
+                between[k] = i == steps ? inputs[k]
+                                        : settled_at[k] + (inputs[k] - settled_at[k]) * i / steps;
+            }
+            status = modes_at(m, 0, between, error);
+            status = status == AD_OK ? modes_settle(m, x, error) : status;
+            if (status == AD_OK && !is_stable(m, x)) {
+                status = ad_fail(error, AD_NOT_FINITE,
+                                 "no stable equilibrium to start from is found at the inputs");
+            }
+        }
+    }
+    status = status == AD_OK ? solve_rod_part(m->rod, SOLVE_INITIAL, (size_t)m->points, m->s, 0,
+                                              m->inputs_at, (double *)given, error)
+                             : status;
+    if (status == AD_OK && !fit_rates(m, given, x->q, x->v, x->factor, x->residual)) {
+        status = ad_fail(error, AD_NOT_FINITE, "rates for the initial motion are not found");
+    }
+    free(given);
+    return status;
 }
 
 bool modes_accelerations(modes *m, const double *q, const double *v, double *a)

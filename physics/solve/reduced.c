@@ -222,8 +222,13 @@ static ad_status go_to(reduced_rod *x, double t, const double *state, const doub
 
 ad_status reduced_initial(reduced_rod *x, const double *inputs, double *state, ad_error *error)
 {
-    ad_status status = modes_at(x->m, 0, inputs, error);
-    status = status == AD_OK ? modes_initial(x->m, x->q, x->v, error) : status;
+    const modes_linear room = {x->q, x->v, x->residual, x->by_q, x->by_v, x->mass, x->pivots};
+    const bool settles = x->m->inputs > 0 && x->open.initial.state == SCENE_EQUILIBRIUM;
+    ad_status status = settles ? ad_dense_load(error) : modes_at(x->m, 0, inputs, error);
+    if (status == AD_OK) {
+        status = settles ? modes_initial_settled(x->m, x->usual, inputs, &room, error)
+                         : modes_initial(x->m, x->q, x->v, error);
+    }
     if (status == AD_OK) {
         give_state(x, state);
     }

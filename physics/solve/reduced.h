@@ -62,8 +62,10 @@ typedef struct reduced_mode {
 } reduced_mode;
 reduced_mode reduced_mode_of(const reduced_rod *x, int k);
 
-/* state [states] with which the scene begins, and an equilibrium for held inputs, by Newton's
- * method from the state that is given. AD_NOT_FINITE: none is found from there. */
+/* state [states] with which the scene begins. Where that is an equilibrium, it is followed from the
+ * one in the middle of the ranges, scene.initial.settled. And an equilibrium for held inputs, by
+ * Newton's method from the state that is given. AD_NOT_FINITE: none is found from there, or the
+ * first is not stable. */
 ad_status reduced_initial(reduced_rod *x, const double *inputs, double *state, ad_error *error);
 ad_status reduced_settle(reduced_rod *x, double t, const double *inputs, double *state,
                          ad_error *error);

@@ -326,19 +326,25 @@ static ad_status resolve_training(config *experiment, ad_error *error)
     return config_blame_training(experiment, status, key, &reason, error);
 }
 
+/* Of a one-step model the equilibrium in the middle of its ranges, from which it finds the others.
+ */
 static ad_status settle(config *experiment, ad_error *error)
 {
     ad_error reason;
-    if (scene_is_family(&experiment->scene) &&
-        experiment->scene.initial.state == SCENE_EQUILIBRIUM) {
+    scene *of = &experiment->scene, middle;
+    const bool steps = surrogate_is_given(&experiment->surrogate) || config_controls(experiment);
+    if (scene_is_family(of) && of->initial.state == SCENE_EQUILIBRIUM && !steps) {
         return config_blame(experiment->source, error, "initial.state",
                             "is solved for before training, but the scene is a family, whose "
-                            "members have one each; allowed: given, or no parameter with a range");
+                            "members have one each; allowed: given, no parameter with a range, or "
+                            "a one-step model");
     }
-    if (scene_is_open(&experiment->scene)) {
+    if (scene_is_open(of) && !(steps && scene_is_family(of))) {
         return AD_OK; /* of unknowns every trial does */
     }
-    ad_status status = solve_settle(&experiment->scene, experiment->names, &reason);
+    scene_middle(of, &middle);
+    ad_status status = solve_settle(&middle, experiment->names, &reason);
+    memcpy(of->initial.settled, middle.initial.settled, sizeof of->initial.settled);
     return status == AD_OK ? AD_OK
            : status == AD_BAD_INPUT || status == AD_BAD_ARGUMENT
                ? config_blame(experiment->source, error, "initial.state", "%s", reason.message)
