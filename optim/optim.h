@@ -167,7 +167,6 @@ typedef struct optim_soap_settings {
 } optim_soap_settings;
 
 optim_soap_settings optim_soap_defaults(void);
-const char *optim_soap_check(const optim_soap_settings *settings);
 
 /* Where a step is not finite, the run can only be resumed from a state before it. Memory: 6 count
  * doubles, and for a matrix of n rows and m columns 2 (n^2 + m^2) and work. */

@@ -38,7 +38,7 @@ optim_soap_settings optim_soap_defaults(void)
     return settings;
 }
 
-const char *optim_soap_check(const optim_soap_settings *settings)
+static const char *check_settings(const optim_soap_settings *settings)
 {
     if (settings->basis_every < 1) {
         return "basis_every must be at least 1";
@@ -394,7 +394,7 @@ static optim_status update(optim_soap *soap)
 
 static const char *check(const optim_settings *settings)
 {
-    return optim_soap_check(&settings->soap);
+    return check_settings(&settings->soap);
 }
 
 static optim_status step(void *own, const optim_target *target)

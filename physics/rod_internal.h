@@ -231,9 +231,8 @@ int rod_tendon_rows(const scene *scene);
 ad_value rod_tendon_residual(const rod_context *rod, rod_state state);
 ad_value rod_tendon_pull(const rod_context *rod, ad_value tendons, int index, ad_value given);
 
-/* rod_scale.c: the largest distance of a tendon from the axis, m. */
-double rod_tendon_lever(const scene *scene, int index);
-/* The same over the length, which is a scale also of one on the axis: at least 1e-3. */
+/* rod_scale.c: the largest distance of a tendon from the axis over the length, which is a scale
+ * also of one on the axis: at least 1e-3. */
 double rod_tendon_arm(const scene *scene, int index);
 
 static inline law_name rod_actuator_law(const scene_actuator *given)

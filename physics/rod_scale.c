@@ -183,15 +183,10 @@ static double rod_lever(const scene *rod_scene, const scene_actuator *actuator)
     return hypot(size[0], size[1]);
 }
 
-double rod_tendon_lever(const scene *rod_scene, int index)
-{
-    const scene_actuator tendon = scene_actuator_of(rod_scene, index);
-    return rod_lever(rod_scene, &tendon);
-}
-
 double rod_tendon_arm(const scene *rod_scene, int index)
 {
-    return fmax(rod_tendon_lever(rod_scene, index) / scene_length(rod_scene), 1e-3);
+    const scene_actuator tendon = scene_actuator_of(rod_scene, index);
+    return fmax(rod_lever(rod_scene, &tendon) / scene_length(rod_scene), 1e-3);
 }
 
 static double rod_most(const scene *rod_scene, quantity q)

@@ -146,20 +146,11 @@ ad_status modes_set_ranges(modes *m, const double *low, const double *high, ad_e
 ad_status modes_by_inputs(modes *m, double t, const double *q, const double *v, const double *a,
                           double *by_inputs, ad_error *error);
 
-/* x [size]: the right side, then the solution of a positive definite matrix [size rows of width],
- * of which the lower triangle counts and is overwritten; false: it is not. */
-bool modes_solve_positive(const modes *m, double *matrix, double *x);
-
-/* The same with its factor. */
+/* x [size]: the right side, then the solution, of a matrix that is factored. */
 void modes_solve_factored(const modes *m, const double *matrix, double *x);
 
 /* What a turn of 1 rad counts for in least squares beside a displacement of the length. */
 static const double MODES_TURN = 0.09;
-
-/* Adds a row [size], which counts `by` and is off by `off`, to normal equations: the lower triangle
- * of matrix [size rows of width], right [size]. */
-void modes_add_row(const modes *m, double by, const double *row, double off, double *matrix,
-                   double *right);
 
 /* The accelerations a [size] of a state at the present time; false: the mass is not positive. */
 bool modes_accelerations(modes *m, const double *q, const double *v, double *a);

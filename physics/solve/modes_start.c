@@ -40,7 +40,9 @@ static void solve(int n, int width, const double *L, double *x)
     }
 }
 
-bool modes_solve_positive(const modes *m, double *matrix, double *x)
+/* x [size]: the right side, then the solution of a positive definite matrix [size rows of width],
+ * of which the lower triangle counts and is overwritten; false: it is not. */
+static bool solve_positive(const modes *m, double *matrix, double *x)
 {
     const bool done = factor(m->size, m->width, matrix);
     if (done) {
@@ -54,8 +56,10 @@ void modes_solve_factored(const modes *m, const double *matrix, double *x)
     solve(m->size, m->width, matrix, x);
 }
 
-void modes_add_row(const modes *m, double by, const double *row, double off, double *matrix,
-                   double *right)
+/* Adds a row [size], which counts `by` and is off by `off`, to normal equations: the lower triangle
+ * of matrix [size rows of width], right [size]. */
+static void add_row(const modes *m, double by, const double *row, double off, double *matrix,
+                    double *right)
 {
     for (int a = 0; a < m->size; a++) {
         right[a] += by * row[a] * off;
@@ -110,7 +114,7 @@ static double normal_equations(modes *m, const solve_initial *given, bool moving
         }
         for (int k = 0; k < 6 && weight > 0; k++) {
             const double *row = k < 3 ? rho + k * width : theta + (k - 3) * width;
-            modes_add_row(m, weight * (k < 3 ? 1 : MODES_TURN), row, off[k], matrix, right);
+            add_row(m, weight * (k < 3 ? 1 : MODES_TURN), row, off[k], matrix, right);
         }
     }
     return most;
@@ -127,7 +131,7 @@ static bool fit_rates(modes *m, const solve_initial *given, const double *q, dou
     modes_shape(m, q, v, NULL);
     modes_mass(m);
     if (normal_equations(m, given, true, matrix, right) > 0) {
-        done = modes_solve_positive(m, matrix, right);
+        done = solve_positive(m, matrix, right);
         memcpy(v, right, (size_t)n * sizeof *v);
     }
     return done;
@@ -154,7 +158,7 @@ static ad_status fit(modes *m, const solve_initial *given, double *q, double *v,
             break;
         }
         before = off;
-        done = modes_solve_positive(m, matrix, right);
+        done = solve_positive(m, matrix, right);
         const double part = fmin(1, 0.7 / off); /* turns by less than a radian */
         for (int a = 0; a < n && done; a++) {
             q[a] += part * right[a];
@@ -286,7 +290,7 @@ static bool is_stable(const modes *m, const modes_linear *x)
             x->factor[at] = 0.5 * (x->by_q[at] + x->by_q[j * m->width + i]);
         }
     }
-    return modes_solve_positive(m, x->factor, x->residual);
+    return solve_positive(m, x->factor, x->residual);
 }
 
 ad_status modes_initial_settled(modes *m, const double *settled_at, const double *inputs,
@@ -330,7 +334,7 @@ bool modes_accelerations(modes *m, const double *q, const double *v, double *a)
     for (int k = 0; k < m->size; k++) {
         a[k] = -a[k];
     }
-    return modes_solve_positive(m, m->mass, a);
+    return solve_positive(m, m->mass, a);
 }
 
 /* Rows around a place, whose polynomial goes through them: strains are derivatives of it. */

@@ -161,9 +161,6 @@ void strain_form_free(strain_form *x);
 /* Joints and laws at edges, from s = 0 on: the latter with their unknowns. */
 void strain_form_set_jumps(strain_form *x);
 
-/* Tensions as pulls of actuators, after one has changed. */
-void strain_form_pull(strain_form *x);
-
 /* The i-th number that is sought, but for pose of a start that is not held. */
 lanes *strain_form_unknown(strain_form *x, int i);
 

@@ -426,7 +426,7 @@ PROCESSOR_INLINE void miss_lengths(strain_form *x)
     }
 }
 
-void strain_form_pull(strain_form *x)
+static void give_tensions(strain_form *x)
 {
     for (int k = 0; k < x->tension_count; k++) {
         const strain_tension *of = &x->tensions[k];
@@ -442,7 +442,7 @@ void strain_form_pull(strain_form *x)
 
 PROCESSOR_INLINE void find_positions(strain_form *x, lanes M[3])
 {
-    strain_form_pull(x);
+    give_tensions(x);
     turn_all(x);
     if (x->turns) {
         strain_form_load(x);

@@ -37,7 +37,8 @@ void explain_paragraph_add(paragraph *p, const char *text, bool comma)
         fprintf(p->file, "%s%s%s", p->column > p->indent ? " " : "", text, comma ? "," : "");
 }
 
-void explain_bytes_text(double bytes, char text[32])
+/* "5.9 MiB" */
+static void bytes_text(double bytes, char text[32])
 {
     static const char *const units[] = {"bytes", "KiB", "MiB", "GiB"};
     int unit = 0;
@@ -87,7 +88,7 @@ static void print_sets(FILE *file, const problem *p)
     for (int i = 0; i < problem_sets(p); i++) {
         problem_set_info set = problem_set_inspect(p, i);
         char workspace[32];
-        explain_bytes_text((double)set.program.workspace_bytes, workspace);
+        bytes_text((double)set.program.workspace_bytes, workspace);
         fprintf(file, "  %-9s%8zu%9zu%10zu%14zu%8d%11s\n", set.name, set.program.products,
                 set.program.groups, set.program.passes, set.program.flops_per_point,
                 set.program.tile, workspace);
@@ -118,7 +119,7 @@ static void print_network(FILE *file, const experiment *e, const problem *p)
     }
     fprintf(file, " - %d, %s, %zu parameters\n", network->outputs,
             network->hidden_count ? activations[network->activation] : "linear", e->count);
-    explain_bytes_text((double)problem_bytes(p), bytes);
+    bytes_text((double)problem_bytes(p), bytes);
     fprintf(file, "  %-15s %s for the loss and its gradient, on %d thread%s\n", "memory", bytes,
             ad_pool_threads(e->pool), ad_pool_threads(e->pool) == 1 ? "" : "s");
 }

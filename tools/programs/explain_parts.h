@@ -14,9 +14,6 @@ void explain_heading(FILE *file, const char *text);
 paragraph explain_paragraph_begin(FILE *file, const char *label);
 void explain_paragraph_add(paragraph *p, const char *text, bool comma);
 
-/* "5.9 MiB" */
-void explain_bytes_text(double bytes, char text[32]);
-
 /* Tapes, memory and steps of training. r: as for explain_print. */
 void explain_costs(FILE *file, const experiment *e, problem *p, const reference *r);
 

@@ -36,9 +36,6 @@ double show_time(const show_shapes *x, double frame);
 /* The parameters of a member at a frame; NULL: there are none. */
 const double *show_member(const show_shapes *x, double frame);
 
-/* How far actuators reach from the axis; 0: nothing is outside of the rod. */
-double show_guides(const show_shapes *x);
-
 /* Arrows of loads by `size`. */
 #define SHOW_ARROW 0.15
 

@@ -64,11 +64,24 @@ static void draw_plate(const robot *r, const picture_ring *at, double sign, doub
     picture_tube(r->p, ends, 2, 2 * r->look->sides, false, &paint);
 }
 
+/* From the axis to the furthest tendon; 0 where all are within the rod. */
+static double guides_of(const show_shapes *x)
+{
+    double most = 0;
+    for (int i = 0; x->of && i < x->of->tendon_count; i++) {
+        const scene_tendon *tendon = &x->of->tendons[i];
+        const double *member = show_member(x, 0);
+        most = fmax(most, hypot(show_value(x->of, member, tendon->offset[0], 0, 0),
+                                show_value(x->of, member, tendon->offset[1], 0, 0)));
+    }
+    return most > x->radius ? most : 0;
+}
+
 static void draw_end(const robot *r, scene_end_type type, size_t k, double sign)
 {
     const picture_ring *at = &r->rings[k];
     const double half = fmax(at->half[0], at->half[1]);
-    const double guides = 1.35 * show_guides(r->x);
+    const double guides = 1.35 * guides_of(r->x);
     const picture_paint paint = {picture_rgb("565e69"), 1, true};
     if (type == SCENE_PINNED || type == SCENE_ROLLER) {
         picture_ball(r->p, at->place, 1.6 * half, &paint);
@@ -102,7 +115,7 @@ static void draw_rod(const robot *r)
     static const char *const metals[] = {"d8a23a", "c96f4a", "7aa870"};
     const scene *of = r->x->of;
     const bool guided =
-        of && (of->chamber_count > 0 || (of->tendon_count > 0 && show_guides(r->x) == 0));
+        of && (of->chamber_count > 0 || (of->tendon_count > 0 && guides_of(r->x) == 0));
     const bool inside = guided && r->look->ends;
     const picture_colour light = {0.55F * r->look->tube.red + 0.45F,
                                   0.55F * r->look->tube.green + 0.45F,
@@ -132,24 +145,11 @@ static void draw_bodies(const robot *r)
 
 /* ---- actuators ----------------------------------------------------------------------------- */
 
-/* From the axis to the furthest tendon; 0 where all are within the rod. */
-double show_guides(const show_shapes *x)
-{
-    double most = 0;
-    for (int i = 0; x->of && i < x->of->tendon_count; i++) {
-        const scene_tendon *tendon = &x->of->tendons[i];
-        const double *member = show_member(x, 0);
-        most = fmax(most, hypot(show_value(x->of, member, tendon->offset[0], 0, 0),
-                                show_value(x->of, member, tendon->offset[1], 0, 0)));
-    }
-    return most > x->radius ? most : 0;
-}
-
 double show_room(const show_shapes *x)
 {
     const bool loaded = x->of && x->members && scene_end_takes_force(x->of->end.type) &&
                         quantity_any_something(3, x->of->loads.tip.force);
-    return fmax(loaded ? 0.8 * SHOW_ARROW * x->size : x->radius, 1.3 * show_guides(x));
+    return fmax(loaded ? 0.8 * SHOW_ARROW * x->size : x->radius, 1.3 * guides_of(x));
 }
 
 /* Arc lengths of a line beside the rod. */
@@ -215,7 +215,7 @@ static void draw_actuators(const robot *r)
 /* Discs that guide tendons which run outside of the rod. */
 static void draw_discs(const robot *r)
 {
-    const double guides = show_guides(r->x), length = scene_length(r->x->of);
+    const double guides = guides_of(r->x), length = scene_length(r->x->of);
     const picture_colour grey = picture_rgb("cdd3db"), rod = r->look->tube;
     const picture_colour disc = {0.7F * grey.red + 0.3F * rod.red,
                                  0.7F * grey.green + 0.3F * rod.green,
