@@ -71,6 +71,22 @@ static void test_stays_in_equilibrium(void **state)
     }
 }
 
+/* An equilibrium that is thrown: a point goes on as it begins, as the forces are in balance. */
+static void test_thrown(void **state)
+{
+    (void)state;
+    const double t = 1e-3;
+    double still[MODEL_COLUMNS_MAX], later[MODEL_COLUMNS_MAX];
+    solve_at(ROD "loads: {tip: {force: [0, 0, -2]}}\n", 1e-11, 1, 0, still);
+    solve_at(ROD "loads: {tip: {force: [0, 0, -2]}}\ntime: {duration: 0.001}\n"
+                 "initial: {state: equilibrium, velocity: [0, '0.2*s^2', 0],\n"
+                 "          angular_velocity: ['0.4*s', 0, 0]}\n",
+             1e-8, 1, t, later);
+    assert_near(later[1] - still[1], 0.2 * t, 2e-2 * 0.2 * t); /* stiffness over mass times t^2 */
+    assert_near(later[0], still[0], 1e-6);
+    assert_near(later[2], still[2], 1e-6);
+}
+
 /* A cantilever beam that a tip force P bent, let go: w = sum of modes of their own frequencies. The
  * static deflection is P L^3/EI sum 2 phi_n(L)/beta_n^4 phi_n (by Parseval, with integral of
  * phi_n^2 = L and phi_n(L)^2 = 4), of which terms fall as n^-4. */
@@ -161,7 +177,9 @@ static void test_refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_starts_from_equilibrium), cmocka_unit_test(test_stays_in_equilibrium),
+        cmocka_unit_test(test_thrown),
+        cmocka_unit_test(test_starts_from_equilibrium),
+        cmocka_unit_test(test_stays_in_equilibrium),
         cmocka_unit_test(test_beam_let_go),
         cmocka_unit_test_setup_teardown(test_network, make_directory, remove_directory),
         cmocka_unit_test(test_refused)};

@@ -179,6 +179,7 @@ ad_status solve_settle(scene *rod_scene, quantities *names, ad_error *error)
     if (rod_scene->initial.state != SCENE_EQUILIBRIUM) {
         return AD_OK;
     }
+    const quantity none = {.is_given = false};
     scene still = *rod_scene;
     solve_settings settings;
     solve_report report;
@@ -187,6 +188,10 @@ ad_status solve_settle(scene *rod_scene, quantities *names, ad_error *error)
     still.initial.state = SCENE_GIVEN;
     still.duration = quantity_number(0);
     still.windows = 1;
+    for (int k = 0; k < 3; k++) {
+        still.initial.velocity[k] = still.initial.angular_velocity[k] = none;
+    }
+    still.beam.velocity = still.beam.slope_rate = none;
     settings = solve_settings_default(&still);
     ad_status status = solution_create(&still, &settings, 0, NULL, &solved, &report, error);
     if (status != AD_OK) {
