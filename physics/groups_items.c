@@ -257,16 +257,14 @@ static void add_tendon(recorder *x, int index, ad_value pull, ad_value offset)
 static void add_actuator(recorder *x, const rod_coefficients *c, int index, pulling *sum)
 {
     const scene_actuator given = scene_actuator_of(&x->source->open, index);
-    if (x->s < quantity_number_or(*given.start, 0) ||
-        x->s > quantity_number_or(*given.end, INFINITY)) {
+    if (x->s < given.from || x->s > given.to) {
         return;
     }
     const quantity acts = scene_actuator_pull(&given);
     const ad_value r = offset_at(x, given.offset, 0);
     const ad_value apart =
         ad_sub(offset_at(x, given.offset, STEP), offset_at(x, given.offset, -STEP));
-    const ad_value pull = ad_mul(
-        x->softness, quantities_of(x, 1, &acts, (given.tendon ? 1 : -1) / x->rod.scales.force));
+    const ad_value pull = ad_mul(x->softness, quantities_of(x, 1, &acts, 1 / x->rod.scales.force));
     const rod_actuator one = {
         .offset = r, .slope = ad_scale(apart, 0.5 / STEP), .law = rod_actuator_law(&given)};
     const rod_wrench wrench =

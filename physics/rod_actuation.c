@@ -2,12 +2,6 @@
 #include "physics/law/law.h"
 #include "physics/rod_internal.h"
 
-/* A place along the rod over its length. */
-static double rod_fraction(const rod_context *rod, quantity place, double otherwise)
-{
-    return place.is_given ? place.number / rod->scales.length : otherwise;
-}
-
 rod_actuator rod_actuator_of(const rod_context *rod, int index)
 {
     const double none[2] = {0, 0}, length = rod->scales.length, force = rod->scales.force;
@@ -18,11 +12,10 @@ rod_actuator rod_actuator_of(const rod_context *rod, int index)
     return (rod_actuator){
         .offset = offset,
         .slope = rod_space_derivative(rod, offset),
-        .pull =
-            rod_quantities(rod, 1, &pull, none, (given.tendon ? 1 : -1) / force, rod->s, rod->t),
+        .pull = rod_quantities(rod, 1, &pull, none, 1 / force, rod->s, rod->t),
         .displacement = rod_quantities(rod, 1, &displacement, none, 1 / length, rod->s, rod->t),
-        .start = rod_fraction(rod, *given.start, 0),
-        .end = rod_fraction(rod, *given.end, 1),
+        .start = given.from / length,
+        .end = given.to / length,
         .law = rod_actuator_law(&given)};
 }
 

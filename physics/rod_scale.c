@@ -173,11 +173,10 @@ static void rod_point_numbers(const scene *rod_scene, const rod_scales *scale, r
 /* Largest distance from the axis between two places. */
 static double rod_lever(const scene *rod_scene, const scene_actuator *actuator)
 {
-    double from = quantity_number_or(*actuator->start, 0),
-           to = quantity_number_or(*actuator->end, scene_length(rod_scene));
     double size[2];
     for (int i = 0; i < 2; i++) {
-        scene_range range = scene_range_within(rod_scene, actuator->offset[i], from, to);
+        scene_range range =
+            scene_range_within(rod_scene, actuator->offset[i], actuator->from, actuator->to);
         size[i] = fmax(fabs(range.low), fabs(range.high));
     }
     return hypot(size[0], size[1]);

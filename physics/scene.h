@@ -458,10 +458,11 @@ scene_rest scene_rod_rest(const scene_rod *rod);
 
 /* A tendon or a chamber, in a scene that it points into; index: tendons, then chambers. */
 typedef struct scene_actuator {
-    const char *name, *unit; /* "tendon"; of what is given */
-    const quantity *offset;  /* [2] */
-    const quantity *start, *end;
-    quantity given; /* tension, displacement or pressure */
+    const char *name, *unit;     /* "tendon"; of what is given */
+    const quantity *offset;      /* [2] */
+    const quantity *start, *end; /* as they are given, or not, */
+    double from, to;             /* and where it is; m */
+    quantity given;              /* tension, displacement or pressure */
     const scene_tendon *tendon;
     const scene_chamber *chamber; /* one of the two */
 } scene_actuator;
@@ -469,8 +470,8 @@ typedef struct scene_actuator {
 int scene_actuator_count(const scene *rod_scene);
 scene_actuator scene_actuator_of(const scene *rod_scene, int index);
 
-/* With which the law is given what it pulls: the tension, where it is given; pressure times area,
- * with a minus, as a chamber pushes. A new formula. */
+/* What the law is given as its pull: the tension, where that is given; minus pressure times area. A
+ * new formula. */
 quantity scene_actuator_pull(const scene_actuator *of);
 
 /* The keys of those it has. */

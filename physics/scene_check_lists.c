@@ -195,14 +195,13 @@ static ad_status check_guided(const scene_checker *check, int index)
     const scene_actuator one = scene_actuator_of(given, index);
     const quantity *start = one.start, *end = one.end, *offset = one.offset;
     double length = scene_length(given);
-    double from = quantity_number_or(*start, 0), to = quantity_number_or(*end, length);
     if (start->is_given && !is_on_rod(given, *start)) {
         return scene_refuse_at(check, start, "begins beyond the rod; allowed: 0 to its length");
     }
     if (end->is_given && !is_on_rod(given, *end)) {
         return scene_refuse_at(check, end, "ends beyond the rod; allowed: 0 to its length");
     }
-    if (!(from < to)) {
+    if (!(one.from < one.to)) {
         return scene_refuse_at(check, end->is_given ? end : start,
                                "it ends before it begins; allowed: start < end");
     }
@@ -211,7 +210,7 @@ static ad_status check_guided(const scene_checker *check, int index)
                                "missing; two numbers or formulas of s along d1 and d2, in m");
     }
     for (int i = 0; i < 2; i++) {
-        scene_range range = scene_range_within(given, offset[i], from, to);
+        scene_range range = scene_range_within(given, offset[i], one.from, one.to);
         if (!(range.low >= -length && range.high <= length)) {
             return scene_refuse_at(check, offset,
                                    "is farther from the axis than the rod is long; it is in m");
@@ -333,11 +332,10 @@ static ad_status check_tubes(const scene_checker *check)
     return status;
 }
 
-static bool is_whole(const scene *given, quantity start, quantity end)
+static bool is_whole(const scene *given, const scene_actuator *one)
 {
     double rounding = PLACE_ROUNDING * scene_length(given);
-    return (!start.is_given || start.number <= rounding) &&
-           (!end.is_given || end.number >= scene_length(given) - rounding);
+    return one->from <= rounding && one->to >= scene_length(given) - rounding;
 }
 
 /* The loads that make a solution exact are smooth along the rod, and so is it. */
@@ -363,7 +361,7 @@ static ad_status check_manufactured(const scene_checker *check)
     }
     for (int i = 0; i < scene_actuator_count(given); i++) {
         const scene_actuator one = scene_actuator_of(given, i);
-        if (!is_whole(given, *one.start, *one.end)) {
+        if (!is_whole(given, &one)) {
             return scene_refuse_at(check, one.offset, jumps);
         }
     }

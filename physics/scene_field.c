@@ -135,8 +135,8 @@ bool scene_field_span(const scene *rod_scene, const scene_field *field, double *
         const bool behind = list->offset == offsetof(scene, chambers);
         const scene_actuator one =
             scene_actuator_of(rod_scene, index + (behind ? rod_scene->tendon_count : 0));
-        *from = quantity_number_or(*one.start, 0);
-        *to = quantity_number_or(*one.end, length);
+        *from = one.from;
+        *to = one.to;
     } else if (in_list && list->offset == offsetof(scene, tubes)) {
         *from = 0;
         *to = scene_tube_end(rod_scene, index);

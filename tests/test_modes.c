@@ -414,89 +414,6 @@ static void test_reduced(void **state)
     config_free(given);
 }
 
-/* A motion of a family begins in the equilibrium of its inputs: of any of them what the rod settles
- * in from its unstressed shape, so that nothing moves it. */
-static void test_settled_start(void **state)
-{
-    (void)state;
-    static const char text[] =
-        "parameters: {pull: {range: [0, 40]}}\n"
-        "rod: {model: cosserat, length: 0.3, section: {shape: circle, radius: 0.02},\n"
-        "  material: {youngs_modulus: 1e6, poissons_ratio: 0.45, density: 1070}}\n"
-        "tendons: [{offset: [0, 0.015], tension: pull}]\n"
-        "loads: {gravity: [0, 3, -9]}\n"
-        "time: {duration: 1, windows: 1}\n"
-        "surrogate: {step: 0.02}\n";
-    const char *const settled[] = {"initial.state=equilibrium"};
-    const double pulls[] = {0, 20, 40}, tip = 0.3;
-    const reduced_settings settings = {.modes = {3, 1, 2, 1}, .count = 1, .s = &tip};
-    for (int i = 0; i < 3; i++) {
-        double x[2][STATES] = {{0}}, rate[STATES], fastest = 0, bent = 0;
-        int n = 0;
-        for (int from_rest = 0; from_rest < 2; from_rest++) {
-            ad_error error = {.message = ""};
-            config *given = NULL;
-            reduced_rod *rod = NULL;
-            if (config_read("scene.yaml", text, 1 - from_rest, settled, &given, &error) != AD_OK ||
-                reduced_create(&given->scene, &settings, &rod, &error) != AD_OK ||
-                reduced_initial(rod, &pulls[i], x[from_rest], &error) != AD_OK ||
-                (from_rest && reduced_settle(rod, 0, &pulls[i], x[from_rest], &error) != AD_OK) ||
-                reduced_rate(rod, 0, x[0], &pulls[i], rate, NULL, NULL, &error) != AD_OK) {
-                fail_msg("%s", error.message);
-            }
-            n = reduced_states(rod);
-            reduced_free(rod);
-            config_free(given);
-        }
-        for (int k = 0; k < n; k++) {
-            assert_near(x[0][k], x[1][k], 1e-8); /* Newton's method ends at 1e-9 */
-            bent = fmax(bent, fabs(x[0][k]));
-            fastest = fmax(fastest, fabs(rate[k]));
-        }
-        assert_true(bent > 0.3 || pulls[i] == 0);
-        assert_true(fastest < 1e-4); /* stiffness over mass of what is left, 1/s^2 */
-    }
-}
-
-/* A column starts upright below Euler's load, pi^2 EI/(4 L^2) = 2.4674, thrown as the scene says,
- * and not above it. */
-static void test_column_start(void **state)
-{
-    (void)state;
-    static const char text[] =
-        "parameters: {load: {range: [0, 4]}}\n"
-        "rod: {model: cosserat, length: 1, stiffness: {shear: [500, 500], axial: 1500, bending: "
-        "[1, "
-        "1], torsion: 0.8}, inertia: {mass_per_length: 1, rotary: [7e-4, 7e-4, 1.4e-3]}}\n"
-        "loads: {tip: {force: [0, 0, -load]}}\n"
-        "initial: {state: equilibrium, velocity: ['0.3*s^2', 0, 0], angular_velocity: [0, '0.6*s', "
-        "0]}\n"
-        "time: {duration: 1, windows: 1}\n"
-        "surrogate: {step: 0.02}\n";
-    const double loads[] = {0.5, 2.4, 2.6, 4}, tip = 1;
-    const reduced_settings settings = {.modes = {3, 1, 2, 1}, .count = 1, .s = &tip};
-    ad_error error = {.message = ""};
-    config *given = NULL;
-    reduced_rod *rod = NULL;
-    if (config_read("scene.yaml", text, 0, NULL, &given, &error) != AD_OK ||
-        reduced_create(&given->scene, &settings, &rod, &error) != AD_OK) {
-        fail_msg("%s", error.message);
-    }
-    for (int i = 0; i < 4; i++) {
-        double x[STATES];
-        reduced_place at;
-        const ad_status expected = i < 2 ? AD_OK : AD_NOT_FINITE;
-        assert_int_equal(reduced_initial(rod, &loads[i], x, &error), expected);
-        if (expected == AD_OK) {
-            assert_int_equal(reduced_output(rod, 0, x, &loads[i], &at, NULL, &error), AD_OK);
-            assert_near(at.position[0], 0, 1e-9);
-            assert_near(at.velocity[0], 0.3, 3e-3); /* the nearest of so few modes */
-        }
-    }
-    reduced_free(rod);
-    config_free(given);
-}
-
 /* The lowest frequency of a rod near rest: inverse iteration of M^-1 K = -d(rate)/d(modes). */
 static double lowest_frequency(reduced_rod *rod, const double *inputs)
 {
@@ -738,8 +655,7 @@ int main(void)
         cmocka_unit_test(test_derivatives),  cmocka_unit_test(test_frequencies),
         cmocka_unit_test(test_full_solver),  cmocka_unit_test(test_plane),
         cmocka_unit_test(test_pendulum),     cmocka_unit_test(test_energy),
-        cmocka_unit_test(test_reduced),      cmocka_unit_test(test_settled_start),
-        cmocka_unit_test(test_column_start), cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_reduced),      cmocka_unit_test(test_memory),
         cmocka_unit_test(test_from_seen),    cmocka_unit_test(test_bodies_as_inputs),
         cmocka_unit_test(test_manufactured),
     };

@@ -436,9 +436,8 @@ const law law_table[LAW_COUNT] = {
 
 /* ---- formulas ------------------------------------------------------------------------------ */
 
-static void derive_within(law_formula *x, bool has_energy)
+static void derive_within(law_formula *x)
 {
-    (void)has_energy; /* it always has */
     ad_reverse(x->energy, LAW_WRENCH, x->given, AD_PER_POINT, x->wrench);
     for (int i = 0, k = 0; i < LAW_WRENCH; i++) {
         for (int j = i; j < LAW_WRENCH; j++) {
@@ -447,11 +446,10 @@ static void derive_within(law_formula *x, bool has_energy)
     }
 }
 
-static void derive_tube(law_formula *x, bool has_energy)
+static void derive_tube(law_formula *x)
 {
     const ad_value *at = x->given, turn[2] = {ad_neg(at[4]), at[3]};
     ad_value by_state[LAW_WRENCH], by_turn[LAW_WRENCH];
-    (void)has_energy; /* it always has */
     ad_reverse(x->energy, LAW_WRENCH, at, AD_PER_POINT, by_state);
     for (int i = 0; i < 3; i++) {
         x->wrench[i] = by_state[i];
@@ -478,21 +476,19 @@ static void turn_about(const ad_value q[4], int k, ad_value by[4])
     by[1 + j] = ad_scale(q[1 + i], 0.5);
 }
 
-static void derive_outside(law_formula *x, bool has_energy)
+static void derive_outside(law_formula *x)
 {
     const ad_value *q = x->given + ROTATION;
     ad_value turn[3][4], by_state[7];
     for (int k = 0; k < 3; k++) {
         turn_about(q, k, turn[k]);
     }
-    if (has_energy) {
-        ad_reverse(x->energy, 7, x->given, AD_PER_POINT, by_state);
-        for (int k = 0; k < 3; k++) {
-            x->wrench[k] = ad_neg(by_state[k]);
-            for (int i = 0; i < 4; i++) {
-                const ad_value part = ad_mul(by_state[ROTATION + i], turn[k][i]);
-                x->wrench[3 + k] = ad_sub(x->wrench[3 + k], part);
-            }
+    ad_reverse(x->energy, 7, x->given, AD_PER_POINT, by_state); /* zeros without one */
+    for (int k = 0; k < 3; k++) {
+        x->wrench[k] = ad_sub(x->wrench[k], by_state[k]);
+        for (int i = 0; i < 4; i++) {
+            const ad_value part = ad_mul(by_state[ROTATION + i], turn[k][i]);
+            x->wrench[3 + k] = ad_sub(x->wrench[3 + k], part);
         }
     }
     for (int k = 0; k < 3; k++) {
@@ -507,11 +503,10 @@ static void derive_outside(law_formula *x, bool has_energy)
     }
 }
 
-static void derive_motion(law_formula *x, bool has_energy)
+static void derive_motion(law_formula *x)
 {
     const ad_value *V = x->given, *w = V + 3, *A = V + 6;
     ad_value momentum[LAW_WRENCH], rate[LAW_WRENCH], along[LAW_WRENCH], turned[3][3];
-    (void)has_energy; /* it always has */
     cross(w, V, turned[0]);
     for (int i = 0; i < 3; i++) {
         along[i] = ad_sub(A[i], turned[0][i]);
@@ -536,7 +531,7 @@ static void derive_motion(law_formula *x, bool has_energy)
 static const struct {
     law_group state[LAW_GROUPS_MAX - 1];
     int derivatives;
-    void (*derive)(law_formula *x, bool has_energy);
+    void (*derive)(law_formula *x);
 } states[] = {
     [LAW_WITHIN] = {{{"v", 3}, {"u", 3}}, LAW_STIFFNESS, derive_within},
     [LAW_TURNED] = {{{"u", 3}, {"turn", 3}}, LAW_STIFFNESS, derive_tube},
@@ -591,7 +586,7 @@ law_formula law_formula_create(law_name name)
         x.wrench[i] = x.energy;
     }
     of->record(x.given, of->has_energy ? &x.energy : x.wrench);
-    states[of->state].derive(&x, of->has_energy);
+    states[of->state].derive(&x);
     return x;
 }
 

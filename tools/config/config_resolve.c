@@ -333,13 +333,16 @@ static ad_status settle(config *experiment, ad_error *error)
     ad_error reason;
     scene *of = &experiment->scene, middle;
     const bool steps = surrogate_is_given(&experiment->surrogate) || config_controls(experiment);
-    if (scene_is_family(of) && of->initial.state == SCENE_EQUILIBRIUM && !steps) {
+    if (of->initial.state != SCENE_EQUILIBRIUM) {
+        return AD_OK;
+    }
+    if (scene_is_family(of) && !steps) {
         return config_blame(experiment->source, error, "initial.state",
                             "is solved for before training, but the scene is a family, whose "
                             "members have one each; allowed: given, no parameter with a range, or "
                             "a one-step model");
     }
-    if (scene_is_open(of) && !(steps && scene_is_family(of))) {
+    if (scene_is_open(of) && !scene_is_family(of)) {
         return AD_OK; /* of unknowns every trial does */
     }
     scene_middle(of, &middle);

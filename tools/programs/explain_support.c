@@ -61,14 +61,13 @@ void explain_support(FILE *file)
     print_table(file, true);
     fputs("\n## Why never\n\n", file);
     for (int i = 0; i < support_feature_count(); i++) {
-        const char *reason[2] = {support_feature_reason(i, false), support_feature_reason(i, true)};
-        const bool differs = is_never(i, false) && is_never(i, true) && reason[0] != reason[1];
-        const bool moves = !is_never(i, false);
-        if (is_never(i, moves)) {
-            fprintf(file, "- %s: %s.\n", support_feature_name(i), reason[moves]);
-        }
-        if (differs) {
-            fprintf(file, "- %s, in motion: %s.\n", support_feature_name(i), reason[1]);
+        for (int moves = 0; moves < 2; moves++) {
+            const char *reason = support_feature_reason(i, moves);
+            const bool again = moves && is_never(i, false);
+            if (is_never(i, moves) && !(again && reason == support_feature_reason(i, false))) {
+                fprintf(file, "- %s%s: %s.\n", support_feature_name(i), again ? ", in motion" : "",
+                        reason);
+            }
         }
     }
 }

@@ -152,24 +152,16 @@ double show_room(const show_shapes *x)
     return fmax(loaded ? 0.8 * SHOW_ARROW * x->size : x->radius, 1.3 * guides_of(x));
 }
 
-/* Arc lengths of a line beside the rod. */
-static void reach_of(const robot *r, quantity start, quantity end, double range[2])
-{
-    range[0] = value(r, start, 0);
-    range[1] = end.is_given ? value(r, end, 0) : scene_length(r->x->of);
-}
-
 static void draw_guided(const robot *r, const scene_actuator *one, double radius,
                         picture_colour colour)
 {
     enum { MOST = 256 };
-    double places[MOST][3], range[2];
+    double places[MOST][3];
     size_t count = 0;
     const picture_paint paint = {colour, 1, false};
-    reach_of(r, *one->start, *one->end, range);
     for (size_t k = 0; k < r->x->count + 2 && count < MOST; k++) { /* its ends, and between */
-        const double s = k == 0 ? range[0] : k > r->x->count ? range[1] : r->arc[k - 1];
-        if (k > 0 && k <= r->x->count && (s <= range[0] || s >= range[1])) {
+        const double s = k == 0 ? one->from : k > r->x->count ? one->to : r->arc[k - 1];
+        if (k > 0 && k <= r->x->count && (s <= one->from || s >= one->to)) {
             continue;
         }
         const picture_ring at = ring_at(r, s);

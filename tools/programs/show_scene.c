@@ -121,9 +121,8 @@ static void put_guided(const drawn *x, const scene_actuator *one)
 {
     json_open(x->to, NULL, '{');
     json_text(x->to, "kind", one->name);
-    json_number(x->to, "start", value_at(x, *one->start, 0, 0));
-    json_number(x->to, "end",
-                one->end->is_given ? value_at(x, *one->end, 0, 0) : scene_length(x->of));
+    json_number(x->to, "start", one->from);
+    json_number(x->to, "end", one->to);
     json_open(x->to, "offset", '[');
     put_along(x, "d1", one->offset[0], 1);
     put_along(x, "d2", one->offset[1], 1);
