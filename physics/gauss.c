@@ -112,6 +112,24 @@ void gauss_integral(const gauss_rule *rule, double x, double *values)
     }
 }
 
+void gauss_slope(const gauss_rule *rule, double slope[GAUSS_STAGES_MAX][GAUSS_STAGES_MAX])
+{
+    const double *c = rule->nodes;
+    double w[GAUSS_STAGES_MAX]; /* barycentric, without 0 and 1 */
+    for (int j = 0; j < rule->stages; j++) {
+        w[j] = rule->barycentric[j + 1] * c[j] * (c[j] - 1);
+    }
+    for (int i = 0; i < rule->stages; i++) {
+        slope[i][i] = 0;
+        for (int j = 0; j < rule->stages; j++) {
+            if (i != j) {
+                slope[i][j] = w[j] / w[i] / (c[i] - c[j]);
+                slope[i][i] -= slope[i][j];
+            }
+        }
+    }
+}
+
 /* Blanes' alpha_1 .. alpha_3 from u at three points of Gauss. */
 void gauss_magnus(const gauss_rule *rule, double from, double to, double terms[3][GAUSS_STAGES_MAX])
 {

@@ -26,6 +26,9 @@ void solve_gauss_lagrange(const gauss_rule *rule, double x, double *values);
 void gauss_lagrange(const gauss_rule *rule, double x, double *values);
 void gauss_integral(const gauss_rule *rule, double x, double *values);
 
+/* The slope of that polynomial at the points c, on [0, 1]: (i, j) of the j-th at c_i. */
+void gauss_slope(const gauss_rule *rule, double slope[GAUSS_STAGES_MAX][GAUSS_STAGES_MAX]);
+
 /* The terms alpha_1 .. alpha_3 of Magnus' expansion of order 6 for a step from one x to another
  * (Blanes, Casas, Oteo, Ros, Physics Reports 470, 2009, eq. 253), by values at the points c. */
 void gauss_magnus(const gauss_rule *rule, double from, double to,

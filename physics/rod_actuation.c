@@ -8,12 +8,14 @@ rod_actuator rod_actuator_of(const rod_context *rod, int index)
     const scene_actuator given = scene_actuator_of(rod->scene, index);
     const quantity pull = scene_actuator_pull(&given);
     const quantity displacement = given.tendon ? given.tendon->displacement : quantity_number(0);
+    const quantity friction = given.tendon ? given.tendon->friction : quantity_number(0);
     ad_value offset = rod_quantities(rod, 2, given.offset, none, 1 / length, rod->s, rod->t);
     return (rod_actuator){
         .offset = offset,
         .slope = rod_space_derivative(rod, offset),
         .pull = rod_quantities(rod, 1, &pull, none, 1 / force, rod->s, rod->t),
         .displacement = rod_quantities(rod, 1, &displacement, none, 1 / length, rod->s, rod->t),
+        .friction = rod_quantities(rod, 1, &friction, none, 1, rod->s, rod->t),
         .start = given.from / length,
         .end = given.to / length,
         .law = rod_actuator_law(&given)};

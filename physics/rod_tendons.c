@@ -115,9 +115,8 @@ ad_value rod_tendon_pull(const rod_context *rod, ad_value tendons, int index, ad
     }
     if (has_friction(rod->scene, index)) {
         rod_actuator tendon = rod_actuator_of(rod, index);
-        double friction = quantity_value(rod->scene->tendons[index].friction, 0, 0);
         ad_value angle = angle_of(rod, &tendon, tendons, index);
-        given = ad_mul(given, ad_exp(ad_scale(angle, -friction)));
+        given = ad_mul(given, ad_exp(ad_neg(ad_mul(angle, tendon.friction))));
     }
     return given;
 }

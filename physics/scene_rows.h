@@ -341,7 +341,7 @@ extern "C" {
     X(of "stiffness", 1, in stiffness, LISTS, ONE_NUMBER, POSITIVE, SCALAR, WORLD, "N/m",         \
       NOTHING, "it keeps its length",                                                              \
       "Stiffness of a tendon with a displacement: its tension over its elongation.")               \
-    X(of "friction", 1, in friction, LISTS, ONE_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, NULL, ZERO,  \
+    X(of "friction", 1, in friction, LISTS, EACH_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, NULL, ZERO,  \
       NULL,                                                                                        \
       "Coulomb's coefficient of the tendon against its guides. The tension of a pulled tendon "    \
       "falls by exp(-friction angle), with the angle by which its path has turned. At rest only.")

@@ -137,9 +137,18 @@ int strain_tensions(const scene *open)
     return count;
 }
 
+int strain_angles(const scene *open)
+{
+    int count = 0;
+    for (int i = 0; i < open->tendon_count; i++) {
+        count += quantity_is_something(open->tendons[i].friction);
+    }
+    return count;
+}
+
 bool strain_is_placed(const scene *open)
 {
-    return strain_held(open) > 0 || rod_has_law_along(open, is_placed) ||
+    return strain_held(open) + strain_angles(open) > 0 || rod_has_law_along(open, is_placed) ||
            rod_has_law_at_places(open, is_placed);
 }
 
@@ -149,7 +158,7 @@ int strain_forces(const scene *open, int nodes)
     for (int i = 0; i < open->spring_count; i++) {
         count += quantity_any_something(3, open->springs[i].stiffness) ? 3 : 0;
     }
-    return count;
+    return count + strain_angles(open) * nodes;
 }
 
 /* ---- what is given ------------------------------------------------------------------------- */
@@ -171,17 +180,6 @@ static void spread(const strain_rod *x, ad_value value, ad_value *rows)
             rows[r] = ad_stack(x->nodes, of_row);
         }
     }
-}
-
-/* Rows that stay together, which a factor of zeros and ones would not. */
-ad_value strain_pull_within(const strain_rod *rod, const strain_pull *of, ad_value pull)
-{
-    const int first = of->first, count = of->count;
-    if (count == 0 || count == rod->nodes) {
-        return count == 0 ? ad_scalar(rod->tape, 0) : pull;
-    }
-    ad_value here = ad_rows(pull) == 1 ? ad_repeat(pull, count) : ad_slice(pull, first, count);
-    return ad_pad(here, first, rod->nodes);
 }
 
 /* What is known of a tendon whose length is given. */
@@ -215,6 +213,8 @@ static void give_actuators(strain_rod *x)
         if (i < x->open.tendon_count && x->open.tendons[i].displacement.is_given) {
             give_length(x, i, &one);
         }
+        to->friction = one.friction;
+        to->rubs = i < x->open.tendon_count && quantity_is_something(x->open.tendons[i].friction);
     }
 }
 

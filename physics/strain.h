@@ -76,9 +76,13 @@ ad_status strain_rod_create(const strain_settings *settings, ad_value s, const a
 void strain_rod_free(strain_rod *rod); /* NULL is allowed; what was recorded stays */
 
 /* Numbers that are sought before the curvature: forces of laws outside of the rod that depend on
- * the position (physics/law/law.h), per length [3][nodes] and [3] at each place; 0 without such.
- * Their rows of the residual are what is sought less what the laws make of the shape. */
+ * the position (physics/law/law.h), per length [3][nodes] and [3] at each place, and angles [nodes]
+ * by which each tendon with friction has turned; 0 without such. Their rows of the residual are
+ * what is sought less what the shape makes of it. */
 int strain_forces(const scene *open, int nodes);
+
+/* Tendons with friction. */
+int strain_angles(const scene *open);
 
 /* Numbers that are sought after the curvature: N [3], world, of an end s = 1 whose position is held
  * in any direction, and M [3], world, of one whose rotation is, beyond what acts there, and last

@@ -34,6 +34,8 @@ typedef struct strain_pull {
     law_name law;
     bool is_sought; /* the tension of one whose length is given, */
     double compliance;
+    bool rubs; /* a tendon with friction: angles by which it has turned are sought */
+    ad_value friction;
 } strain_pull;
 
 /* A law that acts from outside, with its numbers at points or at its place. */
@@ -104,6 +106,7 @@ typedef struct strain_state {
     along pushes[ROD_AT_PLACES_MAX], edge_position[STRAIN_ELEMENTS_MAX + 1];
     along held[2];                       /* N, M at s = 1, sought where the end is held, else 0 */
     ad_value tension[SCENE_TENDONS_MAX]; /* sought where the length is given */
+    ad_value angle[SCENE_TENDONS_MAX];   /* [nodes] sought with friction */
     ad_value pull[SCENE_ACTUATORS_MAX];
     along_turn turn;
     along_matrix R;
@@ -119,18 +122,29 @@ void strain_state_of(const strain_rod *rod, ad_value sought, ad_value vector, st
 along_turn strain_turn_over(const strain_rod *rod, int edge, along_turn q);
 
 /* Parts of it: f, l at points, without moments that depend on the position; all of l; what acts at
- * an edge; v after one step of Newton's method, with the matrix of v and of another u; the rate of
- * M, negative; and the residual. pull: those of the state. */
+ * an edge; the rate of M, negative. */
 void strain_loads(const strain_rod *rod, along_turn turn, along load_rate[2]);
 along strain_moment_load(const strain_rod *rod, const strain_state *state);
 void strain_acting(const strain_rod *rod, int edge, along_turn turn, along *force, along *moment);
+along strain_moment_rate(along slope, along force, along load);
+
+/* strain_pull.c. A pull at the points where the actuator is, elsewhere 0; the length of a tendon
+ * per length of the rod; and the angle by which it has turned, 0 beyond its part of the rod. */
+ad_value strain_pull_within(const strain_rod *rod, const strain_pull *of, ad_value pull);
+ad_value strain_pull_length(const strain_rod *rod, const strain_pull *of, along strain,
+                            along curvature);
+ad_value strain_pull_angle(const strain_rod *rod, const strain_pull *of, const strain_state *state);
+
+/* Also there, with the pulls of a state: v* + C (n - what pulls at v, u), and whether that depends
+ * on v; the v that obeys it, from some v on; v after one step of Newton's method, with the matrix
+ * of v and of another u; (1 + C T_vv)^-1 times a; the residual. */
+along strain_balance(const strain_rod *rod, const ad_value *pull, along n, along u, along v);
+bool strain_is_implicit(const strain_rod *rod);
+along strain_yield(const strain_rod *rod, const ad_value *pull, along n, along u, along v);
 along strain_yield_on(const strain_rod *rod, const ad_value *pull, along n, along u, along v,
                       along matrix_u);
-along strain_moment_rate(along slope, along force, along load);
+along strain_softened(const strain_rod *rod, const ad_value *pull, along v, along u, along a);
 along strain_missing(const strain_rod *rod, const ad_value *pull, const along_matrix *R,
                      along strain, along curvature, along moment);
-
-/* A pull at the points where the actuator is, elsewhere 0. */
-ad_value strain_pull_within(const strain_rod *rod, const strain_pull *of, ad_value pull);
 
 #endif

@@ -193,142 +193,9 @@ static along integrate_back(const strain_rod *rod, along rate, const along *acti
     return join(rod, parts);
 }
 
-/* ---- strain -------------------------------------------------------------------------------- */
-
-/* Of actuators and a law of the section at v, u: force, moment, and the derivative of the
- * force by v. */
-typedef struct pulling {
-    along force, moment;
-    along_matrix by_v;
-} pulling;
-
-static void add_pull(const ad_value *wrench, const ad_value *stiffness, pulling *sum)
-{
-    for (int i = 0; i < 3; i++) {
-        sum->force.x[i] = ad_add(sum->force.x[i], wrench[i]);
-        sum->moment.x[i] = ad_add(sum->moment.x[i], wrench[3 + i]);
-        for (int j = 0; j < 3; j++) {
-            sum->by_v.x[i][j] = ad_add(sum->by_v.x[i][j], stiffness[law_entry(i, j)]);
-        }
-    }
-}
-
-static void record_pull(const strain_rod *rod, const strain_pull *a, ad_value pull, along v,
-                        along u, ad_value *energy, ad_value *wrench, ad_value *stiffness)
-{
-    const ad_value given[] = {v.x[0],       v.x[1],       v.x[2],      u.x[0],      u.x[1], u.x[2],
-                              a->offset[0], a->offset[1], a->slope[0], a->slope[1], pull};
-    law_record(a->law, rod->tape, given, energy, wrench, stiffness);
-}
-
-static void pull_one(const strain_rod *rod, const strain_pull *a, ad_value pull, along v, along u,
-                     pulling *sum)
-{
-    ad_value wrench[LAW_WRENCH], stiffness[LAW_STIFFNESS];
-    record_pull(rod, a, pull, v, u, NULL, wrench, stiffness);
-    add_pull(wrench, stiffness, sum);
-}
-
-/* What the law of the section is beyond its stiffness. */
-static void pull_by_law(const strain_rod *rod, along v, along u, pulling *sum)
-{
-    const along off[2] = {strain_sub(v, rod->rest_strain), strain_sub(u, rod->rest_curvature)};
-    ad_value strains[LAW_WRENCH], wrench[LAW_WRENCH], stiffness[LAW_STIFFNESS];
-    for (int i = 0; i < LAW_WRENCH; i++) {
-        strains[i] = off[i / 3].x[i % 3];
-    }
-    scene_law_record_places(rod->open.rod.law, rod->rod.scales.length, rod->rod.scales.force,
-                            strains, wrench, stiffness);
-    add_pull(wrench, stiffness, sum);
-}
-
-static bool pulls(const strain_rod *rod)
-{
-    return rod->actuators > 0 || rod->open.rod.law;
-}
-
-static pulling pull_all(const strain_rod *rod, const ad_value *pull, along v, along u)
-{
-    const along none = strain_zeros(rod->tape);
-    pulling sum = {.force = none, .moment = none};
-    for (int i = 0; i < 9; i++) {
-        sum.by_v.x[i / 3][i % 3] = none.x[0];
-    }
-    for (int i = 0; i < rod->actuators; i++) {
-        pull_one(rod, &rod->pulls[i], pull[i], v, u, &sum);
-    }
-    if (rod->open.rod.law) {
-        pull_by_law(rod, v, u, &sum);
-    }
-    return sum;
-}
-
-/* (1 + C T_vv)^-1 times a, by cofactors: the matrix is near 1. */
-static along soften(const strain_rod *rod, const along_matrix *by_v, along a)
-{
-    along rows[3], solved;
-    for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < 3; j++) {
-            rows[i].x[j] = ad_mul(rod->strain_compliance.x[i], by_v->x[i][j]);
-        }
-        rows[i].x[i] = ad_add(rows[i].x[i], ad_scalar(rod->tape, 1));
-    }
-    along cofactors[3] = {strain_cross(rows[1], rows[2]), strain_cross(rows[2], rows[0]),
-                          strain_cross(rows[0], rows[1])};
-    ad_value by = ad_reciprocal(strain_dot(rows[0], cofactors[0]));
-    for (int c = 0; c < 3; c++) { /* the inverse's columns are the cofactors */
-        solved.x[c] =
-            strain_dot((along){{cofactors[0].x[c], cofactors[1].x[c], cofactors[2].x[c]}}, a);
-    }
-    return strain_by(by, solved);
-}
-
-/* v* + C (n - what pulls at v, u) */
-static along balance(const strain_rod *rod, const ad_value *pull, along n, along u, along v)
-{
-    const along force = pulls(rod) ? strain_sub(n, pull_all(rod, pull, v, u).force) : n;
-    return rod->shears ? strain_add(rod->rest_strain, strain_mul(rod->strain_compliance, force))
-                       : rod->rest_strain;
-}
-
-static bool is_implicit(const strain_rod *rod)
-{
-    return rod->shears && pulls(rod);
-}
-
-along strain_yield_on(const strain_rod *rod, const ad_value *pull, along n, along u, along v,
-                      along matrix_u)
-{
-    const along there = balance(rod, pull, n, u, v);
-    if (!is_implicit(rod)) {
-        return there;
-    }
-    const along_matrix by_v = pull_all(rod, pull, v, matrix_u).by_v;
-    return strain_sub(v, soften(rod, &by_v, strain_sub(v, there)));
-}
-
-static along strain_yield(const strain_rod *rod, const ad_value *pull, along n, along u, along v)
-{
-    enum { STEPS = 3 }; /* leave (C pull)^15 of it */
-    for (int k = 0; k < STEPS; k++) {
-        v = strain_yield_on(rod, pull, n, u, v, u);
-    }
-    return v;
-}
-
-/* ---- moment and residual ------------------------------------------------------------------- */
-
 along strain_moment_rate(along slope, along force, along load)
 {
     return strain_add(strain_cross(slope, force), load);
-}
-
-along strain_missing(const strain_rod *rod, const ad_value *pull, const along_matrix *R, along v,
-                     along u, along M)
-{
-    const pulling sum = pull_all(rod, pull, v, u);
-    along m = strain_sub(strain_to_body(R, M), sum.moment);
-    return strain_sub(strain_sub(u, rod->rest_curvature), strain_mul(rod->curvature_compliance, m));
 }
 
 /* ---- forces that depend on the place -------------------------------------------------------- */
@@ -366,6 +233,10 @@ static void find_pulls(const strain_rod *rod, ad_value sought, int first, strain
             state->tension[i] = ad_row(sought, first++);
             state->pull[i] = strain_pull_within(rod, of, state->tension[i]);
         }
+        if (of->rubs) {
+            const ad_value lost = ad_mul(state->angle[i], of->friction);
+            state->pull[i] = ad_mul(state->pull[i], ad_exp(ad_neg(lost)));
+        }
     }
 }
 
@@ -384,6 +255,12 @@ static void divide(const strain_rod *rod, ad_value sought, strain_state *state)
         if (law_force_by_position(&law_table[rod->places[i].law])) {
             state->pushes[i] = strain_rows(ad_slice(sought, first, 3));
             first += 3;
+        }
+    }
+    for (int i = 0; i < rod->actuators; i++) {
+        if (rod->pulls[i].rubs) {
+            state->angle[i] = ad_slice(sought, first, rod->nodes);
+            first += rod->nodes;
         }
     }
     const bool all = rod->forces + rod->held == 0;
@@ -406,7 +283,8 @@ static void find_loads(const strain_rod *rod, strain_state *state)
     state->load_rate[0] = strain_add(state->load_rate[0], state->push);
 }
 
-/* Forces that are sought less what the laws make of the place, to rows; returns how many. */
+/* Forces and angles that are sought less what the shape makes of them, to rows; returns how many.
+ */
 static int missing_forces(const strain_rod *rod, const strain_state *state, ad_value *rows)
 {
     along is[2];
@@ -420,6 +298,12 @@ static int missing_forces(const strain_rod *rod, const strain_state *state, ad_v
             const int e = edge_of(rod, rod->places[i].s);
             act(rod, &rod->places[i], state->edge_position[e], state->edge_turn[e], is);
             rows[count++] = ad_stack(3, strain_sub(state->pushes[i], is[0]).x);
+        }
+    }
+    for (int i = 0; i < rod->actuators; i++) {
+        const strain_pull *of = &rod->pulls[i];
+        if (of->rubs) {
+            rows[count++] = ad_sub(state->angle[i], strain_pull_angle(rod, of, state));
         }
     }
     return count;
@@ -446,14 +330,6 @@ static int missing_holds(const strain_rod *rod, const strain_state *state, ad_va
     return count;
 }
 
-/* Length of a tendon per length of the rod, 0 beyond its part of it. */
-static ad_value path_length(const strain_rod *rod, const strain_pull *of, along v, along u)
-{
-    ad_value length;
-    record_pull(rod, of, ad_scalar(rod->tape, 1), v, u, &length, NULL, NULL);
-    return strain_pull_within(rod, of, length);
-}
-
 /* By how much tendons are shorter than they may be. */
 static int missing_lengths(const strain_rod *rod, const strain_state *state, ad_value *rows)
 {
@@ -463,8 +339,9 @@ static int missing_lengths(const strain_rod *rod, const strain_state *state, ad_
     for (int i = 0; i < rod->actuators; i++) {
         const strain_pull *of = &rod->pulls[i];
         if (of->is_sought) {
-            const ad_value now = path_length(rod, of, state->strain, state->curvature);
-            const ad_value rest = path_length(rod, of, rod->rest_strain, rod->rest_curvature);
+            const ad_value now = strain_pull_length(rod, of, state->strain, state->curvature);
+            const ad_value rest =
+                strain_pull_length(rod, of, rod->rest_strain, rod->rest_curvature);
             const ad_value longer = strain_weigh(1, rod->nodes, weights, ad_sub(now, rest));
             const ad_value excess = ad_add(longer, of->displacement);
             rows[count++] = ad_sub(ad_scale(state->tension[i], of->compliance), excess);
@@ -654,12 +531,11 @@ static void change_fields(const fields *all, int first, int end, const strain_ch
 static void soften_fields(const strain_rod *rod, const fields *all, const strain_state *state,
                           along v, ad_value *parts)
 {
-    const along_matrix by_v = pull_all(rod, state->pull, v, state->curvature).by_v;
     along change = strain_zeros(rod->tape);
     for (int i = all->ends[BY_TURNS]; i < all->ends[BY_FORCE]; i++) {
         change.x[all->of[i] - state->strain.x] = parts[i];
     }
-    change = soften(rod, &by_v, change);
+    change = strain_softened(rod, state->pull, v, state->curvature, change);
     for (int i = all->ends[BY_TURNS]; i < all->ends[BY_FORCE]; i++) {
         parts[i] = change.x[all->of[i] - state->strain.x];
     }
@@ -679,9 +555,9 @@ ad_value strain_rod_state_change(const strain_rod *rod, ad_value sought, ad_valu
     strain_state_of(rod, sought, vector, &state);
     const along v = state.strain;
     state.strain =
-        balance(rod, state.pull, strain_to_body(&state.R, state.force), state.curvature, v);
+        strain_balance(rod, state.pull, strain_to_body(&state.R, state.force), state.curvature, v);
     change_fields(&all, all.ends[BY_TURNS], all.ends[BY_FORCE], changes, vector, parts);
-    if (is_implicit(rod)) {
+    if (strain_is_implicit(rod)) {
         soften_fields(rod, &all, &state, v, parts);
     }
     state.strain = v;
@@ -694,7 +570,7 @@ ad_value strain_rod_residual(const strain_rod *rod, ad_value sought, ad_value ve
 {
     strain_state state;
     strain_state_of(rod, sought, vector, &state);
-    ad_value rows[1 + ROD_AT_PLACES_MAX + 3 + SCENE_TENDONS_MAX];
+    ad_value rows[1 + ROD_AT_PLACES_MAX + 3 + 2 * SCENE_TENDONS_MAX];
     int count = missing_forces(rod, &state, rows);
     rows[count++] =
         strain_points(rod->nodes, strain_missing(rod, state.pull, &state.R, state.strain,

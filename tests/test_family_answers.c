@@ -380,7 +380,8 @@ static void test_outside(void **state)
     quantities_free(r.names);
 }
 
-/* Of a scene with a spring errors are not predicted, and nothing is trusted. */
+/* Of a scene that the batch solver does not take errors are not predicted, and nothing is trusted.
+ */
 static ad_status zeros(void *context, size_t members, const double *parameters, double *values,
                        ad_error *error)
 {
@@ -397,6 +398,8 @@ static void test_without_errors(void **state)
     robot r;
     make_robot(&r);
     r.scene.tendons[0].friction = quantity_number(0.1);
+    r.scene.tendons[0].tension = (quantity){.is_given = false};
+    r.scene.tendons[0].displacement = quantity_formula(r.names, "0.001*pull");
     const cpinn_family_settings settings = settings_of(&r.scene, 1);
     static double values[POINTS * MODEL_COLUMNS_MAX];
     const double member[COUNT] = {1, 0.05, 0, 1};
@@ -405,7 +408,8 @@ static void test_without_errors(void **state)
     cpinn_family *x = NULL;
     ad_error error = {.message = ""};
     assert_good(cpinn_family_prepare(&r.scene, &settings, &x, &error), &error);
-    assert_non_null(strstr(cpinn_family_without_error(x), "friction of a tendon"));
+    assert_non_null(
+        strstr(cpinn_family_without_error(x), "friction of a tendon of given displacement"));
     const cpinn_family_network network = {.values = zeros};
     cpinn_family_attach(x, &network);
     assert_good(cpinn_family_evaluate(x, &polish, 1, member, values, &said, &error), &error);

@@ -184,8 +184,8 @@ static ad_status record(solve_rod *rod, ad_error *error)
 /* What tendons have besides what all actuators have. */
 static void set_tendon(solve_rod *rod, const scene_tendon *given, solve_extent *extent)
 {
-    extent->friction = quantity_value(given->friction, 0, 0);
-    rod->frictions += extent->friction > 0;
+    extent->rubs = quantity_is_something(given->friction);
+    rod->frictions += extent->rubs;
     if (given->displacement.is_given) {
         extent->has_length = true;
         rod->lengths++;
@@ -223,7 +223,7 @@ static ad_status record_actuators(solve_rod *rod, ad_error *error)
     ad_tape *tape = on.tape;
     for (int i = 0; i < pulling; i++) {
         rod_actuator one = rod_actuator_of(&context, i);
-        all[i] = STACK(one.offset, one.slope, one.pull, one.displacement);
+        all[i] = STACK(one.offset, one.slope, one.pull, one.displacement, one.friction);
         rod->extents[i] = (solve_extent){.start = one.start, .end = one.end, .law = one.law};
         if (i < rod->scene.tendon_count) {
             set_tendon(rod, &rod->scene.tendons[i], &rod->extents[i]);
@@ -231,7 +231,7 @@ static ad_status record_actuators(solve_rod *rod, ad_error *error)
     }
     for (int i = 0; i < rod->tubes; i++) {
         rod_tube tube = rod_tube_of(&context, i);
-        all[pulling + i] = STACK(tube.bending, tube.softness, tube.rest);
+        all[pulling + i] = STACK(tube.bending, tube.softness, tube.rest, ad_scalar(tape, 0));
         rod->extents[pulling + i] = (solve_extent){.end = tube.end,
                                                    .law = LAW_TUBE,
                                                    .turned = tube.turned,

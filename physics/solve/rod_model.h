@@ -53,7 +53,7 @@ typedef struct solve_extent {
     bool has_length;   /* a tendon whose tension is sought: its length is that in the unstressed rod
                         * less its displacement, */
     double compliance; /* more by this times its tension; 0: no more */
-    double friction;   /* Coulomb's, of a tendon against its guides */
+    bool rubs;         /* a tendon with friction */
     double turned, transmission; /* of a tube; rad, of the length */
 } solve_extent;
 
@@ -106,11 +106,13 @@ typedef union solve_actuator {
         double slope[2];     /* r_s */
         double pull;         /* tension, or what pushes with a minus */
         double displacement; /* by which a tendon of given length is pulled out; 0 of others */
+        double friction;     /* Coulomb's, of a tendon against its guides; 0 of others */
     };
     struct {                 /* of a tube */
         double bending[2];   /* K */
         double softness;     /* 1/G; 0: it does not twist */
         double curvature[3]; /* k by itself */
+        double none;
     };
 } solve_actuator;
 

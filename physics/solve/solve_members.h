@@ -14,9 +14,9 @@
  * pulls grow together from 0, as long as that is stable. One that is not solved may still have an
  * equilibrium, which solution_create with its numbers (scene_member) looks for. Places where
  * something jumps cut the rod into pieces, and the time is that of a piece times their number. It
- * is that of a full matrix with springs or a foundation, which do not grow with the loads, or with
- * an end that is held, which moves to its place with them. Tendons of given displacement are pulled
- * with the loads, too; each takes the time of one more right side.
+ * is that of a full matrix with friction of tendons; with springs or a foundation, which do not
+ * grow with the loads; or with an end that is held, which moves to its place. Tendons of given
+ * displacement are pulled with the loads, too; each takes the time of one more right side.
  */
 #ifndef PHYSICS_SOLVE_SOLVE_MEMBERS_H
 #define PHYSICS_SOLVE_SOLVE_MEMBERS_H
@@ -67,9 +67,9 @@ typedef struct solve_members solve_members;
 
 /* Of a scene with parameters, or without any. AD_BAD_INPUT: a scene that the checks refuse, or a
  * parameter where it has one number for all. AD_BAD_ARGUMENT: what only solution_create solves:
- * motions, beams, starts that are not clamped, ends that an angle turns, tubes, tendons with
- * friction. AD_NO_MEMORY. The scene is copied, its formulas must outlive
- * the members. */
+ * motions, beams, starts that are not clamped, ends that an angle turns, tubes, friction of tendons
+ * whose displacement is given or where something jumps. AD_NO_MEMORY. The scene is copied, its
+ * formulas must outlive the members. */
 ad_status solve_members_create(const scene *open, const solve_members_settings *settings,
                                solve_members **result, ad_error *error);
 void solve_members_free(solve_members *x); /* NULL is allowed */

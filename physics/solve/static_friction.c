@@ -36,38 +36,18 @@ static size_t angle_count(const static_system *x)
 
 /* ---- how tendons turn ---------------------------------------------------------------------- */
 
-/* Of the polynomials of the points c alone, with weights w (Berrut and Trefethen, SIAM Review 46,
- * 2004). */
+/* Of the polynomials of the points c alone. */
 typedef struct tangent_rule {
-    double slope[GAUSS_STAGES_MAX][GAUSS_STAGES_MAX]; /* (i, j) of the j-th at c_i, on [0, 1] */
-    double at_end[2][GAUSS_STAGES_MAX];               /* at 0 and 1 */
+    double slope[GAUSS_STAGES_MAX][GAUSS_STAGES_MAX];
+    double at_end[2][GAUSS_STAGES_MAX]; /* at 0 and 1 */
 } tangent_rule;
 
 static tangent_rule tangent_rule_of(const gauss_rule *rule)
 {
-    tangent_rule made = {.slope = {{0}}};
-    const double *c = rule->nodes;
-    double w[GAUSS_STAGES_MAX];
-    for (int j = 0; j < rule->stages; j++) {
-        w[j] = rule->barycentric[j + 1] * c[j] * (c[j] - 1);
-    }
-    for (int end = 0; end < 2; end++) {
-        double sum = 0;
-        for (int j = 0; j < rule->stages; j++) {
-            sum += w[j] / (end - c[j]);
-        }
-        for (int j = 0; j < rule->stages; j++) {
-            made.at_end[end][j] = w[j] / (end - c[j]) / sum;
-        }
-    }
-    for (int i = 0; i < rule->stages; i++) {
-        for (int j = 0; j < rule->stages; j++) {
-            if (i != j) {
-                made.slope[i][j] = w[j] / w[i] / (c[i] - c[j]);
-                made.slope[i][i] -= made.slope[i][j];
-            }
-        }
-    }
+    tangent_rule made;
+    gauss_slope(rule, made.slope);
+    gauss_lagrange(rule, 0, made.at_end[0]);
+    gauss_lagrange(rule, 1, made.at_end[1]);
     return made;
 }
 
@@ -155,7 +135,7 @@ static void measure(const static_system *x, const double *y, double *angles)
 {
     tangent_rule rule = tangent_rule_of(&x->rule);
     for (int i = 0, k = 0; i < x->rod->actuators; i++) {
-        if (x->rod->extents[i].friction > 0) {
+        if (x->rod->extents[i].rubs) {
             measure_tendon(x, &rule, i, k++, y, angles);
         }
     }

@@ -440,18 +440,19 @@ int static_system_element(const static_system *x, double s)
 }
 
 /* Of the angles, by the polynomials of the element. */
-static void set_rubbed(const static_system *x, double s, double *rubbed)
+static void set_rubbed(const static_system *x, double s, solve_actuation *pulling)
 {
     int e = static_system_element(x, s), points = x->stages + 2, count = x->rod->frictions;
     const double *angles = x->angles + e * points * count;
     double weights[GAUSS_STAGES_MAX + 2];
     solve_gauss_lagrange(&x->rule, (s - x->edges[e]) / width(x, e), weights);
     for (int i = 0, k = 0; i < x->rod->actuators; i++) {
-        double friction = x->rod->extents[i].friction;
-        for (int j = 0; j < points && friction > 0; j++) {
-            rubbed[i] += friction * weights[j] * angles[j * count + k];
+        const bool rubs = x->rod->extents[i].rubs;
+        for (int j = 0; j < points && rubs; j++) {
+            pulling->rubbed[i] +=
+                pulling->actuators[i].friction * weights[j] * angles[j * count + k];
         }
-        k += friction > 0;
+        k += rubs;
     }
 }
 
@@ -461,7 +462,7 @@ solve_actuation static_system_actuation(const static_system *x, const solve_actu
     solve_actuation pulling = solve_actuation_at(x->rod, actuators, point, s, x->path.load);
     pulling.tensions = x->tensions;
     if (x->rod->frictions > 0) {
-        set_rubbed(x, s, pulling.rubbed);
+        set_rubbed(x, s, &pulling);
     }
     return pulling;
 }

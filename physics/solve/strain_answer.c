@@ -96,6 +96,7 @@ static void guess_forces(strain_form *form)
     }
     strain_form_place(form);
     strain_form_push(form);
+    strain_form_rub(form);
     for (int i = 0; i < form->nodes && form->push_at >= 0; i++) {
         memcpy(form->at[i].push, form->pushes[i].force, sizeof form->at[i].push);
     }
@@ -191,10 +192,12 @@ static void approach(question *q)
     strain_group *x = q->group;
     strain_form *form = q->level->form, *fine = q->fine->form;
     lanes *more = x->start, *there = x->before;
-    const int parts = form->push_at >= 0 ? 2 : 1;
-    const int from[2] = {0, form->push_at}, to[2] = {0, fine->push_at};
-    for (int k = 0; k < parts; k++) {
-        strain_level_sample(&x->back, q->fine, q->level, fine->right + to[k],
+    const bool pushed = form->push_at >= 0;
+    const int from[3] = {0, pushed ? form->push_at : 0, form->angle_at};
+    const int to[3] = {0, pushed ? fine->push_at : 0, fine->angle_at};
+    const int width[3] = {3, pushed ? 3 : 0, form->rub_count};
+    for (int k = 0; k < 3; k++) {
+        strain_level_sample(&x->back, q->fine, q->level, width[k], fine->right + to[k],
                             form->right + from[k]);
     }
     copy_forces(fine, form);
@@ -206,9 +209,9 @@ static void approach(question *q)
     for (int i = 0; i < form->unknowns; i++) {
         more[i] = form->right[i] - more[i];
     }
-    for (int k = 0; k < parts; k++) {
-        strain_level_sample(&x->beyond, q->level, q->fine, more + from[k], there);
-        for (int i = 0; i < fine->elastic; i++) {
+    for (int k = 0; k < 3; k++) {
+        strain_level_sample(&x->beyond, q->level, q->fine, width[k], more + from[k], there);
+        for (int i = 0; i < width[k] * fine->nodes; i++) {
             fine->right[to[k] + i] += there[i];
         }
     }

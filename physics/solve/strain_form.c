@@ -74,6 +74,11 @@ static void number_unknowns(strain_form *x)
         x->unknowns += count[i];
         x->holding += i < 4 ? count[i] : 0;
     }
+    for (int i = 0; i < kind->actuators && kind->seeks_tensions; i++) {
+        x->rub_count += kind->extents[i].rubs;
+    }
+    x->angle_at = x->unknowns;
+    x->unknowns += x->rub_count * x->nodes;
 }
 
 /* After all others, which have the matrix. */
@@ -107,7 +112,7 @@ static bool add_tensions(strain_form *x)
     const size_t border = count > 0 ? 2 * (size_t)x->unknowns : 0;
     x->tension_room = make(count * (each + count) + border, sizeof *x->tension_room);
     x->tension_shares = make(count * nodes, sizeof *x->tension_shares);
-    x->pulled = make(count > 0 ? nodes : 0, sizeof *x->pulled);
+    x->pulled = make(count + (size_t)x->rub_count > 0 ? nodes : 0, sizeof *x->pulled);
     if (!x->tensions || !x->tension_room || !x->tension_shares || !x->pulled) {
         return false;
     }
@@ -132,6 +137,37 @@ static bool add_tensions(strain_form *x)
         }
         k++;
     }
+    return true;
+}
+
+/* Tendons with friction. */
+static bool add_rubs(strain_form *x)
+{
+    enum { EACH = 3 + 6 + LAW_STIFFNESS + 3 + 3 };
+    const strain_kind *kind = &x->kind;
+    const size_t count = (size_t)x->rub_count, nodes = (size_t)x->nodes;
+    x->rubs = make(count, sizeof *x->rubs);
+    x->rub_room = make(count * nodes * EACH, sizeof *x->rub_room);
+    x->strained = make(count > 0 ? nodes : 0, sizeof *x->strained);
+    x->turned = make(count > 0 ? nodes : 0, sizeof *x->turned);
+    if (!x->rubs || !x->rub_room || !x->strained || !x->turned) {
+        return false;
+    }
+    lanes *room = x->rub_room;
+    for (int i = 0, k = 0; i < kind->actuators && k < x->rub_count; i++) {
+        if (kind->extents[i].rubs) {
+            x->rubs[k++] = (strain_rub){.actuator = i,
+                                        .pull = room,
+                                        .angle = room + nodes,
+                                        .measured = room + 2 * nodes,
+                                        .along = (lanes(*)[6])(room + 3 * nodes),
+                                        .tangent = (lanes(*)[3])(room + 9 * nodes),
+                                        .across = (lanes(*)[3])(room + 12 * nodes),
+                                        .bend = (lanes(*)[LAW_STIFFNESS])(room + 15 * nodes)};
+            room += EACH * nodes;
+        }
+    }
+    gauss_slope(&x->rule, x->slope);
     return true;
 }
 
@@ -188,7 +224,7 @@ ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_e
         }
     }
     set_magnus(x);
-    if (!add_tensions(x)) {
+    if (!add_tensions(x) || !add_rubs(x)) {
         strain_form_free(x);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu nodes", nodes);
     }
@@ -258,6 +294,10 @@ lanes *strain_form_unknown(strain_form *x, int i)
     if (x->push_at >= 0 && i >= x->push_at && i < x->push_at + x->elastic) {
         return &x->at[(i - x->push_at) / 3].push[(i - x->push_at) % 3];
     }
+    const int angle = i - x->angle_at;
+    if (angle >= 0 && angle < x->rub_count * x->nodes) {
+        return &x->rubs[angle % x->rub_count].angle[angle / x->rub_count];
+    }
     for (int k = 0; k < x->place_count; k++) {
         const int at = x->places[k].unknown;
         if (at >= 0 && i >= at && i < at + 3) {
@@ -283,6 +323,10 @@ void strain_form_free(strain_form *x)
         free(x->tensions);
         free(x->tension_room);
         free(x->tension_shares);
+        free(x->rubs);
+        free(x->rub_room);
+        free(x->strained);
+        free(x->turned);
         free(x->pulled);
         free(x->matrix);
         free(x->coupled);

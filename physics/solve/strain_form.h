@@ -11,7 +11,8 @@
  * and the equation is   u = u* + Kbt^-1 (R^T M - sum tau_i r_i x t_i(v, u))   at each point. It has
  * no derivative in s, and the clamp and a loaded end are met exactly. Forces that the shape does
  * not give by itself are unknowns, too: at an end that is held, of laws that depend on the place,
- * tensions of tendons whose length is given; and where s = 0 does not hold the pose, that is.
+ * tensions of tendons whose length is given, and angles by which those with friction have turned,
+ * as these say how strongly they pull; and where s = 0 does not hold the pose, that is.
  *
  * Magnus: Blanes, Casas, Oteo, Ros, Physics Reports 470 (2009), eq. 253, whose Y' = A Y is R^T here
  * with A = -u^: commutators change their sign.
@@ -51,6 +52,19 @@ typedef struct strain_tension {
     lanes (*along)[6]; /* [nodes] derivatives of |p'| by v, u there; 0 beyond */
     lanes *bent;       /* [unknowns] what it does, by the elimination that was last */
 } strain_tension;
+
+/* A tendon with friction, whose angles are sought (strain_friction.h); 0 where it is not. */
+typedef struct strain_rub {
+    int actuator;
+    lanes friction;
+    lanes *pull;       /* [nodes] without friction */
+    lanes *angle;      /* [nodes] sought, */
+    lanes *measured;   /* [nodes] and what the shape makes of it */
+    lanes (*along)[6]; /* [nodes] derivatives of |p'| by v, u; of which the first are the */
+    lanes (*bend)[LAW_STIFFNESS]; /* tangent in the body, and their derivatives */
+    lanes (*tangent)[3];          /* [nodes] world */
+    lanes (*across)[3];           /* [nodes] the direction in which it turns */
+} strain_rub;
 
 /* What acts at an edge, and the rod there, before it. */
 typedef struct strain_edge {
@@ -100,7 +114,8 @@ typedef struct strain_kind {
     bool shears;                       /* a compliance of v is not 0 */
     const acting *along;               /* laws along it; NULL: none */
     bool free_position, free_rotation; /* at s = 0 */
-    bool seeks_tensions;               /* of tendons whose length is given, which have none then */
+    bool seeks_tensions;      /* of tendons whose length is given, which have none then, and angles
+                               * of those with friction */
     bool is_rigid;            /* of given strain: a form for positions alone, without equations */
     bool is_one;              /* the same rod in all lanes: without a matrix of its own */
     const solve_jumps *jumps; /* what acts at edges; NULL: nothing */
@@ -130,17 +145,24 @@ typedef struct strain_form {
     strain_place *places;       /* [place_count] */
     int place_count;
     strain_tension *tensions; /* [tension_count] */
-    lanes *tension_room;      /* theirs; */
-    double *tension_shares;   /* theirs; */
+    strain_rub *rubs;         /* [rub_count] */
+    int rub_count;
+    lanes *rub_room;                    /* theirs */
+    lanes (*strained)[6], (*turned)[3]; /* [nodes] how points change, of a direction */
+    double slope[GAUSS_STAGES_MAX][GAUSS_STAGES_MAX]; /* d/ds at points, times the width */
+    lanes *tension_room;                              /* theirs; */
+    double *tension_shares;                           /* theirs; */
     lanes *shorter;     /* [tension_count]^2 by how much each becomes shorter with each pull */
     lanes *border;      /* [2][unknowns] room */
-    lanes (*pulled)[3]; /* [nodes] force of a change of tensions, with the sign of N */
+    lanes (*pulled)[6]; /* [nodes] a change of what pulls, with the sign of N, of which the force
+                         * is in the world */
     lanes start_r[3], start_q[4];
     static_end start, last; /* what the ends are held to, where that is not by lanes; s = 1: */
     lanes held_r[3], held_q[4];
     lanes end_force[3], end_moment[3]; /* N and M at s = 1 beyond what acts there: sought, or 0 */
     /* First unknowns of three each; -1: there are none. */
     int force_at, moment_at, shift_at, turn_at, push_at;
+    int angle_at;                  /* of those of one node after the other, of each tendon */
     lanes by_end[3][3];            /* change of M at s = 1 by a turn */
     lanes held[3][3], stood[3][3]; /* of the conditions of turns at s = 1 and 0 by a turn */
     lanes *matrix;    /* [elements][3 stages][3 stages] blocks, or [unknowns][unknowns]; columns */
@@ -178,6 +200,9 @@ void strain_form_law(const strain_form *x, int node, int rows, lanes wrench[6], 
 /* Rotations and positions alone, for given u and v; and what laws make of these positions. */
 void strain_form_place(strain_form *x);
 void strain_form_push(strain_form *x);
+
+/* Angles of tendons become what the shape makes of them. */
+void strain_form_rub(strain_form *x);
 
 /* Loads along the rod, by rotations as they are: after numbers of laws have changed. */
 void strain_form_load(strain_form *x);

@@ -87,7 +87,8 @@ ad_status strain_group_create(solve_rod *rod, int count, double tolerance, int e
     size_t room = 0, nodes = 0, unknowns = 0;
     const int first = coarsest(elements, edges);
     const solve_end *end = &rod->ends[1];
-    bool is_full = rod->along.by_position || end->hold.directions > 0 || end->holds_rotation;
+    bool is_full = rod->along.by_position || rod->frictions > 0 || end->hold.directions > 0 ||
+                   end->holds_rotation;
     for (int i = 0; i < rod->jumps.count; i++) {
         is_full = is_full || rod->jumps.at[i].acting.by_position;
     }

@@ -107,6 +107,9 @@ static void put_actuators(strain_level *x, int node, int lane, const solve_actua
     for (int k = 0; k < x->form->tension_count; k++) {
         x->displaced[k][lane] = from[x->form->tensions[k].actuator].displacement;
     }
+    for (int k = 0; k < x->form->rub_count; k++) {
+        x->form->rubs[k].friction[lane] = from[x->form->rubs[k].actuator].friction;
+    }
 }
 
 /* values: of one point, or of the rod. */
@@ -369,6 +372,10 @@ FOR_EACH_PROCESSOR static void load(strain_level *x, const lanes *factor)
                 *pull = *factor * x->pulls[i * pulling + k];
             }
         }
+        for (int k = 0; k < form->rub_count; k++) {
+            const strain_actuator *at = &form->actuators[i * pulling + form->rubs[k].actuator];
+            form->rubs[k].pull[i] = at->given[ACTUATOR_PULL];
+        }
     }
     const acting *along = form->kind.along;
     for (int i = 0; i < form->nodes && along->count > 0; i++) {
@@ -427,6 +434,28 @@ FOR_EACH_PROCESSOR static void refine(const strain_link *link, const strain_leve
     }
 }
 
+FOR_EACH_PROCESSOR static void sample(const strain_link *link, const strain_level *from,
+                                      const strain_level *to, int width, const lanes *numbers,
+                                      lanes *sampled)
+{
+    for (int i = 0; i < to->form->nodes; i++) {
+        const lanes *of = numbers + width * link->element[i] * from->stages;
+        for (int c = 0; c < width; c++) {
+            lanes sum = NO_LANES;
+            for (int j = 0; j < from->stages; j++) {
+                sum += link->value[i][j] * of[width * j + c];
+            }
+            sampled[width * i + c] = sum;
+        }
+    }
+}
+
+void strain_level_sample(const strain_link *link, const strain_level *from, const strain_level *to,
+                         int width, const lanes *numbers, lanes *sampled)
+{
+    sample(link, from, to, width, numbers, sampled);
+}
+
 void strain_level_refine(const strain_link *link, const strain_level *from, strain_level *to)
 {
     refine(link, from, to);
@@ -438,6 +467,9 @@ void strain_level_refine(const strain_link *link, const strain_level *from, stra
                 to->form->at[i].push[c] += link->value[i][j] * coarse[j].push[c];
             }
         }
+    }
+    for (int k = 0; k < to->form->rub_count; k++) {
+        sample(link, from, to, 1, from->form->rubs[k].angle, to->form->rubs[k].angle);
     }
     for (int k = 0; k < to->form->place_count; k++) {
         memcpy(to->form->places[k].force, from->form->places[k].force,
@@ -474,27 +506,6 @@ void strain_level_foresee(const strain_link *link, const strain_level *from, con
                           lanes *positions)
 {
     foresee(link, from, to, positions);
-}
-
-FOR_EACH_PROCESSOR static void sample(const strain_link *link, const strain_level *from,
-                                      const strain_level *to, const lanes *numbers, lanes *sampled)
-{
-    for (int i = 0; i < to->form->nodes; i++) {
-        const lanes *of = numbers + 3 * link->element[i] * from->stages;
-        for (int c = 0; c < 3; c++) {
-            lanes sum = NO_LANES;
-            for (int j = 0; j < from->stages; j++) {
-                sum += link->value[i][j] * of[3 * j + c];
-            }
-            sampled[3 * i + c] = sum;
-        }
-    }
-}
-
-void strain_level_sample(const strain_link *link, const strain_level *from, const strain_level *to,
-                         const lanes *numbers, lanes *sampled)
-{
-    sample(link, from, to, numbers, sampled);
 }
 
 /* ---- shapes -------------------------------------------------------------------------------- */

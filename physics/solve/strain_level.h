@@ -63,9 +63,9 @@ void strain_level_refine(const strain_link *link, const strain_level *from, stra
 void strain_level_foresee(const strain_link *link, const strain_level *from, const strain_level *to,
                           lanes *positions);
 
-/* Numbers [nodes][3] of one mesh at the points of the other. */
+/* Numbers [nodes][width] of one mesh at the points of the other. */
 void strain_level_sample(const strain_link *link, const strain_level *from, const strain_level *to,
-                         const lanes *numbers, lanes *sampled);
+                         int width, const lanes *numbers, lanes *sampled);
 
 /* values [outputs][SOLVE_MEMBERS_COLUMNS] of one lane after the other, dimensionless. */
 void strain_level_evaluate(const strain_level *x, lanes *values);

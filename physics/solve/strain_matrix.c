@@ -3,7 +3,7 @@
  * world: phi' = R du. */
 #include "physics/solve/strain_algebra.h"
 #include "physics/solve/strain_form.h"
-#include "physics/solve/strain_inline.h"
+#include "physics/solve/strain_friction.h"
 
 /* ---- at a point ---------------------------------------------------------------------------- */
 
@@ -131,18 +131,29 @@ PROCESSOR_INLINE void differentiate_lengths(strain_form *x)
     }
 }
 
-/* What a change of tensions adds to N where it acts on the strain, and to the moment of tendons,
- * in the body. */
+/* Whether a change of what is sought changes pulls at given strains. */
+PROCESSOR_INLINE bool seeks_pulls(const strain_form *x)
+{
+    return x->tension_count + x->rub_count > 0;
+}
+
+/* What a change of tensions and angles adds to N where it acts on the strain, and takes from the
+ * moment of tendons, in the body. */
 PROCESSOR_INLINE void change_pulls(strain_form *x, const lanes *direction)
 {
-    for (int i = 0; i < x->nodes && x->tension_count > 0; i++) {
-        lanes pull[3] = {NO_LANES, NO_LANES, NO_LANES};
+    for (int i = 0; i < x->nodes && seeks_pulls(x); i++) {
+        lanes wrench[6] = {NO_LANES, NO_LANES, NO_LANES, NO_LANES, NO_LANES, NO_LANES};
         for (int k = 0; k < x->tension_count; k++) {
-            for (int c = 0; c < 3; c++) {
-                pull[c] -= direction[x->tension_at + k] * x->tensions[k].along[i][c];
+            for (int c = 0; c < 6; c++) {
+                wrench[c] += direction[x->tension_at + k] * x->tensions[k].along[i][c];
             }
         }
-        lanes_to_world(x->at[i].R, pull, x->pulled[i]);
+        change_rubbed(x, i, direction, wrench);
+        for (int c = 0; c < 6; c++) {
+            x->pulled[i][c] = -wrench[c];
+        }
+        memcpy(wrench, x->pulled[i], 3 * sizeof *wrench);
+        lanes_to_world(x->at[i].R, wrench, x->pulled[i]);
     }
 }
 
@@ -298,7 +309,7 @@ PROCESSOR_INLINE void change_places(strain_form *x, const lanes *direction, chan
                 add_applied(x->at[node].Q, points[node].force, rate[j]);
                 add_applied(x->at[node].S, direction + 3 * node, rate[j]);
             }
-            if (x->tension_count > 0) {
+            if (seeks_pulls(x)) {
                 add_applied(x->at[node].Q, x->pulled[node], rate[j]);
                 memcpy(points[node].slope, rate[j], sizeof rate[j]);
             }
@@ -339,7 +350,7 @@ PROCESSOR_INLINE void change_moments(strain_form *x, const lanes *direction, cha
             if (x->is_pushed) {
                 add_applied(x->pushes[node].by_position[1], points[node].position, rate[j]);
             }
-            if (x->tension_count > 0) { /* it moves the slope alone */
+            if (seeks_pulls(x)) { /* it moves the slope alone */
                 lanes slope[3], more[3];
                 apply(x->at[node].Q, x->pulled[node], slope);
                 lanes_vector_cross(slope, x->at[node].N, more);
@@ -379,13 +390,10 @@ PROCESSOR_INLINE void rows_of_points(strain_form *x, const lanes *direction, cha
         for (int k = 0; k < 3; k++) {
             to[3 * i + k] = row[k] - moved[k];
         }
-        if (x->tension_count > 0) {
+        if (seeks_pulls(x)) {
             apply(at->Z, x->pulled[i], row);
-            for (int k = 0; k < x->tension_count; k++) {
-                const lanes by = direction[x->tension_at + k];
-                for (int c = 0; c < 3; c++) {
-                    row[c] += by * x->points[i].compliance[3 + c] * x->tensions[k].along[i][3 + c];
-                }
+            for (int c = 0; c < 3; c++) {
+                row[c] -= x->points[i].compliance[3 + c] * x->pulled[i][3 + c];
             }
             add_lanes(3, row, to + 3 * i);
         }
@@ -396,7 +404,20 @@ PROCESSOR_INLINE void rows_of_points(strain_form *x, const lanes *direction, cha
     }
 }
 
-/* By how much tendons become shorter than they may be: v changes with the slope, less its turn. */
+/* How the strains (v, u) of a point change: v with the slope, less its turn. */
+PROCESSOR_INLINE void change_strains(strain_form *x, int node, const lanes *direction,
+                                     const changed *at, lanes strains[6])
+{
+    lanes turned[3], by[3];
+    lanes_vector_cross(at->turn, x->at[node].slope, turned);
+    for (int c = 0; c < 3; c++) {
+        by[c] = at->slope[c] - turned[c];
+    }
+    lanes_to_body(x->at[node].R, by, strains);
+    memcpy(strains + 3, direction + 3 * node, 3 * sizeof *strains);
+}
+
+/* By how much tendons become shorter than they may be. */
 PROCESSOR_INLINE void rows_of_lengths(strain_form *x, const lanes *direction, changed *points,
                                       lanes *to)
 {
@@ -405,18 +426,12 @@ PROCESSOR_INLINE void rows_of_lengths(strain_form *x, const lanes *direction, ch
         to[x->tension_at + k] = compliance * direction[x->tension_at + k];
     }
     for (int i = 0; i < x->nodes && x->tension_count > 0; i++) {
-        lanes turned[3], by[3], strain[3];
-        lanes_vector_cross(points[i].turn, x->at[i].slope, turned);
-        for (int c = 0; c < 3; c++) {
-            by[c] = points[i].slope[c] - turned[c];
-        }
-        lanes_to_body(x->at[i].R, by, strain);
+        lanes strains[6];
+        change_strains(x, i, direction, &points[i], strains);
         for (int k = 0; k < x->tension_count; k++) {
             const strain_tension *of = &x->tensions[k];
-            for (int c = 0; c < 3; c++) {
-                to[x->tension_at + k] -=
-                    of->share[i] *
-                    (of->along[i][c] * strain[c] + of->along[i][3 + c] * direction[3 * i + c]);
+            for (int c = 0; c < 6; c++) {
+                to[x->tension_at + k] -= of->share[i] * of->along[i][c] * strains[c];
             }
         }
     }
@@ -464,6 +479,11 @@ PROCESSOR_INLINE void change(strain_form *x, const lanes *direction, lanes *to)
     change_moments(x, direction, points, edges);
     rows_of_points(x, direction, points, to);
     rows_of_lengths(x, direction, points, to);
+    for (int i = 0; i < x->nodes && x->rub_count > 0; i++) {
+        change_strains(x, i, direction, &points[i], x->strained[i]);
+        memcpy(x->turned[i], points[i].turn, sizeof x->turned[i]);
+    }
+    rows_of_angles(x, direction, to);
     rows_of_edges(x, direction, edges, to);
 }
 

@@ -2,7 +2,7 @@
 #include "physics/quaternion.h"
 #include "physics/solve/strain_algebra.h"
 #include "physics/solve/strain_form.h"
-#include "physics/solve/strain_inline.h"
+#include "physics/solve/strain_friction.h"
 
 /* ---- from s = 0 on ------------------------------------------------------------------------- */
 
@@ -412,6 +412,16 @@ PROCESSOR_INLINE void miss_places(strain_form *x)
     }
 }
 
+PROCESSOR_INLINE void miss_angles(strain_form *x)
+{
+    measure_angles(x);
+    for (int k = 0; k < x->rub_count; k++) {
+        for (int i = 0; i < x->nodes; i++) {
+            x->right[angle_at(x, i, k)] = x->rubs[k].angle[i] - x->rubs[k].measured[i];
+        }
+    }
+}
+
 /* By how much tendons are shorter than they may be. */
 PROCESSOR_INLINE void miss_lengths(strain_form *x)
 {
@@ -440,9 +450,25 @@ static void give_tensions(strain_form *x)
     }
 }
 
+/* Pulls by the angles that are sought. */
+static void rub_pulls(strain_form *x)
+{
+    for (int k = 0; k < x->rub_count; k++) {
+        const strain_rub *of = &x->rubs[k];
+        for (int i = 0; i < x->nodes; i++) {
+            lanes *given = x->actuators[i * x->kind.actuators + of->actuator].given;
+            for (int lane = 0; lane < LANES; lane++) {
+                given[ACTUATOR_PULL][lane] =
+                    of->pull[i][lane] * exp(-of->friction[lane] * of->angle[i][lane]);
+            }
+        }
+    }
+}
+
 PROCESSOR_INLINE void find_positions(strain_form *x, lanes M[3])
 {
     give_tensions(x);
+    rub_pulls(x);
     turn_all(x);
     if (x->turns) {
         strain_form_load(x);
@@ -469,6 +495,7 @@ FOR_EACH_PROCESSOR static void find_shape(strain_form *x)
     bend_all(x, M);
     miss_points(x);
     miss_places(x);
+    miss_angles(x);
     miss_lengths(x);
     miss_end(x);
     miss_start(x);
@@ -486,6 +513,19 @@ FOR_EACH_PROCESSOR static void find_places(strain_form *x)
 void strain_form_place(strain_form *x)
 {
     find_places(x);
+}
+
+FOR_EACH_PROCESSOR static void take_angles(strain_form *x)
+{
+    measure_angles(x);
+    for (int k = 0; k < x->rub_count; k++) {
+        memcpy(x->rubs[k].angle, x->rubs[k].measured, (size_t)x->nodes * sizeof(lanes));
+    }
+}
+
+void strain_form_rub(strain_form *x)
+{
+    take_angles(x);
 }
 
 static void clear_edges(strain_form *x)
@@ -530,6 +570,11 @@ FOR_EACH_PROCESSOR static void move(strain_form *x, const lanes *step, const lan
     for (int k = 0; k < x->place_count; k++) {
         if (x->places[k].unknown >= 0) {
             subtract(x->places[k].force, step + x->places[k].unknown, share);
+        }
+    }
+    for (int k = 0; k < x->rub_count; k++) {
+        for (int i = 0; i < x->nodes; i++) {
+            x->rubs[k].angle[i] -= *share * step[angle_at(x, i, k)];
         }
     }
     for (int k = 0; k < x->tension_count; k++) {

@@ -254,7 +254,7 @@ ad_status export_open_family(export_model *x, const char *columns, const char *p
                          .derivatives = x->measured.jacobian};
     ad_status status = list_columns(f, columns, error);
     status = status == AD_OK ? find_mesh(f, solver, error) : status;
-    f->steps = strain_held(f->open) > 0                                  ? 3
+    f->steps = strain_held(f->open) + strain_angles(f->open) > 0         ? 3
                : strain_forces(f->open, strain_mesh_nodes(&f->mesh)) > 0 ? 2
                                                                          : 1;
     if (status == AD_OK && !allocate(x, &n)) {

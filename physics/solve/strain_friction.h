@@ -1,0 +1,154 @@
+/* Tendons with friction in the strain form (static_friction.h has the law): the angle by which such
+ * a tendon has turned is sought at each point, and its row is that less what the shape makes of it.
+ * For functions that are compiled FOR_EACH_PROCESSOR. */
+#ifndef PHYSICS_SOLVE_STRAIN_FRICTION_H
+#define PHYSICS_SOLVE_STRAIN_FRICTION_H
+
+#include "physics/solve/strain_inline.h"
+
+/* Where the angle at a node is among what is sought. */
+PROCESSOR_INLINE int angle_at(const strain_form *x, int node, int k)
+{
+    return x->angle_at + node * x->rub_count + k;
+}
+
+/* Whether a tendon runs along an element. */
+PROCESSOR_INLINE bool runs_along(const strain_form *x, const strain_rub *of, int e)
+{
+    const solve_extent *extent = &x->kind.extents[of->actuator];
+    const double middle = (x->kind.edges[e] + x->kind.edges[e + 1]) / 2;
+    return extent->start < middle && middle < extent->end;
+}
+
+/* The integral of the turning of an element's points, to these and to its end. */
+PROCESSOR_INLINE void add_turning(const strain_form *x, const lanes *turning, lanes *from,
+                                  lanes *to)
+{
+    const int n = x->kind.stages;
+    lanes end = *from;
+    for (int i = 0; i < n; i++) {
+        to[i] = *from;
+        for (int j = 0; j < n; j++) {
+            to[i] += x->rule.matrix[i][j] * turning[j];
+        }
+        end += x->rule.weights[i] * turning[i];
+    }
+    *from = end;
+}
+
+/* d/ds of a vector at the i-th point of an element, times its width. */
+PROCESSOR_INLINE void slope_at(const strain_form *x, int i, lanes (*vectors)[3], lanes slope[3])
+{
+    for (int c = 0; c < 3; c++) {
+        slope[c] = NO_LANES;
+        for (int j = 0; j < x->kind.stages; j++) {
+            slope[c] += x->slope[i][j] * vectors[j][c];
+        }
+    }
+}
+
+/* The tangent and its derivatives in the body at a point: the law's with a pull of 1. */
+PROCESSOR_INLINE void find_tangent(strain_form *x, const strain_rub *of, int node)
+{
+    strain_node *at = &x->at[node];
+    lanes given[ACTUATOR_NUMBERS];
+    line_of(&x->actuators[node * x->kind.actuators + of->actuator], given);
+    memset(of->along[node], 0, sizeof of->along[node]);
+    memset(of->bend[node], 0, sizeof of->bend[node]);
+    lanes_law_tendon(at->v, at->u, given, of->along[node], of->bend[node]);
+    lanes_to_world(at->R, of->along[node], of->tangent[node]);
+}
+
+/* What the shape makes of the angles, and what their changes are made of. */
+PROCESSOR_INLINE void measure_angles(strain_form *x)
+{
+    const int n = x->kind.stages;
+    for (int k = 0; k < x->rub_count; k++) {
+        const strain_rub *of = &x->rubs[k];
+        lanes angle = NO_LANES;
+        for (int e = 0; e < x->kind.elements; e++) {
+            lanes turning[GAUSS_STAGES_MAX];
+            if (!runs_along(x, of, e)) {
+                continue;
+            }
+            for (int i = e * n; i < (e + 1) * n; i++) {
+                find_tangent(x, of, i);
+            }
+            for (int i = 0; i < n; i++) {
+                lanes slope[3], square = NO_LANES;
+                slope_at(x, i, of->tangent + e * n, slope);
+                for (int c = 0; c < 3; c++) {
+                    square += slope[c] * slope[c];
+                }
+                const lanes positive = square + 1e-60; /* of one that does not turn, too */
+                lanes inverse;
+                lanes_inverse_root(&positive, &inverse);
+                turning[i] = square * inverse;
+                for (int c = 0; c < 3; c++) {
+                    of->across[e * n + i][c] = slope[c] * inverse;
+                }
+            }
+            add_turning(x, turning, &angle, of->measured + e * n);
+        }
+    }
+}
+
+/* How much less tendons pull at a node by a change of what is sought: at its strains, force and
+ * moment. */
+PROCESSOR_INLINE void change_rubbed(strain_form *x, int node, const lanes *direction,
+                                    lanes wrench[6])
+{
+    for (int k = 0; k < x->rub_count; k++) {
+        const strain_rub *of = &x->rubs[k];
+        const lanes pull =
+            x->actuators[node * x->kind.actuators + of->actuator].given[ACTUATOR_PULL];
+        const lanes less = of->friction * pull * direction[angle_at(x, node, k)];
+        for (int c = 0; c < 6; c++) {
+            wrench[c] -= less * of->along[node][c];
+        }
+    }
+}
+
+/* The rows of angles, by how points have `turned` and are `strained`. */
+PROCESSOR_INLINE void rows_of_angles(strain_form *x, const lanes *direction, lanes *to)
+{
+    const int n = x->kind.stages;
+    for (int k = 0; k < x->rub_count; k++) {
+        const strain_rub *of = &x->rubs[k];
+        lanes angle = NO_LANES;
+        for (int e = 0; e < x->kind.elements; e++) {
+            lanes tangent[GAUSS_STAGES_MAX][3], turning[GAUSS_STAGES_MAX], by[GAUSS_STAGES_MAX];
+            memset(by, 0, sizeof by);
+            for (int j = 0; j < n && runs_along(x, of, e); j++) {
+                const int node = e * n + j;
+                lanes body[3], bent[3];
+                for (int c = 0; c < 3; c++) {
+                    body[c] = NO_LANES;
+                    for (int i = 0; i < 6; i++) {
+                        body[c] += of->bend[node][law_entry(c, i)] * x->strained[node][i];
+                    }
+                }
+                lanes_to_world(x->at[node].R, body, bent);
+                lanes_vector_cross(x->turned[node], of->tangent[node], tangent[j]);
+                add_lanes(3, bent, tangent[j]);
+            }
+            for (int i = 0; i < n && runs_along(x, of, e); i++) {
+                lanes slope[3];
+                slope_at(x, i, tangent, slope);
+                turning[i] = NO_LANES;
+                for (int c = 0; c < 3; c++) {
+                    turning[i] += of->across[e * n + i][c] * slope[c];
+                }
+            }
+            if (runs_along(x, of, e)) {
+                add_turning(x, turning, &angle, by);
+            }
+            for (int i = 0; i < n; i++) {
+                const int row = angle_at(x, e * n + i, k);
+                to[row] = direction[row] - by[i];
+            }
+        }
+    }
+}
+
+#endif
