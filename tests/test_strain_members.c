@@ -100,6 +100,24 @@ static const char rubbed_and_displaced[] = RUBBED(
 static const char rubbed_and_pinned[] =
     RUBBED("type: pinned, position: [0.11, 0.024, 0.21]", "", "", BOTH, "");
 
+/* Without loads, where each point stands for itself: two pieces with a joint between them. */
+#define UNLOADED(end)                                                                              \
+    "parameters: {pull: {range: [0, 2]}, push: {range: [0, 1]}, side: {range: [-1, 1]},\n"         \
+    "             weight: {range: [0, 10]}, stiff: {range: [0.7, 2]}, half: stiff/2}\n"            \
+    "rod: {model: cosserat, section: {shape: circle, radius: 0.002},\n"                            \
+    "      material: {youngs_modulus: 1e9*stiff, poissons_ratio: 0.3, density: 2000},\n"           \
+    "      rest: {curvature: [side, 3, \"weight*sin(20*s)\"]}}\n"                                  \
+    "segments:\n"                                                                                  \
+    "  - {length: 0.1}\n"                                                                          \
+    "  - {length: 0.15, turn: [0, 0.3, 0], section: {radius: \"0.002-0.004*(s-0.1)\"},\n"          \
+    "     material: {youngs_modulus: 2e9*half}}\n"                                                 \
+    "boundary: {start: {type: clamped, rotation: [0.8, 0.6, 0, 0]}, end: {" end "}}\n"             \
+    "tendons:\n"                                                                                   \
+    "  - {offset: [0.006, 0], end: 0.18, tension: pull}\n"                                         \
+    "  - {offset: [\"0.005*cos(10*s)\", \"0.005*sin(10*s)\"], tension: 3*pull^2}\n"                \
+    "chambers: [{offset: [0, 0.005], pressure: 5e4*push, area: 1e-5}]\n"
+static const char unloaded[] = UNLOADED("type: free");
+
 /* Of the test that runs: its state, or the robot. */
 static const char *made;
 
@@ -181,6 +199,7 @@ static solve_members *create(const scene *open, int threads, double tolerance)
     ad_error error = {.message = ""};
     assert_good(solve_members_create(open, &settings, &x, &error), &error);
     assert_true(solve_members_nodes(x) <= NODES_MOST);
+    assert_int_equal(solve_members_is_unloaded(x), made == unloaded);
     return x;
 }
 
@@ -793,6 +812,11 @@ int main(void)
         {"displaced_predicted", test_predicted, NULL, NULL, (void *)displaced},
         {"displaced_trusted", test_trusted, NULL, NULL, (void *)displaced},
         {"displaced_same_bits", test_same_bits, NULL, NULL, (void *)displaced},
+        {"unloaded", test_against_collocation, NULL, NULL, (void *)unloaded},
+        {"unloaded_derivatives", test_derivatives, NULL, NULL, (void *)unloaded},
+        {"unloaded_predicted", test_predicted, NULL, NULL, (void *)unloaded},
+        {"unloaded_trusted", test_trusted, NULL, NULL, (void *)unloaded},
+        {"unloaded_same_bits", test_same_bits, NULL, NULL, (void *)unloaded},
         {"rubbed_straight", test_against_collocation, NULL, NULL, (void *)rubbed_straight},
         {"rubbed_wound", test_against_collocation, NULL, NULL, (void *)rubbed_wound},
         {"rubbed", test_against_collocation, NULL, NULL, (void *)rubbed},

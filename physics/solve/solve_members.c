@@ -103,6 +103,11 @@ static ad_status create_groups(solve_members *x, const scene *one,
 
 /* ---- solving ------------------------------------------------------------------------------- */
 
+bool solve_members_is_unloaded(const solve_members *x)
+{
+    return x->groups[0]->level[0].form->is_unloaded;
+}
+
 size_t solve_members_nodes(const solve_members *x)
 {
     const strain_group *one = x->groups[0];

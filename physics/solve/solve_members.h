@@ -74,6 +74,10 @@ ad_status solve_members_create(const scene *open, const solve_members_settings *
                                solve_members **result, ad_error *error);
 void solve_members_free(solve_members *x); /* NULL is allowed */
 
+/* Whether nothing acts on the rod but tendons and chambers whose tension and pressure are given: no
+ * point of the rod asks another then, and a member takes half the time or less. */
+bool solve_members_is_unloaded(const solve_members *x);
+
 /* values [members][points][SOLVE_MEMBERS_COLUMNS], NaN of members without an equilibrium under the
  * whole load, and results [members], for parameters [members][parameter_count], which may lie
  * beyond their ranges. The bits are the same for any number of threads, and for members in any

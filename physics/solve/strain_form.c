@@ -60,6 +60,17 @@ static void sort_laws(strain_form *x)
     }
 }
 
+/* Whether nothing acts but what pulls within the section: at points, at places, by the ends. */
+static bool is_unloaded(const strain_form *x)
+{
+    const strain_kind *kind = &x->kind;
+    bool acts = kind->is_one || x->unknowns > x->elastic || (kind->along && kind->along->count > 0);
+    for (int i = 0; kind->jumps && i < kind->jumps->count; i++) {
+        acts = acts || kind->jumps->at[i].acting.count > 0;
+    }
+    return !acts;
+}
+
 /* Numbers those unknowns that are no curvatures. */
 static void number_unknowns(strain_form *x)
 {
@@ -189,6 +200,7 @@ ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_e
     const int places = kind->jumps ? kind->jumps->count : 0;
     x->is_full = x->is_full || x->unknowns > x->elastic;
     number_tensions(x);
+    x->is_unloaded = is_unloaded(x);
     x->unknowns += 3 * places; /* at most */
     size_t unknowns = (size_t)x->unknowns, each = 3 * (size_t)kind->stages;
     size_t numbers = x->is_full ? unknowns * unknowns : elements * each * each;

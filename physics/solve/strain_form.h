@@ -140,6 +140,8 @@ typedef struct strain_form {
     strain_edge *edges;         /* [elements + 1] */
     lanes *along;               /* [nodes][numbers of what acts along the rod] */
     bool is_pushed;             /* one of it depends on the position */
+    bool is_unloaded;           /* nothing acts but actuators: N and M stay 0, and each point is
+                                 * by itself */
     strain_push *pushes;        /* [nodes] */
     lanes *numbers;             /* [kind.jumps->numbers] of what acts at places */
     strain_place *places;       /* [place_count] */

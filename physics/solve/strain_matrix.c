@@ -94,6 +94,14 @@ PROCESSOR_INLINE void differentiate_point(strain_form *x, int node)
     lanes part[3][3];
     yielding yield;
     yield_at(x, node, &yield);
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++) {
+            at->L[i][j] = (i == j) + point->compliance[3 + i] * yield.moment_by_u[i][j];
+        }
+    }
+    if (x->is_unloaded) {
+        return;
+    }
     differentiate_rates(x, node, &yield);
     multiply_turned(yield.moment_by_n, at->R, at->Z);
     for (int i = 0; i < 3; i++) {
@@ -101,7 +109,6 @@ PROCESSOR_INLINE void differentiate_point(strain_form *x, int node)
         for (int j = 0; j < 3; j++) {
             at->T[i][j] = soft * at->R[j][i];
             at->Z[i][j] *= soft;
-            at->L[i][j] = (i == j) + soft * yield.moment_by_u[i][j];
         }
     }
     times_cross(at->Z, at->N, at->Y);

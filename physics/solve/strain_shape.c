@@ -473,7 +473,9 @@ PROCESSOR_INLINE void find_positions(strain_form *x, lanes M[3])
     if (x->turns) {
         strain_form_load(x);
     }
-    load_all(x, M);
+    if (!x->is_unloaded) {
+        load_all(x, M);
+    }
     for (int i = 0; i < x->nodes; i++) {
         find_strain(x, i);
         lanes_to_world(x->at[i].R, x->at[i].v, x->at[i].slope);
@@ -491,8 +493,10 @@ FOR_EACH_PROCESSOR static void find_shape(strain_form *x)
 {
     lanes M[3];
     find_positions(x, M);
-    strain_form_push(x);
-    bend_all(x, M);
+    if (!x->is_unloaded) {
+        strain_form_push(x);
+        bend_all(x, M);
+    }
     miss_points(x);
     miss_places(x);
     miss_angles(x);

@@ -377,6 +377,30 @@ PROCESSOR_INLINE void solve_all_again(strain_form *x, bool moves)
     turn_on(x);
 }
 
+/* ---- without loads ----------------------------------------------------------------------------
+ */
+
+/* Point by point. */
+FOR_EACH_PROCESSOR static void solve_points(strain_form *x, bool again)
+{
+    memset(x->negative, 0, again ? 0 : sizeof x->negative);
+    for (int i = 0; i < x->nodes; i++) {
+        const block b = {.n = 3,
+                         .columns = 1,
+                         .matrix = x->matrix + 9 * i,
+                         .right = x->right + 3 * i,
+                         .swapped = x->swapped + 3 * i};
+        if (again) {
+            eliminate_again(&b);
+            continue;
+        }
+        for (int k = 0; k < 9; k++) {
+            b.matrix[k] = x->at[i].L[k % 3][k / 3];
+        }
+        eliminate(x, &b);
+    }
+}
+
 /* ---- with forces that the shape does not give --------------------------------------------- */
 
 /* The unknowns in the order of elimination: forces that depend on the place first, whose own
@@ -465,6 +489,8 @@ static void solve_any(strain_form *x, bool again)
 {
     if (x->is_full) {
         solve_full(x, again);
+    } else if (x->is_unloaded) {
+        solve_points(x, again);
     } else {
         solve(x, forces_move(x), again);
     }

@@ -105,4 +105,11 @@ void explain_members(FILE *file, const experiment *e)
             "", drawn.drawn, drawn.seconds, 1e6 * drawn.seconds / (double)drawn.drawn,
             ad_pool_threads(e->pool), ad_pool_threads(e->pool) == 1 ? "" : "s", drawn.unsolved, "",
             where);
+    if (solve_members_is_unloaded(targets_solver(e->targets))) {
+        fprintf(
+            file,
+            "  %-15s nothing acts but tendons and chambers, so each point of the rod is solved\n"
+            "  %-15s by itself: a network is hardly faster, and not worth its training\n",
+            "", "");
+    }
 }
