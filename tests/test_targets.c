@@ -456,6 +456,29 @@ static void test_refused(void **state)
     }
 }
 
+/* The angle of a tendon that bends to and fro in a plane has kinks, which no mesh resolves. */
+static void test_coarse(void **state)
+{
+    (void)state;
+    static const char text[] =
+        "parameters: {pull: {range: [1, 30]}, mu: {range: [0.2, 1]}}\n"
+        "rod: {length: 0.4, section: {shape: circle, radius: 0.004},\n"
+        "      material: {youngs_modulus: 1e9, poissons_ratio: 0.3, density: 1200},\n"
+        "      rest: {curvature: [\"20*sin(15.7*s)\", 0, 0]}}\n"
+        "loads: {tip: {force: [0.3, 0.5, 0]}}\n"
+        "tendons: [{offset: [0, 0.008], tension: pull, friction: mu}]\n";
+    ad_error error = {AD_OK, ""};
+    config *settings = NULL;
+    session s = {.e = NULL};
+    assert_int_equal(config_read("kinks.yaml", text, 0, NULL, &settings, &error), AD_OK);
+    assert_int_equal(config_session_prepare(settings, 1, &s, &error), AD_BAD_INPUT);
+    if (!strstr(error.message, "estimated error is above the tolerance on the finest mesh)") ||
+        !strstr(error.message, "or formulation: mixed")) {
+        fail_msg("%s", error.message);
+    }
+    session_free(&s);
+}
+
 /* ---- by default --------------------------------------------------------------------------------
  */
 
@@ -528,7 +551,8 @@ int main(void)
         cmocka_unit_test(test_resume),   cmocka_unit_test(test_polynomials),
         cmocka_unit_test(test_separate), cmocka_unit_test(test_samplers),
         cmocka_unit_test(test_file),     cmocka_unit_test(test_refused),
-        cmocka_unit_test(test_default),  cmocka_unit_test(test_lengths),
+        cmocka_unit_test(test_coarse),   cmocka_unit_test(test_default),
+        cmocka_unit_test(test_lengths),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

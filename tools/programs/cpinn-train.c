@@ -117,12 +117,10 @@ static void announce_members(training *t)
 {
     if (t->s.e->targets) {
         const targets_account drawn = targets_drawn(t->s.e->targets);
-        char where[512];
-        targets_unsolved_text(t->s.e->targets, where, sizeof where);
-        progress_say(&t->progress,
-                     "%zu members solved in %.3g s, %zu of them left out: no stable equilibrium "
-                     "that continues the unstressed rod%s",
-                     drawn.drawn, drawn.seconds, drawn.unsolved, where);
+        char why[TARGETS_TEXT];
+        targets_unsolved_text(t->s.e->targets, why);
+        progress_say(&t->progress, "%zu members solved in %.3g s, and %zu not%s",
+                     drawn.drawn - drawn.unsolved, drawn.seconds, drawn.unsolved, why);
     }
 }
 

@@ -82,8 +82,8 @@ void explain_members(FILE *file, const experiment *e)
     const family *f = targets_family(e->targets);
     const train_settings *settings = e->settings;
     const char *given = settings->members_file;
-    char where[512];
-    targets_unsolved_text(e->targets, where, sizeof where);
+    char why[TARGETS_TEXT];
+    targets_unsolved_text(e->targets, why);
     fprintf(file,
             "  %-15s strain, static: u[3] curvature at %zu places, of %d parameters alone;\n"
             "  %-15s rotation and position follow exactly, the clamp is met exactly\n",
@@ -100,11 +100,11 @@ void explain_members(FILE *file, const experiment *e)
             "members", drawn.solved, given ? "of" : "drawn by",
             given ? given : sampling_kind_text(settings->losses.interior.sampler), TARGETS_FRESH);
     fprintf(file,
-            "  %-15s %zu solved in %.2g s, %.2g us each on %d thread%s; %zu without a\n"
-            "  %-15s stable equilibrium that continues the unstressed rod, left out%s\n",
-            "", drawn.drawn, drawn.seconds, 1e6 * drawn.seconds / (double)drawn.drawn,
-            ad_pool_threads(e->pool), ad_pool_threads(e->pool) == 1 ? "" : "s", drawn.unsolved, "",
-            where);
+            "  %-15s %zu solved in %.2g s, %.2g us each on %d thread%s\n"
+            "  %-15s %zu not solved, and left out%s\n",
+            "", drawn.drawn - drawn.unsolved, drawn.seconds,
+            1e6 * drawn.seconds / (double)drawn.drawn, ad_pool_threads(e->pool),
+            ad_pool_threads(e->pool) == 1 ? "" : "s", "", drawn.unsolved, why);
     if (solve_members_is_unloaded(targets_solver(e->targets))) {
         fprintf(
             file,

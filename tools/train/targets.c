@@ -156,19 +156,33 @@ targets_account targets_drawn(const targets *t)
     return t->account;
 }
 
-void targets_unsolved_text(const targets *t, char *text, size_t size)
+void targets_unsolved_text(const targets *t, char text[TARGETS_TEXT])
 {
     static const double most = 0.9;
-    size_t used = 0;
+    int used = 0;
+    const char *before = " (";
     text[0] = 0;
-    for (size_t i = 0; i < t->parameters && t->account.unsolved > 0 && used < size; i++) {
-        const scene_parameter *p = &t->open->parameters[i];
-        if (t->high[i] - t->low[i] < most) {
-            used += (size_t)snprintf(
-                text + used, size - used, "%s %s %.3g to %.3g", used > 0 ? "," : ": all with",
-                p->name, scene_parameter_at(p, t->low[i]), scene_parameter_at(p, t->high[i]));
+    for (int end = SOLVE_MEMBER_SOLVED + 1; end < SOLVE_MEMBER_ENDS; end++) {
+        if (t->account.ends[end] > 0) {
+            used += snprintf(text + used, (size_t)(TARGETS_TEXT - used), "%s%zu: %s", before,
+                             t->account.ends[end], solve_member_text(end));
+            before = "; ";
         }
     }
+    if (used == 0) {
+        return;
+    }
+    before = "), all with";
+    for (size_t i = 0; i < t->parameters && used < TARGETS_TEXT - 200; i++) {
+        const scene_parameter *p = &t->open->parameters[i];
+        if (t->high[i] - t->low[i] < most) {
+            used += snprintf(text + used, (size_t)(TARGETS_TEXT - used), "%s %.100s %.3g to %.3g",
+                             before, p->name, scene_parameter_at(p, t->low[i]),
+                             scene_parameter_at(p, t->high[i]));
+            before = ",";
+        }
+    }
+    snprintf(text + used, (size_t)(TARGETS_TEXT - used), "%s", *before == ')' ? ")" : "");
 }
 
 void targets_use(targets *t, targets_kind kind)
@@ -189,6 +203,7 @@ static ad_status solve_batch(targets *t, size_t count, const double *x, members 
         t->solver, count, t->si, to->values ? t->values : NULL, t->curvature, t->results, error);
     for (size_t k = 0; k < count && status == AD_OK && *done < to->count; k++) {
         t->account.drawn++;
+        t->account.ends[t->results[k].end]++;
         t->account.unsolved += !t->results[k].solved;
         if (!t->results[k].solved) {
             for (size_t i = 0; i < t->parameters; i++) {
@@ -227,11 +242,15 @@ static ad_status solve_places(targets *t, size_t count, const double *x, members
         }
         if (status == AD_OK && drawn && *drawn >= BATCH / 4 &&
             (double)*done < LEAST_SOLVED * (double)*drawn) {
+            char why[TARGETS_TEXT];
+            targets_unsolved_text(t, why);
             status = ad_fail(error, AD_BAD_INPUT,
-                             "parameters: of %zu members drawn from these ranges only %zu have a "
-                             "stable equilibrium that continues the unstressed rod; allowed: a "
-                             "tenth at least",
-                             *drawn, *done);
+                             "parameters: of %zu members drawn from these ranges only %zu are "
+                             "solved, others not%s; allowed: a tenth at least%s",
+                             *drawn, *done, why,
+                             2 * t->account.ends[SOLVE_MEMBER_UNSTABLE] < t->account.unsolved
+                                 ? ", or formulation: mixed"
+                                 : "");
         }
     }
     return status;

@@ -9,7 +9,7 @@
  *
  * Members of the pool are drawn from the ranges by the scales of the parameters, or those of a
  * file; fresh and held-out ones, by which a network is measured, uniformly from the ranges. Those
- * without a stable equilibrium that continues the unstressed rod are left out. */
+ * that are not solved are left out. */
 #ifndef TOOLS_TRAIN_TARGETS_H
 #define TOOLS_TRAIN_TARGETS_H
 
@@ -67,14 +67,17 @@ void targets_use(targets *t, targets_kind kind);
  */
 typedef struct targets_account {
     size_t drawn, unsolved, solved;
+    size_t ends[SOLVE_MEMBER_ENDS]; /* of those drawn */
     double seconds;
 } targets_account;
 
 targets_account targets_drawn(const targets *t);
 
-/* Where those without a solution lie, as ": all with push 0.25 to 0.4", by the parameters of which
- * they leave out a tenth of the range at least; "" if of none. */
-void targets_unsolved_text(const targets *t, char *text, size_t size);
+/* Why members are not solved and where they lie; "" if all are solved. As " (7: its stable
+ * equilibria end on the way to the whole load), all with push 0.25 to 0.4", by the parameters of
+ * which they leave out a tenth of the range at least. */
+enum { TARGETS_TEXT = 1000 };
+void targets_unsolved_text(const targets *t, char text[TARGETS_TEXT]);
 
 /* Over the fresh members the largest distance of each from its solution, over the length: of the
  * network's own shapes, and of those after one step of Newton's method. */
