@@ -291,17 +291,6 @@ static const char *rubs(const scene *x)
     return NULL;
 }
 
-static const char *rubs_displaced(const scene *x)
-{
-    for (int i = 0; i < x->tendon_count; i++) {
-        const scene_tendon *tendon = &x->tendons[i];
-        if (quantity_is_something(tendon->friction) && tendon->displacement.is_given) {
-            return scene_key_of(x, &tendon->friction);
-        }
-    }
-    return NULL;
-}
-
 /* Where the path of a tendon with friction may have a kink. */
 static const char *kinks(const scene *x)
 {
@@ -423,8 +412,6 @@ static const feature_row features[] = {
      "yyyyy yyy yyyy yy y", NULL},
     {"friction of a tendon", NULL, rubs,
      "yxxyy yyx xxxx xx x", NULL},
-    {"friction of a tendon of given displacement", NULL, rubs_displaced,
-     "yxxxx yyx xxxx xx x", NULL},
     {"friction of a tendon where strains jump", NULL, kinks,
      "xxxxx yxx xxxx xx x", NULL},
     {"a tendon that keeps its length", NULL, keeps_length,

@@ -118,16 +118,21 @@ static const char opposed[] =
            "          {offset: [-0.006, 0], displacement: -0.004*pull}]\n";
 
 /* With friction of tendons, of which the second begins to wind within the rod. */
-static const char rubbed[] =
-    PULLED "rod: {model: cosserat, length: 0.25, section: {shape: circle, radius: 0.002},\n"
-           "      material: {youngs_modulus: 1e9*stiff, poissons_ratio: 0.3, density: 2000},\n"
-           "      rest: {curvature: [0, 3, 1]}}\n"
-           "boundary: {end: {type: loaded}}\n"
-           "loads: {gravity: [0, 4, -8], tip: {force: [0.02, push, 0]}}\n"
-           "tendons:\n"
-           "  - {offset: [0.006, 0], end: 0.15, tension: pull, friction: 0.5*stiff}\n"
-           "  - {offset: [\"0.005*cos(10*s)\", \"0.005*sin(10*s)\"], start: 0.15, tension: 0.7,\n"
-           "     friction: 0.3}\n";
+#define RUBBED(first)                                                                              \
+    PULLED "rod: {model: cosserat, length: 0.25, section: {shape: circle, radius: 0.002},\n"       \
+           "      material: {youngs_modulus: 1e9*stiff, poissons_ratio: 0.3, density: 2000},\n"    \
+           "      rest: {curvature: [0, 3, 1]}}\n"                                                 \
+           "boundary: {end: {type: loaded}}\n"                                                     \
+           "loads: {gravity: [0, 4, -8], tip: {force: [0.02, push, 0]}}\n"                         \
+           "tendons:\n"                                                                            \
+           "  - {offset: [0.006, 0], end: 0.15, " first "}\n"                                      \
+           "  - {offset: [\"0.005*cos(10*s)\", \"0.005*sin(10*s)\"], start: 0.15, tension: 0.7,\n" \
+           "     friction: 0.3}\n"
+static const char rubbed[] = RUBBED("tension: pull, friction: 0.5*stiff");
+
+/* The first by its length. */
+static const char rubbed_by_length[] =
+    RUBBED("displacement: 0.0005*pull, stiffness: 3000, friction: 0.5*stiff");
 
 static void assert_good(ad_status status, const ad_error *error)
 {
@@ -453,6 +458,7 @@ static void test_rubbed(void **state)
     (void)state;
     check_family(rubbed, false, -1);
     check_family(rubbed, true, -1);
+    check_family(rubbed_by_length, false, -1);
 }
 
 static void test_single(void **state)

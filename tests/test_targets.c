@@ -430,8 +430,9 @@ static void test_refused(void **state)
          "parameters: formulation strain of a motion does not take a parameter with a range"},
         {"training.stages=[{optimizer: lbfgs, steps: 5}]", NULL},
         {"losses.interior.resample_every=2", "gauss_newton needs the same members"},
-        {"tendons=[{offset: [0.008, 0], displacement: 0.001*pull, friction: 0.1}]",
-         "does not take friction of a tendon of given displacement"},
+        {"tendons=[{offset: [0.008, 0], tension: pull, friction: 0.1}, {offset: [0, 0.008], end: "
+         "0.1, tension: 1}]",
+         "does not take friction of a tendon where strains jump"},
         {"reference.analytic=elastica", "reference: is of one scene"},
         {"data=[{quantity: position, file: a.csv}]",
          "data: formulation strain of a family does not take measured data"},

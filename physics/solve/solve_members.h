@@ -68,13 +68,13 @@ typedef struct solve_members solve_members;
 /* Of a scene with parameters, or without any. AD_BAD_INPUT: a scene that the checks refuse, or a
  * parameter where it has one number for all. AD_BAD_ARGUMENT: what only solution_create solves:
  * motions, beams, starts that are not clamped, ends that an angle turns, tubes, friction of tendons
- * whose displacement is given or where something jumps. AD_NO_MEMORY. The scene is copied, its
+ * where something jumps. AD_NO_MEMORY. The scene is copied, its
  * formulas must outlive the members. */
 ad_status solve_members_create(const scene *open, const solve_members_settings *settings,
                                solve_members **result, ad_error *error);
 void solve_members_free(solve_members *x); /* NULL is allowed */
 
-/* Whether nothing acts on the rod but tendons and chambers whose tension and pressure are given: no
+/* Whether nothing acts on the rod but actuators whose pull is given: no
  * point of the rod asks another then, and a member takes half the time or less. */
 bool solve_members_is_unloaded(const solve_members *x);
 

@@ -154,7 +154,7 @@ static bool add_tensions(strain_form *x)
 /* Tendons with friction. */
 static bool add_rubs(strain_form *x)
 {
-    enum { EACH = 3 + 6 + LAW_STIFFNESS + 3 + 3 };
+    enum { EACH = 4 + 6 + LAW_STIFFNESS + 3 + 3 };
     const strain_kind *kind = &x->kind;
     const size_t count = (size_t)x->rub_count, nodes = (size_t)x->nodes;
     x->rubs = make(count, sizeof *x->rubs);
@@ -169,12 +169,13 @@ static bool add_rubs(strain_form *x)
         if (kind->extents[i].rubs) {
             x->rubs[k++] = (strain_rub){.actuator = i,
                                         .pull = room,
-                                        .angle = room + nodes,
-                                        .measured = room + 2 * nodes,
-                                        .along = (lanes(*)[6])(room + 3 * nodes),
-                                        .tangent = (lanes(*)[3])(room + 9 * nodes),
-                                        .across = (lanes(*)[3])(room + 12 * nodes),
-                                        .bend = (lanes(*)[LAW_STIFFNESS])(room + 15 * nodes)};
+                                        .left = room + nodes,
+                                        .angle = room + 2 * nodes,
+                                        .measured = room + 3 * nodes,
+                                        .along = (lanes(*)[6])(room + 4 * nodes),
+                                        .tangent = (lanes(*)[3])(room + 10 * nodes),
+                                        .across = (lanes(*)[3])(room + 13 * nodes),
+                                        .bend = (lanes(*)[LAW_STIFFNESS])(room + 16 * nodes)};
             room += EACH * nodes;
         }
     }

@@ -57,7 +57,8 @@ typedef struct strain_tension {
 typedef struct strain_rub {
     int actuator;
     lanes friction;
-    lanes *pull;       /* [nodes] without friction */
+    lanes *pull;       /* [nodes] without friction, */
+    lanes *left;       /* [nodes] and the share of it that is left */
     lanes *angle;      /* [nodes] sought, */
     lanes *measured;   /* [nodes] and what the shape makes of it */
     lanes (*along)[6]; /* [nodes] derivatives of |p'| by v, u; of which the first are the */

@@ -93,6 +93,16 @@ PROCESSOR_INLINE void measure_angles(strain_form *x)
     }
 }
 
+/* A change of a tendon's tension becomes what friction leaves of it at a node. */
+PROCESSOR_INLINE void rub(const strain_form *x, int actuator, int node, lanes *change)
+{
+    for (int k = 0; k < x->rub_count; k++) {
+        if (x->rubs[k].actuator == actuator) {
+            *change *= x->rubs[k].left[node];
+        }
+    }
+}
+
 /* How much less tendons pull at a node by a change of what is sought: at its strains, force and
  * moment. */
 PROCESSOR_INLINE void change_rubbed(strain_form *x, int node, const lanes *direction,

@@ -151,8 +151,11 @@ PROCESSOR_INLINE void change_pulls(strain_form *x, const lanes *direction)
     for (int i = 0; i < x->nodes && seeks_pulls(x); i++) {
         lanes wrench[6] = {NO_LANES, NO_LANES, NO_LANES, NO_LANES, NO_LANES, NO_LANES};
         for (int k = 0; k < x->tension_count; k++) {
+            const strain_tension *of = &x->tensions[k];
+            lanes more = direction[x->tension_at + k];
+            rub(x, of->actuator, i, &more);
             for (int c = 0; c < 6; c++) {
-                wrench[c] += direction[x->tension_at + k] * x->tensions[k].along[i][c];
+                wrench[c] += more * of->along[i][c];
             }
         }
         change_rubbed(x, i, direction, wrench);

@@ -450,17 +450,18 @@ static void give_tensions(strain_form *x)
     }
 }
 
-/* Pulls by the angles that are sought. */
+/* Pulls by the angles that are sought, and tensions where those are. */
 static void rub_pulls(strain_form *x)
 {
     for (int k = 0; k < x->rub_count; k++) {
         const strain_rub *of = &x->rubs[k];
+        const bool is_sought = x->kind.extents[of->actuator].has_length;
         for (int i = 0; i < x->nodes; i++) {
-            lanes *given = x->actuators[i * x->kind.actuators + of->actuator].given;
+            lanes *pull = &x->actuators[i * x->kind.actuators + of->actuator].given[ACTUATOR_PULL];
             for (int lane = 0; lane < LANES; lane++) {
-                given[ACTUATOR_PULL][lane] =
-                    of->pull[i][lane] * exp(-of->friction[lane] * of->angle[i][lane]);
+                of->left[i][lane] = exp(-of->friction[lane] * of->angle[i][lane]);
             }
+            *pull = (is_sought ? *pull : of->pull[i]) * of->left[i];
         }
     }
 }
