@@ -232,6 +232,10 @@ int rod_tendon_rows(const scene *scene);
 ad_value rod_tendon_residual(const rod_context *rod, rod_state state);
 ad_value rod_tendon_pull(const rod_context *rod, ad_value tendons, int index, ad_value given);
 
+/* What friction leaves of a pull, by the angle by which the tendon has turned: the capstan's law.
+ */
+ad_value rod_tendon_rubbed(ad_value pull, ad_value friction, ad_value angle);
+
 /* rod_scale.c: the largest distance of a tendon from the axis over the length, which is a scale
  * also of one on the axis: at least 1e-3. */
 double rod_tendon_arm(const scene *scene, int index);

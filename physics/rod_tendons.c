@@ -105,6 +105,11 @@ static ad_value angle_of(const rod_context *rod, const rod_actuator *tendon, ad_
 
 /* ---- what follows ---------------------------------------------------------------------------- */
 
+ad_value rod_tendon_rubbed(ad_value pull, ad_value friction, ad_value angle)
+{
+    return ad_mul(pull, ad_exp(ad_neg(ad_mul(angle, friction))));
+}
+
 ad_value rod_tendon_pull(const rod_context *rod, ad_value tendons, int index, ad_value given)
 {
     if (tendon_rows(rod->scene, index) == 0) {
@@ -116,7 +121,7 @@ ad_value rod_tendon_pull(const rod_context *rod, ad_value tendons, int index, ad
     if (has_friction(rod->scene, index)) {
         rod_actuator tendon = rod_actuator_of(rod, index);
         ad_value angle = angle_of(rod, &tendon, tendons, index);
-        given = ad_mul(given, ad_exp(ad_neg(ad_mul(angle, tendon.friction))));
+        given = rod_tendon_rubbed(given, tendon.friction, angle);
     }
     return given;
 }

@@ -6,7 +6,7 @@ int scene_actuator_count(const scene *rod_scene)
     return rod_scene->tendon_count + rod_scene->chamber_count;
 }
 
-static scene_actuator tendon_of(const scene_tendon *given, double length)
+static scene_actuator tendon_of(const scene_tendon *given)
 {
     const bool pulled = given->displacement.is_given;
     return (scene_actuator){.name = "tendon",
@@ -14,21 +14,17 @@ static scene_actuator tendon_of(const scene_tendon *given, double length)
                             .offset = given->offset,
                             .start = &given->start,
                             .end = &given->end,
-                            .from = quantity_number_or(given->start, 0),
-                            .to = quantity_number_or(given->end, length),
                             .given = pulled ? given->displacement : given->tension,
                             .tendon = given};
 }
 
-static scene_actuator chamber_of(const scene_chamber *given, double length)
+static scene_actuator chamber_of(const scene_chamber *given)
 {
     return (scene_actuator){.name = "chamber",
                             .unit = "Pa",
                             .offset = given->offset,
                             .start = &given->start,
                             .end = &given->end,
-                            .from = quantity_number_or(given->start, 0),
-                            .to = quantity_number_or(given->end, length),
                             .given = given->pressure,
                             .chamber = given};
 }
@@ -36,9 +32,11 @@ static scene_actuator chamber_of(const scene_chamber *given, double length)
 scene_actuator scene_actuator_of(const scene *rod_scene, int index)
 {
     const int tendons = rod_scene->tendon_count;
-    const double length = scene_length(rod_scene);
-    return index < tendons ? tendon_of(&rod_scene->tendons[index], length)
-                           : chamber_of(&rod_scene->chambers[index - tendons], length);
+    scene_actuator one = index < tendons ? tendon_of(&rod_scene->tendons[index])
+                                         : chamber_of(&rod_scene->chambers[index - tendons]);
+    one.from = quantity_number_or(*one.start, 0);
+    one.to = quantity_number_or(*one.end, scene_length(rod_scene));
+    return one;
 }
 
 quantity scene_actuator_pull(const scene_actuator *of)

@@ -234,8 +234,7 @@ static void find_pulls(const strain_rod *rod, ad_value sought, int first, strain
             state->pull[i] = strain_pull_within(rod, of, state->tension[i]);
         }
         if (of->rubs) {
-            const ad_value lost = ad_mul(state->angle[i], of->friction);
-            state->pull[i] = ad_mul(state->pull[i], ad_exp(ad_neg(lost)));
+            state->pull[i] = rod_tendon_rubbed(state->pull[i], of->friction, state->angle[i]);
         }
     }
 }

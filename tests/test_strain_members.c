@@ -105,22 +105,21 @@ static const char rubbed_and_pinned[] =
     RUBBED("type: pinned, position: [0.11, 0.024, 0.21]", "", "", BOTH, "");
 
 /* Without loads, where each point stands for itself: two pieces with a joint between them. */
-#define UNLOADED(end)                                                                              \
-    "parameters: {pull: {range: [0, 2]}, push: {range: [0, 1]}, side: {range: [-1, 1]},\n"         \
-    "             weight: {range: [0, 10]}, stiff: {range: [0.7, 2]}, half: stiff/2}\n"            \
-    "rod: {model: cosserat, section: {shape: circle, radius: 0.002},\n"                            \
-    "      material: {youngs_modulus: 1e9*stiff, poissons_ratio: 0.3, density: 2000},\n"           \
-    "      rest: {curvature: [side, 3, \"weight*sin(20*s)\"]}}\n"                                  \
-    "segments:\n"                                                                                  \
-    "  - {length: 0.1}\n"                                                                          \
-    "  - {length: 0.15, turn: [0, 0.3, 0], section: {radius: \"0.002-0.004*(s-0.1)\"},\n"          \
-    "     material: {youngs_modulus: 2e9*half}}\n"                                                 \
-    "boundary: {start: {type: clamped, rotation: [0.8, 0.6, 0, 0]}, end: {" end "}}\n"             \
-    "tendons:\n"                                                                                   \
-    "  - {offset: [0.006, 0], end: 0.18, tension: pull}\n"                                         \
-    "  - {offset: [\"0.005*cos(10*s)\", \"0.005*sin(10*s)\"], tension: 3*pull^2}\n"                \
-    "chambers: [{offset: [0, 0.005], pressure: 5e4*push, area: 1e-5}]\n"
-static const char unloaded[] = UNLOADED("type: free");
+static const char unloaded[] =
+    "parameters: {pull: {range: [0, 2]}, push: {range: [0, 1]}, side: {range: [-1, 1]},\n"
+    "             weight: {range: [0, 10]}, stiff: {range: [0.7, 2]}, half: stiff/2}\n"
+    "rod: {model: cosserat, section: {shape: circle, radius: 0.002},\n"
+    "      material: {youngs_modulus: 1e9*stiff, poissons_ratio: 0.3, density: 2000},\n"
+    "      rest: {curvature: [side, 3, \"weight*sin(20*s)\"]}}\n"
+    "segments:\n"
+    "  - {length: 0.1}\n"
+    "  - {length: 0.15, turn: [0, 0.3, 0], section: {radius: \"0.002-0.004*(s-0.1)\"},\n"
+    "     material: {youngs_modulus: 2e9*half}}\n"
+    "boundary: {start: {type: clamped, rotation: [0.8, 0.6, 0, 0]}, end: {type: free}}\n"
+    "tendons:\n"
+    "  - {offset: [0.006, 0], end: 0.18, tension: pull}\n"
+    "  - {offset: [\"0.005*cos(10*s)\", \"0.005*sin(10*s)\"], tension: 3*pull^2}\n"
+    "chambers: [{offset: [0, 0.005], pressure: 5e4*push, area: 1e-5}]\n";
 
 /* Of the test that runs: its state, or the robot. */
 static const char *made;
@@ -773,6 +772,12 @@ static void test_memory(void **state)
     config_free(given);
 }
 
+/* A test of a robot. */
+#define OF(robot, test)                                                                            \
+    {                                                                                              \
+#robot "_" #test, test_##test, NULL, NULL, (void *)(robot)                                 \
+    }
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -786,63 +791,56 @@ int main(void)
         cmocka_unit_test(test_derivatives),
         cmocka_unit_test(test_imperfect),
         cmocka_unit_test(test_arc),
-        {"supported_derivatives", test_derivatives, NULL, NULL, (void *)supported},
-        {"pinned_derivatives", test_derivatives, NULL, NULL, (void *)pinned},
-        {"clamped_derivatives", test_derivatives, NULL, NULL, (void *)clamped},
-        {"sliding_derivatives", test_derivatives, NULL, NULL, (void *)sliding},
-        {"supported_against_collocation", test_against_collocation, NULL, NULL, (void *)supported},
-        {"supported_predicted", test_predicted, NULL, NULL, (void *)supported},
-        {"pinned_predicted", test_predicted, NULL, NULL, (void *)pinned},
-        {"sliding_trusted", test_trusted, NULL, NULL, (void *)sliding},
-        {"sliding_predicted", test_predicted, NULL, NULL, (void *)sliding},
-        {"pinned_against_collocation", test_against_collocation, NULL, NULL, (void *)pinned},
-        {"clamped_against_collocation", test_against_collocation, NULL, NULL, (void *)clamped},
-        {"clamped_by_minus_q", test_against_collocation, NULL, NULL, (void *)clamped_by_minus_q},
-        {"clamped_predicted", test_predicted, NULL, NULL, (void *)clamped},
-        {"sliding_against_collocation", test_against_collocation, NULL, NULL, (void *)sliding},
-        {"displaced_against_collocation", test_against_collocation, NULL, NULL, (void *)displaced},
-        {"displaced_on_springs", test_against_collocation, NULL, NULL,
-         (void *)displaced_on_springs},
-        {"displaced_and_pinned", test_against_collocation, NULL, NULL,
-         (void *)displaced_and_pinned},
-        {"displaced_derivatives", test_derivatives, NULL, NULL, (void *)displaced},
-        {"slack_derivatives", test_derivatives, NULL, NULL, (void *)slack},
-        {"displaced_on_springs_derivatives", test_derivatives, NULL, NULL,
-         (void *)displaced_on_springs},
-        {"displaced_and_pinned_derivatives", test_derivatives, NULL, NULL,
-         (void *)displaced_and_pinned},
-        {"displaced_predicted", test_predicted, NULL, NULL, (void *)displaced},
-        {"displaced_trusted", test_trusted, NULL, NULL, (void *)displaced},
-        {"displaced_same_bits", test_same_bits, NULL, NULL, (void *)displaced},
-        {"unloaded", test_against_collocation, NULL, NULL, (void *)unloaded},
-        {"unloaded_derivatives", test_derivatives, NULL, NULL, (void *)unloaded},
-        {"unloaded_predicted", test_predicted, NULL, NULL, (void *)unloaded},
-        {"unloaded_trusted", test_trusted, NULL, NULL, (void *)unloaded},
-        {"unloaded_same_bits", test_same_bits, NULL, NULL, (void *)unloaded},
-        {"rubbed_straight", test_against_collocation, NULL, NULL, (void *)rubbed_straight},
-        {"rubbed_wound", test_against_collocation, NULL, NULL, (void *)rubbed_wound},
-        {"rubbed", test_against_collocation, NULL, NULL, (void *)rubbed},
-        {"rubbed_on_foundation", test_against_collocation, NULL, NULL,
-         (void *)rubbed_on_foundation},
-        {"rubbed_and_displaced", test_against_collocation, NULL, NULL,
-         (void *)rubbed_and_displaced},
-        {"rubbed_by_length", test_against_collocation, NULL, NULL, (void *)rubbed_by_length},
-        {"rubbed_by_length_derivatives", test_derivatives, NULL, NULL, (void *)rubbed_by_length},
-        {"rubbed_by_length_predicted", test_predicted, NULL, NULL, (void *)rubbed_by_length},
-        {"rubbed_by_length_trusted", test_trusted, NULL, NULL, (void *)rubbed_by_length},
-        {"rubbed_and_pinned", test_against_collocation, NULL, NULL, (void *)rubbed_and_pinned},
-        {"rubbed_straight_derivatives", test_derivatives, NULL, NULL, (void *)rubbed_straight},
-        {"rubbed_derivatives", test_derivatives, NULL, NULL, (void *)rubbed},
-        {"rubbed_on_foundation_derivatives", test_derivatives, NULL, NULL,
-         (void *)rubbed_on_foundation},
-        {"rubbed_and_pinned_derivatives", test_derivatives, NULL, NULL, (void *)rubbed_and_pinned},
-        {"rubbed_predicted", test_predicted, NULL, NULL, (void *)rubbed},
-        {"rubbed_trusted", test_trusted, NULL, NULL, (void *)rubbed},
-        {"rubbed_same_bits", test_same_bits, NULL, NULL, (void *)rubbed},
+        OF(supported, derivatives),
+        OF(pinned, derivatives),
+        OF(clamped, derivatives),
+        OF(sliding, derivatives),
+        OF(supported, against_collocation),
+        OF(supported, predicted),
+        OF(pinned, predicted),
+        OF(sliding, trusted),
+        OF(sliding, predicted),
+        OF(pinned, against_collocation),
+        OF(clamped, against_collocation),
+        OF(clamped_by_minus_q, against_collocation),
+        OF(clamped, predicted),
+        OF(sliding, against_collocation),
+        OF(displaced, against_collocation),
+        OF(displaced_on_springs, against_collocation),
+        OF(displaced_and_pinned, against_collocation),
+        OF(displaced, derivatives),
+        OF(slack, derivatives),
+        OF(displaced_on_springs, derivatives),
+        OF(displaced_and_pinned, derivatives),
+        OF(displaced, predicted),
+        OF(displaced, trusted),
+        OF(displaced, same_bits),
+        OF(unloaded, against_collocation),
+        OF(unloaded, derivatives),
+        OF(unloaded, predicted),
+        OF(unloaded, trusted),
+        OF(unloaded, same_bits),
+        OF(rubbed_straight, against_collocation),
+        OF(rubbed_wound, against_collocation),
+        OF(rubbed, against_collocation),
+        OF(rubbed_on_foundation, against_collocation),
+        OF(rubbed_and_displaced, against_collocation),
+        OF(rubbed_by_length, against_collocation),
+        OF(rubbed_by_length, derivatives),
+        OF(rubbed_by_length, predicted),
+        OF(rubbed_by_length, trusted),
+        OF(rubbed_and_pinned, against_collocation),
+        OF(rubbed_straight, derivatives),
+        OF(rubbed, derivatives),
+        OF(rubbed_on_foundation, derivatives),
+        OF(rubbed_and_pinned, derivatives),
+        OF(rubbed, predicted),
+        OF(rubbed, trusted),
+        OF(rubbed, same_bits),
         cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_file),
         cmocka_unit_test(test_memory),
-        {"displaced_memory", test_memory, NULL, NULL, (void *)displaced},
+        OF(displaced, memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

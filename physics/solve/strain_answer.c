@@ -83,15 +83,6 @@ static void guess_held(strain_form *form)
     }
 }
 
-/* Angles of tendons with friction are those of the shape. */
-static void rub(strain_form *form)
-{
-    if (form->rub_count > 0) {
-        strain_form_place(form);
-        strain_form_rub(form);
-    }
-}
-
 /* Forces that the shape does not give by itself are sought from those of the shape that the
  * curvature has without stretch. */
 static void guess_forces(strain_form *form)
@@ -101,12 +92,12 @@ static void guess_forces(strain_form *form)
     }
     const bool holds = form->holding + form->tension_count > 0;
     for (int k = 0; k < 2 && holds; k++) { /* the second knows the stretch */
-        rub(form);
+        strain_form_rub(form);
         guess_held(form);
     }
-    rub(form);
     strain_form_place(form);
     strain_form_push(form);
+    strain_form_rub(form);
     for (int i = 0; i < form->nodes && form->push_at >= 0; i++) {
         memcpy(form->at[i].push, form->pushes[i].force, sizeof form->at[i].push);
     }

@@ -148,17 +148,17 @@ typedef struct strain_form {
     strain_place *places;       /* [place_count] */
     int place_count;
     strain_tension *tensions; /* [tension_count] */
-    strain_rub *rubs;         /* [rub_count] */
-    int rub_count;
-    lanes *rub_room;                    /* theirs */
-    lanes (*strained)[6], (*turned)[3]; /* [nodes] how points change, of a direction */
-    double slope[GAUSS_STAGES_MAX][GAUSS_STAGES_MAX]; /* d/ds at points, times the width */
-    lanes *tension_room;                              /* theirs; */
-    double *tension_shares;                           /* theirs; */
+    lanes *tension_room;      /* theirs; */
+    double *tension_shares;   /* theirs; */
     lanes *shorter;     /* [tension_count]^2 by how much each becomes shorter with each pull */
     lanes *border;      /* [2][unknowns] room */
     lanes (*pulled)[6]; /* [nodes] a change of what pulls, with the sign of N, of which the force
                          * is in the world */
+    strain_rub *rubs;   /* [rub_count] */
+    int rub_count;
+    lanes *rub_room;                    /* theirs */
+    lanes (*strained)[6], (*turned)[3]; /* [nodes] how points change, of a direction */
+    double slope[GAUSS_STAGES_MAX][GAUSS_STAGES_MAX]; /* d/ds at points, times the width */
     lanes start_r[3], start_q[4];
     static_end start, last; /* what the ends are held to, where that is not by lanes; s = 1: */
     lanes held_r[3], held_q[4];
@@ -204,7 +204,7 @@ void strain_form_law(const strain_form *x, int node, int rows, lanes wrench[6], 
 void strain_form_place(strain_form *x);
 void strain_form_push(strain_form *x);
 
-/* Angles of tendons become what the shape makes of them. */
+/* Rotations, and angles of tendons with friction, become what the curvature makes of them. */
 void strain_form_rub(strain_form *x);
 
 /* Loads along the rod, by rotations as they are: after numbers of laws have changed. */

@@ -47,48 +47,42 @@ PROCESSOR_INLINE void slope_at(const strain_form *x, int i, lanes (*vectors)[3],
     }
 }
 
-/* The tangent and its derivatives in the body at a point: the law's with a pull of 1. */
-PROCESSOR_INLINE void find_tangent(strain_form *x, const strain_rub *of, int node)
+/* How much the points of an element turn, times the width, and what its changes are made of: at
+ * each the tangent with its derivatives, and the direction in which it turns. */
+PROCESSOR_INLINE void find_turning(strain_form *x, const strain_rub *of, int e, lanes *turning)
 {
-    strain_node *at = &x->at[node];
-    lanes given[ACTUATOR_NUMBERS];
-    line_of(&x->actuators[node * x->kind.actuators + of->actuator], given);
-    memset(of->along[node], 0, sizeof of->along[node]);
-    memset(of->bend[node], 0, sizeof of->bend[node]);
-    lanes_law_tendon(at->v, at->u, given, of->along[node], of->bend[node]);
-    lanes_to_world(at->R, of->along[node], of->tangent[node]);
+    const int n = x->kind.stages, first = e * n;
+    for (int i = first; i < first + n; i++) {
+        differentiate_length(x, i, of->actuator, of->along[i], of->bend[i]);
+        lanes_to_world(x->at[i].R, of->along[i], of->tangent[i]);
+    }
+    for (int i = 0; i < n; i++) {
+        lanes slope[3], square = NO_LANES;
+        slope_at(x, i, of->tangent + first, slope);
+        for (int c = 0; c < 3; c++) {
+            square += slope[c] * slope[c];
+        }
+        const lanes positive = square + 1e-60; /* of one that does not turn, too */
+        lanes inverse;
+        lanes_inverse_root(&positive, &inverse);
+        turning[i] = square * inverse;
+        for (int c = 0; c < 3; c++) {
+            of->across[first + i][c] = slope[c] * inverse;
+        }
+    }
 }
 
-/* What the shape makes of the angles, and what their changes are made of. */
+/* What the shape makes of the angles. */
 PROCESSOR_INLINE void measure_angles(strain_form *x)
 {
-    const int n = x->kind.stages;
     for (int k = 0; k < x->rub_count; k++) {
         const strain_rub *of = &x->rubs[k];
-        lanes angle = NO_LANES;
+        lanes angle = NO_LANES, turning[GAUSS_STAGES_MAX];
         for (int e = 0; e < x->kind.elements; e++) {
-            lanes turning[GAUSS_STAGES_MAX];
-            if (!runs_along(x, of, e)) {
-                continue;
+            if (runs_along(x, of, e)) {
+                find_turning(x, of, e, turning);
+                add_turning(x, turning, &angle, of->measured + e * x->kind.stages);
             }
-            for (int i = e * n; i < (e + 1) * n; i++) {
-                find_tangent(x, of, i);
-            }
-            for (int i = 0; i < n; i++) {
-                lanes slope[3], square = NO_LANES;
-                slope_at(x, i, of->tangent + e * n, slope);
-                for (int c = 0; c < 3; c++) {
-                    square += slope[c] * slope[c];
-                }
-                const lanes positive = square + 1e-60; /* of one that does not turn, too */
-                lanes inverse;
-                lanes_inverse_root(&positive, &inverse);
-                turning[i] = square * inverse;
-                for (int c = 0; c < 3; c++) {
-                    of->across[e * n + i][c] = slope[c] * inverse;
-                }
-            }
-            add_turning(x, turning, &angle, of->measured + e * n);
         }
     }
 }
@@ -119,38 +113,45 @@ PROCESSOR_INLINE void change_rubbed(strain_form *x, int node, const lanes *direc
     }
 }
 
-/* The rows of angles, by how points have `turned` and are `strained`. */
+/* How the turning of an element's points changes, by how they have `turned` and are `strained`. */
+PROCESSOR_INLINE void change_turning(strain_form *x, const strain_rub *of, int e, lanes *turning)
+{
+    const int n = x->kind.stages, first = e * n;
+    lanes tangent[GAUSS_STAGES_MAX][3];
+    for (int j = 0; j < n; j++) {
+        const int node = first + j;
+        lanes body[3], bent[3];
+        for (int c = 0; c < 3; c++) {
+            body[c] = NO_LANES;
+            for (int i = 0; i < 6; i++) {
+                body[c] += of->bend[node][law_entry(c, i)] * x->strained[node][i];
+            }
+        }
+        lanes_to_world(x->at[node].R, body, bent);
+        lanes_vector_cross(x->turned[node], of->tangent[node], tangent[j]);
+        add_lanes(3, bent, tangent[j]);
+    }
+    for (int i = 0; i < n; i++) {
+        lanes slope[3];
+        slope_at(x, i, tangent, slope);
+        turning[i] = NO_LANES;
+        for (int c = 0; c < 3; c++) {
+            turning[i] += of->across[first + i][c] * slope[c];
+        }
+    }
+}
+
+/* The rows of angles. */
 PROCESSOR_INLINE void rows_of_angles(strain_form *x, const lanes *direction, lanes *to)
 {
     const int n = x->kind.stages;
     for (int k = 0; k < x->rub_count; k++) {
         const strain_rub *of = &x->rubs[k];
-        lanes angle = NO_LANES;
+        lanes angle = NO_LANES, turning[GAUSS_STAGES_MAX], by[GAUSS_STAGES_MAX];
         for (int e = 0; e < x->kind.elements; e++) {
-            lanes tangent[GAUSS_STAGES_MAX][3], turning[GAUSS_STAGES_MAX], by[GAUSS_STAGES_MAX];
             memset(by, 0, sizeof by);
-            for (int j = 0; j < n && runs_along(x, of, e); j++) {
-                const int node = e * n + j;
-                lanes body[3], bent[3];
-                for (int c = 0; c < 3; c++) {
-                    body[c] = NO_LANES;
-                    for (int i = 0; i < 6; i++) {
-                        body[c] += of->bend[node][law_entry(c, i)] * x->strained[node][i];
-                    }
-                }
-                lanes_to_world(x->at[node].R, body, bent);
-                lanes_vector_cross(x->turned[node], of->tangent[node], tangent[j]);
-                add_lanes(3, bent, tangent[j]);
-            }
-            for (int i = 0; i < n && runs_along(x, of, e); i++) {
-                lanes slope[3];
-                slope_at(x, i, tangent, slope);
-                turning[i] = NO_LANES;
-                for (int c = 0; c < 3; c++) {
-                    turning[i] += of->across[e * n + i][c] * slope[c];
-                }
-            }
             if (runs_along(x, of, e)) {
+                change_turning(x, of, e, turning);
                 add_turning(x, turning, &angle, by);
             }
             for (int i = 0; i < n; i++) {

@@ -87,6 +87,17 @@ PROCESSOR_INLINE void add_length(const strain_actuator *at, double share, const 
     }
 }
 
+/* Its derivatives by v, u there, of which the first are the tangent in the body, and theirs. */
+PROCESSOR_INLINE void differentiate_length(const strain_form *x, int node, int actuator,
+                                           lanes along[6], lanes bend[LAW_STIFFNESS])
+{
+    lanes given[ACTUATOR_NUMBERS];
+    line_of(&x->actuators[node * x->kind.actuators + actuator], given);
+    memset(along, 0, 6 * sizeof *along);
+    memset(bend, 0, LAW_STIFFNESS * sizeof *bend);
+    lanes_law_tendon(x->at[node].v, x->at[node].u, given, along, bend);
+}
+
 /* The part of a that an end holds. */
 PROCESSOR_INLINE void held_part(const scene_hold *hold, const lanes a[3], lanes part[3])
 {

@@ -127,12 +127,9 @@ PROCESSOR_INLINE void differentiate_lengths(strain_form *x)
     for (int k = 0; k < x->tension_count; k++) {
         const strain_tension *of = &x->tensions[k];
         for (int i = 0; i < x->nodes; i++) {
-            lanes given[ACTUATOR_NUMBERS], unused[LAW_STIFFNESS];
-            memset(of->along[i], 0, sizeof of->along[i]);
-            if (of->share[i] > 0) {
-                line_of(&x->actuators[i * x->kind.actuators + of->actuator], given);
-                memset(unused, 0, sizeof unused);
-                lanes_law_tendon(x->at[i].v, x->at[i].u, given, of->along[i], unused);
+            lanes unused[LAW_STIFFNESS];
+            if (of->share[i] > 0) { /* beyond it stays 0 */
+                differentiate_length(x, i, of->actuator, of->along[i], unused);
             }
         }
     }

@@ -522,6 +522,7 @@ void strain_form_place(strain_form *x)
 
 FOR_EACH_PROCESSOR static void take_angles(strain_form *x)
 {
+    turn_all(x);
     measure_angles(x);
     for (int k = 0; k < x->rub_count; k++) {
         memcpy(x->rubs[k].angle, x->rubs[k].measured, (size_t)x->nodes * sizeof(lanes));
@@ -530,7 +531,9 @@ FOR_EACH_PROCESSOR static void take_angles(strain_form *x)
 
 void strain_form_rub(strain_form *x)
 {
-    take_angles(x);
+    if (x->rub_count > 0) {
+        take_angles(x);
+    }
 }
 
 static void clear_edges(strain_form *x)

@@ -117,10 +117,11 @@ static void announce_members(training *t)
 {
     if (t->s.e->targets) {
         const targets_account drawn = targets_drawn(t->s.e->targets);
+        const size_t solved = drawn.ends[SOLVE_MEMBER_SOLVED];
         char why[TARGETS_TEXT];
         targets_unsolved_text(t->s.e->targets, why);
-        progress_say(&t->progress, "%zu members solved in %.3g s, and %zu not%s",
-                     drawn.drawn - drawn.unsolved, drawn.seconds, drawn.unsolved, why);
+        progress_say(&t->progress, "%zu members solved in %.3g s, and %zu not%s", solved,
+                     drawn.seconds, drawn.drawn - solved, why);
     }
 }
 

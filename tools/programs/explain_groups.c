@@ -82,6 +82,7 @@ void explain_members(FILE *file, const experiment *e)
     const family *f = targets_family(e->targets);
     const train_settings *settings = e->settings;
     const char *given = settings->members_file;
+    const size_t solved = drawn.ends[SOLVE_MEMBER_SOLVED];
     char why[TARGETS_TEXT];
     targets_unsolved_text(e->targets, why);
     fprintf(file,
@@ -102,9 +103,9 @@ void explain_members(FILE *file, const experiment *e)
     fprintf(file,
             "  %-15s %zu solved in %.2g s, %.2g us each on %d thread%s\n"
             "  %-15s %zu not solved, and left out%s\n",
-            "", drawn.drawn - drawn.unsolved, drawn.seconds,
-            1e6 * drawn.seconds / (double)drawn.drawn, ad_pool_threads(e->pool),
-            ad_pool_threads(e->pool) == 1 ? "" : "s", "", drawn.unsolved, why);
+            "", solved, drawn.seconds, 1e6 * drawn.seconds / (double)drawn.drawn,
+            ad_pool_threads(e->pool), ad_pool_threads(e->pool) == 1 ? "" : "s", "",
+            drawn.drawn - solved, why);
     if (solve_members_is_unloaded(targets_solver(e->targets))) {
         fprintf(
             file,

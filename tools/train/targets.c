@@ -172,7 +172,8 @@ void targets_unsolved_text(const targets *t, char text[TARGETS_TEXT])
     if (used == 0) {
         return;
     }
-    before = "), all with";
+    used += snprintf(text + used, (size_t)(TARGETS_TEXT - used), ")");
+    before = ", all with";
     for (size_t i = 0; i < t->parameters && used < TARGETS_TEXT - 200; i++) {
         const scene_parameter *p = &t->open->parameters[i];
         if (t->high[i] - t->low[i] < most) {
@@ -182,7 +183,6 @@ void targets_unsolved_text(const targets *t, char text[TARGETS_TEXT])
             before = ",";
         }
     }
-    snprintf(text + used, (size_t)(TARGETS_TEXT - used), "%s", *before == ')' ? ")" : "");
 }
 
 void targets_use(targets *t, targets_kind kind)
@@ -204,7 +204,6 @@ static ad_status solve_batch(targets *t, size_t count, const double *x, members 
     for (size_t k = 0; k < count && status == AD_OK && *done < to->count; k++) {
         t->account.drawn++;
         t->account.ends[t->results[k].end]++;
-        t->account.unsolved += !t->results[k].solved;
         if (!t->results[k].solved) {
             for (size_t i = 0; i < t->parameters; i++) {
                 t->low[i] = fmin(t->low[i], x[i * count + k]);
@@ -248,7 +247,8 @@ static ad_status solve_places(targets *t, size_t count, const double *x, members
                              "parameters: of %zu members drawn from these ranges only %zu are "
                              "solved, others not%s; allowed: a tenth at least%s",
                              *drawn, *done, why,
-                             2 * t->account.ends[SOLVE_MEMBER_UNSTABLE] < t->account.unsolved
+                             2 * t->account.ends[SOLVE_MEMBER_UNSTABLE] <
+                                     t->account.drawn - t->account.ends[SOLVE_MEMBER_SOLVED]
                                  ? ", or formulation: mixed"
                                  : "");
         }

@@ -63,10 +63,9 @@ solve_members *targets_solver(targets *t);
 model_source targets_source(targets *t);
 void targets_use(targets *t, targets_kind kind);
 
-/* What drawing took, how many of the members drawn had no solution, and how many are in the pool.
- */
+/* What drawing took, how the members drawn ended, and how many are in the pool. */
 typedef struct targets_account {
-    size_t drawn, unsolved, solved;
+    size_t drawn, solved;
     size_t ends[SOLVE_MEMBER_ENDS]; /* of those drawn */
     double seconds;
 } targets_account;
