@@ -5,37 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-optim_adam_settings optim_adam_defaults(void)
-{
-    return (optim_adam_settings){.schedule = optim_schedule_defaults(),
-                                 .beta1 = 0.9,
-                                 .beta2 = 0.999,
-                                 .epsilon = 1e-8,
-                                 .clip_norm = 0,
-                                 .gradient_tolerance = 0};
-}
-
-/* Conditions are written so that a NaN fails them. */
-const char *optim_adam_check(const optim_adam_settings *settings)
-{
-    if (!(settings->beta1 >= 0 && settings->beta1 < 1)) {
-        return "beta1 must be in [0, 1)";
-    }
-    if (!(settings->beta2 >= 0 && settings->beta2 < 1)) {
-        return "beta2 must be in [0, 1)";
-    }
-    if (!(settings->epsilon > 0 && isfinite(settings->epsilon))) {
-        return "epsilon must be finite and > 0";
-    }
-    if (!(settings->clip_norm >= 0 && isfinite(settings->clip_norm))) {
-        return "clip_norm must be finite and >= 0 (0 turns clipping off)";
-    }
-    if (!(settings->gradient_tolerance >= 0 && isfinite(settings->gradient_tolerance))) {
-        return "gradient_tolerance must be finite and >= 0";
-    }
-    return optim_schedule_check(&settings->schedule);
-}
-
 static void release(void *own)
 {
     optim_adam *adam = own;
@@ -63,7 +32,7 @@ static optim_adam *allocate(size_t count)
     return adam;
 }
 
-optim_adam *optim_adam_create(size_t count, const double *x, const optim_adam_settings *settings)
+optim_adam *optim_adam_create(size_t count, const double *x, const optim_settings *settings)
 {
     optim_adam *adam = allocate(count);
     if (adam) {
@@ -92,12 +61,11 @@ static double next_square(double beta2, double square, double g)
  * which optim_evaluate has seen to. */
 static optim_status update(optim_adam *adam)
 {
-    const optim_adam_settings *settings = &adam->settings;
+    const optim_settings *settings = &adam->settings;
     const double steps = adam->scalar[OPTIM_ADAM_STEPS] + 1;
     const double beta1 = settings->beta1;
     const double beta2 = settings->beta2;
-    const double rate =
-        optim_schedule_rate(&settings->schedule, (int64_t)adam->scalar[OPTIM_ADAM_STEPS]);
+    const double rate = optim_schedule_rate(settings, (int64_t)adam->scalar[OPTIM_ADAM_STEPS]);
     const double correction1 = 1 - pow(beta1, steps);
     const double correction2 = 1 - pow(beta2, steps);
     const double scale = optim_adam_clip(adam);
@@ -170,14 +138,14 @@ double optim_adam_clip(const optim_adam *adam)
 
 /* ---- the method ---- */
 
-static const char *check(const optim_settings *settings)
+static void defaults(optim_settings *settings)
 {
-    return optim_adam_check(&settings->adam);
+    settings->gradient_tolerance = 0;
 }
 
 static void *create(size_t count, const double *x, const optim_settings *settings)
 {
-    return optim_adam_create(count, x, &settings->adam);
+    return optim_adam_create(count, x, settings);
 }
 
 static optim_status step(void *own, const optim_target *target)
@@ -247,15 +215,18 @@ static const char *state_check(const void *own)
     return check_scalars(adam);
 }
 
-const optim_kind optim_adam_kind = {.create = create,
-                                    .free = release,
-                                    .step = step,
-                                    .objective_changed = objective_changed,
-                                    .x = current_x,
-                                    .best_x = best_x,
-                                    .inspect = inspect,
-                                    .state = state,
-                                    .state_check = state_check,
-                                    .check = check,
-                                    .advice =
-                                        "a smaller learning_rate, or clip_norm or warmup_steps"};
+const optim_kind optim_adam_kind = {
+    .about = "Adam",
+    .needs = OPTIM_NEEDS_GRADIENTS,
+    .reads = OPTIM_READS_RATE | OPTIM_READS_MEANS | OPTIM_READS_EPSILON,
+    .defaults = defaults,
+    .create = create,
+    .free = release,
+    .step = step,
+    .objective_changed = objective_changed,
+    .x = current_x,
+    .best_x = best_x,
+    .inspect = inspect,
+    .state = state,
+    .state_check = state_check,
+    .advice = "a smaller learning_rate, or clip_norm or warmup_steps"};

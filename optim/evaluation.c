@@ -23,20 +23,6 @@ const char *optim_status_text(optim_status status)
     return (unsigned)status < OPTIM_STATUS_COUNT ? text[status] : "Unknown status.";
 }
 
-const char *optim_check_tolerances(double gradient, double function, double step)
-{
-    if (!(gradient >= 0 && isfinite(gradient))) {
-        return "gradient_tolerance must be finite and >= 0";
-    }
-    if (!(function >= 0 && function < 1)) {
-        return "function_tolerance must be in [0, 1)";
-    }
-    if (!(step >= 0 && step < 1)) {
-        return "step_tolerance must be in [0, 1)";
-    }
-    return NULL;
-}
-
 optim_status optim_evaluate(const optim_evaluator *evaluator, const double *x, double *value,
                             double *gradient)
 {

@@ -50,7 +50,7 @@ static const double PROMISING = 0.5;
 static const double HARDLY_DAMPED = 1e-12;
 
 typedef struct optim_gauss_newton {
-    optim_gauss_newton_settings settings;
+    optim_settings settings;
     size_t count;
     double *x;             /* [count] */
     double *jtr;           /* [count] */
@@ -67,41 +67,6 @@ typedef struct optim_gauss_newton {
     double gradient_norm; /* |2 J^T r| at the last model; not part of the state */
     double scalar[SCALAR_COUNT];
 } optim_gauss_newton;
-
-optim_gauss_newton_settings optim_gauss_newton_defaults(void)
-{
-    return (optim_gauss_newton_settings){.scaling = OPTIM_SCALING_IDENTITY,
-                                         .initial_damping = 1e-3,
-                                         .maximum_damping = 1e10,
-                                         .damping_increase = 3,
-                                         .damping_decrease = 0.03,
-                                         .gradient_tolerance = 1e-12,
-                                         .function_tolerance = 0,
-                                         .step_tolerance = 0};
-}
-
-/* Conditions are written so that a NaN fails them. */
-const char *optim_gauss_newton_check(const optim_gauss_newton_settings *settings)
-{
-    if ((int)settings->scaling < 0 || settings->scaling >= OPTIM_SCALING_COUNT) {
-        return "scaling must be identity or diagonal";
-    }
-    if (!(settings->initial_damping > 0 && isfinite(settings->initial_damping))) {
-        return "initial_damping must be finite and > 0";
-    }
-    if (!(settings->maximum_damping > settings->initial_damping &&
-          isfinite(settings->maximum_damping))) {
-        return "maximum_damping must be finite and > initial_damping";
-    }
-    if (!(settings->damping_increase > 1 && isfinite(settings->damping_increase))) {
-        return "damping_increase must be finite and > 1";
-    }
-    if (!(settings->damping_decrease > 0 && settings->damping_decrease < 1)) {
-        return "damping_decrease must be in (0, 1)";
-    }
-    return optim_check_tolerances(settings->gradient_tolerance, settings->function_tolerance,
-                                  settings->step_tolerance);
-}
 
 static void release(void *own)
 {
@@ -136,7 +101,9 @@ static optim_gauss_newton *allocate(size_t count)
 
 static const char *check(const optim_settings *settings)
 {
-    return optim_gauss_newton_check(&settings->gauss_newton);
+    return settings->maximum_damping > settings->initial_damping
+               ? NULL
+               : "maximum_damping must be finite and > initial_damping";
 }
 
 static void objective_changed(void *own)
@@ -150,7 +117,7 @@ static void *create(size_t count, const double *x, const optim_settings *setting
 {
     optim_gauss_newton *gn = allocate(count);
     if (gn) {
-        gn->settings = settings->gauss_newton;
+        gn->settings = *settings;
         memcpy(gn->x, x, count * sizeof *x);
         gn->scalar[GRADIENT_MAX] = INFINITY;
         gn->gradient_norm = NAN;
@@ -474,6 +441,9 @@ static const char *state_check(const void *own)
 }
 
 const optim_kind optim_gauss_newton_kind = {
+    .about = "Levenberg-Marquardt",
+    .needs = OPTIM_NEEDS_SQUARES,
+    .reads = OPTIM_READS_TOLERANCES | OPTIM_READS_DAMPING,
     .create = create,
     .free = release,
     .step = step,

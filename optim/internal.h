@@ -16,13 +16,18 @@ typedef struct optim_kind {
     optim_info (*inspect)(const void *own);
     int (*state)(void *own, optim_array *arrays, int capacity);
     const char *(*state_check)(const void *own);
-    const char *(*check)(const optim_settings *settings);
-    size_t count_max; /* 0: any */
-    const char *advice;
+    const char *about, *advice;
+    optim_needs needs;
+    unsigned reads;                                       /* groups of settings */
+    void (*defaults)(optim_settings *settings);           /* NULL, or changes those that differ */
+    const char *(*check)(const optim_settings *settings); /* NULL, or beyond the limits of rows */
+    double (*bytes)(const optim_settings *settings, size_t count); /* NULL: 6 vectors */
+    size_t count_max;                                              /* 0: any */
 } optim_kind;
 
-extern const optim_kind optim_adam_kind, optim_lbfgs_kind, optim_gauss_newton_kind,
-    optim_ssbroyden_kind, optim_soap_kind;
+#define OPTIM_KIND(code, name) extern const optim_kind optim_##name##_kind;
+OPTIM_METHOD_LIST(OPTIM_KIND)
+#undef OPTIM_KIND
 
 /* ---- sums.c ---- */
 
@@ -59,9 +64,6 @@ int optim_copy_rows(optim_array *arrays, int capacity, const optim_array *rows, 
 #define OPTIM_COUNTER_LIMIT 9007199254740992.0 /* 2^53: integers are exact up to here */
 
 /* ---- evaluation.c ---- */
-
-/* NULL, or a static text that names the one out of its range. */
-const char *optim_check_tolerances(double gradient, double function, double step);
 
 /* An objective together with the bookkeeping every evaluation needs. */
 typedef struct optim_evaluator {
@@ -147,7 +149,7 @@ typedef struct optim_model {
 } optim_model;
 
 typedef struct optim_descent {
-    optim_descent_settings settings;
+    optim_settings settings;
     const optim_model *model;
     void *self; /* of the model */
     size_t count;
@@ -167,7 +169,7 @@ int optim_descent_prepare(optim_descent *d, size_t count);
 void optim_descent_clear(optim_descent *d);
 
 /* Sets off from x[count]. */
-void optim_descent_begin(optim_descent *d, const double *x, const optim_descent_settings *settings,
+void optim_descent_begin(optim_descent *d, const double *x, const optim_settings *settings,
                          const optim_model *model, void *self);
 optim_status optim_descent_step(optim_descent *d, const optim_target *target);
 void optim_descent_objective_changed(optim_descent *d);
@@ -175,6 +177,9 @@ void optim_descent_objective_changed(optim_descent *d);
 /* Of what begins with an optim_descent. */
 const double *optim_descent_x(const void *own);
 optim_info optim_descent_inspect(const void *own);
+
+/* Of methods along lines: that the curvature condition asks for more than the decrease. */
+const char *optim_descent_check(const optim_settings *settings);
 
 /* NULL, or what is impossible in a restored state: in the scalars, in the vectors. */
 const char *optim_descent_check_scalars(const optim_descent *d, double pairs_max);
@@ -193,7 +198,7 @@ enum {
 };
 
 typedef struct optim_adam {
-    optim_adam_settings settings;
+    optim_settings settings;
     size_t count;
     double *x;                         /* [count] */
     double *mean;                      /* [count], m of the paper */
@@ -205,7 +210,7 @@ typedef struct optim_adam {
     double scalar[OPTIM_ADAM_SCALARS]; /* in one array so that the state is nothing but arrays */
 } optim_adam;
 
-optim_adam *optim_adam_create(size_t count, const double *x, const optim_adam_settings *settings);
+optim_adam *optim_adam_create(size_t count, const double *x, const optim_settings *settings);
 
 /* The first half of a step: value and gradient at x. */
 optim_status optim_adam_evaluate(optim_adam *adam, const optim_target *target);

@@ -24,19 +24,6 @@ typedef struct optim_lbfgs {
     double ring[RING_SCALARS];
 } optim_lbfgs;
 
-optim_lbfgs_settings optim_lbfgs_defaults(void)
-{
-    return (optim_lbfgs_settings){.memory = 50, .descent = optim_descent_defaults()};
-}
-
-const char *optim_lbfgs_check(const optim_lbfgs_settings *settings)
-{
-    if (settings->memory < 1 || settings->memory > 1000) {
-        return "memory must be in [1, 1000]";
-    }
-    return optim_descent_check(&settings->descent);
-}
-
 static void release(void *own)
 {
     optim_lbfgs *lbfgs = own;
@@ -119,16 +106,16 @@ static void learn(void *self, const optim_pair *pair)
 
 static const optim_model model = {apply, learn};
 
-static const char *check(const optim_settings *settings)
+static double bytes(const optim_settings *settings, size_t count)
 {
-    return optim_lbfgs_check(&settings->lbfgs);
+    return 8 * (double)count * (2 * settings->memory + 7);
 }
 
 static void *create(size_t count, const double *x, const optim_settings *settings)
 {
-    optim_lbfgs *lbfgs = allocate(count, (size_t)settings->lbfgs.memory);
+    optim_lbfgs *lbfgs = allocate(count, (size_t)settings->memory);
     if (lbfgs) {
-        optim_descent_begin(&lbfgs->descent, x, &settings->lbfgs.descent, &model, lbfgs);
+        optim_descent_begin(&lbfgs->descent, x, settings, &model, lbfgs);
     }
     return lbfgs;
 }
@@ -200,14 +187,18 @@ static const char *state_check(const void *own)
     return NULL;
 }
 
-const optim_kind optim_lbfgs_kind = {.create = create,
-                                     .free = release,
-                                     .step = step,
-                                     .objective_changed = objective_changed,
-                                     .x = optim_descent_x,
-                                     .inspect = optim_descent_inspect,
-                                     .state = state,
-                                     .state_check = state_check,
-                                     .check = check,
-                                     .advice =
-                                         "more steps of adam before, or a smaller maximum_step"};
+const optim_kind optim_lbfgs_kind = {
+    .about = "L-BFGS with a line search",
+    .needs = OPTIM_NEEDS_ONE_FUNCTION,
+    .reads = OPTIM_READS_MEMORY | OPTIM_READS_LINES | OPTIM_READS_TOLERANCES,
+    .check = optim_descent_check,
+    .bytes = bytes,
+    .create = create,
+    .free = release,
+    .step = step,
+    .objective_changed = objective_changed,
+    .x = optim_descent_x,
+    .inspect = optim_descent_inspect,
+    .state = state,
+    .state_check = state_check,
+    .advice = "more steps of adam before, or a smaller maximum_step"};

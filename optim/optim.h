@@ -1,4 +1,5 @@
-/* Minimisers on flat vectors of doubles: their settings, what they minimise, how a step ends. There
+/* Minimisers on flat vectors of doubles: what they minimise, how a step ends. Their settings are in
+ * methods.h. There
  * are Adam, SOAP, L-BFGS and the self-scaled Broyden method with a strong Wolfe line search,
  * Levenberg-Marquardt (Gauss-Newton with damping), and learning-rate schedules. optimizer.h runs
  * them. Knows nothing of networks; needs libc and libm only. */
@@ -91,6 +92,8 @@ typedef enum optim_schedule_kind {
         OPTIM_SCHEDULE_COUNT
 } optim_schedule_kind;
 
+const char *const *optim_schedule_names(void); /* NULL at the end */
+
 /* With w = warmup_steps, D = decay_steps, t = step - w, the rate at `step` is learning_rate times
  *
  * - warm-up, step < w: (step + 1) / (w + 1)
@@ -99,38 +102,9 @@ typedef enum optim_schedule_kind {
  *   (Loshchilov & Hutter 2017, eq. 5, a single period)
  * - exponential: decay_factor ^ (t / D)
  *
- * All three are continuous at the end of the warm-up. */
-typedef struct optim_schedule {
-    optim_schedule_kind kind;
-    double learning_rate;  /* > 0 */
-    int64_t warmup_steps;  /* >= 0 */
-    int64_t decay_steps;   /* >= 1; cosine and exponential */
-    double final_fraction; /* [0, 1]; cosine */
-    double decay_factor;   /* (0, 1]; exponential */
-} optim_schedule;
-
-optim_schedule optim_schedule_defaults(void);
-
-/* NULL, or a static text that names the first bad field and its range. */
-const char *optim_schedule_check(const optim_schedule *schedule);
-
-/* The rate at step = 0, 1, 2, ...; a negative step counts as 0. The schedule has to pass the
- * check. */
-double optim_schedule_rate(const optim_schedule *schedule, int64_t step);
+ * All three are continuous at the end of the warm-up: optim_schedule_rate. */
 
 /* ---- Adam: Kingma & Ba 2015, algorithm 1 ---- */
-
-typedef struct optim_adam_settings {
-    optim_schedule schedule;
-    double beta1;              /* [0, 1) decay of the mean of the gradient */
-    double beta2;              /* [0, 1) decay of the mean of its square */
-    double epsilon;            /* > 0, added to sqrt(v_hat) */
-    double clip_norm;          /* >= 0; scale the gradient down to this 2-norm; 0: never */
-    double gradient_tolerance; /* >= 0; stop when max |g_i| is no larger */
-} optim_adam_settings;
-
-optim_adam_settings optim_adam_defaults(void);
-const char *optim_adam_check(const optim_adam_settings *settings);
 
 /* A step evaluates, then moves. On anything but OPTIM_RUNNING neither the point nor the moments
  * have changed. The moments stay when the objective has changed, since averaging gradients of a
@@ -157,17 +131,6 @@ typedef void (*optim_multiply)(void *context, bool transpose_a, bool transpose_b
                                size_t n, size_t k, const double *a, const double *b, double beta,
                                double *c);
 
-typedef struct optim_soap_settings {
-    optim_adam_settings adam; /* beta2 also of the products of gradients */
-    int basis_every;          /* >= 1, steps between turns of the bases */
-    int matrix_count;
-    const optim_matrix *matrices; /* in the order of their offsets, apart; copied */
-    optim_multiply multiply;      /* NULL: plain loops */
-    void *context;                /* of it */
-} optim_soap_settings;
-
-optim_soap_settings optim_soap_defaults(void);
-
 /* Where a step is not finite, the run can only be resumed from a state before it. Memory: 6 count
  * doubles, and for a matrix of n rows and m columns 2 (n^2 + m^2) and work. */
 
@@ -175,34 +138,11 @@ optim_soap_settings optim_soap_defaults(void);
 
 /* What L-BFGS and the self-scaled Broyden method share: a step goes along -H gradient to a strong
  * Wolfe point. H is a model of the inverse Hessian, made of pairs s, y: a step, and what it has
- * changed in the gradient. */
-typedef struct optim_descent_settings {
-    double sufficient_decrease;   /* c1 in (0, 0.5) of the Wolfe conditions */
-    double curvature;             /* c2 in (c1, 1) of the strong Wolfe conditions */
-    int maximum_line_evaluations; /* 2 to 1000 in one line search */
-    double maximum_step;          /* > 0; 2-norm of a step beyond which a still falling line
-                                     counts as unbounded below */
-    double gradient_tolerance;    /* >= 0; stop when max |g_i| is no larger */
-    double function_tolerance;    /* [0, 1); stop when |f - f_before| is no larger than this
-                                     times max(|f|, |f_before|); 0: only when f is unchanged */
-    double step_tolerance;        /* [0, 1); stop when max |s_i| is no larger than this times
-                                     max |x_i| */
-    double curvature_threshold;   /* [0, 1); drop a pair unless s.y is larger than this times
-                                     |s| |y| */
-} optim_descent_settings;
-
-optim_descent_settings optim_descent_defaults(void);
-const char *optim_descent_check(const optim_descent_settings *settings);
+ * changed in the gradient. maximum_step is a 2-norm. function_tolerance is of |f - f_before| to
+ * max(|f|, |f_before|), 0: only when f is unchanged; step_tolerance of max |s_i| to max |x_i|. A
+ * pair is dropped unless s.y is larger than curvature_threshold times |s| |y|. */
 
 /* ---- L-BFGS: Liu & Nocedal 1989; Nocedal & Wright 2006, algorithms 7.4, 7.5 ---- */
-
-typedef struct optim_lbfgs_settings {
-    int memory; /* 1 to 1000 pairs (s, y) kept */
-    optim_descent_settings descent;
-} optim_lbfgs_settings;
-
-optim_lbfgs_settings optim_lbfgs_defaults(void);
-const char *optim_lbfgs_check(const optim_lbfgs_settings *settings);
 
 /* One iteration with its line search. A line search that finds no strong Wolfe point keeps what
  * decrease it found, drops the model and is repeated once along steepest descent; when that
@@ -267,23 +207,13 @@ typedef enum optim_scaling {
         OPTIM_SCALING_COUNT
 } optim_scaling;
 
-/* Dampings are in units of the largest diagonal entry of J^T J for identity, of 1 for diagonal. */
-typedef struct optim_gauss_newton_settings {
-    optim_scaling scaling;
-    double initial_damping;    /* > 0 */
-    double maximum_damping;    /* > initial_damping; where it gives up */
-    double damping_increase;   /* > 1; factor after a step that is not taken */
-    double damping_decrease;   /* (0, 1); factor after one that is and does half of what the model
-                                  predicts; its power 2/3 or 1/3 after one that does less */
-    double gradient_tolerance; /* >= 0; stop when max |2 J^T r|_i is no larger */
-    double function_tolerance; /* [0, 1); stop when three steps in turn lower the value relatively
-                                * by no more, and were predicted to lower it by half at most: a far
-                                * start begins with small steps that promise much */
-    double step_tolerance;     /* [0, 1); as in L-BFGS */
-} optim_gauss_newton_settings;
+const char *const *optim_scaling_names(void);
 
-optim_gauss_newton_settings optim_gauss_newton_defaults(void);
-const char *optim_gauss_newton_check(const optim_gauss_newton_settings *settings);
+/* Dampings are in units of the largest diagonal entry of J^T J for identity, of 1 for diagonal.
+ * damping_decrease is the factor after a step that does half of what the model predicts; its power
+ * 2/3 or 1/3 after one that does less. By function_tolerance it stops when three steps in turn
+ * lower the value relatively by no more, and were predicted to lower it by half at most: a far
+ * start begins with small steps that promise much. */
 
 /* A step: the model at the current point, then dampings until one lowers the value. The value never
  * rises while the objective stays the same. When no damping does, OPTIM_DAMPING_OVERFLOW or, when

@@ -1,6 +1,9 @@
 #include "internal.h"
 
+#include <math.h>
+#include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -10,17 +13,110 @@ struct optim_optimizer {
 };
 
 static const optim_kind *const kinds[OPTIM_METHOD_COUNT] = {
-    [OPTIM_ADAM] = &optim_adam_kind,
-    [OPTIM_LBFGS] = &optim_lbfgs_kind,
-    [OPTIM_GAUSS_NEWTON] = &optim_gauss_newton_kind,
-    [OPTIM_SSBROYDEN] = &optim_ssbroyden_kind,
-    [OPTIM_SOAP] = &optim_soap_kind};
+#define KIND(code, name) [code] = &optim_##name##_kind,
+    OPTIM_METHOD_LIST(KIND)
+#undef KIND
+};
 
-static const char *const names[OPTIM_METHOD_COUNT] = {
-#define NAME(code, name) name,
+static const char *const names[OPTIM_METHOD_COUNT + 1] = {
+#define NAME(code, name) [code] = #name,
     OPTIM_METHOD_LIST(NAME)
 #undef NAME
 };
+
+/* ---- the table ---- */
+
+#define ROW(field, group, type, least, most, ends, words)                                          \
+    {.name = #field,                                                                               \
+     .refusal = #field " must be " words,                                                          \
+     .kind = OPTIM_##type,                                                                         \
+     .reads = (group),                                                                             \
+     .open = (ends),                                                                               \
+     .low = (least),                                                                               \
+     .high = (most),                                                                               \
+     .offset = offsetof(optim_settings, field)},
+#define LIMITED(field, group, type, ...) ROW(field, group, type, __VA_ARGS__)
+#define SETTING(type, name, kind, reads, otherwise, words, names, unit, help, ...)                 \
+    LIMITED(name, reads, kind, __VA_ARGS__)
+const optim_setting optim_setting_rows[] = {OPTIM_SETTING_LIST(SETTING)};
+const int optim_setting_count = (int)(sizeof optim_setting_rows / sizeof *optim_setting_rows);
+
+optim_settings optim_settings_defaults(optim_method method)
+{
+#define DEFAULT(type, name, kind, reads, otherwise, words, names, unit, help, ...)                 \
+    .name = (otherwise),
+    optim_settings settings = {.method = method, OPTIM_SETTING_LIST(DEFAULT).basis_every = 10};
+#undef DEFAULT
+    if (method < OPTIM_METHOD_COUNT && kinds[method]->defaults) {
+        kinds[method]->defaults(&settings);
+    }
+    return settings;
+}
+
+static size_t size_of(const optim_setting *row)
+{
+    return row->kind == OPTIM_NUMBER ? sizeof(double)
+           : row->kind == OPTIM_LONG ? sizeof(int64_t)
+                                     : sizeof(int);
+}
+
+optim_settings optim_settings_own(const optim_settings *settings)
+{
+    optim_settings own = *settings;
+    const optim_settings otherwise = optim_settings_defaults(settings->method);
+    for (int i = 0; i < optim_setting_count; i++) {
+        const optim_setting *row = &optim_setting_rows[i];
+        if (!(row->reads & optim_method_reads(settings->method))) {
+            memcpy((char *)&own + row->offset, (const char *)&otherwise + row->offset,
+                   size_of(row));
+        }
+    }
+    return own;
+}
+
+double optim_setting_value(const optim_setting *row, const optim_settings *settings)
+{
+    const void *at = (const char *)settings + row->offset;
+    return row->kind == OPTIM_NUMBER ? *(const double *)at
+           : row->kind == OPTIM_LONG ? (double)*(const int64_t *)at
+                                     : *(const int *)at;
+}
+
+bool optim_setting_is_own(const optim_setting *row, optim_method method)
+{
+    const optim_settings common = optim_settings_defaults(OPTIM_METHOD_COUNT);
+    const optim_settings own = optim_settings_defaults(method);
+    return row->kind == OPTIM_NUMBER && (row->reads & optim_method_reads(method)) &&
+           optim_setting_value(row, &own) != optim_setting_value(row, &common);
+}
+
+/* Conditions are written so that a NaN fails them. */
+static bool within(const optim_setting *row, double value)
+{
+    const bool above = row->open & OPTIM_LOW_OPEN ? value > row->low : value >= row->low;
+    const bool below = row->open & OPTIM_HIGH_OPEN ? value < row->high : value <= row->high;
+    return above && below && isfinite(value);
+}
+
+const char *optim_settings_check(const optim_settings *settings)
+{
+    if ((unsigned)settings->method >= OPTIM_METHOD_COUNT) {
+        return "method must be one of the table";
+    }
+    for (int i = 0; i < optim_setting_count; i++) {
+        const optim_setting *row = &optim_setting_rows[i];
+        if (!within(row, optim_setting_value(row, settings))) {
+            return row->refusal;
+        }
+    }
+    const optim_kind *kind = kinds[settings->method];
+    return kind->check ? kind->check(settings) : NULL;
+}
+
+const char *const *optim_method_names(void)
+{
+    return names;
+}
 
 const char *optim_method_name(optim_method method)
 {
@@ -36,22 +132,57 @@ optim_method optim_method_of(const char *name)
     return (optim_method)method;
 }
 
-optim_settings optim_settings_defaults(optim_method method)
+const char *optim_method_about(optim_method method)
 {
-    return (optim_settings){.method = method,
-                            .adam = optim_adam_defaults(),
-                            .lbfgs = optim_lbfgs_defaults(),
-                            .gauss_newton = optim_gauss_newton_defaults(),
-                            .ssbroyden = optim_descent_defaults(),
-                            .soap = optim_soap_defaults()};
+    return kinds[method]->about;
 }
 
-const char *optim_settings_check(const optim_settings *settings)
+optim_needs optim_method_needs(optim_method method)
 {
-    return (unsigned)settings->method < OPTIM_METHOD_COUNT
-               ? kinds[settings->method]->check(settings)
-               : "method must be adam, lbfgs, gauss_newton, ssbroyden or soap";
+    return kinds[method]->needs;
 }
+
+unsigned optim_method_reads(optim_method method)
+{
+    return kinds[method]->reads;
+}
+
+void optim_method_list(unsigned needs, unsigned reads, char *text, size_t size)
+{
+    size_t used = 0;
+    text[0] = '\0';
+    for (int i = 0; i < OPTIM_METHOD_COUNT && used < size; i++) {
+        if ((!needs || needs & 1u << kinds[i]->needs) && (!reads || reads & kinds[i]->reads)) {
+            used += (size_t)snprintf(text + used, size - used, "%s%s", used ? ", " : "", names[i]);
+        }
+    }
+}
+
+const char *optim_advice(optim_method method)
+{
+    return kinds[method]->advice;
+}
+
+double optim_bytes(const optim_settings *settings, size_t count)
+{
+    const optim_kind *kind = kinds[settings->method];
+    return kind->bytes ? kind->bytes(settings, count) : 8.0 * 6 * (double)count;
+}
+
+size_t optim_count_max(optim_method method)
+{
+    return kinds[method]->count_max ? kinds[method]->count_max : SIZE_MAX;
+}
+
+const char *const *optim_scaling_names(void)
+{
+#define NAME(code, name) name,
+    static const char *const scalings[] = {OPTIM_SCALING_LIST(NAME) NULL};
+#undef NAME
+    return scalings;
+}
+
+/* ---- a method at work ---- */
 
 optim_optimizer *optim_create(size_t count, const double *x, const optim_settings *settings,
                               const char **why)
@@ -106,29 +237,6 @@ const double *optim_best_x(const optim_optimizer *o)
 optim_info optim_inspect(const optim_optimizer *o)
 {
     return o->kind->inspect(o->own);
-}
-
-const char *optim_advice(optim_method method)
-{
-    return kinds[method]->advice;
-}
-
-double optim_bytes(const optim_settings *settings, size_t count)
-{
-    const double n = (double)count;
-    switch (settings->method) {
-    case OPTIM_LBFGS:
-        return 8 * n * (2 * settings->lbfgs.memory + 7);
-    case OPTIM_SSBROYDEN:
-        return 8 * n * (0.5 * (n + 1) + 10);
-    default:
-        return 8 * n * 6;
-    }
-}
-
-size_t optim_count_max(optim_method method)
-{
-    return kinds[method]->count_max ? kinds[method]->count_max : SIZE_MAX;
 }
 
 int optim_state(optim_optimizer *o, optim_array *arrays)

@@ -12,43 +12,11 @@
 #ifndef OPTIM_OPTIMIZER_H
 #define OPTIM_OPTIMIZER_H
 
-#include "optim/optim.h"
+#include "optim/methods.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/* One row per method: code, name. */
-#define OPTIM_METHOD_LIST(X)                                                                       \
-    X(OPTIM_ADAM, "adam")                                                                          \
-    X(OPTIM_LBFGS, "lbfgs")                                                                        \
-    X(OPTIM_GAUSS_NEWTON, "gauss_newton")                                                          \
-    X(OPTIM_SSBROYDEN, "ssbroyden")                                                                \
-    X(OPTIM_SOAP, "soap")
-
-typedef enum optim_method {
-#define OPTIM_METHOD_ENUM(code, name) code,
-    OPTIM_METHOD_LIST(OPTIM_METHOD_ENUM)
-#undef OPTIM_METHOD_ENUM
-        OPTIM_METHOD_COUNT
-} optim_method;
-
-/* Name of a method, never NULL; method of a name, or OPTIM_METHOD_COUNT when there is none. */
-const char *optim_method_name(optim_method method);
-optim_method optim_method_of(const char *name);
-
-/* The method, and the settings of that one; the others are not read. */
-typedef struct optim_settings {
-    optim_method method;
-    optim_adam_settings adam;
-    optim_lbfgs_settings lbfgs;
-    optim_gauss_newton_settings gauss_newton;
-    optim_descent_settings ssbroyden;
-    optim_soap_settings soap;
-} optim_settings;
-
-optim_settings optim_settings_defaults(optim_method method);
-const char *optim_settings_check(const optim_settings *settings);
 
 /* What is minimised: Gauss-Newton asks the model, every other method the objective. */
 typedef struct optim_target {
@@ -104,13 +72,6 @@ const double *optim_x(const optim_optimizer *o); /* [count], the current point *
  * objective's values compare. */
 const double *optim_best_x(const optim_optimizer *o);
 optim_info optim_inspect(const optim_optimizer *o);
-
-/* What to try, in a few words, when a number is not finite. */
-const char *optim_advice(optim_method method);
-
-/* Bytes for `count` parameters, and the most parameters that the method is made for. */
-double optim_bytes(const optim_settings *settings, size_t count);
-size_t optim_count_max(optim_method method);
 
 /* Fills at most OPTIM_STATE_CAPACITY rows and returns how many there are. After a restore: NULL, or
  * a static text saying which array holds an impossible number. */

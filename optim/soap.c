@@ -21,7 +21,7 @@ typedef struct side {
 } side;
 
 typedef struct optim_soap {
-    optim_soap_settings settings;
+    optim_settings settings;
     optim_adam *adam; /* what is of all methods of this kind */
     optim_matrix *matrices;
     size_t factors;
@@ -30,21 +30,6 @@ typedef struct optim_soap {
     size_t *order;   /* [longest side], work */
     double *sizes;   /* [longest side], work */
 } optim_soap;
-
-optim_soap_settings optim_soap_defaults(void)
-{
-    optim_soap_settings settings = {.adam = optim_adam_defaults(), .basis_every = 10};
-    settings.adam.beta1 = settings.adam.beta2 = 0.95;
-    return settings;
-}
-
-static const char *check_settings(const optim_soap_settings *settings)
-{
-    if (settings->basis_every < 1) {
-        return "basis_every must be at least 1";
-    }
-    return optim_adam_check(&settings->adam);
-}
 
 static void release(void *own)
 {
@@ -121,7 +106,7 @@ static void start_bases(optim_soap *soap)
     }
 }
 
-static optim_soap *allocate(const optim_soap_settings *settings)
+static optim_soap *allocate(const optim_settings *settings)
 {
     optim_soap *soap = calloc(1, sizeof *soap);
     if (!soap) {
@@ -143,9 +128,9 @@ static optim_soap *allocate(const optim_soap_settings *settings)
 
 static void *create(size_t count, const double *x, const optim_settings *settings)
 {
-    optim_soap *soap = allocate(&settings->soap);
+    optim_soap *soap = allocate(settings);
     if (soap) {
-        soap->adam = optim_adam_create(count, x, &settings->soap.adam);
+        soap->adam = optim_adam_create(count, x, settings);
     }
     if (soap && !soap->adam) {
         release(soap);
@@ -285,7 +270,7 @@ static void follow(optim_soap *soap, int index, const double *gradient)
     const optim_matrix *matrix = &soap->matrices[index];
     const size_t rows = matrix->rows, columns = matrix->columns;
     const bool first = soap->adam->scalar[OPTIM_ADAM_STEPS] == 0;
-    const double beta = soap->settings.adam.beta2, weight = first ? 1 : sqrt(1 - beta);
+    const double beta = soap->settings.beta2, weight = first ? 1 : sqrt(1 - beta);
     double *scaled = soap->work[0];
     side sides[2];
     sides_of(soap, index, sides);
@@ -352,13 +337,13 @@ static void step_others(optim_soap *soap, const rates *r, size_t first, size_t e
 static optim_status update(optim_soap *soap)
 {
     optim_adam *adam = soap->adam;
-    const optim_adam_settings *s = &adam->settings;
+    const optim_settings *s = &adam->settings;
     const double steps = adam->scalar[OPTIM_ADAM_STEPS], clip = optim_adam_clip(adam);
     const rates r = {.beta2 = s->beta2,
                      .correction1 = 1 - pow(s->beta1, steps),
                      .correction2 = 1 - pow(s->beta2, steps),
                      .epsilon = s->epsilon,
-                     .rate = optim_schedule_rate(&s->schedule, (int64_t)steps)};
+                     .rate = optim_schedule_rate(s, (int64_t)steps)};
     for (size_t i = 0; i < adam->count && clip < 1; i++) {
         adam->gradient[i] *= clip;
     }
@@ -392,9 +377,15 @@ static optim_status update(optim_soap *soap)
 
 /* ---- the method ---------------------------------------------------------------------------- */
 
+static void defaults(optim_settings *settings)
+{
+    settings->beta1 = settings->beta2 = 0.95;
+    settings->gradient_tolerance = 0;
+}
+
 static const char *check(const optim_settings *settings)
 {
-    return check_settings(&settings->soap);
+    return settings->basis_every < 1 ? "basis_every must be at least 1" : NULL;
 }
 
 static optim_status step(void *own, const optim_target *target)
@@ -442,15 +433,19 @@ static const char *state_check(const void *own)
                : "factors hold a number that is not finite";
 }
 
-const optim_kind optim_soap_kind = {.create = create,
-                                    .free = release,
-                                    .step = step,
-                                    .objective_changed = objective_changed,
-                                    .x = current_x,
-                                    .best_x = best_x,
-                                    .inspect = inspect,
-                                    .state = state,
-                                    .state_check = state_check,
-                                    .check = check,
-                                    .advice =
-                                        "a smaller learning_rate, or clip_norm or warmup_steps"};
+const optim_kind optim_soap_kind = {
+    .about = "Adam in the eigenvectors of Shampoo",
+    .needs = OPTIM_NEEDS_GRADIENTS,
+    .reads = OPTIM_READS_RATE | OPTIM_READS_MEANS | OPTIM_READS_EPSILON | OPTIM_READS_MATRICES,
+    .defaults = defaults,
+    .check = check,
+    .create = create,
+    .free = release,
+    .step = step,
+    .objective_changed = objective_changed,
+    .x = current_x,
+    .best_x = best_x,
+    .inspect = inspect,
+    .state = state,
+    .state_check = state_check,
+    .advice = "a smaller learning_rate, or clip_norm or warmup_steps"};

@@ -185,16 +185,17 @@ static void apply(void *self, const double *gradient, double *result)
 
 static const optim_model model = {apply, learn};
 
-static const char *check(const optim_settings *settings)
+static double bytes(const optim_settings *settings, size_t count)
 {
-    return optim_descent_check(&settings->ssbroyden);
+    (void)settings;
+    return 8 * (double)count * (0.5 * ((double)count + 1) + 10);
 }
 
 static void *create(size_t count, const double *x, const optim_settings *settings)
 {
     optim_ssbroyden *ssb = allocate(count);
     if (ssb) {
-        optim_descent_begin(&ssb->descent, x, &settings->ssbroyden, &model, ssb);
+        optim_descent_begin(&ssb->descent, x, settings, &model, ssb);
     }
     return ssb;
 }
@@ -246,6 +247,11 @@ static const char *state_check(const void *own)
 }
 
 const optim_kind optim_ssbroyden_kind = {
+    .about = "self-scaled Broyden",
+    .needs = OPTIM_NEEDS_ONE_FUNCTION,
+    .reads = OPTIM_READS_LINES | OPTIM_READS_TOLERANCES,
+    .check = optim_descent_check,
+    .bytes = bytes,
     .create = create,
     .free = release,
     .step = step,
@@ -254,6 +260,5 @@ const optim_kind optim_ssbroyden_kind = {
     .inspect = optim_descent_inspect,
     .state = state,
     .state_check = state_check,
-    .check = check,
     .count_max = OPTIM_SSBROYDEN_COUNT_MAX,
     .advice = "more steps of adam before, or a smaller maximum_step"};

@@ -211,17 +211,17 @@ static inline void assert_below(double got, double bound)
 
 /* ---- methods by their own settings ---- */
 
-#define CREATE(method, field, type)                                                                \
+#define CREATE(code, field)                                                                        \
     static inline optim_optimizer *create_##field(size_t count, const double *x,                   \
-                                                  const type *given, const char **why)             \
+                                                  const optim_settings *given, const char **why)   \
     {                                                                                              \
-        optim_settings settings = optim_settings_defaults(method);                                 \
-        settings.field = *given;                                                                   \
+        optim_settings settings = *given;                                                          \
+        settings.method = code;                                                                    \
         return optim_create(count, x, &settings, why);                                             \
     }
-CREATE(OPTIM_ADAM, adam, optim_adam_settings)
-CREATE(OPTIM_LBFGS, lbfgs, optim_lbfgs_settings)
-CREATE(OPTIM_SSBROYDEN, ssbroyden, optim_descent_settings)
+CREATE(OPTIM_ADAM, adam)
+CREATE(OPTIM_LBFGS, lbfgs)
+CREATE(OPTIM_SSBROYDEN, ssbroyden)
 
 static inline optim_status step_by(optim_optimizer *o, optim_objective f, void *context)
 {
@@ -252,7 +252,7 @@ static inline optim_status run(optim_optimizer *lbfgs, problem *p, int steps)
 
 static inline optim_optimizer *make_lbfgs(size_t count, const double *x, int memory)
 {
-    optim_lbfgs_settings settings = optim_lbfgs_defaults();
+    optim_settings settings = optim_settings_defaults(OPTIM_LBFGS);
     settings.memory = memory;
     optim_optimizer *lbfgs = create_lbfgs(count, x, &settings, NULL);
     assert_non_null(lbfgs);

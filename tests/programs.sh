@@ -26,6 +26,15 @@ check() {
     "$@" || failed "$what:  $*"
 }
 
+# optimizers [KEY]: their names, or of those that have this key, one a line.
+optimizers() {
+    if [ $# -eq 0 ]; then
+        cpinn-train --help | sed -n 's/^  training.stages\[\].optimizer: one of \(.*\); required$/\1/p'
+    else
+        cpinn-train --help | sed -n "s/^  training.stages\[\].$1: .*; \(.*\) only\$/\1/p"
+    fi | tr -d ' ' | tr , '\n'
+}
+
 # run STATUS COMMAND...: runs it into stdout.txt and stderr.txt; the exit status has to be this one.
 run() {
     local wanted=$1 got=0

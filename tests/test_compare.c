@@ -71,8 +71,8 @@ static void test_methods_are_configs(void **state)
         if (config_read("rod.yaml", rod, 1, &override, &settings, &error) != AD_OK) {
             fail_msg("%s", error.message);
         }
-        assert_true(settings->settings.stages[0].adam.schedule.learning_rate < 0.5);
-        assert_int_equal(settings->settings.stages[0].optimizer, OPTIM_ADAM);
+        assert_true(settings->settings.stages[0].optim.learning_rate < 0.5);
+        assert_int_equal(settings->settings.stages[0].optim.method, OPTIM_ADAM);
         config_free(settings);
     }
 }

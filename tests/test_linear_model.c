@@ -12,7 +12,7 @@ typedef struct solved {
 
 static train_stage stage_of(train_linear_algebra form)
 {
-    return (train_stage){.optimizer = OPTIM_GAUSS_NEWTON, .linear_algebra = form};
+    return (train_stage){.optim.method = OPTIM_GAUSS_NEWTON, .linear_algebra = form};
 }
 
 static linear_model *make_model(const made *m, train_linear_algebra form)

@@ -262,7 +262,7 @@ typedef struct solved {
 /* damping: 0 for 1e-4 of the largest entry of the diagonal. */
 static solved solve_with(made *m, train_linear_algebra form, double damping)
 {
-    const train_stage stage = {.optimizer = OPTIM_GAUSS_NEWTON, .linear_algebra = form};
+    const train_stage stage = {.optim.method = OPTIM_GAUSS_NEWTON, .linear_algebra = form};
     linear_model_info plan;
     linear_model *model = NULL;
     ad_error error = {AD_OK, ""};
@@ -348,7 +348,7 @@ static void test_choice(void **state)
     (void)state;
     const char *const large[] = {"network.hidden=[120, 120]", "losses.interior.points=2500", NULL};
     made m = make_problem("configs/elastica_deep.yaml", large, 1);
-    train_stage stage = {.optimizer = OPTIM_GAUSS_NEWTON};
+    train_stage stage = {.optim.method = OPTIM_GAUSS_NEWTON};
     linear_model_info plan;
     ad_error error = {AD_OK, ""};
     char text[160];
@@ -367,7 +367,7 @@ static void test_choice(void **state)
         {TRAIN_MATRIX_FREE, "training.stages[3].linear_algebra: matrix_free has no diagonal",
          "allowed with it: scaling identity"},
     };
-    stage.gauss_newton.scaling = OPTIM_SCALING_DIAGONAL;
+    stage.optim.scaling = OPTIM_SCALING_DIAGONAL;
     for (int i = 0; i < 2; i++) {
         stage.linear_algebra = refused[i].form;
         assert_int_equal(linear_model_plan(m.p, &stage, 3, &plan, &error), AD_BAD_INPUT);

@@ -8,25 +8,25 @@ static void test_schedules(void **state)
 {
     (void)state;
     const double pi = 3.14159265358979323846, rounding = 1e-15; /* a few ulp of rates below 2 */
-    optim_schedule s = optim_schedule_defaults();
+    optim_settings s = optim_settings_defaults(OPTIM_ADAM);
     s.learning_rate = 2;
     assert_near(optim_schedule_rate(&s, 0), 2, 0);
     assert_near(optim_schedule_rate(&s, 1000000), 2, 0);
     s.warmup_steps = 4;
     s.decay_steps = 100;
     for (int kind = 0; kind < OPTIM_SCHEDULE_COUNT; kind++) {
-        s.kind = (optim_schedule_kind)kind;
+        s.schedule = (optim_schedule_kind)kind;
         for (int step = 0; step <= 4; step++) { /* full rate exactly at the end of the warm-up */
             assert_near(optim_schedule_rate(&s, step), 2 * (step + 1) / 5.0, rounding);
         }
     }
-    s.kind = OPTIM_SCHEDULE_COSINE;
+    s.schedule = OPTIM_SCHEDULE_COSINE;
     s.final_fraction = 0.1;
     assert_near(optim_schedule_rate(&s, 4 + 50), 2 * 0.55, rounding);
     assert_near(optim_schedule_rate(&s, 4 + 25), 2 * (0.1 + 0.45 * (1 + cos(pi / 4))), rounding);
     assert_near(optim_schedule_rate(&s, 4 + 100), 0.2, rounding);
     assert_near(optim_schedule_rate(&s, INT64_MAX), 0.2, rounding);
-    s.kind = OPTIM_SCHEDULE_EXPONENTIAL;
+    s.schedule = OPTIM_SCHEDULE_EXPONENTIAL;
     s.decay_factor = 0.25;
     assert_near(optim_schedule_rate(&s, 4 + 50), 1, rounding);
     assert_near(optim_schedule_rate(&s, 4 + 300), 2 * 0.015625, rounding);
@@ -64,34 +64,31 @@ static void test_status_texts(void **state)
 static void test_validators(void **state)
 {
     (void)state;
-    optim_adam_settings a = optim_adam_defaults();
-    ASSERT_NAMED(optim_adam_check, a, beta1, "beta1", -0.1, 1, NAN);
-    ASSERT_NAMED(optim_adam_check, a, beta2, "beta2", -0.1, 1, NAN);
-    ASSERT_NAMED(optim_adam_check, a, epsilon, "epsilon", 0, -1, INFINITY, NAN);
-    ASSERT_NAMED(optim_adam_check, a, clip_norm, "clip_norm", -1, INFINITY, NAN);
-    ASSERT_NAMED(optim_adam_check, a, gradient_tolerance, "gradient_tolerance", -1, INFINITY, NAN);
-    ASSERT_NAMED(optim_adam_check, a, schedule.kind, "schedule kind", OPTIM_SCHEDULE_COUNT, 77);
-    ASSERT_NAMED(optim_adam_check, a, schedule.learning_rate, "learning_rate", 0, -1, INFINITY,
+    optim_settings a = optim_settings_defaults(OPTIM_ADAM);
+    ASSERT_NAMED(optim_settings_check, a, beta1, "beta1", -0.1, 1, NAN);
+    ASSERT_NAMED(optim_settings_check, a, beta2, "beta2", -0.1, 1, NAN);
+    ASSERT_NAMED(optim_settings_check, a, epsilon, "epsilon", 0, -1, INFINITY, NAN);
+    ASSERT_NAMED(optim_settings_check, a, clip_norm, "clip_norm", -1, INFINITY, NAN);
+    ASSERT_NAMED(optim_settings_check, a, gradient_tolerance, "gradient_tolerance", -1, INFINITY,
                  NAN);
-    ASSERT_NAMED(optim_adam_check, a, schedule.warmup_steps, "warmup_steps", -1);
-    ASSERT_NAMED(optim_adam_check, a, schedule.decay_steps, "decay_steps", 0, -5);
-    ASSERT_NAMED(optim_adam_check, a, schedule.final_fraction, "final_fraction", -0.1, 1.1, NAN);
-    ASSERT_NAMED(optim_adam_check, a, schedule.decay_factor, "decay_factor", 0, 1.1, NAN);
-    optim_lbfgs_settings l = optim_lbfgs_defaults();
-    ASSERT_NAMED(optim_lbfgs_check, l, memory, "memory", 0, -1, 1001);
-    ASSERT_NAMED(optim_lbfgs_check, l, descent.sufficient_decrease, "sufficient_decrease", 0, 0.5,
+    ASSERT_NAMED(optim_settings_check, a, schedule, "schedule", OPTIM_SCHEDULE_COUNT, 77);
+    ASSERT_NAMED(optim_settings_check, a, learning_rate, "learning_rate", 0, -1, INFINITY, NAN);
+    ASSERT_NAMED(optim_settings_check, a, warmup_steps, "warmup_steps", -1);
+    ASSERT_NAMED(optim_settings_check, a, decay_steps, "decay_steps", 0, -5);
+    ASSERT_NAMED(optim_settings_check, a, final_fraction, "final_fraction", -0.1, 1.1, NAN);
+    ASSERT_NAMED(optim_settings_check, a, decay_factor, "decay_factor", 0, 1.1, NAN);
+    optim_settings l = optim_settings_defaults(OPTIM_LBFGS);
+    ASSERT_NAMED(optim_settings_check, l, memory, "memory", 0, -1, 1001);
+    ASSERT_NAMED(optim_settings_check, l, sufficient_decrease, "sufficient_decrease", 0, 0.5, NAN);
+    ASSERT_NAMED(optim_settings_check, l, curvature, "curvature", 1e-4, 1, NAN);
+    ASSERT_NAMED(optim_settings_check, l, maximum_line_evaluations, "maximum_line_evaluations", 1,
+                 1001);
+    ASSERT_NAMED(optim_settings_check, l, maximum_step, "maximum_step", 0, -1, INFINITY, NAN);
+    ASSERT_NAMED(optim_settings_check, l, gradient_tolerance, "gradient_tolerance", -1, INFINITY,
                  NAN);
-    ASSERT_NAMED(optim_lbfgs_check, l, descent.curvature, "curvature", 1e-4, 1, NAN);
-    ASSERT_NAMED(optim_lbfgs_check, l, descent.maximum_line_evaluations, "maximum_line_evaluations",
-                 1, 1001);
-    ASSERT_NAMED(optim_lbfgs_check, l, descent.maximum_step, "maximum_step", 0, -1, INFINITY, NAN);
-    ASSERT_NAMED(optim_lbfgs_check, l, descent.gradient_tolerance, "gradient_tolerance", -1,
-                 INFINITY, NAN);
-    ASSERT_NAMED(optim_lbfgs_check, l, descent.function_tolerance, "function_tolerance", -1, 1,
-                 NAN);
-    ASSERT_NAMED(optim_lbfgs_check, l, descent.step_tolerance, "step_tolerance", -1, 1, NAN);
-    ASSERT_NAMED(optim_lbfgs_check, l, descent.curvature_threshold, "curvature_threshold", -1, 1,
-                 NAN);
+    ASSERT_NAMED(optim_settings_check, l, function_tolerance, "function_tolerance", -1, 1, NAN);
+    ASSERT_NAMED(optim_settings_check, l, step_tolerance, "step_tolerance", -1, 1, NAN);
+    ASSERT_NAMED(optim_settings_check, l, curvature_threshold, "curvature_threshold", -1, 1, NAN);
 }
 
 static void test_create_refuses(void **state)
@@ -99,8 +96,8 @@ static void test_create_refuses(void **state)
     (void)state;
     const double bad_x[2] = {0, NAN}, x[2] = {0, 0};
     const char *why = NULL;
-    optim_adam_settings a = optim_adam_defaults();
-    optim_lbfgs_settings l = optim_lbfgs_defaults();
+    optim_settings a = optim_settings_defaults(OPTIM_ADAM);
+    optim_settings l = optim_settings_defaults(OPTIM_LBFGS);
     assert_null(create_adam(2, bad_x, &a, &why));
     assert_non_null(strstr(why, "finite"));
     assert_null(create_lbfgs(2, bad_x, &l, &why));
@@ -123,8 +120,8 @@ static void test_create_refuses(void **state)
 static void test_allocation(void **state)
 {
     (void)state;
-    const optim_adam_settings a = optim_adam_defaults();
-    const optim_lbfgs_settings l = optim_lbfgs_defaults();
+    const optim_settings a = optim_settings_defaults(OPTIM_ADAM);
+    const optim_settings l = optim_settings_defaults(OPTIM_LBFGS);
     double x[10];
     classic_start(10, x);
     for (int kind = 0; kind < 2; kind++) {
@@ -181,8 +178,12 @@ static void test_resume_adam(void **state)
     (void)state;
     double x[20], zero[20] = {0};
     classic_start(20, x);
-    optim_adam_settings settings = optim_adam_defaults();
-    settings.schedule = (optim_schedule){OPTIM_SCHEDULE_COSINE, 0.02, 5, 60, 0.1, 1};
+    optim_settings settings = optim_settings_defaults(OPTIM_ADAM);
+    settings.schedule = OPTIM_SCHEDULE_COSINE;
+    settings.learning_rate = 0.02;
+    settings.warmup_steps = 5;
+    settings.decay_steps = 60;
+    settings.final_fraction = 0.1;
     settings.clip_norm = 10;
     for (size_t k = 0; k < sizeof save_after / sizeof save_after[0]; k++) {
         problem p = make_problem(chained_rosenbrock, 20);
@@ -263,7 +264,7 @@ static void test_bad_state(void **state)
     }
     assert_int_equal(stopped, (int)a[count - 1].count - 3);
     optim_free(lbfgs);
-    const optim_adam_settings settings = optim_adam_defaults();
+    const optim_settings settings = optim_settings_defaults(OPTIM_ADAM);
     optim_optimizer *adam = create_adam(4, x, &settings, NULL);
     const int adam_count = optim_state(adam, a);
     for (int i = 0; i < adam_count; i++) {

@@ -11,8 +11,8 @@ static void test_adam_by_hand(void **state)
         {-0.19177811048766837, 0.12663370329756864, -0.094736840210526354}};
     const double x[3] = {0, 0, 0};
     problem p = make_problem(two_gradients, 3);
-    optim_adam_settings settings = optim_adam_defaults();
-    settings.schedule.learning_rate = 0.1;
+    optim_settings settings = optim_settings_defaults(OPTIM_ADAM);
+    settings.learning_rate = 0.1;
     optim_optimizer *adam = create_adam(3, x, &settings, NULL);
     for (int step = 0; step < 2; step++) {
         assert_int_equal(step_by(adam, objective, &p), OPTIM_RUNNING);
@@ -31,11 +31,11 @@ static void test_adam_by_hand(void **state)
 static void test_adam_clipping(void **state)
 {
     (void)state;
-    optim_adam_settings settings = optim_adam_defaults();
+    optim_settings settings = optim_settings_defaults(OPTIM_ADAM);
     settings.beta1 = settings.beta2 = 0;
     settings.epsilon = 1;
     settings.clip_norm = 1;
-    settings.schedule.learning_rate = 1;
+    settings.learning_rate = 1;
     problem p = make_problem(diagonal_quadratic, 2);
     const double at[2] = {sin(1) + 3, sin(2) + 4e-6};
     optim_optimizer *adam = create_adam(2, at, &settings, NULL);
@@ -55,8 +55,12 @@ static void test_adam_quadratic(void **state)
     for (int i = 0; i < COUNT; i++) {
         minimiser[i] = sin(i + 1.0);
     }
-    optim_adam_settings settings = optim_adam_defaults();
-    settings.schedule = (optim_schedule){OPTIM_SCHEDULE_EXPONENTIAL, 0.05, 10, 1000, 0, 0.05};
+    optim_settings settings = optim_settings_defaults(OPTIM_ADAM);
+    settings.schedule = OPTIM_SCHEDULE_EXPONENTIAL;
+    settings.learning_rate = 0.05;
+    settings.warmup_steps = 10;
+    settings.decay_steps = 1000;
+    settings.decay_factor = 0.05;
     problem p = make_problem(diagonal_quadratic, COUNT);
     optim_optimizer *adam = create_adam(COUNT, x, &settings, NULL);
     for (int step = 0; step < 6000; step++) {
@@ -72,8 +76,8 @@ static void test_adam_best(void **state)
     (void)state;
     double x[4];
     classic_start(4, x);
-    optim_adam_settings settings = optim_adam_defaults();
-    settings.schedule.learning_rate = 0.5; /* far too large: the value goes up and down */
+    optim_settings settings = optim_settings_defaults(OPTIM_ADAM);
+    settings.learning_rate = 0.5; /* far too large: the value goes up and down */
     problem p = make_problem(rosenbrock, 4);
     optim_optimizer *adam = create_adam(4, x, &settings, NULL);
     int above = 0;
@@ -97,7 +101,7 @@ static void test_adam_endings(void **state)
         [NAN_VALUE] = OPTIM_NOT_FINITE,      [NAN_GRADIENT] = OPTIM_NOT_FINITE,
         [INF_VALUE] = OPTIM_NOT_FINITE,
     };
-    const optim_adam_settings settings = optim_adam_defaults();
+    const optim_settings settings = optim_settings_defaults(OPTIM_ADAM);
     double x[2];
     classic_start(2, x);
     for (int how = STOP; how <= INF_VALUE; how++) {
@@ -127,8 +131,8 @@ static void test_adam_endings(void **state)
 static void test_adam_overflow(void **state)
 {
     (void)state;
-    optim_adam_settings settings = optim_adam_defaults();
-    settings.schedule.learning_rate = 0.75e308; /* what each step adds to x under a slope of -1 */
+    optim_settings settings = optim_settings_defaults(OPTIM_ADAM);
+    settings.learning_rate = 0.75e308; /* what each step adds to x under a slope of -1 */
     optim_optimizer *adam = create_adam(1, (double[1]){0}, &settings, NULL);
     problem line = make_problem(falling_line, 1);
     for (int step = 0; step < 2; step++) {

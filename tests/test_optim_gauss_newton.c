@@ -49,11 +49,10 @@ static void solve(size_t n, const double *u, double *x)
 }
 
 static optim_optimizer *create_gauss_newton(size_t count, const double *x,
-                                            const optim_gauss_newton_settings *given,
-                                            const char **why)
+                                            const optim_settings *given, const char **why)
 {
-    optim_settings settings = optim_settings_defaults(OPTIM_GAUSS_NEWTON);
-    settings.gauss_newton = *given;
+    optim_settings settings = *given;
+    settings.method = OPTIM_GAUSS_NEWTON;
     return optim_create(count, x, &settings, why);
 }
 
@@ -228,7 +227,7 @@ static void constant(const double *x, double *r, double *j)
 
 static optim_optimizer *make(fit *p, const double *x, optim_scaling scaling, double damping)
 {
-    optim_gauss_newton_settings settings = optim_gauss_newton_defaults();
+    optim_settings settings = optim_settings_defaults(OPTIM_GAUSS_NEWTON);
     settings.scaling = scaling;
     settings.initial_damping = damping;
     const char *why = "";
@@ -381,7 +380,7 @@ static void test_endings(void **state)
         optim_free(gn);
     }
 
-    optim_gauss_newton_settings settings = optim_gauss_newton_defaults();
+    optim_settings settings = optim_settings_defaults(OPTIM_GAUSS_NEWTON);
     fit p = {misra1a, 14, 2, 0, 0, 0, {0}, {0}, 0};
     const double b[2] = {250, 0.0005};
     settings.gradient_tolerance = 0;
@@ -438,8 +437,8 @@ static void test_settings(void **state)
     (void)state;
     const double x[2] = {0, NAN};
     const char *why = NULL;
-    optim_gauss_newton_settings good = optim_gauss_newton_defaults(), bad[8];
-    assert_null(optim_gauss_newton_check(&good));
+    optim_settings good = optim_settings_defaults(OPTIM_GAUSS_NEWTON), bad[8];
+    assert_null(optim_settings_check(&good));
     for (int i = 0; i < 8; i++) {
         bad[i] = good;
     }
@@ -452,9 +451,9 @@ static void test_settings(void **state)
     bad[6].damping_increase = 1;
     bad[7].damping_decrease = 1;
     for (int i = 0; i < 8; i++) {
-        assert_non_null(optim_gauss_newton_check(&bad[i]));
+        assert_non_null(optim_settings_check(&bad[i]));
         assert_null(create_gauss_newton(1, x, &bad[i], &why));
-        assert_ptr_equal(why, optim_gauss_newton_check(&bad[i]));
+        assert_ptr_equal(why, optim_settings_check(&bad[i]));
     }
     assert_null(create_gauss_newton(2, x, &good, &why));
     assert_string_equal(why, "the starting point x must be finite");
@@ -466,7 +465,7 @@ static void test_allocations(void **state)
 {
     (void)state;
     const double start[2] = {-1.2, 1};
-    const optim_gauss_newton_settings settings = optim_gauss_newton_defaults();
+    const optim_settings settings = optim_settings_defaults(OPTIM_GAUSS_NEWTON);
     optim_optimizer *gn = NULL;
     for (long i = 1; !gn; i++) {
         assert_true(i < 20);

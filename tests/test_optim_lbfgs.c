@@ -79,9 +79,9 @@ static void test_lbfgs_quadratic(void **state)
     check_every_step(diagonal_quadratic, 50, x, 400, result);
     assert_below(distance(50, result, minimiser), 1e-11);
     /* In turned axes the gradient itself is rounded by 1e6 * 1e-16 * |x - c|: stop above that. */
-    optim_lbfgs_settings settings = optim_lbfgs_defaults();
+    optim_settings settings = optim_settings_defaults(OPTIM_LBFGS);
     settings.memory = 400;
-    settings.descent.gradient_tolerance = 1e-9;
+    settings.gradient_tolerance = 1e-9;
     problem p = make_problem(turned_quadratic, 50);
     optim_optimizer *lbfgs = create_lbfgs(50, x, &settings, NULL);
     assert_int_equal(run(lbfgs, &p, 400), OPTIM_GRADIENT_TOLERANCE);
@@ -282,10 +282,10 @@ static void test_lbfgs_tolerances(void **state)
     for (int kind = 0; kind < 3; kind++) {
         static const optim_status wanted[] = {OPTIM_GRADIENT_TOLERANCE, OPTIM_FUNCTION_TOLERANCE,
                                               OPTIM_STEP_TOLERANCE};
-        optim_lbfgs_settings settings = optim_lbfgs_defaults();
-        settings.descent.gradient_tolerance = kind == 0 ? 1e-3 : 0;
-        settings.descent.function_tolerance = kind == 1 ? 1e-2 : 0;
-        settings.descent.step_tolerance = kind == 2 ? 1e-3 : 0;
+        optim_settings settings = optim_settings_defaults(OPTIM_LBFGS);
+        settings.gradient_tolerance = kind == 0 ? 1e-3 : 0;
+        settings.function_tolerance = kind == 1 ? 1e-2 : 0;
+        settings.step_tolerance = kind == 2 ? 1e-3 : 0;
         problem p = make_problem(rosenbrock, 10);
         optim_optimizer *lbfgs = create_lbfgs(10, x, &settings, NULL);
         assert_int_equal(run(lbfgs, &p, 100), wanted[kind]);
@@ -302,8 +302,8 @@ static void test_lbfgs_skips(void **state)
     (void)state;
     double x[10];
     classic_start(10, x);
-    optim_lbfgs_settings settings = optim_lbfgs_defaults();
-    settings.descent.curvature_threshold = 0.9;
+    optim_settings settings = optim_settings_defaults(OPTIM_LBFGS);
+    settings.curvature_threshold = 0.9;
     problem p = make_problem(rosenbrock, 10);
     optim_optimizer *lbfgs = create_lbfgs(10, x, &settings, NULL);
     for (int i = 0; i < 50; i++) {

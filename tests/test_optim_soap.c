@@ -53,10 +53,14 @@ static optim_settings settings_of(optim_method method, int steps)
 {
     static const optim_matrix whole = {0, N, N};
     optim_settings s = optim_settings_defaults(method);
-    s.soap.adam.schedule = (optim_schedule){OPTIM_SCHEDULE_COSINE, 0.05, 5, steps, 0, 1};
-    s.soap.matrices = &whole;
-    s.soap.matrix_count = 1;
-    s.adam = s.soap.adam;
+    s.schedule = OPTIM_SCHEDULE_COSINE;
+    s.learning_rate = 0.05;
+    s.warmup_steps = 5;
+    s.decay_steps = steps;
+    s.final_fraction = 0;
+    s.beta1 = s.beta2 = 0.95; /* of Adam, too */
+    s.matrices = &whole;
+    s.matrix_count = 1;
     return s;
 }
 
@@ -97,9 +101,9 @@ static void test_adam(void **state)
     (void)state;
     double x[COUNT], y[COUNT];
     optim_settings soap = settings_of(OPTIM_SOAP, 50), adam = settings_of(OPTIM_ADAM, 50);
-    soap.soap.matrix_count = 0;
-    soap.soap.adam.schedule.kind = adam.adam.schedule.kind = OPTIM_SCHEDULE_CONSTANT;
-    soap.soap.adam.schedule.warmup_steps = adam.adam.schedule.warmup_steps = 0;
+    soap.matrix_count = 0;
+    soap.schedule = adam.schedule = OPTIM_SCHEDULE_CONSTANT;
+    soap.warmup_steps = adam.warmup_steps = 0;
     run_for(&soap, 21, x);
     run_for(&adam, 20, y);
     for (int i = 0; i < COUNT; i++) {
@@ -129,8 +133,8 @@ static void test_products(void **state)
     double x[COUNT], y[COUNT];
     optim_settings s = settings_of(OPTIM_SOAP, 40);
     run_for(&s, 40, x);
-    s.soap.multiply = multiply;
-    s.soap.context = &calls;
+    s.multiply = multiply;
+    s.context = &calls;
     run_for(&s, 40, y);
     assert_memory_equal(x, y, sizeof x);
     assert_true(calls > 40 * 6);

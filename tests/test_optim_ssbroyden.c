@@ -6,7 +6,7 @@
 
 static optim_optimizer *make(size_t count, const double *x)
 {
-    const optim_descent_settings settings = optim_descent_defaults();
+    const optim_settings settings = optim_settings_defaults(OPTIM_SSBROYDEN);
     optim_optimizer *ssb = create_ssbroyden(count, x, &settings, NULL);
     assert_non_null(ssb);
     return ssb;
@@ -271,7 +271,7 @@ static void test_skips(void **state)
     (void)state;
     double x[10];
     classic_start(10, x);
-    optim_descent_settings settings = optim_descent_defaults();
+    optim_settings settings = optim_settings_defaults(OPTIM_SSBROYDEN);
     settings.curvature_threshold = 0.9;
     problem p = make_problem(rosenbrock, 10);
     optim_optimizer *ssb = create_ssbroyden(10, x, &settings, NULL);
@@ -351,7 +351,7 @@ static void test_create(void **state)
     const double bad_x[2] = {0, NAN};
     static double many[OPTIM_SSBROYDEN_COUNT_MAX + 1];
     const char *why = NULL;
-    optim_descent_settings settings = optim_descent_defaults();
+    optim_settings settings = optim_settings_defaults(OPTIM_SSBROYDEN);
     assert_null(create_ssbroyden(2, bad_x, &settings, &why));
     assert_non_null(strstr(why, "finite"));
     assert_null(create_ssbroyden(0, many, &settings, &why));
@@ -369,7 +369,7 @@ static void test_create(void **state)
 static void test_allocation(void **state)
 {
     (void)state;
-    const optim_descent_settings settings = optim_descent_defaults();
+    const optim_settings settings = optim_settings_defaults(OPTIM_SSBROYDEN);
     double x[10];
     classic_start(10, x);
     problem p = make_problem(rosenbrock, 10);
@@ -398,7 +398,7 @@ static void test_resume(void **state)
     (void)state;
     double x[20], zero[20] = {0};
     classic_start(20, x);
-    optim_descent_settings settings = optim_descent_defaults();
+    optim_settings settings = optim_settings_defaults(OPTIM_SSBROYDEN);
     for (int k = 0; k < 80; k++) { /* half of them with pairs skipped on the way */
         settings.curvature_threshold = k % 2 ? 0.3 : 1e-12;
         problem p = make_problem(chained_rosenbrock, 20);

@@ -33,8 +33,12 @@ deep=(cpinn-train "$ROOT/configs/cantilever_deep.yaml" --threads 1 --quiet --set
     --set 'network.hidden=[12, 12]' --set losses.interior.points=300
     --set losses.held_out_points=64)
 stages() {
-    echo "training.stages=[{optimizer: adam, steps: $1}, {optimizer: soap, steps: $1}, \
-{optimizer: lbfgs, steps: $1}, {optimizer: gauss_newton, steps: 2, $2}]"
+    local method stages=
+    for method in $(optimizers); do
+        [ "$method" != gauss_newton ] &&
+            stages="$stages{optimizer: $method, steps: $1}, "
+    done
+    echo "training.stages=[$stages{optimizer: gauss_newton, steps: 2, $2}]"
 }
 causal=("${deep[@]}" --set "$(stages 20 "linear_algebra: matrix_free, scaling: identity")" --set losses.causal.slices=3
     --set losses.causal.update_every=7 --set losses.interior.sampler=uniform

@@ -97,7 +97,7 @@ stages() {
 
 small=(--set losses.interior.points=40 --set losses.held_out_points=16)
 deep=("${small[@]}" --set 'network.hidden=[6, 6]')
-methods='adam soap lbfgs ssbroyden gauss_newton'
+methods=$(optimizers)
 
 # ---- one scene at rest --------------------------------------------------------------------------
 
@@ -192,8 +192,8 @@ for method in $methods; do
         case $method-$targets in
         lbfgs-solved | soap-both) when=quick ;;
         *-solved) ;;
-        lbfgs-* | ssbroyden-* | gauss_newton-*)
-            continue ;; # refused: these need the same members in every step
+        *) # refused: others need the same members in every step
+            optimizers learning_rate | grep -qx "$method" || continue ;;
         esac
         kind $when family_${method}_$targets family.yaml "${drawn[@]}" "${batch[@]}" \
             --set 'network.hidden=[8, 8]' --set "$(stages $method "targets: $targets")"
@@ -236,7 +236,7 @@ kind long family_motion_deep "${ramp[@]}" "${deep[@]}" --set "$(stages adam '' 4
 arm=("$ROOT/configs/robots/soft_arm_control.yaml" --set 'surrogate.modes=[1, 0, 1, 0]'
     --set surrogate.solved=500 --set 'network.hidden=[6]')
 for step in flow linear ddpinn polynomial; do
-    methods='lbfgs ssbroyden adam soap'
+    methods=$(optimizers | grep -vxF "$(optimizers initial_damping)")
     [ $step != linear ] || methods=lbfgs
     for method in $methods; do
         kind long step_${step}_$method "${arm[@]}" --set surrogate.kind=$step \

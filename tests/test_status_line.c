@@ -109,8 +109,8 @@ static void a_log_has_room_for_all(void **state)
 /* ---- time left ----------------------------------------------------------------------------- */
 
 /* Numbers of seconds below are small integers and halves, so that sums of them are exact. */
-static const train_stage stages[] = {{.optimizer = OPTIM_ADAM, .steps = 100},
-                                     {.optimizer = OPTIM_GAUSS_NEWTON, .steps = 40}};
+static const train_stage stages[] = {{.optim.method = OPTIM_ADAM, .steps = 100},
+                                     {.optim.method = OPTIM_GAUSS_NEWTON, .steps = 40}};
 
 static const status_pace pace_0 = {.stages = stages,
                                    .stage_count = 2,

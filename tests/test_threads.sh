@@ -8,7 +8,7 @@ export TSAN_OPTIONS=halt_on_error=1
 
 small=(--set 'network.hidden=[8, 8]' --set losses.interior.points=300
     --set losses.held_out_points=40)
-for optimizer in adam lbfgs gauss_newton ssbroyden soap; do
+for optimizer in $(optimizers); do
     for threads in 1 2 4; do
         run 3 cpinn-train "$elastica" "${small[@]}" --threads $threads --out $optimizer$threads \
             --set "training.stages=[{optimizer: $optimizer, steps: 4}]"

@@ -214,8 +214,8 @@ ad_status config_check_ends(const config *experiment, ad_error *error)
 /* A key of another optimiser in a stage is a mistake, not something to pass over. */
 static ad_status check_stage_keys(const config *experiment, int stage, ad_error *error)
 {
-    optim_method optimizer = experiment->settings.stages[stage].optimizer;
-    char path[CONFIG_PATH_MAX], owners[64];
+    optim_method optimizer = experiment->settings.stages[stage].optim.method;
+    char path[CONFIG_PATH_MAX], owners[160];
     for (int i = 0; i < config_key_count; i++) {
         const config_key *key = &config_keys[i];
         if (config_key_applies(experiment, key, stage)) {
@@ -223,7 +223,7 @@ static ad_status check_stage_keys(const config *experiment, int stage, ad_error 
         }
         config_key_path(key, stage, path);
         if (config_given(experiment->source, path)) {
-            config_key_optimizers(key, owners, sizeof owners);
+            optim_method_list(0, key->reads, owners, sizeof owners);
             return config_blame(experiment->source, error, path,
                                 "belongs to optimizer %s, but this stage runs %s; leave it out",
                                 owners, optim_method_name(optimizer));

@@ -54,6 +54,39 @@ static void add_words(const char *line, char *text, size_t size)
              (int)strcspn(line, "\n"), line);
 }
 
+/* The default of a setting that some optimisers have of their own: "0.9, soap 0.95". */
+static void add_own_defaults(const config_key *key, char *text, size_t size)
+{
+    const char *name = strrchr(key->path, '.') + 1;
+    for (int i = 0; i < optim_setting_count; i++) {
+        const optim_setting *row = &optim_setting_rows[i];
+        optim_settings settings = optim_settings_defaults(OPTIM_METHOD_COUNT);
+        size_t used = 0;
+        for (int m = 0; m < OPTIM_METHOD_COUNT && strcmp(row->name, name) == 0; m++) {
+            if (optim_setting_is_own(row, (optim_method)m)) {
+                if (used == 0) {
+                    used = (size_t)snprintf(text, size, "%g", optim_setting_value(row, &settings));
+                }
+                settings = optim_settings_defaults((optim_method)m);
+                used += (size_t)snprintf(text + used, size - used, ", %s %g",
+                                         optim_method_name((optim_method)m),
+                                         optim_setting_value(row, &settings));
+            }
+        }
+    }
+}
+
+/* "adam: Adam; ...". */
+static void add_optimizers(char *text, size_t size)
+{
+    for (int m = 0; m < OPTIM_METHOD_COUNT; m++) {
+        const size_t length = strlen(text);
+        snprintf(text + length, size - length, "%s%s: %s%s", m ? " " : "",
+                 optim_method_name((optim_method)m), optim_method_about((optim_method)m),
+                 m + 1 < OPTIM_METHOD_COUNT ? ";" : ".");
+    }
+}
+
 config_words config_words_of(const config_key *key)
 {
     static const char otherwise[] = "  default: ";
@@ -62,6 +95,12 @@ config_words config_words_of(const config_key *key)
     const size_t length = strlen(key->path);
     add_words(key->help ? key->help : "", words.help, sizeof words.help);
     add_words(key->fallback ? key->fallback : "", words.fallback, sizeof words.fallback);
+    if (key->reads) {
+        add_own_defaults(key, words.fallback, sizeof words.fallback);
+    }
+    if (key->names == optim_method_names) {
+        add_optimizers(words.help, sizeof words.help);
+    }
     while (*line && !(strncmp(*line, key->path, length) == 0 && (*line)[length] == '\n')) {
         line++;
     }
@@ -167,26 +206,10 @@ void config_key_pattern(const char *path, char pattern[CONFIG_PATH_MAX])
     pattern[at] = '\0';
 }
 
-static const unsigned optimizer_flags[OPTIM_METHOD_COUNT] = {CONFIG_FOR_ADAM, CONFIG_FOR_LBFGS,
-                                                             CONFIG_FOR_GAUSS_NEWTON,
-                                                             CONFIG_FOR_SSBROYDEN, CONFIG_FOR_SOAP};
-
 bool config_key_applies(const config *experiment, const config_key *key, int index)
 {
-    return !(key->flags & CONFIG_FOR_ANY) ||
-           (key->flags & optimizer_flags[experiment->settings.stages[index].optimizer]);
-}
-
-void config_key_optimizers(const config_key *key, char *text, size_t size)
-{
-    size_t used = 0;
-    text[0] = '\0';
-    for (int i = 0; i < OPTIM_METHOD_COUNT && used < size; i++) {
-        if (key->flags & optimizer_flags[i]) {
-            used += (size_t)snprintf(text + used, size - used, "%s%s", used ? ", " : "",
-                                     optim_method_name((optim_method)i));
-        }
-    }
+    return !key->reads ||
+           (key->reads & optim_method_reads(experiment->settings.stages[index].optim.method));
 }
 
 static size_t part_length(const char *part)

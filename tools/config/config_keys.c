@@ -24,10 +24,8 @@ CONFIG_NAMES(initialization_names, NN_INITIALIZATION_LIST(CONFIG_NAME))
 CONFIG_NAMES(input_names, GROUPS_INPUTS_LIST(CONFIG_NAME))
 CONFIG_NAMES(symmetry_names, GROUPS_SYMMETRY_LIST(CONFIG_NAME))
 CONFIG_NAMES(sampler_names, SAMPLING_KIND_LIST(CONFIG_SAMPLER))
-CONFIG_NAMES(schedule_names, OPTIM_SCHEDULE_LIST(CONFIG_NAME))
 CONFIG_NAMES(adaptive_names, PROBLEM_ADAPTIVE_LIST(CONFIG_NAME))
 CONFIG_NAMES(balance_names, "none", "gradient_norm", )
-CONFIG_NAMES(scaling_names, OPTIM_SCALING_LIST(CONFIG_NAME))
 CONFIG_NAMES(surrogate_kinds, SURROGATE_KIND_LIST(CONFIG_NAME))
 CONFIG_NAMES(surrogate_holds, SURROGATE_HOLD_LIST(CONFIG_NAME))
 CONFIG_NAMES(control_path_names, CONTROL_PATH_LIST(CONFIG_NAME))
@@ -46,12 +44,6 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
 #define BETWEEN(least, most) .low = (least), .high = (most)
 #define ENTRIES(least, most) .entries_min = (least), .entries_max = (most)
 #define FORMULA(path, field) path, CONFIG_QUANTITY, AT(field), ANY
-#define LIKE_ADAM            CONFIG_FOR_ADAM | CONFIG_FOR_SOAP
-#define ADAM                 .flags = LIKE_ADAM
-#define LBFGS                .flags = CONFIG_FOR_LBFGS
-#define GAUSS_NEWTON         .flags = CONFIG_FOR_GAUSS_NEWTON
-#define LINE_SEARCH          CONFIG_FOR_LBFGS | CONFIG_FOR_SSBROYDEN
-#define NOT_ADAM             LINE_SEARCH | CONFIG_FOR_GAUSS_NEWTON
 
 /* What some bounds of quantities are called in their rows; the others as above. */
 #define FINITE  ANY
@@ -70,6 +62,20 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
 #define SCENE_QUANTITY(path, size, member, part, rule, bounds, geometry, axes, of_unit, otherwise, \
                        in_words, text)                                                             \
     QUANTITY_KEY(path, size, member, of_unit, in_words, text, bounds)
+
+/* A setting of optim/methods.h; ...: its limits, low, high, which are open, in words */
+#define LIMITS(least, most, open, ...) .low = (least), .high = (most), .flags = (open)
+#define STAGE_SETTING(type, key, kind, group, otherwise, in_words, of_names, of_unit, text, ...)   \
+    {"training.stages[]." #key,                                                                    \
+     CONFIG_##kind,                                                                                \
+     STAGE(optim.key),                                                                             \
+     .names = (of_names),                                                                          \
+     .unit = (of_unit),                                                                            \
+     .reads = (group),                                                                             \
+     .fallback = (in_words),                                                                       \
+     .help = (text),                                                                               \
+     LIMITED(__VA_ARGS__)},
+#define LIMITED(...) LIMITS(__VA_ARGS__)
 
 /* A number for each input of a controller. */
 #define BY_INPUT(path, field, of_unit)                                                             \
@@ -251,59 +257,12 @@ const config_key config_keys[] = {
     {"data[].weight", CONFIG_NUMBER, AT(settings.data[0].weight), LOSS_WEIGHT},
 
     {"training.seed", CONFIG_LONG, AT(settings.seed), BETWEEN(0, 9007199254740992)},
-    {"training.stages[].optimizer", CONFIG_CHOICE, STAGE(optimizer),
-     .names = train_optimizer_names},
+    {"training.stages[].optimizer", CONFIG_CHOICE, STAGE(optim.method),
+     .names = optim_method_names},
     {"training.stages[].steps", CONFIG_INTEGER, STAGE(steps), BETWEEN(1, 1e9)},
-    {"training.stages[].learning_rate", CONFIG_NUMBER, STAGE(adam.schedule.learning_rate), .low = 0,
-     .high = INFINITY, .flags = CONFIG_LOW_OPEN | LIKE_ADAM},
-    {"training.stages[].schedule", CONFIG_CHOICE, STAGE(adam.schedule.kind),
-     .names = schedule_names, ADAM},
-    {"training.stages[].warmup_steps", CONFIG_LONG, STAGE(adam.schedule.warmup_steps),
-     .unit = "steps", BETWEEN(0, 1e9), ADAM},
-    {"training.stages[].decay_steps", CONFIG_LONG, STAGE(adam.schedule.decay_steps),
-     .unit = "steps", BETWEEN(1, 1e9), ADAM},
-    {"training.stages[].final_fraction", CONFIG_NUMBER, STAGE(adam.schedule.final_fraction),
-     BETWEEN(0, 1), ADAM},
-    {"training.stages[].decay_factor", CONFIG_NUMBER, STAGE(adam.schedule.decay_factor),
-     BETWEEN(0, 1), .flags = LIKE_ADAM | CONFIG_LOW_OPEN},
-    {"training.stages[].beta1", CONFIG_NUMBER, STAGE(adam.beta1), BETWEEN(0, 1),
-     .flags = LIKE_ADAM | CONFIG_HIGH_OPEN},
-    {"training.stages[].beta2", CONFIG_NUMBER, STAGE(adam.beta2), BETWEEN(0, 1),
-     .flags = LIKE_ADAM | CONFIG_HIGH_OPEN},
-    {"training.stages[].epsilon", CONFIG_NUMBER, STAGE(adam.epsilon), .low = 0, .high = INFINITY,
-     .flags = LIKE_ADAM | CONFIG_LOW_OPEN},
-    {"training.stages[].clip_norm", CONFIG_NUMBER, STAGE(adam.clip_norm), NOT_NEGATIVE, ADAM},
-    {"training.stages[].memory", CONFIG_INTEGER, STAGE(lbfgs.memory), BETWEEN(1, 1000), LBFGS},
-    {"training.stages[].sufficient_decrease", CONFIG_NUMBER,
-     STAGE(lbfgs.descent.sufficient_decrease), BETWEEN(0, 0.5),
-     .flags = LINE_SEARCH | CONFIG_LOW_OPEN | CONFIG_HIGH_OPEN},
-    {"training.stages[].curvature", CONFIG_NUMBER, STAGE(lbfgs.descent.curvature), BETWEEN(0, 1),
-     .flags = LINE_SEARCH | CONFIG_LOW_OPEN | CONFIG_HIGH_OPEN},
-    {"training.stages[].maximum_line_evaluations", CONFIG_INTEGER,
-     STAGE(lbfgs.descent.maximum_line_evaluations), BETWEEN(2, 1000), .flags = LINE_SEARCH},
-    {"training.stages[].maximum_step", CONFIG_NUMBER, STAGE(lbfgs.descent.maximum_step), .low = 0,
-     .high = INFINITY, .flags = LINE_SEARCH | CONFIG_LOW_OPEN},
-    {"training.stages[].gradient_tolerance", CONFIG_NUMBER, STAGE(lbfgs.descent.gradient_tolerance),
-     NOT_NEGATIVE, .flags = NOT_ADAM},
-    {"training.stages[].function_tolerance", CONFIG_NUMBER, STAGE(lbfgs.descent.function_tolerance),
-     BETWEEN(0, 1), .flags = NOT_ADAM | CONFIG_HIGH_OPEN},
-    {"training.stages[].step_tolerance", CONFIG_NUMBER, STAGE(lbfgs.descent.step_tolerance),
-     BETWEEN(0, 1), .flags = NOT_ADAM | CONFIG_HIGH_OPEN},
-    {"training.stages[].curvature_threshold", CONFIG_NUMBER,
-     STAGE(lbfgs.descent.curvature_threshold), BETWEEN(0, 1),
-     .flags = LINE_SEARCH | CONFIG_HIGH_OPEN},
+    OPTIM_SETTING_LIST(STAGE_SETTING)
     {"training.stages[].linear_algebra", CONFIG_CHOICE, STAGE(linear_algebra),
-     .names = train_linear_algebra_names, GAUSS_NEWTON},
-    {"training.stages[].scaling", CONFIG_CHOICE, STAGE(gauss_newton.scaling),
-     .names = scaling_names, GAUSS_NEWTON},
-    {"training.stages[].initial_damping", CONFIG_NUMBER, STAGE(gauss_newton.initial_damping),
-     .low = 0, .high = INFINITY, .flags = CONFIG_FOR_GAUSS_NEWTON | CONFIG_LOW_OPEN},
-    {"training.stages[].maximum_damping", CONFIG_NUMBER, STAGE(gauss_newton.maximum_damping),
-     .low = 0, .high = INFINITY, .flags = CONFIG_FOR_GAUSS_NEWTON | CONFIG_LOW_OPEN},
-    {"training.stages[].damping_increase", CONFIG_NUMBER, STAGE(gauss_newton.damping_increase),
-     .low = 1, .high = INFINITY, .flags = CONFIG_FOR_GAUSS_NEWTON | CONFIG_LOW_OPEN},
-    {"training.stages[].damping_decrease", CONFIG_NUMBER, STAGE(gauss_newton.damping_decrease),
-     BETWEEN(0, 1), .flags = CONFIG_FOR_GAUSS_NEWTON | CONFIG_LOW_OPEN | CONFIG_HIGH_OPEN},
+     .names = train_linear_algebra_names, .reads = OPTIM_READS_DAMPING},
     {"training.stages[].targets", CONFIG_CHOICE, STAGE(targets), .names = train_targets_names},
     {"training.stages[].stop.loss", CONFIG_NUMBER, STAGE(stop_loss), NOT_NEGATIVE},
     {"training.stages[].stop.error", CONFIG_NUMBER, STAGE(stop_error), NOT_NEGATIVE},

@@ -16,17 +16,10 @@ typedef enum config_type {
 } config_type;
 
 enum {
-    CONFIG_LOW_OPEN = 1,  /* low itself is not allowed */
-    CONFIG_HIGH_OPEN = 2, /* nor high */
-    CONFIG_INFINITE = 4,  /* .inf is allowed */
-    CONFIG_FOR_ADAM = 8,  /* of a stage: belongs to this optimiser only */
-    CONFIG_FOR_LBFGS = 16,
-    CONFIG_FOR_GAUSS_NEWTON = 32,
-    CONFIG_FOR_SSBROYDEN = 64,
-    CONFIG_FOR_SOAP = 256,
-    CONFIG_BY_NAME = 128, /* a number; its name in place of the section stands for a default */
-    CONFIG_FOR_ANY = CONFIG_FOR_ADAM | CONFIG_FOR_LBFGS | CONFIG_FOR_GAUSS_NEWTON |
-                     CONFIG_FOR_SSBROYDEN | CONFIG_FOR_SOAP
+    CONFIG_LOW_OPEN = OPTIM_LOW_OPEN,   /* low itself is not allowed */
+    CONFIG_HIGH_OPEN = OPTIM_HIGH_OPEN, /* nor high */
+    CONFIG_INFINITE = 4,                /* .inf is allowed */
+    CONFIG_BY_NAME = 128 /* a number; its name in place of the section stands for a default */
 };
 
 enum { CONFIG_LIST_MAX = 16, CONFIG_PATH_MAX = 160 };
@@ -43,6 +36,7 @@ typedef struct config_key {
     double low;
     double high;
     unsigned flags;
+    unsigned reads; /* of a stage: for optimisers that read one of these groups; 0: for all */
     const char *const *(*names)(void); /* of a choice */
     const char *fallback, *help;       /* of a quantity of the scene; see config_words_of */
 } config_key;
@@ -113,9 +107,6 @@ void config_key_pattern(const char *path, char pattern[CONFIG_PATH_MAX]);
 
 /* Whether entry `index` may have the key: one of a stage belongs to some optimisers. */
 bool config_key_applies(const config *experiment, const config_key *key, int index);
-
-/* The optimisers that a key belongs to, "lbfgs, gauss_newton". */
-void config_key_optimizers(const config_key *key, char *text, size_t size);
 
 /* The known key closest to `pattern`: of the same section, or of the same last part elsewhere; ""
  * when nothing is close. */

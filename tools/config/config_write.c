@@ -431,8 +431,8 @@ static void help_row(FILE *file, const config *defaults, const config_key *key)
         fprintf(file, "; default: ");
         config_write_value(file, key, base, true);
     }
-    if (key->flags & CONFIG_FOR_ANY) {
-        config_key_optimizers(key, allowed, sizeof allowed);
+    if (key->reads) {
+        optim_method_list(0, key->reads, allowed, sizeof allowed);
         fprintf(file, "; %s only", allowed);
     }
     fputc('\n', file);

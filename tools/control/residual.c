@@ -334,8 +334,8 @@ static ad_status descend(fit *x, const residual_settings *settings, double *best
     const char *why = NULL;
     nn_rng rng = nn_rng_split(settings->seed, "residual");
     double lowest = INFINITY;
-    by.gauss_newton.scaling = OPTIM_SCALING_DIAGONAL;
-    by.gauss_newton.gradient_tolerance = 0;
+    by.scaling = OPTIM_SCALING_DIAGONAL;
+    by.gradient_tolerance = 0;
     for (size_t i = 0; i < x->count; i++) { /* W2 = 0: it begins as the model */
         const bool hidden = i < x->of->units * (1 + x->of->seen);
         x->of->numbers[i] = hidden ? nn_rng_normal(&rng) / sqrt((double)x->of->seen) : 0;

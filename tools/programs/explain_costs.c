@@ -131,7 +131,7 @@ static void print_linear_algebra(FILE *file, const train_settings *settings, pro
         linear_model_info plan;
         ad_error error = {AD_OK, ""};
         char text[160];
-        if (settings->stages[i].optimizer != OPTIM_GAUSS_NEWTON) {
+        if (settings->stages[i].optim.method != OPTIM_GAUSS_NEWTON) {
             continue;
         }
         if (linear_model_plan(p, &settings->stages[i], i, &plan, &error) == AD_OK) {
@@ -180,7 +180,7 @@ static void print_plan(FILE *file, const experiment *e, problem *p, const refere
     for (int i = 0; i < settings->stage_count; i++) {
         char text[64];
         const train_stage *stage = &settings->stages[i];
-        snprintf(text, sizeof text, "%s %d steps%s%s", optim_method_name(stage->optimizer),
+        snprintf(text, sizeof text, "%s %d steps%s%s", optim_method_name(stage->optim.method),
                  stage->steps, e->targets ? ", targets " : "",
                  e->targets ? train_targets_names()[stage->targets] : "");
         explain_paragraph_add(&line, text, i + 1 < settings->stage_count);

@@ -133,7 +133,7 @@ static status_line line_of(const progress *p, double now)
     const train_settings *settings = p->of.settings;
     const progress_state *at = &p->last;
     const train_stage *stage = &settings->stages[at->stage];
-    status_line line = {.optimizer = optim_method_name(stage->optimizer),
+    status_line line = {.optimizer = optim_method_name(stage->optim.method),
                         .window = at->window + 1,
                         .windows = p->of.windows,
                         .stage = at->stage + 1,

@@ -127,7 +127,8 @@ double status_time_left(const status_pace *pace, bool *at_most)
         double stage = stage_left(&pace->stages[i], 0, 0, pace->step_seconds);
         window += stage;
         here += i > pace->stage ? stage : 0;
-        *at_most = *at_most || pace->stages[i].optimizer != OPTIM_ADAM;
+        *at_most =
+            *at_most || optim_method_needs(pace->stages[i].optim.method) != OPTIM_NEEDS_GRADIENTS;
     }
     double left = here + (pace->windows_left > 0 ? pace->windows_left * window : 0);
     if (pace->windows_timed > 0) {

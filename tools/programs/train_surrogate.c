@@ -235,7 +235,7 @@ static void explain_network(const surrogate_settings *s, const train_settings *s
     }
     for (int i = 0; i < settings->stage_count; i++) {
         printf("  stage %d: %s, up to %d steps\n", i + 1,
-               optim_method_name(settings->stages[i].optimizer), settings->stages[i].steps);
+               optim_method_name(settings->stages[i].optim.method), settings->stages[i].steps);
     }
 }
 

@@ -124,13 +124,13 @@ enum { NODES_STEPS = 2000 };
 static train_stage usual_stage(const surrogate_settings *x)
 {
     train_stage stage = train_stage_default();
-    stage.optimizer = OPTIM_SSBROYDEN;
+    stage.optim.method = OPTIM_SSBROYDEN;
     stage.steps = x->kind == SURROGATE_POLYNOMIAL ? NODES_STEPS : STEPS;
     if (x->kind == SURROGATE_DDPINN) {
-        stage.optimizer = OPTIM_ADAM;
+        stage.optim.method = OPTIM_ADAM;
         stage.steps = DECOUPLED_STEPS;
-        stage.adam.schedule.learning_rate = 2e-3;
-        stage.adam.clip_norm = 1; /* decays may turn negative */
+        stage.optim.learning_rate = 2e-3;
+        stage.optim.clip_norm = 1; /* decays may turn negative */
     }
     return stage;
 }
@@ -169,11 +169,15 @@ static ad_status check_training(const surrogate_settings *x, const train_setting
             return refuse(key, where, error,
                           "is against a reference, which a one-step model has not; leave it out");
         }
-        if (training->stages[i].optimizer == OPTIM_GAUSS_NEWTON) {
-            snprintf(where, sizeof where, "training.stages[%d].optimizer", i);
-            return refuse(key, where, error,
-                          "is gauss_newton, whose output layer is not found in every evaluation as "
-                          "that of a one-step model is; allowed: ssbroyden, lbfgs, adam, soap");
+        if (optim_method_needs(training->stages[i].optim.method) == OPTIM_NEEDS_SQUARES) {
+            char others[160];
+            optim_method_list(1u << OPTIM_NEEDS_GRADIENTS | 1u << OPTIM_NEEDS_ONE_FUNCTION, 0,
+                              others, sizeof others);
+            snprintf(key, TRAIN_KEY_MAX, "training.stages[%d].optimizer", i);
+            return ad_fail(error, AD_BAD_INPUT,
+                           "is %s, for which the output layer is not found in every evaluation as "
+                           "that of a one-step model is; allowed: %s",
+                           optim_method_name(training->stages[i].optim.method), others);
         }
     }
     if (training->data_count > 0 || training->members > 0 || training->members_file) {

@@ -142,12 +142,7 @@ ad_status surrogate_training_make_optimizer(surrogate_training *t, ad_error *err
     t->stage_began = train_seconds();
     const train_stage *stage = &t->training->stages[t->info.stage];
     const char *why;
-    optim_settings settings = {.method = stage->optimizer,
-                               .adam = stage->adam,
-                               .lbfgs = stage->lbfgs,
-                               .ssbroyden = stage->lbfgs.descent,
-                               .soap = optim_soap_defaults()};
-    settings.soap.adam = stage->adam;
+    const optim_settings settings = optim_settings_own(&stage->optim);
     if (t->settings->kind == SURROGATE_DDPINN) {
         const ad_status status = surrogate_make_physics(t, error);
         if (status != AD_OK) {
@@ -331,7 +326,7 @@ ad_status surrogate_training_step(surrogate_training *t, ad_error *error)
         outcome == OPTIM_UNBOUNDED || outcome == OPTIM_STOPPED_BY_OBJECTIVE) {
         return ad_fail(error, AD_NOT_FINITE, "step %lld of stage %d: %s %s",
                        (long long)t->info.step + 1, t->info.stage + 1, optim_status_text(outcome),
-                       optim_advice(stage->optimizer));
+                       optim_advice(stage->optim.method));
     }
     t->info.step++;
     t->info.stage_step++;

@@ -236,8 +236,8 @@ static ad_status descend(search *x, const double *z, descent *result, ad_error *
     optim_settings settings = optim_settings_defaults(OPTIM_GAUSS_NEWTON);
     const optim_linear_model model = {x, evaluate, linearize, solve, NULL};
     const optim_target target = {.model = &model};
-    settings.gauss_newton.scaling = OPTIM_SCALING_DIAGONAL;
-    settings.gauss_newton.gradient_tolerance = 0;
+    settings.scaling = OPTIM_SCALING_DIAGONAL;
+    settings.gradient_tolerance = 0;
     *result = (descent){.chi_squared = INFINITY};
     for (int i = 0; i < x->count; i++) {
         y[i] = logit(fmin(1 - EDGE, fmax(EDGE, z[i])));

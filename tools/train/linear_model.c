@@ -129,7 +129,7 @@ static bool is_slow(const linear_model_info *plan)
 ad_status linear_model_plan(problem *p, const train_stage *stage, int number,
                             linear_model_info *plan, ad_error *error)
 {
-    const bool identity = stage->gauss_newton.scaling == OPTIM_SCALING_IDENTITY;
+    const bool identity = stage->optim.scaling == OPTIM_SCALING_IDENTITY;
     const double most = bytes_max(p);
     ad_status status = AD_OK;
     size_t order;

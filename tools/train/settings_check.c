@@ -11,18 +11,15 @@
 static ad_status check_stage(const train_settings *settings, int index, char *key, ad_error *error)
 {
     const train_stage *stage = &settings->stages[index];
-    bool adam = stage->optimizer == OPTIM_ADAM || stage->optimizer == OPTIM_SOAP;
-    const char *problem = adam ? optim_adam_check(&stage->adam)
-                          : stage->optimizer == OPTIM_GAUSS_NEWTON
-                              ? optim_gauss_newton_check(&stage->gauss_newton)
-                              : optim_lbfgs_check(&stage->lbfgs);
+    const optim_settings optim = optim_settings_own(&stage->optim);
+    const char *problem = optim_settings_check(&optim);
     if (problem) {
         return train_refuse_stage(key, index, "", error, "%s", problem);
     }
-    if (adam && stage->adam.schedule.warmup_steps > stage->steps) {
+    if (optim.warmup_steps > stage->steps) {
         return train_refuse_stage(key, index, "warmup_steps", error,
                                   "%lld steps are more than the %d steps of the stage",
-                                  (long long)stage->adam.schedule.warmup_steps, stage->steps);
+                                  (long long)stage->optim.warmup_steps, stage->steps);
     }
     if (stage->stop_error > 0 && !train_names_reference(settings) && settings->members == 0) {
         return train_refuse_stage(key, index, "stop.error", error,
@@ -77,8 +74,8 @@ static ad_status check_weights(const train_settings *settings, char *key, ad_err
                                      : "losses.interior.resample_every");
     }
     for (int i = 0; i < settings->stage_count; i++) {
-        optim_method method = settings->stages[i].optimizer;
-        moved = moved || method == OPTIM_ADAM || method == OPTIM_SOAP;
+        moved =
+            moved || optim_method_needs(settings->stages[i].optim.method) == OPTIM_NEEDS_GRADIENTS;
     }
     if (!moved && (adaptive || losses->balance)) {
         return train_refuse(key, moving, error,
@@ -92,7 +89,7 @@ bool train_takes_loads_in_parts(const train_settings *settings, const scene *rod
 {
     return !scene_is_dynamic(rod_scene) && !scene_is_manufactured(rod_scene) &&
            settings->data_count == 0 && settings->network.hidden_count == 0 &&
-           settings->stages[0].optimizer == OPTIM_GAUSS_NEWTON;
+           settings->stages[0].optim.method == OPTIM_GAUSS_NEWTON;
 }
 
 /* ---- reference ----------------------------------------------------------------------------- */

@@ -38,7 +38,7 @@ static int usual_members(const scene *family)
 /* Some of the members in every step; the others need one function. */
 static bool takes_batches(optim_method optimizer)
 {
-    return optimizer == OPTIM_ADAM || optimizer == OPTIM_SOAP;
+    return optim_method_needs(optimizer) == OPTIM_NEEDS_GRADIENTS;
 }
 
 /* Deep networks begin with other optimisers, and tell more of a table that may be short. */
@@ -95,10 +95,10 @@ static void resolve_features(train_settings *settings, const scene *family)
 static train_stage usual_stage(void)
 {
     train_stage stage = train_stage_default();
-    stage.optimizer = OPTIM_SOAP;
+    stage.optim.method = OPTIM_SOAP;
     stage.steps = STEPS;
-    stage.adam.schedule.learning_rate = LEARNING_RATE;
-    stage.adam.schedule.warmup_steps = WARMUP;
+    stage.optim.learning_rate = LEARNING_RATE;
+    stage.optim.warmup_steps = WARMUP;
     return stage;
 }
 
@@ -149,7 +149,7 @@ ad_status train_resolve_family(train_settings *settings, scene *family, char key
                               : network->hidden_count == 0 && settings->members > 0
                                   ? settings->members
                                   : BATCH;
-    if (takes_batches(settings->stages[0].optimizer) && losses->interior.resample_every == 0) {
+    if (takes_batches(settings->stages[0].optim.method) && losses->interior.resample_every == 0) {
         losses->interior.resample_every = 1;
     }
     if ((int)losses->interior.sampler == TRAIN_OPEN) {
@@ -191,12 +191,14 @@ ad_status train_check_family(const train_settings *settings, const scene *family
                             : stage->targets == TARGETS_PHYSICS ? "targets: physics"
                             : stage->targets == TARGETS_BOTH    ? "targets: both"
                                                                 : NULL;
-        if (moves && !takes_batches(stage->optimizer)) {
+        char others[160];
+        optim_method_list(1u << OPTIM_NEEDS_GRADIENTS, 0, others, sizeof others);
+        if (moves && !takes_batches(stage->optim.method)) {
             return train_refuse_stage(key, i, "optimizer", error,
                                       "%s needs the same members in every step, which %s changes; "
-                                      "allowed: adam or soap, or losses.interior.resample_every 0 "
-                                      "and solved targets in all stages",
-                                      optim_method_name(stage->optimizer), moves);
+                                      "allowed: %s, or losses.interior.resample_every 0 and solved "
+                                      "targets in all stages",
+                                      optim_method_name(stage->optim.method), moves, others);
         }
     }
     return AD_OK;

@@ -89,7 +89,7 @@ static bool is_open(int value)
 
 static bool begins_with_gauss_newton(const train_settings *settings)
 {
-    return settings->stages[0].optimizer == OPTIM_GAUSS_NEWTON;
+    return settings->stages[0].optim.method == OPTIM_GAUSS_NEWTON;
 }
 
 /* How abruptly what drives the rod changes in time. */
@@ -393,23 +393,19 @@ static void resolve_points(train_settings *settings, int dimension, int pieces)
  * rest damping all alike takes fewer steps, and only so do those wound up five times arrive. */
 void train_resolve_stage(train_stage *stage, bool diagonal, bool linear)
 {
-    const optim_gauss_newton_settings otherwise = optim_gauss_newton_defaults();
-    optim_gauss_newton_settings *gauss_newton = &stage->gauss_newton;
-    optim_schedule *schedule = &stage->adam.schedule;
-    const optim_adam_settings adam =
-        stage->optimizer == OPTIM_SOAP ? optim_soap_defaults().adam : optim_adam_defaults();
-    stage->adam.beta1 = isnan(stage->adam.beta1) ? adam.beta1 : stage->adam.beta1;
-    stage->adam.beta2 = isnan(stage->adam.beta2) ? adam.beta2 : stage->adam.beta2;
+    const optim_settings otherwise = optim_settings_defaults(stage->optim.method);
+    optim_settings *optim = &stage->optim;
+    train_close_own(stage);
     diagonal = diagonal && linear && stage->linear_algebra != TRAIN_MATRIX_FREE;
-    if (isnan(gauss_newton->initial_damping)) {
-        gauss_newton->initial_damping = linear ? 1e-10 : otherwise.initial_damping;
+    if (isnan(optim->initial_damping)) {
+        optim->initial_damping = linear ? 1e-10 : otherwise.initial_damping;
     }
-    if (is_open((int)gauss_newton->scaling)) {
-        gauss_newton->scaling = diagonal ? OPTIM_SCALING_DIAGONAL : otherwise.scaling;
+    if (is_open((int)optim->scaling)) {
+        optim->scaling = diagonal ? OPTIM_SCALING_DIAGONAL : otherwise.scaling;
     }
-    if (schedule->decay_steps == 0) {
-        int64_t rest = stage->steps - schedule->warmup_steps;
-        schedule->decay_steps = rest > 1 ? rest : 1;
+    if (optim->decay_steps == 0) {
+        int64_t rest = stage->steps - optim->warmup_steps;
+        optim->decay_steps = rest > 1 ? rest : 1;
     }
 }
 
@@ -475,7 +471,7 @@ ad_status train_settings_resolve(train_settings *settings, scene *rod_scene,
     }
     choose_sampler(settings, d.count, scene_is_family(rod_scene));
     for (int i = 0; rod_scene->unknown_count > 0 && i < settings->stage_count; i++) {
-        double *least = &settings->stages[i].lbfgs.descent.function_tolerance;
+        double *least = &settings->stages[i].optim.function_tolerance;
         *least = fmin(*least, OF_UNKNOWNS); /* they come last, slowly */
     }
     if (scene_is_family(rod_scene) && dynamic && settings->network.hidden_count == 0) {

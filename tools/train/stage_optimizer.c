@@ -20,7 +20,7 @@ struct optimizer {
     double value;             /* gradient costs nothing beside its value */
     bool has_tried;
     const optimizer_objective *objective; /* of the step at hand */
-    optim_matrix matrices[MATRICES];      /* of the network; SOAP's */
+    optim_matrix matrices[MATRICES];      /* of the network, for methods that ask */
 };
 
 /* ---- from the settings of a stage ---------------------------------------------------------- */
@@ -31,38 +31,20 @@ static void multiply(void *context, bool transpose_a, bool transpose_b, size_t m
     ad_dense_multiply(context, transpose_a, transpose_b, m, n, k, a, b, beta, c);
 }
 
-/* Tolerances, and all that SSBroyden is told, are those of L-BFGS. */
-static optim_settings settings_of(const train_stage *stage)
-{
-    const optim_descent_settings *descent = &stage->lbfgs.descent;
-    optim_settings settings = {.method = stage->optimizer,
-                               .adam = stage->adam,
-                               .lbfgs = stage->lbfgs,
-                               .gauss_newton = stage->gauss_newton,
-                               .ssbroyden = *descent};
-    settings.gauss_newton.gradient_tolerance = descent->gradient_tolerance;
-    settings.gauss_newton.function_tolerance = descent->function_tolerance;
-    settings.gauss_newton.step_tolerance = descent->step_tolerance;
-    settings.soap = optim_soap_defaults();
-    settings.soap.adam = stage->adam;
-    return settings;
-}
-
 static ad_status check_stage(const train_stage *stage, int number, problem *p, ad_error *error)
 {
-    const size_t count = problem_parameters(p), most = optim_count_max(stage->optimizer);
-    if (stage->optimizer == OPTIM_GAUSS_NEWTON) {
+    const size_t count = problem_parameters(p), most = optim_count_max(stage->optim.method);
+    if (optim_method_needs(stage->optim.method) == OPTIM_NEEDS_SQUARES) {
         linear_model_info plan;
         return linear_model_plan(p, stage, number, &plan, error);
     }
     if (count > most) {
-        const optim_settings settings = settings_of(stage);
         return ad_fail(error, AD_BAD_INPUT,
                        "training.stages[%d].optimizer: %s keeps a triangle of parameters^2 / 2 "
                        "numbers, %.1f GB for the %zu parameters of this network; allowed: at most "
                        "%zu parameters; make network.hidden smaller, or take lbfgs",
-                       number, optim_method_name(stage->optimizer),
-                       1e-9 * optim_bytes(&settings, count), count, most);
+                       number, optim_method_name(stage->optim.method),
+                       1e-9 * optim_bytes(&stage->optim, count), count, most);
     }
     return AD_OK;
 }
@@ -76,34 +58,34 @@ ad_status optimizer_check(const train_settings *settings, problem *p, ad_error *
     return status;
 }
 
-static ad_status list_matrices(optimizer *o, optim_soap_settings *soap, const problem *p,
+static ad_status list_matrices(optimizer *o, optim_settings *settings, const problem *p,
                                ad_pool *pool, ad_error *error)
 {
     const nn_view *views;
     int count = problem_views(p, &views);
-    for (int i = 0; i < count && soap->matrix_count < MATRICES; i++) {
+    for (int i = 0; i < count && settings->matrix_count < MATRICES; i++) {
         if (views[i].columns > 1) {
-            o->matrices[soap->matrix_count++] =
+            o->matrices[settings->matrix_count++] =
                 (optim_matrix){views[i].offset, (size_t)views[i].rows, (size_t)views[i].columns};
         }
     }
-    soap->matrices = o->matrices;
-    soap->multiply = multiply;
-    soap->context = pool;
+    settings->matrices = o->matrices;
+    settings->multiply = multiply;
+    settings->context = pool;
     return ad_dense_load(error);
 }
 
 static ad_status make(optimizer *o, const train_stage *stage, problem *p, ad_pool *pool,
                       const double *x, ad_error *error)
 {
-    optim_settings settings = settings_of(stage);
+    optim_settings settings = optim_settings_own(&stage->optim);
     const char *why;
     linear_model_info plan;
     ad_status status = AD_OK;
-    if (o->method == OPTIM_SOAP) {
-        status = list_matrices(o, &settings.soap, p, pool, error);
+    if (optim_method_reads(o->method) & OPTIM_READS_MATRICES) {
+        status = list_matrices(o, &settings, p, pool, error);
     }
-    if (o->method == OPTIM_GAUSS_NEWTON) {
+    if (optim_method_needs(o->method) == OPTIM_NEEDS_SQUARES) {
         status = linear_model_plan(p, stage, o->stage, &plan, error);
         if (status == AD_OK) {
             status = linear_model_create(p, &plan, pool, &o->model, error);
@@ -132,7 +114,7 @@ ad_status optimizer_create(const train_settings *settings, int stage, problem *p
     }
     o->stage = stage;
     o->count = problem_parameters(p);
-    o->method = chosen->optimizer;
+    o->method = chosen->optim.method;
     ad_status status = make(o, chosen, p, pool, x, error);
     if (status != AD_OK) {
         optimizer_free(o);
@@ -259,8 +241,8 @@ const char *optimizer_stage_end(const train_stage *stage, optim_status status, i
 
 void optimizer_advise(const optimizer *o, char advice[160])
 {
-    if (o->method == OPTIM_ADAM ||
-        o->method == OPTIM_SOAP) { /* the one key that may change on the way */
+    if (optim_method_reads(o->method) &
+        OPTIM_READS_RATE) { /* the one key that may change on the way */
         snprintf(advice, 160,
                  "resume with a smaller training.stages[%d].learning_rate, or with "
                  "clip_norm or warmup_steps",

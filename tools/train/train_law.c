@@ -349,8 +349,8 @@ static ad_status descend(fit *x, int start, double *p, double *best, train_law_r
     const int judge = x->rows[1] > 0;
     const optim_target target = {.model = &model};
     optim_settings settings = optim_settings_defaults(OPTIM_GAUSS_NEWTON);
-    settings.gauss_newton.scaling = OPTIM_SCALING_IDENTITY;
-    settings.gauss_newton.gradient_tolerance = 0;
+    settings.scaling = OPTIM_SCALING_IDENTITY;
+    settings.gradient_tolerance = 0;
     const char *why = NULL;
     draw(x, start, p);
     optim_optimizer *gn = optim_create(x->count, p, &settings, &why);

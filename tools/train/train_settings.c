@@ -10,25 +10,51 @@
         return names;                                                                              \
     }
 
-NAMES(train_optimizer_names, OPTIM_METHOD_LIST)
 NAMES(train_linear_algebra_names, TRAIN_LINEAR_ALGEBRA_LIST)
 NAMES(train_reference_names, TRAIN_REFERENCE_LIST)
 NAMES(train_targets_names, TARGETS_LIST)
 NAMES(train_quantity_names, TRAIN_QUANTITY_LIST)
 
+static double *number_of(train_stage *stage, const optim_setting *row)
+{
+    return (double *)(void *)((char *)&stage->optim + row->offset);
+}
+
+static bool has_own_defaults(const optim_setting *row)
+{
+    bool has = false;
+    for (int i = 0; i < OPTIM_METHOD_COUNT; i++) {
+        has = has || optim_setting_is_own(row, (optim_method)i);
+    }
+    return has;
+}
+
+void train_close_own(train_stage *stage)
+{
+    const optim_settings otherwise = optim_settings_defaults(stage->optim.method);
+    for (int i = 0; i < optim_setting_count; i++) {
+        const optim_setting *row = &optim_setting_rows[i];
+        double *number = number_of(stage, row);
+        if (has_own_defaults(row) && isnan(*number)) {
+            *number = optim_setting_value(row, &otherwise);
+        }
+    }
+}
+
 train_stage train_stage_default(void)
 {
-    train_stage stage = {.optimizer = OPTIM_ADAM,
-                         .steps = 1000,
-                         .adam = optim_adam_defaults(),
-                         .lbfgs = optim_lbfgs_defaults(),
-                         .gauss_newton = optim_gauss_newton_defaults()};
-    stage.adam.schedule.kind = OPTIM_SCHEDULE_COSINE;
-    stage.adam.schedule.learning_rate = 5e-3;
-    stage.adam.schedule.decay_steps = 0;
-    stage.adam.beta1 = stage.adam.beta2 = NAN;
-    stage.gauss_newton.scaling = (optim_scaling)TRAIN_OPEN;
-    stage.gauss_newton.initial_damping = NAN;
+    train_stage stage = {.optim = optim_settings_defaults(OPTIM_METHOD_COUNT), .steps = 1000};
+    stage.optim.method = OPTIM_ADAM;
+    stage.optim.schedule = OPTIM_SCHEDULE_COSINE;
+    stage.optim.learning_rate = 5e-3;
+    stage.optim.decay_steps = 0;
+    stage.optim.scaling = (optim_scaling)TRAIN_OPEN;
+    stage.optim.initial_damping = NAN;
+    for (int i = 0; i < optim_setting_count; i++) {
+        if (has_own_defaults(&optim_setting_rows[i])) {
+            *number_of(&stage, &optim_setting_rows[i]) = NAN;
+        }
+    }
     stage.stop_held_out_ratio = 100;
     return stage;
 }
@@ -67,50 +93,50 @@ train_settings train_settings_default(void)
     for (int i = 0; i < TRAIN_DATA_MAX; i++) {
         settings.data[i].weight = NAN;
     }
-    settings.stages[0].optimizer = (optim_method)TRAIN_OPEN;
+    settings.stages[0].optim.method = (optim_method)TRAIN_OPEN;
     settings.stages[0].steps = TRAIN_OPEN;
-    settings.stages[0].adam.schedule.learning_rate = NAN;
-    settings.stages[0].adam.schedule.warmup_steps = TRAIN_OPEN;
-    settings.stages[0].adam.clip_norm = NAN;
-    settings.stages[0].lbfgs.descent.function_tolerance = NAN;
+    settings.stages[0].optim.learning_rate = NAN;
+    settings.stages[0].optim.warmup_steps = TRAIN_OPEN;
+    settings.stages[0].optim.clip_norm = NAN;
+    settings.stages[0].optim.function_tolerance = NAN;
     return settings;
 }
 
 train_stage train_usual_stage(void)
 {
     train_stage stage = train_stage_default();
-    stage.optimizer = OPTIM_GAUSS_NEWTON;
+    stage.optim.method = OPTIM_GAUSS_NEWTON;
     stage.steps = 200;
-    stage.lbfgs.descent.function_tolerance = 0.2; /* converging gains decades */
+    stage.optim.function_tolerance = 0.2; /* converging gains decades */
     return stage;
 }
 
 bool train_may_take(const train_stage *stage, optim_method optimizer)
 {
-    return (int)stage->optimizer == TRAIN_OPEN || stage->optimizer == optimizer;
+    return (int)stage->optim.method == TRAIN_OPEN || stage->optim.method == optimizer;
 }
 
 void train_close_stage(train_stage *stage, train_stage usual)
 {
-    const train_stage from = (int)stage->optimizer == TRAIN_OPEN ? usual : train_stage_default();
-    optim_schedule *schedule = &stage->adam.schedule;
-    double *tolerance = &stage->lbfgs.descent.function_tolerance;
-    if ((int)stage->optimizer == TRAIN_OPEN) {
-        stage->optimizer = usual.optimizer;
+    const train_stage from = (int)stage->optim.method == TRAIN_OPEN ? usual : train_stage_default();
+    optim_settings *schedule = &stage->optim;
+    double *tolerance = &stage->optim.function_tolerance;
+    if ((int)stage->optim.method == TRAIN_OPEN) {
+        stage->optim.method = usual.optim.method;
     }
     if (stage->steps == TRAIN_OPEN) {
         stage->steps = from.steps;
     }
     if (isnan(schedule->learning_rate)) {
-        schedule->learning_rate = from.adam.schedule.learning_rate;
+        schedule->learning_rate = from.optim.learning_rate;
     }
     if (schedule->warmup_steps == TRAIN_OPEN) {
         const int64_t half = stage->steps / 2;
-        schedule->warmup_steps = from.adam.schedule.warmup_steps;
+        schedule->warmup_steps = from.optim.warmup_steps;
         schedule->warmup_steps = schedule->warmup_steps < half ? schedule->warmup_steps : half;
     }
-    if (isnan(stage->adam.clip_norm)) {
-        stage->adam.clip_norm = from.adam.clip_norm;
+    if (isnan(stage->optim.clip_norm)) {
+        stage->optim.clip_norm = from.optim.clip_norm;
     }
-    *tolerance = isnan(*tolerance) ? from.lbfgs.descent.function_tolerance : *tolerance;
+    *tolerance = isnan(*tolerance) ? from.optim.function_tolerance : *tolerance;
 }

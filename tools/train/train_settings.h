@@ -51,26 +51,22 @@ typedef enum train_reference { TRAIN_REFERENCE_LIST(TRAIN_ENUM) } train_referenc
 #undef TRAIN_ENUM
 
 /* Texts of each enumeration in the order of its values, NULL at the end. */
-const char *const *train_optimizer_names(void);
 const char *const *train_linear_algebra_names(void);
 const char *const *train_reference_names(void);
 const char *const *train_targets_names(void);
 
 /* One optimiser for a number of steps; stages run in turn. */
 typedef struct train_stage {
-    optim_method optimizer; /* of train_settings_default, as steps, learning_rate, warmup_steps,
-                             * clip_norm and function_tolerance: open (TRAIN_OPEN, NaN) */
+    optim_settings optim; /* method, steps, learning_rate, warmup_steps, clip_norm and
+                           * function_tolerance of train_settings_default: open (TRAIN_OPEN, NaN);
+                           * decay_steps 0: the steps after warm-up; scaling TRAIN_OPEN,
+                           * initial_damping and defaults that are a method's own NaN: open */
     int steps;
-    optim_adam_settings adam;   /* also of soap; its schedule included; decay_steps 0: the steps
-                                 * after warm-up, beta1, beta2 NaN: open */
-    targets_kind targets;       /* of a family in the strain form */
-    optim_lbfgs_settings lbfgs; /* but for the memory also those of ssbroyden */
-    optim_gauss_newton_settings gauss_newton; /* its tolerances are those of lbfgs; scaling
-                                               * TRAIN_OPEN and initial_damping NaN: open */
-    train_linear_algebra linear_algebra;      /* of gauss_newton */
-    double stop_loss;           /* the stage ends when the loss falls below; 0: never */
-    double stop_error;          /* the same for the error against the reference */
-    double stop_seconds;        /* and for its wall time; not reproducible */
+    targets_kind targets;                /* of a family in the strain form */
+    train_linear_algebra linear_algebra; /* of gauss_newton */
+    double stop_loss;                    /* the stage ends when the loss falls below; 0: never */
+    double stop_error;                   /* the same for the error against the reference */
+    double stop_seconds;                 /* and for its wall time; not reproducible */
     double stop_held_out_ratio; /* held-out over training loss of a network that interpolates */
 } train_stage;
 
@@ -149,6 +145,9 @@ train_settings train_settings_default(void);
 /* A stage of adam with its defaults; and the one of scenes that give none. */
 train_stage train_stage_default(void);
 train_stage train_usual_stage(void);
+
+/* Fills in what train_stage_default leaves to the method. */
+void train_close_own(train_stage *stage);
 
 /* Fills in what train_settings_default leaves open of its one stage: from the usual stage of a kind
  * of scene, or where an optimiser was chosen from train_stage_default. */

@@ -418,7 +418,8 @@ void trainer_watch_stop(trainer *t, bool (*asked)(void *context), void *context)
 static optim_status take_step(trainer *t, bool again, bool *given_up)
 {
     const optimizer_objective f = {objective, linearize, t};
-    const bool watched = again && stage_of(t)->optimizer == OPTIM_GAUSS_NEWTON &&
+    const bool watched = again &&
+                         optim_method_needs(stage_of(t)->optim.method) == OPTIM_NEEDS_SQUARES &&
                          !ad_pool_ranks(t->e->pool); /* ranks end a step together */
     ad_pool_watch(t->e->pool, watched ? t->asked : NULL, t->asked_context);
     optim_status status = optimizer_step(t->optimizer, &f);
@@ -578,7 +579,7 @@ ad_status trainer_step(trainer *t, ad_error *error)
         return status;
     }
     bool weights = false;
-    if (stage_of(t)->optimizer == OPTIM_ADAM || stage_of(t)->optimizer == OPTIM_SOAP) {
+    if (optim_method_needs(stage_of(t)->optim.method) == OPTIM_NEEDS_GRADIENTS) {
         const double *x = current_x(t);
         status = problem_reweigh(t->problem, t->info.window_step + 1, x, &weights, error);
         if (status != AD_OK) {

@@ -360,7 +360,7 @@ static const char *what_helps(const trainer *t)
     return !t->e->is_lent ? "its dimensionless numbers show what makes this scene hard"
            : network->hidden_count == 0
                ? "take hidden layers and ssbroyden in place of waves, as fronts and thin layers "
-                 "need (network.hidden, stages[0].optimizer); or, of what is smooth, more "
+                 "need (network.hidden, stages[0].optim.method); or, of what is smooth, more "
                  "network.fourier_features"
                : "take more losses.interior.points, a larger network.hidden, or ssbroyden";
 }
