@@ -4,7 +4,7 @@
 
 #include "near.h"
 
-#include "tools/config/config.h"
+#include "tools/prepare/prepare.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,7 +15,7 @@ static inline config *read_config(const char *path, const char *text, int count,
 {
     ad_error error = {.message = ""};
     config *made = NULL;
-    if (config_read(path, text, count, overrides, &made, &error) != AD_OK) {
+    if (prepare_read(path, text, count, overrides, &made, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     return made;

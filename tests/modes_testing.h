@@ -19,8 +19,8 @@ static inline reduced_test make(const char *path, const char *text, modes_counts
 {
     ad_error error = {.message = ""};
     reduced_test x = {0};
-    if (config_read_member(path, text, 0, NULL, text == everything ? "p=170,e=1.3" : NULL,
-                           &x.settings, &error) != AD_OK ||
+    if (prepare_read_member(path, text, 0, NULL, text == everything ? "p=170,e=1.3" : NULL,
+                            &x.settings, &error) != AD_OK ||
         solve_rod_create(&x.settings->scene, &x.rod, &error) != AD_OK ||
         modes_create(x.rod, NULL, &counts, finer, &x.m, &error) != AD_OK) {
         fail_msg("%s", error.message);

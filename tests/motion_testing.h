@@ -5,7 +5,7 @@
 #include "rod_testing.h"
 
 #include "physics/solve/dynamic.h"
-#include "tools/config/config.h"
+#include "tools/prepare/prepare.h"
 
 #include <math.h>
 
@@ -20,7 +20,7 @@ static inline void make_rod(solved *x, const char *path, const char *text)
 {
     ad_error error = {.message = ""};
     *x = (solved){0};
-    if (config_read(path, text, 0, NULL, &x->settings, &error) != AD_OK ||
+    if (prepare_read(path, text, 0, NULL, &x->settings, &error) != AD_OK ||
         solve_rod_create(&x->settings->scene, &x->rod, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }

@@ -6,7 +6,7 @@
 
 #include "physics/beam.h"
 #include "quantity_testing.h"
-#include "tools/config/config_experiment.h"
+#include "tools/prepare/config_experiment.h"
 #include "tools/train/reference.h"
 #include "tools/train/trainer.h"
 
@@ -49,7 +49,7 @@ static run start(const char *text, const changes *c)
     run r = {NULL, NULL, NULL, NULL};
     config *settings = NULL;
     ad_error error = {AD_OK, ""};
-    if (config_read("beam.yaml", text, c->count, c->list, &settings, &error) != AD_OK ||
+    if (prepare_read("beam.yaml", text, c->count, c->list, &settings, &error) != AD_OK ||
         config_experiment_create(settings, 1, &r.e, &error) != AD_OK ||
         experiment_problem(r.e, &r.p, &error) != AD_OK ||
         reference_create(r.e, &r.known, &error) != AD_OK ||

@@ -4,9 +4,9 @@
 #include "near.h"
 #include "temporary_folder.h"
 
-#include "tools/config/config.h"
 #include "tools/files/table_file.h"
 #include "tools/judge/compare.h"
+#include "tools/prepare/prepare.h"
 
 /* ---- methods and networks ------------------------------------------------------------------ */
 
@@ -68,7 +68,7 @@ static void test_methods_are_configs(void **state)
         config *settings;
         ad_error error = {AD_OK, ""};
         const char *override = methods[i].override;
-        if (config_read("rod.yaml", rod, 1, &override, &settings, &error) != AD_OK) {
+        if (prepare_read("rod.yaml", rod, 1, &override, &settings, &error) != AD_OK) {
             fail_msg("%s", error.message);
         }
         assert_true(settings->settings.stages[0].optim.learning_rate < 0.5);

@@ -6,7 +6,7 @@
 
 #include "nn/rng.h"
 #include "physics/solve/reduced.h"
-#include "tools/config/config.h"
+#include "tools/prepare/prepare.h"
 #include "tools/surrogate/physics_loss.h"
 
 #include <math.h>
@@ -48,7 +48,7 @@ static example make(int terms, bool ramps)
     x.numbers = calloc(decoupled_numbers(&x.m), sizeof *x.numbers);
     x.work = calloc(decoupled_work(&x.m), sizeof *x.work);
     x.m.numbers = x.numbers;
-    if (config_read("arm.yaml", arm, 0, NULL, &x.given, &error) != AD_OK ||
+    if (prepare_read("arm.yaml", arm, 0, NULL, &x.given, &error) != AD_OK ||
         excite_run(&x.given->scene, &settings, pool, &x.motions, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }

@@ -21,7 +21,7 @@ static solved solve(const char *text, double tolerance, size_t count, const doub
     ad_error error = {.message = ""};
     const solve_settings asked = {.tolerance = tolerance};
     solved x = {0};
-    if (config_read("scene.yaml", text, 0, NULL, &x.settings, &error) != AD_OK ||
+    if (prepare_read("scene.yaml", text, 0, NULL, &x.settings, &error) != AD_OK ||
         solution_create(&x.settings->scene, &asked, count, times, &x.solution, &x.report, &error) !=
             AD_OK) {
         fail_msg("%s", error.message);
@@ -64,7 +64,7 @@ static double crossing(const char *text)
     const solve_settings asked = {.tolerance = 1e-10};
     config *settings = NULL;
     solution_path *path = NULL;
-    if (config_read("scene.yaml", text, 0, NULL, &settings, &error) != AD_OK ||
+    if (prepare_read("scene.yaml", text, 0, NULL, &settings, &error) != AD_OK ||
         solution_path_create(&settings->scene, &asked, &path, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }

@@ -4,7 +4,7 @@
 #include "rollouts_testing.h"
 
 #include "physics/solve/reduced.h"
-#include "tools/config/config.h"
+#include "tools/prepare/prepare.h"
 #include "tools/surrogate/excite.h"
 
 #include <math.h>
@@ -17,7 +17,7 @@ static config *read_scene(void)
 {
     ad_error error = {.message = ""};
     config *given = NULL;
-    if (config_read("arm.yaml", arm, 0, NULL, &given, &error) != AD_OK) {
+    if (prepare_read("arm.yaml", arm, 0, NULL, &given, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     return given;

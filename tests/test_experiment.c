@@ -50,7 +50,7 @@ static void test_moving_start(void **state)
     (void)state;
     ad_error error = {.message = ""};
     config *settings = NULL;
-    assert_int_equal(config_read("rod.yaml", moving, 0, NULL, &settings, &error), AD_BAD_INPUT);
+    assert_int_equal(prepare_read("rod.yaml", moving, 0, NULL, &settings, &error), AD_BAD_INPUT);
     if (!strstr(error.message, "initial.velocity: at t = 0 the velocity differs by 0.1 m/s")) {
         fail_msg("%s", error.message);
     }

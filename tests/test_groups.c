@@ -6,7 +6,7 @@
 
 #include "physics/groups.h"
 #include "physics/solve/solve_members.h"
-#include "tools/config/config.h"
+#include "tools/prepare/prepare.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -37,7 +37,7 @@ static family read_family(const char *text, groups_settings settings)
 {
     ad_error error = {.message = ""};
     family f = {NULL, NULL, 0};
-    assert_good(config_read("family.yaml", text, 0, NULL, &f.given, &error), &error);
+    assert_good(prepare_read("family.yaml", text, 0, NULL, &f.given, &error), &error);
     assert_good(groups_find(&f.given->scene, &settings, &f.x, &error), &error);
     f.count = groups_count(f.x);
     return f;

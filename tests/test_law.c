@@ -5,7 +5,7 @@
 
 #include "autodiff/dense.h"
 #include "cpinn.h"
-#include "tools/config/config.h"
+#include "tools/prepare/prepare.h"
 #include "tools/train/train_law.h"
 
 #include <stdlib.h>
@@ -257,7 +257,7 @@ static cpinn_solution *solve(const char *path, int count, const char *const *cha
     ad_error error = {.message = ""};
     config *made = NULL;
     cpinn_solution *solved = NULL;
-    if (config_read(path, NULL, count, changes, &made, &error) != AD_OK ||
+    if (prepare_read(path, NULL, count, changes, &made, &error) != AD_OK ||
         cpinn_solve_scene(&made->scene, tolerance, time ? 1 : 0, time, &solved, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }

@@ -6,7 +6,7 @@
 
 #include "cpinn.h"
 #include "physics/solve/solve.h"
-#include "tools/config/config.h"
+#include "tools/prepare/prepare.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -61,7 +61,7 @@ static void by_solver(const char *text, int count, const char *const *overrides,
     config *read = NULL;
     solution *solved = NULL;
     solve_report report;
-    if (config_read("scene.yaml", text, count, overrides, &read, &error) != AD_OK ||
+    if (prepare_read("scene.yaml", text, count, overrides, &read, &error) != AD_OK ||
         solution_create(&read->scene, &asked, 2, times, &solved, &report, &error) != AD_OK ||
         solution_evaluate(solved, 3, PLACES, s, t, values, &error) != AD_OK) {
         fail_msg("%s", error.message);

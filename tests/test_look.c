@@ -3,9 +3,9 @@
 #include "filter_testing.h"
 
 #include "physics/solve/reduced.h"
-#include "tools/config/config.h"
 #include "tools/control/look.h"
 #include "tools/control/reduced_model.h"
+#include "tools/prepare/prepare.h"
 
 static const char arm[] = "configs/robots/soft_arm_control.yaml";
 static const int modes[4] = {2, 1, 2, 1}, finer[4] = {3, 2, 3, 2};
@@ -17,7 +17,7 @@ static config *read_arm(int count, const char *const *changes)
 {
     ad_error error = {.message = ""};
     config *settings = NULL;
-    if (config_read(arm, NULL, count, changes, &settings, &error) != AD_OK) {
+    if (prepare_read(arm, NULL, count, changes, &settings, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     return settings;
@@ -460,7 +460,7 @@ static void test_refusal(void **state)
     config *settings = NULL;
     look *x = NULL;
     (void)state;
-    if (config_read("moved.yaml", moved, 0, NULL, &settings, &error) != AD_OK) {
+    if (prepare_read("moved.yaml", moved, 0, NULL, &settings, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     assert_int_equal(look_create(&settings->scene, modes, &sensor, &x, &error), AD_BAD_INPUT);

@@ -5,7 +5,7 @@
 
 #include "physics/solve/solve.h"
 #include "physics/solve/stability.h"
-#include "tools/config/config.h"
+#include "tools/prepare/prepare.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -27,7 +27,7 @@ static solved solve_by(solve_method method, const char *text, double tolerance, 
     ad_error error = {.message = ""};
     const solve_settings asked = {.tolerance = tolerance, .method = method};
     solved x = {.settings = NULL};
-    if (config_read("scene.yaml", text, 0, NULL, &x.settings, &error) != AD_OK ||
+    if (prepare_read("scene.yaml", text, 0, NULL, &x.settings, &error) != AD_OK ||
         solution_create(&x.settings->scene, &asked, count, times, &x.solution, &x.report, &error) !=
             AD_OK) {
         fail_msg("%s", error.message);

@@ -19,7 +19,7 @@ static char path[2][80]; /* of data, of what they are compared with */
 static config *read_text(const char *text, ad_error *error)
 {
     config *read = NULL;
-    return config_read("scene.yaml", text, 0, NULL, &read, error) == AD_OK ? read : NULL;
+    return prepare_read("scene.yaml", text, 0, NULL, &read, error) == AD_OK ? read : NULL;
 }
 
 /* A classical solution at equal distances, with the columns that it has. */

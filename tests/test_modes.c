@@ -356,7 +356,7 @@ static void test_reduced(void **state)
     double C[2 * 12 * STATES], ends[2][STATES], looks[2][24];
     reduced_place at[2], now[2];
     unsigned seed = 3;
-    if (config_read("everything.yaml", everything, 0, NULL, &given, &error) != AD_OK ||
+    if (prepare_read("everything.yaml", everything, 0, NULL, &given, &error) != AD_OK ||
         reduced_create(&given->scene, &settings, &rod, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
@@ -490,7 +490,7 @@ static void test_bodies_as_inputs(void **state)
             snprintf(k, sizeof k, which ? "%.17g" : "{range: [0, %.17g]}",
                      which ? inputs[1] : 9 * rhoA * unit * unit);
             snprintf(text, sizeof text, arm, m, k, j, j, j);
-            if (config_read("arm.yaml", text, 0, NULL, &given[which], &error) != AD_OK ||
+            if (prepare_read("arm.yaml", text, 0, NULL, &given[which], &error) != AD_OK ||
                 reduced_create(&given[which]->scene, &settings, &rods[which], &error) != AD_OK) {
                 fail_msg("%s", error.message);
             }
@@ -549,7 +549,7 @@ static void test_memory(void **state)
     ad_status status = AD_NO_MEMORY;
     config *given = NULL;
     reduced_rod *rod = NULL;
-    assert_int_equal(config_read("everything.yaml", everything, 0, NULL, &given, &error), AD_OK);
+    assert_int_equal(prepare_read("everything.yaml", everything, 0, NULL, &given, &error), AD_OK);
     for (long n = 1; status == AD_NO_MEMORY && n < 100000; n += 1 + n / 20) {
         allocations = 0;
         failing_allocation = n;
@@ -591,7 +591,7 @@ static void test_from_seen(void **state)
             s[k] = 0.6 * k / (SEEN - 1);
             t[k] = times[i];
         }
-        if (config_read("arm.yaml", text, 0, NULL, &all, &error) != AD_OK ||
+        if (prepare_read("arm.yaml", text, 0, NULL, &all, &error) != AD_OK ||
             solution_create(&all->scene, &settings, 1, t, &solved, &report, &error) != AD_OK ||
             solution_evaluate(solved, COLUMNS, SEEN, s, t, values, &error) != AD_OK) {
             fail_msg("%s", error.message);
@@ -627,7 +627,7 @@ static void test_manufactured(void **state)
     solution *made = NULL;
     double at[3], off = 0;
     ad_error error = {.message = ""};
-    if (config_read("configs/manufactured_dynamic.yaml", NULL, 3, changes, &of, &error) != AD_OK) {
+    if (prepare_read("configs/manufactured_dynamic.yaml", NULL, 3, changes, &of, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     solve_settings settings = solve_settings_default(&of->scene);

@@ -176,8 +176,8 @@ static void test_refusals(void **state)
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         ad_error error = {AD_OK, ""};
         config *experiment = NULL;
-        ad_status status = config_read("scene.yaml", rows[i].text, rows[i].override ? 1 : 0,
-                                       &rows[i].override, &experiment, &error);
+        ad_status status = prepare_read("scene.yaml", rows[i].text, rows[i].override ? 1 : 0,
+                                        &rows[i].override, &experiment, &error);
         if (status != AD_BAD_INPUT || !strstr(error.message, rows[i].says)) {
             fail_msg("row %zu: %s", i, error.message);
         }
@@ -268,13 +268,13 @@ static void test_members(void **state)
     config *x = NULL;
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         ad_status status =
-            config_read_member("scene.yaml", FAMILY, 0, NULL, rows[i].at, &x, &error);
+            prepare_read_member("scene.yaml", FAMILY, 0, NULL, rows[i].at, &x, &error);
         if (status != AD_BAD_INPUT || !strstr(error.message, rows[i].says)) {
             fail_msg("row %zu: %s", i, error.message);
         }
     }
     assert_int_equal(
-        config_read_member("scene.yaml", FAMILY, 0, NULL, "pull=1, stiff = 2", &x, &error), AD_OK);
+        prepare_read_member("scene.yaml", FAMILY, 0, NULL, "pull=1, stiff = 2", &x, &error), AD_OK);
     assert_true(quantity_is(x->scene.rod.torsional_stiffness, 1));
     config_free(x);
 }
@@ -298,12 +298,12 @@ static void test_by_hand(void **state)
     ad_error error = {AD_OK, ""};
     const train_settings usual = train_settings_default();
     scene x = given->scene;
-    assert_int_equal(config_create(&x, &usual, &made, &error), AD_OK);
+    assert_int_equal(prepare_create(&x, &usual, &made, &error), AD_OK);
     assert_int_equal(made->scene.parameter_count, 2);
     assert_true(quantity_depends_on(made->scene.rod.torsional_stiffness, "stiff"));
     config_free(made);
     x.parameters[0].high = 0;
-    assert_int_equal(config_create(&x, &usual, &made, &error), AD_BAD_INPUT);
+    assert_int_equal(prepare_create(&x, &usual, &made, &error), AD_BAD_INPUT);
     assert_non_null(strstr(error.message, "parameters.pull: has the range 0 to 0"));
     config_free(given);
 }

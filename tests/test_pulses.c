@@ -14,7 +14,7 @@
 #include "physics/solve/motion_fastest.h"
 #include "physics/solve/motion_mesh.h"
 #include "physics/solve/solve.h"
-#include "tools/config/config.h"
+#include "tools/prepare/prepare.h"
 
 #include <math.h>
 #include <string.h>
@@ -336,7 +336,7 @@ static outcome judge(const pulse_scene *x)
     solve_rod *rod = NULL;
     ad_error error = {.message = ""};
     outcome out = {0};
-    ad_status status = config_read("scene.yaml", x->text, 0, NULL, &made, &error);
+    ad_status status = prepare_read("scene.yaml", x->text, 0, NULL, &made, &error);
     if (status ==
         AD_BAD_INPUT) { /* such as held ends that are farther apart than the rod is long */
         out = (outcome){.estimate = NAN, .warned = true, .refused = true};

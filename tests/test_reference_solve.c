@@ -291,7 +291,7 @@ static double tolerance_of(const char *path, const char *text, const char *overr
 {
     ad_error error = {.message = ""};
     config *settings = NULL;
-    if (config_read(path, text, override != NULL, &override, &settings, &error) != AD_OK) {
+    if (prepare_read(path, text, override != NULL, &override, &settings, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     double tolerance = settings->settings.reference_tolerance;
@@ -325,7 +325,7 @@ static char *physics(const char *text, const char *override)
     size_t size = 0;
     FILE *file = open_memstream(&written, &size);
     assert_non_null(file);
-    if (config_read("a.yaml", text, override != NULL, &override, &settings, &error) != AD_OK) {
+    if (prepare_read("a.yaml", text, override != NULL, &override, &settings, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     assert_int_equal(config_write_physics(settings, file), AD_OK);

@@ -4,10 +4,10 @@
 #include "random_numbers.h"
 #include "temporary_folder.h"
 
-#include "tools/config/config.h"
 #include "tools/control/look.h"
 #include "tools/control/reduced_model.h"
 #include "tools/control/residual.h"
+#include "tools/prepare/prepare.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -32,7 +32,7 @@ static rod_and_scene make(int count, const char *const *changes)
     const reduced_settings settings = {.modes = {2, 1, 1, 1}, .count = 1, .s = &LENGTH};
     ad_error error = {.message = ""};
     rod_and_scene x;
-    if (config_read(scene_file, NULL, count, changes, &x.settings, &error) != AD_OK ||
+    if (prepare_read(scene_file, NULL, count, changes, &x.settings, &error) != AD_OK ||
         reduced_create(&x.settings->scene, &settings, &x.rod, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }

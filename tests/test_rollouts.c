@@ -4,8 +4,8 @@
 #include "rollouts_testing.h"
 
 #include "physics/solve/reduced.h"
-#include "tools/config/config.h"
 #include "tools/control/reduced_model.h"
+#include "tools/prepare/prepare.h"
 #include "tools/surrogate/rollouts.h"
 
 #include <math.h>
@@ -60,7 +60,7 @@ static void test_table(void **state)
     const reduced_settings modes = {.modes = {1, 1, 1, 1}};
     config *given = NULL;
     reduced_rod *rod = NULL;
-    if (config_read("arm.yaml", arm, 0, NULL, &given, &error) != AD_OK ||
+    if (prepare_read("arm.yaml", arm, 0, NULL, &given, &error) != AD_OK ||
         reduced_create(&given->scene, &modes, &rod, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }

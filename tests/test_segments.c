@@ -93,7 +93,7 @@ static void test_by_hand(void **state)
     (void)state;
     ad_error error = {.message = ""};
     config *given = read_text(EVERYTHING, 0, NULL), *made = NULL;
-    if (config_create(&given->scene, &given->settings, &made, &error) != AD_OK) {
+    if (prepare_create(&given->scene, &given->settings, &made, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     for (double s = 0.05; s < 1; s += 0.1) {
@@ -106,7 +106,7 @@ static void test_by_hand(void **state)
     assert_true(made->scene.names == made->names);
     given->scene.point_count = SCENE_POINTS_MAX + 1;
     config *refused = NULL;
-    assert_int_equal(config_create(&given->scene, &given->settings, &refused, &error),
+    assert_int_equal(prepare_create(&given->scene, &given->settings, &refused, &error),
                      AD_BAD_INPUT);
     assert_non_null(strstr(error.message, "loads.points: has 17 entries"));
     given->scene.point_count = 2;
@@ -191,7 +191,7 @@ static void test_table(void **state)
     put_file("rod.yaml", TABLED "tables: [{name: wind, file: wind.csv}]\n");
     ad_error error = {.message = ""};
     config *given = NULL;
-    if (config_read(at("rod.yaml"), NULL, 0, NULL, &given, &error) != AD_OK) {
+    if (prepare_read(at("rod.yaml"), NULL, 0, NULL, &given, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     char *text = written(given, false);
@@ -241,7 +241,7 @@ static void test_table_refusals(void **state)
         ad_error error = {.message = ""};
         config *given = NULL;
         snprintf(override, sizeof override, "tables=%s", rows[i].tables);
-        assert_int_equal(config_read("scene.yaml", TABLED, 1, overrides, &given, &error),
+        assert_int_equal(prepare_read("scene.yaml", TABLED, 1, overrides, &given, &error),
                          AD_BAD_INPUT);
         if (rows[i].line) {
             assert_string_equal(error.message, rows[i].line);

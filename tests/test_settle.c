@@ -5,7 +5,7 @@
 
 #include "cpinn.h"
 #include "physics/solve/reduced.h"
-#include "tools/config/config.h"
+#include "tools/prepare/prepare.h"
 
 #include <string.h>
 
@@ -22,7 +22,7 @@ static config *read_scene(const char *text, ad_error *error)
 {
     config *made = NULL;
     error->message[0] = 0;
-    return config_read("scene.yaml", text, 0, NULL, &made, error) == AD_OK ? made : NULL;
+    return prepare_read("scene.yaml", text, 0, NULL, &made, error) == AD_OK ? made : NULL;
 }
 
 /* Columns of the solution at s, t; the first two are x and z, or w. */
@@ -203,7 +203,7 @@ static void test_settled_start(void **state)
             ad_error error = {.message = ""};
             config *given = NULL;
             reduced_rod *rod = NULL;
-            if (config_read("scene.yaml", text, 1 - from_rest, settled, &given, &error) != AD_OK ||
+            if (prepare_read("scene.yaml", text, 1 - from_rest, settled, &given, &error) != AD_OK ||
                 reduced_create(&given->scene, &settings, &rod, &error) != AD_OK ||
                 reduced_initial(rod, &pulls[i], x[from_rest], &error) != AD_OK ||
                 (from_rest && reduced_settle(rod, 0, &pulls[i], x[from_rest], &error) != AD_OK) ||
@@ -244,7 +244,7 @@ static void test_column_start(void **state)
     ad_error error = {.message = ""};
     config *given = NULL;
     reduced_rod *rod = NULL;
-    if (config_read("scene.yaml", text, 0, NULL, &given, &error) != AD_OK ||
+    if (prepare_read("scene.yaml", text, 0, NULL, &given, &error) != AD_OK ||
         reduced_create(&given->scene, &settings, &rod, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }

@@ -17,7 +17,7 @@ static run start_by_default(const char *const *changes, int count)
     config *settings = NULL;
     run r = {.made = {NULL, NULL}};
     ad_error error = {AD_OK, ""};
-    if (config_read(SLENDER, NULL, count, changes, &settings, &error) != AD_OK ||
+    if (prepare_read(SLENDER, NULL, count, changes, &settings, &error) != AD_OK ||
         config_experiment_create(settings, 1, &r.made.e, &error) != AD_OK ||
         experiment_problem(r.made.e, &r.made.p, &error) != AD_OK ||
         reference_create(r.made.e, &r.known, &error) != AD_OK ||

@@ -7,7 +7,7 @@
 #include "physics/beam.h"
 #include "physics/solve/solve.h"
 #include "quantity_testing.h"
-#include "tools/config/config.h"
+#include "tools/prepare/prepare.h"
 
 #include <string.h>
 
@@ -26,7 +26,7 @@ static solved solve_with(const char *path, const char *text, solve_settings sett
 {
     ad_error error = {.message = ""};
     solved x = {.settings = NULL};
-    if (config_read(path, text, 0, NULL, &x.settings, &error) != AD_OK ||
+    if (prepare_read(path, text, 0, NULL, &x.settings, &error) != AD_OK ||
         solution_create(&x.settings->scene, &settings, count, times, &x.solution, &x.report,
                         &error) != AD_OK) {
         fail_msg("%s", error.message);
@@ -217,7 +217,7 @@ static void test_free_vibration(void **state)
     for (int which = 0; which < 2; which++) {
         ad_error error = {.message = ""};
         config *settings;
-        assert_int_equal(config_read(paths[which], NULL, 0, NULL, &settings, &error), AD_OK);
+        assert_int_equal(prepare_read(paths[which], NULL, 0, NULL, &settings, &error), AD_OK);
         double period = scene_duration(&settings->scene);
         const double times[3] = {0.3 * period, 0.71 * period, period};
         solved x = solve_with(paths[which], NULL, (solve_settings){.tolerance = 1e-11}, 3, times);
@@ -401,7 +401,7 @@ static void refuse(const char *path, solve_settings asked, const char *words)
     config *settings = NULL;
     solution *x = NULL;
     solve_report report;
-    assert_int_equal(config_read(path, NULL, 0, NULL, &settings, &error), AD_OK);
+    assert_int_equal(prepare_read(path, NULL, 0, NULL, &settings, &error), AD_OK);
     assert_int_equal(solution_create(&settings->scene, &asked, 0, NULL, &x, &report, &error),
                      AD_BAD_ARGUMENT);
     assert_null(x);
@@ -473,7 +473,7 @@ static void test_no_memory(void **state)
     const solve_settings rough = {.tolerance = 1e-2};
     for (int i = 0; i < 2; i++) {
         config *settings;
-        assert_int_equal(config_read(paths[i], NULL, 0, NULL, &settings, NULL), AD_OK);
+        assert_int_equal(prepare_read(paths[i], NULL, 0, NULL, &settings, NULL), AD_OK);
         check_no_memory(&settings->scene, &rough, 0, NULL, 0, 1);
         config_free(settings);
     }

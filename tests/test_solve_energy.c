@@ -2,7 +2,7 @@
 #include "near.h"
 
 #include "physics/solve/solve.h"
-#include "tools/config/config.h"
+#include "tools/prepare/prepare.h"
 
 #include <stdio.h>
 
@@ -22,7 +22,7 @@ static void solve(solved *x, const char *path, const char *text, int nodes, doub
     solve_settings settings = {.nodes = nodes, .tolerance = tolerance};
     double times[11];
     *x = (solved){0};
-    if (config_read(path, text, 0, NULL, &x->settings, &error) != AD_OK) {
+    if (prepare_read(path, text, 0, NULL, &x->settings, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     const scene *given = &x->settings->scene;

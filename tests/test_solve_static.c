@@ -5,7 +5,7 @@
 
 #include "physics/solve/static.h"
 #include "physics/solve/static_newton.h"
-#include "tools/config/config_experiment.h"
+#include "tools/prepare/config_experiment.h"
 #include "tools/train/experiment.h"
 #include "tools/train/reference.h"
 
@@ -26,7 +26,7 @@ static solved solve_with(const char *path, const char *text, const char *overrid
 {
     ad_error error = {.message = ""};
     solved x = {.settings = NULL};
-    if (config_read(path, text, override != NULL, &override, &x.settings, &error) != AD_OK ||
+    if (prepare_read(path, text, override != NULL, &override, &x.settings, &error) != AD_OK ||
         solve_rod_create(&x.settings->scene, &x.rod, &error) != AD_OK ||
         static_solve(x.rod, &settings, &x.solution, &x.report, &error) != AD_OK) {
         fail_msg("%s", error.message);
@@ -77,7 +77,7 @@ static void check_reference(const char *path, const char *override, double toler
     solve_report report;
     reference_errors errors;
     const solve_settings wanted = {.tolerance = asked};
-    if (config_read(path, NULL, override != NULL, &override, &settings, &error) != AD_OK ||
+    if (prepare_read(path, NULL, override != NULL, &override, &settings, &error) != AD_OK ||
         config_experiment_create(settings, 1, &e, &error) != AD_OK ||
         reference_create(e, &r, &error) != AD_OK ||
         solution_create(&settings->scene, &wanted, 0, NULL, &found, &report, &error) != AD_OK ||
@@ -566,7 +566,7 @@ static void test_no_memory(void **state)
     (void)state;
     config *settings = NULL;
     const solve_settings rough = {.tolerance = 1e-3};
-    assert_int_equal(config_read("configs/elastica.yaml", NULL, 0, NULL, &settings, NULL), AD_OK);
+    assert_int_equal(prepare_read("configs/elastica.yaml", NULL, 0, NULL, &settings, NULL), AD_OK);
     check_no_memory(&settings->scene, &rough, 0, NULL, 20, 7);
     solve_settings strain = rough;
     strain.method = SOLVE_STRAIN;

@@ -4,7 +4,7 @@
 
 #include "physics/solve/solve.h"
 #include "physics/solve/stability.h"
-#include "tools/config/config.h"
+#include "tools/prepare/prepare.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -27,7 +27,7 @@ static solved solve_with(const char *path, const char *text, int count_overrides
     ad_error error = {.message = ""};
     solve_settings settings = {.tolerance = tolerance};
     solved x = {.settings = NULL};
-    if (config_read(path, text, count_overrides, overrides, &x.settings, &error) != AD_OK ||
+    if (prepare_read(path, text, count_overrides, overrides, &x.settings, &error) != AD_OK ||
         solution_create(&x.settings->scene, &settings, count, times, &x.solution, &x.report,
                         &error) != AD_OK) {
         fail_msg("%s", error.message);
@@ -234,7 +234,7 @@ static void test_tapered_column(void **state)
     double critical = 3 * (0.25 + low * low) / 4;
     ad_error error = {.message = ""};
     config *settings;
-    assert_int_equal(config_read("column.yaml", text, 0, NULL, &settings, &error), AD_OK);
+    assert_int_equal(prepare_read("column.yaml", text, 0, NULL, &settings, &error), AD_OK);
     for (int i = 0; i < 2; i++) {
         double values[COLUMNS][STABILITY_POINTS] = {{0}};
         int count;

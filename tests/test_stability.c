@@ -9,7 +9,7 @@
 #include <cmocka.h>
 
 #include "physics/solve/stability.h"
-#include "tools/config/config_session.h"
+#include "tools/prepare/config_session.h"
 
 #define COLUMN                                                                                     \
     "rod:\n"                                                                                       \
@@ -52,7 +52,7 @@ static int ways_of(const char *text, const char *first, const char *second, verd
     ad_error error = {AD_OK, ""};
     config *settings;
     session s;
-    if (config_read("scene.yaml", text, second ? 2 : 1, overrides, &settings, &error) != AD_OK ||
+    if (prepare_read("scene.yaml", text, second ? 2 : 1, overrides, &settings, &error) != AD_OK ||
         config_session_create(settings, 1, &s, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }

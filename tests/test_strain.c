@@ -6,7 +6,7 @@
 #include "physics/quaternion.h"
 #include "physics/solve/solve.h"
 #include "physics/solve/strain_form.h"
-#include "tools/config/config_experiment.h"
+#include "tools/prepare/config_experiment.h"
 #include "tools/train/reference.h"
 
 #include <stdlib.h>
@@ -415,7 +415,7 @@ static void check_reference(const char *path, const char *override, double toler
     solve_report report;
     reference_errors errors;
     const solve_settings wanted = {.tolerance = 1e-10, .method = SOLVE_STRAIN};
-    if (config_read(path, NULL, override != NULL, &override, &settings, &error) != AD_OK ||
+    if (prepare_read(path, NULL, override != NULL, &override, &settings, &error) != AD_OK ||
         config_experiment_create(settings, 1, &e, &error) != AD_OK ||
         reference_create(e, &r, &error) != AD_OK ||
         solution_create(&settings->scene, &wanted, 0, NULL, &found, &report, &error) != AD_OK ||
@@ -471,7 +471,7 @@ static void check_against_collocation(const char *path, const char *override)
     ad_error error = {.message = ""};
     config *settings = NULL;
     double values[2][COLUMNS * POINTS];
-    if (config_read(path, NULL, override != NULL, &override, &settings, &error) != AD_OK) {
+    if (prepare_read(path, NULL, override != NULL, &override, &settings, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     for (int i = 0; i < 2; i++) {
@@ -532,7 +532,7 @@ static void refuse(const char *path, const char *why)
     solution *found = NULL;
     solve_report report;
     const solve_settings wanted = {.tolerance = 1e-6, .method = SOLVE_STRAIN};
-    assert_int_equal(config_read(path, NULL, 0, NULL, &settings, &error), AD_OK);
+    assert_int_equal(prepare_read(path, NULL, 0, NULL, &settings, &error), AD_OK);
     assert_int_equal(solution_create(&settings->scene, &wanted, 0, NULL, &found, &report, &error),
                      AD_BAD_ARGUMENT);
     assert_non_null(strstr(error.message, why));

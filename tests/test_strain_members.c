@@ -5,8 +5,8 @@
 #include "random_numbers.h"
 
 #include "physics/solve/solve.h"
-#include "tools/config/config.h"
 #include "tools/library/cpinn.h"
+#include "tools/prepare/prepare.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -151,7 +151,7 @@ static const char *file_of(const char *text)
 static config *read_text(const char *text, ad_error *error)
 {
     config *result = NULL;
-    config_read("family.yaml", text, 0, NULL, &result, error);
+    prepare_read("family.yaml", text, 0, NULL, &result, error);
     return result;
 }
 

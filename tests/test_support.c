@@ -322,7 +322,7 @@ static ad_status identify(const settings *list, config **one, ad_error *error)
         const double value = cpinn_unknowns_value(found, 0);
         assert_near(value, 1, 1e-3); /* positions are of three places, to 1e-6 m */
         snprintf(at, sizeof at, "more=%.17g", value);
-        status = config_read_member(file, NULL, list->count, list->texts, at, one, error);
+        status = prepare_read_member(file, NULL, list->count, list->texts, at, one, error);
     }
     cpinn_unknowns_free(found);
     return status;
@@ -525,7 +525,7 @@ static outcome run(const feature_scene *x, support_form form, bool taken, const 
     }
     add(&list, last);
     add_form(&list, form, taken);
-    ad_status status = config_read(file, NULL, list.count, list.texts, &made, &error);
+    ad_status status = prepare_read(file, NULL, list.count, list.texts, &made, &error);
     if (status == AD_OK) {
         status = is_tape(form) || form == SUPPORT_STRAIN_MOTION
                      ? by_network(made, &list, &to, &error)

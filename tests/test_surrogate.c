@@ -6,7 +6,7 @@
 #include "temporary_folder.h"
 
 #include "autodiff/dense.h"
-#include "tools/config/config_surrogate.h"
+#include "tools/prepare/config_surrogate.h"
 #include "tools/surrogate/growth.h"
 #include "tools/surrogate/training.h"
 
@@ -44,7 +44,7 @@ static config *read_scene(const char *text, const char *override)
 {
     ad_error error = {.message = ""};
     config *given = NULL;
-    if (config_read("arm.yaml", text, override != NULL, &override, &given, &error) != AD_OK) {
+    if (prepare_read("arm.yaml", text, override != NULL, &override, &given, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     return given;
@@ -455,7 +455,7 @@ static void expect_refusal(const char *override, const char *needle)
 {
     ad_error error = {.message = ""};
     config *given = NULL;
-    assert_int_equal(config_read("arm.yaml", hanging, 1, &override, &given, &error), AD_BAD_INPUT);
+    assert_int_equal(prepare_read("arm.yaml", hanging, 1, &override, &given, &error), AD_BAD_INPUT);
     if (!strstr(error.message, needle)) {
         fail_msg("%s: %s", override, error.message);
     }

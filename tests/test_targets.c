@@ -5,7 +5,7 @@
 
 #include "autodiff/ad.h"
 #include "near.h"
-#include "tools/config/config_session.h"
+#include "tools/prepare/config_session.h"
 
 /* A wire with a tendon, its weight, a force across the tip, and a stiffness: errors of networks are
  * those of some hundred steps. */
@@ -33,7 +33,7 @@ static session begin_with(const char *change, const char *stages, int threads)
     config *settings = NULL;
     session s = {.e = NULL};
     snprintf(training, sizeof training, "training.stages=[%s]", stages);
-    if (config_read("family.yaml", family_text, change ? 2 : 1, changes, &settings, &error) !=
+    if (prepare_read("family.yaml", family_text, change ? 2 : 1, changes, &settings, &error) !=
             AD_OK ||
         config_session_create(settings, threads, &s, &error) != AD_OK) {
         fail_msg("%s", error.message);
@@ -205,7 +205,7 @@ static session begin_linear(const char *text, const char *change, int threads)
     ad_error error = {AD_OK, ""};
     config *settings = NULL;
     session s = {.e = NULL};
-    if (config_read("linear.yaml", text, change ? 1 : 0, changes, &settings, &error) != AD_OK ||
+    if (prepare_read("linear.yaml", text, change ? 1 : 0, changes, &settings, &error) != AD_OK ||
         config_session_create(settings, threads, &s, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
@@ -344,7 +344,7 @@ static void test_samplers(void **state)
         ad_error error = {AD_OK, ""};
         config *settings = NULL;
         session s = {.e = NULL};
-        if (config_read("family.yaml", family_text, 2, changes, &settings, &error) != AD_OK ||
+        if (prepare_read("family.yaml", family_text, 2, changes, &settings, &error) != AD_OK ||
             config_session_create(settings, 1, &s, &error) != AD_OK) {
             fail_msg("%s", error.message);
         }
@@ -406,7 +406,7 @@ static void test_file(void **state)
         fputs(rows[i][0], file);
         fclose(file);
         s = (session){.e = NULL};
-        assert_int_equal(config_read("family.yaml", family_text, 1, changes, &settings, &error),
+        assert_int_equal(prepare_read("family.yaml", family_text, 1, changes, &settings, &error),
                          AD_OK);
         assert_int_equal(config_session_create(settings, 1, &s, &error), AD_BAD_INPUT);
         if (!strstr(error.message, "members.file: ") || !strstr(error.message, rows[i][1])) {
@@ -447,7 +447,7 @@ static void test_refused(void **state)
         ad_error error = {AD_OK, ""};
         config *settings = NULL;
         session s = {.e = NULL};
-        ad_status status = config_read("family.yaml", family_text, 2, changes, &settings, &error);
+        ad_status status = prepare_read("family.yaml", family_text, 2, changes, &settings, &error);
         status = status == AD_OK ? config_session_prepare(settings, 1, &s, &error) : status;
         if (rows[i].says ? !strstr(error.message, rows[i].says) : status != AD_OK) {
             fail_msg("%s: %s", rows[i].change, error.message);
@@ -471,7 +471,7 @@ static void test_coarse(void **state)
     ad_error error = {AD_OK, ""};
     config *settings = NULL;
     session s = {.e = NULL};
-    assert_int_equal(config_read("kinks.yaml", text, 0, NULL, &settings, &error), AD_OK);
+    assert_int_equal(prepare_read("kinks.yaml", text, 0, NULL, &settings, &error), AD_OK);
     assert_int_equal(config_session_prepare(settings, 1, &s, &error), AD_BAD_INPUT);
     if (!strstr(error.message, "estimated error is above the tolerance on the finest mesh)") ||
         !strstr(error.message, "or formulation: mixed")) {

@@ -14,7 +14,7 @@
 #include <cmocka.h>
 
 #include "physics/problem.h"
-#include "tools/config/config_experiment.h"
+#include "tools/prepare/config_experiment.h"
 
 enum { OVERRIDES_MAX = 40 };
 
@@ -38,7 +38,7 @@ static inline experiment *make_experiment(const char *path, const char *const *c
     ad_error error = {AD_OK, ""};
     config *settings = NULL;
     experiment *e = NULL;
-    if (config_read(path, NULL, count, overrides, &settings, &error) != AD_OK ||
+    if (prepare_read(path, NULL, count, overrides, &settings, &error) != AD_OK ||
         config_experiment_create(settings, threads, &e, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
@@ -51,7 +51,7 @@ static inline experiment *experiment_of(const char *path, const char *text, cons
     ad_error error = {.message = ""};
     config *settings = NULL;
     experiment *e = NULL;
-    if (config_read(path, text, override != NULL, &override, &settings, &error) != AD_OK ||
+    if (prepare_read(path, text, override != NULL, &override, &settings, &error) != AD_OK ||
         config_experiment_create(settings, 1, &e, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }

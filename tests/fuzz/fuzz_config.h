@@ -3,7 +3,7 @@
 #define TESTS_FUZZ_FUZZ_CONFIG_H
 
 #include "tests/fuzz/fuzz.h"
-#include "tools/config/config.h"
+#include "tools/prepare/prepare.h"
 
 static inline char *fuzz_config_text(const config *settings)
 {
@@ -19,12 +19,12 @@ static inline void fuzz_config(const char *text, int count, const char *const *o
 {
     ad_error error = {AD_OK, ""};
     config *settings, *again;
-    if (config_read("fuzz.yaml", text, count, overrides, &settings, &error) != AD_OK) {
+    if (prepare_read("fuzz.yaml", text, count, overrides, &settings, &error) != AD_OK) {
         fuzz_refused(&error);
         return;
     }
     char *written = fuzz_config_text(settings);
-    fuzz_require(config_read("written.yaml", written, 0, NULL, &again, &error) == AD_OK);
+    fuzz_require(prepare_read("written.yaml", written, 0, NULL, &again, &error) == AD_OK);
     char *twice = fuzz_config_text(again);
     fuzz_require(strcmp(written, twice) == 0);
     config_free(again);

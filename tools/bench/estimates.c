@@ -9,7 +9,7 @@
  *
  * Exit status: 1 where an estimate is further than a factor 10 from the error, is not known, or
  * would let a network pass whose error is ten times the tolerance of its verdict. */
-#include "tools/config/config_session.h"
+#include "tools/prepare/config_session.h"
 #include "tools/programs/cli.h"
 #include "tools/train/learnt_balance.h"
 #include "tools/train/session.h"
@@ -74,7 +74,7 @@ static ad_status open(const char *path, session *s, ad_error *error)
                                           "losses={interior: {points: 256}}"};
     config *settings;
     ad_status status =
-        config_read(path, NULL, sizeof changes / sizeof *changes, changes, &settings, error);
+        prepare_read(path, NULL, sizeof changes / sizeof *changes, changes, &settings, error);
     return status == AD_OK ? config_session_create(settings, 0, s, error) : status;
 }
 

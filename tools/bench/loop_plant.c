@@ -4,8 +4,8 @@
 #define _GNU_SOURCE
 #include "tools/bench/loop_wire.h"
 
-#include "tools/config/config.h"
 #include "tools/control/plant.h"
+#include "tools/prepare/prepare.h"
 
 #include <math.h>
 
@@ -21,7 +21,7 @@ typedef struct robot {
 static ad_status open_robot(robot *r, const char *path, int count, const char **set,
                             ad_error *error)
 {
-    ad_status status = config_read_robot(path, count, set, &r->nominal, &r->changed, error);
+    ad_status status = prepare_read_robot(path, count, set, &r->nominal, &r->changed, error);
     if (status != AD_OK) {
         return status;
     }

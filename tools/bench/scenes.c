@@ -6,8 +6,8 @@
  * under a load along the rod. The scenes take turns, so that a busy moment slows all of them;
  * medians. Ratios are to the last scene. */
 #include "physics/sort.h"
-#include "tools/config/config_experiment.h"
 #include "tools/files/table_file.h"
+#include "tools/prepare/config_experiment.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/help.h"
 #include "tools/train/clock.h"
@@ -43,7 +43,7 @@ static ad_status enter(entrant *scene, const char *path, const char *text,
                        const char *const same[2], int threads, ad_error *error)
 {
     config *settings;
-    ad_status status = config_read(path, text, 2, same, &settings, error);
+    ad_status status = prepare_read(path, text, 2, same, &settings, error);
     if (status == AD_OK) {
         status = config_experiment_create(settings, threads, &scene->e, error);
     }

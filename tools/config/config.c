@@ -1,4 +1,4 @@
-/* Reading an experiment from end to end: file, overrides, defaults, checks. */
+/* Reading an experiment from end to end: file, overrides, checks. */
 #include "tools/config/config_parts.h"
 
 #include <locale.h>
@@ -66,19 +66,39 @@ static ad_status resolve_and_check(config *experiment, ad_error *error)
     if (status == AD_OK) {
         status = config_check_scene(experiment, error);
     }
-    if (status == AD_OK) {
-        status = config_resolve_physics(experiment, error);
-    }
-    if (status == AD_OK) {
-        status = config_check_ends(experiment, error);
-    }
-    return status == AD_OK ? config_check_training(experiment, error) : status;
+    return status == AD_OK ? config_resolve_physics(experiment, error) : status;
 }
 
 ad_status config_refuse(const config *experiment, const char *key, const char *problem,
                         ad_error *error)
 {
     return config_blame(experiment->source, error, key, "%s", problem);
+}
+
+bool config_gives(const config *experiment, const char *key)
+{
+    return config_given(experiment->source, key);
+}
+
+bool config_has(const config *experiment, const char *section)
+{
+    const size_t length = strlen(section);
+    char path[CONFIG_PATH_MAX];
+    bool any = false;
+    for (int i = 0; i < config_key_count && !any; i++) {
+        const config_key *key = &config_keys[i];
+        const config_list *list = config_list_of(key->path);
+        if (strncmp(key->path, section, length) == 0) {
+            config_key_path(key, 0, path);
+            any = config_given(experiment->source, list ? list->path : path);
+        }
+    }
+    return any;
+}
+
+bool config_controls(const config *experiment)
+{
+    return config_has(experiment, "control.");
 }
 
 /* An experiment with its defaults, of which nothing is given yet; NULL when memory runs out. */
@@ -98,26 +118,30 @@ static config *begin(const char *file)
     return experiment;
 }
 
-typedef ad_status (*filling)(config *experiment, const void *context, ad_error *error);
+ad_status config_with_points(config *experiment, config_work *work, const void *context,
+                             ad_error *error)
+{
+    locale_t c_locale = newlocale(LC_NUMERIC_MASK, "C", (locale_t)0);
+    if (!c_locale) {
+        return ad_fail(error, AD_NO_MEMORY, "%s: out of memory",
+                       config_source_file(experiment->source));
+    }
+    locale_t before = uselocale(c_locale);
+    ad_status status = work(experiment, context, error);
+    uselocale(before);
+    freelocale(c_locale);
+    return status;
+}
 
-/* Fill one in where numbers have a point, whatever the user's language. */
-static ad_status make(const char *file, filling fill, const void *context, config **result,
+static ad_status make(const char *file, config_work *fill, const void *context, config **result,
                       ad_error *error)
 {
     config *experiment = begin(file);
-    locale_t c_locale = newlocale(LC_NUMERIC_MASK, "C", (locale_t)0);
     *result = NULL;
-    if (!experiment || !c_locale) {
-        config_free(experiment);
-        if (c_locale) {
-            freelocale(c_locale);
-        }
+    if (!experiment) {
         return ad_fail(error, AD_NO_MEMORY, "%s: out of memory", file);
     }
-    locale_t before = uselocale(c_locale);
-    ad_status status = fill(experiment, context, error);
-    uselocale(before);
-    freelocale(c_locale);
+    ad_status status = config_with_points(experiment, fill, context, error);
     if (status == AD_OK) {
         *result = experiment;
     } else {

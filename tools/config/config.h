@@ -1,4 +1,5 @@
-/* An experiment: the YAML file, read, checked, every default filled in.
+/* An experiment: the YAML file, read and checked. What it leaves open to measurements, as the size
+ * of a network, stays open, and nothing is solved: that is tools/prepare/prepare.h.
  *
  * One table of keys (config_keys.c) holds path, type, unit, default, range and help of every key
  * and drives the reader, --set, --help, --print-config and the resolved config.yaml of a run. */
@@ -62,7 +63,7 @@ typedef struct config {
                               * determine is left to scene_properties_of */
     train_settings settings; /* reference_file is relative to the YAML file, absolute once read */
     surrogate_settings surrogate;
-    control_settings control;     /* resolved if given; task.file as settings.reference_file */
+    control_settings control;     /* task.file as settings.reference_file */
     config_load_units load_units; /* SI once read: the scene's loads are already converted */
     struct config_source *source; /* texts and places; opaque */
 } config;
@@ -83,14 +84,14 @@ ad_status config_read(const char *path, const char *text, int count, const char 
 ad_status config_read_member(const char *path, const char *text, int count,
                              const char *const *overrides, const char *at, config **config,
                              ad_error *error);
-/* The same of a scene and settings that a program has filled in, whose texts are copied: checked
- * and resolved, so that it can be written like one of a file. The end s = length is of the type
+/* The same of a scene and settings that a program has filled in, whose texts are copied: checked,
+ * so that it can be written like one of a file. The end s = length is of the type
  * that the scene says. Keys stand in messages behind settings->name, or "scene". */
 ad_status config_create(const scene *rod_scene, const train_settings *settings, config **result,
                         ad_error *error);
 void config_free(config *config);
 
-/* The resolved experiment as YAML, every default filled in, each key with its help as a comment
+/* A prepared experiment as YAML, every default filled in, each key with its help as a comment
  * when `help` is set. Stiffness and inertia that follow from section and material stay null, with
  * their numbers as a comment. Reading it back gives the same experiment. */
 ad_status config_write(const config *config, FILE *file, bool help);
@@ -99,17 +100,17 @@ ad_status config_write(const config *config, FILE *file, bool help);
  * and formulation, and the reference. The same for every way to write the same scene. */
 ad_status config_write_physics(const config *config, FILE *file);
 
-/* Whether any key of `control` is given; and the section as if it were, where none is, for a loop
- * of defaults. AD_BAD_INPUT as config_read. */
+/* Whether a key was given; whether any of `control` was. */
+bool config_gives(const config *config, const char *key);
 bool config_controls(const config *config);
-ad_status config_resolve_control(config *config, ad_error *error);
 
-/* A scene as config_read has it, its section control resolved also where it is not given, and the
- * robot that is simulated in its place: the same with the keys of control.plant.set, without
- * control and surrogate. Both are the caller's to free, *nominal also on failure; they are NULL
- * before. Errors of config_read; what is wrong with the plant is said of control.plant.set. */
-ad_status config_read_robot(const char *path, int count, const char *const *overrides,
-                            config **nominal, config **plant, ad_error *error);
+/* Keys of stages against their optimisers, once these are chosen. AD_BAD_INPUT as config_read. */
+ad_status config_check_stages(const config *config, ad_error *error);
+
+/* `work` where numbers have a point, whatever the user's language. */
+typedef ad_status config_work(config *config, const void *context, ad_error *error);
+ad_status config_with_points(config *config, config_work *work, const void *context,
+                             ad_error *error);
 
 /* Blame `key` for something found after reading: the line as of config_read. */
 ad_status config_refuse(const config *config, const char *key, const char *problem,

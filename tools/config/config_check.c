@@ -1,4 +1,5 @@
-/* What is checked once everything is read: formulas with their places, the scene, the training. */
+/* What is checked once everything is read: formulas with their places, the scene, the keys of
+ * stages. */
 #include "tools/config/config_parts.h"
 
 #include <math.h>
@@ -198,19 +199,6 @@ ad_status config_check_scene(const config *experiment, ad_error *error)
     return AD_OK;
 }
 
-ad_status config_check_ends(const config *experiment, ad_error *error)
-{
-    ad_error reason;
-    const char *key = "";
-    scene member;
-    scene_middle(&experiment->scene, &member);
-    ad_status status = scene_physics_of(&member)->check(&member, &key, &reason);
-    if (status == AD_BAD_INPUT) {
-        return config_blame(experiment->source, error, key, "%s", reason.message);
-    }
-    return status == AD_OK ? AD_OK : ad_fail(error, status, "%s", reason.message);
-}
-
 /* A key of another optimiser in a stage is a mistake, not something to pass over. */
 static ad_status check_stage_keys(const config *experiment, int stage, ad_error *error)
 {
@@ -232,29 +220,11 @@ static ad_status check_stage_keys(const config *experiment, int stage, ad_error 
     return AD_OK;
 }
 
-ad_status config_blame_training(const config *experiment, ad_status status, const char *key,
-                                const ad_error *reason, ad_error *error)
+ad_status config_check_stages(const config *experiment, ad_error *error)
 {
-    return status == AD_OK ? AD_OK
-           : status == AD_BAD_INPUT
-               ? config_blame(experiment->source, error, key, "%s", reason->message)
-               : ad_fail(error, status, "%s", reason->message);
-}
-
-ad_status config_check_training(const config *experiment, ad_error *error)
-{
-    ad_error reason;
-    char key[TRAIN_KEY_MAX];
-    for (int i = 0; i < experiment->settings.stage_count; i++) {
-        ad_status status = check_stage_keys(experiment, i, error);
-        if (status != AD_OK) {
-            return status;
-        }
+    ad_status status = AD_OK;
+    for (int i = 0; i < experiment->settings.stage_count && status == AD_OK; i++) {
+        status = check_stage_keys(experiment, i, error);
     }
-    if (surrogate_is_given(&experiment->surrogate)) {
-        return AD_OK; /* its own checks are done */
-    }
-    ad_status status =
-        train_settings_check(&experiment->settings, &experiment->scene, key, &reason);
-    return config_blame_training(experiment, status, key, &reason, error);
+    return status;
 }

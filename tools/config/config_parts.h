@@ -129,7 +129,8 @@ ad_status config_resolve_choices(config *experiment, ad_error *error);
  * passes its check. For people: scene_properties_of computes them from the scene itself. */
 void config_fill_stiffness(scene *rod_scene);
 
-/* Loads in SI, unit quaternions, absolute paths; needs a scene that passes its check. */
+/* Loads in SI, unit quaternions, absolute paths of files that are read later; needs a scene that
+ * passes its check. */
 ad_status config_resolve_physics(config *experiment, ad_error *error);
 
 /* The path of a file that stands at `path` (a key), relative to the folder of the scene file, made
@@ -148,12 +149,5 @@ ad_status config_close(config *experiment, const char *at, ad_error *error);
 /* Define the parameters and parse what is not a plain number. */
 ad_status config_parse_formulas(config *experiment, ad_error *error);
 ad_status config_check_scene(const config *experiment, ad_error *error);
-/* Held ends against the initial state; needs resolved physics. */
-ad_status config_check_ends(const config *experiment, ad_error *error);
-ad_status config_check_training(const config *experiment, ad_error *error);
-
-/* Blame the key that the training library named, if `status` is AD_BAD_INPUT. */
-ad_status config_blame_training(const config *experiment, ad_status status, const char *key,
-                                const ad_error *reason, ad_error *error);
 
 #endif

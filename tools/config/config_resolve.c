@@ -1,12 +1,7 @@
-/* Defaults that follow from other keys, units, and paths; those of training are settled by its
- * library. */
+/* Defaults that follow from other keys, units, and paths; others are chosen in tools/prepare. */
 #include "tools/config/config_parts.h"
-#include "tools/config/config_surrogate.h"
 
 #include "physics/section.h"
-#include "physics/solve/solve.h"
-#include "physics/strain.h"
-#include "physics/support.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -119,63 +114,6 @@ void config_resolve_end_type(config *experiment)
     if (!given(experiment, "boundary.end.type")) {
         rod_scene->end.type = tip || scene_is_manufactured(rod_scene) ? SCENE_LOADED : SCENE_FREE;
     }
-}
-
-/* One motion is learnt by its strain modes in a tenth of the time that the mixed form takes to the
- * same error, where they take it and nothing is given that only the other has. */
-static bool takes_modes(const config *experiment)
-{
-    static const char *const of_mixed[] = {"network.rotation",
-                                           "network.fourier.features",
-                                           "network.fourier.wavenumber",
-                                           "network.fourier.frequency",
-                                           "losses.interior.weights.strain",
-                                           "losses.interior.weights.curvature",
-                                           "losses.interior.weights.force",
-                                           "losses.interior.weights.moment"};
-    const train_settings *settings = &experiment->settings;
-    const problem_settings *losses = &settings->losses;
-    /* Of windows that are given, up to that of the largest degree (settings_motion.c). */
-    const double longest = 2.0 / 3;
-    ad_error unused;
-    const bool are_short =
-        settings->windows == 0 || scene_duration(&experiment->scene) / settings->windows <=
-                                      longest * rod_scales_of(&experiment->scene).time;
-    bool takes = are_short && scene_is_dynamic(&experiment->scene) &&
-                 settings->network.hidden_count <= 0 && losses->causal_slices == 0 &&
-                 losses->adaptive.kind == PROBLEM_ADAPTIVE_NONE &&
-                 losses->balance == PROBLEM_BALANCE_NONE && losses->self_adaptive_rate == 0 &&
-                 losses->interior.resample_every == 0 &&
-                 support_check(&experiment->scene, SUPPORT_STRAIN_MOTION, NULL, &unused) == AD_OK;
-    for (int i = 0; i < settings->stage_count; i++) {
-        const train_stage *stage = &settings->stages[i];
-        takes = takes && train_may_take(stage, OPTIM_GAUSS_NEWTON) &&
-                (stage->linear_algebra == TRAIN_LINEAR_AUTOMATIC ||
-                 stage->linear_algebra == TRAIN_NORMAL_EQUATIONS);
-    }
-    for (size_t i = 0; i < sizeof of_mixed / sizeof *of_mixed; i++) {
-        takes = takes && !given(experiment, of_mixed[i]);
-    }
-    return takes;
-}
-
-/* A family is learnt from its members where they can be solved by the thousand: in a hundredth of
- * the time, to a hundredth of the error, that waves of s and the parameters take. */
-static ad_status resolve_formulation(config *experiment, ad_error *error)
-{
-    scene *of = &experiment->scene, middle;
-    if (given(experiment, "formulation") || of->unknown_count > 0 ||
-        experiment->settings.data_count > 0) {
-        return AD_OK;
-    }
-    if (!scene_is_family(of)) {
-        of->formulation = takes_modes(experiment) ? SCENE_STRAIN_FORM : of->formulation;
-        return AD_OK;
-    }
-    scene_middle(of, &middle);
-    ad_status status = strain_takes(&middle, error);
-    of->formulation = status == AD_OK ? SCENE_STRAIN_FORM : of->formulation;
-    return status == AD_NO_MEMORY ? status : AD_OK;
 }
 
 ad_status config_resolve_choices(config *experiment, ad_error *error)
@@ -317,41 +255,26 @@ ad_status config_absolute(config *experiment, const char *path, const char **fil
     return *file ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
 }
 
-static ad_status resolve_training(config *experiment, ad_error *error)
+/* Paths of files that are read later. */
+static ad_status resolve_files(config *experiment, ad_error *error)
 {
-    ad_error reason;
-    char key[TRAIN_KEY_MAX];
-    ad_status status =
-        train_settings_resolve(&experiment->settings, &experiment->scene, key, &reason);
-    return config_blame_training(experiment, status, key, &reason, error);
-}
-
-/* Of a one-step model the equilibrium in the middle of its ranges, from which it finds the others.
- */
-static ad_status settle(config *experiment, ad_error *error)
-{
-    ad_error reason;
-    scene *of = &experiment->scene, middle;
-    const bool steps = surrogate_is_given(&experiment->surrogate) || config_controls(experiment);
-    if (of->initial.state != SCENE_EQUILIBRIUM) {
-        return AD_OK;
+    train_settings *settings = &experiment->settings;
+    ad_status status = AD_OK;
+    for (int i = 0; status == AD_OK && i < settings->data_count; i++) {
+        char path[32];
+        snprintf(path, sizeof path, "data[%d].file", i);
+        status = config_absolute(experiment, path, &settings->data[i].file, error);
     }
-    if (scene_is_family(of) && !steps) {
-        return config_blame(experiment->source, error, "initial.state",
-                            "is solved for before training, but the scene is a family, whose "
-                            "members have one each; allowed: given, no parameter with a range, or "
-                            "a one-step model");
+    const struct {
+        const char *path, **file;
+    } files[] = {{"members.file", &settings->members_file},
+                 {"reference.file", &settings->reference_file},
+                 {"control.residual", &experiment->control.residual},
+                 {"control.task.file", &experiment->control.task.file}};
+    for (size_t i = 0; status == AD_OK && i < sizeof files / sizeof *files; i++) {
+        status = config_absolute(experiment, files[i].path, files[i].file, error);
     }
-    if (scene_is_open(of) && !scene_is_family(of)) {
-        return AD_OK; /* of unknowns every trial does */
-    }
-    scene_middle(of, &middle);
-    ad_status status = solve_settle(&middle, experiment->names, &reason);
-    memcpy(of->initial.settled, middle.initial.settled, sizeof of->initial.settled);
-    return status == AD_OK ? AD_OK
-           : status == AD_BAD_INPUT || status == AD_BAD_ARGUMENT
-               ? config_blame(experiment->source, error, "initial.state", "%s", reason.message)
-               : ad_fail(error, status, "%s", reason.message);
+    return status;
 }
 
 ad_status config_resolve_physics(config *experiment, ad_error *error)
@@ -359,38 +282,11 @@ ad_status config_resolve_physics(config *experiment, ad_error *error)
     ad_status status = resolve_units(experiment, error);
     normalize(experiment->scene.start.rotation);
     normalize(experiment->scene.end.rotation);
-    if (status == AD_OK) {
-        status = settle(experiment, error);
+    if (status == AD_OK && config_has(experiment, "surrogate.") &&
+        !surrogate_is_given(&experiment->surrogate)) {
+        return config_blame(experiment->source, error, "surrogate.step",
+                            "is not given beside other keys of the section; allowed: a number > 0 "
+                            "(s)");
     }
-    if (status == AD_OK) {
-        status = resolve_formulation(experiment, error);
-    }
-    if (status == AD_OK) {
-        if (config_controls(experiment) && experiment->settings.windows == 0) {
-            experiment->settings.windows = 1; /* of a network, that nobody asks for */
-        }
-        status = surrogate_is_given(&experiment->surrogate)
-                     ? config_resolve_surrogate(experiment, error)
-                 : config_has(experiment, "surrogate.")
-                     ? config_blame(experiment->source, error, "surrogate.step",
-                                    "is not given beside other keys of the section; allowed: a "
-                                    "number > 0 (s)")
-                     : resolve_training(experiment, error);
-    }
-    for (int i = 0; status == AD_OK && i < experiment->settings.data_count; i++) {
-        char path[32];
-        snprintf(path, sizeof path, "data[%d].file", i);
-        status = config_absolute(experiment, path, &experiment->settings.data[i].file, error);
-    }
-    if (status == AD_OK) {
-        status =
-            config_absolute(experiment, "members.file", &experiment->settings.members_file, error);
-    }
-    if (status == AD_OK) {
-        status = config_absolute(experiment, "reference.file", &experiment->settings.reference_file,
-                                 error);
-    }
-    return status == AD_OK && config_controls(experiment)
-               ? config_resolve_control(experiment, error)
-               : status;
+    return status == AD_OK ? resolve_files(experiment, error) : status;
 }

@@ -86,8 +86,8 @@ void judge_instants(const scene *rod_scene, double t[JUDGE_INSTANTS])
 ad_status judge_read(const judge_task *task, config **settings, double *seconds, ad_error *error)
 {
     double began = train_seconds();
-    ad_status status = config_read_member(task->path, task->text, task->override_count,
-                                          task->overrides, NULL, settings, error);
+    ad_status status = prepare_read_member(task->path, task->text, task->override_count,
+                                           task->overrides, NULL, settings, error);
     if (seconds) {
         *seconds = train_seconds() - began;
     }

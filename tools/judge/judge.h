@@ -4,7 +4,7 @@
 #ifndef TOOLS_JUDGE_JUDGE_H
 #define TOOLS_JUDGE_JUDGE_H
 
-#include "tools/config/config_session.h"
+#include "tools/prepare/config_session.h"
 
 enum { JUDGE_NAME = 64, JUDGE_FORM = 40 }; /* bytes of a name and of a form, the end included */
 

@@ -1,6 +1,6 @@
 /* Unknown numbers of a scene, found from its data. */
-#include "tools/config/config_experiment.h"
 #include "tools/library/cpinn.h"
+#include "tools/prepare/config_experiment.h"
 
 #include "autodiff/host.h"
 #include <math.h>
@@ -29,7 +29,7 @@ ad_status cpinn_identify_file(const char *path, int count, const char *const *ov
     if (!x) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for unknowns");
     }
-    ad_status status = config_read(path, NULL, count, overrides, &x->settings, error);
+    ad_status status = prepare_read(path, NULL, count, overrides, &x->settings, error);
     if (status == AD_OK) {
         status = config_identify(x->settings, threads, &x->found, error);
     }

@@ -3,7 +3,7 @@
 
 #include "autodiff/host.h"
 #include "physics/solve/solve.h"
-#include "tools/config/config.h"
+#include "tools/prepare/prepare.h"
 
 #include <stdlib.h>
 
@@ -59,7 +59,7 @@ ad_status cpinn_solve_file(const char *path, int count, const char *const *overr
     AD_LEAVE_HOST;
     config *settings;
     *result = NULL;
-    ad_status status = config_read_member(path, NULL, count, overrides, NULL, &settings, error);
+    ad_status status = prepare_read_member(path, NULL, count, overrides, NULL, &settings, error);
     return status == AD_OK ? solve(settings, options, time_count, times, result, error) : status;
 }
 
@@ -71,7 +71,7 @@ ad_status cpinn_solve_scene(const scene *rod_scene, double tolerance, size_t tim
     const cpinn_solve_options options = {.tolerance = tolerance};
     config *made;
     *result = NULL;
-    ad_status status = config_create(rod_scene, &usual, &made, error);
+    ad_status status = prepare_create(rod_scene, &usual, &made, error);
     return status == AD_OK ? solve(made, &options, time_count, times, result, error) : status;
 }
 
@@ -129,7 +129,7 @@ ad_status cpinn_members_file(const char *path, int count, const char *const *ove
     if (!x) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
     }
-    ad_status status = config_read(path, NULL, count, overrides, &x->settings, error);
+    ad_status status = prepare_read(path, NULL, count, overrides, &x->settings, error);
     if (status == AD_OK) {
         status = solve_members_create(&x->settings->scene, &asked, &x->members, error);
     }

@@ -119,7 +119,7 @@ ad_status cpinn_stepper_file(const char *path, int count, const char *const *ove
     if (!x) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a robot in steps");
     }
-    ad_status status = config_read(path, NULL, count, overrides, &x->settings, error);
+    ad_status status = prepare_read(path, NULL, count, overrides, &x->settings, error);
     status = status == AD_OK ? take_scene(x, path, step, error) : status;
     status = status == AD_OK ? finish(x, threads, error) : status;
     return hand_over(x, status, result);

@@ -2,8 +2,8 @@
 #ifndef TOOLS_LIBRARY_STEPPER_H
 #define TOOLS_LIBRARY_STEPPER_H
 
-#include "tools/config/config_surrogate.h"
 #include "tools/library/cpinn.h"
+#include "tools/prepare/config_surrogate.h"
 
 /* States that a thread takes at a time: eight vectors of eight. */
 enum { STEPPER_MEMBERS = 64 };

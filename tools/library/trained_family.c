@@ -3,7 +3,7 @@
 
 #include "autodiff/host.h"
 #include "physics/solve/solve.h"
-#include "tools/config/config_experiment.h"
+#include "tools/prepare/config_experiment.h"
 
 #include <assert.h>
 #include <math.h>

@@ -2,7 +2,7 @@
 #include "tools/library/cpinn.h"
 
 #include "autodiff/host.h"
-#include "tools/config/config_session.h"
+#include "tools/prepare/config_session.h"
 #include "tools/train/experiment_own.h"
 #include "tools/train/report.h"
 
@@ -147,7 +147,7 @@ ad_status cpinn_train_file(const char *path, int count, const char *const *overr
     AD_LEAVE_HOST;
     config *settings;
     *model = NULL;
-    ad_status status = config_read(path, NULL, count, overrides, &settings, error);
+    ad_status status = prepare_read(path, NULL, count, overrides, &settings, error);
     if (status == AD_OK && surrogate_is_given(&settings->surrogate)) {
         config_free(settings);
         return ad_fail(error, AD_BAD_INPUT,
@@ -165,7 +165,7 @@ ad_status cpinn_train_scene(const scene *rod_scene, const train_settings *settin
     const train_settings usual = train_settings_default();
     config *made;
     *model = NULL;
-    ad_status status = config_create(rod_scene, settings ? settings : &usual, &made, error);
+    ad_status status = prepare_create(rod_scene, settings ? settings : &usual, &made, error);
     return status == AD_OK ? train_config(made, options, model, error) : status;
 }
 

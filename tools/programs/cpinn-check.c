@@ -1,6 +1,6 @@
 /* cpinn-check: compares the derivatives of a scene with differences; see --help. */
 #include "physics/derivative_check.h"
-#include "tools/config/config_experiment.h"
+#include "tools/prepare/config_experiment.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/help.h"
 #include "tools/programs/scene_line.h"
@@ -279,7 +279,7 @@ static ad_status prepare(checker *s, ad_error *error)
         snprintf(seed, sizeof seed, "training.seed=%d", s->asked.seed);
         overrides[count++] = seed;
     }
-    ad_status status = config_read(s->asked.config, NULL, count, overrides, &settings, error);
+    ad_status status = prepare_read(s->asked.config, NULL, count, overrides, &settings, error);
     if (status == AD_OK) {
         scene_line_implausible(&settings->scene);
         status = config_experiment_create(settings, s->asked.threads, &s->e, error);

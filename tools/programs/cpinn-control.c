@@ -1,7 +1,7 @@
 /* cpinn-control: the closed loop of a scene in simulation; see --help. */
-#include "tools/config/config_surrogate.h"
 #include "tools/files/shapes_vtk.h"
 #include "tools/files/table_file.h"
+#include "tools/prepare/config_surrogate.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/control_judge.h"
 #include "tools/programs/control_run.h"
@@ -241,8 +241,8 @@ static ad_status run(controlling *x, ad_error *error)
     status = status == AD_OK ? json_check_path(o->json, error) : status;
     status = status == AD_OK && o->shapes ? shapes_check_path(o->shapes, error) : status;
     if (status == AD_OK) {
-        status = config_read_robot(o->config, o->overrides.count, o->overrides.texts, &x->nominal,
-                                   &x->plant, error);
+        status = prepare_read_robot(o->config, o->overrides.count, o->overrides.texts, &x->nominal,
+                                    &x->plant, error);
     }
     if (status == AD_OK && o->seed >= 0) {
         x->nominal->control.seed = o->seed;

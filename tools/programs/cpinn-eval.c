@@ -1,6 +1,6 @@
 /* cpinn-eval: evaluate a trained network; see --help. */
-#include "tools/config/config_experiment.h"
 #include "tools/files/shapes_vtk.h"
+#include "tools/prepare/config_experiment.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/eval_family.h"
 #include "tools/programs/eval_rollouts.h"

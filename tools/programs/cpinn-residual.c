@@ -1,10 +1,10 @@
 /* cpinn-residual: learns what measured motions tell of a robot beyond its model; see --help. */
 #include "physics/plausible.h"
-#include "tools/config/config.h"
 #include "tools/control/look.h"
 #include "tools/control/reduced_model.h"
 #include "tools/control/residual.h"
 #include "tools/files/table_file.h"
+#include "tools/prepare/prepare.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/help.h"
 #include "tools/surrogate/surrogate.h"
@@ -173,7 +173,7 @@ static ad_status make_model(learning *x, ad_error *error)
 {
     const options *o = &x->asked;
     ad_status status =
-        config_read(o->config, NULL, o->overrides.count, o->overrides.texts, &x->settings, error);
+        prepare_read(o->config, NULL, o->overrides.count, o->overrides.texts, &x->settings, error);
     if (status != AD_OK) {
         return status;
     }

@@ -53,12 +53,13 @@ static ad_status show_solved(showing *x, ad_error *error)
         return status;
     }
     if (!x->at && is_fan(&x->settings->scene)) {
-        return show_members(x, error);
+        status = prepare_config(x->settings, error);
+        return status == AD_OK ? show_members(x, error) : status;
     }
     config_free(x->settings);
     x->settings = NULL;
-    status = config_read_member(x->source, NULL, x->overrides.count, x->overrides.texts, x->at,
-                                &x->settings, error);
+    status = prepare_read_member(x->source, NULL, x->overrides.count, x->overrides.texts, x->at,
+                                 &x->settings, error);
     if (status != AD_OK) {
         return status;
     }
@@ -153,6 +154,7 @@ static ad_status show_table(showing *x, ad_error *error)
     if (status == AD_OK && x->scene_path && !table_column(x->table, "true_x")) {
         status = config_read_member(x->scene_path, NULL, x->overrides.count, x->overrides.texts,
                                     x->at, &x->settings, error);
+        status = status == AD_OK ? prepare_choices(x->settings, error) : status;
     }
     const scene *of = x->of = x->settings ? &x->settings->scene : NULL;
     show_read_table *read = status == AD_OK ? show_read_table_of(x->table, of) : NULL;

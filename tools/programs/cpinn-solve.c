@@ -1,8 +1,8 @@
 /* cpinn-solve: solve a scene classically; see --help. */
 #include "physics/beam.h"
 #include "physics/model.h"
-#include "tools/config/config_experiment.h"
 #include "tools/files/shapes_vtk.h"
+#include "tools/prepare/config_experiment.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/help.h"
 #include "tools/programs/path_files.h"
@@ -288,8 +288,8 @@ static ad_status prepare(solving *x, ad_error *error)
     }
     if (status == AD_OK && !x->only_identified) {
         status =
-            config_read_member(o->config, NULL, o->overrides.count, o->overrides.texts,
-                               x->unknown.settings ? x->unknown.at : o->at, &x->settings, error);
+            prepare_read_member(o->config, NULL, o->overrides.count, o->overrides.texts,
+                                x->unknown.settings ? x->unknown.at : o->at, &x->settings, error);
     }
     if (status != AD_OK || x->only_identified) {
         return status;

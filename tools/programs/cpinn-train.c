@@ -1,7 +1,7 @@
 /* cpinn-train: train a network on a scene; see --help. */
 #include "autodiff/dense.h"
-#include "tools/config/config_session.h"
 #include "tools/judge/signals.h"
+#include "tools/prepare/config_session.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/explain.h"
 #include "tools/programs/help.h"
@@ -354,7 +354,7 @@ static ad_status grow(training *t, ad_error *error)
         for (int i = 0; i < 2; i++) {
             given.texts[given.count++] = texts[i];
         }
-        status = config_read(t->asked->config, NULL, given.count, given.texts, &settings, error);
+        status = prepare_read(t->asked->config, NULL, given.count, given.texts, &settings, error);
         session_free(&t->s);
         t->s = (session){.e = NULL};
         status = status == AD_OK ? prepare(t, settings, error) : status;
@@ -527,6 +527,10 @@ static int run(const options *o)
     }
     status =
         config_read(o->config, NULL, o->overrides.count, o->overrides.texts, &settings, &error);
+    status = status == AD_OK ? prepare_choices(settings, &error) : status;
+    if (status == AD_OK && !o->print_config) {
+        status = prepare_start(settings, &error);
+    }
     status = compare_ranks(o, settings, status, &error);
     if (status != AD_OK) {
         config_free(settings);

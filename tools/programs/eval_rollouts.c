@@ -1,9 +1,9 @@
 #include "tools/programs/eval_rollouts.h"
 
-#include "tools/config/config_surrogate.h"
 #include "tools/files/json.h"
 #include "tools/judge/gnuplot.h"
 #include "tools/judge/sheet.h"
+#include "tools/prepare/config_surrogate.h"
 #include "tools/programs/cli.h"
 #include "tools/surrogate/growth.h"
 #include "tools/train/run.h"

@@ -1,6 +1,6 @@
 /* What is exported: evaluators of a run, and points at which they are compared with the C. */
-#include "tools/config/config_experiment.h"
-#include "tools/config/config_surrogate.h"
+#include "tools/prepare/config_experiment.h"
+#include "tools/prepare/config_surrogate.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/export.h"
 #include "tools/train/history.h"

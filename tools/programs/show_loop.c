@@ -371,8 +371,8 @@ ad_status show_loop(showing *x, const table_source *table, ad_error *error)
                                        "--at: a closed loop has values of its parameters itself")
                              : read_record(&l, error);
     if (status == AD_OK && x->scene_path) {
-        status = config_read_robot(x->scene_path, x->overrides.count, x->overrides.texts,
-                                   &l.nominal, &l.plant, error);
+        status = prepare_read_robot(x->scene_path, x->overrides.count, x->overrides.texts,
+                                    &l.nominal, &l.plant, error);
     }
     status = status == AD_OK ? read_shapes(&l, error) : status;
     status = status == AD_OK ? put_all(&l, error) : status;

@@ -2,7 +2,7 @@
 #ifndef TOOLS_PROGRAMS_SHOW_SOURCE_H
 #define TOOLS_PROGRAMS_SHOW_SOURCE_H
 
-#include "tools/config/config_experiment.h"
+#include "tools/prepare/config_experiment.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/samples.h"
 #include "tools/programs/show.h"

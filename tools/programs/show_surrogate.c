@@ -1,5 +1,5 @@
 /* cpinn-show: a one-step model, its rollouts beside the solver. */
-#include "tools/config/config_surrogate.h"
+#include "tools/prepare/config_surrogate.h"
 #include "tools/programs/eval_rollouts.h"
 #include "tools/programs/show_source.h"
 #include "tools/train/history.h"

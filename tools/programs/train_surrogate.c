@@ -1,8 +1,8 @@
 #include "tools/programs/train_surrogate.h"
 
-#include "tools/config/config_session.h"
-#include "tools/config/config_surrogate.h"
 #include "tools/judge/signals.h"
+#include "tools/prepare/config_session.h"
+#include "tools/prepare/config_surrogate.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/eval_rollouts.h"
 #include "tools/programs/progress.h"

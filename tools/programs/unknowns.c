@@ -1,6 +1,6 @@
 #include "tools/programs/unknowns.h"
 
-#include "tools/config/config_experiment.h"
+#include "tools/prepare/config_experiment.h"
 #include "tools/train/clock.h"
 
 #include <math.h>
@@ -63,11 +63,15 @@ ad_status unknowns_find(const char *scene_file, const cli_list *overrides, const
         unknowns_free(x);
         return AD_OK;
     }
+    status = prepare_config(x->settings, error);
+    if (status != AD_OK) {
+        return status;
+    }
     if (at && x->settings->settings.data_count > 0) {
         config *member; /* what is wrong with it is said before the search */
         join_at(x, at, x->open->guess + scene_known_count(x->open));
-        status = config_read_member(scene_file, NULL, overrides->count, overrides->texts, x->at,
-                                    &member, error);
+        status = prepare_read_member(scene_file, NULL, overrides->count, overrides->texts, x->at,
+                                     &member, error);
         if (status != AD_OK) {
             return status;
         }

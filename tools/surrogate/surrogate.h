@@ -2,7 +2,7 @@
  * (physics/solve/reduced.h) one sampling step later.
  *
  *   surrogate *s;
- *   surrogate_load("runs/arm", 0, &s, &error);          tools/config/config_surrogate.h
+ *   surrogate_load("runs/arm", 0, &s, &error);          tools/prepare/config_surrogate.h
  *   one_step model;
  *   surrogate_one_step(s, &model, &error);              physics/solve/one_step.h
  *   model.advance(model.context, 1, model.step, state, inputs, NULL, next, NULL, NULL);

@@ -1,4 +1,4 @@
-#include "tools/config/config_session.h"
+#include "tools/prepare/config_session.h"
 
 #include "tools/files/file_bytes.h"
 #include "tools/train/measurements.h"
@@ -35,6 +35,9 @@ static ad_status continues(void *context, const char *path, const char *text, in
     config *before;
     ad_error why;
     ad_status status = config_read(path, text, 1, anywhere, &before, error);
+    if (status == AD_OK && (status = prepare_choices(before, error)) != AD_OK) {
+        config_free(before);
+    }
     if (status != AD_OK) {
         return status;
     }
@@ -136,7 +139,7 @@ static ad_status read_scene(const char *path, const char *text, int count,
 {
     char name[4096 + 16];
     snprintf(name, sizeof name, "%s:scene/yaml", path);
-    ad_status status = config_read(name, text, count, overrides, settings, error);
+    ad_status status = prepare_read(name, text, count, overrides, settings, error);
     warning[0] = '\0';
     if (status != AD_BAD_INPUT) {
         return status;
@@ -151,7 +154,7 @@ static ad_status read_scene(const char *path, const char *text, int count,
     }
     more[count] = "reference.file=null";
     for (int i = 0; i <= TRAIN_STAGES_MAX && status != AD_OK; i++) {
-        status = config_read(name, text, count + 1 + i, more, settings, NULL);
+        status = prepare_read(name, text, count + 1 + i, more, settings, NULL);
         if (i < TRAIN_STAGES_MAX) {
             snprintf(stops[i], sizeof stops[i], "training.stages[%d].stop.error=0", i);
             more[count + 1 + i] = stops[i];

@@ -1,18 +1,7 @@
-#include "tools/config/config_surrogate.h"
-
-#include "tools/config/config_parts.h"
+#include "tools/prepare/config_surrogate.h"
 
 #include <stdlib.h>
 #include <sys/stat.h>
-
-ad_status config_resolve_surrogate(config *experiment, ad_error *error)
-{
-    ad_error reason;
-    char key[TRAIN_KEY_MAX];
-    ad_status status = surrogate_settings_resolve(&experiment->surrogate, &experiment->settings,
-                                                  &experiment->scene, key, &reason);
-    return config_blame_training(experiment, status, key, &reason, error);
-}
 
 static void free_owner(void *owner)
 {
@@ -33,7 +22,7 @@ static ad_status read_model(const checkpoint *file, const char *path, surrogate 
     ad_status status = checkpoint_get_text(file, "scene/yaml", &text, error);
     if (status == AD_OK) {
         snprintf(name, sizeof name, "%s:scene/yaml", path);
-        status = config_read(name, text, 0, NULL, &settings, error);
+        status = prepare_read(name, text, 0, NULL, &settings, error);
     }
     if (status == AD_OK) {
         s->owner = settings;

@@ -1,8 +1,8 @@
 /* From a scene file to training, and from a checkpoint back to its experiment. */
-#ifndef TOOLS_CONFIG_CONFIG_EXPERIMENT_H
-#define TOOLS_CONFIG_CONFIG_EXPERIMENT_H
+#ifndef TOOLS_PREPARE_CONFIG_EXPERIMENT_H
+#define TOOLS_PREPARE_CONFIG_EXPERIMENT_H
 
-#include "tools/config/config.h"
+#include "tools/prepare/prepare.h"
 #include "tools/train/experiment.h"
 #include "tools/train/identify.h"
 

@@ -1,8 +1,8 @@
 /* A scene file in training. */
-#ifndef TOOLS_CONFIG_CONFIG_SESSION_H
-#define TOOLS_CONFIG_CONFIG_SESSION_H
+#ifndef TOOLS_PREPARE_CONFIG_SESSION_H
+#define TOOLS_PREPARE_CONFIG_SESSION_H
 
-#include "tools/config/config_experiment.h"
+#include "tools/prepare/config_experiment.h"
 #include "tools/train/session.h"
 
 #ifdef __cplusplus

@@ -1,0 +1,272 @@
+#include "tools/prepare/prepare.h"
+
+#include "physics/solve/solve.h"
+#include "physics/strain.h"
+#include "physics/support.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* What the library says of `key` of bad input; of anything else there is no place to blame. */
+static ad_status blame(const config *x, ad_status status, const char *key, const ad_error *reason,
+                       ad_error *error)
+{
+    return status == AD_OK          ? AD_OK
+           : status == AD_BAD_INPUT ? config_refuse(x, key, reason->message, error)
+                                    : ad_fail(error, status, "%s", reason->message);
+}
+
+/* ---- formulation --------------------------------------------------------------------------- */
+
+/* One motion is learnt by its strain modes in a tenth of the time that the mixed form takes to the
+ * same error, where they take it and nothing is given that only the other has. */
+static bool takes_modes(const config *x)
+{
+    static const char *const of_mixed[] = {"network.rotation",
+                                           "network.fourier.features",
+                                           "network.fourier.wavenumber",
+                                           "network.fourier.frequency",
+                                           "losses.interior.weights.strain",
+                                           "losses.interior.weights.curvature",
+                                           "losses.interior.weights.force",
+                                           "losses.interior.weights.moment"};
+    const train_settings *settings = &x->settings;
+    const problem_settings *losses = &settings->losses;
+    /* Of windows that are given, up to that of the largest degree (settings_motion.c). */
+    const double longest = 2.0 / 3;
+    ad_error unused;
+    const bool are_short =
+        settings->windows == 0 ||
+        scene_duration(&x->scene) / settings->windows <= longest * rod_scales_of(&x->scene).time;
+    bool takes = are_short && scene_is_dynamic(&x->scene) && settings->network.hidden_count <= 0 &&
+                 losses->causal_slices == 0 && losses->adaptive.kind == PROBLEM_ADAPTIVE_NONE &&
+                 losses->balance == PROBLEM_BALANCE_NONE && losses->self_adaptive_rate == 0 &&
+                 losses->interior.resample_every == 0 &&
+                 support_check(&x->scene, SUPPORT_STRAIN_MOTION, NULL, &unused) == AD_OK;
+    for (int i = 0; i < settings->stage_count; i++) {
+        const train_stage *stage = &settings->stages[i];
+        takes = takes && train_may_take(stage, OPTIM_GAUSS_NEWTON) &&
+                (stage->linear_algebra == TRAIN_LINEAR_AUTOMATIC ||
+                 stage->linear_algebra == TRAIN_NORMAL_EQUATIONS);
+    }
+    for (size_t i = 0; i < sizeof of_mixed / sizeof *of_mixed; i++) {
+        takes = takes && !config_gives(x, of_mixed[i]);
+    }
+    return takes;
+}
+
+/* A family is learnt from its members where they can be solved by the thousand: in a hundredth of
+ * the time, to a hundredth of the error, that waves of s and the parameters take. */
+static ad_status choose_formulation(config *x, ad_error *error)
+{
+    scene *of = &x->scene, middle;
+    if (config_gives(x, "formulation") || of->unknown_count > 0 || x->settings.data_count > 0) {
+        return AD_OK;
+    }
+    if (!scene_is_family(of)) {
+        of->formulation = takes_modes(x) ? SCENE_STRAIN_FORM : of->formulation;
+        return AD_OK;
+    }
+    scene_middle(of, &middle);
+    ad_status status = strain_takes(&middle, error);
+    of->formulation = status == AD_OK ? SCENE_STRAIN_FORM : of->formulation;
+    return status == AD_NO_MEMORY ? status : AD_OK;
+}
+
+/* ---- choices ------------------------------------------------------------------------------- */
+
+/* Of unknowns every trial has its own equilibrium, of a one-step model the members follow from the
+ * one in the middle of the ranges. */
+static ad_status check_start(const config *x, ad_error *error)
+{
+    const bool steps = surrogate_is_given(&x->surrogate) || config_controls(x);
+    return x->scene.initial.state != SCENE_EQUILIBRIUM || !scene_is_family(&x->scene) || steps
+               ? AD_OK
+               : config_refuse(x, "initial.state",
+                               "is solved for before training, but the scene is a family, whose "
+                               "members have one each; allowed: given, no parameter with a range, "
+                               "or a one-step model",
+                               error);
+}
+
+/* In place of what a network of the scene itself would need a one-step model may be given. */
+static ad_status choose_training(config *x, ad_error *error)
+{
+    ad_error reason;
+    char key[TRAIN_KEY_MAX];
+    if (config_controls(x) && x->settings.windows == 0) {
+        x->settings.windows = 1; /* of a network, that nobody asks for */
+    }
+    const ad_status status =
+        surrogate_is_given(&x->surrogate)
+            ? surrogate_settings_resolve(&x->surrogate, &x->settings, &x->scene, key, &reason)
+            : train_settings_resolve(&x->settings, &x->scene, key, &reason);
+    return blame(x, status, key, &reason, error);
+}
+
+static ad_status choose_control(config *x, ad_error *error)
+{
+    const surrogate_settings model = control_model_of(&x->surrogate);
+    ad_error reason;
+    char key[TRAIN_KEY_MAX];
+    const ad_status status = control_settings_resolve(
+        &x->control, &model, &x->scene, config_gives(x, "control.estimate"), key, &reason);
+    return blame(x, status, key, &reason, error);
+}
+
+static ad_status check_training(const config *x, ad_error *error)
+{
+    ad_error reason;
+    char key[TRAIN_KEY_MAX];
+    ad_status status = config_check_stages(x, error);
+    if (status != AD_OK || surrogate_is_given(&x->surrogate)) {
+        return status; /* a one-step model has been checked */
+    }
+    status = train_settings_check(&x->settings, &x->scene, key, &reason);
+    return blame(x, status, key, &reason, error);
+}
+
+static ad_status choose(config *x, const void *context, ad_error *error)
+{
+    (void)context;
+    ad_status status = check_start(x, error);
+    status = status == AD_OK ? choose_formulation(x, error) : status;
+    status = status == AD_OK ? choose_training(x, error) : status;
+    if (status == AD_OK && config_controls(x)) {
+        status = choose_control(x, error);
+    }
+    return status == AD_OK ? check_training(x, error) : status;
+}
+
+ad_status prepare_choices(config *x, ad_error *error)
+{
+    return config_with_points(x, choose, NULL, error);
+}
+
+/* ---- the beginning ------------------------------------------------------------------------- */
+
+static ad_status settle(config *x, ad_error *error)
+{
+    ad_error reason;
+    scene *of = &x->scene, middle;
+    if (of->initial.state != SCENE_EQUILIBRIUM || (scene_is_open(of) && !scene_is_family(of))) {
+        return AD_OK; /* of unknowns every trial does */
+    }
+    scene_middle(of, &middle);
+    ad_status status = solve_settle(&middle, x->names, &reason);
+    memcpy(of->initial.settled, middle.initial.settled, sizeof of->initial.settled);
+    status = status == AD_BAD_ARGUMENT ? AD_BAD_INPUT : status;
+    return blame(x, status, "initial.state", &reason, error);
+}
+
+static ad_status check_ends(const config *x, ad_error *error)
+{
+    ad_error reason;
+    const char *key = "";
+    scene member;
+    scene_middle(&x->scene, &member);
+    const ad_status status = scene_physics_of(&member)->check(&member, &key, &reason);
+    return blame(x, status, key, &reason, error);
+}
+
+static ad_status begin(config *x, const void *context, ad_error *error)
+{
+    (void)context;
+    const ad_status status = settle(x, error);
+    return status == AD_OK ? check_ends(x, error) : status;
+}
+
+ad_status prepare_start(config *x, ad_error *error)
+{
+    return config_with_points(x, begin, NULL, error);
+}
+
+/* ---- all of it ----------------------------------------------------------------------------- */
+
+ad_status prepare_config(config *x, ad_error *error)
+{
+    const ad_status status = prepare_choices(x, error);
+    return status == AD_OK ? prepare_start(x, error) : status;
+}
+
+static ad_status prepare(ad_status status, config **x, ad_error *error)
+{
+    status = status == AD_OK ? prepare_config(*x, error) : status;
+    if (status != AD_OK) {
+        config_free(*x);
+        *x = NULL;
+    }
+    return status;
+}
+
+ad_status prepare_read(const char *path, const char *text, int count, const char *const *overrides,
+                       config **result, ad_error *error)
+{
+    return prepare(config_read(path, text, count, overrides, result, error), result, error);
+}
+
+ad_status prepare_read_member(const char *path, const char *text, int count,
+                              const char *const *overrides, const char *at, config **result,
+                              ad_error *error)
+{
+    return prepare(config_read_member(path, text, count, overrides, at, result, error), result,
+                   error);
+}
+
+ad_status prepare_create(const scene *rod_scene, const train_settings *settings, config **result,
+                         ad_error *error)
+{
+    return prepare(config_create(rod_scene, settings, result, error), result, error);
+}
+
+static ad_status read_plant(const char *path, int count, const char *const *overrides,
+                            const config *nominal, config **plant, ad_error *error)
+{
+    const control_settings *c = &nominal->control;
+    char reason[sizeof error->message];
+    const char **all = malloc((size_t)(count + c->change_count + 3) * sizeof *all);
+    if (!all) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for the keys of a plant");
+    }
+    if (count > 0) {
+        memcpy(all, overrides, (size_t)count * sizeof *all);
+    }
+    for (int i = 0; i < c->change_count; i++) {
+        const char *key = c->changes[i];
+        const size_t word = strcspn(key, ".=[");
+        if ((word == 7 && memcmp(key, "control", word) == 0) ||
+            (word == 9 && memcmp(key, "surrogate", word) == 0)) {
+            free(all);
+            return ad_fail(error, AD_BAD_INPUT,
+                           "%.200s: control.plant.set: %.200s: is nothing of the robot; allowed: "
+                           "keys of the scene other than control and surrogate",
+                           path, key);
+        }
+        all[count++] = key;
+    }
+    all[count++] = "control=null"; /* names that it has may be numbers now */
+    all[count++] = "time.windows=1";
+    if (surrogate_is_given(&nominal->surrogate)) {
+        all[count++] = "surrogate=null";
+    }
+    ad_status status = prepare_read(path, NULL, count, all, plant, error);
+    free(all);
+    if (status == AD_OK) {
+        return AD_OK;
+    }
+    snprintf(reason, sizeof reason, "%s", error->message);
+    return ad_fail(error, status == AD_NO_MEMORY ? status : AD_BAD_INPUT,
+                   "%.200s: control.plant.set: %.280s", path, reason);
+}
+
+ad_status prepare_read_robot(const char *path, int count, const char *const *overrides,
+                             config **nominal, config **plant, ad_error *error)
+{
+    ad_status status = prepare_read(path, NULL, count, overrides, nominal, error);
+    if (status == AD_OK && !config_controls(*nominal)) {
+        status = choose_control(*nominal, error);
+    }
+    return status == AD_OK ? read_plant(path, count, overrides, *nominal, plant, error) : status;
+}
