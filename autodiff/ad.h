@@ -337,6 +337,22 @@ ad_status ad_fuse_finish(ad_program *program, bool wait, ad_fuse_state *state, a
 /* The command cc: the first in an absolute folder of PATH. False: there is none. */
 bool ad_fuse_compiler(char *path, size_t room);
 
+/* A text of C11 as machine code. It defines `ad_code_table`, whatever that is, and is compiled with
+ * these options, words between blanks, for the processor at hand; what was compiled is kept, as
+ * above. Begin: *result NULL where nothing is kept and it is not to compile. Finish takes what is
+ * ready, or waits for it: *table is the address of ad_code_table, until then NULL; it lasts as long
+ * as the code. AD_IO, AD_NO_MEMORY. */
+typedef struct ad_code ad_code;
+typedef struct ad_code_settings {
+    const char *options, *folder;
+    bool compile;
+} ad_code_settings;
+
+ad_status ad_code_begin(const char *text, size_t size, const ad_code_settings *how,
+                        ad_code **result, ad_error *error);
+ad_status ad_code_finish(ad_code *code, bool wait, const void **table, ad_error *error);
+void ad_code_free(ad_code *code); /* NULL is allowed; stops a compiler at work */
+
 /* Whole programs as C99 functions without anything but libm, for a fixed number of points at a
  * call, in numbers of type double or, where `single`, float:
  *     void NAME(const double *x, const double *const *uniforms, const double *p,

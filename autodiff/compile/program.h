@@ -117,9 +117,9 @@ struct ad_program {
     int outputs;
     int *output_ids; /* [outputs] */
 
-    int fuse_begun;        /* 1: with what is kept, 2: with a compiler (fuse.c) */
-    struct fusing *fusing; /* a compiler at work, else NULL */
-    void *library;         /* of fused groups, else NULL */
+    int fuse_begun; /* 1: with what is kept, 2: with a compiler (fuse.c) */
+    ad_code *code;  /* of fused groups, or their compiler at work; else NULL */
+    bool is_fused;  /* it is loaded */
 
     /* memory of a run */
     int tile;            /* largest */
