@@ -4,9 +4,13 @@
 #define TESTS_FEWER_H
 
 #ifdef CPINN_SANITIZED
-#define FEWER(n) (((n) + 3) / 4)
+#define SANITIZED     1
+#define FEWER(n)      (((n) + 3) / 4)
+#define FARTHER(step) (4 * (step)) /* from one that is tried to the next */
 #else
-#define FEWER(n) (n)
+#define SANITIZED     0
+#define FEWER(n)      (n)
+#define FARTHER(step) (step)
 #endif
 
 #endif
