@@ -7,7 +7,7 @@
 
 #include "nn/nn.h"
 #include "physics/solve/solve_members.h"
-#include "tools/programs/export_family.h"
+#include "tools/emit/export_family.h"
 
 #include <math.h>
 #include <string.h>
@@ -368,6 +368,7 @@ static void check_family(const char *text, bool single, int column)
         make_network(3 * nodes, text == held || text == sliding || text == pinned ? 1.5 : 0);
     export_family x = {.name = "arm",
                        .about = "a test",
+                       .tip = true,
                        .open = &given->scene,
                        .single = single,
                        .columns = column < 0 ? STRAIN_COLUMNS : 1,
@@ -501,6 +502,7 @@ static void test_size(void **state)
     network n = make_network(3 * 12, 0);
     export_family x = {.name = "arm",
                        .about = "a test",
+                       .tip = true,
                        .open = &given->scene,
                        .columns = STRAIN_COLUMNS,
                        .places = 1,

@@ -133,6 +133,9 @@ typedef struct cpinn_family cpinn_family;
 /* Of members after two steps: those of which more is predicted are solved, though it is trusted. */
 #define CPINN_ENOUGH 1e-5
 
+/* Members of a call that compiled C answers one after the other; more are quicker side by side. */
+#define CPINN_FEW 4
+
 /* One row per reason: name, word, meaning. The first are those of solve_doubt. */
 #define CPINN_REASON_LIST(X)                                                                       \
     X(CPINN_REASON_NONE, "none", "nothing speaks against the network's answer")                    \
@@ -183,8 +186,12 @@ typedef struct cpinn_family_settings {
     bool extrapolate; /* members outside the range are answered, too, and said to be so */
     int threads;      /* 0: one per processor; results do not depend on it */
     size_t points;
-    const double *s;       /* [points] where shapes are wanted, m; ascending */
-    const double *t;       /* [points] s, of a family in motion; else it may be NULL */
+    const double *s; /* [points] where shapes are wanted, m; ascending */
+    const double *t; /* [points] s, of a family in motion; else it may be NULL */
+    bool compile;    /* of a network in the strain form: members in calls of up to CPINN_FEW are
+                      * answered by C that the command cc compiles, once: it is kept below
+                      * $XDG_CACHE_HOME or $HOME/.cache. In some seconds, then three to five
+                      * times as quick; values differ by less than the error that is told */
     const ad_ranks *ranks; /* borrowed; among which members are dealt: all of them call the same
                             * functions; NULL: this process is by itself */
 } cpinn_family_settings;
@@ -206,6 +213,10 @@ const char *cpinn_family_column_name(const cpinn_family *x, int column);
 
 /* "", or why answers of this family have no predicted error. */
 const char *cpinn_family_without_error(const cpinn_family *x);
+
+/* "", or why nothing is compiled, where settings.compile asks for it: there is no compiler, or no
+ * folder for what it makes, or the network is another. Answers are those without it. */
+const char *cpinn_family_not_compiled(const cpinn_family *x);
 
 /* What is to be made of the network's answer. */
 typedef struct cpinn_polish {

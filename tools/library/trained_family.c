@@ -3,6 +3,7 @@
 
 #include "autodiff/host.h"
 #include "physics/solve/solve.h"
+#include "tools/library/member_code.h"
 #include "tools/prepare/config_experiment.h"
 
 #include <assert.h>
@@ -26,6 +27,8 @@ struct cpinn_family {
     solve_members *solver; /* NULL: */
     ad_error why_not;
     cpinn_family_network network;
+    member_code *code; /* of few members; NULL: */
+    ad_error not_compiled;
     double *curvature, *values; /* [chunk][nodes][3], [chunk][points][columns] */
     double *parameters;         /* [chunk][count] of members that are solved */
     size_t *which;              /* [chunk] their places */
@@ -216,6 +219,16 @@ static ad_status create_strain(const experiment *e, const cpinn_family *x,
     return AD_OK;
 }
 
+static ad_status create_code(const experiment *e, cpinn_family *x, ad_error *error)
+{
+    ad_error *why = &x->not_compiled;
+    ad_status status =
+        !e->targets || !x->solver
+            ? ad_fail(why, AD_BAD_ARGUMENT, "the network is not one of the strain form")
+            : member_code_create(e, x->points, x->s, &x->code, why);
+    return status == AD_NO_MEMORY ? ad_fail(error, status, "%s", why->message) : AD_OK;
+}
+
 ad_status cpinn_family_of(const experiment *e, const cpinn_family_settings *settings,
                           cpinn_family **result, ad_error *error)
 {
@@ -231,13 +244,15 @@ ad_status cpinn_family_of(const experiment *e, const cpinn_family_settings *sett
     status = status != AD_OK ? status
              : e->targets    ? create_strain(e, *result, &network, error)
                              : cpinn_family_fields(&trained, *result, &network, error);
+    if (status == AD_OK) {
+        cpinn_family_attach(*result, &network);
+        status = settings->compile ? create_code(e, *result, error) : AD_OK;
+    }
     if (status != AD_OK) {
         cpinn_family_free(*result);
         *result = NULL;
-        return status;
     }
-    cpinn_family_attach(*result, &network);
-    return AD_OK;
+    return status;
 }
 
 ad_status cpinn_family_open(const char *path, const cpinn_family_settings *settings,
@@ -264,6 +279,7 @@ void cpinn_family_free(cpinn_family *x)
         if (x->network.free) {
             x->network.free(x->network.context);
         }
+        member_code_free(x->code);
         solve_members_free(x->solver);
         ad_pool_free(x->pool);
         experiment_free(x->owned);
@@ -305,6 +321,11 @@ const char *cpinn_family_column_name(const cpinn_family *x, int column)
 const char *cpinn_family_without_error(const cpinn_family *x)
 {
     return x->solver ? "" : x->why_not.message;
+}
+
+const char *cpinn_family_not_compiled(const cpinn_family *x)
+{
+    return x->code ? "" : x->not_compiled.message;
 }
 
 solve_members *cpinn_family_solver(const cpinn_family *x)
@@ -463,6 +484,28 @@ static ad_status answer_by_network(cpinn_family *x, int steps, size_t members,
         answers[i] = answer_of(&x->refined[i]);
     }
     return status;
+}
+
+/* Whether the members of a call are answered by compiled C, which does not leave the ranges. */
+static bool is_by_code(const cpinn_family *x, size_t members, const double *parameters)
+{
+    bool result = x->code && members <= CPINN_FEW;
+    for (size_t i = 0; i < members && result; i++) {
+        result = !any_outside(x, parameters + i * (size_t)x->count);
+    }
+    return result;
+}
+
+static void answer_by_code(const cpinn_family *x, int steps, size_t members,
+                           const double *parameters, double *values, double *jacobian,
+                           cpinn_answer *answers)
+{
+    const size_t count = (size_t)x->count, width = x->points * (size_t)x->columns;
+    for (size_t i = 0; i < members; i++) {
+        member_code_answer(x->code, steps, parameters + i * count, values + i * width,
+                           jacobian ? jacobian + i * width * count : NULL,
+                           answers ? answers + i : NULL);
+    }
 }
 
 /* ---- nothing ------------------------------------------------------------------------------- */
@@ -670,7 +713,11 @@ ad_status cpinn_family_evaluate(cpinn_family *x, const cpinn_polish *polish, siz
         const double *given = parameters + first * count;
         double *to = values + first * width;
         cpinn_answer *said = answers ? answers + first : NULL;
-        status = answer_by_network(x, answers ? polish->steps : 0, now, given, to, said, error);
+        if (is_by_code(x, members, given)) {
+            answer_by_code(x, answers ? polish->steps : 0, now, given, to, NULL, said);
+        } else {
+            status = answer_by_network(x, answers ? polish->steps : 0, now, given, to, said, error);
+        }
         if (status == AD_OK && said) {
             look_outside(x, now, given, to, said);
         }
@@ -741,7 +788,20 @@ ad_status cpinn_family_jacobian(cpinn_family *x, size_t members, const double *p
                                 ad_error *error)
 {
     AD_LEAVE_HOST;
-    ad_status status = cpinn_family_evaluate(x, NULL, members, parameters, values, answers, error);
+    ad_status status = check_range(x, members, parameters, error);
+    if (status == AD_OK && is_by_code(x, members, parameters)) {
+        bool wanting = false;
+        answer_by_code(x, 2, members, parameters, values, jacobian, answers);
+        for (size_t i = 0; i < members; i++) {
+            wanting = is_wanting(x, 2, &answers[i]) || wanting;
+        }
+        if (!wanting) {
+            return AD_OK;
+        }
+    }
+    status = status == AD_OK
+                 ? cpinn_family_evaluate(x, NULL, members, parameters, values, answers, error)
+                 : status;
     if (status != AD_OK) {
         return status;
     }

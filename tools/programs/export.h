@@ -4,7 +4,7 @@
 
 #include "physics/evaluator.h"
 #include "physics/verdict.h"
-#include "tools/programs/export_family.h"
+#include "tools/emit/export_family.h"
 #include "tools/train/experiment.h"
 
 enum { EXPORT_NAME_MAX = 40, EXPORT_FORMAT = 1 };
@@ -71,6 +71,9 @@ static inline bool export_is_family(const export_model *x)
 {
     return x->family.open != NULL;
 }
+
+/* Around the functions of a model: model_functions.c and model_selftest.c. */
+extern const char *const export_model_functions[], *const export_model_selftest[];
 
 /* The texts of NAME.c, and then of NAME.h and NAME_selftest.c. */
 ad_status export_write_source(export_model *x, FILE *file, ad_error *error);

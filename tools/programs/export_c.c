@@ -1,7 +1,7 @@
 /* NAME.h and NAME.c: the functions of the evaluators and what surrounds them. */
+#include "tools/emit/export_text.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/export.h"
-#include "tools/programs/export_text.h"
 
 #include <inttypes.h>
 #include <math.h>

@@ -1,6 +1,6 @@
 /* NAME_selftest.c, and running it. */
+#include "tools/emit/export_text.h"
 #include "tools/programs/export.h"
-#include "tools/programs/export_text.h"
 
 #include <errno.h>
 #include <math.h>

@@ -1,5 +1,5 @@
 #include "tools/programs/export_loop.h"
-#include "tools/programs/export_text.h"
+#include "tools/emit/export_text.h"
 
 #include "tools/programs/cli.h"
 

@@ -1,4 +1,4 @@
-/* Families in the strain form: from a run to what is written as C. */
+/* Families in the strain form: what is asked of the C, and what its self-test knows. */
 #include "tools/programs/export.h"
 
 #include "physics/solve/strain_jacobian.h"
@@ -8,22 +8,7 @@
 #include <string.h>
 
 /* Members of the self-test are the first of those by which the mesh is judged. */
-enum { PLACES = 21, PLACES_MAX = 200, MEMBERS = 12, JUDGED = 64 };
-
-/* Curvature [3][nodes] times the length, as the run's network says it. */
-static ad_value record_network(const void *context, ad_tape *tape, const ad_value *x)
-{
-    const export_model *model = context;
-    const physics_model *physics = model->e->model;
-    domain_place at = {.tape = tape, .over = &physics->domain, .load_factor = ad_scalar(tape, 1)};
-    ad_value fields[MODEL_FIELDS_MAX];
-    memcpy(at.x, x, (size_t)physics->domain.count * sizeof *x);
-    ad_value input = physics->call.input ? physics->call.input(physics, &at)
-                                         : domain_network_input(&physics->domain, &at);
-    ad_value outputs = nn_mlp_record(model->e->mlp, input, 0);
-    physics->call.ansatz(physics, &at, outputs, fields);
-    return fields[FAMILY_CURVATURE];
-}
+enum { PLACES = 21, PLACES_MAX = 200, MEMBERS = 12 };
 
 /* Places of the shape over the length. */
 static ad_status list_places(export_family *f, const char *text, double *s, ad_error *error)
@@ -61,80 +46,21 @@ typedef struct numbers {
 static bool allocate(export_model *x, numbers *n)
 {
     const size_t count = (size_t)x->family.open->parameter_count;
-    const size_t rows = 3 * (size_t)strain_mesh_nodes(&x->family.mesh);
+    const size_t rows = 3 * solve_members_nodes(targets_solver(x->e->targets));
     const size_t shape = (size_t)TARGETS_POINTS * SOLVE_MEMBERS_COLUMNS;
     const size_t member = rows + STRAIN_COLUMNS * (1 + count) + shape;
-    x->family_numbers = calloc(PLACES_MAX + JUDGED * (count + 2 * rows) + MEMBERS * member,
-                               sizeof *x->family_numbers);
+    x->family_numbers =
+        calloc(PLACES_MAX + EXPORT_JUDGED * (count + rows) + MEMBERS * (rows + member),
+               sizeof *x->family_numbers);
     n->s = x->family_numbers;
     n->parameters = n->s ? n->s + PLACES_MAX : NULL;
-    n->said = n->s ? n->parameters + JUDGED * count : NULL;
-    n->polished = n->s ? n->said + JUDGED * rows : NULL;
-    n->tips = n->s ? n->polished + JUDGED * rows : NULL;
+    n->said = n->s ? n->parameters + EXPORT_JUDGED * count : NULL;
+    n->polished = n->s ? n->said + EXPORT_JUDGED * rows : NULL;
+    n->tips = n->s ? n->polished + MEMBERS * rows : NULL;
     n->jacobian = n->s ? n->tips + MEMBERS * STRAIN_COLUMNS : NULL;
     n->curvature = n->s ? n->jacobian + (size_t)MEMBERS * STRAIN_COLUMNS * count : NULL;
     n->values = n->s ? n->curvature + MEMBERS * rows : NULL;
     return n->s != NULL;
-}
-
-/* said [JUDGED][nodes][3], 1/m: the network's curvature of members over the ranges (a sequence of
- * Kronecker's, by the roots of primes). */
-static ad_status ask_network(export_model *x, numbers *n, ad_error *error)
-{
-    static const double primes[] = {2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43};
-    const int count = x->family.open->parameter_count;
-    family_network *network = NULL;
-    for (int i = 0; i < count * JUDGED; i++) {
-        n->parameters[i] = scene_parameter_at(&x->family.open->parameters[i % count],
-                                              fmod((i / count + 1) * sqrt(primes[i % count]), 1));
-        n->parameters[i] = x->single ? (double)(float)n->parameters[i] : n->parameters[i];
-    }
-    ad_status status = family_network_create(targets_family(x->e->targets), x->e->mlp, x->e->pool,
-                                             &network, error);
-    if (status == AD_OK) {
-        status =
-            family_network_run(network, x->family.weights, JUDGED, n->parameters, n->said, error);
-    }
-    family_network_free(network);
-    return status;
-}
-
-/* What Newton's method leaves when it has settled is the error of the mesh. `polished` is room. */
-static ad_status judge_mesh(export_model *x, const numbers *n, ad_error *error)
-{
-    solve_members *solver = targets_solver(x->e->targets);
-    solve_answer answers[JUDGED];
-    ad_status status = solve_members_refine(solver, JUDGED, n->parameters, n->said, 2, NULL,
-                                            n->polished, NULL, error);
-    if (status == AD_OK) {
-        status = solve_members_refine(solver, JUDGED, n->parameters, n->polished, 1, NULL, NULL,
-                                      answers, error);
-    }
-    x->family.mesh_error = 0;
-    for (int i = 0; i < JUDGED && status == AD_OK; i++) {
-        if (answers[i].trusted) {
-            x->family.mesh_error = fmax(x->family.mesh_error, answers[i].left);
-        }
-    }
-    return status;
-}
-
-static ad_status find_mesh(export_family *f, const solve_members *solver, ad_error *error)
-{
-    const size_t nodes = solve_members_nodes(solver);
-    scene middle;
-    double *s = malloc((nodes + 1) * sizeof *s);
-    if (!s) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a mesh");
-    }
-    scene_middle(f->open, &middle);
-    solve_members_places(solver, s);
-    for (size_t i = 0; i < nodes; i++) {
-        s[i] /= scene_length(&middle);
-    }
-    ad_status status = strain_mesh_at(&middle, (int)nodes, s, &f->mesh, error);
-    free(s);
-    return status;
 }
 
 /* Which columns `names` lists, as evaluator_create takes them; NULL: all. */
@@ -243,26 +169,21 @@ ad_status export_open_family(export_model *x, const char *columns, const char *p
     export_family *f = &x->family;
     numbers n;
     *f = (export_family){.name = x->name,
-                         .about = x->e->settings->name,
                          .open = x->e->scene,
                          .single = x->single,
-                         .network = record_network,
-                         .context = x,
-                         .weights = experiment_parameters(x->e),
+                         .tip = true,
                          .members = MEMBERS,
                          .values = x->measured.values,
                          .derivatives = x->measured.jacobian};
     ad_status status = list_columns(f, columns, error);
-    status = status == AD_OK ? find_mesh(f, solver, error) : status;
-    f->steps = strain_held(f->open) + strain_angles(f->open) > 0         ? 3
-               : strain_forces(f->open, strain_mesh_nodes(&f->mesh)) > 0 ? 2
-                                                                         : 1;
     if (status == AD_OK && !allocate(x, &n)) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for a self-test");
     }
     status = status == AD_OK ? list_places(f, places, n.s, error) : status;
-    status = status == AD_OK ? ask_network(x, &n, error) : status;
-    status = status == AD_OK ? judge_mesh(x, &n, error) : status;
+    status = status == AD_OK ? export_family_of(x->e, f, n.parameters, n.said, error) : status;
+    f->steps = strain_held(f->open) + strain_angles(f->open) > 0         ? 3
+               : strain_forces(f->open, strain_mesh_nodes(&f->mesh)) > 0 ? 2
+                                                                         : 1;
     if (status == AD_OK) {
         status = solve_members_refine(solver, MEMBERS, n.parameters, n.said, f->steps, n.values,
                                       n.polished, answers, error);

@@ -838,6 +838,7 @@ int model_shape(const double *parameters, int steps, double *to, model_answer *a
     return status;
 }
 
+#if TIP
 int model_tip(const double *parameters, int steps, double *to, model_answer *answer, double *memory)
 {
     const room r = divide(memory);
@@ -845,6 +846,7 @@ int model_tip(const double *parameters, int steps, double *to, model_answer *ans
     tip(r.x, to, r.w);
     return status;
 }
+#endif
 
 #if HELD > 0
 /* How the forces change with the curvature and the parameters: what holds the end is by least
@@ -895,18 +897,13 @@ static void follow_forces(room r)
 }
 #endif
 
-int model_tip_jacobian(const double *parameters, int steps, double *to, double *jacobian,
-                       model_answer *answer, double *memory)
+/* Directions of curvature and state for each parameter: of the network where no steps are taken,
+ * else of the equilibrium. */
+static int find_directions(room r, int steps)
 {
-    const room r = divide(memory);
-    int status = find(r, parameters, steps, answer);
     int rows[N], i;
-    tip(r.x, to, r.w);
     if (steps > 0 && linearise(r, rows) == NOT_REGULAR) {
-        for (i = 0; i < model_COLUMNS * P; i++) {
-            jacobian[i] = NAN;
-        }
-        return status | model_SINGULAR;
+        return model_SINGULAR;
     }
     set_unit(P, r.dp);
     if (steps > 0) {                               /* residual (p, u) = 0 */
@@ -930,6 +927,30 @@ int model_tip_jacobian(const double *parameters, int steps, double *to, double *
         follow_forces(r);
     }
     state_by(r.x, r.dz, r.w);
-    tip_by(r.x, jacobian, r.w);
-    return status;
+    return 0;
 }
+
+static void set_unknown(int n, double *x)
+{
+    int i;
+    for (i = 0; i < n; i++) {
+        x[i] = NAN;
+    }
+}
+
+#if TIP
+int model_tip_jacobian(const double *parameters, int steps, double *to, double *jacobian,
+                       model_answer *answer, double *memory)
+{
+    const room r = divide(memory);
+    int status = find(r, parameters, steps, answer), singular;
+    tip(r.x, to, r.w);
+    singular = find_directions(r, steps);
+    if (singular) {
+        set_unknown(model_COLUMNS * P, jacobian);
+    } else {
+        tip_by(r.x, jacobian, r.w);
+    }
+    return status | singular;
+}
+#endif

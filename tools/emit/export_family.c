@@ -1,9 +1,8 @@
-#include "tools/programs/export_family.h"
+#include "tools/emit/export_family.h"
 
 #include "physics/model.h"
 #include "physics/rod.h"
-#include "tools/programs/cli.h"
-#include "tools/programs/export_text.h"
+#include "tools/emit/export_text.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -25,6 +24,7 @@ enum {
     SHAPE,       /* p, u, z -> columns at places */
     TIP,         /* the same of the end */
     TIP_BY,      /* p, u, z, dp, du, dz -> its changes */
+    SHAPE_BY,    /* and of the columns at places */
     FUNCTIONS,
     PLACES_BY = NEWTON /* p, u, z, dp, du, dz -> changes of positions at points and the end */
 };
@@ -36,13 +36,21 @@ static const struct {
 } functions[FUNCTIONS + 1] = {
     {"state", 2, false},  {"state_by", 5, true},  {"network", 1, false},    {"network_by", 4, true},
     {"newton", 3, false}, {"residual", 3, false}, {"residual_by", 6, true}, {"shape", 3, false},
-    {"tip", 3, false},    {"tip_by", 6, true},    {"places_by", 6, true}};
+    {"tip", 3, false},    {"tip_by", 6, true},    {"shape_by", 6, true},    {"places_by", 6, true}};
 
 /* Where positions are asked for the matrix is made column by column, by what a direction changes.
  */
 static int row_of(const export_family *x, int function)
 {
     return function == PLACES_BY && x->placed ? FUNCTIONS : function;
+}
+
+/* Whether it is asked for. */
+static bool is_wanted(const export_family *x, int function)
+{
+    return function == TIP || function == TIP_BY ? x->tip
+           : function == SHAPE_BY                ? x->shape_by
+                                                 : true;
 }
 
 static size_t sought_of(const export_family *x)
@@ -167,8 +175,11 @@ static int record(export_family *x, int function, const recording *r, ad_value o
     case TIP:
         outputs[0] = record_shape(x, r, 1, &end);
         return 1;
-    default:
+    case TIP_BY:
         outputs[0] = change_of(r, record_shape(x, r, 1, &end), true);
+        return 1;
+    default:
+        outputs[0] = change_of(r, record_shape(x, r, x->places, x->s), true);
         return 1;
     }
 }
@@ -245,7 +256,7 @@ static size_t memory_of(const export_family *x)
 {
     const size_t n = sought_of(x), p = (size_t)x->open->parameter_count;
     return inputs_of(x) + linearised_of(x) + 4 * n * n + n * (n > p ? n : p) +
-           (size_t)x->places * (size_t)x->columns + x->workspace;
+           (size_t)x->places * (size_t)x->columns * (x->shape_by ? p : 1) + x->workspace;
 }
 
 /* Columns: index, unit, scale, and how far this C is from cpinn. */
@@ -290,7 +301,7 @@ void export_family_write_header(const export_family *x, FILE *file)
     const int count = x->open->parameter_count;
     fprintf(file, "/* %s: ", x->name);
     export_put_comment(x->about, file);
-    fprintf(file, ", a family of rods at rest as C99; written by cpinn %s. */\n", cli_version());
+    fprintf(file, ", a family of rods at rest as C99; written by cpinn " CPINN_VERSION ". */\n");
     export_begin_header(x->name, file);
     put_numbers(x, "PARAMETERS", (size_t)count, file);
     put_numbers(x, "POINTS", (size_t)x->places, file);
@@ -367,15 +378,15 @@ static void write_constants(const export_family *x, FILE *file)
     export_put_names(x->name, "column_names", (size_t)x->columns, names, file);
     fputc('\n', file);
     fprintf(file,
-            "#define FORCES %d\n#define HELD %d\n#define TENSIONS %d\n#define PLACED %d\nenum {\n  "
-            "  NODES = %d,\n    N = "
+            "#define FORCES %d\n#define HELD %d\n#define TENSIONS %d\n#define PLACED %d\n"
+            "#define TIP %d\nenum {\n    NODES = %d,\n    N = "
             "FORCES + 3 * NODES + HELD,\n    P = %d,\n    Z = %d,\n"
             "    ELEMENTS = %d,\n"
             "    STAGES = %d,\n    FOLLOWS = %d, /* forces follow the rod */\n    INPUTS = %zu,\n"
             "    LINEARISED = %zu\n};\n",
-            x->forces, x->held, strain_tensions(x->open), x->placed, strain_mesh_nodes(&x->mesh),
-            count, x->state, x->mesh.elements, x->mesh.stages, x->follows, inputs_of(x),
-            linearised_of(x));
+            x->forces, x->held, strain_tensions(x->open), x->placed, x->tip,
+            strain_mesh_nodes(&x->mesh), count, x->state, x->mesh.elements, x->mesh.stages,
+            x->follows, inputs_of(x), linearised_of(x));
     put_macro(x, "LENGTH", scene_length(x->open), file);
     put_macro(x, "MESH", x->mesh_error, file);
     put_macro(x, "ROUNDING", x->single ? 1e-6 : 1e-9, file);   /* of a range */
@@ -387,28 +398,32 @@ static void write_constants(const export_family *x, FILE *file)
     }
 }
 
-ad_status export_family_write_source(export_family *x, FILE *file, ad_error *error)
+/* All but how the file begins. */
+static ad_status write_functions(export_family *x, FILE *file, ad_error *error)
 {
     static const double *const *const no_uniforms[] = {NULL};
     ad_program *programs[FUNCTIONS] = {NULL};
     ad_c_options options[FUNCTIONS];
     ad_pool *pool = ad_pool_create(1);
+    int count = 0;
     x->forces = strain_forces(x->open, strain_mesh_nodes(&x->mesh));
     x->held = strain_held(x->open);
     x->placed = strain_is_placed(x->open);
     ad_status status = pool ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a thread");
     for (int i = 0; i < FUNCTIONS && status == AD_OK; i++) {
-        options[i] = (ad_c_options){.name = functions[row_of(x, i)].name,
-                                    .points = points_of(x, i),
-                                    .sets = 1,
-                                    .parameters = &x->weights,
-                                    .uniforms = no_uniforms,
-                                    .internal = true};
-        status = compile(x, i, pool, &programs[i], error);
+        if (is_wanted(x, i)) {
+            options[count] = (ad_c_options){.name = functions[row_of(x, i)].name,
+                                            .points = points_of(x, i),
+                                            .sets = 1,
+                                            .parameters = &x->weights,
+                                            .uniforms = no_uniforms,
+                                            .internal = true};
+            status = compile(x, i, pool, &programs[count++], error);
+        }
     }
     if (status == AD_OK) {
-        export_begin_source(x->name, file);
-        status = ad_write_c(FUNCTIONS, programs, options, x->single, file, &x->workspace, error);
+        status =
+            ad_write_c((size_t)count, programs, options, x->single, file, &x->workspace, error);
     }
     if (status == AD_OK) {
         write_constants(x, file);
@@ -419,6 +434,33 @@ ad_status export_family_write_source(export_family *x, FILE *file, ad_error *err
         ad_program_free(programs[i]);
     }
     ad_pool_free(pool);
+    return status;
+}
+
+ad_status export_family_write_source(export_family *x, FILE *file, ad_error *error)
+{
+    export_begin_source(x->name, file);
+    return write_functions(x, file, error);
+}
+
+/* The header has numbers that the source knows. */
+ad_status export_family_write_code(export_family *x, FILE *file, ad_error *error)
+{
+    char *source = NULL;
+    size_t size = 0;
+    FILE *functions_file = open_memstream(&source, &size);
+    ad_status status = functions_file
+                           ? write_functions(x, functions_file, error)
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory while writing C");
+    if (functions_file && fclose(functions_file) != 0 && status == AD_OK) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory while writing C");
+    }
+    if (status == AD_OK) {
+        export_family_write_header(x, file);
+        fputs(source, file);
+        put_lines(x, export_family_code, x->single, file);
+    }
+    free(source);
     return status;
 }
 

@@ -1,6 +1,4 @@
-#include "tools/programs/export_text.h"
-
-#include "tools/programs/cli.h"
+#include "tools/emit/export_text.h"
 
 #include <ctype.h>
 #include <math.h>
@@ -111,8 +109,8 @@ void export_put_names(const char *name, const char *kind, size_t count, const ch
 
 void export_begin_source(const char *name, FILE *file)
 {
-    fprintf(file, "/* %s, see %s.h; written by cpinn %s. */\n#include \"%s.h\"\n\n", name, name,
-            cli_version(), name);
+    fprintf(file, "/* %s, see %s.h; written by cpinn " CPINN_VERSION ". */\n#include \"%s.h\"\n\n",
+            name, name, name);
 }
 
 void export_begin_header(const char *name, FILE *file)

@@ -1,11 +1,16 @@
 /* A family of rods at rest as C: a network that says the curvature of a member, the equation that
  * polishes it, the shape that follows. What cpinn-export writes of a run of the strain form. */
-#ifndef TOOLS_PROGRAMS_EXPORT_FAMILY_H
-#define TOOLS_PROGRAMS_EXPORT_FAMILY_H
+#ifndef TOOLS_EMIT_EXPORT_FAMILY_H
+#define TOOLS_EMIT_EXPORT_FAMILY_H
 
 #include "physics/strain.h"
 
 #include <stdio.h>
+
+struct experiment;
+
+/* Members over the ranges by which the mesh of a run is judged. */
+enum { EXPORT_JUDGED = 64 };
 
 typedef struct export_family {
     const char *name;                   /* a C identifier */
@@ -13,6 +18,8 @@ typedef struct export_family {
     const scene *open;                  /* with parameters that have ranges */
     strain_mesh mesh;                   /* of the curvature */
     bool single;                        /* float in place of double */
+    bool tip;                           /* functions of the end by itself */
+    bool shape_by;                      /* derivatives of the whole shape */
     int places;                         /* of the shape */
     const double *s;                    /* [places], ascending, of the length; the last one 1 */
     int columns, which[STRAIN_COLUMNS]; /* of the shape, of strain_rod_columns */
@@ -38,13 +45,36 @@ typedef struct export_family {
     const double *values, *derivatives; /* [1 + columns] */
 } export_family;
 
-/* Texts of the C: lines, NULL at the end. */
+/* Texts of the C: lines, NULL at the end; the last is for what is compiled at run time. */
 extern const char *const export_family_types[], *const export_family_functions[];
-extern const char *const export_family_selftest[];
+extern const char *const export_family_selftest[], *const export_family_code[];
+
+/* Of a run in the strain form: scene, mesh, network, weights, and how far the mesh is off, by
+ * members over the ranges: their parameters [EXPORT_JUDGED][parameters], float numbers where
+ * f->single, and what the network says of them, said [EXPORT_JUDGED][nodes][3], 1/m. Outlived by
+ * the run. AD_NO_MEMORY. */
+ad_status export_family_of(const struct experiment *e, export_family *f, double *parameters,
+                           double *said, ad_error *error);
 
 /* NAME.c, and then NAME.h and NAME_selftest.c. AD_BAD_ARGUMENT: strain_check; AD_NO_MEMORY. */
 ad_status export_family_write_source(export_family *x, FILE *file, ad_error *error);
 void export_family_write_header(const export_family *x, FILE *file);
+
+/* All in one text that defines ad_code_table (autodiff/ad.h), an export_family_table, with the
+ * columns and derivatives of whole shapes, x->shape_by. Errors as above. */
+ad_status export_family_write_code(export_family *x, FILE *file, ad_error *error);
+
+/* shape [places][columns] and, unless NULL, jacobian [places][columns][parameters] of a member
+ * after some steps; said NULL: quicker, else [EXPORT_SAID] that are known of it, as model_answer of
+ * family_types.h has them. Returns EXPORT_OUT_OF_RANGE, EXPORT_SINGULAR or both, added up, or 0.
+ * memory: of so many numbers. */
+enum { EXPORT_PREDICTED, EXPORT_LEFT, EXPORT_RATIO, EXPORT_STABLE, EXPORT_TRUSTED, EXPORT_SAID };
+enum { EXPORT_OUT_OF_RANGE = 1, EXPORT_SINGULAR = 2 };
+typedef struct export_family_table {
+    size_t memory;
+    int (*answer)(const double *parameters, int steps, double *shape, double *jacobian,
+                  double *said, double *memory);
+} export_family_table;
 void export_family_write_selftest(const export_family *x, FILE *file);
 
 #endif

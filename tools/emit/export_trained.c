@@ -1,0 +1,103 @@
+/* Families in the strain form: from a run to what is written as C. */
+#include "tools/emit/export_family.h"
+
+#include "physics/model.h"
+#include "tools/train/experiment.h"
+#include "tools/train/targets.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Curvature [3][nodes] times the length, as the run's network says it. */
+static ad_value record_network(const void *context, ad_tape *tape, const ad_value *x)
+{
+    const experiment *e = context;
+    const physics_model *physics = e->model;
+    domain_place at = {.tape = tape, .over = &physics->domain, .load_factor = ad_scalar(tape, 1)};
+    ad_value fields[MODEL_FIELDS_MAX];
+    memcpy(at.x, x, (size_t)physics->domain.count * sizeof *x);
+    ad_value input = physics->call.input ? physics->call.input(physics, &at)
+                                         : domain_network_input(&physics->domain, &at);
+    ad_value outputs = nn_mlp_record(e->mlp, input, 0);
+    physics->call.ansatz(physics, &at, outputs, fields);
+    return fields[FAMILY_CURVATURE];
+}
+
+static ad_status find_mesh(export_family *f, const solve_members *solver, ad_error *error)
+{
+    const size_t nodes = solve_members_nodes(solver);
+    scene middle;
+    double *s = malloc((nodes + 1) * sizeof *s);
+    if (!s) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a mesh");
+    }
+    scene_middle(f->open, &middle);
+    solve_members_places(solver, s);
+    for (size_t i = 0; i < nodes; i++) {
+        s[i] /= scene_length(&middle);
+    }
+    ad_status status = strain_mesh_at(&middle, (int)nodes, s, &f->mesh, error);
+    free(s);
+    return status;
+}
+
+/* said [nodes][3] of each, 1/m: the network's curvature of members over the ranges (a sequence of
+ * Kronecker's, by the roots of primes). */
+static ad_status ask_network(const experiment *e, const export_family *f, double *parameters,
+                             double *said, ad_error *error)
+{
+    static const double primes[] = {2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43};
+    const int count = f->open->parameter_count;
+    family_network *network = NULL;
+    for (int i = 0; i < count * EXPORT_JUDGED; i++) {
+        parameters[i] = scene_parameter_at(&f->open->parameters[i % count],
+                                           fmod((i / count + 1) * sqrt(primes[i % count]), 1));
+        parameters[i] = f->single ? (double)(float)parameters[i] : parameters[i];
+    }
+    ad_status status =
+        family_network_create(targets_family(e->targets), e->mlp, e->pool, &network, error);
+    if (status == AD_OK) {
+        status = family_network_run(network, f->weights, EXPORT_JUDGED, parameters, said, error);
+    }
+    family_network_free(network);
+    return status;
+}
+
+/* What Newton's method leaves when it has settled is the error of the mesh. */
+static ad_status judge_mesh(solve_members *solver, export_family *f, const double *parameters,
+                            const double *said, ad_error *error)
+{
+    solve_answer answers[EXPORT_JUDGED];
+    double *polished =
+        malloc(3 * EXPORT_JUDGED * (size_t)strain_mesh_nodes(&f->mesh) * sizeof *polished);
+    ad_status status = polished ? solve_members_refine(solver, EXPORT_JUDGED, parameters, said, 2,
+                                                       NULL, polished, NULL, error)
+                                : ad_fail(error, AD_NO_MEMORY, "out of memory for a mesh");
+    if (status == AD_OK) {
+        status = solve_members_refine(solver, EXPORT_JUDGED, parameters, polished, 1, NULL, NULL,
+                                      answers, error);
+    }
+    f->mesh_error = 0;
+    for (int i = 0; i < EXPORT_JUDGED && status == AD_OK; i++) {
+        if (answers[i].trusted) {
+            f->mesh_error = fmax(f->mesh_error, answers[i].left);
+        }
+    }
+    free(polished);
+    return status;
+}
+
+ad_status export_family_of(const experiment *e, export_family *f, double *parameters, double *said,
+                           ad_error *error)
+{
+    solve_members *solver = targets_solver(e->targets);
+    f->open = e->scene;
+    f->about = e->settings->name;
+    f->network = record_network;
+    f->context = e;
+    f->weights = experiment_parameters(e);
+    ad_status status = find_mesh(f, solver, error);
+    status = status == AD_OK ? ask_network(e, f, parameters, said, error) : status;
+    return status == AD_OK ? judge_mesh(solver, f, parameters, said, error) : status;
+}

@@ -1,0 +1,123 @@
+#include "tools/library/member_code.h"
+
+#include "tools/emit/export_family.h"
+#include "tools/train/trainer.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+struct member_code {
+    ad_code *code;
+    const export_family_table *table;
+    double length;
+    double *memory; /* [table->memory] */
+};
+
+/* The text that is compiled. */
+static ad_status write_text(const experiment *e, size_t points, const double *s, char **text,
+                            size_t *size, ad_error *error)
+{
+    const size_t nodes = solve_members_nodes(targets_solver(e->targets));
+    const size_t count = (size_t)e->scene->parameter_count;
+    const double length = scene_length(e->scene), unmeasured = NAN;
+    double *room = malloc((points + EXPORT_JUDGED * (count + 3 * nodes)) * sizeof *room);
+    double *parameters = room + points;
+    export_family f = {.name = "member",
+                       .shape_by = true,
+                       .places = (int)points,
+                       .s = room,
+                       .columns = SOLVE_MEMBERS_COLUMNS,
+                       .values = &unmeasured};
+    FILE *file = open_memstream(text, size);
+    ad_status status =
+        room && file ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory while writing C");
+    for (size_t i = 0; i < points && status == AD_OK; i++) {
+        room[i] = fmin(s[i] / length, 1);
+    }
+    for (int c = 0; c < f.columns; c++) {
+        f.which[c] = c;
+    }
+    if (status == AD_OK) {
+        status = export_family_of(e, &f, parameters, parameters + EXPORT_JUDGED * count, error);
+    }
+    status = status == AD_OK ? export_family_write_code(&f, file, error) : status;
+    if (file && fclose(file) != 0 && status == AD_OK) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory while writing C");
+    }
+    free(room);
+    return status;
+}
+
+static ad_status load(member_code *x, const char *text, size_t size, ad_error *error)
+{
+    char folder[4096];
+    const void *table = NULL;
+    const ad_code_settings how = {
+        .options = "-O3 -fno-math-errno", .folder = folder, .compile = true};
+    if (!trainer_fuse_folder(folder, true)) {
+        return ad_fail(error, AD_IO, "no folder for compiled C: neither XDG_CACHE_HOME nor HOME");
+    }
+    ad_status status = ad_code_begin(text, size, &how, &x->code, error);
+    status = status == AD_OK ? ad_code_finish(x->code, true, &table, error) : status;
+    if (status == AD_OK) {
+        x->table = table;
+        x->memory = malloc(x->table->memory * sizeof *x->memory);
+    }
+    return status != AD_OK || x->memory
+               ? status
+               : ad_fail(error, AD_NO_MEMORY, "out of memory for compiled C");
+}
+
+ad_status member_code_create(const experiment *e, size_t points, const double *s,
+                             member_code **result, ad_error *error)
+{
+    char *text = NULL;
+    size_t size = 0;
+    member_code *x = calloc(1, sizeof *x);
+    *result = NULL;
+    ad_status status = x ? write_text(e, points, s, &text, &size, error)
+                         : ad_fail(error, AD_NO_MEMORY, "out of memory for compiled C");
+    status = status == AD_OK ? load(x, text, size, error) : status;
+    free(text);
+    if (status != AD_OK) {
+        member_code_free(x);
+        return status;
+    }
+    x->length = scene_length(e->scene);
+    *result = x;
+    return AD_OK;
+}
+
+void member_code_free(member_code *x)
+{
+    if (x) {
+        ad_code_free(x->code);
+        free(x->memory);
+        free(x);
+    }
+}
+
+static cpinn_reason reason_of(const member_code *x, int status, const double *said)
+{
+    return (status & EXPORT_SINGULAR) || !isfinite(said[EXPORT_LEFT]) ? CPINN_REASON_NOT_FINITE
+           : said[EXPORT_STABLE] == 0                                 ? CPINN_REASON_UNSTABLE
+           : said[EXPORT_PREDICTED] > SOLVE_TRUSTED * x->length       ? CPINN_REASON_TOO_FAR
+           : said[EXPORT_TRUSTED] == 0                                ? CPINN_REASON_NOT_SETTLING
+                                                                      : CPINN_REASON_NONE;
+}
+
+void member_code_answer(const member_code *x, int steps, const double *parameters, double *values,
+                        double *jacobian, cpinn_answer *answer)
+{
+    double said[EXPORT_SAID];
+    const int status =
+        x->table->answer(parameters, steps, values, jacobian, answer ? said : NULL, x->memory);
+    if (answer) {
+        const cpinn_reason reason = reason_of(x, status, said);
+        *answer = (cpinn_answer){.error = said[EXPORT_LEFT],
+                                 .network_error = said[EXPORT_PREDICTED],
+                                 .source = CPINN_FROM_NETWORK,
+                                 .reason = reason,
+                                 .trusted = reason == CPINN_REASON_NONE};
+    }
+}

@@ -1,0 +1,23 @@
+/* Single members of a family in the strain form, by C that is written for them (export_family.h),
+ * compiled and kept: in a third of the time that LANES of them side by side take. */
+#ifndef TOOLS_LIBRARY_MEMBER_CODE_H
+#define TOOLS_LIBRARY_MEMBER_CODE_H
+
+#include "tools/library/cpinn.h"
+#include "tools/train/experiment.h"
+
+typedef struct member_code member_code;
+
+/* Shapes at s [points], m, of a run that outlives it. Waits for the compiler where nothing is kept.
+ * AD_IO: no compiler, or no folder for what it makes; AD_BAD_ARGUMENT: strain_check; AD_NO_MEMORY.
+ */
+ad_status member_code_create(const experiment *e, size_t points, const double *s,
+                             member_code **result, ad_error *error);
+void member_code_free(member_code *x); /* NULL is allowed */
+
+/* values [points][SOLVE_MEMBERS_COLUMNS] and, unless NULL, jacobian [points][columns][parameters]
+ * and the answer, in SI units, of a member within the ranges after some steps. */
+void member_code_answer(const member_code *x, int steps, const double *parameters, double *values,
+                        double *jacobian, cpinn_answer *answer);
+
+#endif
