@@ -1,0 +1,288 @@
+/* Single members by C that is compiled (cpinn_family_settings.compile): the answers of the library
+ * within what both say of their errors, derivatives as differences have them, what is kept, and
+ * what happens without a compiler. */
+#include "tools/library/cpinn.h"
+
+#include "nn/rng.h"
+#include "temporary_folder.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+enum { POINTS = 7, COLUMNS = 13, PARAMETERS = 3, MEMBERS = 16, WIDTH = POINTS * COLUMNS };
+
+static const double LENGTH = 0.2;
+
+#define FAMILY(more)                                                                               \
+    "parameters: {pull: {range: [0, 2]}, push: {range: [-0.03, 0.03]},\n"                          \
+    "             stiff: {range: [0.7, 1.4], scale: log}}\n"                                       \
+    "formulation: strain\n"                                                                        \
+    "rod: {model: cosserat, length: 0.2, section: {shape: circle, radius: 0.5e-3},\n"              \
+    "      material: {youngs_modulus: 60e9*stiff, poissons_ratio: 0.3, density: 6450}}\n" more     \
+    "network: {hidden: [24, 24]}\n"                                                                \
+    "members: {solved: 600}\n"                                                                     \
+    "losses: {interior: {points: 128}, held_out_points: 64}\n"                                     \
+    "training: {stages: [{optimizer: soap, steps: 400, learning_rate: 0.01, warmup_steps: 20}]}\n"
+
+static const char loaded[] = FAMILY("loads: {gravity: [0, 0, -9.81], tip: {force: [0, push, 0]}}\n"
+                                    "tendons: [{offset: [0.008, 0], tension: pull}]\n");
+/* With forces that are sought beside the curvature, and angles of friction. */
+static const char pulled[] =
+    FAMILY("loads: {gravity: [0, 0, -9.81], tip: {force: [0, push, 0]}}\n"
+           "tendons: [{offset: [0.008, 0], tension: pull, friction: 0.3},\n"
+           "          {offset: [0, 0.006], displacement: 2e-4*pull, stiffness: 3000}]\n");
+
+static void check(ad_status status, const ad_error *error)
+{
+    if (status != AD_OK) {
+        fail_msg("%s", error->message);
+    }
+}
+
+static void train(const char *text, const char *name)
+{
+    const cpinn_options options = {.threads = 1};
+    ad_error error = {AD_OK, ""};
+    cpinn_model *model = NULL;
+    FILE *file = fopen(at("family.yaml"), "w");
+    assert_non_null(file);
+    fputs(text, file);
+    assert_int_equal(fclose(file), 0);
+    check(cpinn_train_file(at("family.yaml"), 0, NULL, &options, &model, &error), &error);
+    check(cpinn_save(model, at(name), &error), &error);
+    cpinn_free(model);
+}
+
+static cpinn_family *open_family(const char *name, bool compile)
+{
+    double s[POINTS];
+    for (int i = 0; i < POINTS; i++) {
+        s[i] = LENGTH * i / (POINTS - 1);
+    }
+    const cpinn_family_settings settings = {
+        .extrapolate = true, .threads = 1, .points = POINTS, .s = s, .compile = compile};
+    ad_error error = {AD_OK, ""};
+    cpinn_family *result = NULL;
+    check(cpinn_family_open(at(name), &settings, &result, &error), &error);
+    assert_int_equal(cpinn_family_parameters(result), PARAMETERS);
+    assert_int_equal(cpinn_family_columns(result), COLUMNS);
+    return result;
+}
+
+static void draw(const cpinn_family *x, double *parameters)
+{
+    nn_rng random = nn_rng_seed(5);
+    for (int i = 0; i < MEMBERS * PARAMETERS; i++) {
+        parameters[i] = scene_parameter_at(cpinn_family_parameter(x, i % PARAMETERS),
+                                           0.05 + 0.9 * nn_rng_uniform(&random));
+    }
+}
+
+/* Each member in a call of its own. */
+static void evaluate(cpinn_family *x, const cpinn_polish *polish, const double *parameters,
+                     double *values, cpinn_answer *answers)
+{
+    ad_error error = {AD_OK, ""};
+    for (int i = 0; i < MEMBERS; i++) {
+        check(cpinn_family_evaluate(x, polish, 1, parameters + i * PARAMETERS, values + i * WIDTH,
+                                    answers ? answers + i : NULL, &error),
+              &error);
+    }
+}
+
+static double distance(const double *a, const double *b)
+{
+    double largest = 0;
+    for (int i = 0; i < POINTS; i++) {
+        double square = 0;
+        for (int c = 0; c < 3; c++) {
+            square += pow(a[i * COLUMNS + c] - b[i * COLUMNS + c], 2);
+        }
+        largest = fmax(largest, sqrt(square));
+    }
+    return largest;
+}
+
+/* Positions of one curvature differ by what Magnus' steps and meshes leave, 1e-5 of the length; all
+ * else of an answer is by the same numbers. What is trusted is as near to the equilibrium as it
+ * says. */
+static void check_answers(cpinn_family *plain, cpinn_family *compiled)
+{
+    double parameters[MEMBERS * PARAMETERS], values[MEMBERS * WIDTH], others[MEMBERS * WIDTH],
+        solved[MEMBERS * WIDTH];
+    cpinn_answer answers[MEMBERS], told[MEMBERS], solver[MEMBERS];
+    int trusted = 0;
+    draw(plain, parameters);
+    evaluate(plain, NULL, parameters, solved, solver);
+    for (int steps = 0; steps <= 2; steps++) {
+        const cpinn_polish polish = {.steps = steps, .alone = true};
+        evaluate(plain, &polish, parameters, values, answers);
+        evaluate(compiled, &polish, parameters, others, told);
+        for (int i = 0; i < MEMBERS; i++) {
+            assert_int_equal(answers[i].trusted, told[i].trusted);
+            assert_int_equal(answers[i].reason, told[i].reason);
+            if (told[i].trusted) {
+                assert_true(distance(values + i * WIDTH, others + i * WIDTH) <= 1e-5 * LENGTH);
+                assert_true(fabs(answers[i].error - told[i].error) <=
+                            0.3 * answers[i].error + 1e-5 * LENGTH);
+                assert_true(solver[i].trusted);
+                assert_true(distance(solved + i * WIDTH, others + i * WIDTH) <=
+                            2 * (told[i].error + solver[i].error) + CPINN_TOLERANCE * LENGTH);
+                trusted++;
+            }
+        }
+    }
+    printf("%d of %d are trusted\n", trusted, 3 * MEMBERS);
+    assert_true(trusted > 2 * MEMBERS);
+    evaluate(plain, NULL, parameters, values, NULL);
+    evaluate(compiled, NULL, parameters, others, NULL);
+    for (int i = 0; i < MEMBERS; i++) {
+        assert_true(distance(values + i * WIDTH, others + i * WIDTH) <= 1e-5 * LENGTH);
+    }
+}
+
+/* Of equilibria: those of the library, which has them by other means; and central differences of
+ * what two steps find, which leave some 1e-7 of the length, over a step of 1e-3 of the range. */
+static void check_derivatives(cpinn_family *plain, cpinn_family *compiled)
+{
+    enum { ALL = WIDTH * PARAMETERS };
+    double parameters[MEMBERS * PARAMETERS], values[WIDTH], jacobian[ALL], others[ALL];
+    ad_error error = {AD_OK, ""};
+    int compared = 0;
+    draw(plain, parameters);
+    for (int i = 0; i < MEMBERS; i++) {
+        cpinn_answer answer;
+        double *at = parameters + i * PARAMETERS, scale[COLUMNS * PARAMETERS] = {0};
+        check(cpinn_family_jacobian(compiled, 1, at, values, jacobian, &answer, &error), &error);
+        if (!answer.trusted || answer.source != CPINN_FROM_NETWORK ||
+            answer.error > 1e-5 * LENGTH) {
+            continue;
+        }
+        check(cpinn_family_jacobian(plain, 1, at, values, others, &answer, &error), &error);
+        for (int k = 0; k < ALL; k++) {
+            double *largest = &scale[k % (COLUMNS * PARAMETERS)];
+            *largest = fmax(*largest, fabs(others[k]));
+        }
+        for (int k = 0; k < ALL; k++) {
+            const double unit = 1e-6 + scale[k % (COLUMNS * PARAMETERS)];
+            assert_true(fabs(jacobian[k] - others[k]) <= 1e-3 * unit);
+        }
+        for (int p = 0; p < PARAMETERS; p++) {
+            const scene_parameter *of = cpinn_family_parameter(plain, p);
+            const double middle = at[p], step = 1e-3 * (of->high - of->low);
+            double side[2][WIDTH];
+            for (int k = 0; k < 2; k++) {
+                at[p] = middle + (2 * k - 1) * step;
+                check(cpinn_family_evaluate(compiled, NULL, 1, at, side[k], &answer, &error),
+                      &error);
+            }
+            at[p] = middle;
+            for (int k = 0; k < WIDTH; k++) {
+                const double unit = 1e-6 + scale[k % COLUMNS * PARAMETERS + p];
+                assert_true(fabs((side[1][k] - side[0][k]) / (2 * step) -
+                                 jacobian[k * PARAMETERS + p]) <= 5e-3 * unit);
+            }
+        }
+        compared++;
+    }
+    printf("derivatives of %d members\n", compared);
+    assert_true(compared >= MEMBERS / 4);
+}
+
+/* Few members have the bits of one; many, and members outside, those of the library. */
+static void check_calls(cpinn_family *plain, cpinn_family *compiled)
+{
+    double parameters[MEMBERS * PARAMETERS], values[MEMBERS * WIDTH], others[MEMBERS * WIDTH];
+    cpinn_answer answers[MEMBERS];
+    ad_error error = {AD_OK, ""};
+    draw(plain, parameters);
+    evaluate(compiled, NULL, parameters, values, answers);
+    check(cpinn_family_evaluate(compiled, NULL, CPINN_FEW, parameters, others, answers, &error),
+          &error);
+    assert_memory_equal(values, others, CPINN_FEW * WIDTH * sizeof *values);
+    check(cpinn_family_evaluate(plain, NULL, MEMBERS, parameters, values, answers, &error), &error);
+    check(cpinn_family_evaluate(compiled, NULL, MEMBERS, parameters, others, answers, &error),
+          &error);
+    assert_memory_equal(values, others, sizeof values);
+    parameters[0] = 2.1;
+    check(cpinn_family_evaluate(plain, NULL, 1, parameters, values, answers, &error), &error);
+    check(cpinn_family_evaluate(compiled, NULL, 1, parameters, others, answers, &error), &error);
+    assert_true(answers[0].outside);
+    assert_memory_equal(values, others, WIDTH * sizeof *values);
+}
+
+static void check_family(const char *text, const char *name)
+{
+    train(text, name);
+    cpinn_family *plain = open_family(name, false), *compiled = open_family(name, true);
+    assert_string_equal(cpinn_family_not_compiled(compiled), "");
+    check_answers(plain, compiled);
+    check_derivatives(plain, compiled);
+    check_calls(plain, compiled);
+    cpinn_family_free(plain);
+    cpinn_family_free(compiled);
+}
+
+static void test_loaded(void **state)
+{
+    (void)state;
+    check_family(loaded, "loaded.h5");
+}
+
+static void test_pulled(void **state)
+{
+    (void)state;
+    check_family(pulled, "pulled.h5");
+}
+
+/* What is kept needs no compiler; without one the library answers. */
+static void test_without_compiler(void **state)
+{
+    (void)state;
+    double parameters[MEMBERS * PARAMETERS], values[MEMBERS * WIDTH], others[MEMBERS * WIDTH];
+    char path[4096];
+    cpinn_family *plain = open_family("loaded.h5", false);
+    snprintf(path, sizeof path, "%s", getenv("PATH"));
+    assert_int_equal(setenv("PATH", "/nowhere", 1), 0);
+    cpinn_family *kept = open_family("loaded.h5", true);
+    assert_string_equal(cpinn_family_not_compiled(kept), "");
+    assert_int_equal(setenv("XDG_CACHE_HOME", at("other"), 1), 0);
+    cpinn_family *none = open_family("loaded.h5", true);
+    assert_non_null(strstr(cpinn_family_not_compiled(none), "no compiler"));
+    assert_int_equal(setenv("PATH", path, 1), 0);
+    draw(plain, parameters);
+    evaluate(plain, NULL, parameters, values, NULL);
+    evaluate(none, NULL, parameters, others, NULL);
+    assert_memory_equal(values, others, sizeof values);
+    cpinn_family_free(plain);
+    cpinn_family_free(kept);
+    cpinn_family_free(none);
+}
+
+static int set_up(void **state)
+{
+    return make_directory(state) || setenv("XDG_CACHE_HOME", directory, 1);
+}
+
+static int clear(void **state)
+{
+    (void)state;
+    char command[600];
+    snprintf(command, sizeof command, "rm -rf %s", directory);
+    return system(command);
+}
+
+int main(void)
+{
+    if (system("cc --version >/dev/null 2>&1") != 0) {
+        return 77;
+    }
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_loaded), cmocka_unit_test(test_pulled),
+                                       cmocka_unit_test(test_without_compiler)};
+    return cmocka_run_group_tests(tests, set_up, clear);
+}
