@@ -215,7 +215,8 @@ const char *cpinn_family_column_name(const cpinn_family *x, int column);
 const char *cpinn_family_without_error(const cpinn_family *x);
 
 /* "", or why nothing is compiled, where settings.compile asks for it: there is no compiler, or no
- * folder for what it makes, or the network is another. Answers are those without it. */
+ * folder for what it makes, or the network is another, or there are more than 60 points. Answers
+ * are those without it. */
 const char *cpinn_family_not_compiled(const cpinn_family *x);
 
 /* What is to be made of the network's answer. */

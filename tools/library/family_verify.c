@@ -196,9 +196,14 @@ static void count_answer(verifying *x, cpinn_way way, size_t member, const doubl
 static ad_status answer_batch(verifying *x, size_t first, size_t now, cpinn_way way,
                               ad_error *error)
 {
-    ad_status status =
-        cpinn_family_evaluate(x->family, &ways[way], now, x->parameters + first * x->count,
-                              x->answered, x->answers, error);
+    const size_t most = cpinn_family_is_compiled(x->family) ? CPINN_FEW : now;
+    const double *given = x->parameters + first * x->count;
+    ad_status status = AD_OK;
+    for (size_t i = 0; i < now && status == AD_OK; i += most) {
+        status = cpinn_family_evaluate(x->family, &ways[way], now - i < most ? now - i : most,
+                                       given + i * x->count, x->answered + i * x->width,
+                                       x->answers + i, error);
+    }
     for (size_t i = 0; i < now && status == AD_OK; i++) {
         count_answer(x, way, first + i, x->answered + i * x->width, x->values + i * x->width,
                      x->known[i], &x->answers[i]);

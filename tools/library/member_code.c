@@ -75,8 +75,12 @@ ad_status member_code_create(const experiment *e, size_t points, const double *s
     size_t size = 0;
     member_code *x = calloc(1, sizeof *x);
     *result = NULL;
-    ad_status status = x ? write_text(e, points, s, &text, &size, error)
-                         : ad_fail(error, AD_NO_MEMORY, "out of memory for compiled C");
+    ad_status status =
+        points > MEMBER_CODE_POINTS_MAX
+            ? ad_fail(error, AD_BAD_ARGUMENT, "%zu points; allowed for compiled C: up to %d",
+                      points, MEMBER_CODE_POINTS_MAX)
+        : x ? write_text(e, points, s, &text, &size, error)
+            : ad_fail(error, AD_NO_MEMORY, "out of memory for compiled C");
     status = status == AD_OK ? load(x, text, size, error) : status;
     free(text);
     if (status != AD_OK) {

@@ -8,8 +8,12 @@
 
 typedef struct member_code member_code;
 
+/* Their text, and what it takes to compile it, grow with the places of the shape. */
+enum { MEMBER_CODE_POINTS_MAX = 60 };
+
 /* Shapes at s [points], m, of a run that outlives it. Waits for the compiler where nothing is kept.
- * AD_IO: no compiler, or no folder for what it makes; AD_BAD_ARGUMENT: strain_check; AD_NO_MEMORY.
+ * AD_IO: no compiler, or no folder for what it makes; AD_BAD_ARGUMENT: strain_check, too many
+ * points; AD_NO_MEMORY.
  */
 ad_status member_code_create(const experiment *e, size_t points, const double *s,
                              member_code **result, ad_error *error);

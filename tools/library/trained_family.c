@@ -323,6 +323,11 @@ const char *cpinn_family_without_error(const cpinn_family *x)
     return x->solver ? "" : x->why_not.message;
 }
 
+bool cpinn_family_is_compiled(const cpinn_family *x)
+{
+    return x->code != NULL;
+}
+
 const char *cpinn_family_not_compiled(const cpinn_family *x)
 {
     return x->code ? "" : x->not_compiled.message;

@@ -33,6 +33,7 @@ ad_status cpinn_family_of(const experiment *e, const cpinn_family_settings *sett
 
 /* NULL: the solver does not take the scene. */
 solve_members *cpinn_family_solver(const cpinn_family *x);
+bool cpinn_family_is_compiled(const cpinn_family *x);
 const scene *cpinn_family_scene(const cpinn_family *x);
 ad_pool *cpinn_family_pool(const cpinn_family *x); /* with its ranks; of the family */
 size_t cpinn_family_points(const cpinn_family *x);

@@ -436,10 +436,10 @@ static ad_status run(evaluation *x, ad_error *error)
         return run_family(x, error);
     }
     if (status == AD_OK && !scene_is_family(x->e->scene) &&
-        (f->at || f->members || f->verify > 0 || f->extrapolate)) {
+        (f->at || f->members || f->verify > 0 || f->extrapolate || f->compile)) {
         status = ad_fail(error, AD_BAD_ARGUMENT,
-                         "--at, --members, --verify, --extrapolate: the scene is no family: no "
-                         "parameter of it has a range");
+                         "--at, --members, --verify, --extrapolate, --compile: the scene is no "
+                         "family: no parameter of it has a range");
     }
     if (status == AD_OK && (f->extrapolate || f->polish >= 0 || f->seed >= 0)) {
         status = ad_fail(error, AD_BAD_ARGUMENT, "%s",
@@ -497,6 +497,7 @@ static int go(const ad_ranks *ranks, int argc, char **argv)
                                {"--polish", "N", CLI_INTEGER, &f->polish, 0, 2},
                                {"--extrapolate", NULL, CLI_FLAG, &f->extrapolate, 0, 0},
                                {"--verify", "N", CLI_INTEGER, &f->verify, 1, 10000000},
+                               {"--compile", NULL, CLI_FLAG, &f->compile, 0, 0},
                                {"--seed", "N", CLI_INTEGER, &f->seed, 0, 2147483647},
                                {"--rollouts", "N", CLI_INTEGER, &r->count, 1, 10000},
                                {"--tolerance", "X", CLI_NUMBER, &r->tolerance, 0, 1},

@@ -36,6 +36,8 @@ const char *eval_family_conflict(const eval_family_options *asked)
                                            "or --members too"
            : !(asked->at || asked->members) && asked->extrapolate
                ? "--extrapolate: of --at or --members"
+           : asked->compile && asked->verify == 0
+               ? "--compile: of the answers that --verify measures"
            : asked->seed >= 0 && asked->verify == 0 ? "--seed: of the members that --verify draws"
                                                     : NULL;
 }
@@ -193,6 +195,7 @@ ad_status eval_family_run(const eval_family_options *asked, const experiment *e,
                                             .points = points->count,
                                             .s = points->s,
                                             .t = points->t,
+                                            .compile = asked->compile,
                                             .ranks = asked->ranks};
     *result = (eval_family){.asked = *asked, .points = points};
     result->asked.seed = asked->seed < 0 ? SEED : asked->seed;
@@ -202,6 +205,10 @@ ad_status eval_family_run(const eval_family_options *asked, const experiment *e,
                                           : cpinn_family_without_error(result->family);
     if (*why) {
         return ad_fail(error, AD_BAD_ARGUMENT, "--polish: of no effect: %s", why);
+    }
+    why = status == AD_OK ? cpinn_family_not_compiled(result->family) : "";
+    if (*why) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "--compile: %s", why);
     }
     if (status == AD_OK && asked->verify > 0) {
         return cpinn_family_verify(result->family, (size_t)asked->verify,

@@ -88,7 +88,7 @@ class MembersSettings(ctypes.Structure):
 class FamilySettings(ctypes.Structure):
     _fields_ = [("extrapolate", ctypes.c_bool), ("threads", ctypes.c_int),
                 ("points", ctypes.c_size_t), ("s", ctypes.c_void_p), ("t", ctypes.c_void_p),
-                ("ranks", ctypes.c_void_p)]
+                ("compile", ctypes.c_bool), ("ranks", ctypes.c_void_p)]
 
 
 class Polish(ctypes.Structure):
@@ -188,6 +188,7 @@ members_name = declare("cpinn_members_name", S, Made, I)
 members_free = declare("cpinn_members_free", None, P)
 members_solve = declare("cpinn_members_solve", I, Made, Z, P, P, P, FAIL)
 members_jacobian = declare("cpinn_members_jacobian", I, Made, Z, P, P, P, P, FAIL)
+family_not_compiled = declare("cpinn_family_not_compiled", S, Made)
 family_open = declare("cpinn_family_open", I, S, P, OUT, FAIL)
 family_free = declare("cpinn_family_free", None, P)
 family_parameters = declare("cpinn_family_parameters", I, Made)
