@@ -92,6 +92,38 @@ void strain_mesh_integral(const strain_mesh *mesh, bool to_edge, int i, double *
     }
 }
 
+void strain_mesh_modes(const strain_mesh *mesh, double weights[STRAIN_MODES][STRAIN_STAGES_MAX])
+{
+    const gauss_rule rule = solve_gauss_rule_of(mesh->stages);
+    for (int j = 0; j < mesh->stages; j++) {
+        const double z = 2 * rule.nodes[j] - 1;
+        double before = 0, now = 1; /* Legendre's polynomials by their recurrence */
+        for (int k = 0; k < mesh->stages; k++) {
+            if (k >= mesh->stages - STRAIN_MODES) {
+                weights[k - mesh->stages + STRAIN_MODES][j] = (2 * k + 1) * rule.weights[j] * now;
+            }
+            const double next = ((2 * k + 1) * z * now - k * before) / (k + 1);
+            before = now;
+            now = next;
+        }
+    }
+}
+
+double strain_mesh_unresolved(const strain_mesh *mesh, double scale, const double *curvature)
+{
+    double weights[STRAIN_MODES][STRAIN_STAGES_MAX], turn = STRAIN_RESOLVED;
+    strain_mesh_modes(mesh, weights);
+    for (int i = 0; i < mesh->elements * STRAIN_MODES * 3; i++) {
+        const int e = i / (3 * STRAIN_MODES), k = i / 3 % STRAIN_MODES;
+        double sum = 0;
+        for (int j = 0; j < mesh->stages; j++) {
+            sum += weights[k][j] * curvature[3 * (e * mesh->stages + j) + i % 3];
+        }
+        turn += fabs(sum) * scale * (mesh->edges[e + 1] - mesh->edges[e]);
+    }
+    return turn;
+}
+
 /* ---- what is known of a scene -------------------------------------------------------------- */
 
 ad_status strain_check(const scene *one, bool on_tape, ad_error *error)

@@ -50,6 +50,14 @@ void strain_mesh_places(const strain_mesh *mesh, double *s);
  * [strain_mesh_nodes], of the length. */
 void strain_mesh_integral(const strain_mesh *mesh, bool to_edge, int i, double *weights);
 
+/* By how much the two highest of Legendre's modes of a curvature [nodes][3], of its values times
+ * `scale`, turn the rod, rad: what the mesh hardly resolves, and STRAIN_RESOLVED. weights: of
+ * values at the points of an element, to the coefficients of these modes. */
+enum { STRAIN_MODES = 2 };
+#define STRAIN_RESOLVED 1e-9
+void strain_mesh_modes(const strain_mesh *mesh, double weights[STRAIN_MODES][STRAIN_STAGES_MAX]);
+double strain_mesh_unresolved(const strain_mesh *mesh, double scale, const double *curvature);
+
 /* AD_OK, or AD_BAD_ARGUMENT with what of the scene the strain form does not know, on a tape or for
  * solve_members. */
 ad_status strain_check(const scene *one, bool on_tape, ad_error *error);

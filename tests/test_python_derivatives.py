@@ -2,6 +2,8 @@
 test_python_derivatives.py CONFIGS, in an empty folder. Exit status 77 without numpy."""
 from python_testing import FAMILY, configs, raises
 
+import shutil
+
 import numpy
 
 import cpinn
@@ -76,6 +78,13 @@ for c, unit in ((slice(0, 3), 0.3), (slice(3, 7), 1)):
     off = numpy.abs(answered.jacobian - solved.jacobian)[:, :, c].max(axis=(0, 1, 2))
     assert (off <= 1e-4 * numpy.abs(solved.jacobian[:, :, c]).max(axis=(0, 1, 2))).all(), off
 assert numpy.array_equal(answered.values, family.evaluate(at, s).values)
+
+# One member at a time by compiled C, where there is a compiler.
+if shutil.which("cc"):
+    quick = cpinn.Family("family", compile=True).jacobian(at[:1], s)
+    unit = numpy.abs(answered.jacobian).max(axis=(0, 1)) + 1e-6
+    assert numpy.abs(quick.values - answered.values[:1])[..., :3].max() < 1e-5
+    assert (numpy.abs(quick.jacobian - answered.jacobian[:1]) <= 1e-3 * unit).all()
 
 # Of a family in motion: the network's own.
 cpinn.train(configs + "/families/ramp.yaml", folder="ramp", threads=1, overrides=[

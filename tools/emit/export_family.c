@@ -356,6 +356,25 @@ static void write_integrals(const export_family *x, FILE *file)
     }
 }
 
+/* Of the highest modes in an element; its widths. */
+static void write_modes(const export_family *x, FILE *file)
+{
+    const strain_mesh *mesh = &x->mesh;
+    double weights[STRAIN_MODES][STRAIN_STAGES_MAX], width[STRAIN_ELEMENTS_MAX];
+    strain_mesh_modes(mesh, weights);
+    for (int e = 0; e < mesh->elements; e++) {
+        width[e] = mesh->edges[e + 1] - mesh->edges[e];
+    }
+    fprintf(file, "static const %s modes[%d][%d] = {\n", type_of(x), STRAIN_MODES, mesh->stages);
+    for (int k = 0; k < STRAIN_MODES; k++) {
+        export_put_list((size_t)mesh->stages, weights[k], 1, x->single, file);
+        fputs(k + 1 < STRAIN_MODES ? ",\n" : "};\n", file);
+    }
+    fprintf(file, "static const %s widths[%d] = ", type_of(x), mesh->elements);
+    export_put_list((size_t)mesh->elements, width, 1, x->single, file);
+    fputs(";\n", file);
+}
+
 static void write_constants(const export_family *x, FILE *file)
 {
     const int count = x->open->parameter_count;
@@ -389,10 +408,12 @@ static void write_constants(const export_family *x, FILE *file)
             x->follows, inputs_of(x), linearised_of(x));
     put_macro(x, "LENGTH", scene_length(x->open), file);
     put_macro(x, "MESH", x->mesh_error, file);
+    put_macro(x, "RESOLVED", STRAIN_RESOLVED, file);
     put_macro(x, "ROUNDING", x->single ? 1e-6 : 1e-9, file);   /* of a range */
     put_macro(x, "DIFFERENCE", x->single ? 5e-3 : 1e-5, file); /* of a range */
     put_macro(x, "SETTLED", x->single ? 1e-5 : 1e-9, file);    /* steps over the length */
     put_macro(x, "LARGE", x->single ? 1e15 : 1e100, file);     /* curvature times the length */
+    write_modes(x, file);
     if (!x->placed) {
         write_integrals(x, file);
     }

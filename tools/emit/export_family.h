@@ -10,7 +10,7 @@
 struct experiment;
 
 /* Members over the ranges by which the mesh of a run is judged. */
-enum { EXPORT_JUDGED = 64 };
+enum { EXPORT_JUDGED = 256 };
 
 typedef struct export_family {
     const char *name;                   /* a C identifier */
@@ -28,7 +28,8 @@ typedef struct export_family {
     ad_value (*network)(const void *context, ad_tape *tape, const ad_value *x);
     const void *context;
     const double *weights;
-    double mesh_error; /* m, of equilibria on the mesh: comes to each distance */
+    double mesh_error; /* m, of equilibria on the mesh, for strain_mesh_unresolved of their
+                        * curvature: comes to each distance */
     size_t workspace;  /* numbers of the functions; by export_family_write_source, as the next */
     int state;         /* numbers of the state of the rod */
     int forces, held;  /* that are sought before and after the curvature */

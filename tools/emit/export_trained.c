@@ -64,11 +64,14 @@ static ad_status ask_network(const experiment *e, const export_family *f, double
     return status;
 }
 
-/* What Newton's method leaves when it has settled is the error of the mesh. */
+/* What Newton's method leaves when it has settled is the error of the mesh: the most of it for what
+ * the mesh hardly resolves of a curvature. Of thousands of members of six families the most was up
+ * to twice that of the first 64. */
 static ad_status judge_mesh(solve_members *solver, export_family *f, const double *parameters,
                             const double *said, ad_error *error)
 {
     solve_answer answers[EXPORT_JUDGED];
+    const double length = scene_length(f->open);
     double *polished =
         malloc(3 * EXPORT_JUDGED * (size_t)strain_mesh_nodes(&f->mesh) * sizeof *polished);
     ad_status status = polished ? solve_members_refine(solver, EXPORT_JUDGED, parameters, said, 2,
@@ -80,8 +83,10 @@ static ad_status judge_mesh(solve_members *solver, export_family *f, const doubl
     }
     f->mesh_error = 0;
     for (int i = 0; i < EXPORT_JUDGED && status == AD_OK; i++) {
+        const double *at = polished + 3 * i * strain_mesh_nodes(&f->mesh);
         if (answers[i].trusted) {
-            f->mesh_error = fmax(f->mesh_error, answers[i].left);
+            f->mesh_error =
+                fmax(f->mesh_error, answers[i].left / strain_mesh_unresolved(&f->mesh, length, at));
         }
     }
     free(polished);

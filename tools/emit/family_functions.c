@@ -690,6 +690,26 @@ static void guess_forces(room r)
     }
 }
 
+/* What the mesh leaves, m, by how much it hardly resolves of the curvature. */
+static double mesh_leaves(room r)
+{
+    double turn = RESOLVED;
+    int e, c, k, j;
+    for (c = 0; c < 3; c++) {
+        for (e = 0; e < ELEMENTS; e++) {
+            const double *at = r.bent + c * NODES + e * STAGES;
+            for (k = 0; k < 2; k++) {
+                double sum = 0;
+                for (j = 0; j < STAGES; j++) {
+                    sum += modes[k][j] * at[j];
+                }
+                turn += fabs(sum) * widths[e];
+            }
+        }
+    }
+    return MESH * turn;
+}
+
 /* What is known before a step, or where none can be taken. */
 static int unknown(model_answer *answer)
 {
@@ -730,7 +750,7 @@ static double look_ahead(room r, int *rows, double *left)
 static int polish(room r, int steps, model_answer *answer)
 {
     int rows[N], i, k, settles, stable = 1;
-    double length = 0, before, predicted = 0, left = 0, ratio = -1;
+    double length = 0, before, predicted = 0, left = 0, ratio = -1, mesh;
     guess_forces(r);
     for (k = 0; k < steps || (k == 0 && answer); k++) {
         int negative;
@@ -771,8 +791,9 @@ static int polish(room r, int steps, model_answer *answer)
         predicted = steps > 0 ? predicted : left;
     }
     answer->stable = stable;
-    answer->predicted = predicted + MESH;
-    answer->left = left + MESH;
+    mesh = mesh_leaves(r);
+    answer->predicted = predicted + mesh;
+    answer->left = left + mesh;
     answer->ratio = ratio;
     answer->trusted =
         stable && 20 * answer->predicted <= LENGTH && (settles || left <= SETTLED * LENGTH);
