@@ -1,12 +1,13 @@
 #!/bin/bash
-# A term of the equations is added as CONTRIBUTING says, in a copy of the tree and in the files that it
-# names: a law at a point. The programs are built there, and network, collocation, strains, nodes and
-# modes of a motion solve scenes with it and agree.
-#   test_adding.sh BIN ROOT
+# A law at a point and an optimiser are added as CONTRIBUTING says, in a copy of the tree and in the
+# files that it names. The programs are built there. Network, collocation, strains, nodes and modes of a
+# motion solve scenes with the law and agree; the tests of optimisers try the new one unasked.
+#   test_adding.sh BIN ROOT SHIM COMPARE
 set -u
+shim=$(realpath "$3") compare=$(realpath "$4")
 . "$(dirname "$0")/programs.sh"
 unset CMAKE_C_COMPILER_LAUNCHER CMAKE_CXX_COMPILER_LAUNCHER
-mkdir tree built && (cd "$ROOT" && tar -cf - CMakeLists.txt autodiff nn optim physics tools) |
+mkdir tree built && (cd "$ROOT" && tar -cf - CMakeLists.txt autodiff nn optim physics tests tools) |
     tar -xf - -C tree
 
 # add before|after FILE LINE: what is read, at the one line that has these words.
@@ -19,6 +20,23 @@ add() {
         index($0, anchor) { while ((getline line < "words") > 0) print line }
         !index($0, anchor) || side == "before"
         END { exit found != 1 }' "tree/$2" >new && cp new "tree/$2" || failed "no one '$3' in $2"
+}
+
+# new FILE: of what is read.
+new() {
+    touched="$touched $1"
+    cat >"tree/$1"
+}
+
+# named HEAD: the files touched are those that the step of CONTRIBUTING names.
+named() {
+    awk -v head="- **$1" '/^## How to add/ { on = 1; next } /^## / { on = 0 }
+        on && index($0, head) == 1 { take = 1; print; next }
+        on && /^- / { take = 0 } on && take' "$ROOT/CONTRIBUTING.md" >steps
+    for file in $touched; do
+        check CONTRIBUTING names "$file" -- grep -qF "\`${file/nadam/NAME}\`" steps
+    done
+    touched=
 }
 
 # ---- a foundation that hardens: force -k |d|^2 d, d from where the unstressed rod is -------------
@@ -65,13 +83,140 @@ add before physics/support.c '{"gravity", "loads.gravity", NULL,' <<'END'
      "yyyyy yyy yyyy yy y", NULL},
 END
 
-# The files are those that the steps name.
-awk '/^## How to add/ { on = 1; next } /^## / { on = 0 }
-    on && /^- \*\*A term of the equations/ { take = 1; print; next }
-    on && /^- / { take = 0 } on && take' "$ROOT/CONTRIBUTING.md" >steps
-for file in $touched; do
-    check CONTRIBUTING names "$file" -- grep -qF "\`$file\`" steps
-done
+named 'A term of the equations'
+
+# ---- Adam with Nesterov's momentum: Dozat, ICLR workshop 2016 ------------------------------------
+
+add before optim/methods.h 'X(OPTIM_SSBROYDEN, ssbroyden)' <<'END'
+    X(OPTIM_NADAM, nadam) \
+END
+add before optim/CMakeLists.txt 'optimizer.c schedule.c' <<'END'
+    nadam.c
+END
+new optim/nadam.c <<'END'
+#include "internal.h"
+
+#include <math.h>
+#include <string.h>
+
+static optim_status step(void *own, const optim_target *target)
+{
+    optim_adam *adam = own;
+    const optim_settings *s = &adam->settings;
+    const optim_status status = optim_adam_evaluate(adam, target);
+    const double steps = adam->scalar[OPTIM_ADAM_STEPS] + 1, clip = optim_adam_clip(adam);
+    const double rate = optim_schedule_rate(s, (int64_t)adam->scalar[OPTIM_ADAM_STEPS]);
+    const double now = 1 - pow(s->beta1, steps), next = 1 - pow(s->beta1, steps + 1);
+    const double second = 1 - pow(s->beta2, steps);
+    for (size_t i = 0; status == OPTIM_RUNNING && i < adam->count; i++) {
+        const double g = clip * adam->gradient[i];
+        adam->mean[i] = s->beta1 * adam->mean[i] + (1 - s->beta1) * g;
+        adam->square[i] = s->beta2 * adam->square[i] + (1 - s->beta2) * g * g;
+        const double ahead = s->beta1 * adam->mean[i] / next + (1 - s->beta1) * g / now;
+        adam->next_x[i] = adam->x[i] - rate * ahead / (sqrt(adam->square[i] / second) + s->epsilon);
+    }
+    if (status != OPTIM_RUNNING) {
+        return status;
+    }
+    memcpy(adam->x, adam->next_x, adam->count * sizeof *adam->x);
+    adam->scalar[OPTIM_ADAM_STEPS] = steps;
+    adam->scalar[OPTIM_ADAM_LEARNING_RATE] = rate;
+    return OPTIM_RUNNING;
+}
+
+static void *create(size_t count, const double *x, const optim_settings *settings)
+{
+    return optim_adam_create(count, x, settings);
+}
+
+static void release(void *own)
+{
+    optim_adam_kind.free(own);
+}
+
+static void objective_changed(void *own)
+{
+    optim_adam_kind.objective_changed(own);
+}
+
+static const double *current_x(const void *own)
+{
+    return optim_adam_kind.x(own);
+}
+
+static const double *best_x(const void *own)
+{
+    return optim_adam_kind.best_x(own);
+}
+
+static optim_info inspect(const void *own)
+{
+    return optim_adam_kind.inspect(own);
+}
+
+static int state(void *own, optim_array *arrays, int capacity)
+{
+    return optim_adam_kind.state(own, arrays, capacity);
+}
+
+static const char *state_check(const void *own)
+{
+    return optim_adam_kind.state_check(own);
+}
+
+static void defaults(optim_settings *settings)
+{
+    settings->beta1 = 0.95;
+    settings->gradient_tolerance = 0;
+}
+
+const optim_kind optim_nadam_kind = {
+    .about = "Adam that looks ahead",
+    .needs = OPTIM_NEEDS_GRADIENTS,
+    .reads = OPTIM_READS_RATE | OPTIM_READS_MEANS | OPTIM_READS_EPSILON,
+    .defaults = defaults,
+    .create = create,
+    .free = release,
+    .step = step,
+    .objective_changed = objective_changed,
+    .x = current_x,
+    .best_x = best_x,
+    .inspect = inspect,
+    .state = state,
+    .state_check = state_check,
+    .advice = "a smaller learning_rate"};
+END
+new tests/test_optim_nadam.c <<'END'
+#include "optim_testing.h"
+
+static double slope(size_t count, const double *x, double *gradient)
+{
+    *gradient = 1;
+    return count ? *x : 0;
+}
+
+/* Under a constant slope: beta1 (1 - beta1) / (1 - beta1^2) + 1. */
+static void test_first_step(void **state)
+{
+    (void)state;
+    problem p = make_problem(slope, 1);
+    optim_settings settings = optim_settings_defaults(OPTIM_NADAM);
+    settings.learning_rate = 0.5;
+    settings.epsilon = 1e-300;
+    optim_optimizer *o = optim_create(1, (const double[]){0}, &settings, NULL);
+    assert_int_equal(step_by(o, objective, &p), OPTIM_RUNNING);
+    assert_near(*optim_x(o), -0.5 * (1 + 0.95 / 1.95), 1e-15); /* some units of rounding */
+    optim_free(o);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_first_step)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
+END
+check "an optimiser is four files" -- test "$(echo "$touched" | wc -w)" -le 4
+named 'An optimiser'
 
 # ---- it is built and solves ---------------------------------------------------------------------
 
@@ -132,4 +277,26 @@ check modes know the law -- apart nodes.csv modes.csv 0 1e-3
 run 0 cpinn-train rest.yaml --explain
 said stdout.txt 'hardening'
 
-exit $((failures > 0))
+# ---- every test of optimisers tries the new one, and nothing else had to know ---------------------
+
+run 0 cpinn-train --help
+said stdout.txt 'optimizer: one of adam, lbfgs, gauss_newton, nadam, ssbroyden, soap; required'
+tr -s ' \n' ' ' <stdout.txt >words.txt # where lines are broken does not matter
+said words.txt 'nadam: Adam that looks ahead;'
+said stdout.txt 'beta1: .*default: 0\.9, nadam 0\.95, soap 0\.95; adam, nadam, soap only'
+refused 'memory: belongs to optimizer lbfgs, but this stage runs nadam' \
+    cpinn-train "$elastica" --set 'training.stages=[{optimizer: nadam, memory: 3}]' --out refused
+for name in optim_nadam optim_methods; do
+    # shellcheck disable=SC2046  # words
+    "${CC:-cc}" -std=c11 -D_POSIX_C_SOURCE=200809L -Itree -Itree/tests -o $name \
+        "tree/tests/test_$name.c" tree/optim/*.c $(pkg-config --cflags --libs cmocka) -lm \
+        $(grep -q '"allocations.h"' "tree/tests/test_$name.c" &&
+            echo -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=posix_memalign) \
+        2>compiled.txt || failed "test_$name: $(grep -m1 error compiled.txt)"
+    run 0 ./$name
+done
+check threads -- bash "$ROOT/tests/test_threads.sh" built/tools "$ROOT"
+run 0 bash "$ROOT/tests/test_resume_kinds.sh" built/tools "$ROOT" "$shim" "$compare" rest_nadam
+said stdout.txt 'rest_nadam: [1-9][0-9]* checkpoints'
+
+finish

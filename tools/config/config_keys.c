@@ -66,15 +66,9 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
 /* A setting of optim/methods.h; ...: its limits, low, high, which are open, in words */
 #define LIMITS(least, most, open, ...) .low = (least), .high = (most), .flags = (open)
 #define STAGE_SETTING(type, key, kind, group, otherwise, in_words, of_names, of_unit, text, ...)   \
-    {"training.stages[]." #key,                                                                    \
-     CONFIG_##kind,                                                                                \
-     STAGE(optim.key),                                                                             \
-     .names = (of_names),                                                                          \
-     .unit = (of_unit),                                                                            \
-     .reads = (group),                                                                             \
-     .fallback = (in_words),                                                                       \
-     .help = (text),                                                                               \
-     LIMITED(__VA_ARGS__)},
+    {"training.stages[]." #key, CONFIG_##kind,     STAGE(optim.key),                               \
+     .names = (of_names),       .unit = (of_unit), .reads = (group),                               \
+     .fallback = (in_words),    .help = (text),    LIMITED(__VA_ARGS__)},
 #define LIMITED(...) LIMITS(__VA_ARGS__)
 
 /* A number for each input of a controller. */
