@@ -212,7 +212,7 @@ const char *const *optim_scaling_names(void);
 /* Dampings are in units of the largest diagonal entry of J^T J for identity, of 1 for diagonal.
  * damping_decrease is the factor after a step that does half of what the model predicts; its power
  * 2/3 or 1/3 after one that does less. By function_tolerance it stops when three steps in turn
- * lower the value relatively by no more, and were predicted to lower it by half at most: a far
+ * lower the value relatively by no more, and were predicted to lower it by half at most. A far
  * start begins with small steps that promise much. */
 
 /* A step: the model at the current point, then dampings until one lowers the value. The value never

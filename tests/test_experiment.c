@@ -89,6 +89,16 @@ static void test_round_trip(void **state)
     assert_true(rank == 2 && shape[0] == 5 && shape[1] == 6);
     assert_true(checkpoint_shape(file, "parameters/network/layer1/bias", &rank, shape));
     assert_true(rank == 1 && shape[0] == 5);
+    const char *longer = "rod.length=3", *named = "name=other";
+    assert_int_equal(
+        config_experiment_open(at("checkpoint.h5"), 1, &longer, 1, &again, NULL, &error),
+        AD_BAD_INPUT);
+    assert_null(again);
+    assert_non_null(strstr(error.message, "rod.length"));
+    assert_int_equal(
+        config_experiment_open(at("checkpoint.h5"), 1, &named, 1, &again, NULL, &error), AD_OK);
+    assert_string_equal(again->settings->name, "other");
+    experiment_free(again);
     const char *wider = "network.hidden=[6, 7]"; /* no longer the parameters of the file */
     assert_int_equal(
         config_experiment_open(at("checkpoint.h5"), 1, &wider, 1, &again, NULL, &error),

@@ -254,13 +254,20 @@ run 0 cpinn-eval diverged
 run 0 cpinn-eval a
 said stdout.txt 'elastica'
 check no speed unless asked -- test "$(grep -c '^speed' stdout.txt)" -eq 0
+run 0 cpinn-eval a --set reference=null
+said stdout.txt 'no reference to compare with'
+refused 'rod.length: .* in the checkpoint, 2 now; a run keeps its scene' cpinn-eval a --set rod.length=2
 run 0 cpinn-eval a --speed
 said stdout.txt '^speed: .* evaluations per second of all 19 columns, on .* thread'
 run 0 cpinn-eval a --grid 2 --out tip.csv
 check the tip is that of the table -- test "$(awk '/^tip/ { print $2, $3, $4 }' stdout.txt)" = \
     "$(tail -1 tip.csv | awk -F, '{ printf "%.9g %.9g %.9g", $3, $4, $5 }')"
 rm tip.csv
+run 0 cpinn-eval a/checkpoint.h5 --grid 5x1 --out quiet.csv --quiet
+check "cpinn-eval --quiet says nothing" -- test ! -s stdout.txt
+said stderr.txt '^cpinn-eval: verdict on training: warning'
 run 0 cpinn-eval a/checkpoint.h5 --grid 5x1 --out e.csv
+same quiet.csv e.csv
 said e.csv '^s,t,x,y,z,qw,qx,qy,qz,v1,v2,v3,u1,u2,u3,n1,n2,n3,m1,m2,m3$'
 check as many rows as points -- test "$(wc -l <e.csv)" -eq 6
 printf 's\n0\n0.1\n0.3\n' >points.csv
@@ -444,7 +451,14 @@ said stdout.txt 'below 1e-05 '
 refused 'no_such.yaml' cpinn-check no_such.yaml
 refused '--tolerance' cpinn-check "$elastica" --tolerance -1
 
-# What --help says are the options that there are.
+# What --help says are the options that there are. Those that mean the same in several programs are
+# rows of cli.h, explained in shared.txt; --out is also the name of other files and of folders.
+shared=$(sed -n 's/^#define CLI_[A-Z]*(.*{"\(--[a-z]*\)".*/\1/p' "$ROOT/tools/programs/cli.h" | grep -vx -e --out)
+check "shared options have one row" -- test "$(wc -w <<<"$shared")" -ge 9
+for name in $shared; do
+    check "$name has one row and one help" -- test -z "$(grep -l "{\"$name\"" "$ROOT"/tools/programs/cpinn-*.c)$(
+        grep -l "^  $name " "$ROOT"/tools/programs/help/{train,solve,eval,check,bench,cases,control,export,law,residual,show,stress}.txt)"
+done
 for source in "$ROOT"/tools/programs/cpinn-*.c; do
     name=$(basename "$source" .c)
     sed 's/CLI_\(VERDICT_\)\{0,1\}\([A-Z]*\)(/{"--\L\2"/' "$source" |

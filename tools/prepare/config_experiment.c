@@ -188,6 +188,9 @@ static ad_status restore(const checkpoint *file, const char *path, int count,
         snprintf((*result)->warning, sizeof(*result)->warning, "%s", warning);
         status = experiment_get(*result, file, error);
     }
+    if (status == AD_OK && count > 0) {
+        status = continues(settings, path, text, -1, error);
+    }
     return status;
 }
 

@@ -45,24 +45,17 @@ typedef struct cli_program {
     cli_list *operands;       /* where one or more operands go; NULL: there is only one */
 } cli_program;
 
-/* Rows that several programs have: --set into a cli_list; --at into a const char *; --json into a
- * const char *; --quiet into a bool, of the programs that end with a verdict. */
-#define CLI_SET(list)                                                                              \
-    {                                                                                              \
-        "--set", "KEY=VALUE", CLI_LIST, list, 0, 0                                                 \
-    }
-#define CLI_AT(text)                                                                               \
-    {                                                                                              \
-        "--at", "NAME=VALUE,...", CLI_TEXT, text, 0, 0                                             \
-    }
-#define CLI_VERDICT_JSON(file)                                                                     \
-    {                                                                                              \
-        "--json", "FILE|-", CLI_TEXT, file, 0, 0                                                   \
-    }
-#define CLI_VERDICT_QUIET(flag)                                                                    \
-    {                                                                                              \
-        "--quiet", NULL, CLI_FLAG, flag, 0, 0                                                      \
-    }
+/* Rows that several programs have, with the same meaning in each; help/shared.txt explains them. */
+#define CLI_SET(list)      ((cli_option){"--set", "KEY=VALUE", CLI_LIST, list, 0, 0})
+#define CLI_AT(text)       ((cli_option){"--at", "NAME=VALUE,...", CLI_TEXT, text, 0, 0})
+#define CLI_OUT(file)      ((cli_option){"--out", "FILE", CLI_TEXT, file, 0, 0}) /* of shapes */
+#define CLI_GRID(text)     ((cli_option){"--grid", "NSxNT", CLI_TEXT, text, 0, 0})
+#define CLI_THREADS(count) ((cli_option){"--threads", "N", CLI_INTEGER, count, 0, 1024})
+#define CLI_SEED(seed)     ((cli_option){"--seed", "N", CLI_INTEGER, seed, 0, 2147483647})
+#define CLI_SECONDS(limit) ((cli_option){"--seconds", "S", CLI_NUMBER, limit, 1e-3, 1e6})
+#define CLI_FORCE(flag)    ((cli_option){"--force", NULL, CLI_FLAG, flag, 0, 0})
+#define CLI_JSON(file)     ((cli_option){"--json", "FILE|-", CLI_TEXT, file, 0, 0})
+#define CLI_QUIET(flag)    ((cli_option){"--quiet", NULL, CLI_FLAG, flag, 0, 0})
 
 /* `options` [count], without --help and --version, which every program has. Values are given as
  * "--out FILE" or "--out=FILE"; "--" ends the options. The texts are those of argv. Returns CLI_RUN

@@ -498,13 +498,13 @@ static int parse(int count, char **arguments, options *o)
     const cli_option known[] = {{"--methods", "LIST", CLI_TEXT, &o->methods, 0, 0},
                                 {"--networks", "LIST", CLI_TEXT, &o->networks, 0, 0},
                                 {"--seeds", "N", CLI_INTEGER, &o->seeds, 1, COMPARE_SEEDS_MAX},
-                                {"--seconds", "S", CLI_NUMBER, &o->seconds, 1e-3, 1e6},
+                                CLI_SECONDS(&o->seconds),
                                 {"--error", "KIND", CLI_TEXT, &o->error, 0, 0},
                                 {"--curve", "[NAME=]FILE", CLI_LIST, &o->curves, 0, 0},
-                                {"--set", "KEY=VALUE", CLI_LIST, &o->overrides, 0, 0},
-                                {"--threads", "N", CLI_INTEGER, &o->threads, 0, 1024},
+                                CLI_SET(&o->overrides),
+                                CLI_THREADS(&o->threads),
                                 {"--out", "DIR", CLI_TEXT, &o->out, 0, 0},
-                                {"--quiet", NULL, CLI_FLAG, &o->quiet, 0, 0}};
+                                CLI_QUIET(&o->quiet)};
     return cli_parse(&about, known, sizeof known / sizeof *known, count, arguments, &last);
 }
 

@@ -210,8 +210,8 @@ static int parse(int count, char **arguments, options *o)
     const char *last;
     const cli_program about = {program, "FOLDER|CONFIG.yaml", help_cases, NULL, &o->operands};
     const cli_option known[] = {{"--out", "DIR", CLI_TEXT, &o->out, 0, 0},
-                                {"--seconds", "S", CLI_NUMBER, &o->seconds, 1e-3, 1e6},
-                                {"--threads", "N", CLI_INTEGER, &o->threads, 0, 1024}};
+                                CLI_SECONDS(&o->seconds),
+                                CLI_THREADS(&o->threads)};
     return cli_parse(&about, known, sizeof known / sizeof *known, count, arguments, &last);
 }
 

@@ -365,10 +365,10 @@ int main(int argc, char **argv)
     options *o = &s.asked;
     const cli_option list[] = {CLI_SET(&o->overrides),
                                {"--entries", "N", CLI_INTEGER, &o->entries, 1, 1e9},
-                               {"--seed", "N", CLI_INTEGER, &o->seed, 0, 2147483647},
+                               CLI_SEED(&o->seed),
                                {"--step", "H", CLI_NUMBER, &o->step, 1e-8, 1},
                                {"--tolerance", "E", CLI_NUMBER, &o->tolerance, 1e-16, 1},
-                               {"--threads", "N", CLI_INTEGER, &o->threads, 0, 1024}};
+                               CLI_THREADS(&o->threads)};
     const cli_program about = {program, "CONFIG.yaml", help_check, NULL, NULL};
     int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &o->config);
     if (status != CLI_RUN) {

@@ -330,13 +330,13 @@ int main(int argc, char **argv)
         {"--shapes", "FILE", CLI_TEXT, &o->shapes, 0, 0},
         {"--animate", NULL, CLI_FLAG, &o->animate, 0, 0},
         {"--c", "OUT", CLI_TEXT, &o->c, 0, 0},
-        {"--force", NULL, CLI_FLAG, &o->force, 0, 0},
+        CLI_FORCE(&o->force),
         {"--run", "DIR", CLI_TEXT, &o->run, 0, 0},
         {"--inner", "DIR", CLI_TEXT, &o->inner, 0, 0},
-        {"--seed", "N", CLI_INTEGER, &o->seed, 0, 1000000000},
+        CLI_SEED(&o->seed),
         CLI_SET(&o->overrides),
-        CLI_VERDICT_JSON(&o->json),
-        CLI_VERDICT_QUIET(&o->quiet),
+        CLI_JSON(&o->json),
+        CLI_QUIET(&o->quiet),
     };
     const cli_program about = {program, "CONFIG.yaml", help_control, verdict_help, NULL};
     int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &o->config);

@@ -27,7 +27,8 @@ typedef struct options {
     const char *checkpoint, *points, *grid, *out;
     int threads;
     const char *json; /* file, or - */
-    bool speed;
+    bool speed, quiet;
+    cli_list overrides;
     eval_family_options family;
     eval_rollouts_options rollouts;
     const ad_ranks *ranks; /* NULL: this process is by itself */
@@ -356,8 +357,9 @@ static ad_status choose_member(evaluation *x, ad_error *error)
 
 static ad_status open_run(evaluation *x, ad_error *error)
 {
-    ad_status status = config_experiment_open(x->asked.checkpoint, 0, NULL, x->asked.threads, &x->e,
-                                              &x->file, error);
+    ad_status status =
+        config_experiment_open(x->asked.checkpoint, x->asked.overrides.count,
+                               x->asked.overrides.texts, x->asked.threads, &x->e, &x->file, error);
     return status == AD_OK ? read_progress(x, error) : status;
 }
 
@@ -489,21 +491,23 @@ static int go(const ad_ranks *ranks, int argc, char **argv)
                     .rate = NAN};
     eval_family_options *f = &x.asked.family;
     eval_rollouts_options *r = &x.asked.rollouts;
-    const cli_option list[] = {{"--out", "FILE", CLI_TEXT, &x.asked.out, 0, 0},
-                               {"--grid", "NSxNT", CLI_TEXT, &x.asked.grid, 0, 0},
+    const cli_option list[] = {CLI_OUT(&x.asked.out),
+                               CLI_GRID(&x.asked.grid),
                                {"--points", "FILE", CLI_TEXT, &x.asked.points, 0, 0},
+                               CLI_SET(&x.asked.overrides),
                                CLI_AT(&f->at),
                                {"--members", "FILE", CLI_TEXT, &f->members, 0, 0},
                                {"--polish", "N", CLI_INTEGER, &f->polish, 0, 2},
                                {"--extrapolate", NULL, CLI_FLAG, &f->extrapolate, 0, 0},
                                {"--verify", "N", CLI_INTEGER, &f->verify, 1, 10000000},
                                {"--compile", NULL, CLI_FLAG, &f->compile, 0, 0},
-                               {"--seed", "N", CLI_INTEGER, &f->seed, 0, 2147483647},
+                               CLI_SEED(&f->seed),
                                {"--rollouts", "N", CLI_INTEGER, &r->count, 1, 10000},
                                {"--tolerance", "X", CLI_NUMBER, &r->tolerance, 0, 1},
                                {"--speed", NULL, CLI_FLAG, &x.asked.speed, 0, 0},
-                               {"--json", "FILE|-", CLI_TEXT, &x.asked.json, 0, 0},
-                               {"--threads", "N", CLI_INTEGER, &x.asked.threads, 0, 1024}};
+                               CLI_JSON(&x.asked.json),
+                               CLI_THREADS(&x.asked.threads),
+                               CLI_QUIET(&x.asked.quiet)};
     const cli_program about = {program, "DIR_OR_CHECKPOINT", help_eval, NULL, NULL};
     int status =
         cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &x.asked.checkpoint);
@@ -517,15 +521,17 @@ static int go(const ad_ranks *ranks, int argc, char **argv)
         return cli_fail(program, "--tolerance: of --rollouts; allowed: the two together");
     }
     if (r->count > 0) {
-        if (x.asked.grid || x.asked.points || x.asked.speed || f->at || f->members || f->verify) {
+        if (x.asked.grid || x.asked.points || x.asked.speed || x.asked.overrides.count > 0 ||
+            f->at || f->members || f->verify) {
             return cli_fail(program, "--rollouts: allowed beside it: --out DIR, --tolerance, "
-                                     "--seed, --json, --threads");
+                                     "--seed, --json, --quiet, --threads");
         }
         r->path = x.asked.checkpoint;
         r->out = x.asked.out;
         r->seed = f->seed >= 0 ? f->seed : 1;
         r->threads = x.asked.threads;
         r->json = x.asked.json;
+        r->quiet = x.asked.quiet;
         return eval_rollouts_run(program, r);
     }
     if (x.asked.points && x.asked.grid) {
@@ -542,7 +548,9 @@ static int go(const ad_ranks *ranks, int argc, char **argv)
         status = cli_fail_error(program, &error);
     } else if (x.asked.json && write_json(&x, &error) != AD_OK) {
         status = cli_fail_error(program, &error);
-    } else if (!json_is_printed(x.asked.json)) {
+    } else if (x.asked.quiet && x.is_judged && verdict_outcome_of(&x.verdict) == VERDICT_WARNING) {
+        verdict_print(stderr, "cpinn-eval: verdict on training: ", &x.verdict);
+    } else if (!x.asked.quiet && !json_is_printed(x.asked.json)) {
         print_report(&x);
     }
     status = status == 0 ? eval_family_status(&x.family) : status;

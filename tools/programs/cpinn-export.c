@@ -275,7 +275,7 @@ int main(int argc, char **argv)
                                {"--places", "S,S,...", CLI_TEXT, &o.places, 0, 0},
                                {"--columns", "NAMES", CLI_TEXT, &o.columns, 0, 0},
                                {"--single", NULL, CLI_FLAG, &o.single, 0, 0},
-                               {"--force", NULL, CLI_FLAG, &o.force, 0, 0}};
+                               CLI_FORCE(&o.force)};
     const cli_program about = {program, "DIR_OR_CHECKPOINT", help_export, NULL, NULL};
     int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &o.run);
     if (status != CLI_RUN) {

@@ -63,7 +63,7 @@ int main(int argc, char **argv)
         {"--held-out", "SHARE", CLI_NUMBER, &settings.held_out, 0, 0.9},
         {"--starts", "N", CLI_INTEGER, &settings.starts, 1, 1000},
         {"--steps", "N", CLI_INTEGER, &settings.steps, 1, 1000000},
-        {"--seed", "N", CLI_INTEGER, &seed, 0, 2147483647}};
+        CLI_SEED(&seed)};
     const cli_program face = {.name = program, .operand = "TABLE", .help = help_law};
     int status =
         cli_parse(&face, options, sizeof options / sizeof *options, argc, argv, &data_file);

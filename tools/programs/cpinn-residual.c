@@ -313,7 +313,7 @@ int main(int argc, char **argv)
                                {"--steps", "N", CLI_INTEGER, &o->steps, 0, 100000},
                                {"--held-out", "N", CLI_INTEGER, &o->held_out, 0, RUNS_MAX},
                                {"--noise", "M", CLI_NUMBER, &o->noise, 1e-12, 1e3},
-                               {"--seed", "N", CLI_INTEGER, &o->seed, 0, 2147483647}};
+                               CLI_SEED(&o->seed)};
     const cli_program face = {.name = program, .operand = "CONFIG.yaml", .help = help_residual};
     int status = cli_parse(&face, rows, sizeof rows / sizeof *rows, argc, argv, &o->config);
     ad_error error;

@@ -248,10 +248,10 @@ int main(int argc, char **argv)
         {"--slow", "X", CLI_NUMBER, &x.slow, 1e-3, 1e6},
         {"--scene", "CONFIG.yaml", CLI_TEXT, &x.scene_path, 0, 0},
         {"--reference", "TABLE", CLI_TEXT, &x.reference_path, 0, 0},
-        {"--grid", "NSxNT", CLI_TEXT, &x.grid, 0, 0},
+        CLI_GRID(&x.grid),
         CLI_SET(&x.overrides),
         CLI_AT(&x.at),
-        {"--quiet", NULL, CLI_FLAG, &x.quiet, 0, 0},
+        CLI_QUIET(&x.quiet),
     };
     const cli_program about = {program, "SOURCE", help_show, NULL, NULL};
     int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &x.source);

@@ -26,7 +26,7 @@ typedef struct options {
     cli_list overrides;
     const char *at;
     double tolerance, perturbation;
-    int nodes, branch;
+    int nodes, branch, threads;
     bool quiet;
     const char *json, *path, *method_name;
     solve_method method;
@@ -242,7 +242,8 @@ static ad_status solve(solving *x, ad_error *error)
 static ad_status find_unknowns(solving *x, ad_error *error)
 {
     const options *o = &x->asked;
-    ad_status status = unknowns_find(o->config, &o->overrides, o->at, &x->unknown, error);
+    ad_status status =
+        unknowns_find(o->config, &o->overrides, o->at, o->threads, &x->unknown, error);
     if (status != AD_OK || !x->unknown.settings) {
         return status;
     }
@@ -428,13 +429,14 @@ int main(int argc, char **argv)
         {"--from", "FILE", CLI_TEXT, &o->from, 0, 0},
         {"--state-out", "FILE", CLI_TEXT, &o->state_out, 0, 0},
         {"--path", "CSV", CLI_TEXT, &o->path, 0, 0},
-        {"--out", "FILE", CLI_TEXT, &o->out, 0, 0},
-        {"--grid", "NSxNT", CLI_TEXT, &o->grid, 0, 0},
+        CLI_OUT(&o->out),
+        CLI_GRID(&o->grid),
         {"--work-precision", "CSV", CLI_TEXT, &o->work_precision, 0, 0},
         CLI_SET(&o->overrides),
         CLI_AT(&o->at),
-        CLI_VERDICT_JSON(&o->json),
-        CLI_VERDICT_QUIET(&o->quiet),
+        CLI_THREADS(&o->threads),
+        CLI_JSON(&o->json),
+        CLI_QUIET(&o->quiet),
     };
     const cli_program about = {program, "CONFIG.yaml", help_solve, verdict_help, NULL};
     int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &o->config);

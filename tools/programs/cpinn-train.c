@@ -571,12 +571,12 @@ static int parse(int count, char **arguments, options *o)
         {"--out", "DIR", CLI_TEXT, &o->out, 0, 0},
         {"--resume", NULL, CLI_FLAG, &o->resume, 0, 0},
         CLI_SET(&o->overrides),
-        {"--threads", "N", CLI_INTEGER, &o->threads, 0, 1024},
+        CLI_THREADS(&o->threads),
         {"--print-config", NULL, CLI_FLAG, &o->print_config, 0, 0},
         {"--explain", "program|support", CLI_CHOICE, &o->explain, 0, 0},
         {"--watch", NULL, CLI_FLAG, &o->watch, 0, 0},
-        CLI_VERDICT_JSON(&o->json),
-        CLI_VERDICT_QUIET(&o->quiet),
+        CLI_JSON(&o->json),
+        CLI_QUIET(&o->quiet),
     };
     int result =
         cli_parse(&about, known, sizeof known / sizeof *known, count, arguments, &o->config);

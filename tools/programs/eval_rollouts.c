@@ -354,7 +354,7 @@ static ad_status report_of(const eval_rollouts_options *asked, const surrogate *
 
 int eval_rollouts_run(const char *program, const eval_rollouts_options *asked)
 {
-    const bool printed = !json_is_printed(asked->json);
+    const bool printed = !asked->quiet && !json_is_printed(asked->json);
     surrogate *s = NULL;
     rollouts_report report = {0};
     ad_error error = {.message = ""};
@@ -371,9 +371,10 @@ int eval_rollouts_run(const char *program, const eval_rollouts_options *asked)
         eval_rollouts_print(stdout, &report);
     }
     const bool fails = result == AD_OK && rollouts_fail(&report, asked->tolerance);
-    if (fails && printed) {
-        puts(report.rows[ROLLOUTS_MODEL].diverged > 0 ? "not trusted: rollouts diverge"
-                                                      : "not trusted: worse than --tolerance");
+    if (fails && (printed || asked->quiet)) {
+        fprintf(printed ? stdout : stderr, "not trusted: %s\n",
+                report.rows[ROLLOUTS_MODEL].diverged > 0 ? "rollouts diverge"
+                                                         : "worse than --tolerance");
     }
     rollouts_free(&report);
     surrogate_free(s);

@@ -12,6 +12,7 @@ typedef struct eval_rollouts_options {
     int count, seed, threads;
     double tolerance;      /* of the worst error over 5 s by the length; NaN: none */
     const char *json;      /* file, or - */
+    bool quiet;            /* prints errors, and what is not trusted on stderr */
     const ad_ranks *ranks; /* that share the rollouts; the first writes; NULL: none */
 } eval_rollouts_options;
 

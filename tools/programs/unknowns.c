@@ -47,7 +47,7 @@ static void join_at(unknowns *x, const char *at, const double *values)
 }
 
 ad_status unknowns_find(const char *scene_file, const cli_list *overrides, const char *at,
-                        unknowns *x, ad_error *error)
+                        int threads, unknowns *x, ad_error *error)
 {
     bool given = false;
     ad_status status =
@@ -78,7 +78,7 @@ ad_status unknowns_find(const char *scene_file, const cli_list *overrides, const
         config_free(member);
     }
     const double start = train_seconds();
-    status = config_identify(x->settings, 0, &x->found, error);
+    status = config_identify(x->settings, threads, &x->found, error);
     x->seconds = train_seconds() - start;
     if (status == AD_OK) {
         join_at(x, at, x->found.value);

@@ -16,9 +16,10 @@ typedef struct unknowns {
 } unknowns;
 
 /* Reads the scene, and where it has unknowns of which `at` (may be NULL) has no value finds them
- * from its data. AD_BAD_INPUT, without data too; errors of identify. */
+ * from its data. threads: 0 means one per processor. AD_BAD_INPUT, without data too; errors of
+ * identify. */
 ad_status unknowns_find(const char *scene_file, const cli_list *overrides, const char *at,
-                        unknowns *x, ad_error *error);
+                        int threads, unknowns *x, ad_error *error);
 void unknowns_free(unknowns *x);
 
 /* The parameters that are neither found nor given by `at`, so that no member is meant. */
