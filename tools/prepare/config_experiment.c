@@ -35,10 +35,9 @@ static ad_status continues(void *context, const char *path, const char *text, in
     config *before;
     ad_error why;
     ad_status status = config_read(path, text, 1, anywhere, &before, error);
-    if (status == AD_OK && (status = prepare_choices(before, error)) != AD_OK) {
-        config_free(before);
-    }
+    status = status == AD_OK ? prepare_choices(before, error) : status;
     if (status != AD_OK) {
+        config_free(before);
         return status;
     }
     int count = before->settings.stage_count;

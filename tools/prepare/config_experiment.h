@@ -18,9 +18,9 @@ ad_status config_experiment_create(config *settings, int threads, experiment **r
                                    ad_error *error);
 
 /* Restore an experiment by itself from a checkpoint: DIR, DIR/checkpoint.h5 or any such file.
- * `overrides` as for config_read, of what a run may change (config_continues). *file (may be NULL) receives the opened checkpoint. A reference
- * file that is no longer there is no error: the experiment then has no reference, and says so in
- * `warning`. */
+ * `overrides` as for config_read, of what a run may change (config_continues). *file (may be NULL)
+ * receives the opened checkpoint. A reference file that is no longer there is no error: the
+ * experiment then has no reference, and says so in `warning`. */
 ad_status config_experiment_open(const char *path, int count, const char *const *overrides,
                                  int threads, experiment **result, checkpoint **file,
                                  ad_error *error);
