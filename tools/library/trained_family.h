@@ -22,6 +22,29 @@ typedef struct cpinn_family_network {
     void (*free)(void *context); /* NULL: nothing is owned */
 } cpinn_family_network;
 
+/* A family; its answers are those of family_answers.c. */
+struct cpinn_family {
+    experiment *owned; /* NULL: the scene is lent */
+    scene open;
+    int count; /* of parameters */
+    bool extrapolate;
+    ad_pool *pool;
+    double length;
+    size_t points, nodes, chunk;
+    double *s, *t; /* [points]; t NULL at rest */
+    int columns;
+    solve_members *solver; /* NULL: */
+    ad_error why_not;
+    cpinn_family_network network;
+    struct member_code *code; /* of few members; NULL: */
+    ad_error not_compiled;
+    double *curvature, *values; /* [chunk][nodes][3], [chunk][points][columns] */
+    double *parameters;         /* [chunk][count] of members that are solved */
+    size_t *which;              /* [chunk] their places */
+    solve_answer *refined;      /* [chunk] */
+    solve_member *solved;       /* [chunk] */
+};
+
 /* A family without a network yet, of a scene that outlives it; then its network. */
 ad_status cpinn_family_prepare(const scene *open, const cpinn_family_settings *settings,
                                cpinn_family **result, ad_error *error);
