@@ -1,8 +1,7 @@
 #include "tools/control/residual_internal.h"
 
-#include "autodiff/dense.h"
 #include "nn/rng.h"
-#include "optim/optimizer.h"
+#include "tools/train/least_squares.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -143,9 +142,7 @@ typedef struct fit {
     size_t runs, held_out, values, count;
     const residual_run *run;
     double *room; /* as roll says */
-    double *jtj, *jtr;
-    ad_pool *pool;
-    ad_dense_factor *factor;
+    least_squares ls;
 } fit;
 
 /* The change of the next state by each number [states][count]: the model's own times that of the
@@ -193,8 +190,8 @@ static void add_rows(fit *x, const double *seen, const double *found, const doub
             }
         }
         for (size_t i = 0; i < count; i++) {
-            double *to = x->jtj + i * count;
-            x->jtr[i] += row[i] * off;
+            double *to = x->ls.jtj + i * count;
+            x->ls.jtr[i] += row[i] * off;
             for (size_t j = i; j < count; j++) {
                 to[j] += row[i] * row[j];
             }
@@ -292,61 +289,36 @@ static double add_numbers(const fit *x)
     return sum;
 }
 
-static int evaluate(void *context, const double *p, double *value)
-{
-    fit *x = context;
-    memcpy(x->of->numbers, p, x->count * sizeof *p);
-    *value = sum_over(x, 0, x->runs - x->held_out, false) + add_numbers(x);
-    return isfinite(*value) ? OPTIM_OBJECTIVE_OK : OPTIM_OBJECTIVE_NOT_FINITE;
-}
-
-static int linearize(void *context, const double *p, double *value, double *jtr, double *diagonal)
+static int sum(void *context, const double *p, double *value, least_squares *to)
 {
     fit *x = context;
     const size_t n = x->count;
     memcpy(x->of->numbers, p, n * sizeof *p);
-    memset(x->jtj, 0, n * n * sizeof *x->jtj);
-    memset(x->jtr, 0, n * sizeof *x->jtr);
-    *value = sum_over(x, 0, x->runs - x->held_out, true) + add_numbers(x);
-    for (size_t i = 0; i < n; i++) {
-        x->jtj[i * n + i] += 1;
-        x->jtr[i] += p[i];
-        diagonal[i] = x->jtj[i * n + i];
+    *value = sum_over(x, 0, x->runs - x->held_out, to != NULL) + add_numbers(x);
+    for (size_t i = 0; to && i < n; i++) {
+        to->jtj[i * n + i] += 1;
+        to->jtr[i] += p[i];
         for (size_t j = 0; j < i; j++) {
-            x->jtj[i * n + j] = x->jtj[j * n + i];
+            to->jtj[i * n + j] = to->jtj[j * n + i];
         }
     }
-    memcpy(jtr, x->jtr, n * sizeof *jtr);
     return isfinite(*value) ? OPTIM_OBJECTIVE_OK : OPTIM_OBJECTIVE_NOT_FINITE;
-}
-
-static int solve(void *context, double damping, const double *scale, double *step)
-{
-    const fit *x = context;
-    return ad_dense_damped_step(x->pool, x->jtj, x->jtr, damping, scale, x->count, x->factor, step);
 }
 
 static ad_status descend(fit *x, const residual_settings *settings, double *best, ad_error *error)
 {
-    const optim_linear_model model = {x, evaluate, linearize, solve, NULL};
-    const optim_target target = {.model = &model};
-    optim_settings by = optim_settings_defaults(OPTIM_GAUSS_NEWTON);
-    const char *why = NULL;
     nn_rng rng = nn_rng_split(settings->seed, "residual");
     double lowest = INFINITY;
-    by.scaling = OPTIM_SCALING_DIAGONAL;
-    by.gradient_tolerance = 0;
     for (size_t i = 0; i < x->count; i++) { /* W2 = 0: it begins as the model */
         const bool hidden = i < x->of->units * (1 + x->of->seen);
         x->of->numbers[i] = hidden ? nn_rng_normal(&rng) / sqrt((double)x->of->seen) : 0;
     }
-    optim_optimizer *gn = optim_create(x->count, x->of->numbers, &by, &why);
-    if (!gn) {
-        return ad_fail(error, AD_NO_MEMORY, "residual: %s", why);
+    if (least_squares_begin(&x->ls, x->of->numbers, error) != AD_OK) {
+        return error->status;
     }
     optim_status status = OPTIM_RUNNING;
     for (int i = 0; i <= settings->steps && status == OPTIM_RUNNING; i++) {
-        const double *p = optim_x(gn);
+        const double *p = optim_x(x->ls.by);
         memcpy(x->of->numbers, p, x->count * sizeof *p);
         const double off =
             x->held_out > 0 ? sum_over(x, x->runs - x->held_out, x->runs, false) : -i;
@@ -354,9 +326,8 @@ static ad_status descend(fit *x, const residual_settings *settings, double *best
             lowest = off;
             memcpy(best, p, x->count * sizeof *p);
         }
-        status = i < settings->steps ? optim_step(gn, &target) : status;
+        status = i < settings->steps ? least_squares_next(&x->ls) : status;
     }
-    optim_free(gn);
     memcpy(x->of->numbers, best, x->count * sizeof *best);
     return isfinite(lowest) && status != OPTIM_NOT_FINITE
                ? AD_OK
@@ -380,19 +351,14 @@ ad_status residual_fit(residual *net, double h, const one_look *look, size_t run
              .run = run};
     double *best = malloc(count * sizeof *best);
     x.room = malloc(room_for(net->states, net->inputs, values, count) * sizeof *x.room);
-    x.jtj = malloc(count * count * sizeof *x.jtj);
-    x.jtr = malloc(count * sizeof *x.jtr);
-    x.factor = ad_dense_factor_create(count);
-    x.pool = ad_pool_create(1);
-    ad_status status = best && x.room && x.jtj && x.jtr && x.factor && x.pool
-                           ? ad_dense_load(error)
-                           : ad_fail(error, AD_NO_MEMORY, "out of memory for a residual");
+    x.ls = (least_squares){count, OPTIM_SCALING_DIAGONAL, sum, &x, .jtj = NULL};
+    ad_status status = least_squares_create(&x.ls, error);
+    if (status == AD_OK && !(best && x.room)) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for a residual");
+    }
     status = status == AD_OK ? descend(&x, settings, best, error) : status;
     free(best);
     free(x.room);
-    free(x.jtj);
-    free(x.jtr);
-    ad_dense_factor_free(x.factor);
-    ad_pool_free(x.pool);
+    least_squares_clear(&x.ls);
     return status;
 }

@@ -1,8 +1,7 @@
 #include "tools/train/identify.h"
 
-#include "autodiff/dense.h"
-#include "optim/optimizer.h"
 #include "physics/sampling.h"
+#include "tools/train/least_squares.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -31,17 +30,15 @@ typedef struct search {
     bool easy;  /* members were solved where this descent began: steps to where they are not, which
                  * single solutions might reach after minutes, are too long */
     solve_trials *trials;
-    ad_pool *pool;
-    ad_dense_factor *factor;
     int count;
-    size_t n;                           /* residuals */
-    double exact;                       /* chi squared below which residuals mean nothing */
-    double difference;                  /* of z, to both sides */
-    double *room;                       /* [2 count][n] residuals of trials */
-    double *r;                          /* [n] at y */
-    double *j;                          /* [count][n] by z */
-    double y[MAX];                      /* where r was computed; NaN: nowhere */
-    double matrix[MAX * MAX], jtr[MAX]; /* by y */
+    size_t n;          /* residuals */
+    double exact;      /* chi squared below which residuals mean nothing */
+    double difference; /* of z, to both sides */
+    double *room;      /* [2 count][n] residuals of trials */
+    double *r;         /* [n] at y */
+    double *j;         /* [count][n] by z */
+    double y[MAX];     /* where r was computed; NaN: nowhere */
+    least_squares ls;  /* by y */
     long solutions;
     ad_error error; /* what stops the search */
 } search;
@@ -85,9 +82,8 @@ static double sum_of_squares(size_t n, const double *r)
     return sum;
 }
 
-static int evaluate(void *context, const double *y, double *value)
+static int evaluate(search *x, const double *y, double *value)
 {
-    search *x = context;
     double z[MAX];
     for (int i = 0; i < x->count; i++) {
         z[i] = part_of(y[i]);
@@ -151,16 +147,19 @@ static void multiply(search *x, const double *slope)
             for (size_t row = 0; row < x->n; row++) {
                 sum += a[row] * b[row];
             }
-            *(k < x->count ? &x->matrix[i * x->count + k] : &x->jtr[i]) =
+            *(k < x->count ? &x->ls.jtj[i * x->count + k] : &x->ls.jtr[i]) =
                 slope ? sum * slope[i] * (k < x->count ? slope[k] : 1) : sum;
         }
     }
 }
 
-static int linearize(void *context, const double *y, double *value, double *jtr, double *diagonal)
+static int sum(void *context, const double *y, double *value, least_squares *to)
 {
     search *x = context;
     double z[MAX], slope[MAX];
+    if (!to) {
+        return evaluate(x, y, value);
+    }
     const size_t bytes = (size_t)x->count * sizeof *y;
     int code = memcmp(x->y, y, bytes) == 0 ? OPTIM_OBJECTIVE_OK : evaluate(x, y, value);
     for (int i = 0; i < x->count; i++) {
@@ -168,31 +167,11 @@ static int linearize(void *context, const double *y, double *value, double *jtr,
         slope[i] = z[i] * (1 - z[i]);
     }
     code = code == OPTIM_OBJECTIVE_OK ? differentiate(x, z) : code;
-    if (code != OPTIM_OBJECTIVE_OK) {
-        return code;
+    if (code == OPTIM_OBJECTIVE_OK) {
+        *value = sum_of_squares(x->n, x->r);
+        multiply(x, slope);
     }
-    *value = sum_of_squares(x->n, x->r);
-    multiply(x, slope);
-    for (int i = 0; i < x->count; i++) {
-        jtr[i] = x->jtr[i];
-        diagonal[i] = x->matrix[i * x->count + i];
-    }
-    return OPTIM_OBJECTIVE_OK;
-}
-
-static int solve(void *context, double damping, const double *scale, double *step)
-{
-    const search *x = context;
-    double shift[MAX];
-    for (int i = 0; i < x->count; i++) {
-        shift[i] = damping * scale[i];
-        step[i] = -x->jtr[i];
-    }
-    if (ad_dense_cholesky(x->pool, x->matrix, shift, x->factor) != 0) {
-        return 1;
-    }
-    ad_dense_cholesky_solve(x->factor, step);
-    return 0;
+    return code;
 }
 
 /* By how much a step would lower chi squared, of numbers of this variance: with the damping that
@@ -204,11 +183,11 @@ static double promised(search *x, double variance)
     for (int i = 0; i < x->count; i++) {
         ones[i] = 1;
     }
-    if (solve(x, DAMPING * variance, ones, step) != 0) {
+    if (least_squares_solve(&x->ls, DAMPING * variance, ones, step) != 0) {
         return INFINITY;
     }
     for (int i = 0; i < x->count; i++) {
-        sum -= step[i] * x->jtr[i];
+        sum -= step[i] * x->ls.jtr[i];
     }
     return sum;
 }
@@ -232,12 +211,6 @@ static double variance_of(const search *x, double chi_squared)
 static ad_status descend(search *x, const double *z, descent *result, ad_error *error)
 {
     double y[MAX], first;
-    const char *why = NULL;
-    optim_settings settings = optim_settings_defaults(OPTIM_GAUSS_NEWTON);
-    const optim_linear_model model = {x, evaluate, linearize, solve, NULL};
-    const optim_target target = {.model = &model};
-    settings.scaling = OPTIM_SCALING_DIAGONAL;
-    settings.gradient_tolerance = 0;
     *result = (descent){.chi_squared = INFINITY};
     for (int i = 0; i < x->count; i++) {
         y[i] = logit(fmin(1 - EDGE, fmax(EDGE, z[i])));
@@ -247,26 +220,25 @@ static ad_status descend(search *x, const double *z, descent *result, ad_error *
     for (int i = 0; i < x->count && !x->easy; i++) {
         x->y[i] = NAN;
     }
-    optim_optimizer *gn = optim_create((size_t)x->count, y, &settings, &why);
-    if (!gn) {
-        return ad_fail(error, AD_NO_MEMORY, "identification: %s", why);
+    if (least_squares_begin(&x->ls, y, error) != AD_OK) {
+        return error->status;
     }
+    optim_optimizer *by = x->ls.by;
     optim_status status = OPTIM_RUNNING;
     while (status == OPTIM_RUNNING && !result->converged && result->steps < STEPS_MAX) {
-        status = optim_step(gn, &target);
-        const double variance = variance_of(x, optim_inspect(gn).value);
+        status = least_squares_next(&x->ls);
+        const double variance = variance_of(x, optim_inspect(by).value);
         result->steps++;
         result->converged =
             status == OPTIM_FUNCTION_TOLERANCE || status == OPTIM_GRADIENT_TOLERANCE ||
             promised(x, variance) < variance * (status == OPTIM_RUNNING ? SETTLED : STUCK);
     }
-    if (isfinite(optim_inspect(gn).value)) {
-        result->chi_squared = optim_inspect(gn).value;
+    if (isfinite(optim_inspect(by).value)) {
+        result->chi_squared = optim_inspect(by).value;
     }
     for (int i = 0; i < x->count; i++) {
-        result->z[i] = part_of(optim_x(gn)[i]);
+        result->z[i] = part_of(optim_x(by)[i]);
     }
-    optim_free(gn);
     return status == OPTIM_STOPPED_BY_OBJECTIVE
                ? ad_fail(error, x->error.status, "%s", x->error.message)
                : AD_OK;
@@ -387,7 +359,7 @@ static void find_bounds(search *x, double *z, bool *bounded)
 {
     double zeros[MAX] = {0}, step[MAX];
     multiply(x, NULL);
-    const bool solved = solve(x, 0, zeros, step) == 0;
+    const bool solved = least_squares_solve(&x->ls, 0, zeros, step) == 0;
     for (int i = 0; i < x->count; i++) {
         const bool low = z[i] < EDGE && (!solved || z[i] + step[i] <= 0);
         const bool high = z[i] > 1 - EDGE && (!solved || z[i] + step[i] >= 1);
@@ -414,7 +386,7 @@ static void list_others(const search *x, const starts *all, double variance, ide
             double square = 0; /* deviations between the two */
             for (int a = 0; a < x->count * x->count; a++) {
                 const int row = a / x->count, column = a % x->count;
-                square += x->matrix[a] * (end->z[row] - known[i]->z[row]) *
+                square += x->ls.jtj[a] * (end->z[row] - known[i]->z[row]) *
                           (end->z[column] - known[i]->z[column]);
             }
             other = square > APART * APART * fmax(variance, x->exact / (double)x->n);
@@ -488,9 +460,9 @@ static ad_status conclude(search *x, const starts *all, identified *result, ad_e
         x->noise_is_scaled && freedom > 0 ? sqrt(result->chi_squared / freedom) : 1;
     list_others(x, all, result->noise_factor * result->noise_factor, result);
     for (int i = 0; i < x->count * x->count; i++) {
-        x->matrix[i] /= result->noise_factor * result->noise_factor;
+        x->ls.jtj[i] /= result->noise_factor * result->noise_factor;
     }
-    result->information = solve_information_of(x->count, x->matrix, result->bounded);
+    result->information = solve_information_of(x->count, x->ls.jtj, result->bounded);
     for (int i = 0; i < x->count; i++) {
         const scene_parameter *p = &x->open->parameters[scene_known_count(x->open) + i];
         result->deviation[i] =
@@ -548,18 +520,16 @@ static ad_status prepare(search *x, int sets, const solve_measured *measured, do
     x->room = malloc(2 * count * x->n * sizeof *x->room);
     x->r = malloc(x->n * sizeof *x->r);
     x->j = malloc(count * x->n * sizeof *x->j);
-    x->factor = ad_dense_factor_create(count);
-    x->pool = ad_pool_create(1);
-    return x->room && x->r && x->j && x->factor && x->pool
-               ? ad_dense_load(error)
+    x->ls = (least_squares){count, OPTIM_SCALING_DIAGONAL, sum, x, .jtj = NULL};
+    return x->room && x->r && x->j
+               ? least_squares_create(&x->ls, error)
                : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu residuals", x->n);
 }
 
 static void search_free(search *x)
 {
     solve_trials_free(x->trials);
-    ad_pool_free(x->pool);
-    ad_dense_factor_free(x->factor);
+    least_squares_clear(&x->ls);
     free(x->room);
     free(x->r);
     free(x->j);

@@ -1,9 +1,8 @@
 #include "tools/train/train_law.h"
 
-#include "autodiff/dense.h"
 #include "nn/rng.h"
-#include "optim/optimizer.h"
 #include "tools/files/table_file.h"
+#include "tools/train/least_squares.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -94,11 +93,9 @@ typedef struct fit {
     double *data[2]; /* strains, stresses [2 N][rows] */
     int features;
     size_t count; /* parameters */
-    ad_pool *pool;
+    least_squares ls;
     ad_normal *normal;
     ad_program *sum; /* of squares */
-    double *jtj, *jtr;
-    ad_dense_factor *factor;
     ad_error *error;
 } fit;
 
@@ -268,10 +265,10 @@ static ad_status record(fit *x, ad_error *error)
     const ad_settings settings = ad_settings_default();
     ad_status status = ad_tape_status(tape, error);
     if (status == AD_OK) {
-        status = ad_compile(1, &sum, &settings, x->pool, &x->sum, error);
+        status = ad_compile(1, &sum, &settings, x->ls.pool, &x->sum, error);
     }
     if (status == AD_OK) {
-        status = ad_normal_compile(1, &off, 4, wrt, x->count, x->pool, &x->normal, error);
+        status = ad_normal_compile(1, &off, 4, wrt, x->count, x->ls.pool, &x->normal, error);
     }
     ad_tape_free(tape);
     return status;
@@ -294,33 +291,18 @@ static int sum_of(const fit *x, int part, const double *p, double *value)
     return ad_execute(x->sum, &run, x->error) == AD_OK ? OPTIM_OBJECTIVE_OK : OPTIM_OBJECTIVE_STOP;
 }
 
-static int evaluate(void *context, const double *p, double *value)
-{
-    return sum_of(context, 0, p, value);
-}
-
-static int linearize(void *context, const double *p, double *value, double *jtr, double *diagonal)
+static int sum(void *context, const double *p, double *value, least_squares *to)
 {
     fit *x = context;
     const double *inputs[2];
     const ad_run run = run_of(x, 0, p, inputs, NULL);
+    if (!to) {
+        return sum_of(x, 0, p, value);
+    }
     *value = 0;
-    memset(x->jtj, 0, x->count * x->count * sizeof *x->jtj);
-    memset(x->jtr, 0, x->count * sizeof *x->jtr);
-    if (ad_normal_add(x->normal, &run, x->jtj, x->jtr, value, x->error) != AD_OK) {
-        return OPTIM_OBJECTIVE_STOP;
-    }
-    memcpy(jtr, x->jtr, x->count * sizeof *jtr);
-    for (size_t i = 0; i < x->count; i++) {
-        diagonal[i] = x->jtj[i * x->count + i];
-    }
-    return OPTIM_OBJECTIVE_OK;
-}
-
-static int solve(void *context, double damping, const double *scale, double *step)
-{
-    const fit *x = context;
-    return ad_dense_damped_step(x->pool, x->jtj, x->jtr, damping, scale, x->count, x->factor, step);
+    return ad_normal_add(x->normal, &run, to->jtj, to->jtr, value, x->error) == AD_OK
+               ? OPTIM_OBJECTIVE_OK
+               : OPTIM_OBJECTIVE_STOP;
 }
 
 static void draw(const fit *x, int start, double *p)
@@ -345,34 +327,26 @@ static void draw(const fit *x, int start, double *p)
 static ad_status descend(fit *x, int start, double *p, double *best, train_law_report *report,
                          ad_error *error)
 {
-    const optim_linear_model model = {x, evaluate, linearize, solve, NULL};
     const int judge = x->rows[1] > 0;
-    const optim_target target = {.model = &model};
-    optim_settings settings = optim_settings_defaults(OPTIM_GAUSS_NEWTON);
-    settings.scaling = OPTIM_SCALING_IDENTITY;
-    settings.gradient_tolerance = 0;
-    const char *why = NULL;
     draw(x, start, p);
-    optim_optimizer *gn = optim_create(x->count, p, &settings, &why);
-    if (!gn) {
-        return ad_fail(error, AD_NO_MEMORY, "law: %s", why);
+    if (least_squares_begin(&x->ls, p, error) != AD_OK) {
+        return error->status;
     }
     optim_status status = OPTIM_RUNNING;
     x->error = error;
     for (int i = 1; i <= x->asked->steps && status == OPTIM_RUNNING; i++) {
-        status = optim_step(gn, &target);
+        status = least_squares_next(&x->ls);
         double off = INFINITY;
-        if (status != OPTIM_STOPPED_BY_OBJECTIVE && sum_of(x, judge, optim_x(gn), &off)) {
+        if (status != OPTIM_STOPPED_BY_OBJECTIVE && sum_of(x, judge, optim_x(x->ls.by), &off)) {
             status = OPTIM_STOPPED_BY_OBJECTIVE;
         }
         if (off < *best) {
             *best = off;
             report->steps = i;
             report->start = start;
-            set_law(x, optim_x(gn));
+            set_law(x, optim_x(x->ls.by));
         }
     }
-    optim_free(gn);
     return status == OPTIM_STOPPED_BY_OBJECTIVE ? error->status : AD_OK;
 }
 
@@ -431,13 +405,10 @@ static ad_status check(const train_law_settings *asked, const train_law_data *da
 static ad_status fit_law(fit *x, train_law_report *report, ad_error *error)
 {
     double *p = malloc(x->count * sizeof *p), best = INFINITY;
-    x->jtj = malloc(x->count * x->count * sizeof *x->jtj);
-    x->jtr = malloc(x->count * sizeof *x->jtr);
-    x->factor = ad_dense_factor_create(x->count);
-    x->pool = ad_pool_create(1);
-    ad_status status = p && x->jtj && x->jtr && x->factor && x->pool
-                           ? ad_dense_load(error)
-                           : ad_fail(error, AD_NO_MEMORY, "out of memory for a law");
+    ad_status status = least_squares_create(&x->ls, error);
+    if (status == AD_OK && !p) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for a law");
+    }
     status = status == AD_OK ? record(x, error) : status;
     for (int start = 0; start < x->asked->starts && status == AD_OK; start++) {
         status = descend(x, start, p, &best, report, error);
@@ -446,12 +417,9 @@ static ad_status fit_law(fit *x, train_law_report *report, ad_error *error)
         status = ad_fail(error, AD_NOT_FINITE, "no law was found from %d starts", x->asked->starts);
     }
     free(p);
-    free(x->jtj);
-    free(x->jtr);
-    ad_dense_factor_free(x->factor);
     ad_normal_free(x->normal);
     ad_program_free(x->sum);
-    ad_pool_free(x->pool);
+    least_squares_clear(&x->ls);
     return status == AD_OK ? scene_law_finish(x->law, error) : status;
 }
 
@@ -463,6 +431,7 @@ ad_status train_law_fit(const train_law_settings *settings, const train_law_data
              .law = law,
              .features = features,
              .count = (size_t)(N + settings->units * (2 + features))};
+    x.ls = (least_squares){x.count, OPTIM_SCALING_IDENTITY, sum, &x, .jtj = NULL};
     *report = (train_law_report){.trained = 0};
     *law = (scene_law){.symmetry = settings->symmetry, .units = settings->units, .misfit = NAN};
     ad_status status = check(settings, data, error);
