@@ -200,6 +200,7 @@ static void test_training(void **state)
     trained whole = begin(hanging, NULL, 1), part = begin(hanging, NULL, 2);
     train(&whole, 60);
     train(&part, 33);
+    const double stage_seconds = surrogate_training_inspect(part.own).stage_seconds;
     save(&part, path);
     end(&part);
     part = begin(hanging, NULL, 2);
@@ -208,6 +209,8 @@ static void test_training(void **state)
         fail_msg("%s", error.message);
     }
     checkpoint_free(file);
+    /* what was saved and more: stop.seconds is of the whole stage */
+    assert_true(surrogate_training_inspect(part.own).stage_seconds >= stage_seconds);
     train(&part, 60);
     const surrogate_training_info info = surrogate_training_inspect(whole.own);
     const surrogate_step *a = surrogate_training_step_of(whole.own);

@@ -400,6 +400,17 @@ ad_status checkpoint_get_int64(const checkpoint *cp, const char *name, int64_t *
     return get_array(cp, name, CHECKPOINT_INT64, destination, expected_count, error);
 }
 
+ad_status checkpoint_get_integer(const checkpoint *cp, const char *name, int64_t low, int64_t high,
+                                 int64_t *value, ad_error *error)
+{
+    ad_status status = checkpoint_get_int64(cp, name, value, 1, error);
+    if (status == AD_OK && (*value < low || *value > high)) {
+        return ad_fail(error, AD_BAD_INPUT, "checkpoint: %s is %lld; %lld to %lld are possible",
+                       name, (long long)*value, (long long)low, (long long)high);
+    }
+    return status;
+}
+
 ad_status checkpoint_get_uint64(const checkpoint *cp, const char *name, uint64_t *destination,
                                 size_t expected_count, ad_error *error)
 {

@@ -107,6 +107,9 @@ bool checkpoint_shape(const checkpoint *cp, const char *name, int *rank,
  */
 ad_status checkpoint_get_doubles(const checkpoint *cp, const char *name, double *destination,
                                  size_t expected_count, ad_error *error);
+/* One integer; AD_BAD_INPUT also: not within low to high. */
+ad_status checkpoint_get_integer(const checkpoint *cp, const char *name, int64_t low, int64_t high,
+                                 int64_t *value, ad_error *error);
 ad_status checkpoint_get_int64(const checkpoint *cp, const char *name, int64_t *destination,
                                size_t expected_count, ad_error *error);
 ad_status checkpoint_get_uint64(const checkpoint *cp, const char *name, uint64_t *destination,

@@ -10,8 +10,8 @@
  *   surrogate_training_free(t);
  *
  * In a checkpoint: surrogate/shape and surrogate/numbers, the model as it is now; parameters,
- * optimizer/..., training/stage, step, stage_step, seconds, and history/table. Solved steps are
- * drawn anew, by the seed. */
+ * optimizer/..., training/step, stage, stage_step, seconds, stage_seconds, and history/table.
+ * Solved steps are drawn anew, by the seed. */
 #ifndef SURROGATE_TRAINING_H
 #define SURROGATE_TRAINING_H
 
@@ -32,7 +32,7 @@ typedef struct surrogate_training_info {
     size_t solved;         /* steps to learn from */
     double prepared;       /* s, of what comes before the first step */
     double seconds;        /* of training, what is resumed among it */
-    double stage_seconds;  /* of the stage at work, by this process */
+    double stage_seconds;  /* of the stage at work, likewise */
     double loss, held_out; /* over that of the linear map alone; held out: of other rollouts */
     double linear;         /* median error of the linear map after one step, of the length */
     const char *ended;     /* why the last stage ended; "": it has not */

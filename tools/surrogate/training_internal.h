@@ -12,7 +12,7 @@ struct surrogate_training {
     ad_pool *pool;
     surrogate_training_info info;
     double began;       /* wall time at which training would have begun without pause */
-    double stage_began; /* of this process */
+    double stage_began; /* the same of its stage */
     surrogate_steps steps, held;
     surrogate_step step;
     double *numbers; /* of the step */

@@ -1,20 +1,17 @@
 /* Training of one-step models in a checkpoint. */
 #include "tools/surrogate/training_internal.h"
 #include "tools/train/clock.h"
+#include "tools/train/stage_optimizer.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-enum { ITEM_NAME = 96 };
 
 ad_status surrogate_training_save(surrogate_training *t, const char *yaml, const file_place *place,
                                   ad_error *error)
 {
     checkpoint *file = checkpoint_create(CPINN_VERSION);
     const surrogate_step *m = surrogate_training_step_of(t);
-    optim_array arrays[OPTIM_STATE_CAPACITY];
-    char names[OPTIM_STATE_CAPACITY][ITEM_NAME];
     if (!file) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a checkpoint");
     }
@@ -32,54 +29,20 @@ ad_status surrogate_training_save(surrogate_training *t, const char *yaml, const
         surrogate_put_nodes(&t->step, t->inner[0].numbers, file);
     }
     checkpoint_put_doubles(file, "parameters", t->start, 1, &t->info.parameters);
-    checkpoint_put_integer(file, "training/step", t->info.step);
-    checkpoint_put_integer(file, "training/stage", t->info.stage);
-    checkpoint_put_integer(file, "training/stage_step", t->info.stage_step);
-    checkpoint_put_double(file, "training/seconds", train_seconds() - t->began);
-    const int count = t->optimizer && !t->info.done ? optim_state(t->optimizer, arrays) : 0;
-    for (int i = 0; i < count; i++) {
-        snprintf(names[i], ITEM_NAME, "optimizer/%s", arrays[i].name);
-        checkpoint_put_doubles(file, names[i], arrays[i].data, 1, &arrays[i].count);
-    }
+    const double now = train_seconds();
+    const optimizer_place at = {t->info.step, t->info.stage, t->info.stage_step, now - t->began,
+                                t->info.done ? 0 : now - t->stage_began};
+    optimizer_put(t->info.done ? NULL : t->optimizer, &at, file);
     history_put(&t->rows, file);
     ad_status status = place ? checkpoint_write(file, place, error) : AD_OK;
     checkpoint_free(file);
     return status;
 }
 
-/* The optimiser of the stage at work. */
-static ad_status restore_optimizer(surrogate_training *t, const checkpoint *file, ad_error *error)
-{
-    optim_array arrays[OPTIM_STATE_CAPACITY];
-    ad_status status = surrogate_training_make_optimizer(t, error);
-    const int count = status == AD_OK ? optim_state(t->optimizer, arrays) : 0;
-    for (int i = 0; status == AD_OK && i < count; i++) {
-        char name[ITEM_NAME];
-        snprintf(name, sizeof name, "optimizer/%s", arrays[i].name);
-        status = checkpoint_get_doubles(file, name, arrays[i].data, arrays[i].count, error);
-    }
-    const char *why = status == AD_OK ? optim_state_check(t->optimizer) : NULL;
-    return why ? ad_fail(error, AD_BAD_INPUT, "checkpoint: %s", why) : status;
-}
-
 ad_status surrogate_training_restore(surrogate_training *t, const checkpoint *file, ad_error *error)
 {
-    int64_t stage = 0;
-    double seconds = 0;
-    ad_status status = checkpoint_get_int64(file, "training/step", &t->info.step, 1, error);
-    if (status == AD_OK) {
-        status = checkpoint_get_int64(file, "training/stage", &stage, 1, error);
-    }
-    if (status == AD_OK) {
-        status = checkpoint_get_int64(file, "training/stage_step", &t->info.stage_step, 1, error);
-    }
-    if (status == AD_OK) {
-        status = checkpoint_get_doubles(file, "training/seconds", &seconds, 1, error);
-    }
-    if (status == AD_OK && (stage < 0 || stage > t->training->stage_count || t->info.step < 0)) {
-        status = ad_fail(error, AD_BAD_INPUT, "checkpoint: training/stage is %lld of %d",
-                         (long long)stage, t->training->stage_count);
-    }
+    optimizer_place at;
+    ad_status status = optimizer_get_place(file, t->training->stage_count, &at, error);
     if (status == AD_OK && t->start) {
         status = checkpoint_get_doubles(file, "parameters", t->start, t->info.parameters, error);
     }
@@ -87,9 +50,11 @@ ad_status surrogate_training_restore(surrogate_training *t, const checkpoint *fi
     if (status != AD_OK) {
         return status;
     }
-    t->info.stage = (int)stage;
+    t->info.step = at.step;
+    t->info.stage = (int)at.stage;
+    t->info.stage_step = at.stage_step;
     t->info.done = (!t->flow && !t->physics) || t->info.stage == t->training->stage_count;
-    t->began = train_seconds() - seconds;
+    t->began = train_seconds() - at.seconds;
     if (t->rows.count > 0) {
         t->info.loss = history_value(&t->rows, t->rows.count - 1, "loss");
         t->info.held_out = history_value(&t->rows, t->rows.count - 1, "held_out");
@@ -99,5 +64,7 @@ ad_status surrogate_training_restore(surrogate_training *t, const checkpoint *fi
         t->optimizer = NULL;
         return AD_OK;
     }
-    return restore_optimizer(t, file, error);
+    status = surrogate_training_make_optimizer(t, error);
+    t->stage_began -= at.stage_seconds;
+    return status == AD_OK ? optimizer_get(t->optimizer, file, error) : status;
 }

@@ -445,12 +445,7 @@ ad_status experiment_get(experiment *e, const checkpoint *file, ad_error *error)
     int64_t window = 0;
     ad_status status = AD_OK;
     if (windows > 1) {
-        status = checkpoint_get_int64(file, "training/window", &window, 1, error);
-    }
-    if (status == AD_OK && (window < 0 || window >= windows)) {
-        return ad_fail(error, AD_BAD_INPUT,
-                       "checkpoint: training/window is %lld; 0 to %d are possible",
-                       (long long)window, windows - 1);
+        status = checkpoint_get_integer(file, "training/window", 0, windows - 1, &window, error);
     }
     for (int i = 0; i <= window && status == AD_OK; i++) {
         status = get_parameters(e, i, file, error);

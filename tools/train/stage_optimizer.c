@@ -4,6 +4,7 @@
 #include "autodiff/ranks.h"
 #include "tools/train/clock.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -250,4 +251,68 @@ void optimizer_advise(const optimizer *o, char advice[160])
     } else {
         snprintf(advice, 160, "%s", optim_advice(o->method));
     }
+}
+
+/* ---- in a checkpoint ----------------------------------------------------------------------- */
+
+enum { ITEM_NAME = 96 };
+
+void optimizer_put(optim_optimizer *o, const optimizer_place *place, checkpoint *file)
+{
+    optim_array arrays[OPTIM_STATE_CAPACITY];
+    const int count = o ? optim_state(o, arrays) : 0;
+    checkpoint_put_integer(file, "training/step", place->step);
+    checkpoint_put_integer(file, "training/stage", place->stage);
+    checkpoint_put_integer(file, "training/stage_step", place->stage_step);
+    checkpoint_put_double(file, "training/seconds", place->seconds);
+    checkpoint_put_double(file, "training/stage_seconds", place->stage_seconds);
+    for (int i = 0; i < count; i++) {
+        char name[ITEM_NAME];
+        snprintf(name, sizeof name, "optimizer/%s", arrays[i].name);
+        checkpoint_put_doubles(file, name, arrays[i].data, 1, &arrays[i].count);
+    }
+}
+
+static ad_status get_seconds(const checkpoint *file, const char *name, double *value,
+                             ad_error *error)
+{
+    ad_status status = checkpoint_get_doubles(file, name, value, 1, error);
+    return status == AD_OK && !(*value >= 0 && isfinite(*value))
+               ? ad_fail(error, AD_BAD_INPUT, "checkpoint: %s is %g; 0 or more is possible", name,
+                         *value)
+               : status;
+}
+
+ad_status optimizer_get_place(const checkpoint *file, int stages, optimizer_place *place,
+                              ad_error *error)
+{
+    ad_status status =
+        checkpoint_get_integer(file, "training/step", 0, INT64_MAX - 1, &place->step, error);
+    if (status == AD_OK) {
+        status = checkpoint_get_integer(file, "training/stage", 0, stages, &place->stage, error);
+    }
+    if (status == AD_OK) {
+        status = checkpoint_get_integer(file, "training/stage_step", 0, place->step,
+                                        &place->stage_step, error);
+    }
+    if (status == AD_OK) {
+        status = get_seconds(file, "training/seconds", &place->seconds, error);
+    }
+    return status == AD_OK
+               ? get_seconds(file, "training/stage_seconds", &place->stage_seconds, error)
+               : status;
+}
+
+ad_status optimizer_get(optim_optimizer *o, const checkpoint *file, ad_error *error)
+{
+    optim_array arrays[OPTIM_STATE_CAPACITY];
+    const int count = optim_state(o, arrays);
+    ad_status status = AD_OK;
+    for (int i = 0; status == AD_OK && i < count; i++) {
+        char name[ITEM_NAME];
+        snprintf(name, sizeof name, "optimizer/%s", arrays[i].name);
+        status = checkpoint_get_doubles(file, name, arrays[i].data, arrays[i].count, error);
+    }
+    const char *why = status == AD_OK ? optim_state_check(o) : NULL;
+    return why ? ad_fail(error, AD_BAD_INPUT, "checkpoint: %s", why) : status;
 }

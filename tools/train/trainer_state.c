@@ -51,24 +51,16 @@ ad_status trainer_save(trainer *t, const file_place *place, ad_error *error)
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a checkpoint");
     }
     experiment_put(t->e, trainer_parameters(t), file);
-    checkpoint_put_integer(file, "training/step", t->info.step);
+    const double now = train_seconds();
+    const optimizer_place at = {t->info.step, t->info.stage, t->info.stage_step, now - t->started,
+                                now - t->stage_started};
+    optimizer_put(t->optimizer ? optimizer_method(t->optimizer) : NULL, &at, file);
     if (t->e->scene->windows > 1) {
         checkpoint_put_integer(file, "training/window_step", t->info.window_step);
     }
-    checkpoint_put_integer(file, "training/stage", t->info.stage);
-    checkpoint_put_integer(file, "training/stage_step", t->info.stage_step);
-    checkpoint_put_double(file, "training/seconds", train_seconds() - t->started);
-    checkpoint_put_double(file, "training/stage_seconds", train_seconds() - t->stage_started);
     checkpoint_put_integer(file, "training/optimizer", t->optimizer != NULL);
     checkpoint_put_text(file, "training/kernels", ad_dense_kernels());
     put_loads(&t->loads, file);
-    optim_array arrays[OPTIM_STATE_CAPACITY];
-    char names[OPTIM_STATE_CAPACITY][NAME_MAX_];
-    int count = t->optimizer ? optim_state(optimizer_method(t->optimizer), arrays) : 0;
-    for (int i = 0; i < count; i++) {
-        item_name(names[i], "optimizer", arrays[i].name);
-        checkpoint_put_doubles(file, names[i], arrays[i].data, 1, &arrays[i].count);
-    }
     problem_array points[PROBLEM_STATE_MAX];
     problem_generator generators[PROBLEM_STATE_MAX];
     int generator_count,
@@ -95,31 +87,6 @@ ad_status trainer_save(trainer *t, const file_place *place, ad_error *error)
 }
 
 /* ---- restoring ----------------------------------------------------------------------------- */
-
-static ad_status get_integer(const checkpoint *file, const char *name, int64_t low, int64_t high,
-                             int64_t *value, ad_error *error)
-{
-    ad_status status = checkpoint_get_int64(file, name, value, 1, error);
-    if (status == AD_OK && (*value < low || *value > high)) {
-        return ad_fail(error, AD_BAD_INPUT, "checkpoint: %s is %lld; %lld to %lld are possible",
-                       name, (long long)*value, (long long)low, (long long)high);
-    }
-    return status;
-}
-
-static ad_status restore_optimizer(trainer *t, const checkpoint *file, ad_error *error)
-{
-    optim_array arrays[OPTIM_STATE_CAPACITY];
-    int count = optim_state(optimizer_method(t->optimizer), arrays);
-    ad_status status = AD_OK;
-    for (int i = 0; status == AD_OK && i < count; i++) {
-        char name[NAME_MAX_];
-        item_name(name, "optimizer", arrays[i].name);
-        status = checkpoint_get_doubles(file, name, arrays[i].data, arrays[i].count, error);
-    }
-    const char *why = optim_state_check(optimizer_method(t->optimizer));
-    return status == AD_OK && why ? ad_fail(error, AD_BAD_INPUT, "checkpoint: %s", why) : status;
-}
 
 /* What a file of measurements says is not restored: it has to say the same as before. */
 static ad_status check_given(const checkpoint *file, const problem_array *now, ad_error *error)
@@ -194,17 +161,6 @@ static ad_status restore_problem(trainer *t, const checkpoint *file, ad_error *e
     return status == AD_OK ? problem_restored(t->problem, error) : status;
 }
 
-static ad_status get_seconds(const checkpoint *file, const char *name, double *value,
-                             ad_error *error)
-{
-    ad_status status = checkpoint_get_doubles(file, name, value, 1, error);
-    if (status == AD_OK && !(*value >= 0 && isfinite(*value))) {
-        return ad_fail(error, AD_BAD_INPUT, "checkpoint: %s is %g; 0 or more is possible", name,
-                       *value);
-    }
-    return status;
-}
-
 static ad_status get_parameters(experiment *e, const checkpoint *file, ad_error *error)
 {
     ad_status status = experiment_get(e, file, error);
@@ -226,8 +182,8 @@ static ad_status restore_window(trainer *t, const checkpoint *file, ad_error *er
     info->window_step = info->step;
     info->window = t->e->window;
     if (status == AD_OK && t->e->scene->windows > 1) {
-        status =
-            get_integer(file, "training/window_step", 0, info->step, &info->window_step, error);
+        status = checkpoint_get_integer(file, "training/window_step", 0, info->step,
+                                        &info->window_step, error);
     }
     return status == AD_OK && (before > 0 || info->window > 0) ? trainer_enter_window(t, 0, error)
                                                                : status;
@@ -272,33 +228,33 @@ static ad_status compare_kernels(trainer *t, const checkpoint *file, ad_error *e
 /* Where the run stands, and the stage at work with the state of its optimiser. */
 static ad_status restore_stage(trainer *t, const checkpoint *file, ad_error *error)
 {
-    int64_t stage, at_work;
-    double seconds, stage_seconds;
+    int64_t at_work;
+    optimizer_place at;
     trainer_info *info = &t->info;
     int stages = t->e->settings->stage_count;
-    ad_status status = get_integer(file, "training/step", 0, INT64_MAX - 1, &info->step, error);
-    if (status != AD_OK ||
-        (status = get_integer(file, "training/stage", 0, stages, &stage, error)) != AD_OK ||
-        (status = get_integer(file, "training/stage_step", 0, info->step, &info->stage_step,
-                              error)) != AD_OK ||
-        (status = get_integer(file, "training/optimizer", stage < stages && info->stage_step > 0,
-                              stage < stages, &at_work, error)) != AD_OK ||
-        (status = get_seconds(file, "training/seconds", &seconds, error)) != AD_OK ||
-        (status = get_seconds(file, "training/stage_seconds", &stage_seconds, error)) != AD_OK ||
+    ad_status status = optimizer_get_place(file, stages, &at, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    info->step = at.step;
+    info->stage_step = at.stage_step;
+    if ((status = checkpoint_get_integer(file, "training/optimizer",
+                                         at.stage < stages && at.stage_step > 0, at.stage < stages,
+                                         &at_work, error)) != AD_OK ||
         (status = restore_window(t, file, error)) != AD_OK ||
         (status = restore_loads(t, file, error)) != AD_OK) {
         return status;
     }
     trainer_forget_optimizer(t);
-    info->stage = (int)stage;
-    info->state = stage == stages ? TRAINER_DONE : TRAINER_RUNNING;
-    t->started -= seconds;
-    if (stage < stages) {
+    info->stage = (int)at.stage;
+    info->state = at.stage == stages ? TRAINER_DONE : TRAINER_RUNNING;
+    t->started -= at.seconds;
+    if (at.stage < stages) {
         status = trainer_start_stage(t, error);
-        t->stage_started -= stage_seconds;
+        t->stage_started -= at.stage_seconds;
     }
     if (status == AD_OK && at_work) { /* not if the run was over and has got more stages */
-        status = restore_optimizer(t, file, error);
+        status = optimizer_get(optimizer_method(t->optimizer), file, error);
     }
     return status;
 }
