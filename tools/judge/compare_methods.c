@@ -5,79 +5,47 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Each is a sequence of stages; settings of a stage are its defaults. Adam gives the others a start
- * from which they do not fall into a poor minimum. */
-static const struct {
-    const char *name, *stages, *text;
-} methods_known[] = {
-    {"adam", "adam:5000", "first order, learning rate falling along a cosine"},
-    {"lbfgs", "adam:300+lbfgs", "a short start, then L-BFGS with a line search"},
-    {"gauss_newton", "adam:100+gauss_newton", "a short start, then Levenberg-Marquardt"},
-    {"ssbroyden", "adam:300+ssbroyden", "a short start, then self-scaled Broyden"},
-};
-
-enum { METHODS_KNOWN = sizeof methods_known / sizeof *methods_known };
-
 static const char endless[] = "1000000000"; /* the most that training.stages[].steps allows */
 
 /* ---- methods ------------------------------------------------------------------------------- */
 
-static bool is_optimizer(const char *name, size_t length)
+/* Every optimiser with the defaults of its stage, up to the end of its learning rate. Those without
+ * a rate get a start by Adam, from which they do not fall into a poor minimum. */
+static void usual_stages(optim_method method, char stages[COMPARE_NAME])
 {
-    for (int i = 0; i < OPTIM_METHOD_COUNT; i++) {
-        const char *known = optim_method_name((optim_method)i);
-        if (strlen(known) == length && strncmp(known, name, length) == 0) {
-            return true;
-        }
-    }
-    return false;
-}
-
-/* Whether the last stage is one that this build has. */
-static bool is_there(int index)
-{
-    const char *stages = methods_known[index].stages;
-    const char *last = strrchr(stages, '+');
-    last = last ? last + 1 : stages;
-    return is_optimizer(last, strcspn(last, ":"));
+    const optim_needs needs = optim_method_needs(method);
+    snprintf(stages, COMPARE_NAME,
+             needs == OPTIM_NEEDS_GRADIENTS ? "%s:5000"
+             : needs == OPTIM_NEEDS_SQUARES ? "adam:100+%s"
+                                            : "adam:300+%s",
+             optim_method_name(method));
 }
 
 void compare_method_names(char *text, size_t size)
 {
-    size_t length = 0;
-    text[0] = '\0';
-    for (int i = 0; i < METHODS_KNOWN; i++) {
-        if (is_there(i) && length < size) {
-            length += (size_t)snprintf(text + length, size - length, "%s%s", length ? "," : "",
-                                       methods_known[i].name);
-        }
+    char *to = text;
+    optim_method_list(0, 0, text, size);
+    for (const char *from = text; *from; from++) {
+        *to = *from;
+        to += *from != ' ';
     }
-}
-
-static void optimizer_names(char *text, size_t size)
-{
-    size_t length = 0;
-    for (int i = 0; i < OPTIM_METHOD_COUNT && length < size; i++) {
-        length += (size_t)snprintf(text + length, size - length, "%s%s", i ? ", " : "",
-                                   optim_method_name((optim_method)i));
-    }
+    *to = '\0';
 }
 
 void compare_method_help(FILE *file)
 {
-    char names[160];
-    for (int i = 0; i < METHODS_KNOWN; i++) {
-        if (is_there(i)) {
-            fprintf(file, "  %-14s %-24s %s\n", methods_known[i].name, methods_known[i].stages,
-                    methods_known[i].text);
-        }
+    char names[160], stages[COMPARE_NAME];
+    for (int i = 0; i < OPTIM_METHOD_COUNT; i++) {
+        usual_stages((optim_method)i, stages);
+        fprintf(file, "  %-14s %-24s %s\n", optim_method_name((optim_method)i), stages,
+                optim_method_about((optim_method)i));
     }
     fprintf(file, "  %-14s %-24s %s\n", "config", "", "the stages that the config itself has");
     fprintf(file, "  %-14s %-24s %s\n", "solver", "",
             "no network: cpinn-solve, with more and more nodes");
     fprintf(file, "\n  NAME=STAGES defines another: OPTIMIZER:STEPS joined by '+'. Without STEPS a "
                   "stage lasts\n  until it ends by itself or time is up. Optimisers: ");
-    optimizer_names(names, sizeof names);
+    optim_method_list(0, 0, names, sizeof names);
     fprintf(file, "%s.\n", names);
 }
 
@@ -86,9 +54,10 @@ static ad_status add_stage(compare_method *method, const char *text, size_t leng
 {
     const char *colon = memchr(text, ':', length);
     size_t name = colon ? (size_t)(colon - text) : length;
-    char allowed[160];
-    if (!is_optimizer(text, name)) {
-        optimizer_names(allowed, sizeof allowed);
+    char allowed[160], given[COMPARE_NAME];
+    snprintf(given, sizeof given, "%.*s", (int)name, text);
+    if (optim_method_of(given) == OPTIM_METHOD_COUNT) {
+        optim_method_list(0, 0, allowed, sizeof allowed);
         return ad_fail(error, AD_BAD_INPUT, "--methods %s: '%.*s' is not an optimiser; allowed: %s",
                        method->stages, (int)name, text, allowed);
     }
@@ -127,7 +96,7 @@ static ad_status define(compare_method *method, ad_error *error)
     return AD_OK;
 }
 
-/* A name of the table, or config. */
+/* An optimiser, or config. */
 static ad_status look_up(compare_method *method, ad_error *error)
 {
     char names[256];
@@ -135,11 +104,10 @@ static ad_status look_up(compare_method *method, ad_error *error)
     if (method->is_solver || strcmp(method->name, "config") == 0) {
         return AD_OK;
     }
-    for (int i = 0; i < METHODS_KNOWN; i++) {
-        if (is_there(i) && strcmp(methods_known[i].name, method->name) == 0) {
-            strcpy(method->stages, methods_known[i].stages);
-            return define(method, error);
-        }
+    const optim_method known = optim_method_of(method->name);
+    if (known != OPTIM_METHOD_COUNT) {
+        usual_stages(known, method->stages);
+        return define(method, error);
     }
     compare_method_names(names, sizeof names);
     return ad_fail(
