@@ -175,8 +175,8 @@ const char *optim_method_name(optim_method method);
 optim_method optim_method_of(const char *name);
 
 const char *optim_method_about(optim_method method); /* "Levenberg-Marquardt", for help */
-optim_needs optim_method_needs(optim_method method);
-unsigned optim_method_reads(optim_method method); /* groups of settings */
+optim_needs optim_method_needs(optim_method method); /* of none: gradients */
+unsigned optim_method_reads(optim_method method);    /* groups of settings */
 
 /* "adam, soap": those with one of these needs, 1 << optim_needs, and groups; 0: any. */
 void optim_method_list(unsigned needs, unsigned reads, char *text, size_t size);

@@ -139,7 +139,7 @@ const char *optim_method_about(optim_method method)
 
 optim_needs optim_method_needs(optim_method method)
 {
-    return kinds[method]->needs;
+    return (unsigned)method < OPTIM_METHOD_COUNT ? kinds[method]->needs : OPTIM_NEEDS_GRADIENTS;
 }
 
 unsigned optim_method_reads(optim_method method)

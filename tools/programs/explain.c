@@ -473,7 +473,7 @@ ad_status explain_programs(FILE *file, const experiment *e, problem *p, ad_error
     ad_status status = AD_OK;
     for (int i = 0; status == AD_OK && i < e->settings->stage_count; i++) {
         linear_model_info plan; /* compiles what it needs */
-        if (e->settings->stages[i].optim.method == OPTIM_GAUSS_NEWTON) {
+        if (optim_method_needs(e->settings->stages[i].optim.method) == OPTIM_NEEDS_SQUARES) {
             status = linear_model_plan(p, &e->settings->stages[i], i, &plan, error);
         }
     }

@@ -131,13 +131,14 @@ static void print_linear_algebra(FILE *file, const train_settings *settings, pro
         linear_model_info plan;
         ad_error error = {AD_OK, ""};
         char text[160];
-        if (settings->stages[i].optim.method != OPTIM_GAUSS_NEWTON) {
+        if (optim_method_needs(settings->stages[i].optim.method) != OPTIM_NEEDS_SQUARES) {
             continue;
         }
         if (linear_model_plan(p, &settings->stages[i], i, &plan, &error) == AD_OK) {
             linear_model_describe(&plan, text);
         }
-        fprintf(file, "  %-15s %s\n", "gauss_newton", error.status == AD_OK ? text : error.message);
+        fprintf(file, "  %-15s %s\n", optim_method_name(settings->stages[i].optim.method),
+                error.status == AD_OK ? text : error.message);
         if (error.status == AD_OK) {
             fprintf(file, "  %-15s a step takes up to %.2g Gflop\n", "",
                     1e-9 * linear_model_flops(&plan));

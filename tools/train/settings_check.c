@@ -89,7 +89,7 @@ bool train_takes_loads_in_parts(const train_settings *settings, const scene *rod
 {
     return !scene_is_dynamic(rod_scene) && !scene_is_manufactured(rod_scene) &&
            settings->data_count == 0 && settings->network.hidden_count == 0 &&
-           settings->stages[0].optim.method == OPTIM_GAUSS_NEWTON;
+           optim_method_needs(settings->stages[0].optim.method) == OPTIM_NEEDS_SQUARES;
 }
 
 /* ---- reference ----------------------------------------------------------------------------- */

@@ -128,7 +128,7 @@ ad_status train_check_motion(const train_settings *settings, char key[TRAIN_KEY_
     }
     for (int i = 0; i < settings->stage_count; i++) {
         const train_stage *stage = &settings->stages[i];
-        if (stage->optim.method == OPTIM_GAUSS_NEWTON &&
+        if (optim_method_needs(stage->optim.method) == OPTIM_NEEDS_SQUARES &&
             stage->linear_algebra != TRAIN_LINEAR_AUTOMATIC &&
             stage->linear_algebra != TRAIN_NORMAL_EQUATIONS) {
             return train_refuse_stage(key, i, "linear_algebra", error,

@@ -87,9 +87,9 @@ static bool is_open(int value)
     return value == TRAIN_OPEN;
 }
 
-static bool begins_with_gauss_newton(const train_settings *settings)
+static bool begins_with_squares(const train_settings *settings)
 {
-    return settings->stages[0].optim.method == OPTIM_GAUSS_NEWTON;
+    return optim_method_needs(settings->stages[0].optim.method) == OPTIM_NEEDS_SQUARES;
 }
 
 /* How abruptly what drives the rod changes in time. */
@@ -292,7 +292,7 @@ static ad_status resolve_network(train_settings *settings, scene *rod_scene, dom
     nn_mlp_settings *network = &settings->network;
     if (is_open(network->hidden_count)) {
         network->hidden_count =
-            begins_with_gauss_newton(settings) ? 0 : nn_mlp_settings_default().hidden_count;
+            begins_with_squares(settings) ? 0 : nn_mlp_settings_default().hidden_count;
     }
     if (!is_open(network->degree) && network->degree > 0) {
         return train_refuse(key, "network.polynomial.degree", error,
@@ -376,7 +376,7 @@ static void resolve_points(train_settings *settings, int dimension, int pieces)
     resolve_count(&losses->interior.points, pieces * (linear    ? POINTS_PER_FUNCTION * functions
                                                       : dynamic ? 1024
                                                                 : 256));
-    resolve_count(&losses->adaptive.every, begins_with_gauss_newton(settings) ? 5 : 100);
+    resolve_count(&losses->adaptive.every, begins_with_squares(settings) ? 5 : 100);
     resolve_count(&losses->boundary.points, dynamic ? 64 : 1);
     resolve_count(&losses->held_out_points, pieces * (dynamic ? 1024 : 256));
     if (is_open((int)losses->interior.sampler)) { /* edges are where a linear network goes astray */
@@ -431,7 +431,7 @@ static ad_status resolve_training(train_settings *settings, int dimension, int p
         data->weight = !isnan(data->weight) ? data->weight : data->noise > 0 ? 1e-6 : 1;
     }
     if (settings->output_every == 0) {
-        bool few = begins_with_gauss_newton(settings) && settings->windows == 1;
+        bool few = begins_with_squares(settings) && settings->windows == 1;
         settings->output_every = few ? 1 : 10; /* and one at the end of every stage */
     }
     return resolve_grids(&settings->losses, dimension, pieces, key, error);
@@ -515,7 +515,7 @@ ad_status train_settings_resolve_model(train_settings *settings, const physics_m
     train_close_stage(&settings->stages[0], train_usual_stage());
     if (is_open(network->hidden_count)) {
         network->hidden_count =
-            begins_with_gauss_newton(settings) ? 0 : nn_mlp_settings_default().hidden_count;
+            begins_with_squares(settings) ? 0 : nn_mlp_settings_default().hidden_count;
     }
     network->orthonormal = true;
     network->degree = network->degree > 0 ? network->degree : 0;
