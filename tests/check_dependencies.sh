@@ -1,7 +1,7 @@
 #!/bin/sh
 # Dependencies between rooms point one way, tools -> physics/solve -> physics -> nn -> autodiff, with
 # optim by itself; among the tools bench -> programs -> judge -> library -> prepare -> config ->
-# control -> surrogate -> train -> files, and library -> emit -> train. Within autodiff they are
+# control -> surrogate -> train -> files, and library -> emit -> control. Within autodiff they are
 # algebra -> run -> compile -> tape and emit -> compile; other folders include the headers that lie in
 # autodiff itself.
 # A header that is not shared stays within its folder and those in it. Shared headers include only
@@ -53,7 +53,7 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
         training = libraries " tools/train tools/files "
         surrogate = training " tools/surrogate autodiff/run "
         control = surrogate " tools/control "
-        judging = control " tools/config tools/prepare tools/emit tools/library tools/judge tools/fmu "
+        judging = control " tools/config tools/prepare tools/emit tools/library tools/judge "
         everything = judging " tools/picture tools/programs "
         may["tools/files"] = " tools/files autodiff "
         may["tools/picture"] = " tools/picture physics autodiff "
@@ -62,9 +62,8 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
         may["tools/control"] = control
         may["tools/config"] = control " tools/config " # for types; check_reading.sh says more
         may["tools/prepare"] = control " tools/config tools/prepare "
-        may["tools/emit"] = training " tools/emit "
+        may["tools/emit"] = control " tools/emit "
         may["tools/library"] = control " tools/config tools/prepare tools/emit tools/library "
-        may["tools/fmu"] = " tools/fmu tools/files autodiff "
         may["tools/judge"] = judging
         may["tools/programs"] = everything
         may["tools/bench"] = everything " tools/bench autodiff/compile "

@@ -4,8 +4,8 @@
 
 #include "near.h"
 
+#include "tools/emit/fmi3_types.h"
 #include "tools/files/file_bytes.h"
-#include "tools/fmu/fmi3_types.h"
 
 #include <dlfcn.h>
 #include <stdlib.h>

@@ -275,11 +275,11 @@ static void write_c(export_family *x)
     ad_error error = {.message = ""};
     FILE *file = fopen(at("arm.c"), "w");
     assert_non_null(file);
-    assert_good(export_family_write_source(x, file, &error), &error);
+    assert_good(export_family_write(x, EXPORT_SOURCE, file, &error), &error);
     fclose(file);
     file = fopen(at("arm.h"), "w");
     assert_non_null(file);
-    export_family_write_header(x, file);
+    assert_good(export_family_write(x, EXPORT_HEADER, file, &error), &error);
     fclose(file);
 }
 
@@ -483,7 +483,7 @@ static size_t size_of(export_family *x)
     ad_error error = {.message = ""};
     FILE *file = open_memstream(&text, &size);
     assert_non_null(file);
-    assert_good(export_family_write_source(x, file, &error), &error);
+    assert_good(export_family_write(x, EXPORT_SOURCE, file, &error), &error);
     fclose(file);
     free(text);
     return size;

@@ -5,7 +5,7 @@
 #include "temporary_folder.h"
 
 #include "physics/model.h"
-#include "tools/fmu/fmu_parts.h"
+#include "tools/emit/fmu_parts.h"
 
 static const char header[] = "#ifndef HAND_H\n#define HAND_H\n"
                              "#ifdef __cplusplus\nextern \"C\" {\n#endif\n"

@@ -10,6 +10,7 @@
 #define _DEFAULT_SOURCE /* realpath, S_ISVTX */
 #include "autodiff/ad.h"
 #include "autodiff/compile/kernels.h"
+#include "autodiff/process.h"
 
 #include <dirent.h>
 #include <dlfcn.h>
@@ -299,15 +300,15 @@ bool ad_fuse_compiler(char *path, size_t room)
     return false;
 }
 
-/* In a process group of its own, so that what it starts in turn can be stopped with it. */
-static int spawn_quietly(pid_t *child, char *const *arguments)
+int ad_start_process(char *const *arguments, const char *output, pid_t *child)
 {
     posix_spawn_file_actions_t files;
     posix_spawnattr_t attributes;
     posix_spawn_file_actions_init(&files);
     posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-    posix_spawn_file_actions_addopen(&files, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+    posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, output, O_WRONLY | O_CREAT | O_TRUNC,
+                                     S_IRUSR | S_IWUSR);
+    posix_spawn_file_actions_adddup2(&files, STDOUT_FILENO, STDERR_FILENO);
     posix_spawnattr_init(&attributes);
     posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
     int failure = posix_spawn(child, arguments[0], &files, &attributes, arguments, environ);
@@ -339,7 +340,7 @@ static ad_status start_compiler(ad_code *code, const char *options, ad_error *er
     arguments[count++] = "-lmvec";
 #endif
     arguments[count++] = "-lm";
-    int failure = spawn_quietly(&code->child, arguments);
+    int failure = ad_start_process(arguments, "/dev/null", &code->child);
     if (failure) {
         code->child = 0;
         return ad_fail(error, AD_IO, "%s: %s", compiler, strerror(failure));

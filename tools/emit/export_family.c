@@ -270,10 +270,8 @@ static void write_columns(const export_family *x, FILE *file)
         file);
     for (int i = 0; i < x->columns; i++) {
         const model_column *c = column_of(x, i);
-        fprintf(file, "    %s_", x->name);
-        export_put_upper(c->name, file);
-        fprintf(file, " = %d%s /* %s, %.3g", i, i + 1 < x->columns ? "," : "",
-                *c->unit ? c->unit : "1", x->scale[i]);
+        export_put_index(x->name, "", c->name, i, x->columns, file);
+        fprintf(file, " /* %s, %.3g", *c->unit ? c->unit : "1", x->scale[i]);
         if (measured) {
             fprintf(file, "; to %.1e of it, its derivatives to %.1e", x->values[1 + i],
                     x->derivatives[1 + i]);
@@ -296,7 +294,7 @@ static void write_columns(const export_family *x, FILE *file)
     }
 }
 
-void export_family_write_header(const export_family *x, FILE *file)
+static void write_header(const export_family *x, FILE *file)
 {
     const int count = x->open->parameter_count;
     fprintf(file, "/* %s: ", x->name);
@@ -313,22 +311,13 @@ void export_family_write_header(const export_family *x, FILE *file)
     fputs("\n/* parameters: index, range */\nenum {\n", file);
     for (int i = 0; i < count; i++) {
         const scene_parameter *p = &x->open->parameters[i];
-        fprintf(file, "    %s_IN_", x->name);
-        export_put_upper(p->name, file);
-        fprintf(file, " = %d%s /* %.9g to %.9g */\n", i, i + 1 < count ? "," : "", p->low, p->high);
+        export_put_index(x->name, "IN_", p->name, i, count, file);
+        fprintf(file, " /* %.9g to %.9g */\n", p->low, p->high);
     }
     fputs("};\n\n", file);
     write_columns(x, file);
     put_lines(x, export_family_types, x->single, file);
     export_end_header(file);
-}
-
-static void put_list(const export_family *x, const char *name, int count, const double *list,
-                     double unit, FILE *file)
-{
-    fprintf(file, "const %s %s_%s[%d] = ", type_of(x), x->name, name, count);
-    export_put_list((size_t)count, list, unit, x->single, file);
-    fputs(";\n", file);
 }
 
 static void put_macro(const export_family *x, const char *name, double value, FILE *file)
@@ -378,19 +367,11 @@ static void write_modes(const export_family *x, FILE *file)
 static void write_constants(const export_family *x, FILE *file)
 {
     const int count = x->open->parameter_count;
-    double low[SCENE_PARAMETERS_MAX], high[SCENE_PARAMETERS_MAX];
-    const char *names[SCENE_PARAMETERS_MAX + STRAIN_COLUMNS]; /* of either */
-    for (int i = 0; i < count; i++) {
-        low[i] = x->open->parameters[i].low;
-        high[i] = x->open->parameters[i].high;
-    }
-    put_list(x, "lower", count, low, 1, file);
-    put_list(x, "upper", count, high, 1, file);
-    put_list(x, "places", x->places, x->s, scene_length(x->open), file);
-    for (int i = 0; i < count; i++) {
-        names[i] = x->open->parameters[i].name;
-    }
-    export_put_names(x->name, "parameter_names", (size_t)count, names, file);
+    const char *names[STRAIN_COLUMNS];
+    export_put_parameters(x->name, "parameter_names", x->open, x->single, file);
+    fprintf(file, "const %s %s_places[%d] = ", type_of(x), x->name, x->places);
+    export_put_list((size_t)x->places, x->s, scene_length(x->open), x->single, file);
+    fputs(";\n", file);
     for (int i = 0; i < x->columns; i++) {
         names[i] = column_of(x, i)->name;
     }
@@ -458,7 +439,7 @@ static ad_status write_functions(export_family *x, FILE *file, ad_error *error)
     return status;
 }
 
-ad_status export_family_write_source(export_family *x, FILE *file, ad_error *error)
+static ad_status write_source(export_family *x, FILE *file, ad_error *error)
 {
     export_begin_source(x->name, file);
     return write_functions(x, file, error);
@@ -467,25 +448,21 @@ ad_status export_family_write_source(export_family *x, FILE *file, ad_error *err
 /* The header has numbers that the source knows. */
 ad_status export_family_write_code(export_family *x, FILE *file, ad_error *error)
 {
-    char *source = NULL;
-    size_t size = 0;
-    FILE *functions_file = open_memstream(&source, &size);
-    ad_status status = functions_file
-                           ? write_functions(x, functions_file, error)
-                           : ad_fail(error, AD_NO_MEMORY, "out of memory while writing C");
-    if (functions_file && fclose(functions_file) != 0 && status == AD_OK) {
+    export_text source = {.bytes = NULL};
+    ad_status status = export_text_open(&source) ? write_functions(x, source.file, error) : AD_OK;
+    if (!export_text_close(&source) && status == AD_OK) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory while writing C");
     }
     if (status == AD_OK) {
-        export_family_write_header(x, file);
-        fputs(source, file);
+        write_header(x, file);
+        fputs(source.bytes, file);
         put_lines(x, export_family_code, x->single, file);
     }
-    free(source);
+    free(source.bytes);
     return status;
 }
 
-void export_family_write_selftest(const export_family *x, FILE *file)
+static void write_selftest(const export_family *x, FILE *file)
 {
     const int rows = 3 * strain_mesh_nodes(&x->mesh), count = x->open->parameter_count;
     double scale = 0;
@@ -512,4 +489,13 @@ void export_family_write_selftest(const export_family *x, FILE *file)
     export_put_rows("static const double scale", 1, columns, x->scale, false, file);
     fputc('\n', file);
     put_lines(x, export_family_selftest, false, file);
+}
+
+ad_status export_family_write(void *of, int which, FILE *file, ad_error *error)
+{
+    if (which == EXPORT_SOURCE) {
+        return write_source(of, file, error);
+    }
+    (which == EXPORT_HEADER ? write_header : write_selftest)(of, file);
+    return AD_OK;
 }

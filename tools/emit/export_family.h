@@ -4,6 +4,7 @@
 #define TOOLS_EMIT_EXPORT_FAMILY_H
 
 #include "physics/strain.h"
+#include "tools/emit/export_compile.h"
 
 #include <stdio.h>
 
@@ -57,9 +58,9 @@ extern const char *const export_family_selftest[], *const export_family_code[];
 ad_status export_family_of(const struct experiment *e, export_family *f, double *parameters,
                            double *said, ad_error *error);
 
-/* NAME.c, and then NAME.h and NAME_selftest.c. AD_BAD_ARGUMENT: strain_check; AD_NO_MEMORY. */
-ad_status export_family_write_source(export_family *x, FILE *file, ad_error *error);
-void export_family_write_header(const export_family *x, FILE *file);
+/* An export_writer of the texts of an export_family. AD_BAD_ARGUMENT: strain_check; AD_NO_MEMORY.
+ */
+export_writer export_family_write;
 
 /* All in one text that defines ad_code_table (autodiff/ad.h), an export_family_table, with the
  * columns and derivatives of whole shapes, x->shape_by. Errors as above. */
@@ -76,6 +77,5 @@ typedef struct export_family_table {
     int (*answer)(const double *parameters, int steps, double *shape, double *jacobian,
                   double *said, double *memory);
 } export_family_table;
-void export_family_write_selftest(const export_family *x, FILE *file);
 
 #endif

@@ -2,7 +2,20 @@
 
 #include <ctype.h>
 #include <math.h>
+#include <stdarg.h>
 #include <string.h>
+
+bool export_text_open(export_text *x)
+{
+    x->file = open_memstream(&x->bytes, &x->size);
+    return x->file != NULL;
+}
+
+bool export_text_close(export_text *x)
+{
+    const bool ok = x->file && !ferror(x->file);
+    return x->file && fclose(x->file) == 0 && ok;
+}
 
 static void put(const char *name, const char *type, bool single, const char *text, FILE *file)
 {
@@ -94,6 +107,45 @@ void export_put_rows(const char *head, size_t rows, size_t columns, const double
     }
 }
 
+static void put_head(FILE *file, const char *head, va_list arguments)
+{
+    vfprintf(file, head, arguments);
+    fputs(" = ", file);
+}
+
+void export_put_array(FILE *file, size_t count, const double *list, const char *head, ...)
+{
+    const double none = 0;
+    va_list arguments;
+    va_start(arguments, head);
+    if (list) {
+        put_head(file, head, arguments);
+        export_put_list(count > 0 ? count : 1, count > 0 ? list : &none, 1, false, file);
+        fputs(";\n", file);
+    }
+    va_end(arguments);
+}
+
+void export_put_integers(FILE *file, size_t count, const int *list, const char *head, ...)
+{
+    va_list arguments;
+    va_start(arguments, head);
+    put_head(file, head, arguments);
+    va_end(arguments);
+    for (size_t i = 0; i < count; i++) {
+        fprintf(file, "%s%d", i == 0 ? "{" : i % 20 ? ", " : ",\n    ", list[i]);
+    }
+    fputs(count > 0 ? "};\n" : "{0};\n", file);
+}
+
+void export_put_index(const char *name, const char *kind, const char *word, int index, int count,
+                      FILE *file)
+{
+    fprintf(file, "    %s_%s", name, kind);
+    export_put_upper(word, file);
+    fprintf(file, " = %d%s", index, index + 1 < count ? "," : "");
+}
+
 void export_put_names(const char *name, const char *kind, size_t count, const char *const *names,
                       FILE *file)
 {
@@ -103,6 +155,26 @@ void export_put_names(const char *name, const char *kind, size_t count, const ch
                 i + 1 < count ? "," : "");
     }
     fputs("};\n", file);
+}
+
+void export_put_parameters(const char *name, const char *kind, const scene *of, bool single,
+                           FILE *file)
+{
+    const size_t count = (size_t)of->parameter_count;
+    const char *names[SCENE_PARAMETERS_MAX];
+    double ends[2][SCENE_PARAMETERS_MAX];
+    for (size_t i = 0; i < count; i++) {
+        names[i] = of->parameters[i].name;
+        ends[0][i] = of->parameters[i].low;
+        ends[1][i] = of->parameters[i].high;
+    }
+    export_put_names(name, kind, count, names, file);
+    for (int k = 0; k < 2; k++) {
+        fprintf(file, "const %s %s_%s[%zu] = ", single ? "float" : "double", name,
+                k == 0 ? "lower" : "upper", count);
+        export_put_list(count, ends[k], 1, single, file);
+        fputs(";\n", file);
+    }
 }
 
 /* ---- files --------------------------------------------------------------------------------- */

@@ -1,9 +1,22 @@
-/* Texts of C that the build embeds, with what stands for names and types in them. */
+/* Texts of C: those that the build embeds, with what stands for names and types in them, and parts
+ * that all have. */
 #ifndef TOOLS_EMIT_EXPORT_TEXT_H
 #define TOOLS_EMIT_EXPORT_TEXT_H
 
+#include "physics/scene.h"
+
 #include <stdbool.h>
 #include <stdio.h>
+
+/* A text in memory that `file` writes to; bytes [size] are to be freed. False: out of memory. */
+typedef struct export_text {
+    char *bytes;
+    size_t size;
+    FILE *file;
+} export_text;
+
+bool export_text_open(export_text *x);
+bool export_text_close(export_text *x);
 
 /* The text with the name in place of "model", and the type of numbers of "model_number". */
 void export_put(const char *name, const char *type, const char *text, FILE *file);
@@ -27,9 +40,25 @@ void export_put_list(size_t count, const double *list, double unit, bool single,
 void export_put_rows(const char *head, size_t rows, size_t columns, const double *list, bool single,
                      FILE *file);
 
+/* "HEAD = {..};", the head as printf has it, of double precision or of integers, one of them where
+ * there is none; nothing of a list that is NULL. */
+void export_put_array(FILE *file, size_t count, const double *list, const char *head, ...)
+    __attribute__((format(printf, 4, 5)));
+void export_put_integers(FILE *file, size_t count, const int *list, const char *head, ...)
+    __attribute__((format(printf, 4, 5)));
+
+/* "NAME_KINDWORD = index," of an enumeration of so many, the word in capitals. */
+void export_put_index(const char *name, const char *kind, const char *word, int index, int count,
+                      FILE *file);
+
 /* "const char *const NAME_kind[count] = {"..", ".."};" */
 void export_put_names(const char *name, const char *kind, size_t count, const char *const *names,
                       FILE *file);
+
+/* Names, lower and upper ends of the parameters of a family or a loop, "NAME_lower" and so on; the
+ * names are those of this kind. */
+void export_put_parameters(const char *name, const char *kind, const scene *of, bool single,
+                           FILE *file);
 
 /* How NAME.c, NAME.h behind its comment, and NAME_selftest.c by this standard of C begin; and how
  * NAME.h ends. */

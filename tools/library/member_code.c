@@ -14,8 +14,8 @@ struct member_code {
 };
 
 /* The text that is compiled. */
-static ad_status write_text(const experiment *e, size_t points, const double *s, char **text,
-                            size_t *size, ad_error *error)
+static ad_status write_text(const experiment *e, size_t points, const double *s, export_text *text,
+                            ad_error *error)
 {
     const size_t nodes = solve_members_nodes(targets_solver(e->targets));
     const size_t count = (size_t)e->scene->parameter_count;
@@ -28,9 +28,9 @@ static ad_status write_text(const experiment *e, size_t points, const double *s,
                        .s = room,
                        .columns = SOLVE_MEMBERS_COLUMNS,
                        .values = &unmeasured};
-    FILE *file = open_memstream(text, size);
-    ad_status status =
-        room && file ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory while writing C");
+    ad_status status = export_text_open(text) && room
+                           ? AD_OK
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory while writing C");
     for (size_t i = 0; i < points && status == AD_OK; i++) {
         room[i] = fmin(s[i] / length, 1);
     }
@@ -40,15 +40,15 @@ static ad_status write_text(const experiment *e, size_t points, const double *s,
     if (status == AD_OK) {
         status = export_family_of(e, &f, parameters, parameters + EXPORT_JUDGED * count, error);
     }
-    status = status == AD_OK ? export_family_write_code(&f, file, error) : status;
-    if (file && fclose(file) != 0 && status == AD_OK) {
+    status = status == AD_OK ? export_family_write_code(&f, text->file, error) : status;
+    if (!export_text_close(text) && status == AD_OK) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory while writing C");
     }
     free(room);
     return status;
 }
 
-static ad_status load(member_code *x, const char *text, size_t size, ad_error *error)
+static ad_status load(member_code *x, const export_text *text, ad_error *error)
 {
     char folder[4096];
     const void *table = NULL;
@@ -57,7 +57,7 @@ static ad_status load(member_code *x, const char *text, size_t size, ad_error *e
     if (!trainer_fuse_folder(folder, true)) {
         return ad_fail(error, AD_IO, "no folder for compiled C: neither XDG_CACHE_HOME nor HOME");
     }
-    ad_status status = ad_code_begin(text, size, &how, &x->code, error);
+    ad_status status = ad_code_begin(text->bytes, text->size, &how, &x->code, error);
     status = status == AD_OK ? ad_code_finish(x->code, true, &table, error) : status;
     if (status == AD_OK) {
         x->table = table;
@@ -71,18 +71,17 @@ static ad_status load(member_code *x, const char *text, size_t size, ad_error *e
 ad_status member_code_create(const experiment *e, size_t points, const double *s,
                              member_code **result, ad_error *error)
 {
-    char *text = NULL;
-    size_t size = 0;
+    export_text text = {.bytes = NULL};
     member_code *x = calloc(1, sizeof *x);
     *result = NULL;
     ad_status status =
         points > MEMBER_CODE_POINTS_MAX
             ? ad_fail(error, AD_BAD_ARGUMENT, "%zu points; allowed for compiled C: up to %d",
                       points, MEMBER_CODE_POINTS_MAX)
-        : x ? write_text(e, points, s, &text, &size, error)
+        : x ? write_text(e, points, s, &text, error)
             : ad_fail(error, AD_NO_MEMORY, "out of memory for compiled C");
-    status = status == AD_OK ? load(x, text, size, error) : status;
-    free(text);
+    status = status == AD_OK ? load(x, &text, error) : status;
+    free(text.bytes);
     if (status != AD_OK) {
         member_code_free(x);
         return status;

@@ -1,10 +1,14 @@
 /* A loop that cpinn-control ran, as C. */
+#include "tools/emit/export_loop.h"
+#include "tools/programs/cli.h"
 #include "tools/programs/control_run.h"
 #include "tools/programs/eval_rollouts.h"
-#include "tools/programs/export_loop.h"
+#include "tools/programs/export_files.h"
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 enum { LINES = 8, LINE = 300, ROLLOUTS = 8, SHORT_ROLLOUTS = 2 /* of a filter: many steps */ };
 
@@ -65,16 +69,54 @@ static void describe(const control_row *row, const char *model, char lines[LINES
     }
 }
 
+/* Whether the self-test agrees, whose first line is `said`. Without a compiler the files are as
+ * good all the same, with a warning. */
+static ad_status check(const export_loop *x, const export_texts texts, char said[256],
+                       ad_error *error)
+{
+    char *lines = NULL;
+    ad_status status = export_texts_check(texts, x->name, "c11", &lines, error);
+    snprintf(said, 256, "%.*s", lines ? (int)strcspn(lines, "\n") : 12,
+             lines ? lines : "not compiled");
+    free(lines);
+    if (status == AD_IO) {
+        cli_warn("cpinn-control", "the C has not been compiled and checked: %s", error->message);
+        status = AD_OK;
+    }
+    return status;
+}
+
+static ad_status write_files(export_loop *x, const export_out *to, char said[256], ad_error *error)
+{
+    export_texts texts = {{.bytes = NULL}};
+    ad_status status = export_files_check(to, error);
+    status = status == AD_OK ? export_loop_record(x, error) : status;
+    if (status == AD_OK) {
+        status = export_texts_write_all(texts, export_loop_write, x, error);
+    }
+    status = status == AD_OK ? check(x, texts, said, error) : status;
+    status = status == AD_OK ? export_files_put(to, texts, error) : status;
+    export_texts_free(texts);
+    return status;
+}
+
 ad_status control_export(const config *of, const control_row *row, const char *model,
                          const surrogate *filter, const surrogate *controller, const char *out,
-                         bool force, char said[256], verdict *to, ad_error *error)
+                         bool force, char said[256], verdict *found, ad_error *error)
 {
     const loop_parts parts = loop_parts_of(row->loop);
-    char lines[LINES][LINE] = {""}, name[EXPORT_LOOP_NAME + 1];
+    char lines[LINES][LINE] = {""};
+    export_out to = {.option = "--c", .path = out, .force = force};
     const char *verified[LINES + 1] = {NULL};
     const export_step steps[2] = {step_of(filter, parts.linear[0]),
                                   step_of(controller, parts.linear[1])};
-    ad_status status = export_loop_name(out, name, error);
+    ad_status status = export_files_name(&to, error);
+    if (status == AD_OK && export_loop_takes(to.name)) {
+        status = ad_fail(error, AD_BAD_ARGUMENT,
+                         "--c %s: the C has functions of its own called %s_...; allowed: any other "
+                         "name",
+                         out, to.name);
+    }
     if (status == AD_OK && (row->control.residual || (!controller && !parts.linear[1]))) {
         status = ad_fail(error, AD_BAD_INPUT,
                          "--c: a loop with %s is not written as C; allowed: a trained one-step "
@@ -88,10 +130,10 @@ ad_status control_export(const config *of, const control_row *row, const char *m
                          "--inner with a model of control.period");
     }
     if (status == AD_OK && controller) {
-        status = verify(controller, "The controller's model", ROLLOUTS, lines[4], to, error);
+        status = verify(controller, "The controller's model", ROLLOUTS, lines[4], found, error);
     }
     if (status == AD_OK && filter && filter != controller) {
-        status = verify(filter, "The filter's model", SHORT_ROLLOUTS, lines[5], to, error);
+        status = verify(filter, "The filter's model", SHORT_ROLLOUTS, lines[5], found, error);
     }
     if (status != AD_OK) {
         return status;
@@ -102,7 +144,7 @@ ad_status control_export(const config *of, const control_row *row, const char *m
             verified[count++] = lines[i];
         }
     }
-    export_loop x = {.name = name,
+    export_loop x = {.name = to.name,
                      .about = of->settings.name,
                      .open = &of->scene,
                      .settings = parts.settings,
@@ -115,7 +157,7 @@ ad_status control_export(const config *of, const control_row *row, const char *m
                      .inputs = parts.inputs,
                      .by_parameters = parts.by_parameters,
                      .verified = verified};
-    status = export_loop_write(&x, out, force, said, error);
+    status = write_files(&x, &to, said, error);
     export_loop_free(&x);
     return status;
 }

@@ -33,10 +33,10 @@ ad_status control_draw(const char *path, bool moves, ad_error *error);
 
 /* control_export.c: filter and controller as OUT.c, OUT.h and OUT_selftest.c (export_loop.h), of a
  * loop that was run; trained models of the filter and the controller, NULL: none, which are
- * verified in rollouts; `to` is told where these diverge. AD_BAD_INPUT: it cannot be written;
- * errors of rollouts_judge and export_loop_write. */
+ * verified in rollouts; `found` is told where these diverge. AD_BAD_INPUT: it cannot be written;
+ * AD_IO; errors of rollouts_judge, export_loop_record and export_texts_check. */
 ad_status control_export(const config *of, const control_row *row, const char *model,
                          const surrogate *filter, const surrogate *controller, const char *out,
-                         bool force, char said[256], verdict *to, ad_error *error);
+                         bool force, char said[256], verdict *found, ad_error *error);
 
 #endif

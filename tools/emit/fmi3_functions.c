@@ -1,6 +1,6 @@
 /* The functions of FMI 3.0, for Model Exchange and Co-Simulation; compiled only within an FMU,
  * after what fmi3_instance.h says. */
-#include "tools/fmu/fmi3_instance.h"
+#include "tools/emit/fmi3_instance.h"
 
 #ifdef __cplusplus
 extern "C" {

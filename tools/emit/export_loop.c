@@ -1,11 +1,10 @@
-#include "tools/programs/export_loop.h"
+#include "tools/emit/export_loop.h"
 #include "tools/emit/export_text.h"
-
-#include "tools/programs/cli.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 /* ---- numbers and texts --------------------------------------------------------------------- */
 
@@ -14,40 +13,9 @@ static void put(const export_loop *x, const char *text, FILE *file)
     export_put(x->name, "double", text, file);
 }
 
-/* An array, of one number where it has none; nothing where it is NULL. */
-static void put_array(const char *name, const char *of, size_t count, const double *list,
-                      FILE *file)
-{
-    const double none = 0;
-    if (list) {
-        fprintf(file, "static const double %s%s[] = ", name, of);
-        export_put_list(count > 0 ? count : 1, count > 0 ? list : &none, 1, false, file);
-        fputs(";\n", file);
-    }
-}
-
-static void put_integers(const char *name, const char *of, size_t count, const int *list,
-                         FILE *file)
-{
-    fprintf(file, "static const int %s%s[] = {", name, of);
-    for (size_t i = 0; i < count; i++) {
-        fprintf(file, "%s%d", i == 0 ? "" : i % 20 ? ", " : ",\n    ", list[i]);
-    }
-    fputs(count > 0 ? "};\n" : "0};\n", file);
-}
-
 static int sensors_of(const export_loop *x)
 {
     return x->settings->estimator.sensors;
-}
-
-static int values_of(const export_loop *x)
-{
-    int count = 0;
-    for (int i = 0; i < sensors_of(x); i++) {
-        count += x->settings->estimator.sensor[i].look.values;
-    }
-    return count;
 }
 
 /* ---- constants ----------------------------------------------------------------------------- */
@@ -56,10 +24,14 @@ static void put_kinematics_arrays(const char *name, const kinematics *rod, FILE 
 {
     const int modes = rod->modes, elements = rod->elements, stages = rod->stages;
     const int places = rod->places, rows = rod->rows;
-#define PUT(field, count) put_integers(name, "_" #field, (size_t)(count), rod->field, file);
+#define PUT(field, count)                                                                          \
+    export_put_integers(file, (size_t)(count), rod->field, "static const int %s_" #field "[]",     \
+                        name);
     KINEMATICS_INTEGERS(PUT)
 #undef PUT
-#define PUT(field, count) put_array(name, "_" #field, (size_t)(count), rod->field, file);
+#define PUT(field, count)                                                                          \
+    export_put_array(file, (size_t)(count), rod->field, "static const double %s_" #field "[]",     \
+                     name);
     KINEMATICS_NUMBERS(PUT)
 #undef PUT
 }
@@ -106,7 +78,8 @@ static void put_looks(const export_loop *x, FILE *file)
 
 static void put_surrogate(const char *name, const surrogate_step *m, FILE *file)
 {
-    put_array(name, "_numbers", surrogate_step_numbers(m), m->numbers, file);
+    export_put_array(file, surrogate_step_numbers(m), m->numbers,
+                     "static const double %s_numbers[]", name);
     fprintf(file, "static const surrogate_step %s = {\n", name);
 #define PUT(field) fprintf(file, "    ." #field " = %d,\n", m->field);
     PUT(kind)
@@ -143,9 +116,9 @@ static void put_surrogate(const char *name, const surrogate_step *m, FILE *file)
 static void put_linear(const char *name, const linear_step *m, FILE *file)
 {
     const size_t n = (size_t)m->states, inputs = (size_t)m->inputs;
-    put_array(name, "_next", n, m->next, file);
-    put_array(name, "_by_state", n * n, m->by_state, file);
-    put_array(name, "_by_inputs", n * inputs, m->by_inputs, file);
+    export_put_array(file, n, m->next, "static const double %s_next[]", name);
+    export_put_array(file, n * n, m->by_state, "static const double %s_by_state[]", name);
+    export_put_array(file, n * inputs, m->by_inputs, "static const double %s_by_inputs[]", name);
     fprintf(file,
             "static const linear_step %s = {%d, %d, %.17g, %s_next, %s_by_state, %s_by_inputs};\n",
             name, m->states, m->inputs, m->h, name, name, name);
@@ -153,7 +126,8 @@ static void put_linear(const char *name, const linear_step *m, FILE *file)
 
 static void put_curve(const char *name, const decoupled *m, FILE *file)
 {
-    put_array(name, "_numbers", decoupled_numbers(m), m->numbers, file);
+    export_put_array(file, decoupled_numbers(m), m->numbers, "static const double %s_numbers[]",
+                     name);
     fprintf(file, "static const decoupled %s = {%d, %d, %d, %d, %.17g, %d, {", name, m->states,
             m->inputs, m->ramps, m->terms, m->step, m->layers);
     for (int i = 0; i < DECOUPLED_LAYERS_MAX; i++) {
@@ -193,9 +167,10 @@ static void put_steps(const export_loop *x, FILE *file)
     if ((of)->field) {                                                                             \
         fprintf(file, "    ." #field " = loop_" #field ",\n");                                     \
     }
-#define PUT_ARRAY(of, field, count) put_array("loop_", #field, (size_t)(count), (of)->field, file);
-#define PUT_WHOLE(of, field)        fprintf(file, "    ." #field " = %d,\n", (of)->field);
-#define PUT_REAL(of, field)         fprintf(file, "    ." #field " = %.17g,\n", (of)->field);
+#define PUT_ARRAY(of, field, count)                                                                \
+    export_put_array(file, (size_t)(count), (of)->field, "static const double loop_" #field "[]");
+#define PUT_WHOLE(of, field) fprintf(file, "    ." #field " = %d,\n", (of)->field);
+#define PUT_REAL(of, field)  fprintf(file, "    ." #field " = %.17g,\n", (of)->field);
 
 #define ESTIMATOR_ARRAYS(X)                                                                        \
     X(e, deviation, e->model.states)                                                               \
@@ -207,9 +182,7 @@ static void put_estimator(const export_loop *x, FILE *file)
     for (int i = 0; i < e->sensors; i++) {
         const estimator_sensor *s = &e->sensor[i];
         const int values = s->rotations ? s->look.values / 4 * 3 : s->look.values;
-        fprintf(file, "static const double loop_noise%d[] = ", i);
-        export_put_list((size_t)values, s->noise, 1, false, file);
-        fputs(";\n", file);
+        export_put_array(file, (size_t)values, s->noise, "static const double loop_noise%d[]", i);
     }
     fputs("static const estimator_sensor loop_sensors[] = {\n", file);
     for (int i = 0; i < e->sensors; i++) {
@@ -262,7 +235,8 @@ static void put_controller(const export_loop *x, FILE *file)
 {
     const controller_settings *c = &x->settings->controller;
     CONTROLLER_ARRAYS(PUT_ARRAY)
-    put_array("loop_", "turn_rate", (size_t)c->controlled, x->settings->rate, file);
+    export_put_array(file, (size_t)c->controlled, x->settings->rate,
+                     "static const double loop_turn_rate[]");
     put(x,
         "static const controller_settings loop_controller = {\n    .inputs = model_controlled,\n",
         file);
@@ -280,29 +254,7 @@ static void put_controller(const export_loop *x, FILE *file)
     fputs("};\n", file);
 }
 
-static void put_names(const export_loop *x, FILE *file)
-{
-    const scene *open = x->open;
-    double low[SCENE_PARAMETERS_MAX], high[SCENE_PARAMETERS_MAX];
-    const char *names[SCENE_PARAMETERS_MAX];
-    for (int i = 0; i < open->parameter_count; i++) {
-        low[i] = open->parameters[i].low;
-        high[i] = open->parameters[i].high;
-        names[i] = open->parameters[i].name;
-    }
-    export_put_names(x->name, "input_names", (size_t)open->parameter_count, names, file);
-    put(x, "const int model_controlled[model_CONTROLLED] = {", file);
-    for (int i = 0; i < x->settings->controller.controlled; i++) {
-        fprintf(file, "%s%d", i ? ", " : "", x->settings->controller.inputs[i]);
-    }
-    put(x, "};\nconst double model_lower[model_INPUTS] = ", file);
-    export_put_list((size_t)open->parameter_count, low, 1, false, file);
-    put(x, ";\nconst double model_upper[model_INPUTS] = ", file);
-    export_put_list((size_t)open->parameter_count, high, 1, false, file);
-    fputs(";\n", file);
-}
-
-void export_loop_write_source(const export_loop *x, FILE *file)
+static void write_source(const export_loop *x, FILE *file)
 {
     const regulator_settings *s = x->settings;
     const size_t n = (size_t)s->estimator.model.states;
@@ -316,7 +268,9 @@ void export_loop_write_source(const export_loop *x, FILE *file)
     fputs("\n/* ---- constants "
           "--------------------------------------------------------------------------- */\n\n",
           file);
-    put_names(x, file);
+    export_put_parameters(x->name, "input_names", x->open, false, file);
+    export_put_integers(file, (size_t)s->controller.controlled, s->controller.inputs,
+                        "const int %s_controlled[%s_CONTROLLED]", x->name, x->name);
     fprintf(file,
             "enum {\n    LOOP_SENSORS = %d,\n    LOOP_PARTS = %d,\n    LOOP_VALUES = %d,\n"
             "    LOOP_TURNS = %d\n};\n",
@@ -326,10 +280,11 @@ void export_loop_write_source(const export_loop *x, FILE *file)
     put_estimator(x, file);
     put_controller(x, file);
     fprintf(file, "#define LOOP_RATE %s\n", s->rate ? "loop_turn_rate" : "NULL");
-    put_array("loop_", "state", n, x->state, file);
-    put_array("loop_", "inputs", (size_t)s->estimator.model.inputs, x->inputs, file);
-    put_array("loop_", "by_parameters", n * (size_t)s->estimator.parameters, x->by_parameters,
-              file);
+    export_put_array(file, n, x->state, "static const double loop_state[]");
+    export_put_array(file, (size_t)s->estimator.model.inputs, x->inputs,
+                     "static const double loop_inputs[]");
+    export_put_array(file, n * (size_t)s->estimator.parameters, x->by_parameters,
+                     "static const double loop_by_parameters[]");
     export_put_lines(x->name, "double", export_loop_functions, file);
 }
 
@@ -369,10 +324,8 @@ static void put_inputs(const export_loop *x, FILE *file)
     fputs("\n/* inputs of the model: index, range */\nenum {\n", file);
     for (int i = 0; i < x->open->parameter_count; i++) {
         const scene_parameter *p = &x->open->parameters[i];
-        fprintf(file, "    %s_IN_", x->name);
-        export_put_upper(p->name, file);
-        fprintf(file, " = %d%s /* %.9g to %.9g", i, i + 1 < x->open->parameter_count ? "," : "",
-                p->low, p->high);
+        export_put_index(x->name, "IN_", p->name, i, x->open->parameter_count, file);
+        fprintf(file, " /* %.9g to %.9g", p->low, p->high);
         for (int k = 0; k < c->controlled; k++) {
             if (c->inputs[k] == i) {
                 fprintf(file, "; controlled, number %d: %.9g to %.9g", k, c->lower[k], c->upper[k]);
@@ -426,18 +379,17 @@ static void put_flags(const export_loop *x, FILE *file)
     fputs(" */\n", file);
 }
 
-void export_loop_write_header(const export_loop *x, FILE *file)
+static void write_header(const export_loop *x, FILE *file)
 {
     const regulator_settings *s = x->settings;
     const estimator_settings *e = &s->estimator;
     const controller_settings *c = &s->controller;
     fprintf(file, "/* %s: ", x->name);
     export_put_comment(x->about, file);
-    fprintf(
-        file,
-        ": one-step model, filter and predictive controller as C11 that needs\n"
-        " * nothing but libm; written by cpinn %s. SI units. cc -std=c11 -O2 is all it takes.\n",
-        cli_version());
+    fprintf(file, ": one-step model, filter and predictive controller as C11 that needs\n"
+                  " * nothing but libm; written by cpinn " CPINN_VERSION
+                  ". SI units. cc -std=c11 -O2 is all it "
+                  "takes.\n");
     for (const char *const *line = x->verified; line && *line; line++) {
         fprintf(file, "%s\n * %s", line == x->verified ? " *" : "", *line);
     }
@@ -470,7 +422,7 @@ static const double TOLERANCE = 1e-8;
  * 1e8; what the inputs do to the place is compared as closely as ever. */
 static const double SHARED = 1e-5;
 
-void export_loop_write_selftest(const export_loop *x, FILE *file)
+static void write_selftest(const export_loop *x, FILE *file)
 {
     const controller_settings *c = &x->settings->controller;
     const estimator_settings *e = &x->settings->estimator;
@@ -480,7 +432,7 @@ void export_loop_write_selftest(const export_loop *x, FILE *file)
         const char *head;
         int columns;
         const double *rows;
-    } tables[4] = {{"static const double measured", values_of(x), x->measured},
+    } tables[4] = {{"static const double measured", export_loop_values(x), x->measured},
                    {"static const double paths", c->horizon * 3, x->paths},
                    {"static const double expected", known, x->expected},
                    {"static const double reached", 3, x->reached}};
@@ -496,12 +448,37 @@ void export_loop_write_selftest(const export_loop *x, FILE *file)
             "#define TOLERANCE %g\n#define OF_INPUTS %g\n\n",
             x->samples, e->parameters, REGULATOR_LATE, EXPORT_LOOP_HELD, TOLERANCE,
             c->controlled > 3 ? SHARED : TOLERANCE);
-    put_integers("", "parameter", (size_t)e->parameters, parameter, file);
-    put_integers("", "sensor_values", (size_t)e->sensors, values, file);
-    put_integers("", "expected_flags", (size_t)x->samples, x->flags, file);
+    export_put_integers(file, (size_t)e->parameters, parameter, "static const int parameter[]");
+    export_put_integers(file, (size_t)e->sensors, values, "static const int sensor_values[]");
+    export_put_integers(file, (size_t)x->samples, x->flags, "static const int expected_flags[]");
     for (int i = 0; i < 4; i++) {
         export_put_rows(tables[i].head, (size_t)x->samples, (size_t)tables[i].columns,
                         tables[i].rows, false, file);
     }
     export_put_lines(x->name, "double", export_loop_selftest, file);
+}
+
+ad_status export_loop_write(void *of, int which, FILE *file, ad_error *error)
+{
+    static void (*const writers[EXPORT_TEXTS])(const export_loop *, FILE *) = {
+        write_source, write_header, write_selftest};
+    (void)error;
+    writers[which](of, file);
+    return AD_OK;
+}
+
+/* What names within the C begin with. */
+static const char *const taken[] = {
+    "controller",     "estimator",  "gauss",     "gauss_newton",   "kinematic",
+    "kinematic_look", "kinematics", "lanes",     "linear",         "linear_step",
+    "look",           "loop",       "qp",        "regulator",      "sigma",
+    "small",          "step",       "surrogate", "surrogate_step", "view"};
+
+bool export_loop_takes(const char *name)
+{
+    bool takes = false;
+    for (size_t i = 0; i < sizeof taken / sizeof *taken; i++) {
+        takes = takes || strcasecmp(name, taken[i]) == 0;
+    }
+    return takes;
 }

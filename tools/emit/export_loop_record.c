@@ -1,5 +1,5 @@
 /* What the self-test of an exported loop compares with: the loop on its own model. */
-#include "tools/programs/export_loop.h"
+#include "tools/emit/export_loop.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -24,7 +24,7 @@ static double noise(recorder *r)
     return 3.4 * ((double)r->seed / 4294967296.0 - 0.5); /* of variance 1 */
 }
 
-static int values_of(const export_loop *x)
+int export_loop_values(const export_loop *x)
 {
     int count = 0;
     for (int i = 0; i < x->settings->estimator.sensors; i++) {
@@ -41,7 +41,7 @@ static ad_status allocate(recorder *r, ad_error *error)
     const size_t n = (size_t)s->estimator.model.states, v = (size_t)c->look.values;
     const size_t m = (size_t)c->controlled, horizon = (size_t)c->horizon;
     x->samples = SAMPLES;
-    x->measured = calloc(SAMPLES * (size_t)values_of(x), sizeof *x->measured);
+    x->measured = calloc(SAMPLES * (size_t)export_loop_values(x), sizeof *x->measured);
     x->paths = calloc(SAMPLES * horizon * 3, sizeof *x->paths);
     x->expected = calloc(SAMPLES * (m + (size_t)s->estimator.parameters), sizeof *x->expected);
     x->reached = calloc((size_t)SAMPLES * 3, sizeof *x->reached);
@@ -139,7 +139,7 @@ static ad_status sample(recorder *r, int k, ad_error *error)
     const int n = e->model.states, m = c->controlled, known = m + e->parameters;
     double *answer = x->expected + k * known, *acting = r->acting + k * m;
     const double period = e->period > 0 ? e->period : e->model.step;
-    measure(r, k, x->measured + k * values_of(x));
+    measure(r, k, x->measured + k * export_loop_values(x));
     const double *rows = wish(r, k, x->paths + k * c->horizon * 3);
     if (k == LATE || k == HELD) { /* two in turn, which the C sees by the flag */
         x->flags[k] = regulator_filter(r->both);

@@ -1,5 +1,5 @@
-/* Families in the strain form: what is asked of the C, and what its self-test knows. */
-#include "tools/programs/export.h"
+/* Families in the strain form: what the self-test of their C knows. */
+#include "tools/emit/export_model.h"
 
 #include "physics/solve/strain_jacobian.h"
 
@@ -8,35 +8,7 @@
 #include <string.h>
 
 /* Members of the self-test are the first of those by which the mesh is judged. */
-enum { PLACES = 21, PLACES_MAX = 200, MEMBERS = 12 };
-
-/* Places of the shape over the length. */
-static ad_status list_places(export_family *f, const char *text, double *s, ad_error *error)
-{
-    const double length = scene_length(f->open);
-    double before = 0;
-    f->s = s;
-    for (f->places = 0; !text && f->places < PLACES; f->places++) {
-        s[f->places] = (double)f->places / (PLACES - 1);
-    }
-    while (text && *text) {
-        char *end;
-        const double at = strtod(text, &end) / length;
-        if (end == text || (*end && *end != ',') || !(at >= before && at <= 1 + 1e-9) ||
-            f->places == PLACES_MAX) {
-            return ad_fail(error, AD_BAD_ARGUMENT,
-                           "--places: '%.20s'; allowed: up to %d ascending arc lengths from 0 to "
-                           "%g, separated by commas",
-                           text, PLACES_MAX, length);
-        }
-        s[f->places++] = before = fmin(at, 1);
-        text = end + (*end == ',');
-    }
-    if (s[f->places - 1] < 1 - 1e-9) {
-        return ad_fail(error, AD_BAD_ARGUMENT, "--places: the last is not the tip, %g", length);
-    }
-    return AD_OK;
-}
+enum { PLACES = 21, MEMBERS = 12 };
 
 /* Numbers of the self-test. */
 typedef struct numbers {
@@ -50,10 +22,10 @@ static bool allocate(export_model *x, numbers *n)
     const size_t shape = (size_t)TARGETS_POINTS * SOLVE_MEMBERS_COLUMNS;
     const size_t member = rows + STRAIN_COLUMNS * (1 + count) + shape;
     x->family_numbers =
-        calloc(PLACES_MAX + EXPORT_JUDGED * (count + rows) + MEMBERS * (rows + member),
+        calloc(EXPORT_PLACES_MAX + EXPORT_JUDGED * (count + rows) + MEMBERS * (rows + member),
                sizeof *x->family_numbers);
     n->s = x->family_numbers;
-    n->parameters = n->s ? n->s + PLACES_MAX : NULL;
+    n->parameters = n->s ? n->s + EXPORT_PLACES_MAX : NULL;
     n->said = n->s ? n->parameters + EXPORT_JUDGED * count : NULL;
     n->polished = n->s ? n->said + EXPORT_JUDGED * rows : NULL;
     n->tips = n->s ? n->polished + MEMBERS * rows : NULL;
@@ -61,43 +33,6 @@ static bool allocate(export_model *x, numbers *n)
     n->curvature = n->s ? n->jacobian + (size_t)MEMBERS * STRAIN_COLUMNS * count : NULL;
     n->values = n->s ? n->curvature + MEMBERS * rows : NULL;
     return n->s != NULL;
-}
-
-/* Which columns `names` lists, as evaluator_create takes them; NULL: all. */
-static ad_status list_columns(export_family *f, const char *names, ad_error *error)
-{
-    const model_column *known = scene_physics_of(f->open)->columns;
-    const char *at = names ? names : "r q v1 v2 v3 u1 u2 u3 n1 n2 n3 m1 m2 m3";
-    for (at += strspn(at, " ,"); *at; at += strspn(at, " ,")) {
-        const size_t length = strcspn(at, " ,");
-        int first = *at == 'q' ? 3 : 0, count = *at == 'q' ? 4 : 3;
-        if (length != 1 || (*at != 'r' && *at != 'q')) {
-            count = 1;
-            for (first = 0; first < STRAIN_COLUMNS; first++) {
-                if (strncmp(known[first].name, at, length) == 0 && !known[first].name[length]) {
-                    break;
-                }
-            }
-        }
-        if (first == STRAIN_COLUMNS) {
-            return ad_fail(error, AD_BAD_ARGUMENT,
-                           "--columns: %.*s is no column of a family in the strain form; allowed: "
-                           "r, q, and x to z, qw to qz, v1 to v3, u1 to u3, n1 to n3, m1 to m3",
-                           (int)(length < 40 ? length : 40), at);
-        }
-        for (int c = first; c < first + count; c++) {
-            for (int i = 0; i < f->columns; i++) {
-                if (f->which[i] == c) {
-                    return ad_fail(error, AD_BAD_ARGUMENT, "--columns: %s is there twice",
-                                   known[c].name);
-                }
-            }
-            f->which[f->columns++] = c;
-        }
-        at += length;
-    }
-    return f->columns > 0 ? AD_OK
-                          : ad_fail(error, AD_BAD_ARGUMENT, "--columns: no column is asked for");
 }
 
 /* Tips of the polished members by the tape, on which positions agree with the solver's, whose steps
@@ -161,26 +96,34 @@ static void set_scales(export_family *f, const double *tips)
     }
 }
 
-ad_status export_open_family(export_model *x, const char *columns, const char *places,
-                             ad_error *error)
+/* Places of the shape over the length. */
+static void put_places(export_family *f, int places, const double *s, double *to)
+{
+    f->places = s ? places : PLACES;
+    f->s = to;
+    for (int i = 0; i < f->places; i++) {
+        to[i] = s ? s[i] : (double)i / (PLACES - 1);
+    }
+}
+
+ad_status export_members_prepare(export_model *x, int places, const double *s, ad_error *error)
 {
     solve_members *solver = targets_solver(x->e->targets);
     solve_answer answers[MEMBERS];
     export_family *f = &x->family;
     numbers n;
-    *f = (export_family){.name = x->name,
-                         .open = x->e->scene,
-                         .single = x->single,
-                         .tip = true,
-                         .members = MEMBERS,
-                         .values = x->measured.values,
-                         .derivatives = x->measured.jacobian};
-    ad_status status = list_columns(f, columns, error);
-    if (status == AD_OK && !allocate(x, &n)) {
-        status = ad_fail(error, AD_NO_MEMORY, "out of memory for a self-test");
+    f->name = x->name;
+    f->open = x->e->scene;
+    f->single = x->single;
+    f->tip = true;
+    f->members = MEMBERS;
+    f->values = x->measured.values;
+    f->derivatives = x->measured.jacobian;
+    if (!allocate(x, &n)) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a self-test");
     }
-    status = status == AD_OK ? list_places(f, places, n.s, error) : status;
-    status = status == AD_OK ? export_family_of(x->e, f, n.parameters, n.said, error) : status;
+    put_places(f, places, s, n.s);
+    ad_status status = export_family_of(x->e, f, n.parameters, n.said, error);
     f->steps = strain_held(f->open) + strain_angles(f->open) > 0         ? 3
                : strain_forces(f->open, strain_mesh_nodes(&f->mesh)) > 0 ? 2
                                                                          : 1;

@@ -1,6 +1,6 @@
 /* What tools read about an FMU before they run it. Names of elements and attributes: FMI 3.0,
  * sections 2.4, 3.4 and 4.4. */
-#include "tools/fmu/fmu_parts.h"
+#include "tools/emit/fmu_parts.h"
 
 #include <stdlib.h>
 #include <string.h>

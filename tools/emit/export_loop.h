@@ -1,13 +1,14 @@
 /* Filter and controller of a robot as C: what cpinn-export writes of a scene with a section
  * `control`. */
-#ifndef TOOLS_PROGRAMS_EXPORT_LOOP_H
-#define TOOLS_PROGRAMS_EXPORT_LOOP_H
+#ifndef TOOLS_EMIT_EXPORT_LOOP_H
+#define TOOLS_EMIT_EXPORT_LOOP_H
 
 #include "physics/scene.h"
 #include "tools/control/kinematic_look.h"
 #include "tools/control/linear_step.h"
 #include "tools/control/regulator.h"
 #include "tools/control/view.h"
+#include "tools/emit/export_compile.h"
 #include "tools/surrogate/decoupled.h"
 #include "tools/surrogate/surrogate_step.h"
 
@@ -21,7 +22,7 @@ typedef struct export_step {
     const linear_step *linear;
 } export_step;
 
-enum { EXPORT_LOOP_NAME = 40, EXPORT_LOOP_HELD = 10 };
+enum { EXPORT_LOOP_HELD = 10 };
 
 typedef struct export_loop {
     const char *name;  /* a C identifier */
@@ -46,6 +47,8 @@ typedef struct export_loop {
     int *flags;       /* [samples] */
 } export_loop;
 
+int export_loop_values(const export_loop *x); /* of all sensors */
+
 /* Texts of the C: lines, NULL at the end. */
 extern const char *const export_loop_cores[], *const export_loop_types[];
 extern const char *const export_loop_functions[], *const export_loop_selftest[];
@@ -55,19 +58,10 @@ extern const char *const export_loop_functions[], *const export_loop_selftest[];
 ad_status export_loop_record(export_loop *x, ad_error *error);
 void export_loop_free(export_loop *x);
 
-/* NAME.c, NAME.h and NAME_selftest.c. */
-void export_loop_write_source(const export_loop *x, FILE *file);
-void export_loop_write_header(const export_loop *x, FILE *file);
-void export_loop_write_selftest(const export_loop *x, FILE *file);
+/* An export_writer of the texts of an export_loop. */
+export_writer export_loop_write;
 
-/* The name of OUT, with or without .c, as a C identifier. AD_BAD_ARGUMENT. */
-ad_status export_loop_name(const char *out, char name[EXPORT_LOOP_NAME + 1], ad_error *error);
-
-/* Records, and writes the three files, once they are compiled by `cc` and the self-test agrees:
- * `said` is what it says. Without a compiler they are written all the same, with a warning. AD_IO:
- * also where they are there already, without `force`; AD_BAD_PROGRAM: the self-test fails; errors
- * of export_loop_record. */
-ad_status export_loop_write(export_loop *x, const char *out, bool force, char said[256],
-                            ad_error *error);
+/* Whether functions of the C have names of their own that begin so. */
+bool export_loop_takes(const char *name);
 
 #endif

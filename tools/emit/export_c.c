@@ -1,7 +1,6 @@
 /* NAME.h and NAME.c: the functions of the evaluators and what surrounds them. */
+#include "tools/emit/export_model.h"
 #include "tools/emit/export_text.h"
-#include "tools/programs/cli.h"
-#include "tools/programs/export.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -73,7 +72,7 @@ static void write_head(const export_model *x, FILE *file)
     export_put_comment(x->e->settings->name, file);
     fputs("\", from ", file);
     export_put_comment(x->run, file);
-    fprintf(file, ", as C99; written by cpinn %s.\n *\n", cli_version());
+    fprintf(file, ", as C99; written by cpinn " CPINN_VERSION ".\n *\n");
     write_trust(x, file);
     fprintf(file,
             " *\n * Numbers are of type %s, in SI units. The functions work in the caller's memory "
@@ -90,11 +89,9 @@ static void write_inputs(const export_model *x, FILE *file)
     const domain *d = domain_of(x);
     fputs("/* inputs: index, unit, range */\nenum {\n", file);
     for (int i = 0; i < x->inputs; i++) {
-        fprintf(file, "    %s_IN_", x->name);
-        export_put_upper(d->coordinates[i].name, file);
-        fprintf(file, " = %d%s /* %s%s%.9g to %.9g */\n", i, i + 1 < x->inputs ? "," : "",
-                d->coordinates[i].unit, *d->coordinates[i].unit ? ", " : "", x->lower[i],
-                x->upper[i]);
+        export_put_index(x->name, "IN_", d->coordinates[i].name, i, x->inputs, file);
+        fprintf(file, " /* %s%s%.9g to %.9g */\n", d->coordinates[i].unit,
+                *d->coordinates[i].unit ? ", " : "", x->lower[i], x->upper[i]);
     }
     fputs("};\n\n", file);
 }
@@ -106,10 +103,8 @@ static void write_outputs(const export_model *x, FILE *file)
           file);
     for (int i = 0; i < x->outputs; i++) {
         const char *unit = evaluator_column_unit(x->values, i);
-        fprintf(file, "    %s_", x->name);
-        export_put_upper(evaluator_column_name(x->values, i), file);
-        fprintf(file, " = %d%s /* %s, %.3g", i, i + 1 < x->outputs ? "," : "", *unit ? unit : "1",
-                x->scale[i]);
+        export_put_index(x->name, "", evaluator_column_name(x->values, i), i, x->outputs, file);
+        fprintf(file, " /* %s, %.3g", *unit ? unit : "1", x->scale[i]);
         if (x->single && !isnan(x->measured.values[i])) {
             fprintf(file, "; to %.1e of it, its derivatives to %.1e", x->measured.values[i],
                     x->measured.jacobian[i]);
@@ -144,7 +139,7 @@ static void write_declarations(const export_model *x, FILE *file)
             n, t, t, t, n, t, t, t, t);
 }
 
-void export_write_header(const export_model *x, FILE *file)
+static void write_header(const export_model *x, FILE *file)
 {
     const char *n = x->name;
     verdict_outcome outcome = verdict_outcome_of(&x->verdict);
@@ -216,14 +211,14 @@ static void write_window(const export_model *x, FILE *file)
     double begin[SCENE_WINDOWS_MAX];
     fprintf(file,
             "\n/* The window of time of an instant; one between two belongs to the one that it "
-            "ends. */\nstatic int window_at(%s t)\n{\n    static const double begin[%d] = ",
-            export_type(x), windows);
+            "ends. */\nstatic int window_at(%s t)\n{\n",
+            export_type(x));
     for (int i = 0; i < windows; i++) {
         begin[i] = domain_window_time(d, i);
     }
-    export_put_list((size_t)windows, begin, 1, false, file);
+    export_put_array(file, (size_t)windows, begin, "    static const double begin[]");
     fprintf(file,
-            ";\n    int low = 0, high = %d;\n    while (low < high) {\n"
+            "    int low = 0, high = %d;\n    while (low < high) {\n"
             "        const int middle = (low + high + 1) / 2;\n"
             "        if (t > begin[middle]) {\n            low = middle;\n        } else {\n"
             "            high = middle - 1;\n        }\n    }\n    return low;\n}\n",
@@ -247,7 +242,7 @@ static void write_choice(const export_model *x, const char *kind, FILE *file)
             domain_of(x)->time, kind, kind, windows > 2 ? "window - 1, " : "");
 }
 
-ad_status export_write_source(export_model *x, FILE *file, ad_error *error)
+static ad_status write_source(export_model *x, FILE *file, ad_error *error)
 {
     static const char *const names[] = {"values", "jacobian"};
     export_begin_source(x->name, file);
@@ -264,5 +259,73 @@ ad_status export_write_source(export_model *x, FILE *file, ad_error *error)
         fprintf(file, "\nenum { JACOBIAN_AT = %zu }; /* in memory */\n\n", x->workspace);
         export_put_lines(x->name, export_type(x), export_model_functions, file);
     }
+    return status;
+}
+
+/* ---- the self-test -------------------------------------------------------------------------- */
+
+static void write_tables(const export_model *x, FILE *file)
+{
+    size_t inputs = (size_t)x->inputs, columns = (size_t)x->outputs * (1 + inputs);
+    fprintf(file, "enum { POINTS = %zu, COLUMNS = %zu };\n\n", x->points, columns);
+    fputs("/* Inputs; whether they are out of range. */\n", file);
+    export_put_rows(x->single ? "static const float at" : "static const double at", x->points,
+                    inputs, x->at, x->single, file);
+    export_put_integers(file, x->points, x->beyond, "static const int beyond[POINTS]");
+    fputs("\n/* Outputs and then their derivatives by the inputs: their scales, how far rounding "
+          "may take\n * them, and what they are. */\n",
+          file);
+    export_put_array(file, columns, x->scale, "static const double scale[COLUMNS]");
+    export_put_array(file, columns, x->tolerance, "static const double tolerance[COLUMNS]");
+    fputs("static const double expected[POINTS][COLUMNS] = {\n", file);
+    for (size_t k = 0; k < x->points; k++) {
+        double row[EVALUATOR_COLUMNS_MAX * (1 + DOMAIN_COORDINATES_MAX)];
+        for (size_t i = 0; i < columns; i++) {
+            row[i] = x->expected[i * x->points + k];
+        }
+        export_put_list(columns, row, 1, false, file);
+        fputs(k + 1 < x->points ? ",\n" : "};\n\n", file);
+    }
+}
+
+static void write_selftest(const export_model *x, FILE *file)
+{
+    export_begin_selftest(x->name, "c99", file);
+    write_tables(x, file);
+    export_put_lines(x->name, export_type(x), export_model_selftest, file);
+}
+
+ad_status export_model_write(void *of, int which, FILE *file, ad_error *error)
+{
+    export_model *x = of;
+    if (export_is_family(x)) {
+        return export_family_write(&x->family, which, file, error);
+    }
+    if (which == EXPORT_SOURCE) {
+        return write_source(x, file, error);
+    }
+    (which == EXPORT_HEADER ? write_header : write_selftest)(x, file);
+    return AD_OK;
+}
+
+/* The lines "NAME VALUE VALUE" of the self-test. */
+ad_status export_model_check(export_model *x, const export_texts texts, ad_error *error)
+{
+    char *said = NULL, *rest = NULL, name[64];
+    int count = 0;
+    ad_status status = export_texts_check(texts, x->name, "c99", &said, error);
+    for (char *line = said ? strtok_r(said, "\n", &rest) : NULL; line && count < x->outputs;
+         line = strtok_r(NULL, "\n", &rest)) {
+        double value, jacobian;
+        if (sscanf(line, "%63s %lf %lf", name, &value, &jacobian) == 3) {
+            x->measured.values[count] = value;
+            x->measured.jacobian[count++] = jacobian;
+        }
+    }
+    if (status == AD_OK && count < x->outputs) {
+        x->measured.values[0] = NAN;
+        status = ad_fail(error, AD_BAD_PROGRAM, "the self-test of the C says nothing");
+    }
+    free(said);
     return status;
 }

@@ -1,21 +1,14 @@
 /* What is exported: evaluators of a run, and points at which they are compared with the C. */
-#include "tools/prepare/config_experiment.h"
-#include "tools/prepare/config_surrogate.h"
-#include "tools/programs/cli.h"
-#include "tools/programs/export.h"
-#include "tools/train/history.h"
-#include "tools/train/learnt_balance.h"
-#include "tools/train/report.h"
+#include "tools/emit/export_model.h"
 
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 enum { SCATTERED = 24, NOTABLE_MAX = 2 * (DOMAIN_PIECES_MAX + DOMAIN_WINDOWS_MAX) + 4 };
 
-void export_free(export_model *x)
+void export_model_free(export_model *x)
 {
     evaluator_free(x->values);
     evaluator_free(x->jacobian);
@@ -28,68 +21,7 @@ void export_free(export_model *x)
     free(x->tolerance);
 }
 
-/* ---- the run -------------------------------------------------------------------------------- */
-
-/* Without a reference the error is not known; the model can be exported all the same. */
-static ad_status measure_error(export_model *x, ad_error *error)
-{
-    reference *known = NULL;
-    reference_errors errors = {.position = NAN};
-    ad_status status = AD_OK;
-    if (!x->e->targets && !x->e->warning[0] && reference_create(x->e, &known, error) != AD_OK) {
-        cli_warn("cpinn-export", "no reference: %s", error->message);
-        known = NULL;
-    }
-    if (known) {
-        status = reference_compare(known, experiment_parameters(x->e), &errors, error);
-    }
-    x->error = errors.position;
-    reference_free(known);
-    return status;
-}
-
-static ad_status read_run(export_model *x, ad_error *error)
-{
-    checkpoint *file = NULL;
-    surrogate *model = NULL;
-    ad_error other;
-    ad_status status = config_experiment_open(x->run, 0, NULL, 1, &x->e, &file, error);
-    if (status != AD_OK && surrogate_load(x->run, &model, &other) == AD_OK) {
-        surrogate_free(model);
-        return ad_fail(error, AD_BAD_INPUT,
-                       "%s: a one-step model; with filter and controller it is written as C by "
-                       "cpinn-control CONFIG.yaml --run DIR --c OUT",
-                       x->run);
-    }
-    if (status == AD_OK && checkpoint_has(file, "verdict")) {
-        x->is_judged = true;
-        status = report_get_verdict(file, &x->verdict, error);
-    }
-    if (status == AD_OK) {
-        x->held_out = sqrt(history_last(file, "held_out"));
-        status = experiment_kept_error(x->e, file, &x->estimate, error);
-    }
-    if (status == AD_OK) {
-        status = measure_error(x, error);
-    }
-    checkpoint_free(file);
-    return status;
-}
-
-/* Columns become names in C, which are written in capitals. */
-static ad_status check_names(const evaluator *values, ad_error *error)
-{
-    for (int i = 0; i < evaluator_columns(values); i++) {
-        for (int k = 0; k < i; k++) {
-            if (strcasecmp(evaluator_column_name(values, i), evaluator_column_name(values, k)) ==
-                0) {
-                return ad_fail(error, AD_BAD_ARGUMENT, "--columns: %s is there twice",
-                               evaluator_column_name(values, i));
-            }
-        }
-    }
-    return AD_OK;
-}
+/* ---- evaluators ------------------------------------------------------------------------------ */
 
 static ad_status make_evaluators(export_model *x, const char *columns, ad_error *error)
 {
@@ -100,10 +32,6 @@ static ad_status make_evaluators(export_model *x, const char *columns, ad_error 
     if (status == AD_OK) {
         status = evaluator_create_jacobian(&trained, columns, &x->jacobian, error);
     }
-    if (status != AD_OK) {
-        return status;
-    }
-    status = check_names(x->values, error);
     if (status != AD_OK) {
         return status;
     }
@@ -305,20 +233,8 @@ static ad_status make_points(export_model *x, ad_error *error)
     return status;
 }
 
-ad_status export_open(export_model *x, const char *run, const char *columns, const char *places,
-                      ad_error *error)
+ad_status export_model_prepare(export_model *x, const char *columns, ad_error *error)
 {
-    x->run = run;
-    x->error = x->held_out = x->estimate = NAN;
-    for (int i = 0; i < EVALUATOR_COLUMNS_MAX; i++) {
-        x->measured.values[i] = x->measured.jacobian[i] = NAN;
-    }
-    ad_status status = read_run(x, error);
-    if (status == AD_OK && x->e->targets) {
-        return export_open_family(x, columns, places, error);
-    }
-    if (status == AD_OK) {
-        status = make_evaluators(x, columns, error);
-    }
+    ad_status status = make_evaluators(x, columns, error);
     return status == AD_OK ? make_points(x, error) : status;
 }

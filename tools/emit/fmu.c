@@ -1,5 +1,6 @@
-#include "tools/fmu/fmu_parts.h"
+#include "tools/emit/fmu_parts.h"
 
+#include "tools/emit/export_compile.h"
 #include "tools/files/checkpoint.h"
 #include "tools/files/file_bytes.h"
 #include "tools/files/zip.h"
@@ -8,6 +9,11 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/utsname.h>
+
+/* For all machines of one kind, whichever their processor: without -march, and without contraction,
+ * so that results are the same bits. */
+#define OPTIONS "-std=c99 -O3 -fPIC -shared -fvisibility=hidden -ffp-contract=off -s"
 
 enum { TOKEN = 17, NAME_MAX_LENGTH = 100, HEADER = 0, SOURCE, FUNCTIONS, SOURCES };
 
@@ -38,35 +44,7 @@ static ad_status check(const fmu_model *m, ad_error *error)
 
 /* ---- texts ---------------------------------------------------------------------------------- */
 
-/* A text that a FILE writes to; to be freed. */
-typedef struct text {
-    char *bytes;
-    size_t size;
-    FILE *file;
-} text;
-
-static bool text_open(text *x)
-{
-    x->file = open_memstream(&x->bytes, &x->size);
-    return x->file != NULL;
-}
-
-static bool text_close(text *x)
-{
-    bool ok = x->file && !ferror(x->file);
-    return x->file && fclose(x->file) == 0 && ok;
-}
-
-static void put_numbers(FILE *file, const char *name, int count, const double *values)
-{
-    fprintf(file, "static const double %s[%d] = {", name, count);
-    for (int i = 0; i < count; i++) {
-        fprintf(file, "%s%.17g", i ? ", " : "", values[i]);
-    }
-    fprintf(file, "};\n");
-}
-
-static void put_lines(FILE *file, const char *const *lines)
+static void put_lines(const char *const *lines, FILE *file)
 {
     for (; *lines; lines++) {
         fputs(*lines, file);
@@ -93,35 +71,67 @@ static void put_functions(const fmu_model *m, FILE *file)
             "#define FMU_TIME     (%d)\n",
             m->name, m->name, m->name, m->name, m->input_count, m->output_count, m->place_count,
             fmu_input(m, "s"), fmu_input(m, "t"));
-    put_numbers(file, "fmu_lower", m->input_count, lower);
-    put_numbers(file, "fmu_upper", m->input_count, upper);
-    put_numbers(file, "fmu_start", m->place_count, m->places);
-    put_lines(file, fmu_text_fmi3_types);
-    put_lines(file, fmu_text_fmi3_instance);
-    put_lines(file, fmu_text_fmi3_functions);
+    export_put_array(file, (size_t)m->input_count, lower,
+                     "static const double fmu_lower[FMU_INPUTS]");
+    export_put_array(file, (size_t)m->input_count, upper,
+                     "static const double fmu_upper[FMU_INPUTS]");
+    export_put_array(file, (size_t)m->place_count, m->places,
+                     "static const double fmu_start[FMU_PLACES]");
+    put_lines(fmu_text_fmi3_types, file);
+    put_lines(fmu_text_fmi3_instance, file);
+    put_lines(fmu_text_fmi3_functions, file);
 }
 
 /* The token tells this FMU from all others: a hash of everything that can make a difference. */
-static bool make_functions(const fmu_model *m, text *functions, char token[TOKEN])
+static bool make_functions(const fmu_model *m, export_text *functions, char token[TOKEN])
 {
-    text rest = {.bytes = NULL};
-    bool ok = text_open(&rest);
+    export_text rest = {.bytes = NULL};
+    bool ok = export_text_open(&rest);
     if (ok) {
         put_functions(m, rest.file);
-        ok = text_close(&rest);
+        ok = export_text_close(&rest);
     }
     uint64_t hash = checkpoint_hash(CHECKPOINT_HASH_START, m->source, strlen(m->source));
     hash = checkpoint_hash(hash, m->header, strlen(m->header));
     hash = ok ? checkpoint_hash(hash, rest.bytes, rest.size) : 0;
     snprintf(token, TOKEN, "%016" PRIx64, hash);
-    ok = ok && text_open(functions);
+    ok = ok && export_text_open(functions);
     if (ok) {
         fprintf(functions->file, "/* %s as an FMU of FMI 3.0. Made by %s. */\n", m->name, m->tool);
         fprintf(functions->file, "#define FMU_TOKEN \"%s\"\n%s", token, rest.bytes);
-        ok = text_close(functions);
+        ok = export_text_close(functions);
     }
     free(rest.bytes);
     return ok;
+}
+
+const char *fmu_platform(char text[64])
+{
+    struct utsname machine;
+    if (uname(&machine) != 0) {
+        return NULL;
+    }
+    const char *architecture = strcmp(machine.machine, "arm64") == 0 ? "aarch64" : machine.machine;
+    const char *system = strcmp(machine.sysname, "Linux") == 0    ? "linux"
+                         : strcmp(machine.sysname, "Darwin") == 0 ? "darwin"
+                                                                  : NULL;
+    static const char *const known[] = {"x86_64", "aarch64", "riscv64"};
+    for (size_t i = 0; system && i < sizeof known / sizeof *known; i++) {
+        if (strcmp(architecture, known[i]) == 0) {
+            snprintf(text, 64, "%s-%s", known[i], system);
+            return text;
+        }
+    }
+    return NULL;
+}
+
+const char *fmu_library_ending(void)
+{
+#ifdef __APPLE__
+    return ".dylib";
+#else
+    return ".so";
+#endif
 }
 
 /* ---- the archive ---------------------------------------------------------------------------- */
@@ -135,17 +145,17 @@ static void put_entry(zip *z, const char *folder, const char *name, const void *
     zip_end(z);
 }
 
-static void put_library(zip *z, const fmu_model *m, const fmu_file *sources, bool *compiled,
+static void put_library(zip *z, const fmu_model *m, const export_file *sources, bool *compiled,
                         char note[FMU_NOTE])
 {
     char platform[64], name[ZIP_NAME];
     size_t size = 0;
-    unsigned char *library = NULL;
+    char *library = NULL;
+    ad_error why = {.message = "FMI has no name for this machine"};
     if (fmu_platform(platform)) {
-        library = fmu_compile(sources, SOURCES, &size, note);
-    } else {
-        snprintf(note, FMU_NOTE, "FMI has no name for this machine");
+        export_compile(OPTIONS, SOURCES, sources, false, &library, &size, &why);
     }
+    snprintf(note, FMU_NOTE, "%s", library ? "" : why.message);
     *compiled = library != NULL;
     if (library) {
         snprintf(name, sizeof name, "%s/%s%s", platform, m->name, fmu_library_ending());
@@ -155,18 +165,18 @@ static void put_library(zip *z, const fmu_model *m, const fmu_file *sources, boo
 }
 
 /* The descriptions, sources and library as a zip archive, which has failed when memory runs out. */
-static ad_status put_all(const fmu_model *m, const char *token, const fmu_file *sources, zip *z,
+static ad_status put_all(const fmu_model *m, const char *token, const export_file *sources, zip *z,
                          bool *compiled, char note[FMU_NOTE], ad_error *error)
 {
-    text description = {.bytes = NULL}, build = {.bytes = NULL};
+    export_text description = {.bytes = NULL}, build = {.bytes = NULL};
     ad_status status = AD_OK;
-    bool ok = text_open(&description);
-    if (text_open(&build) && ok) {
+    bool ok = export_text_open(&description);
+    if (export_text_open(&build) && ok) {
         status = fmu_put_description(m, token, description.file, error);
         fmu_put_build_description(m, build.file);
     }
-    z->failed = !text_close(&description);
-    z->failed = !text_close(&build) || z->failed;
+    z->failed = !export_text_close(&description);
+    z->failed = !export_text_close(&build) || z->failed;
     if (status == AD_OK && !z->failed) {
         put_entry(z, "", "modelDescription.xml", description.bytes, description.size);
         put_entry(z, "sources/", "buildDescription.xml", build.bytes, build.size);
@@ -184,7 +194,7 @@ ad_status fmu_write(const fmu_model *m, const char *path, bool *compiled, char n
                     ad_error *error)
 {
     char token[TOKEN];
-    text functions = {.bytes = NULL};
+    export_text functions = {.bytes = NULL};
     zip z = {.bytes = NULL};
     unsigned char *bytes = NULL;
     size_t size = 0;
@@ -193,7 +203,7 @@ ad_status fmu_write(const fmu_model *m, const char *path, bool *compiled, char n
     ad_status status = check(m, error);
     z.failed = status != AD_OK || !make_functions(m, &functions, token);
     if (!z.failed) {
-        fmu_file sources[SOURCES] = {
+        export_file sources[SOURCES] = {
             [HEADER] = {.text = m->header, .size = strlen(m->header)},
             [SOURCE] = {.text = m->source, .size = strlen(m->source)},
             [FUNCTIONS] = {.text = functions.bytes, .size = functions.size}};

@@ -13,8 +13,8 @@
  * the ranges of the model outputs stay as they are at the nearer end; a warning is logged once, and
  * the output out_of_range is by how much of a range it has been left, else 0. It is a continuous
  * number, because a Boolean could change in events only, and there are none. */
-#ifndef TOOLS_FMU_FMU_H
-#define TOOLS_FMU_FMU_H
+#ifndef TOOLS_EMIT_FMU_H
+#define TOOLS_EMIT_FMU_H
 
 #include "autodiff/error.h"
 

@@ -12,10 +12,10 @@
  *
  * Value references: 0 the time, 1 .. FMU_PLACES the s of each point, then all outputs of the first
  * point, of the second and so on, and last out_of_range. */
-#ifndef TOOLS_FMU_FMI3_INSTANCE_H
-#define TOOLS_FMU_FMI3_INSTANCE_H
+#ifndef TOOLS_EMIT_FMI3_INSTANCE_H
+#define TOOLS_EMIT_FMI3_INSTANCE_H
 
-#include "tools/fmu/fmi3_types.h"
+#include "tools/emit/fmi3_types.h"
 
 #include <math.h>
 #include <stdarg.h>
