@@ -135,29 +135,48 @@ static void compare_steps(FILE *file, const NUMBER *p, int steps)
     compare("left", 1, &answer.left, distances + 1, 0.5 * distances[1] + 1e-5);
 }
 
+#ifdef SHAPE_BY
+enum { ROWS = POINTS * COLUMNS };
+#define COLUMNS_OF OF(shape)
+#define CHANGES_OF OF(shape_jacobian)
+#else
+enum { ROWS = COLUMNS };
+#define COLUMNS_OF OF(tip)
+#define CHANGES_OF OF(tip_jacobian)
+#endif
+
+/* The tip's derivatives are the last of the shape's, by other steps along the rod. */
+static void compare_tips(const NUMBER *p, int steps, const NUMBER *jacobian)
+{
+    NUMBER tip[COLUMNS], of_tip[COLUMNS][P];
+    OF(tip_jacobian)(p, steps, tip, of_tip[0], NULL, memory);
+    compare_numbers("tip's jacobian", COLUMNS * P, jacobian, of_tip[0], SINGLE ? 1e-2 : 1e-4);
+}
+
 /* Differences of order 4 along each parameter. */
 static void compare_jacobian(const NUMBER *p, int steps)
 {
     static const double weights[4] = {1.0 / 12, -8.0 / 12, 8.0 / 12, -1.0 / 12};
-    NUMBER tip[COLUMNS], jacobian[COLUMNS][P], column[COLUMNS], moved[COLUMNS], there[P];
+    static NUMBER is[ROWS], jacobian[ROWS][P], column[ROWS], moved[ROWS], there[P];
     taken = steps;
-    OF(tip_jacobian)(p, steps, tip, jacobian[0], NULL, memory);
+    CHANGES_OF(p, steps, is, jacobian[0], NULL, memory);
+    compare_tips(p, steps, jacobian[ROWS - COLUMNS]);
     for (int i = 0; i < P; i++) {
         const NUMBER range = OF(upper)[i] - OF(lower)[i],
                      h = (NUMBER)(SINGLE ? 0.02 : 1e-3) * range;
-        double difference[COLUMNS] = {0};
+        double difference[ROWS] = {0};
         for (int k = 0; k < 4; k++) {
             memcpy(there, p, sizeof there);
             there[i] += (NUMBER)(k < 2 ? k - 2 : k - 1) * h;
-            OF(tip)(there, steps > 0 ? 9 : 0, moved, NULL, memory);
-            for (int c = 0; c < COLUMNS; c++) {
+            COLUMNS_OF(there, steps > 0 ? 9 : 0, moved, NULL, memory);
+            for (int c = 0; c < ROWS; c++) {
                 difference[c] += weights[k] * (double)moved[c] / (double)h * (double)range;
             }
         }
-        for (int c = 0; c < COLUMNS; c++) {
+        for (int c = 0; c < ROWS; c++) {
             column[c] = jacobian[c][i] * range;
         }
-        compare("jacobian", COLUMNS, column, difference, SINGLE ? 1e-2 : 1e-4);
+        compare("jacobian", ROWS, column, difference, SINGLE ? 1e-2 : 1e-4);
     }
 }
 

@@ -148,9 +148,12 @@ members family double 1e-7
 run 0 cpinn-export family --c few --places 0.1,0.2 --columns 'q, z u2'
 said few.h '^#define few_COLUMNS +6$'
 members few double 1e-7
-run 0 cpinn-export family --c small --places 0.1,0.2 --single --columns 'r n1'
+run 0 cpinn-export family --c small --places 0.1,0.2 --single --columns 'r n1' --jacobian
 said stdout.txt '^  n1 +[0-9.]+e-0[5-8]  derivatives '
 said small.h 'numbers of type float'
+said small.h '^int small_shape_jacobian\(const float'
+quiet=$(grep -c shape_jacobian family.h || true)
+check "no shape_jacobian without --jacobian" -- test "$quiet" -eq 0
 members small float 2e-5
 check "self-test of small" -- cc -std=c99 -Wall -Wextra -Wpedantic -Werror -o selftest small.c small_selftest.c -lm
 check "self-test of small runs" -- ./selftest
@@ -192,6 +195,7 @@ refused 'columns: z is there twice' cpinn-export family --c new --columns 'z r'
 refused 'fmu is not for families in the strain form' cpinn-export family --fmu family
 refused "^cpinn-export: --places: '0.1'; allowed: |the last is not the tip" cpinn-export family --c new --places 0.1
 refused 'places is for --fmu' cpinn-export planar --c new --places 1
+refused 'jacobian is for families in the strain form' cpinn-export planar --c new --jacobian
 
 # ---- single precision ---------------------------------------------------------------------------
 

@@ -315,18 +315,19 @@ static void fuzz(const char *type, int rounds)
     run_command(command);
 }
 
-static void compare(const char *type, bool by_all, int sought, bool lawful)
+static void compare(const char *type, bool shape_by, bool by_all, int sought, bool lawful)
 {
     static const char *const compilers[] = {"gcc", "clang"};
     for (size_t i = 0; i < (by_all ? 2 : 1); i++) {
         char command[600];
-        snprintf(command, sizeof command,
-                 "%s -std=c99 -DHEADER='\"arm.h\"' -DNAME=arm -DNUMBER=%s -DSOUGHT=%d -DBETWEEN=%g "
-                 "-I%s -o "
-                 "%s/compare "
-                 "tests/export_family_compare.c %s/arm.c -lm && %s/compare %s/members.txt",
-                 compilers[i], type, sought, lawful ? 2e-4 : 0, directory, directory, directory,
-                 directory, directory);
+        snprintf(
+            command, sizeof command,
+            "%s -std=c99 -DHEADER='\"arm.h\"' -DNAME=arm -DNUMBER=%s -DSOUGHT=%d -DBETWEEN=%g %s "
+            "-I%s -o "
+            "%s/compare "
+            "tests/export_family_compare.c %s/arm.c -lm && %s/compare %s/members.txt",
+            compilers[i], type, sought, lawful ? 2e-4 : 0, shape_by ? "-DSHAPE_BY" : "", directory,
+            directory, directory, directory, directory);
         if (has_compiler(compilers[i])) {
             run_command(command);
         }
@@ -369,6 +370,8 @@ static void check_family(const char *text, bool single, int column)
     export_family x = {.name = "arm",
                        .about = "a test",
                        .tip = true,
+                       .shape_by =
+                           column < 0 && (single ? text == plain : text == robot || text == held),
                        .open = &given->scene,
                        .single = single,
                        .columns = column < 0 ? STRAIN_COLUMNS : 1,
@@ -388,7 +391,7 @@ static void check_family(const char *text, bool single, int column)
     assert_non_null(file);
     write_members(members, &given->scene, &n, single, file);
     fclose(file);
-    compare(type, single && (text == plain || column >= 0),
+    compare(type, x.shape_by, single && (text == plain || column >= 0),
             x.held + strain_angles(x.open) > 0 ? 2 : x.forces > 0, text == lawful);
     if (column < 0 && (single ? text == chamber : text != lawful && text != sliding)) {
         fuzz(type, x.forces + x.held > 0 ? 10 : 300); /* matrices column by column */

@@ -285,10 +285,11 @@ static void write_columns(const export_family *x, FILE *file)
         type_of(x));
     if (measured) {
         fprintf(file,
-                " after\n * %d of Newton's steps: above for the tip; the curvature to %.1e of its "
+                " after\n * %d of Newton's steps: above for %s; the curvature to %.1e of its "
                 "largest; at "
                 "%d members, those of\n * %s_selftest.c. */\n\n",
-                x->steps, x->derivatives[0], x->members, x->name);
+                x->steps, x->shape_by ? "the shape" : "the tip", x->derivatives[0], x->members,
+                x->name);
     } else {
         fputs(" has\n * not been measured. */\n\n", file);
     }
@@ -317,6 +318,13 @@ static void write_header(const export_family *x, FILE *file)
     fputs("};\n\n", file);
     write_columns(x, file);
     put_lines(x, export_family_types, x->single, file);
+    if (x->shape_by) {
+        put(x,
+            "\n/* The same of the shape: jacobian [POINTS][COLUMNS][PARAMETERS]. */\n"
+            "int model_shape_jacobian(const double *parameters, int steps, double *shape, double "
+            "*jacobian,\n                         model_answer *answer, double *memory);\n",
+            x->single, file);
+    }
     export_end_header(file);
 }
 
@@ -379,12 +387,12 @@ static void write_constants(const export_family *x, FILE *file)
     fputc('\n', file);
     fprintf(file,
             "#define FORCES %d\n#define HELD %d\n#define TENSIONS %d\n#define PLACED %d\n"
-            "#define TIP %d\nenum {\n    NODES = %d,\n    N = "
+            "#define TIP %d\n#define SHAPE_BY %d\nenum {\n    NODES = %d,\n    N = "
             "FORCES + 3 * NODES + HELD,\n    P = %d,\n    Z = %d,\n"
             "    ELEMENTS = %d,\n"
             "    STAGES = %d,\n    FOLLOWS = %d, /* forces follow the rod */\n    INPUTS = %zu,\n"
             "    LINEARISED = %zu\n};\n",
-            x->forces, x->held, strain_tensions(x->open), x->placed, x->tip,
+            x->forces, x->held, strain_tensions(x->open), x->placed, x->tip, x->shape_by,
             strain_mesh_nodes(&x->mesh), count, x->state, x->mesh.elements, x->mesh.stages,
             x->follows, inputs_of(x), linearised_of(x));
     put_macro(x, "LENGTH", scene_length(x->open), file);
@@ -462,6 +470,15 @@ ad_status export_family_write_code(export_family *x, FILE *file, ad_error *error
     return status;
 }
 
+int export_family_compared(const export_family *x, int places[EXPORT_COMPARED])
+{
+    const int count = x->shape_by && x->places > 1 ? EXPORT_COMPARED : 1;
+    for (int i = 0; i < count; i++) {
+        places[i] = (x->places - 1) * (EXPORT_COMPARED - count + 1 + i) / EXPORT_COMPARED;
+    }
+    return count;
+}
+
 static void write_selftest(const export_family *x, FILE *file)
 {
     const int rows = 3 * strain_mesh_nodes(&x->mesh), count = x->open->parameter_count;
@@ -469,22 +486,27 @@ static void write_selftest(const export_family *x, FILE *file)
     for (int i = 0; i < rows * x->members; i++) {
         scale = fmax(scale, fabs(x->polished[i]));
     }
+    int places[EXPORT_COMPARED];
+    const int compared = export_family_compared(x, places);
     export_begin_selftest(x->name, "c99", file);
+    if (x->shape_by) {
+        export_put_integers(file, (size_t)compared, places, "static const int places[]");
+    }
     fprintf(file,
-            "enum { MEMBERS = %d, N = %d, P = %d, STEPS = %d };\n#define LARGEST %.17g\n#define "
-            "TOLERANCE %g\n\n",
-            x->members, rows, count, x->steps, scale,
+            "enum { MEMBERS = %d, N = %d, P = %d, STEPS = %d, COMPARED = %d };\n#define SHAPE_BY "
+            "%d\n#define LARGEST %.17g\n#define TOLERANCE %g\n\n",
+            x->members, rows, count, x->steps, compared, x->shape_by, scale,
             x->single      ? 1e-3
             : x->steps > 1 ? 1e-6   /* forces of two steps, not of the curvature */
                            : 1e-9); /* rounding, a thousand times and more larger near a fold */
     const size_t members = (size_t)x->members, n = (size_t)rows, columns = (size_t)x->columns,
-                 parameters = (size_t)count;
+                 numbers = (size_t)compared * columns, parameters = (size_t)count;
     export_put_rows(x->single ? "static const float parameters" : "static const double parameters",
                     members, parameters, x->parameters, x->single, file);
     export_put_rows("static const double curvature", members, n, x->curvature, false, file);
     export_put_rows("static const double polished", members, n, x->polished, false, file);
-    export_put_rows("static const double tips", members, columns, x->tips, false, file);
-    export_put_rows("static const double derivatives", members, columns * parameters, x->jacobian,
+    export_put_rows("static const double columns", members, numbers, x->shapes, false, file);
+    export_put_rows("static const double derivatives", members, numbers * parameters, x->jacobian,
                     false, file);
     export_put_rows("static const double scale", 1, columns, x->scale, false, file);
     fputc('\n', file);

@@ -37,11 +37,12 @@ typedef struct export_family {
     bool follows;      /* forces follow the rod */
     bool placed;       /* a law depends on the position, or the end is held */
     /* Of the self-test: members with their parameters, float numbers where `single`; the curvature
-     * times the length by the network, and after `steps`; tips then and their derivatives. */
+     * times the length by the network, and after `steps`. */
     int members, steps;
     const double *parameters, *curvature, *polished; /* [members][parameters], [3 nodes] twice */
-    const double *tips, *jacobian;                   /* [columns], [columns][parameters] */
-    double scale[STRAIN_COLUMNS];                    /* of each of the columns */
+    const double *shapes,
+        *jacobian;                /* then, [compared][columns], [compared][columns][parameters] */
+    double scale[STRAIN_COLUMNS]; /* of each of the columns */
     /* Differences from these that cc has measured, by the scales: of the curvature by the network
      * and after a step, then of each column and its derivatives. NaN: not measured. */
     const double *values, *derivatives; /* [1 + columns] */
@@ -50,6 +51,10 @@ typedef struct export_family {
 /* Texts of the C: lines, NULL at the end; the last is for what is compiled at run time. */
 extern const char *const export_family_types[], *const export_family_functions[];
 extern const char *const export_family_selftest[], *const export_family_code[];
+
+/* Which places of the shape the self-test compares: the last, with shape_by some before it. */
+enum { EXPORT_COMPARED = 3 };
+int export_family_compared(const export_family *x, int places[EXPORT_COMPARED]);
 
 /* Of a run in the strain form: scene, mesh, network, weights, and how far the mesh is off, by
  * members over the ranges: their parameters [EXPORT_JUDGED][parameters], float numbers where

@@ -12,7 +12,7 @@ enum { PLACES = 21, MEMBERS = 12 };
 
 /* Numbers of the self-test. */
 typedef struct numbers {
-    double *s, *parameters, *said, *polished, *tips, *jacobian, *values, *curvature;
+    double *s, *parameters, *said, *polished, *shapes, *jacobian, *values, *curvature;
 } numbers;
 
 static bool allocate(export_model *x, numbers *n)
@@ -20,7 +20,7 @@ static bool allocate(export_model *x, numbers *n)
     const size_t count = (size_t)x->family.open->parameter_count;
     const size_t rows = 3 * solve_members_nodes(targets_solver(x->e->targets));
     const size_t shape = (size_t)TARGETS_POINTS * SOLVE_MEMBERS_COLUMNS;
-    const size_t member = rows + STRAIN_COLUMNS * (1 + count) + shape;
+    const size_t member = rows + EXPORT_COMPARED * STRAIN_COLUMNS * (1 + count) + shape;
     x->family_numbers =
         calloc(EXPORT_PLACES_MAX + EXPORT_JUDGED * (count + rows) + MEMBERS * (rows + member),
                sizeof *x->family_numbers);
@@ -28,69 +28,76 @@ static bool allocate(export_model *x, numbers *n)
     n->parameters = n->s ? n->s + EXPORT_PLACES_MAX : NULL;
     n->said = n->s ? n->parameters + EXPORT_JUDGED * count : NULL;
     n->polished = n->s ? n->said + EXPORT_JUDGED * rows : NULL;
-    n->tips = n->s ? n->polished + MEMBERS * rows : NULL;
-    n->jacobian = n->s ? n->tips + MEMBERS * STRAIN_COLUMNS : NULL;
-    n->curvature = n->s ? n->jacobian + (size_t)MEMBERS * STRAIN_COLUMNS * count : NULL;
+    n->shapes = n->s ? n->polished + MEMBERS * rows : NULL;
+    n->jacobian = n->s ? n->shapes + MEMBERS * EXPORT_COMPARED * STRAIN_COLUMNS : NULL;
+    n->curvature =
+        n->s ? n->jacobian + (size_t)MEMBERS * EXPORT_COMPARED * STRAIN_COLUMNS * count : NULL;
     n->values = n->s ? n->curvature + MEMBERS * rows : NULL;
     return n->s != NULL;
 }
 
-/* Tips of the polished members by the tape, on which positions agree with the solver's, whose steps
- * along the rod are others; of a member that is not trusted it may be bent beyond what these
- * resolve. */
-static ad_status find_tips(export_model *x, const numbers *n, const solve_answer *answers,
-                           ad_error *error)
+/* Columns of the polished members by the tape, at the tip and before it; on the tip positions agree
+ * with the solver's, whose steps along the rod are others; of a member that is not trusted it may
+ * be bent beyond what these resolve. */
+static ad_status find_shapes(export_model *x, const numbers *n, const solve_answer *answers,
+                             ad_error *error)
 {
     enum { POSITION = 3 };
     export_family *f = &x->family;
     const int nodes = strain_mesh_nodes(&f->mesh), count = f->open->parameter_count;
     const int all[STRAIN_COLUMNS] = {0,  1,  2,  3,  4,  5,  6,  7,  8, 9,
                                      10, 11, 12, 13, 14, 15, 16, 17, 18};
-    const double end = 1;
-    double places[STRAIN_ELEMENTS_MAX * STRAIN_STAGES_MAX], tips[MEMBERS * STRAIN_COLUMNS];
-    double *jacobian = malloc((size_t)MEMBERS * STRAIN_COLUMNS * (size_t)count * sizeof *jacobian);
+    int which[EXPORT_COMPARED];
+    const int compared = export_family_compared(f, which), rows = MEMBERS * compared;
+    double places[STRAIN_ELEMENTS_MAX * STRAIN_STAGES_MAX], s[EXPORT_COMPARED];
+    double shapes[MEMBERS * EXPORT_COMPARED * STRAIN_COLUMNS];
+    double *jacobian = malloc((size_t)rows * STRAIN_COLUMNS * (size_t)count * sizeof *jacobian);
     strain_jacobian *by = NULL;
     strain_mesh_places(&f->mesh, places);
-    ad_status status = jacobian
-                           ? strain_jacobian_create(f->open, (size_t)nodes, places, 1, &end,
-                                                    STRAIN_COLUMNS, all, x->e->pool, &by, error)
-                           : ad_fail(error, AD_NO_MEMORY, "out of memory for a self-test");
+    for (int i = 0; i < compared; i++) {
+        s[i] = f->s[which[i]];
+    }
+    ad_status status =
+        jacobian ? strain_jacobian_create(f->open, (size_t)nodes, places, (size_t)compared, s,
+                                          STRAIN_COLUMNS, all, x->e->pool, &by, error)
+                 : ad_fail(error, AD_NO_MEMORY, "out of memory for a self-test");
     if (status == AD_OK) {
         status =
-            strain_jacobian_run(by, MEMBERS, n->parameters, n->polished, tips, jacobian, error);
+            strain_jacobian_run(by, MEMBERS, n->parameters, n->polished, shapes, jacobian, error);
     }
     for (int i = 0; i < MEMBERS && status == AD_OK; i++) {
         const double *solved =
             n->values + ((size_t)i * TARGETS_POINTS + TARGETS_POINTS - 1) * SOLVE_MEMBERS_COLUMNS;
+        const double *tip = shapes + ((i + 1) * compared - 1) * STRAIN_COLUMNS;
         for (int k = 0; k < POSITION && status == AD_OK && answers[i].trusted; k++) {
-            if (!(fabs(tips[i * STRAIN_COLUMNS + k] - solved[k]) <= 1e-5 * scene_length(f->open))) {
+            if (!(fabs(tip[k] - solved[k]) <= 1e-5 * scene_length(f->open))) {
                 status = ad_fail(error, AD_BAD_PROGRAM, "the tip of member %d is at %.9g, not %.9g",
-                                 i, tips[i * STRAIN_COLUMNS + k], solved[k]);
+                                 i, tip[k], solved[k]);
             }
         }
-        for (int c = 0; c < f->columns; c++) {
-            const size_t from = (size_t)i * STRAIN_COLUMNS + (size_t)f->which[c];
-            const size_t to = (size_t)i * (size_t)f->columns + (size_t)c;
-            n->tips[to] = tips[from];
-            memcpy(n->jacobian + to * (size_t)count, jacobian + from * (size_t)count,
-                   (size_t)count * sizeof *jacobian);
-        }
+    }
+    for (int to = 0; to < rows * f->columns && status == AD_OK; to++) {
+        const int from = to / f->columns * STRAIN_COLUMNS + f->which[to % f->columns];
+        n->shapes[to] = shapes[from];
+        memcpy(n->jacobian + to * count, jacobian + from * count, (size_t)count * sizeof *jacobian);
     }
     strain_jacobian_free(by);
     free(jacobian);
     return status;
 }
 
-/* By the largest of all tips that has the unit, or what the rod has by itself. */
-static void set_scales(export_family *f, const double *tips)
+/* By the largest of all these that has the unit, or what the rod has by itself. */
+static void set_scales(export_family *f, const double *shapes)
 {
+    int which[EXPORT_COMPARED];
+    const int rows = MEMBERS * export_family_compared(f, which);
     const model_column *known = scene_physics_of(f->open)->columns;
     for (int c = 0; c < f->columns; c++) {
         const char *unit = known[f->which[c]].unit;
         f->scale[c] = export_natural_scale(f->open, unit);
-        for (int i = 0; i < MEMBERS * f->columns; i++) {
+        for (int i = 0; i < rows * f->columns; i++) {
             if (strcmp(known[f->which[i % f->columns]].unit, unit) == 0) {
-                f->scale[c] = fmax(f->scale[c], fabs(tips[i]));
+                f->scale[c] = fmax(f->scale[c], fabs(shapes[i]));
             }
         }
     }
@@ -131,7 +138,7 @@ ad_status export_members_prepare(export_model *x, int places, const double *s, a
         status = solve_members_refine(solver, MEMBERS, n.parameters, n.said, f->steps, n.values,
                                       n.polished, answers, error);
     }
-    status = status == AD_OK ? find_tips(x, &n, answers, error) : status;
+    status = status == AD_OK ? find_shapes(x, &n, answers, error) : status;
     if (status != AD_OK) {
         return status;
     }
@@ -139,11 +146,11 @@ ad_status export_members_prepare(export_model *x, int places, const double *s, a
         n.curvature[i] = n.said[i] * scene_length(f->open);
         n.polished[i] *= scene_length(f->open);
     }
-    set_scales(f, n.tips);
+    set_scales(f, n.shapes);
     f->parameters = n.parameters;
     f->curvature = n.curvature;
     f->polished = n.polished;
-    f->tips = n.tips;
+    f->shapes = n.shapes;
     f->jacobian = n.jacobian;
     x->outputs = 1 + f->columns; /* lines of the self-test */
     return AD_OK;

@@ -42,9 +42,9 @@ static void set_unit(int n, double *x)
 
 /* Memory: inputs p, u, z and, for each parameter, directions of these; residual [N], blocks and
  * edges as newton leaves them; the matrix and its factors; what a change of one point does to
- * forces, to rates and moments; columns of a shape; workspace. u is FORCES that depend on the
- * place, the curvature [3][NODES], then HELD numbers of force and moment that hold the end, with
- * TENSIONS as the last. */
+ * forces, to rates and moments; columns of a shape or what they change by; workspace. u is FORCES
+ * that depend on the place, the curvature [3][NODES], then HELD numbers of force and moment that
+ * hold the end, with TENSIONS as the last. */
 typedef struct room {
     double *x, *u, *bent, *z, *dp, *du, *dz, *residual, *blocks, *edges, *matrix, *lower, *force,
         *rate, *moment, *columns, *w;
@@ -69,7 +69,7 @@ static room divide(double *memory)
     r.rate = r.force + N * N;
     r.moment = r.rate + N * N;
     r.columns = r.moment + N * (N > P ? N : P);
-    r.w = r.columns + model_POINTS * model_COLUMNS;
+    r.w = r.columns + model_POINTS * model_COLUMNS * (SHAPE_BY ? P : 1);
     return r;
 }
 
@@ -973,5 +973,30 @@ int model_tip_jacobian(const double *parameters, int steps, double *to, double *
         tip_by(r.x, jacobian, r.w);
     }
     return status | singular;
+}
+#endif
+
+#if SHAPE_BY
+/* The columns change by columns [COLUMNS][POINTS][P]. */
+int model_shape_jacobian(const double *parameters, int steps, double *to, double *jacobian,
+                         model_answer *answer, double *memory)
+{
+    const room r = divide(memory);
+    int status = find(r, parameters, steps, answer), singular, i, c, k;
+    write_shape(r, to);
+    singular = find_directions(r, steps);
+    if (singular) {
+        set_unknown(model_POINTS * model_COLUMNS * P, jacobian);
+        return status | singular;
+    }
+    shape_by(r.x, r.columns, r.w);
+    for (i = 0; i < model_POINTS; i++) {
+        for (c = 0; c < model_COLUMNS; c++) {
+            for (k = 0; k < P; k++) {
+                *jacobian++ = r.columns[(c * model_POINTS + i) * P + k];
+            }
+        }
+    }
+    return status;
 }
 #endif

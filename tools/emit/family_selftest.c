@@ -16,12 +16,30 @@ static void compare(const char *what, int member, int row, int which, double is,
         by <= off[row][which] || off[row][which] != off[row][which] ? off[row][which] : by;
 }
 
+static void compare_place(int member, int place, const model_number *is, const model_number *by)
+{
+    int i, k;
+    for (i = 0; i < model_COLUMNS; i++) {
+        const int at = place * model_COLUMNS + i;
+        compare(model_column_names[i], member, 1 + i, 0, is[i], columns[member][at], scale[0][i]);
+        for (k = 0; k < P; k++) {
+            const double range = model_upper[k] - model_lower[k];
+            compare(model_column_names[i], member, 1 + i, 1, by[i * P + k] * range,
+                    derivatives[member][at * P + k] * range, scale[0][i]);
+        }
+    }
+}
+
 static void check_member(int member)
 {
     static model_number memory[model_MEMORY];
-    model_number at[N], tip[model_COLUMNS], jacobian[model_COLUMNS][P];
+    model_number at[N], tip[model_COLUMNS], jacobian[model_COLUMNS * P];
+#if SHAPE_BY
+    static model_number shape[model_POINTS][model_COLUMNS];
+    static model_number changes[model_POINTS][model_COLUMNS * P];
+#endif
     model_answer answer;
-    int i, k;
+    int i;
     model_network(parameters[member], at, memory);
     for (i = 0; i < N; i++) {
         compare("the network's curvature", member, 0, 0, at[i], curvature[member][i], LARGEST);
@@ -33,15 +51,14 @@ static void check_member(int member)
     for (i = 0; i < N; i++) {
         compare("the curvature after steps", member, 0, 1, at[i], polished[member][i], LARGEST);
     }
-    model_tip_jacobian(parameters[member], STEPS, tip, jacobian[0], NULL, memory);
-    for (i = 0; i < model_COLUMNS; i++) {
-        compare(model_column_names[i], member, 1 + i, 0, tip[i], tips[member][i], scale[0][i]);
-        for (k = 0; k < P; k++) {
-            const double range = model_upper[k] - model_lower[k];
-            compare(model_column_names[i], member, 1 + i, 1, jacobian[i][k] * range,
-                    derivatives[member][i * P + k] * range, scale[0][i]);
-        }
+    model_tip_jacobian(parameters[member], STEPS, tip, jacobian, NULL, memory);
+    compare_place(member, COMPARED - 1, tip, jacobian);
+#if SHAPE_BY
+    model_shape_jacobian(parameters[member], STEPS, shape[0], changes[0], NULL, memory);
+    for (i = 0; i < COMPARED; i++) {
+        compare_place(member, i, shape[places[i]], changes[places[i]]);
     }
+#endif
 }
 
 static void check_range(void)

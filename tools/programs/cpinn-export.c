@@ -10,7 +10,7 @@ static const char program[] = "cpinn-export";
 
 typedef struct options {
     const char *run, *c, *fmu, *columns, *places;
-    bool single, force;
+    bool single, jacobian, force;
 } options;
 
 static ad_status put_fmu(const export_model *x, const options *o, const export_out *to,
@@ -107,6 +107,10 @@ static ad_status run(export_model *x, const options *o, const export_out *to, ex
         status = ad_fail(error, AD_BAD_ARGUMENT,
                          "--places is for --fmu and for families in the strain form alone");
     }
+    if (status == AD_OK && o->jacobian && !export_is_family(x)) {
+        status = ad_fail(error, AD_BAD_ARGUMENT,
+                         "--jacobian is for families in the strain form; all else has a Jacobian");
+    }
     if (status == AD_OK) {
         status = export_texts_write_all(texts, export_model_write, x, error);
     }
@@ -127,6 +131,7 @@ int main(int argc, char **argv)
                                {"--places", "S,S,...", CLI_TEXT, &o.places, 0, 0},
                                {"--columns", "NAMES", CLI_TEXT, &o.columns, 0, 0},
                                {"--single", NULL, CLI_FLAG, &o.single, 0, 0},
+                               {"--jacobian", NULL, CLI_FLAG, &o.jacobian, 0, 0},
                                CLI_FORCE(&o.force)};
     const cli_program about = {program, "DIR_OR_CHECKPOINT", help_export, NULL, NULL};
     int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &o.run);
@@ -150,6 +155,7 @@ int main(int argc, char **argv)
     }
     x.name = to.name;
     x.single = o.single;
+    x.family.shape_by = o.jacobian;
     if (run(&x, &o, &to, texts, &error) == AD_OK) {
         report(&x, &to);
     } else {
