@@ -12,6 +12,11 @@ static const domain *domain_of(const export_model *x)
     return &x->e->model->domain;
 }
 
+static const char *type_of(const export_model *x)
+{
+    return x->single ? "float" : "double";
+}
+
 /* ---- the header ----------------------------------------------------------------------------- */
 
 static double largest(const double *list, int count)
@@ -81,7 +86,7 @@ static void write_head(const export_model *x, FILE *file)
             "range by more than\n * rounding, or not a number: the result is then that at the "
             "nearer end of the range (of what\n * is not a number: at its lower end), and so is "
             "never the result of an extrapolation. */\n",
-            export_type(x), name, name);
+            type_of(x), name, name);
 }
 
 static void write_inputs(const export_model *x, FILE *file)
@@ -116,7 +121,7 @@ static void write_outputs(const export_model *x, FILE *file)
 
 static void write_declarations(const export_model *x, FILE *file)
 {
-    const char *n = x->name, *t = export_type(x);
+    const char *n = x->name, *t = type_of(x);
     fprintf(
         file,
         "extern const double %s_lower[%s_INPUTS], %s_upper[%s_INPUTS];\n"
@@ -171,14 +176,6 @@ static void write_header(const export_model *x, FILE *file)
 
 /* ---- the source ----------------------------------------------------------------------------- */
 
-static void put_array(const export_model *x, const char *head, size_t count, const double *list,
-                      FILE *file)
-{
-    export_put(x->name, export_type(x), head, file);
-    export_put_list(count, list, 1, false, file);
-    fputs(";\n", file);
-}
-
 static void write_constants(const export_model *x, FILE *file)
 {
     const domain *d = domain_of(x);
@@ -194,13 +191,13 @@ static void write_constants(const export_model *x, FILE *file)
         out[0][i] = evaluator_column_name(x->values, i);
         out[1][i] = evaluator_column_unit(x->values, i);
     }
-    put_array(x, "const double model_lower[model_INPUTS] = ", inputs, x->lower, file);
-    put_array(x, "const double model_upper[model_INPUTS] = ", inputs, x->upper, file);
+    export_put_array(file, inputs, x->lower, "const double %s_lower[%s_INPUTS]", x->name, x->name);
+    export_put_array(file, inputs, x->upper, "const double %s_upper[%s_INPUTS]", x->name, x->name);
     export_put_names(x->name, "input_names", inputs, in[0], file);
     export_put_names(x->name, "input_units", inputs, in[1], file);
     export_put_names(x->name, "output_names", outputs, out[0], file);
     export_put_names(x->name, "output_units", outputs, out[1], file);
-    put_array(x, "\nstatic const double coordinate_scale[model_INPUTS] = ", inputs, scale, file);
+    export_put_array(file, inputs, scale, "\nstatic const double coordinate_scale[]");
 }
 
 /* An instant between two windows belongs to the one that it ends. */
@@ -212,7 +209,7 @@ static void write_window(const export_model *x, FILE *file)
     fprintf(file,
             "\n/* The window of time of an instant; one between two belongs to the one that it "
             "ends. */\nstatic int window_at(%s t)\n{\n",
-            export_type(x));
+            type_of(x));
     for (int i = 0; i < windows; i++) {
         begin[i] = domain_window_time(d, i);
     }
@@ -228,7 +225,7 @@ static void write_window(const export_model *x, FILE *file)
 /* The functions of the windows as one: "static void values_at(x, to, memory)". */
 static void write_choice(const export_model *x, const char *kind, FILE *file)
 {
-    const char *t = export_type(x);
+    const char *t = type_of(x);
     const int windows = x->e->window + 1;
     fprintf(file, "\nstatic void %s_at(const %s *x, %s *to, %s *memory)\n{\n", kind, t, t, t);
     if (windows == 1) {
@@ -257,7 +254,8 @@ static ad_status write_source(export_model *x, FILE *file, ad_error *error)
         write_choice(x, names[0], file);
         write_choice(x, names[1], file);
         fprintf(file, "\nenum { JACOBIAN_AT = %zu }; /* in memory */\n\n", x->workspace);
-        export_put_lines(x->name, export_type(x), export_model_functions, file);
+        export_put_lines(x->name, x->single ? EXPORT_FLOAT : EXPORT_DOUBLE, export_model_functions,
+                         file);
     }
     return status;
 }
@@ -292,7 +290,8 @@ static void write_selftest(const export_model *x, FILE *file)
 {
     export_begin_selftest(x->name, "c99", file);
     write_tables(x, file);
-    export_put_lines(x->name, export_type(x), export_model_selftest, file);
+    export_put_lines(x->name, x->single ? EXPORT_FLOAT : EXPORT_DOUBLE, export_model_selftest,
+                     file);
 }
 
 ad_status export_model_write(void *of, int which, FILE *file, ad_error *error)

@@ -207,21 +207,10 @@ static const char *type_of(const export_family *x)
     return x->single ? "float" : "double";
 }
 
-/* A text, or the same in single precision. */
-static void put(const export_family *x, const char *text, bool single, FILE *file)
+/* Of all numbers in a text. */
+static export_type all_of(const export_family *x)
 {
-    if (single) {
-        export_put_single(x->name, text, file);
-    } else {
-        export_put(x->name, type_of(x), text, file);
-    }
-}
-
-static void put_lines(const export_family *x, const char *const *lines, bool single, FILE *file)
-{
-    for (; *lines; lines++) {
-        put(x, *lines, single, file);
-    }
+    return x->single ? EXPORT_ALL_FLOAT : EXPORT_DOUBLE;
 }
 
 static const model_column *column_of(const export_family *x, int column)
@@ -317,13 +306,14 @@ static void write_header(const export_family *x, FILE *file)
     }
     fputs("};\n\n", file);
     write_columns(x, file);
-    put_lines(x, export_family_types, x->single, file);
+    export_put_lines(x->name, all_of(x), export_family_types, file);
     if (x->shape_by) {
-        put(x,
+        export_put(
+            x->name, all_of(x),
             "\n/* The same of the shape: jacobian [POINTS][COLUMNS][PARAMETERS]. */\n"
             "int model_shape_jacobian(const double *parameters, int steps, double *shape, double "
             "*jacobian,\n                         model_answer *answer, double *memory);\n",
-            x->single, file);
+            file);
     }
     export_end_header(file);
 }
@@ -438,7 +428,7 @@ static ad_status write_functions(export_family *x, FILE *file, ad_error *error)
     if (status == AD_OK) {
         write_constants(x, file);
         fputc('\n', file);
-        put_lines(x, export_family_functions, x->single, file);
+        export_put_lines(x->name, all_of(x), export_family_functions, file);
     }
     for (int i = 0; i < FUNCTIONS; i++) {
         ad_program_free(programs[i]);
@@ -464,7 +454,7 @@ ad_status export_family_write_code(export_family *x, FILE *file, ad_error *error
     if (status == AD_OK) {
         write_header(x, file);
         fputs(source.bytes, file);
-        put_lines(x, export_family_code, x->single, file);
+        export_put_lines(x->name, all_of(x), export_family_code, file);
     }
     free(source.bytes);
     return status;
@@ -510,7 +500,8 @@ static void write_selftest(const export_family *x, FILE *file)
                     false, file);
     export_put_rows("static const double scale", 1, columns, x->scale, false, file);
     fputc('\n', file);
-    put_lines(x, export_family_selftest, false, file);
+    export_put_lines(x->name, x->single ? EXPORT_FLOAT : EXPORT_DOUBLE, export_family_selftest,
+                     file);
 }
 
 ad_status export_family_write(void *of, int which, FILE *file, ad_error *error)

@@ -6,13 +6,6 @@
 #include <string.h>
 #include <strings.h>
 
-/* ---- numbers and texts --------------------------------------------------------------------- */
-
-static void put(const export_loop *x, const char *text, FILE *file)
-{
-    export_put(x->name, "double", text, file);
-}
-
 static int sensors_of(const export_loop *x)
 {
     return x->settings->estimator.sensors;
@@ -237,9 +230,9 @@ static void put_controller(const export_loop *x, FILE *file)
     CONTROLLER_ARRAYS(PUT_ARRAY)
     export_put_array(file, (size_t)c->controlled, x->settings->rate,
                      "static const double loop_turn_rate[]");
-    put(x,
-        "static const controller_settings loop_controller = {\n    .inputs = model_controlled,\n",
-        file);
+    fprintf(file,
+            "static const controller_settings loop_controller = {\n    .inputs = %s_controlled,\n",
+            x->name);
     CONTROLLER_ARRAYS(PUT_FIELD)
     PUT_WHOLE(c, horizon)
     PUT_WHOLE(c, moves)
@@ -264,7 +257,7 @@ static void write_source(const export_loop *x, FILE *file)
           "#if defined(__GNUC__)\n#define WHOLE_FUNCTION static __attribute__((unused))\n"
           "#else\n#define WHOLE_FUNCTION static\n#endif\n",
           file);
-    export_put_lines(x->name, "double", export_loop_cores, file);
+    export_put_lines(x->name, EXPORT_DOUBLE, export_loop_cores, file);
     fputs("\n/* ---- constants "
           "--------------------------------------------------------------------------- */\n\n",
           file);
@@ -285,7 +278,7 @@ static void write_source(const export_loop *x, FILE *file)
                      "static const double loop_inputs[]");
     export_put_array(file, n * (size_t)s->estimator.parameters, x->by_parameters,
                      "static const double loop_by_parameters[]");
-    export_put_lines(x->name, "double", export_loop_functions, file);
+    export_put_lines(x->name, EXPORT_DOUBLE, export_loop_functions, file);
 }
 
 /* ---- the header ---------------------------------------------------------------------------- */
@@ -373,7 +366,7 @@ static void put_flags(const export_loop *x, FILE *file)
     fputs("\n/* Flags, 0: all is well. What is done about each:\n", file);
     for (size_t i = 0; i < sizeof flags / sizeof *flags; i++) {
         fprintf(file, " *   0x%07x  ", (unsigned)flags[i].bit);
-        put(x, flags[i].what, file);
+        export_put(x->name, EXPORT_DOUBLE, flags[i].what, file);
         fputc('\n', file);
     }
     fputs(" */\n", file);
@@ -408,7 +401,7 @@ static void write_header(const export_loop *x, FILE *file)
     put_inputs(x, file);
     put_sensors(x, file);
     put_flags(x, file);
-    export_put_lines(x->name, "double", export_loop_types, file);
+    export_put_lines(x->name, EXPORT_DOUBLE, export_loop_types, file);
     export_end_header(file);
 }
 
@@ -455,7 +448,7 @@ static void write_selftest(const export_loop *x, FILE *file)
         export_put_rows(tables[i].head, (size_t)x->samples, (size_t)tables[i].columns,
                         tables[i].rows, false, file);
     }
-    export_put_lines(x->name, "double", export_loop_selftest, file);
+    export_put_lines(x->name, EXPORT_DOUBLE, export_loop_selftest, file);
 }
 
 ad_status export_loop_write(void *of, int which, FILE *file, ad_error *error)

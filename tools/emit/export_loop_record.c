@@ -41,23 +41,34 @@ static ad_status allocate(recorder *r, ad_error *error)
     const size_t n = (size_t)s->estimator.model.states, v = (size_t)c->look.values;
     const size_t m = (size_t)c->controlled, horizon = (size_t)c->horizon;
     x->samples = SAMPLES;
-    x->measured = calloc(SAMPLES * (size_t)export_loop_values(x), sizeof *x->measured);
-    x->paths = calloc(SAMPLES * horizon * 3, sizeof *x->paths);
-    x->expected = calloc(SAMPLES * (m + (size_t)s->estimator.parameters), sizeof *x->expected);
-    x->reached = calloc((size_t)SAMPLES * 3, sizeof *x->reached);
+    const struct {
+        double **list;
+        size_t count;
+    } lists[] = {{&x->measured, SAMPLES * (size_t)export_loop_values(x)}, /* has all of them */
+                 {&x->paths, SAMPLES * horizon * 3},
+                 {&x->expected, SAMPLES * (m + (size_t)s->estimator.parameters)},
+                 {&x->reached, SAMPLES * 3},
+                 {&r->states, (SAMPLES + 1) * n},
+                 {&r->acting, (SAMPLES + REGULATOR_DELAY_MAX + 1) * m},
+                 {&r->inputs, (size_t)c->model.inputs},
+                 {&r->reference, horizon * v},
+                 {&r->place, v},
+                 {&r->place_then, v},
+                 {&r->held, 2 * n + (size_t)c->model.inputs}};
+    size_t count = 0;
+    for (size_t i = 0; i < sizeof lists / sizeof *lists; i++) {
+        count += lists[i].count;
+    }
+    double *at = calloc(count, sizeof *at);
+    for (size_t i = 0; i < sizeof lists / sizeof *lists; i++) {
+        *lists[i].list = at;
+        at = at ? at + lists[i].count : NULL;
+    }
     x->flags = calloc(SAMPLES, sizeof *x->flags);
-    r->states = calloc((SAMPLES + 1) * n, sizeof *r->states);
-    r->acting = calloc((SAMPLES + REGULATOR_DELAY_MAX + 1) * m, sizeof *r->acting);
-    r->inputs = calloc((size_t)c->model.inputs, sizeof *r->inputs);
-    r->reference = calloc(horizon * v, sizeof *r->reference);
-    r->place = calloc(v, sizeof *r->place);
-    r->place_then = calloc(v, sizeof *r->place_then);
     r->memory = malloc(regulator_size(s));
-    r->held = calloc(2 * n + (size_t)c->model.inputs, sizeof *r->held);
-    const bool all = x->measured && x->paths && x->expected && x->reached && x->flags && r->held &&
-                     r->states && r->acting && r->inputs && r->reference && r->place &&
-                     r->place_then && r->memory;
-    return all ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a self-test");
+    return x->measured && x->flags && r->memory
+               ? AD_OK
+               : ad_fail(error, AD_NO_MEMORY, "out of memory for a self-test");
 }
 
 /* What arrives in sample k, with noise, and faults. */
@@ -207,13 +218,6 @@ ad_status export_loop_record(export_loop *x, ad_error *error)
     for (int k = 0; k < SAMPLES && status == AD_OK; k++) {
         status = sample(&r, k, error);
     }
-    free(r.states);
-    free(r.acting);
-    free(r.inputs);
-    free(r.reference);
-    free(r.place);
-    free(r.place_then);
-    free(r.held);
     free(r.memory);
     return status;
 }
@@ -221,8 +225,5 @@ ad_status export_loop_record(export_loop *x, ad_error *error)
 void export_loop_free(export_loop *x)
 {
     free(x->measured);
-    free(x->paths);
-    free(x->expected);
-    free(x->reached);
     free(x->flags);
 }

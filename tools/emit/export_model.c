@@ -15,10 +15,7 @@ void export_model_free(export_model *x)
     experiment_free(x->e);
     free(x->family_numbers);
     free(x->at);
-    free(x->expected);
     free(x->beyond);
-    free(x->scale);
-    free(x->tolerance);
 }
 
 /* ---- evaluators ------------------------------------------------------------------------------ */
@@ -202,20 +199,18 @@ static ad_status make_points(export_model *x, ad_error *error)
     const double *at[DOMAIN_COORDINATES_MAX];
     double *clamped = malloc((most * inputs + columns) * sizeof *clamped);
     double *change = clamped ? clamped + most * inputs : NULL;
-    x->at = malloc(most * inputs * sizeof *x->at);
+    x->at = calloc(most * (inputs + columns) + 2 * columns, sizeof *x->at);
     x->beyond = calloc(most, sizeof *x->beyond);
-    x->expected = malloc(most * columns * sizeof *x->expected);
-    x->scale = calloc(columns, sizeof *x->scale);
-    x->tolerance = calloc(columns, sizeof *x->tolerance);
-    ad_status status = AD_OK;
-    if (!clamped || !x->at || !x->beyond || !x->expected || !x->scale || !x->tolerance) {
-        status = ad_fail(error, AD_NO_MEMORY, "out of memory for the points of a self-test");
+    if (!clamped || !x->at || !x->beyond) {
+        free(clamped);
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for the points of a self-test");
     }
-    if (status == AD_OK) {
-        list_points(x);
-        list_clamped(x, clamped, at);
-        status = evaluator_evaluate_at(x->jacobian, x->points, at, x->expected, error);
-    }
+    x->expected = x->at + most * inputs;
+    x->scale = x->expected + most * columns;
+    x->tolerance = x->scale + columns;
+    list_points(x);
+    list_clamped(x, clamped, at);
+    ad_status status = evaluator_evaluate_at(x->jacobian, x->points, at, x->expected, error);
     for (size_t i = 0; status == AD_OK && i < columns * x->points; i++) {
         if (!isfinite(x->expected[i])) {
             status = ad_fail(error, AD_NOT_FINITE, "%s: the network has values that are not finite",

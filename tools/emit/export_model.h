@@ -34,7 +34,7 @@ typedef struct export_model {
     uint64_t hash;   /* of the networks */
 
     size_t points;             /* of the self-test */
-    double *at;                /* [points][inputs], SI; as float where single */
+    double *at;                /* [points][inputs], SI; as float where single; has the next, too */
     double *expected;          /* [outputs * (1 + inputs)][points], of the evaluator */
     int *beyond;               /* [points] outside the range: expected is at its end */
     double *scale, *tolerance; /* [outputs * (1 + inputs)] */
@@ -46,12 +46,6 @@ typedef struct export_model {
     size_t workspace, memory; /* numbers, of the functions and with their results; by the text of
                                * the source */
 } export_model;
-
-/* Of numbers in the C. */
-static inline const char *export_type(const export_model *x)
-{
-    return x->single ? "float" : "double";
-}
 
 /* Of a run whose e, name and single are set, columns as evaluator_create takes them, NULL: all; not
  * for families in the strain form. AD_BAD_INPUT, AD_BAD_ARGUMENT, AD_NO_MEMORY; free it all the

@@ -17,18 +17,21 @@ bool export_text_close(export_text *x)
     return x->file && fclose(x->file) == 0 && ok;
 }
 
-static void put(const char *name, const char *type, bool single, const char *text, FILE *file)
+void export_put(const char *name, export_type type, const char *text, FILE *file)
 {
     const struct {
         const char *word, *to, *behind;
         bool of_single;
-    } words[] = {{"model_number", type, "", false}, {"model_", name, "_", false},
-                 {"double ", "float ", "", true},   {"fabs(", "fabsf(", "", true},
-                 {"sqrt(", "sqrtf(", "", true},     {"HUGE_VAL", "HUGE_VALF", "", true}};
+    } words[] = {{"model_number", type == EXPORT_DOUBLE ? "double" : "float", "", false},
+                 {"model_", name, "_", false},
+                 {"double ", "float ", "", true},
+                 {"fabs(", "fabsf(", "", true},
+                 {"sqrt(", "sqrtf(", "", true},
+                 {"HUGE_VAL", "HUGE_VALF", "", true}};
     while (*text) {
         size_t i = 0;
         while (i < sizeof words / sizeof *words &&
-               ((words[i].of_single && !single) ||
+               ((words[i].of_single && type != EXPORT_ALL_FLOAT) ||
                 strncmp(text, words[i].word, strlen(words[i].word)) != 0)) {
             i++;
         }
@@ -41,17 +44,7 @@ static void put(const char *name, const char *type, bool single, const char *tex
     }
 }
 
-void export_put(const char *name, const char *type, const char *text, FILE *file)
-{
-    put(name, type, false, text, file);
-}
-
-void export_put_single(const char *name, const char *text, FILE *file)
-{
-    put(name, "float", true, text, file);
-}
-
-void export_put_lines(const char *name, const char *type, const char *const *lines, FILE *file)
+void export_put_lines(const char *name, export_type type, const char *const *lines, FILE *file)
 {
     for (; *lines; lines++) {
         export_put(name, type, *lines, file);

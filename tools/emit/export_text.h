@@ -18,14 +18,13 @@ typedef struct export_text {
 bool export_text_open(export_text *x);
 bool export_text_close(export_text *x);
 
-/* The text with the name in place of "model", and the type of numbers of "model_number". */
-void export_put(const char *name, const char *type, const char *text, FILE *file);
-
-/* The same in single precision, with its functions and numbers in place of those of double. */
-void export_put_single(const char *name, const char *text, FILE *file);
+/* The text with the name in place of "model", and the type of numbers of "model_number"; or all of
+ * it in single precision, with its functions and numbers. */
+typedef enum export_type { EXPORT_DOUBLE, EXPORT_FLOAT, EXPORT_ALL_FLOAT } export_type;
+void export_put(const char *name, export_type type, const char *text, FILE *file);
 
 /* Of all lines, NULL at the end. */
-void export_put_lines(const char *name, const char *type, const char *const *lines, FILE *file);
+void export_put_lines(const char *name, export_type type, const char *const *lines, FILE *file);
 
 /* The text on one line, with nothing that begins or ends a comment; in capitals. */
 void export_put_comment(const char *text, FILE *file);

@@ -44,13 +44,6 @@ static ad_status check(const fmu_model *m, ad_error *error)
 
 /* ---- texts ---------------------------------------------------------------------------------- */
 
-static void put_lines(const char *const *lines, FILE *file)
-{
-    for (; *lines; lines++) {
-        fputs(*lines, file);
-    }
-}
-
 /* NAME_fmi3.c: what fmi3_instance.h says that has to stand before it, and then that itself. */
 static void put_functions(const fmu_model *m, FILE *file)
 {
@@ -77,9 +70,9 @@ static void put_functions(const fmu_model *m, FILE *file)
                      "static const double fmu_upper[FMU_INPUTS]");
     export_put_array(file, (size_t)m->place_count, m->places,
                      "static const double fmu_start[FMU_PLACES]");
-    put_lines(fmu_text_fmi3_types, file);
-    put_lines(fmu_text_fmi3_instance, file);
-    put_lines(fmu_text_fmi3_functions, file);
+    export_put_lines(m->name, EXPORT_DOUBLE, fmu_text_fmi3_types, file);
+    export_put_lines(m->name, EXPORT_DOUBLE, fmu_text_fmi3_instance, file);
+    export_put_lines(m->name, EXPORT_DOUBLE, fmu_text_fmi3_functions, file);
 }
 
 /* The token tells this FMU from all others: a hash of everything that can make a difference. */
