@@ -19,7 +19,7 @@ static const char *type_of(const export_model *x)
 
 /* ---- the header ----------------------------------------------------------------------------- */
 
-static double largest(const double *list, int count)
+double export_largest(int count, const double *list)
 {
     double result = 0;
     for (int i = 0; i < count; i++) {
@@ -59,8 +59,8 @@ static void write_trust(const export_model *x, FILE *file)
                 " * This C is from cpinn's own evaluation in double precision by at most %.1e of "
                 "the scale of\n * an output, its Jacobian by %.1e, at the points of %s_selftest.c, "
                 "compiled by cc.\n",
-                largest(x->measured.values, x->outputs), largest(x->measured.jacobian, x->outputs),
-                x->name);
+                export_largest(x->outputs, x->measured.values),
+                export_largest(x->outputs, x->measured.jacobian), x->name);
     }
 }
 

@@ -454,7 +454,7 @@ ad_status export_family_write_code(export_family *x, FILE *file, ad_error *error
     if (status == AD_OK) {
         write_header(x, file);
         fputs(source.bytes, file);
-        export_put_lines(x->name, all_of(x), export_family_code, file);
+        export_put_lines(x->name, all_of(x), export_code_functions, file);
     }
     free(source.bytes);
     return status;

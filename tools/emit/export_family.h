@@ -50,7 +50,7 @@ typedef struct export_family {
 
 /* Texts of the C: lines, NULL at the end; the last is for what is compiled at run time. */
 extern const char *const export_family_types[], *const export_family_functions[];
-extern const char *const export_family_selftest[], *const export_family_code[];
+extern const char *const export_family_selftest[], *const export_code_functions[];
 
 /* Which places of the shape the self-test compares: the last, with shape_by some before it. */
 enum { EXPORT_COMPARED = 3 };

@@ -47,7 +47,7 @@ static ad_status allocate(recorder *r, ad_error *error)
     } lists[] = {{&x->measured, SAMPLES * (size_t)export_loop_values(x)}, /* has all of them */
                  {&x->paths, SAMPLES * horizon * 3},
                  {&x->expected, SAMPLES * (m + (size_t)s->estimator.parameters)},
-                 {&x->reached, SAMPLES * 3},
+                 {&x->reached, (size_t)SAMPLES * 3},
                  {&r->states, (SAMPLES + 1) * n},
                  {&r->acting, (SAMPLES + REGULATOR_DELAY_MAX + 1) * m},
                  {&r->inputs, (size_t)c->model.inputs},

@@ -53,6 +53,9 @@ typedef struct export_model {
 ad_status export_model_prepare(export_model *x, const char *columns, ad_error *error);
 void export_model_free(export_model *x);
 
+/* The largest of a list without negative numbers; NaN where one is. */
+double export_largest(int count, const double *list);
+
 /* What a rod has by itself, of a unit: L of m, EI/L^2 of N; 0: not known. */
 double export_natural_scale(const scene *of, const char *unit);
 

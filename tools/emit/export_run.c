@@ -20,7 +20,7 @@ static bool allocate(export_model *x, numbers *n)
     const size_t count = (size_t)x->family.open->parameter_count;
     const size_t rows = 3 * solve_members_nodes(targets_solver(x->e->targets));
     const size_t shape = (size_t)TARGETS_POINTS * SOLVE_MEMBERS_COLUMNS;
-    const size_t member = rows + EXPORT_COMPARED * STRAIN_COLUMNS * (1 + count) + shape;
+    const size_t member = rows + (size_t)EXPORT_COMPARED * STRAIN_COLUMNS * (1 + count) + shape;
     x->family_numbers =
         calloc(EXPORT_PLACES_MAX + EXPORT_JUDGED * (count + rows) + MEMBERS * (rows + member),
                sizeof *x->family_numbers);

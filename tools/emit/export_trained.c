@@ -73,7 +73,7 @@ static ad_status judge_mesh(solve_members *solver, export_family *f, const doubl
     solve_answer answers[EXPORT_JUDGED];
     const double length = scene_length(f->open);
     double *polished =
-        malloc(3 * EXPORT_JUDGED * (size_t)strain_mesh_nodes(&f->mesh) * sizeof *polished);
+        malloc((size_t)3 * EXPORT_JUDGED * (size_t)strain_mesh_nodes(&f->mesh) * sizeof *polished);
     ad_status status = polished ? solve_members_refine(solver, EXPORT_JUDGED, parameters, said, 2,
                                                        NULL, polished, NULL, error)
                                 : ad_fail(error, AD_NO_MEMORY, "out of memory for a mesh");

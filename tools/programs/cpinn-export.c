@@ -45,22 +45,12 @@ static ad_status check(export_model *x, export_texts texts, ad_error *error)
 
 /* ---- report --------------------------------------------------------------------------------- */
 
-/* The largest of the columns. */
-static double largest(const export_model *x, const double *list, int first)
-{
-    double most = 0;
-    for (int i = first; i < x->outputs; i++) {
-        most = fmax(most, list[i]);
-    }
-    return most;
-}
-
 static void report(const export_model *x, const export_out *to)
 {
     const bool family = export_is_family(x), measured = !isnan(x->measured.values[0]);
     const int first = family ? 1 : 0; /* of a family the first line is the curvature */
-    const double value = largest(x, x->measured.values, first);
-    const double jacobian = largest(x, x->measured.jacobian, first);
+    const double value = export_largest(x->outputs - first, x->measured.values + first);
+    const double jacobian = export_largest(x->outputs - first, x->measured.jacobian + first);
     printf("wrote %.*s%s: ", (int)to->length, to->path,
            to->ending ? to->ending : ".c, .h and _selftest.c");
     if (family) {
