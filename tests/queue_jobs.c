@@ -1,5 +1,6 @@
 /* Jobs over ranks, for test_ranks_queue.sh: queue_jobs COUNT [fails JOB | leaves RANK | dies RANK].
- * Job i takes a time that has nothing to do with i, and leaves i % 7 numbers. */
+ * Job i takes a time that has nothing to do with i, and leaves i % 7 numbers. A rank dies once ten
+ * rows are printed, however slow the others are: a file says so. */
 #include "tools/judge/signals.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/program_ranks.h"
@@ -13,6 +14,8 @@
 #include <unistd.h>
 
 static const char program[] = "queue_jobs";
+
+enum { ROWS = 10 };
 
 typedef struct plan {
     const char *what;
@@ -32,7 +35,10 @@ static ad_status work(void *context, size_t index, ranks_result *result, ad_erro
     if (is(p, "fails", index)) {
         return ad_fail(error, AD_BAD_ARGUMENT, "job %zu: is one that fails", index);
     }
-    if (is(p, "dies", p->rank) && index > 9) {
+    if (is(p, "dies", p->rank) && index >= ROWS) {
+        while (access("ten_rows", F_OK) != 0) {
+            nanosleep(&(struct timespec){.tv_nsec = 1000000}, NULL);
+        }
         raise(SIGKILL);
     }
     for (size_t i = 0; i < 7; i++) {
@@ -53,6 +59,9 @@ static ad_status take(void *context, size_t index, const ranks_result *result, a
     puts(result->is_cut ? " cut" : "");
     fflush(stdout);
     p->taken++;
+    if (strcmp(p->what, "dies") == 0 && p->taken == ROWS) {
+        fclose(fopen("ten_rows", "w"));
+    }
     return AD_OK;
 }
 

@@ -54,11 +54,14 @@ run 2 ranks 3 "$jobs" 30 leaves 0
 check nothing done -- test ! -s stdout.txt
 said stderr.txt '^queue_jobs: rank 0 leaves$'
 
-# One that dies: mpirun ends the others, and what is done is there.
+# One that dies: mpirun ends the others, and what is done is there. They have time to say so, also on a
+# machine that does much else.
+export OMPI_MCA_odls_base_sigkill_timeout=3
 run 137 ranks 3 "$jobs" 400 dies 1
 said stderr.txt '^queue_jobs: warning: stopped by signal 15, or since a rank has ended: [1-9][0-9]* of 400 rows are done$'
 check rows before it -- test "$(wc -l <stdout.txt)" -ge 10
 check rows in order -- sort -nc -t : stdout.txt
+unset OMPI_MCA_odls_base_sigkill_timeout
 
 # ---- the programs -----------------------------------------------------------------------------
 
@@ -73,7 +76,7 @@ cp "$ROOT/configs/elastica.yaml" few/b_bent.yaml
 sed 's/elastica/nothing/' "$ROOT/configs/elastica.yaml" >few/c_wrong.yaml
 cp "$ROOT/configs/beam_cantilever.yaml" few/a_beam.yaml
 tiny=(--set losses.interior.points=16 --set losses.held_out_points=16 --threads 1 --seconds 60)
-for count in 1 2 3; do
+for count in 1 3; do
     run 1 ranks $count cpinn-cases few --threads 1 --out cases$count
     check six rows -- test "$(grep -cE '^(a_beam|b_bent|c_wrong) |^ +(collocation|solver) ' stdout.txt)" -eq 6
     same <(timeless cases1/cases.csv) <(timeless cases$count/cases.csv)
@@ -92,7 +95,7 @@ told '^--error tops: allowed' ranks 2 cpinn-bench "$elastica" --error tops
 told '^cpinn-law: .*share' ranks 2 cpinn-law "$elastica"
 
 # What mpirun ends, on Ctrl-C as well, writes what is done.
-OMPI_MCA_odls_base_sigkill_timeout=3 \
+OMPI_MCA_odls_base_sigkill_timeout=10 \
     mpirun -n 2 cpinn-cases few/a_beam.yaml "$dynamic" --threads 1 --out stopped \
     >stdout.txt 2>stderr.txt </dev/null &
 pid=$!
