@@ -4,11 +4,11 @@
 #define TESTS_FEWER_H
 
 #ifdef CPINN_SANITIZED
-#define SANITIZED     1
+#define WATCHED       1
 #define FEWER(n)      (((n) + 3) / 4)
 #define FARTHER(step) (4 * (step)) /* from one that is tried to the next */
 #else
-#define SANITIZED     0
+#define WATCHED       0
 #define FEWER(n)      (n)
 #define FARTHER(step) (step)
 #endif

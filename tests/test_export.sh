@@ -15,7 +15,7 @@ done
 # compiles NAME: by every compiler, without a warning.
 compiles() {
     local compiler file
-    [ -z "${CPINN_WATCHED-}" ] || return 0
+    ! watched || return 0
     for compiler in "${compilers[@]}"; do
         for file in "$1.c" "$1_selftest.c"; do
             check "$file by $compiler" -- $compiler -Wall -Wextra -Wpedantic -Werror -c "$file" -o x.o
@@ -25,7 +25,7 @@ compiles() {
 
 # selftest NAME: compiled with the sanitizers.
 selftest() {
-    [ -z "${CPINN_WATCHED-}" ] || return 0
+    ! watched || return 0
     check "$1 with sanitizers" -- cc -std=c99 -Wall -Wextra -Wpedantic -Werror \
         -fsanitize=address,undefined -fno-sanitize-recover=undefined -o selftest "$1.c" "$1_selftest.c" -lm
     check "self-test of $1" -- ./selftest >selftest.txt

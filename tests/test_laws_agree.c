@@ -1,6 +1,7 @@
 /* Laws of the outside in motion, by forms that share nothing but the law: a network in the mixed
  * form, one of strain modes, modes and nodes. A magnetised rod in a field that turns, with a
  * gradient; and a rod in a fluid that resists it along and across, moves with it and carries it. */
+#include "fewer.h"
 #include "near.h"
 #include "temporary_folder.h"
 
@@ -73,7 +74,7 @@ static void by_solver(const char *text, int count, const char *const *overrides,
 static void test_agree(void **state)
 {
     (void)state;
-    for (size_t k = 0; k < sizeof scenes / sizeof *scenes; k++) {
+    for (size_t k = 0; k < FEWER(sizeof scenes / sizeof *scenes); k++) {
         double values[FORMS][3 * PLACES], without[3 * PLACES], moved = 0;
         const char *const changes[] = {scenes[k].without};
         char path[512];

@@ -7,6 +7,7 @@
  * for, whose place and width are known here and are not looked for. A scene that is refused is
  * counted. Without arguments the first of the quantities, in short motions. */
 #include "config_testing.h"
+#include "fewer.h"
 #include "random_numbers.h"
 
 #include "physics/scene_field.h"
@@ -499,7 +500,7 @@ static void test_times_asked_for(void **state)
         "  material: {youngs_modulus: 1e6, poissons_ratio: 0.45, density: 1100}}\n"
         "tendons: [{offset: [0.003, 0], tension: '0.3*exp(-((t-0.07)/0.004)^2)'}]\n"
         "loads: {gravity: [0, 3, -9.81]}\n";
-    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i += FARTHER(1)) {
         static asked few, many;
         config *made = read_with(text, rows[i].change);
         ask(&made->scene, rows[i].method, TIMES, &few);

@@ -6,6 +6,7 @@
  * COUNT scenes, of seeds from FIRST on, by the solver, or by networks of the default recipe, whose
  * error is to be below 1e-8, or rods alone by the strain form; without arguments as many as take
  * some seconds, and some of these by the strain form, which takes longer. */
+#include "fewer.h"
 #include "random_scenes.h"
 
 #include "physics/solve/solve.h"
@@ -232,7 +233,7 @@ static bool judge_scenes(way by, int first, int count)
 
 int main(int arguments, char **argument)
 {
-    int count = arguments > 1 ? atoi(argument[1]) : 24;
+    int count = arguments > 1 ? atoi(argument[1]) : FEWER(24);
     int first = arguments > 2 ? atoi(argument[2]) : 1;
     if (arguments > 3) {
         return judge_scenes(strcmp(argument[3], "network") == 0 ? BY_NETWORK : BY_STRAIN, first,

@@ -1,6 +1,7 @@
 /* Motions of rods by the classical solver: exact solutions, published histories, what a rod
  * conserves. Error bounds are some three times what is measured where no other reason is given. */
 #include "allocations.h"
+#include "fewer.h"
 #include "motion_testing.h"
 
 #include "physics/quaternion.h"
@@ -36,7 +37,7 @@ static void test_order_in_space(void **state)
     const int nodes[4] = {6, 9, 12, 17};
     double error[4];
     long steps;
-    for (int i = 0; i < 4; i++) {
+    for (int i = 0; i < (WATCHED ? 3 : 4); i++) {
         error[i] = manufactured_error(nodes[i], i < 3 ? 1e-7 : 1e-10, &steps);
         print_message("%d nodes: %.1e\n", nodes[i], error[i]);
     }
@@ -45,7 +46,7 @@ static void test_order_in_space(void **state)
     assert_true(error[2] < error[1] / 20);
     /* The motion is unstable: a hundred times what steps are allowed, whose number turns on the
      * rounding of the kernels that OpenBLAS chose. */
-    assert_true(error[3] < 1e-8);
+    assert_true(WATCHED || error[3] < 1e-8);
 }
 
 /* The slope of log(error) over log(steps) by least squares over many tolerances: how many steps one
@@ -53,7 +54,7 @@ static void test_order_in_space(void **state)
 static void test_order_in_time(void **state)
 {
     (void)state;
-    enum { RUNS = 13 };
+    enum { RUNS = WATCHED ? 5 : 13 };
     double x[RUNS], y[RUNS], mean_x = 0, mean_y = 0, above = 0, below = 0;
     for (int i = 0; i < RUNS; i++) {
         long steps;
@@ -523,7 +524,7 @@ static void test_no_memory(void **state)
     solve_settings settings = {.tolerance = 1e-2};
     long needed = 0;
     int told = 0;
-    for (long n = 0; n <= needed; n++) {
+    for (long n = 0; n <= needed; n += n < 20 ? 1 : FARTHER(1)) {
         solved x;
         make_rod(&x, "configs/cantilever_dynamic.yaml", NULL);
         allocations = 0;
@@ -536,7 +537,7 @@ static void test_no_memory(void **state)
         told += status == AD_NO_MEMORY;
         free_solved(&x);
     }
-    assert_true(needed > 50 && told > 50);
+    assert_true(needed > 50 && told > FEWER(50));
 }
 
 int main(void)

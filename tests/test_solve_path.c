@@ -2,6 +2,7 @@
  * turned by more than half a turn against closed forms. */
 #include "allocations.h"
 #include "config_testing.h"
+#include "fewer.h"
 #include "rod_testing.h"
 
 #include "physics/solve/solve.h"
@@ -136,9 +137,11 @@ static void test_arch_paths(void **state)
     assert_near(x.path->place, 0.5, 0); /* the crown, downwards */
     assert_near(x.path->direction[2], -1, 1e-9);
     release(&x);
-    x = follow(pinned_arch, NULL, 0);
-    assert_marks(x.path, pinned, 4);
-    release(&x);
+    if (!WATCHED) { /* which the tests below follow as well */
+        x = follow(pinned_arch, NULL, 0);
+        assert_marks(x.path, pinned, 4);
+        release(&x);
+    }
 }
 
 /* By default the equilibrium beyond the snap, and a word. Below the limit point none. */
@@ -177,9 +180,11 @@ static void test_closed_branch(void **state)
     assert_false(x.path->arrived);
     assert_marks(x.path, marks, 2);
     release(&x);
-    x = solve(pinned_arch, NULL, 1);
-    assert_int_equal(verdict_worst(&x.verdict), VERDICT_LOAD_NOT_REACHED);
-    release(&x);
+    if (!WATCHED) { /* the same path */
+        x = solve(pinned_arch, NULL, 1);
+        assert_int_equal(verdict_worst(&x.verdict), VERDICT_LOAD_NOT_REACHED);
+        release(&x);
+    }
 }
 
 /* The deep arch of 215 degrees, clamped and hinged, inextensible, with a force at its crown:
@@ -295,7 +300,7 @@ static void test_ring(void **state)
         "        twist: 2*pi*3*B/C}\n"
         "springs: [{at: 0.5, stiffness: [B, 0, 0]}]\n";
     const solve_settings asked = {.tolerance = 1e-10, .nodes = 80};
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < FEWER(3); i++) {
         solution_path *path = NULL;
         size_t mark = 0;
         config *settings =

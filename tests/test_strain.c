@@ -1,5 +1,6 @@
 /* The strain form: kinematics against closed forms, derivatives against differences, equilibria
  * against closed forms and the other solver. */
+#include "fewer.h"
 #include "near.h"
 #include "random_numbers.h"
 
@@ -517,7 +518,7 @@ static void test_against_collocation(void **state)
                                          "robots/tendon_one_segment",
                                          "robots/tendon_pulled",
                                          "robots/tendon_two_segments"};
-    for (size_t i = 0; i < sizeof scenes / sizeof *scenes; i++) {
+    for (size_t i = 0; i < sizeof scenes / sizeof *scenes; i += FARTHER(1)) {
         char path[100];
         snprintf(path, sizeof path, "configs/%s.yaml", scenes[i]);
         check_against_collocation(path, NULL);

@@ -374,7 +374,7 @@ static void test_plane(void **state)
         ARM("[9.81, 0, 0]", "  - {offset: [-0.013, 1e-18], area: 1, pressure: f2 + f3}\n")
             SURROGATE;
     const char *const kinds[3] = {NULL, "surrogate.kind=ddpinn", "surrogate.kind=polynomial"};
-    for (int kind = 0; kind < 3; kind++) {
+    for (int kind = 0; kind < FEWER(3); kind++) { /* the others are below */
         ad_error error = {.message = ""};
         surrogate *loaded = NULL;
         one_step model;

@@ -1,6 +1,7 @@
 /* Training step by step: resuming to the same bits from everywhere, what history says, how stages
  * end, numbers that are not finite, allocations in a step. */
 #include "allocations.h"
+#include "fewer.h"
 #include "trainer_testing.h"
 
 /* ---- resuming ----------------------------------------------------------------------------------
@@ -88,25 +89,25 @@ static void check_resume(const char *path, const char *const *changes, int strid
 static void test_resume_static(void **state)
 {
     (void)state;
-    check_resume(ELASTICA, static_changes, 1);
+    check_resume(ELASTICA, static_changes, FARTHER(1));
 }
 
 static void test_resume_moving(void **state)
 {
     (void)state;
-    check_resume(DYNAMIC, moving_changes, 1);
+    check_resume(DYNAMIC, moving_changes, FARTHER(1));
 }
 
 static void test_resume_balanced(void **state)
 {
     (void)state;
-    check_resume(DYNAMIC, balanced_changes, 5);
+    check_resume(DYNAMIC, balanced_changes, FARTHER(5));
 }
 
 static void test_resume_self_adaptive(void **state)
 {
     (void)state;
-    check_resume(DYNAMIC, adaptive_changes, 5);
+    check_resume(DYNAMIC, adaptive_changes, FARTHER(5));
 }
 
 /* Weights begin anew in every window of time. */
@@ -115,7 +116,7 @@ static void test_resume_windows(void **state)
     (void)state;
     const char *const weights[] = {"losses.balance=gradient_norm",
                                    "losses.self_adaptive.rate=0.03"};
-    for (int k = 0; k < 2; k++) {
+    for (int k = 0; k < FEWER(2); k++) {
         const char *const changes[] = {"training.stages=[{optimizer: adam, steps: 17}, "
                                        "{optimizer: lbfgs, steps: 14, memory: 6}]",
                                        "time.windows=2",
@@ -124,7 +125,7 @@ static void test_resume_windows(void **state)
                                        "losses.balance_every=4",
                                        weights[k],
                                        NULL};
-        check_resume(DYNAMIC, changes, 5);
+        check_resume(DYNAMIC, changes, FARTHER(5));
         run r = start(DYNAMIC, changes, 1);
         while (trainer_inspect(r.trainer).window == 0) {
             step(&r);

@@ -155,7 +155,7 @@ static void test_bifurcation_load(void **state)
     (void)state;
     const double x = 2, ratio = PI / (2 * x), share = (1 + ratio * ratio) / 2;
     scene given = pair_of(x, 0, true);
-    solved y = solve_on(&given, 30);
+    solved y = solve_on(&given, WATCHED ? 20 : 30);
     assert_near(y.report.bifurcation_load, 1 - pow(1 - share, 0.25), 1e-7);
     solution_free(y.solution);
 }
