@@ -495,7 +495,7 @@ static void test_times_asked_for(void **state)
                 {"rod.model=cosserat", SOLVE_MODES},
                 {"rod.material.viscosity=100", SOLVE_MODES}};
     static const char text[] =
-        "time: {duration: 0.2}\n"
+        "time: {duration: 0.1}\n"
         "rod: {length: 0.2, section: {shape: circle, radius: 0.005},\n"
         "  material: {youngs_modulus: 1e6, poissons_ratio: 0.45, density: 1100}}\n"
         "tendons: [{offset: [0.003, 0], tension: '0.3*exp(-((t-0.07)/0.004)^2)'}]\n"
