@@ -80,9 +80,16 @@ FOR_EACH_PROCESSOR static void find_mass(modes *m)
         }
         count += 6;
     }
+    int e = 0, still = 0; /* a mode does not move the elements before its own: their rows are 0 */
     for (int a = 0; a < width; a += QUAD) {
+        for (; e + 1 < m->elements && m->element[e].width <= a; e++) {
+            for (int p = e * (m->stages + 1); p < (e + 1) * (m->stages + 1); p++) {
+                still += inertia_any(&m->point[p].inertia) ? 6 : 0;
+            }
+        }
         for (int b = 0; b <= a; b += QUAD) {
-            product_block(count, width, x + a, y + b, m->mass + a * width + b);
+            product_block(count - still, width, x + still * width + a, y + still * width + b,
+                          m->mass + a * width + b);
         }
     }
     for (int a = 0; a < m->size; a++) {
