@@ -51,7 +51,7 @@ typedef struct scene_panels {
 /* As scene_breaks_of; the result is freed by scene_panels_free. */
 ad_status scene_panels_of(const scene *rod_scene, const char *coordinate, scene_panels *result,
                           ad_error *error);
-void scene_panels_free(scene_panels *x); /* not x itself */
+void scene_panels_free(scene_panels *panels); /* not itself */
 
 /* Where a mesh of so many pieces may be divided: the edges between panels, or where there are more
  * panels or these are not found the breaks alone. */

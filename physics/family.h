@@ -82,11 +82,11 @@ typedef struct family_network family_network;
 
 ad_status family_network_create(const family *f, const nn_mlp *mlp, ad_pool *pool,
                                 family_network **result, ad_error *error);
-void family_network_free(family_network *x); /* NULL is allowed */
+void family_network_free(family_network *network); /* NULL is allowed */
 
 /* curvature [members][nodes][3], 1/m, for parameters [members][parameters] in SI units, by the
  * weights of the network. Allocates only where there are more members than ever before. */
-ad_status family_network_run(family_network *x, const double *weights, size_t members,
+ad_status family_network_run(family_network *network, const double *weights, size_t members,
                              const double *parameters, double *curvature, ad_error *error);
 
 #ifdef __cplusplus

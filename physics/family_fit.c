@@ -85,9 +85,9 @@ static double dot(size_t n, const double *a, const double *b)
 
 /* ---- inputs -------------------------------------------------------------------------------- */
 
-static ad_status run_inputs(fit *x, ad_pool *pool, const double *at, ad_error *error)
+static ad_status run_inputs(fit *fit, ad_pool *pool, const double *at, ad_error *error)
 {
-    const family *f = x->f;
+    const family *f = fit->f;
     ad_tape *tape = ad_tape_create();
     ad_program *program = NULL;
     ad_value coordinates[SCENE_PARAMETERS_MAX], matrix[3][3], outputs[2];
@@ -98,7 +98,7 @@ static ad_status run_inputs(fit *x, ad_pool *pool, const double *at, ad_error *e
     }
     for (int i = 0; i < f->open.parameter_count; i++) {
         coordinates[i] = ad_input(tape, f->open.parameters[i].name, 1);
-        inputs[i] = at + (size_t)i * x->members;
+        inputs[i] = at + (size_t)i * fit->members;
     }
     outputs[0] = family_inputs(f, tape, coordinates, &turn);
     family_turn_matrix(&turn, tape, matrix);
@@ -109,8 +109,8 @@ static ad_status run_inputs(fit *x, ad_pool *pool, const double *at, ad_error *e
     }
     ad_status status = ad_compile(2, outputs, NULL, pool, &program, error);
     if (status == AD_OK) {
-        double *to[] = {x->inputs, x->turn};
-        ad_run run = {.points = x->members, .inputs = inputs, .outputs = to};
+        double *to[] = {fit->inputs, fit->turn};
+        ad_run run = {.points = fit->members, .inputs = inputs, .outputs = to};
         status = ad_execute(program, &run, error);
     }
     ad_program_free(program);
@@ -119,18 +119,18 @@ static ad_status run_inputs(fit *x, ad_pool *pool, const double *at, ad_error *e
 }
 
 /* Curvature turned to that of the members that the inputs are of. */
-static void turn_back(fit *x, const double *curvature)
+static void turn_back(fit *fit, const double *curvature)
 {
-    const size_t nodes = x->f->nodes, members = x->members;
+    const size_t nodes = fit->f->nodes, members = fit->members;
     for (size_t k = 0; k < members; k++) {
         for (size_t i = 0; i < nodes; i++) {
             const double *from = curvature + 3 * (k * nodes + i);
             for (size_t j = 0; j < 3; j++) {
                 double sum = 0;
                 for (size_t c = 0; c < 3; c++) {
-                    sum += x->turn[(3 * c + j) * members + k] * from[c];
+                    sum += fit->turn[(3 * c + j) * members + k] * from[c];
                 }
-                x->u[(3 * k + j) * nodes + i] = sum * x->f->length;
+                fit->u[(3 * k + j) * nodes + i] = sum * fit->f->length;
             }
         }
     }
@@ -138,24 +138,24 @@ static void turn_back(fit *x, const double *curvature)
 
 /* ---- the affine part ----------------------------------------------------------------------- */
 
-static void design(const fit *x, size_t member, double *row)
+static void design(const fit *fit, size_t member, double *row)
 {
     row[0] = 1;
-    for (int i = 0; i < x->f->inputs; i++) {
-        row[1 + i] = x->inputs[(size_t)i * x->members + member];
+    for (int i = 0; i < fit->f->inputs; i++) {
+        row[1 + i] = fit->inputs[(size_t)i * fit->members + member];
     }
 }
 
 /* Least squares over all members; u becomes what is left. */
-static bool fit_affine(fit *x)
+static bool fit_affine(fit *fit)
 {
-    family *f = x->f;
+    family *f = fit->f;
     const size_t n = (size_t)f->inputs + 1, rows = (size_t)f->rows;
     double gram[(NN_INPUTS_MAX + 1) * (NN_INPUTS_MAX + 1)] = {0}, row[NN_INPUTS_MAX + 1];
     memset(f->affine, 0, rows * n * sizeof *f->affine);
-    for (size_t k = 0; k < x->members; k++) {
-        const double *u = x->u + k * rows;
-        design(x, k, row);
+    for (size_t k = 0; k < fit->members; k++) {
+        const double *u = fit->u + k * rows;
+        design(fit, k, row);
         for (size_t i = 0; i < n; i++) {
             for (size_t j = i; j < n; j++) {
                 gram[i * n + j] += row[i] * row[j];
@@ -166,7 +166,7 @@ static bool fit_affine(fit *x)
         }
     }
     for (size_t i = 0; i < n; i++) { /* inputs that depend on one another share */
-        gram[i * n + i] += 1e-9 * (double)x->members;
+        gram[i * n + i] += 1e-9 * (double)fit->members;
     }
     if (!factor(n, gram)) {
         return false;
@@ -178,14 +178,14 @@ static bool fit_affine(fit *x)
     return true;
 }
 
-static void leave_rest(fit *x)
+static void leave_rest(fit *fit)
 {
-    const family *f = x->f;
+    const family *f = fit->f;
     const size_t n = (size_t)f->inputs + 1, rows = (size_t)f->rows;
     double row[NN_INPUTS_MAX + 1];
-    for (size_t k = 0; k < x->members; k++) {
-        double *u = x->u + k * rows;
-        design(x, k, row);
+    for (size_t k = 0; k < fit->members; k++) {
+        double *u = fit->u + k * rows;
+        design(fit, k, row);
         for (size_t j = 0; j < rows; j++) {
             u[j] -= dot(n, f->affine + j * n, row);
         }
@@ -239,11 +239,11 @@ static void shape(const family *f, const double *u, double (*R)[3][3], double (*
 
 /* Adds to the metric, upper triangle: J^T J, J [3 nodes][rows] the change of positions, times the
  * root of the widths: a change du at b moves a by width_b R_b du x (r_a - r_b). */
-static void add_metric(fit *x, const double *u, double (*R)[3][3], double (*r)[3])
+static void add_metric(fit *fit, const double *u, double (*R)[3][3], double (*r)[3])
 {
-    const family *f = x->f;
+    const family *f = fit->f;
     const size_t nodes = f->nodes, rows = 3 * nodes;
-    double *J = x->work;
+    double *J = fit->work;
     memset(J, 0, rows * rows * sizeof *J);
     shape(f, u, R, r);
     for (size_t a = 0; a < nodes; a++) {
@@ -264,34 +264,34 @@ static void add_metric(fit *x, const double *u, double (*R)[3][3], double (*r)[3
         const double *row = J + k * rows;
         for (size_t i = 0; i < rows; i++) {
             for (size_t j = i; row[i] != 0 && j < rows; j++) {
-                x->metric[i * rows + j] += row[i] * row[j];
+                fit->metric[i * rows + j] += row[i] * row[j];
             }
         }
     }
 }
 
 /* Before leave_rest: of whole shapes. */
-static bool make_metric(fit *x)
+static bool make_metric(fit *fit)
 {
-    const family *f = x->f;
+    const family *f = fit->f;
     const size_t rows = (size_t)f->rows, nodes = f->nodes;
-    const size_t count = x->members < METRIC_MEMBERS ? x->members : METRIC_MEMBERS;
+    const size_t count = fit->members < METRIC_MEMBERS ? fit->members : METRIC_MEMBERS;
     double(*R)[3][3] = malloc(nodes * sizeof *R), (*r)[3] = malloc(nodes * sizeof *r), trace = 0;
     if (R && r) {
         for (size_t k = 0; k < count; k++) {
-            add_metric(x, x->u + k * rows, R, r);
+            add_metric(fit, fit->u + k * rows, R, r);
         }
     }
     for (size_t i = 0; i < rows * rows; i++) {
-        x->metric[i] /= (double)count;
+        fit->metric[i] /= (double)count;
     }
     for (size_t i = 0; i < rows; i++) {
-        trace += x->metric[i * rows + i];
+        trace += fit->metric[i * rows + i];
     }
     for (size_t i = 0; i < rows; i++) {
-        x->metric[i * rows + i] += RIDGE * trace / (double)rows;
+        fit->metric[i * rows + i] += RIDGE * trace / (double)rows;
     }
-    const bool made = R && r && factor(rows, x->metric);
+    const bool made = R && r && factor(rows, fit->metric);
     free(R);
     free(r);
     return made;
@@ -300,17 +300,17 @@ static bool make_metric(fit *x)
 /* ---- modes --------------------------------------------------------------------------------- */
 
 /* u becomes W u, W the factor of the metric, and the spread of it is summed up. */
-static void sum_spread(fit *x)
+static void sum_spread(fit *fit)
 {
-    const size_t rows = (size_t)x->f->rows;
-    for (size_t k = 0; k < x->members; k++) {
-        double *u = x->u + k * rows;
+    const size_t rows = (size_t)fit->f->rows;
+    for (size_t k = 0; k < fit->members; k++) {
+        double *u = fit->u + k * rows;
         for (size_t i = 0; i < rows; i++) {
-            u[i] = dot(rows - i, x->metric + i * rows + i, u + i);
+            u[i] = dot(rows - i, fit->metric + i * rows + i, u + i);
         }
         for (size_t i = 0; i < rows; i++) {
             for (size_t j = 0; j < rows; j++) {
-                x->spread[i * rows + j] += u[i] * u[j] / (double)x->members;
+                fit->spread[i * rows + j] += u[i] * u[j] / (double)fit->members;
             }
         }
     }
@@ -338,49 +338,49 @@ static void orthonormalise(size_t count, size_t n, double *basis)
 }
 
 /* Eigenvectors of the spread by orthogonal iteration, the largest first. */
-static void find_basis(fit *x)
+static void find_basis(fit *fit)
 {
-    const size_t rows = (size_t)x->f->rows, modes = (size_t)x->f->modes;
+    const size_t rows = (size_t)fit->f->rows, modes = (size_t)fit->f->modes;
     nn_rng rng = nn_rng_seed(1);
     for (size_t i = 0; i < modes * rows; i++) {
-        x->basis[i] = nn_rng_normal(&rng);
+        fit->basis[i] = nn_rng_normal(&rng);
     }
-    orthonormalise(modes, rows, x->basis);
+    orthonormalise(modes, rows, fit->basis);
     for (int k = 0; k < ITERATIONS; k++) {
         for (size_t m = 0; m < modes; m++) {
-            double *row = x->basis + m * rows;
+            double *row = fit->basis + m * rows;
             for (size_t i = 0; i < rows; i++) {
-                x->work[i] = dot(rows, x->spread + i * rows, row);
+                fit->work[i] = dot(rows, fit->spread + i * rows, row);
             }
-            memcpy(row, x->work, rows * sizeof *row);
+            memcpy(row, fit->work, rows * sizeof *row);
         }
-        orthonormalise(modes, rows, x->basis);
+        orthonormalise(modes, rows, fit->basis);
     }
 }
 
 /* project = Q^T W, shapes = W^-1 Q, and the sizes of the modes. */
-static void make_modes(fit *x)
+static void make_modes(fit *fit)
 {
-    family *f = x->f;
+    family *f = fit->f;
     const size_t rows = (size_t)f->rows, modes = (size_t)f->modes;
     double all = 0, kept = 0;
     for (size_t i = 0; i < rows; i++) {
-        all += x->spread[i * rows + i];
+        all += fit->spread[i * rows + i];
     }
     for (size_t m = 0; m < modes; m++) {
-        const double *q = x->basis + m * rows;
+        const double *q = fit->basis + m * rows;
         double square = 0;
         for (size_t i = 0; i < rows; i++) {
-            square += q[i] * dot(rows, x->spread + i * rows, q);
+            square += q[i] * dot(rows, fit->spread + i * rows, q);
             f->shapes[i * modes + m] = q[i];
             f->project[m * rows + i] = 0;
         }
         for (size_t i = 0; i < rows; i++) {
             for (size_t j = i; j < rows; j++) {
-                f->project[m * rows + j] += q[i] * x->metric[i * rows + j];
+                f->project[m * rows + j] += q[i] * fit->metric[i * rows + j];
             }
         }
-        solve_upper(rows, x->metric, f->shapes + m, modes);
+        solve_upper(rows, fit->metric, f->shapes + m, modes);
         f->scale[m] = sqrt(fmax(0, square));
         f->scale[m] = f->scale[m] > LEAST_SCALE * f->scale[0] ? f->scale[m] : 0;
         kept += square;
@@ -391,17 +391,18 @@ static void make_modes(fit *x)
 
 /* ---- all of it ----------------------------------------------------------------------------- */
 
-static bool make_room(fit *x)
+static bool make_room(fit *fit)
 {
-    const size_t rows = (size_t)x->f->rows;
-    x->inputs = malloc((size_t)x->f->inputs * x->members * sizeof *x->inputs);
-    x->turn = malloc(9 * x->members * sizeof *x->turn);
-    x->u = malloc(x->members * rows * sizeof *x->u);
-    x->metric = calloc(rows * rows, sizeof *x->metric);
-    x->spread = calloc(rows * rows, sizeof *x->spread);
-    x->basis = malloc((size_t)x->f->modes * rows * sizeof *x->basis);
-    x->work = malloc(rows * rows * sizeof *x->work);
-    return x->inputs && x->turn && x->u && x->metric && x->spread && x->basis && x->work;
+    const size_t rows = (size_t)fit->f->rows;
+    fit->inputs = malloc((size_t)fit->f->inputs * fit->members * sizeof *fit->inputs);
+    fit->turn = malloc(9 * fit->members * sizeof *fit->turn);
+    fit->u = malloc(fit->members * rows * sizeof *fit->u);
+    fit->metric = calloc(rows * rows, sizeof *fit->metric);
+    fit->spread = calloc(rows * rows, sizeof *fit->spread);
+    fit->basis = malloc((size_t)fit->f->modes * rows * sizeof *fit->basis);
+    fit->work = malloc(rows * rows * sizeof *fit->work);
+    return fit->inputs && fit->turn && fit->u && fit->metric && fit->spread && fit->basis &&
+           fit->work;
 }
 
 ad_status family_fit(family *f, ad_pool *pool, size_t members, const double *x,

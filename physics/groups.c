@@ -125,11 +125,11 @@ static double dot(const double *a, const double *b)
     return sum;
 }
 
-static ad_status make_candidate(search *x, int item, int entry, int index, ad_error *error)
+static ad_status make_candidate(search *search, int item, int entry, int index, ad_error *error)
 {
-    const group_item *of = &x->list.items[item];
-    const double *v = x->values + (size_t)index * DRAWS;
-    candidate *c = &x->candidates[index];
+    const group_item *of = &search->list.items[item];
+    const double *v = search->values + (size_t)index * DRAWS;
+    candidate *c = &search->candidates[index];
     double low = v[0], high = v[0], mean = 0;
     for (int i = 0; i < DRAWS; i++) {
         if (!isfinite(v[i])) {
@@ -153,9 +153,9 @@ static ad_status make_candidate(search *x, int item, int entry, int index, ad_er
                              .high = high,
                              .effect = of->effect[entry < 3 ? entry : 2] * change,
                              .of = *of},
-                     .mapped = x->mapped + (size_t)index * DRAWS,
-                     .left = x->left + (size_t)index * DRAWS};
-    const bool is_left = of->kind == GROUP_PULL && x->x->symmetry.off > 0;
+                     .mapped = search->mapped + (size_t)index * DRAWS,
+                     .left = search->left + (size_t)index * DRAWS};
+    const bool is_left = of->kind == GROUP_PULL && search->x->symmetry.off > 0;
     c->is_out = is_left || !(change > CONSTANT * size) || !(c->row.effect > UNMOVED);
     for (int i = 0; i < DRAWS; i++) {
         c->mapped[i] = c->is_out ? 0 : ((is_log ? log(v[i]) : v[i]) - low) / half - 1;
@@ -168,13 +168,13 @@ static ad_status make_candidate(search *x, int item, int entry, int index, ad_er
     return AD_OK;
 }
 
-static ad_status make_candidates(search *x, ad_error *error)
+static ad_status make_candidates(search *search, ad_error *error)
 {
     int index = 0;
     ad_status status = AD_OK;
-    for (int i = 0; i < x->list.count; i++) {
-        for (int k = 0; k < x->list.items[i].rows && status == AD_OK; k++) {
-            status = make_candidate(x, i, k, index++, error);
+    for (int i = 0; i < search->list.count; i++) {
+        for (int k = 0; k < search->list.items[i].rows && status == AD_OK; k++) {
+            status = make_candidate(search, i, k, index++, error);
         }
     }
     return status;
@@ -182,14 +182,14 @@ static ad_status make_candidates(search *x, ad_error *error)
 
 /* Gram and Schmidt with the row first that moves the rod most beyond what is known: rows that are
  * linear in others are out. */
-static void choose_linear(search *x)
+static void choose_linear(search *search)
 {
     static const double tie = 1 + 1e-6; /* the first of equals, whatever the rounding */
-    while (x->chosen < GROUP_ROWS_MAX) {
+    while (search->chosen < GROUP_ROWS_MAX) {
         double most = 0;
         int best = -1;
-        for (int i = 0; i < x->count; i++) {
-            candidate *c = &x->candidates[i];
+        for (int i = 0; i < search->count; i++) {
+            candidate *c = &search->candidates[i];
             const double share = c->is_out ? 0 : sqrt(dot(c->left, c->left)) / c->size;
             c->is_out = c->is_out || share < LINEAR || share * c->row.effect < UNMOVED;
             if (!c->is_out && share * c->row.effect > most * tie) {
@@ -200,11 +200,11 @@ static void choose_linear(search *x)
         if (best < 0) {
             return;
         }
-        const double *of = x->candidates[best].left, square = dot(of, of);
-        x->order[x->chosen++] = best;
-        x->candidates[best].is_out = true; /* chosen */
-        for (int i = 0; i < x->count; i++) {
-            candidate *c = &x->candidates[i];
+        const double *of = search->candidates[best].left, square = dot(of, of);
+        search->order[search->chosen++] = best;
+        search->candidates[best].is_out = true; /* chosen */
+        for (int i = 0; i < search->count; i++) {
+            candidate *c = &search->candidates[i];
             const double part = c->is_out ? 0 : dot(c->left, of) / square;
             for (int k = 0; k < DRAWS && !c->is_out; k++) {
                 c->left[k] -= part * of[k];
@@ -222,36 +222,37 @@ static ad_value record_row(const group_row *r, const group_list *list)
 }
 
 /* By a step of parameter k over its whole range. */
-static ad_status find_slopes(search *x, ad_error *error)
+static ad_status find_slopes(search *search, ad_error *error)
 {
-    const scene *family = &x->x->source.open;
+    const scene *family = &search->x->source.open;
     ad_value rows[GROUP_ROWS_MAX];
-    for (int i = 0; i < x->chosen; i++) {
-        rows[i] = record_row(&x->candidates[x->order[i]].row, &x->list);
+    for (int i = 0; i < search->chosen; i++) {
+        rows[i] = record_row(&search->candidates[search->order[i]].row, &search->list);
     }
-    const ad_value all = ad_stack(x->chosen, rows);
-    const size_t block = (size_t)x->chosen * DRAWS;
+    const ad_value all = ad_stack(search->chosen, rows);
+    const size_t block = (size_t)search->chosen * DRAWS;
     ad_status status = AD_OK;
     for (int k = 0; k < family->parameter_count && status == AD_OK; k++) {
         const scene_parameter *p = &family->parameters[k];
         const ad_value range = p->scale == SCENE_LOG
-                                   ? ad_scale(ad_row(x->parameters, k), log(p->high / p->low))
-                                   : ad_scalar(x->tape, p->high - p->low);
+                                   ? ad_scale(ad_row(search->parameters, k), log(p->high / p->low))
+                                   : ad_scalar(search->tape, p->high - p->low);
         const ad_value along = ad_pad(range, k, family->parameter_count);
         ad_value slope;
-        status = ad_directional(1, &all, 1, &x->parameters, &along, &slope);
-        status = status == AD_OK ? ad_tape_status(x->tape, error)
+        status = ad_directional(1, &all, 1, &search->parameters, &along, &slope);
+        status = status == AD_OK ? ad_tape_status(search->tape, error)
                                  : ad_fail(error, status, "groups: no derivatives");
-        status = status == AD_OK ? evaluate(slope, x->parameters, x->draws,
-                                            x->slopes + (size_t)k * block, error)
+        status = status == AD_OK ? evaluate(slope, search->parameters, search->draws,
+                                            search->slopes + (size_t)k * block, error)
                                  : status;
     }
     return status;
 }
 
-static double slope_at(const search *x, int parameter, int chosen, int i)
+static double slope_at(const search *search, int parameter, int chosen, int i)
 {
-    return x->slopes[((size_t)parameter * (size_t)x->chosen + (size_t)chosen) * DRAWS + (size_t)i];
+    return search
+        ->slopes[((size_t)parameter * (size_t)search->chosen + (size_t)chosen) * DRAWS + (size_t)i];
 }
 
 /* Symmetric and positive definite [n][n], overwritten; b becomes the solution. */
@@ -276,17 +277,17 @@ static void solve_small(int n, double a[SCENE_PARAMETERS_MAX][SCENE_PARAMETERS_M
 
 /* Whether the slopes of row `which` are combinations w of those kept, none steep: of the least
  * |w|, by (G G^T + SLOPE^2) y = g, w = G^T y, with what is left of g, SLOPE^2 y. */
-static bool slope_follows(const search *x, const int *kept, int count, int which, int i)
+static bool slope_follows(const search *search, const int *kept, int count, int which, int i)
 {
-    const int n = x->x->source.open.parameter_count;
+    const int n = search->x->source.open.parameter_count;
     double a[SCENE_PARAMETERS_MAX][SCENE_PARAMETERS_MAX], y[SCENE_PARAMETERS_MAX], steep = 0;
     double rest = 0;
     for (int k = 0; k < n; k++) {
-        y[k] = slope_at(x, k, which, i);
+        y[k] = slope_at(search, k, which, i);
         for (int l = 0; l < n; l++) {
             a[k][l] = k == l ? SLOPE * SLOPE : 0;
             for (int j = 0; j < count; j++) {
-                a[k][l] += slope_at(x, k, kept[j], i) * slope_at(x, l, kept[j], i);
+                a[k][l] += slope_at(search, k, kept[j], i) * slope_at(search, l, kept[j], i);
             }
         }
     }
@@ -294,7 +295,7 @@ static bool slope_follows(const search *x, const int *kept, int count, int which
     for (int j = 0; j < count; j++) {
         double w = 0;
         for (int k = 0; k < n; k++) {
-            w += slope_at(x, k, kept[j], i) * y[k];
+            w += slope_at(search, k, kept[j], i) * y[k];
         }
         steep += w * w;
     }
@@ -305,53 +306,53 @@ static bool slope_follows(const search *x, const int *kept, int count, int which
 }
 
 /* Whether members that are close by those kept are so by row `which`. */
-static bool pair_follows(const search *x, const int *kept, int count, int which, int a, int b)
+static bool pair_follows(const search *search, const int *kept, int count, int which, int a, int b)
 {
-    const double *v = x->candidates[x->order[which]].mapped;
+    const double *v = search->candidates[search->order[which]].mapped;
     double square = 0;
     for (int j = 0; j < count; j++) {
-        const double *g = x->candidates[x->order[kept[j]]].mapped;
+        const double *g = search->candidates[search->order[kept[j]]].mapped;
         square += (g[a] - g[b]) * (g[a] - g[b]);
     }
     return fabs(v[a] - v[b]) <= STEEPEST * sqrt(square) + SLOPE;
 }
 
-static bool follows(const search *x, const int *kept, int count, int which)
+static bool follows(const search *search, const int *kept, int count, int which)
 {
     bool result = count > 0;
     for (int i = 0; i < DRAWS && result; i++) {
-        result = slope_follows(x, kept, count, which, i);
+        result = slope_follows(search, kept, count, which, i);
     }
     for (int i = 0; i < DRAWS && result; i++) {
         for (int k = 0; k < i && result; k++) {
-            result = pair_follows(x, kept, count, which, i, k);
+            result = pair_follows(search, kept, count, which, i, k);
         }
     }
     return result;
 }
 
-static unsigned parameters_of(const search *x, int which)
+static unsigned parameters_of(const search *search, int which)
 {
     unsigned bits = 0;
-    for (int k = 0; k < x->x->source.open.parameter_count; k++) {
+    for (int k = 0; k < search->x->source.open.parameter_count; k++) {
         for (int i = 0; i < DRAWS; i++) {
-            bits |= fabs(slope_at(x, k, which, i)) > CONSTANT ? 1U << k : 0;
+            bits |= fabs(slope_at(search, k, which, i)) > CONSTANT ? 1U << k : 0;
         }
     }
     return bits;
 }
 
 /* Whether the same of another place differs. */
-static bool is_local(const search *x, const group_row *r)
+static bool is_local(const search *search, const group_row *r)
 {
     const double *v = NULL;
     bool differs = false;
     for (int pass = 0; pass < 2; pass++) {
         int index = 0;
-        for (int i = 0; i < x->list.count; i++) {
-            const group_item *other = &x->list.items[i];
+        for (int i = 0; i < search->list.count; i++) {
+            const group_item *other = &search->list.items[i];
             if (strcmp(other->name, r->of.name) == 0 && r->entry < other->rows) {
-                const double *w = x->values + (size_t)(index + r->entry) * DRAWS;
+                const double *w = search->values + (size_t)(index + r->entry) * DRAWS;
                 for (int k = 0; k < DRAWS && pass == 1; k++) {
                     differs = differs || fabs(w[k] - v[k]) > CONSTANT * fabs(v[k]);
                 }
@@ -363,17 +364,17 @@ static bool is_local(const search *x, const group_row *r)
     return differs;
 }
 
-static void choose(search *x)
+static void choose(search *search)
 {
-    groups *g = x->x;
+    groups *g = search->x;
     int kept[GROUP_ROWS_MAX];
     double most = 0;
-    for (int i = 0; i < x->chosen; i++) {
-        if (!follows(x, kept, g->count, i)) {
+    for (int i = 0; i < search->chosen; i++) {
+        if (!follows(search, kept, g->count, i)) {
             group_row *r = &g->rows[g->count];
-            *r = x->candidates[x->order[i]].row;
-            r->parameters = parameters_of(x, i);
-            r->is_local = is_local(x, r);
+            *r = search->candidates[search->order[i]].row;
+            r->parameters = parameters_of(search, i);
+            r->is_local = is_local(search, r);
             most = fmax(most, r->effect);
             kept[g->count++] = i;
         }
@@ -386,115 +387,118 @@ static void choose(search *x)
 
 /* ---- making ---------------------------------------------------------------------------------- */
 
-static ad_status allocate(search *x, ad_error *error)
+static ad_status allocate(search *search, ad_error *error)
 {
-    const size_t parameters = (size_t)x->x->source.open.parameter_count;
+    const size_t parameters = (size_t)search->x->source.open.parameter_count;
     size_t rows = 0;
-    for (int i = 0; i < x->list.count; i++) {
-        rows += (size_t)x->list.items[i].rows;
+    for (int i = 0; i < search->list.count; i++) {
+        rows += (size_t)search->list.items[i].rows;
     }
-    x->count = (int)rows;
-    x->values = malloc((rows + 1) * DRAWS * sizeof *x->values);
-    x->mapped = malloc((rows + 1) * DRAWS * sizeof *x->mapped);
-    x->left = malloc((rows + 1) * DRAWS * sizeof *x->left);
-    x->slopes = malloc((parameters * GROUP_ROWS_MAX + 1) * DRAWS * sizeof *x->slopes);
-    x->candidates = calloc(rows + 1, sizeof *x->candidates);
-    return x->values && x->mapped && x->left && x->slopes && x->candidates
+    search->count = (int)rows;
+    search->values = malloc((rows + 1) * DRAWS * sizeof *search->values);
+    search->mapped = malloc((rows + 1) * DRAWS * sizeof *search->mapped);
+    search->left = malloc((rows + 1) * DRAWS * sizeof *search->left);
+    search->slopes = malloc((parameters * GROUP_ROWS_MAX + 1) * DRAWS * sizeof *search->slopes);
+    search->candidates = calloc(rows + 1, sizeof *search->candidates);
+    return search->values && search->mapped && search->left && search->slopes && search->candidates
                ? AD_OK
                : ad_fail(error, AD_NO_MEMORY, "out of memory for groups");
 }
 
 /* Items, with the symmetry of the groups in them. */
-static ad_status record_items(search *x, ad_error *error)
+static ad_status record_items(search *search, ad_error *error)
 {
     groups_turn turn;
-    group_items(&x->x->source, x->parameters, &x->list);
-    group_symmetry_apply(&x->x->symmetry, &x->list, &turn);
-    return ad_tape_status(x->tape, error);
+    group_items(&search->x->source, search->parameters, &search->list);
+    group_symmetry_apply(&search->x->symmetry, &search->list, &turn);
+    return ad_tape_status(search->tape, error);
 }
 
-static ad_status find_values(search *x, ad_error *error)
+static ad_status find_values(search *search, ad_error *error)
 {
-    const ad_value all = stack_items(&x->list, x->tape);
-    const ad_status status = ad_tape_status(x->tape, error);
-    return status == AD_OK ? evaluate(all, x->parameters, x->draws, x->values, error) : status;
+    const ad_value all = stack_items(&search->list, search->tape);
+    const ad_status status = ad_tape_status(search->tape, error);
+    return status == AD_OK ? evaluate(all, search->parameters, search->draws, search->values, error)
+                           : status;
 }
 
-static void clear(search *x)
+static void clear(search *search)
 {
-    free(x->list.items);
-    free(x->values);
-    free(x->mapped);
-    free(x->left);
-    free(x->slopes);
-    free(x->candidates);
-    x->list = (group_list){.count = 0};
-    x->values = x->mapped = x->left = x->slopes = NULL;
-    x->candidates = NULL;
-    x->count = x->chosen = 0;
+    free(search->list.items);
+    free(search->values);
+    free(search->mapped);
+    free(search->left);
+    free(search->slopes);
+    free(search->candidates);
+    search->list = (group_list){.count = 0};
+    search->values = search->mapped = search->left = search->slopes = NULL;
+    search->candidates = NULL;
+    search->count = search->chosen = 0;
 }
 
-static ad_status find_rows(search *x, ad_error *error)
+static ad_status find_rows(search *search, ad_error *error)
 {
-    ad_status status = record_items(x, error);
-    status = status == AD_OK ? allocate(x, error) : status;
-    status = status == AD_OK ? find_values(x, error) : status;
-    status = status == AD_OK ? make_candidates(x, error) : status;
-    x->x->count = 0;
+    ad_status status = record_items(search, error);
+    status = status == AD_OK ? allocate(search, error) : status;
+    status = status == AD_OK ? find_values(search, error) : status;
+    status = status == AD_OK ? make_candidates(search, error) : status;
+    search->x->count = 0;
     if (status == AD_OK) {
-        choose_linear(x);
-        status = x->chosen > 0 ? find_slopes(x, error) : AD_OK;
+        choose_linear(search);
+        status = search->chosen > 0 ? find_slopes(search, error) : AD_OK;
     }
     if (status == AD_OK) {
-        choose(x);
+        choose(search);
     }
-    clear(x);
+    clear(search);
     return status;
 }
 
-static ad_status find_symmetry(search *x, bool nearly, ad_error *error)
+static ad_status find_symmetry(search *search, bool nearly, ad_error *error)
 {
-    x->x->symmetry = GROUP_NO_TURN; /* of the items as they are */
-    ad_status status = record_items(x, error);
-    status = status == AD_OK ? allocate(x, error) : status;
-    status = status == AD_OK ? find_values(x, error) : status;
+    search->x->symmetry = GROUP_NO_TURN; /* of the items as they are */
+    ad_status status = record_items(search, error);
+    status = status == AD_OK ? allocate(search, error) : status;
+    status = status == AD_OK ? find_values(search, error) : status;
     if (status == AD_OK) {
-        group_symmetry_find(nearly, &x->x->source, &x->list, DRAWS, x->values, &x->x->symmetry);
+        group_symmetry_find(nearly, &search->x->source, &search->list, DRAWS, search->values,
+                            &search->x->symmetry);
     }
-    clear(x);
+    clear(search);
     return status;
 }
 
 /* A parameter among the inputs as it is may say of a vector what a turn changes. */
-static bool has_parameter(const groups *x)
+static bool has_parameter(const groups *groups)
 {
     bool result = false;
-    for (int i = 0; i < x->count; i++) {
-        result = result || x->rows[i].of.kind == GROUP_PARAMETER;
+    for (int i = 0; i < groups->count; i++) {
+        result = result || groups->rows[i].of.kind == GROUP_PARAMETER;
     }
     return result;
 }
 
-static ad_status find(groups *x, const groups_settings *settings, ad_error *error)
+static ad_status find(groups *groups, const groups_settings *settings, ad_error *error)
 {
-    const size_t parameters = (size_t)x->source.open.parameter_count;
-    search now = {.x = x, .tape = ad_tape_create()};
+    const size_t parameters = (size_t)groups->source.open.parameter_count;
+    search now = {.x = groups, .tape = ad_tape_create()};
     now.draws = malloc((parameters + 1) * DRAWS * sizeof *now.draws);
     ad_status status = AD_OK;
     if (!now.tape || !now.draws) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for groups");
     } else {
-        draw(&x->source.open, now.draws);
+        draw(&groups->source.open, now.draws);
         now.parameters = ad_input(now.tape, "parameters", (int)parameters);
-        const bool any = !x->source.by_parameters && settings->symmetry != GROUPS_NO_SYMMETRY;
+        const bool any = !groups->source.by_parameters && settings->symmetry != GROUPS_NO_SYMMETRY;
         status = any ? find_symmetry(&now, false, error) : AD_OK;
         status = status == AD_OK ? find_rows(&now, error) : status;
-        if (status == AD_OK && any && settings->symmetry == GROUPS_SYMMETRY && x->count > FEW) {
+        if (status == AD_OK && any && settings->symmetry == GROUPS_SYMMETRY &&
+            groups->count > FEW) {
             status = find_symmetry(&now, true, error);
             status = status == AD_OK ? find_rows(&now, error) : status;
         }
-        if (status == AD_OK && group_symmetry_any(&x->symmetry) && has_parameter(x)) {
-            x->symmetry = GROUP_NO_TURN;
+        if (status == AD_OK && group_symmetry_any(&groups->symmetry) && has_parameter(groups)) {
+            groups->symmetry = GROUP_NO_TURN;
             status = find_rows(&now, error);
         }
     }
@@ -526,36 +530,36 @@ ad_status groups_find(const scene *family, const groups_settings *settings, grou
     return AD_OK;
 }
 
-void groups_free(groups *x)
+void groups_free(groups *groups)
 {
-    free(x);
+    free(groups);
 }
 
-int groups_count(const groups *x)
+int groups_count(const groups *groups)
 {
-    return x->count;
+    return groups->count;
 }
 
-double groups_range(const groups *x, int input)
+double groups_range(const groups *groups, int input)
 {
-    return x->rows[input].scale;
+    return groups->rows[input].scale;
 }
 
-ad_value groups_record(const groups *x, ad_value parameters, groups_turn *turn)
+ad_value groups_record(const groups *groups, ad_value parameters, groups_turn *turn)
 {
     group_list list;
     groups_turn unused;
     ad_value inputs[GROUP_ROWS_MAX];
-    group_items(&x->source, parameters, &list);
-    group_symmetry_apply(&x->symmetry, &list, turn ? turn : &unused);
-    for (int i = 0; i < x->count; i++) {
-        const group_row *r = &x->rows[i];
+    group_items(&groups->source, parameters, &list);
+    group_symmetry_apply(&groups->symmetry, &list, turn ? turn : &unused);
+    for (int i = 0; i < groups->count; i++) {
+        const group_row *r = &groups->rows[i];
         if (r->item >= list.count) { /* out of memory, as the tape says */
             free(list.items);
-            return ad_zeros(parameters.tape, x->count);
+            return ad_zeros(parameters.tape, groups->count);
         }
         inputs[i] = ad_scale(record_row(r, &list), r->scale);
     }
     free(list.items);
-    return ad_stack(x->count, inputs);
+    return ad_stack(groups->count, inputs);
 }

@@ -61,10 +61,10 @@ typedef struct groups groups;
  * AD_BAD_INPUT: a number of the equations is not finite for members within the ranges. */
 ad_status groups_find(const scene *family, const groups_settings *settings, groups **result,
                       ad_error *error);
-void groups_free(groups *x); /* NULL is allowed */
+void groups_free(groups *groups); /* NULL is allowed */
 
-int groups_count(const groups *x);
-double groups_range(const groups *x, int input); /* it lies within - this .. this, up to 1 */
+int groups_count(const groups *groups);
+double groups_range(const groups *groups, int input); /* it lies within - this .. this, up to 1 */
 
 /* How a member lies to the one of its set that the inputs are of. One row each. */
 typedef struct groups_turn {
@@ -74,7 +74,7 @@ typedef struct groups_turn {
 
 /* [groups_count] inputs for parameters [parameter_count] in SI, in the scene's order; turn may be
  * NULL. */
-ad_value groups_record(const groups *x, ad_value parameters, groups_turn *turn);
+ad_value groups_record(const groups *groups, ad_value parameters, groups_turn *turn);
 
 /* An axial vector in body components (curvature u, moment m) of that member becomes the one of the
  * member itself; entries of any equal rows. */
@@ -82,7 +82,7 @@ void groups_restore(const groups_turn *turn, ad_value vector[3]);
 
 /* Line `index` for people: a group with its range and the parameters that it depends on, parameters
  * without effect, the symmetry. False: there are not so many. */
-bool groups_text(const groups *x, int index, char *text, size_t size);
+bool groups_text(const groups *groups, int index, char *text, size_t size);
 
 #ifdef __cplusplus
 }

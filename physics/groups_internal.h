@@ -77,9 +77,9 @@ typedef struct group_symmetry {
 
 static const group_symmetry GROUP_NO_TURN = {.order = 1, .by = -1, .second = -1};
 
-static inline bool group_symmetry_any(const group_symmetry *x)
+static inline bool group_symmetry_any(const group_symmetry *symmetry)
 {
-    return x->order != 1 || x->mirrors;
+    return symmetry->order != 1 || symmetry->mirrors;
 }
 
 /* values [rows of all items in turn][draws]. `nearly`: tendons may be taken for their force and

@@ -104,15 +104,15 @@ typedef struct recorder {
     double s, t; /* m, s; NaN: not of a place */
 } recorder;
 
-static group_item *add(recorder *x, const char *name, const char *unit, group_kind kind,
+static group_item *add(recorder *recorder, const char *name, const char *unit, group_kind kind,
                        double effect, ad_value value)
 {
-    group_list *list = x->list;
+    group_list *list = recorder->list;
     if (list->count == list->capacity) {
         const int capacity = 2 * list->capacity + 64;
         group_item *more = realloc(list->items, (size_t)capacity * sizeof *more);
         if (!more) {
-            ad_tape_fail(x->rod.tape, AD_NO_MEMORY, "out of memory for groups");
+            ad_tape_fail(recorder->rod.tape, AD_NO_MEMORY, "out of memory for groups");
             return NULL;
         }
         list->items = more;
@@ -120,8 +120,8 @@ static group_item *add(recorder *x, const char *name, const char *unit, group_ki
     }
     group_item *item = &list->items[list->count++];
     *item = (group_item){.unit = unit,
-                         .s = x->s,
-                         .t = x->t,
+                         .s = recorder->s,
+                         .t = recorder->t,
                          .kind = kind,
                          .rows = ad_rows(value),
                          .effect = {effect, effect, effect},
@@ -131,76 +131,79 @@ static group_item *add(recorder *x, const char *name, const char *unit, group_ki
 }
 
 /* Loads by the member's own stiffness. */
-static void add_load(recorder *x, const char *name, const char *unit, group_kind kind,
+static void add_load(recorder *recorder, const char *name, const char *unit, group_kind kind,
                      double effect, ad_value value, bool is_body)
 {
-    ad_value turned = is_body ? value : ad_rotate_inverse(x->upright, value);
-    add(x, name, unit, kind, effect, ad_mul(x->softness, turned));
+    ad_value turned = is_body ? value : ad_rotate_inverse(recorder->upright, value);
+    add(recorder, name, unit, kind, effect, ad_mul(recorder->softness, turned));
 }
 
-static ad_value quantities_of(const recorder *x, int count, const quantity *q, double factor)
+static ad_value quantities_of(const recorder *recorder, int count, const quantity *q, double factor)
 {
-    return rod_quantities(&x->rod, count, q, ZEROS, factor, x->rod.s, x->rod.t);
+    return rod_quantities(&recorder->rod, count, q, ZEROS, factor, recorder->rod.s,
+                          recorder->rod.t);
 }
 
 /* What laws along the rod are given, those that resist the motion or the others. */
-static void add_laws(recorder *x, bool resist)
+static void add_laws(recorder *recorder, bool resist)
 {
     const rod_given *given;
     for (int left = rod_givens(&given); left > 0; left--, given++) {
         if (!given->term || resist != (given->formula != NULL)) {
             continue;
         }
-        const quantity *q = rod_given_of(given, &x->source->open);
+        const quantity *q = rod_given_of(given, &recorder->source->open);
         ad_value row[5];
         for (int i = 0; i < given->count; i++) {
-            row[i] = quantities_of(x, 1, q + i, rod_given_scale(given, i, &x->rod.scales));
+            row[i] =
+                quantities_of(recorder, 1, q + i, rod_given_scale(given, i, &recorder->rod.scales));
         }
         const ad_value all = ad_stack(given->count, row);
-        add(x, given->term, resist || given->is_factor ? "" : "EI/L^4", GROUP_SCALAR,
-            resist ? 0.5 : 0.05, given->is_factor ? all : ad_mul(x->softness, all));
+        add(recorder, given->term, resist || given->is_factor ? "" : "EI/L^4", GROUP_SCALAR,
+            resist ? 0.5 : 0.05, given->is_factor ? all : ad_mul(recorder->softness, all));
     }
 }
 
-static void add_matter(recorder *x, const rod_coefficients *c)
+static void add_matter(recorder *recorder, const rod_coefficients *c)
 {
-    const scene_rest rest = scene_rest_of(&x->source->open);
-    const rod_scales *scale = &x->rod.scales;
-    ad_value stiffness = ad_reciprocal(x->softness);
-    add(x, "strain at rest", "", GROUP_POLAR, 0.5, c->rest_strain);
-    add(x, "curvature at rest", "1/L", GROUP_AXIAL, 0.5, c->rest_curvature);
-    add(x, "imperfection", "1/L", GROUP_AXIAL, 0.01,
-        quantities_of(x, 3, rest.imperfection, scale->length));
-    group_item *bent = add(x, "compliance of bending and twist", "1/EI", GROUP_TENSOR, 0.5,
+    const scene_rest rest = scene_rest_of(&recorder->source->open);
+    const rod_scales *scale = &recorder->rod.scales;
+    ad_value stiffness = ad_reciprocal(recorder->softness);
+    add(recorder, "strain at rest", "", GROUP_POLAR, 0.5, c->rest_strain);
+    add(recorder, "curvature at rest", "1/L", GROUP_AXIAL, 0.5, c->rest_curvature);
+    add(recorder, "imperfection", "1/L", GROUP_AXIAL, 0.01,
+        quantities_of(recorder, 3, rest.imperfection, scale->length));
+    group_item *bent = add(recorder, "compliance of bending and twist", "1/EI", GROUP_TENSOR, 0.5,
                            ad_mul(stiffness, c->curvature_compliance));
     if (bent) {
         bent->effect[2] = 0.1;
     }
-    add(x, "compliance of shear and stretch", "L^2/EI", GROUP_TENSOR, 3,
+    add(recorder, "compliance of shear and stretch", "L^2/EI", GROUP_TENSOR, 3,
         ad_mul(stiffness, c->strain_compliance));
 }
 
-static void add_line_loads(recorder *x)
+static void add_line_loads(recorder *recorder)
 {
-    const scene_loads *given = &x->source->open.loads;
-    const rod_scales *scale = &x->rod.scales;
+    const scene_loads *given = &recorder->source->open.loads;
+    const rod_scales *scale = &recorder->rod.scales;
     const bool follows = given->frame == SCENE_FOLLOWER;
-    add_load(x, "weight", "EI/L^3", GROUP_POLAR, 0.125, rod_weight(&x->rod), false);
-    add_load(x, "distributed force", "EI/L^3", GROUP_POLAR, 0.125,
-             quantities_of(x, 3, given->force, scale->length / scale->force), follows);
-    add_load(x, "distributed moment", "EI/L^2", GROUP_AXIAL, 0.3,
-             quantities_of(x, 3, given->moment, scale->length / scale->moment), follows);
-    add_laws(x, false);
+    add_load(recorder, "weight", "EI/L^3", GROUP_POLAR, 0.125, rod_weight(&recorder->rod), false);
+    add_load(recorder, "distributed force", "EI/L^3", GROUP_POLAR, 0.125,
+             quantities_of(recorder, 3, given->force, scale->length / scale->force), follows);
+    add_load(recorder, "distributed moment", "EI/L^2", GROUP_AXIAL, 0.3,
+             quantities_of(recorder, 3, given->moment, scale->length / scale->moment), follows);
+    add_laws(recorder, false);
 }
 
 /* In motion; times by that of the middle. */
-static void add_motion(recorder *x, const rod_coefficients *c)
+static void add_motion(recorder *recorder, const rod_coefficients *c)
 {
-    const scene *open = &x->source->open;
+    const scene *open = &recorder->source->open;
     const scene_properties made = scene_properties_of(open);
-    const rod_scales *scale = &x->rod.scales;
+    const rod_scales *scale = &recorder->rod.scales;
     const double speed = scale->length / scale->time;
-    const ad_value mass = quantities_of(x, 1, &made.mass_per_length, speed * speed / scale->force);
+    const ad_value mass =
+        quantities_of(recorder, 1, &made.mass_per_length, speed * speed / scale->force);
     const struct {
         const char *name;
         double effect;
@@ -210,25 +213,27 @@ static void add_motion(recorder *x, const rod_coefficients *c)
                 {"damping of strain", 1e-3, c->strain_damping},
                 {"damping of curvature", 0.5, c->curvature_damping}};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        add(x, rows[i].name, "", GROUP_SCALAR, rows[i].effect, ad_mul(x->softness, rows[i].value));
+        add(recorder, rows[i].name, "", GROUP_SCALAR, rows[i].effect,
+            ad_mul(recorder->softness, rows[i].value));
     }
-    add_laws(x, true);
-    add(x, "position at t = 0", "L", GROUP_SCALAR, 1,
-        quantities_of(x, 3, open->initial.position, 1 / scale->length));
-    add(x, "rotation at t = 0", "", GROUP_SCALAR, 1,
-        quantities_of(x, 4, open->initial.rotation, 1));
-    add(x, "velocity at t = 0", "", GROUP_SCALAR, 0.5,
-        quantities_of(x, 3, open->initial.velocity, 1 / speed));
-    add(x, "spin at t = 0", "", GROUP_SCALAR, 0.5,
-        quantities_of(x, 3, open->initial.angular_velocity, scale->time));
+    add_laws(recorder, true);
+    add(recorder, "position at t = 0", "L", GROUP_SCALAR, 1,
+        quantities_of(recorder, 3, open->initial.position, 1 / scale->length));
+    add(recorder, "rotation at t = 0", "", GROUP_SCALAR, 1,
+        quantities_of(recorder, 4, open->initial.rotation, 1));
+    add(recorder, "velocity at t = 0", "", GROUP_SCALAR, 0.5,
+        quantities_of(recorder, 3, open->initial.velocity, 1 / speed));
+    add(recorder, "spin at t = 0", "", GROUP_SCALAR, 0.5,
+        quantities_of(recorder, 3, open->initial.angular_velocity, scale->time));
 }
 
 /* ---- actuators, tubes ------------------------------------------------------------------------ */
 
-static ad_value offset_at(const recorder *x, const quantity offset[2], double step)
+static ad_value offset_at(const recorder *recorder, const quantity offset[2], double step)
 {
-    const ad_value s = ad_add(x->rod.s, ad_scalar(x->rod.tape, step));
-    return ad_pad(rod_quantities(&x->rod, 2, offset, ZEROS, 1 / x->rod.scales.length, s, x->rod.t),
+    const ad_value s = ad_add(recorder->rod.s, ad_scalar(recorder->rod.tape, step));
+    return ad_pad(rod_quantities(&recorder->rod, 2, offset, ZEROS, 1 / recorder->rod.scales.length,
+                                 s, recorder->rod.t),
                   0, 3);
 }
 
@@ -239,190 +244,197 @@ typedef struct pulling {
 } pulling;
 
 /* What a tendon does depends on the strains, so that each is an item by itself, too. */
-static void add_tendon(recorder *x, int index, ad_value pull, ad_value offset)
+static void add_tendon(recorder *recorder, int index, ad_value pull, ad_value offset)
 {
     char name[GROUP_NAME];
     snprintf(name, sizeof name, "tension of tendons[%d]", index);
-    group_item *item = add(x, name, "EI/L^2", GROUP_PULL, 1e-6, pull);
+    group_item *item = add(recorder, name, "EI/L^2", GROUP_PULL, 1e-6, pull);
     if (item) {
         item->tendon = index;
     }
     snprintf(name, sizeof name, "offset of tendons[%d]", index);
-    item = add(x, name, "L", GROUP_OFFSET, 1, offset);
+    item = add(recorder, name, "L", GROUP_OFFSET, 1, offset);
     if (item) {
         item->tendon = index;
     }
 }
 
-static void add_actuator(recorder *x, const rod_coefficients *c, int index, pulling *sum)
+static void add_actuator(recorder *recorder, const rod_coefficients *c, int index, pulling *sum)
 {
-    const scene_actuator given = scene_actuator_of(&x->source->open, index);
-    if (x->s < given.from || x->s > given.to) {
+    const scene_actuator given = scene_actuator_of(&recorder->source->open, index);
+    if (recorder->s < given.from || recorder->s > given.to) {
         return;
     }
     const quantity acts = scene_actuator_pull(&given);
-    const ad_value r = offset_at(x, given.offset, 0);
+    const ad_value r = offset_at(recorder, given.offset, 0);
     const ad_value apart =
-        ad_sub(offset_at(x, given.offset, STEP), offset_at(x, given.offset, -STEP));
-    const ad_value pull = ad_mul(x->softness, quantities_of(x, 1, &acts, 1 / x->rod.scales.force));
+        ad_sub(offset_at(recorder, given.offset, STEP), offset_at(recorder, given.offset, -STEP));
+    const ad_value pull = ad_mul(recorder->softness,
+                                 quantities_of(recorder, 1, &acts, 1 / recorder->rod.scales.force));
     const rod_actuator one = {
         .offset = r, .slope = ad_scale(apart, 0.5 / STEP), .law = rod_actuator_law(&given)};
     const rod_wrench wrench =
-        rod_actuator_wrench(&x->rod, &one, pull, c->rest_strain, c->rest_curvature, NULL);
+        rod_actuator_wrench(&recorder->rod, &one, pull, c->rest_strain, c->rest_curvature, NULL);
     sum->force = ad_add(sum->force, wrench.force);
     sum->moment = ad_add(sum->moment, wrench.moment);
     if (given.tendon) {
         sum->twist = ad_add(sum->twist, ad_mul(pull, ad_dot(r, r)));
-        add_tendon(x, index, pull, r);
+        add_tendon(recorder, index, pull, r);
     }
 }
 
-static void add_actuation(recorder *x, const rod_coefficients *c)
+static void add_actuation(recorder *recorder, const rod_coefficients *c)
 {
-    ad_value none = ad_zeros(x->rod.tape, 3);
-    pulling sum = {none, none, ad_zeros(x->rod.tape, 1)};
-    const rod_numbers *numbers = &x->source->numbers;
-    const scene *open = &x->source->open;
+    ad_value none = ad_zeros(recorder->rod.tape, 3);
+    pulling sum = {none, none, ad_zeros(recorder->rod.tape, 1)};
+    const rod_numbers *numbers = &recorder->source->numbers;
+    const scene *open = &recorder->source->open;
     for (int i = 0; i < scene_actuator_count(open); i++) {
-        add_actuator(x, c, i, &sum);
+        add_actuator(recorder, c, i, &sum);
     }
     if (scene_actuator_count(open) > 0) {
-        add(x, GROUP_MOMENT, "EI/L", GROUP_AXIAL, 0.5, sum.moment);
-        group_item *force = add(x, "force of actuators", "EI/L^2", GROUP_POLAR,
+        add(recorder, GROUP_MOMENT, "EI/L", GROUP_AXIAL, 0.5, sum.moment);
+        group_item *force = add(recorder, "force of actuators", "EI/L^2", GROUP_POLAR,
                                 1 / numbers->shear_ratio, sum.force);
         if (force) {
             force->effect[2] = 1 / numbers->axial_ratio;
         }
-        add(x, GROUP_RESISTANCE, "EI", GROUP_SCALAR, 0.5 / fmax(numbers->torsion_ratio, 1e-3),
-            sum.twist);
+        add(recorder, GROUP_RESISTANCE, "EI", GROUP_SCALAR,
+            0.5 / fmax(numbers->torsion_ratio, 1e-3), sum.twist);
     }
 }
 
 /* What tendons have besides; of tubes. */
-static void add_displaced(recorder *x)
+static void add_displaced(recorder *recorder)
 {
-    const scene *open = &x->source->open;
-    const rod_scales *scale = &x->rod.scales;
+    const scene *open = &recorder->source->open;
+    const rod_scales *scale = &recorder->rod.scales;
     for (int i = 0; i < open->tendon_count; i++) {
         const scene_tendon *tendon = &open->tendons[i];
-        const double lever = rod_tendon_arm(&x->source->middle, i);
-        add(x, "displacement of a tendon", "L", GROUP_SCALAR, 0.5 / lever,
-            quantities_of(x, 1, &tendon->displacement, 1 / scale->length));
-        add(x, "stiffness of a tendon", "EI/L^3", GROUP_SCALAR, 0.01,
-            ad_mul(x->softness,
-                   quantities_of(x, 1, &tendon->stiffness, scale->length / scale->force)));
-        add(x, "friction of a tendon", "", GROUP_SCALAR, 1,
-            quantities_of(x, 1, &tendon->friction, 1));
+        const double lever = rod_tendon_arm(&recorder->source->middle, i);
+        add(recorder, "displacement of a tendon", "L", GROUP_SCALAR, 0.5 / lever,
+            quantities_of(recorder, 1, &tendon->displacement, 1 / scale->length));
+        add(recorder, "stiffness of a tendon", "EI/L^3", GROUP_SCALAR, 0.01,
+            ad_mul(recorder->softness,
+                   quantities_of(recorder, 1, &tendon->stiffness, scale->length / scale->force)));
+        add(recorder, "friction of a tendon", "", GROUP_SCALAR, 1,
+            quantities_of(recorder, 1, &tendon->friction, 1));
     }
 }
 
-static void add_tubes(recorder *x)
+static void add_tubes(recorder *recorder)
 {
-    const scene *open = &x->source->open;
+    const scene *open = &recorder->source->open;
     for (int i = 0; i < open->tube_count; i++) {
-        const rod_tube tube = rod_tube_of(&x->rod, i);
-        add(x, "stiffness of a tube", "EI", GROUP_SCALAR, 0.3, ad_mul(x->softness, tube.bending));
-        add(x, "softness of a tube", "1/EI", GROUP_SCALAR, 0.1,
-            ad_mul(ad_reciprocal(x->softness), tube.softness));
-        add(x, "curvature of a tube", "1/L", GROUP_SCALAR, 0.5, tube.rest);
-        add(x, "angle of a tube", "", GROUP_SCALAR, 0.5,
-            quantities_of(x, 1, &open->tubes[i].turned, 1));
+        const rod_tube tube = rod_tube_of(&recorder->rod, i);
+        add(recorder, "stiffness of a tube", "EI", GROUP_SCALAR, 0.3,
+            ad_mul(recorder->softness, tube.bending));
+        add(recorder, "softness of a tube", "1/EI", GROUP_SCALAR, 0.1,
+            ad_mul(ad_reciprocal(recorder->softness), tube.softness));
+        add(recorder, "curvature of a tube", "1/L", GROUP_SCALAR, 0.5, tube.rest);
+        add(recorder, "angle of a tube", "", GROUP_SCALAR, 0.5,
+            quantities_of(recorder, 1, &open->tubes[i].turned, 1));
     }
 }
 
 /* ---- at single places ------------------------------------------------------------------------ */
 
-static void add_end(recorder *x, int end)
+static void add_end(recorder *recorder, int end)
 {
-    const scene_end *given = end ? &x->source->open.end : &x->source->open.start;
-    const scene_load *load = end ? &x->source->open.loads.tip : &x->source->open.loads.base;
-    const rod_scales *scale = &x->rod.scales;
+    const scene_end *given = end ? &recorder->source->open.end : &recorder->source->open.start;
+    const scene_load *load =
+        end ? &recorder->source->open.loads.tip : &recorder->source->open.loads.base;
+    const rod_scales *scale = &recorder->rod.scales;
     const bool follows = load->frame == SCENE_FOLLOWER;
     if (scene_end_takes_force(given->type)) {
-        add_load(x, end ? "tip force" : "force at s = 0", "EI/L^2", GROUP_POLAR, 1.0 / 3,
-                 quantities_of(x, 3, load->force, 1 / scale->force), follows);
-        add_load(x, end ? "tip moment" : "moment at s = 0", "EI/L", GROUP_AXIAL, 0.5,
-                 quantities_of(x, 3, load->moment, 1 / scale->moment), follows);
+        add_load(recorder, end ? "tip force" : "force at s = 0", "EI/L^2", GROUP_POLAR, 1.0 / 3,
+                 quantities_of(recorder, 3, load->force, 1 / scale->force), follows);
+        add_load(recorder, end ? "tip moment" : "moment at s = 0", "EI/L", GROUP_AXIAL, 0.5,
+                 quantities_of(recorder, 3, load->moment, 1 / scale->moment), follows);
     }
-    if (scene_end_is_placed(given->type) && !x->source->turnable) {
+    if (scene_end_is_placed(given->type) && !recorder->source->turnable) {
         const char *const name = end ? "end" : "start";
-        add(x, name, "L", GROUP_SCALAR, 1, quantities_of(x, 3, given->position, 1 / scale->length));
-        add(x, name, "", GROUP_SCALAR, 1, quantities_of(x, 4, given->rotation, 1));
-        add(x, name, "", GROUP_SCALAR, 1, quantities_of(x, 3, given->rotation_vector, 1));
-        add(x, name, "", GROUP_SCALAR, 0.2, quantities_of(x, 1, &given->twist, 1));
+        add(recorder, name, "L", GROUP_SCALAR, 1,
+            quantities_of(recorder, 3, given->position, 1 / scale->length));
+        add(recorder, name, "", GROUP_SCALAR, 1, quantities_of(recorder, 4, given->rotation, 1));
+        add(recorder, name, "", GROUP_SCALAR, 1,
+            quantities_of(recorder, 3, given->rotation_vector, 1));
+        add(recorder, name, "", GROUP_SCALAR, 0.2, quantities_of(recorder, 1, &given->twist, 1));
     }
 }
 
-static void add_places(recorder *x)
+static void add_places(recorder *recorder)
 {
-    const scene *open = &x->source->open;
-    const rod_scales *scale = &x->rod.scales;
+    const scene *open = &recorder->source->open;
+    const rod_scales *scale = &recorder->rod.scales;
     for (int i = 0; i < open->point_count; i++) {
         const scene_load *load = &open->points[i].load;
         const double a = open->points[i].at.number / scale->length;
         const bool follows = load->frame == SCENE_FOLLOWER;
-        x->s = open->points[i].at.number;
-        add_load(x, "point force", "EI/L^2", GROUP_POLAR, a * a * (3 - a) / 6,
-                 quantities_of(x, 3, load->force, 1 / scale->force), follows);
-        add_load(x, "point moment", "EI/L", GROUP_AXIAL, a - a * a / 2,
-                 quantities_of(x, 3, load->moment, 1 / scale->moment), follows);
+        recorder->s = open->points[i].at.number;
+        add_load(recorder, "point force", "EI/L^2", GROUP_POLAR, a * a * (3 - a) / 6,
+                 quantities_of(recorder, 3, load->force, 1 / scale->force), follows);
+        add_load(recorder, "point moment", "EI/L", GROUP_AXIAL, a - a * a / 2,
+                 quantities_of(recorder, 3, load->moment, 1 / scale->moment), follows);
     }
     for (int i = 0; i < open->body_count; i++) {
         const double a = open->bodies[i].at.number / scale->length;
-        x->s = open->bodies[i].at.number;
-        add_load(x, "weight of a body", "EI/L^2", GROUP_POLAR, a * a * (3 - a) / 6,
-                 ad_mul(quantities_of(x, 1, &open->bodies[i].mass, 1 / scale->force),
-                        quantities_of(x, 3, open->loads.gravity, 1)),
+        recorder->s = open->bodies[i].at.number;
+        add_load(recorder, "weight of a body", "EI/L^2", GROUP_POLAR, a * a * (3 - a) / 6,
+                 ad_mul(quantities_of(recorder, 1, &open->bodies[i].mass, 1 / scale->force),
+                        quantities_of(recorder, 3, open->loads.gravity, 1)),
                  false);
-        add(x, "magnetic moment of a body", "", GROUP_SCALAR, 0.05,
-            quantities_of(x, 3, open->bodies[i].magnetic_moment, 1 / scale->length));
+        add(recorder, "magnetic moment of a body", "", GROUP_SCALAR, 0.05,
+            quantities_of(recorder, 3, open->bodies[i].magnetic_moment, 1 / scale->length));
     }
     for (int i = 0; i < open->spring_count; i++) {
         const scene_spring *spring = &open->springs[i];
-        x->s = spring->at.number;
-        add(x, "spring", "EI/L^3", GROUP_SCALAR, 0.1,
-            ad_mul(x->softness,
-                   quantities_of(x, 3, spring->stiffness, scale->length / scale->force)));
-        add(x, "spring", "EI/L", GROUP_SCALAR, 0.1,
-            ad_mul(x->softness, quantities_of(x, 3, spring->turning, 1 / scale->moment)));
-        add(x, "anchor of a spring", "L", GROUP_SCALAR, 0.5,
-            quantities_of(x, 3, spring->anchor, 1 / scale->length));
+        recorder->s = spring->at.number;
+        add(recorder, "spring", "EI/L^3", GROUP_SCALAR, 0.1,
+            ad_mul(recorder->softness,
+                   quantities_of(recorder, 3, spring->stiffness, scale->length / scale->force)));
+        add(recorder, "spring", "EI/L", GROUP_SCALAR, 0.1,
+            ad_mul(recorder->softness,
+                   quantities_of(recorder, 3, spring->turning, 1 / scale->moment)));
+        add(recorder, "anchor of a spring", "L", GROUP_SCALAR, 0.5,
+            quantities_of(recorder, 3, spring->anchor, 1 / scale->length));
     }
     for (int i = 1; i < open->segment_count; i++) { /* of numbers: a symmetry has to leave it */
-        x->s = scene_joint(open, i - 1);
-        add(x, "turn of a segment", "", GROUP_AXIAL, 1,
-            quantities_of(x, 3, open->segments[i].turn, 1));
+        recorder->s = scene_joint(open, i - 1);
+        add(recorder, "turn of a segment", "", GROUP_AXIAL, 1,
+            quantities_of(recorder, 3, open->segments[i].turn, 1));
     }
-    x->s = NAN;
+    recorder->s = NAN;
 }
 
 /* ---- all ------------------------------------------------------------------------------------- */
 
 /* A tape at a place, with parameters. */
-static void begin(recorder *x, double s, double t, const quantity_binding *bindings)
+static void begin(recorder *recorder, double s, double t, const quantity_binding *bindings)
 {
-    const group_source *source = x->source;
+    const group_source *source = recorder->source;
     ad_tape *tape = bindings->value.tape;
     const domain_place at = rod_place(&source->middle, ad_scalar(tape, s), ad_scalar(tape, t));
-    x->rod = rod_context_of(&source->middle, &at);
-    x->rod.scene = &source->open;
-    x->rod.properties = scene_properties_of(&source->open);
-    x->rod.parameter_count = source->open.parameter_count;
-    memcpy(x->rod.parameters, bindings, (size_t)x->rod.parameter_count * sizeof *bindings);
-    x->s = s * x->rod.scales.length;
-    x->t = x->rod.dynamic ? t * x->rod.scales.time : NAN;
+    recorder->rod = rod_context_of(&source->middle, &at);
+    recorder->rod.scene = &source->open;
+    recorder->rod.properties = scene_properties_of(&source->open);
+    recorder->rod.parameter_count = source->open.parameter_count;
+    memcpy(recorder->rod.parameters, bindings,
+           (size_t)recorder->rod.parameter_count * sizeof *bindings);
+    recorder->s = s * recorder->rod.scales.length;
+    recorder->t = recorder->rod.dynamic ? t * recorder->rod.scales.time : NAN;
 }
 
 /* The middle's EI by the member's, the mean of both directions and all places. */
-static ad_value record_softness(recorder *x, const quantity_binding *bindings)
+static ad_value record_softness(recorder *recorder, const quantity_binding *bindings)
 {
     ad_value sum = ad_scalar(bindings->value.tape, 0);
-    for (int i = 0; i < x->source->places; i++) {
-        begin(x, x->source->place[i], 0, bindings);
-        const ad_value k = rod_coefficients_of(&x->rod).curvature_stiffness;
+    for (int i = 0; i < recorder->source->places; i++) {
+        begin(recorder, recorder->source->place[i], 0, bindings);
+        const ad_value k = rod_coefficients_of(&recorder->rod).curvature_stiffness;
         sum = ad_add(sum, ad_add(ad_row(k, 0), ad_row(k, 1)));
     }
-    return ad_scale(ad_reciprocal(sum), 2.0 * x->source->places);
+    return ad_scale(ad_reciprocal(sum), 2.0 * recorder->source->places);
 }
 
 /* How a formula has it together with s, so that some places do not say all of it: not; as what a
@@ -447,16 +459,16 @@ static group_kind kind_along(const scene *open, const char *name, bool *is_along
     return kind;
 }
 
-static void add_parameters(recorder *x, ad_value parameters)
+static void add_parameters(recorder *recorder, ad_value parameters)
 {
-    const scene *open = &x->source->open;
+    const scene *open = &recorder->source->open;
     for (int i = 0; i < open->parameter_count; i++) {
         const scene_parameter *p = &open->parameters[i];
         bool is_needed;
         const group_kind kind = kind_along(open, p->name, &is_needed);
-        const double effect = is_needed || x->source->by_parameters ? GROUP_UNKNOWN : 0;
-        group_item *item =
-            add(x, p->name, "", kind, 2 * effect / (p->high - p->low), ad_row(parameters, i));
+        const double effect = is_needed || recorder->source->by_parameters ? GROUP_UNKNOWN : 0;
+        group_item *item = add(recorder, p->name, "", kind, 2 * effect / (p->high - p->low),
+                               ad_row(parameters, i));
         if (item) {
             item->as_it_is = true;
             item->is_log = p->scale == SCENE_LOG;

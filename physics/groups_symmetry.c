@@ -33,23 +33,23 @@ typedef struct motion {
 } motion;
 
 /* [rows][draws] of an item. */
-static const double *values_of(const finder *x, int item)
+static const double *values_of(const finder *finder, int item)
 {
     size_t rows = 0;
     for (int i = 0; i < item; i++) {
-        rows += (size_t)x->list->items[i].rows;
+        rows += (size_t)finder->list->items[i].rows;
     }
-    return x->values + rows * x->draws;
+    return finder->values + rows * finder->draws;
 }
 
-static bool is_constant(const finder *x, int item)
+static bool is_constant(const finder *finder, int item)
 {
-    const size_t count = (size_t)x->list->items[item].rows * x->draws;
-    const double *v = values_of(x, item);
+    const size_t count = (size_t)finder->list->items[item].rows * finder->draws;
+    const double *v = values_of(finder, item);
     double size = 0, change = 0;
     for (size_t i = 0; i < count; i++) {
         size = fmax(size, fabs(v[i]));
-        change = fmax(change, fabs(v[i] - v[i / x->draws * x->draws]));
+        change = fmax(change, fabs(v[i] - v[i / finder->draws * finder->draws]));
     }
     return change <= SAME * size;
 }
@@ -65,9 +65,9 @@ static void move(motion m, bool is_axial, const double from[3], double to[3])
 }
 
 /* Whether vectors of a [3][draws] become those of b. */
-static bool become(const finder *x, motion m, bool is_axial, const double *a, const double *b)
+static bool become(const finder *finder, motion m, bool is_axial, const double *a, const double *b)
 {
-    const size_t n = x->draws;
+    const size_t n = finder->draws;
     double off = 0, size = 0;
     for (size_t i = 0; i < n; i++) {
         const double from[3] = {a[i], a[n + i], a[2 * n + i]};
@@ -83,9 +83,9 @@ static bool become(const finder *x, motion m, bool is_axial, const double *a, co
 
 /* Whether the members' vectors are spread as before, by their mean and second moments across d3 and
  * along it: else what is turned is no member, and a sector is no smaller than the whole. */
-static bool is_spread_alike(const finder *x, motion m, bool is_axial, const double *v)
+static bool is_spread_alike(const finder *finder, motion m, bool is_axial, const double *v)
 {
-    const size_t n = x->draws;
+    const size_t n = finder->draws;
     double mean[3] = {0}, second[3][3] = {{0}}, size[3] = {0};
     bool alike = true;
     for (size_t i = 0; i < n; i++) {
@@ -112,12 +112,12 @@ static bool is_spread_alike(const finder *x, motion m, bool is_axial, const doub
     return alike;
 }
 
-static bool tensor_stays(const finder *x, motion m, int item)
+static bool tensor_stays(const finder *finder, motion m, int item)
 {
-    const double *v = values_of(x, item);
+    const double *v = values_of(finder, item);
     double off = 0, size = 0;
-    for (size_t i = 0; i < x->draws; i++) {
-        off = fmax(off, fabs(v[i] - v[x->draws + i]));
+    for (size_t i = 0; i < finder->draws; i++) {
+        off = fmax(off, fabs(v[i] - v[finder->draws + i]));
         size = fmax(size, fabs(v[i]));
     }
     return off <= SAME * size || fabs(sin(2 * m.angle) * (m.mirrors ? 1 : cos(m.angle))) < SAME;
@@ -142,27 +142,27 @@ static int item_of(const group_list *list, const group_item *like, int tendon)
 }
 
 /* The same of pulls, one number each. */
-static bool are_spread_alike(const finder *x, const double *a, const double *b)
+static bool are_spread_alike(const finder *finder, const double *a, const double *b)
 {
     double mean[2] = {0}, square[2] = {0};
-    for (size_t i = 0; i < x->draws; i++) {
-        mean[0] += a[i] / (double)x->draws;
-        mean[1] += b[i] / (double)x->draws;
-        square[0] += a[i] * a[i] / (double)x->draws;
-        square[1] += b[i] * b[i] / (double)x->draws;
+    for (size_t i = 0; i < finder->draws; i++) {
+        mean[0] += a[i] / (double)finder->draws;
+        mean[1] += b[i] / (double)finder->draws;
+        square[0] += a[i] * a[i] / (double)finder->draws;
+        square[1] += b[i] * b[i] / (double)finder->draws;
     }
     return fabs(mean[0] - mean[1]) <= UNLIKE * sqrt(square[0]) &&
            fabs(square[0] - square[1]) <= UNLIKE * square[0];
 }
 
 /* Whether actuator a comes in the place of b, all along, with pulls like those of b. */
-static bool comes(const finder *x, motion m, int a, int b)
+static bool comes(const finder *finder, motion m, int a, int b)
 {
-    const int tendons = x->source->open.tendon_count;
+    const int tendons = finder->source->open.tendon_count;
     bool same = (a < tendons) == (b < tendons);
     int of_a = 0, of_b = 0;
-    for (int i = 0; i < x->list->count && same; i++) {
-        const group_item *item = &x->list->items[i];
+    for (int i = 0; i < finder->list->count && same; i++) {
+        const group_item *item = &finder->list->items[i];
         const bool is_pull = item->kind == GROUP_PULL;
         if (!is_pull && item->kind != GROUP_OFFSET) {
             continue;
@@ -172,17 +172,17 @@ static bool comes(const finder *x, motion m, int a, int b)
             continue;
         }
         of_a++;
-        const int other = item_of(x->list, item, b);
+        const int other = item_of(finder->list, item, b);
         if (other < 0) {
             return false;
         }
-        const double *from = values_of(x, i), *to = values_of(x, other);
+        const double *from = values_of(finder, i), *to = values_of(finder, other);
         if (!is_pull) {
-            same = become(x, m, false, from, to);
-        } else if (is_constant(x, i) && is_constant(x, other)) {
+            same = become(finder, m, false, from, to);
+        } else if (is_constant(finder, i) && is_constant(finder, other)) {
             same = fabs(from[0] - to[0]) <= SAME * fabs(from[0]);
         } else {
-            same = are_spread_alike(x, from, to);
+            same = are_spread_alike(finder, from, to);
         }
     }
     return same && of_a == of_b;
@@ -190,17 +190,17 @@ static bool comes(const finder *x, motion m, int a, int b)
 
 /* Whether it leaves the scene as it is: what is the same for all members, how they are spread, and
  * the set of actuators, of which each comes in the place of another; `nearly`: but for that. */
-static bool leaves(const finder *x, motion m, bool nearly, int places[SCENE_TENDONS_MAX])
+static bool leaves(const finder *finder, motion m, bool nearly, int places[SCENE_TENDONS_MAX])
 {
-    const int count = nearly ? 0 : x->source->open.tendon_count;
-    for (int i = 0; i < x->list->count; i++) {
-        const group_item *item = &x->list->items[i];
+    const int count = nearly ? 0 : finder->source->open.tendon_count;
+    for (int i = 0; i < finder->list->count; i++) {
+        const group_item *item = &finder->list->items[i];
         const bool is_vector = item->kind == GROUP_POLAR || item->kind == GROUP_AXIAL;
-        const double *v = values_of(x, i);
+        const double *v = values_of(finder, i);
         const bool is_axial = item->kind == GROUP_AXIAL;
-        if ((item->kind == GROUP_TENSOR && !tensor_stays(x, m, i)) ||
-            (is_vector && !(is_constant(x, i) ? become(x, m, is_axial, v, v)
-                                              : is_spread_alike(x, m, is_axial, v)))) {
+        if ((item->kind == GROUP_TENSOR && !tensor_stays(finder, m, i)) ||
+            (is_vector && !(is_constant(finder, i) ? become(finder, m, is_axial, v, v)
+                                                   : is_spread_alike(finder, m, is_axial, v)))) {
             return false;
         }
     }
@@ -211,7 +211,7 @@ static bool leaves(const finder *x, motion m, bool nearly, int places[SCENE_TEND
             for (int k = 0; k < a; k++) {
                 is_taken = is_taken || places[k] == b;
             }
-            places[a] = !is_taken && comes(x, m, a, b) ? b : -1;
+            places[a] = !is_taken && comes(finder, m, a, b) ? b : -1;
         }
         if (places[a] < 0) {
             return false;
@@ -221,31 +221,31 @@ static bool leaves(const finder *x, motion m, bool nearly, int places[SCENE_TEND
 }
 
 /* The direction across d3 of a vector, as one of a force. */
-static void direction_of(const finder *x, int item, size_t draw, double d[2])
+static void direction_of(const finder *finder, int item, size_t draw, double d[2])
 {
-    const double *v = values_of(x, item);
-    const double a = v[draw], b = v[x->draws + draw];
-    const bool is_axial = x->list->items[item].kind == GROUP_AXIAL;
+    const double *v = values_of(finder, item);
+    const double a = v[draw], b = v[finder->draws + draw];
+    const bool is_axial = finder->list->items[item].kind == GROUP_AXIAL;
     d[0] = is_axial ? -b : a;
     d[1] = is_axial ? a : b;
 }
 
 /* Axes that a mirror may have: those of the section, of actuators, between two of them, of what is
  * the same for all members. */
-static bool find_mirror(const finder *x, group_symmetry *result)
+static bool find_mirror(const finder *finder, group_symmetry *result)
 {
     double angles[2 + SCENE_TENDONS_MAX];
     double first = NAN;
     int count = 1;
     angles[0] = 0;
-    for (int i = 0; i < x->list->count && count < 2 + SCENE_TENDONS_MAX; i++) {
-        const group_item *item = &x->list->items[i];
+    for (int i = 0; i < finder->list->count && count < 2 + SCENE_TENDONS_MAX; i++) {
+        const group_item *item = &finder->list->items[i];
         first = isnan(first) && item->kind == GROUP_OFFSET ? item->s : first;
         const bool is_first = item->kind == GROUP_OFFSET && item->s == first;
         const bool is_vector = item->kind == GROUP_POLAR || item->kind == GROUP_AXIAL;
         double d[2] = {0, 0};
-        if (is_first || (is_vector && is_constant(x, i))) {
-            direction_of(x, i, 0, d);
+        if (is_first || (is_vector && is_constant(finder, i))) {
+            direction_of(finder, i, 0, d);
         }
         if (hypot(d[0], d[1]) > 0) {
             angles[count++] = atan2(d[1], d[0]);
@@ -255,7 +255,7 @@ static bool find_mirror(const finder *x, group_symmetry *result)
         for (int k = 0; k <= i; k++) {
             for (int across = 0; across < 2; across++) {
                 const double angle = (angles[i] + angles[k]) / 2 + across * PI / 2;
-                if (leaves(x, (motion){true, angle}, false, result->mirrored)) {
+                if (leaves(finder, (motion){true, angle}, false, result->mirrored)) {
                     result->angle = angle;
                     return true;
                 }
@@ -268,14 +268,14 @@ static bool find_mirror(const finder *x, group_symmetry *result)
 /* What part of a vector counts: all across d3, that across the mirror, or across another one. */
 typedef enum side { WHOLE, ACROSS_MIRROR, ACROSS_BY } side;
 
-static double side_of(const finder *x, const group_symmetry *symmetry, side which, int item,
+static double side_of(const finder *finder, const group_symmetry *symmetry, side which, int item,
                       size_t draw)
 {
     double d[2], axis[2] = {cos(symmetry->angle), sin(symmetry->angle)};
-    direction_of(x, item, draw, d);
+    direction_of(finder, item, draw, d);
     const double size = hypot(d[0], d[1]);
     if (which == ACROSS_BY) {
-        direction_of(x, symmetry->by, draw, axis);
+        direction_of(finder, symmetry->by, draw, axis);
     }
     const double length = hypot(axis[0], axis[1]);
     const double across = length > 0 ? (d[1] * axis[0] - d[0] * axis[1]) / length : 0;
@@ -283,18 +283,18 @@ static double side_of(const finder *x, const group_symmetry *symmetry, side whic
 }
 
 /* The vector that varies and by that part moves the rod most; -1: none does. */
-static int find_direction(const finder *x, const group_symmetry *symmetry, side which)
+static int find_direction(const finder *finder, const group_symmetry *symmetry, side which)
 {
     double most = 0;
     int found = -1;
-    for (int i = 0; i < x->list->count; i++) {
-        const group_item *item = &x->list->items[i];
+    for (int i = 0; i < finder->list->count; i++) {
+        const group_item *item = &finder->list->items[i];
         double square = 0;
-        if ((item->kind != GROUP_POLAR && item->kind != GROUP_AXIAL) || is_constant(x, i)) {
+        if ((item->kind != GROUP_POLAR && item->kind != GROUP_AXIAL) || is_constant(finder, i)) {
             continue;
         }
-        for (size_t k = 0; k < x->draws; k++) {
-            const double part = side_of(x, symmetry, which, i, k);
+        for (size_t k = 0; k < finder->draws; k++) {
+            const double part = side_of(finder, symmetry, which, i, k);
             square += part * part;
         }
         const double now = item->effect[0] * sqrt(square);
@@ -310,43 +310,43 @@ static int find_direction(const finder *x, const group_symmetry *symmetry, side 
  * With the strains u of the rod and the offset r of a tendon, its resistance to twist is not the
  * same all around by a part (u r)^2. The factor is that of 95 of 100 members of a robot of three
  * tendons with loads in any direction. */
-static double beyond_moment(const finder *x)
+static double beyond_moment(const finder *finder)
 {
     static const double factor = 1e-2;
     double moment = 0, twist = 0, offset = 0;
-    for (int i = 0; i < x->list->count; i++) {
-        const group_item *item = &x->list->items[i];
+    for (int i = 0; i < finder->list->count; i++) {
+        const group_item *item = &finder->list->items[i];
         double *to = item->kind == GROUP_OFFSET                  ? &offset
                      : strcmp(item->name, GROUP_MOMENT) == 0     ? &moment
                      : strcmp(item->name, GROUP_RESISTANCE) == 0 ? &twist
                                                                  : NULL;
-        const double *v = values_of(x, i);
-        for (size_t k = 0; to && k < x->draws; k++) {
-            const double across = item->rows > 1 ? v[x->draws + k] : 0;
+        const double *v = values_of(finder, i);
+        for (size_t k = 0; to && k < finder->draws; k++) {
+            const double across = item->rows > 1 ? v[finder->draws + k] : 0;
             *to = fmax(*to, hypot(v[k], across));
         }
     }
-    const double part = moment * offset, torsion = x->source->numbers.torsion_ratio;
+    const double part = moment * offset, torsion = finder->source->numbers.torsion_ratio;
     return factor * part * part * twist / torsion;
 }
 
 /* The order of turns: 0, or the sides of a polygon. */
-static void find_order(const finder *x, bool nearly, group_symmetry *result)
+static void find_order(const finder *finder, bool nearly, group_symmetry *result)
 {
     static const double any_angle = 1, most_off = 2e-4; /* an angle that no polygon has */
-    const int count = x->source->open.tendon_count;
+    const int count = finder->source->open.tendon_count;
     result->order = 1;
-    if (leaves(x, (motion){false, any_angle}, false, result->turned)) {
+    if (leaves(finder, (motion){false, any_angle}, false, result->turned)) {
         result->order = 0;
     }
     for (int n = count > 2 ? count : 2; n > 1 && result->order == 1; n--) {
-        if (leaves(x, (motion){false, 2 * PI / n}, false, result->turned)) {
+        if (leaves(finder, (motion){false, 2 * PI / n}, false, result->turned)) {
             result->order = n;
         }
     }
-    const double off = beyond_moment(x);
+    const double off = beyond_moment(finder);
     if (nearly && result->order > 2 && off < most_off &&
-        leaves(x, (motion){false, any_angle}, true, result->turned)) {
+        leaves(finder, (motion){false, any_angle}, true, result->turned)) {
         result->order = 0;
         result->off = off;
     }

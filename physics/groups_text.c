@@ -18,10 +18,10 @@ static void name_of(const group_row *r, char *text, size_t size)
     }
 }
 
-static void group_text(const groups *x, const group_row *r, char *text, size_t size)
+static void group_text(const groups *groups, const group_row *r, char *text, size_t size)
 {
     char name[2 * GROUP_NAME + 32];
-    const scene *family = &x->source.open;
+    const scene *family = &groups->source.open;
     int others = 0;
     name_of(r, name, sizeof name);
     const double low = r->is_log ? exp(r->low) : r->low, high = r->is_log ? exp(r->high) : r->high;
@@ -36,9 +36,9 @@ static void group_text(const groups *x, const group_row *r, char *text, size_t s
     }
 }
 
-static void symmetry_text(const groups *x, char *text, size_t size)
+static void symmetry_text(const groups *groups, char *text, size_t size)
 {
-    const group_symmetry *s = &x->symmetry;
+    const group_symmetry *s = &groups->symmetry;
     char turns[64] = "";
     if (s->order != 1) {
         snprintf(turns, sizeof turns, s->order == 0 ? "any turn about d3" : "a turn by %d degrees",
@@ -52,20 +52,20 @@ static void symmetry_text(const groups *x, char *text, size_t size)
              s->mirrors ? "a mirror" : "", off);
 }
 
-bool groups_text(const groups *x, int index, char *text, size_t size)
+bool groups_text(const groups *groups, int index, char *text, size_t size)
 {
-    const scene *family = &x->source.open;
+    const scene *family = &groups->source.open;
     unsigned used = 0;
-    for (int i = 0; i < x->count; i++) {
-        used |= x->rows[i].parameters;
+    for (int i = 0; i < groups->count; i++) {
+        used |= groups->rows[i].parameters;
     }
-    if (index < x->count) {
-        group_text(x, &x->rows[index], text, size);
+    if (index < groups->count) {
+        group_text(groups, &groups->rows[index], text, size);
         return true;
     }
-    index -= x->count;
-    if (group_symmetry_any(&x->symmetry) && index-- == 0) {
-        symmetry_text(x, text, size);
+    index -= groups->count;
+    if (group_symmetry_any(&groups->symmetry) && index-- == 0) {
+        symmetry_text(groups, text, size);
         return true;
     }
     for (int k = 0; k < family->parameter_count; k++) {

@@ -23,12 +23,12 @@ struct motion_network {
 /* Functions whose second derivatives are orthonormal over a window, so that parameters are how much
  * there is of accelerations of unit size: with others, even orthogonal polynomials times t^2,
  * J^T J is so ill-conditioned that steps end digits before rounding. The same for every window. */
-static ad_status find_basis(motion_network *x, ad_error *error)
+static ad_status find_basis(motion_network *network, ad_error *error)
 {
     enum { POINTS = 4 }; /* for each function */
-    const size_t n = (size_t)x->functions, points = POINTS * n;
-    const double begin = domain_window_time(&x->model->domain, 0);
-    const double span = domain_window_time(&x->model->domain, 1) - begin;
+    const size_t n = (size_t)network->functions, points = POINTS * n;
+    const double begin = domain_window_time(&network->model->domain, 0);
+    const double span = domain_window_time(&network->model->domain, 1) - begin;
     double *t = malloc((points + n * points + n * n + AD_DENSE_BASIS_WORK(n)) * sizeof *t);
     int *order = malloc(n * sizeof *order);
     ad_status status = ad_dense_load(error);
@@ -40,18 +40,18 @@ static ad_status find_basis(motion_network *x, ad_error *error)
         t[i] = begin + span * (1 - cos(PI * ((double)i + 0.5) / (double)points)) / 2;
     }
     for (size_t j = 0; j < n; j++) {
-        x->basis[j * n + j] = 1;
+        network->basis[j * n + j] = 1;
     }
-    status = status == AD_OK ? motion_network_at(x, 0, points, t, error) : status;
+    status = status == AD_OK ? motion_network_at(network, 0, points, t, error) : status;
     for (size_t i = 0; i < n * points && status == AD_OK; i++) {
-        columns[i] = motion_network_values(x, i % points, 2)[i / points];
+        columns[i] = motion_network_values(network, i % points, 2)[i / points];
     }
     if (status == AD_OK && ad_dense_basis(points, n, columns, 1e-11, made, order, work) < n) {
         status = ad_fail(error, AD_BAD_ARGUMENT,
                          "some of the network's %zu functions of time are the same", n);
     }
     for (size_t i = 0; i < n * n && status == AD_OK; i++) {
-        x->basis[i] = sqrt((double)points) * made[i];
+        network->basis[i] = sqrt((double)points) * made[i];
     }
     free(t);
     free(order);
@@ -59,10 +59,10 @@ static ad_status find_basis(motion_network *x, ad_error *error)
 }
 
 /* t^2 times what one output is of its parameters, and its derivatives by t. */
-static ad_status compile(motion_network *x, const nn_mlp *mlp, ad_pool *pool, ad_error *error)
+static ad_status compile(motion_network *network, const nn_mlp *mlp, ad_pool *pool, ad_error *error)
 {
-    const domain *d = &x->model->domain;
-    const domain_uniforms uniforms = {.window = x->has_window};
+    const domain *d = &network->model->domain;
+    const domain_uniforms uniforms = {.window = network->has_window};
     ad_value wrt[2], outputs[3];
     ad_tape *tape = ad_tape_create();
     if (!tape) {
@@ -74,7 +74,7 @@ static ad_status compile(motion_network *x, const nn_mlp *mlp, ad_pool *pool, ad
     for (int k = 1; k < 3; k++) {
         outputs[k] = ad_derivative(outputs[0], at.x[d->time], k);
     }
-    ad_status status = ad_compile(3, outputs, NULL, pool, &x->program, error);
+    ad_status status = ad_compile(3, outputs, NULL, pool, &network->program, error);
     ad_tape_free(tape);
     return status;
 }
@@ -88,99 +88,101 @@ ad_status motion_network_create(const physics_model *m, const nn_mlp *mlp, ad_po
         return ad_fail(error, AD_BAD_ARGUMENT,
                        "the network of a motion is one of time without hidden layers");
     }
-    motion_network *x = calloc(1, sizeof *x);
-    if (!x) {
+    motion_network *network = calloc(1, sizeof *network);
+    if (!network) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for the network of a motion");
     }
-    *x = (motion_network){.model = m, .functions = functions, .has_window = m->domain.windows > 1};
-    x->basis = calloc((size_t)functions * (size_t)functions, sizeof *x->basis);
-    ad_status status = x->basis ? compile(x, mlp, pool, error)
-                                : ad_fail(error, AD_NO_MEMORY, "out of memory for a motion");
-    status = status == AD_OK ? find_basis(x, error) : status;
+    *network =
+        (motion_network){.model = m, .functions = functions, .has_window = m->domain.windows > 1};
+    network->basis = calloc((size_t)functions * (size_t)functions, sizeof *network->basis);
+    ad_status status = network->basis ? compile(network, mlp, pool, error)
+                                      : ad_fail(error, AD_NO_MEMORY, "out of memory for a motion");
+    status = status == AD_OK ? find_basis(network, error) : status;
     if (status != AD_OK) {
-        motion_network_free(x);
+        motion_network_free(network);
         return status;
     }
-    *result = x;
+    *result = network;
     return AD_OK;
 }
 
-void motion_network_free(motion_network *x)
+void motion_network_free(motion_network *network)
 {
-    if (x) {
-        ad_program_free(x->program);
-        free(x->t);
-        free(x->values);
-        free(x->room);
-        free(x->basis);
-        free(x);
+    if (network) {
+        ad_program_free(network->program);
+        free(network->t);
+        free(network->values);
+        free(network->room);
+        free(network->basis);
+        free(network);
     }
 }
 
-static ad_status make_room(motion_network *x, size_t count, ad_error *error)
+static ad_status make_room(motion_network *network, size_t count, ad_error *error)
 {
-    if (count <= x->capacity) {
+    if (count <= network->capacity) {
         return AD_OK;
     }
-    free(x->t);
-    free(x->values);
-    free(x->room);
-    x->t = malloc(count * sizeof *x->t);
-    x->values = malloc(3 * count * (size_t)x->functions * sizeof *x->values);
-    x->room = calloc(4 * count, sizeof *x->room);
-    x->capacity = x->t && x->values && x->room ? count : 0;
-    return x->capacity ? AD_OK
-                       : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu instants", count);
+    free(network->t);
+    free(network->values);
+    free(network->room);
+    network->t = malloc(count * sizeof *network->t);
+    network->values = malloc(3 * count * (size_t)network->functions * sizeof *network->values);
+    network->room = calloc(4 * count, sizeof *network->room);
+    network->capacity = network->t && network->values && network->room ? count : 0;
+    return network->capacity
+               ? AD_OK
+               : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu instants", count);
 }
 
-ad_status motion_network_at(motion_network *x, int window, size_t count, const double *t,
+ad_status motion_network_at(motion_network *network, int window, size_t count, const double *t,
                             ad_error *error)
 {
-    const domain *d = &x->model->domain;
-    const size_t functions = (size_t)x->functions;
+    const domain *d = &network->model->domain;
+    const size_t functions = (size_t)network->functions;
     const double begin = domain_window_time(d, window);
     const double times[2] = {begin, domain_window_time(d, window + 1) - begin};
-    ad_status status = make_room(x, count, error);
-    x->count = count;
-    x->begin = begin;
+    ad_status status = make_room(network, count, error);
+    network->count = count;
+    network->begin = begin;
     if (status == AD_OK && count > 0) {
-        memcpy(x->t, t, count * sizeof *t);
-        memset(x->room + 3 * count, 0, count * sizeof *x->room);
+        memcpy(network->t, t, count * sizeof *t);
+        memset(network->room + 3 * count, 0, count * sizeof *network->room);
     }
     for (size_t j = 0; j < functions && count > 0 && status == AD_OK; j++) {
-        const double *inputs[] = {x->room + 3 * count, x->t}, *uniforms[] = {times};
-        double *outputs[] = {x->room, x->room + count, x->room + 2 * count};
+        const double *inputs[] = {network->room + 3 * count, network->t}, *uniforms[] = {times};
+        double *outputs[] = {network->room, network->room + count, network->room + 2 * count};
         const ad_run run = {.points = count,
                             .inputs = inputs,
                             .uniforms = uniforms,
-                            .parameters = x->basis + j * functions,
+                            .parameters = network->basis + j * functions,
                             .outputs = outputs};
-        status = ad_execute(x->program, &run, error);
+        status = ad_execute(network->program, &run, error);
         for (size_t i = 0; i < 3 * count; i++) {
-            x->values[(3 * (i % count) + i / count) * functions + j] = x->room[i];
+            network->values[(3 * (i % count) + i / count) * functions + j] = network->room[i];
         }
     }
     return status;
 }
 
-int motion_network_functions(const motion_network *x)
+int motion_network_functions(const motion_network *network)
 {
-    return x->functions;
+    return network->functions;
 }
 
-const double *motion_network_values(const motion_network *x, size_t instant, int derivative)
+const double *motion_network_values(const motion_network *network, size_t instant, int derivative)
 {
-    return x->values + (3 * instant + (size_t)derivative) * (size_t)x->functions;
+    return network->values + (3 * instant + (size_t)derivative) * (size_t)network->functions;
 }
 
-void motion_network_state(const motion_network *x, size_t instant, const double *start,
+void motion_network_state(const motion_network *network, size_t instant, const double *start,
                           const double *parameters, double *y)
 {
-    const int size = x->model->motion->size, features = x->functions - 1;
-    const double elapsed = x->t[instant] - x->begin;
-    start = start ? start : x->model->motion->start;
+    const int size = network->model->motion->size, features = network->functions - 1;
+    const double elapsed = network->t[instant] - network->begin;
+    start = start ? start : network->model->motion->start;
     for (int k = 0; k < 3; k++) {
-        const double *value = motion_network_values(x, instant, k);
+        const double *value = motion_network_values(network, instant, k);
         for (int a = 0; a < size; a++) {
             const double *weights = parameters + (size_t)a * (size_t)features;
             double sum = parameters[(size_t)size * (size_t)features + (size_t)a] * value[features];
@@ -205,17 +207,17 @@ typedef struct placed {
 
 static int by_time(const void *a, const void *b)
 {
-    const placed *x = a, *y = b;
-    return x->t != y->t ? (x->t > y->t) - (x->t < y->t)
-                        : (x->point > y->point) - (x->point < y->point);
+    const placed *placed = a, *y = b;
+    return placed->t != y->t ? (placed->t > y->t) - (placed->t < y->t)
+                             : (placed->point > y->point) - (placed->point < y->point);
 }
 
 /* All points of one instant together. */
-static ad_status observe_instant(const motion_network *x, const placed *all, size_t count,
+static ad_status observe_instant(const motion_network *network, const placed *all, size_t count,
                                  const double *y, const double *s, int columns, size_t points,
                                  double *room, double *values, ad_error *error)
 {
-    const model_motion *motion = x->model->motion;
+    const model_motion *motion = network->model->motion;
     double *places = room, *found = room + count;
     for (size_t i = 0; i < count; i++) {
         places[i] = s[all[i].point];
@@ -228,12 +230,12 @@ static ad_status observe_instant(const motion_network *x, const placed *all, siz
     return status;
 }
 
-ad_status motion_network_observe(motion_network *x, int window, const double *start,
+ad_status motion_network_observe(motion_network *network, int window, const double *start,
                                  const double *parameters, size_t points, const double *s,
                                  const double *t, int columns, double *values, ad_error *error)
 {
-    const size_t size = (size_t)x->model->motion->size;
-    const size_t all_columns = (size_t)x->model->column_count;
+    const size_t size = (size_t)network->model->motion->size;
+    const size_t all_columns = (size_t)network->model->column_count;
     placed *all = malloc((points + 1) * sizeof *all);
     double *times = malloc((points + 1) * sizeof *times), *y = malloc(3 * size * sizeof *y);
     double *room = malloc((all_columns + 1) * (points + 1) * sizeof *room);
@@ -252,14 +254,15 @@ ad_status motion_network_observe(motion_network *x, int window, const double *st
             times[instants++] = all[i].t;
         }
     }
-    status = status == AD_OK ? motion_network_at(x, window, instants, times, error) : status;
+    status = status == AD_OK ? motion_network_at(network, window, instants, times, error) : status;
     for (size_t i = 0, k = 0, count; i < points && status == AD_OK; i += count, k++) {
         count = 1;
         while (i + count < points && all[i + count].t == all[i].t) {
             count++;
         }
-        motion_network_state(x, k, start, parameters, y);
-        status = observe_instant(x, all + i, count, y, s, columns, points, room, values, error);
+        motion_network_state(network, k, start, parameters, y);
+        status =
+            observe_instant(network, all + i, count, y, s, columns, points, room, values, error);
     }
     free(all);
     free(times);
@@ -268,14 +271,14 @@ ad_status motion_network_observe(motion_network *x, int window, const double *st
     return status;
 }
 
-ad_status motion_network_off(motion_network *x, int window, const double *start,
+ad_status motion_network_off(motion_network *network, int window, const double *start,
                              const double *parameters, model_motion_error *off, ad_error *error)
 {
     enum { INSTANTS = 8 }; /* for each function: residuals have about as many zeros as there are */
-    const domain *d = &x->model->domain;
-    const model_motion *motion = x->model->motion;
+    const domain *d = &network->model->domain;
+    const model_motion *motion = network->model->motion;
     const double begin = domain_window_time(d, window), end = domain_window_time(d, window + 1);
-    const size_t count = INSTANTS * (size_t)x->functions, size = (size_t)motion->size;
+    const size_t count = INSTANTS * (size_t)network->functions, size = (size_t)motion->size;
     double *t = malloc((count + 3 * count * size) * sizeof *t), *y = t + count;
     if (!t) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a motion");
@@ -283,9 +286,9 @@ ad_status motion_network_off(motion_network *x, int window, const double *start,
     for (size_t i = 0; i < count; i++) {
         t[i] = begin + (end - begin) * ((double)i + 0.5) / (double)count;
     }
-    ad_status status = motion_network_at(x, window, count, t, error);
+    ad_status status = motion_network_at(network, window, count, t, error);
     for (size_t i = 0; i < count && status == AD_OK; i++) {
-        motion_network_state(x, i, start, parameters, y + 3 * size * i);
+        motion_network_state(network, i, start, parameters, y + 3 * size * i);
     }
     if (status == AD_OK) {
         status = motion->off(motion->context, begin, end, count, y, off, error);

@@ -263,11 +263,11 @@ static void join(dividing *in, const scene_breaks *breaks)
     in->result->count = kept;
 }
 
-void scene_panels_free(scene_panels *x)
+void scene_panels_free(scene_panels *panels)
 {
-    if (x) {
-        free(x->edges);
-        x->edges = NULL;
+    if (panels) {
+        free(panels->edges);
+        panels->edges = NULL;
     }
 }
 

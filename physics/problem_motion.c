@@ -136,16 +136,18 @@ typedef struct blocks {
 } blocks;
 
 /* How many numbers there are, which begin at `memory`; NULL: there are none yet. */
-static size_t list_blocks(const problem *p, double *memory, blocks *x)
+static size_t list_blocks(const problem *p, double *memory, blocks *blocks)
 {
     const size_t points = p->sets[0].trained.count;
-    x->size = (size_t)p->model->motion->size;
-    x->functions = (size_t)motion_network_functions(p->motion);
-    x->inner = 3 * points;
-    const size_t counts[] = {3 * x->size * x->size, points * 9 * x->size * x->size,
-                             x->inner * x->functions, x->size * x->functions * x->inner,
-                             x->size * x->functions * x->functions};
-    double **const to[] = {&x->stacked, &x->grams, &x->values, &x->left, &x->product};
+    blocks->size = (size_t)p->model->motion->size;
+    blocks->functions = (size_t)motion_network_functions(p->motion);
+    blocks->inner = 3 * points;
+    const size_t counts[] = {
+        3 * blocks->size * blocks->size, points * 9 * blocks->size * blocks->size,
+        blocks->inner * blocks->functions, blocks->size * blocks->functions * blocks->inner,
+        blocks->size * blocks->functions * blocks->functions};
+    double **const to[] = {&blocks->stacked, &blocks->grams, &blocks->values, &blocks->left,
+                           &blocks->product};
     size_t numbers = 0;
     for (int i = 0; i < 5; i++) {
         *to[i] = memory ? memory + numbers : NULL;
@@ -171,50 +173,52 @@ ad_status problem_motion_least_squares(problem *p, problem_least_squares *info, 
 }
 
 /* What a point adds: its residuals are weighted by the root of their weight over the points. */
-static void take_point(problem *p, const blocks *x, const instant *at, size_t k, double by)
+static void take_point(problem *p, const blocks *blocks, const instant *at, size_t k, double by)
 {
     const size_t stride = (size_t)p->model->motion->stride;
-    for (size_t i = 0; i < x->size; i++) {
+    for (size_t i = 0; i < blocks->size; i++) {
         for (size_t d = 0; d < 3; d++) {
-            for (size_t a = 0; a < x->size; a++) {
-                x->stacked[(3 * i + d) * x->size + a] = by * at->slopes[d][i * stride + a];
+            for (size_t a = 0; a < blocks->size; a++) {
+                blocks->stacked[(3 * i + d) * blocks->size + a] =
+                    by * at->slopes[d][i * stride + a];
             }
         }
     }
-    const size_t n = 3 * x->size;
-    double *gram = x->grams + k * n * n;
-    ad_dense_gram(p->pool, x->size, n, x->stacked, gram);
+    const size_t n = 3 * blocks->size;
+    double *gram = blocks->grams + k * n * n;
+    ad_dense_gram(p->pool, blocks->size, n, blocks->stacked, gram);
     for (size_t i = 0; i < n; i++) { /* its upper triangle */
         for (size_t j = 0; j < i; j++) {
             gram[i * n + j] = gram[j * n + i];
         }
     }
     for (size_t d = 0; d < 3; d++) {
-        memcpy(x->values + (3 * k + d) * x->functions, motion_network_values(p->motion, k, (int)d),
-               x->functions * sizeof *x->values);
+        memcpy(blocks->values + (3 * k + d) * blocks->functions,
+               motion_network_values(p->motion, k, (int)d),
+               blocks->functions * sizeof *blocks->values);
     }
 }
 
 /* Rows of J^T J of output a, in which outputs before it are left out. */
-static void list_left(const blocks *x, size_t a)
+static void list_left(const blocks *blocks, size_t a)
 {
-    const size_t rows = (x->size - a) * x->functions;
-    for (size_t b = a; b < x->size; b++) {
-        for (size_t k = 0; k < x->inner / 3; k++) {
-            const size_t n = 3 * x->size;
-            const double *gram = x->grams + k * n * n + a * n + b;
+    const size_t rows = (blocks->size - a) * blocks->functions;
+    for (size_t b = a; b < blocks->size; b++) {
+        for (size_t k = 0; k < blocks->inner / 3; k++) {
+            const size_t n = 3 * blocks->size;
+            const double *gram = blocks->grams + k * n * n + a * n + b;
             double by[3][3];
             for (size_t d = 0; d < 3; d++) {
                 for (size_t e = 0; e < 3; e++) {
-                    by[d][e] = gram[e * x->size * n + d * x->size];
+                    by[d][e] = gram[e * blocks->size * n + d * blocks->size];
                 }
             }
-            const double *f = x->values + 3 * k * x->functions;
+            const double *f = blocks->values + 3 * k * blocks->functions;
             for (size_t e = 0; e < 3; e++) {
-                double *to = x->left + (3 * k + e) * rows + (b - a) * x->functions;
-                for (size_t j = 0; j < x->functions; j++) {
-                    to[j] = by[0][e] * f[j] + by[1][e] * f[x->functions + j] +
-                            by[2][e] * f[2 * x->functions + j];
+                double *to = blocks->left + (3 * k + e) * rows + (b - a) * blocks->functions;
+                for (size_t j = 0; j < blocks->functions; j++) {
+                    to[j] = by[0][e] * f[j] + by[1][e] * f[blocks->functions + j] +
+                            by[2][e] * f[2 * blocks->functions + j];
                 }
             }
         }
@@ -222,20 +226,21 @@ static void list_left(const blocks *x, size_t a)
 }
 
 /* Where function j of output a stands in the network's parameters. */
-static size_t place_of(const blocks *x, size_t a, size_t j)
+static size_t place_of(const blocks *blocks, size_t a, size_t j)
 {
-    const size_t features = x->functions - 1;
-    return j < features ? a * features + j : x->size * features + a;
+    const size_t features = blocks->functions - 1;
+    return j < features ? a * features + j : blocks->size * features + a;
 }
 
-static void put_product(const problem *p, const blocks *x, size_t a, double *jtj)
+static void put_product(const problem *p, const blocks *blocks, size_t a, double *jtj)
 {
-    for (size_t b = a; b < x->size; b++) {
-        for (size_t i = 0; i < x->functions; i++) {
-            const size_t row = place_of(x, b, i);
-            const double *from = x->product + ((b - a) * x->functions + i) * x->functions;
-            for (size_t j = 0; j < x->functions; j++) {
-                const size_t column = place_of(x, a, j);
+    for (size_t b = a; b < blocks->size; b++) {
+        for (size_t i = 0; i < blocks->functions; i++) {
+            const size_t row = place_of(blocks, b, i);
+            const double *from =
+                blocks->product + ((b - a) * blocks->functions + i) * blocks->functions;
+            for (size_t j = 0; j < blocks->functions; j++) {
+                const size_t column = place_of(blocks, a, j);
                 const size_t low = row < column ? row : column;
                 jtj[low * p->parameters + row + column - low] = from[j];
             }

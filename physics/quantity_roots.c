@@ -25,30 +25,31 @@ typedef struct search {
     pieces last; /* that cannot be halved any more */
 } search;
 
-static quantity_enclosure over(const search *x, quantity_interval piece)
+static quantity_enclosure over(const search *search, quantity_interval piece)
 {
-    return x->along_s ? quantity_enclose(x->q, "s", piece, x->other)
-                      : quantity_enclose(x->q, "t", x->other, piece);
+    return search->along_s ? quantity_enclose(search->q, "s", piece, search->other)
+                           : quantity_enclose(search->q, "t", search->other, piece);
 }
 
-static double value_at(const search *x, double place, double other)
+static double value_at(const search *search, double place, double other)
 {
-    return x->along_s ? quantity_value(x->q, place, other) : quantity_value(x->q, other, place);
+    return search->along_s ? quantity_value(search->q, place, other)
+                           : quantity_value(search->q, other, place);
 }
 
-static void add_place(search *x, double place)
+static void add_place(search *search, double place)
 {
-    if (x->count == x->max) {
-        x->count = -1;
-    } else if (x->count >= 0) {
-        x->places[x->count++] = place;
+    if (search->count == search->max) {
+        search->count = -1;
+    } else if (search->count >= 0) {
+        search->places[search->count++] = place;
     }
 }
 
-static void add_piece(search *x, pieces *to, quantity_interval piece)
+static void add_piece(search *search, pieces *to, quantity_interval piece)
 {
     if (to->count == PIECES_MAX) {
-        x->count = -1;
+        search->count = -1;
     } else {
         to->all[to->count++] = piece;
     }
@@ -56,41 +57,41 @@ static void add_piece(search *x, pieces *to, quantity_interval piece)
 
 /* Whether the sign differs between the ends; then adds the place, of two neighbouring numbers that
  * with the smaller value. */
-static bool bisect(search *x, quantity_interval piece, double other)
+static bool bisect(search *search, quantity_interval piece, double other)
 {
     double low = piece.low, high = piece.high;
-    bool before = value_at(x, low, other) > 0;
-    if ((value_at(x, high, other) > 0) == before) {
+    bool before = value_at(search, low, other) > 0;
+    if ((value_at(search, high, other) > 0) == before) {
         return false;
     }
     for (double middle = quantity_middle(piece); low < middle && middle < high;
          middle = low + (high - low) / 2) {
-        bool same = (value_at(x, middle, other) > 0) == before;
+        bool same = (value_at(search, middle, other) > 0) == before;
         low = same ? middle : low;
         high = same ? high : middle;
     }
-    bool lower = fabs(value_at(x, low, other)) <= fabs(value_at(x, high, other));
-    add_place(x, lower ? low : high);
+    bool lower = fabs(value_at(search, low, other)) <= fabs(value_at(search, high, other));
+    add_place(search, lower ? low : high);
     return true;
 }
 
 /* What is left of a piece goes to `next`, in halves. */
-static void look_at(search *x, quantity_interval piece, bool is_last, pieces *next)
+static void look_at(search *search, quantity_interval piece, bool is_last, pieces *next)
 {
-    quantity_enclosure q = over(x, piece);
+    quantity_enclosure q = over(search, piece);
     double size = fmax(fabs(q.value.low), fabs(q.value.high)), middle = quantity_middle(piece);
-    bool at_one = x->other.low == x->other.high;
+    bool at_one = search->other.low == search->other.high;
     bool noise = q.rounding < INFINITY && size <= NOISE * q.rounding;
     if (q.value.low > 0 || q.value.high <= 0) {
         return;
     }
     if (at_one && (q.slope.low > 0 || q.slope.high < 0)) {
-        bisect(x, piece, x->other.low);
+        bisect(search, piece, search->other.low);
     } else if (is_last || noise) {
-        add_piece(x, &x->last, piece);
+        add_piece(search, &search->last, piece);
     } else {
-        add_piece(x, next, (quantity_interval){piece.low, middle});
-        add_piece(x, next, (quantity_interval){middle, piece.high});
+        add_piece(search, next, (quantity_interval){piece.low, middle});
+        add_piece(search, next, (quantity_interval){middle, piece.high});
     }
 }
 
@@ -102,41 +103,42 @@ static int ascending(const void *a, const void *b)
 
 /* Pieces that touch are one. Over a stretch of the other coordinate there may be a zero where no
  * sign that is looked at changes. */
-static void settle(search *x)
+static void settle(search *search)
 {
-    pieces *last = &x->last;
+    pieces *last = &search->last;
     qsort(last->all, (size_t)last->count, sizeof *last->all, ascending);
     for (int i = 0, end; i < last->count; i = end) {
         quantity_interval piece = last->all[i];
-        bool found = false, at_one = x->other.low == x->other.high;
+        bool found = false, at_one = search->other.low == search->other.high;
         for (end = i + 1; end < last->count && last->all[end].low <= piece.high; end++) {
             piece.high = fmax(piece.high, last->all[end].high);
         }
         for (int k = 0; k < OTHERS && !found; k++) {
             double share = (double)k / (OTHERS - 1);
-            found = bisect(x, piece, (1 - share) * x->other.low + share * x->other.high);
+            found =
+                bisect(search, piece, (1 - share) * search->other.low + share * search->other.high);
         }
         if (!found && !at_one) {
-            add_place(x, quantity_middle(piece));
+            add_place(search, quantity_middle(piece));
         }
     }
 }
 
-static void find(search *x, quantity_interval whole, pieces *now, pieces *next)
+static void find(search *search, quantity_interval whole, pieces *now, pieces *next)
 {
     now->all[0] = whole;
     now->count = 1;
-    for (int level = 0; level <= LEVELS && x->count >= 0 && now->count > 0; level++) {
+    for (int level = 0; level <= LEVELS && search->count >= 0 && now->count > 0; level++) {
         next->count = 0;
-        for (int i = 0; i < now->count && x->count >= 0; i++) {
-            look_at(x, now->all[i], level == LEVELS, next);
+        for (int i = 0; i < now->count && search->count >= 0; i++) {
+            look_at(search, now->all[i], level == LEVELS, next);
         }
         pieces *swap = now;
         now = next;
         next = swap;
     }
-    if (x->count >= 0) {
-        settle(x);
+    if (search->count >= 0) {
+        settle(search);
     }
 }
 

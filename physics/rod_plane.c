@@ -156,24 +156,25 @@ static void plane_list_of(const scene *rod_scene, plane_list *list)
 /* ---- whether it stays in a plane ------------------------------------------------------------- */
 
 /* sum of coefficient x [count] = height, with every entry that counts a number. */
-static bool plane_sum_is(int count, const double *coefficient, const plane_entry *x, double height)
+static bool plane_sum_is(int count, const double *coefficient, const plane_entry *entry,
+                         double height)
 {
     double sum = -height, size = fabs(height);
     for (int i = 0; i < count; i++) {
         if (coefficient[i] == 0) {
             continue;
         }
-        if (!x[i].is_number) {
+        if (!entry[i].is_number) {
             return false;
         }
-        sum += coefficient[i] * x[i].value;
-        size += fabs(coefficient[i] * x[i].value);
+        sum += coefficient[i] * entry[i].value;
+        size += fabs(coefficient[i] * entry[i].value);
     }
     return fabs(sum) <= PLANE_ROUNDING * size;
 }
 
 /* x - n (n . x) = 0 */
-static bool plane_is_along(const double *normal, const plane_entry *x)
+static bool plane_is_along(const double *normal, const plane_entry *entry)
 {
     bool along = true;
     for (int i = 0; i < 3; i++) {
@@ -181,7 +182,7 @@ static bool plane_is_along(const double *normal, const plane_entry *x)
         for (int j = 0; j < 3; j++) {
             across[j] = (i == j) - normal[i] * normal[j];
         }
-        along = along && plane_sum_is(3, across, x, 0);
+        along = along && plane_sum_is(3, across, entry, 0);
     }
     return along;
 }
@@ -219,7 +220,7 @@ static bool plane_director(const plane_entry *q, int director, double *axis)
 }
 
 /* Whether the normal is an axis of the diagonal tensor: K n - n (n . K n) = 0. */
-static bool plane_is_axis(const double *normal, const plane_entry *x)
+static bool plane_is_axis(const double *normal, const plane_entry *entry)
 {
     bool is_axis = true;
     for (int i = 0; i < 3; i++) {
@@ -227,13 +228,13 @@ static bool plane_is_axis(const double *normal, const plane_entry *x)
         for (int j = 0; j < 3; j++) {
             across[j] = ((i == j) - normal[i] * normal[j]) * normal[j];
         }
-        is_axis = is_axis && plane_sum_is(3, across, x, 0);
+        is_axis = is_axis && plane_sum_is(3, across, entry, 0);
     }
     return is_axis;
 }
 
 /* The same of the matrix of a gradient, and G r has nothing along n in the plane n . r = height. */
-static bool plane_is_axis_of_gradient(const rod_plane *plane, const plane_entry *x)
+static bool plane_is_axis_of_gradient(const rod_plane *plane, const plane_entry *entry)
 {
     static const int at[3][3] = {{0, 2, 3}, {2, 1, 4}, {3, 4, -1}};
     const double *n = plane->normal;
@@ -256,7 +257,7 @@ static bool plane_is_axis_of_gradient(const rod_plane *plane, const plane_entry 
         for (int k = 0; k < 5 && plane->height == 0; k++) {
             by[i][k] -= n[i] * along[k];
         }
-        is_axis = is_axis && plane_sum_is(5, by[i], x, 0);
+        is_axis = is_axis && plane_sum_is(5, by[i], entry, 0);
     }
     return is_axis;
 }

@@ -196,30 +196,30 @@ int strain_forces(const scene *open, int nodes)
 /* ---- what is given ------------------------------------------------------------------------- */
 
 /* Rows of a value recorded at s, each of one row for each point, or one for all. */
-static void spread(const strain_rod *x, ad_value value, ad_value *rows)
+static void spread(const strain_rod *rod, ad_value value, ad_value *rows)
 {
     ad_value at[STRAIN_NODES_MAX], of_row[STRAIN_NODES_MAX];
-    const bool varies = ad_uses(1, &value, x->rod.s);
-    for (int i = 0; i < x->nodes && varies; i++) {
-        at[i] = ad_substitute(value, x->rod.s, ad_scalar(x->tape, x->s[i]));
+    const bool varies = ad_uses(1, &value, rod->rod.s);
+    for (int i = 0; i < rod->nodes && varies; i++) {
+        at[i] = ad_substitute(value, rod->rod.s, ad_scalar(rod->tape, rod->s[i]));
     }
     for (int r = 0; r < ad_rows(value); r++) {
         rows[r] = ad_row(value, r);
-        if (ad_uses(1, &rows[r], x->rod.s)) {
-            for (int i = 0; i < x->nodes; i++) {
+        if (ad_uses(1, &rows[r], rod->rod.s)) {
+            for (int i = 0; i < rod->nodes; i++) {
                 of_row[i] = ad_row(at[i], r);
             }
-            rows[r] = ad_stack(x->nodes, of_row);
+            rows[r] = ad_stack(rod->nodes, of_row);
         }
     }
 }
 
 /* What is known of a tendon whose length is given. */
-static void give_length(strain_rod *x, int i, const rod_actuator *one)
+static void give_length(strain_rod *rod, int i, const rod_actuator *one)
 {
-    const scene_tendon *given = &x->open.tendons[i];
-    const double unit = x->rod.scales.force / x->rod.scales.length;
-    strain_pull *to = &x->pulls[i];
+    const scene_tendon *given = &rod->open.tendons[i];
+    const double unit = rod->rod.scales.force / rod->rod.scales.length;
+    strain_pull *to = &rod->pulls[i];
     to->is_sought = true;
     to->displacement = one->displacement;
     if (given->stiffness.is_given) {
@@ -227,94 +227,95 @@ static void give_length(strain_rod *x, int i, const rod_actuator *one)
     }
 }
 
-static void give_actuators(strain_rod *x)
+static void give_actuators(strain_rod *rod)
 {
-    x->actuators = scene_actuator_count(&x->open);
-    for (int i = 0; i < x->actuators; i++) {
-        rod_actuator one = rod_actuator_of(&x->rod, i);
-        strain_pull *to = &x->pulls[i];
+    rod->actuators = scene_actuator_count(&rod->open);
+    for (int i = 0; i < rod->actuators; i++) {
+        rod_actuator one = rod_actuator_of(&rod->rod, i);
+        strain_pull *to = &rod->pulls[i];
         to->law = one.law;
-        spread(x, one.offset, to->offset);
-        spread(x, one.slope, to->slope);
-        spread(x, one.pull, &to->pull);
-        for (int k = 0; k < x->nodes; k++) {
-            to->first += x->s[k] < one.start;
-            to->count += one.start <= x->s[k] && x->s[k] <= one.end;
+        spread(rod, one.offset, to->offset);
+        spread(rod, one.slope, to->slope);
+        spread(rod, one.pull, &to->pull);
+        for (int k = 0; k < rod->nodes; k++) {
+            to->first += rod->s[k] < one.start;
+            to->count += one.start <= rod->s[k] && rod->s[k] <= one.end;
         }
-        to->pull = strain_pull_within(x, to, to->pull);
-        if (i < x->open.tendon_count && x->open.tendons[i].displacement.is_given) {
-            give_length(x, i, &one);
+        to->pull = strain_pull_within(rod, to, to->pull);
+        if (i < rod->open.tendon_count && rod->open.tendons[i].displacement.is_given) {
+            give_length(rod, i, &one);
         }
         to->friction = one.friction;
-        to->rubs = i < x->open.tendon_count && quantity_is_something(x->open.tendons[i].friction);
+        to->rubs =
+            i < rod->open.tendon_count && quantity_is_something(rod->open.tendons[i].friction);
     }
 }
 
 /* Laws along the rod and at places; forces that depend on the position are sought. */
-static void give_laws(strain_rod *x)
+static void give_laws(strain_rod *rod)
 {
     rod_acting along[ROD_ALONG_MAX], places[ROD_AT_PLACES_MAX + ROD_AT_ENDS_MAX];
-    x->along_count = rod_acting_along(&x->rod, along);
-    x->place_count = rod_acting_at_places(&x->rod, places);
-    x->place_count += rod_acting_at_ends(&x->rod, places + x->place_count);
-    for (int i = 0; i < x->along_count; i++) {
-        x->along[i].law = along[i].law;
-        x->turns |= law_table[along[i].law].by_rotation;
-        x->is_pushed |= law_force_by_position(&law_table[along[i].law]);
-        spread(x, along[i].numbers, x->along[i].numbers);
+    rod->along_count = rod_acting_along(&rod->rod, along);
+    rod->place_count = rod_acting_at_places(&rod->rod, places);
+    rod->place_count += rod_acting_at_ends(&rod->rod, places + rod->place_count);
+    for (int i = 0; i < rod->along_count; i++) {
+        rod->along[i].law = along[i].law;
+        rod->turns |= law_table[along[i].law].by_rotation;
+        rod->is_pushed |= law_force_by_position(&law_table[along[i].law]);
+        spread(rod, along[i].numbers, rod->along[i].numbers);
     }
-    for (int i = 0; i < x->place_count; i++) {
-        x->places[i].law = places[i].law;
-        x->places[i].s = places[i].s;
+    for (int i = 0; i < rod->place_count; i++) {
+        rod->places[i].law = places[i].law;
+        rod->places[i].s = places[i].s;
         for (int k = 0; k < law_table[places[i].law].numbers; k++) {
-            x->places[i].numbers[k] = ad_row(places[i].numbers, k);
+            rod->places[i].numbers[k] = ad_row(places[i].numbers, k);
         }
     }
-    x->forces = strain_forces(&x->open, x->nodes);
-    x->is_placed = strain_is_placed(&x->open);
+    rod->forces = strain_forces(&rod->open, rod->nodes);
+    rod->is_placed = strain_is_placed(&rod->open);
 }
 
-static void give(strain_rod *x)
+static void give(strain_rod *rod)
 {
-    const rod_coefficients c = rod_coefficients_of(&x->rod);
-    spread(x, c.rest_strain, x->rest_strain.x);
-    spread(x, c.rest_curvature, x->rest_curvature.x);
-    spread(x, c.strain_compliance, x->strain_compliance.x);
-    spread(x, c.curvature_compliance, x->curvature_compliance.x);
-    give_actuators(x);
-    give_laws(x);
-    x->start = rod_end_of(&x->rod, 0, x->rod.t);
-    x->end = rod_end_of(&x->rod, 1, x->rod.t);
-    x->holds_position = x->end.hold.directions > 0;
-    x->holds_rotation = x->end.holds_rotation;
-    x->held = strain_held(&x->open);
+    const rod_coefficients c = rod_coefficients_of(&rod->rod);
+    spread(rod, c.rest_strain, rod->rest_strain.x);
+    spread(rod, c.rest_curvature, rod->rest_curvature.x);
+    spread(rod, c.strain_compliance, rod->strain_compliance.x);
+    spread(rod, c.curvature_compliance, rod->curvature_compliance.x);
+    give_actuators(rod);
+    give_laws(rod);
+    rod->start = rod_end_of(&rod->rod, 0, rod->rod.t);
+    rod->end = rod_end_of(&rod->rod, 1, rod->rod.t);
+    rod->holds_position = rod->end.hold.directions > 0;
+    rod->holds_rotation = rod->end.holds_rotation;
+    rod->held = strain_held(&rod->open);
 }
 
 /* ---- making -------------------------------------------------------------------------------- */
 
 /* What is measured by scales is measured by those of the scene with numbers. */
-static void begin(strain_rod *x, const strain_settings *settings, ad_value s,
+static void begin(strain_rod *rod, const strain_settings *settings, ad_value s,
                   const ad_value *parameters)
 {
-    x->open = *settings->open;
-    x->open.motion = SCENE_SPATIAL; /* everything in the frame of the world */
-    scene_with(&x->open, settings->count, settings->names, settings->values, &x->one);
-    x->tape = s.tape;
-    x->mesh = settings->mesh;
-    x->rule = solve_gauss_rule_of(x->mesh.stages);
-    x->nodes = strain_mesh_nodes(&x->mesh);
-    strain_mesh_places(&x->mesh, x->s);
-    x->at = rod_place(&x->one, s, ad_scalar(s.tape, 0));
-    x->rod = rod_context_of(&x->one, &x->at);
-    x->rod.scene = &x->open;
-    x->rod.properties = scene_properties_of(&x->open);
-    x->rod.parameter_count = settings->count;
+    rod->open = *settings->open;
+    rod->open.motion = SCENE_SPATIAL; /* everything in the frame of the world */
+    scene_with(&rod->open, settings->count, settings->names, settings->values, &rod->one);
+    rod->tape = s.tape;
+    rod->mesh = settings->mesh;
+    rod->rule = solve_gauss_rule_of(rod->mesh.stages);
+    rod->nodes = strain_mesh_nodes(&rod->mesh);
+    strain_mesh_places(&rod->mesh, rod->s);
+    rod->at = rod_place(&rod->one, s, ad_scalar(s.tape, 0));
+    rod->rod = rod_context_of(&rod->one, &rod->at);
+    rod->rod.scene = &rod->open;
+    rod->rod.properties = scene_properties_of(&rod->open);
+    rod->rod.parameter_count = settings->count;
     for (int i = 0; i < settings->count; i++) {
-        x->rod.parameters[i] = (quantity_binding){settings->names[i], parameters[i]};
+        rod->rod.parameters[i] = (quantity_binding){settings->names[i], parameters[i]};
     }
-    const scene_properties made = scene_properties_of(&x->one);
+    const scene_properties made = scene_properties_of(&rod->one);
     for (int i = 0; i < 3; i++) {
-        x->shears = x->shears || !scene_locks(made.strain_stiffness[i]);
+        rod->shears = rod->shears || !scene_locks(made.strain_stiffness[i]);
     }
 }
 
@@ -327,23 +328,23 @@ ad_status strain_rod_create(const strain_settings *settings, ad_value s, const a
                        settings->count, SCENE_PARAMETERS_MAX);
     }
     ad_status status = check_mesh(&settings->mesh, error);
-    strain_rod *x = status == AD_OK ? calloc(1, sizeof *x) : NULL;
-    if (status == AD_OK && !x) {
+    strain_rod *rod = status == AD_OK ? calloc(1, sizeof *rod) : NULL;
+    if (status == AD_OK && !rod) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for a rod in the strain form");
     }
     if (status == AD_OK) {
-        begin(x, settings, s, parameters);
-        status = strain_check(&x->one, true, error);
+        begin(rod, settings, s, parameters);
+        status = strain_check(&rod->one, true, error);
     }
     if (status == AD_OK) {
-        give(x);
-        status = ad_tape_status(x->tape, error);
+        give(rod);
+        status = ad_tape_status(rod->tape, error);
     }
     if (status != AD_OK) {
-        strain_rod_free(x);
+        strain_rod_free(rod);
         return status;
     }
-    *result = x;
+    *result = rod;
     return AD_OK;
 }
 

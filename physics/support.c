@@ -60,10 +60,10 @@ static bool is_of(const char *key, const char *section)
 
 /* The key of the first quantity in a section that the scene gives as something else than its
  * default. */
-static const char *given(const scene *x, const char *section)
+static const char *given(const scene *scene, const char *section)
 {
     for (int i = 0; i < scene_field_count; i++) {
-        if (is_of(scene_fields[i].key, section) && scene_field_says(x, &scene_fields[i])) {
+        if (is_of(scene_fields[i].key, section) && scene_field_says(scene, &scene_fields[i])) {
             return scene_fields[i].key;
         }
     }
@@ -71,7 +71,7 @@ static const char *given(const scene *x, const char *section)
 }
 
 /* The first quantity that depends on a name, of parts of a scene. */
-static const char *depends(const scene *x, const char *name, bool of_matter)
+static const char *depends(const scene *scene, const char *name, bool of_matter)
 {
     for (int i = 0; i < scene_field_count; i++) {
         const scene_field *field = &scene_fields[i];
@@ -79,54 +79,55 @@ static const char *depends(const scene *x, const char *name, bool of_matter)
             !of_matter || (field->part == SCENE_OF_ROD && (is_of(field->key, "rod.section") ||
                                                            is_of(field->key, "rod.stiffness") ||
                                                            is_of(field->key, "rod.material")));
-        if (counts && quantity_any_depends_on(field->count, scene_field_of(x, field), name)) {
+        if (counts && quantity_any_depends_on(field->count, scene_field_of(scene, field), name)) {
             return field->key;
         }
     }
     return NULL;
 }
 
-static const char *tapered(const scene *x)
+static const char *tapered(const scene *scene)
 {
-    return depends(x, "s", true);
+    return depends(scene, "s", true);
 }
 
-static const char *timed(const scene *x)
+static const char *timed(const scene *scene)
 {
-    return scene_is_dynamic(x) ? depends(x, "t", false) : NULL; /* at rest scene_check has it */
+    return scene_is_dynamic(scene) ? depends(scene, "t", false)
+                                   : NULL; /* at rest scene_check has it */
 }
 
-static const char *follows_along(const scene *x)
+static const char *follows_along(const scene *scene)
 {
-    return x->loads.frame == SCENE_FOLLOWER ? "loads.frame" : NULL;
+    return scene->loads.frame == SCENE_FOLLOWER ? "loads.frame" : NULL;
 }
 
-static const char *follows_at_tip(const scene *x)
+static const char *follows_at_tip(const scene *scene)
 {
-    return x->loads.tip.frame == SCENE_FOLLOWER ? "loads.tip.frame" : NULL;
+    return scene->loads.tip.frame == SCENE_FOLLOWER ? "loads.tip.frame" : NULL;
 }
 
-static const char *several(const scene *x)
+static const char *several(const scene *scene)
 {
-    return x->segment_count > 0 ? "segments" : NULL;
+    return scene->segment_count > 0 ? "segments" : NULL;
 }
 
-static const char *has_bodies(const scene *x)
+static const char *has_bodies(const scene *scene)
 {
-    return x->body_count > 0 ? "bodies" : NULL;
+    return scene->body_count > 0 ? "bodies" : NULL;
 }
 
-static const char *has_tubes(const scene *x)
+static const char *has_tubes(const scene *scene)
 {
-    return x->tube_count > 0 ? "tubes" : NULL;
+    return scene->tube_count > 0 ? "tubes" : NULL;
 }
 
-static const char *lawful(const scene *x)
+static const char *lawful(const scene *scene)
 {
-    return x->rod.law ? "rod.law" : NULL;
+    return scene->rod.law ? "rod.law" : NULL;
 }
 
-static const char *damped(const scene *x)
+static const char *damped(const scene *scene)
 {
     static const char *const keys[] = {"rod.material.viscosity",
                                        "rod.material.relaxation_time",
@@ -136,35 +137,36 @@ static const char *damped(const scene *x)
                                        "segments.material.relaxation_time"};
     const char *key = NULL;
     for (size_t i = 0; i < sizeof keys / sizeof *keys && !key; i++) {
-        key = given(x, keys[i]);
+        key = given(scene, keys[i]);
     }
     return key;
 }
 
-static const char *resting(const scene *x)
+static const char *resting(const scene *scene)
 {
-    const char *key = given(x, "rod.rest.curvature");
-    key = key ? key : given(x, "rod.rest.strain");
-    key = key ? key : given(x, "segments.rest.curvature");
-    return key ? key : given(x, "segments.rest.strain");
+    const char *key = given(scene, "rod.rest.curvature");
+    key = key ? key : given(scene, "rod.rest.strain");
+    key = key ? key : given(scene, "segments.rest.curvature");
+    return key ? key : given(scene, "segments.rest.strain");
 }
 
-static const char *imperfect(const scene *x)
+static const char *imperfect(const scene *scene)
 {
-    const char *key = given(x, "rod.rest.imperfection");
-    return key ? key : given(x, "segments.rest.imperfection");
+    const char *key = given(scene, "rod.rest.imperfection");
+    return key ? key : given(scene, "segments.rest.imperfection");
 }
 
-static const char *locked(const scene *x)
+static const char *locked(const scene *scene)
 {
-    return !scene_is_beam(x) && scene_locks_somewhere(x) ? "rod.model" : NULL;
+    return !scene_is_beam(scene) && scene_locks_somewhere(scene) ? "rod.model" : NULL;
 }
 
 /* Of a rod in motion that does not shear, or that does, about any director. */
-static const char *without_inertia(const scene *x, bool shears)
+static const char *without_inertia(const scene *scene, bool shears)
 {
-    for (int k = 0; k < scene_pieces(x) && scene_is_dynamic(x) && !scene_is_beam(x); k++) {
-        const scene_piece piece = scene_piece_of(x, k);
+    for (int k = 0; k < scene_pieces(scene) && scene_is_dynamic(scene) && !scene_is_beam(scene);
+         k++) {
+        const scene_piece piece = scene_piece_of(scene, k);
         const scene_properties of = scene_rod_properties(&piece.rod);
         const bool locks =
             scene_locks(of.strain_stiffness[0]) && scene_locks(of.strain_stiffness[1]);
@@ -177,82 +179,83 @@ static const char *without_inertia(const scene *x, bool shears)
     return NULL;
 }
 
-static const char *turns_freely(const scene *x)
+static const char *turns_freely(const scene *scene)
 {
-    return without_inertia(x, false);
+    return without_inertia(scene, false);
 }
 
-static const char *shears_freely(const scene *x)
+static const char *shears_freely(const scene *scene)
 {
-    return without_inertia(x, true);
+    return without_inertia(scene, true);
 }
 
-static const char *start_is(const scene *x, int count, const scene_end_type *types)
+static const char *start_is(const scene *scene, int count, const scene_end_type *types)
 {
     for (int i = 0; i < count; i++) {
-        if (x->start.type == types[i] && !scene_is_beam(x)) {
+        if (scene->start.type == types[i] && !scene_is_beam(scene)) {
             return "boundary.start.type";
         }
     }
     return NULL;
 }
 
-static const char *pinned_start(const scene *x)
+static const char *pinned_start(const scene *scene)
 {
-    return start_is(x, 1, (const scene_end_type[]){SCENE_PINNED});
+    return start_is(scene, 1, (const scene_end_type[]){SCENE_PINNED});
 }
 
-static const char *driven_start(const scene *x)
+static const char *driven_start(const scene *scene)
 {
-    return start_is(x, 1, (const scene_end_type[]){SCENE_DRIVEN});
+    return start_is(scene, 1, (const scene_end_type[]){SCENE_DRIVEN});
 }
 
-static const char *open_start(const scene *x)
+static const char *open_start(const scene *scene)
 {
-    return start_is(x, 2, (const scene_end_type[]){SCENE_FREE, SCENE_LOADED});
+    return start_is(scene, 2, (const scene_end_type[]){SCENE_FREE, SCENE_LOADED});
 }
 
-static const char *sliding_start(const scene *x)
+static const char *sliding_start(const scene *scene)
 {
-    return start_is(x, 2, (const scene_end_type[]){SCENE_GUIDED, SCENE_ROLLER});
+    return start_is(scene, 2, (const scene_end_type[]){SCENE_GUIDED, SCENE_ROLLER});
 }
 
-static const char *held_end(const scene *x)
+static const char *held_end(const scene *scene)
 {
-    return !scene_is_beam(x) && (x->end.type == SCENE_CLAMPED || x->end.type == SCENE_PINNED)
+    return !scene_is_beam(scene) &&
+                   (scene->end.type == SCENE_CLAMPED || scene->end.type == SCENE_PINNED)
                ? "boundary.end.type"
                : NULL;
 }
 
-static const char *sliding_end(const scene *x)
+static const char *sliding_end(const scene *scene)
 {
-    return !scene_is_beam(x) && scene_end_slides(x->end.type) ? "boundary.end.type" : NULL;
+    return !scene_is_beam(scene) && scene_end_slides(scene->end.type) ? "boundary.end.type" : NULL;
 }
 
-static const char *driven_end(const scene *x)
+static const char *driven_end(const scene *scene)
 {
-    return x->end.type == SCENE_DRIVEN ? "boundary.end.type" : NULL;
+    return scene->end.type == SCENE_DRIVEN ? "boundary.end.type" : NULL;
 }
 
-static const char *turned_end(const scene *x)
+static const char *turned_end(const scene *scene)
 {
-    return x->end.twist.is_given                           ? "boundary.end.twist"
-           : quantity_any_given(3, x->end.rotation_vector) ? "boundary.end.rotation_vector"
-                                                           : NULL;
+    return scene->end.twist.is_given                           ? "boundary.end.twist"
+           : quantity_any_given(3, scene->end.rotation_vector) ? "boundary.end.rotation_vector"
+                                                               : NULL;
 }
 
 /* A body or a spring at s = 0, which the support does not take. */
-static const char *loaded_pin(const scene *x)
+static const char *loaded_pin(const scene *scene)
 {
-    if (x->start.type == SCENE_PINNED) {
-        const double same = 1e-9 * scene_length(x);
-        for (int i = 0; i < x->spring_count; i++) {
-            if (x->springs[i].at.number <= same) {
+    if (scene->start.type == SCENE_PINNED) {
+        const double same = 1e-9 * scene_length(scene);
+        for (int i = 0; i < scene->spring_count; i++) {
+            if (scene->springs[i].at.number <= same) {
                 return "springs";
             }
         }
-        for (int i = 0; i < x->body_count; i++) {
-            if (x->bodies[i].at.number <= same) {
+        for (int i = 0; i < scene->body_count; i++) {
+            if (scene->bodies[i].at.number <= same) {
                 return "bodies";
             }
         }
@@ -260,118 +263,119 @@ static const char *loaded_pin(const scene *x)
     return NULL;
 }
 
-static const char *tendon_with(const scene *x, bool keeps_length)
+static const char *tendon_with(const scene *scene, bool keeps_length)
 {
-    for (int i = 0; i < x->tendon_count; i++) {
-        const scene_tendon *tendon = &x->tendons[i];
+    for (int i = 0; i < scene->tendon_count; i++) {
+        const scene_tendon *tendon = &scene->tendons[i];
         if (tendon->displacement.is_given && tendon->stiffness.is_given != keeps_length) {
-            return scene_key_of(x, &tendon->displacement);
+            return scene_key_of(scene, &tendon->displacement);
         }
     }
     return NULL;
 }
 
-static const char *elastic(const scene *x)
+static const char *elastic(const scene *scene)
 {
-    return tendon_with(x, false);
+    return tendon_with(scene, false);
 }
 
-static const char *keeps_length(const scene *x)
+static const char *keeps_length(const scene *scene)
 {
-    return tendon_with(x, true);
+    return tendon_with(scene, true);
 }
 
-static const char *rubs(const scene *x)
+static const char *rubs(const scene *scene)
 {
-    for (int i = 0; i < x->tendon_count; i++) {
-        if (quantity_is_something(x->tendons[i].friction)) {
-            return scene_key_of(x, &x->tendons[i].friction);
+    for (int i = 0; i < scene->tendon_count; i++) {
+        if (quantity_is_something(scene->tendons[i].friction)) {
+            return scene_key_of(scene, &scene->tendons[i].friction);
         }
     }
     return NULL;
 }
 
 /* Where the path of a tendon with friction may have a kink. */
-static const char *kinks(const scene *x)
+static const char *kinks(const scene *scene)
 {
     scene_breaks breaks;
     ad_error unused;
-    if (!rubs(x) || scene_breaks_of(x, "s", &breaks, &unused) != AD_OK) {
+    if (!rubs(scene) || scene_breaks_of(scene, "s", &breaks, &unused) != AD_OK) {
         return NULL;
     }
-    for (int i = 0; i < x->tendon_count; i++) {
-        const scene_tendon *tendon = &x->tendons[i];
-        const double length = scene_length(x), inside = 1e-12 * length;
+    for (int i = 0; i < scene->tendon_count; i++) {
+        const scene_tendon *tendon = &scene->tendons[i];
+        const double length = scene_length(scene), inside = 1e-12 * length;
         const double from = tendon->start.is_given ? tendon->start.number : 0;
         const double to = tendon->end.is_given ? tendon->end.number : length;
         for (int k = 0; k < breaks.count && quantity_is_something(tendon->friction); k++) {
             if (breaks.place[k] > from + inside && breaks.place[k] < to - inside) {
-                return scene_key_of(x, &tendon->friction);
+                return scene_key_of(scene, &tendon->friction);
             }
         }
     }
     return NULL;
 }
 
-static const char *manufactured(const scene *x)
+static const char *manufactured(const scene *scene)
 {
-    return scene_is_manufactured(x) ? "manufactured.position" : NULL;
+    return scene_is_manufactured(scene) ? "manufactured.position" : NULL;
 }
 
-static const char *manufactured_locked(const scene *x)
+static const char *manufactured_locked(const scene *scene)
 {
-    return manufactured(x) ? locked(x) : NULL;
+    return manufactured(scene) ? locked(scene) : NULL;
 }
 
-static const char *manufactured_tension(const scene *x)
+static const char *manufactured_tension(const scene *scene)
 {
-    const char *key = rubs(x);
-    key = key ? key : elastic(x);
-    key = key ? key : keeps_length(x);
-    return manufactured(x) ? key : NULL;
+    const char *key = rubs(scene);
+    key = key ? key : elastic(scene);
+    key = key ? key : keeps_length(scene);
+    return manufactured(scene) ? key : NULL;
 }
 
-static const char *manufactured_imperfect(const scene *x)
+static const char *manufactured_imperfect(const scene *scene)
 {
-    return manufactured(x) ? imperfect(x) : NULL;
+    return manufactured(scene) ? imperfect(scene) : NULL;
 }
 
-static const char *begins(const scene *x)
+static const char *begins(const scene *scene)
 {
-    const char *key = given(x, "initial");
-    return key ? key : given(x, "beam.initial");
+    const char *key = given(scene, "initial");
+    return key ? key : given(scene, "beam.initial");
 }
 
-static const char *settles(const scene *x)
+static const char *settles(const scene *scene)
 {
-    return x->initial.state == SCENE_EQUILIBRIUM ? "initial.state" : NULL;
+    return scene->initial.state == SCENE_EQUILIBRIUM ? "initial.state" : NULL;
 }
 
-static const char *small(const scene *x)
+static const char *small(const scene *scene)
 {
-    return scene_is_beam(x) ? "rod.model" : NULL;
+    return scene_is_beam(scene) ? "rod.model" : NULL;
 }
 
-static const char *soft(const scene *x)
+static const char *soft(const scene *scene)
 {
-    return x->boundary_enforcement != SCENE_HARD                         ? "enforcement.boundary"
-           : scene_is_dynamic(x) && x->initial_enforcement != SCENE_HARD ? "enforcement.initial"
-                                                                         : NULL;
+    return scene->boundary_enforcement != SCENE_HARD ? "enforcement.boundary"
+           : scene_is_dynamic(scene) && scene->initial_enforcement != SCENE_HARD
+               ? "enforcement.initial"
+               : NULL;
 }
 
-static const char *ranged(const scene *x)
+static const char *ranged(const scene *scene)
 {
-    return scene_is_family(x) ? "parameters" : NULL;
+    return scene_is_family(scene) ? "parameters" : NULL;
 }
 
-static const char *unknown(const scene *x)
+static const char *unknown(const scene *scene)
 {
-    return x->unknown_count > 0 ? "parameters" : NULL;
+    return scene->unknown_count > 0 ? "parameters" : NULL;
 }
 
-static const char *never(const scene *x)
+static const char *never(const scene *scene)
 {
-    (void)x;
+    (void)scene;
     return NULL;
 }
 

@@ -20,7 +20,7 @@ enum { STATES = 6, INPUTS = 2, STEPS = 12 };
 
 typedef struct example {
     config *given;
-    excite_rollouts motions;
+    excitation_rollouts motions;
     decoupled m;
     double *numbers, *parameters, *work;
     size_t count; /* of parameters */
@@ -36,7 +36,7 @@ static example make(int terms, bool ramps)
                        .step = 0.02,
                        .layers = 2,
                        .width = {5, 7}}};
-    excite_settings settings = excite_settings_default();
+    excitation_settings settings = excitation_settings_default();
     memcpy(settings.modes, modes, sizeof modes);
     settings.step = x.m.step;
     settings.steps = STEPS;
@@ -49,7 +49,7 @@ static example make(int terms, bool ramps)
     x.work = calloc(decoupled_work(&x.m), sizeof *x.work);
     x.m.numbers = x.numbers;
     if (prepare_read("arm.yaml", arm, 0, NULL, &x.given, &error) != AD_OK ||
-        excite_run(&x.given->scene, &settings, pool, &x.motions, &error) != AD_OK) {
+        excitation_run(&x.given->scene, &settings, pool, &x.motions, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     physics_prepare(&x.given->scene, &x.motions, 3, &x.m, x.numbers);
@@ -68,7 +68,7 @@ static void discard(example *x)
 {
     free(x->numbers);
     free(x->work);
-    excite_free(&x->motions);
+    excitation_free(&x->motions);
     config_free(x->given);
 }
 

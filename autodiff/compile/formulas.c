@@ -3,13 +3,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-static uint64_t formula_hash(const formula *x)
+static uint64_t formula_hash(const formula *formula)
 {
     uint64_t number;
-    memcpy(&number, &x->number, sizeof number);
-    uint64_t hash = ad_hash_mix(ad_hash_mix((uint64_t)x->op, (uint64_t)x->whole), number);
-    hash = ad_hash_mix(ad_hash_mix(hash, (uint64_t)x->a), (uint64_t)x->b);
-    return ad_hash_mix(hash, (uint64_t)x->c);
+    memcpy(&number, &formula->number, sizeof number);
+    uint64_t hash =
+        ad_hash_mix(ad_hash_mix((uint64_t)formula->op, (uint64_t)formula->whole), number);
+    hash = ad_hash_mix(ad_hash_mix(hash, (uint64_t)formula->a), (uint64_t)formula->b);
+    return ad_hash_mix(hash, (uint64_t)formula->c);
 }
 
 static bool formula_equal(const formula *x, const formula *y)

@@ -246,9 +246,9 @@ static int root_of(const pass_plan *plan, int id, int *row)
 
 static int compare_born(const void *a, const void *b)
 {
-    const buffer *x = a, *y = b;
-    return x->born != y->born ? (x->born < y->born ? -1 : 1)
-                              : (x->owner > y->owner) - (x->owner < y->owner);
+    const buffer *buffer = a, *y = b;
+    return buffer->born != y->born ? (buffer->born < y->born ? -1 : 1)
+                                   : (buffer->owner > y->owner) - (buffer->owner < y->owner);
 }
 
 static int compare_offset(const void *a, const void *b)

@@ -436,32 +436,32 @@ const law law_table[LAW_COUNT] = {
 
 /* ---- formulas ------------------------------------------------------------------------------ */
 
-static void derive_within(law_formula *x)
+static void derive_within(law_formula *formula)
 {
-    ad_reverse(x->energy, LAW_WRENCH, x->given, AD_PER_POINT, x->wrench);
+    ad_reverse(formula->energy, LAW_WRENCH, formula->given, AD_PER_POINT, formula->wrench);
     for (int i = 0, k = 0; i < LAW_WRENCH; i++) {
         for (int j = i; j < LAW_WRENCH; j++) {
-            x->by[k++] = ad_derivative(x->wrench[i], x->given[j], 1);
+            formula->by[k++] = ad_derivative(formula->wrench[i], formula->given[j], 1);
         }
     }
 }
 
-static void derive_tube(law_formula *x)
+static void derive_tube(law_formula *formula)
 {
-    const ad_value *at = x->given, turn[2] = {ad_neg(at[4]), at[3]};
+    const ad_value *at = formula->given, turn[2] = {ad_neg(at[4]), at[3]};
     ad_value by_state[LAW_WRENCH], by_turn[LAW_WRENCH];
-    ad_reverse(x->energy, LAW_WRENCH, at, AD_PER_POINT, by_state);
+    ad_reverse(formula->energy, LAW_WRENCH, at, AD_PER_POINT, by_state);
     for (int i = 0; i < 3; i++) {
-        x->wrench[i] = by_state[i];
+        formula->wrench[i] = by_state[i];
     }
-    x->wrench[3] = ad_add(ad_mul(turn[0], by_state[3]), ad_mul(turn[1], by_state[4]));
-    x->wrench[4] = by_state[5];
-    ad_directional(LAW_WRENCH, x->wrench, 2, at + 3, turn, by_turn);
+    formula->wrench[3] = ad_add(ad_mul(turn[0], by_state[3]), ad_mul(turn[1], by_state[4]));
+    formula->wrench[4] = by_state[5];
+    ad_directional(LAW_WRENCH, formula->wrench, 2, at + 3, turn, by_turn);
     for (int i = 0, k = 0; i < LAW_WRENCH; i++) {
         for (int j = i; j < LAW_WRENCH; j++, k++) {
-            x->by[k] = j == 3   ? by_turn[i]
-                       : j == 5 ? x->wrench[5]
-                                : ad_derivative(x->wrench[i], at[j < 3 ? j : 5], 1);
+            formula->by[k] = j == 3   ? by_turn[i]
+                             : j == 5 ? formula->wrench[5]
+                                      : ad_derivative(formula->wrench[i], at[j < 3 ? j : 5], 1);
         }
     }
 }
@@ -476,54 +476,54 @@ static void turn_about(const ad_value q[4], int k, ad_value by[4])
     by[1 + j] = ad_scale(q[1 + i], 0.5);
 }
 
-static void derive_outside(law_formula *x)
+static void derive_outside(law_formula *formula)
 {
-    const ad_value *q = x->given + ROTATION;
+    const ad_value *q = formula->given + ROTATION;
     ad_value turn[3][4], by_state[7];
     for (int k = 0; k < 3; k++) {
         turn_about(q, k, turn[k]);
     }
-    ad_reverse(x->energy, 7, x->given, AD_PER_POINT, by_state); /* zeros without one */
+    ad_reverse(formula->energy, 7, formula->given, AD_PER_POINT, by_state); /* zeros without one */
     for (int k = 0; k < 3; k++) {
-        x->wrench[k] = ad_sub(x->wrench[k], by_state[k]);
+        formula->wrench[k] = ad_sub(formula->wrench[k], by_state[k]);
         for (int i = 0; i < 4; i++) {
             const ad_value part = ad_mul(by_state[ROTATION + i], turn[k][i]);
-            x->wrench[3 + k] = ad_sub(x->wrench[3 + k], part);
+            formula->wrench[3 + k] = ad_sub(formula->wrench[3 + k], part);
         }
     }
     for (int k = 0; k < 3; k++) {
         ad_value by_turn[LAW_WRENCH];
-        ad_directional(LAW_WRENCH, x->wrench, 4, q, turn[k], by_turn);
+        ad_directional(LAW_WRENCH, formula->wrench, 4, q, turn[k], by_turn);
         for (int i = 0; i < LAW_WRENCH; i++) {
-            x->by[3 * i + k] = ad_derivative(x->wrench[i], x->given[k], 1);
-            x->by[3 * (LAW_WRENCH + i) + k] = by_turn[i];
-            x->by[3 * (2 * LAW_WRENCH + i) + k] =
-                ad_derivative(x->wrench[i], x->given[VELOCITY + k], 1);
+            formula->by[3 * i + k] = ad_derivative(formula->wrench[i], formula->given[k], 1);
+            formula->by[3 * (LAW_WRENCH + i) + k] = by_turn[i];
+            formula->by[3 * (2 * LAW_WRENCH + i) + k] =
+                ad_derivative(formula->wrench[i], formula->given[VELOCITY + k], 1);
         }
     }
 }
 
-static void derive_motion(law_formula *x)
+static void derive_motion(law_formula *formula)
 {
-    const ad_value *V = x->given, *w = V + 3, *A = V + 6;
+    const ad_value *V = formula->given, *w = V + 3, *A = V + 6;
     ad_value momentum[LAW_WRENCH], rate[LAW_WRENCH], along[LAW_WRENCH], turned[3][3];
     cross(w, V, turned[0]);
     for (int i = 0; i < 3; i++) {
         along[i] = ad_sub(A[i], turned[0][i]);
         along[3 + i] = A[3 + i];
     }
-    ad_reverse(x->energy, LAW_WRENCH, V, AD_PER_POINT, momentum);
+    ad_reverse(formula->energy, LAW_WRENCH, V, AD_PER_POINT, momentum);
     ad_directional(LAW_WRENCH, momentum, LAW_WRENCH, V, along, rate);
     cross(w, momentum, turned[0]);
     cross(w, momentum + 3, turned[1]);
     cross(V, momentum, turned[2]);
     for (int i = 0; i < 3; i++) {
-        x->wrench[i] = ad_neg(ad_add(rate[i], turned[0][i]));
-        x->wrench[3 + i] = ad_neg(ad_add(rate[3 + i], ad_add(turned[1][i], turned[2][i])));
+        formula->wrench[i] = ad_neg(ad_add(rate[i], turned[0][i]));
+        formula->wrench[3 + i] = ad_neg(ad_add(rate[3 + i], ad_add(turned[1][i], turned[2][i])));
     }
     for (int k = 0; k < LAW_BY_MOTION; k++) {
         const int group = k / 18, i = k % 18 / 3;
-        x->by[k] = ad_derivative(x->wrench[i], x->given[3 * group + k % 3], 1);
+        formula->by[k] = ad_derivative(formula->wrench[i], formula->given[3 * group + k % 3], 1);
     }
 }
 

@@ -28,30 +28,30 @@ static void write_function(writer *w, law_name name, const char *ending, int gro
 }
 
 /* What the law is given, as arguments; how many. */
-static int arguments_of(law_name name, const law_formula *x,
+static int arguments_of(law_name name, const law_formula *formula,
                         ad_inline_argument input[LAW_GROUPS_MAX])
 {
     law_group groups[LAW_GROUPS_MAX];
     const int count = law_groups(name, groups);
     for (int i = 0, k = 0; i < count; k += groups[i++].count) {
-        input[i] = (ad_inline_argument){groups[i].name, groups[i].count, x->given + k};
+        input[i] = (ad_inline_argument){groups[i].name, groups[i].count, formula->given + k};
     }
     return count;
 }
 
-static void write_within(writer *w, law_name name, const law_formula *x)
+static void write_within(writer *w, law_name name, const law_formula *formula)
 {
     ad_value by_v[6]; /* without the rest, for section by section */
     ad_inline_argument input[LAW_GROUPS_MAX];
-    const int groups = arguments_of(name, x, input);
-    const ad_inline_argument energy = {"energy", 1, &x->energy};
-    const ad_inline_argument all[2] = {{"wrench", LAW_WRENCH, x->wrench},
-                                       {"stiffness", LAW_STIFFNESS, x->by}};
+    const int groups = arguments_of(name, formula, input);
+    const ad_inline_argument energy = {"energy", 1, &formula->energy};
+    const ad_inline_argument all[2] = {{"wrench", LAW_WRENCH, formula->wrench},
+                                       {"stiffness", LAW_STIFFNESS, formula->by}};
     const ad_inline_argument some[2] = {all[0], {"stiffness", 6, by_v}};
     const ad_inline_argument every[3] = {energy, all[0], all[1]};
     for (int i = 0, k = 0; i < 3; i++) {
         for (int j = i; j < 3; j++) {
-            by_v[k++] = x->by[law_entry(i, j)];
+            by_v[k++] = formula->by[law_entry(i, j)];
         }
     }
     write_function(w, name, "_energy", groups, input, 1, &energy);
@@ -67,13 +67,13 @@ static const char *const STRAINS = "const NUMBER v[3], const NUMBER u[3], const 
 static const char *const STATE = "const NUMBER position[3], const NUMBER rotation[4],\n"
                                  "    const NUMBER velocity[3], const NUMBER *numbers";
 
-static void write_beyond(writer *w, law_name name, const law_formula *x)
+static void write_beyond(writer *w, law_name name, const law_formula *formula)
 {
     ad_inline_argument input[LAW_GROUPS_MAX];
-    const int groups = arguments_of(name, x, input);
-    const ad_inline_argument energy = {"energy", 1, &x->energy};
-    const ad_inline_argument all[2] = {{"wrench", LAW_WRENCH, x->wrench},
-                                       {"by", law_derivatives(name), x->by}};
+    const int groups = arguments_of(name, formula, input);
+    const ad_inline_argument energy = {"energy", 1, &formula->energy};
+    const ad_inline_argument all[2] = {{"wrench", LAW_WRENCH, formula->wrench},
+                                       {"by", law_derivatives(name), formula->by}};
     write_function(w, name, "_energy", groups, input, 1, &energy);
     write_function(w, name, "_wrench", groups, input, 1, all);
     write_function(w, name, "", groups, input, 2, all);

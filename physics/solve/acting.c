@@ -17,82 +17,82 @@ static acting_kind kind_of(law_name law)
     return of->by_position || of->by_rotation || of->by_velocity ? ACTING_OTHER_LOADS : ACTING_DEAD;
 }
 
-void acting_add(acting *x, law_name law)
+void acting_add(acting *acting, law_name law)
 {
     const struct law *of = &law_table[law];
-    x->kind[x->count] = kind_of(law);
-    x->law[x->count++] = law;
-    x->numbers += of->numbers;
-    x->kinds |= (int)kind_of(law);
-    x->has_moment |= of->has_moment;
-    x->follows |= of->has_force && of->by_rotation;
-    x->by_position |= of->by_position;
-    x->force_by_position |= law_force_by_position(of);
-    x->moment_by_position |= of->by_position && of->has_moment;
-    x->by_rotation |= of->by_rotation;
-    x->by_velocity |= of->by_velocity;
+    acting->kind[acting->count] = kind_of(law);
+    acting->law[acting->count++] = law;
+    acting->numbers += of->numbers;
+    acting->kinds |= (int)kind_of(law);
+    acting->has_moment |= of->has_moment;
+    acting->follows |= of->has_force && of->by_rotation;
+    acting->by_position |= of->by_position;
+    acting->force_by_position |= law_force_by_position(of);
+    acting->moment_by_position |= of->by_position && of->has_moment;
+    acting->by_rotation |= of->by_rotation;
+    acting->by_velocity |= of->by_velocity;
 }
 
 /* Of a unit rotation and a velocity. */
-static acting_on complete(const acting *x, acting_on at, double q[4])
+static acting_on complete(const acting *acting, acting_on at, double q[4])
 {
     static const double still[3] = {0};
-    if (x->by_rotation) {
+    if (acting->by_rotation) {
         memcpy(q, at.rotation, 4 * sizeof *q);
         quaternion_normalize(q);
     }
-    return (acting_on){at.position, x->by_rotation ? q : at.rotation,
+    return (acting_on){at.position, acting->by_rotation ? q : at.rotation,
                        at.velocity ? at.velocity : still};
 }
 
-void acting_wrench(const acting *x, const double *numbers, acting_on at, int kinds, double weight,
-                   double *wrench)
+void acting_wrench(const acting *acting, const double *numbers, acting_on at, int kinds,
+                   double weight, double *wrench)
 {
     double q[4], sum[6] = {0};
-    at = complete(x, at, q);
-    for (int i = 0; i < x->count; i++) {
-        if (kinds & (int)x->kind[i]) {
-            number_law_outside_wrench(x->law[i], at.position, at.rotation, at.velocity, numbers,
-                                      sum);
+    at = complete(acting, at, q);
+    for (int i = 0; i < acting->count; i++) {
+        if (kinds & (int)acting->kind[i]) {
+            number_law_outside_wrench(acting->law[i], at.position, at.rotation, at.velocity,
+                                      numbers, sum);
         }
-        numbers += law_table[x->law[i]].numbers;
+        numbers += law_table[acting->law[i]].numbers;
     }
     for (int k = 0; k < 6; k++) {
         wrench[k] += weight * sum[k];
     }
 }
 
-void acting_differentiate(const acting *x, const double *numbers, acting_on at, double weight,
+void acting_differentiate(const acting *acting, const double *numbers, acting_on at, double weight,
                           acting_change *result)
 {
     double q[4], *all = (double *)result, *by = all + 6;
     _Static_assert(sizeof *result == (6 + LAW_BY) * sizeof *all, "all of it, in this order");
     memset(result, 0, sizeof *result);
-    at = complete(x, at, q);
-    for (int i = 0; i < x->count; i++) {
-        number_law_outside(x->law[i], at.position, at.rotation, at.velocity, numbers, all, by);
-        numbers += law_table[x->law[i]].numbers;
+    at = complete(acting, at, q);
+    for (int i = 0; i < acting->count; i++) {
+        number_law_outside(acting->law[i], at.position, at.rotation, at.velocity, numbers, all, by);
+        numbers += law_table[acting->law[i]].numbers;
     }
     for (int k = 0; k < 6; k++) {
         all[k] *= weight;
     }
     for (int k = 0; k < 18; k++) {
-        by[k] *= x->by_position ? weight : 0;
-        by[18 + k] *= x->by_rotation ? weight : 0;
-        by[36 + k] *= x->by_velocity ? weight : 0;
+        by[k] *= acting->by_position ? weight : 0;
+        by[18 + k] *= acting->by_rotation ? weight : 0;
+        by[36 + k] *= acting->by_velocity ? weight : 0;
     }
 }
 
-double acting_energy(const acting *x, const double *numbers, acting_on at)
+double acting_energy(const acting *acting, const double *numbers, acting_on at)
 {
     double q[4], energy = 0;
-    at = complete(x, at, q);
-    for (int i = 0; i < x->count; i++) {
-        if (law_table[x->law[i]].kind == LAW_STORES) {
-            number_law_outside_energy(x->law[i], at.position, at.rotation, at.velocity, numbers,
-                                      &energy);
+    at = complete(acting, at, q);
+    for (int i = 0; i < acting->count; i++) {
+        if (law_table[acting->law[i]].kind == LAW_STORES) {
+            number_law_outside_energy(acting->law[i], at.position, at.rotation, at.velocity,
+                                      numbers, &energy);
         }
-        numbers += law_table[x->law[i]].numbers;
+        numbers += law_table[acting->law[i]].numbers;
     }
     return energy;
 }
@@ -106,19 +106,19 @@ static double size_of(int count, const double *x)
     return sqrt(square);
 }
 
-double acting_work(const acting *x, const double *numbers, acting_on from, acting_on to)
+double acting_work(const acting *acting, const double *numbers, acting_on from, acting_on to)
 {
     double work = 0, q[2][4];
-    from = complete(x, from, q[0]);
-    to = complete(x, to, q[1]);
-    for (int i = 0; i < x->count; i++) {
-        const law *of = &law_table[x->law[i]];
+    from = complete(acting, from, q[0]);
+    to = complete(acting, to, q[1]);
+    for (int i = 0; i < acting->count; i++) {
+        const law *of = &law_table[acting->law[i]];
         double energy[2] = {0};
         if (of->kind == LAW_LOADS && of->has_energy) {
-            number_law_outside_energy(x->law[i], from.position, from.rotation, from.velocity,
+            number_law_outside_energy(acting->law[i], from.position, from.rotation, from.velocity,
                                       numbers, &energy[0]);
-            number_law_outside_energy(x->law[i], to.position, to.rotation, to.velocity, numbers,
-                                      &energy[1]);
+            number_law_outside_energy(acting->law[i], to.position, to.rotation, to.velocity,
+                                      numbers, &energy[1]);
         } else if (of->kind == LAW_LOADS && size_of(of->numbers, numbers) > 0) {
             energy[0] = NAN;
         }
@@ -128,16 +128,16 @@ double acting_work(const acting *x, const double *numbers, acting_on from, actin
     return work;
 }
 
-void acting_measure(const acting *x, const double *numbers, acting_on at, acting_size *sum)
+void acting_measure(const acting *acting, const double *numbers, acting_on at, acting_size *sum)
 {
     double q[4];
-    at = complete(x, at, q);
-    for (int i = 0; i < x->count; i++) {
-        const law *of = &law_table[x->law[i]];
+    at = complete(acting, at, q);
+    for (int i = 0; i < acting->count; i++) {
+        const law *of = &law_table[acting->law[i]];
         double wrench[6] = {0};
         if (of->kind == LAW_LOADS) {
-            number_law_outside_wrench(x->law[i], at.position, at.rotation, at.velocity, numbers,
-                                      wrench);
+            number_law_outside_wrench(acting->law[i], at.position, at.rotation, at.velocity,
+                                      numbers, wrench);
             const double force = size_of(3, wrench), moment = size_of(3, wrench + 3);
             sum->force += force;
             sum->moment += moment;
@@ -148,10 +148,11 @@ void acting_measure(const acting *x, const double *numbers, acting_on at, acting
     }
 }
 
-void acting_on_way(const acting *x, const double *full, double load, double way, double *numbers)
+void acting_on_way(const acting *acting, const double *full, double load, double way,
+                   double *numbers)
 {
-    for (int i = 0, first = 0; i < x->count; i++) {
-        const law *of = &law_table[x->law[i]];
+    for (int i = 0, first = 0; i < acting->count; i++) {
+        const law *of = &law_table[acting->law[i]];
         for (int k = 0; k < of->numbers; k++, first++) {
             numbers[first] = (k >= of->shares         ? 1
                               : of->kind == LAW_LOADS ? load

@@ -29,7 +29,7 @@ _Static_assert((int)ROD_ALONG_MAX <= (int)ROD_AT_PLACES_MAX, "room for laws alon
 
 enum { ACTING_ALONG_MAX = ROD_ALONG_MAX * LAW_NUMBERS_MAX };
 
-void acting_add(acting *x, law_name law);
+void acting_add(acting *acting, law_name law);
 
 /* The section: r, world; q of any length but 0; V, NULL: at rest. */
 typedef struct acting_on {
@@ -42,18 +42,18 @@ typedef struct acting_change {
 } acting_change;
 
 /* wrench [6] += weight times those of the kinds (acting_kind, summed). */
-void acting_wrench(const acting *x, const double *numbers, acting_on at, int kinds, double weight,
-                   double *wrench);
+void acting_wrench(const acting *acting, const double *numbers, acting_on at, int kinds,
+                   double weight, double *wrench);
 
 /* result = weight times all of them. */
-void acting_differentiate(const acting *x, const double *numbers, acting_on at, double weight,
+void acting_differentiate(const acting *acting, const double *numbers, acting_on at, double weight,
                           acting_change *result);
 
 /* Energy that they store. */
-double acting_energy(const acting *x, const double *numbers, acting_on at);
+double acting_energy(const acting *acting, const double *numbers, acting_on at);
 
 /* The work of loads from one section to another; not a number of those that have no energy. */
-double acting_work(const acting *x, const double *numbers, acting_on from, acting_on to);
+double acting_work(const acting *acting, const double *numbers, acting_on from, acting_on to);
 
 /* On the unstressed rod: sums of the sizes of loads, and of the lengths by which what stores pulls;
  * whether a force of them turns with the rod. */
@@ -62,9 +62,10 @@ typedef struct acting_size {
     bool follows;
 } acting_size;
 
-void acting_measure(const acting *x, const double *numbers, acting_on at, acting_size *sum);
+void acting_measure(const acting *acting, const double *numbers, acting_on at, acting_size *sum);
 
 /* Numbers on the way to the full load, of which loads have `load`, and what else grows `way`. */
-void acting_on_way(const acting *x, const double *full, double load, double way, double *numbers);
+void acting_on_way(const acting *acting, const double *full, double load, double way,
+                   double *numbers);
 
 #endif

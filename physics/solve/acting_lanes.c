@@ -18,14 +18,14 @@ PROCESSOR_INLINE void add_half(const acting_lanes *from, bool moment, acting_lan
     }
 }
 
-FOR_EACH_PROCESSOR static void find(const acting *x, const lanes *numbers, bool placed,
+FOR_EACH_PROCESSOR static void find(const acting *acting, const lanes *numbers, bool placed,
                                     const lanes *position, const lanes *rotation,
                                     acting_lanes *result)
 {
     const lanes still[3] = {{0}};
     memset(result, 0, sizeof *result);
-    for (int i = 0; i < x->count; i++) {
-        const law *of = &law_table[x->law[i]];
+    for (int i = 0; i < acting->count; i++) {
+        const law *of = &law_table[acting->law[i]];
         if (placed ? of->by_position : !law_force_by_position(of)) {
             const bool is_half = of->by_position && !law_force_by_position(of);
             acting_lanes half;
@@ -33,26 +33,27 @@ FOR_EACH_PROCESSOR static void find(const acting *x, const lanes *numbers, bool 
             if (is_half) {
                 all = memset(&half, 0, sizeof half);
             }
-            lanes_law_outside(x->law[i], position, rotation, still, numbers, all, all + LAW_WRENCH);
+            lanes_law_outside(acting->law[i], position, rotation, still, numbers, all,
+                              all + LAW_WRENCH);
             if (is_half) {
                 add_half(&half, placed, result);
             }
         }
-        numbers += law_table[x->law[i]].numbers;
+        numbers += law_table[acting->law[i]].numbers;
     }
 }
 
-void acting_lanes_of(const acting *x, const lanes *numbers, bool placed, const lanes *position,
+void acting_lanes_of(const acting *acting, const lanes *numbers, bool placed, const lanes *position,
                      const lanes *rotation, acting_lanes *result)
 {
-    find(x, numbers, placed, position, rotation, result);
+    find(acting, numbers, placed, position, rotation, result);
 }
 
-FOR_EACH_PROCESSOR static void scale(const acting *x, const lanes *full, const lanes *share,
+FOR_EACH_PROCESSOR static void scale(const acting *acting, const lanes *full, const lanes *share,
                                      lanes *numbers)
 {
-    for (int i = 0, first = 0; i < x->count; i++) {
-        const law *of = &law_table[x->law[i]];
+    for (int i = 0, first = 0; i < acting->count; i++) {
+        const law *of = &law_table[acting->law[i]];
         for (int k = 0; k < of->numbers; k++, first++) {
             numbers[first] = full[first];
             if (k < of->shares) {
@@ -62,7 +63,8 @@ FOR_EACH_PROCESSOR static void scale(const acting *x, const lanes *full, const l
     }
 }
 
-void acting_lanes_on_way(const acting *x, const lanes *full, const lanes *share, lanes *numbers)
+void acting_lanes_on_way(const acting *acting, const lanes *full, const lanes *share,
+                         lanes *numbers)
 {
-    scale(x, full, share, numbers);
+    scale(acting, full, share, numbers);
 }

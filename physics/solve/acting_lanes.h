@@ -14,10 +14,11 @@ typedef struct acting_lanes {
  * the positions, and both the rest: before the positions are known forces and moments that do not
  * depend on them, which `position` does not change; then (placed) forces and moments that do, and
  * moments of all laws that depend on the position. */
-void acting_lanes_of(const acting *x, const lanes *numbers, bool placed, const lanes *position,
+void acting_lanes_of(const acting *acting, const lanes *numbers, bool placed, const lanes *position,
                      const lanes *rotation, acting_lanes *result);
 
 /* Numbers where all that grows has its share of the full load. */
-void acting_lanes_on_way(const acting *x, const lanes *full, const lanes *share, lanes *numbers);
+void acting_lanes_on_way(const acting *acting, const lanes *full, const lanes *share,
+                         lanes *numbers);
 
 #endif

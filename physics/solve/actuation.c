@@ -50,12 +50,13 @@ static tube_given tube_of(const solve_actuation *a, int i, const double *curvatu
 }
 
 /* Its energy, gradient [ROWS] and second derivatives [LAW_STIFFNESS] by u, theta, m_i. */
-static double tube_law(const tube_given *x, double *gradient, double *second)
+static double tube_law(const tube_given *given, double *gradient, double *second)
 {
     double energy = 0;
     memset(gradient, 0, ROWS * sizeof *gradient);
     memset(second, 0, LAW_STIFFNESS * sizeof *second);
-    number_law_tube_with_energy(x->curvature, x->turn, x->numbers, &energy, gradient, second);
+    number_law_tube_with_energy(given->curvature, given->turn, given->numbers, &energy, gradient,
+                                second);
     return energy;
 }
 

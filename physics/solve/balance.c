@@ -38,47 +38,48 @@ typedef struct samples {
     double *work;   /* [count]: s in m */
 } samples;
 
-static void samples_free(samples *x)
+static void samples_free(samples *samples)
 {
-    free(x->s);
-    free(x->weight);
-    free(x->values);
-    free(x->work);
+    free(samples->s);
+    free(samples->weight);
+    free(samples->values);
+    free(samples->work);
 }
 
 /* Every panel in so many parts. */
-static ad_status sample(const asked *of, int parts, samples *x, ad_error *error)
+static ad_status sample(const asked *of, int parts, samples *samples, ad_error *error)
 {
     size_t k = 0, columns = (size_t)of->columns;
-    x->panels = (size_t)of->along->count * (size_t)parts * QUADRATURE_POINTS;
-    x->places = of->place_count;
-    x->count = x->panels + x->places + 2;
-    x->s = malloc(x->count * sizeof *x->s);
-    x->weight = malloc((x->panels + 1) * sizeof *x->weight);
-    x->work = malloc(x->count * sizeof *x->work);
-    x->values = malloc(x->count * columns * sizeof *x->values);
-    if (!x->s || !x->weight || !x->work || !x->values) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", x->count);
+    samples->panels = (size_t)of->along->count * (size_t)parts * QUADRATURE_POINTS;
+    samples->places = of->place_count;
+    samples->count = samples->panels + samples->places + 2;
+    samples->s = malloc(samples->count * sizeof *samples->s);
+    samples->weight = malloc((samples->panels + 1) * sizeof *samples->weight);
+    samples->work = malloc(samples->count * sizeof *samples->work);
+    samples->values = malloc(samples->count * columns * sizeof *samples->values);
+    if (!samples->s || !samples->weight || !samples->work || !samples->values) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", samples->count);
     }
     for (int i = 0; i < of->along->count * parts; i++) {
         const double *edge = of->along->edges + i / parts;
         double width = (edge[1] - edge[0]) / parts, from = edge[0] + width * (i % parts);
         for (int j = 0; j < QUADRATURE_POINTS; j++) {
-            x->weight[k] = width * of->along->rule.weights[j];
-            x->s[k++] = from + width * of->along->rule.nodes[j];
+            samples->weight[k] = width * of->along->rule.weights[j];
+            samples->s[k++] = from + width * of->along->rule.nodes[j];
         }
     }
-    for (size_t i = 0; i < x->places; i++) {
-        x->s[k++] = fmax(0, of->places[i] - BEFORE);
+    for (size_t i = 0; i < samples->places; i++) {
+        samples->s[k++] = fmax(0, of->places[i] - BEFORE);
     }
-    x->s[k++] = 0;
-    x->s[k] = 1;
-    for (size_t i = 0; i < x->count; i++) {
-        x->work[i] = x->s[i] * of->length;
+    samples->s[k++] = 0;
+    samples->s[k] = 1;
+    for (size_t i = 0; i < samples->count; i++) {
+        samples->work[i] = samples->s[i] * of->length;
     }
-    ad_status status = of->shape(of->context, x->count, x->work, x->values, error);
-    for (size_t i = 0; i < x->count * columns && status == AD_OK; i++) {
-        x->values[i] /= of->units[i / x->count];
+    ad_status status =
+        of->shape(of->context, samples->count, samples->work, samples->values, error);
+    for (size_t i = 0; i < samples->count * columns && status == AD_OK; i++) {
+        samples->values[i] /= of->units[i / samples->count];
     }
     return status;
 }
@@ -120,13 +121,13 @@ typedef struct posed {
     double r[3], q[4], rotation[3][3], force[3], moment[3]; /* N, M: in the world */
 } posed;
 
-static posed pose_of(const samples *x, size_t point)
+static posed pose_of(const samples *samples, size_t point)
 {
     solve_state state, *at = &state;
     posed result;
     memset(at, 0, sizeof *at);
     for (size_t c = 0; c < offsetof(solve_state, velocity) / sizeof(double); c++) {
-        ((double *)at)[c] = x->values[c * x->count + point];
+        ((double *)at)[c] = samples->values[c * samples->count + point];
     }
     memcpy(result.r, at->position, sizeof result.r);
     memcpy(result.q, at->rotation, sizeof result.q);
@@ -170,14 +171,14 @@ static void act(const acting *of, const double *numbers, const posed *at, double
 }
 
 /* What acts at single places, as far as the support of an end does not take it. */
-static void add_jumps(const solve_rod *rod, const samples *x, total *sum)
+static void add_jumps(const solve_rod *rod, const samples *samples, total *sum)
 {
     const solve_jumps *jumps = &rod->jumps;
-    for (size_t i = 0; i < x->places; i++) {
+    for (size_t i = 0; i < samples->places; i++) {
         const solve_jump *jump = &jumps->at[i];
         const solve_end *end = &rod->ends[jump->s == 1];
         double held[3], wrench[6];
-        posed at = pose_of(x, x->panels + i);
+        posed at = pose_of(samples, samples->panels + i);
         act(&jump->acting, solve_jump_numbers(jumps, jumps->number, (int)i), &at, wrench);
         scene_hold_part(&end->hold, wrench, held);
         for (int k = 0; k < 3 && (jump->s == 0 || jump->s == 1); k++) {
@@ -193,29 +194,29 @@ static double largest(const double a[3])
     return fmax(fabs(a[0]), fmax(fabs(a[1]), fabs(a[2])));
 }
 
-static ad_status add_up_rod(const void *model, const samples *x, double *rest, double *size,
+static ad_status add_up_rod(const void *model, const samples *samples, double *rest, double *size,
                             ad_error *error)
 {
     const solve_rod *rod = model;
     total sum = {.size = 0};
     double along[QUADRATURE_POINTS * ACTING_ALONG_MAX], wrench[6];
     ad_status status = AD_OK;
-    for (size_t i = 0; i < x->panels && status == AD_OK; i++) {
+    for (size_t i = 0; i < samples->panels && status == AD_OK; i++) {
         size_t within = i % QUADRATURE_POINTS;
         if (within == 0) {
-            status = solve_rod_along(rod, QUADRATURE_POINTS, x->s + i, 0, along, error);
+            status = solve_rod_along(rod, QUADRATURE_POINTS, samples->s + i, 0, along, error);
         }
-        posed at = pose_of(x, i);
+        posed at = pose_of(samples, i);
         if (status == AD_OK) {
             act(&rod->along, along + within * (size_t)rod->along.numbers, &at, wrench);
-            add(&sum, x->weight[i], &at, wrench, wrench + 3);
+            add(&sum, samples->weight[i], &at, wrench, wrench + 3);
         }
     }
     if (status == AD_OK) {
-        add_jumps(rod, x, &sum);
+        add_jumps(rod, samples, &sum);
     }
     for (int end = 0; end < 2 && status == AD_OK; end++) {
-        posed at = pose_of(x, x->count - 2 + (size_t)end);
+        posed at = pose_of(samples, samples->count - 2 + (size_t)end);
         add_end(rod, end, &at, &sum);
     }
     *rest = fmax(largest(sum.force), largest(sum.moment));
@@ -253,34 +254,36 @@ static void add_beam(beam_total *sum, double weight, double s, double force, dou
 }
 
 /* w, psi, V, M: of a column at a point. */
-static double column(const samples *x, int c, size_t point)
+static double column(const samples *samples, int c, size_t point)
 {
-    return x->values[(size_t)c * x->count + point];
+    return samples->values[(size_t)c * samples->count + point];
 }
 
-static ad_status add_beam_ends(const solve_beam *beam, const samples *x, beam_total *sum,
+static ad_status add_beam_ends(const solve_beam *beam, const samples *samples, beam_total *sum,
                                ad_error *error)
 {
     double given[4];
     ad_status status = solve_beam_ends(beam, 0, given, error);
     for (int end = 0; end < 2 && status == AD_OK; end++) {
-        size_t point = x->count - 2 + (size_t)end;
-        double force = beam->ends[end].holds_deflection ? column(x, 2, point) : given[2 * end];
-        double moment = beam->ends[end].holds_slope ? column(x, 3, point) : given[2 * end + 1];
+        size_t point = samples->count - 2 + (size_t)end;
+        double force =
+            beam->ends[end].holds_deflection ? column(samples, 2, point) : given[2 * end];
+        double moment =
+            beam->ends[end].holds_slope ? column(samples, 3, point) : given[2 * end + 1];
         add_beam(sum, 1, end, end ? force : -force, end ? moment : -moment);
     }
     return status;
 }
 
-static ad_status add_beam_jumps(const solve_beam *beam, const samples *x, beam_total *sum,
+static ad_status add_beam_jumps(const solve_beam *beam, const samples *samples, beam_total *sum,
                                 ad_error *error)
 {
     beam_load load[BEAM_JUMPS_MAX];
-    ad_status status = x->places > 0 ? solve_beam_jump_loads(beam, 0, load, error) : AD_OK;
-    for (size_t i = 0; i < x->places && status == AD_OK; i++) {
+    ad_status status = samples->places > 0 ? solve_beam_jump_loads(beam, 0, load, error) : AD_OK;
+    for (size_t i = 0; i < samples->places && status == AD_OK; i++) {
         const beam_jump *jump = &beam->jumps[i];
-        double force = load[i].force - jump->stiffness * column(x, 0, x->panels + i);
-        double moment = load[i].moment - jump->turning * column(x, 1, x->panels + i);
+        double force = load[i].force - jump->stiffness * column(samples, 0, samples->panels + i);
+        double moment = load[i].moment - jump->turning * column(samples, 1, samples->panels + i);
         int end = jump->s == 1;
         bool inside = jump->s > 0 && jump->s < 1;
         add_beam(sum, 1, jump->s, !inside && beam->ends[end].holds_deflection ? 0 : force,
@@ -289,7 +292,7 @@ static ad_status add_beam_jumps(const solve_beam *beam, const samples *x, beam_t
     return status;
 }
 
-static ad_status add_up_beam(const void *model, const samples *x, double *rest, double *size,
+static ad_status add_up_beam(const void *model, const samples *samples, double *rest, double *size,
                              ad_error *error)
 {
     const solve_beam *beam = model;
@@ -297,21 +300,21 @@ static ad_status add_up_beam(const void *model, const samples *x, double *rest, 
     beam_section section[QUADRATURE_POINTS];
     beam_total sum = {.size = 0};
     ad_status status = AD_OK;
-    for (size_t i = 0; i < x->panels && status == AD_OK; i++) {
+    for (size_t i = 0; i < samples->panels && status == AD_OK; i++) {
         size_t k = i % QUADRATURE_POINTS;
         if (k == 0) {
-            status = solve_beam_load(beam, QUADRATURE_POINTS, x->s + i, 0, load, error);
-            status = status == AD_OK
-                         ? solve_beam_sections(beam, QUADRATURE_POINTS, x->s + i, section, error)
-                         : status;
+            status = solve_beam_load(beam, QUADRATURE_POINTS, samples->s + i, 0, load, error);
+            status = status == AD_OK ? solve_beam_sections(beam, QUADRATURE_POINTS, samples->s + i,
+                                                           section, error)
+                                     : status;
         }
         if (status == AD_OK) {
-            add_beam(&sum, x->weight[i], x->s[i],
-                     load[k].force - section[k].foundation * column(x, 0, i), load[k].moment);
+            add_beam(&sum, samples->weight[i], samples->s[i],
+                     load[k].force - section[k].foundation * column(samples, 0, i), load[k].moment);
         }
     }
-    status = status == AD_OK ? add_beam_jumps(beam, x, &sum, error) : status;
-    status = status == AD_OK ? add_beam_ends(beam, x, &sum, error) : status;
+    status = status == AD_OK ? add_beam_jumps(beam, samples, &sum, error) : status;
+    status = status == AD_OK ? add_beam_ends(beam, samples, &sum, error) : status;
     *rest = fmax(fabs(sum.force), fabs(sum.moment));
     *size = sum.size;
     return status;

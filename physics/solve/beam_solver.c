@@ -23,26 +23,28 @@ struct beam_solution {
     double *fields; /* [count][2][places][BEAM_ROWS]: y, y_t */
 };
 
-void beam_free(beam_solution *x)
+void beam_free(beam_solution *solution)
 {
-    if (x) {
-        beam_system_free(x->system);
-        free(x->fields);
-        free(x);
+    if (solution) {
+        beam_system_free(solution->system);
+        free(solution->fields);
+        free(solution);
     }
 }
 
-static double *fields_of(const beam_solution *x, size_t which, int order)
+static double *fields_of(const beam_solution *solution, size_t which, int order)
 {
-    return x->fields + (2 * which + (size_t)order) * beam_system_places(x->system) * BEAM_ROWS;
+    return solution->fields +
+           (2 * which + (size_t)order) * beam_system_places(solution->system) * BEAM_ROWS;
 }
 
-void beam_at(const beam_solution *x, size_t which, size_t n, const double *s, beam_state *out)
+void beam_at(const beam_solution *solution, size_t which, size_t n, const double *s,
+             beam_state *out)
 {
     for (size_t i = 0; i < n; i++) {
         double y[BEAM_ROWS], rate[BEAM_ROWS];
-        beam_system_at(x->system, fields_of(x, which, 0), s[i], y);
-        beam_system_at(x->system, fields_of(x, which, 1), s[i], rate);
+        beam_system_at(solution->system, fields_of(solution, which, 0), s[i], y);
+        beam_system_at(solution->system, fields_of(solution, which, 1), s[i], rate);
         out[i] = (beam_state){.deflection = y[BEAM_W],
                               .slope = y[BEAM_PSI],
                               .shear = y[BEAM_V],
@@ -107,19 +109,20 @@ static bool halve(beam_mesh *mesh)
 
 /* ---- one mesh -------------------------------------------------------------------------------- */
 
-static ad_status solve_static(beam_solution *x, ad_error *error)
+static ad_status solve_static(beam_solution *solution, ad_error *error)
 {
-    size_t nodes = beam_system_nodes(x->system);
+    size_t nodes = beam_system_nodes(solution->system);
     double ends[4];
     beam_load jump_loads[BEAM_JUMPS_MAX];
     beam_load *loads = malloc(nodes * sizeof *loads);
-    ad_status status =
-        loads ? solve_beam_load(x->beam, nodes, beam_system_points(x->system), 0, loads, error)
-              : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu nodes", nodes);
-    status = status == AD_OK ? solve_beam_ends(x->beam, 0, ends, error) : status;
-    status = status == AD_OK ? solve_beam_jump_loads(x->beam, 0, jump_loads, error) : status;
+    ad_status status = loads
+                           ? solve_beam_load(solution->beam, nodes,
+                                             beam_system_points(solution->system), 0, loads, error)
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu nodes", nodes);
+    status = status == AD_OK ? solve_beam_ends(solution->beam, 0, ends, error) : status;
+    status = status == AD_OK ? solve_beam_jump_loads(solution->beam, 0, jump_loads, error) : status;
     if (status == AD_OK) {
-        beam_system_solve(x->system, loads, jump_loads, ends, x->fields);
+        beam_system_solve(solution->system, loads, jump_loads, ends, solution->fields);
     }
     free(loads);
     return status;
@@ -136,31 +139,33 @@ static double speed(const beam_system *system)
     return sqrt(square);
 }
 
-static ad_status solve_on(beam_solution *x, const beam_mesh *mesh, const double *times,
+static ad_status solve_on(beam_solution *solution, const beam_mesh *mesh, const double *times,
                           solve_report *report, ad_error *error)
 {
-    double stiffening = x->beam->dynamic ? BEAM_MOTION_STIFFENING : 0;
-    ad_status status = beam_system_create(x->beam, mesh->stages, mesh->elements, mesh->edges,
-                                          stiffening, &x->system, error);
+    double stiffening = solution->beam->dynamic ? BEAM_MOTION_STIFFENING : 0;
+    ad_status status = beam_system_create(solution->beam, mesh->stages, mesh->elements, mesh->edges,
+                                          stiffening, &solution->system, error);
     if (status != AD_OK) {
         return status;
     }
-    size_t numbers = 2 * x->count * beam_system_places(x->system) * BEAM_ROWS;
-    x->fields = calloc(numbers, sizeof *x->fields);
-    report->nodes = (int)beam_system_nodes(x->system);
-    if (!x->fields) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", x->count);
+    size_t numbers = 2 * solution->count * beam_system_places(solution->system) * BEAM_ROWS;
+    solution->fields = calloc(numbers, sizeof *solution->fields);
+    report->nodes = (int)beam_system_nodes(solution->system);
+    if (!solution->fields) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", solution->count);
     }
-    if (x->beam->dynamic) {
+    if (solution->beam->dynamic) {
         double nodes = mesh->nodes;
-        long steps = (long)ceil(x->beam->duration * nodes * nodes * speed(x->system) / STEP);
-        status = beam_motion_solve(x->beam, x->system, &steps, x->count, times, x->fields, error);
+        long steps =
+            (long)ceil(solution->beam->duration * nodes * nodes * speed(solution->system) / STEP);
+        status = beam_motion_solve(solution->beam, solution->system, &steps, solution->count, times,
+                                   solution->fields, error);
         report->time_steps += steps;
     } else {
-        status = solve_static(x, error);
+        status = solve_static(solution, error);
     }
     for (size_t i = 0; status == AD_OK && i < numbers; i++) {
-        if (!isfinite(x->fields[i])) {
+        if (!isfinite(solution->fields[i])) {
             status = ad_fail(error, AD_NOT_FINITE,
                              "the deflection is not finite; loads, foundation and initial state "
                              "have to be");
@@ -174,30 +179,30 @@ static ad_status solve_once(const solve_beam *beam, const beam_mesh *mesh, size_
                             ad_error *error)
 {
     *result = NULL;
-    beam_solution *x = calloc(1, sizeof *x);
-    if (!x) {
+    beam_solution *solution = calloc(1, sizeof *solution);
+    if (!solution) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a beam");
     }
-    x->beam = beam;
-    x->count = count;
-    ad_status status = solve_on(x, mesh, times, report, error);
+    solution->beam = beam;
+    solution->count = count;
+    ad_status status = solve_on(solution, mesh, times, report, error);
     if (status != AD_OK) {
-        beam_free(x);
+        beam_free(solution);
         return status;
     }
-    *result = x;
+    *result = solution;
     return AD_OK;
 }
 
 /* ---- refining -------------------------------------------------------------------------------- */
 
-double beam_largest(const beam_solution *x)
+double beam_largest(const beam_solution *solution)
 {
-    size_t places = beam_system_places(x->system);
+    size_t places = beam_system_places(solution->system);
     double largest = 0;
-    for (size_t i = 0; i < 2 * x->count * places; i++) {
+    for (size_t i = 0; i < 2 * solution->count * places; i++) {
         bool is_rate = i / places % 2 == 1;
-        largest = fmax(largest, is_rate ? 0 : fabs(x->fields[i * BEAM_ROWS + BEAM_W]));
+        largest = fmax(largest, is_rate ? 0 : fabs(solution->fields[i * BEAM_ROWS + BEAM_W]));
     }
     return largest;
 }
@@ -238,22 +243,24 @@ static ad_status rate(const void *context, size_t n, const double *s, const doub
 }
 
 /* At rest: the estimate is no smaller than what the solution leaves undone between its points. */
-static ad_status look_between(beam_solution *x, solve_report *report, ad_error *error)
+static ad_status look_between(beam_solution *solution, solve_report *report, ad_error *error)
 {
-    const solve_equations equations = {.rows = BEAM_ROWS, .rate = rate, .context = x->beam};
-    const gauss_rule *rule = beam_system_rule(x->system);
-    size_t points = (size_t)rule->stages + 1, places = beam_system_places(x->system);
-    size_t elements = (size_t)beam_system_elements(x->system);
+    const solve_equations equations = {.rows = BEAM_ROWS, .rate = rate, .context = solution->beam};
+    const gauss_rule *rule = beam_system_rule(solution->system);
+    size_t points = (size_t)rule->stages + 1, places = beam_system_places(solution->system);
+    size_t elements = (size_t)beam_system_elements(solution->system);
     double *residual = malloc((elements * points + places) * BEAM_ROWS * sizeof *residual);
     ad_status status = residual ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
     for (size_t e = 0; e < elements && status == AD_OK; e++) {
-        status = solve_defect(
-            x->beam->quadrature, &equations, rule, beam_system_edges(x->system) + e,
-            x->fields + e * (points + 1) * BEAM_ROWS, residual + e * points * BEAM_ROWS, error);
+        status = solve_defect(solution->beam->quadrature, &equations, rule,
+                              beam_system_edges(solution->system) + e,
+                              solution->fields + e * (points + 1) * BEAM_ROWS,
+                              residual + e * points * BEAM_ROWS, error);
     }
     if (status == AD_OK) {
-        double *step = residual + elements * points * BEAM_ROWS, off = 0, size = beam_largest(x);
-        beam_system_correct(x->system, residual, step);
+        double *step = residual + elements * points * BEAM_ROWS, off = 0,
+               size = beam_largest(solution);
+        beam_system_correct(solution->system, residual, step);
         for (size_t i = 0; i < places; i++) {
             double here = fabs(step[i * BEAM_ROWS + BEAM_W]);
             off = here <= off ? off : here; /* not a number stays */
@@ -312,7 +319,7 @@ ad_status beam_solve(const solve_beam *beam, const solve_settings *settings, siz
             "a perturbation is given, but beams of small deflection do not buckle; leave "
             "it out, or take rod.model kirchhoff or cosserat");
     }
-    beam_solution *x = NULL;
+    beam_solution *solution = NULL;
     beam_mesh mesh;
     bool is_given = settings->nodes > 0;
     ad_status status = AD_OK;
@@ -322,15 +329,16 @@ ad_status beam_solve(const solve_beam *beam, const solve_settings *settings, siz
         status = begin(&mesh, beam, settings->tolerance, report, error);
     }
     if (status == AD_OK) {
-        status = solve_once(beam, &mesh, beam->dynamic ? count : 1, times, &x, report, error);
+        status =
+            solve_once(beam, &mesh, beam->dynamic ? count : 1, times, &solution, report, error);
     }
     if (status == AD_OK && !is_given) {
-        status = refine(&x, &mesh, settings->tolerance, times, report, error);
+        status = refine(&solution, &mesh, settings->tolerance, times, report, error);
     }
     if (status != AD_OK) {
-        beam_free(x);
+        beam_free(solution);
         return status;
     }
-    *result = x;
+    *result = solution;
     return AD_OK;
 }

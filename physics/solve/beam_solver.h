@@ -26,13 +26,14 @@ typedef struct beam_state {
 ad_status beam_solve(const solve_beam *beam, const solve_settings *settings, size_t count,
                      const double *times, beam_solution **result, solve_report *report,
                      ad_error *error);
-void beam_free(beam_solution *x);
+void beam_free(beam_solution *solution);
 
 /* Largest |w| at the nodes, at all times. */
-double beam_largest(const beam_solution *x);
+double beam_largest(const beam_solution *solution);
 
 /* At time `which` of those given (a static beam: 0) and n points s [n] within [0, 1]; out [n]. */
-void beam_at(const beam_solution *x, size_t which, size_t n, const double *s, beam_state *out);
+void beam_at(const beam_solution *solution, size_t which, size_t n, const double *s,
+             beam_state *out);
 
 #ifdef __cplusplus
 }

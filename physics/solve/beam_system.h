@@ -26,38 +26,39 @@ typedef struct beam_system beam_system;
  * a beam free to move. AD_NO_MEMORY, AD_NO_BLAS. */
 ad_status beam_system_create(const solve_beam *beam, int stages, int elements, const double *edges,
                              double stiffening, beam_system **result, ad_error *error);
-void beam_system_free(beam_system *x);
+void beam_system_free(beam_system *system);
 
-int beam_system_elements(const beam_system *x);
-const double *beam_system_edges(const beam_system *x);
-const gauss_rule *beam_system_rule(const beam_system *x);
+int beam_system_elements(const beam_system *system);
+const double *beam_system_edges(const beam_system *system);
+const gauss_rule *beam_system_rule(const beam_system *system);
 
-size_t beam_system_nodes(const beam_system *x);                 /* collocation points */
-const double *beam_system_points(const beam_system *x);         /* s of them, ascending */
-const beam_section *beam_system_sections(const beam_system *x); /* there, with the stiffening */
+size_t beam_system_nodes(const beam_system *system);         /* collocation points */
+const double *beam_system_points(const beam_system *system); /* s of them, ascending */
+const beam_section *
+beam_system_sections(const beam_system *system); /* there, with the stiffening */
 
 /* y is given at `places`, [places][BEAM_ROWS]: of each element the beginning, beyond what acts
  * there, the points, and the end. */
-size_t beam_system_places(const beam_system *x);
-size_t beam_system_place(const beam_system *x, size_t node); /* of a collocation point */
+size_t beam_system_places(const beam_system *system);
+size_t beam_system_place(const beam_system *system, size_t node); /* of a collocation point */
 
-size_t beam_system_jump_place(const beam_system *x, int jump); /* of one of the beam's */
+size_t beam_system_jump_place(const beam_system *system, int jump); /* of one of the beam's */
 
 /* y for loads at the collocation points and at the jumps of the beam, and what the ends prescribe
  * as in solve_beam_ends. */
-void beam_system_solve(beam_system *x, const beam_load *loads, const beam_load *jump_loads,
+void beam_system_solve(beam_system *system, const beam_load *loads, const beam_load *jump_loads,
                        const double ends[4], double *y);
 
 /* The step [places][BEAM_ROWS] that takes this from the equations of the points and the end of
  * every element, residual [elements][stages + 1][BEAM_ROWS]: left less right sides. */
-void beam_system_correct(beam_system *x, const double *residual, double *step);
+void beam_system_correct(beam_system *system, const double *residual, double *step);
 
 /* y_s; y [BEAM_ROWS] */
 void beam_system_rate(const beam_section *at, const double *y, const beam_load *load, double *to);
 
 /* at [BEAM_ROWS] = y at s in [0, 1], by the polynomial of its element; where something acts, before
  * that. */
-void beam_system_at(const beam_system *x, const double *y, double s, double *at);
+void beam_system_at(const beam_system *system, const double *y, double s, double *at);
 
 #ifdef __cplusplus
 }

@@ -13,23 +13,23 @@ typedef struct dense {
     int *part;                     /* [room] */
 } dense;
 
-static void dense_free(dense *x)
+static void dense_free(dense *dense)
 {
-    free(x->s);
-    free(x->weight);
-    free(x->y);
-    free(x->rate);
-    free(x->part);
+    free(dense->s);
+    free(dense->weight);
+    free(dense->y);
+    free(dense->rate);
+    free(dense->part);
 }
 
-static bool grow(dense *x, size_t more)
+static bool grow(dense *dense, size_t more)
 {
-    if (x->count + more <= x->room) {
+    if (dense->count + more <= dense->room) {
         return true;
     }
-    size_t room = 2 * (x->count + more);
-    double **all[] = {&x->s, &x->weight, &x->y, &x->rate};
-    const size_t rows[] = {1, 1, x->rows, x->rows};
+    size_t room = 2 * (dense->count + more);
+    double **all[] = {&dense->s, &dense->weight, &dense->y, &dense->rate};
+    const size_t rows[] = {1, 1, dense->rows, dense->rows};
     for (int i = 0; i < 4; i++) {
         double *bigger = realloc(*all[i], room * rows[i] * sizeof *bigger);
         if (!bigger) {
@@ -37,21 +37,21 @@ static bool grow(dense *x, size_t more)
         }
         *all[i] = bigger;
     }
-    int *part = realloc(x->part, room * sizeof *part);
-    x->part = part ? part : x->part;
-    x->room = part ? room : x->room;
+    int *part = realloc(dense->part, room * sizeof *part);
+    dense->part = part ? part : dense->part;
+    dense->room = part ? room : dense->room;
     return part != NULL;
 }
 
 /* From one point of an element to the next: as many points as there are on a panel, or few where
  * it is a small part of one. */
-static bool add_part(dense *to, const solve_quadrature *x, const gauss_rule *few, int part,
+static bool add_part(dense *to, const solve_quadrature *quadrature, const gauss_rule *few, int part,
                      double first, double last)
 {
     for (double at = first, next; at < last; at = next) {
-        const double *panel = x->edges + solve_quadrature_panel(x, at);
+        const double *panel = quadrature->edges + solve_quadrature_panel(quadrature, at);
         next = fmin(last, panel[1]);
-        const gauss_rule *rule = next - at < (panel[1] - panel[0]) / 4 ? few : &x->rule;
+        const gauss_rule *rule = next - at < (panel[1] - panel[0]) / 4 ? few : &quadrature->rule;
         if (!grow(to, (size_t)rule->stages)) {
             return false;
         }
@@ -64,14 +64,14 @@ static bool add_part(dense *to, const solve_quadrature *x, const gauss_rule *few
     return true;
 }
 
-static bool add_element(dense *to, const solve_quadrature *x, const gauss_rule *rule,
+static bool add_element(dense *to, const solve_quadrature *quadrature, const gauss_rule *rule,
                         const double *edges)
 {
     const gauss_rule few = solve_gauss_rule_of(FEW);
     double width = edges[1] - edges[0], from = edges[0];
     for (int i = 0; i <= rule->stages; i++) {
         double next = i < rule->stages ? edges[0] + width * rule->nodes[i] : edges[1];
-        if (!add_part(to, x, &few, i, from, next)) {
+        if (!add_part(to, quadrature, &few, i, from, next)) {
             return false;
         }
         from = next;
@@ -114,12 +114,12 @@ static void compare(const dense *points, const gauss_rule *rule, const double *v
     }
 }
 
-ad_status solve_defect(const solve_quadrature *x, const solve_equations *equations,
+ad_status solve_defect(const solve_quadrature *quadrature, const solve_equations *equations,
                        const gauss_rule *rule, const double *edges, const double *values,
                        double *residual, ad_error *error)
 {
     dense points = {.rows = (size_t)equations->rows};
-    bool made = add_element(&points, x, rule, edges);
+    bool made = add_element(&points, quadrature, rule, edges);
     ad_status status =
         made ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for points between nodes");
     if (status == AD_OK) {

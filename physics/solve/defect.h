@@ -22,7 +22,7 @@ typedef struct solve_equations {
 /* Of an element between edges [2], with y as values [stages + 2][rows] at its beginning, its points
  * and its end: residual [stages + 1][rows], at its points and its end y less that at its beginning
  * less the integral of f from there by the quadrature. AD_NO_MEMORY, errors of f. */
-ad_status solve_defect(const solve_quadrature *x, const solve_equations *equations,
+ad_status solve_defect(const solve_quadrature *quadrature, const solve_equations *equations,
                        const gauss_rule *rule, const double *edges, const double *values,
                        double *residual, ad_error *error);
 

@@ -72,7 +72,7 @@ static const double ROUNDING = 1e-14;
 /* Range and size of one drive. */
 static ad_status measure(solve_drives *d, size_t which, ad_error *error)
 {
-    solve_drive *x = &d->all[which];
+    solve_drive *drive = &d->all[which];
     const double start = solve_drive_at(d, which, 0);
     double low = start, high = start;
     for (int p = 0; p < d->panels; p++) {
@@ -82,15 +82,15 @@ static ad_status measure(solve_drives *d, size_t which, ad_error *error)
         for (int i = 0; i <= parts; i++) {
             double t = from + length * i / parts, value = solve_drive_at(d, which, t);
             if (!isfinite(value)) {
-                return ad_fail(error, AD_NOT_FINITE, "%s is not finite at t = %g s", x->key,
+                return ad_fail(error, AD_NOT_FINITE, "%s is not finite at t = %g s", drive->key,
                                t * d->unit);
             }
             low = fmin(low, value);
             high = fmax(high, value);
-            x->size += fabs(value - start) * length / parts;
+            drive->size += fabs(value - start) * length / parts;
         }
     }
-    x->range = high - low > ROUNDING * fmax(fabs(low), fabs(high)) ? high - low : 0;
+    drive->range = high - low > ROUNDING * fmax(fabs(low), fabs(high)) ? high - low : 0;
     return AD_OK;
 }
 

@@ -38,38 +38,39 @@ typedef struct refined {
 
 /* ---- a solution on one mesh ---------------------------------------------------------------- */
 
-void dynamic_free(dynamic_solution *x)
+void dynamic_free(dynamic_solution *solution)
 {
-    if (x) {
-        motion_free(x->motion);
-        motion_times_free(&x->times);
-        free(x->at.states);
-        free(x->at.energies);
-        free(x->energies);
-        free(x);
+    if (solution) {
+        motion_free(solution->motion);
+        motion_times_free(&solution->times);
+        free(solution->at.states);
+        free(solution->at.energies);
+        free(solution->energies);
+        free(solution);
     }
 }
 
-const solve_energy *dynamic_energies(const dynamic_solution *x)
+const solve_energy *dynamic_energies(const dynamic_solution *solution)
 {
-    return x->energies;
+    return solution->energies;
 }
 
-static ad_status at_time(const dynamic_solution *x, size_t which, size_t n, const double *s,
+static ad_status at_time(const dynamic_solution *solution, size_t which, size_t n, const double *s,
                          solve_state *out, ad_error *error)
 {
-    const double *state = x->at.states + which * motion_nodes(x->motion) * MOTION_ROWS;
-    ad_status status = motion_at(x->motion, x->at.times[which], error);
+    const double *state =
+        solution->at.states + which * motion_nodes(solution->motion) * MOTION_ROWS;
+    ad_status status = motion_at(solution->motion, solution->at.times[which], error);
     if (status == AD_OK) {
-        motion_samples(x->motion, state, n, s, out);
+        motion_samples(solution->motion, state, n, s, out);
     }
     return status;
 }
 
-ad_status dynamic_at(const dynamic_solution *x, size_t which, size_t n, const double *s,
+ad_status dynamic_at(const dynamic_solution *solution, size_t which, size_t n, const double *s,
                      solve_state *out, ad_error *error)
 {
-    return at_time(x, x->times.which[which], n, s, out, error);
+    return at_time(solution, solution->times.which[which], n, s, out, error);
 }
 
 /* A locked strain is a stiff one, which implicit steps stand: forces of some EI/L^2 stretch it by a
@@ -82,30 +83,31 @@ static double lock_for(double tolerance)
 /* Memory for a solution on a mesh of at least so many intervals. */
 static ad_status create(const refined *at, dynamic_solution **result, ad_error *error)
 {
-    dynamic_solution *x = calloc(1, sizeof *x);
-    if (!x) {
+    dynamic_solution *solution = calloc(1, sizeof *solution);
+    if (!solution) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a motion");
     }
-    ad_status status =
-        motion_mesh(at->rod, at->places, at->lock, at->of_loads, at->intervals, &x->motion, error);
-    status = status == AD_OK ? motion_times_create(at->count, at->given, &x->times, error) : status;
+    ad_status status = motion_mesh(at->rod, at->places, at->lock, at->of_loads, at->intervals,
+                                   &solution->motion, error);
+    status = status == AD_OK ? motion_times_create(at->count, at->given, &solution->times, error)
+                             : status;
     if (status == AD_OK) {
-        size_t count = x->times.count;
-        x->energies = malloc((at->count + 1) * sizeof *x->energies);
-        x->at = (motion_record){
+        size_t count = solution->times.count;
+        solution->energies = malloc((at->count + 1) * sizeof *solution->energies);
+        solution->at = (motion_record){
             .count = count,
-            .times = x->times.all,
-            .states = malloc(count * motion_nodes(x->motion) * MOTION_ROWS * sizeof(double)),
-            .energies = malloc(count * sizeof *x->at.energies)};
-        if (!x->energies || !x->at.states || !x->at.energies) {
+            .times = solution->times.all,
+            .states = malloc(count * motion_nodes(solution->motion) * MOTION_ROWS * sizeof(double)),
+            .energies = malloc(count * sizeof *solution->at.energies)};
+        if (!solution->energies || !solution->at.states || !solution->at.energies) {
             status = ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", count);
         }
     }
     if (status != AD_OK) {
-        dynamic_free(x);
+        dynamic_free(solution);
         return status;
     }
-    *result = x;
+    *result = solution;
     return AD_OK;
 }
 
@@ -140,13 +142,13 @@ static double apart_at(const solve_state *a, const solve_state *b)
 
 /* Of what is seen of two solutions at `count` times. L2 is relative to positions as they are seen
  * from where the rod starts, so that it does not depend on where that is. */
-motion_apart motion_compare(size_t count, const solve_state *x, const solve_state *y)
+motion_apart motion_compare(size_t count, const solve_state *state, const solve_state *y)
 {
     double most = 0, off = 0, size = 0;
     for (size_t i = 0; i < count * COMPARED; i++) {
-        const double *p = x[i].position, *start = x[i - i % COMPARED].position;
+        const double *p = state[i].position, *start = state[i - i % COMPARED].position;
         const double r[3] = {p[0] - start[0], p[1] - start[1], p[2] - start[2]};
-        double here = apart_at(&x[i], &y[i]);
+        double here = apart_at(&state[i], &y[i]);
         most = fmax(most, here);
         off += here * here;
         size += vector_dot(r, r);
@@ -157,7 +159,7 @@ motion_apart motion_compare(size_t count, const solve_state *x, const solve_stat
 /* Look at the best solution, and forget the third last. */
 static ad_status look(refined *at, ad_error *error)
 {
-    const dynamic_solution *x = at->best;
+    const dynamic_solution *solution = at->best;
     double s[COMPARED];
     ad_status status = AD_OK;
     for (int i = 0; i < COMPARED; i++) {
@@ -171,9 +173,9 @@ static ad_status look(refined *at, ad_error *error)
     if (!all) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %d times", FIXED_TIMES);
     }
-    for (size_t which = 0; which < x->at.count && status == AD_OK; which++) {
-        if (!x->times.aside[which]) {
-            status = at_time(x, which, COMPARED, s, all, error);
+    for (size_t which = 0; which < solution->at.count && status == AD_OK; which++) {
+        if (!solution->times.aside[which]) {
+            status = at_time(solution, which, COMPARED, s, all, error);
             all += COMPARED;
         }
     }
@@ -182,14 +184,14 @@ static ad_status look(refined *at, ad_error *error)
 
 /* Through time, again with more instants where steps have not met what drives the rod, however well
  * they agree with one another. */
-static ad_status go(refined *at, dynamic_solution *x, solve_report *report, ad_error *error)
+static ad_status go(refined *at, dynamic_solution *solution, solve_report *report, ad_error *error)
 {
     const int rounds = 6;
     const char *key = NULL;
     size_t missed = 1;
     ad_status status = AD_OK;
     for (int i = 0; i < rounds && missed > 0 && status == AD_OK; i++) {
-        status = motion_go(x->motion, &at->by, &x->at, report, error);
+        status = motion_go(solution->motion, &at->by, &solution->at, report, error);
         at->total += at->by.work;
         if (status == AD_OK) {
             status = solve_events_meet(at->events, &at->by.clock, &missed, &key, error);
@@ -205,23 +207,23 @@ static ad_status go(refined *at, dynamic_solution *x, solve_report *report, ad_e
 static ad_status solve_once(refined *at, dynamic_solution **result, solve_report *report,
                             ad_error *error)
 {
-    dynamic_solution *x = NULL;
+    dynamic_solution *solution = NULL;
     solve_report of_this = *report;
     *result = NULL;
-    ad_status status = create(at, &x, error);
+    ad_status status = create(at, &solution, error);
     if (status != AD_OK) {
         return status;
     }
-    status = go(at, x, &of_this, error);
-    of_this.nodes = (int)motion_nodes(x->motion);
+    status = go(at, solution, &of_this, error);
+    of_this.nodes = (int)motion_nodes(solution->motion);
     if (status != AD_OK) {
         report->time = at->best ? report->time : of_this.time;
-        dynamic_free(x);
+        dynamic_free(solution);
         return status;
     }
-    motion_times_energies(&x->times, x->at.energies, x->energies, &of_this);
+    motion_times_energies(&solution->times, solution->at.energies, solution->energies, &of_this);
     *report = of_this;
-    *result = x;
+    *result = solution;
     return AD_OK;
 }
 

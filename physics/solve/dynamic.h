@@ -23,10 +23,10 @@ typedef struct dynamic_solution dynamic_solution;
 ad_status dynamic_solve(const solve_rod *rod, const solve_settings *settings, size_t count,
                         const double *times, dynamic_solution **result, solve_report *report,
                         ad_error *error);
-void dynamic_free(dynamic_solution *x);
+void dynamic_free(dynamic_solution *solution);
 
 /* At time `which` of those given and n points s [n] within [0, 1]; out [n]. */
-ad_status dynamic_at(const dynamic_solution *x, size_t which, size_t n, const double *s,
+ad_status dynamic_at(const dynamic_solution *solution, size_t which, size_t n, const double *s,
                      solve_state *out, ad_error *error);
 
 /* Of two motions, or an error: relative L2 over s and t, and the largest over the length. */
@@ -37,9 +37,9 @@ typedef struct motion_apart {
 /* What is seen of each at so many equally spaced places and `count` times: x, y
  * [count][MOTION_COMPARED]; positions, and rotations by what they move over a tenth of the rod. */
 enum { MOTION_COMPARED = 33 };
-motion_apart motion_compare(size_t count, const solve_state *x, const solve_state *y);
+motion_apart motion_compare(size_t count, const solve_state *state, const solve_state *y);
 
 /* [count] */
-const solve_energy *dynamic_energies(const dynamic_solution *x);
+const solve_energy *dynamic_energies(const dynamic_solution *solution);
 
 #endif

@@ -26,40 +26,42 @@ typedef struct measuring {
 static ad_status shape_of(const void *context, size_t n, const double *s, double *values,
                           ad_error *error)
 {
-    const measuring *x = context;
-    return x->answer(x->context, n, s, NULL, values, error);
+    const measuring *measuring = context;
+    return measuring->answer(measuring->context, n, s, NULL, values, error);
 }
 
-static ad_status sample(measuring *x, double end, ad_error *error)
+static ad_status sample(measuring *measuring, double end, ad_error *error)
 {
-    const int times = x->moves ? TIMES : 1;
-    const scene_physics *model = scene_physics_of(x->scene);
-    x->points = PLACES * (size_t)times;
-    x->columns = solution_columns(x->scene);
-    x->positions = model->position_columns;
-    const size_t numbers = 2 + (size_t)x->columns + (size_t)x->positions;
-    x->s = malloc(numbers * x->points * sizeof *x->s);
-    if (!x->s) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", x->points);
+    const int times = measuring->moves ? TIMES : 1;
+    const scene_physics *model = scene_physics_of(measuring->scene);
+    measuring->points = PLACES * (size_t)times;
+    measuring->columns = solution_columns(measuring->scene);
+    measuring->positions = model->position_columns;
+    const size_t numbers = 2 + (size_t)measuring->columns + (size_t)measuring->positions;
+    measuring->s = malloc(numbers * measuring->points * sizeof *measuring->s);
+    if (!measuring->s) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", measuring->points);
     }
-    x->t = x->s + x->points;
-    x->values = x->t + x->points;
-    x->exact = x->values + (size_t)x->columns * x->points;
-    for (size_t i = 0; i < x->points; i++) {
-        x->s[i] = scene_length(x->scene) * (double)(i % PLACES) / (PLACES - 1);
-        x->t[i] = end * (double)(i / PLACES + 1) / times;
+    measuring->t = measuring->s + measuring->points;
+    measuring->values = measuring->t + measuring->points;
+    measuring->exact = measuring->values + (size_t)measuring->columns * measuring->points;
+    for (size_t i = 0; i < measuring->points; i++) {
+        measuring->s[i] = scene_length(measuring->scene) * (double)(i % PLACES) / (PLACES - 1);
+        measuring->t[i] = end * (double)(i / PLACES + 1) / times;
     }
-    return x->answer(x->context, x->points, x->s, x->moves ? x->t : NULL, x->values, error);
+    return measuring->answer(measuring->context, measuring->points, measuring->s,
+                             measuring->moves ? measuring->t : NULL, measuring->values, error);
 }
 
 /* Infinite where one is not a number. */
-static double largest_distance(const measuring *x)
+static double largest_distance(const measuring *measuring)
 {
     double largest = 0;
-    for (size_t i = 0; i < x->points; i++) {
+    for (size_t i = 0; i < measuring->points; i++) {
         double square = 0;
-        for (size_t k = 0; k < (size_t)x->positions; k++) {
-            const double off = x->values[k * x->points + i] - x->exact[k * x->points + i];
+        for (size_t k = 0; k < (size_t)measuring->positions; k++) {
+            const double off = measuring->values[k * measuring->points + i] -
+                               measuring->exact[k * measuring->points + i];
             square += off * off;
         }
         largest = square <= largest ? largest : isnan(square) ? INFINITY : square;
@@ -68,15 +70,15 @@ static double largest_distance(const measuring *x)
 }
 
 /* What makes a solution worthless. */
-static ad_status judge(const measuring *x, const solve_report *report, ad_error *error)
+static ad_status judge(const measuring *measuring, const solve_report *report, ad_error *error)
 {
-    if (!x->moves && report->load_fraction < 1) {
+    if (!measuring->moves && report->load_fraction < 1) {
         return ad_fail(error, AD_BAD_ARGUMENT,
                        "no equilibrium is found next to it, and from the unstressed rod none "
                        "beyond %.4g of the load",
                        report->load_fraction);
     }
-    if (x->moves && !scene_is_beam(x->scene) && !solve_energy_is_met(report)) {
+    if (measuring->moves && !scene_is_beam(measuring->scene) && !solve_energy_is_met(report)) {
         return ad_fail(error, AD_BAD_ARGUMENT, "the solver's energy is out of balance by %.2g",
                        report->energy_mismatch);
     }
@@ -84,17 +86,18 @@ static ad_status judge(const measuring *x, const solve_report *report, ad_error 
 }
 
 /* *result is NULL where it fails, or is worthless. */
-static ad_status solve_by(const measuring *x, solve_method method, double tolerance,
+static ad_status solve_by(const measuring *measuring, solve_method method, double tolerance,
                           solution **result, solve_report *report, ad_error *error)
 {
     solve_settings settings = {.tolerance = tolerance, .method = method};
-    if (!x->moves && !scene_is_beam(x->scene)) {
+    if (!measuring->moves && !scene_is_beam(measuring->scene)) {
         settings.guess = shape_of;
-        settings.guess_context = x;
+        settings.guess_context = measuring;
     }
     ad_status status =
-        solution_create(x->scene, &settings, x->moves ? x->points : 0, x->t, result, report, error);
-    status = status == AD_OK ? judge(x, report, error) : status;
+        solution_create(measuring->scene, &settings, measuring->moves ? measuring->points : 0,
+                        measuring->t, result, report, error);
+    status = status == AD_OK ? judge(measuring, report, error) : status;
     if (status != AD_OK) {
         solution_free(*result);
         *result = NULL;
@@ -103,31 +106,32 @@ static ad_status solve_by(const measuring *x, solve_method method, double tolera
 }
 
 /* By strain modes where these solve a rod's motion, which follow sudden loads best. */
-static ad_status solve(const measuring *x, double tolerance, solution **result,
+static ad_status solve(const measuring *measuring, double tolerance, solution **result,
                        solve_report *report, ad_error *error)
 {
-    const bool modes = x->moves && !scene_is_beam(x->scene);
-    ad_status status = modes ? solve_by(x, SOLVE_MODES, tolerance, result, report, error) : AD_OK;
+    const bool modes = measuring->moves && !scene_is_beam(measuring->scene);
+    ad_status status =
+        modes ? solve_by(measuring, SOLVE_MODES, tolerance, result, report, error) : AD_OK;
     return modes && (status == AD_OK || status == AD_NO_MEMORY)
                ? status
-               : solve_by(x, SOLVE_COLLOCATION, tolerance, result, report, error);
+               : solve_by(measuring, SOLVE_COLLOCATION, tolerance, result, report, error);
 }
 
 /* estimate: the distance and what the solver leaves, *left of it. */
-static ad_status measure(const measuring *x, double tolerance, double *estimate, double *left,
-                         double *misfit, ad_error *error)
+static ad_status measure(const measuring *measuring, double tolerance, double *estimate,
+                         double *left, double *misfit, ad_error *error)
 {
     solution *solved = NULL;
     solve_report report;
-    ad_status status = solve(x, tolerance, &solved, &report, error);
+    ad_status status = solve(measuring, tolerance, &solved, &report, error);
     if (status == AD_OK) {
-        status = solution_evaluate(solved, x->positions, x->points, x->s, x->moves ? x->t : NULL,
-                                   x->exact, error);
+        status = solution_evaluate(solved, measuring->positions, measuring->points, measuring->s,
+                                   measuring->moves ? measuring->t : NULL, measuring->exact, error);
     }
     if (status == AD_OK) {
         *left = report.estimate;
         *misfit = solve_misfit(&report);
-        *estimate = largest_distance(x) / report.size + report.estimate;
+        *estimate = largest_distance(measuring) / report.size + report.estimate;
     }
     solution_free(solved);
     return status;

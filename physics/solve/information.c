@@ -55,8 +55,8 @@ static void diagonalize(int n, double a[MAX][MAX], double v[MAX][MAX])
 
 /* The covariance of the free unknowns, by eigenvectors; what is not measured at all has the
  * information of rounding. */
-static void add_directions(solve_information *x, int n, const int *index, double a[MAX][MAX],
-                           double v[MAX][MAX], double covariance[MAX][MAX])
+static void add_directions(solve_information *information, int n, const int *index,
+                           double a[MAX][MAX], double v[MAX][MAX], double covariance[MAX][MAX])
 {
     double largest = 0, taken = INFINITY;
     for (int k = 0; k < n; k++) {
@@ -84,13 +84,13 @@ static void add_directions(solve_information *x, int n, const int *index, double
         }
         a[next][next] = NAN;
         for (int i = 0; i < n; i++) {
-            x->direction[x->untold][index[i]] = v[next][i];
+            information->direction[information->untold][index[i]] = v[next][i];
         }
-        x->untold++;
+        information->untold++;
     }
 }
 
-static void find_valley(solve_information *x, int n, const int *index, double a[MAX][MAX])
+static void find_valley(solve_information *information, int n, const int *index, double a[MAX][MAX])
 {
     double scaled[MAX][MAX], v[MAX][MAX], length[MAX], square = 0;
     int least = 0;
@@ -104,12 +104,12 @@ static void find_valley(solve_information *x, int n, const int *index, double a[
     for (int i = 1; i < n; i++) {
         least = scaled[i][i] < scaled[least][least] ? i : least;
     }
-    x->collinearity = n > 0 ? 1 / sqrt(fmax(scaled[least][least], n * DBL_EPSILON)) : 0;
+    information->collinearity = n > 0 ? 1 / sqrt(fmax(scaled[least][least], n * DBL_EPSILON)) : 0;
     for (int i = 0; i < n; i++) {
         square += pow(v[least][i] / length[i], 2);
     }
     for (int i = 0; i < n; i++) {
-        x->valley[index[i]] = v[least][i] / (length[i] * sqrt(square));
+        information->valley[index[i]] = v[least][i] / (length[i] * sqrt(square));
     }
 }
 

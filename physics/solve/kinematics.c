@@ -26,21 +26,21 @@ typedef struct kinematics_work {
     kinematics_point *point;
 } kinematics_work;
 
-size_t kinematics_room(const kinematics *x)
+size_t kinematics_room(const kinematics *kinematics)
 {
-    const size_t lanes_count = (size_t)x->modes * (2 + 3 * KINEMATICS_KINDS);
-    return (lanes_count * sizeof(lanes) + (size_t)x->elements * sizeof(kinematics_edge) +
-            (size_t)(x->elements * x->stages) * sizeof(kinematics_point)) /
+    const size_t lanes_count = (size_t)kinematics->modes * (2 + 3 * KINEMATICS_KINDS);
+    return (lanes_count * sizeof(lanes) + (size_t)kinematics->elements * sizeof(kinematics_edge) +
+            (size_t)(kinematics->elements * kinematics->stages) * sizeof(kinematics_point)) /
            sizeof(double);
 }
 
-static kinematics_work divide_room(const kinematics *x, double *room)
+static kinematics_work divide_room(const kinematics *kinematics, double *room)
 {
     kinematics_work w;
     w.state = (lanes *)(void *)room;
-    w.by = w.state + 2 * x->modes;
-    w.edge = (kinematics_edge *)(void *)(w.by + 3 * KINEMATICS_KINDS * x->modes);
-    w.point = (kinematics_point *)(void *)(w.edge + x->elements);
+    w.by = w.state + 2 * kinematics->modes;
+    w.edge = (kinematics_edge *)(void *)(w.by + 3 * KINEMATICS_KINDS * kinematics->modes);
+    w.point = (kinematics_point *)(void *)(w.edge + kinematics->elements);
     return w;
 }
 
@@ -55,8 +55,8 @@ PROCESSOR_INLINE void add_multiple(double by, const lanes a[3], lanes to[3])
 /* ---- from the start to the last element ------------------------------------------------------ */
 
 /* Turns q by one step with terms [3][3], by the curvature's modes of an element by [modes][3]. */
-PROCESSOR_INLINE void take_step(const kinematics *x, int e, const double *base, const double *by,
-                                const lanes *state, lanes q[4])
+PROCESSOR_INLINE void take_step(const kinematics *kinematics, int e, const double *base,
+                                const double *by, const lanes *state, lanes q[4])
 {
     lanes terms[3][3];
     for (int k = 0; k < 3; k++) {
@@ -64,8 +64,8 @@ PROCESSOR_INLINE void take_step(const kinematics *x, int e, const double *base, 
             terms[k][c] = NO_LANES + base[3 * k + c];
         }
     }
-    for (int a = x->own[e]; a < x->own_end[e]; a++) {
-        const int c = x->strain[a] - 3;
+    for (int a = kinematics->own[e]; a < kinematics->own_end[e]; a++) {
+        const int c = kinematics->strain[a] - 3;
         for (int k = 0; k < 3 && c >= 0; k++) {
             terms[k][c] += by[3 * a + k] * state[a];
         }
@@ -73,35 +73,37 @@ PROCESSOR_INLINE void take_step(const kinematics *x, int e, const double *base, 
     step_on(terms, q);
 }
 
-PROCESSOR_INLINE void turn_points(const kinematics *x, int e, const lanes *state,
+PROCESSOR_INLINE void turn_points(const kinematics *kinematics, int e, const lanes *state,
                                   const lanes from[4], kinematics_point *at)
 {
-    const int n = x->stages;
+    const int n = kinematics->stages;
     lanes q[4];
     memcpy(q, from, sizeof q);
     for (int i = 0; i < n; i++) {
         const int step = e * (n + 1) + i;
-        take_step(x, e, x->step + 9 * step, x->step_by + 3 * x->modes * step, state, q);
+        take_step(kinematics, e, kinematics->step + 9 * step,
+                  kinematics->step_by + 3 * kinematics->modes * step, state, q);
         memcpy(at[i].q, q, sizeof q);
         lanes_rotation_matrix(q, at[i].R);
     }
 }
 
 /* R v, R v_t, R u_t at the points of an element. */
-PROCESSOR_INLINE void strain_points(const kinematics *x, int e, const lanes *state,
+PROCESSOR_INLINE void strain_points(const kinematics *kinematics, int e, const lanes *state,
                                     kinematics_point *at)
 {
-    for (int i = 0; i < x->stages; i++) {
-        const double *origin = x->origin + (e * x->stages + i) * KINEMATICS_STRAINS;
-        const double *value = x->value + (e * x->stages + i) * x->modes;
+    for (int i = 0; i < kinematics->stages; i++) {
+        const double *origin =
+            kinematics->origin + (e * kinematics->stages + i) * KINEMATICS_STRAINS;
+        const double *value = kinematics->value + (e * kinematics->stages + i) * kinematics->modes;
         lanes v[3], rate[KINEMATICS_STRAINS];
         memset(rate, 0, sizeof rate);
         for (int k = 0; k < 3; k++) {
             v[k] = NO_LANES + origin[k];
         }
-        for (int a = x->own[e]; a < x->own_end[e]; a++) {
-            const int c = x->strain[a];
-            rate[c] += value[a] * state[x->modes + a];
+        for (int a = kinematics->own[e]; a < kinematics->own_end[e]; a++) {
+            const int c = kinematics->strain[a];
+            rate[c] += value[a] * state[kinematics->modes + a];
             if (c < 3) {
                 v[c] += value[a] * state[a];
             }
@@ -113,11 +115,11 @@ PROCESSOR_INLINE void strain_points(const kinematics *x, int e, const lanes *sta
 }
 
 /* w' = R u_t */
-PROCESSOR_INLINE void spin_points(const kinematics *x, int e, const lanes from[3],
+PROCESSOR_INLINE void spin_points(const kinematics *kinematics, int e, const lanes from[3],
                                   kinematics_point *at)
 {
-    const int n = x->stages;
-    const double *integral = x->integral + e * (n + 1) * n;
+    const int n = kinematics->stages;
+    const double *integral = kinematics->integral + e * (n + 1) * n;
     for (int i = 0; i < n; i++) {
         memcpy(at[i].spin, from, sizeof at[i].spin);
         for (int j = 0; j < n; j++) {
@@ -140,64 +142,67 @@ PROCESSOR_INLINE void move_on(int n, const double *integral, const kinematics_po
     }
 }
 
-PROCESSOR_INLINE void begin_rod(const kinematics *x, kinematics_edge *edge)
+PROCESSOR_INLINE void begin_rod(const kinematics *kinematics, kinematics_edge *edge)
 {
     lanes R[3][3], spin[3];
-    in_all_lanes(3, x->start, edge->r);
-    in_all_lanes(4, x->start + 3, edge->q);
-    in_all_lanes(3, x->start + 7, edge->velocity);
-    in_all_lanes(3, x->start + 10, spin);
+    in_all_lanes(3, kinematics->start, edge->r);
+    in_all_lanes(4, kinematics->start + 3, edge->q);
+    in_all_lanes(3, kinematics->start + 7, edge->velocity);
+    in_all_lanes(3, kinematics->start + 10, spin);
     lanes_rotation_matrix(edge->q, R);
     lanes_to_world(R, spin, edge->spin);
 }
 
-PROCESSOR_INLINE void find_shape(const kinematics *x, const kinematics_work *w)
+PROCESSOR_INLINE void find_shape(const kinematics *kinematics, const kinematics_work *w)
 {
-    const int n = x->stages;
-    begin_rod(x, w->edge);
-    for (int e = 0; e < x->elements; e++) {
+    const int n = kinematics->stages;
+    begin_rod(kinematics, w->edge);
+    for (int e = 0; e < kinematics->elements; e++) {
         const kinematics_edge *from = &w->edge[e];
         kinematics_point *at = w->point + e * n;
-        turn_points(x, e, w->state, from->q, at);
-        strain_points(x, e, w->state, at);
-        spin_points(x, e, from->spin, at);
-        if (e + 1 < x->elements) {
+        turn_points(kinematics, e, w->state, from->q, at);
+        strain_points(kinematics, e, w->state, at);
+        spin_points(kinematics, e, from->spin, at);
+        if (e + 1 < kinematics->elements) {
             const int step = e * (n + 1) + n;
             kinematics_edge *to = &w->edge[e + 1];
             lanes q[4], joint[4];
             *to = *from;
             memcpy(q, at[n - 1].q, sizeof q);
-            take_step(x, e, x->step + 9 * step, x->step_by + 3 * x->modes * step, w->state, q);
+            take_step(kinematics, e, kinematics->step + 9 * step,
+                      kinematics->step_by + 3 * kinematics->modes * step, w->state, q);
             normalise(q);
-            in_all_lanes(4, x->joint + 4 * e, joint);
+            in_all_lanes(4, kinematics->joint + 4 * e, joint);
             lanes_quaternion_product(q, joint, to->q);
-            move_on(n, x->integral + step * n, at, to->r, to->velocity, to->spin);
+            move_on(n, kinematics->integral + step * n, at, to->r, to->velocity, to->spin);
         }
     }
 }
 
 /* ---- places ---------------------------------------------------------------------------------- */
 
-PROCESSOR_INLINE void find_place(const kinematics *x, const kinematics_work *w, int place,
+PROCESSOR_INLINE void find_place(const kinematics *kinematics, const kinematics_work *w, int place,
                                  lanes seen[KINEMATICS_SEEN], lanes R[3][3], lanes spin[3])
 {
-    const int e = x->place_element[place], before = x->place_before[place];
+    const int e = kinematics->place_element[place], before = kinematics->place_before[place];
     const kinematics_edge *from = &w->edge[e];
-    const kinematics_point *at = w->point + e * x->stages;
+    const kinematics_point *at = w->point + e * kinematics->stages;
     lanes *q = seen + 3, *strain = seen + 13;
     memcpy(seen, from->r, sizeof from->r);
     memcpy(q, before >= 0 ? at[before].q : from->q, sizeof from->q);
     memcpy(seen + 7, from->velocity, sizeof from->velocity);
     memcpy(spin, from->spin, sizeof from->spin);
-    take_step(x, e, x->place_step + 9 * place, x->place_step_by + 3 * x->modes * place, w->state,
-              q);
+    take_step(kinematics, e, kinematics->place_step + 9 * place,
+              kinematics->place_step_by + 3 * kinematics->modes * place, w->state, q);
     normalise(q);
     lanes_rotation_matrix(q, R);
-    move_on(x->stages, x->place_integral + place * x->stages, at, seen, seen + 7, spin);
+    move_on(kinematics->stages, kinematics->place_integral + place * kinematics->stages, at, seen,
+            seen + 7, spin);
     lanes_to_body(R, spin, seen + 10);
-    in_all_lanes(KINEMATICS_STRAINS, x->place_origin + KINEMATICS_STRAINS * place, strain);
-    for (int a = x->own[e]; a < x->own_end[e]; a++) {
-        strain[x->strain[a]] += x->place_value[place * x->modes + a] * w->state[a];
+    in_all_lanes(KINEMATICS_STRAINS, kinematics->place_origin + KINEMATICS_STRAINS * place, strain);
+    for (int a = kinematics->own[e]; a < kinematics->own_end[e]; a++) {
+        strain[kinematics->strain[a]] +=
+            kinematics->place_value[place * kinematics->modes + a] * w->state[a];
     }
 }
 
@@ -225,25 +230,26 @@ PROCESSOR_INLINE void turn_matrix(const kinematics_point *at, double weight, con
 }
 
 /* Row `own` of derivatives by an element's modes from those by strains at a point. */
-PROCESSOR_INLINE void add_point(const kinematics *x, int e, int point,
+PROCESSOR_INLINE void add_point(const kinematics *kinematics, int e, int point,
                                 lanes of[2][KINEMATICS_KINDS][3][3], lanes *by)
 {
-    const double *value = x->value + (e * x->stages + point) * x->modes;
-    for (int a = x->own[e]; a < x->own_end[e]; a++) {
-        const int c = x->strain[a];
+    const double *value = kinematics->value + (e * kinematics->stages + point) * kinematics->modes;
+    for (int a = kinematics->own[e]; a < kinematics->own_end[e]; a++) {
+        const int c = kinematics->strain[a];
         for (int kind = 0; kind < KINEMATICS_KINDS; kind++) {
-            add_multiple(value[a], of[c >= 3][kind][c % 3], by + 3 * (kind * x->modes + a));
+            add_multiple(value[a], of[c >= 3][kind][c % 3],
+                         by + 3 * (kind * kinematics->modes + a));
         }
     }
 }
 
 /* Derivatives of a place by the modes of one element; `beyond` then has the element, too. */
-PROCESSOR_INLINE void differentiate_element(const kinematics *x, const kinematics_point *at, int e,
-                                            const double *weight, bool moving,
-                                            kinematics_beyond *beyond, lanes *by)
+PROCESSOR_INLINE void differentiate_element(const kinematics *kinematics,
+                                            const kinematics_point *at, int e, const double *weight,
+                                            bool moving, kinematics_beyond *beyond, lanes *by)
 {
-    const int n = x->stages;
-    const double *integral = x->integral + e * (n + 1) * n, *full = integral + n * n;
+    const int n = kinematics->stages;
+    const double *integral = kinematics->integral + e * (n + 1) * n, *full = integral + n * n;
     lanes arm[KINEMATICS_STAGES_MAX][3], turned[KINEMATICS_STAGES_MAX][3];
     lanes M[KINEMATICS_STAGES_MAX][3][3], all[3][3], of[2][KINEMATICS_KINDS][3][3];
     memset(of, 0, sizeof of);
@@ -281,7 +287,7 @@ PROCESSOR_INLINE void differentiate_element(const kinematics *x, const kinematic
                 lanes_vector_cross(d, turned[i], of[1][BY_SPIN][c]);
             }
         }
-        add_point(x, e, i, of, by);
+        add_point(kinematics, e, i, of, by);
     }
     for (int i = 0; i < n; i++) {
         add_multiple(weight[i], at[i].along, beyond->along);
@@ -292,29 +298,29 @@ PROCESSOR_INLINE void differentiate_element(const kinematics *x, const kinematic
     }
 }
 
-PROCESSOR_INLINE void differentiate(const kinematics *x, const kinematics_work *w, int place,
-                                    bool moving)
+PROCESSOR_INLINE void differentiate(const kinematics *kinematics, const kinematics_work *w,
+                                    int place, bool moving)
 {
-    const int n = x->stages, last = x->place_element[place];
+    const int n = kinematics->stages, last = kinematics->place_element[place];
     kinematics_beyond beyond;
     memset(&beyond, 0, sizeof beyond);
-    memset(w->by, 0, (size_t)(3 * KINEMATICS_KINDS * x->modes) * sizeof *w->by);
+    memset(w->by, 0, (size_t)(3 * KINEMATICS_KINDS * kinematics->modes) * sizeof *w->by);
     for (int e = last; e >= 0; e--) {
-        const double *weight =
-            e == last ? x->place_integral + place * n : x->integral + (e * (n + 1) + n) * n;
-        differentiate_element(x, w->point + e * n, e, weight, moving, &beyond, w->by);
+        const double *weight = e == last ? kinematics->place_integral + place * n
+                                         : kinematics->integral + (e * (n + 1) + n) * n;
+        differentiate_element(kinematics, w->point + e * n, e, weight, moving, &beyond, w->by);
     }
 }
 
 /* Of one kind and row by mode a and by its rate. */
-PROCESSOR_INLINE void find_derivative(const kinematics *x, const kinematics_work *w, int place,
-                                      int row, int a, lanes R[3][3], const lanes spin[3],
+PROCESSOR_INLINE void find_derivative(const kinematics *kinematics, const kinematics_work *w,
+                                      int place, int row, int a, lanes R[3][3], const lanes spin[3],
                                       lanes by[2])
 {
-    const int k = row % 3, kinds = 3 * x->modes, e = x->place_element[place];
+    const int k = row % 3, kinds = 3 * kinematics->modes, e = kinematics->place_element[place];
     const lanes *all = w->by + 3 * a, *theta = all + BY_TURN * kinds;
     const lanes d[3] = {R[0][k], R[1][k], R[2][k]};
-    const bool own = a >= x->own[e] && a < x->own_end[e];
+    const bool own = a >= kinematics->own[e] && a < kinematics->own_end[e];
     lanes turned[3];
     by[1] = NO_LANES;
     switch (row / 3) {
@@ -335,16 +341,18 @@ PROCESSOR_INLINE void find_derivative(const kinematics *x, const kinematics_work
         by[1] = d[0] * theta[0] + d[1] * theta[1] + d[2] * theta[2];
         break;
     default:
-        by[0] =
-            NO_LANES + (own && x->strain[a] == row - 12 ? x->place_value[place * x->modes + a] : 0);
+        by[0] = NO_LANES + (own && kinematics->strain[a] == row - 12
+                                ? kinematics->place_value[place * kinematics->modes + a]
+                                : 0);
     }
 }
 
 /* ---- all of it ------------------------------------------------------------------------------- */
 
-PROCESSOR_INLINE void load_states(const kinematics *x, int count, const double *states, lanes *to)
+PROCESSOR_INLINE void load_states(const kinematics *kinematics, int count, const double *states,
+                                  lanes *to)
 {
-    const int size = 2 * x->modes;
+    const int size = 2 * kinematics->modes;
     for (int a = 0; a < size; a++) {
         for (int lane = 0; lane < LANES; lane++) { /* the last again, where there are no more */
             to[a][lane] = states[(lane < count ? lane : count - 1) * size + a];
@@ -352,20 +360,21 @@ PROCESSOR_INLINE void load_states(const kinematics *x, int count, const double *
     }
 }
 
-FOR_EACH_PROCESSOR static void see_lanes(const kinematics *x, int count, const double *states,
-                                         double *seen, double *by_state, double *room)
+FOR_EACH_PROCESSOR static void see_lanes(const kinematics *kinematics, int count,
+                                         const double *states, double *seen, double *by_state,
+                                         double *room)
 {
-    const kinematics_work w = divide_room(x, room);
-    const int size = 2 * x->modes;
-    load_states(x, count, states, w.state);
-    find_shape(x, &w);
-    for (int place = 0, row = 0; place < x->places; place++) {
+    const kinematics_work w = divide_room(kinematics, room);
+    const int size = 2 * kinematics->modes;
+    load_states(kinematics, count, states, w.state);
+    find_shape(kinematics, &w);
+    for (int place = 0, row = 0; place < kinematics->places; place++) {
         const int first = place * KINEMATICS_ROWS;
         lanes R[3][3], spin[3], out[KINEMATICS_SEEN];
         bool moving = false;
-        find_place(x, &w, place, out, R, spin);
+        find_place(kinematics, &w, place, out, R, spin);
         for (int lane = 0; lane < count; lane++) {
-            double *to = seen + (lane * x->places + place) * KINEMATICS_SEEN;
+            double *to = seen + (lane * kinematics->places + place) * KINEMATICS_SEEN;
             for (int i = 0; i < KINEMATICS_SEEN; i++) {
                 to[i] = out[i][lane];
             }
@@ -373,32 +382,35 @@ FOR_EACH_PROCESSOR static void see_lanes(const kinematics *x, int count, const d
         if (!by_state) {
             continue;
         }
-        for (int r = row; r < x->rows && x->row[r] < first + KINEMATICS_ROWS; r++) {
-            const int kind = (x->row[r] - first) / 3;
+        for (int r = row; r < kinematics->rows && kinematics->row[r] < first + KINEMATICS_ROWS;
+             r++) {
+            const int kind = (kinematics->row[r] - first) / 3;
             moving |= kind == BY_VELOCITY || kind == BY_SPIN;
         }
-        differentiate(x, &w, place, moving);
-        for (; row < x->rows && x->row[row] < first + KINEMATICS_ROWS; row++) {
-            for (int a = 0; a < x->modes; a++) {
+        differentiate(kinematics, &w, place, moving);
+        for (; row < kinematics->rows && kinematics->row[row] < first + KINEMATICS_ROWS; row++) {
+            for (int a = 0; a < kinematics->modes; a++) {
                 lanes by[2];
-                find_derivative(x, &w, place, x->row[row] - first, a, R, spin, by);
+                find_derivative(kinematics, &w, place, kinematics->row[row] - first, a, R, spin,
+                                by);
                 for (int lane = 0; lane < count; lane++) {
-                    double *to = by_state + (lane * x->rows + row) * size + a;
+                    double *to = by_state + (lane * kinematics->rows + row) * size + a;
                     to[0] = by[0][lane];
-                    to[x->modes] = by[1][lane];
+                    to[kinematics->modes] = by[1][lane];
                 }
             }
         }
     }
 }
 
-void kinematics_see(const kinematics *x, int count, const double *states, double *seen,
+void kinematics_see(const kinematics *kinematics, int count, const double *states, double *seen,
                     double *by_state, double *room)
 {
-    const int size = 2 * x->modes;
+    const int size = 2 * kinematics->modes;
     for (int first = 0; first < count; first += LANES) {
         const int n = count - first < LANES ? count - first : LANES;
-        see_lanes(x, n, states + first * size, seen + first * x->places * KINEMATICS_SEEN,
-                  by_state ? by_state + first * x->rows * size : NULL, room);
+        see_lanes(kinematics, n, states + first * size,
+                  seen + first * kinematics->places * KINEMATICS_SEEN,
+                  by_state ? by_state + first * kinematics->rows * size : NULL, room);
     }
 }

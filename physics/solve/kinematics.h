@@ -61,11 +61,11 @@ typedef struct kinematics {
 } kinematics;
 
 /* Numbers of `room` that kinematics_see works in; no more than one call at a time may use it. */
-size_t kinematics_room(const kinematics *x);
+size_t kinematics_room(const kinematics *kinematics);
 
 /* states [count][2 modes], modes and their rates; seen [count][places][KINEMATICS_SEEN]; by_state
  * [count][rows][2 modes] or NULL. Not a number in a state makes what depends on it no number. */
-void kinematics_see(const kinematics *x, int count, const double *states, double *seen,
+void kinematics_see(const kinematics *kinematics, int count, const double *states, double *seen,
                     double *by_state, double *room);
 
 #ifdef __cplusplus

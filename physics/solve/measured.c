@@ -40,42 +40,42 @@ struct solve_trials {
     ad_error reason; /* why there was no solution, of the last run */
 };
 
-void solve_trials_free(solve_trials *x)
+void solve_trials_free(solve_trials *trials)
 {
-    if (x) {
-        solve_members_free(x->members);
-        ad_pool_free(x->pool);
-        free(x->row);
-        free(x->known);
-        free(x->first);
-        free(x->nodes);
-        free(x);
+    if (trials) {
+        solve_members_free(trials->members);
+        ad_pool_free(trials->pool);
+        free(trials->row);
+        free(trials->known);
+        free(trials->first);
+        free(trials->nodes);
+        free(trials);
     }
 }
 
-size_t solve_trials_residuals(const solve_trials *x)
+size_t solve_trials_residuals(const solve_trials *trials)
 {
-    return x->residuals;
+    return trials->residuals;
 }
 
-size_t solve_trials_experiments(const solve_trials *x)
+size_t solve_trials_experiments(const solve_trials *trials)
 {
-    return x->experiments;
+    return trials->experiments;
 }
 
-double solve_trials_tolerance(const solve_trials *x)
+double solve_trials_tolerance(const solve_trials *trials)
 {
-    return x->tolerance;
+    return trials->tolerance;
 }
 
-bool solve_trials_by_members(const solve_trials *x)
+bool solve_trials_by_members(const solve_trials *trials)
 {
-    return x->members != NULL;
+    return trials->members != NULL;
 }
 
-const char *solve_trials_reason(const solve_trials *x)
+const char *solve_trials_reason(const solve_trials *trials)
 {
-    return x->reason.message;
+    return trials->reason.message;
 }
 
 size_t solve_measured_missing(const solve_measured *set)
@@ -103,105 +103,108 @@ static int compare_rows(const void *left, const void *right)
     return (a->residual > b->residual) - (a->residual < b->residual);
 }
 
-static bool starts_quaternion(const solve_trials *x, int column)
+static bool starts_quaternion(const solve_trials *trials, int column)
 {
-    return x->has_quaternion && column == x->first_rotation;
+    return trials->has_quaternion && column == trials->first_rotation;
 }
 
-static size_t residuals_of(const solve_trials *x, const solve_measured *set, size_t row)
+static size_t residuals_of(const solve_trials *trials, const solve_measured *set, size_t row)
 {
     size_t count = (size_t)set->columns;
     for (int c = 0; c < set->columns; c++) {
-        count -=
-            starts_quaternion(x, set->column[c]) || isnan(set->values[(size_t)c * set->rows + row]);
+        count -= starts_quaternion(trials, set->column[c]) ||
+                 isnan(set->values[(size_t)c * set->rows + row]);
     }
     return count;
 }
 
-static void take_row(solve_trials *x, const solve_measured *set, size_t row)
+static void take_row(solve_trials *trials, const solve_measured *set, size_t row)
 {
-    const size_t count = (size_t)x->open.parameter_count;
-    double *known = x->known + x->rows * count;
+    const size_t count = (size_t)trials->open.parameter_count;
+    double *known = trials->known + trials->rows * count;
     for (size_t i = 0; i < count; i++) {
-        known[i] = i >= (size_t)scene_known_count(&x->open) ? 0 : set->known[row * count + i];
+        known[i] = i >= (size_t)scene_known_count(&trials->open) ? 0 : set->known[row * count + i];
     }
-    x->row[x->rows++] = (measured_row){.set = set,
-                                       .row = row,
-                                       .known = known,
-                                       .known_count = (int)count,
-                                       .t = scene_is_dynamic(&x->open) ? set->t[row] : 0,
-                                       .residual = x->residuals};
-    x->residuals += residuals_of(x, set, row);
+    trials->row[trials->rows++] =
+        (measured_row){.set = set,
+                       .row = row,
+                       .known = known,
+                       .known_count = (int)count,
+                       .t = scene_is_dynamic(&trials->open) ? set->t[row] : 0,
+                       .residual = trials->residuals};
+    trials->residuals += residuals_of(trials, set, row);
 }
 
 /* Rows in the order of experiments, and where each of these begins. */
-static ad_status take_rows(solve_trials *x, int sets, const solve_measured *measured,
+static ad_status take_rows(solve_trials *trials, int sets, const solve_measured *measured,
                            ad_error *error)
 {
     size_t rows = 0;
     for (int i = 0; i < sets; i++) {
         rows += measured[i].rows;
     }
-    x->row = malloc((rows + 1) * sizeof *x->row);
-    x->known = malloc((rows * (size_t)x->open.parameter_count + 1) * sizeof *x->known);
-    x->first = malloc((rows + 1) * sizeof *x->first);
-    if (!x->row || !x->known || !x->first) {
+    trials->row = malloc((rows + 1) * sizeof *trials->row);
+    trials->known =
+        malloc((rows * (size_t)trials->open.parameter_count + 1) * sizeof *trials->known);
+    trials->first = malloc((rows + 1) * sizeof *trials->first);
+    if (!trials->row || !trials->known || !trials->first) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu measured rows", rows);
     }
     for (int i = 0; i < sets; i++) {
         for (size_t row = 0; row < measured[i].rows; row++) {
-            take_row(x, &measured[i], row);
+            take_row(trials, &measured[i], row);
         }
     }
-    qsort(x->row, rows, sizeof *x->row, compare_rows);
+    qsort(trials->row, rows, sizeof *trials->row, compare_rows);
     for (size_t i = 0; i < rows; i++) {
-        const size_t bytes = (size_t)x->open.parameter_count * sizeof *x->known;
-        if (i == 0 || memcmp(x->row[i].known, x->row[i - 1].known, bytes) != 0) {
-            x->first[x->experiments++] = i;
+        const size_t bytes = (size_t)trials->open.parameter_count * sizeof *trials->known;
+        if (i == 0 || memcmp(trials->row[i].known, trials->row[i - 1].known, bytes) != 0) {
+            trials->first[trials->experiments++] = i;
         }
     }
-    x->first[x->experiments] = rows;
+    trials->first[trials->experiments] = rows;
     return AD_OK;
 }
 
 /* ---- members ------------------------------------------------------------------------------- */
 
 /* All parameters of an experiment at trial values. */
-static void fill(const solve_trials *x, const double *values, size_t experiment, double *parameters)
+static void fill(const solve_trials *trials, const double *values, size_t experiment,
+                 double *parameters)
 {
-    const measured_row *row = &x->row[x->first[experiment]];
-    for (int i = 0; i < x->open.parameter_count; i++) {
+    const measured_row *row = &trials->row[trials->first[experiment]];
+    for (int i = 0; i < trials->open.parameter_count; i++) {
         parameters[i] = row->known[i];
     }
-    for (int i = 0; i < x->unknowns; i++) {
-        parameters[scene_known_count(&x->open) + i] = values[i];
+    for (int i = 0; i < trials->unknowns; i++) {
+        parameters[scene_known_count(&trials->open) + i] = values[i];
     }
 }
 
 /* Members at all places where something was measured. */
-static ad_status create_members(solve_trials *x, int threads, ad_error *error)
+static ad_status create_members(solve_trials *trials, int threads, ad_error *error)
 {
-    double *s = malloc((x->rows + 1) * sizeof *s);
+    double *s = malloc((trials->rows + 1) * sizeof *s);
     if (!s) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu measured rows", x->rows);
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu measured rows", trials->rows);
     }
-    for (size_t i = 0; i < x->rows; i++) {
-        s[i] = x->row[i].set->s[x->row[i].row];
+    for (size_t i = 0; i < trials->rows; i++) {
+        s[i] = trials->row[i].set->s[trials->row[i].row];
     }
-    sort_ascending(x->rows, s);
-    for (size_t i = 0; i < x->rows; i++) {
-        if (i == 0 || s[i] > s[x->places - 1]) {
-            s[x->places++] = s[i];
+    sort_ascending(trials->rows, s);
+    for (size_t i = 0; i < trials->rows; i++) {
+        if (i == 0 || s[i] > s[trials->places - 1]) {
+            s[trials->places++] = s[i];
         }
     }
-    for (size_t i = 0; i < x->rows; i++) {
-        const double *place =
-            bsearch(&x->row[i].set->s[x->row[i].row], s, x->places, sizeof *s, sort_compare);
-        x->row[i].place = (size_t)(place - s);
+    for (size_t i = 0; i < trials->rows; i++) {
+        const double *place = bsearch(&trials->row[i].set->s[trials->row[i].row], s, trials->places,
+                                      sizeof *s, sort_compare);
+        trials->row[i].place = (size_t)(place - s);
     }
     const solve_members_settings settings = {
-        .tolerance = x->tolerance, .threads = threads, .points = x->places, .s = s};
-    ad_status status = solve_members_create(&x->open, &settings, &x->members, error);
+        .tolerance = trials->tolerance, .threads = threads, .points = trials->places, .s = s};
+    ad_status status = solve_members_create(&trials->open, &settings, &trials->members, error);
     free(s);
     /* what members do not take is solved one by one, which says what is wrong with it, if anything
      */
@@ -210,18 +213,18 @@ static ad_status create_members(solve_trials *x, int threads, ad_error *error)
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-static double choose_tolerance(const solve_trials *x, int sets, const solve_measured *measured,
+static double choose_tolerance(const solve_trials *trials, int sets, const solve_measured *measured,
                                double asked)
 {
     static const double AT_REST = 1e-8, PART_OF_NOISE = 0.1, LEAST = 1e-12;
     scene middle;
-    scene_middle(&x->open, &middle);
+    scene_middle(&trials->open, &middle);
     double tolerance = asked > 0                   ? asked
                        : scene_is_dynamic(&middle) ? solve_settings_default(&middle).tolerance
                                                    : AT_REST;
-    for (int i = 0; i < sets && !scene_is_beam(&x->open); i++) {
+    for (int i = 0; i < sets && !scene_is_beam(&trials->open); i++) {
         for (int c = 0; c < measured[i].columns; c++) {
-            if (measured[i].column[c] < scene_physics_of(&x->open)->position_columns) {
+            if (measured[i].column[c] < scene_physics_of(&trials->open)->position_columns) {
                 tolerance =
                     fmin(tolerance, PART_OF_NOISE * measured[i].noise[c] / scene_length(&middle));
             }
@@ -235,35 +238,35 @@ ad_status solve_trials_create(const scene *open, int sets, const solve_measured 
 {
     const scene_physics *physics = scene_physics_of(open);
     *result = NULL;
-    solve_trials *x = calloc(1, sizeof *x);
-    if (!x) {
+    solve_trials *trials = calloc(1, sizeof *trials);
+    if (!trials) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for trials");
     }
-    x->open = *open;
-    x->unknowns = open->unknown_count;
-    x->has_quaternion = physics->rotation_columns == QUATERNION;
-    x->first_rotation = physics->position_columns;
+    trials->open = *open;
+    trials->unknowns = open->unknown_count;
+    trials->has_quaternion = physics->rotation_columns == QUATERNION;
+    trials->first_rotation = physics->position_columns;
     for (int i = 0; i < sets; i++) {
         const int last = measured[i].column[measured[i].columns - 1];
-        x->columns = last >= x->columns ? last + 1 : x->columns;
+        trials->columns = last >= trials->columns ? last + 1 : trials->columns;
     }
-    ad_status status = ad_pool_open(threads, &x->pool, error);
-    status = status == AD_OK ? take_rows(x, sets, measured, error) : status;
+    ad_status status = ad_pool_open(threads, &trials->pool, error);
+    status = status == AD_OK ? take_rows(trials, sets, measured, error) : status;
     if (status == AD_OK) {
-        x->tolerance = choose_tolerance(x, sets, measured, tolerance);
+        trials->tolerance = choose_tolerance(trials, sets, measured, tolerance);
     }
     if (status == AD_OK && scene_is_dynamic(open) && !scene_is_beam(open)) {
-        x->nodes = calloc(x->experiments, sizeof *x->nodes);
-        status = x->nodes ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for nodes");
+        trials->nodes = calloc(trials->experiments, sizeof *trials->nodes);
+        status = trials->nodes ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for nodes");
     }
-    if (status == AD_OK && !scene_is_beam(open) && x->columns <= SOLVE_MEMBERS_COLUMNS) {
-        status = create_members(x, threads, error);
+    if (status == AD_OK && !scene_is_beam(open) && trials->columns <= SOLVE_MEMBERS_COLUMNS) {
+        status = create_members(trials, threads, error);
     }
     if (status != AD_OK) {
-        solve_trials_free(x);
+        solve_trials_free(trials);
         return status;
     }
-    *result = x;
+    *result = trials;
     return AD_OK;
 }
 
@@ -283,13 +286,13 @@ static void rotation_between(const double p[4], const double q[4], double vector
 
 /* Of one row, from the computed columns of the model, each `stride` numbers after the one before.
  */
-static void compare(const solve_trials *x, const measured_row *of, const double *computed,
+static void compare(const solve_trials *trials, const measured_row *of, const double *computed,
                     size_t stride, double *residuals)
 {
     const solve_measured *set = of->set;
     for (int c = 0; c < set->columns; c++) {
         const double *measured = set->values + (size_t)c * set->rows + of->row;
-        if (starts_quaternion(x, set->column[c])) {
+        if (starts_quaternion(trials, set->column[c])) {
             double p[4], q[4], vector[3];
             for (int i = 0; i < QUATERNION; i++) {
                 p[i] = measured[(size_t)i * set->rows];
@@ -318,22 +321,23 @@ typedef struct trial_batch {
     ad_error *error;   /* [count] */
 } trial_batch;
 
-static ad_status evaluate(const solve_trials *x, size_t experiment, const solution *solved,
+static ad_status evaluate(const solve_trials *trials, size_t experiment, const solution *solved,
                           double *residuals, ad_error *error)
 {
-    const size_t first = x->first[experiment], rows = x->first[experiment + 1] - first;
-    double *s = malloc((2 + (size_t)x->columns) * rows * sizeof *s);
+    const size_t first = trials->first[experiment], rows = trials->first[experiment + 1] - first;
+    double *s = malloc((2 + (size_t)trials->columns) * rows * sizeof *s);
     if (!s) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu measured rows", rows);
     }
     double *t = s + rows, *values = t + rows;
     for (size_t i = 0; i < rows; i++) {
-        s[i] = x->row[first + i].set->s[x->row[first + i].row];
-        t[i] = x->row[first + i].t;
+        s[i] = trials->row[first + i].set->s[trials->row[first + i].row];
+        t[i] = trials->row[first + i].t;
     }
-    ad_status status = solution_evaluate(solved, x->columns, rows, s, t, values, error);
+    ad_status status = solution_evaluate(solved, trials->columns, rows, s, t, values, error);
     for (size_t i = 0; status == AD_OK && i < rows; i++) {
-        compare(x, &x->row[first + i], values + i, rows, residuals + x->row[first + i].residual);
+        compare(trials, &trials->row[first + i], values + i, rows,
+                residuals + trials->row[first + i].residual);
     }
     free(s);
     return status;
@@ -353,18 +357,18 @@ static const double STEPS_OF_TIME = 1e-2;
 
 enum { ROUGH_NODES = 24 };
 
-static ad_status solve_one(const solve_trials *x, size_t experiment, const double *values,
+static ad_status solve_one(const solve_trials *trials, size_t experiment, const double *values,
                            double *residuals, ad_error *error)
 {
-    const size_t first = x->first[experiment], rows = x->first[experiment + 1] - first;
+    const size_t first = trials->first[experiment], rows = trials->first[experiment + 1] - first;
     double parameters[SCENE_PARAMETERS_MAX], *times = malloc(rows * sizeof *times);
     scene member;
     solution *solved = NULL;
     solve_report report;
-    fill(x, values, experiment, parameters);
-    scene_member(&x->open, parameters, &member);
+    fill(trials, values, experiment, parameters);
+    scene_member(&trials->open, parameters, &member);
     for (size_t i = 0; times && i < rows; i++) {
-        times[i] = x->row[first + i].t;
+        times[i] = trials->row[first + i].t;
     }
     ad_status status =
         times ? check(&member, error) : ad_fail(error, AD_NO_MEMORY, "out of memory for times");
@@ -373,11 +377,11 @@ static ad_status solve_one(const solve_trials *x, size_t experiment, const doubl
     }
     if (status == AD_OK) {
         solve_settings settings = solve_settings_default(&member);
-        settings.tolerance = x->tolerance;
-        if (x->nodes && x->nodes[experiment] > 0) {
-            settings.nodes = x->nodes[experiment];
-            settings.tolerance *= x->rough ? 1 : STEPS_OF_TIME;
-        } else if (x->rough && !scene_is_beam(&member)) {
+        settings.tolerance = trials->tolerance;
+        if (trials->nodes && trials->nodes[experiment] > 0) {
+            settings.nodes = trials->nodes[experiment];
+            settings.tolerance *= trials->rough ? 1 : STEPS_OF_TIME;
+        } else if (trials->rough && !scene_is_beam(&member)) {
             settings.nodes = ROUGH_NODES;
         }
         status = solution_create(&member, &settings, scene_is_dynamic(&member) ? rows : 0, times,
@@ -389,10 +393,10 @@ static ad_status solve_one(const solve_trials *x, size_t experiment, const doubl
                     report.load_fraction);
     }
     if (status == AD_OK) {
-        status = evaluate(x, experiment, solved, residuals, error);
+        status = evaluate(trials, experiment, solved, residuals, error);
     }
-    if (status == AD_OK && x->chooses && x->nodes[experiment] == 0) {
-        x->nodes[experiment] = report.nodes;
+    if (status == AD_OK && trials->chooses && trials->nodes[experiment] == 0) {
+        trials->nodes[experiment] = report.nodes;
     }
     solution_free(solved);
     free(times);
@@ -402,11 +406,12 @@ static ad_status solve_one(const solve_trials *x, size_t experiment, const doubl
 static void run_job(void *context, int item, int thread)
 {
     const trial_batch *b = context;
-    solve_trials *x = b->x;
-    const size_t trial = b->job[item] / x->experiments, experiment = b->job[item] % x->experiments;
+    solve_trials *trials = b->x;
+    const size_t trial = b->job[item] / trials->experiments,
+                 experiment = b->job[item] % trials->experiments;
     (void)thread;
-    b->status[item] = solve_one(x, experiment, b->values + trial * (size_t)x->unknowns,
-                                b->residuals + trial * x->residuals, &b->error[item]);
+    b->status[item] = solve_one(trials, experiment, b->values + trial * (size_t)trials->unknowns,
+                                b->residuals + trial * trials->residuals, &b->error[item]);
 }
 
 /* Where there is no solution, residuals stay as they are: not numbers. */
@@ -438,32 +443,37 @@ static ad_status run_jobs(trial_batch *b, ad_error *error)
 static ad_status run_members(trial_batch *b, size_t first, size_t trials, double *room,
                              ad_error *error)
 {
-    solve_trials *x = b->x;
-    const size_t count = trials * x->experiments, width = (size_t)x->open.parameter_count;
-    const size_t shape = x->places * SOLVE_MEMBERS_COLUMNS;
+    solve_trials *solve_trials = b->x;
+    const size_t count = trials * solve_trials->experiments,
+                 width = (size_t)solve_trials->open.parameter_count;
+    const size_t shape = solve_trials->places * SOLVE_MEMBERS_COLUMNS;
     double *parameters = room, *shapes = parameters + count * width;
     solve_member *results = malloc(count * sizeof *results);
     if (!results) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", count);
     }
     for (size_t i = 0; i < count; i++) {
-        fill(x, b->values + (first + i / x->experiments) * (size_t)x->unknowns, i % x->experiments,
-             parameters + i * width);
+        fill(solve_trials,
+             b->values + (first + i / solve_trials->experiments) * (size_t)solve_trials->unknowns,
+             i % solve_trials->experiments, parameters + i * width);
     }
-    ad_status status = solve_members_solve(x->members, count, parameters, shapes, results, error);
+    ad_status status =
+        solve_members_solve(solve_trials->members, count, parameters, shapes, results, error);
     for (size_t i = 0; status == AD_OK && i < count; i++) {
-        const size_t trial = first + i / x->experiments, experiment = i % x->experiments;
-        if (!results[i].solved && x->rough) {
+        const size_t trial = first + i / solve_trials->experiments,
+                     experiment = i % solve_trials->experiments;
+        if (!results[i].solved && solve_trials->rough) {
             continue;
         }
         if (!results[i].solved) {
-            b->job[b->count++] = trial * x->experiments + experiment;
+            b->job[b->count++] = trial * solve_trials->experiments + experiment;
             continue;
         }
-        for (size_t r = x->first[experiment]; r < x->first[experiment + 1]; r++) {
-            const measured_row *row = &x->row[r];
-            compare(x, row, shapes + i * shape + row->place * SOLVE_MEMBERS_COLUMNS, 1,
-                    b->residuals + trial * x->residuals + row->residual);
+        for (size_t r = solve_trials->first[experiment]; r < solve_trials->first[experiment + 1];
+             r++) {
+            const measured_row *row = &solve_trials->row[r];
+            compare(solve_trials, row, shapes + i * shape + row->place * SOLVE_MEMBERS_COLUMNS, 1,
+                    b->residuals + trial * solve_trials->residuals + row->residual);
         }
     }
     free(results);
@@ -472,15 +482,15 @@ static ad_status run_members(trial_batch *b, size_t first, size_t trials, double
 
 static ad_status run_all_members(trial_batch *b, size_t count, ad_error *error)
 {
-    solve_trials *x = b->x;
-    const size_t each =
-        x->experiments * ((size_t)x->open.parameter_count + x->places * SOLVE_MEMBERS_COLUMNS);
+    solve_trials *trials = b->x;
+    const size_t each = trials->experiments * ((size_t)trials->open.parameter_count +
+                                               trials->places * SOLVE_MEMBERS_COLUMNS);
     size_t most = MEMBERS_BYTES / (each * sizeof(double));
     most = most < 1 ? 1 : most > count ? count : most;
     double *room = malloc(most * each * sizeof *room);
-    ad_status status =
-        room ? AD_OK
-             : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", most * x->experiments);
+    ad_status status = room ? AD_OK
+                            : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members",
+                                      most * trials->experiments);
     for (size_t first = 0; status == AD_OK && first < count; first += most) {
         status = run_members(b, first, count - first < most ? count - first : most, room, error);
     }
@@ -488,25 +498,25 @@ static ad_status run_all_members(trial_batch *b, size_t count, ad_error *error)
     return status;
 }
 
-ad_status solve_trials_run(solve_trials *x, size_t count, const double *values, bool rough,
+ad_status solve_trials_run(solve_trials *trials, size_t count, const double *values, bool rough,
                            double *residuals, ad_error *error)
 {
-    trial_batch batch = {.x = x, .values = values, .residuals = residuals};
-    batch.job = malloc((count * x->experiments + 1) * sizeof *batch.job);
+    trial_batch batch = {.x = trials, .values = values, .residuals = residuals};
+    batch.job = malloc((count * trials->experiments + 1) * sizeof *batch.job);
     if (!batch.job) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu trials", count);
     }
-    for (size_t i = 0; i < count * x->residuals; i++) {
+    for (size_t i = 0; i < count * trials->residuals; i++) {
         residuals[i] = NAN;
     }
-    x->reason = (ad_error){.message = ""};
-    x->chooses = x->nodes && count == 1;
-    x->rough = rough;
+    trials->reason = (ad_error){.message = ""};
+    trials->chooses = trials->nodes && count == 1;
+    trials->rough = rough;
     ad_status status = AD_OK;
-    if (x->members) {
+    if (trials->members) {
         status = run_all_members(&batch, count, error);
     } else {
-        for (size_t i = 0; i < count * x->experiments; i++) {
+        for (size_t i = 0; i < count * trials->experiments; i++) {
             batch.job[batch.count++] = i;
         }
     }

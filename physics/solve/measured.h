@@ -42,20 +42,21 @@ typedef struct solve_trials solve_trials;
 ad_status solve_trials_create(const scene *open, int sets, const solve_measured *measured,
                               double tolerance, int threads, solve_trials **result,
                               ad_error *error);
-void solve_trials_free(solve_trials *x); /* NULL is allowed */
+void solve_trials_free(solve_trials *trials); /* NULL is allowed */
 
-size_t solve_trials_residuals(const solve_trials *x); /* numbers that were measured */
-size_t solve_trials_experiments(const solve_trials *x);
-double solve_trials_tolerance(const solve_trials *x); /* of the solutions */
-bool solve_trials_by_members(const solve_trials *x);
-const char *solve_trials_reason(const solve_trials *x); /* why the last run left some that are not
-                                                         * numbers; "": it did not, or by members */
+size_t solve_trials_residuals(const solve_trials *trials); /* numbers that were measured */
+size_t solve_trials_experiments(const solve_trials *trials);
+double solve_trials_tolerance(const solve_trials *trials); /* of the solutions */
+bool solve_trials_by_members(const solve_trials *trials);
+const char *
+solve_trials_reason(const solve_trials *trials); /* why the last run left some that are not
+                                                  * numbers; "": it did not, or by members */
 
 /* residuals [count][residuals], computed less measured over its noise, at values [count][unknowns]
  * in SI; not numbers where there is no solution. Rough: not where it is hard to find either, and
  * with a fixed, small number of nodes. The same bits for any number of threads. AD_BAD_ARGUMENT: a
  * scene that no solver takes; AD_NO_MEMORY. */
-ad_status solve_trials_run(solve_trials *x, size_t count, const double *values, bool rough,
+ad_status solve_trials_run(solve_trials *trials, size_t count, const double *values, bool rough,
                            double *residuals, ad_error *error);
 
 #ifdef __cplusplus

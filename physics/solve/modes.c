@@ -41,56 +41,56 @@ static int largest_count(const modes_counts *counts)
 }
 
 /* Elements that end at places, each piece with enough points. */
-static ad_status divide(const solve_rod *rod, const modes_counts *counts, int finer, mesh *x,
+static ad_status divide(const solve_rod *rod, const modes_counts *counts, int finer, mesh *mesh,
                         ad_error *error)
 {
     const int points = largest_count(counts) + MORE_POINTS + finer;
     const int each = (points + STAGES - 1) / STAGES;
     const solve_given given = motion_given(rod);
-    ad_status status = motion_places_of(rod, &x->places, error);
+    ad_status status = motion_places_of(rod, &mesh->places, error);
     if (status != AD_OK) {
         return status;
     }
-    const int places = x->places->place_count, room = (places + 1) * each + DIVISIONS;
+    const int places = mesh->places->place_count, room = (places + 1) * each + DIVISIONS;
     double *coarse = malloc((size_t)(places + 2) * sizeof *coarse);
-    x->edges = malloc((size_t)(room + 1) * sizeof *x->edges);
-    if (!coarse || !x->edges) {
+    mesh->edges = malloc((size_t)(room + 1) * sizeof *mesh->edges);
+    if (!coarse || !mesh->edges) {
         free(coarse);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %d elements", room);
     }
-    const int pieces = solve_mesh_edges(1, places, x->places->places, coarse);
-    x->stages = (points + each - 1) / each;
-    x->elements = pieces * each;
-    for (int i = 0; i <= x->elements; i++) {
+    const int pieces = solve_mesh_edges(1, places, mesh->places->places, coarse);
+    mesh->stages = (points + each - 1) / each;
+    mesh->elements = pieces * each;
+    for (int i = 0; i <= mesh->elements; i++) {
         const int piece = i / each < pieces ? i / each : pieces - 1;
-        x->edges[i] =
+        mesh->edges[i] =
             coarse[piece] + (coarse[piece + 1] - coarse[piece]) * (i - piece * each) / (double)each;
     }
     free(coarse);
     bool done;
-    return solve_quadrature_divide(x->places, &given, x->stages, 1e-6, room, &x->elements, x->edges,
-                                   &done, error);
+    return solve_quadrature_divide(mesh->places, &given, mesh->stages, 1e-6, room, &mesh->elements,
+                                   mesh->edges, &done, error);
 }
 
 /* The mesh of the rod as it is with its parameters' usual values. */
 static ad_status find_mesh(const solve_rod *rod, int inputs, const modes_counts *counts, int finer,
-                           mesh *x, ad_error *error)
+                           mesh *mesh, ad_error *error)
 {
     solve_rod *closed = NULL;
     if (inputs == 0) {
-        return divide(rod, counts, finer, x, error);
+        return divide(rod, counts, finer, mesh, error);
     }
     ad_status status = solve_rod_create(&rod->scene, &closed, error);
-    status = status == AD_OK ? divide(closed, counts, finer, x, error) : status;
+    status = status == AD_OK ? divide(closed, counts, finer, mesh, error) : status;
     solve_rod_free(closed);
     return status;
 }
 
-static bool begins_piece(const mesh *x, int element)
+static bool begins_piece(const mesh *mesh, int element)
 {
     bool begins = element == 0;
-    for (int i = 0; i < x->places->place_count; i++) {
-        begins |= fabs(x->places->places[i] - x->edges[element]) <= SOLVE_SAME_PLACE;
+    for (int i = 0; i < mesh->places->place_count; i++) {
+        begins |= fabs(mesh->places->places[i] - mesh->edges[element]) <= SOLVE_SAME_PLACE;
     }
     return begins;
 }
@@ -109,14 +109,14 @@ static void *rows(size_t count, size_t size, bool *failed)
     return memory;
 }
 
-static void set_elements(modes *m, const mesh *x)
+static void set_elements(modes *m, const mesh *mesh)
 {
     m->pieces = 0;
     for (int e = 0; e < m->elements; e++) {
         modes_element *to = &m->element[e];
         const int n = m->stages, own = e - m->hinges; /* of the mesh */
-        m->pieces += own >= 0 && begins_piece(x, own);
-        to->length = own >= 0 ? x->edges[own + 1] - x->edges[own] : 1;
+        m->pieces += own >= 0 && begins_piece(mesh, own);
+        to->length = own >= 0 ? mesh->edges[own + 1] - mesh->edges[own] : 1;
         for (int j = 0; j < n; j++) {
             for (int i = 0; i < n; i++) {
                 to->matrix[i][j] = to->length * m->rule.matrix[i][j];
@@ -126,7 +126,8 @@ static void set_elements(modes *m, const mesh *x)
         for (int i = 0; i <= n; i++) {
             const int p = e * (n + 1) + i;
             if (own >= 0) {
-                m->s[p] = i < n ? x->edges[own] + to->length * m->rule.nodes[i] : x->edges[own + 1];
+                m->s[p] =
+                    i < n ? mesh->edges[own] + to->length * m->rule.nodes[i] : mesh->edges[own + 1];
                 m->point[p].weight = i < n ? to->length * m->rule.weights[i] : 0;
             }
             m->point[p].s = m->s[p];
@@ -155,7 +156,8 @@ static ad_status compliance_of(const modes *m, int element, const solve_paramete
 
 /* Modes piece by piece, so that those that move a point are the first so many; of a locked strain
  * none. */
-static ad_status set_modes(modes *m, const mesh *x, const solve_parameters *open, ad_error *error)
+static ad_status set_modes(modes *m, const mesh *mesh, const solve_parameters *open,
+                           ad_error *error)
 {
     ad_status status = AD_OK;
     double compliance[MODES_STRAINS];
@@ -174,7 +176,7 @@ static ad_status set_modes(modes *m, const mesh *x, const solve_parameters *open
     }
     for (int e = hinges, last; e < m->elements && status == AD_OK; e = last + 1) {
         const int first = m->size;
-        for (last = e; last + 1 < m->elements && !begins_piece(x, last + 1 - hinges); last++) {
+        for (last = e; last + 1 < m->elements && !begins_piece(mesh, last + 1 - hinges); last++) {
         }
         status = compliance_of(m, e, open, compliance, error);
         for (int c = 0; c < MODES_STRAINS && status == AD_OK; c++) {
@@ -198,13 +200,13 @@ static ad_status set_modes(modes *m, const mesh *x, const solve_parameters *open
     return status;
 }
 
-static void set_values(modes *m, const mesh *x)
+static void set_values(modes *m, const mesh *mesh)
 {
     for (int a = 0; a < m->size; a++) {
         const modes_mode *mode = &m->mode[a];
         const bool turns = a < m->hinges;
-        const double from = turns ? 0 : x->edges[mode->first_element - m->hinges];
-        const double to = turns ? 1 : x->edges[mode->last_element + 1 - m->hinges];
+        const double from = turns ? 0 : mesh->edges[mode->first_element - m->hinges];
+        const double to = turns ? 1 : mesh->edges[mode->last_element + 1 - m->hinges];
         for (int e = mode->first_element; e <= mode->last_element; e++) {
             for (int i = 0; i < m->stages; i++) {
                 const int p = e * (m->stages + 1) + i;

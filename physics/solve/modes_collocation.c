@@ -45,33 +45,33 @@ ad_status collocation_create(modes *m, int stages, collocation **result, ad_erro
     return AD_OK;
 }
 
-void collocation_free(collocation *x)
+void collocation_free(collocation *collocation)
 {
-    if (x) {
-        free(x->solve[0].pivot);
-        free(x->memory);
-        free(x);
+    if (collocation) {
+        free(collocation->solve[0].pivot);
+        free(collocation->memory);
+        free(collocation);
     }
 }
 
-collocation_counts collocation_counts_of(const collocation *x)
+collocation_counts collocation_counts_of(const collocation *collocation)
 {
-    return x->counts;
+    return collocation->counts;
 }
 
 /* ---- linear systems ------------------------------------------------------------------------ */
 
 /* M + h l D + (h l)^2 K */
-static void set_system(const collocation *x, double h, double complex eigenvalue,
+static void set_system(const collocation *collocation, double h, double complex eigenvalue,
                        collocation_factors *f)
 {
-    const int n = x->size, width = x->m->width;
+    const int n = collocation->size, width = collocation->m->width;
     const double complex first = h * eigenvalue, second = first * first;
     const double a = creal(first), b = cimag(first), c = creal(second), d = cimag(second);
     for (int i = 0; i < n; i++) {
         for (int j = 0; j < n; j++) {
-            const double K = x->by_q[i * width + j], D = x->by_v[i * width + j];
-            f->re[i * n + j] = x->mass[i * width + j] + a * D + c * K;
+            const double K = collocation->by_q[i * width + j], D = collocation->by_v[i * width + j];
+            f->re[i * n + j] = collocation->mass[i * width + j] + a * D + c * K;
             f->im[i * n + j] = b * D + d * K;
         }
     }
@@ -181,148 +181,152 @@ static const double RATE_COUNTS = 0.1;
 
 /* ---- a step -------------------------------------------------------------------------------- */
 
-void collocation_stage(collocation *x, int i, double h, const double *q, const double *v)
+void collocation_stage(collocation *collocation, int i, double h, const double *q, const double *v)
 {
-    const collocation_method *by = &x->by;
-    const int n = x->size;
+    const collocation_method *by = &collocation->by;
+    const int n = collocation->size;
     for (int k = 0; k < n; k++) {
         double once = 0, twice = 0;
         for (int j = 0; j < by->stages; j++) {
-            once += by->matrix[i][j] * x->a[j * n + k];
-            twice += by->square[i][j] * x->a[j * n + k];
+            once += by->matrix[i][j] * collocation->a[j * n + k];
+            twice += by->square[i][j] * collocation->a[j * n + k];
         }
-        x->v[k] = v[k] + h * once;
-        x->q[k] = q[k] + by->nodes[i] * h * v[k] + h * h * twice;
+        collocation->v[k] = v[k] + h * once;
+        collocation->q[k] = q[k] + by->nodes[i] * h * v[k] + h * h * twice;
     }
 }
 
 /* The polynomial of the last step's accelerations, at the stages of this one. */
-static void predict(collocation *x, double h)
+static void predict(collocation *collocation, double h)
 {
-    const collocation_method *by = &x->by;
-    const int n = x->size, s = by->stages;
-    if (!x->has_polynomial) {
-        memset(x->a, 0, (size_t)(s * n) * sizeof *x->a);
+    const collocation_method *by = &collocation->by;
+    const int n = collocation->size, s = by->stages;
+    if (!collocation->has_polynomial) {
+        memset(collocation->a, 0, (size_t)(s * n) * sizeof *collocation->a);
         return;
     }
     for (int i = 0; i < s; i++) {
-        const double at = h > FARTHEST * x->last_step ? 1 : 1 + by->nodes[i] * h / x->last_step;
-        memset(x->a + i * n, 0, (size_t)n * sizeof *x->a);
+        const double at = h > FARTHEST * collocation->last_step
+                              ? 1
+                              : 1 + by->nodes[i] * h / collocation->last_step;
+        memset(collocation->a + i * n, 0, (size_t)n * sizeof *collocation->a);
         for (int j = 0; j < s; j++) {
             double value = 1;
             for (int k = 0; k < s; k++) {
                 value *= k == j ? 1 : (at - by->nodes[k]) / (by->nodes[j] - by->nodes[k]);
             }
             for (int k = 0; k < n; k++) {
-                x->a[i * n + k] += value * x->before[j * n + k];
+                collocation->a[i * n + k] += value * collocation->before[j * n + k];
             }
         }
     }
 }
 
-ad_status collocation_at(collocation *x, int i, double t, double h, const double *inputs,
+ad_status collocation_at(collocation *collocation, int i, double t, double h, const double *inputs,
                          ad_error *error)
 {
-    const double part = x->by.nodes[i];
+    const double part = collocation->by.nodes[i];
     double between[SCENE_PARAMETERS_MAX];
-    for (int k = 0; x->after && k < x->m->inputs; k++) {
-        between[k] = inputs[k] + part * (x->after[k] - inputs[k]);
+    for (int k = 0; collocation->after && k < collocation->m->inputs; k++) {
+        between[k] = inputs[k] + part * (collocation->after[k] - inputs[k]);
     }
-    return modes_at(x->m, t + part * h, x->after ? between : inputs, error);
+    return modes_at(collocation->m, t + part * h, collocation->after ? between : inputs, error);
 }
 
 /* Mass and derivatives in the middle of the step as it is predicted. */
-ad_status collocation_form(collocation *x, double t, double h, const double *inputs,
+ad_status collocation_form(collocation *collocation, double t, double h, const double *inputs,
                            const double *q, const double *v, ad_error *error)
 {
-    modes *m = x->m;
-    const int middle = x->by.stages / 2;
-    ad_status status = collocation_at(x, middle, t, h, inputs, error);
+    modes *m = collocation->m;
+    const int middle = collocation->by.stages / 2;
+    ad_status status = collocation_at(collocation, middle, t, h, inputs, error);
     if (status == AD_OK) {
-        collocation_stage(x, middle, h, q, v);
-        modes_shape(m, x->q, x->v, x->a + middle * x->size);
-        modes_forces(m, true, x->residual);
+        collocation_stage(collocation, middle, h, q, v);
+        modes_shape(m, collocation->q, collocation->v, collocation->a + middle * collocation->size);
+        modes_forces(m, true, collocation->residual);
         modes_mass(m);
-        modes_derivatives(m, x->by_q, x->by_v);
-        memcpy(x->mass, m->mass, (size_t)(m->size * m->width) * sizeof *x->mass);
-        x->counts.matrices++;
-        x->formed_step = 0;
+        modes_derivatives(m, collocation->by_q, collocation->by_v);
+        memcpy(collocation->mass, m->mass,
+               (size_t)(m->size * m->width) * sizeof *collocation->mass);
+        collocation->counts.matrices++;
+        collocation->formed_step = 0;
     }
     return status;
 }
 
-bool collocation_factor(collocation *x, double h)
+bool collocation_factor(collocation *collocation, double h)
 {
     bool done = true;
-    for (int k = 0; k < x->by.pairs; k++) {
-        set_system(x, h, x->by.eigenvalue[k], &x->solve[k]);
-        done &= factor(x->size, &x->solve[k]);
+    for (int k = 0; k < collocation->by.pairs; k++) {
+        set_system(collocation, h, collocation->by.eigenvalue[k], &collocation->solve[k]);
+        done &= factor(collocation->size, &collocation->solve[k]);
     }
-    x->formed_step = h;
+    collocation->formed_step = h;
     return done;
 }
 
 /* Rates count, as the errors of many short steps add up in them. */
-double collocation_change(collocation *x, double h)
+double collocation_change(collocation *collocation, double h)
 {
-    const collocation_method *by = &x->by;
-    const int n = x->size;
+    const collocation_method *by = &collocation->by;
+    const int n = collocation->size;
     double most = 0;
     for (int c = 0; c < n; c++) {
         for (int i = 0; i < by->stages; i++) {
             double once = 0, twice = 0;
             for (int j = 0; j < by->stages; j++) {
-                once += by->matrix[i][j] * x->change[j * n + c];
-                twice += by->square[i][j] * x->change[j * n + c];
+                once += by->matrix[i][j] * collocation->change[j * n + c];
+                twice += by->square[i][j] * collocation->change[j * n + c];
             }
             const double size = fmax(h * h * fabs(twice), RATE_COUNTS * h * fabs(once));
             most = size > most || isnan(size) ? size : most;
         }
     }
     for (int c = 0; c < by->stages * n; c++) {
-        x->a[c] += x->change[c];
+        collocation->a[c] += collocation->change[c];
     }
     return most;
 }
 
 /* Newton's change of the accelerations for the residuals as they are. */
-static double improve(collocation *x, double h)
+static double improve(collocation *collocation, double h)
 {
-    const collocation_method *by = &x->by;
-    const int n = x->size;
-    double *re = x->right[0], *im = x->right[1];
-    memset(x->change, 0, (size_t)(by->stages * n) * sizeof *x->change);
+    const collocation_method *by = &collocation->by;
+    const int n = collocation->size;
+    double *re = collocation->right[0], *im = collocation->right[1];
+    memset(collocation->change, 0, (size_t)(by->stages * n) * sizeof *collocation->change);
     for (int k = 0; k < by->pairs; k++) {
         for (int c = 0; c < n; c++) {
             re[c] = im[c] = 0;
             for (int j = 0; j < by->stages; j++) {
-                re[c] -= creal(by->to[k][j]) * x->residual[j * n + c];
-                im[c] -= cimag(by->to[k][j]) * x->residual[j * n + c];
+                re[c] -= creal(by->to[k][j]) * collocation->residual[j * n + c];
+                im[c] -= cimag(by->to[k][j]) * collocation->residual[j * n + c];
             }
         }
-        solve_factored(n, &x->solve[k], re, im);
+        solve_factored(n, &collocation->solve[k], re, im);
         for (int j = 0; j < by->stages; j++) {
             const double a = creal(by->from[j][k]), b = cimag(by->from[j][k]);
             for (int c = 0; c < n; c++) {
-                x->change[j * n + c] += a * re[c] - b * im[c];
+                collocation->change[j * n + c] += a * re[c] - b * im[c];
             }
         }
     }
-    return collocation_change(x, h);
+    return collocation_change(collocation, h);
 }
 
-static ad_status residuals(collocation *x, double t, double h, const double *inputs,
+static ad_status residuals(collocation *collocation, double t, double h, const double *inputs,
                            const double *q, const double *v, ad_error *error)
 {
     ad_status status = AD_OK;
-    for (int i = 0; i < x->by.stages && status == AD_OK; i++) {
-        status = collocation_at(x, i, t, h, inputs, error);
+    for (int i = 0; i < collocation->by.stages && status == AD_OK; i++) {
+        status = collocation_at(collocation, i, t, h, inputs, error);
         if (status == AD_OK) {
-            collocation_stage(x, i, h, q, v);
-            modes_shape(x->m, x->q, x->v, x->a + i * x->size);
-            modes_forces(x->m, false, x->residual + i * x->size);
-            if (x->asks_power) {
-                modes_power_now(x->m, &x->load[i], &x->loss[i]);
+            collocation_stage(collocation, i, h, q, v);
+            modes_shape(collocation->m, collocation->q, collocation->v,
+                        collocation->a + i * collocation->size);
+            modes_forces(collocation->m, false, collocation->residual + i * collocation->size);
+            if (collocation->asks_power) {
+                modes_power_now(collocation->m, &collocation->load[i], &collocation->loss[i]);
             }
         }
     }
@@ -330,7 +334,7 @@ static ad_status residuals(collocation *x, double t, double h, const double *inp
 }
 
 /* Newton's method; *slow: it took many steps, *failed: too many. */
-ad_status collocation_iterate(collocation *x, double t, double h, const double *inputs,
+ad_status collocation_iterate(collocation *collocation, double t, double h, const double *inputs,
                               double tolerance, const double *q, const double *v, bool *slow,
                               bool *failed, ad_error *error)
 {
@@ -339,12 +343,12 @@ ad_status collocation_iterate(collocation *x, double t, double h, const double *
     *failed = true;
     *slow = true;
     for (int i = 0; i < most; i++) {
-        ad_status status = residuals(x, t, h, inputs, q, v, error);
+        ad_status status = residuals(collocation, t, h, inputs, q, v, error);
         if (status != AD_OK) {
             return status;
         }
-        const double change = improve(x, h), ratio = change / before;
-        x->counts.iterations++;
+        const double change = improve(collocation, h), ratio = change / before;
+        collocation->counts.iterations++;
         if (!(change < 1e6) || (i > 1 && ratio > 0.9)) {
             return AD_OK;
         }
@@ -361,40 +365,40 @@ ad_status collocation_iterate(collocation *x, double t, double h, const double *
 
 /* What the highest part of the accelerations' polynomial moves modes by, without what is too fast
  * for the step: of order stages + 1. */
-static double estimate(collocation *x, double h)
+static double estimate(collocation *collocation, double h)
 {
-    const collocation_method *by = &x->by;
-    const int n = x->size, width = x->m->width;
-    double most = 0, *re = x->right[0], *im = x->right[1];
+    const collocation_method *by = &collocation->by;
+    const int n = collocation->size, width = collocation->m->width;
+    double most = 0, *re = collocation->right[0], *im = collocation->right[1];
     for (int c = 0; c < n; c++) {
-        x->q[c] = 0;
+        collocation->q[c] = 0;
         im[c] = 0;
         for (int j = 0; j < by->stages; j++) {
-            x->q[c] += h * h * by->highest[j] * x->a[j * n + c];
+            collocation->q[c] += h * h * by->highest[j] * collocation->a[j * n + c];
         }
     }
     for (int c = 0; c < n; c++) {
         re[c] = 0;
         for (int k = 0; k < n; k++) {
-            re[c] += x->mass[c * width + k] * x->q[k];
+            re[c] += collocation->mass[c * width + k] * collocation->q[k];
         }
     }
-    solve_factored(n, &x->solve[0], re, im);
+    solve_factored(n, &collocation->solve[0], re, im);
     for (int c = 0; c < n; c++) {
         most = fabs(re[c]) > most || isnan(re[c]) ? fabs(re[c]) : most;
     }
     return most * 0.25 / by->stages / by->stages; /* twice integrated */
 }
 
-void collocation_finish(const collocation *x, double h, double *q, double *v)
+void collocation_finish(const collocation *collocation, double h, double *q, double *v)
 {
-    const collocation_method *by = &x->by;
-    const int n = x->size;
+    const collocation_method *by = &collocation->by;
+    const int n = collocation->size;
     for (int k = 0; k < n; k++) {
         double once = 0, twice = 0;
         for (int j = 0; j < by->stages; j++) {
-            once += by->matrix[by->stages - 1][j] * x->a[j * n + k];
-            twice += by->end[j] * x->a[j * n + k];
+            once += by->matrix[by->stages - 1][j] * collocation->a[j * n + k];
+            twice += by->end[j] * collocation->a[j * n + k];
         }
         q[k] += h * v[k] + h * h * twice;
         v[k] += h * once;
@@ -402,102 +406,108 @@ void collocation_finish(const collocation *x, double h, double *q, double *v)
 }
 
 /* Of powers at the stages, up to a share of the step. */
-static void add_energy(const collocation *x, double h, const double *integral, solve_energy *energy)
+static void add_energy(const collocation *collocation, double h, const double *integral,
+                       solve_energy *energy)
 {
-    for (int i = 0; i < x->by.stages; i++) {
-        energy->work += h * integral[i] * x->load[i];
-        energy->dissipated += h * integral[i] * x->loss[i];
+    for (int i = 0; i < collocation->by.stages; i++) {
+        energy->work += h * integral[i] * collocation->load[i];
+        energy->dissipated += h * integral[i] * collocation->loss[i];
     }
 }
 
-static void keep(collocation *x, double h, const double *q, const double *v, solve_energy *energy)
+static void keep(collocation *collocation, double h, const double *q, const double *v,
+                 solve_energy *energy)
 {
-    const size_t n = (size_t)x->size;
-    memcpy(x->from_q, q, n * sizeof *q);
-    memcpy(x->from_v, v, n * sizeof *v);
-    x->from_energy = *energy;
-    add_energy(x, h, x->by.matrix[x->by.stages - 1], energy);
-    memcpy(x->before, x->a, (size_t)x->by.stages * n * sizeof *x->a);
-    x->has_polynomial = true;
-    x->last_step = h;
-    x->counts.steps++;
+    const size_t n = (size_t)collocation->size;
+    memcpy(collocation->from_q, q, n * sizeof *q);
+    memcpy(collocation->from_v, v, n * sizeof *v);
+    collocation->from_energy = *energy;
+    add_energy(collocation, h, collocation->by.matrix[collocation->by.stages - 1], energy);
+    memcpy(collocation->before, collocation->a,
+           (size_t)collocation->by.stages * n * sizeof *collocation->a);
+    collocation->has_polynomial = true;
+    collocation->last_step = h;
+    collocation->counts.steps++;
 }
 
-void collocation_within(const collocation *x, double share, double *q, double *v,
+void collocation_within(const collocation *collocation, double share, double *q, double *v,
                         solve_energy *energy)
 {
-    const collocation_method *by = &x->by;
-    const double h = x->last_step;
+    const collocation_method *by = &collocation->by;
+    const double h = collocation->last_step;
     double integral[COLLOCATION_STAGES_MAX];
     collocation_integrals(by, share, integral);
-    for (int k = 0; k < x->size; k++) {
-        q[k] = x->from_q[k] + share * h * x->from_v[k];
-        v[k] = x->from_v[k];
+    for (int k = 0; k < collocation->size; k++) {
+        q[k] = collocation->from_q[k] + share * h * collocation->from_v[k];
+        v[k] = collocation->from_v[k];
         for (int j = 0; j < by->stages; j++) {
             double twice = 0;
             for (int i = 0; i < by->stages; i++) {
                 twice += integral[i] * by->matrix[i][j];
             }
-            q[k] += h * h * twice * x->before[j * x->size + k];
-            v[k] += h * integral[j] * x->before[j * x->size + k];
+            q[k] += h * h * twice * collocation->before[j * collocation->size + k];
+            v[k] += h * integral[j] * collocation->before[j * collocation->size + k];
         }
     }
-    *energy = x->from_energy;
-    add_energy(x, h, integral, energy);
+    *energy = collocation->from_energy;
+    add_energy(collocation, h, integral, energy);
 }
 
 /* Newton's method for a step of length h as predicted; *failed: it came to nothing. */
-static ad_status attempt(collocation *x, double t, double h, double tolerance, const double *q,
-                         const double *v, bool *slow, bool *failed, ad_error *error)
+static ad_status attempt(collocation *collocation, double t, double h, double tolerance,
+                         const double *q, const double *v, bool *slow, bool *failed,
+                         ad_error *error)
 {
     const double of_newton = 1e-2;
     ad_status status = AD_OK;
-    predict(x, h);
-    if (x->must_form) {
-        status = collocation_form(x, t, h, NULL, q, v, error);
+    predict(collocation, h);
+    if (collocation->must_form) {
+        status = collocation_form(collocation, t, h, NULL, q, v, error);
     }
-    if (status == AD_OK && x->formed_step != h) {
-        *failed = !collocation_factor(x, h);
+    if (status == AD_OK && collocation->formed_step != h) {
+        *failed = !collocation_factor(collocation, h);
     }
-    return status == AD_OK && !*failed ? collocation_iterate(x, t, h, NULL, of_newton * tolerance,
-                                                             q, v, slow, failed, error)
-                                       : status;
+    return status == AD_OK && !*failed
+               ? collocation_iterate(collocation, t, h, NULL, of_newton * tolerance, q, v, slow,
+                                     failed, error)
+               : status;
 }
 
-ad_status collocation_next(collocation *x, double *t, double end, double tolerance, double *q,
-                           double *v, solve_energy *energy, ad_error *error)
+ad_status collocation_next(collocation *collocation, double *t, double end, double tolerance,
+                           double *q, double *v, solve_energy *energy, ad_error *error)
 {
     const double smallest = 1e-13 * fmax(1, fabs(end)), left = end - *t;
-    x->asks_power = true;
-    x->must_form |= !x->has_polynomial;
-    x->step = x->step > 0 ? x->step : fmin(left, 1e-3);
+    collocation->asks_power = true;
+    collocation->must_form |= !collocation->has_polynomial;
+    collocation->step = collocation->step > 0 ? collocation->step : fmin(left, 1e-3);
     while (true) {
-        const bool clipped = x->step >= left;
-        const double h = clipped ? left : fmin(x->step, 0.5 * left + 0.25 * x->step);
+        const bool clipped = collocation->step >= left;
+        const double h =
+            clipped ? left : fmin(collocation->step, 0.5 * left + 0.25 * collocation->step);
         bool slow = false, failed = false;
-        ad_status status = attempt(x, *t, h, tolerance, q, v, &slow, &failed, error);
+        ad_status status = attempt(collocation, *t, h, tolerance, q, v, &slow, &failed, error);
         if (status != AD_OK) {
             return status;
         }
-        if (failed && !x->must_form) { /* the matrix may be that of another time */
-            x->must_form = true;
+        if (failed && !collocation->must_form) { /* the matrix may be that of another time */
+            collocation->must_form = true;
             continue;
         }
-        x->must_form = slow || failed;
-        const double error_now = failed ? INFINITY : estimate(x, h);
-        double factor = fmin(
-            4, fmax(0.2, 0.9 * pow(tolerance / fmax(error_now, 1e-300), 1.0 / (x->by.stages + 1))));
+        collocation->must_form = slow || failed;
+        const double error_now = failed ? INFINITY : estimate(collocation, h);
+        double factor = fmin(4, fmax(0.2, 0.9 * pow(tolerance / fmax(error_now, 1e-300),
+                                                    1.0 / (collocation->by.stages + 1))));
         if (!failed && error_now <= tolerance) {
-            keep(x, h, q, v, energy);
-            collocation_finish(x, h, q, v);
+            keep(collocation, h, q, v, energy);
+            collocation_finish(collocation, h, q, v);
             *t = clipped ? end : *t + h;
             factor = factor > 0.9 && factor < 1.3 ? 1 : factor; /* keeps the factors */
-            x->step = clipped ? fmax(x->step, h * factor) : h * factor;
+            collocation->step = clipped ? fmax(collocation->step, h * factor) : h * factor;
             return AD_OK;
         }
-        x->counts.rejected++;
-        x->step = h * (failed ? 0.3 : fmin(factor, 0.9));
-        if (!(x->step > smallest)) {
+        collocation->counts.rejected++;
+        collocation->step = h * (failed ? 0.3 : fmin(factor, 0.9));
+        if (!(collocation->step > smallest)) {
             return ad_fail(error, AD_NOT_FINITE, "steps of time became too small at %g of %g", *t,
                            end);
         }

@@ -11,10 +11,10 @@ typedef struct modes_defect modes_defect;
  * Borrows rod and start. AD_NO_MEMORY, errors of formulas. */
 ad_status modes_defect_create(solve_rod *rod, const modes *own, const double *initial,
                               const modes_counts *counts, modes_defect **result, ad_error *error);
-void modes_defect_free(modes_defect *x); /* NULL is fine */
+void modes_defect_free(modes_defect *defect); /* NULL is fine */
 
 /* As model_motion.off. */
-ad_status modes_defect_follow(modes_defect *x, double begin, double end, size_t count,
+ad_status modes_defect_follow(modes_defect *defect, double begin, double end, size_t count,
                               const double *y, model_motion_error *off, ad_error *error);
 
 #endif

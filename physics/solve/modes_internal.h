@@ -163,13 +163,13 @@ typedef struct modes_linear {
 
 /* The equilibrium at the present time and inputs, by Newton's method from q; v becomes 0, the rest
  * is what its last step came from. AD_NOT_FINITE: none is found. */
-ad_status modes_settle(modes *m, const modes_linear *x, ad_error *error);
+ad_status modes_settle(modes *m, const modes_linear *linear, ad_error *error);
 
 /* The start from the equilibrium of the inputs [inputs], with the velocities of the scene, where
  * its initial.settled is that of other inputs: followed from there. AD_NOT_FINITE: there is none,
  * or it is not stable on the way; AD_NO_MEMORY, errors of formulas. */
 ad_status modes_initial_settled(modes *m, const double *settled_at, const double *inputs,
-                                const modes_linear *x, ad_error *error);
+                                const modes_linear *linear, ad_error *error);
 
 /* q [size] nearest to strains [points][MODES_STRAINS]; hinges stay upright. */
 void modes_project(const modes *m, const double (*strains)[MODES_STRAINS], double *q);
@@ -188,7 +188,7 @@ typedef struct modes_places {
 
 ad_status modes_places_create(const modes *m, size_t n, const double *s, modes_places **result,
                               ad_error *error);
-void modes_places_free(modes_places *x);
+void modes_places_free(modes_places *places);
 
 /* out [n]: of the shape and the forces as they are. Force and moment are those that balance what
  * lies beyond. */
@@ -198,9 +198,9 @@ void modes_samples(const modes *m, const modes_places *places, solve_state *out)
  * start is that of the present time and inputs, and by modes_kinematics_start of those it is called
  * with. AD_NO_MEMORY: x is all 0. */
 ad_status modes_kinematics_create(const modes *m, size_t places, const double *s, int rows,
-                                  const int *row, kinematics *x, ad_error *error);
-void modes_kinematics_free(kinematics *x);
-void modes_kinematics_start(const modes *m, kinematics *x);
+                                  const int *row, kinematics *kinematics, ad_error *error);
+void modes_kinematics_free(kinematics *kinematics);
+void modes_kinematics_start(const modes *m, kinematics *kinematics);
 
 /* The modes and rates [size] that come nearest to what is seen along the rod [count], in SI units.
  */

@@ -78,10 +78,11 @@ static void set_place(const modes *m, modes_place *at, double *step, double *ste
 }
 
 /* Sizes of the arrays, and where they are in memory that is theirs. */
-static ad_status allocate(kinematics *x, int **integers, double **numbers, ad_error *error)
+static ad_status allocate(kinematics *kinematics, int **integers, double **numbers, ad_error *error)
 {
-    const int modes = x->modes, elements = x->elements, stages = x->stages, places = x->places;
-    const int rows = x->rows;
+    const int modes = kinematics->modes, elements = kinematics->elements,
+              stages = kinematics->stages, places = kinematics->places;
+    const int rows = kinematics->rows;
     size_t whole = 0, real = 0;
 #define COUNT(name, count) whole += (size_t)(count);
     KINEMATICS_INTEGERS(COUNT)
@@ -97,12 +98,12 @@ static ad_status allocate(kinematics *x, int **integers, double **numbers, ad_er
         return ad_fail(error, AD_NO_MEMORY, "out of memory for what is seen of a rod");
     }
 #define PLACE(name, count)                                                                         \
-    x->name = i;                                                                                   \
+    kinematics->name = i;                                                                          \
     i += count;
     KINEMATICS_INTEGERS(PLACE)
 #undef PLACE
 #define PLACE(name, count)                                                                         \
-    x->name = d;                                                                                   \
+    kinematics->name = d;                                                                          \
     d += count;
     KINEMATICS_NUMBERS(PLACE)
 #undef PLACE
@@ -110,13 +111,13 @@ static ad_status allocate(kinematics *x, int **integers, double **numbers, ad_er
 }
 
 /* An array of x as one that can be written: it is of the memory from `numbers` on. */
-static double *own(const double *array, double *numbers, const kinematics *x)
+static double *own(const double *array, double *numbers, const kinematics *kinematics)
 {
-    return numbers + (array - x->start);
+    return numbers + (array - kinematics->start);
 }
 
 static void fill(const modes *m, modes_places *places, const int *row, int *integers,
-                 double *numbers, kinematics *x)
+                 double *numbers, kinematics *kinematics)
 {
     const int n = m->stages, size = m->size;
     int *whole = integers;
@@ -129,27 +130,27 @@ static void fill(const modes *m, modes_places *places, const int *row, int *inte
         }
     }
     for (int side = 0; side < 2; side++) {
-        for (int i = 0; i < x->places; i++) {
+        for (int i = 0; i < kinematics->places; i++) {
             *whole++ = side ? places->at[i].before : places->at[i].element;
         }
     }
-    for (int i = 0; i < x->rows; i++) {
+    for (int i = 0; i < kinematics->rows; i++) {
         *whole++ = row[i];
     }
     for (int e = 0; e < m->elements; e++) {
-        set_element(m, e, own(x->joint, numbers, x) + 4 * e,
-                    own(x->origin, numbers, x) + e * n * MODES_STRAINS,
-                    own(x->value, numbers, x) + e * n * size,
-                    own(x->integral, numbers, x) + e * (n + 1) * n,
-                    own(x->step, numbers, x) + e * (n + 1) * 9,
-                    own(x->step_by, numbers, x) + e * (n + 1) * size * 3);
+        set_element(m, e, own(kinematics->joint, numbers, kinematics) + 4 * e,
+                    own(kinematics->origin, numbers, kinematics) + e * n * MODES_STRAINS,
+                    own(kinematics->value, numbers, kinematics) + e * n * size,
+                    own(kinematics->integral, numbers, kinematics) + e * (n + 1) * n,
+                    own(kinematics->step, numbers, kinematics) + e * (n + 1) * 9,
+                    own(kinematics->step_by, numbers, kinematics) + e * (n + 1) * size * 3);
     }
-    for (int i = 0; i < x->places; i++) {
-        set_place(m, &places->at[i], own(x->place_step, numbers, x) + 9 * i,
-                  own(x->place_step_by, numbers, x) + 3 * size * i,
-                  own(x->place_integral, numbers, x) + n * i,
-                  own(x->place_origin, numbers, x) + MODES_STRAINS * i,
-                  own(x->place_value, numbers, x) + size * i);
+    for (int i = 0; i < kinematics->places; i++) {
+        set_place(m, &places->at[i], own(kinematics->place_step, numbers, kinematics) + 9 * i,
+                  own(kinematics->place_step_by, numbers, kinematics) + 3 * size * i,
+                  own(kinematics->place_integral, numbers, kinematics) + n * i,
+                  own(kinematics->place_origin, numbers, kinematics) + MODES_STRAINS * i,
+                  own(kinematics->place_value, numbers, kinematics) + size * i);
     }
 }
 
@@ -176,16 +177,16 @@ ad_status modes_kinematics_create(const modes *m, size_t places, const double *s
     return status;
 }
 
-void modes_kinematics_free(kinematics *x)
+void modes_kinematics_free(kinematics *kinematics)
 {
-    free((void *)x->strain); /* the first of each kind */
-    free((void *)x->start);
+    free((void *)kinematics->strain); /* the first of each kind */
+    free((void *)kinematics->start);
 }
 
-void modes_kinematics_start(const modes *m, kinematics *x)
+void modes_kinematics_start(const modes *m, kinematics *kinematics)
 {
     const rod_scales *scales = &m->rod->scales;
-    double *start = (double *)x->start;
+    double *start = (double *)kinematics->start;
     memcpy(start + 3, m->start.rotation, sizeof m->start.rotation);
     for (int k = 0; k < 3; k++) {
         start[k] = m->start.position[k] * scales->length;

@@ -69,43 +69,43 @@ static changes changes_of(modes *m)
 _Static_assert((GAUSS_STAGES_MAX + 1) * 36 + 18 <= MODES_ROOM, "changes have room");
 
 /* Changes of w, then of its rate and of V, then of the acceleration. */
-PROCESSOR_INLINE void change_motion(modes *m, int e, changes *x)
+PROCESSOR_INLINE void change_motion(modes *m, int e, changes *changes)
 {
     const int n = m->stages, width = m->width, used = m->element[e].width, first = e * (n + 1);
     for (int i = 0; i < n; i++) {
         const modes_point *at = &m->point[first + i];
-        own_rows(m, e, first + i, width, x->own + i * 6 * width);
+        own_rows(m, e, first + i, width, changes->own + i * 6 * width);
         for (int c = 0; c < used; c += QUAD) {
             quad theta[3], to[3] = {{0}};
             load_rows(m->theta + (first + i) * 3 * width + c, width, theta);
             add_crossed(theta, at->turned_rate, to);
-            store_rows(to, width, x->rate + i * 6 * width + c);
+            store_rows(to, width, changes->rate + i * 6 * width + c);
         }
     }
     for (int k = 0; k < 3; k++) {
-        integrate_rows(m, e, used, x->edge + k * width, x->rate + k * width, 6 * width,
-                       x->spin + k * width, 3 * width);
+        integrate_rows(m, e, used, changes->edge + k * width, changes->rate + k * width, 6 * width,
+                       changes->spin + k * width, 3 * width);
     }
     for (int i = 0; i < n; i++) {
         const modes_point *at = &m->point[first + i];
         for (int c = 0; c < used; c += QUAD) {
             quad theta[3], spin[3], by_u[3], inner[3] = {{0}}, by_q[3] = {{0}}, by_v[3] = {{0}};
             load_rows(m->theta + (first + i) * 3 * width + c, width, theta);
-            load_rows(x->spin + i * 3 * width + c, width, spin);
-            load_rows(x->own + (i * 6 + 3) * width + c, width, by_u);
+            load_rows(changes->spin + i * 3 * width + c, width, spin);
+            load_rows(changes->own + (i * 6 + 3) * width + c, width, by_u);
             add_crossed(theta, at->turned_rate, inner);
             add_crossed(spin, at->turned_rate, by_q);
             add_cross(at->spin, inner, by_q);
             add_crossed(theta, at->turned_second, by_q);
             add_scaled(1, inner, by_v);
             add_cross(at->spin, by_u, by_v);
-            store_rows(by_q, width, x->rate + i * 6 * width + c);
-            store_rows(by_v, width, x->rate + (i * 6 + 3) * width + c);
+            store_rows(by_q, width, changes->rate + i * 6 * width + c);
+            store_rows(by_v, width, changes->rate + (i * 6 + 3) * width + c);
         }
     }
     for (int k = 0; k < 6; k++) {
-        integrate_rows(m, e, used, x->edge + (6 + k) * width, x->rate + k * width, 6 * width,
-                       x->spin_rate + k * width, 6 * width);
+        integrate_rows(m, e, used, changes->edge + (6 + k) * width, changes->rate + k * width,
+                       6 * width, changes->spin_rate + k * width, 6 * width);
     }
     const bool velocity = m->rod->along.by_velocity || m->has_fluid;
     for (int i = 0; i < n && velocity; i++) {
@@ -113,18 +113,18 @@ PROCESSOR_INLINE void change_motion(modes *m, int e, changes *x)
         for (int c = 0; c < used; c += QUAD) {
             quad theta[3], spin[3], along[3], to[3] = {{0}};
             load_rows(m->theta + (first + i) * 3 * width + c, width, theta);
-            load_rows(x->spin + i * 3 * width + c, width, spin);
-            load_rows(x->own + i * 6 * width + c, width, along);
+            load_rows(changes->spin + i * 3 * width + c, width, spin);
+            load_rows(changes->own + i * 6 * width + c, width, along);
             add_crossed(theta, at->along, along);
             add_crossed(spin, at->along, to);
             add_cross(at->spin, along, to);
             add_crossed(theta, at->along_rate, to);
-            store_rows(to, width, x->rate + i * 6 * width + c);
+            store_rows(to, width, changes->rate + i * 6 * width + c);
         }
     }
     for (int k = 0; k < 3 && velocity; k++) {
-        integrate_rows(m, e, used, x->edge + (3 + k) * width, x->rate + k * width, 6 * width,
-                       x->velocity + k * width, 3 * width);
+        integrate_rows(m, e, used, changes->edge + (3 + k) * width, changes->rate + k * width,
+                       6 * width, changes->velocity + k * width, 3 * width);
     }
     for (int i = 0; i < n; i++) {
         const modes_point *at = &m->point[first + i];
@@ -136,10 +136,10 @@ PROCESSOR_INLINE void change_motion(modes *m, int e, changes *x)
             quad theta[3], spin[3], second[2][3], own[3], along[3];
             quad inner[2][3] = {{{0}}}, to[2][3] = {{{0}}};
             load_rows(m->theta + (first + i) * 3 * width + c, width, theta);
-            load_rows(x->spin + i * 3 * width + c, width, spin);
-            load_rows(x->spin_rate + i * 6 * width + c, width, second[0]);
-            load_rows(x->spin_rate + (i * 6 + 3) * width + c, width, second[1]);
-            load_rows(x->own + i * 6 * width + c, width, own);
+            load_rows(changes->spin + i * 3 * width + c, width, spin);
+            load_rows(changes->spin_rate + i * 6 * width + c, width, second[0]);
+            load_rows(changes->spin_rate + (i * 6 + 3) * width + c, width, second[1]);
+            load_rows(changes->own + i * 6 * width + c, width, own);
             memcpy(along, own, sizeof along);
             add_crossed(theta, at->along, along);
             /* by q: (DA x p) + (a x P) + (DW x moving) + w x (DW x p + w x P + 2 theta x p_t)
@@ -159,18 +159,20 @@ PROCESSOR_INLINE void change_motion(modes *m, int e, changes *x)
             add_crossed(second[1], at->along, to[1]);
             add_crossed(theta, moving, to[1]);
             add_cross(at->spin, inner[1], to[1]);
-            store_rows(to[0], width, x->rate + i * 6 * width + c);
-            store_rows(to[1], width, x->rate + (i * 6 + 3) * width + c);
+            store_rows(to[0], width, changes->rate + i * 6 * width + c);
+            store_rows(to[1], width, changes->rate + (i * 6 + 3) * width + c);
         }
     }
     for (int k = 0; k < 6; k++) {
-        integrate_rows(m, e, used, x->edge + (12 + k) * width, x->rate + k * width, 6 * width,
-                       x->acceleration + k * width, 6 * width);
+        integrate_rows(m, e, used, changes->edge + (12 + k) * width, changes->rate + k * width,
+                       6 * width, changes->acceleration + k * width, 6 * width);
     }
-    memcpy(x->edge, x->spin + n * 3 * width, (size_t)(3 * width) * sizeof(double));
-    memcpy(x->edge + 3 * width, x->velocity + n * 3 * width, (size_t)(3 * width) * sizeof(double));
-    memcpy(x->edge + 6 * width, x->spin_rate + n * 6 * width, (size_t)(6 * width) * sizeof(double));
-    memcpy(x->edge + 12 * width, x->acceleration + n * 6 * width,
+    memcpy(changes->edge, changes->spin + n * 3 * width, (size_t)(3 * width) * sizeof(double));
+    memcpy(changes->edge + 3 * width, changes->velocity + n * 3 * width,
+           (size_t)(3 * width) * sizeof(double));
+    memcpy(changes->edge + 6 * width, changes->spin_rate + n * 6 * width,
+           (size_t)(6 * width) * sizeof(double));
+    memcpy(changes->edge + 12 * width, changes->acceleration + n * 6 * width,
            (size_t)(6 * width) * sizeof(double));
 }
 
@@ -184,25 +186,26 @@ typedef struct local {
 } local;
 
 /* Along the rod, or at the place that the point is. */
-static void find_acting(const modes *m, int p, local *x)
+static void find_acting(const modes *m, int p, local *local)
 {
     const solve_jumps *jumps = &m->rod->jumps;
     const modes_point *at = &m->point[p];
     const bool along = at->weight > 0 && m->rod->along.count > 0;
     const double *numbers = m->along + p * m->rod->along.numbers;
-    x->of = along ? &m->rod->along : NULL;
+    local->of = along ? &m->rod->along : NULL;
     for (int k = 0; k < jumps->count && at->weight == 0 && jumps->numbers > 0; k++) {
         if (m->jump_at[k] == p) {
-            x->of = &jumps->at[k].acting;
+            local->of = &jumps->at[k].acting;
             numbers = solve_jump_numbers(jumps, jumps->number, k);
         }
     }
-    if (x->of && !(x->of->by_position || x->of->by_rotation || x->of->by_velocity)) {
-        x->of = NULL;
+    if (local->of &&
+        !(local->of->by_position || local->of->by_rotation || local->of->by_velocity)) {
+        local->of = NULL;
     }
-    if (x->of) {
-        acting_differentiate(x->of, numbers, (acting_on){at->r, at->q, at->velocity},
-                             along ? at->weight : 1, &x->acting);
+    if (local->of) {
+        acting_differentiate(local->of, numbers, (acting_on){at->r, at->q, at->velocity},
+                             along ? at->weight : 1, &local->acting);
     }
 }
 
@@ -216,11 +219,11 @@ PROCESSOR_INLINE void add_changed(const acting *of, double by[6][3], const quad 
     }
 }
 
-static void find_local(const modes *m, int p, local *x)
+static void find_local(const modes *m, int p, local *local)
 {
     const modes_point *at = &m->point[p];
-    inertia_differentiate(&at->inertia, modes_section(at), &x->inertia);
-    find_acting(m, p, x);
+    inertia_differentiate(&at->inertia, modes_section(at), &local->inertia);
+    find_acting(m, p, local);
 }
 
 /* What resists the motion changes by the turn, the spin and its rate: rows of the force from 0 on,
@@ -244,7 +247,7 @@ PROCESSOR_INLINE void add_resistance(const inertia_change *by, int row, const qu
 /* What a fluid adds to the rows `to` of point p, the i-th of its element: to the force all that it
  * changes by, to the moment what is by velocity and acceleration. A function of its own: without a
  * fluid the loops around it are then as fast as if it were not there. */
-FOR_EACH_PROCESSOR static void add_fluid(const modes *m, const changes *x, inertia_change *by,
+FOR_EACH_PROCESSOR static void add_fluid(const modes *m, const changes *changes, inertia_change *by,
                                          int i, int used, int p, double *to)
 {
     const int width = m->width;
@@ -253,11 +256,11 @@ FOR_EACH_PROCESSOR static void add_fluid(const modes *m, const changes *x, inert
         quad wrench[2][2][3]; /* force, moment; by q, by q_t */
         load_rows(m->theta + p * 3 * width + c, width, theta);
         load_rows(m->rho + p * 3 * width + c, width, velocity[1]);
-        load_rows(x->spin + i * 3 * width + c, width, spin);
-        load_rows(x->velocity + i * 3 * width + c, width, velocity[0]);
+        load_rows(changes->spin + i * 3 * width + c, width, spin);
+        load_rows(changes->velocity + i * 3 * width + c, width, velocity[0]);
         for (int k = 0; k < 2; k++) {
-            load_rows(x->spin_rate + (i * 6 + 3 * k) * width + c, width, spin_rate[k]);
-            load_rows(x->acceleration + (i * 6 + 3 * k) * width + c, width, acceleration[k]);
+            load_rows(changes->spin_rate + (i * 6 + 3 * k) * width + c, width, spin_rate[k]);
+            load_rows(changes->acceleration + (i * 6 + 3 * k) * width + c, width, acceleration[k]);
             load_rows(to + 3 * k * width + c, width, wrench[0][k]);
             load_rows(to + (6 + 3 * k) * width + c, width, wrench[1][k]);
         }
@@ -273,13 +276,13 @@ FOR_EACH_PROCESSOR static void add_fluid(const modes *m, const changes *x, inert
     }
 }
 
-PROCESSOR_INLINE void change_forces(modes *m, int e, changes *x)
+PROCESSOR_INLINE void change_forces(modes *m, int e, changes *changes)
 {
     const int n = m->stages, width = m->width, used = m->element[e].width, first = e * (n + 1);
     for (int i = 0; i <= n; i++) {
         const int p = first + i;
         const modes_point *at = &m->point[p];
-        double *to = x->point + p * MODES_ROWS * width;
+        double *to = changes->point + p * MODES_ROWS * width;
         local own;
         if (used < width) {
             memset(to, 0, (size_t)(MODES_ROWS * width) * sizeof *to);
@@ -290,10 +293,11 @@ PROCESSOR_INLINE void change_forces(modes *m, int e, changes *x)
             quad force[2][3] = {{{0}}}, moment[2][3] = {{{0}}};
             load_rows(m->theta + p * 3 * width + c, width, theta);
             load_rows(m->rho + p * 3 * width + c, width, rho);
-            load_rows(x->spin + i * 3 * width + c, width, spin);
+            load_rows(changes->spin + i * 3 * width + c, width, spin);
             for (int k = 0; k < 2; k++) {
-                load_rows(x->spin_rate + (i * 6 + 3 * k) * width + c, width, second[k]);
-                load_rows(x->acceleration + (i * 6 + 3 * k) * width + c, width, acceleration[k]);
+                load_rows(changes->spin_rate + (i * 6 + 3 * k) * width + c, width, second[k]);
+                load_rows(changes->acceleration + (i * 6 + 3 * k) * width + c, width,
+                          acceleration[k]);
                 add_scaled(-at->inertia.mass, acceleration[k], force[k]);
             }
             if (own.of && own.of->by_position) {
@@ -303,7 +307,7 @@ PROCESSOR_INLINE void change_forces(modes *m, int e, changes *x)
                 add_changed(own.of, own.acting.by_turn, theta, force[0], moment[0]);
             }
             if (own.of && own.of->by_velocity) {
-                load_rows(x->velocity + i * 3 * width + c, width, velocity);
+                load_rows(changes->velocity + i * 3 * width + c, width, velocity);
                 add_changed(own.of, own.acting.by_velocity, velocity, force[0], moment[0]);
                 add_changed(own.of, own.acting.by_velocity, rho, force[1], moment[1]);
             }
@@ -314,7 +318,7 @@ PROCESSOR_INLINE void change_forces(modes *m, int e, changes *x)
             }
         }
         if (at->inertia.added != 0) {
-            add_fluid(m, x, &own.inertia, i, used, p, to);
+            add_fluid(m, changes, &own.inertia, i, used, p, to);
         }
     }
 }
@@ -407,18 +411,18 @@ PROCESSOR_INLINE void collect_rows(modes *m, int e, const double *forces, const 
 }
 
 /* Moments of the forces beyond, at Gauss points: along x force. */
-PROCESSOR_INLINE void add_arms(modes *m, int e, changes *x, const double *forces)
+PROCESSOR_INLINE void add_arms(modes *m, int e, changes *changes, const double *forces)
 {
     const int n = m->stages, width = m->width;
     for (int i = 0; i < n; i++) {
         const int p = e * (n + 1) + i;
         const modes_point *at = &m->point[p];
-        double *to = x->point + (p * MODES_ROWS + 6) * width;
-        own_rows(m, e, p, width, x->own);
+        double *to = changes->point + (p * MODES_ROWS + 6) * width;
+        own_rows(m, e, p, width, changes->own);
         for (int c = 0; c < width; c += QUAD) {
             quad theta[3], along[3], force[2][3], moment[2][3];
             load_rows(m->theta + p * 3 * width + c, width, theta);
-            load_rows(x->own + c, width, along);
+            load_rows(changes->own + c, width, along);
             add_crossed(theta, at->along, along);
             for (int k = 0; k < 2; k++) {
                 load_rows(forces + (i * 6 + 3 * k) * width + c, width, force[k]);

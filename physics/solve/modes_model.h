@@ -23,14 +23,14 @@ typedef struct modes_model modes_model;
  */
 ad_status modes_model_create(const scene *rod_scene, const int counts[4], modes_model **result,
                              ad_error *error);
-void modes_model_free(modes_model *x); /* NULL is fine */
+void modes_model_free(modes_model *model); /* NULL is fine */
 
 /* Its coordinates s and t, a network of time alone, and the columns of the scene's model; lives as
  * long as this. */
-physics_model *modes_model_physics(modes_model *x);
+physics_model *modes_model_physics(modes_model *model);
 
 /* How many there are of v along d1, d2, d3 and of u about them. */
-void modes_model_counts(const modes_model *x, int counts[6]);
+void modes_model_counts(const modes_model *model, int counts[6]);
 
 #ifdef __cplusplus
 }

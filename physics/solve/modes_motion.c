@@ -27,22 +27,22 @@ struct modes_solution {
     double work, reached;
 };
 
-void modes_motion_free(modes_solution *x)
+void modes_motion_free(modes_solution *solution)
 {
-    if (x) {
-        modes_free(x->m);
-        motion_times_free(&x->times);
-        free(x->states);
-        free(x->all);
-        free(x->energies);
-        free(x->room);
-        free(x);
+    if (solution) {
+        modes_free(solution->m);
+        motion_times_free(&solution->times);
+        free(solution->states);
+        free(solution->all);
+        free(solution->energies);
+        free(solution->room);
+        free(solution);
     }
 }
 
-const solve_energy *modes_motion_energies(const modes_solution *x)
+const solve_energy *modes_motion_energies(const modes_solution *solution)
 {
-    return x->energies;
+    return solution->energies;
 }
 
 /* ---- one solution -------------------------------------------------------------------------- */
@@ -50,77 +50,77 @@ const solve_energy *modes_motion_energies(const modes_solution *x)
 static ad_status create(solve_rod *rod, const modes_counts *counts, int finer, size_t given,
                         const double *times, modes_solution **result, ad_error *error)
 {
-    modes_solution *x = calloc(1, sizeof *x);
-    *result = x;
-    if (!x) {
+    modes_solution *solution = calloc(1, sizeof *solution);
+    *result = solution;
+    if (!solution) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a motion");
     }
-    ad_status status = modes_create(rod, NULL, counts, finer, &x->m, error);
-    status = status == AD_OK ? motion_times_create(given, times, &x->times, error) : status;
+    ad_status status = modes_create(rod, NULL, counts, finer, &solution->m, error);
+    status = status == AD_OK ? motion_times_create(given, times, &solution->times, error) : status;
     if (status != AD_OK) {
         return status;
     }
-    const size_t size = (size_t)modes_size(x->m), count = x->times.count;
-    x->states = malloc((2 * count * size + 1) * sizeof *x->states);
-    x->all = calloc(count, sizeof *x->all);
-    x->energies = calloc(given + 1, sizeof *x->energies);
-    x->room = malloc((4 * size + 1) * sizeof *x->room);
-    return x->states && x->all && x->energies && x->room
+    const size_t size = (size_t)modes_size(solution->m), count = solution->times.count;
+    solution->states = malloc((2 * count * size + 1) * sizeof *solution->states);
+    solution->all = calloc(count, sizeof *solution->all);
+    solution->energies = calloc(given + 1, sizeof *solution->energies);
+    solution->room = malloc((4 * size + 1) * sizeof *solution->room);
+    return solution->states && solution->all && solution->energies && solution->room
                ? AD_OK
                : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", count);
 }
 
 /* Where the rod is at one of the times, with `energy` as it is then. */
-static ad_status take(modes_solution *x, size_t which, const double *q, const double *v,
+static ad_status take(modes_solution *solution, size_t which, const double *q, const double *v,
                       const solve_energy *energy, ad_error *error)
 {
-    const size_t size = (size_t)modes_size(x->m);
-    double *to = x->states + which * 2 * size;
-    ad_status status = modes_at(x->m, x->times.all[which], NULL, error);
+    const size_t size = (size_t)modes_size(solution->m);
+    double *to = solution->states + which * 2 * size;
+    ad_status status = modes_at(solution->m, solution->times.all[which], NULL, error);
     if (status != AD_OK) {
         return status;
     }
     memcpy(to, q, size * sizeof *to);
     memcpy(to + size, v, size * sizeof *to);
-    modes_shape(x->m, q, v, NULL);
-    const solve_energy now = modes_energy_now(x->m);
-    const double before = x->initial + energy->work - energy->dissipated;
-    x->all[which] = (solve_energy){now.kinetic, now.strain, energy->work, energy->dissipated,
-                                   now.kinetic + now.strain - before};
+    modes_shape(solution->m, q, v, NULL);
+    const solve_energy now = modes_energy_now(solution->m);
+    const double before = solution->initial + energy->work - energy->dissipated;
+    solution->all[which] = (solve_energy){now.kinetic, now.strain, energy->work, energy->dissipated,
+                                          now.kinetic + now.strain - before};
     return AD_OK;
 }
 
-static ad_status begin(modes_solution *x, const solve_settings *settings, double *q, double *v,
-                       ad_error *error)
+static ad_status begin(modes_solution *solution, const solve_settings *settings, double *q,
+                       double *v, ad_error *error)
 {
-    ad_status status = modes_initial(x->m, q, v, error);
+    ad_status status = modes_initial(solution->m, q, v, error);
     if (status == AD_OK && settings->from_count > 0) {
-        status = modes_fit_seen(x->m, settings->from_count, settings->from, q, v, error);
+        status = modes_fit_seen(solution->m, settings->from_count, settings->from, q, v, error);
     }
-    status = status == AD_OK ? modes_at(x->m, 0, NULL, error) : status;
+    status = status == AD_OK ? modes_at(solution->m, 0, NULL, error) : status;
     if (status == AD_OK) {
-        modes_shape(x->m, q, v, NULL);
-        const solve_energy now = modes_energy_now(x->m);
-        x->initial = now.kinetic + now.strain;
+        modes_shape(solution->m, q, v, NULL);
+        const solve_energy now = modes_energy_now(solution->m);
+        solution->initial = now.kinetic + now.strain;
     }
     return status;
 }
 
 /* Through all times, with a stop at each instant that no step may pass. */
-static ad_status go(modes_solution *x, const solve_settings *settings, double tolerance,
+static ad_status go(modes_solution *solution, const solve_settings *settings, double tolerance,
                     const solve_events *e, ad_error *error)
 {
-    const size_t size = (size_t)modes_size(x->m);
-    const motion_times *times = &x->times;
-    double *q = x->room, *v = q + size, *at = v + size, t = 0;
+    const size_t size = (size_t)modes_size(solution->m);
+    const motion_times *times = &solution->times;
+    double *q = solution->room, *v = q + size, *at = v + size, t = 0;
     const double end = times->all[times->count - 1];
     size_t next = 0, event = 0;
     solve_energy energy = {0};
     collocation *steps = NULL;
-    ad_status status = begin(x, settings, q, v, error);
-    status = status == AD_OK ? collocation_create(x->m, STAGES, &steps, error) : status;
+    ad_status status = begin(solution, settings, q, v, error);
+    status = status == AD_OK ? collocation_create(solution->m, STAGES, &steps, error) : status;
     for (; next < times->count && times->all[next] <= t && status == AD_OK; next++) {
-        status = take(x, next, q, v, &energy, error);
+        status = take(solution, next, q, v, &energy, error);
     }
     while (next < times->count && status == AD_OK) {
         const double from = t;
@@ -132,15 +132,15 @@ static ad_status go(modes_solution *x, const solve_settings *settings, double to
         for (; next < times->count && times->all[next] <= t && status == AD_OK; next++) {
             solve_energy then;
             collocation_within(steps, (times->all[next] - from) / (t - from), at, at + size, &then);
-            status = take(x, next, at, at + size, &then, error);
+            status = take(solution, next, at, at + size, &then, error);
         }
-        x->reached = status == AD_OK ? t : x->reached;
+        solution->reached = status == AD_OK ? t : solution->reached;
     }
     if (steps) {
         const collocation_counts counts = collocation_counts_of(steps);
-        const double n = (double)size, points = x->m->points;
-        x->steps = counts.steps;
-        x->work =
+        const double n = (double)size, points = solution->m->points;
+        solution->steps = counts.steps;
+        solution->work =
             (double)counts.iterations * STAGES * (400 * points + 4 * n * points + n * n) +
             (double)counts.matrices * (600 * n * points + 12 * n * n * points + 8 * n * n * n);
     }
@@ -148,22 +148,22 @@ static ad_status go(modes_solution *x, const solve_settings *settings, double to
     return status;
 }
 
-ad_status modes_motion_at(const modes_solution *x, size_t which, size_t n, const double *s,
+ad_status modes_motion_at(const modes_solution *solution, size_t which, size_t n, const double *s,
                           solve_state *out, ad_error *error)
 {
-    const size_t size = (size_t)modes_size(x->m), at = x->times.which[which];
-    const double *q = x->states + at * 2 * size, *v = q + size;
-    double *a = x->room, *residual = a + size;
-    ad_status status = modes_at(x->m, x->times.all[at], NULL, error);
-    if (status == AD_OK && !modes_accelerations(x->m, q, v, a)) {
+    const size_t size = (size_t)modes_size(solution->m), at = solution->times.which[which];
+    const double *q = solution->states + at * 2 * size, *v = q + size;
+    double *a = solution->room, *residual = a + size;
+    ad_status status = modes_at(solution->m, solution->times.all[at], NULL, error);
+    if (status == AD_OK && !modes_accelerations(solution->m, q, v, a)) {
         status = ad_fail(error, AD_NOT_FINITE, "the mass matrix of the modes is singular");
     }
     modes_places *places = NULL;
-    status = status == AD_OK ? modes_places_create(x->m, n, s, &places, error) : status;
+    status = status == AD_OK ? modes_places_create(solution->m, n, s, &places, error) : status;
     if (status == AD_OK) {
-        modes_shape(x->m, q, v, a);
-        modes_forces(x->m, false, residual);
-        modes_samples(x->m, places, out);
+        modes_shape(solution->m, q, v, a);
+        modes_forces(solution->m, false, residual);
+        modes_samples(solution->m, places, out);
     }
     modes_places_free(places);
     return status;
@@ -186,10 +186,10 @@ static const double WORK_MOST = 2e11;
 
 static ad_status look(refined *at, ad_error *error)
 {
-    modes_solution *x = at->best;
-    const size_t size = (size_t)modes_size(x->m);
+    modes_solution *solution = at->best;
+    const size_t size = (size_t)modes_size(solution->m);
     double s[MOTION_COMPARED];
-    solve_state *all = malloc(x->times.fixed * MOTION_COMPARED * sizeof *all);
+    solve_state *all = malloc(solution->times.fixed * MOTION_COMPARED * sizeof *all);
     ad_status status = all ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for times");
     free(at->seen[1]);
     at->seen[1] = at->seen[0];
@@ -198,14 +198,14 @@ static ad_status look(refined *at, ad_error *error)
         s[i] = (double)i / (MOTION_COMPARED - 1);
     }
     modes_places *places = NULL;
-    status =
-        status == AD_OK ? modes_places_create(x->m, MOTION_COMPARED, s, &places, error) : status;
-    for (size_t i = 0; i < x->times.count && status == AD_OK; i++) {
-        const double *q = x->states + i * 2 * size;
-        if (!x->times.aside[i]) {
-            status = modes_at(x->m, x->times.all[i], NULL, error);
-            modes_shape(x->m, q, q + size, NULL);
-            modes_samples(x->m, places, all);
+    status = status == AD_OK ? modes_places_create(solution->m, MOTION_COMPARED, s, &places, error)
+                             : status;
+    for (size_t i = 0; i < solution->times.count && status == AD_OK; i++) {
+        const double *q = solution->states + i * 2 * size;
+        if (!solution->times.aside[i]) {
+            status = modes_at(solution->m, solution->times.all[i], NULL, error);
+            modes_shape(solution->m, q, q + size, NULL);
+            modes_samples(solution->m, places, all);
             all += MOTION_COMPARED;
         }
     }
@@ -236,17 +236,17 @@ static ad_status solve_once(refined *at, const solve_settings *settings, const m
 /* More modes of strains whose last two move the rod by more than a share of the tolerance, one of
  * others; none of what stays 0, or so near that it counts for nothing beside the tolerance. False:
  * there are no more. */
-static bool add_modes(const modes_solution *x, double tolerance, modes_counts *counts)
+static bool add_modes(const modes_solution *solution, double tolerance, modes_counts *counts)
 {
     const double share = 0.2, nothing = fmax(1e-13, 1e-2 * tolerance);
-    const modes *m = x->m;
+    const modes *m = solution->m;
     double size[MODES_STRAINS] = {0}, tail[MODES_STRAINS] = {0};
     bool more = false;
-    for (size_t i = 0; i < x->times.count; i++) {
-        for (int a = x->times.aside[i] ? m->size : m->hinges; a < m->size; a++) {
+    for (size_t i = 0; i < solution->times.count; i++) {
+        for (int a = solution->times.aside[i] ? m->size : m->hinges; a < m->size; a++) {
             const modes_mode *mode = &m->mode[a];
             const int c = mode->strain, k = mode->degree + 1;
-            const double q = fabs(x->states[i * 2 * (size_t)m->size + (size_t)a]);
+            const double q = fabs(solution->states[i * 2 * (size_t)m->size + (size_t)a]);
             size[c] = fmax(size[c], q);
             if (k + 1 >= counts->of[c]) { /* a curvature is integrated twice */
                 tail[c] = fmax(tail[c], q / (c >= MODES_U ? k * k : k));
@@ -264,12 +264,12 @@ static bool add_modes(const modes_solution *x, double tolerance, modes_counts *c
 
 static void take_report(const refined *at, solve_report *report)
 {
-    const modes_solution *x = at->best;
-    motion_times_energies(&x->times, x->all, x->energies, report);
-    report->nodes = x->m->points - x->m->hinges * (x->m->stages + 1);
+    const modes_solution *solution = at->best;
+    motion_times_energies(&solution->times, solution->all, solution->energies, report);
+    report->nodes = solution->m->points - solution->m->hinges * (solution->m->stages + 1);
     report->time = 1;
-    report->mode_count = x->m->size;
-    memcpy(report->modes, x->m->counts.of, sizeof report->modes);
+    report->mode_count = solution->m->size;
+    memcpy(report->modes, solution->m->counts.of, sizeof report->modes);
 }
 
 /* The error that the distance to the solution before leaves: more than 1 where distances fall

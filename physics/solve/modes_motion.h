@@ -16,11 +16,11 @@ typedef struct modes_solution modes_solution;
 ad_status modes_motion_solve(solve_rod *rod, const solve_settings *settings, size_t count,
                              const double *times, modes_solution **result, solve_report *report,
                              ad_error *error);
-void modes_motion_free(modes_solution *x);
+void modes_motion_free(modes_solution *solution);
 
 /* As dynamic_at, dynamic_energies. */
-ad_status modes_motion_at(const modes_solution *x, size_t which, size_t n, const double *s,
+ad_status modes_motion_at(const modes_solution *solution, size_t which, size_t n, const double *s,
                           solve_state *out, ad_error *error);
-const solve_energy *modes_motion_energies(const modes_solution *x);
+const solve_energy *modes_motion_energies(const modes_solution *solution);
 
 #endif

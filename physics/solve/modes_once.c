@@ -10,25 +10,26 @@
 /* ---- linear systems ------------------------------------------------------------------------ */
 
 /* The rows of stage i: matrix of the accelerations of all stages. Leaves the residual of the stage
- * in x->residual and its derivatives in x->by_q, x->by_v. */
-static ad_status stage_rows(collocation *x, int i, double t, double h, const double *inputs,
-                            const double *q, const double *v, int columns, double *rows,
-                            ad_error *error)
+ * in collocation->residual and its derivatives in collocation->by_q, collocation->by_v. */
+static ad_status stage_rows(collocation *collocation, int i, double t, double h,
+                            const double *inputs, const double *q, const double *v, int columns,
+                            double *rows, ad_error *error)
 {
-    const collocation_method *by = &x->by;
-    modes *m = x->m;
-    const int n = x->size, width = m->width;
-    ad_status status = collocation_at(x, i, t, h, inputs, error);
+    const collocation_method *by = &collocation->by;
+    modes *m = collocation->m;
+    const int n = collocation->size, width = m->width;
+    ad_status status = collocation_at(collocation, i, t, h, inputs, error);
     if (status != AD_OK) {
         return status;
     }
-    collocation_stage(x, i, h, q, v);
-    modes_shape(m, x->q, x->v, x->a + i * n);
-    modes_forces(m, true, x->residual);
+    collocation_stage(collocation, i, h, q, v);
+    modes_shape(m, collocation->q, collocation->v, collocation->a + i * n);
+    modes_forces(m, true, collocation->residual);
     modes_mass(m);
-    modes_derivatives(m, x->by_q, x->by_v);
+    modes_derivatives(m, collocation->by_q, collocation->by_v);
     for (int r = 0; r < n; r++) {
-        const double *M = m->mass + r * width, *K = x->by_q + r * width, *D = x->by_v + r * width;
+        const double *M = m->mass + r * width, *K = collocation->by_q + r * width,
+                     *D = collocation->by_v + r * width;
         for (int j = 0; j < by->stages; j++) {
             const double once = h * by->matrix[i][j], twice = h * h * by->square[i][j];
             for (int k = 0; k < n; k++) {
@@ -81,33 +82,33 @@ FOR_EACH_PROCESSOR static bool eliminate(int n, int columns, double *rows)
 
 /* Where the derivatives of one stage do not do: masses of modes that hardly move anything change by
  * more than themselves within a step. */
-static ad_status newton_exact(collocation *x, double t, double h, const double *inputs,
+static ad_status newton_exact(collocation *collocation, double t, double h, const double *inputs,
                               double tolerance, const double *q, const double *v, bool *failed,
                               ad_error *error)
 {
     enum { STEPS = 8 };
-    const int n = x->size, all = x->by.stages * n, columns = all + 1;
+    const int n = collocation->size, all = collocation->by.stages * n, columns = all + 1;
     *failed = true;
-    x->formed_step = 0;
+    collocation->formed_step = 0;
     for (int step = 0; step < STEPS && *failed; step++) {
-        for (int i = 0; i < x->by.stages; i++) {
-            double *rows = x->exact + i * n * columns;
-            ad_status status = stage_rows(x, i, t, h, inputs, q, v, columns, rows, error);
+        for (int i = 0; i < collocation->by.stages; i++) {
+            double *rows = collocation->exact + i * n * columns;
+            ad_status status = stage_rows(collocation, i, t, h, inputs, q, v, columns, rows, error);
             if (status != AD_OK) {
                 return status;
             }
             for (int r = 0; r < n; r++) {
-                rows[r * columns + all] = -x->residual[r];
+                rows[r * columns + all] = -collocation->residual[r];
             }
         }
-        x->counts.matrices += x->by.stages;
-        if (!eliminate(all, columns, x->exact)) {
+        collocation->counts.matrices += collocation->by.stages;
+        if (!eliminate(all, columns, collocation->exact)) {
             return AD_OK;
         }
         for (int k = 0; k < all; k++) {
-            x->change[k] = x->exact[k * columns + all];
+            collocation->change[k] = collocation->exact[k * columns + all];
         }
-        *failed = !(collocation_change(x, h) <= tolerance);
+        *failed = !(collocation_change(collocation, h) <= tolerance);
     }
     return AD_OK;
 }
@@ -115,64 +116,69 @@ static ad_status newton_exact(collocation *x, double t, double h, const double *
 /* ---- one step ------------------------------------------------------------------------------ */
 
 /* Accelerations of a step that starts from nothing but q and v. */
-static ad_status solve_once(collocation *x, double t, double h, const double *inputs,
+static ad_status solve_once(collocation *collocation, double t, double h, const double *inputs,
                             double tolerance, const double *q, const double *v, ad_error *error)
 {
     bool slow, failed = true;
-    const size_t size = (size_t)(x->by.stages * x->size) * sizeof *x->a;
-    memset(x->a, 0, size);
-    ad_status status = collocation_form(x, t, h, inputs, q, v, error);
-    if (status == AD_OK && collocation_factor(x, h)) {
-        status = collocation_iterate(x, t, h, inputs, tolerance, q, v, &slow, &failed, error);
+    const size_t size =
+        (size_t)(collocation->by.stages * collocation->size) * sizeof *collocation->a;
+    memset(collocation->a, 0, size);
+    ad_status status = collocation_form(collocation, t, h, inputs, q, v, error);
+    if (status == AD_OK && collocation_factor(collocation, h)) {
+        status =
+            collocation_iterate(collocation, t, h, inputs, tolerance, q, v, &slow, &failed, error);
     }
     if (status == AD_OK && failed) {
-        memset(x->a, 0, size);
-        status = newton_exact(x, t, h, inputs, tolerance, q, v, &failed, error);
+        memset(collocation->a, 0, size);
+        status = newton_exact(collocation, t, h, inputs, tolerance, q, v, &failed, error);
     }
     return status == AD_OK && failed
                ? ad_fail(error, AD_NOT_FINITE, "a step of %g from t = %g is too long", h, t)
                : status;
 }
 
-ad_status collocation_once(collocation *x, double t, double h, const double *inputs,
+ad_status collocation_once(collocation *collocation, double t, double h, const double *inputs,
                            const double *after, double tolerance, double *q, double *v,
                            ad_error *error)
 {
-    x->after = after;
-    x->asks_power = false;
-    ad_status status = solve_once(x, t, h, inputs, tolerance, q, v, error);
+    collocation->after = after;
+    collocation->asks_power = false;
+    ad_status status = solve_once(collocation, t, h, inputs, tolerance, q, v, error);
     if (status == AD_OK) {
-        collocation_finish(x, h, q, v);
+        collocation_finish(collocation, h, q, v);
     }
-    x->after = NULL;
+    collocation->after = NULL;
     return status;
 }
 
 /* ---- derivatives --------------------------------------------------------------------------- */
 
-size_t collocation_derivative_room(const collocation *x)
+size_t collocation_derivative_room(const collocation *collocation)
 {
-    const size_t n = (size_t)x->size, all = (size_t)x->by.stages * n;
-    return all * (all + 2 * n + (size_t)x->m->inputs) + n * (size_t)x->m->inputs;
+    const size_t n = (size_t)collocation->size, all = (size_t)collocation->by.stages * n;
+    return all * (all + 2 * n + (size_t)collocation->m->inputs) +
+           n * (size_t)collocation->m->inputs;
 }
 
 /* Beside the matrix: minus the derivatives of the residual by q, v, inputs. */
-static ad_status derivative_rows(collocation *x, int i, double t, double h, const double *inputs,
-                                 const double *q, const double *v, int columns, double *rows,
-                                 double *by_inputs, ad_error *error)
+static ad_status derivative_rows(collocation *collocation, int i, double t, double h,
+                                 const double *inputs, const double *q, const double *v,
+                                 int columns, double *rows, double *by_inputs, ad_error *error)
 {
-    modes *m = x->m;
-    const int n = x->size, width = m->width, all = x->by.stages * n;
-    const double late = x->by.nodes[i] * h;
-    ad_status status = stage_rows(x, i, t, h, inputs, q, v, columns, rows, error);
+    modes *m = collocation->m;
+    const int n = collocation->size, width = m->width, all = collocation->by.stages * n;
+    const double late = collocation->by.nodes[i] * h;
+    ad_status status = stage_rows(collocation, i, t, h, inputs, q, v, columns, rows, error);
     if (status == AD_OK && m->inputs > 0) {
-        status = modes_by_inputs(m, t + late, x->q, x->v, x->a + i * n, by_inputs, error);
+        status = modes_by_inputs(m, t + late, collocation->q, collocation->v,
+                                 collocation->a + i * n, by_inputs, error);
     }
     for (int r = 0; r < n; r++) {
         double *row = rows + r * columns + all;
         for (int c = 0; c < n; c++) {
-            row[c] = -x->by_q[r * width + c];
-            row[n + c] = -x->by_v[r * width + c] - late * x->by_q[r * width + c];
+            row[c] = -collocation->by_q[r * width + c];
+            row[n + c] =
+                -collocation->by_v[r * width + c] - late * collocation->by_q[r * width + c];
         }
         for (int k = 0; k < m->inputs; k++) {
             row[2 * n + k] = -by_inputs[r * m->inputs + k];
@@ -181,21 +187,22 @@ static ad_status derivative_rows(collocation *x, int i, double t, double h, cons
     return status;
 }
 
-ad_status collocation_derivatives(collocation *x, double t, double h, const double *inputs,
-                                  const double *after, const double *q, const double *v,
-                                  double *room, double *by, ad_error *error)
+ad_status collocation_derivatives(collocation *collocation, double t, double h,
+                                  const double *inputs, const double *after, const double *q,
+                                  const double *v, double *room, double *by, ad_error *error)
 {
-    const collocation_method *rule = &x->by;
-    const int n = x->size, all = rule->stages * n, wanted = 2 * n + x->m->inputs;
+    const collocation_method *rule = &collocation->by;
+    const int n = collocation->size, all = rule->stages * n,
+              wanted = 2 * n + collocation->m->inputs;
     const int columns = all + wanted;
     double *by_inputs = room + all * columns;
     ad_status status = AD_OK;
-    x->after = after;
+    collocation->after = after;
     for (int i = 0; i < rule->stages && status == AD_OK; i++) {
-        status = derivative_rows(x, i, t, h, inputs, q, v, columns, room + i * n * columns,
-                                 by_inputs, error);
+        status = derivative_rows(collocation, i, t, h, inputs, q, v, columns,
+                                 room + i * n * columns, by_inputs, error);
     }
-    x->after = NULL;
+    collocation->after = NULL;
     if (status == AD_OK && !eliminate(all, columns, room)) {
         status = ad_fail(error, AD_NOT_FINITE, "the derivative of a step is singular");
     }

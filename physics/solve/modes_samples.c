@@ -40,14 +40,14 @@ static void rotation_before(const modes *m, int e, double q[4])
 ad_status modes_places_create(const modes *m, size_t n, const double *s, modes_places **result,
                               ad_error *error)
 {
-    modes_places *x = malloc(sizeof *x + n * sizeof *x->at);
-    *result = x;
-    if (!x) {
+    modes_places *places = malloc(sizeof *places + n * sizeof *places->at);
+    *result = places;
+    if (!places) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu places", n);
     }
-    x->count = n;
+    places->count = n;
     for (size_t i = 0; i < n; i++) {
-        modes_place *to = &x->at[i];
+        modes_place *to = &places->at[i];
         double at;
         to->element = element_of(m, s[i], &at);
         to->length = m->element[to->element].length;
@@ -62,9 +62,9 @@ ad_status modes_places_create(const modes *m, size_t n, const double *s, modes_p
     return AD_OK;
 }
 
-void modes_places_free(modes_places *x)
+void modes_places_free(modes_places *places)
 {
-    free(x);
+    free(places);
 }
 
 /* From the last point before it on. */

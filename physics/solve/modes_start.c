@@ -243,38 +243,40 @@ ad_status modes_initial(modes *m, double *q, double *v, ad_error *error)
 
 /* The residual becomes what the modes are off by; returns its largest number, not a number where
  * the matrix is singular. */
-static double solve_stiffness(const modes *m, const modes_linear *x)
+static double solve_stiffness(const modes *m, const modes_linear *linear)
 {
     const size_t n = (size_t)m->size, width = (size_t)m->width;
     double most = 0;
     for (size_t i = 0; i < n * n; i++) {
-        x->factor[i] = x->by_q[i % n * width + i / n];
+        linear->factor[i] = linear->by_q[i % n * width + i / n];
     }
-    if (ad_dense_lu(n, x->factor, x->pivots) != 0) {
+    if (ad_dense_lu(n, linear->factor, linear->pivots) != 0) {
         return NAN;
     }
-    ad_dense_lu_solve(n, 1, x->factor, x->pivots, x->residual);
+    ad_dense_lu_solve(n, 1, linear->factor, linear->pivots, linear->residual);
     for (size_t i = 0; i < n; i++) {
-        most = fabs(x->residual[i]) > most || isnan(x->residual[i]) ? fabs(x->residual[i]) : most;
+        most = fabs(linear->residual[i]) > most || isnan(linear->residual[i])
+                   ? fabs(linear->residual[i])
+                   : most;
     }
     return most;
 }
 
-ad_status modes_settle(modes *m, const modes_linear *x, ad_error *error)
+ad_status modes_settle(modes *m, const modes_linear *linear, ad_error *error)
 {
     enum { STEPS = 60 };
     const double near = 1e-11, farthest = 0.5;
     double moved = INFINITY;
-    memset(x->v, 0, (size_t)m->size * sizeof *x->v);
+    memset(linear->v, 0, (size_t)m->size * sizeof *linear->v);
     for (int step = 0; step < STEPS && moved > near; step++) {
-        modes_shape(m, x->q, x->v, NULL);
-        modes_forces(m, true, x->residual);
+        modes_shape(m, linear->q, linear->v, NULL);
+        modes_forces(m, true, linear->residual);
         modes_mass(m);
-        modes_derivatives(m, x->by_q, x->by_v);
-        moved = solve_stiffness(m, x);
+        modes_derivatives(m, linear->by_q, linear->by_v);
+        moved = solve_stiffness(m, linear);
         const double part = fmin(1, farthest / moved);
         for (int k = 0; k < m->size; k++) {
-            x->q[k] -= part * x->residual[k];
+            linear->q[k] -= part * linear->residual[k];
         }
     }
     return moved <= near ? AD_OK
@@ -282,19 +284,19 @@ ad_status modes_settle(modes *m, const modes_linear *x, ad_error *error)
 }
 
 /* Whether the stiffness at which modes_settle ended resists every displacement. */
-static bool is_stable(const modes *m, const modes_linear *x)
+static bool is_stable(const modes *m, const modes_linear *linear)
 {
     for (int i = 0; i < m->size; i++) {
         for (int j = 0; j <= i; j++) {
             const int at = i * m->width + j;
-            x->factor[at] = 0.5 * (x->by_q[at] + x->by_q[j * m->width + i]);
+            linear->factor[at] = 0.5 * (linear->by_q[at] + linear->by_q[j * m->width + i]);
         }
     }
-    return solve_positive(m, x->factor, x->residual);
+    return solve_positive(m, linear->factor, linear->residual);
 }
 
 ad_status modes_initial_settled(modes *m, const double *settled_at, const double *inputs,
-                                const modes_linear *x, ad_error *error)
+                                const modes_linear *linear, ad_error *error)
 {
     enum { FIRST = 4, MOST = 64 };
     double between[SCENE_PARAMETERS_MAX];
@@ -302,15 +304,15 @@ ad_status modes_initial_settled(modes *m, const double *settled_at, const double
     ad_status status = given ? AD_NOT_FINITE : ad_fail(error, AD_NO_MEMORY, "out of memory");
     for (int steps = FIRST; steps <= MOST && status == AD_NOT_FINITE; steps *= 2) {
         status = modes_at(m, 0, settled_at, error);
-        status = status == AD_OK ? modes_initial(m, x->q, x->v, error) : status;
+        status = status == AD_OK ? modes_initial(m, linear->q, linear->v, error) : status;
         for (int i = 0; i <= steps && status == AD_OK; i++) {
             for (int k = 0; k < m->inputs; k++) {
                 between[k] = i == steps ? inputs[k]
                                         : settled_at[k] + (inputs[k] - settled_at[k]) * i / steps;
             }
             status = modes_at(m, 0, between, error);
-            status = status == AD_OK ? modes_settle(m, x, error) : status;
-            if (status == AD_OK && !is_stable(m, x)) {
+            status = status == AD_OK ? modes_settle(m, linear, error) : status;
+            if (status == AD_OK && !is_stable(m, linear)) {
                 status = ad_fail(error, AD_NOT_FINITE,
                                  "no stable equilibrium to start from is found at the inputs");
             }
@@ -319,7 +321,8 @@ ad_status modes_initial_settled(modes *m, const double *settled_at, const double
     status = status == AD_OK ? solve_rod_part(m->rod, SOLVE_INITIAL, (size_t)m->points, m->s, 0,
                                               m->inputs_at, (double *)given, error)
                              : status;
-    if (status == AD_OK && !fit_rates(m, given, x->q, x->v, x->factor, x->residual)) {
+    if (status == AD_OK &&
+        !fit_rates(m, given, linear->q, linear->v, linear->factor, linear->residual)) {
         status = ad_fail(error, AD_NOT_FINITE, "rates for the initial motion are not found");
     }
     free(given);

@@ -24,34 +24,34 @@ typedef struct collocation_counts {
 
 /* Borrows the model. stages: 3, 5 or 7. AD_NO_MEMORY. */
 ad_status collocation_create(modes *m, int stages, collocation **result, ad_error *error);
-void collocation_free(collocation *x);
+void collocation_free(collocation *collocation);
 
 /* One step from *t towards `end`, which it does not pass, no error of which is estimated to be
  * above `tolerance` in any mode; inputs as modes_at without any. q, v [size]: before and after.
  * Work and dissipation are added to energy. AD_NOT_FINITE where steps become too small. */
-ad_status collocation_next(collocation *x, double *t, double end, double tolerance, double *q,
-                           double *v, solve_energy *energy, ad_error *error);
+ad_status collocation_next(collocation *collocation, double *t, double end, double tolerance,
+                           double *q, double *v, solve_energy *energy, ad_error *error);
 
 /* After it: q, v [size] and energy within the step, at a share of its length from 0 to 1, by the
  * polynomial through its stages. */
-void collocation_within(const collocation *x, double share, double *q, double *v,
+void collocation_within(const collocation *collocation, double share, double *q, double *v,
                         solve_energy *energy);
 
 /* One step of length h by itself: the same whatever came before. The inputs go linearly to those
  * `after` it (NULL: they are held). Newton's method stops at the tolerance, of modes and rates.
  * AD_NOT_FINITE: it fails. */
-ad_status collocation_once(collocation *x, double t, double h, const double *inputs,
+ad_status collocation_once(collocation *collocation, double t, double h, const double *inputs,
                            const double *after, double tolerance, double *q, double *v,
                            ad_error *error);
 
 /* After it, with q, v of its start: derivatives [2 size][2 size + inputs] of q, v at its end by
  * q, v, inputs (of both ends together); exact ones of the method's equations. room
  * [collocation_derivative_room]. */
-ad_status collocation_derivatives(collocation *x, double t, double h, const double *inputs,
-                                  const double *after, const double *q, const double *v,
-                                  double *room, double *by, ad_error *error);
-size_t collocation_derivative_room(const collocation *x);
+ad_status collocation_derivatives(collocation *collocation, double t, double h,
+                                  const double *inputs, const double *after, const double *q,
+                                  const double *v, double *room, double *by, ad_error *error);
+size_t collocation_derivative_room(const collocation *collocation);
 
-collocation_counts collocation_counts_of(const collocation *x);
+collocation_counts collocation_counts_of(const collocation *collocation);
 
 #endif

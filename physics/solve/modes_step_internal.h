@@ -59,26 +59,27 @@ void collocation_make_method(int stages, collocation_method *by);
 void collocation_integrals(const collocation_method *by, double x, double *to);
 
 /* The model at the time of stage i, with its inputs. */
-ad_status collocation_at(collocation *x, int i, double t, double h, const double *inputs,
+ad_status collocation_at(collocation *collocation, int i, double t, double h, const double *inputs,
                          ad_error *error);
 
-/* q, v of stage i in x->q, x->v, by the accelerations as they are. */
-void collocation_stage(collocation *x, int i, double h, const double *q, const double *v);
+/* q, v of stage i in collocation->q, collocation->v, by the accelerations as they are. */
+void collocation_stage(collocation *collocation, int i, double h, const double *q, const double *v);
 
 /* Mass and derivatives at the middle stage; LU factors for a step. */
-ad_status collocation_form(collocation *x, double t, double h, const double *inputs,
+ad_status collocation_form(collocation *collocation, double t, double h, const double *inputs,
                            const double *q, const double *v, ad_error *error);
-bool collocation_factor(collocation *x, double h);
+bool collocation_factor(collocation *collocation, double h);
 
 /* Newton's method to a tolerance; *slow: it took many steps, *failed: too many. */
-ad_status collocation_iterate(collocation *x, double t, double h, const double *inputs,
+ad_status collocation_iterate(collocation *collocation, double t, double h, const double *inputs,
                               double tolerance, const double *q, const double *v, bool *slow,
                               bool *failed, ad_error *error);
 
-/* Adds x->change to the accelerations; by how much it moves modes, and their rates, at most. */
-double collocation_change(collocation *x, double h);
+/* Adds collocation->change to the accelerations; by how much it moves modes, and their rates, at
+ * most. */
+double collocation_change(collocation *collocation, double h);
 
 /* q, v at the end of the step. */
-void collocation_finish(const collocation *x, double h, double *q, double *v);
+void collocation_finish(const collocation *collocation, double h, double *q, double *v);
 
 #endif

@@ -64,31 +64,31 @@ enum { TERMS = 9 };
 static const double LARGEST_TURN = 0.02;
 
 /* a = by_inertia (J b x c), added to a. */
-PROCESSOR_INLINE void add_gyroscopic(const spinning *x, const lanes b[3], const lanes c[3],
+PROCESSOR_INLINE void add_gyroscopic(const spinning *spinning, const lanes b[3], const lanes c[3],
                                      lanes a[3])
 {
     lanes momentum[3], turning[3];
     for (int i = 0; i < 3; i++) {
-        momentum[i] = x->inertia[i] * b[i];
+        momentum[i] = spinning->inertia[i] * b[i];
     }
     lanes_vector_cross(momentum, c, turning);
     for (int i = 0; i < 3; i++) {
-        a[i] += x->by_inertia[i] * turning[i];
+        a[i] += spinning->by_inertia[i] * turning[i];
     }
 }
 
 /* A body that turns freely, J w_t = J w x w and q_t = q (0, w)/2, by h: coefficients of its Taylor
  * series follow from one another. */
-PROCESSOR_INLINE void spin_by_series(spinning *x, double h, int terms)
+PROCESSOR_INLINE void spin_by_series(spinning *spinning, double h, int terms)
 {
     lanes w[TERMS + 1][3], q[TERMS + 1][4];
-    memcpy(w[0], x->w, sizeof w[0]);
-    memcpy(q[0], x->q, sizeof q[0]);
+    memcpy(w[0], spinning->w, sizeof w[0]);
+    memcpy(q[0], spinning->q, sizeof q[0]);
     for (int k = 0; k < terms; k++) {
         lanes w_next[3] = {{0}}, q_next[4] = {{0}};
         for (int j = 0; j <= k; j++) {
             lanes turned[4];
-            add_gyroscopic(x, w[j], w[k - j], w_next);
+            add_gyroscopic(spinning, w[j], w[k - j], w_next);
             lanes_quaternion_times_vector(q[j], w[k - j], turned);
             for (int i = 0; i < 4; i++) {
                 q_next[i] += turned[i];
@@ -96,21 +96,21 @@ PROCESSOR_INLINE void spin_by_series(spinning *x, double h, int terms)
         }
         for (int i = 0; i < 3; i++) {
             w[k + 1][i] = w_next[i] * (h / (k + 1));
-            x->w[i] += w[k + 1][i];
+            spinning->w[i] += w[k + 1][i];
         }
         for (int i = 0; i < 4; i++) {
             q[k + 1][i] = q_next[i] * (h / (2 * (k + 1)));
-            x->q[i] += q[k + 1][i];
+            spinning->q[i] += q[k + 1][i];
         }
     }
 }
 
 /* The same where w does not change: q exp(w h/2), by the series of cosine and sine. */
-PROCESSOR_INLINE void spin_steadily(spinning *x, double h)
+PROCESSOR_INLINE void spin_steadily(spinning *spinning, double h)
 {
     lanes square = {0}, half[3], turned[4];
     for (int i = 0; i < 3; i++) {
-        half[i] = 0.5 * h * x->w[i];
+        half[i] = 0.5 * h * spinning->w[i];
         square += half[i] * half[i];
     }
     /* to the powers that rounding leaves of LARGEST_TURN */
@@ -119,13 +119,13 @@ PROCESSOR_INLINE void spin_steadily(spinning *x, double h)
     for (int i = 0; i < 3; i++) {
         half[i] *= sine;
     }
-    lanes_quaternion_times_vector(x->q, half, turned);
+    lanes_quaternion_times_vector(spinning->q, half, turned);
     for (int i = 0; i < 4; i++) {
-        x->q[i] = x->q[i] * cosine + turned[i];
+        spinning->q[i] = spinning->q[i] * cosine + turned[i];
     }
 }
 
-PROCESSOR_INLINE void load_nodes(const motion *m, size_t first, spinning *x)
+PROCESSOR_INLINE void load_nodes(const motion *m, size_t first, spinning *spinning)
 {
     const double *pose[LANES], *spin[LANES];
     for (size_t lane = 0; lane < LANES; lane++) {
@@ -134,14 +134,14 @@ PROCESSOR_INLINE void load_nodes(const motion *m, size_t first, spinning *x)
         spin[lane] = m->spin[node];
     }
     for (int i = 0; i < 4; i++) {
-        x->q[i] = LANES_OF(pose, MOTION_LANE_Q + i);
+        spinning->q[i] = LANES_OF(pose, MOTION_LANE_Q + i);
     }
     for (int i = 0; i < 3; i++) {
-        x->w[i] = LANES_OF(spin, i);
+        spinning->w[i] = LANES_OF(spin, i);
     }
 }
 
-PROCESSOR_INLINE void load_inertia(const motion *m, size_t first, spinning *x)
+PROCESSOR_INLINE void load_inertia(const motion *m, size_t first, spinning *spinning)
 {
     const double *inertia[LANES], *by_inertia[LANES];
     for (size_t lane = 0; lane < LANES; lane++) {
@@ -150,19 +150,19 @@ PROCESSOR_INLINE void load_inertia(const motion *m, size_t first, spinning *x)
         by_inertia[lane] = m->by_inertia[node];
     }
     for (int i = 0; i < 3; i++) {
-        x->inertia[i] = LANES_OF(inertia, i);
-        x->by_inertia[i] = LANES_OF(by_inertia, i);
+        spinning->inertia[i] = LANES_OF(inertia, i);
+        spinning->by_inertia[i] = LANES_OF(by_inertia, i);
     }
 }
 
-PROCESSOR_INLINE void store_nodes(motion *m, size_t first, const spinning *x, bool steady)
+PROCESSOR_INLINE void store_nodes(motion *m, size_t first, const spinning *spinning, bool steady)
 {
     for (size_t lane = 0; lane < LANES && first + lane < m->nodes; lane++) {
         for (int i = 0; i < 4; i++) {
-            m->pose[first + lane][MOTION_LANE_Q + i] = x->q[i][lane];
+            m->pose[first + lane][MOTION_LANE_Q + i] = spinning->q[i][lane];
         }
         for (int i = 0; i < 3 && !steady; i++) {
-            m->spin[first + lane][i] = x->w[i][lane];
+            m->spin[first + lane][i] = spinning->w[i][lane];
         }
     }
 }

@@ -92,13 +92,13 @@ static ad_status find_frequency(motion *m, double *frequency, ad_error *error)
 
 /* Steps that are too long for what the motion becomes show as energy from nowhere, or as none that
  * is a number. */
-static bool is_unstable(const motion_record *x)
+static bool is_unstable(const motion_record *record)
 {
     const double beyond = 0.1;     /* of the largest energy; where steps suit it is below 1e-4 */
     const double rounding = 1e-16; /* by EI/L */
     double largest = 0, mismatch = 0;
-    for (size_t i = 0; i < x->count; i++) {
-        const solve_energy *e = &x->energies[i];
+    for (size_t i = 0; i < record->count; i++) {
+        const solve_energy *e = &record->energies[i];
         largest = fmax(largest, fmax(e->kinetic + e->strain, fabs(e->work)));
         mismatch = motion_larger(mismatch, fabs(e->mismatch));
     }

@@ -6,23 +6,23 @@
 #include <stdlib.h>
 
 /* The fixed times up to the last, and aside of them those given. */
-static void place(motion_times *x, const double *given)
+static void place(motion_times *times, const double *given)
 {
-    double last = x->given > 0 ? given[x->given - 1] : 0;
+    double last = times->given > 0 ? given[times->given - 1] : 0;
     size_t fixed = 1, next = 0;
-    while (fixed <= MOTION_FIXED_TIMES || next < x->given) {
+    while (fixed <= MOTION_FIXED_TIMES || next < times->given) {
         double stop = fixed < MOTION_FIXED_TIMES   ? last * (double)fixed / MOTION_FIXED_TIMES
                       : fixed > MOTION_FIXED_TIMES ? INFINITY
                                                    : last;
-        double t = next < x->given && given[next] < stop ? given[next] : stop;
-        if (x->count == 0 || t > x->all[x->count - 1]) {
-            x->aside[x->count] = t < stop;
-            x->fixed += t == stop;
-            x->all[x->count++] = t;
+        double t = next < times->given && given[next] < stop ? given[next] : stop;
+        if (times->count == 0 || t > times->all[times->count - 1]) {
+            times->aside[times->count] = t < stop;
+            times->fixed += t == stop;
+            times->all[times->count++] = t;
         }
         fixed += t == stop;
-        for (; next < x->given && given[next] <= t; next++) {
-            x->which[next] = x->count - 1;
+        for (; next < times->given && given[next] <= t; next++) {
+            times->which[next] = times->count - 1;
         }
     }
 }
@@ -43,12 +43,12 @@ ad_status motion_times_create(size_t count, const double *given, motion_times *r
     return AD_OK;
 }
 
-void motion_times_free(motion_times *x)
+void motion_times_free(motion_times *times)
 {
-    free(x->all);
-    free(x->aside);
-    free(x->which);
-    *x = (motion_times){0};
+    free(times->all);
+    free(times->aside);
+    free(times->which);
+    *times = (motion_times){0};
 }
 
 /* The largest mismatch over the largest energy; not a number if one is none. The energy has a part
@@ -65,18 +65,18 @@ static void report_energies(size_t count, const solve_energy *energies, solve_re
     report->energy_mismatch = mismatch / report->energy;
 }
 
-void motion_times_energies(const motion_times *x, const solve_energy *energies, solve_energy *given,
-                           solve_report *report)
+void motion_times_energies(const motion_times *times, const solve_energy *energies,
+                           solve_energy *given, solve_report *report)
 {
     solve_energy judged[MOTION_FIXED_TIMES];
     size_t count = 0;
-    for (size_t i = 0; i < x->count; i++) {
-        if (!x->aside[i]) {
+    for (size_t i = 0; i < times->count; i++) {
+        if (!times->aside[i]) {
             judged[count++] = energies[i];
         }
     }
     report_energies(count, judged, report);
-    for (size_t i = 0; i < x->given; i++) {
-        given[i] = energies[x->which[i]];
+    for (size_t i = 0; i < times->given; i++) {
+        given[i] = energies[times->which[i]];
     }
 }

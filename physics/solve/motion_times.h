@@ -18,11 +18,11 @@ typedef struct motion_times {
 /* given [count]: ascending, from 0 on; the last is the end. AD_NO_MEMORY. */
 ad_status motion_times_create(size_t count, const double *given, motion_times *result,
                               ad_error *error);
-void motion_times_free(motion_times *x);
+void motion_times_free(motion_times *times);
 
-/* Of energies [x->count] those at fixed times go to the report, and those asked for to `given`
- * [x->given]. */
-void motion_times_energies(const motion_times *x, const solve_energy *energies, solve_energy *given,
-                           solve_report *report);
+/* Of energies [times->count] those at fixed times go to the report, and those asked for to `given`
+ * [times->given]. */
+void motion_times_energies(const motion_times *times, const solve_energy *energies,
+                           solve_energy *given, solve_report *report);
 
 #endif

@@ -68,16 +68,17 @@ static bool agree(const halving *in, const moments *whole, const moments *halves
 /* Panels from `first` to `last`, in turn. */
 static ad_status halve(halving *in, double first, double last, ad_error *error)
 {
-    solve_quadrature *x = in->result;
+    solve_quadrature *quadrature = in->result;
     moments whole = {.zeroth = {0}}, halves = {.zeroth = {0}};
     double middle = first + (last - first) / 2;
-    bool possible = last - first > SHORTEST && x->count < in->room;
-    ad_status status = add_moments(in->given, &x->rule, first, last, first, &whole, error);
+    bool possible = last - first > SHORTEST && quadrature->count < in->room;
+    ad_status status = add_moments(in->given, &quadrature->rule, first, last, first, &whole, error);
     status = status == AD_OK
-                 ? add_moments(in->given, &x->rule, first, middle, first, &halves, error)
+                 ? add_moments(in->given, &quadrature->rule, first, middle, first, &halves, error)
                  : status;
-    status = status == AD_OK ? add_moments(in->given, &x->rule, middle, last, first, &halves, error)
-                             : status;
+    status = status == AD_OK
+                 ? add_moments(in->given, &quadrature->rule, middle, last, first, &halves, error)
+                 : status;
     if (status != AD_OK) {
         return status;
     }
@@ -86,63 +87,64 @@ static ad_status halve(halving *in, double first, double last, ad_error *error)
         status = halve(in, first, middle, error);
         return status == AD_OK ? halve(in, middle, last, error) : status;
     }
-    if (!resolved && !x->unresolved) {
-        x->unresolved = "rod";
+    if (!resolved && !quadrature->unresolved) {
+        quadrature->unresolved = "rod";
     }
-    x->edges[++x->count] = last;
+    quadrature->edges[++quadrature->count] = last;
     return AD_OK;
 }
 
-static bool is_place(const solve_quadrature *x, double s)
+static bool is_place(const solve_quadrature *quadrature, double s)
 {
     bool found = s == 0 || s == 1;
-    for (int i = 0; i < x->place_count; i++) {
-        found = found || fabs(x->places[i] - s) <= SAME;
+    for (int i = 0; i < quadrature->place_count; i++) {
+        found = found || fabs(quadrature->places[i] - s) <= SAME;
     }
     return found;
 }
 
 /* Halves panels that are much longer than one beside them, where no jump is between: what is narrow
  * there has a tail that neither they nor their halves may see. */
-static void grade(solve_quadrature *x, double *edges)
+static void grade(solve_quadrature *quadrature, double *edges)
 {
-    for (int i = 0; i < x->count; i++) {
+    for (int i = 0; i < quadrature->count; i++) {
         double width = edges[i + 1] - edges[i], beside = width;
-        if (!is_place(x, edges[i])) {
+        if (!is_place(quadrature, edges[i])) {
             beside = fmin(beside, edges[i] - edges[i - 1]);
         }
-        if (!is_place(x, edges[i + 1])) {
+        if (!is_place(quadrature, edges[i + 1])) {
             beside = fmin(beside, edges[i + 2] - edges[i + 1]);
         }
-        if (width > LONGER * beside && width > SHORTEST && x->count < PANELS_MAX) {
-            memmove(edges + i + 2, edges + i + 1, (size_t)(x->count - i) * sizeof *edges);
+        if (width > LONGER * beside && width > SHORTEST && quadrature->count < PANELS_MAX) {
+            memmove(edges + i + 2, edges + i + 1, (size_t)(quadrature->count - i) * sizeof *edges);
             edges[i + 1] = edges[i] + width / 2;
-            x->count++;
+            quadrature->count++;
             i = i > 1 ? i - 2 : -1; /* the one before has a shorter one beside it now */
         }
     }
 }
 
-/* In place of x->edges. */
-static ad_status refine(solve_quadrature *x, const solve_given *given, ad_error *error)
+/* In place of quadrature->edges. */
+static ad_status refine(solve_quadrature *quadrature, const solve_given *given, ad_error *error)
 {
-    grade(x, x->edges);
-    int count = x->count;
-    double *coarse = x->edges;
-    halving in = {x, given, PANELS_MAX};
+    grade(quadrature, quadrature->edges);
+    int count = quadrature->count;
+    double *coarse = quadrature->edges;
+    halving in = {quadrature, given, PANELS_MAX};
     moments all = {.zeroth = {0}};
     ad_status status = AD_OK;
     for (int i = 0; i < count && status == AD_OK; i++) {
-        status = add_moments(given, &x->rule, coarse[i], coarse[i + 1], coarse[i], &all, error);
+        status =
+            add_moments(given, &quadrature->rule, coarse[i], coarse[i + 1], coarse[i], &all, error);
     }
-    memcpy(x->size, all.size, sizeof x->size);
-    x->edges = malloc((size_t)(count + PANELS_MAX + 64) * sizeof *x->edges);
-    if (status == AD_OK && !x->edges) {
+    memcpy(quadrature->size, all.size, sizeof quadrature->size);
+    quadrature->edges = malloc((size_t)(count + PANELS_MAX + 64) * sizeof *quadrature->edges);
+    if (status == AD_OK && !quadrature->edges) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for panels");
     }
     if (status == AD_OK) {
-        x->edges[0] = 0;
-        x->count = 0;
+        quadrature->edges[0] = 0;
+        quadrature->count = 0;
     }
     for (int i = 0; i < count && status == AD_OK; i++) {
         in.room = PANELS_MAX + i;
@@ -154,46 +156,47 @@ static ad_status refine(solve_quadrature *x, const solve_given *given, ad_error 
 
 /* ---- making ---------------------------------------------------------------------------------- */
 
-void solve_quadrature_free(solve_quadrature *x)
+void solve_quadrature_free(solve_quadrature *quadrature)
 {
-    if (x) {
-        free(x->edges);
-        free(x->places);
-        free(x);
+    if (quadrature) {
+        free(quadrature->edges);
+        free(quadrature->places);
+        free(quadrature);
     }
 }
 
 /* A break near one of the places is that one. */
-static void gather_places(solve_quadrature *x, const scene_breaks *breaks, double length, int count,
-                          const double *places)
+static void gather_places(solve_quadrature *quadrature, const scene_breaks *breaks, double length,
+                          int count, const double *places)
 {
     int next = 0;
     for (int i = 0; i <= breaks->count; i++) {
         double place = i < breaks->count ? breaks->place[i] / length : 1;
         for (; next < count && places[next] <= place + SAME; next++) {
             if (places[next] > 0 && places[next] < 1) {
-                x->places[x->place_count++] = places[next];
+                quadrature->places[quadrature->place_count++] = places[next];
             }
         }
-        bool known = x->place_count > 0 && place - x->places[x->place_count - 1] <= SAME;
+        bool known = quadrature->place_count > 0 &&
+                     place - quadrature->places[quadrature->place_count - 1] <= SAME;
         if (i < breaks->count && !known) {
-            x->places[x->place_count++] = place;
+            quadrature->places[quadrature->place_count++] = place;
         }
     }
 }
 
-static ad_status fill_panels(solve_quadrature *x, const scene *of, ad_error *error)
+static ad_status fill_panels(solve_quadrature *quadrature, const scene *of, ad_error *error)
 {
     scene_panels panels;
     ad_status status = scene_panels_of(of, "s", &panels, error);
     if (status != AD_OK) {
         return status;
     }
-    x->edges = panels.edges;
-    x->count = panels.count;
-    x->unresolved = panels.unresolved;
+    quadrature->edges = panels.edges;
+    quadrature->count = panels.count;
+    quadrature->unresolved = panels.unresolved;
     for (int i = 0; i <= panels.count; i++) {
-        x->edges[i] = i == panels.count ? 1 : panels.edges[i] / scene_length(of);
+        quadrature->edges[i] = i == panels.count ? 1 : panels.edges[i] / scene_length(of);
     }
     return AD_OK;
 }
@@ -212,7 +215,7 @@ static bool are_narrow(const scene_breaks *places, double length)
     return least < close;
 }
 
-static ad_status fill_places(solve_quadrature *x, const scene *of, bool narrow, int count,
+static ad_status fill_places(solve_quadrature *quadrature, const scene *of, bool narrow, int count,
                              const double *places, ad_error *error)
 {
     scene_breaks breaks;
@@ -223,12 +226,12 @@ static ad_status fill_places(solve_quadrature *x, const scene *of, bool narrow, 
     if (status != AD_OK) {
         return status;
     }
-    x->unresolved = breaks.unresolved;
-    x->places = malloc((size_t)(breaks.count + count + 1) * sizeof *x->places);
-    if (!x->places) {
+    quadrature->unresolved = breaks.unresolved;
+    quadrature->places = malloc((size_t)(breaks.count + count + 1) * sizeof *quadrature->places);
+    if (!quadrature->places) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for places along the rod");
     }
-    gather_places(x, &breaks, scene_length(of), count, places);
+    gather_places(quadrature, &breaks, scene_length(of), count, places);
     return AD_OK;
 }
 
@@ -236,32 +239,32 @@ ad_status solve_quadrature_create(const scene *of, const solve_given *given, int
                                   const double *places, solve_quadrature **result, ad_error *error)
 {
     *result = NULL;
-    solve_quadrature *x = calloc(1, sizeof *x);
-    if (!x) {
+    solve_quadrature *quadrature = calloc(1, sizeof *quadrature);
+    if (!quadrature) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a quadrature");
     }
-    x->rule = solve_gauss_rule_of(QUADRATURE_POINTS);
-    ad_status status = fill_places(x, of, given->rows == 0, count, places, error);
+    quadrature->rule = solve_gauss_rule_of(QUADRATURE_POINTS);
+    ad_status status = fill_places(quadrature, of, given->rows == 0, count, places, error);
     if (status == AD_OK && given->rows > 0) {
-        status = fill_panels(x, of, error);
-        status = status == AD_OK ? refine(x, given, error) : status;
+        status = fill_panels(quadrature, of, error);
+        status = status == AD_OK ? refine(quadrature, given, error) : status;
     }
     if (status != AD_OK) {
-        solve_quadrature_free(x);
+        solve_quadrature_free(quadrature);
         return status;
     }
-    *result = x;
+    *result = quadrature;
     return AD_OK;
 }
 
 /* ---- elements -------------------------------------------------------------------------------- */
 
-int solve_quadrature_panel(const solve_quadrature *x, double s)
+int solve_quadrature_panel(const solve_quadrature *quadrature, double s)
 {
-    int low = 0, high = x->count; /* edges[low] <= s < edges[high] */
+    int low = 0, high = quadrature->count; /* edges[low] <= s < edges[high] */
     while (high - low > 1) {
         int middle = (low + high) / 2;
-        if (x->edges[middle] <= s) {
+        if (quadrature->edges[middle] <= s) {
             low = middle;
         } else {
             high = middle;
@@ -271,28 +274,29 @@ int solve_quadrature_panel(const solve_quadrature *x, double s)
 }
 
 /* Whether a rule on one element is as good as the panels. */
-static ad_status fits(const solve_quadrature *x, const solve_given *given, const gauss_rule *rule,
-                      double tolerance, const double *element, bool *result, ad_error *error)
+static ad_status fits(const solve_quadrature *quadrature, const solve_given *given,
+                      const gauss_rule *rule, double tolerance, const double *element, bool *result,
+                      ad_error *error)
 {
     moments own = {.zeroth = {0}}, panels = {.zeroth = {0}};
     double first = element[0], last = element[1];
     ad_status status = add_moments(given, rule, first, last, first, &own, error);
     for (double at = first, next; at < last && status == AD_OK; at = next) {
-        next = fmin(last, x->edges[solve_quadrature_panel(x, at) + 1]);
-        status = add_moments(given, &x->rule, at, next, first, &panels, error);
+        next = fmin(last, quadrature->edges[solve_quadrature_panel(quadrature, at) + 1]);
+        status = add_moments(given, &quadrature->rule, at, next, first, &panels, error);
     }
     *result = true;
     for (int k = 0; k < given->rows && status == AD_OK; k++) {
         double off =
             fmax(fabs(own.zeroth[k] - panels.zeroth[k]), fabs(own.first[k] - panels.first[k]));
-        *result = *result && off <= tolerance * fmax(1, x->size[k]);
+        *result = *result && off <= tolerance * fmax(1, quadrature->size[k]);
     }
     return status;
 }
 
-ad_status solve_quadrature_divide(const solve_quadrature *x, const solve_given *given, int stages,
-                                  double tolerance, int most, int *elements, double *edges,
-                                  bool *done, ad_error *error)
+ad_status solve_quadrature_divide(const solve_quadrature *quadrature, const solve_given *given,
+                                  int stages, double tolerance, int most, int *elements,
+                                  double *edges, bool *done, ad_error *error)
 {
     const gauss_rule rule = solve_gauss_rule_of(stages);
     ad_status status = AD_OK;
@@ -301,7 +305,7 @@ ad_status solve_quadrature_divide(const solve_quadrature *x, const solve_given *
     while (status == AD_OK && settled < *elements) {
         double *element = edges + settled, middle = element[0] + (element[1] - element[0]) / 2;
         bool fit = true;
-        status = fits(x, given, &rule, tolerance, element, &fit, error);
+        status = fits(quadrature, given, &rule, tolerance, element, &fit, error);
         bool possible = *elements < most && element[1] - element[0] > SHORTEST;
         *done = *done && (fit || element[1] - element[0] <= SHORTEST || possible);
         if (fit || !possible) {

@@ -37,17 +37,17 @@ typedef struct solve_quadrature {
  * breaks that are nearly the same. AD_NO_MEMORY, errors of what is given. */
 ad_status solve_quadrature_create(const scene *of, const solve_given *given, int count,
                                   const double *places, solve_quadrature **result, ad_error *error);
-void solve_quadrature_free(solve_quadrature *x);
+void solve_quadrature_free(solve_quadrature *quadrature);
 
 /* The panel that s in [0, 1) lies in or begins at. */
-int solve_quadrature_panel(const solve_quadrature *x, double s);
+int solve_quadrature_panel(const solve_quadrature *quadrature, double s);
 
 /* Halves elements between edges [*elements + 1], of which there may be at most `most`, until the
  * rule of so many stages on them integrates what is given and its first moment as the quadrature
  * does, to a tolerance: by the size of a row, where that is above 1. edges [most + 1]. False in
  * *done: there were not enough. */
-ad_status solve_quadrature_divide(const solve_quadrature *x, const solve_given *given, int stages,
-                                  double tolerance, int most, int *elements, double *edges,
-                                  bool *done, ad_error *error);
+ad_status solve_quadrature_divide(const solve_quadrature *quadrature, const solve_given *given,
+                                  int stages, double tolerance, int most, int *elements,
+                                  double *edges, bool *done, ad_error *error);
 
 #endif

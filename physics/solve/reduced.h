@@ -48,11 +48,11 @@ typedef struct reduced_place {
  * AD_NO_MEMORY, errors of formulas. */
 ad_status reduced_create(const scene *rod_scene, const reduced_settings *settings,
                          reduced_rod **result, ad_error *error);
-void reduced_free(reduced_rod *x); /* NULL is allowed */
+void reduced_free(reduced_rod *rod); /* NULL is allowed */
 
-int reduced_states(const reduced_rod *x);
-int reduced_inputs(const reduced_rod *x);
-const scene_parameter *reduced_input(const reduced_rod *x, int i); /* name and range */
+int reduced_states(const reduced_rod *rod);
+int reduced_inputs(const reduced_rod *rod);
+const scene_parameter *reduced_input(const reduced_rod *rod, int i); /* name and range */
 
 /* What mode k of the first half of the state is: Legendre's polynomial of that degree of a strain
  * on one piece of the rod. Strains 0 to 2 are v along d1, d2, d3 and 3 to 5 u about them; -1: a
@@ -60,46 +60,46 @@ const scene_parameter *reduced_input(const reduced_rod *x, int i); /* name and r
 typedef struct reduced_mode {
     int strain, degree, piece;
 } reduced_mode;
-reduced_mode reduced_mode_of(const reduced_rod *x, int k);
+reduced_mode reduced_mode_of(const reduced_rod *rod, int k);
 
 /* state [states] with which the scene begins. Where that is an equilibrium, it is followed from the
  * one in the middle of the ranges, scene.initial.settled. And an equilibrium for held inputs, by
  * Newton's method from the state that is given. AD_NOT_FINITE: none is found from there, or the
  * first is not stable. */
-ad_status reduced_initial(reduced_rod *x, const double *inputs, double *state, ad_error *error);
-ad_status reduced_settle(reduced_rod *x, double t, const double *inputs, double *state,
+ad_status reduced_initial(reduced_rod *rod, const double *inputs, double *state, ad_error *error);
+ad_status reduced_settle(reduced_rod *rod, double t, const double *inputs, double *state,
                          ad_error *error);
 
 /* rate [states] = d state/dt; by_state [states][states], by_inputs [states][inputs], row by row:
  * its derivatives, or NULL. */
-ad_status reduced_rate(reduced_rod *x, double t, const double *state, const double *inputs,
+ad_status reduced_rate(reduced_rod *rod, double t, const double *state, const double *inputs,
                        double *rate, double *by_state, double *by_inputs, ad_error *error);
 
 /* next [states], which may be `state`, a time h later: one step of Radau's method of order 5. The
  * same for the same arguments, whatever came before. by_state, by_inputs (or NULL): derivatives of
  * next, exact ones of the step. AD_NOT_FINITE: Newton's method fails, of steps that are too long.
  */
-ad_status reduced_step(reduced_rod *x, double t, double h, const double *state,
+ad_status reduced_step(reduced_rod *rod, double t, double h, const double *state,
                        const double *inputs, double *next, double *by_state, double *by_inputs,
                        ad_error *error);
 
 /* The same, but the inputs go linearly to those `after` the step (NULL: they are held); by_inputs
  * is of both ends moved together. */
-ad_status reduced_step_linear(reduced_rod *x, double t, double h, const double *state,
+ad_status reduced_step_linear(reduced_rod *rod, double t, double h, const double *state,
                               const double *inputs, const double *after, double *next,
                               double *by_state, double *by_inputs, ad_error *error);
 
 /* places [count]; by_state (or NULL) [count][12][states]: derivatives of position, turn (the
  * rotation vector in the world by which the place turns), velocity, and angular velocity in the
  * body frame. */
-ad_status reduced_output(reduced_rod *x, double t, const double *state, const double *inputs,
+ad_status reduced_output(reduced_rod *rod, double t, const double *state, const double *inputs,
                          reduced_place *places, double *by_state, ad_error *error);
 
 /* By which places are found, of many states at once, with the start as it was at the last call of
  * reduced_output. Where the start is placed at all times and inputs alike, it is as it always
  * is. */
-const kinematics *reduced_kinematics(const reduced_rod *x);
-bool reduced_is_placed(const reduced_rod *x);
+const kinematics *reduced_kinematics(const reduced_rod *rod);
+bool reduced_is_placed(const reduced_rod *rod);
 
 #ifdef __cplusplus
 }

@@ -4,11 +4,11 @@
 #include <math.h>
 #include <stdlib.h>
 
-void solution_path_free(solution_path *x)
+void solution_path_free(solution_path *path)
 {
-    if (x) {
-        free(x->points);
-        free(x);
+    if (path) {
+        free(path->points);
+        free(path);
     }
 }
 
@@ -42,23 +42,23 @@ static void find_place(const static_trace *trace, int *place, double direction[3
 
 static solution_path *path_of(const static_trace *trace, double length)
 {
-    solution_path *x = calloc(1, sizeof *x);
+    solution_path *path = calloc(1, sizeof *path);
     solution_path_point *points = calloc(trace->count, sizeof *points);
     int place;
-    if (!x || !points) {
-        free(x);
+    if (!path || !points) {
+        free(path);
         free(points);
         return NULL;
     }
-    *x = (solution_path){.count = trace->count,
-                         .points = points,
-                         .arrived = trace->arrived,
-                         .estimate = trace->estimate};
-    find_place(trace, &place, x->direction);
+    *path = (solution_path){.count = trace->count,
+                            .points = points,
+                            .arrived = trace->arrived,
+                            .estimate = trace->estimate};
+    find_place(trace, &place, path->direction);
     for (int k = 0; k < 3; k++) { /* no rounding in what is printed */
-        x->direction[k] = fabs(x->direction[k]) > 1e-12 ? x->direction[k] : 0;
+        path->direction[k] = fabs(path->direction[k]) > 1e-12 ? path->direction[k] : 0;
     }
-    x->place = length * place / (TRACE_PLACES - 1);
+    path->place = length * place / (TRACE_PLACES - 1);
     for (size_t i = 0; i < trace->count; i++) {
         const trace_point *from = &trace->points[i];
         points[i] = (solution_path_point){.load = from->load,
@@ -68,10 +68,10 @@ static solution_path *path_of(const static_trace *trace, double length)
         for (int k = 0; k < 3; k++) {
             double at = from->position[place][k], rest = trace->points[0].position[place][k];
             points[i].position[k] = length * at;
-            points[i].deflection += length * (at - rest) * x->direction[k];
+            points[i].deflection += length * (at - rest) * path->direction[k];
         }
     }
-    return x;
+    return path;
 }
 
 /* NULL: settings that a path is followed by. */

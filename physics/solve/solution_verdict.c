@@ -8,14 +8,14 @@
 #include <stdlib.h>
 
 /* Nothing is known where memory has run out. */
-static stability stability_of(const solution *x, const scene *rod_scene)
+static stability stability_of(const solution *solution, const scene *rod_scene)
 {
     double s[STABILITY_POINTS], values[MODEL_COLUMNS_MAX * STABILITY_POINTS];
     stability found = {.modes = -1, .share = NAN};
     ad_error ignored;
     if (!scene_is_dynamic(rod_scene) && !scene_is_beam(rod_scene) &&
         stability_points(rod_scene, s, &ignored) == AD_OK &&
-        solution_evaluate(x, solution_columns(rod_scene), STABILITY_POINTS, s, NULL, values,
+        solution_evaluate(solution, solution_columns(rod_scene), STABILITY_POINTS, s, NULL, values,
                           &ignored) == AD_OK &&
         stability_find(rod_scene, values, &found, &ignored) != AD_OK) {
         snprintf(found.unknown, sizeof found.unknown, "%.180s", ignored.message);
@@ -143,7 +143,7 @@ void solve_judge_strains(const scene *rod_scene, size_t n, const double *s, cons
 }
 
 /* Of all that was solved. */
-static void judge_strains(const solution *x, const scene *rod_scene, verdict *result)
+static void judge_strains(const solution *solution, const scene *rod_scene, verdict *result)
 {
     enum { PLACES = 65, TIMES = 65 };
     const bool moves = scene_is_dynamic(rod_scene);
@@ -156,7 +156,7 @@ static void judge_strains(const solution *x, const scene *rod_scene, verdict *re
         all[n + i] = scene_duration(rod_scene) * (double)(i / PLACES) / (TIMES - 1);
     }
     double *t = moves && all ? all + n : NULL;
-    if (all && solution_evaluate(x, columns, n, all, t, all + 2 * n, &ignored) == AD_OK) {
+    if (all && solution_evaluate(solution, columns, n, all, t, all + 2 * n, &ignored) == AD_OK) {
         solve_judge_strains(rod_scene, n, all, t, all + 2 * n, result);
     }
     free(all);
@@ -247,8 +247,8 @@ static void judge_uniqueness(const scene *rod_scene, const solve_settings *setti
     }
 }
 
-void solution_verdict(const solution *x, const scene *rod_scene, const solve_settings *settings,
-                      const solve_report *report, verdict *result)
+void solution_verdict(const solution *solution, const scene *rod_scene,
+                      const solve_settings *settings, const solve_report *report, verdict *result)
 {
     bool moves = scene_is_dynamic(rod_scene), beam = scene_is_beam(rod_scene);
     if (!moves && report->load_fraction < 1) {
@@ -273,7 +273,7 @@ void solution_verdict(const solution *x, const scene *rod_scene, const solve_set
         judge_energy(rod_scene, settings, report, result);
     }
     if (!beam) {
-        judge_strains(x, rod_scene, result);
+        judge_strains(solution, rod_scene, result);
     }
     if (rod_scene->rod.law && isnan(report->misfit)) {
         verdict_add(result, VERDICT_MISFIT_UNKNOWN,
@@ -290,7 +290,7 @@ void solution_verdict(const solution *x, const scene *rod_scene, const solve_set
                     "boundary.end.rotation_vector",
                     size * 180 / PI, turn[0] / size, turn[1] / size, turn[2] / size);
     }
-    const stability found = stability_of(x, rod_scene);
+    const stability found = stability_of(solution, rod_scene);
     char advice[200] = "; try perturb 10, which looks for another";
     if (settings->branch == 0 && !isnan(report->bifurcation_load)) {
         snprintf(advice, sizeof advice,

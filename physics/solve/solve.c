@@ -61,22 +61,23 @@ double solve_misfit(const solve_report *report)
     return isnan(report->misfit) ? 0 : report->misfit;
 }
 
-static ad_status solve_rod_scene(solution *x, const scene *rod_scene,
+static ad_status solve_rod_scene(solution *solution, const scene *rod_scene,
                                  const solve_settings *settings, solve_report *report,
                                  ad_error *error)
 {
-    ad_status status = solve_rod_create(rod_scene, &x->rod, error);
+    ad_status status = solve_rod_create(rod_scene, &solution->rod, error);
     if (status != AD_OK) {
         return status;
     }
-    x->rod->method = settings->method;
-    if (!x->rod->dynamic) {
-        return static_solve(x->rod, settings, &x->at_rest, report, error);
+    solution->rod->method = settings->method;
+    if (!solution->rod->dynamic) {
+        return static_solve(solution->rod, settings, &solution->at_rest, report, error);
     }
-    status =
-        settings->method == SOLVE_MODES
-            ? modes_motion_solve(x->rod, settings, x->count, x->times, &x->in_modes, report, error)
-            : dynamic_solve(x->rod, settings, x->count, x->times, &x->moving, report, error);
+    status = settings->method == SOLVE_MODES
+                 ? modes_motion_solve(solution->rod, settings, solution->count, solution->times,
+                                      &solution->in_modes, report, error)
+                 : dynamic_solve(solution->rod, settings, solution->count, solution->times,
+                                 &solution->moving, report, error);
     if (status != AD_BAD_INPUT) {
         return status;
     }
@@ -86,32 +87,33 @@ static ad_status solve_rod_scene(solution *x, const scene *rod_scene,
     return AD_BAD_ARGUMENT;
 }
 
-static ad_status solve_beam_scene(solution *x, const scene *beam_scene,
+static ad_status solve_beam_scene(solution *solution, const scene *beam_scene,
                                   const solve_settings *settings, solve_report *report,
                                   ad_error *error)
 {
-    ad_status status = solve_beam_create(beam_scene, &x->beam, error);
-    return status == AD_OK
-               ? beam_solve(x->beam, settings, x->count, x->times, &x->bent, report, error)
-               : status;
+    ad_status status = solve_beam_create(beam_scene, &solution->beam, error);
+    return status == AD_OK ? beam_solve(solution->beam, settings, solution->count, solution->times,
+                                        &solution->bent, report, error)
+                           : status;
 }
 
 /* All times, each once, and the end. */
-static ad_status gather_times(solution *x, size_t count, const double *times, ad_error *error)
+static ad_status gather_times(solution *solution, size_t count, const double *times,
+                              ad_error *error)
 {
-    double end = x->duration;
-    x->times = malloc((count + 1) * sizeof *x->times);
-    if (!x->times) {
+    double end = solution->duration;
+    solution->times = malloc((count + 1) * sizeof *solution->times);
+    if (!solution->times) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", count);
     }
     for (size_t i = 0; i < count; i++) {
-        x->times[i] = fmin(end, fmax(0, times[i] / x->scales.time));
+        solution->times[i] = fmin(end, fmax(0, times[i] / solution->scales.time));
     }
-    x->times[count] = end;
-    sort_ascending(count + 1, x->times);
+    solution->times[count] = end;
+    sort_ascending(count + 1, solution->times);
     for (size_t i = 0; i <= count; i++) {
-        if (i == 0 || x->times[i] > x->times[x->count - 1]) {
-            x->times[x->count++] = x->times[i];
+        if (i == 0 || solution->times[i] > solution->times[solution->count - 1]) {
+            solution->times[solution->count++] = solution->times[i];
         }
     }
     return AD_OK;
@@ -131,7 +133,7 @@ ad_status solve_check(const scene *rod_scene, const solve_settings *settings, bo
                : status;
 }
 
-static ad_status solve(solution *x, const scene *rod_scene, const solve_settings *settings,
+static ad_status solve(solution *solution, const scene *rod_scene, const solve_settings *settings,
                        size_t count, const double *times, solve_report *report, ad_error *error)
 {
     bool moves = scene_is_dynamic(rod_scene);
@@ -139,16 +141,16 @@ static ad_status solve(solution *x, const scene *rod_scene, const solve_settings
     if (status != AD_OK) {
         return status;
     }
-    x->scales = rod_scales_of(rod_scene);
+    solution->scales = rod_scales_of(rod_scene);
     if (moves) {
-        x->duration = scene_duration(rod_scene) / x->scales.time;
-        status = gather_times(x, count, times, error);
+        solution->duration = scene_duration(rod_scene) / solution->scales.time;
+        status = gather_times(solution, count, times, error);
     }
     if (status != AD_OK) {
         return status;
     }
-    return scene_is_beam(rod_scene) ? solve_beam_scene(x, rod_scene, settings, report, error)
-                                    : solve_rod_scene(x, rod_scene, settings, report, error);
+    return scene_is_beam(rod_scene) ? solve_beam_scene(solution, rod_scene, settings, report, error)
+                                    : solve_rod_scene(solution, rod_scene, settings, report, error);
 }
 
 /* Of a motion, whose meshes and steps take what breaks are found. */
@@ -167,31 +169,32 @@ static ad_status find_unresolved(const scene *rod_scene, solve_report *report, a
 static ad_status shape_of(const void *context, size_t n, const double *s, double *values,
                           ad_error *error)
 {
-    const solution *x = context;
-    return solution_evaluate(x, x->beam ? 4 : solution_columns(&x->rod->scene), n, s, NULL, values,
-                             error);
+    const solution *solution = context;
+    return solution_evaluate(solution, solution->beam ? 4 : solution_columns(&solution->rod->scene),
+                             n, s, NULL, values, error);
 }
 
-static ad_status find_balance(const solution *x, solve_report *report, ad_error *error)
+static ad_status find_balance(const solution *solution, solve_report *report, ad_error *error)
 {
-    return x->beam ? solve_balance_beam(x->beam, shape_of, x, &report->balance, error)
-                   : solve_balance_rod(x->rod, shape_of, x, &report->balance, error);
+    return solution->beam
+               ? solve_balance_beam(solution->beam, shape_of, solution, &report->balance, error)
+               : solve_balance_rod(solution->rod, shape_of, solution, &report->balance, error);
 }
 
 /* Positions of a solution at its own times, [3][PLACES] each after the other. */
 enum { PLACES = 33 };
 
-static ad_status positions_of(const solution *x, double *to, ad_error *error)
+static ad_status positions_of(const solution *solution, double *to, ad_error *error)
 {
-    const size_t times = x->duration > 0 ? x->count : 1;
+    const size_t times = solution->duration > 0 ? solution->count : 1;
     double s[PLACES], t[PLACES];
     ad_status status = AD_OK;
     for (size_t i = 0; i < times && status == AD_OK; i++) {
         for (int k = 0; k < PLACES; k++) {
-            s[k] = x->scales.length * k / (PLACES - 1);
-            t[k] = x->duration > 0 ? x->times[i] * x->scales.time : 0;
+            s[k] = solution->scales.length * k / (PLACES - 1);
+            t[k] = solution->duration > 0 ? solution->times[i] * solution->scales.time : 0;
         }
-        status = solution_evaluate(x, 3, PLACES, s, t, to + i * 3 * PLACES, error);
+        status = solution_evaluate(solution, 3, PLACES, s, t, to + i * 3 * PLACES, error);
     }
     return status;
 }
@@ -286,17 +289,17 @@ ad_status solution_create(const scene *rod_scene, const solve_settings *settings
     return AD_OK;
 }
 
-void solution_free(solution *x)
+void solution_free(solution *solution)
 {
-    if (x) {
-        static_free(x->at_rest);
-        dynamic_free(x->moving);
-        modes_motion_free(x->in_modes);
-        solve_rod_free(x->rod);
-        beam_free(x->bent);
-        solve_beam_free(x->beam);
-        free(x->times);
-        free(x);
+    if (solution) {
+        static_free(solution->at_rest);
+        dynamic_free(solution->moving);
+        modes_motion_free(solution->in_modes);
+        solve_rod_free(solution->rod);
+        beam_free(solution->bent);
+        solve_beam_free(solution->beam);
+        free(solution->times);
+        free(solution);
     }
 }
 
@@ -314,70 +317,72 @@ int solution_columns(const scene *rod_scene)
 }
 
 /* Doubles in the state of a model: its columns. */
-static size_t width_of(const solution *x)
+static size_t width_of(const solution *solution)
 {
-    return (x->beam ? sizeof(beam_state) : sizeof(solve_state)) / sizeof(double);
+    return (solution->beam ? sizeof(beam_state) : sizeof(solve_state)) / sizeof(double);
 }
 
 /* Which of the times is t, in units of the scene's. */
-static size_t nearest_time(const solution *x, double t)
+static size_t nearest_time(const solution *solution, double t)
 {
     size_t nearest = 0;
-    for (size_t i = 1; i < x->count; i++) {
-        nearest = fabs(x->times[i] - t) < fabs(x->times[nearest] - t) ? i : nearest;
+    for (size_t i = 1; i < solution->count; i++) {
+        nearest = fabs(solution->times[i] - t) < fabs(solution->times[nearest] - t) ? i : nearest;
     }
     return nearest;
 }
 
 /* At n points of one time; s [n] within [0, 1]; out [n][width]. */
-static ad_status states_at(const solution *x, size_t n, const double *s, double t, double *out,
-                           ad_error *error)
+static ad_status states_at(const solution *solution, size_t n, const double *s, double t,
+                           double *out, ad_error *error)
 {
-    if (x->bent) {
-        beam_at(x->bent, nearest_time(x, t), n, s, (beam_state *)out);
+    if (solution->bent) {
+        beam_at(solution->bent, nearest_time(solution, t), n, s, (beam_state *)out);
         return AD_OK;
     }
     solve_state *states = (solve_state *)out;
-    if (x->in_modes) {
-        return modes_motion_at(x->in_modes, nearest_time(x, t), n, s, states, error);
+    if (solution->in_modes) {
+        return modes_motion_at(solution->in_modes, nearest_time(solution, t), n, s, states, error);
     }
-    return x->at_rest ? static_at(x->at_rest, n, s, states, error)
-                      : dynamic_at(x->moving, nearest_time(x, t), n, s, states, error);
+    return solution->at_rest
+               ? static_at(solution->at_rest, n, s, states, error)
+               : dynamic_at(solution->moving, nearest_time(solution, t), n, s, states, error);
 }
 
 /* out [points][width]; scaled [points]: room for s. */
-static ad_status all_states(const solution *x, size_t points, const double *s, const double *t,
-                            double *scaled, double *out, ad_error *error)
+static ad_status all_states(const solution *solution, size_t points, const double *s,
+                            const double *t, double *scaled, double *out, ad_error *error)
 {
-    bool still = x->duration == 0;
+    bool still = solution->duration == 0;
     ad_status status = AD_OK;
     for (size_t i = 0; i < points; i++) {
-        scaled[i] = fmin(1, fmax(0, s[i] / x->scales.length));
+        scaled[i] = fmin(1, fmax(0, s[i] / solution->scales.length));
     }
     for (size_t first = 0, end; status == AD_OK && first < points; first = end) {
         for (end = first; end < points && (still || t[end] == t[first]); end++) {
         }
-        status = states_at(x, end - first, scaled + first, still ? 0 : t[first] / x->scales.time,
-                           out + first * width_of(x), error);
+        status = states_at(solution, end - first, scaled + first,
+                           still ? 0 : t[first] / solution->scales.time,
+                           out + first * width_of(solution), error);
     }
     return status;
 }
 
 _Static_assert(sizeof(solve_state) <= MODEL_COLUMNS_MAX * sizeof(double), "a state is its columns");
 
-ad_status solution_evaluate(const solution *x, int columns, size_t points, const double *s,
+ad_status solution_evaluate(const solution *solution, int columns, size_t points, const double *s,
                             const double *t, double *values, ad_error *error)
 {
-    size_t width = width_of(x);
+    size_t width = width_of(solution);
     double *scaled = malloc(points * sizeof *scaled), units[MODEL_COLUMNS_MAX];
     double *states = malloc(points * width * sizeof *states);
     ad_status status = scaled && states
-                           ? all_states(x, points, s, t, scaled, states, error)
+                           ? all_states(solution, points, s, t, scaled, states, error)
                            : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", points);
-    if (x->beam) {
-        solve_beam_units(x->beam, units);
+    if (solution->beam) {
+        solve_beam_units(solution->beam, units);
     } else {
-        solve_rod_units(x->rod, units);
+        solve_rod_units(solution->rod, units);
     }
     for (size_t i = 0; status == AD_OK && i < points; i++) {
         for (int c = 0; c < columns; c++) { /* no -0 in a table */
@@ -391,21 +396,22 @@ ad_status solution_evaluate(const solution *x, int columns, size_t points, const
 
 /* ---- energy -------------------------------------------------------------------------------- */
 
-double solution_tension(const solution *x, int tendon)
+double solution_tension(const solution *solution, int tendon)
 {
-    return x->at_rest ? static_tension(x->at_rest, tendon) * x->scales.force : 0;
+    return solution->at_rest ? static_tension(solution->at_rest, tendon) * solution->scales.force
+                             : 0;
 }
 
-ad_status solution_energy(const solution *x, double t, solve_energy *energy, ad_error *error)
+ad_status solution_energy(const solution *solution, double t, solve_energy *energy, ad_error *error)
 {
-    const rod_scales *scale = &x->rod->scales;
+    const rod_scales *scale = &solution->rod->scales;
     double unit = scale->force * scale->length;
-    if (x->moving || x->in_modes) {
-        const solve_energy *all =
-            x->in_modes ? modes_motion_energies(x->in_modes) : dynamic_energies(x->moving);
-        *energy = all[nearest_time(x, t / scale->time)];
+    if (solution->moving || solution->in_modes) {
+        const solve_energy *all = solution->in_modes ? modes_motion_energies(solution->in_modes)
+                                                     : dynamic_energies(solution->moving);
+        *energy = all[nearest_time(solution, t / scale->time)];
     } else {
-        ad_status status = static_energy(x->at_rest, energy, error);
+        ad_status status = static_energy(solution->at_rest, energy, error);
         if (status != AD_OK) {
             return status;
         }

@@ -164,23 +164,24 @@ ad_status solve_check(const scene *rod_scene, const solve_settings *settings, bo
 ad_status solution_create(const scene *rod_scene, const solve_settings *settings, size_t count,
                           const double *times, solution **result, solve_report *report,
                           ad_error *error);
-void solution_free(solution *x); /* NULL is allowed */
+void solution_free(solution *solution); /* NULL is allowed */
 
 /* Values [columns][points] of the first `columns` observables of the scene's model
  * (physics/model.h), in SI units, at s [points] (m) and t [points] (s; NULL at rest). What lies
  * beyond an end is taken at the end; of times, the nearest that was solved is taken. Where
  * something jumps they are all those just before, not the moment of one piece with the stiffness of
  * the next. Quicker where points of one time follow one another. AD_NO_MEMORY. */
-ad_status solution_evaluate(const solution *x, int columns, size_t points, const double *s,
+ad_status solution_evaluate(const solution *solution, int columns, size_t points, const double *s,
                             const double *t, double *values, ad_error *error);
 
 /* Of a rod at rest, in N: what was found of a tendon whose displacement is given, counted from 0;
  * of other tendons, and in motion, 0. */
-double solution_tension(const solution *x, int tendon);
+double solution_tension(const solution *solution, int tendon);
 
 /* Of a rod, not of a beam, at t (s; the nearest of the times that were solved; a scene at rest does
  * not look at it). AD_NO_MEMORY. */
-ad_status solution_energy(const solution *x, double t, solve_energy *energy, ad_error *error);
+ad_status solution_energy(const solution *solution, double t, solve_energy *energy,
+                          ad_error *error);
 
 /* Whether loads and supports of a whole rod or beam at rest balance: the sum of all forces and
  * moments, over 1 and the sum of their absolute values. The units are EI/L^2 and EI/L, of a beam as
@@ -211,8 +212,8 @@ bool solve_energy_is_met(const solve_report *report);
  * make the estimate too small. Further, that loads at rest or the energy of a motion are out of
  * balance, or that the shape at rest is not stable (physics/solve/stability.h). And remarks: that
  * there may be other equilibria, that sizes are hardly meant (physics/plausible.h). */
-void solution_verdict(const solution *x, const scene *rod_scene, const solve_settings *settings,
-                      const solve_report *report, verdict *result);
+void solution_verdict(const solution *solution, const scene *rod_scene,
+                      const solve_settings *settings, const solve_report *report, verdict *result);
 
 /* The ends of a rod, s = 0 and s = length, before anything moves it: of a motion at t = 0, at rest
  * where the unstressed rod lies. Position in m and director d3, the tangent of a rod that does not
@@ -260,7 +261,7 @@ typedef struct solution_path {
  * AD_NO_MEMORY, or what the tape says of a formula. */
 ad_status solution_path_create(const scene *rod_scene, const solve_settings *settings,
                                solution_path **result, ad_error *error);
-void solution_path_free(solution_path *x); /* NULL is allowed */
+void solution_path_free(solution_path *path); /* NULL is allowed */
 
 /* Columns that its model has in this scene: those of motion only in motion. */
 int solution_columns(const scene *rod_scene);

@@ -43,41 +43,41 @@ static ad_status check(const scene *open, scene *one, ad_error *error)
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-static ad_status keep(solve_members *x, int threads, ad_error *error)
+static ad_status keep(solve_members *members, int threads, ad_error *error)
 {
-    ad_status status = ad_pool_open(threads, &x->pool, error);
+    ad_status status = ad_pool_open(threads, &members->pool, error);
     if (status != AD_OK) {
         return status;
     }
-    x->threads = ad_pool_threads(x->pool);
-    const size_t count = (size_t)x->count;
-    const scene_parameter *parameters = x->open.parameters;
+    members->threads = ad_pool_threads(members->pool);
+    const size_t count = (size_t)members->count;
+    const scene_parameter *parameters = members->open.parameters;
     size_t bytes = 1;
     for (size_t i = 0; i < count; i++) {
         bytes += strlen(parameters[i].name) + 1;
     }
-    x->names = malloc((count + 1) * sizeof *x->names + bytes);
-    x->values = malloc((count + 1) * sizeof *x->values);
-    x->groups = calloc((size_t)x->threads, sizeof *x->groups);
-    if (!x->names || !x->values || !x->groups) {
+    members->names = malloc((count + 1) * sizeof *members->names + bytes);
+    members->values = malloc((count + 1) * sizeof *members->values);
+    members->groups = calloc((size_t)members->threads, sizeof *members->groups);
+    if (!members->names || !members->values || !members->groups) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
     }
-    char *text = (char *)(x->names + count + 1);
+    char *text = (char *)(members->names + count + 1);
     for (size_t i = 0; i < count; i++) {
-        x->names[i] = strcpy(text, parameters[i].name);
+        members->names[i] = strcpy(text, parameters[i].name);
         text += strlen(text) + 1;
-        x->values[i] = scene_parameter_at(&parameters[i], 0.5);
+        members->values[i] = scene_parameter_at(&parameters[i], 0.5);
     }
-    x->parameters = (solve_parameters){x->count, x->names, x->values};
+    members->parameters = (solve_parameters){members->count, members->names, members->values};
     return AD_OK;
 }
 
-static ad_status create_groups(solve_members *x, const scene *one,
+static ad_status create_groups(solve_members *members, const scene *one,
                                const solve_members_settings *settings, ad_error *error)
 {
     strain_mesh pieces;
     ad_status status = strain_mesh_of(one, STRAIN_STAGES_MIN, &pieces, error);
-    double *s = x->s = malloc((settings->points + 1) * sizeof *s);
+    double *s = members->s = malloc((settings->points + 1) * sizeof *s);
     if (status == AD_OK && !s) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", settings->points);
     }
@@ -90,12 +90,13 @@ static ad_status create_groups(solve_members *x, const scene *one,
                              i, settings->s[i]);
         }
     }
-    for (int i = 0; i < x->threads && status == AD_OK; i++) {
+    for (int i = 0; i < members->threads && status == AD_OK; i++) {
         solve_rod *rod;
-        status = solve_rod_create_open(&x->open, &x->parameters, &rod, error);
+        status = solve_rod_create_open(&members->open, &members->parameters, &rod, error);
         status = status == AD_OK
-                     ? strain_group_create(rod, x->count, settings->tolerance, pieces.elements,
-                                           pieces.edges, (int)x->points, s, &x->groups[i], error)
+                     ? strain_group_create(rod, members->count, settings->tolerance,
+                                           pieces.elements, pieces.edges, (int)members->points, s,
+                                           &members->groups[i], error)
                      : status;
     }
     return status;
@@ -103,21 +104,21 @@ static ad_status create_groups(solve_members *x, const scene *one,
 
 /* ---- solving ------------------------------------------------------------------------------- */
 
-bool solve_members_is_unloaded(const solve_members *x)
+bool solve_members_is_unloaded(const solve_members *members)
 {
-    return x->groups[0]->level[0].form->is_unloaded;
+    return members->groups[0]->level[0].form->is_unloaded;
 }
 
-size_t solve_members_nodes(const solve_members *x)
+size_t solve_members_nodes(const solve_members *members)
 {
-    const strain_group *one = x->groups[0];
+    const strain_group *one = members->groups[0];
     return (size_t)one->level[one->modes].form->nodes;
 }
 
-void solve_members_places(const solve_members *x, double *s)
+void solve_members_places(const solve_members *members, double *s)
 {
-    const strain_group *one = x->groups[0];
-    for (size_t i = 0; i < solve_members_nodes(x); i++) {
+    const strain_group *one = members->groups[0];
+    for (size_t i = 0; i < solve_members_nodes(members); i++) {
         s[i] = one->level[one->modes].s[i] * one->rod->scales.length;
     }
 }
@@ -150,12 +151,13 @@ static double *after(double *of, size_t count)
 static ad_status run_group(void *context, int item, int thread, ad_error *error)
 {
     const batch *of = context;
-    solve_members *x = of->x;
-    strain_group *group = x->groups[thread];
+    solve_members *solve_members = of->x;
+    strain_group *group = solve_members->groups[thread];
     const size_t first = LANES * (size_t)item, left = of->members - first;
-    const size_t members = left < LANES ? left : LANES, unknowns = 3 * solve_members_nodes(x);
-    const double *parameters = of->parameters + first * (size_t)x->count;
-    double *values = after(of->values, first * x->points * SOLVE_MEMBERS_COLUMNS);
+    const size_t members = left < LANES ? left : LANES,
+                 unknowns = 3 * solve_members_nodes(solve_members);
+    const double *parameters = of->parameters + first * (size_t)solve_members->count;
+    double *values = after(of->values, first * solve_members->points * SOLVE_MEMBERS_COLUMNS);
     double *curvature = after(of->curvature, first * unknowns);
     return of->given ? strain_group_refine(group, members, parameters, of->given + first * unknowns,
                                            of->steps, values, curvature,
@@ -166,12 +168,12 @@ static ad_status run_group(void *context, int item, int thread, ad_error *error)
 
 static ad_status run(batch *of, ad_error *error)
 {
-    const solve_members *x = of->x;
+    const solve_members *members = of->x;
     struct {
         void *data;
         size_t bytes; /* of a member */
-    } wanted[] = {{of->values, x->points * SOLVE_MEMBERS_COLUMNS * sizeof(double)},
-                  {of->curvature, 3 * solve_members_nodes(x) * sizeof(double)},
+    } wanted[] = {{of->values, members->points * SOLVE_MEMBERS_COLUMNS * sizeof(double)},
+                  {of->curvature, 3 * solve_members_nodes(members) * sizeof(double)},
                   {of->results, sizeof *of->results},
                   {of->answers, sizeof *of->answers}};
     ad_dealt made[sizeof wanted / sizeof *wanted];
@@ -182,15 +184,15 @@ static ad_status run(batch *of, ad_error *error)
                 (ad_dealt){wanted[i].data, LANES * wanted[i].bytes, of->members * wanted[i].bytes};
         }
     }
-    return ad_pool_deal(x->pool, (int)((of->members + LANES - 1) / LANES), run_group, of, count,
-                        made, error);
+    return ad_pool_deal(members->pool, (int)((of->members + LANES - 1) / LANES), run_group, of,
+                        count, made, error);
 }
 
-ad_status solve_members_curvature(solve_members *x, size_t members, const double *parameters,
-                                  double *values, double *curvature, solve_member *results,
-                                  ad_error *error)
+ad_status solve_members_curvature(solve_members *solve_members, size_t members,
+                                  const double *parameters, double *values, double *curvature,
+                                  solve_member *results, ad_error *error)
 {
-    batch of = {.x = x,
+    batch of = {.x = solve_members,
                 .members = members,
                 .parameters = parameters,
                 .values = values,
@@ -199,17 +201,20 @@ ad_status solve_members_curvature(solve_members *x, size_t members, const double
     return run(&of, error);
 }
 
-ad_status solve_members_solve(solve_members *x, size_t members, const double *parameters,
-                              double *values, solve_member *results, ad_error *error)
+ad_status solve_members_solve(solve_members *solve_members, size_t members,
+                              const double *parameters, double *values, solve_member *results,
+                              ad_error *error)
 {
-    return solve_members_curvature(x, members, parameters, values, NULL, results, error);
+    return solve_members_curvature(solve_members, members, parameters, values, NULL, results,
+                                   error);
 }
 
-ad_status solve_members_refine(solve_members *x, size_t members, const double *parameters,
-                               const double *curvature, int steps, double *values, double *refined,
-                               solve_answer *answers, ad_error *error)
+ad_status solve_members_refine(solve_members *solve_members, size_t members,
+                               const double *parameters, const double *curvature, int steps,
+                               double *values, double *refined, solve_answer *answers,
+                               ad_error *error)
 {
-    batch of = {.x = x,
+    batch of = {.x = solve_members,
                 .members = members,
                 .parameters = parameters,
                 .given = curvature,
@@ -222,60 +227,63 @@ ad_status solve_members_refine(solve_members *x, size_t members, const double *p
 
 /* ---- derivatives --------------------------------------------------------------------------- */
 
-static ad_status create_jacobian(solve_members *x, ad_error *error)
+static ad_status create_jacobian(solve_members *members, ad_error *error)
 {
     static const int first[SOLVE_MEMBERS_COLUMNS] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
-    const size_t nodes = solve_members_nodes(x);
+    const size_t nodes = solve_members_nodes(members);
     double *places = malloc(nodes * sizeof *places);
     if (!places) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
     }
-    memcpy(places, x->groups[0]->level[x->groups[0]->modes].s, nodes * sizeof *places);
-    ad_status status =
-        strain_jacobian_create(&x->open, nodes, places, x->points, x->s, SOLVE_MEMBERS_COLUMNS,
-                               first, x->pool, &x->jacobian, error);
+    memcpy(places, members->groups[0]->level[members->groups[0]->modes].s, nodes * sizeof *places);
+    ad_status status = strain_jacobian_create(&members->open, nodes, places, members->points,
+                                              members->s, SOLVE_MEMBERS_COLUMNS, first,
+                                              members->pool, &members->jacobian, error);
     free(places);
     return status;
 }
 
-ad_status solve_members_jacobian(solve_members *x, size_t members, const double *parameters,
-                                 const double *curvature, double *jacobian, ad_error *error)
+ad_status solve_members_jacobian(solve_members *solve_members, size_t members,
+                                 const double *parameters, const double *curvature,
+                                 double *jacobian, ad_error *error)
 {
-    ad_status status = x->jacobian ? AD_OK : create_jacobian(x, error);
-    return status == AD_OK ? strain_jacobian_run(x->jacobian, members, parameters, curvature, NULL,
-                                                 jacobian, error)
+    ad_status status = solve_members->jacobian ? AD_OK : create_jacobian(solve_members, error);
+    return status == AD_OK ? strain_jacobian_run(solve_members->jacobian, members, parameters,
+                                                 curvature, NULL, jacobian, error)
                            : status;
 }
 
 /* ---- where curvature is given -------------------------------------------------------------- */
 
 /* Members of Kronecker's sequence by the root of x^(count + 1) = x + 1. */
-static void draw(const solve_members *x, size_t members, double *parameters)
+static void draw(const solve_members *solve_members, size_t members, double *parameters)
 {
-    const size_t count = (size_t)x->count;
+    const size_t count = (size_t)solve_members->count;
     double root = 2;
     for (int i = 0; i < 60; i++) {
         root = pow(1 + root, 1 / (double)(count + 1));
     }
     for (size_t i = 0; i < members * count; i++) {
         const double at = 0.5 + (double)(i / count + 1) * pow(root, -(double)(i % count + 1));
-        parameters[i] = scene_parameter_at(&x->open.parameters[i % count], at - floor(at));
+        parameters[i] =
+            scene_parameter_at(&solve_members->open.parameters[i % count], at - floor(at));
     }
 }
 
 /* On the mesh on which nearly all of some members are within the tolerance; their last step is on
  * the next one. */
-static ad_status choose_modes(solve_members *x, ad_error *error)
+static ad_status choose_modes(solve_members *members, ad_error *error)
 {
     enum { DRAWN = 64 };
-    const strain_group *one = x->groups[0];
+    const strain_group *one = members->groups[0];
     solve_member results[DRAWN] = {{0}};
-    double *parameters = malloc(DRAWN * ((size_t)x->count + 1) * sizeof *parameters);
+    double *parameters = malloc(DRAWN * ((size_t)members->count + 1) * sizeof *parameters);
     if (!parameters) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
     }
-    draw(x, DRAWN, parameters);
-    ad_status status = solve_members_curvature(x, DRAWN, parameters, NULL, NULL, results, error);
+    draw(members, DRAWN, parameters);
+    ad_status status =
+        solve_members_curvature(members, DRAWN, parameters, NULL, NULL, results, error);
     int solved = 0, enough = 0, modes = 0;
     for (int i = 0; i < DRAWN; i++) {
         solved += results[i].solved;
@@ -287,8 +295,8 @@ static ad_status choose_modes(solve_members *x, ad_error *error)
             enough += results[i].solved && results[i].nodes <= one->level[modes + 1].form->nodes;
         }
     }
-    for (int i = 0; i < x->threads && status == AD_OK && modes > 1; i++) {
-        status = strain_group_choose(x->groups[i], modes, error);
+    for (int i = 0; i < members->threads && status == AD_OK && modes > 1; i++) {
+        status = strain_group_choose(members->groups[i], modes, error);
     }
     free(parameters);
     return status;
@@ -309,35 +317,36 @@ ad_status solve_members_create(const scene *open, const solve_members_settings *
     if (status != AD_OK) {
         return status;
     }
-    solve_members *x = calloc(1, sizeof *x);
-    if (!x) {
+    solve_members *members = calloc(1, sizeof *members);
+    if (!members) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
     }
-    *x = (solve_members){.open = *open, .count = open->parameter_count, .points = settings->points};
-    status = keep(x, settings->threads, error);
-    status = status == AD_OK ? ad_pool_share(x->pool, settings->ranks, error) : status;
-    status = status == AD_OK ? create_groups(x, &one, settings, error) : status;
-    status = status == AD_OK && x->count > 0 ? choose_modes(x, error) : status;
+    *members =
+        (solve_members){.open = *open, .count = open->parameter_count, .points = settings->points};
+    status = keep(members, settings->threads, error);
+    status = status == AD_OK ? ad_pool_share(members->pool, settings->ranks, error) : status;
+    status = status == AD_OK ? create_groups(members, &one, settings, error) : status;
+    status = status == AD_OK && members->count > 0 ? choose_modes(members, error) : status;
     if (status != AD_OK) {
-        solve_members_free(x);
+        solve_members_free(members);
         return status;
     }
-    *result = x;
+    *result = members;
     return AD_OK;
 }
 
-void solve_members_free(solve_members *x)
+void solve_members_free(solve_members *members)
 {
-    if (x) {
-        for (int i = 0; x->groups && i < x->threads; i++) {
-            strain_group_free(x->groups[i]);
+    if (members) {
+        for (int i = 0; members->groups && i < members->threads; i++) {
+            strain_group_free(members->groups[i]);
         }
-        strain_jacobian_free(x->jacobian);
-        ad_pool_free(x->pool);
-        free(x->s);
-        free(x->groups);
-        free(x->names);
-        free(x->values);
-        free(x);
+        strain_jacobian_free(members->jacobian);
+        ad_pool_free(members->pool);
+        free(members->s);
+        free(members->groups);
+        free(members->names);
+        free(members->values);
+        free(members);
     }
 }

@@ -72,35 +72,36 @@ typedef struct solve_members solve_members;
  * formulas must outlive the members. */
 ad_status solve_members_create(const scene *open, const solve_members_settings *settings,
                                solve_members **result, ad_error *error);
-void solve_members_free(solve_members *x); /* NULL is allowed */
+void solve_members_free(solve_members *members); /* NULL is allowed */
 
 /* Whether nothing acts on the rod but actuators whose pull is given: no
  * point of the rod asks another then, and a member takes half the time or less. */
-bool solve_members_is_unloaded(const solve_members *x);
+bool solve_members_is_unloaded(const solve_members *members);
 
 /* values [members][points][SOLVE_MEMBERS_COLUMNS], NaN of members without an equilibrium under the
  * whole load, and results [members], for parameters [members][parameter_count], which may lie
  * beyond their ranges. The bits are the same for any number of threads, and for members in any
  * order. Does not allocate. What a tape says of a
  * formula. */
-ad_status solve_members_solve(solve_members *x, size_t members, const double *parameters,
-                              double *values, solve_member *results, ad_error *error);
+ad_status solve_members_solve(solve_members *solve_members, size_t members,
+                              const double *parameters, double *values, solve_member *results,
+                              ad_error *error);
 
 /* ---- curvature, out and in ----------------------------------------------------------------- */
 
 /* Curvature u, 1/m, in the frame of the section, is given and taken at the points of one mesh:
  * those of Gauss between places where something jumps. Where the scene is a family with ranges of
  * all parameters, as many as nearly all of some random members need; else 4 to 8 in each piece. */
-size_t solve_members_nodes(const solve_members *x);
+size_t solve_members_nodes(const solve_members *members);
 
 /* s [nodes], m, ascending. */
-void solve_members_places(const solve_members *x, double *s);
+void solve_members_places(const solve_members *members, double *s);
 
 /* As solve_members_solve, and curvature [members][nodes][3], not numbers where a member is not
  * solved. values, curvature may be NULL. */
-ad_status solve_members_curvature(solve_members *x, size_t members, const double *parameters,
-                                  double *values, double *curvature, solve_member *results,
-                                  ad_error *error);
+ad_status solve_members_curvature(solve_members *solve_members, size_t members,
+                                  const double *parameters, double *values, double *curvature,
+                                  solve_member *results, ad_error *error);
 
 /* jacobian [members][points][SOLVE_MEMBERS_COLUMNS][parameter_count], the derivatives of the values
  * by the parameters at equilibria of this curvature, in SI units: exact ones of that mesh, by the
@@ -108,8 +109,9 @@ ad_status solve_members_curvature(solve_members *x, size_t members, const double
  * equilibrium is at a fold. All of it by this process, also where there are ranks. The first call
  * records and compiles. AD_BAD_ARGUMENT: an end that is held; AD_NO_MEMORY.
  */
-ad_status solve_members_jacobian(solve_members *x, size_t members, const double *parameters,
-                                 const double *curvature, double *jacobian, ad_error *error);
+ad_status solve_members_jacobian(solve_members *solve_members, size_t members,
+                                 const double *parameters, const double *curvature,
+                                 double *jacobian, ad_error *error);
 
 /* Why a curvature that was given is not trusted. */
 typedef enum solve_doubt {
@@ -141,9 +143,10 @@ typedef struct solve_answer {
  * is then, answers [members]; each may be NULL, and without answers and steps no matrix is made.
  * steps = -1: refined is what a step makes of the curvature, the rest as with 0. Bits as in
  * solve_members_solve. */
-ad_status solve_members_refine(solve_members *x, size_t members, const double *parameters,
-                               const double *curvature, int steps, double *values, double *refined,
-                               solve_answer *answers, ad_error *error);
+ad_status solve_members_refine(solve_members *solve_members, size_t members,
+                               const double *parameters, const double *curvature, int steps,
+                               double *values, double *refined, solve_answer *answers,
+                               ad_error *error);
 
 #ifdef __cplusplus
 }

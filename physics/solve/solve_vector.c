@@ -42,14 +42,15 @@ FOR_EACH_PROCESSOR static void linear_sum(realtype a, N_Vector x, realtype b, N_
 }
 
 /* A block of the sum, before any of it is stored: the result may be among the vectors. */
-FOR_EACH_PROCESSOR static int linear_combination(int count, realtype *c, N_Vector *x, N_Vector z)
+FOR_EACH_PROCESSOR static int linear_combination(int count, realtype *c, N_Vector *Vector,
+                                                 N_Vector z)
 {
     sunindextype n = NV_LENGTH_S(z), i = 0;
     double *to = NV_DATA_S(z);
     for (; i + LANES + LANES <= n; i += LANES + LANES) {
         lanes sum = {0}, next_sum = {0};
         for (int k = 0; k < count; k++) {
-            const lanes *from = (const lanes *)(NV_DATA_S(x[k]) + i);
+            const lanes *from = (const lanes *)(NV_DATA_S(Vector[k]) + i);
             sum += c[k] * from[0];
             next_sum += c[k] * from[1];
         }
@@ -59,7 +60,7 @@ FOR_EACH_PROCESSOR static int linear_combination(int count, realtype *c, N_Vecto
     for (; i < n; i++) {
         double sum = 0;
         for (int k = 0; k < count; k++) {
-            sum += c[k] * NV_DATA_S(x[k])[i];
+            sum += c[k] * NV_DATA_S(Vector[k])[i];
         }
         to[i] = sum;
     }

@@ -106,10 +106,10 @@ static ad_status place_elements(const scene *rod_scene, double *edges, ad_error 
 }
 
 /* The element that ends at s or holds it. */
-static int element_at(const variation *x, double s)
+static int element_at(const variation *variation, double s)
 {
     int k = 0;
-    while (k < ELEMENTS - 1 && x->edge[k + 1] < s) {
+    while (k < ELEMENTS - 1 && variation->edge[k + 1] < s) {
         k++;
     }
     return k;
@@ -122,45 +122,46 @@ static double middle(const double *edges, int k)
 
 /* ---- the rows of the matrix ----------------------------------------------------------------- */
 
-static int row_of_turn(const variation *x, int node)
+static int row_of_turn(const variation *variation, int node)
 {
-    return node * x->matrix.size;
+    return node * variation->matrix.size;
 }
 
-static int row_of_displacement(const variation *x, int node)
+static int row_of_displacement(const variation *variation, int node)
 {
-    return node * x->matrix.size + x->axes;
+    return node * variation->matrix.size + variation->axes;
 }
 
-static int row_of_force(const variation *x, int node)
+static int row_of_force(const variation *variation, int node)
 {
-    return node * x->matrix.size + x->axes + x->dims;
+    return node * variation->matrix.size + variation->axes + variation->dims;
 }
 
-static int row_of_tube(const variation *x, int tube, int node)
+static int row_of_tube(const variation *variation, int tube, int node)
 {
-    return node * x->matrix.size + x->axes + 2 * x->dims + tube;
+    return node * variation->matrix.size + variation->axes + 2 * variation->dims + tube;
 }
 
 /* The director of the base along which component j of a displacement is. */
-static int displaced(const variation *x, int j)
+static int displaced(const variation *variation, int j)
 {
-    return x->axes == 1 && j >= x->axis[0] ? j + 1 : j; /* within the plane */
+    return variation->axes == 1 && j >= variation->axis[0] ? j + 1 : j; /* within the plane */
 }
 
 /* Stiffness K, in the world, against displacements of two nodes, or of one. */
-static void add_stiffness(variation *x, int node, int other, double K[3][3], double factor)
+static void add_stiffness(variation *variation, int node, int other, double K[3][3], double factor)
 {
-    for (int i = 0; i < x->dims; i++) {
-        for (int j = node == other ? i : 0; j < x->dims; j++) {
+    for (int i = 0; i < variation->dims; i++) {
+        for (int j = node == other ? i : 0; j < variation->dims; j++) {
             double sum = 0;
             for (int v = 0; v < 3; v++) {
                 for (int w = 0; w < 3; w++) {
-                    sum += x->base[v][displaced(x, i)] * K[v][w] * x->base[w][displaced(x, j)];
+                    sum += variation->base[v][displaced(variation, i)] * K[v][w] *
+                           variation->base[w][displaced(variation, j)];
                 }
             }
-            stability_matrix_add(&x->matrix, row_of_displacement(x, node) + i,
-                                 row_of_displacement(x, other) + j, factor * sum);
+            stability_matrix_add(&variation->matrix, row_of_displacement(variation, node) + i,
+                                 row_of_displacement(variation, other) + j, factor * sum);
         }
     }
 }
@@ -175,35 +176,35 @@ typedef struct direction {
 } direction;
 
 /* eta x n - R^T nu, and what tendons add: the force against which strains are at their best. */
-static void strain_by(const variation *x, const direction *d, const double turned_n[3],
+static void strain_by(const variation *variation, const direction *d, const double turned_n[3],
                       double force[3])
 {
-    to_world((double(*)[3])x->coupling, d->bend, force);
+    to_world((double(*)[3])variation->coupling, d->bend, force);
     for (int i = 0; i < 3; i++) {
         force[i] = turned_n[i] - d->pull[i] + force[i];
     }
 }
 
 /* The bilinear form of two directions at a state. */
-static double energy_of(const variation *x, const solve_state *state, const direction *p,
+static double energy_of(const variation *variation, const solve_state *state, const direction *p,
                         const direction *q)
 {
     const double *v = state->strain, *n = state->force, *m = state->moment;
     double pn[3], qn[3], pv[3], qv[3], ab[3], ba[3], ps[3], qs[3], sum = 0;
     vector_cross(p->eta, n, pn);
     vector_cross(q->eta, n, qn);
-    strain_by(x, p, pn, ps);
-    strain_by(x, q, qn, qs);
+    strain_by(variation, p, pn, ps);
+    strain_by(variation, q, qn, qs);
     vector_cross(p->eta, v, pv);
     vector_cross(q->eta, v, qv);
     vector_cross(p->bend, q->eta, ab);
     vector_cross(q->bend, p->eta, ba);
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++) {
-            sum += x->stiffness[i][j] * p->bend[i] * q->bend[j];
+            sum += variation->stiffness[i][j] * p->bend[i] * q->bend[j];
         }
         for (int j = 0; j < 3; j++) {
-            sum -= x->softness[i][j] * ps[i] * qs[j];
+            sum -= variation->softness[i][j] * ps[i] * qs[j];
         }
         sum += (pn[i] * qv[i] + qn[i] * pv[i]) / 2; /* -n.(eta x (eta x v)) */
     }
@@ -212,18 +213,18 @@ static double energy_of(const variation *x, const solve_state *state, const dire
 }
 
 /* What tubes have of the same form. */
-static double energy_of_tubes(const variation *x, const solve_actuation *pulling,
+static double energy_of_tubes(const variation *variation, const solve_actuation *pulling,
                               const solve_state *state, const direction *p, const direction *q)
 {
     double sum = 0;
-    for (int i = 0; i < x->tubes; i++) {
+    for (int i = 0; i < variation->tubes; i++) {
         double own[2][5] = {{0}};
         const direction *both[2] = {p, q};
         for (int d = 0; d < 2; d++) {
             memcpy(own[d], both[d]->bend, sizeof both[d]->bend);
             memcpy(own[d] + 3, both[d]->phi, both[d]->tube == i ? sizeof both[d]->phi : 0);
         }
-        int actuator = pulling->count - x->tubes + i;
+        int actuator = pulling->count - variation->tubes + i;
         if (solve_tube_is_here(pulling, actuator)) {
             sum += solve_tube_variation(pulling, actuator, state->curvature, own[0], own[1]);
         }
@@ -240,13 +241,14 @@ static void unturned(const double joints[4], int axis, double result[3])
 }
 
 /* Tendons and tubes of element k. */
-static solve_actuation pulling_in(const variation *x, const solve_state *state, int k)
+static solve_actuation pulling_in(const variation *variation, const solve_state *state, int k)
 {
     solve_actuation pulling = {.count = 0};
-    if (x->actuators) {
-        double s = middle(x->edge, k) / x->edge[ELEMENTS];
-        pulling = solve_actuation_at(x->rod, x->actuators, (size_t)k, s, x->load_factor);
-        pulling.rest = x->rest[k];
+    if (variation->actuators) {
+        double s = middle(variation->edge, k) / variation->edge[ELEMENTS];
+        pulling = solve_actuation_at(variation->rod, variation->actuators, (size_t)k, s,
+                                     variation->load_factor);
+        pulling.rest = variation->rest[k];
         pulling.length = pulling.unit_force = 1; /* SI */
         pulling.tubes = state->tubes;
     }
@@ -255,45 +257,48 @@ static solve_actuation pulling_in(const variation *x, const solve_state *state, 
 
 /* Element k, with the state in its middle; base: the rotation of the first; joints: the product of
  * the turns before. */
-static void add_element(variation *x, int k, const solve_state *state, const double base[4],
+static void add_element(variation *variation, int k, const solve_state *state, const double base[4],
                         const double joints[4])
 {
-    const solve_actuation pulling = pulling_in(x, state, k);
+    const solve_actuation pulling = pulling_in(variation, state, k);
     direction all[3 * 3 + 2 * SCENE_TUBES_MAX];
     int count = 0;
     for (int side = 0; side < 2; side++) {
-        for (int j = 0; j < x->axes; j++) {
+        for (int j = 0; j < variation->axes; j++) {
             direction *d = &all[count++];
             double about[3];
-            *d = (direction){.place = row_of_turn(x, k + side) + j, .tube = -1};
-            unturned(joints, x->axis[j], about);
+            *d = (direction){.place = row_of_turn(variation, k + side) + j, .tube = -1};
+            unturned(joints, variation->axis[j], about);
             for (int i = 0; i < 3; i++) {
                 d->eta[i] = 0.5 * about[i];
             }
             vector_cross(state->curvature, d->eta, d->bend);
             for (int i = 0; i < 3; i++) {
-                d->bend[i] += (side ? 1 : -1) * about[i] / x->step;
+                d->bend[i] += (side ? 1 : -1) * about[i] / variation->step;
             }
         }
     }
-    for (int j = 0; j < x->dims; j++) {
+    for (int j = 0; j < variation->dims; j++) {
         direction *d = &all[count++];
-        *d = (direction){.place = row_of_force(x, k) + j, .tube = -1};
-        turned(base, state->rotation, displaced(x, j), d->pull);
-        stability_matrix_add(&x->matrix, d->place, row_of_displacement(x, k + 1) + j, 1);
-        stability_matrix_add(&x->matrix, d->place, row_of_displacement(x, k) + j, -1);
+        *d = (direction){.place = row_of_force(variation, k) + j, .tube = -1};
+        turned(base, state->rotation, displaced(variation, j), d->pull);
+        stability_matrix_add(&variation->matrix, d->place,
+                             row_of_displacement(variation, k + 1) + j, 1);
+        stability_matrix_add(&variation->matrix, d->place, row_of_displacement(variation, k) + j,
+                             -1);
     }
-    for (int i = 0; i < 2 * x->tubes; i++) {
+    for (int i = 0; i < 2 * variation->tubes; i++) {
         int side = i % 2;
-        all[count++] = (direction){.place = row_of_tube(x, i / 2, k + side),
+        all[count++] = (direction){.place = row_of_tube(variation, i / 2, k + side),
                                    .tube = i / 2,
-                                   .phi = {0.5, (side ? 1 : -1) / x->step}};
+                                   .phi = {0.5, (side ? 1 : -1) / variation->step}};
     }
     for (int i = 0; i < count; i++) {
         for (int j = i; j < count; j++) {
-            double energy = energy_of(x, state, &all[i], &all[j]) +
-                            energy_of_tubes(x, &pulling, state, &all[i], &all[j]);
-            stability_matrix_add(&x->matrix, all[i].place, all[j].place, x->step * energy);
+            double energy = energy_of(variation, state, &all[i], &all[j]) +
+                            energy_of_tubes(variation, &pulling, state, &all[i], &all[j]);
+            stability_matrix_add(&variation->matrix, all[i].place, all[j].place,
+                                 variation->step * energy);
         }
     }
 }
@@ -303,35 +308,36 @@ static void add_element(variation *x, int k, const solve_state *state, const dou
 /* A spring beyond all else, in units of the rod: what is held is held by it. */
 static const double stiff = 1e12;
 
-static void hold_end(variation *x, const scene_end *end, int node)
+static void hold_end(variation *variation, const scene_end *end, int node)
 {
     const scene_hold hold = scene_hold_of(end);
-    double length = x->edge[ELEMENTS], by_length = stiff * x->typical / length, K[3][3];
+    double length = variation->edge[ELEMENTS], by_length = stiff * variation->typical / length,
+           K[3][3];
     for (int i = 0; i < 3; i++) {
         double unit[3] = {i == 0, i == 1, i == 2};
         scene_hold_part(&hold, unit, K[i]);
     }
-    add_stiffness(x, node, node, K, by_length / (length * length));
-    for (int j = 0; j < x->axes && scene_end_holds_rotation(end->type); j++) {
-        stability_matrix_add(&x->matrix, row_of_turn(x, node) + j, row_of_turn(x, node) + j,
-                             by_length);
+    add_stiffness(variation, node, node, K, by_length / (length * length));
+    for (int j = 0; j < variation->axes && scene_end_holds_rotation(end->type); j++) {
+        stability_matrix_add(&variation->matrix, row_of_turn(variation, node) + j,
+                             row_of_turn(variation, node) + j, by_length);
     }
 }
 
 /* A tube at its base, where a straight part behind it may twist; and what is beyond its end. */
-static void hold_tubes(variation *x, const scene *rod_scene)
+static void hold_tubes(variation *variation, const scene *rod_scene)
 {
-    double held = stiff * x->typical / x->edge[ELEMENTS];
-    for (int i = 0; i < x->tubes; i++) {
+    double held = stiff * variation->typical / variation->edge[ELEMENTS];
+    for (int i = 0; i < variation->tubes; i++) {
         const scene_tube *tube = &rod_scene->tubes[i];
         quantity torsion = scene_tube_properties(tube).curvature_stiffness[2];
         double softness = tube->transmission.number / quantity_value(torsion, 0, 0);
-        int base = row_of_tube(x, i, 0);
-        stability_matrix_add(&x->matrix, base, base, softness > 0 ? 1 / softness : held);
+        int base = row_of_tube(variation, i, 0);
+        stability_matrix_add(&variation->matrix, base, base, softness > 0 ? 1 / softness : held);
         for (int node = 1; node <= ELEMENTS; node++) {
-            int row = row_of_tube(x, i, node);
-            bool beyond = middle(x->edge, node - 1) > scene_tube_end(rod_scene, i);
-            stability_matrix_add(&x->matrix, row, row, beyond ? held : 0);
+            int row = row_of_tube(variation, i, node);
+            bool beyond = middle(variation->edge, node - 1) > scene_tube_end(rod_scene, i);
+            stability_matrix_add(&variation->matrix, row, row, beyond ? held : 0);
         }
     }
 }
@@ -346,26 +352,30 @@ static double form_of(const double a[3], double B[3][3], const double b[3])
 
 /* Minus what a moment changes by with a turn, and what a force does; at `within` in element k,
  * where the unknown turns are about these axes of the world. */
-static void add_turning(variation *x, int k, double within, double factor, double by[2][3][3],
-                        double (*about)[3])
+static void add_turning(variation *variation, int k, double within, double factor,
+                        double by[2][3][3], double (*about)[3])
 {
     const double weight[2] = {1 - within, within};
-    for (int i = 0; i < 2 * x->axes; i++) {
-        const int row = row_of_turn(x, k + i / x->axes) + i % x->axes;
-        const double part = -factor * weight[i / x->axes];
+    for (int i = 0; i < 2 * variation->axes; i++) {
+        const int row = row_of_turn(variation, k + i / variation->axes) + i % variation->axes;
+        const double part = -factor * weight[i / variation->axes];
         for (int j = 0; j <= i; j++) {
             const double both =
                 form_of(about[i], by[1], about[j]) + form_of(about[j], by[1], about[i]);
-            stability_matrix_add(&x->matrix, row, row_of_turn(x, k + j / x->axes) + j % x->axes,
-                                 part * weight[j / x->axes] * both / 2);
+            stability_matrix_add(&variation->matrix, row,
+                                 row_of_turn(variation, k + j / variation->axes) +
+                                     j % variation->axes,
+                                 part * weight[j / variation->axes] * both / 2);
         }
-        for (int j = 0; j < 2 * x->dims; j++) {
-            const int d = displaced(x, j % x->dims);
-            const double along[3] = {x->base[0][d], x->base[1][d], x->base[2][d]};
-            stability_matrix_add(&x->matrix, row,
-                                 row_of_displacement(x, k + j / x->dims) + j % x->dims,
-                                 part * weight[j / x->dims] / x->rod->scales.length *
-                                     form_of(along, by[0], about[i]));
+        for (int j = 0; j < 2 * variation->dims; j++) {
+            const int d = displaced(variation, j % variation->dims);
+            const double along[3] = {variation->base[0][d], variation->base[1][d],
+                                     variation->base[2][d]};
+            stability_matrix_add(
+                &variation->matrix, row,
+                row_of_displacement(variation, k + j / variation->dims) + j % variation->dims,
+                part * weight[j / variation->dims] / variation->rod->scales.length *
+                    form_of(along, by[0], about[i]));
         }
     }
 }
@@ -373,11 +383,12 @@ static void add_turning(variation *x, int k, double within, double factor, doubl
 /* Laws outside of the rod at `within` in element k, whose middle has the state: displacements are
  * linear in the element, and the rotation goes on by its curvature. Numbers count by the scales of
  * the rod, the matrix in SI. */
-static void add_acting(variation *x, const acting *of, const double *full, int k, double within,
-                       double factor, const solve_state *state, const double joints[4])
+static void add_acting(variation *variation, const acting *of, const double *full, int k,
+                       double within, double factor, const solve_state *state,
+                       const double joints[4])
 {
-    const rod_scales *scale = &x->rod->scales;
-    const double step = x->edge[k + 1] - x->edge[k];
+    const rod_scales *scale = &variation->rod->scales;
+    const double step = variation->edge[k + 1] - variation->edge[k];
     double turn[4] = {1}, q[4], r[3], R[3][3], K[3][3], by[2][3][3], about[6][3];
     double numbers[SOLVE_JUMP_NUMBERS_MAX];
     acting_change change = {.wrench = {0}};
@@ -392,7 +403,7 @@ static void add_acting(variation *x, const acting *of, const double *full, int k
     quaternion_product(state->rotation, turn, q);
     quaternion_normalize(q);
     rotation_matrix(q, R);
-    acting_on_way(of, full, x->load_factor, x->load_factor, numbers);
+    acting_on_way(of, full, variation->load_factor, variation->load_factor, numbers);
     acting_differentiate(of, numbers, (acting_on){r, q, NULL}, 1, &change);
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++) {
@@ -403,52 +414,53 @@ static void add_acting(variation *x, const acting *of, const double *full, int k
     }
     if (of->by_position) {
         const double unit = factor * scale->force / scale->length;
-        add_stiffness(x, k, k, K, unit * (1 - within) * (1 - within));
-        add_stiffness(x, k, k + 1, K, unit * (1 - within) * within);
-        add_stiffness(x, k + 1, k + 1, K, unit * within * within);
+        add_stiffness(variation, k, k, K, unit * (1 - within) * (1 - within));
+        add_stiffness(variation, k, k + 1, K, unit * (1 - within) * within);
+        add_stiffness(variation, k + 1, k + 1, K, unit * within * within);
     }
     if (of->by_rotation) {
-        for (int i = 0; i < 2 * x->axes; i++) {
+        for (int i = 0; i < 2 * variation->axes; i++) {
             double body[3];
-            unturned(joints, x->axis[i % x->axes], body);
+            unturned(joints, variation->axis[i % variation->axes], body);
             to_world(R, body, about[i]);
         }
-        add_turning(x, k, within, factor * scale->moment, by, about);
+        add_turning(variation, k, within, factor * scale->moment, by, about);
     }
 }
 
-static void take_section(variation *x, const scene_properties *p, int k)
+static void take_section(variation *variation, const scene_properties *p, int k)
 {
-    double s = middle(x->edge, k), bending[3];
-    x->step = x->edge[k + 1] - x->edge[k];
-    memset(x->stiffness, 0, sizeof x->stiffness);
-    memset(x->softness, 0, sizeof x->softness);
+    double s = middle(variation->edge, k), bending[3];
+    variation->step = variation->edge[k + 1] - variation->edge[k];
+    memset(variation->stiffness, 0, sizeof variation->stiffness);
+    memset(variation->softness, 0, sizeof variation->softness);
     for (int i = 0; i < 3; i++) {
         bending[i] = quantity_value(p->curvature_stiffness[i], s, 0);
     }
     double soft = fmin(bending[0], bending[1]);
-    soft = isfinite(soft) ? soft : x->typical;
+    soft = isfinite(soft) ? soft : variation->typical;
     for (int i = 0; i < 3; i++) { /* a locked curvature is a very stiff one */
-        x->stiffness[i][i] = fmin(bending[i], 1e6 * soft);
-        x->softness[i][i] = 1 / quantity_value(p->strain_stiffness[i], s, 0);
+        variation->stiffness[i][i] = fmin(bending[i], 1e6 * soft);
+        variation->softness[i][i] = 1 / quantity_value(p->strain_stiffness[i], s, 0);
     }
 }
 
 /* Tendons resist being turned, and a law is as stiff as where it is. */
-static void take_tendons(variation *x, const solve_state *state, int k)
+static void take_tendons(variation *variation, const solve_state *state, int k)
 {
-    solve_actuation pulling = pulling_in(x, state, k);
+    solve_actuation pulling = pulling_in(variation, state, k);
     double strains[ACTUATION_ROWS];
     pulling.tubes = NULL; /* their own directions have it all */
     memcpy(strains, state->strain, sizeof state->strain);
     memcpy(strains + 3, state->curvature, sizeof state->curvature);
-    solve_actuation_stiffen(&pulling, strains, x->stiffness, x->softness, x->coupling);
+    solve_actuation_stiffen(&pulling, strains, variation->stiffness, variation->softness,
+                            variation->coupling);
 }
 
 /* values [columns][ELEMENTS] in the middles of the elements. */
-static solve_state state_in(const variation *x, const double *values, int k)
+static solve_state state_in(const variation *variation, const double *values, int k)
 {
-    size_t columns = offsetof(solve_state, tubes) / sizeof(double) + 2 * (size_t)x->tubes;
+    size_t columns = offsetof(solve_state, tubes) / sizeof(double) + 2 * (size_t)variation->tubes;
     solve_state state = {.tubes = {0}};
     for (size_t column = 0; column < columns; column++) {
         ((double *)&state)[column] = values[column * ELEMENTS + (size_t)k];
@@ -483,75 +495,79 @@ static bool has_energies(const acting *of)
 }
 
 /* Along the rod, at two points of Gauss in each element; and at places. */
-static ad_status add_laws(variation *x, const scene *rod_scene, const double *values,
+static ad_status add_laws(variation *variation, const scene *rod_scene, const double *values,
                           ad_error *error)
 {
     enum { POINTS = 2 };
     static const double within[POINTS] = {0.21132486540518713, 0.78867513459481287};
-    const solve_jumps *jumps = &x->rod->jumps;
-    const acting *along = &x->rod->along;
-    const double length = x->edge[ELEMENTS];
+    const solve_jumps *jumps = &variation->rod->jumps;
+    const acting *along = &variation->rod->along;
+    const double length = variation->edge[ELEMENTS];
     double s[ELEMENTS], numbers[ELEMENTS * ACTING_ALONG_MAX], joints[4];
     for (int k = 0; k < ELEMENTS; k++) {
-        s[k] = middle(x->edge, k) / length;
+        s[k] = middle(variation->edge, k) / length;
     }
-    ad_status status = solve_rod_along(x->rod, ELEMENTS, s, 0, numbers, error);
+    ad_status status = solve_rod_along(variation->rod, ELEMENTS, s, 0, numbers, error);
     for (int k = 0; k < ELEMENTS && status == AD_OK && along->count > 0; k++) {
-        const solve_state state = state_in(x, values, k);
-        const double part = (x->edge[k + 1] - x->edge[k]) / (POINTS * length);
-        joints_before(rod_scene, middle(x->edge, k), joints);
+        const solve_state state = state_in(variation, values, k);
+        const double part = (variation->edge[k + 1] - variation->edge[k]) / (POINTS * length);
+        joints_before(rod_scene, middle(variation->edge, k), joints);
         for (int i = 0; i < POINTS; i++) {
-            add_acting(x, along, numbers + k * along->numbers, k, within[i], part, &state, joints);
+            add_acting(variation, along, numbers + k * along->numbers, k, within[i], part, &state,
+                       joints);
         }
     }
     for (int i = 0; i < jumps->count && status == AD_OK; i++) {
         const double place = jumps->at[i].s * length;
-        const int k = element_at(x, place);
-        const solve_state state = state_in(x, values, k);
-        joints_before(rod_scene, middle(x->edge, k), joints);
-        add_acting(x, &jumps->at[i].acting, solve_jump_numbers(jumps, jumps->number, i), k,
-                   (place - x->edge[k]) / (x->edge[k + 1] - x->edge[k]), 1, &state, joints);
+        const int k = element_at(variation, place);
+        const solve_state state = state_in(variation, values, k);
+        joints_before(rod_scene, middle(variation->edge, k), joints);
+        add_acting(variation, &jumps->at[i].acting, solve_jump_numbers(jumps, jumps->number, i), k,
+                   (place - variation->edge[k]) / (variation->edge[k + 1] - variation->edge[k]), 1,
+                   &state, joints);
     }
     return status;
 }
 
-static ad_status assemble(variation *x, const scene *rod_scene, const double *values,
+static ad_status assemble(variation *variation, const scene *rod_scene, const double *values,
                           ad_error *error)
 {
     const scene_properties properties = scene_properties_of(rod_scene);
     double base[4];
-    x->typical = rod_scales_of(rod_scene).moment * scene_length(rod_scene);
+    variation->typical = rod_scales_of(rod_scene).moment * scene_length(rod_scene);
     for (int k = 0; k < ELEMENTS; k++) {
-        solve_state state = state_in(x, values, k);
+        solve_state state = state_in(variation, values, k);
         double joints[4];
         if (k == 0) {
             memcpy(base, state.rotation, sizeof base);
-            rotation_matrix(base, x->base);
+            rotation_matrix(base, variation->base);
         }
-        take_section(x, &properties, k);
-        if (x->actuators) {
-            take_tendons(x, &state, k);
+        take_section(variation, &properties, k);
+        if (variation->actuators) {
+            take_tendons(variation, &state, k);
         }
-        joints_before(rod_scene, middle(x->edge, k), joints);
-        add_element(x, k, &state, base, joints);
+        joints_before(rod_scene, middle(variation->edge, k), joints);
+        add_element(variation, k, &state, base, joints);
     }
-    for (int j = 0; j < x->dims; j++) { /* no element, no force: one direction, that counts */
-        stability_matrix_add(&x->matrix, row_of_force(x, ELEMENTS) + j,
-                             row_of_force(x, ELEMENTS) + j, -1);
+    for (int j = 0; j < variation->dims;
+         j++) { /* no element, no force: one direction, that counts */
+        stability_matrix_add(&variation->matrix, row_of_force(variation, ELEMENTS) + j,
+                             row_of_force(variation, ELEMENTS) + j, -1);
     }
-    hold_end(x, &rod_scene->start, 0);
-    hold_end(x, &rod_scene->end, ELEMENTS);
-    hold_tubes(x, rod_scene);
-    return x->rod ? add_laws(x, rod_scene, values, error) : AD_OK;
+    hold_end(variation, &rod_scene->start, 0);
+    hold_end(variation, &rod_scene->end, ELEMENTS);
+    hold_tubes(variation, rod_scene);
+    return variation->rod ? add_laws(variation, rod_scene, values, error) : AD_OK;
 }
 
-static void set_rest(variation *x, const scene *rod_scene)
+static void set_rest(variation *variation, const scene *rod_scene)
 {
     const scene_rest rest = scene_rest_of(rod_scene);
     for (int k = 0; k < ELEMENTS; k++) {
         for (int i = 0; i < 3; i++) {
-            x->rest[k][i] = quantity_value(rest.strain[i], middle(x->edge, k), 0);
-            x->rest[k][3 + i] = quantity_value(rest.curvature[i], middle(x->edge, k), 0);
+            variation->rest[k][i] = quantity_value(rest.strain[i], middle(variation->edge, k), 0);
+            variation->rest[k][3 + i] =
+                quantity_value(rest.curvature[i], middle(variation->edge, k), 0);
         }
     }
 }

@@ -61,11 +61,11 @@ typedef struct stability {
  * says of formulas. */
 ad_status stability_find(const scene *rod_scene, const double *values, stability *result,
                          ad_error *error);
-bool stability_is_lost(const stability *x);
-bool stability_flutters(const stability *x); /* where it is lost: by a vibration */
+bool stability_is_lost(const stability *stability);
+bool stability_flutters(const stability *stability); /* where it is lost: by a vibration */
 
 /* Adds to a verdict that it is lost, with an advice, or the remark that it is not known. */
-void stability_judge(const stability *x, const char *advice, verdict *result);
+void stability_judge(const stability *stability, const char *advice, verdict *result);
 
 /* The part of stability_find that is not the second variation: fills in the rest of `result`. */
 ad_status stability_of_motion(const scene *rod_scene, const double *values, stability *result,

@@ -5,38 +5,39 @@
 #include <stdlib.h>
 #include <string.h>
 
-static size_t block_of(const stability_matrix *x)
+static size_t block_of(const stability_matrix *matrix)
 {
-    return (size_t)x->size * (size_t)x->size;
+    return (size_t)matrix->size * (size_t)matrix->size;
 }
 
-ad_status stability_matrix_create(int nodes, int size, stability_matrix *x, ad_error *error)
+ad_status stability_matrix_create(int nodes, int size, stability_matrix *matrix, ad_error *error)
 {
-    *x = (stability_matrix){.nodes = nodes, .size = size};
-    x->own = calloc((size_t)nodes * block_of(x), sizeof *x->own);
-    x->next = calloc((size_t)nodes * block_of(x), sizeof *x->next); /* of the last node: unused */
-    return x->own && x->next
+    *matrix = (stability_matrix){.nodes = nodes, .size = size};
+    matrix->own = calloc((size_t)nodes * block_of(matrix), sizeof *matrix->own);
+    matrix->next = calloc((size_t)nodes * block_of(matrix),
+                          sizeof *matrix->next); /* of the last node: unused */
+    return matrix->own && matrix->next
                ? ad_dense_load(error)
                : ad_fail(error, AD_NO_MEMORY, "out of memory for %d elements", nodes - 1);
 }
 
-void stability_matrix_free(stability_matrix *x)
+void stability_matrix_free(stability_matrix *matrix)
 {
-    free(x->own);
-    free(x->next);
+    free(matrix->own);
+    free(matrix->next);
 }
 
-void stability_matrix_add(stability_matrix *x, int row, int column, double value)
+void stability_matrix_add(stability_matrix *matrix, int row, int column, double value)
 {
-    int n = x->size, node = row / n, other = column / n;
-    size_t block = block_of(x) * (size_t)node;
+    int n = matrix->size, node = row / n, other = column / n;
+    size_t block = block_of(matrix) * (size_t)node;
     if (node > other) {
-        stability_matrix_add(x, column, row, value);
+        stability_matrix_add(matrix, column, row, value);
     } else if (node < other) {
-        x->next[block + (size_t)(row % n * n + column % n)] += value;
+        matrix->next[block + (size_t)(row % n * n + column % n)] += value;
     } else {
-        x->own[block + (size_t)(row % n * n + column % n)] += value;
-        x->own[block + (size_t)(column % n * n + row % n)] += row == column ? 0 : value;
+        matrix->own[block + (size_t)(row % n * n + column % n)] += value;
+        matrix->own[block + (size_t)(column % n * n + row % n)] += row == column ? 0 : value;
     }
 }
 
@@ -58,19 +59,19 @@ static void eliminate(int n, const double *own, const double *next, const double
 
 /* By elimination of one node after the other: the inertia of what is left of each block adds up
  * (Haynsworth 1968). */
-int stability_matrix_negative(const stability_matrix *x)
+int stability_matrix_negative(const stability_matrix *matrix)
 {
     enum { MOST = STABILITY_NODE_MAX * STABILITY_NODE_MAX };
-    const int n = x->size;
-    const size_t block = block_of(x);
+    const int n = matrix->size;
+    const size_t block = block_of(matrix);
     int sum = 0, pivots[STABILITY_NODE_MAX];
     double left[MOST], copy[MOST], solved[MOST];
-    memcpy(left, x->own, block * sizeof *left);
-    for (int node = 0; node < x->nodes; node++) {
-        const double *next = x->next + block * (size_t)node;
+    memcpy(left, matrix->own, block * sizeof *left);
+    for (int node = 0; node < matrix->nodes; node++) {
+        const double *next = matrix->next + block * (size_t)node;
         memcpy(copy, left, block * sizeof *copy);
         sum += ad_dense_negative((size_t)n, copy, pivots);
-        if (node + 1 == x->nodes) {
+        if (node + 1 == matrix->nodes) {
             break;
         }
         memcpy(copy, left, block * sizeof *copy); /* symmetric: by columns as by rows */
@@ -83,7 +84,7 @@ int stability_matrix_negative(const stability_matrix *x)
             return -1;
         }
         ad_dense_lu_solve((size_t)n, (size_t)n, copy, pivots, solved);
-        eliminate(n, x->own + block * (size_t)(node + 1), next, solved, left);
+        eliminate(n, matrix->own + block * (size_t)(node + 1), next, solved, left);
     }
     return sum;
 }

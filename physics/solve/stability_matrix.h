@@ -18,13 +18,13 @@ typedef struct stability_matrix {
 } stability_matrix;
 
 /* Zeros. AD_NO_MEMORY, AD_NO_BLAS; to be freed also then. */
-ad_status stability_matrix_create(int nodes, int size, stability_matrix *x, ad_error *error);
-void stability_matrix_free(stability_matrix *x); /* not x itself */
+ad_status stability_matrix_create(int nodes, int size, stability_matrix *matrix, ad_error *error);
+void stability_matrix_free(stability_matrix *matrix); /* not itself */
 
 /* Adds to an entry and to its mirror image; of nodes that are the same or neighbours. */
-void stability_matrix_add(stability_matrix *x, int row, int column, double value);
+void stability_matrix_add(stability_matrix *matrix, int row, int column, double value);
 
 /* How many negative directions there are; -1 where a block is singular or holds a NaN. */
-int stability_matrix_negative(const stability_matrix *x);
+int stability_matrix_negative(const stability_matrix *matrix);
 
 #endif

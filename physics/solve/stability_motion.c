@@ -79,84 +79,84 @@ typedef struct released {
     const double *s, *values; /* [STABILITY_POINTS] m, [columns] of it, SI */
 } released;
 
-static ad_status allocate(released *x, ad_error *error)
+static ad_status allocate(released *released, ad_error *error)
 {
-    const size_t n = (size_t)x->m->size, square = (n + QUAD) * (size_t)x->m->width;
-    double *at = x->memory = calloc(3 * n + 3 * square, sizeof *at);
-    x->at.pivots = malloc((2 * n + 1) * sizeof *x->at.pivots);
-    if (!at || !x->at.pivots) {
+    const size_t n = (size_t)released->m->size, square = (n + QUAD) * (size_t)released->m->width;
+    double *at = released->memory = calloc(3 * n + 3 * square, sizeof *at);
+    released->at.pivots = malloc((2 * n + 1) * sizeof *released->at.pivots);
+    if (!at || !released->at.pivots) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu modes", n);
     }
-    x->at.q = at;
-    x->at.v = at + n;
-    x->at.residual = at + 2 * n;
-    x->at.by_q = at + 3 * n;
-    x->at.by_v = x->at.by_q + square;
-    x->at.factor = x->at.by_v + square;
+    released->at.q = at;
+    released->at.v = at + n;
+    released->at.residual = at + 2 * n;
+    released->at.by_q = at + 3 * n;
+    released->at.by_v = released->at.by_q + square;
+    released->at.factor = released->at.by_v + square;
     return AD_OK;
 }
 
-static void release(released *x)
+static void release(released *released)
 {
-    modes_free(x->m);
-    free(x->at.pivots);
-    free(x->memory);
+    modes_free(released->m);
+    free(released->at.pivots);
+    free(released->memory);
 }
 
 /* The sample next to s, m, on the same side of all edges. */
-static int sample_at(const released *x, double s)
+static int sample_at(const released *released, double s)
 {
     int low = 0, high = STABILITY_POINTS - 1;
     while (high - low > 1) {
         const int middle = (low + high) / 2;
-        *(x->s[middle] <= s ? &low : &high) = middle;
+        *(released->s[middle] <= s ? &low : &high) = middle;
     }
-    return s - x->s[low] <= x->s[high] - s ? low : high;
+    return s - released->s[low] <= released->s[high] - s ? low : high;
 }
 
-static void sample(const released *x, int k, int column, int count, double *out)
+static void sample(const released *released, int k, int column, int count, double *out)
 {
     for (int i = 0; i < count; i++) {
-        out[i] = x->values[(column + i) * STABILITY_POINTS + k];
+        out[i] = released->values[(column + i) * STABILITY_POINTS + k];
     }
 }
 
 /* The modes nearest to the solution, and from them the equilibrium. */
-static ad_status settle(const released *x, ad_error *error)
+static ad_status settle(const released *released, ad_error *error)
 {
-    const modes *m = x->m;
+    const modes *m = released->m;
     const double length = m->rod->scales.length;
     double(*strains)[MODES_STRAINS] = malloc((size_t)m->points * sizeof *strains);
     if (!strains) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for an equilibrium");
     }
     for (int p = 0; p < m->points; p++) {
-        sample(x, sample_at(x, m->s[p] * length), 7, MODES_STRAINS, strains[p]);
+        sample(released, sample_at(released, m->s[p] * length), 7, MODES_STRAINS, strains[p]);
         for (int c = MODES_U; c < MODES_STRAINS; c++) {
             strains[p][c] *= length;
         }
     }
-    modes_project(m, (const double(*)[MODES_STRAINS])strains, x->at.q);
+    modes_project(m, (const double(*)[MODES_STRAINS])strains, released->at.q);
     free(strains);
-    return modes_settle(x->m, &x->at, error);
+    return modes_settle(released->m, &released->at, error);
 }
 
 /* The largest distance from the solution, over the length. */
-static double distance(const released *x)
+static double distance(const released *released)
 {
-    const modes *m = x->m;
+    const modes *m = released->m;
     const double length = m->rod->scales.length;
     double most = 0;
     for (int p = 0; p < m->points; p++) {
-        const int k = sample_at(x, m->s[p] * length);
+        const int k = sample_at(released, m->s[p] * length);
         double r[3], q[4], v[3], R[3][3], tangent[3], square = 0;
-        sample(x, k, 0, 3, r);
-        sample(x, k, 3, 4, q);
-        sample(x, k, 7, 3, v);
+        sample(released, k, 0, 3, r);
+        sample(released, k, 3, 4, q);
+        sample(released, k, 7, 3, v);
         rotation_matrix(q, R);
         to_world(R, v, tangent);
         for (int i = 0; i < 3; i++) {
-            const double on = r[i] + (m->s[p] * length - x->s[k]) * tangent[i];
+            const double on = r[i] + (m->s[p] * length - released->s[k]) * tangent[i];
             square += pow(on / length - m->point[p].r[i], 2);
         }
         most = fmax(most, sqrt(square));
@@ -168,37 +168,37 @@ static double distance(const released *x)
 
 /* By sigma = 1/lambda, which has the slowest vibrations to all digits: sigma^2 K y + sigma D y +
  * M y = 0, [sigma y; y] -> [-K^-1 (D sigma y + M y); sigma y]. companion [2n][2n], column-major. */
-static bool set_companion(const released *x, double *companion)
+static bool set_companion(const released *released, double *companion)
 {
-    const modes *m = x->m;
+    const modes *m = released->m;
     const int n = m->size, width = m->width, all = 2 * n;
     for (int c = 0; c < n; c++) {
         for (int r = 0; r < n; r++) {
-            x->at.factor[c * n + r] = x->at.by_q[r * width + c];
+            released->at.factor[c * n + r] = released->at.by_q[r * width + c];
         }
     }
-    if (ad_dense_lu((size_t)n, x->at.factor, x->at.pivots) != 0) {
+    if (ad_dense_lu((size_t)n, released->at.factor, released->at.pivots) != 0) {
         return false;
     }
     for (int c = 0; c < all; c++) {
-        double *column = companion + c * all, *right = x->at.residual;
+        double *column = companion + c * all, *right = released->at.residual;
         for (int r = 0; r < n; r++) {
             right[r] =
-                -(c < n ? x->at.by_v[r * width + c]
+                -(c < n ? released->at.by_v[r * width + c]
                         : m->mass[(r > c - n ? r : c - n) * width + (r > c - n ? c - n : r)]);
             column[n + r] = r == c;
         }
-        ad_dense_lu_solve((size_t)n, 1, x->at.factor, x->at.pivots, right);
+        ad_dense_lu_solve((size_t)n, 1, released->at.factor, released->at.pivots, right);
         memcpy(column, right, (size_t)n * sizeof *right);
     }
     return true;
 }
 
-static bool is_damped(const released *x)
+static bool is_damped(const released *released)
 {
     double most = 0;
-    for (int i = 0; i < x->m->size * x->m->width; i++) {
-        most = fmax(most, fabs(x->at.by_v[i]));
+    for (int i = 0; i < released->m->size * released->m->width; i++) {
+        most = fmax(most, fabs(released->at.by_v[i]));
     }
     return most > 0;
 }
@@ -225,18 +225,18 @@ static void pick(int count, const double *real, const double *imaginary, double 
     }
 }
 
-static ad_status find_growth(const released *x, stability *result, ad_error *error)
+static ad_status find_growth(const released *released, stability *result, ad_error *error)
 {
-    const size_t n = 2 * (size_t)x->m->size;
+    const size_t n = 2 * (size_t)released->m->size;
     double *companion = calloc(n * n + 2 * n + AD_DENSE_EIGEN_WORK(n), sizeof *companion);
     if (!companion) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu vibrations", n);
     }
     double *real = companion + n * n, *imaginary = real + n;
-    result->damped = is_damped(x);
-    if (set_companion(x, companion) &&
+    result->damped = is_damped(released);
+    if (set_companion(released, companion) &&
         ad_dense_eigenvalues(n, companion, real, imaginary, imaginary + n) == 0) {
-        pick((int)n, real, imaginary, x->m->rod->scales.time, result);
+        pick((int)n, real, imaginary, released->m->rod->scales.time, result);
     } else {
         snprintf(result->unknown, sizeof result->unknown, "the stiffness is singular");
     }
@@ -245,16 +245,16 @@ static ad_status find_growth(const released *x, stability *result, ad_error *err
 }
 
 /* With so many modes of bending in each piece; *close: enough for the shape. */
-static ad_status look(solve_rod *rod, const scene *still, int most, released *x, stability *result,
-                      bool *close, ad_error *error)
+static ad_status look(solve_rod *rod, const scene *still, int most, released *released,
+                      stability *result, bool *close, ad_error *error)
 {
     const int fewer = (most + 1) / 2, of[4] = {most, fewer, fewer, fewer};
     const modes_counts counts = modes_counts_in(still, of);
-    ad_status status = modes_create(rod, NULL, &counts, 0, &x->m, error);
-    status = status == AD_OK ? allocate(x, error) : status;
-    status = status == AD_OK ? settle(x, error) : status;
-    *close = status == AD_OK && distance(x) <= SAME_SHAPE;
-    return *close ? find_growth(x, result, error) : status;
+    ad_status status = modes_create(rod, NULL, &counts, 0, &released->m, error);
+    status = status == AD_OK ? allocate(released, error) : status;
+    status = status == AD_OK ? settle(released, error) : status;
+    *close = status == AD_OK && distance(released) <= SAME_SHAPE;
+    return *close ? find_growth(released, result, error) : status;
 }
 
 ad_status stability_of_motion(const scene *still, const double *values, stability *result,

@@ -22,49 +22,49 @@ ad_status stability_find(const scene *rod_scene, const double *values, stability
                : status;
 }
 
-bool stability_is_lost(const stability *x)
+bool stability_is_lost(const stability *stability)
 {
-    return x->modes > 0 || x->share > (x->damped ? ROUNDING : HELD);
+    return stability->modes > 0 || stability->share > (stability->damped ? ROUNDING : HELD);
 }
 
-bool stability_flutters(const stability *x)
+bool stability_flutters(const stability *stability)
 {
-    return x->modes < 0 && x->frequency > x->growth * ROUNDING;
+    return stability->modes < 0 && stability->frequency > stability->growth * ROUNDING;
 }
 
-static void judge_motion(const stability *x, const char *advice, verdict *result)
+static void judge_motion(const stability *stability, const char *advice, verdict *result)
 {
-    const char *mass = x->massless ? " (with a mass of 1 kg/m, as none is given)" : "";
-    if (!stability_flutters(x)) {
+    const char *mass = stability->massless ? " (with a mass of 1 kg/m, as none is given)" : "";
+    if (!stability_flutters(stability)) {
         verdict_add(result, VERDICT_UNSTABLE,
                     "in this equilibrium the rod gives way: a push grows by a factor of e in %.3g "
                     "s%s%s",
-                    1 / x->growth, mass, advice);
+                    1 / stability->growth, mass, advice);
     } else {
         verdict_add(
             result, VERDICT_UNSTABLE,
             "in this equilibrium the rod flutters: a vibration of %.4g Hz grows by a factor "
             "of e in %.3g s%s",
-            x->frequency / (2 * PI), 1 / x->growth, mass);
+            stability->frequency / (2 * PI), 1 / stability->growth, mass);
     }
 }
 
-void stability_judge(const stability *x, const char *advice, verdict *result)
+void stability_judge(const stability *stability, const char *advice, verdict *result)
 {
-    if (x->modes > 0) {
+    if (stability->modes > 0) {
         verdict_add(result, VERDICT_UNSTABLE,
-                    "in this equilibrium the energy falls in %d direction%s%s", x->modes,
-                    x->modes == 1 ? "" : "s", advice);
-    } else if (stability_is_lost(x)) {
-        judge_motion(x, advice, result);
-    } else if (x->unknown[0]) {
+                    "in this equilibrium the energy falls in %d direction%s%s", stability->modes,
+                    stability->modes == 1 ? "" : "s", advice);
+    } else if (stability_is_lost(stability)) {
+        judge_motion(stability, advice, result);
+    } else if (stability->unknown[0]) {
         verdict_add(result, VERDICT_STABILITY_OPEN,
-                    "whether this equilibrium is stable is not known: %s", x->unknown);
-    } else if (x->share > ROUNDING) {
+                    "whether this equilibrium is stable is not known: %s", stability->unknown);
+    } else if (stability->share > ROUNDING) {
         verdict_add(result, VERDICT_STABILITY_OPEN,
                     "this equilibrium is stable if its vibration of %.4g Hz%s is damped by more "
                     "than %.2g of the critical damping; the scene has none",
-                    x->frequency / (2 * PI), x->massless ? ", with a mass of 1 kg/m," : "",
-                    x->share);
+                    stability->frequency / (2 * PI),
+                    stability->massless ? ", with a mass of 1 kg/m," : "", stability->share);
     }
 }

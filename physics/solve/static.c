@@ -28,70 +28,71 @@ static const double ROUNDING = 1e-10;
 
 /* ---- meshes -------------------------------------------------------------------------------- */
 
-void static_free(static_solution *x)
+void static_free(static_solution *solution)
 {
-    if (x) {
-        static_newton_free(x->newton);
-        static_system_free(x->system);
-        free(x->y);
-        free(x);
+    if (solution) {
+        static_newton_free(solution->newton);
+        static_system_free(solution->system);
+        free(solution->y);
+        free(solution);
     }
 }
 
 ad_status static_create(const solve_rod *rod, int stages, int elements, const double *edges,
                         static_solution **result, ad_error *error)
 {
-    static_solution *x = calloc(1, sizeof *x);
-    *result = x;
-    if (!x) {
+    static_solution *solution = calloc(1, sizeof *solution);
+    *result = solution;
+    if (!solution) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory");
     }
-    x->rod = rod;
-    ad_status status = static_system_create(rod, stages, elements, edges, &x->system, error);
+    solution->rod = rod;
+    ad_status status = static_system_create(rod, stages, elements, edges, &solution->system, error);
     if (status == AD_OK) {
-        status = static_newton_create(x->system, &x->newton, error);
+        status = static_newton_create(solution->system, &solution->newton, error);
     }
     if (status == AD_OK) {
-        x->y = malloc(static_system_unknowns(x->system) * sizeof *x->y);
-        status = x->y ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
+        solution->y = malloc(static_system_unknowns(solution->system) * sizeof *solution->y);
+        status = solution->y ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
     }
     if (status != AD_OK) {
-        static_free(x);
+        static_free(solution);
         *result = NULL;
     }
     return status;
 }
 
-static size_t rows_of(const static_solution *x)
+static size_t rows_of(const static_solution *solution)
 {
-    return (size_t)static_system_rows(x->system);
+    return (size_t)static_system_rows(solution->system);
 }
 
 /* y at the points of an element: at its beginning, beyond what acts there; inner points; its end.
  */
-static void element_values(const static_solution *x, int element, double (*values)[STATIC_ROWS_MAX])
+static void element_values(const static_solution *solution, int element,
+                           double (*values)[STATIC_ROWS_MAX])
 {
-    size_t stages = (size_t)static_system_rule(x->system)->stages, rows = rows_of(x);
-    const double *y = x->y + (size_t)element * (stages + 1) * rows;
-    static_system_start(x->system, x->y, element, values[0]);
+    size_t stages = (size_t)static_system_rule(solution->system)->stages, rows = rows_of(solution);
+    const double *y = solution->y + (size_t)element * (stages + 1) * rows;
+    static_system_start(solution->system, solution->y, element, values[0]);
     for (size_t i = 1; i < stages + 2; i++) {
         memcpy(values[i], y + i * rows, rows * sizeof *y);
     }
 }
 
 /* y at s, by the polynomial of its element; where something acts, before that. */
-static void interpolate(const static_solution *x, double s, double *y)
+static void interpolate(const static_solution *solution, double s, double *y)
 {
-    const gauss_rule *rule = static_system_rule(x->system);
-    const double *edges = static_system_edges(x->system);
+    const gauss_rule *rule = static_system_rule(solution->system);
+    const double *edges = static_system_edges(solution->system);
     double weights[GAUSS_STAGES_MAX + 2];
-    int first = static_system_element(x->system, s);
+    int first = static_system_element(solution->system, s);
     solve_gauss_lagrange(rule, (s - edges[first]) / (edges[first + 1] - edges[first]), weights);
     double values[GAUSS_STAGES_MAX + 2][STATIC_ROWS_MAX];
-    element_values(x, first, values);
-    memset(y, 0, rows_of(x) * sizeof *y);
+    element_values(solution, first, values);
+    memset(y, 0, rows_of(solution) * sizeof *y);
     for (int i = 0; i < rule->stages + 2; i++) {
-        for (size_t k = 0; k < rows_of(x); k++) {
+        for (size_t k = 0; k < rows_of(solution); k++) {
             y[k] += weights[i] * values[i][k];
         }
     }
@@ -99,12 +100,12 @@ static void interpolate(const static_solution *x, double s, double *y)
 
 /* The last Chebyshev coefficient over an element: of position and quaternion, and of force and
  * moment relative to the largest, `size`. */
-static double last_term(const static_solution *x, int element, double size)
+static double last_term(const static_solution *solution, int element, double size)
 {
-    const gauss_rule *rule = static_system_rule(x->system);
-    int stages = rule->stages, rows = static_system_rows(x->system);
+    const gauss_rule *rule = static_system_rule(solution->system);
+    int stages = rule->stages, rows = static_system_rows(solution->system);
     double y[GAUSS_STAGES_MAX + 2][STATIC_ROWS_MAX], result = 0;
-    element_values(x, element, y);
+    element_values(solution, element, y);
     for (int k = 0; k < rows; k++) {
         double sum = 0; /* the divided difference of the points 0, c; that of 0, c, 1 is 0 */
         for (int i = 0; i <= stages; i++) {
@@ -116,22 +117,22 @@ static double last_term(const static_solution *x, int element, double size)
     return ldexp(result, 1 - stages);
 }
 
-int static_halve(const static_solution *x, double threshold, double **edges)
+int static_halve(const static_solution *solution, double threshold, double **edges)
 {
-    int elements = static_system_elements(x->system), count = 0, halved = 0;
-    const double *from = static_system_edges(x->system);
+    int elements = static_system_elements(solution->system), count = 0, halved = 0;
+    const double *from = static_system_edges(solution->system);
     double size = 1;
     double *to = malloc((2 * (size_t)elements + 1) * sizeof *to);
     *edges = to;
-    for (size_t k = 0; k < static_system_unknowns(x->system); k++) {
-        size = fmax(size, fabs(x->y[k]));
+    for (size_t k = 0; k < static_system_unknowns(solution->system); k++) {
+        size = fmax(size, fabs(solution->y[k]));
     }
     for (int e = 0; e < elements; e++) {
-        halved += last_term(x, e, size) > threshold;
+        halved += last_term(solution, e, size) > threshold;
     }
     for (int e = 0; e < elements && to; e++) {
         to[count++] = from[e];
-        if (halved == 0 || last_term(x, e, size) > threshold) {
+        if (halved == 0 || last_term(solution, e, size) > threshold) {
             to[count++] = (from[e] + from[e + 1]) / 2;
         }
     }
@@ -221,20 +222,22 @@ static ad_status improve(static_solution **x, const path_shape *path, double tol
 }
 
 /* The estimate is no smaller than what the solution leaves undone between its points. */
-static ad_status look_between(const static_solution *x, solve_report *report, ad_error *error)
+static ad_status look_between(const static_solution *solution, solve_report *report,
+                              ad_error *error)
 {
     double defect = INFINITY;
     if (report->load_fraction < 1) {
         return AD_OK;
     }
-    ad_status status = static_defect(x->system, x->rod->quadrature, x->y, &defect, error);
+    ad_status status =
+        static_defect(solution->system, solution->rod->quadrature, solution->y, &defect, error);
     report->estimate = fmax(report->estimate, defect); /* NaN: no other mesh yet */
     return status;
 }
 
-static int nodes_of(const static_solution *x)
+static int nodes_of(const static_solution *solution)
 {
-    return static_system_elements(x->system) * static_system_rule(x->system)->stages;
+    return static_system_elements(solution->system) * static_system_rule(solution->system)->stages;
 }
 
 ad_status static_begin(const solve_rod *rod, const solve_settings *settings, const path_shape *path,
@@ -265,12 +268,12 @@ ad_status static_begin(const solve_rod *rod, const solve_settings *settings, con
 }
 
 /* Whether an equilibrium under the full load is another one than that of the true path. */
-static bool leads_elsewhere(const static_solution *x, const static_solution *end)
+static bool leads_elsewhere(const static_solution *solution, const static_solution *end)
 {
     double y[STATIC_ROWS_MAX], other[STATIC_ROWS_MAX], off = 0;
     for (int i = 0; i < SAMPLES; i++) {
         double s = (double)i / (SAMPLES - 1);
-        interpolate(x, s, y);
+        interpolate(solution, s, y);
         interpolate(end, s, other);
         for (int k = 0; k < 3; k++) {
             off = fmax(off, fabs(y[k] - other[k]));
@@ -353,44 +356,45 @@ ad_status static_solve(const solve_rod *rod, const solve_settings *settings,
                        static_solution **result, solve_report *report, ad_error *error)
 {
     path_shape path;
-    static_solution *x = NULL;
+    static_solution *solution = NULL;
     bool leaps = false;
     *report = solve_report_blank();
     *result = NULL;
     ad_status status = static_path_shape(rod, settings, &path, error);
     if (status == AD_OK) {
-        status = static_begin(rod, settings, &path, &x, report, error);
+        status = static_begin(rod, settings, &path, &solution, report, error);
     }
     if (status == AD_OK && settings->branch > 0) {
         report->load_fraction = 0;
-        static_system_set(x->system, &(static_path){.load = 0});
-        status = static_system_guess(x->system, x->y, error);
+        static_system_set(solution->system, &(static_path){.load = 0});
+        status = static_system_guess(solution->system, solution->y, error);
     } else if (status == AD_OK && settings->guess) {
-        status = static_from_guess(x, settings, &path, &path.traced, report, error);
+        status = static_from_guess(solution, settings, &path, &path.traced, report, error);
     }
     if (status == AD_OK && settings->branch == 0 && !path.traced) {
-        status = static_path_follow(x->system, x->newton, &path, x->y, &leaps, report, error);
+        status = static_path_follow(solution->system, solution->newton, &path, solution->y, &leaps,
+                                    report, error);
     }
     if (status == AD_OK && !path.traced &&
         (report->load_fraction < 1 || (leaps && path.turn == 0) || path.may_snap)) {
         trace_goal goal = settings->branch > 0 ? TRACE_WHOLE : TRACE_FULL_LOAD;
-        status = trace(&x, settings, &path, goal, report, error);
+        status = trace(&solution, settings, &path, goal, report, error);
     }
-    status = status == AD_OK ? converge(&x, settings, &path, report, error) : status;
+    status = status == AD_OK ? converge(&solution, settings, &path, report, error) : status;
     if (status == AD_OK && report->load_fraction == 1 && isnan(report->bifurcation_load) &&
         !path.traced) {
-        status = find_loss(&x, settings, &path, report, error);
+        status = find_loss(&solution, settings, &path, report, error);
         if (status == AD_OK && path.traced) {
-            status = converge(&x, settings, &path, report, error);
+            status = converge(&solution, settings, &path, report, error);
         }
     }
     if (status != AD_OK) {
-        static_free(x);
+        static_free(solution);
         return status;
     }
-    report->nodes = nodes_of(x);
+    report->nodes = nodes_of(solution);
     report->may_buckle = path.may_buckle;
-    *result = x;
+    *result = solution;
     return AD_OK;
 }
 
@@ -398,43 +402,46 @@ ad_status static_solve(const solve_rod *rod, const solve_settings *settings,
 
 /* s within the element that y is taken from: what is given along the rod is that of this side of a
  * place where it jumps, also where rounding has moved s or the place. */
-static double within(const static_solution *x, double s)
+static double within(const static_solution *solution, double s)
 {
-    const double margin = 1e-14, *edge = static_system_edges(x->system);
-    const int e = static_system_element(x->system, s), last = static_system_elements(x->system) - 1;
+    const double margin = 1e-14, *edge = static_system_edges(solution->system);
+    const int e = static_system_element(solution->system, s),
+              last = static_system_elements(solution->system) - 1;
     s = e > 0 ? fmax(s, edge[e] + margin) : s;
     return e < last ? fmin(s, edge[e + 1] - margin) : s;
 }
 
-ad_status static_at(const static_solution *x, size_t n, const double *s, solve_state *out,
+ad_status static_at(const static_solution *solution, size_t n, const double *s, solve_state *out,
                     ad_error *error)
 {
     double *inside = malloc(n * sizeof *inside);
     solve_rest *rest = malloc(n * sizeof *rest);
     solve_section *sections = malloc(n * sizeof *sections);
-    size_t pulling = (size_t)x->rod->actuators;
+    size_t pulling = (size_t)solution->rod->actuators;
     solve_actuator *actuators = malloc((n * pulling + 1) * sizeof *actuators);
     ad_status status = inside && rest && sections && actuators
                            ? AD_OK
                            : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", n);
     for (size_t i = 0; i < n && status == AD_OK; i++) {
-        inside[i] = within(x, s[i]);
+        inside[i] = within(solution, s[i]);
     }
-    status = status == AD_OK ? solve_rod_rest(x->rod, n, inside, 0, rest, error) : status;
-    status = status == AD_OK ? solve_rod_sections(x->rod, n, inside, sections, error) : status;
+    status = status == AD_OK ? solve_rod_rest(solution->rod, n, inside, 0, rest, error) : status;
+    status =
+        status == AD_OK ? solve_rod_sections(solution->rod, n, inside, sections, error) : status;
     if (status == AD_OK && pulling > 0) {
-        status = solve_rod_actuators(x->rod, n, inside, 0, actuators, error);
+        status = solve_rod_actuators(solution->rod, n, inside, 0, actuators, error);
     }
     for (size_t i = 0; i < n && status == AD_OK; i++) {
         for (int k = 0; k < 3; k++) {
-            rest[i].curvature[k] += static_system_imperfection(x->system) * rest[i].imperfection[k];
+            rest[i].curvature[k] +=
+                static_system_imperfection(solution->system) * rest[i].imperfection[k];
         }
-        const static_point at = {.rest = rest[i],
-                                 .compliance = sections[i].compliance,
-                                 .actuation =
-                                     static_system_actuation(x->system, actuators, i, inside[i])};
+        const static_point at = {
+            .rest = rest[i],
+            .compliance = sections[i].compliance,
+            .actuation = static_system_actuation(solution->system, actuators, i, inside[i])};
         double y[STATIC_ROWS_MAX], square = 0;
-        interpolate(x, s[i], y);
+        interpolate(solution, s[i], y);
         for (int k = 0; k < 4; k++) {
             square += y[STATIC_Q + k] * y[STATIC_Q + k];
         }
@@ -445,7 +452,7 @@ ad_status static_at(const static_solution *x, size_t n, const double *s, solve_s
         memcpy(out[i].position, y + STATIC_R, sizeof out[i].position);
         memcpy(out[i].rotation, y + STATIC_Q, sizeof out[i].rotation);
         memcpy(out[i].moment, y + STATIC_M, sizeof out[i].moment);
-        memcpy(out[i].tubes, y + STATIC_TUBES, (rows_of(x) - STATIC_TUBES) * sizeof *y);
+        memcpy(out[i].tubes, y + STATIC_TUBES, (rows_of(solution) - STATIC_TUBES) * sizeof *y);
         static_body_force(y, out[i].force);
         static_strains(&at, y, out[i].strain, out[i].curvature);
     }
@@ -456,12 +463,12 @@ ad_status static_at(const static_solution *x, size_t n, const double *s, solve_s
     return status;
 }
 
-ad_status static_energy(const static_solution *x, solve_energy *energy, ad_error *error)
+ad_status static_energy(const static_solution *solution, solve_energy *energy, ad_error *error)
 {
-    return static_energy_of(x->system, x->rod, x->y, energy, error);
+    return static_energy_of(solution->system, solution->rod, solution->y, energy, error);
 }
 
-double static_tension(const static_solution *x, int tendon)
+double static_tension(const static_solution *solution, int tendon)
 {
-    return static_system_tensions(x->system)[tendon];
+    return static_system_tensions(solution->system)[tendon];
 }

@@ -15,15 +15,15 @@ typedef struct static_solution static_solution;
  * the tolerance is not met: report->estimate is above it. The rod must outlive the solution. */
 ad_status static_solve(const solve_rod *rod, const solve_settings *settings,
                        static_solution **result, solve_report *report, ad_error *error);
-void static_free(static_solution *x);
+void static_free(static_solution *solution);
 
 /* At n points s [n] within [0, 1]; out [n]. */
-ad_status static_at(const static_solution *x, size_t n, const double *s, solve_state *out,
+ad_status static_at(const static_solution *solution, size_t n, const double *s, solve_state *out,
                     ad_error *error);
 
 /* Of a tendon whose length is given, by EI/L^2; 0 of others. */
-double static_tension(const static_solution *x, int tendon);
+double static_tension(const static_solution *solution, int tendon);
 
-ad_status static_energy(const static_solution *x, solve_energy *energy, ad_error *error);
+ad_status static_energy(const static_solution *solution, solve_energy *energy, ad_error *error);
 
 #endif

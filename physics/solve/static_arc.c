@@ -25,29 +25,29 @@ struct static_arc {
     double *memory;
 };
 
-void static_arc_free(static_arc *x)
+void static_arc_free(static_arc *arc)
 {
-    if (x) {
-        free(x->memory);
-        free(x);
+    if (arc) {
+        free(arc->memory);
+        free(arc);
     }
 }
 
 /* Where the search for the weakest direction sets out: a push across the rod that has no symmetry
  * along it, and stays in a plane with the rod. */
-static ad_status make_push(static_arc *x, ad_error *error)
+static ad_status make_push(static_arc *arc, ad_error *error)
 {
-    static_path path = static_path_of_load(x->path, 0);
-    size_t n = x->unknowns;
-    ad_status status = static_system_guess(x->system, x->first, error);
+    static_path path = static_path_of_load(arc->path, 0);
+    size_t n = arc->unknowns;
+    ad_status status = static_system_guess(arc->system, arc->first, error);
     for (int i = 0; i < 2 && status == AD_OK; i++) {
         path.perturbation = i;
-        static_system_set(x->system, &path);
-        static_system_residual(x->system, x->first, i ? x->push : x->right);
+        static_system_set(arc->system, &path);
+        static_system_residual(arc->system, arc->first, i ? arc->push : arc->right);
     }
     for (size_t k = 0; k < n; k++) {
-        double s = x->s[k / x->rows];
-        x->push[k] = (x->push[k] - x->right[k]) * (1 + s - 0.7 * cos(5 * s));
+        double s = arc->s[k / arc->rows];
+        arc->push[k] = (arc->push[k] - arc->right[k]) * (1 + s - 0.7 * cos(5 * s));
     }
     return status;
 }
@@ -57,56 +57,56 @@ ad_status static_arc_create(static_system *system, const path_shape *path, stati
 {
     size_t rows = (size_t)static_system_rows(system);
     size_t n = static_system_unknowns(system), points = n / rows;
-    static_arc *x = calloc(1, sizeof *x);
+    static_arc *arc = calloc(1, sizeof *arc);
     double *memory = malloc((points + 3 * n + 4 * (n + 1)) * sizeof *memory);
     *result = NULL;
-    if (!x || !memory) {
-        free(x);
+    if (!arc || !memory) {
+        free(arc);
         free(memory);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a path");
     }
-    *x =
+    *arc =
         (static_arc){.system = system, .path = path, .unknowns = n, .rows = rows, .memory = memory};
-    double **parts[] = {&x->by_load, &x->right,    &x->push,    &x->first,
-                        &x->second,  &x->trial[0], &x->trial[1]};
-    x->s = memory;
+    double **parts[] = {&arc->by_load, &arc->right,    &arc->push,    &arc->first,
+                        &arc->second,  &arc->trial[0], &arc->trial[1]};
+    arc->s = memory;
     memory += points;
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
         *parts[i] = memory;
         memory += i < 3 ? n : n + 1;
     }
-    static_system_points(system, x->s);
-    ad_status status = make_push(x, error);
+    static_system_points(system, arc->s);
+    ad_status status = make_push(arc, error);
     if (status != AD_OK) {
-        static_arc_free(x);
+        static_arc_free(arc);
         return status;
     }
-    *result = x;
+    *result = arc;
     return AD_OK;
 }
 
-size_t static_arc_size(const static_arc *x)
+size_t static_arc_size(const static_arc *arc)
 {
-    return x->unknowns + 1;
+    return arc->unknowns + 1;
 }
 
 /* ---- vectors ------------------------------------------------------------------------------- */
 
-double static_arc_distance(const static_arc *x, const double *a, const double *b)
+double static_arc_distance(const static_arc *arc, const double *a, const double *b)
 {
-    return static_path_distance(x->rows, x->unknowns, a, b);
+    return static_path_distance(arc->rows, arc->unknowns, a, b);
 }
 
-double static_arc_product(const static_arc *x, const double *a, const double *b)
+double static_arc_product(const static_arc *arc, const double *a, const double *b)
 {
-    size_t n = x->unknowns;
+    size_t n = arc->unknowns;
     double sum = 0;
-    for (size_t k = 0; k < n; k += x->rows) {
+    for (size_t k = 0; k < n; k += arc->rows) {
         for (int i = 0; i < STATIC_N; i++) {
             sum += a[k + (size_t)i] * b[k + (size_t)i];
         }
     }
-    return sum * (double)x->rows / (double)n + a[n] * b[n];
+    return sum * (double)arc->rows / (double)n + a[n] * b[n];
 }
 
 /* to = a + factor b */
@@ -126,66 +126,66 @@ static void scale(size_t count, double factor, double *x)
 
 /* ---- linear algebra ------------------------------------------------------------------------ */
 
-static void set_load(static_arc *x, double load)
+static void set_load(static_arc *arc, double load)
 {
-    static_path path = static_path_of_load(x->path, load);
-    static_system_set(x->system, &path);
+    static_path path = static_path_of_load(arc->path, load);
+    static_system_set(arc->system, &path);
 }
 
 /* Factors F_y at a place and solves F_y first = -F_load; first[unknowns] = 1. Leaves the system at
  * the load. */
-static bool factor(static_arc *x, const double *at)
+static bool factor(static_arc *arc, const double *at)
 {
-    size_t n = x->unknowns;
+    size_t n = arc->unknowns;
     double load = at[n];
-    set_load(x, load - APART);
-    static_system_residual(x->system, at, x->by_load);
-    set_load(x, load + APART);
-    static_system_residual(x->system, at, x->right);
+    set_load(arc, load - APART);
+    static_system_residual(arc->system, at, arc->by_load);
+    set_load(arc, load + APART);
+    static_system_residual(arc->system, at, arc->right);
     for (size_t k = 0; k < n; k++) {
-        x->by_load[k] = (x->by_load[k] - x->right[k]) / (2 * APART);
+        arc->by_load[k] = (arc->by_load[k] - arc->right[k]) / (2 * APART);
     }
-    set_load(x, load);
-    static_system_linearise(x->system, at);
-    if (static_system_factor(x->system) != 0) {
+    set_load(arc, load);
+    static_system_linearise(arc->system, at);
+    if (static_system_factor(arc->system) != 0) {
         return false;
     }
-    static_system_solve(x->system, x->by_load, x->first);
-    x->first[n] = 1;
-    return isfinite(static_newton_largest(n, x->first));
+    static_system_solve(arc->system, arc->by_load, arc->first);
+    arc->first[n] = 1;
+    return isfinite(static_newton_largest(n, arc->first));
 }
 
 /* (F_y F_load; border) step = (right; last), after factor(). */
-static bool solve_bordered(static_arc *x, const double *border, const double *right, double last,
+static bool solve_bordered(static_arc *arc, const double *border, const double *right, double last,
                            double *step)
 {
-    size_t n = x->unknowns;
-    static_system_solve(x->system, right, step);
+    size_t n = arc->unknowns;
+    static_system_solve(arc->system, right, step);
     step[n] = 0;
-    double along = static_arc_product(x, border, x->first);
-    double share = (last - static_arc_product(x, border, step)) / along;
-    add(n + 1, step, share, x->first, step);
+    double along = static_arc_product(arc, border, arc->first);
+    double share = (last - static_arc_product(arc, border, step)) / along;
+    add(n + 1, step, share, arc->first, step);
     return isfinite(static_newton_largest(n + 1, step));
 }
 
 /* ---- steps --------------------------------------------------------------------------------- */
 
-bool static_arc_correct(static_arc *x, const double *border, double *at, long *steps)
+bool static_arc_correct(static_arc *arc, const double *border, double *at, long *steps)
 {
-    size_t n = x->unknowns;
+    size_t n = arc->unknowns;
     double before = INFINITY;
     for (int i = 0; i < NEWTON_MAX; i++) {
-        if (!factor(x, at)) {
+        if (!factor(arc, at)) {
             return false;
         }
-        static_system_residual(x->system, at, x->right);
-        if (!solve_bordered(x, border, x->right, 0, x->second)) {
+        static_system_residual(arc->system, at, arc->right);
+        if (!solve_bordered(arc, border, arc->right, 0, arc->second)) {
             return false;
         }
-        add(n + 1, at, -1, x->second, at);
+        add(n + 1, at, -1, arc->second, at);
         ++*steps;
-        double moved = fmax(static_arc_distance(x, x->second, NULL), fabs(x->second[n]));
-        if (moved <= CONVERGED && static_newton_largest(n, x->second) <=
+        double moved = fmax(static_arc_distance(arc, arc->second, NULL), fabs(arc->second[n]));
+        if (moved <= CONVERGED && static_newton_largest(n, arc->second) <=
                                       CONVERGED * fmax(1, static_newton_largest(n, at))) {
             return true;
         }
@@ -198,56 +198,56 @@ bool static_arc_correct(static_arc *x, const double *border, double *at, long *s
 }
 
 /* From the last factors. */
-static bool set_tangent(static_arc *x, const double *forward, arc_place *place)
+static bool set_tangent(static_arc *arc, const double *forward, arc_place *place)
 {
-    double size = sqrt(static_arc_product(x, x->first, x->first));
-    double side = static_arc_product(x, x->first, forward) < 0 ? -1 : 1;
-    memcpy(place->tangent, x->first, (x->unknowns + 1) * sizeof *x->first);
-    scale(x->unknowns + 1, side / size, place->tangent);
+    double size = sqrt(static_arc_product(arc, arc->first, arc->first));
+    double side = static_arc_product(arc, arc->first, forward) < 0 ? -1 : 1;
+    memcpy(place->tangent, arc->first, (arc->unknowns + 1) * sizeof *arc->first);
+    scale(arc->unknowns + 1, side / size, place->tangent);
     return isfinite(size);
 }
 
-bool static_arc_tangent(static_arc *x, const double *forward, arc_place *place)
+bool static_arc_tangent(static_arc *arc, const double *forward, arc_place *place)
 {
-    return factor(x, place->at) && set_tangent(x, forward, place);
+    return factor(arc, place->at) && set_tangent(arc, forward, place);
 }
 
-bool static_arc_step(static_arc *x, const arc_place *before, double distance, const arc_place *from,
-                     double length, arc_place *to, double *off, long *steps)
+bool static_arc_step(static_arc *arc, const arc_place *before, double distance,
+                     const arc_place *from, double length, arc_place *to, double *off, long *steps)
 {
-    size_t count = x->unknowns + 1;
-    double *guess = x->trial[0];
+    size_t count = arc->unknowns + 1;
+    double *guess = arc->trial[0];
     add(count, from->at, length, from->tangent, guess);
     if (before) {
         double bend = length * length / (2 * distance);
         add(count, guess, bend, from->tangent, guess);
         add(count, guess, -bend, before->tangent, guess);
         /* the part of it along the tangent would change the length */
-        add(count, guess, -1, from->at, x->trial[1]);
-        double along = static_arc_product(x, from->tangent, x->trial[1]);
+        add(count, guess, -1, from->at, arc->trial[1]);
+        double along = static_arc_product(arc, from->tangent, arc->trial[1]);
         add(count, guess, length - along, from->tangent, guess);
     }
     memcpy(to->at, guess, count * sizeof *guess);
-    if (!static_arc_correct(x, from->tangent, to->at, steps)) {
+    if (!static_arc_correct(arc, from->tangent, to->at, steps)) {
         return false;
     }
-    *off = static_arc_distance(x, to->at, guess);
-    return set_tangent(x, from->tangent, to); /* the last step was too short to matter */
+    *off = static_arc_distance(arc, to->at, guess);
+    return set_tangent(arc, from->tangent, to); /* the last step was too short to matter */
 }
 
 /* ---- where paths cross --------------------------------------------------------------------- */
 
 /* Right sides of a rod that is loaded by the displacements of a direction: what static_system_
  * residual would have more under such a load. */
-static void load_by(const static_arc *x, const double *direction, double *right)
+static void load_by(const static_arc *arc, const double *direction, double *right)
 {
-    const gauss_rule *rule = static_system_rule(x->system);
-    const double *edges = static_system_edges(x->system);
-    memset(right, 0, x->unknowns * sizeof *right);
-    const size_t rows = x->rows;
-    double *to = right + static_end_rows(static_system_rod(x->system), 0);
+    const gauss_rule *rule = static_system_rule(arc->system);
+    const double *edges = static_system_edges(arc->system);
+    memset(right, 0, arc->unknowns * sizeof *right);
+    const size_t rows = arc->rows;
+    double *to = right + static_end_rows(static_system_rod(arc->system), 0);
     const double *inner = direction + rows;
-    for (int e = 0; e < static_system_elements(x->system); e++) {
+    for (int e = 0; e < static_system_elements(arc->system); e++) {
         double h = edges[e + 1] - edges[e];
         for (int i = 0; i <= rule->stages; i++, to += rows) {
             const double *a = i < rule->stages ? rule->matrix[i] : rule->weights;
@@ -261,36 +261,36 @@ static void load_by(const static_arc *x, const double *direction, double *right)
     }
 }
 
-bool static_arc_weakest(static_arc *x, const arc_place *place, double *direction)
+bool static_arc_weakest(static_arc *arc, const arc_place *place, double *direction)
 {
-    size_t n = x->unknowns;
-    if (!factor(x, place->at)) {
+    size_t n = arc->unknowns;
+    if (!factor(arc, place->at)) {
         return false;
     }
-    bool solved = solve_bordered(x, place->tangent, x->push, 0, direction);
+    bool solved = solve_bordered(arc, place->tangent, arc->push, 0, direction);
     for (int i = 0; i < INVERSE_STEPS && solved; i++) {
         scale(n + 1, 1 / static_newton_largest(n, direction), direction);
-        load_by(x, direction, x->right);
-        solved = solve_bordered(x, place->tangent, x->right, 0, direction);
+        load_by(arc, direction, arc->right);
+        solved = solve_bordered(arc, place->tangent, arc->right, 0, direction);
     }
-    double size = sqrt(static_arc_product(x, direction, direction)), big = 0;
+    double size = sqrt(static_arc_product(arc, direction, direction)), big = 0;
     for (size_t k = 0; k < n; k++) {
-        bool moves = k % x->rows < STATIC_Q && fabs(direction[k]) > 1.01 * fabs(big);
+        bool moves = k % arc->rows < STATIC_Q && fabs(direction[k]) > 1.01 * fabs(big);
         big = moves ? direction[k] : big;
     }
     scale(n + 1, (big < 0 ? -1 : 1) / size, direction);
     return solved && size > 0;
 }
 
-double static_arc_resistance(static_arc *x, const arc_place *place, const double *direction)
+double static_arc_resistance(static_arc *arc, const arc_place *place, const double *direction)
 {
-    double *answer = x->trial[0];
-    if (!factor(x, place->at)) {
+    double *answer = arc->trial[0];
+    if (!factor(arc, place->at)) {
         return NAN;
     }
-    load_by(x, direction, x->right);
-    if (!solve_bordered(x, place->tangent, x->right, 0, answer)) {
+    load_by(arc, direction, arc->right);
+    if (!solve_bordered(arc, place->tangent, arc->right, 0, answer)) {
         return NAN;
     }
-    return 1 / static_arc_product(x, direction, answer);
+    return 1 / static_arc_product(arc, direction, answer);
 }

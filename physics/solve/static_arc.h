@@ -23,35 +23,35 @@ typedef struct arc_place {
  * formula. */
 ad_status static_arc_create(static_system *system, const path_shape *path, static_arc **result,
                             ad_error *error);
-void static_arc_free(static_arc *x);
+void static_arc_free(static_arc *arc);
 
 /* Length of a place's vectors. */
-size_t static_arc_size(const static_arc *x);
+size_t static_arc_size(const static_arc *arc);
 
 /* static_path_distance of two equilibria. */
-double static_arc_distance(const static_arc *x, const double *a, const double *b);
+double static_arc_distance(const static_arc *arc, const double *a, const double *b);
 
-double static_arc_product(const static_arc *x, const double *a, const double *b);
+double static_arc_product(const static_arc *arc, const double *a, const double *b);
 
 /* The equilibrium at a place, to rounding: `at` is the guess, and moves across `border` only, so
  * that <border, at> stays. false: not converged. Adds to *steps. */
-bool static_arc_correct(static_arc *x, const double *border, double *at, long *steps);
+bool static_arc_correct(static_arc *arc, const double *border, double *at, long *steps);
 
 /* The tangent at place->at, an equilibrium, on the side of `forward`. false: F_y is singular. */
-bool static_arc_tangent(static_arc *x, const double *forward, arc_place *place);
+bool static_arc_tangent(static_arc *arc, const double *forward, arc_place *place);
 
 /* A step of some length from one place to another; `before` is a place that came `distance` earlier
  * (NULL: none), by which it curves. *off: how far the guess was off, in position and quaternion. */
-bool static_arc_step(static_arc *x, const arc_place *before, double distance, const arc_place *from,
-                     double length, arc_place *to, double *off, long *steps);
+bool static_arc_step(static_arc *arc, const arc_place *before, double distance,
+                     const arc_place *from, double length, arc_place *to, double *off, long *steps);
 
 /* The direction [size] in which the equilibria of a place nearly give way beside the path, of
  * length 1, its largest displacement positive: what loads in proportion to its own displacements
  * bring about, by inverse iteration. false: F_y is singular. */
-bool static_arc_weakest(static_arc *x, const arc_place *place, double *direction);
+bool static_arc_weakest(static_arc *arc, const arc_place *place, double *direction);
 
 /* How much resistance there is to such loads: goes through 0 where paths cross, and not at limit
  * points. NaN: F_y is singular. */
-double static_arc_resistance(static_arc *x, const arc_place *place, const double *direction);
+double static_arc_resistance(static_arc *arc, const arc_place *place, const double *direction);
 
 #endif

@@ -7,7 +7,7 @@
 /* error_of_y: largest of the position, in lengths, and of the turn about the tangent, rad, at the
  * points of a system that is solved by y. Infinite where it is not finite, or the derivatives are
  * singular. AD_NO_MEMORY, errors of what is given. */
-ad_status static_defect(static_system *x, const solve_quadrature *quadrature, const double *y,
+ad_status static_defect(static_system *system, const solve_quadrature *quadrature, const double *y,
                         double *error_of_y, ad_error *error);
 
 #endif

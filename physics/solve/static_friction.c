@@ -29,9 +29,9 @@ struct static_friction {
     long *steps;
 };
 
-static size_t angle_count(const static_system *x)
+static size_t angle_count(const static_system *system)
 {
-    return (size_t)x->elements * (x->stages + 2) * x->rod->frictions;
+    return (size_t)system->elements * (system->stages + 2) * system->rod->frictions;
 }
 
 /* ---- how tendons turn ---------------------------------------------------------------------- */
@@ -62,12 +62,12 @@ static void combine(int count, const double *weights, double (*vectors)[3], doub
 }
 
 /* t in the world at the points of an element. */
-static void tangents_of(const static_system *x, int e, int tendon, const double *y,
+static void tangents_of(const static_system *system, int e, int tendon, const double *y,
                         double (*tangents)[3])
 {
-    for (int i = 0; i < x->stages; i++) {
-        const double *at_y = y + edge(x, e) + (size_t)(i + 1) * (size_t)x->rows;
-        static_point at = static_system_point(x, (size_t)e * x->stages + i);
+    for (int i = 0; i < system->stages; i++) {
+        const double *at_y = y + edge(system, e) + (size_t)(i + 1) * (size_t)system->rows;
+        static_point at = static_system_point(system, (size_t)e * system->stages + i);
         double strains[ACTUATION_ROWS], tangent[3], rotation[3][3];
         static_strains(&at, at_y, strains, strains + 3);
         solve_actuation_tangent(&at.actuation, tendon, strains, tangent);
@@ -77,12 +77,12 @@ static void tangents_of(const static_system *x, int e, int tendon, const double 
 }
 
 /* Whether strains may jump at the edge where an element begins. */
-static bool may_jump(const static_system *x, int e)
+static bool may_jump(const static_system *system, int e)
 {
-    const solve_quadrature *along = x->rod->quadrature;
-    bool found = x->jump[e] >= 0;
+    const solve_quadrature *along = system->rod->quadrature;
+    bool found = system->jump[e] >= 0;
     for (int i = 0; i < along->place_count && !found; i++) {
-        found = fabs(along->places[i] - x->edges[e]) < SOLVE_SAME_PLACE;
+        found = fabs(along->places[i] - system->edges[e]) < SOLVE_SAME_PLACE;
     }
     return found;
 }
@@ -95,48 +95,48 @@ static double angle_between(const double a[3], const double b[3])
 }
 
 /* Angles of one tendon, the k-th of those with friction. */
-static void measure_tendon(const static_system *x, const tangent_rule *rule, int tendon, int k,
+static void measure_tendon(const static_system *system, const tangent_rule *rule, int tendon, int k,
                            const double *y, double *angles)
 {
-    const solve_extent *extent = &x->rod->extents[tendon];
-    int stride = x->rod->frictions;
+    const solve_extent *extent = &system->rod->extents[tendon];
+    int stride = system->rod->frictions;
     double angle = 0, last[3] = {0};
-    for (int e = 0; e < x->elements; e++) {
+    for (int e = 0; e < system->elements; e++) {
         double tangents[GAUSS_STAGES_MAX][3], turning[GAUSS_STAGES_MAX] = {0}, first[3];
-        double *to = angles + e * (x->stages + 2) * stride + k;
-        double middle = (x->edges[e] + x->edges[e + 1]) / 2;
+        double *to = angles + e * (system->stages + 2) * stride + k;
+        double middle = (system->edges[e] + system->edges[e + 1]) / 2;
         if (middle > extent->start && middle < extent->end) {
-            tangents_of(x, e, tendon, y, tangents);
-            combine(x->stages, rule->at_end[0], tangents, first);
-            bool goes_on = e > 0 && x->edges[e - 1] + x->edges[e] > 2 * extent->start;
-            angle += goes_on && may_jump(x, e) ? angle_between(last, first) : 0;
-            combine(x->stages, rule->at_end[1], tangents, last);
-            for (int i = 0; i < x->stages; i++) {
+            tangents_of(system, e, tendon, y, tangents);
+            combine(system->stages, rule->at_end[0], tangents, first);
+            bool goes_on = e > 0 && system->edges[e - 1] + system->edges[e] > 2 * extent->start;
+            angle += goes_on && may_jump(system, e) ? angle_between(last, first) : 0;
+            combine(system->stages, rule->at_end[1], tangents, last);
+            for (int i = 0; i < system->stages; i++) {
                 double slope[3];
-                combine(x->stages, rule->slope[i], tangents, slope);
+                combine(system->stages, rule->slope[i], tangents, slope);
                 turning[i] = sqrt(vector_dot(slope, slope));
             }
         }
         to[0] = angle;
-        for (int i = 0; i <= x->stages; i++) { /* the last is the end of the element */
-            const double *a = i < x->stages ? x->rule.matrix[i] : x->rule.weights;
+        for (int i = 0; i <= system->stages; i++) { /* the last is the end of the element */
+            const double *a = i < system->stages ? system->rule.matrix[i] : system->rule.weights;
             double sum = angle;
-            for (int j = 0; j < x->stages; j++) {
+            for (int j = 0; j < system->stages; j++) {
                 sum += a[j] * turning[j];
             }
             to[(i + 1) * stride] = sum;
         }
-        angle = to[(x->stages + 1) * stride];
+        angle = to[(system->stages + 1) * stride];
     }
 }
 
 /* angles of y under the tensions of now. */
-static void measure(const static_system *x, const double *y, double *angles)
+static void measure(const static_system *system, const double *y, double *angles)
 {
-    tangent_rule rule = tangent_rule_of(&x->rule);
-    for (int i = 0, k = 0; i < x->rod->actuators; i++) {
-        if (x->rod->extents[i].rubs) {
-            measure_tendon(x, &rule, i, k++, y, angles);
+    tangent_rule rule = tangent_rule_of(&system->rule);
+    for (int i = 0, k = 0; i < system->rod->actuators; i++) {
+        if (system->rod->extents[i].rubs) {
+            measure_tendon(system, &rule, i, k++, y, angles);
         }
     }
 }
@@ -168,12 +168,12 @@ void static_friction_refine(static_system *coarse, static_system *fine)
 /* The angles of the equilibrium under given ones. */
 static int follow(N_Vector given, N_Vector found, void *context)
 {
-    static_friction *x = context;
-    memcpy(x->system->angles, N_VGetArrayPointer(given), x->count * sizeof(double));
-    if (!x->solve(x->context, x->y, x->steps)) {
+    static_friction *friction = context;
+    memcpy(friction->system->angles, N_VGetArrayPointer(given), friction->count * sizeof(double));
+    if (!friction->solve(friction->context, friction->y, friction->steps)) {
         return -1;
     }
-    measure(x->system, x->y, N_VGetArrayPointer(found));
+    measure(friction->system, friction->y, N_VGetArrayPointer(found));
     return 0;
 }
 
@@ -185,63 +185,66 @@ void static_kinsol_say_nothing(int code, const char *module, const char *functio
 
 static_friction *static_friction_create(static_system *system, SUNContext sundials)
 {
-    static_friction *x = calloc(1, sizeof *x);
-    if (!x) {
+    static_friction *friction = calloc(1, sizeof *friction);
+    if (!friction) {
         return NULL;
     }
-    x->system = system;
-    x->count = angle_count(system);
-    x->before = malloc(x->count * sizeof *x->before);
-    x->angles = N_VNew_Serial((sunindextype)x->count, sundials);
-    x->ones = N_VNew_Serial((sunindextype)x->count, sundials);
-    x->kinsol = KINCreate(sundials);
-    if (!x->before || !x->angles || !x->ones || !x->kinsol || !solve_vectors_fit(x->count) ||
-        KINSetErrHandlerFn(x->kinsol, static_kinsol_say_nothing, NULL) != 0 ||
-        KINSetMAA(x->kinsol, DEPTH) != 0 || KINSetNumMaxIters(x->kinsol, STEPS_MAX) != 0 ||
-        KINInit(x->kinsol, follow, x->angles) != 0 || KINSetUserData(x->kinsol, x) != 0 ||
-        KINSetFuncNormTol(x->kinsol, SMALL) != 0) {
-        static_friction_free(x);
+    friction->system = system;
+    friction->count = angle_count(system);
+    friction->before = malloc(friction->count * sizeof *friction->before);
+    friction->angles = N_VNew_Serial((sunindextype)friction->count, sundials);
+    friction->ones = N_VNew_Serial((sunindextype)friction->count, sundials);
+    friction->kinsol = KINCreate(sundials);
+    if (!friction->before || !friction->angles || !friction->ones || !friction->kinsol ||
+        !solve_vectors_fit(friction->count) ||
+        KINSetErrHandlerFn(friction->kinsol, static_kinsol_say_nothing, NULL) != 0 ||
+        KINSetMAA(friction->kinsol, DEPTH) != 0 ||
+        KINSetNumMaxIters(friction->kinsol, STEPS_MAX) != 0 ||
+        KINInit(friction->kinsol, follow, friction->angles) != 0 ||
+        KINSetUserData(friction->kinsol, friction) != 0 ||
+        KINSetFuncNormTol(friction->kinsol, SMALL) != 0) {
+        static_friction_free(friction);
         return NULL;
     }
-    N_VConst(1, x->ones);
-    return x;
+    N_VConst(1, friction->ones);
+    return friction;
 }
 
-void static_friction_free(static_friction *x)
+void static_friction_free(static_friction *friction)
 {
-    if (x) {
-        KINFree(&x->kinsol);
-        if (x->angles) {
-            N_VDestroy(x->angles);
+    if (friction) {
+        KINFree(&friction->kinsol);
+        if (friction->angles) {
+            N_VDestroy(friction->angles);
         }
-        if (x->ones) {
-            N_VDestroy(x->ones);
+        if (friction->ones) {
+            N_VDestroy(friction->ones);
         }
-        free(x->before);
-        free(x);
+        free(friction->before);
+        free(friction);
     }
 }
 
-bool static_friction_solve(static_friction *x, static_friction_given *solve, void *context,
+bool static_friction_solve(static_friction *friction, static_friction_given *solve, void *context,
                            double *y, long *steps)
 {
-    size_t size = x->count * sizeof *x->before;
+    size_t size = friction->count * sizeof *friction->before;
     double off = INFINITY;
-    x->solve = solve;
-    x->context = context;
-    x->y = y;
-    x->steps = steps;
-    memcpy(x->before, x->system->angles, size);
-    memcpy(N_VGetArrayPointer(x->angles), x->system->angles, size);
-    int status = KINSol(x->kinsol, x->angles, KIN_FP, x->ones, x->ones);
-    KINGetFuncNorm(x->kinsol, &off);
+    friction->solve = solve;
+    friction->context = context;
+    friction->y = y;
+    friction->steps = steps;
+    memcpy(friction->before, friction->system->angles, size);
+    memcpy(N_VGetArrayPointer(friction->angles), friction->system->angles, size);
+    int status = KINSol(friction->kinsol, friction->angles, KIN_FP, friction->ones, friction->ones);
+    KINGetFuncNorm(friction->kinsol, &off);
     bool found = status == KIN_SUCCESS || (status == KIN_MAXITER_REACHED && off < ROUNDING);
     if (found) {
-        memcpy(x->system->angles, N_VGetArrayPointer(x->angles), size);
+        memcpy(friction->system->angles, N_VGetArrayPointer(friction->angles), size);
         found = solve(context, y, steps);
     }
     if (!found) {
-        memcpy(x->system->angles, x->before, size);
+        memcpy(friction->system->angles, friction->before, size);
     }
     return found;
 }

@@ -17,7 +17,7 @@ typedef struct static_friction static_friction;
 
 /* Of a rod with frictions; the system must outlive it. NULL: out of memory. */
 static_friction *static_friction_create(static_system *system, SUNContext sundials);
-void static_friction_free(static_friction *x);
+void static_friction_free(static_friction *friction);
 
 /* How equilibria of given angles are found. */
 typedef bool static_friction_given(void *context, double *y, long *steps);
@@ -25,7 +25,7 @@ typedef bool static_friction_given(void *context, double *y, long *steps);
 /* y: the guess, then the equilibrium of which the angles of the system are, to rounding. By fixed
  * points with Anderson's acceleration (KINSOL). false: not converged, and the angles are as before.
  */
-bool static_friction_solve(static_friction *x, static_friction_given *solve, void *context,
+bool static_friction_solve(static_friction *friction, static_friction_given *solve, void *context,
                            double *y, long *steps);
 
 /* The angles of a coarse system as those of one whose elements are parts of its elements. */

@@ -27,16 +27,16 @@ static void fill(const solve_rod *rod, const solve_state *state, const double *b
 
 /* The guess at the points of the system, in place of the unstressed rod at y. values: room for
  * [columns + 1][points]. */
-static ad_status take(const static_solution *x, const solve_settings *settings, double *values,
-                      ad_error *error)
+static ad_status take(const static_solution *solution, const solve_settings *settings,
+                      double *values, ad_error *error)
 {
-    const solve_rod *rod = x->rod;
-    const size_t rows = (size_t)static_system_rows(x->system);
-    const size_t points = static_system_unknowns(x->system) / rows;
+    const solve_rod *rod = solution->rod;
+    const size_t rows = (size_t)static_system_rows(solution->system);
+    const size_t points = static_system_unknowns(solution->system) / rows;
     const int columns = solution_columns(&rod->scene);
     double units[MODEL_COLUMNS_MAX], *s = values + (size_t)columns * points;
-    const double *before = x->y + STATIC_Q;
-    static_system_points(x->system, s);
+    const double *before = solution->y + STATIC_Q;
+    static_system_points(solution->system, s);
     for (size_t i = 0; i < points; i++) {
         s[i] *= rod->scales.length;
     }
@@ -47,27 +47,28 @@ static ad_status take(const static_solution *x, const solve_settings *settings, 
         for (int c = 0; c < columns; c++) {
             ((double *)&state)[c] = values[(size_t)c * points + i] / units[c];
         }
-        fill(rod, &state, before, x->y + i * rows);
-        before = x->y + i * rows + STATIC_Q;
+        fill(rod, &state, before, solution->y + i * rows);
+        before = solution->y + i * rows + STATIC_Q;
     }
     return status;
 }
 
-ad_status static_from_guess(static_solution *x, const solve_settings *settings,
+ad_status static_from_guess(static_solution *solution, const solve_settings *settings,
                             const path_shape *path, bool *found, solve_report *report,
                             ad_error *error)
 {
     const static_path end = static_path_at(path, path->last);
-    const size_t points = static_system_unknowns(x->system) / (size_t)static_system_rows(x->system);
+    const size_t points =
+        static_system_unknowns(solution->system) / (size_t)static_system_rows(solution->system);
     double *values =
-        malloc(((size_t)solution_columns(&x->rod->scene) + 1) * points * sizeof *values);
+        malloc(((size_t)solution_columns(&solution->rod->scene) + 1) * points * sizeof *values);
     *found = false;
-    static_system_set(x->system, &end);
-    ad_status status = values ? static_system_guess(x->system, x->y, error)
+    static_system_set(solution->system, &end);
+    ad_status status = values ? static_system_guess(solution->system, solution->y, error)
                               : ad_fail(error, AD_NO_MEMORY, "out of memory for a guess");
-    status = status == AD_OK ? take(x, settings, values, error) : status;
+    status = status == AD_OK ? take(solution, settings, values, error) : status;
     if (status == AD_OK) {
-        *found = static_newton_solve(x->newton, x->y, &report->newton_steps);
+        *found = static_newton_solve(solution->newton, solution->y, &report->newton_steps);
     }
     free(values);
     return status;

@@ -20,7 +20,7 @@ ad_status static_create(const solve_rod *rod, int stages, int elements, const do
 
 /* Halves elements whose last term is above the threshold, or all when there are none. Returns how
  * many elements there are then; edges [that + 1], allocated; NULL: no memory. */
-int static_halve(const static_solution *x, double threshold, double **edges);
+int static_halve(const static_solution *solution, double threshold, double **edges);
 
 /* The first mesh, with edges where something jumps: as many nodes as asked for, or enough for the
  * waves that the loads make and for all that is given along the rod. Fills in report->unresolved.
@@ -29,8 +29,8 @@ ad_status static_begin(const solve_rod *rod, const solve_settings *settings, con
                        static_solution **result, solve_report *report, ad_error *error);
 
 /* From the guess of the settings to the equilibrium next to it, at full load; *found: there is
- * one, in x->y. AD_NO_MEMORY, errors of the guess. */
-ad_status static_from_guess(static_solution *x, const solve_settings *settings,
+ * one, in solution->y. AD_NO_MEMORY, errors of the guess. */
+ad_status static_from_guess(static_solution *solution, const solve_settings *settings,
                             const path_shape *path, bool *found, solve_report *report,
                             ad_error *error);
 

@@ -32,10 +32,10 @@ struct static_newton {
 
 static int residual(N_Vector y, N_Vector to, void *context)
 {
-    const static_newton *x = context;
+    const static_newton *newton = context;
     double *rows = N_VGetArrayPointer(to), sum = 0;
-    static_system_residual(x->system, N_VGetArrayPointer(y), rows);
-    for (size_t i = 0; i < x->unknowns; i++) {
+    static_system_residual(newton->system, N_VGetArrayPointer(y), rows);
+    for (size_t i = 0; i < newton->unknowns; i++) {
         sum += fabs(rows[i]);
     }
     return isfinite(sum) ? 0 : 1; /* 1: try a smaller step */
@@ -44,25 +44,25 @@ static int residual(N_Vector y, N_Vector to, void *context)
 static int linearise(N_Vector y, N_Vector rows, SUNMatrix matrix, void *context, N_Vector first,
                      N_Vector second)
 {
-    const static_newton *x = context;
+    const static_newton *newton = context;
     (void)rows, (void)matrix, (void)first, (void)second;
-    static_system_linearise(x->system, N_VGetArrayPointer(y));
+    static_system_linearise(newton->system, N_VGetArrayPointer(y));
     return 0;
 }
 
 static int factor(SUNLinearSolver solver, SUNMatrix matrix)
 {
-    const static_newton *x = solver->content;
+    const static_newton *newton = solver->content;
     (void)matrix;
-    return static_system_factor(x->system) == 0 ? 0 : 1;
+    return static_system_factor(newton->system) == 0 ? 0 : 1;
 }
 
 static int solve(SUNLinearSolver solver, SUNMatrix matrix, N_Vector step, N_Vector right,
                  realtype tolerance)
 {
-    const static_newton *x = solver->content;
+    const static_newton *newton = solver->content;
     (void)matrix, (void)tolerance;
-    static_system_solve(x->system, N_VGetArrayPointer(right), N_VGetArrayPointer(step));
+    static_system_solve(newton->system, N_VGetArrayPointer(right), N_VGetArrayPointer(step));
     return 0;
 }
 
@@ -86,87 +86,91 @@ static int do_nothing(SUNMatrix matrix)
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-static bool allocate(static_newton *x)
+static bool allocate(static_newton *newton)
 {
-    sunindextype count = (sunindextype)x->unknowns;
-    x->right = malloc(x->unknowns * sizeof *x->right);
-    x->step = malloc(x->unknowns * sizeof *x->step);
-    x->moved = malloc(x->unknowns * sizeof *x->moved);
-    if (!x->right || !x->step || !x->moved || SUNContext_Create(NULL, &x->context) != 0) {
+    sunindextype count = (sunindextype)newton->unknowns;
+    newton->right = malloc(newton->unknowns * sizeof *newton->right);
+    newton->step = malloc(newton->unknowns * sizeof *newton->step);
+    newton->moved = malloc(newton->unknowns * sizeof *newton->moved);
+    if (!newton->right || !newton->step || !newton->moved ||
+        SUNContext_Create(NULL, &newton->context) != 0) {
         return false;
     }
-    x->y = N_VNewEmpty_Serial(count, x->context);
-    x->ones = N_VNew_Serial(count, x->context);
-    x->matrix = SUNMatNewEmpty(x->context);
-    x->solver = SUNLinSolNewEmpty(x->context);
-    x->kinsol = KINCreate(x->context);
-    return x->y && x->ones && x->matrix && x->solver && x->kinsol && solve_vectors_fit(x->unknowns);
+    newton->y = N_VNewEmpty_Serial(count, newton->context);
+    newton->ones = N_VNew_Serial(count, newton->context);
+    newton->matrix = SUNMatNewEmpty(newton->context);
+    newton->solver = SUNLinSolNewEmpty(newton->context);
+    newton->kinsol = KINCreate(newton->context);
+    return newton->y && newton->ones && newton->matrix && newton->solver && newton->kinsol &&
+           solve_vectors_fit(newton->unknowns);
 }
 
-static bool set_up(static_newton *x)
+static bool set_up(static_newton *newton)
 {
-    x->matrix->ops->getid = is_custom;
-    x->matrix->ops->zero = do_nothing;
-    x->solver->content = x;
-    x->solver->ops->gettype = is_direct;
-    x->solver->ops->setup = factor;
-    x->solver->ops->solve = solve;
-    N_VConst(1, x->ones);
-    N_VSetArrayPointer(x->step, x->y); /* a vector to copy the kind from */
-    return KINSetErrHandlerFn(x->kinsol, static_kinsol_say_nothing, NULL) == 0 &&
-           KINInit(x->kinsol, residual, x->y) == 0 && KINSetUserData(x->kinsol, x) == 0 &&
-           KINSetLinearSolver(x->kinsol, x->solver, x->matrix) == 0 &&
-           KINSetJacFn(x->kinsol, linearise) == 0 && KINSetMaxSetupCalls(x->kinsol, 1) == 0 &&
-           KINSetNumMaxIters(x->kinsol, STEPS_MAX) == 0;
+    newton->matrix->ops->getid = is_custom;
+    newton->matrix->ops->zero = do_nothing;
+    newton->solver->content = newton;
+    newton->solver->ops->gettype = is_direct;
+    newton->solver->ops->setup = factor;
+    newton->solver->ops->solve = solve;
+    N_VConst(1, newton->ones);
+    N_VSetArrayPointer(newton->step, newton->y); /* a vector to copy the kind from */
+    return KINSetErrHandlerFn(newton->kinsol, static_kinsol_say_nothing, NULL) == 0 &&
+           KINInit(newton->kinsol, residual, newton->y) == 0 &&
+           KINSetUserData(newton->kinsol, newton) == 0 &&
+           KINSetLinearSolver(newton->kinsol, newton->solver, newton->matrix) == 0 &&
+           KINSetJacFn(newton->kinsol, linearise) == 0 &&
+           KINSetMaxSetupCalls(newton->kinsol, 1) == 0 &&
+           KINSetNumMaxIters(newton->kinsol, STEPS_MAX) == 0;
 }
 
 ad_status static_newton_create(static_system *system, static_newton **result, ad_error *error)
 {
     *result = NULL;
-    static_newton *x = calloc(1, sizeof *x);
-    if (x) {
-        x->system = system;
-        x->unknowns = static_system_unknowns(system);
+    static_newton *newton = calloc(1, sizeof *newton);
+    if (newton) {
+        newton->system = system;
+        newton->unknowns = static_system_unknowns(system);
     }
-    if (!x || !allocate(x) || !set_up(x)) {
-        static_newton_free(x);
+    if (!newton || !allocate(newton) || !set_up(newton)) {
+        static_newton_free(newton);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for Newton's method");
     }
     if (static_system_rod(system)->frictions > 0 &&
-        !(x->friction = static_friction_create(system, x->context))) {
-        static_newton_free(x);
+        !(newton->friction = static_friction_create(system, newton->context))) {
+        static_newton_free(newton);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for the friction of tendons");
     }
     if (static_system_rod(system)->method == SOLVE_STRAIN) {
-        ad_status status = strain_newton_create(system, &x->strain, error);
+        ad_status status = strain_newton_create(system, &newton->strain, error);
         if (status != AD_OK) {
-            static_newton_free(x);
+            static_newton_free(newton);
             return status;
         }
     }
-    *result = x;
+    *result = newton;
     return AD_OK;
 }
 
-void static_newton_free(static_newton *x)
+void static_newton_free(static_newton *newton)
 {
-    if (x) {
-        static_friction_free(x->friction);
-        strain_newton_free(x->strain);
-        KINFree(&x->kinsol);
-        if (x->y) {
-            N_VDestroy(x->y);
+    if (newton) {
+        static_friction_free(newton->friction);
+        strain_newton_free(newton->strain);
+        KINFree(&newton->kinsol);
+        if (newton->y) {
+            N_VDestroy(newton->y);
         }
-        if (x->ones) {
-            N_VDestroy(x->ones);
+        if (newton->ones) {
+            N_VDestroy(newton->ones);
         }
-        SUNMatFreeEmpty(x->matrix);
-        SUNLinSolFreeEmpty(x->solver);
-        SUNContext_Free(&x->context);
-        free(x->right);
-        free(x->step);
-        free(x->moved);
-        free(x);
+        SUNMatFreeEmpty(newton->matrix);
+        SUNLinSolFreeEmpty(newton->solver);
+        SUNContext_Free(&newton->context);
+        free(newton->right);
+        free(newton->step);
+        free(newton->moved);
+        free(newton);
     }
 }
 
@@ -183,18 +187,18 @@ double static_newton_largest(size_t count, const double *x)
 }
 
 /* One plain step. */
-static bool polish(static_newton *x, double *y)
+static bool polish(static_newton *newton, double *y)
 {
-    static_system_residual(x->system, y, x->right);
-    static_system_linearise(x->system, y);
-    if (static_system_factor(x->system) != 0) {
+    static_system_residual(newton->system, y, newton->right);
+    static_system_linearise(newton->system, y);
+    if (static_system_factor(newton->system) != 0) {
         return false;
     }
-    static_system_solve(x->system, x->right, x->step);
-    double size = static_newton_largest(x->unknowns, y);
-    bool small = static_newton_largest(x->unknowns, x->step) <= 1e-3 * fmax(1, size);
-    for (size_t i = 0; i < x->unknowns && small; i++) {
-        y[i] -= x->step[i];
+    static_system_solve(newton->system, newton->right, newton->step);
+    double size = static_newton_largest(newton->unknowns, y);
+    bool small = static_newton_largest(newton->unknowns, newton->step) <= 1e-3 * fmax(1, size);
+    for (size_t i = 0; i < newton->unknowns && small; i++) {
+        y[i] -= newton->step[i];
     }
     return small;
 }
@@ -202,47 +206,48 @@ static bool polish(static_newton *x, double *y)
 /* Under given tensions. */
 static bool solve_pulled(void *context, double *y, long *steps)
 {
-    static_newton *x = context;
-    double size = fmax(1, static_newton_largest(x->unknowns, y));
+    static_newton *newton = context;
+    double size = fmax(1, static_newton_largest(newton->unknowns, y));
     long taken = 0;
-    if (x->strain) {
-        return strain_newton_solve(x->strain, y, steps);
+    if (newton->strain) {
+        return strain_newton_solve(newton->strain, y, steps);
     }
-    KINSetFuncNormTol(x->kinsol, RESIDUAL * size);
-    KINSetScaledStepTol(x->kinsol, 1e-14);
-    N_VSetArrayPointer(y, x->y);
-    int status = KINSol(x->kinsol, x->y, KIN_LINESEARCH, x->ones, x->ones);
-    KINGetNumNonlinSolvIters(x->kinsol, &taken);
+    KINSetFuncNormTol(newton->kinsol, RESIDUAL * size);
+    KINSetScaledStepTol(newton->kinsol, 1e-14);
+    N_VSetArrayPointer(y, newton->y);
+    int status = KINSol(newton->kinsol, newton->y, KIN_LINESEARCH, newton->ones, newton->ones);
+    KINGetNumNonlinSolvIters(newton->kinsol, &taken);
     *steps += taken + 1;
-    return (status == KIN_SUCCESS || status == KIN_INITIAL_GUESS_OK) && polish(x, y);
+    return (status == KIN_SUCCESS || status == KIN_INITIAL_GUESS_OK) && polish(newton, y);
 }
 
 static void step_pulled(void *context, const double *y, double *moved)
 {
-    static_newton *x = context;
-    if (x->strain) { /* all the way */
+    static_newton *newton = context;
+    if (newton->strain) { /* all the way */
         long steps = 0;
-        memcpy(moved, y, x->unknowns * sizeof *moved);
-        strain_newton_solve(x->strain, moved, &steps);
+        memcpy(moved, y, newton->unknowns * sizeof *moved);
+        strain_newton_solve(newton->strain, moved, &steps);
         return;
     }
-    static_system_residual(x->system, y, x->right);
-    static_system_solve(x->system, x->right, x->step);
-    for (size_t i = 0; i < x->unknowns; i++) {
-        moved[i] = y[i] - x->step[i];
+    static_system_residual(newton->system, y, newton->right);
+    static_system_solve(newton->system, newton->right, newton->step);
+    for (size_t i = 0; i < newton->unknowns; i++) {
+        moved[i] = y[i] - newton->step[i];
     }
 }
 
 /* Of given angles of tendons with friction. */
 static bool solve_rubbed(void *context, double *y, long *steps)
 {
-    static_newton *x = context;
-    const static_tension_newton given = {solve_pulled, step_pulled, x};
-    return static_tension_solve(x->system, &given, y, x->moved, steps);
+    static_newton *newton = context;
+    const static_tension_newton given = {solve_pulled, step_pulled, newton};
+    return static_tension_solve(newton->system, &given, y, newton->moved, steps);
 }
 
-bool static_newton_solve(static_newton *x, double *y, long *steps)
+bool static_newton_solve(static_newton *newton, double *y, long *steps)
 {
-    return x->friction ? static_friction_solve(x->friction, solve_rubbed, x, y, steps)
-                       : solve_rubbed(x, y, steps);
+    return newton->friction
+               ? static_friction_solve(newton->friction, solve_rubbed, newton, y, steps)
+               : solve_rubbed(newton, y, steps);
 }

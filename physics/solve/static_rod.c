@@ -104,27 +104,27 @@ typedef struct unknown_change {
 } unknown_change;
 
 /* A column of the jacobian, without dq (0, u)/2. */
-static void add_column(const static_point *at, turned_state *x, unknown_change *change, int index,
-                       double (*jacobian)[STATIC_ROWS_MAX])
+static void add_column(const static_point *at, turned_state *state, unknown_change *change,
+                       int index, double (*jacobian)[STATIC_ROWS_MAX])
 {
     double strained[ACTUATION_ROWS], moved[3], turning[3] = {0};
     double terms[4][3], *dn = change->wrench, *dm = dn + 3, *dv = strained, *du = strained + 3;
     for (int i = 0; i < ACTUATION_ROWS; i++) {
         strained[i] = 0;
         for (int k = 0; k < ACTUATION_ROWS; k++) {
-            strained[i] += x->by_wrench[i][k] * change->wrench[k];
+            strained[i] += state->by_wrench[i][k] * change->wrench[k];
         }
         for (int k = 0; k < 3 && at->tubes > 0; k++) {
-            strained[i] -= x->by_wrench[i][3 + k] * change->tubes[k];
+            strained[i] -= state->by_wrench[i][3 + k] * change->tubes[k];
         }
     }
-    to_world(x->rotation, dv, moved);
-    vector_cross(dv, x->n, terms[0]);
-    vector_cross(x->strains, dn, terms[1]);
-    vector_cross(du, x->m, terms[2]);
-    vector_cross(x->strains + 3, dm, terms[3]);
+    to_world(state->rotation, dv, moved);
+    vector_cross(dv, state->n, terms[0]);
+    vector_cross(state->strains, dn, terms[1]);
+    vector_cross(du, state->m, terms[2]);
+    vector_cross(state->strains + 3, dm, terms[3]);
     if (change->turned) {
-        to_world(change->turned, x->strains, turning);
+        to_world(change->turned, state->strains, turning);
     }
     for (int i = 0; i < 3; i++) {
         jacobian[STATIC_R + i][index] = moved[i] + turning[i];
@@ -132,25 +132,26 @@ static void add_column(const static_point *at, turned_state *x, unknown_change *
         jacobian[STATIC_M + i][index] = -terms[0][i] - terms[1][i] - terms[2][i] - terms[3][i];
     }
     for (int i = 0; i < 4; i++) {
-        const double *left = x->left[i];
+        const double *left = state->left[i];
         jacobian[STATIC_Q + i][index] = (left[0] * du[0] + left[1] * du[1] + left[2] * du[2]) / 2;
     }
     for (int i = 0; i < 2 * at->tubes; i++) {
-        jacobian[STATIC_TUBES + i][index] = vector_dot(x->tubes[i / 2][i % 2], du);
+        jacobian[STATIC_TUBES + i][index] = vector_dot(state->tubes[i / 2][i % 2], du);
     }
 }
 
 /* Columns of theta and m_i, which add to the moment by themselves. */
-static void add_tubes(const static_point *at, turned_state *x, double (*jacobian)[STATIC_ROWS_MAX])
+static void add_tubes(const static_point *at, turned_state *state,
+                      double (*jacobian)[STATIC_ROWS_MAX])
 {
     int first = at->actuation.count - at->tubes;
     for (int i = 0; i < at->tubes; i++) {
-        double(*by)[5] = x->tubes[i];
+        double(*by)[5] = state->tubes[i];
         int row = STATIC_TUBES + 2 * i;
         unknown_change turned = {.tubes = {by[1][0], by[1][1], 0}}, twisted = {.turned = NULL};
         twisted.tubes[2] = solve_tube_is_here(&at->actuation, first + i);
-        add_column(at, x, &turned, row, jacobian);
-        add_column(at, x, &twisted, row + 1, jacobian);
+        add_column(at, state, &turned, row, jacobian);
+        add_column(at, state, &twisted, row + 1, jacobian);
         for (int k = 0; k < 2; k++) {
             jacobian[row + k][row] += by[k][3];
             jacobian[row + k][row + 1] += by[k][4];
@@ -158,22 +159,22 @@ static void add_tubes(const static_point *at, turned_state *x, double (*jacobian
     }
 }
 
-static void differentiate(const static_point *at, const double *y, turned_state *x,
+static void differentiate(const static_point *at, const double *y, turned_state *state,
                           double (*jacobian)[STATIC_ROWS_MAX])
 {
-    const double *u = x->strains + 3;
+    const double *u = state->strains + 3;
     memset(jacobian, 0, (size_t)(STATIC_TUBES + 2 * at->tubes) * sizeof *jacobian);
     for (int k = 0; k < 4; k++) {
-        unknown_change change = {.turned = x->by_q[k]};
-        to_body(x->by_q[k], y + STATIC_N, change.wrench);
-        add_column(at, x, &change, STATIC_Q + k, jacobian);
+        unknown_change change = {.turned = state->by_q[k]};
+        to_body(state->by_q[k], y + STATIC_N, change.wrench);
+        add_column(at, state, &change, STATIC_Q + k, jacobian);
     }
     for (int k = 0; k < 3; k++) {
         unknown_change pull = {.turned = NULL}, bend = {.turned = NULL};
-        memcpy(pull.wrench, x->rotation[k], 3 * sizeof(double));
-        add_column(at, x, &pull, STATIC_N + k, jacobian);
+        memcpy(pull.wrench, state->rotation[k], 3 * sizeof(double));
+        add_column(at, state, &pull, STATIC_N + k, jacobian);
         bend.wrench[3 + k] = 1;
-        add_column(at, x, &bend, STATIC_M + k, jacobian);
+        add_column(at, state, &bend, STATIC_M + k, jacobian);
         /* q (0, u)/2 by q: the product with (0, u) from the right */
         int j = (k + 1) % 3, l = (k + 2) % 3;
         jacobian[STATIC_Q][STATIC_Q + 1 + k] += -u[k] / 2;
@@ -181,7 +182,7 @@ static void differentiate(const static_point *at, const double *y, turned_state 
         jacobian[STATIC_Q + 1 + k][STATIC_Q + 1 + j] += u[l] / 2;
         jacobian[STATIC_Q + 1 + k][STATIC_Q + 1 + l] += -u[j] / 2;
     }
-    add_tubes(at, x, jacobian);
+    add_tubes(at, state, jacobian);
 }
 
 /* Subtracts from N and m what laws outside do to the rod at y: force F, moment R^T T; and from

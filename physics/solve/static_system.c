@@ -11,90 +11,95 @@
 
 enum { CHORDS = 256 }; /* of the arc along which a turned end moves; any number serves */
 
-size_t static_system_unknowns(const static_system *x)
+size_t static_system_unknowns(const static_system *system)
 {
-    return (size_t)x->rows + edge(x, x->elements);
+    return (size_t)system->rows + edge(system, system->elements);
 }
 
-int static_system_elements(const static_system *x)
+int static_system_elements(const static_system *system)
 {
-    return x->elements;
+    return system->elements;
 }
 
-const double *static_system_edges(const static_system *x)
+const double *static_system_edges(const static_system *system)
 {
-    return x->edges;
+    return system->edges;
 }
 
-const gauss_rule *static_system_rule(const static_system *x)
+const gauss_rule *static_system_rule(const static_system *system)
 {
-    return &x->rule;
+    return &system->rule;
 }
 
-int static_system_rows(const static_system *x)
+int static_system_rows(const static_system *system)
 {
-    return x->rows;
+    return system->rows;
 }
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-void static_system_free(static_system *x)
+void static_system_free(static_system *system)
 {
-    if (x) {
-        free(x->edges);
-        free(x->jump);
-        free(x->jumps);
-        free(x->points);
-        free(x->sections);
-        free(x->axial);
-        free(x->rest);
-        free(x->along);
-        free(x->actuators);
-        free(x->angles);
-        free(x->rate);
-        free(x->by_y);
-        free(x->across);
-        free(x->factor);
-        free(x->pivots);
-        free(x->by_start);
-        free(x->inner);
-        free(x->chords);
-        if (x->band) {
-            SUNDlsMat_destroyMat(x->band);
+    if (system) {
+        free(system->edges);
+        free(system->jump);
+        free(system->jumps);
+        free(system->points);
+        free(system->sections);
+        free(system->axial);
+        free(system->rest);
+        free(system->along);
+        free(system->actuators);
+        free(system->angles);
+        free(system->rate);
+        free(system->by_y);
+        free(system->across);
+        free(system->factor);
+        free(system->pivots);
+        free(system->by_start);
+        free(system->inner);
+        free(system->chords);
+        if (system->band) {
+            SUNDlsMat_destroyMat(system->band);
         }
-        free(x->band_pivots);
-        free(x->right);
-        free(x);
+        free(system->band_pivots);
+        free(system->right);
+        free(system);
     }
 }
 
-static bool allocate(static_system *x)
+static bool allocate(static_system *system)
 {
-    size_t elements = (size_t)x->elements, points = elements * (size_t)x->stages;
-    size_t inner = inner_rows(x), rows = (size_t)x->rows, edges = (elements + 1) * rows;
-    x->edges = malloc((elements + 1) * sizeof *x->edges);
-    x->jump = malloc((elements + 1) * sizeof *x->jump);
-    x->jumps = calloc((size_t)x->rod->jumps.count + 1, sizeof *x->jumps);
-    x->points = malloc(points * sizeof *x->points);
-    x->sections = malloc(points * sizeof *x->sections);
-    x->axial = malloc(points * sizeof *x->axial);
-    x->rest = malloc(points * sizeof *x->rest);
-    x->along = malloc((points * (size_t)x->rod->along.numbers + 1) * sizeof *x->along);
-    x->actuators = malloc((points * (size_t)x->rod->actuators + 1) * sizeof *x->actuators);
-    x->angles = calloc((points + 2 * elements) * (size_t)x->rod->frictions + 1, sizeof *x->angles);
-    x->rate = malloc(points * rows * sizeof *x->rate);
-    x->by_y = malloc(points * sizeof *x->by_y);
-    x->across = malloc(elements * sizeof *x->across);
-    x->factor = malloc(elements * inner * inner * sizeof *x->factor);
-    x->pivots = malloc(elements * inner * sizeof *x->pivots);
-    x->by_start = malloc(elements * inner * rows * sizeof *x->by_start);
-    x->inner = malloc(elements * inner * sizeof *x->inner);
-    x->band = SUNDlsMat_newBandMat((sunindextype)edges, x->above, x->lower);
-    x->band_pivots = malloc(edges * sizeof *x->band_pivots);
-    x->right = malloc(edges * sizeof *x->right);
-    return x->edges && x->jump && x->jumps && x->points && x->sections && x->axial && x->rest &&
-           x->along && x->actuators && x->angles && x->rate && x->by_y && x->across && x->factor &&
-           x->pivots && x->by_start && x->inner && x->band && x->band_pivots && x->right;
+    size_t elements = (size_t)system->elements, points = elements * (size_t)system->stages;
+    size_t inner = inner_rows(system), rows = (size_t)system->rows, edges = (elements + 1) * rows;
+    system->edges = malloc((elements + 1) * sizeof *system->edges);
+    system->jump = malloc((elements + 1) * sizeof *system->jump);
+    system->jumps = calloc((size_t)system->rod->jumps.count + 1, sizeof *system->jumps);
+    system->points = malloc(points * sizeof *system->points);
+    system->sections = malloc(points * sizeof *system->sections);
+    system->axial = malloc(points * sizeof *system->axial);
+    system->rest = malloc(points * sizeof *system->rest);
+    system->along =
+        malloc((points * (size_t)system->rod->along.numbers + 1) * sizeof *system->along);
+    system->actuators =
+        malloc((points * (size_t)system->rod->actuators + 1) * sizeof *system->actuators);
+    system->angles = calloc((points + 2 * elements) * (size_t)system->rod->frictions + 1,
+                            sizeof *system->angles);
+    system->rate = malloc(points * rows * sizeof *system->rate);
+    system->by_y = malloc(points * sizeof *system->by_y);
+    system->across = malloc(elements * sizeof *system->across);
+    system->factor = malloc(elements * inner * inner * sizeof *system->factor);
+    system->pivots = malloc(elements * inner * sizeof *system->pivots);
+    system->by_start = malloc(elements * inner * rows * sizeof *system->by_start);
+    system->inner = malloc(elements * inner * sizeof *system->inner);
+    system->band = SUNDlsMat_newBandMat((sunindextype)edges, system->above, system->lower);
+    system->band_pivots = malloc(edges * sizeof *system->band_pivots);
+    system->right = malloc(edges * sizeof *system->right);
+    return system->edges && system->jump && system->jumps && system->points && system->sections &&
+           system->axial && system->rest && system->along && system->actuators && system->angles &&
+           system->rate && system->by_y && system->across && system->factor && system->pivots &&
+           system->by_start && system->inner && system->band && system->band_pivots &&
+           system->right;
 }
 
 /* exp(vector), half of whose angle is taken (the exponential of quaternions). */
@@ -118,15 +123,15 @@ static void twist_end(double angle, double *rotation)
 }
 
 /* The unstressed rod is where held ends set out from, and where a spring pulls to. */
-static ad_status set_ends(static_system *x, ad_error *error)
+static ad_status set_ends(static_system *system, ad_error *error)
 {
     solve_initial unstressed[2];
-    ad_status status = solve_rod_initial(x->rod, 2, (double[]){0, 1}, unstressed, error);
+    ad_status status = solve_rod_initial(system->rod, 2, (double[]){0, 1}, unstressed, error);
     for (int i = 0; i < 2 && status == AD_OK; i++) {
         solve_end_state given;
-        status = solve_rod_end(x->rod, i, 0, &given, error);
-        static_end *bare = &x->bare[i], *full = &x->full[i];
-        *bare = (static_end){.kind = x->rod->ends[i]};
+        status = solve_rod_end(system->rod, i, 0, &given, error);
+        static_end *bare = &system->bare[i], *full = &system->full[i];
+        *bare = (static_end){.kind = system->rod->ends[i]};
         memcpy(bare->position, unstressed[i].position, sizeof bare->position);
         memcpy(bare->rotation, unstressed[i].rotation, sizeof bare->rotation);
         memcpy(bare->upright, unstressed[i].rotation, sizeof bare->upright);
@@ -134,23 +139,23 @@ static ad_status set_ends(static_system *x, ad_error *error)
         memcpy(full->position, given.position, sizeof full->position);
         memcpy(full->rotation, given.rotation, sizeof full->rotation);
     }
-    x->twist = static_twist(x->rod);
-    if (status == AD_OK && x->twist != 0) {
-        twist_end(-x->twist, x->full[1].rotation);
+    system->twist = static_twist(system->rod);
+    if (status == AD_OK && system->twist != 0) {
+        twist_end(-system->twist, system->full[1].rotation);
     }
     return status;
 }
 
 /* The unstressed rod with each chord turned by share s of the vector: a straight rod becomes an arc
  * that meets the turned end. */
-static void turned_arc(const static_system *x, double share, double *sum)
+static void turned_arc(const static_system *system, double share, double *sum)
 {
     memset(sum, 0, 3 * sizeof *sum);
     for (int i = 0; i < CHORDS; i++) {
         double q[4], rotation[3][3], chord[3];
-        turn_of(x->turn, share * (i + 0.5) / CHORDS, q);
+        turn_of(system->turn, share * (i + 0.5) / CHORDS, q);
         rotation_matrix(q, rotation);
-        to_world(rotation, x->chords[i], chord);
+        to_world(rotation, system->chords[i], chord);
         for (int k = 0; k < 3; k++) {
             sum[k] += chord[k];
         }
@@ -158,61 +163,63 @@ static void turned_arc(const static_system *x, double share, double *sum)
 }
 
 /* The bases of tubes, behind which straight parts twist. */
-static ad_status set_bases(static_system *x, ad_error *error)
+static ad_status set_bases(static_system *system, ad_error *error)
 {
-    const solve_rod *rod = x->rod;
+    const solve_rod *rod = system->rod;
     int tubes = rod->tubes, first = rod->actuators - tubes;
     solve_actuator at[SOLVE_ACTUATORS_MAX];
     ad_status status = tubes > 0 ? solve_rod_actuators(rod, 1, (double[]){0}, 0, at, error) : AD_OK;
     for (int end = 0; end < 2 && status == AD_OK; end++) {
-        x->full[end].tubes = tubes;
+        system->full[end].tubes = tubes;
         for (int i = 0; i < tubes; i++) {
             const solve_extent *extent = &rod->extents[first + i];
-            x->full[end].turned[i] = extent->turned;
-            x->full[end].softness[i] = extent->transmission * at[first + i].softness;
+            system->full[end].turned[i] = extent->turned;
+            system->full[end].softness[i] = extent->transmission * at[first + i].softness;
         }
     }
     return status;
 }
 
 /* Of an end that a rotation vector turns. */
-static ad_status set_turn(static_system *x, ad_error *error)
+static ad_status set_turn(static_system *system, ad_error *error)
 {
-    const scene_end *end = &x->rod->scene.end;
-    if (!x->rod->ends[1].holds_rotation || !end->rotation_vector[0].is_given ||
-        scene_is_manufactured(&x->rod->scene)) {
+    const scene_end *end = &system->rod->scene.end;
+    if (!system->rod->ends[1].holds_rotation || !end->rotation_vector[0].is_given ||
+        scene_is_manufactured(&system->rod->scene)) {
         return AD_OK;
     }
     solve_initial at[CHORDS + 1];
     double s[CHORDS + 1];
     for (int i = 0; i < 3; i++) {
-        x->turn[i] = quantity_value(end->rotation_vector[i], scene_length(&x->rod->scene), 0);
+        system->turn[i] =
+            quantity_value(end->rotation_vector[i], scene_length(&system->rod->scene), 0);
     }
     for (int i = 0; i <= CHORDS; i++) {
         s[i] = (double)i / CHORDS;
     }
-    x->chords = malloc(CHORDS * sizeof *x->chords);
-    ad_status status = x->chords ? solve_rod_initial(x->rod, CHORDS + 1, s, at, error)
-                                 : ad_fail(error, AD_NO_MEMORY, "out of memory for an arc");
+    system->chords = malloc(CHORDS * sizeof *system->chords);
+    ad_status status = system->chords ? solve_rod_initial(system->rod, CHORDS + 1, s, at, error)
+                                      : ad_fail(error, AD_NO_MEMORY, "out of memory for an arc");
     for (int i = 0; status == AD_OK && i < CHORDS; i++) {
         for (int k = 0; k < 3; k++) {
-            x->chords[i][k] = at[i + 1].position[k] - at[i].position[k];
+            system->chords[i][k] = at[i + 1].position[k] - at[i].position[k];
         }
     }
     if (status == AD_OK) {
-        turned_arc(x, 1, x->arc);
+        turned_arc(system, 1, system->arc);
     }
     return status;
 }
 
 /* Each place has to be an edge. */
-static ad_status set_jumps(static_system *x, ad_error *error)
+static ad_status set_jumps(static_system *system, ad_error *error)
 {
-    const solve_jumps *given = &x->rod->jumps;
+    const solve_jumps *given = &system->rod->jumps;
     int next = 0;
-    for (int e = 0; e <= x->elements; e++) {
-        bool here = next < given->count && fabs(given->at[next].s - x->edges[e]) < SOLVE_SAME_PLACE;
-        x->jump[e] = here ? next++ : -1;
+    for (int e = 0; e <= system->elements; e++) {
+        bool here =
+            next < given->count && fabs(given->at[next].s - system->edges[e]) < SOLVE_SAME_PLACE;
+        system->jump[e] = here ? next++ : -1;
     }
     if (next < given->count) {
         return ad_fail(error, AD_BAD_ARGUMENT, "s = %g, where something acts, is no edge",
@@ -220,31 +227,36 @@ static ad_status set_jumps(static_system *x, ad_error *error)
     }
     for (int k = 0; k < given->count; k++) {
         const solve_jump *from = &given->at[k];
-        static_jump *to = &x->jumps[k];
-        to->rows = x->rows;
+        static_jump *to = &system->jumps[k];
+        to->rows = system->rows;
         to->turn = from->turns ? from->turn : NULL;
         to->acting = &from->acting;
     }
     return AD_OK;
 }
 
-static ad_status set_points(static_system *x, ad_error *error)
+static ad_status set_points(static_system *system, ad_error *error)
 {
     size_t count = 0;
-    for (int e = 0; e < x->elements; e++) {
-        for (int i = 0; i < x->stages; i++) {
-            x->points[count++] = x->edges[e] + width(x, e) * x->rule.nodes[i];
+    for (int e = 0; e < system->elements; e++) {
+        for (int i = 0; i < system->stages; i++) {
+            system->points[count++] = system->edges[e] + width(system, e) * system->rule.nodes[i];
         }
     }
-    ad_status status = solve_rod_sections(x->rod, count, x->points, x->sections, error);
+    ad_status status =
+        solve_rod_sections(system->rod, count, system->points, system->sections, error);
     for (size_t i = 0; i < count; i++) {
-        x->axial[i] = x->sections[i].compliance[2];
+        system->axial[i] = system->sections[i].compliance[2];
     }
-    status = status == AD_OK ? solve_rod_rest(x->rod, count, x->points, 0, x->rest, error) : status;
-    status =
-        status == AD_OK ? solve_rod_along(x->rod, count, x->points, 0, x->along, error) : status;
-    return status == AD_OK && x->rod->actuators > 0
-               ? solve_rod_actuators(x->rod, count, x->points, 0, x->actuators, error)
+    status = status == AD_OK
+                 ? solve_rod_rest(system->rod, count, system->points, 0, system->rest, error)
+                 : status;
+    status = status == AD_OK
+                 ? solve_rod_along(system->rod, count, system->points, 0, system->along, error)
+                 : status;
+    return status == AD_OK && system->rod->actuators > 0
+               ? solve_rod_actuators(system->rod, count, system->points, 0, system->actuators,
+                                     error)
                : status;
 }
 
@@ -256,69 +268,70 @@ ad_status static_system_create(const solve_rod *rod, int stages, int elements, c
     if (status != AD_OK) {
         return status;
     }
-    static_system *x = calloc(1, sizeof *x);
-    if (x) {
+    static_system *system = calloc(1, sizeof *system);
+    if (system) {
         int rows = static_rows(rod), first = static_end_rows(rod, 0);
-        *x = (static_system){.rod = rod,
-                             .rule = solve_gauss_rule_of(stages),
-                             .elements = elements,
-                             .stages = stages,
-                             .rows = rows,
-                             .start_rows = first,
-                             .end_rows = static_end_rows(rod, 1),
-                             .lower = first + rows - 1,
-                             .above = 3 * rows - 2, /* and 2 rows - 1 - first without pivoting */
-                             .perturbed = rod->along};
-        acting_add(&x->perturbed, LAW_FOLLOWER_FORCE);
+        *system =
+            (static_system){.rod = rod,
+                            .rule = solve_gauss_rule_of(stages),
+                            .elements = elements,
+                            .stages = stages,
+                            .rows = rows,
+                            .start_rows = first,
+                            .end_rows = static_end_rows(rod, 1),
+                            .lower = first + rows - 1,
+                            .above = 3 * rows - 2, /* and 2 rows - 1 - first without pivoting */
+                            .perturbed = rod->along};
+        acting_add(&system->perturbed, LAW_FOLLOWER_FORCE);
     }
-    if (!x || !allocate(x)) {
-        static_system_free(x);
+    if (!system || !allocate(system)) {
+        static_system_free(system);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %d nodes", stages * elements);
     }
-    memcpy(x->edges, edges, ((size_t)elements + 1) * sizeof *edges);
-    status = set_points(x, error);
+    memcpy(system->edges, edges, ((size_t)elements + 1) * sizeof *edges);
+    status = set_points(system, error);
     if (status == AD_OK) {
-        status = set_ends(x, error);
+        status = set_ends(system, error);
     }
-    status = status == AD_OK ? set_bases(x, error) : status;
-    status = status == AD_OK ? set_turn(x, error) : status;
+    status = status == AD_OK ? set_bases(system, error) : status;
+    status = status == AD_OK ? set_turn(system, error) : status;
     if (status == AD_OK) {
-        status = set_jumps(x, error);
+        status = set_jumps(system, error);
     }
     if (status != AD_OK) {
-        static_system_free(x);
+        static_system_free(system);
         return status;
     }
-    static_system_set(x, &(static_path){.load = 1});
-    *result = x;
+    static_system_set(system, &(static_path){.load = 1});
+    *result = system;
     return AD_OK;
 }
 
-void static_system_points(const static_system *x, double *s)
+void static_system_points(const static_system *system, double *s)
 {
-    const double *from = x->points;
+    const double *from = system->points;
     *s++ = 0;
-    for (int e = 0; e < x->elements; e++) {
-        for (int i = 0; i < x->stages; i++) {
+    for (int e = 0; e < system->elements; e++) {
+        for (int i = 0; i < system->stages; i++) {
             *s++ = *from++;
         }
-        *s++ = x->edges[e + 1];
+        *s++ = system->edges[e + 1];
     }
 }
 
-ad_status static_system_guess(const static_system *x, double *y, ad_error *error)
+ad_status static_system_guess(const static_system *system, double *y, ad_error *error)
 {
-    size_t rows = (size_t)x->rows, count = static_system_unknowns(x) / rows;
+    size_t rows = (size_t)system->rows, count = static_system_unknowns(system) / rows;
     double *s = malloc(count * sizeof *s);
     solve_initial *shape = malloc(count * sizeof *shape);
     solve_end_state *exact = calloc(count, sizeof *exact);
     ad_status status = s && shape && exact ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
     if (status == AD_OK) {
-        static_system_points(x, s);
-        status = solve_rod_initial(x->rod, count, s, shape, error);
+        static_system_points(system, s);
+        status = solve_rod_initial(system->rod, count, s, shape, error);
     }
-    if (status == AD_OK && scene_is_manufactured(&x->rod->scene)) {
-        status = solve_rod_manufactured(x->rod, count, s, 0, exact, error);
+    if (status == AD_OK && scene_is_manufactured(&system->rod->scene)) {
+        status = solve_rod_manufactured(system->rod, count, s, 0, exact, error);
     }
     for (size_t i = 0; status == AD_OK && i < count; i++) {
         double *to = y + i * rows;
@@ -360,37 +373,38 @@ static void part_way(const double *p, const double *q, double share, double *res
 
 /* The end s = 1 on its way, turned by a share of its vector: along the arc that the rod would make
  * there, as the straight way would squash it, and by the rest of the way to where it is held. */
-static void turn_end(const static_system *x, double share, static_end *at)
+static void turn_end(const static_system *system, double share, static_end *at)
 {
     double turn[4], arc[3];
-    const double *start = x->ends[0].position,
-                 *held[2] = {x->full[0].position, x->full[1].position};
-    turn_of(x->turn, share, turn);
-    quaternion_product(turn, x->bare[1].rotation, at->rotation);
-    turned_arc(x, share, arc);
+    const double *start = system->ends[0].position,
+                 *held[2] = {system->full[0].position, system->full[1].position};
+    turn_of(system->turn, share, turn);
+    quaternion_product(turn, system->bare[1].rotation, at->rotation);
+    turned_arc(system, share, arc);
     for (int k = 0; k < 3; k++) {
-        double rest = held[1][k] - held[0][k] - x->arc[k];
+        double rest = held[1][k] - held[0][k] - system->arc[k];
         at->position[k] = start[k] + arc[k] + share * rest;
     }
 }
 
-static void set_path_jumps(static_system *x)
+static void set_path_jumps(static_system *system)
 {
-    double load = x->path.load, way = way_of(&x->path);
-    for (int k = 0; k < x->rod->jumps.count; k++) {
-        static_jump *at = &x->jumps[k];
-        acting_on_way(at->acting, solve_jump_numbers(&x->rod->jumps, x->rod->jumps.number, k), load,
+    double load = system->path.load, way = way_of(&system->path);
+    for (int k = 0; k < system->rod->jumps.count; k++) {
+        static_jump *at = &system->jumps[k];
+        acting_on_way(at->acting,
+                      solve_jump_numbers(&system->rod->jumps, system->rod->jumps.number, k), load,
                       way, at->numbers);
     }
 }
 
-void static_system_set(static_system *x, const static_path *path)
+void static_system_set(static_system *system, const static_path *path)
 {
     double load = path->load, way = way_of(path);
-    x->path = *path;
+    system->path = *path;
     for (int end = 0; end < 2; end++) {
-        const static_end *bare = &x->bare[end], *full = &x->full[end];
-        static_end *at = &x->ends[end];
+        const static_end *bare = &system->bare[end], *full = &system->full[end];
+        static_end *at = &system->ends[end];
         *at = *full;
         at->spring[0] = at->spring[1] = path->spring;
         at->spring[path->director] += path->plane_spring;
@@ -403,34 +417,34 @@ void static_system_set(static_system *x, const static_path *path)
             at->turned[i] = rod_tube_turn_share(load) * full->turned[i];
         }
     }
-    if (x->chords) {
-        turn_end(x, way, &x->ends[1]);
+    if (system->chords) {
+        turn_end(system, way, &system->ends[1]);
     }
-    if (x->twist != 0) {
-        twist_end(load * x->twist, x->ends[1].rotation);
+    if (system->twist != 0) {
+        twist_end(load * system->twist, system->ends[1].rotation);
     }
-    set_path_jumps(x);
-    for (int i = 0; i < x->elements * x->stages; i++) {
-        x->sections[i].compliance[2] = x->axial[i] + path->stretch;
+    set_path_jumps(system);
+    for (int i = 0; i < system->elements * system->stages; i++) {
+        system->sections[i].compliance[2] = system->axial[i] + path->stretch;
     }
 }
 
-const solve_rod *static_system_rod(const static_system *x)
+const solve_rod *static_system_rod(const static_system *system)
 {
-    return x->rod;
+    return system->rod;
 }
 
-double *static_system_tensions(static_system *x)
+double *static_system_tensions(static_system *system)
 {
-    return x->tensions;
+    return system->tensions;
 }
 
-int static_system_element(const static_system *x, double s)
+int static_system_element(const static_system *system, double s)
 {
-    int first = 0, last = x->elements - 1;
+    int first = 0, last = system->elements - 1;
     while (first < last) {
         int middle = (first + last + 1) / 2;
-        if (x->edges[middle] < s) {
+        if (system->edges[middle] < s) {
             first = middle;
         } else {
             last = middle - 1;
@@ -440,14 +454,15 @@ int static_system_element(const static_system *x, double s)
 }
 
 /* Of the angles, by the polynomials of the element. */
-static void set_rubbed(const static_system *x, double s, solve_actuation *pulling)
+static void set_rubbed(const static_system *system, double s, solve_actuation *pulling)
 {
-    int e = static_system_element(x, s), points = x->stages + 2, count = x->rod->frictions;
-    const double *angles = x->angles + e * points * count;
+    int e = static_system_element(system, s), points = system->stages + 2,
+        count = system->rod->frictions;
+    const double *angles = system->angles + e * points * count;
     double weights[GAUSS_STAGES_MAX + 2];
-    solve_gauss_lagrange(&x->rule, (s - x->edges[e]) / width(x, e), weights);
-    for (int i = 0, k = 0; i < x->rod->actuators; i++) {
-        const bool rubs = x->rod->extents[i].rubs;
+    solve_gauss_lagrange(&system->rule, (s - system->edges[e]) / width(system, e), weights);
+    for (int i = 0, k = 0; i < system->rod->actuators; i++) {
+        const bool rubs = system->rod->extents[i].rubs;
         for (int j = 0; j < points && rubs; j++) {
             pulling->rubbed[i] +=
                 pulling->actuators[i].friction * weights[j] * angles[j * count + k];
@@ -456,23 +471,24 @@ static void set_rubbed(const static_system *x, double s, solve_actuation *pullin
     }
 }
 
-solve_actuation static_system_actuation(const static_system *x, const solve_actuator *actuators,
-                                        size_t point, double s)
+solve_actuation static_system_actuation(const static_system *system,
+                                        const solve_actuator *actuators, size_t point, double s)
 {
-    solve_actuation pulling = solve_actuation_at(x->rod, actuators, point, s, x->path.load);
-    pulling.tensions = x->tensions;
-    if (x->rod->frictions > 0) {
-        set_rubbed(x, s, &pulling);
+    solve_actuation pulling =
+        solve_actuation_at(system->rod, actuators, point, s, system->path.load);
+    pulling.tensions = system->tensions;
+    if (system->rod->frictions > 0) {
+        set_rubbed(system, s, &pulling);
     }
     return pulling;
 }
 
-double static_system_imperfection(const static_system *x)
+double static_system_imperfection(const static_system *system)
 {
-    return x->path.imperfection;
+    return system->path.imperfection;
 }
 
-double static_system_load(const static_system *x)
+double static_system_load(const static_system *system)
 {
-    return x->path.load;
+    return system->path.load;
 }

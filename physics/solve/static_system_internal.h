@@ -56,23 +56,23 @@ static inline double way_of(const static_path *path)
     return path->load + (1 - path->load) * path->ahead;
 }
 
-static inline size_t inner_rows(const static_system *x)
+static inline size_t inner_rows(const static_system *system)
 {
-    return (size_t)(x->stages * x->rows);
+    return (size_t)(system->stages * system->rows);
 }
 
-static inline double width(const static_system *x, int element)
+static inline double width(const static_system *system, int element)
 {
-    return x->edges[element + 1] - x->edges[element];
+    return system->edges[element + 1] - system->edges[element];
 }
 
 /* Index of the y at edge `element`; the inner ones of the element follow. */
-static inline size_t edge(const static_system *x, int element)
+static inline size_t edge(const static_system *system, int element)
 {
-    return (size_t)element * (inner_rows(x) + (size_t)x->rows);
+    return (size_t)element * (inner_rows(system) + (size_t)system->rows);
 }
 
 /* What is given at the i-th of the points. */
-static_point static_system_point(const static_system *x, size_t i);
+static_point static_system_point(const static_system *system, size_t i);
 
 #endif

@@ -12,34 +12,35 @@ enum { MESHES = 4 }; /* each twice as fine as the one before */
 /* Loads of marks on two meshes that agree as well are taken for exact. */
 static const double AGREED = 1e-10;
 
-void static_trace_free(static_trace *x)
+void static_trace_free(static_trace *trace)
 {
-    if (x) {
-        free(x->points);
-        free(x);
+    if (trace) {
+        free(trace->points);
+        free(trace);
     }
 }
 
 enum { SAMPLED = sizeof(solve_state) / sizeof(double) * STABILITY_POINTS };
 
 /* values [columns][STABILITY_POINTS] of the scene as it was given, in SI units. */
-static ad_status sample(const static_solution *x, scene *given, double *values, ad_error *error)
+static ad_status sample(const static_solution *solution, scene *given, double *values,
+                        ad_error *error)
 {
     enum { N = STABILITY_POINTS };
     double s[N], units[SAMPLED / N];
     solve_state states[N];
-    *given = x->rod->scene;
+    *given = solution->rod->scene;
     int columns = solution_columns(given);
-    given->motion = x->rod->motion;
+    given->motion = solution->rod->motion;
     ad_status status = stability_points(given, s, error);
     for (int i = 0; i < N && status == AD_OK; i++) {
-        s[i] /= x->rod->scales.length;
+        s[i] /= solution->rod->scales.length;
     }
-    status = status == AD_OK ? static_at(x, N, s, states, error) : status;
+    status = status == AD_OK ? static_at(solution, N, s, states, error) : status;
     if (status != AD_OK) {
         return status;
     }
-    solve_rod_units(x->rod, units);
+    solve_rod_units(solution->rod, units);
     for (int c = 0; c < columns; c++) {
         for (int i = 0; i < N; i++) {
             values[c * N + i] = ((const double *)&states[i])[c] * units[c];
@@ -48,24 +49,24 @@ static ad_status sample(const static_solution *x, scene *given, double *values, 
     return AD_OK;
 }
 
-ad_status static_unstable(const static_solution *x, int *count, ad_error *error)
+ad_status static_unstable(const static_solution *solution, int *count, ad_error *error)
 {
     double values[SAMPLED];
     scene given;
     *count = -1;
-    ad_status status = sample(x, &given, values, error);
-    return status == AD_OK
-               ? stability_count_at(&given, static_system_load(x->system), values, count, error)
-               : status;
+    ad_status status = sample(solution, &given, values, error);
+    return status == AD_OK ? stability_count_at(&given, static_system_load(solution->system),
+                                                values, count, error)
+                           : status;
 }
 
-ad_status static_gives_way(const static_solution *x, bool *lost, ad_error *error)
+ad_status static_gives_way(const static_solution *solution, bool *lost, ad_error *error)
 {
     double values[SAMPLED];
     scene given;
     stability found;
     *lost = false;
-    ad_status status = sample(x, &given, values, error);
+    ad_status status = sample(solution, &given, values, error);
     status = status == AD_OK ? stability_find(&given, values, &found, error) : status;
     *lost = status == AD_OK && stability_is_lost(&found) && !stability_flutters(&found);
     return status;
@@ -95,10 +96,10 @@ static double marks_apart(const static_trace *a, const static_trace *b)
     }
 }
 
-static bool has_marks(const static_trace *x)
+static bool has_marks(const static_trace *trace)
 {
-    for (size_t i = 0; i < x->count; i++) {
-        if (x->points[i].mark != SOLUTION_PLAIN) {
+    for (size_t i = 0; i < trace->count; i++) {
+        if (trace->points[i].mark != SOLUTION_PLAIN) {
             return true;
         }
     }
@@ -176,17 +177,17 @@ ad_status static_trace_create(const solve_rod *rod, const solve_settings *settin
     return status;
 }
 
-void static_trace_report(const static_trace *x, solve_report *report)
+void static_trace_report(const static_trace *trace, solve_report *report)
 {
     report->limit_load = report->bifurcation_load = NAN;
-    report->path_estimate = x->estimate;
-    for (size_t i = x->count; i-- > 0;) {
-        const trace_point *point = &x->points[i];
+    report->path_estimate = trace->estimate;
+    for (size_t i = trace->count; i-- > 0;) {
+        const trace_point *point = &trace->points[i];
         if (point->mark == SOLUTION_LIMIT) {
             report->limit_load = point->load;
         } else if (point->mark == SOLUTION_BIFURCATION) {
             report->bifurcation_load = point->load;
         }
     }
-    report->snapped = x->arrived && !isnan(report->limit_load);
+    report->snapped = trace->arrived && !isnan(report->limit_load);
 }

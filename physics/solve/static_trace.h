@@ -35,18 +35,18 @@ typedef enum trace_goal { TRACE_WHOLE, TRACE_FULL_LOAD, TRACE_FIRST_MARK } trace
 ad_status static_trace_create(const solve_rod *rod, const solve_settings *settings,
                               const path_shape *path, trace_goal goal, static_trace **result,
                               static_solution **end, solve_report *report, ad_error *error);
-void static_trace_free(static_trace *x);
+void static_trace_free(static_trace *trace);
 
 /* Of the whole path: fills in limit_load, bifurcation_load and snapped of a report. */
-void static_trace_report(const static_trace *x, solve_report *report);
+void static_trace_report(const static_trace *trace, solve_report *report);
 
-/* Unstable modes of the equilibrium of x->y under the load of its system, as
+/* Unstable modes of the equilibrium of solution->y under the load of its system, as
  * physics/solve/stability.h counts them; -1: not asked. AD_NO_MEMORY, or what the tape says of a
  * formula. */
-ad_status static_unstable(const static_solution *x, int *count, ad_error *error);
+ad_status static_unstable(const static_solution *solution, int *count, ad_error *error);
 
 /* Whether the equilibrium under the full load is known not to be stable, as stability_find says,
  * other than by flutter, which no other path evades. */
-ad_status static_gives_way(const static_solution *x, bool *lost, ad_error *error);
+ad_status static_gives_way(const static_solution *solution, bool *lost, ad_error *error);
 
 #endif

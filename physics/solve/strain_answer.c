@@ -119,18 +119,18 @@ static void put_curvature(const question *q, bool stepped, double *refined)
 
 static void put_values(const question *q, double *values)
 {
-    strain_group *x = q->group;
+    strain_group *group = q->group;
     const size_t width = (size_t)q->fine->outputs * SOLVE_MEMBERS_COLUMNS;
-    strain_group_evaluate(x, x->modes + STRAIN_BEYOND);
+    strain_group_evaluate(group, group->modes + STRAIN_BEYOND);
     if (q->members == LANES) {
         for (size_t i = 0; i < width; i++) {
             for (size_t lane = 0; lane < LANES; lane++) {
-                values[lane * width + i] = x->values[i][lane];
+                values[lane * width + i] = group->values[i][lane];
             }
         }
     }
     for (size_t lane = 0; lane < q->members && q->members < LANES; lane++) {
-        strain_group_put(x, (int)lane, values + lane * width);
+        strain_group_put(group, (int)lane, values + lane * width);
     }
 }
 
@@ -190,15 +190,15 @@ static void copy_forces(const strain_form *from, strain_form *to)
  * itself, as the shortest waves of curvature bend the rod the least. */
 static void approach(question *q)
 {
-    strain_group *x = q->group;
+    strain_group *group = q->group;
     strain_form *form = q->level->form, *fine = q->fine->form;
-    lanes *more = x->start, *there = x->before;
+    lanes *more = group->start, *there = group->before;
     const bool pushed = form->push_at >= 0;
     const int from[3] = {0, pushed ? form->push_at : 0, form->angle_at};
     const int to[3] = {0, pushed ? fine->push_at : 0, fine->angle_at};
     const int width[3] = {3, pushed ? 3 : 0, form->rub_count};
     for (int k = 0; k < 3; k++) {
-        strain_level_sample(&x->back, q->fine, q->level, width[k], fine->right + to[k],
+        strain_level_sample(&group->back, q->fine, q->level, width[k], fine->right + to[k],
                             form->right + from[k]);
     }
     copy_forces(fine, form);
@@ -211,7 +211,7 @@ static void approach(question *q)
         more[i] = form->right[i] - more[i];
     }
     for (int k = 0; k < 3; k++) {
-        strain_level_sample(&x->beyond, q->level, q->fine, width[k], more + from[k], there);
+        strain_level_sample(&group->beyond, q->level, q->fine, width[k], more + from[k], there);
         for (int i = 0; i < width[k] * fine->nodes; i++) {
             fine->right[to[k] + i] += there[i];
         }
@@ -246,26 +246,26 @@ static void move_beyond(strain_form *fine)
  * where an end is held: along what that leaves free a rod may be soft, and far from linear. */
 static void compare(question *q, bool stepped)
 {
-    strain_group *x = q->group;
+    strain_group *group = q->group;
     strain_form *fine = q->fine->form;
     double next[LANES] = {0};
-    strain_group_keep(fine, x->other);
+    strain_group_keep(fine, group->other);
     move_beyond(fine);
-    strain_group_compare(fine, x->other, true, q->left);
+    strain_group_compare(fine, group->other, true, q->left);
     if (fine->holding > 0) {
         strain_form_shape(fine);
         approach(q);
-        strain_group_keep(fine, x->before);
+        strain_group_keep(fine, group->before);
         move_beyond(fine);
-        strain_group_compare(fine, x->before, true, next);
+        strain_group_compare(fine, group->before, true, next);
         for (int lane = 0; lane < LANES; lane++) {
             q->again[lane] = next[lane] / q->left[lane];
             q->left[lane] = 0;
         }
-        strain_group_compare(fine, x->other, true, q->left);
+        strain_group_compare(fine, group->other, true, q->left);
     }
     if (stepped) {
-        strain_group_compare(fine, x->placed, true, q->predicted);
+        strain_group_compare(fine, group->placed, true, q->predicted);
     }
 }
 
@@ -291,19 +291,21 @@ static void put_answers(const question *q, bool stepped, solve_answer *answers)
     }
 }
 
-ad_status strain_group_refine(strain_group *x, size_t members, const double *parameters,
+ad_status strain_group_refine(strain_group *group, size_t members, const double *parameters,
                               const double *curvature, int steps, double *values, double *refined,
                               solve_answer *answers, ad_error *error)
 {
-    question q = {.group = x,
+    question q = {.group = group,
                   .members = members,
-                  .level = &x->level[x->modes],
-                  .fine = &x->level[x->modes + STRAIN_BEYOND]};
+                  .level = &group->level[group->modes],
+                  .fine = &group->level[group->modes + STRAIN_BEYOND]};
     const lanes whole = NO_LANES + 1;
-    strain_group_parameters(x, members, parameters);
-    ad_status status = strain_level_give(q.level, x->rod, x->count, x->parameters, x->room, error);
+    strain_group_parameters(group, members, parameters);
+    ad_status status =
+        strain_level_give(q.level, group->rod, group->count, group->parameters, group->room, error);
     if (status == AD_OK && answers) {
-        status = strain_level_give(q.fine, x->rod, x->count, x->parameters, x->room, error);
+        status = strain_level_give(q.fine, group->rod, group->count, group->parameters, group->room,
+                                   error);
     }
     if (status != AD_OK) {
         return status;

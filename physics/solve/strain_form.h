@@ -181,52 +181,53 @@ typedef struct strain_form {
 /* AD_NO_MEMORY, AD_BAD_ARGUMENT: a law that depends on the velocity. Extents, laws and jumps must
  * outlive it. */
 ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_error *error);
-void strain_form_free(strain_form *x);
+void strain_form_free(strain_form *form);
 
 /* Joints and laws at edges, from s = 0 on: the latter with their unknowns. */
-void strain_form_set_jumps(strain_form *x);
+void strain_form_set_jumps(strain_form *form);
 
 /* The i-th number that is sought, but for pose of a start that is not held. */
-lanes *strain_form_unknown(strain_form *x, int i);
+lanes *strain_form_unknown(strain_form *form, int i);
 
 /* Everything that follows from u (at[].u), what is sought besides, and what is given: `right`
  * becomes the residual. v is warm: what it was before is where it is sought. */
-void strain_form_shape(strain_form *x);
+void strain_form_shape(strain_form *form);
 
 /* The same without the balance: no moments, and `right` stays. */
-void strain_form_strain(strain_form *x);
+void strain_form_strain(strain_form *form);
 
 /* What the law of the section is beyond its stiffness at a node: force and moment, and the upper
  * triangle of the second derivatives of its energy by v and u, or by v alone, of 6 or 3 rows. */
-void strain_form_law(const strain_form *x, int node, int rows, lanes wrench[6], lanes *stiffness);
+void strain_form_law(const strain_form *form, int node, int rows, lanes wrench[6],
+                     lanes *stiffness);
 
 /* Rotations and positions alone, for given u and v; and what laws make of these positions. */
-void strain_form_place(strain_form *x);
-void strain_form_push(strain_form *x);
+void strain_form_place(strain_form *form);
+void strain_form_push(strain_form *form);
 
 /* Rotations, and angles of tendons with friction, become what the curvature makes of them. */
-void strain_form_rub(strain_form *x);
+void strain_form_rub(strain_form *form);
 
 /* Loads along the rod, by rotations as they are: after numbers of laws have changed. */
-void strain_form_load(strain_form *x);
+void strain_form_load(strain_form *form);
 
 /* The derivatives there, and the matrix times a direction [unknowns] by them; of rods that are the
  * same in all lanes the matrix itself, column-major [unknowns][unknowns], and `right` is
  * overwritten. */
-void strain_form_linearise(strain_form *x);
-void strain_form_apply(strain_form *x, const lanes *direction, lanes *result);
-void strain_form_linearise_first(strain_form *x, double *matrix);
+void strain_form_linearise(strain_form *form);
+void strain_form_apply(strain_form *form, const lanes *direction, lanes *result);
+void strain_form_linearise_first(strain_form *form, double *matrix);
 
 /* right becomes the step to subtract, by elimination in all lanes: element by element where
  * curvatures alone are sought, else of the full matrix. A singular one gives numbers that are none.
  * Tensions are beside the matrix: the step is to those of the linear model of which no tendon with
  * tension is slack and none without is too long. */
-void strain_form_solve(strain_form *x);
+void strain_form_solve(strain_form *form);
 
 /* The same of another right side, by the elimination that was last. */
-void strain_form_solve_again(strain_form *x);
+void strain_form_solve_again(strain_form *form);
 
 /* Subtracts `share` of a step. */
-void strain_form_move(strain_form *x, const lanes *step, const lanes *share);
+void strain_form_move(strain_form *form, const lanes *step, const lanes *share);
 
 #endif

@@ -7,58 +7,58 @@
 #include "physics/solve/strain_inline.h"
 
 /* Where the angle at a node is among what is sought. */
-PROCESSOR_INLINE int angle_at(const strain_form *x, int node, int k)
+PROCESSOR_INLINE int angle_at(const strain_form *form, int node, int k)
 {
-    return x->angle_at + node * x->rub_count + k;
+    return form->angle_at + node * form->rub_count + k;
 }
 
 /* Whether a tendon runs along an element. */
-PROCESSOR_INLINE bool runs_along(const strain_form *x, const strain_rub *of, int e)
+PROCESSOR_INLINE bool runs_along(const strain_form *form, const strain_rub *of, int e)
 {
-    const solve_extent *extent = &x->kind.extents[of->actuator];
-    const double middle = (x->kind.edges[e] + x->kind.edges[e + 1]) / 2;
+    const solve_extent *extent = &form->kind.extents[of->actuator];
+    const double middle = (form->kind.edges[e] + form->kind.edges[e + 1]) / 2;
     return extent->start < middle && middle < extent->end;
 }
 
 /* The integral of the turning of an element's points, to these and to its end. */
-PROCESSOR_INLINE void add_turning(const strain_form *x, const lanes *turning, lanes *from,
+PROCESSOR_INLINE void add_turning(const strain_form *form, const lanes *turning, lanes *from,
                                   lanes *to)
 {
-    const int n = x->kind.stages;
+    const int n = form->kind.stages;
     lanes end = *from;
     for (int i = 0; i < n; i++) {
         to[i] = *from;
         for (int j = 0; j < n; j++) {
-            to[i] += x->rule.matrix[i][j] * turning[j];
+            to[i] += form->rule.matrix[i][j] * turning[j];
         }
-        end += x->rule.weights[i] * turning[i];
+        end += form->rule.weights[i] * turning[i];
     }
     *from = end;
 }
 
 /* d/ds of a vector at the i-th point of an element, times its width. */
-PROCESSOR_INLINE void slope_at(const strain_form *x, int i, lanes (*vectors)[3], lanes slope[3])
+PROCESSOR_INLINE void slope_at(const strain_form *form, int i, lanes (*vectors)[3], lanes slope[3])
 {
     for (int c = 0; c < 3; c++) {
         slope[c] = NO_LANES;
-        for (int j = 0; j < x->kind.stages; j++) {
-            slope[c] += x->slope[i][j] * vectors[j][c];
+        for (int j = 0; j < form->kind.stages; j++) {
+            slope[c] += form->slope[i][j] * vectors[j][c];
         }
     }
 }
 
 /* How much the points of an element turn, times the width, and what its changes are made of: at
  * each the tangent with its derivatives, and the direction in which it turns. */
-PROCESSOR_INLINE void find_turning(strain_form *x, const strain_rub *of, int e, lanes *turning)
+PROCESSOR_INLINE void find_turning(strain_form *form, const strain_rub *of, int e, lanes *turning)
 {
-    const int n = x->kind.stages, first = e * n;
+    const int n = form->kind.stages, first = e * n;
     for (int i = first; i < first + n; i++) {
-        differentiate_length(x, i, of->actuator, of->along[i], of->bend[i]);
-        lanes_to_world(x->at[i].R, of->along[i], of->tangent[i]);
+        differentiate_length(form, i, of->actuator, of->along[i], of->bend[i]);
+        lanes_to_world(form->at[i].R, of->along[i], of->tangent[i]);
     }
     for (int i = 0; i < n; i++) {
         lanes slope[3], square = NO_LANES;
-        slope_at(x, i, of->tangent + first, slope);
+        slope_at(form, i, of->tangent + first, slope);
         for (int c = 0; c < 3; c++) {
             square += slope[c] * slope[c];
         }
@@ -73,40 +73,40 @@ PROCESSOR_INLINE void find_turning(strain_form *x, const strain_rub *of, int e, 
 }
 
 /* What the shape makes of the angles. */
-PROCESSOR_INLINE void measure_angles(strain_form *x)
+PROCESSOR_INLINE void measure_angles(strain_form *form)
 {
-    for (int k = 0; k < x->rub_count; k++) {
-        const strain_rub *of = &x->rubs[k];
+    for (int k = 0; k < form->rub_count; k++) {
+        const strain_rub *of = &form->rubs[k];
         lanes angle = NO_LANES, turning[GAUSS_STAGES_MAX];
-        for (int e = 0; e < x->kind.elements; e++) {
-            if (runs_along(x, of, e)) {
-                find_turning(x, of, e, turning);
-                add_turning(x, turning, &angle, of->measured + e * x->kind.stages);
+        for (int e = 0; e < form->kind.elements; e++) {
+            if (runs_along(form, of, e)) {
+                find_turning(form, of, e, turning);
+                add_turning(form, turning, &angle, of->measured + e * form->kind.stages);
             }
         }
     }
 }
 
 /* A change of a tendon's tension becomes what friction leaves of it at a node. */
-PROCESSOR_INLINE void rub(const strain_form *x, int actuator, int node, lanes *change)
+PROCESSOR_INLINE void rub(const strain_form *form, int actuator, int node, lanes *change)
 {
-    for (int k = 0; k < x->rub_count; k++) {
-        if (x->rubs[k].actuator == actuator) {
-            *change *= x->rubs[k].left[node];
+    for (int k = 0; k < form->rub_count; k++) {
+        if (form->rubs[k].actuator == actuator) {
+            *change *= form->rubs[k].left[node];
         }
     }
 }
 
 /* How much less tendons pull at a node by a change of what is sought: at its strains, force and
  * moment. */
-PROCESSOR_INLINE void change_rubbed(strain_form *x, int node, const lanes *direction,
+PROCESSOR_INLINE void change_rubbed(strain_form *form, int node, const lanes *direction,
                                     lanes wrench[6])
 {
-    for (int k = 0; k < x->rub_count; k++) {
-        const strain_rub *of = &x->rubs[k];
+    for (int k = 0; k < form->rub_count; k++) {
+        const strain_rub *of = &form->rubs[k];
         const lanes pull =
-            x->actuators[node * x->kind.actuators + of->actuator].given[ACTUATOR_PULL];
-        const lanes less = of->friction * pull * direction[angle_at(x, node, k)];
+            form->actuators[node * form->kind.actuators + of->actuator].given[ACTUATOR_PULL];
+        const lanes less = of->friction * pull * direction[angle_at(form, node, k)];
         for (int c = 0; c < 6; c++) {
             wrench[c] -= less * of->along[node][c];
         }
@@ -114,9 +114,9 @@ PROCESSOR_INLINE void change_rubbed(strain_form *x, int node, const lanes *direc
 }
 
 /* How the turning of an element's points changes, by how they have `turned` and are `strained`. */
-PROCESSOR_INLINE void change_turning(strain_form *x, const strain_rub *of, int e, lanes *turning)
+PROCESSOR_INLINE void change_turning(strain_form *form, const strain_rub *of, int e, lanes *turning)
 {
-    const int n = x->kind.stages, first = e * n;
+    const int n = form->kind.stages, first = e * n;
     lanes tangent[GAUSS_STAGES_MAX][3];
     for (int j = 0; j < n; j++) {
         const int node = first + j;
@@ -124,16 +124,16 @@ PROCESSOR_INLINE void change_turning(strain_form *x, const strain_rub *of, int e
         for (int c = 0; c < 3; c++) {
             body[c] = NO_LANES;
             for (int i = 0; i < 6; i++) {
-                body[c] += of->bend[node][law_entry(c, i)] * x->strained[node][i];
+                body[c] += of->bend[node][law_entry(c, i)] * form->strained[node][i];
             }
         }
-        lanes_to_world(x->at[node].R, body, bent);
-        lanes_vector_cross(x->turned[node], of->tangent[node], tangent[j]);
+        lanes_to_world(form->at[node].R, body, bent);
+        lanes_vector_cross(form->turned[node], of->tangent[node], tangent[j]);
         add_lanes(3, bent, tangent[j]);
     }
     for (int i = 0; i < n; i++) {
         lanes slope[3];
-        slope_at(x, i, tangent, slope);
+        slope_at(form, i, tangent, slope);
         turning[i] = NO_LANES;
         for (int c = 0; c < 3; c++) {
             turning[i] += of->across[first + i][c] * slope[c];
@@ -142,20 +142,20 @@ PROCESSOR_INLINE void change_turning(strain_form *x, const strain_rub *of, int e
 }
 
 /* The rows of angles. */
-PROCESSOR_INLINE void rows_of_angles(strain_form *x, const lanes *direction, lanes *to)
+PROCESSOR_INLINE void rows_of_angles(strain_form *form, const lanes *direction, lanes *to)
 {
-    const int n = x->kind.stages;
-    for (int k = 0; k < x->rub_count; k++) {
-        const strain_rub *of = &x->rubs[k];
+    const int n = form->kind.stages;
+    for (int k = 0; k < form->rub_count; k++) {
+        const strain_rub *of = &form->rubs[k];
         lanes angle = NO_LANES, turning[GAUSS_STAGES_MAX], by[GAUSS_STAGES_MAX];
-        for (int e = 0; e < x->kind.elements; e++) {
+        for (int e = 0; e < form->kind.elements; e++) {
             memset(by, 0, sizeof by);
-            if (runs_along(x, of, e)) {
-                change_turning(x, of, e, turning);
-                add_turning(x, turning, &angle, by);
+            if (runs_along(form, of, e)) {
+                change_turning(form, of, e, turning);
+                add_turning(form, turning, &angle, by);
             }
             for (int i = 0; i < n; i++) {
-                const int row = angle_at(x, e * n + i, k);
+                const int row = angle_at(form, e * n + i, k);
                 to[row] = direction[row] - by[i];
             }
         }

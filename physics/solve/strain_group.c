@@ -46,10 +46,10 @@ static int count_solved(int first, int elements, int most)
     return end - first < 2 ? 0 : end - first;
 }
 
-static ad_status add_level(strain_group *x, int elements, const double *edges, int outputs,
+static ad_status add_level(strain_group *group, int elements, const double *edges, int outputs,
                            const double *s, ad_error *error)
 {
-    const mesh_kind *kind = &MESHES[coarsest(elements, edges) + x->levels];
+    const mesh_kind *kind = &MESHES[coarsest(elements, edges) + group->levels];
     const int parts = kind->parts, stages = kind->stages;
     double *divided = malloc(((size_t)(elements * parts) + 1) * sizeof *divided);
     if (!divided) {
@@ -60,14 +60,14 @@ static ad_status add_level(strain_group *x, int elements, const double *edges, i
         divided[i] = edge[0] + (edge[1] - edge[0]) * (i % parts) / parts;
     }
     divided[elements * parts] = edges[elements];
-    ad_status status =
-        strain_level_create(x->rod, stages, elements * parts, divided, x->levels >= x->solved,
-                            outputs, s, &x->level[x->levels], error);
-    if (status == AD_OK && x->levels > 0) {
-        status = strain_link_create(&x->level[x->levels - 1], &x->level[x->levels],
-                                    &x->link[x->levels], error);
+    ad_status status = strain_level_create(group->rod, stages, elements * parts, divided,
+                                           group->levels >= group->solved, outputs, s,
+                                           &group->level[group->levels], error);
+    if (status == AD_OK && group->levels > 0) {
+        status = strain_link_create(&group->level[group->levels - 1], &group->level[group->levels],
+                                    &group->link[group->levels], error);
     }
-    x->levels++;
+    group->levels++;
     free(divided);
     return status;
 }
@@ -76,13 +76,13 @@ ad_status strain_group_create(solve_rod *rod, int count, double tolerance, int e
                               const double *edges, int outputs, const double *s,
                               strain_group **result, ad_error *error)
 {
-    strain_group *x = calloc(1, sizeof *x);
+    strain_group *group = calloc(1, sizeof *group);
     *result = NULL;
-    if (!x) {
+    if (!group) {
         solve_rod_free(rod);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
     }
-    *x = (strain_group){.rod = rod, .count = count, .tolerance = tolerance};
+    *group = (strain_group){.rod = rod, .count = count, .tolerance = tolerance};
     ad_status status = AD_OK;
     size_t room = 0, nodes = 0, unknowns = 0;
     const int first = coarsest(elements, edges);
@@ -93,85 +93,88 @@ ad_status strain_group_create(solve_rod *rod, int count, double tolerance, int e
         is_full = is_full || rod->jumps.at[i].acting.by_position;
     }
     const int most = is_full ? FULL_NODES_MAX : NODES_MAX;
-    x->solved = count_solved(first, elements, most);
-    if (x->solved == 0) {
+    group->solved = count_solved(first, elements, most);
+    if (group->solved == 0) {
         status = ad_fail(error, AD_BAD_ARGUMENT,
                          "members: something jumps in %d places; allowed: up to %d", elements - 1,
                          most / MESHES[first + 1].stages - 1);
     }
-    for (int k = 0; k < x->solved + STRAIN_BEYOND && status == AD_OK; k++) {
-        status = add_level(x, elements, edges, outputs, s, error);
+    for (int k = 0; k < group->solved + STRAIN_BEYOND && status == AD_OK; k++) {
+        status = add_level(group, elements, edges, outputs, s, error);
     }
-    for (int k = 0; k < x->levels && status == AD_OK; k++) {
-        size_t more = strain_level_room(&x->level[k], rod);
+    for (int k = 0; k < group->levels && status == AD_OK; k++) {
+        size_t more = strain_level_room(&group->level[k], rod);
         room = more > room ? more : room;
-        nodes = (size_t)x->level[k].form->nodes;
-        unknowns = (size_t)fmax((double)unknowns, x->level[k].form->unknowns);
+        nodes = (size_t)group->level[k].form->nodes;
+        unknowns = (size_t)fmax((double)unknowns, group->level[k].form->unknowns);
     }
     if (status == AD_OK) {
-        x->parameters = calloc(LANES * (size_t)count + 1, sizeof *x->parameters);
-        x->room = malloc(room * sizeof *x->room);
-        x->start = calloc(unknowns, sizeof *x->start);
-        x->before = calloc(unknowns, sizeof *x->before);
-        x->placed = calloc(3 * nodes + 3, sizeof *x->placed);
-        x->other = calloc(3 * nodes + 3, sizeof *x->other);
-        x->values = calloc((size_t)outputs * SOLVE_MEMBERS_COLUMNS + 1, sizeof *x->values);
-        if (!x->parameters || !x->room || !x->start || !x->before || !x->placed || !x->other ||
-            !x->values) {
+        group->parameters = calloc(LANES * (size_t)count + 1, sizeof *group->parameters);
+        group->room = malloc(room * sizeof *group->room);
+        group->start = calloc(unknowns, sizeof *group->start);
+        group->before = calloc(unknowns, sizeof *group->before);
+        group->placed = calloc(3 * nodes + 3, sizeof *group->placed);
+        group->other = calloc(3 * nodes + 3, sizeof *group->other);
+        group->values = calloc((size_t)outputs * SOLVE_MEMBERS_COLUMNS + 1, sizeof *group->values);
+        if (!group->parameters || !group->room || !group->start || !group->before ||
+            !group->placed || !group->other || !group->values) {
             status = ad_fail(error, AD_NO_MEMORY, "out of memory for members");
         }
     }
-    for (int k = 0; k < x->levels && status == AD_OK; k++) { /* formulas have their memory then */
-        status = strain_level_give(&x->level[k], rod, count, x->parameters, x->room, error);
+    for (int k = 0; k < group->levels && status == AD_OK;
+         k++) { /* formulas have their memory then */
+        status =
+            strain_level_give(&group->level[k], rod, count, group->parameters, group->room, error);
     }
-    status = status == AD_OK ? strain_group_choose(x, 1, error) : status;
+    status = status == AD_OK ? strain_group_choose(group, 1, error) : status;
     if (status != AD_OK) {
-        strain_group_free(x);
+        strain_group_free(group);
         return status;
     }
-    *result = x;
+    *result = group;
     return AD_OK;
 }
 
-static void free_links(strain_group *x)
+static void free_links(strain_group *group)
 {
-    for (int k = 0; k < x->solved; k++) {
-        strain_link_free(&x->sample[k]);
+    for (int k = 0; k < group->solved; k++) {
+        strain_link_free(&group->sample[k]);
     }
-    strain_link_free(&x->beyond);
-    strain_link_free(&x->back);
+    strain_link_free(&group->beyond);
+    strain_link_free(&group->back);
 }
 
-ad_status strain_group_choose(strain_group *x, int modes, ad_error *error)
+ad_status strain_group_choose(strain_group *group, int modes, ad_error *error)
 {
     ad_status status = AD_OK;
-    free_links(x);
-    x->modes = modes;
-    for (int k = 0; k < x->solved && status == AD_OK; k++) {
-        status = strain_link_create(&x->level[k], &x->level[modes], &x->sample[k], error);
+    free_links(group);
+    group->modes = modes;
+    for (int k = 0; k < group->solved && status == AD_OK; k++) {
+        status =
+            strain_link_create(&group->level[k], &group->level[modes], &group->sample[k], error);
     }
-    const strain_level *of = &x->level[modes], *fine = of + STRAIN_BEYOND;
-    status = status == AD_OK ? strain_link_create(of, fine, &x->beyond, error) : status;
-    return status == AD_OK ? strain_link_create(fine, of, &x->back, error) : status;
+    const strain_level *of = &group->level[modes], *fine = of + STRAIN_BEYOND;
+    status = status == AD_OK ? strain_link_create(of, fine, &group->beyond, error) : status;
+    return status == AD_OK ? strain_link_create(fine, of, &group->back, error) : status;
 }
 
-void strain_group_free(strain_group *x)
+void strain_group_free(strain_group *group)
 {
-    if (x) {
-        free_links(x);
-        for (int k = 0; k < x->levels; k++) {
-            strain_link_free(&x->link[k]);
-            strain_level_free(&x->level[k]);
+    if (group) {
+        free_links(group);
+        for (int k = 0; k < group->levels; k++) {
+            strain_link_free(&group->link[k]);
+            strain_level_free(&group->level[k]);
         }
-        solve_rod_free(x->rod);
-        free(x->parameters);
-        free(x->room);
-        free(x->start);
-        free(x->before);
-        free(x->placed);
-        free(x->other);
-        free(x->values);
-        free(x);
+        solve_rod_free(group->rod);
+        free(group->parameters);
+        free(group->room);
+        free(group->start);
+        free(group->before);
+        free(group->placed);
+        free(group->other);
+        free(group->values);
+        free(group);
     }
 }
 
@@ -256,20 +259,20 @@ static inline lanes *unknown(strain_form *form, int i)
 }
 
 /* The guess at the load that is tried, on the line through the last two points of the path. */
-static void guess(strain_group *x, strain_form *form, const follower *f, int lane)
+static void guess(strain_group *group, strain_form *form, const follower *f, int lane)
 {
     const double share = f->before < 0 ? 0 : (f->load - f->done) / (f->done - f->before);
     for (int i = 0; i < form->unknowns; i++) {
-        const double at = x->start[i][lane];
-        (*unknown(form, i))[lane] = at + share * (at - x->before[i][lane]);
+        const double at = group->start[i][lane];
+        (*unknown(form, i))[lane] = at + share * (at - group->before[i][lane]);
     }
 }
 
-static void try_load(strain_group *x, strain_form *form, follower *f, double step, int lane)
+static void try_load(strain_group *group, strain_form *form, follower *f, double step, int lane)
 {
     f->load = f->done + step > 1 - 0.1 * step ? 1 : f->done + step;
     f->tries = 0;
-    guess(x, form, f, lane);
+    guess(group, form, f, lane);
     for (int i = 0; i < form->nodes; i++) { /* what was found may be none */
         for (int c = 0; c < 3; c++) {
             form->at[i].v[c][lane] = form->points[i].rest[c][lane];
@@ -294,7 +297,7 @@ static bool is_found(const follower *f, double goal)
     return f->length <= goal || f->length * f->ratio * f->ratio <= goal;
 }
 
-static void go_on(strain_group *x, strain_form *form, follower *f, int lane)
+static void go_on(strain_group *group, strain_form *form, follower *f, int lane)
 {
     const double step = f->load - f->done, longer = f->tries <= 3 ? 2.5 : 1;
     if (f->load == 1) {
@@ -302,17 +305,17 @@ static void go_on(strain_group *x, strain_form *form, follower *f, int lane)
         return;
     }
     for (int i = 0; i < form->unknowns; i++) {
-        x->before[i][lane] = x->start[i][lane];
-        x->start[i][lane] = (*unknown(form, i))[lane];
+        group->before[i][lane] = group->start[i][lane];
+        group->start[i][lane] = (*unknown(form, i))[lane];
     }
     f->before = f->done;
     f->done = f->load;
     f->fell = false;
-    try_load(x, form, f, longer * step, lane);
+    try_load(group, form, f, longer * step, lane);
 }
 
 /* From the unstressed rod to the whole load, of lanes that are FOLLOWING. */
-static void follow(strain_group *x, strain_level *level, follower *f)
+static void follow(strain_group *group, strain_level *level, follower *f)
 {
     strain_form *form = level->form;
     lanes load, length;
@@ -324,7 +327,7 @@ static void follow(strain_group *x, strain_level *level, follower *f)
         f[lane].before = -1;
         f[lane].tries = 0;
         for (int i = 0; i < form->unknowns; i++) {
-            x->start[i][lane] = (*unknown(form, i))[lane];
+            group->start[i][lane] = (*unknown(form, i))[lane];
         }
     }
     while (any) {
@@ -346,13 +349,13 @@ static void follow(strain_group *x, strain_level *level, follower *f)
         any = false;
         for (int lane = 0; lane < LANES; lane++) {
             follower *one = &f[lane];
-            const double goal = one->load == 1 ? 0.3 * x->tolerance : ON_THE_WAY;
+            const double goal = one->load == 1 ? 0.3 * group->tolerance : ON_THE_WAY;
             if (following[lane] && is_found(one, goal)) {
-                go_on(x, form, one, lane);
+                go_on(group, form, one, lane);
             } else if (!following[lane] && one->state == FOLLOWING) {
                 const double step = 0.3 * (one->load - one->done);
                 one->state = step < SHORTEST ? LOST : FOLLOWING;
-                try_load(x, form, one, one->state == LOST ? 0 : step, lane);
+                try_load(group, form, one, one->state == LOST ? 0 : step, lane);
             }
             any = any || one->state == FOLLOWING;
         }
@@ -387,45 +390,46 @@ void strain_group_compare(const strain_form *form, const lanes *before, bool mor
 
 /* One step from the solution of the coarser mesh: how far it moves the rod is that one's error. To
  * it comes what positions by the next mesh lack against the one beyond, where they are taken. */
-static void step_finer(strain_group *x, int k, const bool *wanted, double *moved)
+static void step_finer(strain_group *group, int k, const bool *wanted, double *moved)
 {
-    strain_form *form = x->level[k].form;
+    strain_form *form = group->level[k].form;
     const lanes whole = NO_LANES + 1;
     lanes length;
-    strain_level_load(&x->level[k], &whole);
-    strain_level_refine(&x->link[k], &x->level[k - 1], &x->level[k]);
+    strain_level_load(&group->level[k], &whole);
+    strain_level_refine(&group->link[k], &group->level[k - 1], &group->level[k]);
     strain_group_step(form, wanted, &length);
-    strain_group_keep(form, x->placed);
+    strain_group_keep(form, group->placed);
     move(form);
     strain_form_shape(form);
     memset(moved, 0, LANES * sizeof *moved);
-    strain_group_compare(form, x->placed, true, moved);
+    strain_group_compare(form, group->placed, true, moved);
     for (int j = k + 1; j <= k + STRAIN_BEYOND; j++) {
-        strain_level_refine(&x->link[j], &x->level[j - 1], &x->level[j]);
-        strain_form_place(x->level[j].form);
+        strain_level_refine(&group->link[j], &group->level[j - 1], &group->level[j]);
+        strain_form_place(group->level[j].form);
     }
     const int last = k + STRAIN_BEYOND;
-    strain_level_foresee(&x->link[last], &x->level[last - 1], &x->level[last], x->placed);
-    strain_group_compare(x->level[last].form, x->placed, false, moved);
+    strain_level_foresee(&group->link[last], &group->level[last - 1], &group->level[last],
+                         group->placed);
+    strain_group_compare(group->level[last].form, group->placed, false, moved);
     for (int lane = 0; lane < LANES; lane++) {
         moved[lane] = isfinite(length[lane]) && isfinite(moved[lane]) ? moved[lane] : INFINITY;
     }
 }
 
-static bool any(const bool *x)
+static bool any(const bool *Bool)
 {
     bool result = false;
     for (int lane = 0; lane < LANES; lane++) {
-        result = result || x[lane];
+        result = result || Bool[lane];
     }
     return result;
 }
 
 /* More steps on the same mesh, of each until its next one would be small. */
-static void settle(strain_group *x, int k, const bool *wanted, follower *f)
+static void settle(strain_group *group, int k, const bool *wanted, follower *f)
 {
     enum { FEW = 4 };
-    strain_form *form = x->level[k].form;
+    strain_form *form = group->level[k].form;
     bool taken[LANES];
     memcpy(taken, wanted, sizeof taken);
     for (int i = 0; i < FEW && any(taken); i++) {
@@ -434,46 +438,46 @@ static void settle(strain_group *x, int k, const bool *wanted, follower *f)
         move(form);
         for (int lane = 0; lane < LANES; lane++) {
             f[lane].steps += taken[lane];
-            taken[lane] = taken[lane] && length[lane] > 0.1 * x->tolerance;
+            taken[lane] = taken[lane] && length[lane] > 0.1 * group->tolerance;
         }
     }
 }
 
 /* ---- results ------------------------------------------------------------------------------- */
 
-void strain_group_evaluate(strain_group *x, int k)
+void strain_group_evaluate(strain_group *group, int k)
 {
-    const double length = x->rod->scales.length;
+    const double length = group->rod->scales.length;
     const double units[SOLVE_MEMBERS_COLUMNS] = {
         length, length, length, 1, 1, 1, 1, 1, 1, 1, 1 / length, 1 / length, 1 / length};
-    strain_level_evaluate(&x->level[k], x->values);
-    for (int i = 0; i < x->level[k].outputs; i++) {
+    strain_level_evaluate(&group->level[k], group->values);
+    for (int i = 0; i < group->level[k].outputs; i++) {
         for (int c = 0; c < SOLVE_MEMBERS_COLUMNS; c++) {
-            x->values[i * SOLVE_MEMBERS_COLUMNS + c] *= units[c];
+            group->values[i * SOLVE_MEMBERS_COLUMNS + c] *= units[c];
         }
     }
 }
 
-void strain_group_put(const strain_group *x, int lane, double *values)
+void strain_group_put(const strain_group *group, int lane, double *values)
 {
-    for (int i = 0; i < x->level[0].outputs * SOLVE_MEMBERS_COLUMNS; i++) {
-        values[i] = x->values[i][lane];
+    for (int i = 0; i < group->level[0].outputs * SOLVE_MEMBERS_COLUMNS; i++) {
+        values[i] = group->values[i][lane];
     }
 }
 
 /* Curvature of level k at the points of that on which it is given and taken. */
-static void put_curvature(const strain_group *x, int k, int lane, double *curvature)
+static void put_curvature(const strain_group *group, int k, int lane, double *curvature)
 {
-    const strain_link *link = &x->sample[k];
-    const int stages = x->level[k].stages;
-    for (int i = 0; i < x->level[x->modes].form->nodes; i++) {
-        const strain_node *at = x->level[k].form->at + link->element[i] * stages;
+    const strain_link *link = &group->sample[k];
+    const int stages = group->level[k].stages;
+    for (int i = 0; i < group->level[group->modes].form->nodes; i++) {
+        const strain_node *at = group->level[k].form->at + link->element[i] * stages;
         for (int c = 0; c < 3; c++) {
             double sum = 0;
             for (int j = 0; j < stages; j++) {
                 sum += link->value[i][j] * at[j].u[c][lane];
             }
-            curvature[3 * i + c] = sum / x->rod->scales.length;
+            curvature[3 * i + c] = sum / group->rod->scales.length;
         }
     }
 }
@@ -487,29 +491,29 @@ static void put_nothing(double *values, size_t lane, int count)
 }
 
 /* Results of lanes that are within the tolerance on mesh k, or are on the last one. */
-static void finish(strain_group *x, int k, const double *moved, bool *wanted, const follower *f,
+static void finish(strain_group *group, int k, const double *moved, bool *wanted, const follower *f,
                    double *values, double *curvature, solve_member *results)
 {
-    const size_t width = (size_t)x->level[k].outputs * SOLVE_MEMBERS_COLUMNS;
-    const size_t unknowns = (size_t)x->level[x->modes].form->elastic;
+    const size_t width = (size_t)group->level[k].outputs * SOLVE_MEMBERS_COLUMNS;
+    const size_t unknowns = (size_t)group->level[group->modes].form->elastic;
     bool evaluated = !values;
     for (int lane = 0; lane < LANES; lane++) {
-        const bool met = moved[lane] <= x->tolerance;
-        if (!wanted[lane] || !(met || k == x->solved - 1)) {
+        const bool met = moved[lane] <= group->tolerance;
+        if (!wanted[lane] || !(met || k == group->solved - 1)) {
             continue;
         }
         if (!evaluated) {
-            strain_group_evaluate(x, k + STRAIN_BEYOND);
+            strain_group_evaluate(group, k + STRAIN_BEYOND);
             evaluated = true;
         }
         wanted[lane] = false;
         if (values) {
-            strain_group_put(x, lane, values + (size_t)lane * width);
+            strain_group_put(group, lane, values + (size_t)lane * width);
         }
         if (curvature) {
-            put_curvature(x, k, lane, curvature + (size_t)lane * unknowns);
+            put_curvature(group, k, lane, curvature + (size_t)lane * unknowns);
         }
-        results[lane].nodes = x->level[k].form->nodes;
+        results[lane].nodes = group->level[k].form->nodes;
         results[lane].estimate = moved[lane];
         results[lane].load = 1;
         results[lane].steps = f[lane].steps + 1;
@@ -519,21 +523,21 @@ static void finish(strain_group *x, int k, const double *moved, bool *wanted, co
 }
 
 /* Lanes that are wanted, followed on mesh `first`; those that are lost there stay wanted. */
-static ad_status solve_from(strain_group *x, int first, bool *wanted, double *values,
+static ad_status solve_from(strain_group *group, int first, bool *wanted, double *values,
                             double *curvature, solve_member *results, ad_error *error)
 {
     follower f[LANES];
     bool finer[LANES];
     double moved[LANES];
-    ad_status status =
-        strain_level_give(&x->level[first], x->rod, x->count, x->parameters, x->room, error);
+    ad_status status = strain_level_give(&group->level[first], group->rod, group->count,
+                                         group->parameters, group->room, error);
     for (int lane = 0; lane < LANES; lane++) {
         f[lane] = (follower){.state = wanted[lane] ? FOLLOWING : LOST};
     }
     if (status != AD_OK) {
         return status;
     }
-    follow(x, &x->level[first], f);
+    follow(group, &group->level[first], f);
     for (int lane = 0; lane < LANES; lane++) {
         finer[lane] = f[lane].state == ARRIVED;
         if (wanted[lane]) {
@@ -545,48 +549,50 @@ static ad_status solve_from(strain_group *x, int first, bool *wanted, double *va
         }
         wanted[lane] = wanted[lane] && !finer[lane];
     }
-    for (int k = first + 1; k < x->solved && any(finer); k++) {
-        status = strain_level_give(&x->level[k], x->rod, x->count, x->parameters, x->room, error);
+    for (int k = first + 1; k < group->solved && any(finer); k++) {
+        status = strain_level_give(&group->level[k], group->rod, group->count, group->parameters,
+                                   group->room, error);
         if (status != AD_OK) {
             return status;
         }
-        step_finer(x, k, finer, moved);
-        finish(x, k, moved, finer, f, values, curvature, results);
+        step_finer(group, k, finer, moved);
+        finish(group, k, moved, finer, f, values, curvature, results);
         if (any(finer)) {
-            settle(x, k, finer, f);
+            settle(group, k, finer, f);
         }
     }
     return AD_OK;
 }
 
-void strain_group_parameters(strain_group *x, size_t members, const double *parameters)
+void strain_group_parameters(strain_group *group, size_t members, const double *parameters)
 {
-    const size_t count = (size_t)x->count;
+    const size_t count = (size_t)group->count;
     for (size_t lane = 0; lane < LANES; lane++) {
         const size_t from = lane < members ? lane : 0;
-        memcpy(x->parameters + lane * count, parameters + from * count, count * sizeof *parameters);
+        memcpy(group->parameters + lane * count, parameters + from * count,
+               count * sizeof *parameters);
     }
 }
 
-ad_status strain_group_solve(strain_group *x, size_t members, const double *parameters,
+ad_status strain_group_solve(strain_group *group, size_t members, const double *parameters,
                              double *values, double *curvature, solve_member *results,
                              ad_error *error)
 {
-    const int width = x->level[0].outputs * SOLVE_MEMBERS_COLUMNS;
-    const int unknowns = x->level[x->modes].form->elastic;
+    const int width = group->level[0].outputs * SOLVE_MEMBERS_COLUMNS;
+    const int unknowns = group->level[group->modes].form->elastic;
     bool wanted[LANES];
-    strain_group_parameters(x, members, parameters);
+    strain_group_parameters(group, members, parameters);
     for (size_t lane = 0; lane < LANES; lane++) {
         wanted[lane] = lane < members;
     }
-    ad_status status = solve_from(x, 0, wanted, values, curvature, results, error);
+    ad_status status = solve_from(group, 0, wanted, values, curvature, results, error);
     for (int k = 0; k < 2 && status == AD_OK && any(wanted); k++) {
         bool again[LANES];
         for (size_t lane = 0; lane < LANES; lane++) {
             again[lane] = wanted[lane] && (k == 0 || results[lane].end != SOLVE_MEMBER_UNSTABLE);
         }
-        if (any(again) && SAFE_LEVELS[k] + 1 < x->solved) {
-            status = solve_from(x, SAFE_LEVELS[k], again, values, curvature, results, error);
+        if (any(again) && SAFE_LEVELS[k] + 1 < group->solved) {
+            status = solve_from(group, SAFE_LEVELS[k], again, values, curvature, results, error);
         }
         for (size_t lane = 0; lane < members; lane++) {
             wanted[lane] = wanted[lane] && isinf(results[lane].estimate);

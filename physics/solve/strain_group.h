@@ -33,10 +33,10 @@ typedef struct strain_group {
 ad_status strain_group_create(solve_rod *rod, int count, double tolerance, int elements,
                               const double *edges, int outputs, const double *s,
                               strain_group **result, ad_error *error);
-void strain_group_free(strain_group *x);
+void strain_group_free(strain_group *group);
 
 /* Curvature is given and taken on this level, 0 < level < solved. AD_NO_MEMORY. */
-ad_status strain_group_choose(strain_group *x, int modes, ad_error *error);
+ad_status strain_group_choose(strain_group *group, int modes, ad_error *error);
 
 /* Numbers x [count], at most COMPLEMENT_MAX, that equations depend on linearly, become those with
  * which these are met best, by least squares; all but the first `open` are not negative. columns
@@ -45,17 +45,17 @@ ad_status strain_group_choose(strain_group *x, int modes, ad_error *error);
 void strain_group_fit(int rows, int count, int open, int apart, const double *columns, double *x);
 
 /* `members` of them, at most LANES: as solve_members_curvature and solve_members_refine. */
-ad_status strain_group_solve(strain_group *x, size_t members, const double *parameters,
+ad_status strain_group_solve(strain_group *group, size_t members, const double *parameters,
                              double *values, double *curvature, solve_member *results,
                              ad_error *error);
-ad_status strain_group_refine(strain_group *x, size_t members, const double *parameters,
+ad_status strain_group_refine(strain_group *group, size_t members, const double *parameters,
                               const double *curvature, int steps, double *values, double *refined,
                               solve_answer *answers, ad_error *error);
 
 /* ---- for strain_answer.c ------------------------------------------------------------------- */
 
 /* Where members are few, the first again. */
-void strain_group_parameters(strain_group *x, size_t members, const double *parameters);
+void strain_group_parameters(strain_group *group, size_t members, const double *parameters);
 
 /* Newton's step in `right`, and its largest change of curvature, of no number where there is none;
  * of lanes that are left out it is 0. */
@@ -67,8 +67,8 @@ void strain_group_measure(const strain_form *form, lanes *length);
 void strain_group_keep(const strain_form *form, lanes *to);
 void strain_group_compare(const strain_form *form, const lanes *before, bool more, double *moved);
 
-/* x->values, of a level, in SI; and those of one lane. */
-void strain_group_evaluate(strain_group *x, int k);
-void strain_group_put(const strain_group *x, int lane, double *values);
+/* group->values, of a level, in SI; and those of one lane. */
+void strain_group_evaluate(strain_group *group, int k);
+void strain_group_put(const strain_group *group, int lane, double *values);
 
 #endif

@@ -28,41 +28,41 @@ PROCESSOR_INLINE void add_lanes(int count, const lanes *from, lanes *to)
     }
 }
 
-PROCESSOR_INLINE void pull_by_v(strain_form *x, int node, pulling_by_v *sum)
+PROCESSOR_INLINE void pull_by_v(strain_form *form, int node, pulling_by_v *sum)
 {
-    strain_node *at = &x->at[node];
-    const strain_actuator *all = &x->actuators[node * x->kind.actuators];
+    strain_node *at = &form->at[node];
+    const strain_actuator *all = &form->actuators[node * form->kind.actuators];
     memset(sum, 0, sizeof *sum);
-    for (int i = 0; i < x->kind.actuators; i++) {
-        lanes_law_actuator_by_v((int)x->kind.extents[i].law, at->v, at->u, all[i].given,
+    for (int i = 0; i < form->kind.actuators; i++) {
+        lanes_law_actuator_by_v((int)form->kind.extents[i].law, at->v, at->u, all[i].given,
                                 sum->wrench, sum->stiffness);
     }
-    if (x->kind.law) {
+    if (form->kind.law) {
         pulling_by_v own; /* so that the sum need not be in memory without */
-        strain_form_law(x, node, 3, own.wrench, own.stiffness);
+        strain_form_law(form, node, 3, own.wrench, own.stiffness);
         add_lanes(6, own.wrench, sum->wrench);
         add_lanes(6, own.stiffness, sum->stiffness);
     }
 }
 
 /* Whether anything pulls. */
-PROCESSOR_INLINE bool pulls(const strain_form *x)
+PROCESSOR_INLINE bool pulls(const strain_form *form)
 {
-    return x->kind.actuators > 0 || x->kind.law;
+    return form->kind.actuators > 0 || form->kind.law;
 }
 
-PROCESSOR_INLINE void pull_all(strain_form *x, int node, pulling *sum)
+PROCESSOR_INLINE void pull_all(strain_form *form, int node, pulling *sum)
 {
-    strain_node *at = &x->at[node];
-    const strain_actuator *all = &x->actuators[node * x->kind.actuators];
+    strain_node *at = &form->at[node];
+    const strain_actuator *all = &form->actuators[node * form->kind.actuators];
     memset(sum, 0, sizeof *sum);
-    for (int i = 0; i < x->kind.actuators; i++) {
-        lanes_law_actuator((int)x->kind.extents[i].law, at->v, at->u, all[i].given, sum->wrench,
+    for (int i = 0; i < form->kind.actuators; i++) {
+        lanes_law_actuator((int)form->kind.extents[i].law, at->v, at->u, all[i].given, sum->wrench,
                            sum->stiffness);
     }
-    if (x->kind.law) {
+    if (form->kind.law) {
         pulling own;
-        strain_form_law(x, node, 6, own.wrench, own.stiffness);
+        strain_form_law(form, node, 6, own.wrench, own.stiffness);
         add_lanes(6, own.wrench, sum->wrench);
         add_lanes(LAW_STIFFNESS, own.stiffness, sum->stiffness);
     }
@@ -88,14 +88,14 @@ PROCESSOR_INLINE void add_length(const strain_actuator *at, double share, const 
 }
 
 /* Its derivatives by v, u there, of which the first are the tangent in the body, and theirs. */
-PROCESSOR_INLINE void differentiate_length(const strain_form *x, int node, int actuator,
+PROCESSOR_INLINE void differentiate_length(const strain_form *form, int node, int actuator,
                                            lanes along[6], lanes bend[LAW_STIFFNESS])
 {
     lanes given[ACTUATOR_NUMBERS];
-    line_of(&x->actuators[node * x->kind.actuators + actuator], given);
+    line_of(&form->actuators[node * form->kind.actuators + actuator], given);
     memset(along, 0, 6 * sizeof *along);
     memset(bend, 0, LAW_STIFFNESS * sizeof *bend);
-    lanes_law_tendon(x->at[node].v, x->at[node].u, given, along, bend);
+    lanes_law_tendon(form->at[node].v, form->at[node].u, given, along, bend);
 }
 
 /* The part of a that an end holds. */
@@ -135,40 +135,40 @@ PROCESSOR_INLINE void turn_over(strain_edge *edge, lanes q[4])
 
 /* Integrals over an element of rate [stages]: to its points and to its end from its beginning,
  * where `from` is known, */
-PROCESSOR_INLINE void integrate_on(strain_form *x, int e, lanes (*rate)[3], const lanes from[3],
+PROCESSOR_INLINE void integrate_on(strain_form *form, int e, lanes (*rate)[3], const lanes from[3],
                                    lanes (*to)[3], lanes end[3])
 {
-    const int n = x->kind.stages;
+    const int n = form->kind.stages;
     for (int k = 0; k < 3; k++) {
         lanes all = NO_LANES;
         for (int i = 0; i < n; i++) {
             lanes sum = NO_LANES;
             for (int j = 0; j < n; j++) {
-                sum += x->rule.matrix[i][j] * rate[j][k];
+                sum += form->rule.matrix[i][j] * rate[j][k];
             }
-            to[i][k] = from[k] + x->width[e] * sum;
-            all += x->rule.weights[i] * rate[i][k];
+            to[i][k] = from[k] + form->width[e] * sum;
+            all += form->rule.weights[i] * rate[i][k];
         }
-        end[k] = from[k] + x->width[e] * all;
+        end[k] = from[k] + form->width[e] * all;
     }
 }
 
 /* and from its points and its beginning to its end, where `end` is known. */
-PROCESSOR_INLINE void integrate_back(strain_form *x, int e, lanes (*rate)[3], const lanes end[3],
+PROCESSOR_INLINE void integrate_back(strain_form *form, int e, lanes (*rate)[3], const lanes end[3],
                                      lanes (*to)[3], lanes start[3])
 {
-    const int n = x->kind.stages;
+    const int n = form->kind.stages;
     for (int k = 0; k < 3; k++) {
         lanes all = NO_LANES;
         for (int i = 0; i < n; i++) {
             lanes sum = NO_LANES;
             for (int j = 0; j < n; j++) {
-                sum += x->tail[i][j] * rate[j][k];
+                sum += form->tail[i][j] * rate[j][k];
             }
-            to[i][k] = end[k] + x->width[e] * sum;
-            all += x->rule.weights[i] * rate[i][k];
+            to[i][k] = end[k] + form->width[e] * sum;
+            all += form->rule.weights[i] * rate[i][k];
         }
-        start[k] = end[k] + x->width[e] * all;
+        start[k] = end[k] + form->width[e] * all;
     }
 }
 

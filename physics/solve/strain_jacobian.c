@@ -44,25 +44,25 @@ struct strain_jacobian {
     int *pivots;
 };
 
-void strain_jacobian_free(strain_jacobian *x)
+void strain_jacobian_free(strain_jacobian *jacobian)
 {
-    if (x) {
-        ad_program_free(x->residual);
-        ad_program_free(x->shape);
-        ad_program_free(x->left);
-        ad_program_free(x->values);
-        free(x->curvature);
-        free(x->parameters);
-        free(x->by_curvature);
-        free(x->by_parameter);
-        free(x->results);
-        free(x->matrix);
-        free(x->right);
-        free(x->holding);
-        free(x->fit);
-        free(x->slack);
-        free(x->pivots);
-        free(x);
+    if (jacobian) {
+        ad_program_free(jacobian->residual);
+        ad_program_free(jacobian->shape);
+        ad_program_free(jacobian->left);
+        ad_program_free(jacobian->values);
+        free(jacobian->curvature);
+        free(jacobian->parameters);
+        free(jacobian->by_curvature);
+        free(jacobian->by_parameter);
+        free(jacobian->results);
+        free(jacobian->matrix);
+        free(jacobian->right);
+        free(jacobian->holding);
+        free(jacobian->fit);
+        free(jacobian->slack);
+        free(jacobian->pivots);
+        free(jacobian);
     }
 }
 
@@ -79,10 +79,11 @@ static ad_status compile(ad_value of, const ad_value wrt[2], const ad_value alon
     return status == AD_OK ? ad_compile(1, &of, &settings, pool, program, error) : status;
 }
 
-static ad_status record(strain_jacobian *x, ad_tape *tape, const strain_settings *settings,
+static ad_status record(strain_jacobian *jacobian, ad_tape *tape, const strain_settings *settings,
                         const double *s, const int *which, ad_pool *pool, ad_error *error)
 {
-    const int n = (int)x->unknowns, m = (int)x->count, points = (int)x->rows / x->columns;
+    const int n = (int)jacobian->unknowns, m = (int)jacobian->count,
+              points = (int)jacobian->rows / jacobian->columns;
     ad_value each[SCENE_PARAMETERS_MAX], wrt[2], along[2];
     strain_rod *rod = NULL;
     const ad_value at = ad_input(tape, "s", 1); /* the order is that of run */
@@ -97,39 +98,43 @@ static ad_status record(strain_jacobian *x, ad_tape *tape, const strain_settings
     if (status == AD_OK) {
         const ad_value state = strain_rod_state(rod, wrt[0]);
         const ad_value residual = strain_rod_residual(rod, wrt[0], state);
-        status = compile(residual, wrt, along, pool, &x->residual, error);
-        if (status == AD_OK && x->forces + x->held > 0) {
-            status = compile(residual, NULL, NULL, pool, &x->left, error);
+        status = compile(residual, wrt, along, pool, &jacobian->residual, error);
+        if (status == AD_OK && jacobian->forces + jacobian->held > 0) {
+            status = compile(residual, NULL, NULL, pool, &jacobian->left, error);
         }
         if (status == AD_OK) {
             const ad_value shape =
-                strain_rod_columns(rod, wrt[0], state, points, s, x->columns, which);
-            status = compile(shape, wrt, along, pool, &x->shape, error);
-            status = status == AD_OK ? compile(shape, NULL, NULL, pool, &x->values, error) : status;
+                strain_rod_columns(rod, wrt[0], state, points, s, jacobian->columns, which);
+            status = compile(shape, wrt, along, pool, &jacobian->shape, error);
+            status = status == AD_OK ? compile(shape, NULL, NULL, pool, &jacobian->values, error)
+                                     : status;
         }
     }
     strain_rod_free(rod);
     return status;
 }
 
-static ad_status allocate(strain_jacobian *x, ad_error *error)
+static ad_status allocate(strain_jacobian *jacobian, ad_error *error)
 {
-    const size_t n = x->unknowns, m = x->count, directions = n + m;
-    x->chunk = DIRECTIONS / directions > 0 ? DIRECTIONS / directions : 1;
-    const size_t all = x->chunk * directions, most = x->rows > n ? x->rows : n;
-    x->curvature = malloc(x->chunk * n * sizeof *x->curvature);
-    x->parameters = malloc(x->chunk * m * sizeof *x->parameters);
-    x->by_curvature = malloc(all * n * sizeof *x->by_curvature);
-    x->by_parameter = malloc(all * m * sizeof *x->by_parameter);
-    x->results = malloc(all * most * sizeof *x->results);
-    x->matrix = malloc(n * n * sizeof *x->matrix);
-    x->right = malloc(x->chunk * n * m * sizeof *x->right);
-    x->holding = malloc(x->chunk * (x->held + 1) * n * sizeof *x->holding);
-    x->fit = malloc((x->held + 1) * n * sizeof *x->fit);
-    x->slack = malloc((x->chunk * x->tensions + 1) * sizeof *x->slack);
-    x->pivots = malloc(n * sizeof *x->pivots);
-    return x->curvature && x->parameters && x->by_curvature && x->by_parameter && x->results &&
-                   x->matrix && x->right && x->holding && x->fit && x->slack && x->pivots
+    const size_t n = jacobian->unknowns, m = jacobian->count, directions = n + m;
+    jacobian->chunk = DIRECTIONS / directions > 0 ? DIRECTIONS / directions : 1;
+    const size_t all = jacobian->chunk * directions, most = jacobian->rows > n ? jacobian->rows : n;
+    jacobian->curvature = malloc(jacobian->chunk * n * sizeof *jacobian->curvature);
+    jacobian->parameters = malloc(jacobian->chunk * m * sizeof *jacobian->parameters);
+    jacobian->by_curvature = malloc(all * n * sizeof *jacobian->by_curvature);
+    jacobian->by_parameter = malloc(all * m * sizeof *jacobian->by_parameter);
+    jacobian->results = malloc(all * most * sizeof *jacobian->results);
+    jacobian->matrix = malloc(n * n * sizeof *jacobian->matrix);
+    jacobian->right = malloc(jacobian->chunk * n * m * sizeof *jacobian->right);
+    jacobian->holding =
+        malloc(jacobian->chunk * (jacobian->held + 1) * n * sizeof *jacobian->holding);
+    jacobian->fit = malloc((jacobian->held + 1) * n * sizeof *jacobian->fit);
+    jacobian->slack = malloc((jacobian->chunk * jacobian->tensions + 1) * sizeof *jacobian->slack);
+    jacobian->pivots = malloc(n * sizeof *jacobian->pivots);
+    return jacobian->curvature && jacobian->parameters && jacobian->by_curvature &&
+                   jacobian->by_parameter && jacobian->results && jacobian->matrix &&
+                   jacobian->right && jacobian->holding && jacobian->fit && jacobian->slack &&
+                   jacobian->pivots
                ? AD_OK
                : ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of a family");
 }
@@ -154,97 +159,98 @@ ad_status strain_jacobian_create(const scene *open, size_t nodes, const double *
         return status;
     }
     ad_tape *tape = ad_tape_create();
-    strain_jacobian *x = calloc(1, sizeof *x);
-    if (!tape || !x) {
+    strain_jacobian *jacobian = calloc(1, sizeof *jacobian);
+    if (!tape || !jacobian) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of a family");
     } else {
-        x->forces = (size_t)strain_forces(open, (int)nodes);
-        x->held = (size_t)strain_held(open);
+        jacobian->forces = (size_t)strain_forces(open, (int)nodes);
+        jacobian->held = (size_t)strain_held(open);
         for (int i = 0; i < one.tendon_count; i++) {
             if (one.tendons[i].displacement.is_given) {
-                x->arm[x->tensions++] = rod_tendon_arm(&one, i);
+                jacobian->arm[jacobian->tensions++] = rod_tendon_arm(&one, i);
             }
         }
-        x->unknowns = x->forces + 3 * nodes + x->held;
-        x->count = (size_t)settings.count;
-        x->columns = columns;
-        x->rows = (size_t)columns * points;
-        x->length = scene_length(&one);
-        status = record(x, tape, &settings, s, which, pool, error);
+        jacobian->unknowns = jacobian->forces + 3 * nodes + jacobian->held;
+        jacobian->count = (size_t)settings.count;
+        jacobian->columns = columns;
+        jacobian->rows = (size_t)columns * points;
+        jacobian->length = scene_length(&one);
+        status = record(jacobian, tape, &settings, s, which, pool, error);
     }
-    status = status == AD_OK ? allocate(x, error) : status;
+    status = status == AD_OK ? allocate(jacobian, error) : status;
     ad_tape_free(tape);
     if (status != AD_OK) {
-        strain_jacobian_free(x);
+        strain_jacobian_free(jacobian);
         return status;
     }
-    *result = x;
+    *result = jacobian;
     return AD_OK;
 }
 
 /* ---- running ------------------------------------------------------------------------------- */
 
-static ad_status run(const strain_jacobian *x, ad_program *program, size_t members,
+static ad_status run(const strain_jacobian *jacobian, ad_program *program, size_t members,
                      size_t directions, ad_error *error)
 {
-    const double *const inputs[] = {NULL, x->curvature, x->parameters, x->by_curvature,
-                                    x->by_parameter};
-    double *const outputs[] = {x->results};
+    const double *const inputs[] = {NULL, jacobian->curvature, jacobian->parameters,
+                                    jacobian->by_curvature, jacobian->by_parameter};
+    double *const outputs[] = {jacobian->results};
     const ad_run all = {
         .points = members * directions, .inputs = inputs, .outputs = outputs, .members = members};
     return ad_execute(program, &all, error);
 }
 
 /* Each unknown and each parameter by itself. */
-static void set_units(strain_jacobian *x, size_t members)
+static void set_units(strain_jacobian *jacobian, size_t members)
 {
-    const size_t n = x->unknowns, m = x->count, all = members * (n + m);
-    memset(x->by_curvature, 0, all * n * sizeof *x->by_curvature);
-    memset(x->by_parameter, 0, all * m * sizeof *x->by_parameter);
+    const size_t n = jacobian->unknowns, m = jacobian->count, all = members * (n + m);
+    memset(jacobian->by_curvature, 0, all * n * sizeof *jacobian->by_curvature);
+    memset(jacobian->by_parameter, 0, all * m * sizeof *jacobian->by_parameter);
     for (size_t i = 0; i < members; i++) {
         const size_t first = i * (n + m);
         for (size_t k = 0; k < n; k++) {
-            x->by_curvature[k * all + first + k] = 1;
+            jacobian->by_curvature[k * all + first + k] = 1;
         }
         for (size_t k = 0; k < m; k++) {
-            x->by_parameter[k * all + first + n + k] = 1;
+            jacobian->by_parameter[k * all + first + n + k] = 1;
         }
     }
 }
 
 /* The equations of tendons that are slack: no tension, in place of a length. */
-static void let_go(strain_jacobian *x, size_t member)
+static void let_go(strain_jacobian *jacobian, size_t member)
 {
-    const size_t n = x->unknowns, first = n - x->tensions;
-    for (size_t k = 0; k < x->tensions; k++) {
-        if (x->slack[member * x->tensions + k]) {
+    const size_t n = jacobian->unknowns, first = n - jacobian->tensions;
+    for (size_t k = 0; k < jacobian->tensions; k++) {
+        if (jacobian->slack[member * jacobian->tensions + k]) {
             for (size_t i = 0; i < n; i++) {
-                x->matrix[i * n + first + k] = i == first + k;
+                jacobian->matrix[i * n + first + k] = i == first + k;
             }
-            for (size_t i = 0; i < x->count; i++) {
-                x->right[(member * x->count + i) * n + first + k] = 0;
+            for (size_t i = 0; i < jacobian->count; i++) {
+                jacobian->right[(member * jacobian->count + i) * n + first + k] = 0;
             }
         }
     }
 }
 
 /* du/dp into `right` [count][unknowns] of a member; not numbers where F_u is singular. */
-static void solve(strain_jacobian *x, size_t members, size_t member)
+static void solve(strain_jacobian *jacobian, size_t members, size_t member)
 {
-    const size_t n = x->unknowns, m = x->count, all = members * (n + m), first = member * (n + m);
-    double *right = x->right + member * n * m;
+    const size_t n = jacobian->unknowns, m = jacobian->count, all = members * (n + m),
+                 first = member * (n + m);
+    double *right = jacobian->right + member * n * m;
     for (size_t row = 0; row < n; row++) {
-        const double *of = x->results + row * all + first;
+        const double *of = jacobian->results + row * all + first;
         for (size_t k = 0; k < n; k++) {
-            x->matrix[k * n + row] = of[k];
+            jacobian->matrix[k * n + row] = of[k];
         }
         for (size_t k = 0; k < m; k++) {
             right[k * n + row] = -of[n + k];
         }
     }
-    let_go(x, member);
-    if (ad_dense_lu(n, x->matrix, x->pivots) == 0) {
-        ad_dense_lu_solve(n, m, x->matrix, x->pivots, right);
+    let_go(jacobian, member);
+    if (ad_dense_lu(n, jacobian->matrix, jacobian->pivots) == 0) {
+        ad_dense_lu_solve(n, m, jacobian->matrix, jacobian->pivots, right);
     } else {
         for (size_t i = 0; i < n * m; i++) {
             right[i] = NAN;
@@ -253,45 +259,46 @@ static void solve(strain_jacobian *x, size_t members, size_t member)
 }
 
 /* The directions in which members move when a parameter does. */
-static void set_changes(strain_jacobian *x, size_t members)
+static void set_changes(strain_jacobian *jacobian, size_t members)
 {
-    const size_t n = x->unknowns, m = x->count, all = members * m;
-    memset(x->by_parameter, 0, all * m * sizeof *x->by_parameter);
+    const size_t n = jacobian->unknowns, m = jacobian->count, all = members * m;
+    memset(jacobian->by_parameter, 0, all * m * sizeof *jacobian->by_parameter);
     for (size_t k = 0; k < all; k++) { /* member and parameter */
-        x->by_parameter[k % m * all + k] = 1;
+        jacobian->by_parameter[k % m * all + k] = 1;
         for (size_t row = 0; row < n; row++) {
-            x->by_curvature[row * all + k] = x->right[k * n + row];
+            jacobian->by_curvature[row * all + k] = jacobian->right[k * n + row];
         }
     }
 }
 
 /* By how much a tendon is shorter than it may be, by what its tension takes away as it bends the
  * rod. */
-static double shorter(const strain_jacobian *x, size_t members, size_t member, size_t k)
+static double shorter(const strain_jacobian *jacobian, size_t members, size_t member, size_t k)
 {
-    const size_t row = x->unknowns - x->tensions + k;
-    return x->results[row * members + member] / (x->arm[k] * x->arm[k]);
+    const size_t row = jacobian->unknowns - jacobian->tensions + k;
+    return jacobian->results[row * members + member] / (jacobian->arm[k] * jacobian->arm[k]);
 }
 
 /* What each number that holds an end, and each tension, does to the equations of the curvature and
  * to the lengths of tendons, into `holding`. */
-static ad_status find_holding(strain_jacobian *x, size_t members, ad_error *error)
+static ad_status find_holding(strain_jacobian *jacobian, size_t members, ad_error *error)
 {
-    const size_t held = x->held, n = x->unknowns, bent = n - x->forces - held, all = members * held;
-    const size_t rows = bent + x->tensions;
-    memset(x->by_curvature, 0, all * n * sizeof *x->by_curvature);
-    memset(x->by_parameter, 0, all * x->count * sizeof *x->by_parameter);
+    const size_t held = jacobian->held, n = jacobian->unknowns, bent = n - jacobian->forces - held,
+                 all = members * held;
+    const size_t rows = bent + jacobian->tensions;
+    memset(jacobian->by_curvature, 0, all * n * sizeof *jacobian->by_curvature);
+    memset(jacobian->by_parameter, 0, all * jacobian->count * sizeof *jacobian->by_parameter);
     for (size_t i = 0; i < all; i++) {
-        x->by_curvature[(n - held + i % held) * all + i] = 1;
+        jacobian->by_curvature[(n - held + i % held) * all + i] = 1;
     }
-    const ad_status status = run(x, x->residual, members, held, error);
+    const ad_status status = run(jacobian, jacobian->residual, members, held, error);
     for (size_t i = 0; i < all && status == AD_OK; i++) {
-        double *to = x->holding + i * rows;
+        double *to = jacobian->holding + i * rows;
         for (size_t k = 0; k < bent; k++) {
-            to[k] = x->results[(x->forces + k) * all + i];
+            to[k] = jacobian->results[(jacobian->forces + k) * all + i];
         }
-        for (size_t k = 0; k < x->tensions; k++) {
-            to[bent + k] = shorter(x, all, i, k);
+        for (size_t k = 0; k < jacobian->tensions; k++) {
+            to[bent + k] = shorter(jacobian, all, i, k);
         }
     }
     return status;
@@ -299,22 +306,23 @@ static ad_status find_holding(strain_jacobian *x, size_t members, ad_error *erro
 
 /* Those with which these equations are met best, at the residual in `results`, but for lengths of
  * tendons that are slack; the largest change. */
-static double hold(strain_jacobian *x, size_t members)
+static double hold(strain_jacobian *jacobian, size_t members)
 {
-    const size_t held = x->held, first = x->unknowns - held, bent = first - x->forces;
-    const size_t rows = bent + x->tensions, open = held - x->tensions;
+    const size_t held = jacobian->held, first = jacobian->unknowns - held,
+                 bent = first - jacobian->forces;
+    const size_t rows = bent + jacobian->tensions, open = held - jacobian->tensions;
     double most = 0;
     for (size_t i = 0; i < members && held > 0; i++) {
-        double now[COMPLEMENT_MAX], *columns = x->fit;
-        memcpy(columns, x->holding + i * held * rows, held * rows * sizeof *columns);
+        double now[COMPLEMENT_MAX], *columns = jacobian->fit;
+        memcpy(columns, jacobian->holding + i * held * rows, held * rows * sizeof *columns);
         for (size_t k = 0; k < bent; k++) {
-            columns[held * rows + k] = x->results[(x->forces + k) * members + i];
+            columns[held * rows + k] = jacobian->results[(jacobian->forces + k) * members + i];
         }
         for (size_t c = 0; c < held; c++) {
-            now[c] = x->curvature[(first + c) * members + i];
+            now[c] = jacobian->curvature[(first + c) * members + i];
         }
-        for (size_t k = 0; k < x->tensions; k++) {
-            columns[held * rows + bent + k] = shorter(x, members, i, k);
+        for (size_t k = 0; k < jacobian->tensions; k++) {
+            columns[held * rows + bent + k] = shorter(jacobian, members, i, k);
             const bool slack = columns[held * rows + bent + k] > now[open + k];
             for (size_t c = 0; c <= held && slack; c++) {
                 columns[c * rows + bent + k] = 0;
@@ -322,7 +330,7 @@ static double hold(strain_jacobian *x, size_t members)
         }
         strain_group_fit((int)rows, (int)held, (int)open, 1, columns, now);
         for (size_t c = 0; c < held; c++) {
-            double *number = &x->curvature[(first + c) * members + i];
+            double *number = &jacobian->curvature[(first + c) * members + i];
             most = fmax(most, fabs(now[c] - *number));
             *number = now[c];
         }
@@ -332,95 +340,105 @@ static double hold(strain_jacobian *x, size_t members)
 
 /* Forces of the given curvature: the shape has them but for the stretch by them, which is small:
  * each pass leaves that share of what was missing. */
-static ad_status find_forces(strain_jacobian *x, size_t members, ad_error *error)
+static ad_status find_forces(strain_jacobian *jacobian, size_t members, ad_error *error)
 {
     enum { PASSES = 30 };
-    const size_t count = x->forces * members, held = x->held * members;
+    const size_t count = jacobian->forces * members, held = jacobian->held * members;
     double most = count + held > 0;
     ad_status status = AD_OK;
-    memset(x->curvature, 0, count * sizeof *x->curvature);
-    memset(x->curvature + x->unknowns * members - held, 0, held * sizeof *x->curvature);
-    status = held > 0 ? find_holding(x, members, error) : AD_OK;
+    memset(jacobian->curvature, 0, count * sizeof *jacobian->curvature);
+    memset(jacobian->curvature + jacobian->unknowns * members - held, 0,
+           held * sizeof *jacobian->curvature);
+    status = held > 0 ? find_holding(jacobian, members, error) : AD_OK;
     for (int k = 0; k < PASSES && most > 1e-13 && status == AD_OK; k++) {
-        status = run(x, x->left, members, 1, error);
-        most = status == AD_OK ? hold(x, members) : 0;
+        status = run(jacobian, jacobian->left, members, 1, error);
+        most = status == AD_OK ? hold(jacobian, members) : 0;
         for (size_t i = 0; i < count && status == AD_OK; i++) {
-            x->curvature[i] -= x->results[i];
-            most = fmax(most, fabs(x->results[i]));
+            jacobian->curvature[i] -= jacobian->results[i];
+            most = fmax(most, fabs(jacobian->results[i]));
         }
     }
-    if (status == AD_OK && x->tensions > 0) {
-        status = run(x, x->left, members, 1, error);
+    if (status == AD_OK && jacobian->tensions > 0) {
+        status = run(jacobian, jacobian->left, members, 1, error);
     }
-    for (size_t i = 0; i < members * x->tensions && status == AD_OK; i++) {
-        const size_t k = i % x->tensions, member = i / x->tensions;
-        const double pull = x->curvature[(x->unknowns - x->tensions + k) * members + member];
-        x->slack[i] = shorter(x, members, member, k) > pull - SLACK;
+    for (size_t i = 0; i < members * jacobian->tensions && status == AD_OK; i++) {
+        const size_t k = i % jacobian->tensions, member = i / jacobian->tensions;
+        const double pull =
+            jacobian->curvature[(jacobian->unknowns - jacobian->tensions + k) * members + member];
+        jacobian->slack[i] = shorter(jacobian, members, member, k) > pull - SLACK;
     }
     return status;
 }
 
 /* Where the results of a program, [columns][points][members][each], have row [points][columns] of a
  * member's shape. */
-static double *result_of(const strain_jacobian *x, size_t members, size_t each, size_t member,
-                         size_t row)
+static double *result_of(const strain_jacobian *jacobian, size_t members, size_t each,
+                         size_t member, size_t row)
 {
-    const size_t columns = (size_t)x->columns, points = x->rows / columns;
-    return x->results + ((row % columns * points + row / columns) * members + member) * each;
+    const size_t columns = (size_t)jacobian->columns, points = jacobian->rows / columns;
+    return jacobian->results + ((row % columns * points + row / columns) * members + member) * each;
 }
 
-static ad_status run_chunk(strain_jacobian *x, size_t members, const double *parameters,
-                           const double *curvature, double *values, double *jacobian,
-                           ad_error *error)
+static ad_status run_chunk(strain_jacobian *strain_jacobian, size_t members,
+                           const double *parameters, const double *curvature, double *values,
+                           double *jacobian, ad_error *error)
 {
-    const size_t n = x->unknowns, m = x->count, bent = n - x->forces - x->held;
+    const size_t n = strain_jacobian->unknowns, m = strain_jacobian->count,
+                 bent = n - strain_jacobian->forces - strain_jacobian->held;
     const size_t nodes = bent / 3; /* the tape has [3][nodes] */
     for (size_t i = 0; i < members; i++) {
         for (size_t k = 0; k < bent; k++) {
-            x->curvature[(x->forces + k) * members + i] =
-                x->length * curvature[i * bent + k % nodes * 3 + k / nodes];
+            strain_jacobian->curvature[(strain_jacobian->forces + k) * members + i] =
+                strain_jacobian->length * curvature[i * bent + k % nodes * 3 + k / nodes];
         }
         for (size_t k = 0; k < m; k++) {
-            x->parameters[k * members + i] = parameters[i * m + k];
+            strain_jacobian->parameters[k * members + i] = parameters[i * m + k];
         }
     }
-    ad_status status = find_forces(x, members, error);
-    set_units(x, members);
-    status = status == AD_OK ? run(x, x->residual, members, n + m, error) : status;
+    ad_status status = find_forces(strain_jacobian, members, error);
+    set_units(strain_jacobian, members);
+    status = status == AD_OK
+                 ? run(strain_jacobian, strain_jacobian->residual, members, n + m, error)
+                 : status;
     for (size_t i = 0; i < members && status == AD_OK; i++) {
-        solve(x, members, i);
+        solve(strain_jacobian, members, i);
     }
     if (status == AD_OK) {
-        set_changes(x, members);
-        status = run(x, x->shape, members, m, error);
+        set_changes(strain_jacobian, members);
+        status = run(strain_jacobian, strain_jacobian->shape, members, m, error);
     }
-    for (size_t i = 0; i < members * x->rows && status == AD_OK; i++) {
-        const size_t member = i / x->rows;
-        const double *of = result_of(x, members, m, member, i % x->rows);
+    for (size_t i = 0; i < members * strain_jacobian->rows && status == AD_OK; i++) {
+        const size_t member = i / strain_jacobian->rows;
+        const double *of =
+            result_of(strain_jacobian, members, m, member, i % strain_jacobian->rows);
         for (size_t k = 0; k < m; k++) {
-            jacobian[i * m + k] = isfinite(x->right[member * n * m]) ? of[k] : NAN;
+            jacobian[i * m + k] = isfinite(strain_jacobian->right[member * n * m]) ? of[k] : NAN;
         }
     }
     if (status == AD_OK && values) {
-        status = run(x, x->values, members, 1, error);
+        status = run(strain_jacobian, strain_jacobian->values, members, 1, error);
     }
-    for (size_t i = 0; i < members * x->rows && status == AD_OK && values; i++) {
-        values[i] = *result_of(x, members, 1, i / x->rows, i % x->rows);
+    for (size_t i = 0; i < members * strain_jacobian->rows && status == AD_OK && values; i++) {
+        values[i] = *result_of(strain_jacobian, members, 1, i / strain_jacobian->rows,
+                               i % strain_jacobian->rows);
     }
     return status;
 }
 
-ad_status strain_jacobian_run(strain_jacobian *x, size_t members, const double *parameters,
-                              const double *curvature, double *values, double *jacobian,
-                              ad_error *error)
+ad_status strain_jacobian_run(strain_jacobian *strain_jacobian, size_t members,
+                              const double *parameters, const double *curvature, double *values,
+                              double *jacobian, ad_error *error)
 {
     ad_status status = AD_OK;
-    for (size_t first = 0; first < members && status == AD_OK; first += x->chunk) {
-        const size_t left = members - first, now = left < x->chunk ? left : x->chunk;
-        status = run_chunk(x, now, parameters + first * x->count,
-                           curvature + first * (x->unknowns - x->forces - x->held),
-                           values ? values + first * x->rows : NULL,
-                           jacobian + first * x->rows * x->count, error);
+    for (size_t first = 0; first < members && status == AD_OK; first += strain_jacobian->chunk) {
+        const size_t left = members - first,
+                     now = left < strain_jacobian->chunk ? left : strain_jacobian->chunk;
+        status =
+            run_chunk(strain_jacobian, now, parameters + first * strain_jacobian->count,
+                      curvature + first * (strain_jacobian->unknowns - strain_jacobian->forces -
+                                           strain_jacobian->held),
+                      values ? values + first * strain_jacobian->rows : NULL,
+                      jacobian + first * strain_jacobian->rows * strain_jacobian->count, error);
     }
     return status;
 }

@@ -14,12 +14,12 @@ typedef struct strain_jacobian strain_jacobian;
 ad_status strain_jacobian_create(const scene *open, size_t nodes, const double *places,
                                  size_t points, const double *s, int columns, const int *which,
                                  ad_pool *pool, strain_jacobian **result, ad_error *error);
-void strain_jacobian_free(strain_jacobian *x); /* NULL is allowed */
+void strain_jacobian_free(strain_jacobian *jacobian); /* NULL is allowed */
 
 /* values [members][points][columns], or NULL, of curvature [members][nodes][3], 1/m; the rest as
  * solve_members_jacobian. */
-ad_status strain_jacobian_run(strain_jacobian *x, size_t members, const double *parameters,
-                              const double *curvature, double *values, double *jacobian,
-                              ad_error *error);
+ad_status strain_jacobian_run(strain_jacobian *strain_jacobian, size_t members,
+                              const double *parameters, const double *curvature, double *values,
+                              double *jacobian, ad_error *error);
 
 #endif

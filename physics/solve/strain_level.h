@@ -37,24 +37,24 @@ typedef struct strain_level {
 ad_status strain_level_create(const solve_rod *rod, int stages, int elements, const double *edges,
                               bool is_rigid, int outputs, const double *s, strain_level *result,
                               ad_error *error);
-void strain_level_free(strain_level *x); /* not x itself */
+void strain_level_free(strain_level *level); /* not itself */
 
 /* Gives LANES members what they have: parameters [LANES][count]. room: doubles for the largest part
  * at all points of LANES members. */
-ad_status strain_level_give(strain_level *x, const solve_rod *rod, int count,
+ad_status strain_level_give(strain_level *level, const solve_rod *rod, int count,
                             const double *parameters, double *room, ad_error *error);
-size_t strain_level_room(const strain_level *x, const solve_rod *rod);
+size_t strain_level_room(const strain_level *level, const solve_rod *rod);
 
 /* Loads and pulls at a factor for each lane. */
-void strain_level_load(strain_level *x, const lanes *factor);
+void strain_level_load(strain_level *level, const lanes *factor);
 
 /* The unstressed rod. */
-void strain_level_rest(strain_level *x);
+void strain_level_rest(strain_level *level);
 
 /* AD_NO_MEMORY. */
 ad_status strain_link_create(const strain_level *from, const strain_level *to, strain_link *result,
                              ad_error *error);
-void strain_link_free(strain_link *x); /* not x itself */
+void strain_link_free(strain_link *link); /* not itself */
 
 /* Curvature and strain from the other mesh. */
 void strain_level_refine(const strain_link *link, const strain_level *from, strain_level *to);
@@ -68,6 +68,6 @@ void strain_level_sample(const strain_link *link, const strain_level *from, cons
                          int width, const lanes *numbers, lanes *sampled);
 
 /* values [outputs][SOLVE_MEMBERS_COLUMNS] of one lane after the other, dimensionless. */
-void strain_level_evaluate(const strain_level *x, lanes *values);
+void strain_level_evaluate(const strain_level *level, lanes *values);
 
 #endif

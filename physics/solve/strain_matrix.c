@@ -12,19 +12,19 @@ typedef struct yielding {
     lanes by_n[3][3], by_u[3][3], moment_by_n[3][3], moment_by_u[3][3];
 } yielding;
 
-PROCESSOR_INLINE void yield_at(strain_form *x, int node, yielding *to)
+PROCESSOR_INLINE void yield_at(strain_form *form, int node, yielding *to)
 {
-    const strain_point *point = &x->points[node];
+    const strain_point *point = &form->points[node];
     memset(to, 0, sizeof *to);
     for (int i = 0; i < 3; i++) {
         to->by_n[i][i] = point->compliance[i];
     }
-    if (!pulls(x)) {
+    if (!pulls(form)) {
         return;
     }
     lanes soft[3][3], inverse[3][3], by_u[3][3], turned[3][3], more[3][3];
     pulling pull;
-    pull_all(x, node, &pull);
+    pull_all(form, node, &pull);
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++) {
             soft[i][j] = (i == j) + point->compliance[i] * pull.stiffness[law_entry(i, j)];
@@ -62,13 +62,13 @@ PROCESSOR_INLINE void add(lanes to[3][3], lanes from[3][3])
 }
 
 /* r' and the rate of M. */
-PROCESSOR_INLINE void differentiate_rates(strain_form *x, int node, yielding *yield)
+PROCESSOR_INLINE void differentiate_rates(strain_form *form, int node, yielding *yield)
 {
-    strain_node *at = &x->at[node];
+    strain_node *at = &form->at[node];
     lanes part[3][3];
     cross_matrix(at->slope, -1, at->P);
     cross_matrix(at->slope, 1, at->H);
-    if (x->kind.shears) {
+    if (form->kind.shears) {
         multiply(at->R, yield->by_n, part);
         multiply_turned(part, at->R, at->Q);
         multiply(at->R, yield->by_u, at->S);
@@ -79,30 +79,30 @@ PROCESSOR_INLINE void differentiate_rates(strain_form *x, int node, yielding *yi
         cross_times(at->N, -1, at->S, at->K);
     }
     cross_times(at->N, -1, at->P, at->G);
-    if (x->turns) {
+    if (form->turns) {
         add(at->G, at->load_by_turn[1]);
     }
-    if (x->is_pushed) {
-        add(at->G, x->pushes[node].by_turn[1]);
+    if (form->is_pushed) {
+        add(at->G, form->pushes[node].by_turn[1]);
     }
 }
 
-PROCESSOR_INLINE void differentiate_point(strain_form *x, int node)
+PROCESSOR_INLINE void differentiate_point(strain_form *form, int node)
 {
-    strain_node *at = &x->at[node];
-    const strain_point *point = &x->points[node];
+    strain_node *at = &form->at[node];
+    const strain_point *point = &form->points[node];
     lanes part[3][3];
     yielding yield;
-    yield_at(x, node, &yield);
+    yield_at(form, node, &yield);
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++) {
             at->L[i][j] = (i == j) + point->compliance[3 + i] * yield.moment_by_u[i][j];
         }
     }
-    if (x->is_unloaded) {
+    if (form->is_unloaded) {
         return;
     }
-    differentiate_rates(x, node, &yield);
+    differentiate_rates(form, node, &yield);
     multiply_turned(yield.moment_by_n, at->R, at->Z);
     for (int i = 0; i < 3; i++) {
         const lanes soft = point->compliance[3 + i];
@@ -122,45 +122,45 @@ PROCESSOR_INLINE void differentiate_point(strain_form *x, int node)
 
 /* ---- lengths of tendons ---------------------------------------------------------------------- */
 
-PROCESSOR_INLINE void differentiate_lengths(strain_form *x)
+PROCESSOR_INLINE void differentiate_lengths(strain_form *form)
 {
-    for (int k = 0; k < x->tension_count; k++) {
-        const strain_tension *of = &x->tensions[k];
-        for (int i = 0; i < x->nodes; i++) {
+    for (int k = 0; k < form->tension_count; k++) {
+        const strain_tension *of = &form->tensions[k];
+        for (int i = 0; i < form->nodes; i++) {
             lanes unused[LAW_STIFFNESS];
             if (of->share[i] > 0) { /* beyond it stays 0 */
-                differentiate_length(x, i, of->actuator, of->along[i], unused);
+                differentiate_length(form, i, of->actuator, of->along[i], unused);
             }
         }
     }
 }
 
 /* Whether a change of what is sought changes pulls at given strains. */
-PROCESSOR_INLINE bool seeks_pulls(const strain_form *x)
+PROCESSOR_INLINE bool seeks_pulls(const strain_form *form)
 {
-    return x->tension_count + x->rub_count > 0;
+    return form->tension_count + form->rub_count > 0;
 }
 
 /* What a change of tensions and angles adds to N where it acts on the strain, and takes from the
  * moment of tendons, in the body. */
-PROCESSOR_INLINE void change_pulls(strain_form *x, const lanes *direction)
+PROCESSOR_INLINE void change_pulls(strain_form *form, const lanes *direction)
 {
-    for (int i = 0; i < x->nodes && seeks_pulls(x); i++) {
+    for (int i = 0; i < form->nodes && seeks_pulls(form); i++) {
         lanes wrench[6] = {NO_LANES, NO_LANES, NO_LANES, NO_LANES, NO_LANES, NO_LANES};
-        for (int k = 0; k < x->tension_count; k++) {
-            const strain_tension *of = &x->tensions[k];
-            lanes more = direction[x->tension_at + k];
-            rub(x, of->actuator, i, &more);
+        for (int k = 0; k < form->tension_count; k++) {
+            const strain_tension *of = &form->tensions[k];
+            lanes more = direction[form->tension_at + k];
+            rub(form, of->actuator, i, &more);
             for (int c = 0; c < 6; c++) {
                 wrench[c] += more * of->along[i][c];
             }
         }
-        change_rubbed(x, i, direction, wrench);
+        change_rubbed(form, i, direction, wrench);
         for (int c = 0; c < 6; c++) {
-            x->pulled[i][c] = -wrench[c];
+            form->pulled[i][c] = -wrench[c];
         }
-        memcpy(wrench, x->pulled[i], 3 * sizeof *wrench);
-        lanes_to_world(x->at[i].R, wrench, x->pulled[i]);
+        memcpy(wrench, form->pulled[i], 3 * sizeof *wrench);
+        lanes_to_world(form->at[i].R, wrench, form->pulled[i]);
     }
 }
 
@@ -181,46 +181,46 @@ PROCESSOR_INLINE void quotient_by_turn(const lanes p[4], const lanes q[4], lanes
 }
 
 /* M at s = 1 by a turn, or the condition of the turn. */
-PROCESSOR_INLINE void differentiate_end(strain_form *x)
+PROCESSOR_INLINE void differentiate_end(strain_form *form)
 {
-    strain_edge *edge = &x->edges[x->kind.elements];
+    strain_edge *edge = &form->edges[form->kind.elements];
     lanes given[3], world[3], turn[3], by[3][3], R[3][3], upright[4];
-    memset(x->by_end, 0, sizeof x->by_end);
-    if (x->moment_at >= 0) {
-        quotient_by_turn(x->held_q, edge->q, by);
-        lanes_rotation_matrix(x->held_q, R);
-        multiply(R, by, x->held);
+    memset(form->by_end, 0, sizeof form->by_end);
+    if (form->moment_at >= 0) {
+        quotient_by_turn(form->held_q, edge->q, by);
+        lanes_rotation_matrix(form->held_q, R);
+        multiply(R, by, form->held);
         return;
     }
-    in_all_lanes(4, x->last.upright, upright); /* M = -R spring 2 vec(p* q) */
+    in_all_lanes(4, form->last.upright, upright); /* M = -R spring 2 vec(p* q) */
     quotient_by_turn(upright, edge->q, by);
-    turned_from(x->last.upright, edge->q, turn);
+    turned_from(form->last.upright, edge->q, turn);
     for (int i = 0; i < 3; i++) {
-        given[i] = -2 * x->last.spring[i] * turn[i];
+        given[i] = -2 * form->last.spring[i] * turn[i];
         for (int j = 0; j < 3; j++) {
-            by[i][j] *= -x->last.spring[i];
+            by[i][j] *= -form->last.spring[i];
         }
     }
-    multiply(edge->R, by, x->by_end);
+    multiply(edge->R, by, form->by_end);
     lanes_to_world(edge->R, given, world);
     cross_matrix(world, -1, by);
-    add(x->by_end, by);
+    add(form->by_end, by);
 }
 
 /* Of the condition of the moment at s = 0, in the body: m by a turn and by dM is R^T (dM + M x
  * phi). */
-PROCESSOR_INLINE void differentiate_start(strain_form *x)
+PROCESSOR_INLINE void differentiate_start(strain_form *form)
 {
-    strain_edge *edge = &x->edges[0];
+    strain_edge *edge = &form->edges[0];
     lanes by[3][3], cross[3][3], upright[4];
-    in_all_lanes(4, x->start.upright, upright);
+    in_all_lanes(4, form->start.upright, upright);
     quotient_by_turn(upright, edge->q, by);
     cross_matrix(edge->M, 1, cross);
     for (int i = 0; i < 3; i++) {
         for (int j = 0; j < 3; j++) {
-            x->stood[i][j] = -x->start.spring[i] * by[i][j];
+            form->stood[i][j] = -form->start.spring[i] * by[i][j];
             for (int k = 0; k < 3; k++) {
-                x->stood[i][j] += edge->R[k][i] * cross[k][j];
+                form->stood[i][j] += edge->R[k][i] * cross[k][j];
             }
         }
     }
@@ -244,21 +244,21 @@ PROCESSOR_INLINE void take(const lanes *direction, int first, lanes to[3])
     }
 }
 
-PROCESSOR_INLINE void change_turns(strain_form *x, const lanes *direction, changed *points,
+PROCESSOR_INLINE void change_turns(strain_form *form, const lanes *direction, changed *points,
                                    changed *edges)
 {
-    const int n = x->kind.stages;
+    const int n = form->kind.stages;
     lanes turn[3], end[3], rate[GAUSS_STAGES_MAX][3], at[GAUSS_STAGES_MAX][3];
-    take(direction, x->turn_at, turn);
-    for (int e = 0; e <= x->kind.elements; e++) {
+    take(direction, form->turn_at, turn);
+    for (int e = 0; e <= form->kind.elements; e++) {
         memcpy(edges[e].turn, turn, sizeof turn);
-        if (e == x->kind.elements) {
+        if (e == form->kind.elements) {
             break;
         }
         for (int j = 0; j < n; j++) {
-            apply(x->at[e * n + j].R, direction + 3 * (e * n + j), rate[j]);
+            apply(form->at[e * n + j].R, direction + 3 * (e * n + j), rate[j]);
         }
-        integrate_on(x, e, rate, turn, at, end);
+        integrate_on(form, e, rate, turn, at, end);
         for (int j = 0; j < n; j++) {
             memcpy(points[e * n + j].turn, at[j], sizeof at[j]);
         }
@@ -266,17 +266,18 @@ PROCESSOR_INLINE void change_turns(strain_form *x, const lanes *direction, chang
     }
 }
 
-PROCESSOR_INLINE void change_forces(strain_form *x, const lanes *direction, changed *points,
+PROCESSOR_INLINE void change_forces(strain_form *form, const lanes *direction, changed *points,
                                     changed *edges)
 {
-    const int n = x->kind.stages;
+    const int n = form->kind.stages;
     lanes N[3], start[3], rate[GAUSS_STAGES_MAX][3], at[GAUSS_STAGES_MAX][3];
-    take(direction, x->force_at, N);
-    for (int e = x->kind.elements; e >= 0; e--) {
-        add_applied(x->edges[e].by_turn[0], edges[e].turn, N);
-        for (int i = 0; i < x->place_count; i++) {
-            for (int k = 0; k < 3 && x->places[i].edge == e && x->places[i].unknown >= 0; k++) {
-                N[k] += direction[x->places[i].unknown + k];
+    take(direction, form->force_at, N);
+    for (int e = form->kind.elements; e >= 0; e--) {
+        add_applied(form->edges[e].by_turn[0], edges[e].turn, N);
+        for (int i = 0; i < form->place_count; i++) {
+            for (int k = 0; k < 3 && form->places[i].edge == e && form->places[i].unknown >= 0;
+                 k++) {
+                N[k] += direction[form->places[i].unknown + k];
             }
         }
         memcpy(edges[e].force, N, sizeof N);
@@ -285,12 +286,12 @@ PROCESSOR_INLINE void change_forces(strain_form *x, const lanes *direction, chan
         }
         for (int j = 0; j < n; j++) {
             const int node = (e - 1) * n + j;
-            take(direction, x->push_at < 0 ? -1 : x->push_at + 3 * node, rate[j]);
-            if (x->follows) {
-                add_applied(x->at[node].load_by_turn[0], points[node].turn, rate[j]);
+            take(direction, form->push_at < 0 ? -1 : form->push_at + 3 * node, rate[j]);
+            if (form->follows) {
+                add_applied(form->at[node].load_by_turn[0], points[node].turn, rate[j]);
             }
         }
-        integrate_back(x, e - 1, rate, N, at, start);
+        integrate_back(form, e - 1, rate, N, at, start);
         for (int j = 0; j < n; j++) {
             memcpy(points[(e - 1) * n + j].force, at[j], sizeof at[j]);
         }
@@ -298,30 +299,30 @@ PROCESSOR_INLINE void change_forces(strain_form *x, const lanes *direction, chan
     }
 }
 
-PROCESSOR_INLINE void change_places(strain_form *x, const lanes *direction, changed *points,
+PROCESSOR_INLINE void change_places(strain_form *form, const lanes *direction, changed *points,
                                     changed *edges)
 {
-    const int n = x->kind.stages;
+    const int n = form->kind.stages;
     lanes r[3], end[3], rate[GAUSS_STAGES_MAX][3], at[GAUSS_STAGES_MAX][3];
-    take(direction, x->shift_at, r);
-    for (int e = 0; e <= x->kind.elements; e++) {
+    take(direction, form->shift_at, r);
+    for (int e = 0; e <= form->kind.elements; e++) {
         memcpy(edges[e].position, r, sizeof r);
-        if (e == x->kind.elements) {
+        if (e == form->kind.elements) {
             break;
         }
         for (int j = 0; j < n; j++) {
             const int node = e * n + j;
-            apply(x->at[node].P, points[node].turn, rate[j]);
-            if (x->kind.shears) {
-                add_applied(x->at[node].Q, points[node].force, rate[j]);
-                add_applied(x->at[node].S, direction + 3 * node, rate[j]);
+            apply(form->at[node].P, points[node].turn, rate[j]);
+            if (form->kind.shears) {
+                add_applied(form->at[node].Q, points[node].force, rate[j]);
+                add_applied(form->at[node].S, direction + 3 * node, rate[j]);
             }
-            if (seeks_pulls(x)) {
-                add_applied(x->at[node].Q, x->pulled[node], rate[j]);
+            if (seeks_pulls(form)) {
+                add_applied(form->at[node].Q, form->pulled[node], rate[j]);
                 memcpy(points[node].slope, rate[j], sizeof rate[j]);
             }
         }
-        integrate_on(x, e, rate, r, at, end);
+        integrate_on(form, e, rate, r, at, end);
         for (int j = 0; j < n; j++) {
             memcpy(points[e * n + j].position, at[j], sizeof at[j]);
         }
@@ -329,18 +330,18 @@ PROCESSOR_INLINE void change_places(strain_form *x, const lanes *direction, chan
     }
 }
 
-PROCESSOR_INLINE void change_moments(strain_form *x, const lanes *direction, changed *points,
+PROCESSOR_INLINE void change_moments(strain_form *form, const lanes *direction, changed *points,
                                      changed *edges)
 {
-    const int n = x->kind.stages;
+    const int n = form->kind.stages;
     lanes M[3], start[3], rate[GAUSS_STAGES_MAX][3], at[GAUSS_STAGES_MAX][3];
-    take(direction, x->moment_at, M);
-    add_applied(x->by_end, edges[x->kind.elements].turn, M);
-    for (int e = x->kind.elements; e >= 0; e--) {
-        add_applied(x->edges[e].by_turn[1], edges[e].turn, M);
-        for (int i = 0; i < x->place_count; i++) {
-            if (x->places[i].edge == e && x->places[i].acting->moment_by_position) {
-                add_applied(x->places[i].push.by_position[1], edges[e].position, M);
+    take(direction, form->moment_at, M);
+    add_applied(form->by_end, edges[form->kind.elements].turn, M);
+    for (int e = form->kind.elements; e >= 0; e--) {
+        add_applied(form->edges[e].by_turn[1], edges[e].turn, M);
+        for (int i = 0; i < form->place_count; i++) {
+            if (form->places[i].edge == e && form->places[i].acting->moment_by_position) {
+                add_applied(form->places[i].push.by_position[1], edges[e].position, M);
             }
         }
         memcpy(edges[e].moment, M, sizeof M);
@@ -349,22 +350,22 @@ PROCESSOR_INLINE void change_moments(strain_form *x, const lanes *direction, cha
         }
         for (int j = 0; j < n; j++) {
             const int node = (e - 1) * n + j;
-            apply(x->at[node].G, points[node].turn, rate[j]);
-            add_applied(x->at[node].H, points[node].force, rate[j]);
-            if (x->kind.shears) {
-                add_applied(x->at[node].K, direction + 3 * node, rate[j]);
+            apply(form->at[node].G, points[node].turn, rate[j]);
+            add_applied(form->at[node].H, points[node].force, rate[j]);
+            if (form->kind.shears) {
+                add_applied(form->at[node].K, direction + 3 * node, rate[j]);
             }
-            if (x->is_pushed) {
-                add_applied(x->pushes[node].by_position[1], points[node].position, rate[j]);
+            if (form->is_pushed) {
+                add_applied(form->pushes[node].by_position[1], points[node].position, rate[j]);
             }
-            if (seeks_pulls(x)) { /* it moves the slope alone */
+            if (seeks_pulls(form)) { /* it moves the slope alone */
                 lanes slope[3], more[3];
-                apply(x->at[node].Q, x->pulled[node], slope);
-                lanes_vector_cross(slope, x->at[node].N, more);
+                apply(form->at[node].Q, form->pulled[node], slope);
+                lanes_vector_cross(slope, form->at[node].N, more);
                 add_lanes(3, more, rate[j]);
             }
         }
-        integrate_back(x, e - 1, rate, M, at, start);
+        integrate_back(form, e - 1, rate, M, at, start);
         for (int j = 0; j < n; j++) {
             memcpy(points[(e - 1) * n + j].moment, at[j], sizeof at[j]);
         }
@@ -384,11 +385,11 @@ PROCESSOR_INLINE void push_row(const strain_push *push, const lanes force[3],
     }
 }
 
-PROCESSOR_INLINE void rows_of_points(strain_form *x, const lanes *direction, changed *points,
+PROCESSOR_INLINE void rows_of_points(strain_form *form, const lanes *direction, changed *points,
                                      lanes *to)
 {
-    for (int i = 0; i < x->nodes; i++) {
-        strain_node *at = &x->at[i];
+    for (int i = 0; i < form->nodes; i++) {
+        strain_node *at = &form->at[i];
         lanes row[3], moved[3];
         apply(at->Y, points[i].turn, row);
         add_applied(at->Z, points[i].force, row);
@@ -397,156 +398,157 @@ PROCESSOR_INLINE void rows_of_points(strain_form *x, const lanes *direction, cha
         for (int k = 0; k < 3; k++) {
             to[3 * i + k] = row[k] - moved[k];
         }
-        if (seeks_pulls(x)) {
-            apply(at->Z, x->pulled[i], row);
+        if (seeks_pulls(form)) {
+            apply(at->Z, form->pulled[i], row);
             for (int c = 0; c < 3; c++) {
-                row[c] -= x->points[i].compliance[3 + c] * x->pulled[i][3 + c];
+                row[c] -= form->points[i].compliance[3 + c] * form->pulled[i][3 + c];
             }
             add_lanes(3, row, to + 3 * i);
         }
-        if (x->push_at >= 0) {
-            push_row(&x->pushes[i], direction + x->push_at + 3 * i, points[i].position,
-                     points[i].turn, to + x->push_at + 3 * i);
+        if (form->push_at >= 0) {
+            push_row(&form->pushes[i], direction + form->push_at + 3 * i, points[i].position,
+                     points[i].turn, to + form->push_at + 3 * i);
         }
     }
 }
 
 /* How the strains (v, u) of a point change: v with the slope, less its turn. */
-PROCESSOR_INLINE void change_strains(strain_form *x, int node, const lanes *direction,
+PROCESSOR_INLINE void change_strains(strain_form *form, int node, const lanes *direction,
                                      const changed *at, lanes strains[6])
 {
     lanes turned[3], by[3];
-    lanes_vector_cross(at->turn, x->at[node].slope, turned);
+    lanes_vector_cross(at->turn, form->at[node].slope, turned);
     for (int c = 0; c < 3; c++) {
         by[c] = at->slope[c] - turned[c];
     }
-    lanes_to_body(x->at[node].R, by, strains);
+    lanes_to_body(form->at[node].R, by, strains);
     memcpy(strains + 3, direction + 3 * node, 3 * sizeof *strains);
 }
 
 /* By how much tendons become shorter than they may be. */
-PROCESSOR_INLINE void rows_of_lengths(strain_form *x, const lanes *direction, changed *points,
+PROCESSOR_INLINE void rows_of_lengths(strain_form *form, const lanes *direction, changed *points,
                                       lanes *to)
 {
-    for (int k = 0; k < x->tension_count; k++) {
-        const double compliance = x->kind.extents[x->tensions[k].actuator].compliance;
-        to[x->tension_at + k] = compliance * direction[x->tension_at + k];
+    for (int k = 0; k < form->tension_count; k++) {
+        const double compliance = form->kind.extents[form->tensions[k].actuator].compliance;
+        to[form->tension_at + k] = compliance * direction[form->tension_at + k];
     }
-    for (int i = 0; i < x->nodes && x->tension_count > 0; i++) {
+    for (int i = 0; i < form->nodes && form->tension_count > 0; i++) {
         lanes strains[6];
-        change_strains(x, i, direction, &points[i], strains);
-        for (int k = 0; k < x->tension_count; k++) {
-            const strain_tension *of = &x->tensions[k];
+        change_strains(form, i, direction, &points[i], strains);
+        for (int k = 0; k < form->tension_count; k++) {
+            const strain_tension *of = &form->tensions[k];
             for (int c = 0; c < 6; c++) {
-                to[x->tension_at + k] -= of->share[i] * of->along[i][c] * strains[c];
+                to[form->tension_at + k] -= of->share[i] * of->along[i][c] * strains[c];
             }
         }
     }
 }
 
 /* Places where laws act and ends, whose conditions are about edges. */
-PROCESSOR_INLINE void rows_of_edges(strain_form *x, const lanes *direction, changed *edges,
+PROCESSOR_INLINE void rows_of_edges(strain_form *form, const lanes *direction, changed *edges,
                                     lanes *to)
 {
-    changed *last = &edges[x->kind.elements];
-    for (int i = 0; i < x->place_count; i++) {
-        const strain_place *place = &x->places[i];
+    changed *last = &edges[form->kind.elements];
+    for (int i = 0; i < form->place_count; i++) {
+        const strain_place *place = &form->places[i];
         if (place->unknown >= 0) {
             push_row(&place->push, direction + place->unknown, edges[place->edge].position,
                      edges[place->edge].turn, to + place->unknown);
         }
     }
-    if (x->force_at >= 0) {
-        hold_row(&x->kind.end.hold, last->position, direction + x->force_at, to + x->force_at);
+    if (form->force_at >= 0) {
+        hold_row(&form->kind.end.hold, last->position, direction + form->force_at,
+                 to + form->force_at);
     }
-    if (x->moment_at >= 0) {
-        apply(x->held, last->turn, to + x->moment_at);
+    if (form->moment_at >= 0) {
+        apply(form->held, last->turn, to + form->moment_at);
     }
-    if (x->shift_at >= 0) {
-        hold_row(&x->start.kind.hold, edges[0].position, edges[0].force, to + x->shift_at);
+    if (form->shift_at >= 0) {
+        hold_row(&form->start.kind.hold, edges[0].position, edges[0].force, to + form->shift_at);
     }
-    if (x->turn_at >= 0) {
-        apply(x->stood, edges[0].turn, to + x->turn_at);
+    if (form->turn_at >= 0) {
+        apply(form->stood, edges[0].turn, to + form->turn_at);
         for (int k = 0; k < 3; k++) {
             for (int i = 0; i < 3; i++) {
-                to[x->turn_at + k] += x->edges[0].R[i][k] * edges[0].moment[i];
+                to[form->turn_at + k] += form->edges[0].R[i][k] * edges[0].moment[i];
             }
         }
     }
 }
 
 /* The matrix times a direction [unknowns]. */
-PROCESSOR_INLINE void change(strain_form *x, const lanes *direction, lanes *to)
+PROCESSOR_INLINE void change(strain_form *form, const lanes *direction, lanes *to)
 {
-    changed *points = x->columns, *edges = points + x->nodes;
-    change_pulls(x, direction);
-    change_turns(x, direction, points, edges);
-    change_forces(x, direction, points, edges);
-    change_places(x, direction, points, edges);
-    change_moments(x, direction, points, edges);
-    rows_of_points(x, direction, points, to);
-    rows_of_lengths(x, direction, points, to);
-    for (int i = 0; i < x->nodes && x->rub_count > 0; i++) {
-        change_strains(x, i, direction, &points[i], x->strained[i]);
-        memcpy(x->turned[i], points[i].turn, sizeof x->turned[i]);
+    changed *points = form->columns, *edges = points + form->nodes;
+    change_pulls(form, direction);
+    change_turns(form, direction, points, edges);
+    change_forces(form, direction, points, edges);
+    change_places(form, direction, points, edges);
+    change_moments(form, direction, points, edges);
+    rows_of_points(form, direction, points, to);
+    rows_of_lengths(form, direction, points, to);
+    for (int i = 0; i < form->nodes && form->rub_count > 0; i++) {
+        change_strains(form, i, direction, &points[i], form->strained[i]);
+        memcpy(form->turned[i], points[i].turn, sizeof form->turned[i]);
     }
-    rows_of_angles(x, direction, to);
-    rows_of_edges(x, direction, edges, to);
+    rows_of_angles(form, direction, to);
+    rows_of_edges(form, direction, edges, to);
 }
 
-PROCESSOR_INLINE void differentiate(strain_form *x)
+PROCESSOR_INLINE void differentiate(strain_form *form)
 {
-    for (int i = 0; i < x->nodes; i++) {
-        differentiate_point(x, i);
+    for (int i = 0; i < form->nodes; i++) {
+        differentiate_point(form, i);
     }
-    differentiate_lengths(x);
-    differentiate_end(x);
-    if (x->turn_at >= 0) {
-        differentiate_start(x);
+    differentiate_lengths(form);
+    differentiate_end(form);
+    if (form->turn_at >= 0) {
+        differentiate_start(form);
     }
 }
 
-FOR_EACH_PROCESSOR static void linearise(strain_form *x)
+FOR_EACH_PROCESSOR static void linearise(strain_form *form)
 {
-    differentiate(x);
+    differentiate(form);
 }
 
-void strain_form_linearise(strain_form *x)
+void strain_form_linearise(strain_form *form)
 {
-    linearise(x);
+    linearise(form);
 }
 
-FOR_EACH_PROCESSOR static void change_all(strain_form *x, const lanes *direction, lanes *result)
+FOR_EACH_PROCESSOR static void change_all(strain_form *form, const lanes *direction, lanes *result)
 {
-    change(x, direction, result);
+    change(form, direction, result);
 }
 
-void strain_form_apply(strain_form *x, const lanes *direction, lanes *result)
+void strain_form_apply(strain_form *form, const lanes *direction, lanes *result)
 {
-    change_all(x, direction, result);
+    change_all(form, direction, result);
 }
 
 /* As all lanes have the same rod, each takes a column. */
-FOR_EACH_PROCESSOR static void fill_first(strain_form *x, double *matrix)
+FOR_EACH_PROCESSOR static void fill_first(strain_form *form, double *matrix)
 {
-    const size_t n = (size_t)x->unknowns;
-    differentiate(x);
+    const size_t n = (size_t)form->unknowns;
+    differentiate(form);
     for (size_t first = 0; first < n; first += LANES) {
         const size_t count = n - first < LANES ? n - first : LANES;
         for (size_t lane = 0; lane < count; lane++) {
-            x->direction[first + lane][lane] = 1;
+            form->direction[first + lane][lane] = 1;
         }
-        change(x, x->direction, x->right);
+        change(form, form->direction, form->right);
         for (size_t lane = 0; lane < count; lane++) {
-            x->direction[first + lane] = NO_LANES;
+            form->direction[first + lane] = NO_LANES;
             for (size_t i = 0; i < n; i++) {
-                matrix[(first + lane) * n + i] = x->right[i][lane];
+                matrix[(first + lane) * n + i] = form->right[i][lane];
             }
         }
     }
 }
 
-void strain_form_linearise_first(strain_form *x, double *matrix)
+void strain_form_linearise_first(strain_form *form, double *matrix)
 {
-    fill_first(x, matrix);
+    fill_first(form, matrix);
 }

@@ -72,38 +72,38 @@ ad_status strain_newton_create(static_system *system, strain_newton **result, ad
                        "collocation",
                        kind.stages * kind.elements, UNKNOWNS_MAX / 3);
     }
-    strain_newton *x = calloc(1, sizeof *x);
-    if (!x) {
+    strain_newton *newton = calloc(1, sizeof *newton);
+    if (!newton) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for Newton's method");
     }
-    x->system = system;
-    ad_status status = strain_form_create(&kind, &x->form, error);
+    newton->system = system;
+    ad_status status = strain_form_create(&kind, &newton->form, error);
     if (status == AD_OK) {
-        strain_form_set_jumps(x->form);
-        size_t count = (size_t)x->form->unknowns;
-        x->step = malloc(count * sizeof *x->step);
-        x->room = malloc((count + 1) * count * sizeof *x->room);
-        x->pivots = malloc(count * sizeof *x->pivots);
-        if (!x->step || !x->room || !x->pivots) {
+        strain_form_set_jumps(newton->form);
+        size_t count = (size_t)newton->form->unknowns;
+        newton->step = malloc(count * sizeof *newton->step);
+        newton->room = malloc((count + 1) * count * sizeof *newton->room);
+        newton->pivots = malloc(count * sizeof *newton->pivots);
+        if (!newton->step || !newton->room || !newton->pivots) {
             status = ad_fail(error, AD_NO_MEMORY, "out of memory for %zu unknowns", count);
         }
     }
     if (status != AD_OK) {
-        strain_newton_free(x);
+        strain_newton_free(newton);
         return status;
     }
-    *result = x;
+    *result = newton;
     return AD_OK;
 }
 
-void strain_newton_free(strain_newton *x)
+void strain_newton_free(strain_newton *newton)
 {
-    if (x) {
-        strain_form_free(x->form);
-        free(x->step);
-        free(x->room);
-        free(x->pivots);
-        free(x);
+    if (newton) {
+        strain_form_free(newton->form);
+        free(newton->step);
+        free(newton->room);
+        free(newton->pivots);
+        free(newton);
     }
 }
 
@@ -125,16 +125,16 @@ static void gather(size_t count, const lanes *from, double *to)
     }
 }
 
-static void give_point(strain_newton *x, int i, const static_point *at)
+static void give_point(strain_newton *newton, int i, const static_point *at)
 {
-    strain_point *to = &x->form->points[i];
+    strain_point *to = &newton->form->points[i];
     spread(3, at->rest.strain, to->rest);
     spread(3, at->rest.curvature, to->rest + 3);
     spread(6, at->compliance, to->compliance);
-    spread((size_t)at->acting->numbers, at->numbers, x->form->along + i * at->acting->numbers);
+    spread((size_t)at->acting->numbers, at->numbers, newton->form->along + i * at->acting->numbers);
     for (int k = 0; k < at->actuation.count; k++) {
         const solve_actuator *from = &at->actuation.actuators[k];
-        strain_actuator *a = &x->form->actuators[i * at->actuation.count + k];
+        strain_actuator *a = &newton->form->actuators[i * at->actuation.count + k];
         double pull = solve_actuation_pull(&at->actuation, k);
         spread(2, from->offset, a->given + ACTUATOR_OFFSET);
         spread(2, from->slope, a->given + ACTUATOR_SLOPE);
@@ -142,25 +142,25 @@ static void give_point(strain_newton *x, int i, const static_point *at)
     }
 }
 
-static void give_edges(strain_newton *x)
+static void give_edges(strain_newton *newton)
 {
-    strain_form *form = x->form;
+    strain_form *form = newton->form;
     for (int e = 0; e <= form->kind.elements; e++) {
-        const int jump = x->system->jump[e];
+        const int jump = newton->system->jump[e];
         if (jump < 0) {
             continue;
         }
-        const static_jump *at = &x->system->jumps[jump];
+        const static_jump *at = &newton->system->jumps[jump];
         spread((size_t)at->acting->numbers, at->numbers,
-               form->numbers + x->system->rod->jumps.at[jump].first);
+               form->numbers + newton->system->rod->jumps.at[jump].first);
     }
 }
 
-static void give(strain_newton *x)
+static void give(strain_newton *newton)
 {
-    strain_form *form = x->form;
-    form->start = x->system->ends[0];
-    form->last = x->system->ends[1];
+    strain_form *form = newton->form;
+    form->start = newton->system->ends[0];
+    form->last = newton->system->ends[1];
     spread(3, form->last.position, form->held_r);
     spread(4, form->last.rotation, form->held_q);
     if (form->shift_at < 0) {
@@ -169,16 +169,16 @@ static void give(strain_newton *x)
     if (form->turn_at < 0) {
         spread(4, form->start.rotation, form->start_q);
     }
-    give_edges(x);
+    give_edges(newton);
 }
 
 /* ---- y to unknowns and back ---------------------------------------------------------------- */
 
 /* What is sought besides curvature, from y at s = 0, at s = 1 and at edges. */
-static void guess_ends(strain_newton *x, const double *y)
+static void guess_ends(strain_newton *newton, const double *y)
 {
-    strain_form *form = x->form;
-    const static_system *system = x->system;
+    strain_form *form = newton->form;
+    const static_system *system = newton->system;
     const int last = form->kind.elements, jump = system->jump[last];
     double R[3][3], world[3], after[STATIC_ROWS_MAX];
     memcpy(after, y + edge(system, last), (size_t)system->rows * sizeof *after);
@@ -213,17 +213,17 @@ static void guess_ends(strain_newton *x, const double *y)
     }
 }
 
-static bool guess(strain_newton *x, const double *y)
+static bool guess(strain_newton *newton, const double *y)
 {
-    const static_system *system = x->system;
+    const static_system *system = newton->system;
     bool finite = true;
-    for (int i = 0; i < x->form->nodes && finite; i++) {
+    for (int i = 0; i < newton->form->nodes && finite; i++) {
         const int e = i / system->stages;
         const double *at = y + edge(system, e) + (i % system->stages + 1) * system->rows;
         static_point point = static_system_point(system, (size_t)i);
-        strain_node *node = &x->form->at[i];
+        strain_node *node = &newton->form->at[i];
         double strain[3], curvature[3], push[6] = {0};
-        give_point(x, i, &point);
+        give_point(newton, i, &point);
         static_strains(&point, at, strain, curvature);
         for (int k = 0; k < 3; k++) {
             finite = finite && isfinite(strain[k]) && isfinite(curvature[k]);
@@ -234,8 +234,8 @@ static bool guess(strain_newton *x, const double *y)
         spread(3, curvature, node->u);
         spread(3, push, node->push);
     }
-    strain_form_load(x->form);
-    guess_ends(x, y);
+    strain_form_load(newton->form);
+    guess_ends(newton, y);
     return finite;
 }
 
@@ -250,13 +250,13 @@ static void put(lanes q[4], lanes r[3], lanes N[3], lanes M[3], lanes R[3][3], d
     to_body(turn, moment, y + STATIC_M);
 }
 
-static void put_all(strain_newton *x, double *y)
+static void put_all(strain_newton *newton, double *y)
 {
-    strain_form *form = x->form;
-    const int n = form->kind.stages, rows = x->system->rows;
+    strain_form *form = newton->form;
+    const int n = form->kind.stages, rows = newton->system->rows;
     for (int e = 0; e <= form->kind.elements; e++) {
         strain_edge *at = &form->edges[e];
-        double *to = y + edge(x->system, e);
+        double *to = y + edge(newton->system, e);
         put(at->q, at->r, at->N, at->M, at->R, to);
         for (int i = 0; i < n && e < form->kind.elements; i++) {
             strain_node *node = &form->at[e * n + i];
@@ -294,50 +294,50 @@ static double shape(strain_form *form)
 }
 
 /* A step from what is missing, shortened until less is; 0: nothing helps. Returns its length. */
-static double take_step(strain_newton *x, double *missing)
+static double take_step(strain_newton *newton, double *missing)
 {
-    strain_form *form = x->form;
+    strain_form *form = newton->form;
     const size_t count = (size_t)form->unknowns;
-    double *right = x->room + count * count;
+    double *right = newton->room + count * count;
     gather(count, form->right, right);
-    strain_form_linearise_first(form, x->room);
-    if (ad_dense_lu(count, x->room, x->pivots) != 0) {
+    strain_form_linearise_first(form, newton->room);
+    if (ad_dense_lu(count, newton->room, newton->pivots) != 0) {
         return NAN;
     }
-    ad_dense_lu_solve(count, 1, x->room, x->pivots, right);
-    spread(count, right, x->step);
-    const double length = largest(count, x->step), before = *missing;
+    ad_dense_lu_solve(count, 1, newton->room, newton->pivots, right);
+    spread(count, right, newton->step);
+    const double length = largest(count, newton->step), before = *missing;
     const bool small = length <= SMALL * curvature_of(form);
     for (double share = 1; share > 1e-4 && isfinite(length); share /= 2) {
         lanes by, back;
         spread(1, &share, &by);
         back = -by;
-        strain_form_move(form, x->step, &by);
+        strain_form_move(form, newton->step, &by);
         *missing = shape(form);
         if (*missing < before || (small && isfinite(*missing))) {
             return length;
         }
-        strain_form_move(form, x->step, &back);
+        strain_form_move(form, newton->step, &back);
     }
     return NAN;
 }
 
-bool strain_newton_solve(strain_newton *x, double *y, long *steps)
+bool strain_newton_solve(strain_newton *newton, double *y, long *steps)
 {
-    strain_form *form = x->form;
-    give(x);
-    if (!guess(x, y)) {
+    strain_form *form = newton->form;
+    give(newton);
+    if (!guess(newton, y)) {
         return false;
     }
     double missing = shape(form), before = INFINITY;
     for (int i = 0; i < STEPS_MAX && isfinite(missing); i++) {
-        double length = take_step(x, &missing), size = curvature_of(form);
+        double length = take_step(newton, &missing), size = curvature_of(form);
         ++*steps;
         if (isnan(length)) {
             return false;
         }
         if (length <= LAST * size || (length <= SMALL * size && length > before / 2)) {
-            put_all(x, y);
+            put_all(newton, y);
             return true;
         }
         before = length;

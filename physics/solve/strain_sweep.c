@@ -42,7 +42,7 @@ PROCESSOR_INLINE void swap(lanes *column, int lane, int a, int b)
     numbers[b * LANES + lane] = held;
 }
 
-static void choose_pivots(strain_form *x, const block *b, int k)
+static void choose_pivots(strain_form *form, const block *b, int k)
 {
     const double *column = (const double *)column_of(b, k);
     for (int lane = 0; lane < LANES; lane++) {
@@ -55,7 +55,7 @@ static void choose_pivots(strain_form *x, const block *b, int k)
                 swap(column_of(b, c), lane, k, best);
             }
             b->swapped[k][lane] = best;
-            x->negative[lane]++;
+            form->negative[lane]++;
         }
     }
 }
@@ -90,7 +90,7 @@ PROCESSOR_INLINE void substitute_back(const block *b, lanes *right)
 }
 
 /* Subtracts multiples of column k, below row k, from others and from the right sides. */
-PROCESSOR_INLINE void eliminate(strain_form *x, const block *b)
+PROCESSOR_INLINE void eliminate(strain_form *form, const block *b)
 {
     const int n = b->n;
     integer_lanes negative = {0};
@@ -100,7 +100,7 @@ PROCESSOR_INLINE void eliminate(strain_form *x, const block *b)
             b->swapped[k][lane] = k;
         }
         if (!b->keeps_order && needs_pivot(from, k, n)) {
-            choose_pivots(x, b, k);
+            choose_pivots(form, b, k);
         }
         const lanes by = 1 / from[k];
         negative -= by < 0;
@@ -116,7 +116,7 @@ PROCESSOR_INLINE void eliminate(strain_form *x, const block *b)
         }
     }
     for (int lane = 0; lane < LANES; lane++) {
-        x->negative[lane] += (int)negative[lane];
+        form->negative[lane] += (int)negative[lane];
     }
     for (int c = n; c < n + b->columns; c++) {
         substitute_back(b, column_of(b, c));
@@ -152,10 +152,10 @@ typedef struct sweep {
 PROCESSOR_INLINE void respond(const sweep *w, int e, const lanes *change, const lanes *turn,
                               bool given, lanes *rows, lanes (*start)[3])
 {
-    strain_form *x = w->form;
-    const int n = x->kind.stages;
-    strain_edge *edge = &x->edges[e + 1];
-    strain_node *at = x->at + e * n;
+    strain_form *form = w->form;
+    const int n = form->kind.stages;
+    strain_edge *edge = &form->edges[e + 1];
+    strain_node *at = form->at + e * n;
     lanes rate[GAUSS_STAGES_MAX][3], turns[GAUSS_STAGES_MAX][3], moments[GAUSS_STAGES_MAX][3];
     lanes forces[GAUSS_STAGES_MAX][3], end[3], far[2][3], first[3] = {NO_LANES, NO_LANES, NO_LANES};
     memset(rate, 0, sizeof rate);
@@ -163,7 +163,7 @@ PROCESSOR_INLINE void respond(const sweep *w, int e, const lanes *change, const 
     for (int j = 0; j < n && change; j++) {
         apply(at[j].R, change + 3 * j, rate[j]);
     }
-    integrate_on(x, e, rate, first, turns, end);
+    integrate_on(form, e, rate, first, turns, end);
     memset(far, 0, sizeof far);
     memcpy(far, given ? edge->beyond : far, sizeof far);
     add_applied(edge->back[1], end, far[1]);
@@ -172,18 +172,18 @@ PROCESSOR_INLINE void respond(const sweep *w, int e, const lanes *change, const 
         for (int j = 0; j < n; j++) {
             apply(at[j].load_by_turn[0], turns[j], rate[j]);
         }
-        integrate_back(x, e, rate, far[0], forces, start[0]);
+        integrate_back(form, e, rate, far[0], forces, start[0]);
     }
     for (int j = 0; j < n; j++) {
         apply(at[j].G, turns[j], rate[j]);
         if (w->moves) {
             add_applied(at[j].H, forces[j], rate[j]);
         }
-        if (x->kind.shears && change) {
+        if (form->kind.shears && change) {
             add_applied(at[j].K, change + 3 * j, rate[j]);
         }
     }
-    integrate_back(x, e, rate, far[1], moments, start[1]);
+    integrate_back(form, e, rate, far[1], moments, start[1]);
     for (int i = 0; i < n && rows; i++) {
         lanes moved[3];
         apply(at[i].Y, turns[i], rows + 3 * i);
@@ -200,11 +200,11 @@ PROCESSOR_INLINE void respond(const sweep *w, int e, const lanes *change, const 
 /* The same by component c of u at one of its points, of rows alone. */
 PROCESSOR_INLINE void respond_to_one(const sweep *w, int e, int own, int c, lanes *rows)
 {
-    strain_form *x = w->form;
-    const int n = x->kind.stages;
-    strain_edge *edge = &x->edges[e + 1];
-    strain_node *at = x->at + e * n;
-    const double h = x->width[e], whole = h * x->rule.weights[own];
+    strain_form *form = w->form;
+    const int n = form->kind.stages;
+    strain_edge *edge = &form->edges[e + 1];
+    strain_node *at = form->at + e * n;
+    const double h = form->width[e], whole = h * form->rule.weights[own];
     const lanes a[3] = {at[own].R[0][c], at[own].R[1][c], at[own].R[2][c]};
     const lanes end[3] = {whole * a[0], whole * a[1], whole * a[2]};
     lanes rate[GAUSS_STAGES_MAX][3], force[GAUSS_STAGES_MAX][3], far[2][3], moved[3];
@@ -215,13 +215,13 @@ PROCESSOR_INLINE void respond_to_one(const sweep *w, int e, int own, int c, lane
         for (int j = 0; j < n; j++) {
             apply(at[j].load_by_turn[0], a, rate[j]);
             for (int k = 0; k < 3; k++) {
-                rate[j][k] *= h * x->rule.matrix[j][own];
+                rate[j][k] *= h * form->rule.matrix[j][own];
             }
         }
-        integrate_back(x, e, rate, far[0], force, moved);
+        integrate_back(form, e, rate, far[0], force, moved);
     }
     for (int j = 0; j < n; j++) {
-        turned[j] = h * x->rule.matrix[j][own];
+        turned[j] = h * form->rule.matrix[j][own];
         apply(at[j].G, a, rate[j]);
         for (int k = 0; k < 3; k++) {
             rate[j][k] *= turned[j];
@@ -230,14 +230,14 @@ PROCESSOR_INLINE void respond_to_one(const sweep *w, int e, int own, int c, lane
             add_applied(at[j].H, force[j], rate[j]);
         }
     }
-    for (int k = 0; k < 3 && x->kind.shears; k++) {
+    for (int k = 0; k < 3 && form->kind.shears; k++) {
         rate[own][k] += at[own].K[k][c];
     }
     for (int i = 0; i < n; i++) {
         lanes sum[3], *row = rows + 3 * i;
         memcpy(sum, far[1], sizeof sum);
         for (int j = 0; j < n; j++) {
-            const double weight = h * x->tail[i][j];
+            const double weight = h * form->tail[i][j];
             for (int k = 0; k < 3; k++) {
                 sum[k] += weight * rate[j][k];
             }
@@ -256,16 +256,16 @@ PROCESSOR_INLINE void respond_to_one(const sweep *w, int e, int own, int c, lane
     }
 }
 
-PROCESSOR_INLINE block block_of(strain_form *x, int e)
+PROCESSOR_INLINE block block_of(strain_form *form, int e)
 {
-    const int n = 3 * x->kind.stages;
+    const int n = 3 * form->kind.stages;
     const size_t first = (size_t)e * n;
     return (block){.n = n,
                    .columns = e > 0 ? 4 : 1, /* the beginning of the first does not turn */
-                   .matrix = x->matrix + first * (size_t)n,
-                   .right = x->right + first,
-                   .more = x->coupled + 3 * first,
-                   .swapped = x->swapped + first};
+                   .matrix = form->matrix + first * (size_t)n,
+                   .right = form->right + first,
+                   .more = form->coupled + 3 * first,
+                   .swapped = form->swapped + first};
 }
 
 /* ---- the rod ------------------------------------------------------------------------------- */
@@ -295,9 +295,9 @@ PROCESSOR_INLINE void hand_on(const sweep *w, int e, const lanes *found)
 /* P at the beginning of element e, beyond what acts there, by its D. */
 PROCESSOR_INLINE void hand_on_turns(const sweep *w, int e, const lanes *coupled)
 {
-    strain_form *x = w->form;
-    const int n = 3 * x->kind.stages;
-    strain_edge *edge = &x->edges[e];
+    strain_form *form = w->form;
+    const int n = 3 * form->kind.stages;
+    strain_edge *edge = &form->edges[e];
     memcpy(edge->back, edge->by_turn, sizeof edge->back);
     for (int c = 0; c < 3; c++) {
         lanes turn[3] = {NO_LANES, NO_LANES, NO_LANES}, back[3 * GAUSS_STAGES_MAX], start[2][3];
@@ -315,12 +315,12 @@ PROCESSOR_INLINE void hand_on_turns(const sweep *w, int e, const lanes *coupled)
 }
 
 /* The turns of edges from s = 0 on, and with them the steps. */
-PROCESSOR_INLINE void turn_on(strain_form *x)
+PROCESSOR_INLINE void turn_on(strain_form *form)
 {
-    const int n = x->kind.stages;
+    const int n = form->kind.stages;
     lanes turn[3] = {NO_LANES, NO_LANES, NO_LANES};
-    for (int e = 0; e < x->kind.elements; e++) {
-        const block b = block_of(x, e);
+    for (int e = 0; e < form->kind.elements; e++) {
+        const block b = block_of(form, e);
         for (int c = 0; c < 3 && e > 0; c++) {
             for (int i = 0; i < b.n; i++) {
                 b.right[i] -= b.more[c * b.n + i] * turn[c];
@@ -328,25 +328,25 @@ PROCESSOR_INLINE void turn_on(strain_form *x)
         }
         for (int j = 0; j < n; j++) {
             lanes rate[3];
-            apply(x->at[e * n + j].R, b.right + 3 * j, rate);
+            apply(form->at[e * n + j].R, b.right + 3 * j, rate);
             for (int k = 0; k < 3; k++) {
-                turn[k] += x->width[e] * x->rule.weights[j] * rate[k];
+                turn[k] += form->width[e] * form->rule.weights[j] * rate[k];
             }
         }
     }
 }
 
-PROCESSOR_INLINE void solve_all(strain_form *x, bool moves)
+PROCESSOR_INLINE void solve_all(strain_form *form, bool moves)
 {
-    const sweep w = {x, moves};
-    const int last = x->kind.elements;
-    memset(x->negative, 0, sizeof x->negative);
-    memcpy(x->edges[last].back, x->edges[last].by_turn, sizeof x->edges[last].back);
+    const sweep w = {form, moves};
+    const int last = form->kind.elements;
+    memset(form->negative, 0, sizeof form->negative);
+    memcpy(form->edges[last].back, form->edges[last].by_turn, sizeof form->edges[last].back);
     for (int i = 0; i < 9; i++) {
-        x->edges[last].back[1][i / 3][i % 3] += x->by_end[i / 3][i % 3];
+        form->edges[last].back[1][i / 3][i % 3] += form->by_end[i / 3][i % 3];
     }
     for (int e = last - 1; e >= 0; e--) {
-        const block b = block_of(x, e);
+        const block b = block_of(form, e);
         for (int k = 0; k < b.n; k++) {
             respond_to_one(&w, e, k / 3, k % 3, column_of(&b, k));
         }
@@ -356,48 +356,48 @@ PROCESSOR_INLINE void solve_all(strain_form *x, bool moves)
             turn[c] += 1;
             respond(&w, e, NULL, turn, false, b.more + c * b.n, start);
         }
-        eliminate(x, &b);
+        eliminate(form, &b);
         if (e > 0) {
             hand_on(&w, e, b.right);
             hand_on_turns(&w, e, b.more);
         }
     }
-    turn_on(x);
+    turn_on(form);
 }
 
-PROCESSOR_INLINE void solve_all_again(strain_form *x, bool moves)
+PROCESSOR_INLINE void solve_all_again(strain_form *form, bool moves)
 {
-    const sweep w = {x, moves};
-    for (int e = x->kind.elements - 1; e >= 0; e--) {
-        const block b = block_of(x, e);
+    const sweep w = {form, moves};
+    for (int e = form->kind.elements - 1; e >= 0; e--) {
+        const block b = block_of(form, e);
         bring(&w, e, b.right);
         eliminate_again(&b);
         hand_on(&w, e, b.right);
     }
-    turn_on(x);
+    turn_on(form);
 }
 
 /* ---- without loads ----------------------------------------------------------------------------
  */
 
 /* Point by point. */
-FOR_EACH_PROCESSOR static void solve_points(strain_form *x, bool again)
+FOR_EACH_PROCESSOR static void solve_points(strain_form *form, bool again)
 {
-    memset(x->negative, 0, again ? 0 : sizeof x->negative);
-    for (int i = 0; i < x->nodes; i++) {
+    memset(form->negative, 0, again ? 0 : sizeof form->negative);
+    for (int i = 0; i < form->nodes; i++) {
         const block b = {.n = 3,
                          .columns = 1,
-                         .matrix = x->matrix + 9 * i,
-                         .right = x->right + 3 * i,
-                         .swapped = x->swapped + 3 * i};
+                         .matrix = form->matrix + 9 * i,
+                         .right = form->right + 3 * i,
+                         .swapped = form->swapped + 3 * i};
         if (again) {
             eliminate_again(&b);
             continue;
         }
         for (int k = 0; k < 9; k++) {
-            b.matrix[k] = x->at[i].L[k % 3][k / 3];
+            b.matrix[k] = form->at[i].L[k % 3][k / 3];
         }
-        eliminate(x, &b);
+        eliminate(form, &b);
     }
 }
 
@@ -406,93 +406,93 @@ FOR_EACH_PROCESSOR static void solve_points(strain_form *x, bool again)
 /* The unknowns in the order of elimination: forces that depend on the place first, whose own
  * rows they are, so that what is left for the curvatures is the second variation of all energies;
  * last those that hold an end. */
-static int unknown_of(const strain_form *x, int place)
+static int unknown_of(const strain_form *form, int place)
 {
-    const int others = x->elastic + x->holding, first = x->tension_at - others;
+    const int others = form->elastic + form->holding, first = form->tension_at - others;
     return place < first ? others + place : place - first;
 }
 
-FOR_EACH_PROCESSOR static void eliminate_full(strain_form *x, bool again)
+FOR_EACH_PROCESSOR static void eliminate_full(strain_form *form, bool again)
 {
-    const block b = {.n = x->tension_at,
+    const block b = {.n = form->tension_at,
                      .columns = 1,
                      .keeps_order = true,
-                     .matrix = x->matrix,
-                     .right = x->coupled,
-                     .swapped = x->swapped};
+                     .matrix = form->matrix,
+                     .right = form->coupled,
+                     .swapped = form->swapped};
     if (again) {
         eliminate_again(&b);
     } else {
-        eliminate(x, &b);
+        eliminate(form, &b);
     }
 }
 
 /* The negative pivots are those of the second variation in directions that the ends leave: a pivot
  * of what holds an end is negative where it takes away one in which the rod would give way (inertia
  * of a bordered matrix: Haynsworth, Linear Algebra and its Applications 1, 1968). */
-static void solve_full(strain_form *x, bool again)
+static void solve_full(strain_form *form, bool again)
 {
-    const int n = x->tension_at;
-    lanes *right = x->coupled, *column = right + n;
+    const int n = form->tension_at;
+    lanes *right = form->coupled, *column = right + n;
     for (int i = 0; i < n; i++) {
-        right[i] = x->right[unknown_of(x, i)];
+        right[i] = form->right[unknown_of(form, i)];
     }
     for (int c = 0; c < n && !again; c++) {
         const lanes none = NO_LANES;
-        x->direction[unknown_of(x, c)] = none + 1;
-        strain_form_apply(x, x->direction, column);
-        x->direction[unknown_of(x, c)] = none;
+        form->direction[unknown_of(form, c)] = none + 1;
+        strain_form_apply(form, form->direction, column);
+        form->direction[unknown_of(form, c)] = none;
         for (int i = 0; i < n; i++) {
-            x->matrix[c * n + i] = column[unknown_of(x, i)];
+            form->matrix[c * n + i] = column[unknown_of(form, i)];
         }
     }
-    memset(x->negative, 0, again ? 0 : sizeof x->negative);
-    eliminate_full(x, again);
-    for (int i = n - x->holding; i < n && !again; i++) {
+    memset(form->negative, 0, again ? 0 : sizeof form->negative);
+    eliminate_full(form, again);
+    for (int i = n - form->holding; i < n && !again; i++) {
         for (int lane = 0; lane < LANES; lane++) {
-            x->negative[lane] -= 2 * (x->matrix[i * n + i][lane] < 0);
+            form->negative[lane] -= 2 * (form->matrix[i * n + i][lane] < 0);
         }
     }
     for (int i = 0; i < n; i++) {
-        x->right[unknown_of(x, i)] = right[i];
+        form->right[unknown_of(form, i)] = right[i];
     }
 }
 
 /* ---- all together -------------------------------------------------------------------------- */
 
 /* Whether N changes with the shape. */
-static bool forces_move(const strain_form *x)
+static bool forces_move(const strain_form *form)
 {
-    bool moves = x->follows;
-    for (int k = 0; k < x->place_count && !moves; k++) {
-        moves = x->places[k].acting->follows;
+    bool moves = form->follows;
+    for (int k = 0; k < form->place_count && !moves; k++) {
+        moves = form->places[k].acting->follows;
     }
     return moves;
 }
 
-FOR_EACH_PROCESSOR static void solve(strain_form *x, bool moves, bool again)
+FOR_EACH_PROCESSOR static void solve(strain_form *form, bool moves, bool again)
 {
     if (again) {
         if (moves) {
-            solve_all_again(x, true);
+            solve_all_again(form, true);
         } else {
-            solve_all_again(x, false);
+            solve_all_again(form, false);
         }
     } else if (moves) {
-        solve_all(x, true);
+        solve_all(form, true);
     } else {
-        solve_all(x, false);
+        solve_all(form, false);
     }
 }
 
-static void solve_any(strain_form *x, bool again)
+static void solve_any(strain_form *form, bool again)
 {
-    if (x->is_full) {
-        solve_full(x, again);
-    } else if (x->is_unloaded) {
-        solve_points(x, again);
+    if (form->is_full) {
+        solve_full(form, again);
+    } else if (form->is_unloaded) {
+        solve_points(form, again);
     } else {
-        solve(x, forces_move(x), again);
+        solve(form, forces_move(form), again);
     }
 }
 
@@ -503,25 +503,25 @@ static const double LONGER = 1e-13;
 
 /* What each tension does to the rod, bent = A^-1 B, and by that and by itself to the lengths.
  * `right` is lost. */
-static void bend_by_tensions(strain_form *x)
+static void bend_by_tensions(strain_form *form)
 {
-    const size_t size = (size_t)x->tension_at * sizeof(lanes);
-    lanes *rows = x->border + x->unknowns;
-    for (int k = 0; k < x->tension_count; k++) {
-        x->direction[x->tension_at + k] = NO_LANES + 1;
-        strain_form_apply(x, x->direction, rows);
-        x->direction[x->tension_at + k] = NO_LANES;
-        memcpy(x->right, rows, size);
-        for (int i = 0; i < x->tension_count; i++) {
-            x->shorter[i * x->tension_count + k] = rows[x->tension_at + i];
+    const size_t size = (size_t)form->tension_at * sizeof(lanes);
+    lanes *rows = form->border + form->unknowns;
+    for (int k = 0; k < form->tension_count; k++) {
+        form->direction[form->tension_at + k] = NO_LANES + 1;
+        strain_form_apply(form, form->direction, rows);
+        form->direction[form->tension_at + k] = NO_LANES;
+        memcpy(form->right, rows, size);
+        for (int i = 0; i < form->tension_count; i++) {
+            form->shorter[i * form->tension_count + k] = rows[form->tension_at + i];
         }
-        solve_any(x, true);
-        memcpy(x->tensions[k].bent, x->right, size);
-        memcpy(x->direction, x->right, size);
-        strain_form_apply(x, x->direction, rows);
-        memset(x->direction, 0, size);
-        for (int i = 0; i < x->tension_count; i++) {
-            x->shorter[i * x->tension_count + k] -= rows[x->tension_at + i];
+        solve_any(form, true);
+        memcpy(form->tensions[k].bent, form->right, size);
+        memcpy(form->direction, form->right, size);
+        strain_form_apply(form, form->direction, rows);
+        memset(form->direction, 0, size);
+        for (int i = 0; i < form->tension_count; i++) {
+            form->shorter[i * form->tension_count + k] -= rows[form->tension_at + i];
         }
     }
 }
@@ -553,40 +553,41 @@ static int negative_of(int count, const double *matrix, const double *pull)
 
 /* The tensions of a lane of the linear model, of which excess [tension_count] are by how much
  * tendons would be too long without; not numbers where there are none. */
-static void find_tensions(strain_form *x, int lane, const double *excess, bool again, double *pull)
+static void find_tensions(strain_form *form, int lane, const double *excess, bool again,
+                          double *pull)
 {
-    const int count = x->tension_count;
+    const int count = form->tension_count;
     double matrix[COMPLEMENT_MAX * COMPLEMENT_MAX];
     for (int i = 0; i < count * count; i++) {
-        matrix[i] = x->shorter[i][lane];
+        matrix[i] = form->shorter[i][lane];
     }
     if (!solve_complement(count, 0, matrix, excess, LONGER, pull)) {
         for (int k = 0; k < count; k++) {
             pull[k] = NAN;
         }
     }
-    x->negative[lane] -= again ? 0 : negative_of(count, matrix, pull);
+    form->negative[lane] -= again ? 0 : negative_of(count, matrix, pull);
 }
 
 /* The matrix with a border: A du + B dT = right, and lengths. */
-static void solve_bordered(strain_form *x, bool again)
+static void solve_bordered(strain_form *form, bool again)
 {
-    const int n = x->tension_at, count = x->tension_count;
+    const int n = form->tension_at, count = form->tension_count;
     const size_t size = (size_t)n * sizeof(lanes);
-    lanes missing[COMPLEMENT_MAX], *alone = x->border, *rows = alone + x->unknowns;
-    memcpy(missing, x->right + n, (size_t)count * sizeof *missing);
-    solve_any(x, again);
-    memcpy(alone, x->right, size);
+    lanes missing[COMPLEMENT_MAX], *alone = form->border, *rows = alone + form->unknowns;
+    memcpy(missing, form->right + n, (size_t)count * sizeof *missing);
+    solve_any(form, again);
+    memcpy(alone, form->right, size);
     if (!again) {
-        bend_by_tensions(x);
+        bend_by_tensions(form);
     }
-    memcpy(x->direction, alone, size);
-    strain_form_apply(x, x->direction, rows);
-    memset(x->direction, 0, size);
+    memcpy(form->direction, alone, size);
+    strain_form_apply(form, form->direction, rows);
+    memset(form->direction, 0, size);
     for (int k = 0; k < count; k++) { /* too long under no tension at all */
         missing[k] = rows[n + k] - missing[k];
         for (int i = 0; i < count; i++) {
-            missing[k] += x->shorter[k * count + i] * x->tensions[i].pull;
+            missing[k] += form->shorter[k * count + i] * form->tensions[i].pull;
         }
     }
     for (int lane = 0; lane < LANES; lane++) {
@@ -594,33 +595,33 @@ static void solve_bordered(strain_form *x, bool again)
         for (int k = 0; k < count; k++) {
             excess[k] = missing[k][lane];
         }
-        find_tensions(x, lane, excess, again, pull);
+        find_tensions(form, lane, excess, again, pull);
         for (int k = 0; k < count; k++) {
-            x->right[n + k][lane] = x->tensions[k].pull[lane] - pull[k];
+            form->right[n + k][lane] = form->tensions[k].pull[lane] - pull[k];
         }
     }
-    memcpy(x->right, alone, size);
+    memcpy(form->right, alone, size);
     for (int k = 0; k < count; k++) {
         for (int i = 0; i < n; i++) {
-            x->right[i] -= x->right[n + k] * x->tensions[k].bent[i];
+            form->right[i] -= form->right[n + k] * form->tensions[k].bent[i];
         }
     }
 }
 
-void strain_form_solve(strain_form *x)
+void strain_form_solve(strain_form *form)
 {
-    if (x->tension_count > 0) {
-        solve_bordered(x, false);
+    if (form->tension_count > 0) {
+        solve_bordered(form, false);
     } else {
-        solve_any(x, false);
+        solve_any(form, false);
     }
 }
 
-void strain_form_solve_again(strain_form *x)
+void strain_form_solve_again(strain_form *form)
 {
-    if (x->tension_count > 0) {
-        solve_bordered(x, true);
+    if (form->tension_count > 0) {
+        solve_bordered(form, true);
     } else {
-        solve_any(x, true);
+        solve_any(form, true);
     }
 }

@@ -29,7 +29,8 @@ static double processor_seconds(void)
 }
 
 /* `batch` points at a time, us per point. */
-static double time_of(evaluator *x, size_t batch, const double *s, const double *t, double *values)
+static double time_of(evaluator *evaluator, size_t batch, const double *s, const double *t,
+                      double *values)
 {
     double best = INFINITY;
     for (int round = 0; round < ROUNDS; round++) {
@@ -37,7 +38,7 @@ static double time_of(evaluator *x, size_t batch, const double *s, const double 
         size_t calls = SINGLE / batch;
         for (size_t i = 0; i < calls; i++) {
             size_t first = i * batch % MANY;
-            if (evaluator_evaluate(x, batch, s + first, t + first, values, NULL) != AD_OK) {
+            if (evaluator_evaluate(evaluator, batch, s + first, t + first, values, NULL) != AD_OK) {
                 return NAN;
             }
         }
@@ -46,7 +47,7 @@ static double time_of(evaluator *x, size_t batch, const double *s, const double 
     return 1e6 * best;
 }
 
-static void measure_evaluator(const cpinn_model *model, evaluator *x, measure *m)
+static void measure_evaluator(const cpinn_model *model, evaluator *evaluator, measure *m)
 {
     const scene *rod = cpinn_scene(model);
     static double s[MANY], t[MANY], values[EVALUATOR_COLUMNS_MAX * MANY];
@@ -55,18 +56,18 @@ static void measure_evaluator(const cpinn_model *model, evaluator *x, measure *m
         s[i] = length * fmod(0.618034 * i, 1);
         t[i] = scene_is_dynamic(rod) ? quantity_value(rod->duration, 0, 0) * i / MANY : 0;
     }
-    m->columns = evaluator_columns(x);
-    m->one = time_of(x, 1, s, t, values);
-    m->many = time_of(x, MANY, s, t, values);
-    evaluator_free(x);
+    m->columns = evaluator_columns(evaluator);
+    m->one = time_of(evaluator, 1, s, t, values);
+    m->many = time_of(evaluator, MANY, s, t, values);
+    evaluator_free(evaluator);
 }
 
 static ad_status measure_names(const cpinn_model *model, measure *m, ad_error *error)
 {
-    evaluator *x;
-    ad_status status = cpinn_evaluator(model, m->names, &x, error);
+    evaluator *evaluator;
+    ad_status status = cpinn_evaluator(model, m->names, &evaluator, error);
     if (status == AD_OK) {
-        measure_evaluator(model, x, m);
+        measure_evaluator(model, evaluator, m);
     }
     return status;
 }
@@ -77,17 +78,17 @@ static ad_status with_derivatives(const cpinn_model *model, const char *names, c
 {
     bool dynamic = scene_is_dynamic(cpinn_scene(model));
     size_t length = 0;
-    evaluator *x;
-    ad_status status = cpinn_evaluator(model, names, &x, error);
-    for (int i = 0; status == AD_OK && i < evaluator_columns(x) && length < room; i++) {
-        const char *name = evaluator_column_name(x, i);
+    evaluator *evaluator;
+    ad_status status = cpinn_evaluator(model, names, &evaluator, error);
+    for (int i = 0; status == AD_OK && i < evaluator_columns(evaluator) && length < room; i++) {
+        const char *name = evaluator_column_name(evaluator, i);
         length += (size_t)snprintf(text + length, room - length, "%s %s_s ", name, name);
         if (dynamic && length < room) {
             length += (size_t)snprintf(text + length, room - length, "%s_t ", name);
         }
     }
     if (status == AD_OK) {
-        evaluator_free(x);
+        evaluator_free(evaluator);
     }
     return status;
 }

@@ -99,22 +99,22 @@ static double compare(const scene *open, const double *member, const double *s,
                       const double *values, bool *warned)
 {
     scene one;
-    solution *x = NULL;
+    solution *solution = NULL;
     solve_report report;
     ad_error error;
     double at[3 * POINTS], largest = 0;
     scene_member(open, member, &one);
     solve_settings settings = solve_settings_default(&one);
     settings.tolerance = 1e-8;
-    ad_status status = solution_create(&one, &settings, 0, NULL, &x, &report, &error);
+    ad_status status = solution_create(&one, &settings, 0, NULL, &solution, &report, &error);
     if (status != AD_OK || report.load_fraction < 1) {
-        solution_free(x);
+        solution_free(solution);
         return NAN;
     }
     verdict said = {0};
-    solution_verdict(x, &one, &settings, &report, &said);
+    solution_verdict(solution, &one, &settings, &report, &said);
     *warned = verdict_outcome_of(&said) != VERDICT_SOLVED;
-    solution_evaluate(x, 3, POINTS, s, NULL, at, &error);
+    solution_evaluate(solution, 3, POINTS, s, NULL, at, &error);
     for (int i = 0; i < POINTS; i++) {
         double square = 0;
         for (int c = 0; c < 3; c++) {
@@ -123,7 +123,7 @@ static double compare(const scene *open, const double *member, const double *s,
         }
         largest = fmax(largest, sqrt(square));
     }
-    solution_free(x);
+    solution_free(solution);
     return largest;
 }
 
@@ -136,7 +136,7 @@ static int run(const char *name, const scene *robot, double tip, bool loaded, si
     solve_member *results = malloc(count * sizeof *results);
     double *errors = malloc((compared + 1) * sizeof *errors);
     nn_rng random = nn_rng_seed(1);
-    solve_members *x = NULL;
+    solve_members *solve_members = NULL;
     ad_error error = {AD_OK, ""};
     size_t unsolved = 0, other = 0, known = 0, above = 0;
     long steps = 0;
@@ -148,10 +148,10 @@ static int run(const char *name, const scene *robot, double tip, bool loaded, si
     }
     const solve_members_settings settings = {
         .tolerance = 5e-6, .threads = threads, .points = POINTS, .s = s};
-    ad_status status = solve_members_create(robot, &settings, &x, &error);
+    ad_status status = solve_members_create(robot, &settings, &solve_members, &error);
     for (int i = 0; i < ROUNDS && status == AD_OK; i++) {
         const double start = cpu_seconds();
-        status = solve_members_solve(x, count, members, values, results, &error);
+        status = solve_members_solve(solve_members, count, members, values, results, &error);
         seconds[i] = cpu_seconds() - start;
     }
     if (status != AD_OK) {
@@ -190,20 +190,20 @@ static int run(const char *name, const scene *robot, double tip, bool loaded, si
     free(values);
     free(results);
     free(errors);
-    solve_members_free(x);
+    solve_members_free(solve_members);
     return 0;
 }
 
 /* ---- from a given curvature ---------------------------------------------------------------- */
 
 /* Curvatures [count][nodes][3] off by waves. */
-static void perturb(const solve_members *x, size_t count, double *curvature)
+static void perturb(const solve_members *members, size_t count, double *curvature)
 {
     enum { WAVES = 4 };
-    const size_t nodes = solve_members_nodes(x);
+    const size_t nodes = solve_members_nodes(members);
     nn_rng random = nn_rng_seed(2);
     double *s = malloc(nodes * sizeof *s);
-    solve_members_places(x, s);
+    solve_members_places(members, s);
     for (size_t i = 0; i < count; i++) {
         const double size = pow(10, random_number(&random, -4, -1)) / LENGTH;
         for (int c = 0; c < 3; c++) {

@@ -75,35 +75,35 @@ static bool is_among(int count, const char *const *names, const char *name)
     return false;
 }
 
-control_role control_role_of(const control_settings *x, const surrogate_settings *model,
+control_role control_role_of(const control_settings *settings, const surrogate_settings *model,
                              const char *name)
 {
-    return is_among(x->estimate_count, x->estimate, name) ? CONTROL_ESTIMATED
+    return is_among(settings->estimate_count, settings->estimate, name) ? CONTROL_ESTIMATED
            : model->input_count > 0 && !is_among(model->input_count, model->inputs, name)
                ? CONTROL_FIXED
            : is_among(model->parameter_count, model->parameters, name) ? CONTROL_FIXED
                                                                        : CONTROL_INPUT;
 }
 
-static ad_status resolve_estimate(control_settings *x, const surrogate_settings *model,
+static ad_status resolve_estimate(control_settings *settings, const surrogate_settings *model,
                                   const scene *of, bool given, char key[TRAIN_KEY_MAX],
                                   ad_error *error)
 {
     char problem[300];
     if (!given) {
-        x->estimate_count = model->parameter_count;
-        memcpy(x->estimate, model->parameters, sizeof x->estimate);
+        settings->estimate_count = model->parameter_count;
+        memcpy(settings->estimate, model->parameters, sizeof settings->estimate);
     }
-    for (int i = 0; i < x->estimate_count; i++) {
-        const char *name = x->estimate[i];
+    for (int i = 0; i < settings->estimate_count; i++) {
+        const char *name = settings->estimate[i];
         bool known = false;
         for (int k = 0; k < of->parameter_count; k++) {
             known = known || strcmp(of->parameters[k].name, name) == 0;
         }
-        if (x->walk_count == 1) {
-            x->walk[i] = x->walk[0];
+        if (settings->walk_count == 1) {
+            settings->walk[i] = settings->walk[0];
         }
-        if (!known || is_among(i, x->estimate, name) ||
+        if (!known || is_among(i, settings->estimate, name) ||
             is_among(model->input_count, model->inputs, name)) {
             snprintf(problem, sizeof problem,
                      "%.60s is %s; allowed: names of parameters with a range that are no inputs, "
@@ -115,7 +115,7 @@ static ad_status resolve_estimate(control_settings *x, const surrogate_settings 
             return blame(key, error, "estimate", i, "", problem);
         }
     }
-    if (x->walk_count > 1 && x->walk_count != x->estimate_count) {
+    if (settings->walk_count > 1 && settings->walk_count != settings->estimate_count) {
         return blame(key, error, "walk", -1, "",
                      "has not as many numbers as estimate; allowed: one for each, or one");
     }
@@ -123,20 +123,20 @@ static ad_status resolve_estimate(control_settings *x, const surrogate_settings 
 }
 
 /* The limits of inputs: one number for each, within its range. */
-static ad_status check_inputs(control_settings *x, const surrogate_settings *model, const scene *of,
-                              char key[TRAIN_KEY_MAX], ad_error *error)
+static ad_status check_inputs(control_settings *settings, const surrogate_settings *model,
+                              const scene *of, char key[TRAIN_KEY_MAX], ad_error *error)
 {
-    const int counts[2] = {x->low_count, x->high_count};
+    const int counts[2] = {settings->low_count, settings->high_count};
     const char *const names[2] = {"limits.low", "limits.high"};
     char problem[300];
     int count = 0;
     for (int k = 0; k < of->parameter_count; k++) {
         const scene_parameter *p = &of->parameters[k];
-        if (control_role_of(x, model, p->name) != CONTROL_INPUT) {
+        if (control_role_of(settings, model, p->name) != CONTROL_INPUT) {
             continue;
         }
         for (int end = 0; end < 2; end++) {
-            const double value = (end ? x->high : x->low)[count];
+            const double value = (end ? settings->high : settings->low)[count];
             if (count < counts[end] && !scene_parameter_holds(p, value)) {
                 snprintf(problem, sizeof problem,
                          "is outside the range of %.60s; allowed: %g to %g", p->name, p->low,
@@ -144,10 +144,10 @@ static ad_status check_inputs(control_settings *x, const surrogate_settings *mod
                 return blame(key, error, names[end], count, "", problem);
             }
         }
-        x->low[count] = x->low_count > 0 ? x->low[count] : p->low;
-        x->high[count] = x->high_count > 0 ? x->high[count] : p->high;
-        if (!(x->low[count] < x->high[count])) {
-            return blame(key, error, "limits.high", x->high_count > 0 ? count : -1, "",
+        settings->low[count] = settings->low_count > 0 ? settings->low[count] : p->low;
+        settings->high[count] = settings->high_count > 0 ? settings->high[count] : p->high;
+        if (!(settings->low[count] < settings->high[count])) {
+            return blame(key, error, "limits.high", settings->high_count > 0 ? count : -1, "",
                          "is not above limits.low; allowed: a range for every input");
         }
         count++;
@@ -158,7 +158,7 @@ static ad_status check_inputs(control_settings *x, const surrogate_settings *mod
                      "actuator sets");
     }
     for (int end = 0; end < 3; end++) {
-        const int given = end == 2 ? x->rate_count : counts[end];
+        const int given = end == 2 ? settings->rate_count : counts[end];
         if (given != 0 && given != count && !(end == 2 && given == 1)) {
             snprintf(problem, sizeof problem,
                      "has %d numbers, and there are %d inputs; allowed: "
@@ -168,21 +168,23 @@ static ad_status check_inputs(control_settings *x, const surrogate_settings *mod
         }
     }
     for (int k = 0; k < count; k++) {
-        x->rate[k] = x->rate_count == 0 ? INFINITY : x->rate[x->rate_count == 1 ? 0 : k];
-        if (!(x->rate[k] > 0)) {
+        settings->rate[k] = settings->rate_count == 0
+                                ? INFINITY
+                                : settings->rate[settings->rate_count == 1 ? 0 : k];
+        if (!(settings->rate[k] > 0)) {
             return blame(key, error, "limits.rate", k, "", "is not positive; allowed: numbers > 0");
         }
     }
-    x->low_count = x->high_count = count;
+    settings->low_count = settings->high_count = count;
     return AD_OK;
 }
 
 /* ---- the rest ------------------------------------------------------------------------------ */
 
-static ad_status check_task(control_settings *x, double length, char key[TRAIN_KEY_MAX],
+static ad_status check_task(control_settings *settings, double length, char key[TRAIN_KEY_MAX],
                             ad_error *error)
 {
-    control_task *task = &x->task;
+    control_task *task = &settings->task;
     task->radius = isnan(task->radius) ? length / 10 : task->radius;
     if (task->path == CONTROL_POINTS && task->point_count == 0) {
         return blame(key, error, "task.path", -1, "",
@@ -225,21 +227,21 @@ static ad_status check_place(double *at, double usual, double length, const char
     return blame(key, error, index < 0 ? "track.at" : list, index, "at", problem);
 }
 
-static ad_status check_lists(control_settings *x, double length, char key[TRAIN_KEY_MAX],
+static ad_status check_lists(control_settings *settings, double length, char key[TRAIN_KEY_MAX],
                              ad_error *error)
 {
     static const double usual_noise[] = {2e-4, 0.01, 0.01, 0.01, 0.1, 0.1, 0.01};
     ad_status status = AD_OK;
-    if (x->measurement_count == 0) {
-        x->measurement_count = 1;
+    if (settings->measurement_count == 0) {
+        settings->measurement_count = 1;
     }
-    for (int i = 0; i < x->measurement_count && status == AD_OK; i++) {
-        control_measurement *m = &x->measurements[i];
+    for (int i = 0; i < settings->measurement_count && status == AD_OK; i++) {
+        control_measurement *m = &settings->measurements[i];
         m->noise = isnan(m->noise) ? usual_noise[m->what] : m->noise;
-        status = check_place(&m->at, x->track_at, length, "measurements", i, key, error);
+        status = check_place(&m->at, settings->track_at, length, "measurements", i, key, error);
     }
-    for (int i = 0; i < x->limit_count && status == AD_OK; i++) {
-        control_limit *l = &x->limits[i];
+    for (int i = 0; i < settings->limit_count && status == AD_OK; i++) {
+        control_limit *l = &settings->limits[i];
         status = check_place(&l->at, length, length, "constraints", i, key, error);
         if (status == AD_OK && l->what == LOOK_ROTATION) {
             status = blame(key, error, "constraints", i, "what",
@@ -253,8 +255,8 @@ static ad_status check_lists(control_settings *x, double length, char key[TRAIN_
             status = blame(key, error, "constraints", i, "", "has neither low nor high; give one");
         }
     }
-    for (int i = 0; i < x->fault_count && status == AD_OK; i++) {
-        if (x->faults[i].measurement >= x->measurement_count) {
+    for (int i = 0; i < settings->fault_count && status == AD_OK; i++) {
+        if (settings->faults[i].measurement >= settings->measurement_count) {
             status = blame(key, error, "faults", i, "measurement",
                            "is none of the measurements; allowed: their numbers from 0, or -1");
         }
@@ -265,7 +267,7 @@ static ad_status check_lists(control_settings *x, double length, char key[TRAIN_
 /* Of the length, what a place may be off its path by where the scene does not say. */
 static const double RMS = 0.02, WORST = 0.05;
 
-ad_status control_settings_resolve(control_settings *x, const surrogate_settings *model,
+ad_status control_settings_resolve(control_settings *settings, const surrogate_settings *model,
                                    const scene *rod_scene, bool estimate_given,
                                    char key[TRAIN_KEY_MAX], ad_error *error)
 {
@@ -276,33 +278,36 @@ ad_status control_settings_resolve(control_settings *x, const surrogate_settings
         snprintf(key, TRAIN_KEY_MAX, "%s", found);
         return ad_fail(error, AD_BAD_INPUT, "%s", reason.message);
     }
-    ad_status status = resolve_estimate(x, model, rod_scene, estimate_given, key, error);
-    status = status == AD_OK ? check_inputs(x, model, rod_scene, key, error) : status;
-    status = status == AD_OK ? check_place(&x->track_at, length, length, "track", -1, key, error)
-                             : status;
-    status = status == AD_OK ? check_task(x, length, key, error) : status;
-    status = status == AD_OK ? check_lists(x, length, key, error) : status;
-    x->period = isnan(x->period) ? model->step : x->period;
-    x->tolerance_rms = isnan(x->tolerance_rms) ? RMS * length : x->tolerance_rms;
-    if (isnan(x->tolerance_worst)) {
-        x->tolerance_worst = fmax(WORST * length, WORST / RMS * x->tolerance_rms);
+    ad_status status = resolve_estimate(settings, model, rod_scene, estimate_given, key, error);
+    status = status == AD_OK ? check_inputs(settings, model, rod_scene, key, error) : status;
+    status = status == AD_OK
+                 ? check_place(&settings->track_at, length, length, "track", -1, key, error)
+                 : status;
+    status = status == AD_OK ? check_task(settings, length, key, error) : status;
+    status = status == AD_OK ? check_lists(settings, length, key, error) : status;
+    settings->period = isnan(settings->period) ? model->step : settings->period;
+    settings->tolerance_rms =
+        isnan(settings->tolerance_rms) ? RMS * length : settings->tolerance_rms;
+    if (isnan(settings->tolerance_worst)) {
+        settings->tolerance_worst = fmax(WORST * length, WORST / RMS * settings->tolerance_rms);
     }
-    if (status == AD_OK && x->period > model->step * (1 + 1e-12)) {
+    if (status == AD_OK && settings->period > model->step * (1 + 1e-12)) {
         char problem[120];
         snprintf(problem, sizeof problem, "is above the step of the model; allowed: up to %g s",
                  model->step);
         status = blame(key, error, "period", -1, "", problem);
     }
-    const bool eight = x->task.path == CONTROL_EIGHT; /* up and down it goes twice as often */
+    const bool eight =
+        settings->task.path == CONTROL_EIGHT; /* up and down it goes twice as often */
     const double fastest = (eight ? 0.25 : 0.5) / model->step;
-    if (status == AD_OK && (eight || x->task.path == CONTROL_CIRCLE) &&
-        x->task.frequency >= fastest) {
+    if (status == AD_OK && (eight || settings->task.path == CONTROL_CIRCLE) &&
+        settings->task.frequency >= fastest) {
         char problem[120];
         snprintf(problem, sizeof problem, "is too high for steps of %g s; allowed: below %g Hz",
                  model->step, fastest);
         status = blame(key, error, "task.frequency", -1, "", problem);
     }
-    if (status == AD_OK && x->residual && x->model == CONTROL_LINEAR) {
+    if (status == AD_OK && settings->residual && settings->model == CONTROL_LINEAR) {
         status = blame(key, error, "residual", -1, "",
                        "is beside a model that is not linear; allowed: another control.model");
     }

@@ -125,7 +125,7 @@ surrogate_settings control_model_of(const surrogate_settings *given);
 
 /* What a parameter with a range is to the loop. */
 typedef enum control_role { CONTROL_INPUT, CONTROL_ESTIMATED, CONTROL_FIXED } control_role;
-control_role control_role_of(const control_settings *x, const surrogate_settings *model,
+control_role control_role_of(const control_settings *settings, const surrogate_settings *model,
                              const char *name);
 
 control_settings control_settings_default(void);
@@ -133,7 +133,7 @@ control_settings control_settings_default(void);
 /* Of a scene and its one-step model, which may not be given: fills in what is open but for the
  * plane of the path, which the loop finds, and checks. estimate_given: also if it is empty.
  * AD_BAD_INPUT: `key` receives the key that is to blame, `error` the rest of the line. */
-ad_status control_settings_resolve(control_settings *x, const surrogate_settings *model,
+ad_status control_settings_resolve(control_settings *settings, const surrogate_settings *model,
                                    const scene *rod_scene, bool estimate_given,
                                    char key[TRAIN_KEY_MAX], ad_error *error);
 

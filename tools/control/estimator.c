@@ -10,84 +10,88 @@ static double deviation_of(const estimator_parameter *p)
 }
 
 /* Sample 0, with z, u as they are. */
-static void begin(estimator *x, const double *inputs)
+static void begin(estimator *estimator, const double *inputs)
 {
-    estimator_record *first = &x->record[0];
-    for (int i = 0; i < x->slots; i++) {
-        memset(x->record[i].state, ESTIMATOR_NONE, sizeof x->record[i].state);
-        x->record[i].grow = 1;
+    estimator_record *first = &estimator->record[0];
+    for (int i = 0; i < estimator->slots; i++) {
+        memset(estimator->record[i].state, ESTIMATOR_NONE, sizeof estimator->record[i].state);
+        estimator->record[i].grow = 1;
     }
-    for (int i = 0; i < x->settings.sensors; i++) {
-        estimator_sensor_record *s = &x->sensor[i];
+    for (int i = 0; i < estimator->settings.sensors; i++) {
+        estimator_sensor_record *s = &estimator->sensor[i];
         s->row = s->next = s->count = 0;
         s->last = 0;
         s->process = 1;
         s->used = s->missing = s->not_finite = s->late = s->outliers = 0;
         memset(s->innovation, 0, (size_t)s->width * sizeof *s->innovation);
     }
-    x->sample = x->at = x->flags = 0;
-    x->checked = -1;
-    x->outside = 0;
-    x->process = x->doubt = 1;
-    x->doubted = 0;
-    estimator_look_ahead(x);
-    memcpy(first->until, inputs, (size_t)x->inputs * sizeof *inputs);
-    memcpy(first->z, x->z, (size_t)x->n * sizeof *x->z);
-    memcpy(first->u, x->u, (size_t)(x->n * x->stride) * sizeof *x->u);
+    estimator->sample = estimator->at = estimator->flags = 0;
+    estimator->checked = -1;
+    estimator->outside = 0;
+    estimator->process = estimator->doubt = 1;
+    estimator->doubted = 0;
+    estimator_look_ahead(estimator);
+    memcpy(first->until, inputs, (size_t)estimator->inputs * sizeof *inputs);
+    memcpy(first->z, estimator->z, (size_t)estimator->n * sizeof *estimator->z);
+    memcpy(first->u, estimator->u,
+           (size_t)(estimator->n * estimator->stride) * sizeof *estimator->u);
 }
 
-int estimator_start(estimator *x, const double *state, const double *inputs,
+int estimator_start(estimator *estimator, const double *state, const double *inputs,
                     const double *by_parameters)
 {
-    const estimator_settings *s = &x->settings;
-    const int states = x->states;
-    if (!estimator_is_answer(x, 1, state) || !estimator_is_usable((size_t)x->inputs, inputs)) {
+    const estimator_settings *s = &estimator->settings;
+    const int states = estimator->states;
+    if (!estimator_is_answer(estimator, 1, state) ||
+        !estimator_is_usable((size_t)estimator->inputs, inputs)) {
         return ESTIMATOR_BAD_START;
     }
-    memcpy(x->z, state, (size_t)states * sizeof *state);
-    memset(x->u, 0, (size_t)(x->n * x->stride) * sizeof *x->u);
+    memcpy(estimator->z, state, (size_t)states * sizeof *state);
+    memset(estimator->u, 0, (size_t)(estimator->n * estimator->stride) * sizeof *estimator->u);
     for (int i = 0; i < states; i++) {
-        x->u[i * x->stride + i] = s->deviation[i];
+        estimator->u[i * estimator->stride + i] = s->deviation[i];
     }
     for (int k = 0; k < s->parameters; k++) {
         const estimator_parameter *p = &s->parameter[k];
         const double value = fmin(p->high, fmax(p->low, inputs[p->input]));
-        double *row = x->u + (states + k) * x->stride;
-        x->z[states + k] = estimator_coordinate(p, value);
+        double *row = estimator->u + (states + k) * estimator->stride;
+        estimator->z[states + k] = estimator_coordinate(p, value);
         row[states + k] = deviation_of(p);
         for (int i = 0; i < states && by_parameters; i++) {
             row[i] =
                 by_parameters[i * s->parameters + k] * estimator_slope(p, value) * row[states + k];
         }
     }
-    small_triangle(x->n, x->n, x->u);
-    begin(x, inputs);
+    small_triangle(estimator->n, estimator->n, estimator->u);
+    begin(estimator, inputs);
     return 0;
 }
 
 /* ---- samples ------------------------------------------------------------------------------- */
 
 /* Goes on from the first sample that has anything new to the last one that can have been seen. */
-static void catch_up(estimator *x)
+static void catch_up(estimator *estimator)
 {
-    int64_t from = x->at + 1;
-    for (int64_t i = x->at; i >= 0 && i > x->sample - x->slots; i--) {
-        const unsigned char *state = estimator_record_of(x, i)->state;
+    int64_t from = estimator->at + 1;
+    for (int64_t i = estimator->at; i >= 0 && i > estimator->sample - estimator->slots; i--) {
+        const unsigned char *state = estimator_record_of(estimator, i)->state;
         from = memchr(state, ESTIMATOR_FRESH, ESTIMATOR_SENSORS_MAX) ? i : from;
     }
-    if (from <= x->at) {
-        const estimator_record *at = estimator_record_of(x, from);
-        memcpy(x->z, at->z, (size_t)x->n * sizeof *x->z);
-        memcpy(x->u, at->u, (size_t)(x->n * x->stride) * sizeof *x->u);
-        x->at = from;
-        estimator_take(x, estimator_record_of(x, from));
+    if (from <= estimator->at) {
+        const estimator_record *at = estimator_record_of(estimator, from);
+        memcpy(estimator->z, at->z, (size_t)estimator->n * sizeof *estimator->z);
+        memcpy(estimator->u, at->u,
+               (size_t)(estimator->n * estimator->stride) * sizeof *estimator->u);
+        estimator->at = from;
+        estimator_take(estimator, estimator_record_of(estimator, from));
     }
-    while (x->at < x->sample - x->shortest) {
-        estimator_go_on(x, estimator_record_of(x, x->at));
-        estimator_record *at = estimator_record_of(x, ++x->at);
-        memcpy(at->z, x->z, (size_t)x->n * sizeof *x->z);
-        memcpy(at->u, x->u, (size_t)(x->n * x->stride) * sizeof *x->u);
-        estimator_take(x, at);
+    while (estimator->at < estimator->sample - estimator->shortest) {
+        estimator_go_on(estimator, estimator_record_of(estimator, estimator->at));
+        estimator_record *at = estimator_record_of(estimator, ++estimator->at);
+        memcpy(at->z, estimator->z, (size_t)estimator->n * sizeof *estimator->z);
+        memcpy(at->u, estimator->u,
+               (size_t)(estimator->n * estimator->stride) * sizeof *estimator->u);
+        estimator_take(estimator, at);
     }
 }
 
@@ -112,160 +116,167 @@ static bool take_values(const estimator_sensor *sensor, const double *values, do
     return true;
 }
 
-int estimator_measure(estimator *x, int sensor, int age, const double *values)
+int estimator_measure(estimator *estimator, int sensor, int age, const double *values)
 {
-    if (sensor < 0 || sensor >= x->settings.sensors) {
-        return x->flags |= ESTIMATOR_BAD_CALL, ESTIMATOR_BAD_CALL;
+    if (sensor < 0 || sensor >= estimator->settings.sensors) {
+        return estimator->flags |= ESTIMATOR_BAD_CALL, ESTIMATOR_BAD_CALL;
     }
-    const estimator_sensor *from = &x->settings.sensor[sensor];
-    estimator_sensor_record *record = &x->sensor[sensor];
-    const int64_t sample = x->sample - (age < 0 ? from->delay : age);
+    const estimator_sensor *from = &estimator->settings.sensor[sensor];
+    estimator_sensor_record *record = &estimator->sensor[sensor];
+    const int64_t sample = estimator->sample - (age < 0 ? from->delay : age);
     double good[ESTIMATOR_VALUES_MAX];
     int flag = 0;
-    if (sample < 0 || sample <= x->sample - x->slots) {
+    if (sample < 0 || sample <= estimator->sample - estimator->slots) {
         flag = ESTIMATOR_LATE;
         record->late++;
-    } else if (estimator_record_of(x, sample)->state[sensor] >= ESTIMATOR_USED) {
+    } else if (estimator_record_of(estimator, sample)->state[sensor] >= ESTIMATOR_USED) {
         flag = ESTIMATOR_BAD_CALL;
     } else if (!take_values(from, values, good)) {
         flag = ESTIMATOR_NOT_FINITE;
         record->not_finite++;
-        if (estimator_record_of(x, sample)->state[sensor] == ESTIMATOR_NONE) {
-            estimator_record_of(x, sample)->state[sensor] = ESTIMATOR_UNUSABLE;
+        if (estimator_record_of(estimator, sample)->state[sensor] == ESTIMATOR_NONE) {
+            estimator_record_of(estimator, sample)->state[sensor] = ESTIMATOR_UNUSABLE;
         }
     } else {
-        estimator_record *at = estimator_record_of(x, sample);
+        estimator_record *at = estimator_record_of(estimator, sample);
         memcpy(at->values + record->offset, good, (size_t)from->look.values * sizeof *good);
         at->state[sensor] = ESTIMATOR_FRESH;
     }
-    x->flags |= flag;
+    estimator->flags |= flag;
     return flag;
 }
 
 /* Once a sample: what should have arrived by it. */
-static void count_missing(estimator *x)
+static void count_missing(estimator *estimator)
 {
-    for (int i = 0; i < x->settings.sensors && x->checked < x->sample; i++) {
-        const estimator_sensor *sensor = &x->settings.sensor[i];
-        const int64_t taken = x->sample - sensor->delay,
+    for (int i = 0; i < estimator->settings.sensors && estimator->checked < estimator->sample;
+         i++) {
+        const estimator_sensor *sensor = &estimator->settings.sensor[i];
+        const int64_t taken = estimator->sample - sensor->delay,
                       every = sensor->every > 0 ? sensor->every : 1;
         if (taken >= 0 && taken % every == sensor->phase % every &&
-            estimator_record_of(x, taken)->state[i] == ESTIMATOR_NONE) {
-            x->flags |= ESTIMATOR_MISSING;
-            x->sensor[i].missing++;
+            estimator_record_of(estimator, taken)->state[i] == ESTIMATOR_NONE) {
+            estimator->flags |= ESTIMATOR_MISSING;
+            estimator->sensor[i].missing++;
         }
     }
-    x->checked = x->sample;
+    estimator->checked = estimator->sample;
 }
 
-static int take_flags(estimator *x)
+static int take_flags(estimator *estimator)
 {
-    const int flags = x->flags;
-    x->flags = 0;
+    const int flags = estimator->flags;
+    estimator->flags = 0;
     return flags;
 }
 
-int estimator_update(estimator *x)
+int estimator_update(estimator *estimator)
 {
-    count_missing(x);
-    catch_up(x);
-    estimator_look_ahead(x);
-    for (int i = 0; i < x->settings.sensors; i++) {
-        const estimator_consistency now = estimator_sensor_now(x, i);
-        if (now.count == x->settings.window && !(now.low <= now.mean && now.mean <= now.high)) {
-            x->flags |= ESTIMATOR_INCONSISTENT;
+    count_missing(estimator);
+    catch_up(estimator);
+    estimator_look_ahead(estimator);
+    for (int i = 0; i < estimator->settings.sensors; i++) {
+        const estimator_consistency now = estimator_sensor_now(estimator, i);
+        if (now.count == estimator->settings.window &&
+            !(now.low <= now.mean && now.mean <= now.high)) {
+            estimator->flags |= ESTIMATOR_INCONSISTENT;
         }
     }
-    return take_flags(x);
+    return take_flags(estimator);
 }
 
-int estimator_predict(estimator *x, const double *inputs, const double *after)
+int estimator_predict(estimator *estimator, const double *inputs, const double *after)
 {
-    const size_t size = (size_t)x->inputs * sizeof *inputs;
-    count_missing(x);
-    catch_up(x); /* a record that is used again has been taken */
-    estimator_record *from = estimator_record_of(x, x->sample), *to;
+    const size_t size = (size_t)estimator->inputs * sizeof *inputs;
+    count_missing(estimator);
+    catch_up(estimator); /* a record that is used again has been taken */
+    estimator_record *from = estimator_record_of(estimator, estimator->sample), *to;
     double *ends = from->inputs;
     memcpy(ends, inputs, size);
-    memcpy(ends + x->inputs, after ? after : inputs, size);
-    for (int k = 0; k < x->settings.parameters; k++) {
-        const int input = x->settings.parameter[k].input;
-        ends[input] = ends[x->inputs + input] = 0;
+    memcpy(ends + estimator->inputs, after ? after : inputs, size);
+    for (int k = 0; k < estimator->settings.parameters; k++) {
+        const int input = estimator->settings.parameter[k].input;
+        ends[input] = ends[estimator->inputs + input] = 0;
     }
-    if (!estimator_is_usable(2 * (size_t)x->inputs, ends)) {
-        x->flags |= ESTIMATOR_BAD_INPUTS;
+    if (!estimator_is_usable(2 * (size_t)estimator->inputs, ends)) {
+        estimator->flags |= ESTIMATOR_BAD_INPUTS;
         memcpy(ends, from->until, size);
-        memcpy(ends + x->inputs, from->until, size);
+        memcpy(ends + estimator->inputs, from->until, size);
     }
-    from->moves = memcmp(ends, ends + x->inputs, size) != 0;
-    to = estimator_record_of(x, ++x->sample);
-    memmove(to->until, ends + x->inputs, size);
+    from->moves = memcmp(ends, ends + estimator->inputs, size) != 0;
+    to = estimator_record_of(estimator, ++estimator->sample);
+    memmove(to->until, ends + estimator->inputs, size);
     memset(to->state, ESTIMATOR_NONE, sizeof to->state);
     to->grow = 1;
-    catch_up(x); /* before measurements arrive: the answer to them is quicker */
-    estimator_look_ahead(x);
-    return take_flags(x);
+    catch_up(estimator); /* before measurements arrive: the answer to them is quicker */
+    estimator_look_ahead(estimator);
+    return take_flags(estimator);
 }
 
 /* ---- answers ------------------------------------------------------------------------------- */
 
-int64_t estimator_sample(const estimator *x)
+int64_t estimator_sample(const estimator *estimator)
 {
-    return x->sample;
+    return estimator->sample;
 }
 
-const double *estimator_state(const estimator *x)
+const double *estimator_state(const estimator *estimator)
 {
-    return x->ahead;
+    return estimator->ahead;
 }
 
-double estimator_parameter_now(const estimator *x, int i)
+double estimator_parameter_now(const estimator *estimator, int i)
 {
-    return estimator_value(&x->settings.parameter[i], x->z[x->states + i]);
+    return estimator_value(&estimator->settings.parameter[i], estimator->z[estimator->states + i]);
 }
 
-double estimator_parameter_deviation(const estimator *x, int i)
+double estimator_parameter_deviation(const estimator *estimator, int i)
 {
-    const estimator_parameter *p = &x->settings.parameter[i];
-    const double now = fmin(x->doubt * estimator_deviation(x, x->states + i), estimator_uniform(p));
-    return now * (p->low > 0 ? estimator_parameter_now(x, i) : 0.5 * (p->high - p->low));
+    const estimator_parameter *p = &estimator->settings.parameter[i];
+    const double now =
+        fmin(estimator->doubt * estimator_deviation(estimator, estimator->states + i),
+             estimator_uniform(p));
+    return now * (p->low > 0 ? estimator_parameter_now(estimator, i) : 0.5 * (p->high - p->low));
 }
 
-const double *estimator_inputs(const estimator *x)
+const double *estimator_inputs(const estimator *estimator)
 {
-    memcpy(x->now, estimator_record_of(x, x->sample)->until, (size_t)x->inputs * sizeof *x->now);
-    for (int k = 0; k < x->settings.parameters; k++) {
-        x->now[x->settings.parameter[k].input] = estimator_parameter_now(x, k);
+    memcpy(estimator->now, estimator_record_of(estimator, estimator->sample)->until,
+           (size_t)estimator->inputs * sizeof *estimator->now);
+    for (int k = 0; k < estimator->settings.parameters; k++) {
+        estimator->now[estimator->settings.parameter[k].input] =
+            estimator_parameter_now(estimator, k);
     }
-    return x->now;
+    return estimator->now;
 }
 
-void estimator_covariance(const estimator *x, double *p)
+void estimator_covariance(const estimator *estimator, double *p)
 {
-    for (int i = 0; i < x->n; i++) {
-        for (int k = 0; k < x->n; k++) {
+    for (int i = 0; i < estimator->n; i++) {
+        for (int k = 0; k < estimator->n; k++) {
             double sum = 0;
             for (int j = 0; j <= i && j <= k; j++) {
-                sum += x->u[j * x->stride + i] * x->u[j * x->stride + k];
+                sum += estimator->u[j * estimator->stride + i] *
+                       estimator->u[j * estimator->stride + k];
             }
-            p[i * x->n + k] = sum;
+            p[i * estimator->n + k] = sum;
         }
     }
 }
 
-double estimator_outside(const estimator *x)
+double estimator_outside(const estimator *estimator)
 {
-    return x->outside;
+    return estimator->outside;
 }
 
-double estimator_process(const estimator *x)
+double estimator_process(const estimator *estimator)
 {
-    return x->process;
+    return estimator->process;
 }
 
-double estimator_doubt(const estimator *x)
+double estimator_doubt(const estimator *estimator)
 {
-    return x->doubt;
+    return estimator->doubt;
 }
 
 /* Bias and correlation of the innovations of a window. */
@@ -291,9 +302,9 @@ static void compare_in_row(const estimator_sensor_record *from, estimator_consis
     to->correlation_high = ESTIMATOR_ONCE_IN_1000 / sqrt((double)(count > 0 ? count * width : 1));
 }
 
-estimator_consistency estimator_sensor_now(const estimator *x, int sensor)
+estimator_consistency estimator_sensor_now(const estimator *estimator, int sensor)
 {
-    const estimator_sensor_record *from = &x->sensor[sensor];
+    const estimator_sensor_record *from = &estimator->sensor[sensor];
     estimator_consistency now;
     double sum = 0;
     for (int i = 0; i < from->count; i++) {

@@ -128,33 +128,35 @@ estimator *estimator_init(void *memory, const estimator_settings *settings);
  * Returns 0, or ESTIMATOR_BAD_START and all is as before: a state that is not finite or is none
  * that the model may answer (beyond 1e12 times the largest deviation), or inputs that are not
  * finite. */
-int estimator_start(estimator *x, const double *state, const double *inputs,
+int estimator_start(estimator *estimator, const double *state, const double *inputs,
                     const double *by_parameters);
 
 /* values [look.values] seen `age` samples ago, or the sensor's delay: age < 0. Once for a sensor
  * and sample: a second one replaces a first that is not used yet, and is refused after. */
-int estimator_measure(estimator *x, int sensor, int age, const double *values);
+int estimator_measure(estimator *estimator, int sensor, int age, const double *values);
 
 /* Takes all that was measured since. */
-int estimator_update(estimator *x);
+int estimator_update(estimator *estimator);
 
 /* One sample on: inputs [model.inputs] from now on until then, of which estimated ones are not
  * read; after [model.inputs] as in one_step.h, or NULL. */
-int estimator_predict(estimator *x, const double *inputs, const double *after);
+int estimator_predict(estimator *estimator, const double *inputs, const double *after);
 
 /* At the present sample; deviations and covariance are those of the shortest delay before. */
-int64_t estimator_sample(const estimator *x);
-const double *estimator_state(const estimator *x);  /* [states] */
-const double *estimator_inputs(const estimator *x); /* [model.inputs] last given, estimated */
-double estimator_parameter_now(const estimator *x, int i);
+int64_t estimator_sample(const estimator *estimator);
+const double *estimator_state(const estimator *estimator); /* [states] */
+const double *
+estimator_inputs(const estimator *estimator); /* [model.inputs] last given, estimated */
+double estimator_parameter_now(const estimator *estimator, int i);
 /* In units of the parameter, and taken estimator_doubt times: what the model leaves out stays as it
  * is, and so does not average out as noise does. At most that of the whole range. */
-double estimator_parameter_deviation(const estimator *x, int i);
-double estimator_deviation(const estimator *x, int i);    /* of state i */
-void estimator_covariance(const estimator *x, double *p); /* [n][n], n = states + parameters */
-double estimator_outside(const estimator *x);             /* one_step.h: at most 1 inside */
-double estimator_process(const estimator *x);             /* times what was given: 1 to `adapt` */
-double estimator_doubt(const estimator *x);               /* its mean over the last measurements */
+double estimator_parameter_deviation(const estimator *estimator, int i);
+double estimator_deviation(const estimator *estimator, int i); /* of state i */
+void estimator_covariance(const estimator *estimator,
+                          double *p);                 /* [n][n], n = states + parameters */
+double estimator_outside(const estimator *estimator); /* one_step.h: at most 1 inside */
+double estimator_process(const estimator *estimator); /* times what was given: 1 to `adapt` */
+double estimator_doubt(const estimator *estimator);   /* its mean over the last measurements */
 
 /* Normalised innovations squared, nu^T S^-1 nu, over the number of values: 1 in the mean. */
 typedef struct estimator_consistency {
@@ -168,7 +170,7 @@ typedef struct estimator_consistency {
     int64_t used, missing, not_finite, late, outliers;
 } estimator_consistency;
 
-estimator_consistency estimator_sensor_now(const estimator *x, int sensor);
+estimator_consistency estimator_sensor_now(const estimator *estimator, int sensor);
 
 #ifdef __cplusplus
 }

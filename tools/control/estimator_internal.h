@@ -73,9 +73,9 @@ static inline bool estimator_is_usable(size_t count, const double *x)
     return usable;
 }
 
-static inline estimator_record *estimator_record_of(const estimator *x, int64_t sample)
+static inline estimator_record *estimator_record_of(const estimator *estimator, int64_t sample)
 {
-    return &x->record[sample % x->slots];
+    return &estimator->record[sample % estimator->slots];
 }
 
 /* Of a parameter: what is estimated of it, back, and the standard deviation of a uniform
@@ -88,15 +88,16 @@ double estimator_uniform(const estimator_parameter *p);
 /* By a standard normal number, on either side. */
 #define ESTIMATOR_ONCE_IN_1000 3.29
 
-/* Steps of z, u: from a sample to the next by the model, and by the measurements at x->at. */
-void estimator_go_on(estimator *x, const estimator_record *from);
-void estimator_take(estimator *x, estimator_record *at);
+/* Steps of z, u: from a sample to the next by the model, and by the measurements at estimator->at.
+ */
+void estimator_go_on(estimator *estimator, const estimator_record *from);
+void estimator_take(estimator *estimator, estimator_record *at);
 
 /* Whether states [count][states] may be an answer of the model: none is beyond 1e12 times its
  * largest deviation, where rounding would be all there is. */
-bool estimator_is_answer(const estimator *x, int count, const double *states);
+bool estimator_is_answer(const estimator *estimator, int count, const double *states);
 
-/* x->ahead from z by the model alone, to the present sample. */
-void estimator_look_ahead(estimator *x);
+/* estimator->ahead from z by the model alone, to the present sample. */
+void estimator_look_ahead(estimator *estimator);
 
 #endif

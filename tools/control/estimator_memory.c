@@ -149,9 +149,9 @@ static double *carve(carving *from, int count)
     return at;
 }
 
-static void set_sizes(estimator *x, const estimator_settings *settings)
+static void set_sizes(estimator *estimator, const estimator_settings *settings)
 {
-    estimator_settings *s = &x->settings;
+    estimator_settings *s = &estimator->settings;
     int delay = 0;
     *s = *settings;
     s->gate = s->gate > 0 ? s->gate : 1e-6;
@@ -159,55 +159,59 @@ static void set_sizes(estimator *x, const estimator_settings *settings)
     s->patience = s->patience > 0 ? s->patience : 10;
     s->window = s->window > 0 ? s->window : 50;
     s->period = s->period > 0 ? s->period : s->model.step;
-    x->states = s->model.states;
-    x->inputs = s->model.inputs;
-    x->n = x->states + s->parameters;
-    x->stride = small_stride(x->n);
-    x->sigma = s->alpha > 0 ? sigma_points_of(x->n, s->alpha, s->beta, s->kappa)
-                            : sigma_points_of(x->n, 1, 0, 0);
-    x->values = x->most = 0;
-    x->shortest = s->sensors > 0 ? s->sensor[0].delay : 0;
+    estimator->states = s->model.states;
+    estimator->inputs = s->model.inputs;
+    estimator->n = estimator->states + s->parameters;
+    estimator->stride = small_stride(estimator->n);
+    estimator->sigma = s->alpha > 0 ? sigma_points_of(estimator->n, s->alpha, s->beta, s->kappa)
+                                    : sigma_points_of(estimator->n, 1, 0, 0);
+    estimator->values = estimator->most = 0;
+    estimator->shortest = s->sensors > 0 ? s->sensor[0].delay : 0;
     for (int i = 0; i < s->sensors; i++) {
         const estimator_sensor *sensor = &s->sensor[i];
-        x->sensor[i] = (estimator_sensor_record){.width = width_of(sensor), .offset = x->values};
-        x->values += sensor->look.values;
-        x->most = sensor->look.values > x->most ? sensor->look.values : x->most;
+        estimator->sensor[i] =
+            (estimator_sensor_record){.width = width_of(sensor), .offset = estimator->values};
+        estimator->values += sensor->look.values;
+        estimator->most =
+            sensor->look.values > estimator->most ? sensor->look.values : estimator->most;
         delay = sensor->delay > delay ? sensor->delay : delay;
-        x->shortest = sensor->delay < x->shortest ? sensor->delay : x->shortest;
+        estimator->shortest =
+            sensor->delay < estimator->shortest ? sensor->delay : estimator->shortest;
     }
-    x->slots = delay + s->late + 1;
+    estimator->slots = delay + s->late + 1;
 }
 
-static void carve_all(estimator *x, carving *from, estimator_record *record)
+static void carve_all(estimator *estimator, carving *from, estimator_record *record)
 {
-    const int points = 2 * x->n + 1, apart = small_stride(x->most);
-    x->z = carve(from, x->n);
-    x->u = carve(from, x->n * x->stride);
-    x->now = carve(from, x->inputs);
-    x->ahead = carve(from, x->states);
-    x->states_at = carve(from, points * x->states);
-    x->next = carve(from, points * x->states);
-    x->inputs_at = carve(from, 2 * points * x->inputs);
-    x->seen = carve(from, points * x->most);
-    x->mean = carve(from, x->most + x->n);
-    x->rows = carve(from, (3 * x->n + 1) * x->stride);
-    x->d = carve(from, x->n * apart);
-    x->b = carve(from, (x->n + 1) * apart);
-    x->room = carve(from, sigma_room(x->n, x->most));
-    x->before = carve(from, x->n);
-    for (int i = 0; i < x->settings.sensors; i++) {
-        x->sensor[i].window = carve(from, x->settings.window);
-        x->sensor[i].innovation = carve(from, x->sensor[i].width);
-        x->sensor[i].normal = carve(from, x->sensor[i].width);
-        x->sensor[i].normals = carve(from, x->settings.window * x->sensor[i].width);
+    const int points = 2 * estimator->n + 1, apart = small_stride(estimator->most);
+    estimator->z = carve(from, estimator->n);
+    estimator->u = carve(from, estimator->n * estimator->stride);
+    estimator->now = carve(from, estimator->inputs);
+    estimator->ahead = carve(from, estimator->states);
+    estimator->states_at = carve(from, points * estimator->states);
+    estimator->next = carve(from, points * estimator->states);
+    estimator->inputs_at = carve(from, 2 * points * estimator->inputs);
+    estimator->seen = carve(from, points * estimator->most);
+    estimator->mean = carve(from, estimator->most + estimator->n);
+    estimator->rows = carve(from, (3 * estimator->n + 1) * estimator->stride);
+    estimator->d = carve(from, estimator->n * apart);
+    estimator->b = carve(from, (estimator->n + 1) * apart);
+    estimator->room = carve(from, sigma_room(estimator->n, estimator->most));
+    estimator->before = carve(from, estimator->n);
+    for (int i = 0; i < estimator->settings.sensors; i++) {
+        estimator->sensor[i].window = carve(from, estimator->settings.window);
+        estimator->sensor[i].innovation = carve(from, estimator->sensor[i].width);
+        estimator->sensor[i].normal = carve(from, estimator->sensor[i].width);
+        estimator->sensor[i].normals =
+            carve(from, estimator->settings.window * estimator->sensor[i].width);
     }
-    for (int i = 0; i < x->slots; i++) {
+    for (int i = 0; i < estimator->slots; i++) {
         estimator_record r = {.grow = 1};
-        r.z = carve(from, x->n);
-        r.u = carve(from, x->n * x->stride);
-        r.until = carve(from, x->inputs);
-        r.inputs = carve(from, 2 * x->inputs);
-        r.values = carve(from, x->values);
+        r.z = carve(from, estimator->n);
+        r.u = carve(from, estimator->n * estimator->stride);
+        r.until = carve(from, estimator->inputs);
+        r.inputs = carve(from, 2 * estimator->inputs);
+        r.values = carve(from, estimator->values);
         if (record) {
             record[i] = r;
         }

@@ -70,24 +70,25 @@ static void take_rows(look_what what, const double *seen, int size, const double
 static int see(void *context, int count, const double *states, const double *inputs, double *values,
                double *by_state)
 {
-    kinematic_look *x = context;
-    const int places = x->rod.places, size = 2 * x->rod.modes;
-    const int of_place = x->what == LOOK_ROTATION ? 4 : 3;
-    double *seen = x->room + kinematics_room(&x->rod);
+    kinematic_look *look = context;
+    const int places = look->rod.places, size = 2 * look->rod.modes;
+    const int of_place = look->what == LOOK_ROTATION ? 4 : 3;
+    double *seen = look->room + kinematics_room(&look->rod);
     double *rows = seen + LOOK_STATES * places * KINEMATICS_SEEN;
     bool finite = true;
     (void)inputs;
     for (int from = 0; from < count; from += LOOK_STATES) {
         const int now = count - from < LOOK_STATES ? count - from : LOOK_STATES;
-        kinematics_see(&x->rod, now, states + from * size, seen, by_state ? rows : NULL, x->room);
+        kinematics_see(&look->rod, now, states + from * size, seen, by_state ? rows : NULL,
+                       look->room);
         for (int i = 0; i < now * places; i++) {
             double *to = values + (from * places + i) * of_place;
-            take_values(x->what, seen + i * KINEMATICS_SEEN, to);
+            take_values(look->what, seen + i * KINEMATICS_SEEN, to);
             for (int k = 0; k < of_place; k++) {
                 finite &= isfinite(to[k]) != 0;
             }
             if (by_state) {
-                take_rows(x->what, seen + i * KINEMATICS_SEEN, size, rows + i * LOOK_ROWS * size,
+                take_rows(look->what, seen + i * KINEMATICS_SEEN, size, rows + i * LOOK_ROWS * size,
                           by_state + (from * places + i) * of_place * size);
             }
         }
@@ -95,10 +96,10 @@ static int see(void *context, int count, const double *states, const double *inp
     return finite ? 0 : 1;
 }
 
-one_look kinematic_look_of(kinematic_look *x)
+one_look kinematic_look_of(kinematic_look *look)
 {
-    return (one_look){.context = x,
-                      .states = 2 * x->rod.modes,
-                      .values = x->rod.places * (x->what == LOOK_ROTATION ? 4 : 3),
+    return (one_look){.context = look,
+                      .states = 2 * look->rod.modes,
+                      .values = look->rod.places * (look->what == LOOK_ROTATION ? 4 : 3),
                       .see = see};
 }

@@ -36,7 +36,7 @@ size_t kinematic_look_room(const kinematics *rod);
 
 /* Values [places][3 or 4]; one call at a time. Derivatives of a rotation are those of the
  * quaternion. No answer where a value is not finite. */
-one_look kinematic_look_of(kinematic_look *x);
+one_look kinematic_look_of(kinematic_look *look);
 
 #ifdef __cplusplus
 }

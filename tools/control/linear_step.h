@@ -18,7 +18,7 @@ typedef struct linear_step {
 } linear_step;
 
 /* Borrows x. There is no answer for other lengths, nor for inputs of the end. */
-one_step linear_one_step(const linear_step *x);
+one_step linear_one_step(const linear_step *step);
 
 #ifdef __cplusplus
 }

@@ -12,20 +12,20 @@ struct look {
     int *row; /* [count][LOOK_ROWS] */
 };
 
-static ad_status allocate(look *x, const look_sensor *sensor, ad_error *error)
+static ad_status allocate(look *look, const look_sensor *sensor, ad_error *error)
 {
     const int first = kinematic_look_row(sensor->what);
-    x->look = (kinematic_look){.what = sensor->what, .rod = *reduced_kinematics(x->rod)};
-    x->look.room = calloc(kinematic_look_room(&x->look.rod), sizeof *x->look.room);
-    x->row = calloc((size_t)(LOOK_ROWS * sensor->count) + 1, sizeof *x->row);
-    if (!x->look.room || !x->row) {
+    look->look = (kinematic_look){.what = sensor->what, .rod = *reduced_kinematics(look->rod)};
+    look->look.room = calloc(kinematic_look_room(&look->look.rod), sizeof *look->look.room);
+    look->row = calloc((size_t)(LOOK_ROWS * sensor->count) + 1, sizeof *look->row);
+    if (!look->look.room || !look->row) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for what is seen");
     }
     for (int i = 0; i < LOOK_ROWS * sensor->count; i++) {
-        x->row[i] = i / LOOK_ROWS * KINEMATICS_ROWS + first + i % LOOK_ROWS;
+        look->row[i] = i / LOOK_ROWS * KINEMATICS_ROWS + first + i % LOOK_ROWS;
     }
-    x->look.rod.row = x->row;
-    x->look.rod.rows = LOOK_ROWS * sensor->count;
+    look->look.rod.row = look->row;
+    look->look.rod.rows = LOOK_ROWS * sensor->count;
     return AD_OK;
 }
 
@@ -53,30 +53,30 @@ ad_status look_create(const scene *rod_scene, const int modes[4], const look_sen
     return AD_OK;
 }
 
-void look_free(look *x)
+void look_free(look *look)
 {
-    if (x) {
-        reduced_free(x->rod);
-        free(x->look.room);
-        free(x->row);
-        free(x);
+    if (look) {
+        reduced_free(look->rod);
+        free(look->look.room);
+        free(look->row);
+        free(look);
     }
 }
 
-one_look look_of(look *x)
+one_look look_of(look *look)
 {
-    return kinematic_look_of(&x->look);
+    return kinematic_look_of(&look->look);
 }
 
-const kinematic_look *look_kinematics(const look *x)
+const kinematic_look *look_kinematics(const look *look)
 {
-    return &x->look;
+    return &look->look;
 }
 
-int look_depends_on(const look *x)
+int look_depends_on(const look *look)
 {
-    const int modes = x->look.rod.modes;
-    const bool moves = x->look.what == LOOK_VELOCITY || x->look.what == LOOK_ANGULAR_VELOCITY;
+    const int modes = look->look.rod.modes;
+    const bool moves = look->look.what == LOOK_VELOCITY || look->look.what == LOOK_ANGULAR_VELOCITY;
     return moves ? 2 * modes : modes;
 }
 

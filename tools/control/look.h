@@ -28,14 +28,14 @@ typedef struct look look;
  * AD_BAD_ARGUMENT and others as reduced_create. */
 ad_status look_create(const scene *rod_scene, const int modes[4], const look_sensor *sensor,
                       look **result, ad_error *error);
-void look_free(look *x); /* NULL is allowed */
+void look_free(look *look); /* NULL is allowed */
 
 /* Borrows x, which is for one thread at a time. */
-one_look look_of(look *x);
-const kinematic_look *look_kinematics(const look *x); /* for exported C */
+one_look look_of(look *look);
+const kinematic_look *look_kinematics(const look *look); /* for exported C */
 
 /* Of the first so many states alone the values depend: the modes, where no rates are seen. */
-int look_depends_on(const look *x);
+int look_depends_on(const look *look);
 
 /* For estimator_settings of a reduced rod with so many modes: deviation and process [2 modes] from
  * the sizes of states [2 modes], rms over motions of the rod. At the start modes are known to 2 %

@@ -74,29 +74,29 @@ static ad_status take_measurements(running *r, ad_error *error)
 
 static void filter(running *r)
 {
-    control_loop *x = r->x;
-    const control_settings *c = &x->control;
+    control_loop *loop = r->x;
+    const control_settings *c = &loop->control;
     const double start = train_seconds();
     r->flags[0] = 0;
     for (int i = 0; i < c->measurement_count; i++) {
         const int delay = c->measurements[i].delay;
         const taken *then = &r->on_way[i][(r->k + DELAYS - delay) % DELAYS];
         if (r->k >= delay && !then->lost) {
-            r->flags[0] |= regulator_measure(x->both, i, delay, then->values);
+            r->flags[0] |= regulator_measure(loop->both, i, delay, then->values);
         }
     }
-    r->flags[0] |= regulator_filter(x->both);
+    r->flags[0] |= regulator_filter(loop->both);
     r->seconds[0] = train_seconds() - start;
 }
 
 static void wish(running *r)
 {
-    const control_loop *x = r->x;
-    const int v = x->values;
-    const double from = r->t + x->control.delay * x->period;
-    for (int i = 0; i < x->control.horizon; i++) {
+    const control_loop *loop = r->x;
+    const int v = loop->values;
+    const double from = r->t + loop->control.delay * loop->period;
+    for (int i = 0; i < loop->control.horizon; i++) {
         double *row = r->rows + (size_t)(i * v);
-        task_path_at(x->path, from + (i + 1) * x->step, row);
+        task_path_at(loop->path, from + (i + 1) * loop->step, row);
         for (int k = 3; k < v; k++) {
             row[k] = NAN;
         }
@@ -107,20 +107,20 @@ static void wish(running *r)
  * sample, counts as the controller's but for the filter's prediction. */
 static void control(running *r)
 {
-    control_loop *x = r->x;
+    control_loop *loop = r->x;
     const double start = train_seconds();
     r->flags[1] = 0;
     if (happens(r, CONTROL_LATE, -1)) {
-        (void)regulator_late(x->both, false, r->next);
+        (void)regulator_late(loop->both, false, r->next);
         r->report->late++;
     } else {
         wish(r);
-        r->flags[1] = regulator_plan(x->both, r->rows, r->next) >> REGULATOR_CONTROLLER;
+        r->flags[1] = regulator_plan(loop->both, r->rows, r->next) >> REGULATOR_CONTROLLER;
     }
     const double planned = train_seconds();
-    regulator_predict(x->both);
+    regulator_predict(loop->both);
     const double predicted = train_seconds();
-    regulator_prepare(x->both);
+    regulator_prepare(loop->both);
     r->seconds[0] += predicted - planned;
     r->seconds[1] = train_seconds() - start - (predicted - planned);
 }
@@ -149,15 +149,15 @@ static void judge_constraints(running *r, const double *values)
 /* How inputs move, by the last samples' ones. */
 static void judge_changes(running *r)
 {
-    const control_loop *x = r->x;
-    const control_settings *c = &x->control;
+    const control_loop *loop = r->x;
+    const control_settings *c = &loop->control;
     loop_report *report = r->report;
-    for (int i = 0; i < x->input_count; i++) {
-        const double at = r->applied[x->inputs[i]] / (c->high[i] - c->low[i]);
+    for (int i = 0; i < loop->input_count; i++) {
+        const double at = r->applied[loop->inputs[i]] / (c->high[i] - c->low[i]);
         const double change = at - r->before[i], turn = change - r->change[i];
-        report->change[0] += r->k > 0 ? fabs(change) / x->input_count : 0;
+        report->change[0] += r->k > 0 ? fabs(change) / loop->input_count : 0;
         report->change[1] = r->k > 0 ? fmax(report->change[1], fabs(change)) : 0;
-        report->jitter += r->k > 1 ? 0.5 * fabs(turn) / x->input_count : 0;
+        report->jitter += r->k > 1 ? 0.5 * fabs(turn) / loop->input_count : 0;
         r->before[i] = at;
         r->change[i] = change;
     }
@@ -165,8 +165,8 @@ static void judge_changes(running *r)
 
 static void judge(running *r)
 {
-    const control_loop *x = r->x;
-    const control_settings *c = &x->control;
+    const control_loop *loop = r->x;
+    const control_settings *c = &loop->control;
     loop_report *report = r->report;
     double off = 0;
     bool saturated = false;
@@ -174,16 +174,16 @@ static void judge(running *r)
         off += pow(r->place[k] - r->reference[k], 2);
     }
     off = sqrt(off);
-    if (r->t < c->task.approach - 1e-9 * x->period) {
+    if (r->t < c->task.approach - 1e-9 * loop->period) {
         report->approach = fmax(report->approach, off);
     } else {
         report->rms += off * off;
         report->worst = fmax(report->worst, off);
         report->judged++;
     }
-    report->diverged = report->diverged || !(off < scene_length(x->of.nominal));
-    for (int i = 0; i < x->input_count; i++) {
-        const double at = r->applied[x->inputs[i]], near = 1e-9 * (c->high[i] - c->low[i]);
+    report->diverged = report->diverged || !(off < scene_length(loop->of.nominal));
+    for (int i = 0; i < loop->input_count; i++) {
+        const double at = r->applied[loop->inputs[i]], near = 1e-9 * (c->high[i] - c->low[i]);
         saturated = saturated || at < c->low[i] + near || at > c->high[i] - near;
     }
     report->saturated += saturated;
@@ -197,11 +197,11 @@ static void judge(running *r)
 /* Whether the innovations are those of a model that is right. */
 static void judge_innovations(running *r)
 {
-    const control_loop *x = r->x;
-    const estimator *filtered = regulator_estimator(x->both);
-    for (int i = 0; i < x->control.measurement_count; i++) {
+    const control_loop *loop = r->x;
+    const estimator *filtered = regulator_estimator(loop->both);
+    for (int i = 0; i < loop->control.measurement_count; i++) {
         const estimator_consistency now = estimator_sensor_now(filtered, i);
-        const bool whole = now.count == x->settings.estimator.window || now.used > now.count;
+        const bool whole = now.count == loop->settings.estimator.window || now.used > now.count;
         if (!whole || now.used == r->used[i]) {
             continue;
         }
@@ -214,16 +214,16 @@ static void judge_innovations(running *r)
 
 static void put(const running *r, int *column, int count, const double *values)
 {
-    const control_loop *x = r->x;
+    const control_loop *loop = r->x;
     for (int i = 0; i < count; i++) {
-        x->record[(size_t)(*column)++ * (size_t)x->samples + (size_t)r->k] = values[i];
+        loop->record[(size_t)(*column)++ * (size_t)loop->samples + (size_t)r->k] = values[i];
     }
 }
 
 static ad_status write_down(running *r, ad_error *error)
 {
-    const control_loop *x = r->x;
-    const control_settings *c = &x->control;
+    const control_loop *loop = r->x;
+    const control_settings *c = &loop->control;
     const double seconds[4] = {r->seconds[0], r->seconds[1], r->flags[0], r->flags[1]};
     double limited[CONTROL_LIMITS_MAX];
     int at = 0;
@@ -232,19 +232,19 @@ static ad_status write_down(running *r, ad_error *error)
     put(r, &at, 3, r->reference);
     put(r, &at, 3, r->place);
     put(r, &at, 3, r->estimated);
-    for (int i = 0; i < x->input_count; i++) {
-        put(r, &at, 1, &r->applied[x->inputs[i]]);
+    for (int i = 0; i < loop->input_count; i++) {
+        put(r, &at, 1, &r->applied[loop->inputs[i]]);
     }
     for (int i = 0; i < c->estimate_count; i++) {
-        const double known[2] = {estimator_parameter_now(regulator_estimator(x->both), i),
-                                 estimator_parameter_deviation(regulator_estimator(x->both), i)};
+        const double known[2] = {estimator_parameter_now(regulator_estimator(loop->both), i),
+                                 estimator_parameter_deviation(regulator_estimator(loop->both), i)};
         put(r, &at, 2, known);
     }
     for (int i = 0; i < c->measurement_count; i++) {
         const taken *now = &r->on_way[i][r->k % DELAYS];
         const double nothing[4] = {NAN, NAN, NAN, NAN};
         const int count = c->measurements[i].what == LOOK_ROTATION ? 4 : 3;
-        const estimator_consistency said = estimator_sensor_now(regulator_estimator(x->both), i);
+        const estimator_consistency said = estimator_sensor_now(regulator_estimator(loop->both), i);
         const double last = said.used > r->used[i] ? said.last : NAN;
         r->innovations[i] += said.used > r->used[i] ? last : 0;
         r->used[i] = said.used;
@@ -252,9 +252,9 @@ static ad_status write_down(running *r, ad_error *error)
         put(r, &at, 1, &last);
     }
     for (int i = 0; i < c->estimate_count; i++) {
-        put(r, &at, 1, &x->of.truth[x->parameter[i].input]);
+        put(r, &at, 1, &loop->of.truth[loop->parameter[i].input]);
     }
-    const ad_status status = plant_limited(x->robot, limited, error);
+    const ad_status status = plant_limited(loop->robot, limited, error);
     judge_constraints(r, limited);
     put(r, &at, c->limit_count, limited);
     put(r, &at, 4, seconds);
@@ -263,32 +263,32 @@ static ad_status write_down(running *r, ad_error *error)
 
 static ad_status sample(running *r, ad_error *error)
 {
-    control_loop *x = r->x;
-    r->t = r->k * x->period;
-    task_path_at(x->path, r->t, r->reference);
-    ad_status status = plant_place(x->robot, r->place, error);
+    control_loop *loop = r->x;
+    r->t = r->k * loop->period;
+    task_path_at(loop->path, r->t, r->reference);
+    ad_status status = plant_place(loop->robot, r->place, error);
     status = status == AD_OK ? take_measurements(r, error) : status;
     if (status != AD_OK) {
         return status;
     }
     filter(r);
-    const estimator *filtered = regulator_estimator(x->both);
-    const one_look seen = look_of(x->looks[0]);
+    const estimator *filtered = regulator_estimator(loop->both);
+    const one_look seen = look_of(loop->looks[0]);
     if (seen.see(seen.context, 1, estimator_state(filtered), estimator_inputs(filtered),
                  r->estimated, NULL) != 0) {
         r->estimated[0] = r->estimated[1] = r->estimated[2] = NAN;
     }
-    status = loop_shapes_take(x, r->k, error);
+    status = loop_shapes_take(loop, r->k, error);
     if (status != AD_OK) {
         return status;
     }
     control(r);
-    if (x->control.delay == 0) {
+    if (loop->control.delay == 0) {
         apply(r);
     }
     judge(r);
     status = write_down(r, error);
-    status = status == AD_OK ? plant_step(x->robot, x->period, r->applied, error) : status;
+    status = status == AD_OK ? plant_step(loop->robot, loop->period, r->applied, error) : status;
     apply(r);
     return status;
 }
@@ -309,13 +309,13 @@ static void times(const double *first, const double *second, long count, double 
 
 static void conclude(running *r, double *room)
 {
-    const control_loop *x = r->x;
-    const control_settings *c = &x->control;
+    const control_loop *loop = r->x;
+    const control_settings *c = &loop->control;
     loop_report *report = r->report;
-    const double *filtered = loop_column(x, x->columns - 4);
-    const double *controlled = loop_column(x, x->columns - 3);
+    const double *filtered = loop_column(loop, loop->columns - 4);
+    const double *controlled = loop_column(loop, loop->columns - 3);
     report->rms = sqrt(report->rms / (double)report->judged);
-    report->doubt = estimator_doubt(regulator_estimator(x->both));
+    report->doubt = estimator_doubt(regulator_estimator(loop->both));
     report->saturated /= (double)report->done;
     report->change[0] /= fmax(1, (double)report->done - 1);
     report->jitter /= fmax(1, (double)report->done - 2);
@@ -333,29 +333,29 @@ static void conclude(running *r, double *room)
         }
     }
     for (int i = 0; i < c->estimate_count; i++) {
-        report->estimate[i] = estimator_parameter_now(regulator_estimator(x->both), i);
-        report->deviation[i] = estimator_parameter_deviation(regulator_estimator(x->both), i);
-        report->truth[i] = x->of.truth[x->parameter[i].input];
+        report->estimate[i] = estimator_parameter_now(regulator_estimator(loop->both), i);
+        report->deviation[i] = estimator_parameter_deviation(regulator_estimator(loop->both), i);
+        report->truth[i] = loop->of.truth[loop->parameter[i].input];
     }
 }
 
-ad_status loop_run(control_loop *x, loop_report *report, ad_error *error)
+ad_status loop_run(control_loop *loop, loop_report *report, ad_error *error)
 {
-    const size_t rows = (size_t)x->control.horizon * LOOP_SEEN;
+    const size_t rows = (size_t)loop->control.horizon * LOOP_SEEN;
     running *r = calloc(1, sizeof *r);
-    double *room = calloc(rows + (size_t)x->samples, sizeof *room);
+    double *room = calloc(rows + (size_t)loop->samples, sizeof *room);
     ad_status status = r && room ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a loop");
     memset(report, 0, sizeof *report);
-    report->samples = x->samples;
-    report->reach = x->reach;
+    report->samples = loop->samples;
+    report->reach = loop->reach;
     if (status == AD_OK) {
-        *r = (running){.x = x, .report = report, .rows = room};
-        memcpy(r->applied, x->middle, sizeof r->applied);
-        for (int i = 0; i < x->input_count; i++) {
-            r->next[i] = x->middle[x->inputs[i]];
+        *r = (running){.x = loop, .report = report, .rows = room};
+        memcpy(r->applied, loop->middle, sizeof r->applied);
+        for (int i = 0; i < loop->input_count; i++) {
+            r->next[i] = loop->middle[loop->inputs[i]];
         }
     }
-    while (status == AD_OK && r->k < x->samples && !report->diverged) {
+    while (status == AD_OK && r->k < loop->samples && !report->diverged) {
         status = sample(r, error);
         report->done += status == AD_OK;
         r->k++;

@@ -66,12 +66,12 @@ typedef struct loop_report {
 /* AD_BAD_INPUT: what the loop cannot do, in a sentence; AD_NOT_FINITE: no equilibrium to start
  * from; AD_IO, AD_NO_MEMORY. */
 ad_status loop_create(const loop_setup *setup, control_loop **result, ad_error *error);
-void loop_free(control_loop *x); /* NULL is allowed */
+void loop_free(control_loop *loop); /* NULL is allowed */
 
-ad_status loop_run(control_loop *x, loop_report *report, ad_error *error);
+ad_status loop_run(control_loop *loop, loop_report *report, ad_error *error);
 
 /* The task with centre, normal and heights that were found. */
-const control_task *loop_task(const control_loop *x);
+const control_task *loop_task(const control_loop *loop);
 
 /* What exported C is made of; borrowed from the loop. */
 typedef struct loop_parts {
@@ -82,17 +82,17 @@ typedef struct loop_parts {
     const kinematic_look *looks[1 + CONTROL_LIMITS_MAX]; /* of its parts */
     const double *state, *inputs, *by_parameters;        /* at sample 0 */
 } loop_parts;
-loop_parts loop_parts_of(const control_loop *x);
+loop_parts loop_parts_of(const control_loop *loop);
 
 /* The record: columns named, of report.done rows; SI units. */
-int loop_columns(const control_loop *x);
-const char *loop_column_name(const control_loop *x, int i);
-const double *loop_column(const control_loop *x, int i);
+int loop_columns(const control_loop *loop);
+const char *loop_column_name(const control_loop *loop, int i);
+const double *loop_column(const control_loop *loop, int i);
 
 /* The robot in space, at up to 401 of the samples, as a table of shapes
  * (tools/files/table_shapes.h): t, s, x, y, z, qw to qz, u1 to u3, and estimated_x to _z, where the
  * filter believes that it is. Borrowed from the loop. */
-const table_source *loop_shapes(const control_loop *x);
+const table_source *loop_shapes(const control_loop *loop);
 
 #ifdef __cplusplus
 }

@@ -1,12 +1,12 @@
 #ifndef CONTROL_LOOP_INTERNAL_H
 #define CONTROL_LOOP_INTERNAL_H
 
+#include "tools/control/equilibria.h"
 #include "tools/control/loop.h"
 #include "tools/control/plant.h"
 #include "tools/control/reduced_model.h"
 #include "tools/control/regulator.h"
 #include "tools/control/residual.h"
-#include "tools/control/resting.h"
 #include "tools/control/task.h"
 #include "tools/control/view.h"
 
@@ -23,11 +23,11 @@ typedef struct loop_record_of_shapes {
     table_source table;
 } loop_record_of_shapes;
 
-ad_status loop_shapes_create(control_loop *x, ad_error *error);
-void loop_shapes_free(control_loop *x);
+ad_status loop_shapes_create(control_loop *loop, ad_error *error);
+void loop_shapes_free(control_loop *loop);
 
 /* At sample k, if it is one of those that are kept. */
-ad_status loop_shapes_take(control_loop *x, long k, ad_error *error);
+ad_status loop_shapes_take(control_loop *loop, long k, ad_error *error);
 
 struct control_loop {
     loop_setup of;
@@ -39,7 +39,7 @@ struct control_loop {
     double middle[SCENE_PARAMETERS_MAX];
     double reach;
 
-    resting *rest;
+    equilibria *rest;
     plant *robot;
     task_path *path;
     reduced_rod *rod;

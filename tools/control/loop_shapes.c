@@ -11,31 +11,32 @@ static const char *const names[LOOP_SHAPE_COLUMNS] = {
 static const char *const units[LOOP_SHAPE_COLUMNS] = {"s", "m",   "m",   "m",   "m", "",  "", "",
                                                       "",  "1/m", "1/m", "1/m", "m", "m", "m"};
 
-ad_status loop_shapes_create(control_loop *x, ad_error *error)
+ad_status loop_shapes_create(control_loop *loop, ad_error *error)
 {
-    loop_record_of_shapes *to = &x->shapes;
-    const double length = scene_length(x->of.nominal);
+    loop_record_of_shapes *to = &loop->shapes;
+    const double length = scene_length(loop->of.nominal);
     double s[PLANT_POINTS];
     for (int i = 0; i < PLANT_POINTS; i++) {
         s[i] = length * i / (PLANT_POINTS - 1);
     }
     const look_sensor sensor = {.what = LOOK_POSITION, .count = PLANT_POINTS, .s = s};
-    to->every = (x->samples + FRAMES - 1) / FRAMES;
-    to->room = PLANT_POINTS * (size_t)((x->samples - 1) / to->every + 1);
+    to->every = (loop->samples + FRAMES - 1) / FRAMES;
+    to->room = PLANT_POINTS * (size_t)((loop->samples - 1) / to->every + 1);
     to->values = calloc(to->room * LOOP_SHAPE_COLUMNS, sizeof *to->values);
     for (int k = 0; k < LOOP_SHAPE_COLUMNS; k++) {
         to->columns[k] = to->values ? to->values + (size_t)k * to->room : NULL;
     }
     to->table = (table_source){
         .names = names, .units = units, .columns = to->columns, .ncols = LOOP_SHAPE_COLUMNS};
-    return to->values ? look_create(x->of.nominal, x->of.model->modes, &sensor, &to->look, error)
-                      : ad_fail(error, AD_NO_MEMORY, "out of memory for shapes");
+    return to->values
+               ? look_create(loop->of.nominal, loop->of.model->modes, &sensor, &to->look, error)
+               : ad_fail(error, AD_NO_MEMORY, "out of memory for shapes");
 }
 
-void loop_shapes_free(control_loop *x)
+void loop_shapes_free(control_loop *loop)
 {
-    look_free(x->shapes.look);
-    free(x->shapes.values);
+    look_free(loop->shapes.look);
+    free(loop->shapes.values);
 }
 
 /* values [PLANT_POINTS][count] as columns from `first` on. */
@@ -47,25 +48,25 @@ static void put(loop_record_of_shapes *to, int first, int count, const double *v
     }
 }
 
-ad_status loop_shapes_take(control_loop *x, long k, ad_error *error)
+ad_status loop_shapes_take(control_loop *loop, long k, ad_error *error)
 {
     double position[3 * PLANT_POINTS], rotation[4 * PLANT_POINTS], curvature[3 * PLANT_POINTS];
     double estimated[3 * PLANT_POINTS], at[2 * PLANT_POINTS];
-    loop_record_of_shapes *to = &x->shapes;
+    loop_record_of_shapes *to = &loop->shapes;
     if (k % to->every != 0) {
         return AD_OK;
     }
-    const ad_status status = plant_shape(x->robot, position, rotation, curvature, error);
+    const ad_status status = plant_shape(loop->robot, position, rotation, curvature, error);
     if (status != AD_OK) {
         return status;
     }
-    const estimator *filtered = regulator_estimator(x->both);
+    const estimator *filtered = regulator_estimator(loop->both);
     const one_look seen = look_of(to->look);
     const bool known = seen.see(seen.context, 1, estimator_state(filtered),
                                 estimator_inputs(filtered), estimated, NULL) == 0;
     for (int i = 0; i < PLANT_POINTS; i++) {
-        at[2 * i] = (double)k * x->period;
-        at[2 * i + 1] = plant_length(x->robot) * i / (PLANT_POINTS - 1);
+        at[2 * i] = (double)k * loop->period;
+        at[2 * i + 1] = plant_length(loop->robot) * i / (PLANT_POINTS - 1);
     }
     for (int i = 0; i < 3 * PLANT_POINTS && !known; i++) {
         estimated[i] = NAN;
@@ -79,7 +80,7 @@ ad_status loop_shapes_take(control_loop *x, long k, ad_error *error)
     return AD_OK;
 }
 
-const table_source *loop_shapes(const control_loop *x)
+const table_source *loop_shapes(const control_loop *loop)
 {
-    return &x->shapes.table;
+    return &loop->shapes.table;
 }

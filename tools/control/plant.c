@@ -36,10 +36,10 @@ struct plant {
 };
 
 /* The end of the nominal rod is the end of this one, other places stay where they are. */
-static ad_status add_look(plant *x, const scene *of, look_what what, double at, ad_error *error)
+static ad_status add_look(plant *plant, const scene *of, look_what what, double at, ad_error *error)
 {
     const double length = scene_length(of);
-    at = at >= x->length * (1 - 1e-12) ? length : at;
+    at = at >= plant->length * (1 - 1e-12) ? length : at;
     if (at > length) {
         return ad_fail(error, AD_BAD_INPUT,
                        "control.plant.set: makes the rod %g m long, and the place at %g m is seen "
@@ -47,33 +47,35 @@ static ad_status add_look(plant *x, const scene *of, look_what what, double at, 
                        length, at);
     }
     const look_sensor sensor = {.what = what, .count = 1, .s = &at};
-    return look_create(of, x->control->plant_modes, &sensor, &x->looks[x->count++], error);
+    return look_create(of, plant->control->plant_modes, &sensor, &plant->looks[plant->count++],
+                       error);
 }
 
-static ad_status add_shape(plant *x, const scene *of, ad_error *error)
+static ad_status add_shape(plant *plant, const scene *of, ad_error *error)
 {
     static const look_what parts[SHAPE] = {LOOK_POSITION, LOOK_ROTATION, LOOK_CURVATURE};
     double s[PLANT_POINTS];
     ad_status status = AD_OK;
-    x->own_length = scene_length(of);
+    plant->own_length = scene_length(of);
     for (int i = 0; i < PLANT_POINTS; i++) {
-        s[i] = x->own_length * i / (PLANT_POINTS - 1);
+        s[i] = plant->own_length * i / (PLANT_POINTS - 1);
     }
     for (int k = 0; k < SHAPE && status == AD_OK; k++) {
         const look_sensor sensor = {.what = parts[k], .count = PLANT_POINTS, .s = s};
-        status = look_create(of, x->control->plant_modes, &sensor, &x->looks[x->count++], error);
+        status = look_create(of, plant->control->plant_modes, &sensor,
+                             &plant->looks[plant->count++], error);
     }
     return status;
 }
 
-static void map_inputs(plant *x, const scene *of, const scene *nominal)
+static void map_inputs(plant *plant, const scene *of, const scene *nominal)
 {
-    scene_middle_values(of, x->inputs);
+    scene_middle_values(of, plant->inputs);
     for (int i = 0; i < of->parameter_count; i++) {
-        x->from[i] = -1;
+        plant->from[i] = -1;
         for (int k = 0; k < nominal->parameter_count; k++) {
             if (strcmp(of->parameters[i].name, nominal->parameters[k].name) == 0) {
-                x->from[i] = k;
+                plant->from[i] = k;
             }
         }
     }
@@ -116,145 +118,148 @@ ad_status plant_create(const scene *of, const scene *nominal, const control_sett
     return AD_OK;
 }
 
-void plant_free(plant *x)
+void plant_free(plant *plant)
 {
-    if (x) {
-        for (int i = 0; i < x->count; i++) {
-            look_free(x->looks[i]);
+    if (plant) {
+        for (int i = 0; i < plant->count; i++) {
+            look_free(plant->looks[i]);
         }
-        reduced_free(x->rod);
-        scene_panels_free(&x->panels);
-        free(x->memory);
-        free(x);
+        reduced_free(plant->rod);
+        scene_panels_free(&plant->panels);
+        free(plant->memory);
+        free(plant);
     }
 }
 
-static void take_inputs(plant *x, const double *inputs)
+static void take_inputs(plant *plant, const double *inputs)
 {
-    for (int i = 0; i < reduced_inputs(x->rod); i++) {
-        x->inputs[i] = x->from[i] < 0 ? x->inputs[i] : inputs[x->from[i]];
+    for (int i = 0; i < reduced_inputs(plant->rod); i++) {
+        plant->inputs[i] = plant->from[i] < 0 ? plant->inputs[i] : inputs[plant->from[i]];
     }
 }
 
 /* ---- motion -------------------------------------------------------------------------------- */
 
 /* In two halves where a step cannot be solved. */
-static ad_status step(plant *x, double h, int halvings, ad_error *error)
+static ad_status step(plant *plant, double h, int halvings, ad_error *error)
 {
-    ad_status status =
-        reduced_step(x->rod, x->t, h, x->state, x->inputs, x->next, NULL, NULL, error);
+    ad_status status = reduced_step(plant->rod, plant->t, h, plant->state, plant->inputs,
+                                    plant->next, NULL, NULL, error);
     if (status == AD_OK) {
-        double *before = x->state;
-        x->state = x->next;
-        x->next = before;
-        x->t += h;
+        double *before = plant->state;
+        plant->state = plant->next;
+        plant->next = before;
+        plant->t += h;
     } else if (status == AD_NOT_FINITE && halvings > 0) {
-        status = step(x, h / 2, halvings - 1, error);
-        status = status == AD_OK ? step(x, h / 2, halvings - 1, error) : status;
+        status = step(plant, h / 2, halvings - 1, error);
+        status = status == AD_OK ? step(plant, h / 2, halvings - 1, error) : status;
     }
     return status;
 }
 
-ad_status plant_divide(plant *x, double duration, ad_error *error)
+ad_status plant_divide(plant *plant, double duration, ad_error *error)
 {
-    scene longer = *x->of;
+    scene longer = *plant->of;
     longer.duration = quantity_number(duration);
-    scene_panels_free(&x->panels);
-    ad_status status = scene_panels_of(&longer, "t", &x->panels, error);
-    if (status == AD_OK && x->panels.unresolved) {
+    scene_panels_free(&plant->panels);
+    ad_status status = scene_panels_of(&longer, "t", &plant->panels, error);
+    if (status == AD_OK && plant->panels.unresolved) {
         status = ad_fail(error, AD_BAD_INPUT,
                          "control.plant: %s changes in more places of t than are found; allowed: "
                          "formulas whose changes are found",
-                         x->panels.unresolved);
+                         plant->panels.unresolved);
     }
     return status;
 }
 
 /* In equal parts, of which a panel has at least some. */
-static ad_status go_to(plant *x, double end, bool in_panel, ad_error *error)
+static ad_status go_to(plant *plant, double end, bool in_panel, ad_error *error)
 {
-    const double h = end - x->t;
+    const double h = end - plant->t;
     const int least = in_panel ? OF_PANEL : 1, parts = (int)fmax(least, ceil(h / STEP - 1e-9));
     ad_status status = AD_OK;
     for (int i = 0; i < parts && status == AD_OK; i++) {
-        status = step(x, h / parts, HALVINGS, error);
+        status = step(plant, h / parts, HALVINGS, error);
     }
-    x->t = end;
+    plant->t = end;
     return status;
 }
 
-ad_status plant_step(plant *x, double h, const double *inputs, ad_error *error)
+ad_status plant_step(plant *plant, double h, const double *inputs, ad_error *error)
 {
-    const double end = x->t + h, *edge = x->panels.edges;
+    const double end = plant->t + h, *edge = plant->panels.edges;
     ad_status status = AD_OK;
-    take_inputs(x, inputs);
-    while (x->panel + 1 < x->panels.count && edge[x->panel + 1] <= x->t) {
-        x->panel++;
+    take_inputs(plant, inputs);
+    while (plant->panel + 1 < plant->panels.count && edge[plant->panel + 1] <= plant->t) {
+        plant->panel++;
     }
-    for (; x->panel + 1 < x->panels.count && edge[x->panel + 1] < end && status == AD_OK;
-         x->panel++) {
-        status = go_to(x, edge[x->panel + 1], true, error);
+    for (;
+         plant->panel + 1 < plant->panels.count && edge[plant->panel + 1] < end && status == AD_OK;
+         plant->panel++) {
+        status = go_to(plant, edge[plant->panel + 1], true, error);
     }
-    return status == AD_OK ? go_to(x, end, x->panels.count > 1, error) : status;
+    return status == AD_OK ? go_to(plant, end, plant->panels.count > 1, error) : status;
 }
 
-ad_status plant_start(plant *x, const double *inputs, uint64_t seed, ad_error *error)
+ad_status plant_start(plant *plant, const double *inputs, uint64_t seed, ad_error *error)
 {
     enum { MOTION = 2000 }; /* steps until it rests, where Newton's method does not get there */
-    take_inputs(x, inputs);
+    take_inputs(plant, inputs);
     for (int i = 0; i < CONTROL_MEASUREMENTS_MAX; i++) {
         char name[32];
         snprintf(name, sizeof name, "noise %d", i);
-        x->noise[i] = nn_rng_split(seed, name);
+        plant->noise[i] = nn_rng_split(seed, name);
         snprintf(name, sizeof name, "losses %d", i);
-        x->losses[i] = nn_rng_split(seed, name);
+        plant->losses[i] = nn_rng_split(seed, name);
     }
-    x->t = 0;
-    x->panel = 0;
-    ad_status status = reduced_initial(x->rod, x->inputs, x->state, error);
-    if (status == AD_OK && reduced_settle(x->rod, 0, x->inputs, x->state, error) == AD_NOT_FINITE) {
-        status = reduced_initial(x->rod, x->inputs, x->state, error);
+    plant->t = 0;
+    plant->panel = 0;
+    ad_status status = reduced_initial(plant->rod, plant->inputs, plant->state, error);
+    if (status == AD_OK &&
+        reduced_settle(plant->rod, 0, plant->inputs, plant->state, error) == AD_NOT_FINITE) {
+        status = reduced_initial(plant->rod, plant->inputs, plant->state, error);
         for (int i = 0; i < MOTION && status == AD_OK; i++) {
-            status = step(x, STEP, HALVINGS, error);
+            status = step(plant, STEP, HALVINGS, error);
         }
-        x->t = 0;
-        status = status == AD_OK ? reduced_settle(x->rod, 0, x->inputs, x->state, error) : status;
+        plant->t = 0;
+        status = status == AD_OK ? reduced_settle(plant->rod, 0, plant->inputs, plant->state, error)
+                                 : status;
     }
     return status;
 }
 
 /* ---- what is seen -------------------------------------------------------------------------- */
 
-static ad_status see(plant *x, int which, double *values, int *count, ad_error *error)
+static ad_status see(plant *plant, int which, double *values, int *count, ad_error *error)
 {
-    const one_look seen = look_of(x->looks[which]);
+    const one_look seen = look_of(plant->looks[which]);
     *count = seen.values;
-    return seen.see(seen.context, 1, x->state, x->inputs, values, NULL) == 0
+    return seen.see(seen.context, 1, plant->state, plant->inputs, values, NULL) == 0
                ? AD_OK
-               : ad_fail(error, AD_NOT_FINITE, "nothing is seen of the plant at %g s", x->t);
+               : ad_fail(error, AD_NOT_FINITE, "nothing is seen of the plant at %g s", plant->t);
 }
 
-ad_status plant_place(plant *x, double position[3], ad_error *error)
+ad_status plant_place(plant *plant, double position[3], ad_error *error)
 {
     int count = 0;
-    return see(x, 0, position, &count, error);
+    return see(plant, 0, position, &count, error);
 }
 
-ad_status plant_shape(plant *x, double *position, double *rotation, double *curvature,
+ad_status plant_shape(plant *plant, double *position, double *rotation, double *curvature,
                       ad_error *error)
 {
     double *const parts[SHAPE] = {position, rotation, curvature};
     ad_status status = AD_OK;
     for (int k = 0; k < SHAPE && status == AD_OK; k++) {
         int count;
-        status = see(x, x->count - SHAPE + k, parts[k], &count, error);
+        status = see(plant, plant->count - SHAPE + k, parts[k], &count, error);
     }
     return status;
 }
 
-double plant_length(const plant *x)
+double plant_length(const plant *plant)
 {
-    return x->own_length;
+    return plant->own_length;
 }
 
 /* By a rotation vector of normal numbers about the axes of what turns. */
@@ -269,33 +274,33 @@ static void turn(nn_rng *rng, double deviation, double q[4])
     memcpy(q, r, sizeof r);
 }
 
-ad_status plant_measure(plant *x, int i, double values[4], int *count, ad_error *error)
+ad_status plant_measure(plant *plant, int i, double values[4], int *count, ad_error *error)
 {
-    const control_measurement *m = &x->control->measurements[i];
-    const ad_status status = see(x, 1 + i, values, count, error);
+    const control_measurement *m = &plant->control->measurements[i];
+    const ad_status status = see(plant, 1 + i, values, count, error);
     if (m->what == LOOK_ROTATION) {
-        turn(&x->noise[i], m->noise, values);
+        turn(&plant->noise[i], m->noise, values);
         return status;
     }
     for (int k = 0; k < *count; k++) {
-        values[k] += m->noise * nn_rng_normal(&x->noise[i]);
+        values[k] += m->noise * nn_rng_normal(&plant->noise[i]);
     }
     return status;
 }
 
-bool plant_loses(plant *x, int i)
+bool plant_loses(plant *plant, int i)
 {
-    return nn_rng_uniform(&x->losses[i]) < x->control->measurements[i].dropouts;
+    return nn_rng_uniform(&plant->losses[i]) < plant->control->measurements[i].dropouts;
 }
 
-ad_status plant_limited(plant *x, double *values, ad_error *error)
+ad_status plant_limited(plant *plant, double *values, ad_error *error)
 {
     ad_status status = AD_OK;
-    for (int i = 0; i < x->control->limit_count && status == AD_OK; i++) {
+    for (int i = 0; i < plant->control->limit_count && status == AD_OK; i++) {
         double all[4];
         int count = 0;
-        status = see(x, 1 + x->control->measurement_count + i, all, &count, error);
-        values[i] = all[x->control->limits[i].axis - 1];
+        status = see(plant, 1 + plant->control->measurement_count + i, all, &count, error);
+        values[i] = all[plant->control->limits[i].axis - 1];
     }
     return status;
 }

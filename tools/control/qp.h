@@ -54,24 +54,24 @@ qp *qp_init(void *memory, const qp_settings *settings);
 /* H [variables][stride], stride = small_stride(variables) (small.h), of which the upper triangle is
  * read. It may be done before g is known.
  * QP_BAD: not positive definite, and qp_solve will answer so until another one is. */
-qp_status qp_factor(qp *x, const double *H);
+qp_status qp_factor(qp *qp, const double *H);
 
 /* With g [variables]. `inside` [variables] is a point that meets all hard bounds, or NULL: with it
  * x is never worse than it. x [variables], not `inside`. The rows that were active at the end of
  * the last call are tried first. */
-qp_status qp_solve(qp *x, const double *g, const qp_bounds *bounds, const double *inside,
+qp_status qp_solve(qp *qp, const double *g, const qp_bounds *bounds, const double *inside,
                    double *result);
 /* Of the bounds number first .. first + count - 1 (of variables, then of rows) each is tried next
  * as the one `by` later was now, the last ones as now: a problem that goes on in time. */
-void qp_shift(qp *x, int first, int count, int by);
+void qp_shift(qp *qp, int first, int count, int by);
 
-int qp_iterations(const qp *x); /* of the last qp_solve */
+int qp_iterations(const qp *qp); /* of the last qp_solve */
 /* The last one may drop rows beyond the limit, each of them once. */
-int qp_iterations_most(const qp *x);
+int qp_iterations_most(const qp *qp);
 /* Multipliers of the last qp_solve, [variables + rows], first of lower <= x <= upper and then of
  * the rows: negative where the lower bound holds, positive where the upper one does;
  * Hx + g + multipliers + A'multipliers = 0. */
-const double *qp_multipliers(const qp *x);
+const double *qp_multipliers(const qp *qp);
 
 #ifdef __cplusplus
 }

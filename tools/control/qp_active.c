@@ -26,53 +26,53 @@ void qp_combine(int count, int stride, const double *weights, const double *rows
     combine_rows(count, stride, weights, rows, result);
 }
 
-double qp_bound(const qp *x, int row, int side)
+double qp_bound(const qp *qp, int row, int side)
 {
-    const qp_bounds *b = x->bounds;
+    const qp_bounds *b = qp->bounds;
 
-    if (row < x->n) {
+    if (row < qp->n) {
         return side > 0 ? b->upper[row] : b->lower[row];
     }
-    return side > 0 ? b->row_upper[row - x->n] : b->row_lower[row - x->n];
+    return side > 0 ? b->row_upper[row - qp->n] : b->row_lower[row - qp->n];
 }
 
-bool qp_soft(const qp *x, int r)
+bool qp_soft(const qp *qp, int r)
 {
-    return x->bounds->softness != NULL && x->bounds->softness[r] > 0.0;
+    return qp->bounds->softness != NULL && qp->bounds->softness[r] > 0.0;
 }
 
 /* m of a row, behind those of the active ones; its length squared. */
-static double qp_direction(qp *x, int row)
+static double qp_direction(qp *qp, int row)
 {
-    double *m = x->M + x->active * x->stride;
+    double *m = qp->M + qp->active * qp->stride;
 
-    if (row < x->n) {
-        memcpy(m, x->inverse + row * x->stride, x->stride * sizeof *m);
+    if (row < qp->n) {
+        memcpy(m, qp->inverse + row * qp->stride, qp->stride * sizeof *m);
     } else {
-        qp_combine(x->n, x->stride, x->bounds->A + (row - x->n) * x->stride, x->inverse, m);
+        qp_combine(qp->n, qp->stride, qp->bounds->A + (row - qp->n) * qp->stride, qp->inverse, m);
     }
-    return small_dot(x->stride, m, m);
+    return small_dot(qp->stride, m, m);
 }
 
 /* v [active] by (L D)^-1 and by L'^-1. */
-static void qp_forward(const qp *x, double *v)
+static void qp_forward(const qp *qp, double *v)
 {
-    for (int i = 0; i < x->active; i++) {
-        const double *column = x->L + i * x->most;
+    for (int i = 0; i < qp->active; i++) {
+        const double *column = qp->L + i * qp->most;
 
-        for (int j = i + 1; j < x->active; j++) {
+        for (int j = i + 1; j < qp->active; j++) {
             v[j] -= column[j] * v[i];
         }
-        v[i] /= x->D[i];
+        v[i] /= qp->D[i];
     }
 }
 
-static void qp_backward(const qp *x, double *v)
+static void qp_backward(const qp *qp, double *v)
 {
-    for (int i = x->active - 1; i >= 0; i--) {
-        const double *column = x->L + i * x->most;
+    for (int i = qp->active - 1; i >= 0; i--) {
+        const double *column = qp->L + i * qp->most;
 
-        for (int j = i + 1; j < x->active; j++) {
+        for (int j = i + 1; j < qp->active; j++) {
             v[i] -= column[j] * v[j];
         }
     }
@@ -80,82 +80,83 @@ static void qp_backward(const qp *x, double *v)
 
 /* Adds a row with a multiplier to the active ones. False: it depends on them, as
  * m = sum of next [active] times their m. */
-SMALL_FOR_EACH_PROCESSOR static bool append_row(qp *x, int row, int side, double multiplier)
+SMALL_FOR_EACH_PROCESSOR static bool append_row(qp *qp, int row, int side, double multiplier)
 {
-    const int k = x->active;
-    const double *m = x->M + k * x->stride;
-    const double squared = qp_direction(x, row);
-    double *l = x->next;
+    const int k = qp->active;
+    const double *m = qp->M + k * qp->stride;
+    const double squared = qp_direction(qp, row);
+    double *l = qp->next;
     double soft = 0.0;
     double rest;
 
-    if (row >= x->n) {
-        soft = x->bounds->softness == NULL ? 0.0 : x->bounds->softness[row - x->n];
-        soft = soft == 0.0 && x->least ? qp_expensive * squared : soft;
+    if (row >= qp->n) {
+        soft = qp->bounds->softness == NULL ? 0.0 : qp->bounds->softness[row - qp->n];
+        soft = soft == 0.0 && qp->least ? qp_expensive * squared : soft;
     }
     for (int i = 0; i < k; i++) {
-        l[i] = small_dot(x->stride, x->M + i * x->stride, m);
+        l[i] = small_dot(qp->stride, qp->M + i * qp->stride, m);
     }
-    qp_forward(x, l);
+    qp_forward(qp, l);
     rest = squared + soft;
     for (int i = 0; i < k; i++) {
-        rest -= l[i] * l[i] * x->D[i];
+        rest -= l[i] * l[i] * qp->D[i];
     }
     if (soft == 0.0 && !(rest > qp_dependent * squared)) {
-        qp_backward(x, l);
+        qp_backward(qp, l);
         return false;
     }
     for (int i = 0; i < k; i++) {
-        x->L[i * x->most + k] = l[i];
+        qp->L[i * qp->most + k] = l[i];
     }
-    x->D[k] = rest;
-    x->soft[k] = soft;
-    x->gap[k] = qp_bound(x, row, side) - (row < x->n ? x->x0[row] : x->start[row - x->n]);
-    x->now[k] = multiplier;
-    x->row[k] = row;
-    x->side[row] = side;
-    x->active++;
+    qp->D[k] = rest;
+    qp->soft[k] = soft;
+    qp->gap[k] = qp_bound(qp, row, side) - (row < qp->n ? qp->x0[row] : qp->start[row - qp->n]);
+    qp->now[k] = multiplier;
+    qp->row[k] = row;
+    qp->side[row] = side;
+    qp->active++;
     return true;
 }
 
-bool qp_append(qp *x, int row, int side, double multiplier)
+bool qp_append(qp *qp, int row, int side, double multiplier)
 {
-    return append_row(x, row, side, multiplier);
+    return append_row(qp, row, side, multiplier);
 }
 
 /* Drops active row i; L D L' of the later ones gains what the row took (Gill, Golub, Murray,
  * Saunders 1974, method C1). */
-void qp_drop(qp *x, int i)
+void qp_drop(qp *qp, int i)
 {
-    const int k = --x->active;
-    const size_t most = x->most;
-    const size_t later = (k - i) * sizeof *x->D;
-    double *column = x->next;
-    double alpha = x->D[i];
+    const int k = --qp->active;
+    const size_t most = qp->most;
+    const size_t later = (k - i) * sizeof *qp->D;
+    double *column = qp->next;
+    double alpha = qp->D[i];
 
-    x->side[x->row[i]] = 0;
-    memcpy(column + i, x->L + i * most + i + 1, later);
-    memmove(x->M + i * x->stride, x->M + (i + 1) * x->stride,
-            (size_t)(k - i) * x->stride * sizeof *x->M);
+    qp->side[qp->row[i]] = 0;
+    memcpy(column + i, qp->L + i * most + i + 1, later);
+    memmove(qp->M + i * qp->stride, qp->M + (i + 1) * qp->stride,
+            (size_t)(k - i) * qp->stride * sizeof *qp->M);
     for (int c = 0; c < i; c++) {
-        memmove(x->L + c * most + i, x->L + c * most + i + 1, later);
+        memmove(qp->L + c * most + i, qp->L + c * most + i + 1, later);
     }
     for (int c = i; c < k; c++) {
-        memcpy(x->L + c * most + c + 1, x->L + (c + 1) * most + c + 2, (k - c - 1) * sizeof *x->L);
+        memcpy(qp->L + c * most + c + 1, qp->L + (c + 1) * most + c + 2,
+               (k - c - 1) * sizeof *qp->L);
     }
-    memmove(x->D + i, x->D + i + 1, later);
-    memmove(x->gap + i, x->gap + i + 1, later);
-    memmove(x->soft + i, x->soft + i + 1, later);
-    memmove(x->now + i, x->now + i + 1, later);
-    memmove(x->row + i, x->row + i + 1, (k - i) * sizeof *x->row);
+    memmove(qp->D + i, qp->D + i + 1, later);
+    memmove(qp->gap + i, qp->gap + i + 1, later);
+    memmove(qp->soft + i, qp->soft + i + 1, later);
+    memmove(qp->now + i, qp->now + i + 1, later);
+    memmove(qp->row + i, qp->row + i + 1, (k - i) * sizeof *qp->row);
     for (int c = i; c < k; c++) {
         const double p = column[c];
-        const double d = x->D[c] + alpha * p * p;
+        const double d = qp->D[c] + alpha * p * p;
         const double beta = p * alpha / d;
-        double *l = x->L + c * most;
+        double *l = qp->L + c * most;
 
-        alpha *= x->D[c] / d;
-        x->D[c] = d;
+        alpha *= qp->D[c] / d;
+        qp->D[c] = d;
         for (int r = c + 1; r < k; r++) {
             column[r] -= p * l[r];
             l[r] += beta * column[r];
@@ -164,43 +165,43 @@ void qp_drop(qp *x, int i)
 }
 
 /* next = the multipliers with which all active rows hold exactly. */
-void qp_target(qp *x)
+void qp_target(qp *qp)
 {
-    for (int i = 0; i < x->active; i++) {
-        x->next[i] = -x->gap[i];
+    for (int i = 0; i < qp->active; i++) {
+        qp->next[i] = -qp->gap[i];
     }
-    qp_forward(x, x->next);
-    qp_backward(x, x->next);
+    qp_forward(qp, qp->next);
+    qp_backward(qp, qp->next);
 }
 
 /* x of the multipliers `now`. */
-void qp_point(qp *x)
+void qp_point(qp *qp)
 {
-    qp_combine(x->active, x->stride, x->now, x->M, x->work);
-    qp_combine(x->n, x->stride, x->work, x->columns, x->x);
-    for (int i = 0; i < x->n; i++) {
-        x->x[i] = x->x0[i] - x->x[i];
+    qp_combine(qp->active, qp->stride, qp->now, qp->M, qp->work);
+    qp_combine(qp->n, qp->stride, qp->work, qp->columns, qp->x);
+    for (int i = 0; i < qp->n; i++) {
+        qp->x[i] = qp->x0[i] - qp->x[i];
     }
 }
 
 /* One step of iterative refinement: updates of L D L' add up errors. */
-void qp_refine(qp *x)
+void qp_refine(qp *qp)
 {
     bool good = true;
 
-    qp_combine(x->active, x->stride, x->now, x->M, x->work);
-    for (int i = 0; i < x->active; i++) {
-        x->next[i] = -x->gap[i] - x->soft[i] * x->now[i] -
-                     small_dot(x->stride, x->M + i * x->stride, x->work);
+    qp_combine(qp->active, qp->stride, qp->now, qp->M, qp->work);
+    for (int i = 0; i < qp->active; i++) {
+        qp->next[i] = -qp->gap[i] - qp->soft[i] * qp->now[i] -
+                      small_dot(qp->stride, qp->M + i * qp->stride, qp->work);
     }
-    qp_forward(x, x->next);
-    qp_backward(x, x->next);
-    for (int i = 0; i < x->active; i++) {
-        x->next[i] += x->now[i];
-        good = good && x->next[i] * x->side[x->row[i]] >= 0.0;
+    qp_forward(qp, qp->next);
+    qp_backward(qp, qp->next);
+    for (int i = 0; i < qp->active; i++) {
+        qp->next[i] += qp->now[i];
+        good = good && qp->next[i] * qp->side[qp->row[i]] >= 0.0;
     }
     if (good) {
-        memcpy(x->now, x->next, x->active * sizeof *x->now);
-        qp_point(x);
+        memcpy(qp->now, qp->next, qp->active * sizeof *qp->now);
+        qp_point(qp);
     }
 }

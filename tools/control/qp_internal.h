@@ -38,15 +38,15 @@ struct qp {
 
 /* result [stride] = sum of weights [count] times rows [count][stride]. */
 void qp_combine(int count, int stride, const double *weights, const double *rows, double *result);
-double qp_bound(const qp *x, int row, int side);
-bool qp_soft(const qp *x, int r); /* row r of A */
+double qp_bound(const qp *qp, int row, int side);
+bool qp_soft(const qp *qp, int r); /* row r of A */
 
 /* Adds a row with a multiplier to the active ones. False: it depends on them, as
  * m = sum of next [active] times their m. */
-bool qp_append(qp *x, int row, int side, double multiplier);
-void qp_drop(qp *x, int i); /* active row i */
-void qp_target(qp *x);      /* next = the multipliers with which all active rows hold exactly */
-void qp_point(qp *x);       /* x of the multipliers `now` */
-void qp_refine(qp *x);      /* updates of L D L' add up errors: a step of iterative refinement */
+bool qp_append(qp *qp, int row, int side, double multiplier);
+void qp_drop(qp *qp, int i); /* active row i */
+void qp_target(qp *qp);      /* next = the multipliers with which all active rows hold exactly */
+void qp_point(qp *qp);       /* x of the multipliers `now` */
+void qp_refine(qp *qp);      /* updates of L D L' add up errors: a step of iterative refinement */
 
 #endif

@@ -42,36 +42,36 @@ ad_status linear_step_create(const one_step *of, double h, const double *state,
                              const double *inputs, linear_step **result, ad_error *error)
 {
     const size_t n = (size_t)of->states, m = (size_t)of->inputs;
-    linear_step *x = calloc(1, sizeof *x);
+    linear_step *step = calloc(1, sizeof *step);
     double *memory = calloc(n + n * n + n * m, sizeof *memory);
     *result = NULL;
-    if (!x || !memory) {
-        free(x);
+    if (!step || !memory) {
+        free(step);
         free(memory);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a linear model");
     }
-    *x = (linear_step){of->states, of->inputs, h, memory, memory + n, memory + n + n * n};
+    *step = (linear_step){of->states, of->inputs, h, memory, memory + n, memory + n + n * n};
     if (of->advance(of->context, 1, h, state, inputs, NULL, memory, memory + n,
                     memory + n + n * n)) {
-        linear_step_free(x);
+        linear_step_free(step);
         return ad_fail(error, AD_NOT_FINITE, "the model has no step from rest of %g s", h);
     }
     for (size_t r = 0; r < n; r++) {
         for (size_t c = 0; c < n; c++) {
-            memory[r] -= x->by_state[r * n + c] * state[c];
+            memory[r] -= step->by_state[r * n + c] * state[c];
         }
         for (size_t c = 0; c < m; c++) {
-            memory[r] -= x->by_inputs[r * m + c] * inputs[c];
+            memory[r] -= step->by_inputs[r * m + c] * inputs[c];
         }
     }
-    *result = x;
+    *result = step;
     return AD_OK;
 }
 
-void linear_step_free(linear_step *x)
+void linear_step_free(linear_step *step)
 {
-    if (x) {
-        free((void *)x->next);
-        free(x);
+    if (step) {
+        free((void *)step->next);
+        free(step);
     }
 }

@@ -19,7 +19,7 @@ one_step reduced_one_step(reduced_rod *rod, double step);
  * AD_NO_MEMORY, AD_NOT_FINITE: the model has no answer there. */
 ad_status linear_step_create(const one_step *of, double h, const double *state,
                              const double *inputs, linear_step **result, ad_error *error);
-void linear_step_free(linear_step *x);
+void linear_step_free(linear_step *step);
 
 #ifdef __cplusplus
 }

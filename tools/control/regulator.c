@@ -84,238 +84,250 @@ regulator *regulator_init(void *memory, const regulator_settings *settings)
 {
     const controller_settings *c = &settings->controller;
     char *at = memory;
-    regulator *x = memory;
+    regulator *regulator = memory;
     if (regulator_refusal(settings)) {
         return NULL;
     }
-    memset(x, 0, sizeof *x);
-    x->model = settings->estimator.model;
-    x->period = settings->estimator.period > 0 ? settings->estimator.period : x->model.step;
-    x->inputs = c->inputs;
-    x->controlled = c->controlled;
-    x->turns = settings->turns;
-    x->delay = settings->delay;
-    at += padded(sizeof *x);
-    x->acting = (double *)(void *)at;
-    x->given = x->acting + (x->delay + 1) * x->controlled;
-    x->ahead = x->given + x->model.inputs;
-    x->first = x->ahead + 2 * x->model.states;
-    x->by_parameters = x->first + x->model.states + x->model.inputs;
-    x->parameters = settings->estimator.parameters;
-    x->cycle = cycle_of(&settings->estimator);
+    memset(regulator, 0, sizeof *regulator);
+    regulator->model = settings->estimator.model;
+    regulator->period =
+        settings->estimator.period > 0 ? settings->estimator.period : regulator->model.step;
+    regulator->inputs = c->inputs;
+    regulator->controlled = c->controlled;
+    regulator->turns = settings->turns;
+    regulator->delay = settings->delay;
+    at += padded(sizeof *regulator);
+    regulator->acting = (double *)(void *)at;
+    regulator->given = regulator->acting + (regulator->delay + 1) * regulator->controlled;
+    regulator->ahead = regulator->given + regulator->model.inputs;
+    regulator->first = regulator->ahead + 2 * regulator->model.states;
+    regulator->by_parameters = regulator->first + regulator->model.states + regulator->model.inputs;
+    regulator->parameters = settings->estimator.parameters;
+    regulator->cycle = cycle_of(&settings->estimator);
     at += padded(numbers_of(settings) * sizeof(double));
-    x->filter = estimator_init(at, &settings->estimator);
+    regulator->filter = estimator_init(at, &settings->estimator);
     at += padded(estimator_size(&settings->estimator));
-    for (int i = 0; i < x->turns; i++) {
-        x->plan[i] = controller_init(at, c);
+    for (int i = 0; i < regulator->turns; i++) {
+        regulator->plan[i] = controller_init(at, c);
         at += padded(controller_size(c));
     }
-    x->rate = settings->rate;
-    x->lower = c->lower;
-    x->upper = c->upper;
-    x->deviation = settings->estimator.deviation;
-    return x;
+    regulator->rate = settings->rate;
+    regulator->lower = c->lower;
+    regulator->upper = c->upper;
+    regulator->deviation = settings->estimator.deviation;
+    return regulator;
 }
 
 /* Whether a robot may have been given it: a model answers it, but what follows is nothing to learn
  * from. */
-static bool may_act(const regulator *x, int k, double input)
+static bool may_act(const regulator *regulator, int k, double input)
 {
-    return fabs(input - x->lower[k]) <= REGULATOR_FAR * (x->upper[k] - x->lower[k]);
+    return fabs(input - regulator->lower[k]) <=
+           REGULATOR_FAR * (regulator->upper[k] - regulator->lower[k]);
 }
 
-int regulator_start(regulator *x, const double *state, const double *inputs,
+int regulator_start(regulator *regulator, const double *state, const double *inputs,
                     const double *by_parameters)
 {
     bool good = true;
-    for (int k = 0; k < x->controlled; k++) {
-        good &= may_act(x, k, inputs[x->inputs[k]]);
+    for (int k = 0; k < regulator->controlled; k++) {
+        good &= may_act(regulator, k, inputs[regulator->inputs[k]]);
     }
-    if (!good || estimator_start(x->filter, state, inputs, by_parameters) != 0) {
+    if (!good || estimator_start(regulator->filter, state, inputs, by_parameters) != 0) {
         return ESTIMATOR_BAD_START;
     }
-    for (int i = 0; i < (x->delay + 1) * x->controlled; i++) {
-        x->acting[i] = inputs[x->inputs[i % x->controlled]];
+    for (int i = 0; i < (regulator->delay + 1) * regulator->controlled; i++) {
+        regulator->acting[i] = inputs[regulator->inputs[i % regulator->controlled]];
     }
-    const size_t n = (size_t)x->model.states, count = n * (size_t)x->parameters;
-    if (!x->has_first) {
-        memcpy(x->first, state, n * sizeof *x->first);
-        memcpy(x->first + n, inputs, (size_t)x->model.inputs * sizeof *x->first);
-        memset(x->by_parameters, 0, count * sizeof *x->by_parameters);
+    const size_t n = (size_t)regulator->model.states, count = n * (size_t)regulator->parameters;
+    if (!regulator->has_first) {
+        memcpy(regulator->first, state, n * sizeof *regulator->first);
+        memcpy(regulator->first + n, inputs,
+               (size_t)regulator->model.inputs * sizeof *regulator->first);
+        memset(regulator->by_parameters, 0, count * sizeof *regulator->by_parameters);
         if (by_parameters) {
-            memcpy(x->by_parameters, by_parameters, count * sizeof *x->by_parameters);
+            memcpy(regulator->by_parameters, by_parameters,
+                   count * sizeof *regulator->by_parameters);
         }
-        x->has_first = true;
+        regulator->has_first = true;
     }
-    for (int i = 0; i < x->turns; i++) {
-        controller_start(x->plan[i], x->acting);
+    for (int i = 0; i < regulator->turns; i++) {
+        controller_start(regulator->plan[i], regulator->acting);
     }
-    x->lost = 0;
-    x->has_plan = x->has_inputs = x->late = false;
-    x->turn = x->flags = 0;
+    regulator->lost = 0;
+    regulator->has_plan = regulator->has_inputs = regulator->late = false;
+    regulator->turn = regulator->flags = 0;
     return 0;
 }
 
-int regulator_measure(regulator *x, int sensor, int age, const double *values)
+int regulator_measure(regulator *regulator, int sensor, int age, const double *values)
 {
-    regulator_prepare(x);
-    return estimator_measure(x->filter, sensor, age, values);
+    regulator_prepare(regulator);
+    return estimator_measure(regulator->filter, sensor, age, values);
 }
 
 /* Whether the filter is where no robot can be: its model, which answers all the same, would need
  * long to come back from there. */
-static bool is_far(const regulator *x)
+static bool is_far(const regulator *regulator)
 {
-    const double *state = estimator_state(x->filter);
+    const double *state = estimator_state(regulator->filter);
     bool far = false;
-    for (int i = 0; i < x->model.states && x->has_first; i++) {
-        far |= fabs(state[i] - x->first[i]) > REGULATOR_FAR * x->deviation[i];
+    for (int i = 0; i < regulator->model.states && regulator->has_first; i++) {
+        far |= fabs(state[i] - regulator->first[i]) > REGULATOR_FAR * regulator->deviation[i];
     }
     return far;
 }
 
 /* A network says nothing of where it was not trained. A filter that is there, and whose
  * measurements contradict it, does not come back by itself. */
-static int find_again(regulator *x, int flags)
+static int find_again(regulator *regulator, int flags)
 {
     enum { LOST = ESTIMATOR_OUTLIER | ESTIMATOR_INFLATED | ESTIMATOR_NO_ANSWER };
     const bool lost = (flags & ESTIMATOR_OUTSIDE) && (flags & LOST);
-    x->lost = lost || is_far(x) ? x->lost + 1 : 0;
-    if (x->lost < REGULATOR_LOST || estimator_sample(x->filter) % x->cycle != 0) {
+    regulator->lost = lost || is_far(regulator) ? regulator->lost + 1 : 0;
+    if (regulator->lost < REGULATOR_LOST ||
+        estimator_sample(regulator->filter) % regulator->cycle != 0) {
         return flags;
     }
-    x->lost = 0;
-    estimator_start(x->filter, x->first, x->first + x->model.states, x->by_parameters);
-    for (int i = 0; i < x->turns; i++) {
-        controller_forget(x->plan[i]);
+    regulator->lost = 0;
+    estimator_start(regulator->filter, regulator->first, regulator->first + regulator->model.states,
+                    regulator->by_parameters);
+    for (int i = 0; i < regulator->turns; i++) {
+        controller_forget(regulator->plan[i]);
     }
     return flags | REGULATOR_AGAIN;
 }
 
-int regulator_filter(regulator *x)
+int regulator_filter(regulator *regulator)
 {
-    regulator_prepare(x);
-    const int flags = x->flags;
-    x->flags = 0;
-    return find_again(x, flags | estimator_update(x->filter));
+    regulator_prepare(regulator);
+    const int flags = regulator->flags;
+    regulator->flags = 0;
+    return find_again(regulator, flags | estimator_update(regulator->filter));
 }
 
 /* All inputs of the model with those that act `later` samples on. */
-static const double *inputs_at(regulator *x, int later)
+static const double *inputs_at(regulator *regulator, int later)
 {
-    memcpy(x->given, estimator_inputs(x->filter), (size_t)x->model.inputs * sizeof *x->given);
-    for (int k = 0; k < x->controlled; k++) {
-        x->given[x->inputs[k]] = x->acting[later * x->controlled + k];
+    memcpy(regulator->given, estimator_inputs(regulator->filter),
+           (size_t)regulator->model.inputs * sizeof *regulator->given);
+    for (int k = 0; k < regulator->controlled; k++) {
+        regulator->given[regulator->inputs[k]] =
+            regulator->acting[later * regulator->controlled + k];
     }
-    return x->given;
+    return regulator->given;
 }
 
 /* The state when the answer acts, by the filter's model; NULL: it has no answer. */
-static const double *state_ahead(regulator *x)
+static const double *state_ahead(regulator *regulator)
 {
-    double *now = x->ahead, *next = now + x->model.states;
-    memcpy(now, estimator_state(x->filter), (size_t)x->model.states * sizeof *now);
-    for (int i = 0; i < x->delay && x->turns > 1; i++) {
-        const double *inputs = inputs_at(x, i);
-        if (x->model.advance(x->model.context, 1, x->period, now, inputs, NULL, next, NULL, NULL)) {
+    double *now = regulator->ahead, *next = now + regulator->model.states;
+    memcpy(now, estimator_state(regulator->filter), (size_t)regulator->model.states * sizeof *now);
+    for (int i = 0; i < regulator->delay && regulator->turns > 1; i++) {
+        const double *inputs = inputs_at(regulator, i);
+        if (regulator->model.advance(regulator->model.context, 1, regulator->period, now, inputs,
+                                     NULL, next, NULL, NULL)) {
             return NULL;
         }
-        memcpy(now, next, (size_t)x->model.states * sizeof *now);
+        memcpy(now, next, (size_t)regulator->model.states * sizeof *now);
     }
     return now;
 }
 
 /* Where the answer goes, and what was answered before. */
-static double *answer_of(const regulator *x, const double **before)
+static double *answer_of(const regulator *regulator, const double **before)
 {
-    double *to = x->acting + x->delay * x->controlled;
-    *before = x->delay > 0 ? to - x->controlled : to;
+    double *to = regulator->acting + regulator->delay * regulator->controlled;
+    *before = regulator->delay > 0 ? to - regulator->controlled : to;
     return to;
 }
 
-static void answer(regulator *x, double *inputs)
+static void answer(regulator *regulator, double *inputs)
 {
-    const size_t m = (size_t)x->controlled;
+    const size_t m = (size_t)regulator->controlled;
     const double *before;
-    double *to = answer_of(x, &before);
+    double *to = answer_of(regulator, &before);
     for (size_t k = 0; k < m; k++) { /* one plan is followed by another, or by what was applied */
-        const double rate = x->rate ? x->rate[k] : INFINITY;
+        const double rate = regulator->rate ? regulator->rate[k] : INFINITY;
         inputs[k] = fmin(fmax(inputs[k], before[k] - rate), before[k] + rate);
-        inputs[k] = fmin(fmax(inputs[k], x->lower[k]), x->upper[k]);
+        inputs[k] = fmin(fmax(inputs[k], regulator->lower[k]), regulator->upper[k]);
     }
     memcpy(to, inputs, m * sizeof *to);
-    x->has_plan = x->has_inputs = true;
+    regulator->has_plan = regulator->has_inputs = true;
 }
 
-int regulator_plan(regulator *x, const double *reference, double *inputs)
+int regulator_plan(regulator *regulator, const double *reference, double *inputs)
 {
-    const controller_sample now = {
-        .state = state_ahead(x), .others = estimator_inputs(x->filter), .reference = reference};
-    const int flags = controller_feedback(x->plan[x->turn], &now, inputs);
-    answer(x, inputs);
+    const controller_sample now = {.state = state_ahead(regulator),
+                                   .others = estimator_inputs(regulator->filter),
+                                   .reference = reference};
+    const int flags = controller_feedback(regulator->plan[regulator->turn], &now, inputs);
+    answer(regulator, inputs);
     return flags << REGULATOR_CONTROLLER;
 }
 
-int regulator_control(regulator *x, const double *reference, double *inputs)
+int regulator_control(regulator *regulator, const double *reference, double *inputs)
 {
-    const int flags = regulator_filter(x);
-    return flags | regulator_plan(x, reference, inputs);
+    const int flags = regulator_filter(regulator);
+    return flags | regulator_plan(regulator, reference, inputs);
 }
 
-int regulator_late(regulator *x, bool held, double *inputs)
+int regulator_late(regulator *regulator, bool held, double *inputs)
 {
-    controller *plan = x->plan[x->turn];
+    controller *plan = regulator->plan[regulator->turn];
     const double *before;
-    (void)answer_of(x, &before);
-    memcpy(inputs, held ? before : controller_plan(plan), (size_t)x->controlled * sizeof *inputs);
+    (void)answer_of(regulator, &before);
+    memcpy(inputs, held ? before : controller_plan(plan),
+           (size_t)regulator->controlled * sizeof *inputs);
     controller_skip(plan, 1);
-    answer(x, inputs);
+    answer(regulator, inputs);
     controller_applied(plan, 0, inputs);
-    x->late = true;
+    regulator->late = true;
     return REGULATOR_LATE;
 }
 
-void regulator_predict(regulator *x)
+void regulator_predict(regulator *regulator)
 {
-    const size_t kept = (size_t)x->delay * x->controlled;
-    if (x->has_inputs) {
-        x->flags = estimator_predict(x->filter, inputs_at(x, 0), NULL);
-        memmove(x->acting, x->acting + x->controlled, kept * sizeof *x->acting);
-        x->has_inputs = false;
+    const size_t kept = (size_t)regulator->delay * regulator->controlled;
+    if (regulator->has_inputs) {
+        regulator->flags = estimator_predict(regulator->filter, inputs_at(regulator, 0), NULL);
+        memmove(regulator->acting, regulator->acting + regulator->controlled,
+                kept * sizeof *regulator->acting);
+        regulator->has_inputs = false;
     }
 }
 
-void regulator_prepare(regulator *x)
+void regulator_prepare(regulator *regulator)
 {
-    if (x->has_plan) {
-        if (!x->late) {
-            controller_prepare(x->plan[x->turn]);
+    if (regulator->has_plan) {
+        if (!regulator->late) {
+            controller_prepare(regulator->plan[regulator->turn]);
         }
-        x->turn = (x->turn + 1) % x->turns;
-        x->has_plan = x->late = false;
+        regulator->turn = (regulator->turn + 1) % regulator->turns;
+        regulator->has_plan = regulator->late = false;
     }
-    regulator_predict(x);
+    regulator_predict(regulator);
 }
 
-void regulator_applied(regulator *x, const double *inputs)
+void regulator_applied(regulator *regulator, const double *inputs)
 {
-    for (int k = 0; k < x->controlled; k++) {
-        if (!may_act(x, k, inputs[k])) {
+    for (int k = 0; k < regulator->controlled; k++) {
+        if (!may_act(regulator, k, inputs[k])) {
             return;
         }
     }
-    memcpy(x->acting, inputs, (size_t)x->controlled * sizeof *inputs);
-    if (x->turns == 1) {
-        controller_applied(x->plan[0], x->delay, inputs);
+    memcpy(regulator->acting, inputs, (size_t)regulator->controlled * sizeof *inputs);
+    if (regulator->turns == 1) {
+        controller_applied(regulator->plan[0], regulator->delay, inputs);
     }
 }
 
-estimator *regulator_estimator(const regulator *x)
+estimator *regulator_estimator(const regulator *regulator)
 {
-    return x->filter;
+    return regulator->filter;
 }
 
-controller *regulator_controller(const regulator *x)
+controller *regulator_controller(const regulator *regulator)
 {
-    return x->plan[x->turn];
+    return regulator->plan[regulator->turn];
 }

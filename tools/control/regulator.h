@@ -67,38 +67,38 @@ regulator *regulator_init(void *memory, const regulator_settings *settings);
 /* Sample 0: as estimator_start, with inputs that act until the first answer does; nothing is left
  * of what was before. Returns 0 or ESTIMATOR_BAD_START, also of inputs that regulator_applied
  * ignores: all goes on as before. */
-int regulator_start(regulator *x, const double *state, const double *inputs,
+int regulator_start(regulator *regulator, const double *state, const double *inputs,
                     const double *by_parameters);
 
 /* As estimator_measure. */
-int regulator_measure(regulator *x, int sensor, int age, const double *values);
+int regulator_measure(regulator *regulator, int sensor, int age, const double *values);
 
 /* In two parts, to be timed: what was measured is taken; inputs [controlled] follow from it.
  * reference [horizon][look.values] as controller_sample has it, steps of the controller's model
  * after the inputs act, or NULL: what it was, one step on. Both return flags of this sample. */
-int regulator_filter(regulator *x);
-int regulator_plan(regulator *x, const double *reference, double *inputs);
+int regulator_filter(regulator *regulator);
+int regulator_plan(regulator *regulator, const double *reference, double *inputs);
 
 /* Both of them. */
-int regulator_control(regulator *x, const double *reference, double *inputs);
+int regulator_control(regulator *regulator, const double *reference, double *inputs);
 
 /* In place of regulator_plan where there is no time for it, nor to prepare what follows: the last
  * plan goes on, at its end held; or what was answered before is held, where nothing else can be
  * sent any more. Returns REGULATOR_LATE. */
-int regulator_late(regulator *x, bool held, double *inputs);
+int regulator_late(regulator *regulator, bool held, double *inputs);
 
 /* The filter's prediction, and that with what the controller can do beforehand. The next call does
  * it where it was not called, and the next answer has its flags. */
-void regulator_predict(regulator *x);
-void regulator_prepare(regulator *x);
+void regulator_predict(regulator *regulator);
+void regulator_prepare(regulator *regulator);
 
 /* What acts from the present sample on where it was not what was answered [controlled]: before
  * regulator_prepare. Not finite, or REGULATOR_FAR times their range away: ignored. */
-void regulator_applied(regulator *x, const double *inputs);
+void regulator_applied(regulator *regulator, const double *inputs);
 
 /* For what they say; to be called by nobody else for what they do. */
-estimator *regulator_estimator(const regulator *x);
-controller *regulator_controller(const regulator *x); /* of the last answer */
+estimator *regulator_estimator(const regulator *regulator);
+controller *regulator_controller(const regulator *regulator); /* of the last answer */
 
 #ifdef __cplusplus
 }

@@ -32,67 +32,70 @@ ad_status residual_create(const one_step *of, int units, const double *size, con
     return AD_OK;
 }
 
-void residual_free(residual *x)
+void residual_free(residual *residual)
 {
-    if (x) {
-        free(x->size);
-        free(x);
+    if (residual) {
+        free(residual->size);
+        free(residual);
     }
 }
 
-size_t residual_count(const residual *x)
+size_t residual_count(const residual *residual)
 {
-    return x->units * (1 + x->seen + x->states);
+    return residual->units * (1 + residual->seen + residual->states);
 }
 
 /* ---- a step -------------------------------------------------------------------------------- */
 
-static const double *w1_of(const residual *x)
+static const double *w1_of(const residual *residual)
 {
-    return x->numbers + x->units;
+    return residual->numbers + residual->units;
 }
 
-static const double *w2_of(const residual *x)
+static const double *w2_of(const residual *residual)
 {
-    return x->numbers + x->units * (1 + x->seen);
+    return residual->numbers + residual->units * (1 + residual->seen);
 }
 
-/* Adds the network to next; leaves what it saw in x->z and tanh in x->t. */
-static void add_network(residual *x, double h, const double *state, const double *inputs,
+/* Adds the network to next; leaves what it saw in residual->z and tanh in residual->t. */
+static void add_network(residual *residual, double h, const double *state, const double *inputs,
                         double *next)
 {
-    const double *w1 = w1_of(x), *w2 = w2_of(x);
-    for (size_t i = 0; i < x->seen; i++) {
-        const size_t input = i - x->states;
-        x->z[i] = i < x->states ? state[i] / x->size[i]
-                                : (inputs[input] - x->middle[input]) / x->half[input];
+    const double *w1 = w1_of(residual), *w2 = w2_of(residual);
+    for (size_t i = 0; i < residual->seen; i++) {
+        const size_t input = i - residual->states;
+        residual->z[i] = i < residual->states
+                             ? state[i] / residual->size[i]
+                             : (inputs[input] - residual->middle[input]) / residual->half[input];
     }
-    for (size_t u = 0; u < x->units; u++) {
-        double sum = x->numbers[u];
-        for (size_t i = 0; i < x->seen; i++) {
-            sum += w1[u * x->seen + i] * x->z[i];
+    for (size_t u = 0; u < residual->units; u++) {
+        double sum = residual->numbers[u];
+        for (size_t i = 0; i < residual->seen; i++) {
+            sum += w1[u * residual->seen + i] * residual->z[i];
         }
-        x->t[u] = tanh(sum);
+        residual->t[u] = tanh(sum);
     }
-    for (size_t r = 0; r < x->states; r++) {
+    for (size_t r = 0; r < residual->states; r++) {
         double sum = 0;
-        for (size_t u = 0; u < x->units; u++) {
-            sum += w2[r * x->units + u] * x->t[u];
+        for (size_t u = 0; u < residual->units; u++) {
+            sum += w2[r * residual->units + u] * residual->t[u];
         }
-        next[r] += h * x->size[r] * sum;
+        next[r] += h * residual->size[r] * sum;
     }
 }
 
 /* Of the network where it was added, to by [states][count], by those of its inputs from `first`. */
-static void add_derivatives(const residual *x, double h, size_t first, size_t count, double *by)
+static void add_derivatives(const residual *residual, double h, size_t first, size_t count,
+                            double *by)
 {
-    const double *w1 = w1_of(x), *w2 = w2_of(x);
-    for (size_t r = 0; r < x->states; r++) {
-        for (size_t u = 0; u < x->units; u++) {
-            const double rise = h * x->size[r] * w2[r * x->units + u] * (1 - x->t[u] * x->t[u]);
+    const double *w1 = w1_of(residual), *w2 = w2_of(residual);
+    for (size_t r = 0; r < residual->states; r++) {
+        for (size_t u = 0; u < residual->units; u++) {
+            const double rise = h * residual->size[r] * w2[r * residual->units + u] *
+                                (1 - residual->t[u] * residual->t[u]);
             for (size_t i = 0; i < count; i++) {
-                const double unit = first == 0 ? x->size[i] : x->half[i];
-                by[r * count + i] += rise * w1[u * x->seen + first + i] / unit;
+                const double unit = first == 0 ? residual->size[i] : residual->half[i];
+                by[r * count + i] += rise * w1[u * residual->seen + first + i] / unit;
             }
         }
     }
@@ -101,17 +104,17 @@ static void add_derivatives(const residual *x, double h, size_t first, size_t co
 static int advance(void *context, int count, double h, const double *states, const double *inputs,
                    const double *after, double *next, double *by_state, double *by_inputs)
 {
-    residual *x = context;
-    const size_t n = x->states, m = x->inputs;
-    int failed =
-        x->of.advance(x->of.context, count, h, states, inputs, after, next, by_state, by_inputs);
+    residual *residual = context;
+    const size_t n = residual->states, m = residual->inputs;
+    int failed = residual->of.advance(residual->of.context, count, h, states, inputs, after, next,
+                                      by_state, by_inputs);
     for (size_t i = 0; i < (size_t)count && !failed; i++) {
-        add_network(x, h, states + i * n, inputs + i * m, next + i * n);
+        add_network(residual, h, states + i * n, inputs + i * m, next + i * n);
         if (by_state) {
-            add_derivatives(x, h, 0, n, by_state + i * n * n);
+            add_derivatives(residual, h, 0, n, by_state + i * n * n);
         }
         if (by_inputs) {
-            add_derivatives(x, h, n, m, by_inputs + i * n * m);
+            add_derivatives(residual, h, n, m, by_inputs + i * n * m);
         }
     }
     return failed;
@@ -119,16 +122,16 @@ static int advance(void *context, int count, double h, const double *states, con
 
 static double outside(void *context, const double *state, const double *inputs)
 {
-    const residual *x = context;
-    return x->of.outside(x->of.context, state, inputs);
+    const residual *residual = context;
+    return residual->of.outside(residual->of.context, state, inputs);
 }
 
-one_step residual_one_step(residual *x)
+one_step residual_one_step(residual *residual)
 {
-    one_step result = x->of;
-    result.context = x;
+    one_step result = residual->of;
+    result.context = residual;
     result.advance = advance;
-    result.outside = x->of.outside ? outside : NULL;
+    result.outside = residual->of.outside ? outside : NULL;
     return result;
 }
 
@@ -147,10 +150,10 @@ typedef struct fit {
 
 /* The change of the next state by each number [states][count]: the model's own times that of the
  * state, and that of the network by its numbers. */
-static void push(const fit *x, const double *by_state, const double *before, double *after)
+static void push(const fit *fit, const double *by_state, const double *before, double *after)
 {
-    const residual *net = x->of;
-    const size_t n = net->states, k = net->units, count = x->count;
+    const residual *net = fit->of;
+    const size_t n = net->states, k = net->units, count = fit->count;
     memset(after, 0, n * count * sizeof *after);
     for (size_t r = 0; r < n; r++) {
         double *to = after + r * count;
@@ -161,7 +164,7 @@ static void push(const fit *x, const double *by_state, const double *before, dou
             }
         }
         for (size_t u = 0; u < k; u++) {
-            const double by = x->h * net->size[r], t = net->t[u];
+            const double by = fit->h * net->size[r], t = net->t[u];
             const double rise = by * w2_of(net)[r * k + u] * (1 - t * t);
             to[u] += rise;
             for (size_t i = 0; i < net->seen; i++) {
@@ -173,25 +176,25 @@ static void push(const fit *x, const double *by_state, const double *before, dou
 }
 
 /* Adds the rows of one sample, J = what is seen by the state, times its changes. */
-static void add_rows(fit *x, const double *seen, const double *found, const double *by_state,
+static void add_rows(fit *fit, const double *seen, const double *found, const double *by_state,
                      const double *change, double *row)
 {
-    const size_t n = x->of->states, count = x->count;
-    for (size_t v = 0; v < x->values; v++) {
+    const size_t n = fit->of->states, count = fit->count;
+    for (size_t v = 0; v < fit->values; v++) {
         if (!isfinite(seen[v])) {
             continue;
         }
-        const double off = (found[v] - seen[v]) / x->noise;
+        const double off = (found[v] - seen[v]) / fit->noise;
         memset(row, 0, count * sizeof *row);
         for (size_t c = 0; c < n; c++) {
-            const double by = by_state[v * n + c] / x->noise, *from = change + c * count;
+            const double by = by_state[v * n + c] / fit->noise, *from = change + c * count;
             for (size_t i = 0; i < count && by != 0; i++) {
                 row[i] += by * from[i];
             }
         }
         for (size_t i = 0; i < count; i++) {
-            double *to = x->ls.jtj + i * count;
-            x->ls.jtr[i] += row[i] * off;
+            double *to = fit->ls.jtj + i * count;
+            fit->ls.jtr[i] += row[i] * off;
             for (size_t j = i; j < count; j++) {
                 to[j] += row[i] * row[j];
             }
@@ -207,42 +210,42 @@ static size_t room_for(size_t states, size_t inputs, size_t values, size_t count
 
 /* The sum of squares of what is missed on a run, by the noise, and how many there are; where
  * `derive`, the rows of all samples as well. Infinite: no answer. */
-static double roll(fit *x, const residual_run *run, bool derive, size_t *samples)
+static double roll(fit *fit, const residual_run *run, bool derive, size_t *samples)
 {
-    const size_t n = (size_t)x->model.states, m = (size_t)x->model.inputs, values = x->values;
-    double *state = x->room, *next = state + n, *by_state = next + n, *found, *seen_by, *change;
+    const size_t n = (size_t)fit->model.states, m = (size_t)fit->model.inputs, values = fit->values;
+    double *state = fit->room, *next = state + n, *by_state = next + n, *found, *seen_by, *change;
     found = by_state + n * n;
     seen_by = found + values;
     change = seen_by + values * n;
-    double *other = change + n * x->count, *row = other + n * x->count, sum = 0;
+    double *other = change + n * fit->count, *row = other + n * fit->count, sum = 0;
     memcpy(state, run->start, n * sizeof *state);
     if (derive) {
-        memset(change, 0, n * x->count * sizeof *change);
+        memset(change, 0, n * fit->count * sizeof *change);
     }
     for (size_t k = 0; k < run->count; k++) {
         const double *inputs = run->inputs + k * m, *seen = run->seen + k * values;
-        if (x->look->see(x->look->context, 1, state, inputs, found, derive ? seen_by : NULL)) {
+        if (fit->look->see(fit->look->context, 1, state, inputs, found, derive ? seen_by : NULL)) {
             return INFINITY;
         }
         for (size_t v = 0; v < values; v++) {
             const bool there = isfinite(seen[v]);
-            const double off = there ? (found[v] - seen[v]) / x->noise : 0;
+            const double off = there ? (found[v] - seen[v]) / fit->noise : 0;
             sum += off * off;
             *samples += there;
         }
         if (derive) {
-            add_rows(x, seen, found, seen_by, change, row);
+            add_rows(fit, seen, found, seen_by, change, row);
         }
         if (k + 1 == run->count) {
             break;
         }
-        if (x->model.advance(x->model.context, 1, x->h, state, inputs, NULL, next,
-                             derive ? by_state : NULL, NULL)) {
+        if (fit->model.advance(fit->model.context, 1, fit->h, state, inputs, NULL, next,
+                               derive ? by_state : NULL, NULL)) {
             return INFINITY;
         }
         if (derive) {
             double *swap = change;
-            push(x, by_state, change, other);
+            push(fit, by_state, change, other);
             change = other;
             other = swap;
         }
@@ -269,32 +272,32 @@ double residual_error(const one_step *model, double h, const one_look *look, siz
 /* ---- Levenberg-Marquardt ------------------------------------------------------------------- */
 
 /* Over the runs from `first` to before `end`. */
-static double sum_over(fit *x, size_t first, size_t end, bool derive)
+static double sum_over(fit *fit, size_t first, size_t end, bool derive)
 {
     size_t samples = 0;
     double sum = 0;
     for (size_t i = first; i < end && isfinite(sum); i++) {
-        sum += roll(x, &x->run[i], derive, &samples);
+        sum += roll(fit, &fit->run[i], derive, &samples);
     }
     return sum;
 }
 
 /* And what the numbers of the network cost, whose squares keep them small. */
-static double add_numbers(const fit *x)
+static double add_numbers(const fit *fit)
 {
     double sum = 0;
-    for (size_t i = 0; i < x->count; i++) {
-        sum += x->of->numbers[i] * x->of->numbers[i];
+    for (size_t i = 0; i < fit->count; i++) {
+        sum += fit->of->numbers[i] * fit->of->numbers[i];
     }
     return sum;
 }
 
 static int sum(void *context, const double *p, double *value, least_squares *to)
 {
-    fit *x = context;
-    const size_t n = x->count;
-    memcpy(x->of->numbers, p, n * sizeof *p);
-    *value = sum_over(x, 0, x->runs - x->held_out, to != NULL) + add_numbers(x);
+    fit *fit = context;
+    const size_t n = fit->count;
+    memcpy(fit->of->numbers, p, n * sizeof *p);
+    *value = sum_over(fit, 0, fit->runs - fit->held_out, to != NULL) + add_numbers(fit);
     for (size_t i = 0; to && i < n; i++) {
         to->jtj[i * n + i] += 1;
         to->jtr[i] += p[i];
@@ -305,30 +308,30 @@ static int sum(void *context, const double *p, double *value, least_squares *to)
     return isfinite(*value) ? OPTIM_OBJECTIVE_OK : OPTIM_OBJECTIVE_NOT_FINITE;
 }
 
-static ad_status descend(fit *x, const residual_settings *settings, double *best, ad_error *error)
+static ad_status descend(fit *fit, const residual_settings *settings, double *best, ad_error *error)
 {
     nn_rng rng = nn_rng_split(settings->seed, "residual");
     double lowest = INFINITY;
-    for (size_t i = 0; i < x->count; i++) { /* W2 = 0: it begins as the model */
-        const bool hidden = i < x->of->units * (1 + x->of->seen);
-        x->of->numbers[i] = hidden ? nn_rng_normal(&rng) / sqrt((double)x->of->seen) : 0;
+    for (size_t i = 0; i < fit->count; i++) { /* W2 = 0: it begins as the model */
+        const bool hidden = i < fit->of->units * (1 + fit->of->seen);
+        fit->of->numbers[i] = hidden ? nn_rng_normal(&rng) / sqrt((double)fit->of->seen) : 0;
     }
-    if (least_squares_begin(&x->ls, x->of->numbers, error) != AD_OK) {
+    if (least_squares_begin(&fit->ls, fit->of->numbers, error) != AD_OK) {
         return error->status;
     }
     optim_status status = OPTIM_RUNNING;
     for (int i = 0; i <= settings->steps && status == OPTIM_RUNNING; i++) {
-        const double *p = optim_x(x->ls.by);
-        memcpy(x->of->numbers, p, x->count * sizeof *p);
+        const double *p = optim_x(fit->ls.by);
+        memcpy(fit->of->numbers, p, fit->count * sizeof *p);
         const double off =
-            x->held_out > 0 ? sum_over(x, x->runs - x->held_out, x->runs, false) : -i;
+            fit->held_out > 0 ? sum_over(fit, fit->runs - fit->held_out, fit->runs, false) : -i;
         if (off < lowest) {
             lowest = off;
-            memcpy(best, p, x->count * sizeof *p);
+            memcpy(best, p, fit->count * sizeof *p);
         }
-        status = i < settings->steps ? least_squares_next(&x->ls) : status;
+        status = i < settings->steps ? least_squares_next(&fit->ls) : status;
     }
-    memcpy(x->of->numbers, best, x->count * sizeof *best);
+    memcpy(fit->of->numbers, best, fit->count * sizeof *best);
     return isfinite(lowest) && status != OPTIM_NOT_FINITE
                ? AD_OK
                : ad_fail(error, AD_BAD_INPUT, "the model has no answer on a measured run");

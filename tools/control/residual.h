@@ -25,12 +25,12 @@ typedef struct residual residual;
 /* D [states], c, C [inputs]; all numbers of the network are 0. AD_NO_MEMORY. */
 ad_status residual_create(const one_step *of, int units, const double *size, const double *middle,
                           const double *half, residual **result, ad_error *error);
-void residual_free(residual *x); /* NULL is allowed */
+void residual_free(residual *residual); /* NULL is allowed */
 
 /* The corrected model; borrows x and what `of` borrowed, for one thread at a time. */
-one_step residual_one_step(residual *x);
+one_step residual_one_step(residual *residual);
 
-size_t residual_count(const residual *x); /* of its numbers */
+size_t residual_count(const residual *residual); /* of its numbers */
 
 /* A measured motion: samples [count] one h after the other; inputs [count][inputs], held until the
  * next sample; seen [count][values], not a number where there was no measurement; start [states]:
@@ -55,13 +55,13 @@ double residual_error(const one_step *model, double h, const one_look *look, siz
 /* Trains the network through the steps of whole runs: derivatives of all states by its numbers go
  * along. Of the runs, the last `held_out` are not trained on and choose among the networks on the
  * way (0: the last network). AD_BAD_INPUT: a model without an answer on a run. */
-ad_status residual_fit(residual *x, double h, const one_look *look, size_t runs,
+ad_status residual_fit(residual *residual, double h, const one_look *look, size_t runs,
                        const residual_run *run, size_t held_out, const residual_settings *settings,
                        ad_error *error);
 
 /* A table (tools/files/table_file.h); read for a model of as many states and inputs. AD_BAD_INPUT,
  * errors of the table. */
-ad_status residual_write(const residual *x, const char *path, ad_error *error);
+ad_status residual_write(const residual *residual, const char *path, ad_error *error);
 ad_status residual_read(const char *path, const one_step *of, residual **result, ad_error *error);
 
 #ifdef __cplusplus

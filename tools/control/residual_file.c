@@ -10,18 +10,19 @@
 
 enum { HEAD = 3 };
 
-ad_status residual_write(const residual *x, const char *path, ad_error *error)
+ad_status residual_write(const residual *residual, const char *path, ad_error *error)
 {
-    const size_t sizes = x->states + 2 * x->inputs, rows = HEAD + sizes + residual_count(x);
+    const size_t sizes = residual->states + 2 * residual->inputs,
+                 rows = HEAD + sizes + residual_count(residual);
     double *all = malloc(rows * sizeof *all);
     if (!all) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a residual");
     }
-    all[0] = (double)x->states;
-    all[1] = (double)x->inputs;
-    all[2] = (double)x->units;
-    memcpy(all + HEAD, x->size, sizes * sizeof *all);
-    memcpy(all + HEAD + sizes, x->numbers, residual_count(x) * sizeof *all);
+    all[0] = (double)residual->states;
+    all[1] = (double)residual->inputs;
+    all[2] = (double)residual->units;
+    memcpy(all + HEAD, residual->size, sizes * sizeof *all);
+    memcpy(all + HEAD + sizes, residual->numbers, residual_count(residual) * sizeof *all);
     const table_source table = {.names = (const char *const[]){"value"},
                                 .columns = (const double *const[]){all},
                                 .ncols = 1,

@@ -32,17 +32,17 @@ SMALL_FOR_EACH_PROCESSOR static void spread(double by, int stride, int count, in
     }
 }
 
-void sigma_spread(const sigma_points *x, int count, int width, const double *z, const double *u,
-                  double *points)
+void sigma_spread(const sigma_points *sigma_points, int count, int width, const double *z,
+                  const double *u, double *points)
 {
-    spread(sqrt(x->c), small_stride(x->n), count, width, z, u, points);
+    spread(sqrt(sigma_points->c), small_stride(sigma_points->n), count, width, z, u, points);
 }
 
-SMALL_FOR_EACH_PROCESSOR static void gather(const sigma_points *x, int count, int width, int stride,
-                                            const double *values, double *mean, double *d,
-                                            double *b)
+SMALL_FOR_EACH_PROCESSOR static void gather(const sigma_points *points, int count, int width,
+                                            int stride, const double *values, double *mean,
+                                            double *d, double *b)
 {
-    const double by = 1 / sqrt(x->c);
+    const double by = 1 / sqrt(points->c);
     double *last = b + count * stride;
     memset(d, 0, (size_t)(count * stride) * sizeof *d);
     memset(b, 0, (size_t)((count + 1) * stride) * sizeof *b);
@@ -54,21 +54,21 @@ SMALL_FOR_EACH_PROCESSOR static void gather(const sigma_points *x, int count, in
             last[k] += b[j * stride + k];
         }
     }
-    const double rest = x->mu > 0 ? sqrt(x->n - count) * by * x->mu : x->bent;
+    const double rest = points->mu > 0 ? sqrt(points->n - count) * by * points->mu : points->bent;
     for (int k = 0; k < width; k++) {
         const double m = by * last[k];
         mean[k] = values[k] + m;
         last[k] = rest * m;
         for (int j = 0; j < count; j++) {
-            b[j * stride + k] -= by * x->mu * m;
+            b[j * stride + k] -= by * points->mu * m;
         }
     }
 }
 
-void sigma_gather(const sigma_points *x, int count, int width, int stride, const double *values,
-                  double *mean, double *d, double *b)
+void sigma_gather(const sigma_points *points, int count, int width, int stride,
+                  const double *values, double *mean, double *d, double *b)
 {
-    gather(x, count, width, stride, values, mean, d, b);
+    gather(points, count, width, stride, values, mean, d, b);
 }
 
 int sigma_room(int n, int width)
@@ -80,11 +80,11 @@ int sigma_room(int n, int width)
 
 /* P_vv = T^T T = sum of squares of d, and of b and noise, whose root is N. With the gain
  * K = P_zv P_vv^-1 the covariance becomes the sum of squares of u_j - d_j K^T and of N K^T. */
-double sigma_correct(const sigma_points *x, int count, int width, const double *d, const double *b,
-                     const double *noise, const double *innovation, double gate, double *z,
-                     double *u, double *normal, double *room)
+double sigma_correct(const sigma_points *points, int count, int width, const double *d,
+                     const double *b, const double *noise, const double *innovation, double gate,
+                     double *z, double *u, double *normal, double *room)
 {
-    const int n = x->n, stride = small_stride(n), apart = small_stride(width);
+    const int n = points->n, stride = small_stride(n), apart = small_stride(width);
     const size_t row = (size_t)apart * sizeof(double);
     double *N = room, *T = N + (count + 1 + width) * apart, *nu = T + (count + width) * apart;
     double *gain = nu + apart, *rows = gain + width * stride; /* [width][n], [n + width][n] */

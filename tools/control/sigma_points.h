@@ -30,22 +30,22 @@ sigma_points sigma_points_of(int n, double alpha, double beta, double kappa);
 
 /* Points of the first `width` entries: points [1 + 2 count][width] of rows 0..count-1 of the
  * triangle: z, then each + and -. */
-void sigma_spread(const sigma_points *x, int count, int width, const double *z, const double *u,
-                  double *points);
+void sigma_spread(const sigma_points *sigma_points, int count, int width, const double *z,
+                  const double *u, double *points);
 
 /* Of values [1 + 2 count][width], those of the other points being the same as the first: mean
  * [width], and rows d [count], b [count + 1] that are `stride` apart and 0 beyond the width, so
  * scaled that the covariance is the sum of squares of all of them. */
-void sigma_gather(const sigma_points *x, int count, int width, int stride, const double *values,
-                  double *mean, double *d, double *b);
+void sigma_gather(const sigma_points *points, int count, int width, int stride,
+                  const double *values, double *mean, double *d, double *b);
 
 /* Corrects z, U by an innovation [width] off the mean of sigma_gather with d, b of rows
  * small_stride(width) apart and noise [width] of its own. room: sigma_room(n, width) numbers.
  * Returns nu^T S^-1 nu, the normalised innovation squared, of normal [width], S^(-1/2) nu; if that
  * is not at most `gate`, z and U stay as they are. */
-double sigma_correct(const sigma_points *x, int count, int width, const double *d, const double *b,
-                     const double *noise, const double *innovation, double gate, double *z,
-                     double *u, double *normal, double *room);
+double sigma_correct(const sigma_points *points, int count, int width, const double *d,
+                     const double *b, const double *noise, const double *innovation, double gate,
+                     double *z, double *u, double *normal, double *room);
 int sigma_room(int n, int width);
 
 #ifdef __cplusplus

@@ -39,24 +39,24 @@ void task_plane(const double normal[3], double across[2][3])
 
 /* ---- files --------------------------------------------------------------------------------- */
 
-static ad_status read_file(task_path *x, ad_error *error)
+static ad_status read_file(task_path *path, ad_error *error)
 {
     static const char *const names[4] = {"t", "x", "y", "z"};
-    const char *file = x->of.file;
-    ad_status status = table_read(file, TABLE_MEASURED, &x->table, error);
+    const char *file = path->of.file;
+    ad_status status = table_read(file, TABLE_MEASURED, &path->table, error);
     for (int k = 0; k < 4 && status == AD_OK; k++) {
-        status = table_find(x->table, names[k], TABLE_FINITE, &x->columns[k], error);
-        if (status == AD_OK && !x->columns[k]) {
+        status = table_find(path->table, names[k], TABLE_FINITE, &path->columns[k], error);
+        if (status == AD_OK && !path->columns[k]) {
             status = ad_fail(error, AD_BAD_INPUT, "%.300s: has no column %s; allowed: t, x, y, z",
                              file, names[k]);
         }
     }
-    if (status == AD_OK && table_rows(x->table) < 2) {
+    if (status == AD_OK && table_rows(path->table) < 2) {
         status = ad_fail(error, AD_BAD_INPUT, "%.300s: has %zu rows; allowed: 2 or more", file,
-                         table_rows(x->table));
+                         table_rows(path->table));
     }
-    for (size_t i = 1; status == AD_OK && i < table_rows(x->table); i++) {
-        if (!(x->columns[0][i] > x->columns[0][i - 1])) {
+    for (size_t i = 1; status == AD_OK && i < table_rows(path->table); i++) {
+        if (!(path->columns[0][i] > path->columns[0][i - 1])) {
             status = ad_fail(error, AD_BAD_INPUT,
                              "%.300s: t of row %zu is not above that of the row before; allowed: "
                              "times that ascend",
@@ -67,10 +67,10 @@ static ad_status read_file(task_path *x, ad_error *error)
 }
 
 /* Slope of column k at row i: of the parabola through it and its neighbours. */
-static double slope_at(const task_path *x, int k, size_t i)
+static double slope_at(const task_path *path, int k, size_t i)
 {
-    const double *t = x->columns[0], *y = x->columns[k];
-    const size_t last = table_rows(x->table) - 1;
+    const double *t = path->columns[0], *y = path->columns[k];
+    const size_t last = table_rows(path->table) - 1;
     if (i == 0 || i == last) {
         return 0; /* the path begins and ends at rest */
     }
@@ -79,10 +79,10 @@ static double slope_at(const task_path *x, int k, size_t i)
            (before + after);
 }
 
-static void in_file(const task_path *x, double t, double position[3])
+static void in_file(const task_path *path, double t, double position[3])
 {
-    const double *times = x->columns[0];
-    const size_t last = table_rows(x->table) - 1;
+    const double *times = path->columns[0];
+    const size_t last = table_rows(path->table) - 1;
     size_t low = 0, high = last;
     t = fmin(fmax(t + times[0], times[0]), times[last]);
     while (high - low > 1) {
@@ -91,19 +91,19 @@ static void in_file(const task_path *x, double t, double position[3])
     }
     const double h = times[high] - times[low], at = (t - times[low]) / h;
     for (int k = 0; k < 3; k++) {
-        const double *y = x->columns[k + 1];
+        const double *y = path->columns[k + 1];
         const double from = y[low], to = y[high];
-        const double a = h * slope_at(x, k + 1, low) - (to - from);
-        const double b = -h * slope_at(x, k + 1, high) + (to - from);
+        const double a = h * slope_at(path, k + 1, low) - (to - from);
+        const double b = -h * slope_at(path, k + 1, high) + (to - from);
         position[k] = (1 - at) * from + at * to + at * (1 - at) * ((1 - at) * a + at * b);
     }
 }
 
 /* ---- the others ---------------------------------------------------------------------------- */
 
-static void in_points(const task_path *x, double t, double position[3])
+static void in_points(const task_path *path, double t, double position[3])
 {
-    const control_task *of = &x->of;
+    const control_task *of = &path->of;
     const control_point *points = of->points;
     double left = t - points[0].stay, part = 0; /* of the way from i to the next */
     int i = 0;
@@ -120,9 +120,9 @@ static void in_points(const task_path *x, double t, double position[3])
     }
 }
 
-static void in_plane(const task_path *x, double t, double position[3])
+static void in_plane(const task_path *path, double t, double position[3])
 {
-    const control_task *of = &x->of;
+    const control_task *of = &path->of;
     const double phase = 2 * PI * of->frequency * t;
     const bool eight = of->path == CONTROL_EIGHT;
     const double one = of->radius * (eight ? sin(phase) : cos(phase));
@@ -132,62 +132,62 @@ static void in_plane(const task_path *x, double t, double position[3])
         height += of->heights[2 * k - 1] * cos(k * phase) + of->heights[2 * k] * sin(k * phase);
     }
     for (int k = 0; k < 3; k++) {
-        position[k] =
-            of->centre[k] + one * x->across[0][k] + two * x->across[1][k] + height * of->normal[k];
+        position[k] = of->centre[k] + one * path->across[0][k] + two * path->across[1][k] +
+                      height * of->normal[k];
     }
 }
 
-void task_path_at(const task_path *x, double t, double position[3])
+void task_path_at(const task_path *path, double t, double position[3])
 {
-    const double part = x->of.approach > 0 ? blend(t / x->of.approach) : 1;
-    if (x->of.path == CONTROL_FILE) {
-        in_file(x, t - x->of.approach, position);
-    } else if (x->of.path == CONTROL_POINTS) {
-        in_points(x, t - x->of.approach, position);
+    const double part = path->of.approach > 0 ? blend(t / path->of.approach) : 1;
+    if (path->of.path == CONTROL_FILE) {
+        in_file(path, t - path->of.approach, position);
+    } else if (path->of.path == CONTROL_POINTS) {
+        in_points(path, t - path->of.approach, position);
     } else {
-        in_plane(x, t, position);
+        in_plane(path, t, position);
     }
     for (int k = 0; k < 3; k++) {
-        position[k] = (1 - part) * x->start[k] + part * position[k];
+        position[k] = (1 - part) * path->start[k] + part * position[k];
     }
 }
 
-double task_path_end(const task_path *x)
+double task_path_end(const task_path *path)
 {
-    double end = x->of.approach;
-    if (x->of.path == CONTROL_FILE) {
-        return end + x->columns[0][table_rows(x->table) - 1] - x->columns[0][0];
+    double end = path->of.approach;
+    if (path->of.path == CONTROL_FILE) {
+        return end + path->columns[0][table_rows(path->table) - 1] - path->columns[0][0];
     }
-    for (int i = 0; i < x->of.point_count; i++) {
-        end += x->of.points[i].stay + (i > 0 ? x->of.travel : 0);
+    for (int i = 0; i < path->of.point_count; i++) {
+        end += path->of.points[i].stay + (i > 0 ? path->of.travel : 0);
     }
-    return x->of.path == CONTROL_POINTS ? end : 0;
+    return path->of.path == CONTROL_POINTS ? end : 0;
 }
 
 ad_status task_path_create(const control_task *task, const double start[3], task_path **result,
                            ad_error *error)
 {
-    task_path *x = calloc(1, sizeof *x);
+    task_path *path = calloc(1, sizeof *path);
     *result = NULL;
-    if (!x) {
+    if (!path) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a path");
     }
-    x->of = *task;
-    memcpy(x->start, start, sizeof x->start);
-    task_plane(task->normal, x->across);
-    const ad_status status = task->path == CONTROL_FILE ? read_file(x, error) : AD_OK;
+    path->of = *task;
+    memcpy(path->start, start, sizeof path->start);
+    task_plane(task->normal, path->across);
+    const ad_status status = task->path == CONTROL_FILE ? read_file(path, error) : AD_OK;
     if (status != AD_OK) {
-        task_path_free(x);
+        task_path_free(path);
         return status;
     }
-    *result = x;
+    *result = path;
     return AD_OK;
 }
 
-void task_path_free(task_path *x)
+void task_path_free(task_path *path)
 {
-    if (x) {
-        table_free(x->table);
-        free(x);
+    if (path) {
+        table_free(path->table);
+        free(path);
     }
 }

@@ -15,17 +15,17 @@ typedef struct task_path task_path;
  * at t = 0, m. AD_BAD_INPUT: the file, with its line; AD_IO, AD_NO_MEMORY. */
 ad_status task_path_create(const control_task *task, const double start[3], task_path **result,
                            ad_error *error);
-void task_path_free(task_path *x); /* NULL is allowed */
+void task_path_free(task_path *path); /* NULL is allowed */
 
 /* Directions [2][3] of the plane of a circle or an eight: across the normal, the first nearest to
  * x in the world, or to y. */
 void task_plane(const double normal[3], double across[2][3]);
 
 /* m, for t >= 0. Twice continuously differentiable but for jumps of set points without travel. */
-void task_path_at(const task_path *x, double t, double position[3]);
+void task_path_at(const task_path *path, double t, double position[3]);
 
 /* s at which set points and rows of a file end; 0: never. */
-double task_path_end(const task_path *x);
+double task_path_end(const task_path *path);
 
 #ifdef __cplusplus
 }

@@ -22,10 +22,10 @@ typedef struct view {
     double *room; /* [view_room] */
 } view;
 
-size_t view_room(const view *x);
+size_t view_room(const view *view);
 
 /* Borrows x, which is for one call at a time. */
-one_look view_of(view *x);
+one_look view_of(view *view);
 
 #ifdef __cplusplus
 }

@@ -26,10 +26,10 @@ static bool make(folder *f, int count, const export_file *files)
     snprintf(f->made, sizeof f->made, "%s/made", f->name);
     snprintf(f->said, sizeof f->said, "%s/said", f->name);
     for (f->count = 0; ok && f->count < count; f->count++) {
-        const export_file *x = &files[f->count];
-        snprintf(f->file[f->count], sizeof *f->file, "%s/%s", f->name, x->name);
+        const export_file *file = &files[f->count];
+        snprintf(f->file[f->count], sizeof *f->file, "%s/%s", f->name, file->name);
         FILE *to = fopen(f->file[f->count], "wb");
-        ok = to && fwrite(x->text, 1, x->size, to) == x->size;
+        ok = to && fwrite(file->text, 1, file->size, to) == file->size;
         ok = to && fclose(to) == 0 && ok;
     }
     return ok;
@@ -130,11 +130,11 @@ ad_status export_compile(const char *options, int count, const export_file *file
 ad_status export_texts_write(export_texts texts, int which, export_writer *writer, void *of,
                              ad_error *error)
 {
-    export_text *x = &texts[which];
-    free(x->bytes);
-    *x = (export_text){.bytes = NULL};
-    ad_status status = export_text_open(x) ? writer(of, which, x->file, error) : AD_OK;
-    return export_text_close(x) || status != AD_OK
+    export_text *text = &texts[which];
+    free(text->bytes);
+    *text = (export_text){.bytes = NULL};
+    ad_status status = export_text_open(text) ? writer(of, which, text->file, error) : AD_OK;
+    return export_text_close(text) || status != AD_OK
                ? status
                : ad_fail(error, AD_NO_MEMORY, "out of memory for a file of C");
 }

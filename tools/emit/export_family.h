@@ -54,7 +54,7 @@ extern const char *const export_family_selftest[], *const export_code_functions[
 
 /* Which places of the shape the self-test compares: the last, with shape_by some before it. */
 enum { EXPORT_COMPARED = 3 };
-int export_family_compared(const export_family *x, int places[EXPORT_COMPARED]);
+int export_family_compared(const export_family *family, int places[EXPORT_COMPARED]);
 
 /* Of a run in the strain form: scene, mesh, network, weights, and how far the mesh is off, by
  * members over the ranges: their parameters [EXPORT_JUDGED][parameters], float numbers where
@@ -68,8 +68,8 @@ ad_status export_family_of(const struct experiment *e, export_family *f, double 
 export_writer export_family_write;
 
 /* All in one text that defines ad_code_table (autodiff/ad.h), an export_family_table, with the
- * columns and derivatives of whole shapes, x->shape_by. Errors as above. */
-ad_status export_family_write_code(export_family *x, FILE *file, ad_error *error);
+ * columns and derivatives of whole shapes, family->shape_by. Errors as above. */
+ad_status export_family_write_code(export_family *family, FILE *file, ad_error *error);
 
 /* shape [places][columns] and, unless NULL, jacobian [places][columns][parameters] of a member
  * after some steps; said NULL: quicker, else [EXPORT_SAID] that are known of it, as model_answer of

@@ -3,48 +3,49 @@
 
 #include <math.h>
 
-static void describe(const export_model *x, char *text, size_t size)
+static void describe(const export_model *model, char *text, size_t size)
 {
     char error[64] = "is not known";
-    if (!isnan(x->estimate)) {
-        snprintf(error, sizeof error, "of the position is estimated at %.1e of the %s", x->estimate,
-                 scene_is_beam(x->e->scene) ? "deflection" : "length");
+    if (!isnan(model->estimate)) {
+        snprintf(error, sizeof error, "of the position is estimated at %.1e of the %s",
+                 model->estimate, scene_is_beam(model->e->scene) ? "deflection" : "length");
     }
     snprintf(text, size,
              "A rod's network in place of its equations. Verdict on training: %s. Its error %s.",
-             !x->is_judged           ? "none, it was not finished"
-             : x->verdict.count == 0 ? "solved"
-                                     : x->verdict.findings[0].text,
+             !model->is_judged           ? "none, it was not finished"
+             : model->verdict.count == 0 ? "solved"
+                                         : model->verdict.findings[0].text,
              error);
 }
 
-ad_status export_write_fmu(const export_model *x, const export_texts texts, int count,
+ad_status export_write_fmu(const export_model *export_model, const export_texts texts, int count,
                            const double *places, const char *path, bool *compiled,
                            char note[FMU_NOTE], ad_error *error)
 {
-    const domain *d = &x->e->model->domain;
+    const domain *d = &export_model->e->model->domain;
     fmu_variable inputs[DOMAIN_COORDINATES_MAX], outputs[EVALUATOR_COLUMNS_MAX];
     char description[VERDICT_TEXT + 256];
-    const fmu_model model = {.name = x->name,
-                             .title = x->e->settings->name,
+    const fmu_model model = {.name = export_model->name,
+                             .title = export_model->e->settings->name,
                              .description = description,
                              .tool = "cpinn " CPINN_VERSION,
                              .header = texts[EXPORT_HEADER].bytes,
                              .source = texts[EXPORT_SOURCE].bytes,
                              .inputs = inputs,
                              .outputs = outputs,
-                             .input_count = x->inputs,
-                             .output_count = x->outputs,
+                             .input_count = export_model->inputs,
+                             .output_count = export_model->outputs,
                              .places = places,
                              .place_count = count};
-    for (int i = 0; i < x->inputs; i++) {
+    for (int i = 0; i < export_model->inputs; i++) {
         const domain_coordinate *c = &d->coordinates[i];
-        inputs[i] = (fmu_variable){c->name, c->unit, x->lower[i], x->upper[i]};
+        inputs[i] =
+            (fmu_variable){c->name, c->unit, export_model->lower[i], export_model->upper[i]};
     }
-    for (int i = 0; i < x->outputs; i++) {
-        outputs[i] = (fmu_variable){evaluator_column_name(x->values, i),
-                                    evaluator_column_unit(x->values, i), 0, 0};
+    for (int i = 0; i < export_model->outputs; i++) {
+        outputs[i] = (fmu_variable){evaluator_column_name(export_model->values, i),
+                                    evaluator_column_unit(export_model->values, i), 0, 0};
     }
-    describe(x, description, sizeof description);
+    describe(export_model, description, sizeof description);
     return fmu_write(&model, path, compiled, note, error);
 }

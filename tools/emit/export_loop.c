@@ -6,9 +6,9 @@
 #include <string.h>
 #include <strings.h>
 
-static int sensors_of(const export_loop *x)
+static int sensors_of(const export_loop *loop)
 {
-    return x->settings->estimator.sensors;
+    return loop->settings->estimator.sensors;
 }
 
 /* ---- constants ----------------------------------------------------------------------------- */
@@ -41,29 +41,29 @@ static void put_kinematics(const char *name, const kinematics *rod, FILE *file)
 }
 
 /* Looks of the sensors, then of the view. */
-static const kinematic_look *look_at(const export_loop *x, int i)
+static const kinematic_look *look_at(const export_loop *loop, int i)
 {
-    return i < sensors_of(x) ? x->sensors[i] : x->parts[i - sensors_of(x)];
+    return i < sensors_of(loop) ? loop->sensors[i] : loop->parts[i - sensors_of(loop)];
 }
 
-static void put_looks(const export_loop *x, FILE *file)
+static void put_looks(const export_loop *loop, FILE *file)
 {
-    const int count = sensors_of(x) + x->seen->parts;
+    const int count = sensors_of(loop) + loop->seen->parts;
     char name[40];
     for (int i = 0; i < count; i++) {
         snprintf(name, sizeof name, "loop_look%d", i);
-        put_kinematics_arrays(name, &look_at(x, i)->rod, file);
+        put_kinematics_arrays(name, &look_at(loop, i)->rod, file);
     }
     fputs("static const kinematic_look loop_looks[] = {\n", file);
     for (int i = 0; i < count; i++) {
         snprintf(name, sizeof name, "loop_look%d", i);
-        fprintf(file, "    {(look_what)%d,\n     ", look_at(x, i)->what);
-        put_kinematics(name, &look_at(x, i)->rod, file);
+        fprintf(file, "    {(look_what)%d,\n     ", look_at(loop, i)->what);
+        put_kinematics(name, &look_at(loop, i)->rod, file);
         fputs(i + 1 < count ? ", NULL},\n" : ", NULL}};\n", file);
     }
     fputs("static const int loop_parts[][2] = {", file);
-    for (int i = 0; i < x->seen->parts; i++) {
-        const struct view_part *part = &x->seen->part[i];
+    for (int i = 0; i < loop->seen->parts; i++) {
+        const struct view_part *part = &loop->seen->part[i];
         fprintf(file, "%s{%d, %d}", i ? ", " : "", part->first, part->count);
     }
     fputs("};\n", file);
@@ -144,15 +144,15 @@ static void put_step(const char *name, const char *macro, const export_step *m, 
             m->linear ? "&" : "NULL", m->linear ? name : "");
 }
 
-static void put_steps(const export_loop *x, FILE *file)
+static void put_steps(const export_loop *loop, FILE *file)
 {
-    put_step("loop_planned", "LOOP_CONTROLLER", &x->controller, file);
-    if (memcmp(&x->filter, &x->controller, sizeof x->filter) == 0) {
+    put_step("loop_planned", "LOOP_CONTROLLER", &loop->controller, file);
+    if (memcmp(&loop->filter, &loop->controller, sizeof loop->filter) == 0) {
         fputs("#define LOOP_FILTER LOOP_CONTROLLER\n", file);
     } else {
-        put_step("loop_filtered", "LOOP_FILTER", &x->filter, file);
+        put_step("loop_filtered", "LOOP_FILTER", &loop->filter, file);
     }
-    fprintf(file, "#define LOOP_SAMPLE %.17g\n", x->settings->estimator.model.step);
+    fprintf(file, "#define LOOP_SAMPLE %.17g\n", loop->settings->estimator.model.step);
 }
 
 /* Settings of a struct: a field that is an array `loop_FIELD`, and one that is a number. */
@@ -169,9 +169,9 @@ static void put_steps(const export_loop *x, FILE *file)
     X(e, deviation, e->model.states)                                                               \
     X(e, process, e->model.states) X(e, largest, e->model.states)
 
-static void put_estimator(const export_loop *x, FILE *file)
+static void put_estimator(const export_loop *loop, FILE *file)
 {
-    const estimator_settings *e = &x->settings->estimator;
+    const estimator_settings *e = &loop->settings->estimator;
     for (int i = 0; i < e->sensors; i++) {
         const estimator_sensor *s = &e->sensor[i];
         const int values = s->rotations ? s->look.values / 4 * 3 : s->look.values;
@@ -224,15 +224,15 @@ static void put_estimator(const export_loop *x, FILE *file)
     X(c, soft_lower, c->look.values)                                                               \
     X(c, soft_upper, c->look.values) X(c, soft_weight, c->look.values)
 
-static void put_controller(const export_loop *x, FILE *file)
+static void put_controller(const export_loop *loop, FILE *file)
 {
-    const controller_settings *c = &x->settings->controller;
+    const controller_settings *c = &loop->settings->controller;
     CONTROLLER_ARRAYS(PUT_ARRAY)
-    export_put_array(file, (size_t)c->controlled, x->settings->rate,
+    export_put_array(file, (size_t)c->controlled, loop->settings->rate,
                      "static const double loop_turn_rate[]");
     fprintf(file,
             "static const controller_settings loop_controller = {\n    .inputs = %s_controlled,\n",
-            x->name);
+            loop->name);
     CONTROLLER_ARRAYS(PUT_FIELD)
     PUT_WHOLE(c, horizon)
     PUT_WHOLE(c, moves)
@@ -247,49 +247,49 @@ static void put_controller(const export_loop *x, FILE *file)
     fputs("};\n", file);
 }
 
-static void write_source(const export_loop *x, FILE *file)
+static void write_source(const export_loop *loop, FILE *file)
 {
-    const regulator_settings *s = x->settings;
+    const regulator_settings *s = loop->settings;
     const size_t n = (size_t)s->estimator.model.states;
-    export_begin_source(x->name, file);
+    export_begin_source(loop->name, file);
     fputs("#if defined(__OPTIMIZE__) && !defined(__clang__) /* -O2 alone takes twice as long */\n"
           "#pragma GCC optimize(\"O3\", \"fp-contract=fast\")\n#endif\n"
           "#if defined(__GNUC__)\n#define WHOLE_FUNCTION static __attribute__((unused))\n"
           "#else\n#define WHOLE_FUNCTION static\n#endif\n",
           file);
-    export_put_lines(x->name, EXPORT_DOUBLE, export_loop_cores, file);
+    export_put_lines(loop->name, EXPORT_DOUBLE, export_loop_cores, file);
     fputs("\n/* ---- constants "
           "--------------------------------------------------------------------------- */\n\n",
           file);
-    export_put_parameters(x->name, "input_names", x->open, false, file);
+    export_put_parameters(loop->name, "input_names", loop->open, false, file);
     export_put_integers(file, (size_t)s->controller.controlled, s->controller.inputs,
-                        "const int %s_controlled[%s_CONTROLLED]", x->name, x->name);
+                        "const int %s_controlled[%s_CONTROLLED]", loop->name, loop->name);
     fprintf(file,
             "enum {\n    LOOP_SENSORS = %d,\n    LOOP_PARTS = %d,\n    LOOP_VALUES = %d,\n"
             "    LOOP_TURNS = %d\n};\n",
-            sensors_of(x), x->seen->parts, s->controller.look.values, s->turns);
-    put_steps(x, file);
-    put_looks(x, file);
-    put_estimator(x, file);
-    put_controller(x, file);
+            sensors_of(loop), loop->seen->parts, s->controller.look.values, s->turns);
+    put_steps(loop, file);
+    put_looks(loop, file);
+    put_estimator(loop, file);
+    put_controller(loop, file);
     fprintf(file, "#define LOOP_RATE %s\n", s->rate ? "loop_turn_rate" : "NULL");
-    export_put_array(file, n, x->state, "static const double loop_state[]");
-    export_put_array(file, (size_t)s->estimator.model.inputs, x->inputs,
+    export_put_array(file, n, loop->state, "static const double loop_state[]");
+    export_put_array(file, (size_t)s->estimator.model.inputs, loop->inputs,
                      "static const double loop_inputs[]");
-    export_put_array(file, n * (size_t)s->estimator.parameters, x->by_parameters,
+    export_put_array(file, n * (size_t)s->estimator.parameters, loop->by_parameters,
                      "static const double loop_by_parameters[]");
-    export_put_lines(x->name, EXPORT_DOUBLE, export_loop_functions, file);
+    export_put_lines(loop->name, EXPORT_DOUBLE, export_loop_functions, file);
 }
 
 /* ---- the header ---------------------------------------------------------------------------- */
 
-static void put_macro(const export_loop *x, const char *name, double number, const char *what,
+static void put_macro(const export_loop *loop, const char *name, double number, const char *what,
                       FILE *file)
 {
-    fprintf(file, "#define %s_%-12s %.9g /* %s */\n", x->name, name, number, what);
+    fprintf(file, "#define %s_%-12s %.9g /* %s */\n", loop->name, name, number, what);
 }
 
-static void put_sensors(const export_loop *x, FILE *file)
+static void put_sensors(const export_loop *loop, FILE *file)
 {
     static const char *const seen[] = {[LOOK_POSITION] = "position, m",
                                        [LOOK_ROTATION] = "rotation (w, x, y, z)",
@@ -301,23 +301,23 @@ static void put_sensors(const export_loop *x, FILE *file)
     fputs(
         "\n/* sensors: what they see, noise, every so many samples, delay in samples */\nenum {\n",
         file);
-    for (int i = 0; i < sensors_of(x); i++) {
-        const estimator_sensor *s = &x->settings->estimator.sensor[i];
-        fprintf(file, "    %s_SENSOR_%d%s /* %s [%d], %.3g, %d, %d */\n", x->name, i,
-                i + 1 < sensors_of(x) ? "," : "", seen[x->sensors[i]->what], s->look.values,
+    for (int i = 0; i < sensors_of(loop); i++) {
+        const estimator_sensor *s = &loop->settings->estimator.sensor[i];
+        fprintf(file, "    %s_SENSOR_%d%s /* %s [%d], %.3g, %d, %d */\n", loop->name, i,
+                i + 1 < sensors_of(loop) ? "," : "", seen[loop->sensors[i]->what], s->look.values,
                 s->noise[0], s->every > 0 ? s->every : 1, s->delay);
     }
     fputs("};\n", file);
 }
 
-static void put_inputs(const export_loop *x, FILE *file)
+static void put_inputs(const export_loop *loop, FILE *file)
 {
-    const controller_settings *c = &x->settings->controller;
-    const estimator_settings *e = &x->settings->estimator;
+    const controller_settings *c = &loop->settings->controller;
+    const estimator_settings *e = &loop->settings->estimator;
     fputs("\n/* inputs of the model: index, range */\nenum {\n", file);
-    for (int i = 0; i < x->open->parameter_count; i++) {
-        const scene_parameter *p = &x->open->parameters[i];
-        export_put_index(x->name, "IN_", p->name, i, x->open->parameter_count, file);
+    for (int i = 0; i < loop->open->parameter_count; i++) {
+        const scene_parameter *p = &loop->open->parameters[i];
+        export_put_index(loop->name, "IN_", p->name, i, loop->open->parameter_count, file);
         fprintf(file, " /* %.9g to %.9g", p->low, p->high);
         for (int k = 0; k < c->controlled; k++) {
             if (c->inputs[k] == i) {
@@ -334,7 +334,7 @@ static void put_inputs(const export_loop *x, FILE *file)
     fputs("};\n", file);
 }
 
-static void put_flags(const export_loop *x, FILE *file)
+static void put_flags(const export_loop *loop, FILE *file)
 {
     static const struct {
         int bit;
@@ -366,42 +366,43 @@ static void put_flags(const export_loop *x, FILE *file)
     fputs("\n/* Flags, 0: all is well. What is done about each:\n", file);
     for (size_t i = 0; i < sizeof flags / sizeof *flags; i++) {
         fprintf(file, " *   0x%07x  ", (unsigned)flags[i].bit);
-        export_put(x->name, EXPORT_DOUBLE, flags[i].what, file);
+        export_put(loop->name, EXPORT_DOUBLE, flags[i].what, file);
         fputc('\n', file);
     }
     fputs(" */\n", file);
 }
 
-static void write_header(const export_loop *x, FILE *file)
+static void write_header(const export_loop *loop, FILE *file)
 {
-    const regulator_settings *s = x->settings;
+    const regulator_settings *s = loop->settings;
     const estimator_settings *e = &s->estimator;
     const controller_settings *c = &s->controller;
-    fprintf(file, "/* %s: ", x->name);
-    export_put_comment(x->about, file);
+    fprintf(file, "/* %s: ", loop->name);
+    export_put_comment(loop->about, file);
     fprintf(file, ": one-step model, filter and predictive controller as C11 that needs\n"
                   " * nothing but libm; written by cpinn " CPINN_VERSION
                   ". SI units. cc -std=c11 -O2 is all it "
                   "takes.\n");
-    for (const char *const *line = x->verified; line && *line; line++) {
-        fprintf(file, "%s\n * %s", line == x->verified ? " *" : "", *line);
+    for (const char *const *line = loop->verified; line && *line; line++) {
+        fprintf(file, "%s\n * %s", line == loop->verified ? " *" : "", *line);
     }
     fputs("\n */\n", file);
-    export_begin_header(x->name, file);
-    put_macro(x, "STATES", e->model.states, "of the model: modes, then their rates", file);
-    put_macro(x, "INPUTS", e->model.inputs, "of the model", file);
-    put_macro(x, "CONTROLLED", c->controlled, "inputs that are answered", file);
-    put_macro(x, "PARAMETERS", e->parameters, "inputs that the filter finds", file);
-    put_macro(x, "SENSORS", e->sensors, "", file);
-    put_macro(x, "HORIZON", c->horizon, "steps", file);
-    put_macro(x, "SAMPLE", e->period > 0 ? e->period : e->model.step, "s, between samples", file);
-    put_macro(x, "LOOK_AHEAD", c->model.step, "s, a step of the horizon", file);
-    put_macro(x, "DELAY", s->delay, "samples from a measurement to the inputs by it", file);
-    put_macro(x, "MEMORY", (double)x->memory, "bytes", file);
-    put_inputs(x, file);
-    put_sensors(x, file);
-    put_flags(x, file);
-    export_put_lines(x->name, EXPORT_DOUBLE, export_loop_types, file);
+    export_begin_header(loop->name, file);
+    put_macro(loop, "STATES", e->model.states, "of the model: modes, then their rates", file);
+    put_macro(loop, "INPUTS", e->model.inputs, "of the model", file);
+    put_macro(loop, "CONTROLLED", c->controlled, "inputs that are answered", file);
+    put_macro(loop, "PARAMETERS", e->parameters, "inputs that the filter finds", file);
+    put_macro(loop, "SENSORS", e->sensors, "", file);
+    put_macro(loop, "HORIZON", c->horizon, "steps", file);
+    put_macro(loop, "SAMPLE", e->period > 0 ? e->period : e->model.step, "s, between samples",
+              file);
+    put_macro(loop, "LOOK_AHEAD", c->model.step, "s, a step of the horizon", file);
+    put_macro(loop, "DELAY", s->delay, "samples from a measurement to the inputs by it", file);
+    put_macro(loop, "MEMORY", (double)loop->memory, "bytes", file);
+    put_inputs(loop, file);
+    put_sensors(loop, file);
+    put_flags(loop, file);
+    export_put_lines(loop->name, EXPORT_DOUBLE, export_loop_types, file);
     export_end_header(file);
 }
 
@@ -415,40 +416,41 @@ static const double TOLERANCE = 1e-8;
  * 1e8; what the inputs do to the place is compared as closely as ever. */
 static const double SHARED = 1e-5;
 
-static void write_selftest(const export_loop *x, FILE *file)
+static void write_selftest(const export_loop *loop, FILE *file)
 {
-    const controller_settings *c = &x->settings->controller;
-    const estimator_settings *e = &x->settings->estimator;
+    const controller_settings *c = &loop->settings->controller;
+    const estimator_settings *e = &loop->settings->estimator;
     const int known = c->controlled + e->parameters;
     int parameter[ESTIMATOR_PARAMETERS_MAX + 1], values[ESTIMATOR_SENSORS_MAX];
     const struct {
         const char *head;
         int columns;
         const double *rows;
-    } tables[4] = {{"static const double measured", export_loop_values(x), x->measured},
-                   {"static const double paths", c->horizon * 3, x->paths},
-                   {"static const double expected", known, x->expected},
-                   {"static const double reached", 3, x->reached}};
+    } tables[4] = {{"static const double measured", export_loop_values(loop), loop->measured},
+                   {"static const double paths", c->horizon * 3, loop->paths},
+                   {"static const double expected", known, loop->expected},
+                   {"static const double reached", 3, loop->reached}};
     for (int i = 0; i < e->parameters; i++) {
         parameter[i] = e->parameter[i].input;
     }
     for (int i = 0; i < e->sensors; i++) {
         values[i] = e->sensor[i].look.values;
     }
-    export_begin_selftest(x->name, "c11", file);
+    export_begin_selftest(loop->name, "c11", file);
     fprintf(file,
             "enum { SAMPLES = %d, PARAMETERS = %d, LATE = %d, HELD = %d };\n"
             "#define TOLERANCE %g\n#define OF_INPUTS %g\n\n",
-            x->samples, e->parameters, REGULATOR_LATE, EXPORT_LOOP_HELD, TOLERANCE,
+            loop->samples, e->parameters, REGULATOR_LATE, EXPORT_LOOP_HELD, TOLERANCE,
             c->controlled > 3 ? SHARED : TOLERANCE);
     export_put_integers(file, (size_t)e->parameters, parameter, "static const int parameter[]");
     export_put_integers(file, (size_t)e->sensors, values, "static const int sensor_values[]");
-    export_put_integers(file, (size_t)x->samples, x->flags, "static const int expected_flags[]");
+    export_put_integers(file, (size_t)loop->samples, loop->flags,
+                        "static const int expected_flags[]");
     for (int i = 0; i < 4; i++) {
-        export_put_rows(tables[i].head, (size_t)x->samples, (size_t)tables[i].columns,
+        export_put_rows(tables[i].head, (size_t)loop->samples, (size_t)tables[i].columns,
                         tables[i].rows, false, file);
     }
-    export_put_lines(x->name, EXPORT_DOUBLE, export_loop_selftest, file);
+    export_put_lines(loop->name, EXPORT_DOUBLE, export_loop_selftest, file);
 }
 
 ad_status export_loop_write(void *of, int which, FILE *file, ad_error *error)

@@ -47,7 +47,7 @@ typedef struct export_loop {
     int *flags;       /* [samples] */
 } export_loop;
 
-int export_loop_values(const export_loop *x); /* of all sensors */
+int export_loop_values(const export_loop *loop); /* of all sensors */
 
 /* Texts of the C: lines, NULL at the end. */
 extern const char *const export_loop_cores[], *const export_loop_types[];
@@ -55,8 +55,8 @@ extern const char *const export_loop_functions[], *const export_loop_selftest[];
 
 /* Runs the loop on its own model with some noise and faults, for the self-test. AD_NO_MEMORY,
  * AD_NOT_FINITE. Free it all the same. */
-ad_status export_loop_record(export_loop *x, ad_error *error);
-void export_loop_free(export_loop *x);
+ad_status export_loop_record(export_loop *loop, ad_error *error);
+void export_loop_free(export_loop *loop);
 
 /* An export_writer of the texts of an export_loop. */
 export_writer export_loop_write;

@@ -24,37 +24,38 @@ static double noise(recorder *r)
     return 3.4 * ((double)r->seed / 4294967296.0 - 0.5); /* of variance 1 */
 }
 
-int export_loop_values(const export_loop *x)
+int export_loop_values(const export_loop *loop)
 {
     int count = 0;
-    for (int i = 0; i < x->settings->estimator.sensors; i++) {
-        count += x->settings->estimator.sensor[i].look.values;
+    for (int i = 0; i < loop->settings->estimator.sensors; i++) {
+        count += loop->settings->estimator.sensor[i].look.values;
     }
     return count;
 }
 
 static ad_status allocate(recorder *r, ad_error *error)
 {
-    export_loop *x = r->to;
-    const regulator_settings *s = x->settings;
+    export_loop *loop = r->to;
+    const regulator_settings *s = loop->settings;
     const controller_settings *c = &s->controller;
     const size_t n = (size_t)s->estimator.model.states, v = (size_t)c->look.values;
     const size_t m = (size_t)c->controlled, horizon = (size_t)c->horizon;
-    x->samples = SAMPLES;
+    loop->samples = SAMPLES;
     const struct {
         double **list;
         size_t count;
-    } lists[] = {{&x->measured, SAMPLES * (size_t)export_loop_values(x)}, /* has all of them */
-                 {&x->paths, SAMPLES * horizon * 3},
-                 {&x->expected, SAMPLES * (m + (size_t)s->estimator.parameters)},
-                 {&x->reached, (size_t)SAMPLES * 3},
-                 {&r->states, (SAMPLES + 1) * n},
-                 {&r->acting, (SAMPLES + REGULATOR_DELAY_MAX + 1) * m},
-                 {&r->inputs, (size_t)c->model.inputs},
-                 {&r->reference, horizon * v},
-                 {&r->place, v},
-                 {&r->place_then, v},
-                 {&r->held, 2 * n + (size_t)c->model.inputs}};
+    } lists[] = {
+        {&loop->measured, SAMPLES * (size_t)export_loop_values(loop)}, /* has all of them */
+        {&loop->paths, SAMPLES * horizon * 3},
+        {&loop->expected, SAMPLES * (m + (size_t)s->estimator.parameters)},
+        {&loop->reached, (size_t)SAMPLES * 3},
+        {&r->states, (SAMPLES + 1) * n},
+        {&r->acting, (SAMPLES + REGULATOR_DELAY_MAX + 1) * m},
+        {&r->inputs, (size_t)c->model.inputs},
+        {&r->reference, horizon * v},
+        {&r->place, v},
+        {&r->place_then, v},
+        {&r->held, 2 * n + (size_t)c->model.inputs}};
     size_t count = 0;
     for (size_t i = 0; i < sizeof lists / sizeof *lists; i++) {
         count += lists[i].count;
@@ -64,9 +65,9 @@ static ad_status allocate(recorder *r, ad_error *error)
         *lists[i].list = at;
         at = at ? at + lists[i].count : NULL;
     }
-    x->flags = calloc(SAMPLES, sizeof *x->flags);
+    loop->flags = calloc(SAMPLES, sizeof *loop->flags);
     r->memory = malloc(regulator_size(s));
-    return x->measured && x->flags && r->memory
+    return loop->measured && loop->flags && r->memory
                ? AD_OK
                : ad_fail(error, AD_NO_MEMORY, "out of memory for a self-test");
 }
@@ -143,27 +144,27 @@ static bool reach(recorder *r, const double *answer, double position[3])
 
 static ad_status sample(recorder *r, int k, ad_error *error)
 {
-    export_loop *x = r->to;
-    const regulator_settings *s = x->settings;
+    export_loop *loop = r->to;
+    const regulator_settings *s = loop->settings;
     const estimator_settings *e = &s->estimator;
     const controller_settings *c = &s->controller;
     const int n = e->model.states, m = c->controlled, known = m + e->parameters;
-    double *answer = x->expected + k * known, *acting = r->acting + k * m;
+    double *answer = loop->expected + k * known, *acting = r->acting + k * m;
     const double period = e->period > 0 ? e->period : e->model.step;
-    measure(r, k, x->measured + k * export_loop_values(x));
-    const double *rows = wish(r, k, x->paths + k * c->horizon * 3);
+    measure(r, k, loop->measured + k * export_loop_values(loop));
+    const double *rows = wish(r, k, loop->paths + k * c->horizon * 3);
     if (k == LATE || k == HELD) { /* two in turn, which the C sees by the flag */
-        x->flags[k] = regulator_filter(r->both);
-        x->flags[k] |= regulator_late(r->both, k == HELD, answer);
+        loop->flags[k] = regulator_filter(r->both);
+        loop->flags[k] |= regulator_late(r->both, k == HELD, answer);
     } else {
-        x->flags[k] = regulator_control(r->both, rows, answer);
+        loop->flags[k] = regulator_control(r->both, rows, answer);
     }
     memcpy(acting + s->delay * m, answer, (size_t)m * sizeof *answer);
     regulator_prepare(r->both);
     for (int i = 0; i < e->parameters; i++) {
         answer[m + i] = estimator_inputs(regulator_estimator(r->both))[e->parameter[i].input];
     }
-    const bool reached = reach(r, answer, x->reached + 3 * k);
+    const bool reached = reach(r, answer, loop->reached + 3 * k);
     for (int i = 0; i < m; i++) {
         r->inputs[c->inputs[i]] = acting[i];
     }
@@ -175,19 +176,19 @@ static ad_status sample(recorder *r, int k, ad_error *error)
 }
 
 /* As the C counts it; its struct is no larger than what it has and some pointers. */
-static size_t memory_of(const export_loop *x)
+static size_t memory_of(const export_loop *loop)
 {
-    const regulator_settings *s = x->settings;
-    const int looks = s->estimator.sensors + x->seen->parts;
+    const regulator_settings *s = loop->settings;
+    const int looks = s->estimator.sensors + loop->seen->parts;
     size_t numbers =
-        view_room(x->seen) + (size_t)(s->controller.horizon * s->controller.look.values);
+        view_room(loop->seen) + (size_t)(s->controller.horizon * s->controller.look.values);
     for (int i = 0; i < looks; i++) {
         const kinematic_look *look =
-            i < s->estimator.sensors ? x->sensors[i] : x->parts[i - s->estimator.sensors];
+            i < s->estimator.sensors ? loop->sensors[i] : loop->parts[i - s->estimator.sensors];
         numbers += kinematic_look_room(&look->rod);
     }
     for (int i = 0; i < 2; i++) {
-        const export_step *m = i ? &x->controller : &x->filter;
+        const export_step *m = i ? &loop->controller : &loop->filter;
         numbers += m->surrogate ? surrogate_step_work(m->surrogate)
                    : m->curve   ? decoupled_work(m->curve)
                                 : 0;
@@ -197,23 +198,23 @@ static size_t memory_of(const export_loop *x)
            (size_t)s->estimator.sensors * sizeof(estimator_sensor) + 512;
 }
 
-ad_status export_loop_record(export_loop *x, ad_error *error)
+ad_status export_loop_record(export_loop *loop, ad_error *error)
 {
-    const regulator_settings *s = x->settings;
+    const regulator_settings *s = loop->settings;
     const int n = s->estimator.model.states, m = s->controller.controlled;
-    recorder r = {.to = x, .seed = 1};
+    recorder r = {.to = loop, .seed = 1};
     ad_status status = allocate(&r, error);
     if (status == AD_OK) {
         r.both = regulator_init(r.memory, s);
-        regulator_start(r.both, x->state, x->inputs, x->by_parameters);
-        memcpy(r.states, x->state, (size_t)n * sizeof *r.states);
-        memcpy(r.inputs, x->inputs, (size_t)s->estimator.model.inputs * sizeof *r.inputs);
+        regulator_start(r.both, loop->state, loop->inputs, loop->by_parameters);
+        memcpy(r.states, loop->state, (size_t)n * sizeof *r.states);
+        memcpy(r.inputs, loop->inputs, (size_t)s->estimator.model.inputs * sizeof *r.inputs);
         for (int i = 0; i < s->delay * m; i++) {
-            r.acting[i] = x->inputs[s->controller.inputs[i % m]];
+            r.acting[i] = loop->inputs[s->controller.inputs[i % m]];
         }
         const one_look *look = &s->controller.look;
-        look->see(look->context, 1, x->state, x->inputs, r.place, NULL);
-        x->memory = memory_of(x);
+        look->see(look->context, 1, loop->state, loop->inputs, r.place, NULL);
+        loop->memory = memory_of(loop);
     }
     for (int k = 0; k < SAMPLES && status == AD_OK; k++) {
         status = sample(&r, k, error);
@@ -222,8 +223,8 @@ ad_status export_loop_record(export_loop *x, ad_error *error)
     return status;
 }
 
-void export_loop_free(export_loop *x)
+void export_loop_free(export_loop *loop)
 {
-    free(x->measured);
-    free(x->flags);
+    free(loop->measured);
+    free(loop->flags);
 }

@@ -50,8 +50,8 @@ typedef struct export_model {
 /* Of a run whose e, name and single are set, columns as evaluator_create takes them, NULL: all; not
  * for families in the strain form. AD_BAD_INPUT, AD_BAD_ARGUMENT, AD_NO_MEMORY; free it all the
  * same. */
-ad_status export_model_prepare(export_model *x, const char *columns, ad_error *error);
-void export_model_free(export_model *x);
+ad_status export_model_prepare(export_model *model, const char *columns, ad_error *error);
+void export_model_free(export_model *model);
 
 /* The largest of a list without negative numbers; NaN where one is. */
 double export_largest(int count, const double *list);
@@ -62,11 +62,11 @@ double export_natural_scale(const scene *of, const char *unit);
 /* Of a family in the strain form, whose x->family has the columns. At places of the shape s
  * [places], of the length, the last of which is the tip; NULL: 21 at equal distances. */
 enum { EXPORT_PLACES_MAX = 200 };
-ad_status export_members_prepare(export_model *x, int places, const double *s, ad_error *error);
+ad_status export_members_prepare(export_model *model, int places, const double *s, ad_error *error);
 
-static inline bool export_is_family(const export_model *x)
+static inline bool export_is_family(const export_model *model)
 {
-    return x->e->targets != NULL;
+    return model->e->targets != NULL;
 }
 
 /* Around the functions of a model: model_functions.c and model_selftest.c. */
@@ -75,12 +75,12 @@ extern const char *const export_model_functions[], *const export_model_selftest[
 /* An export_writer of the texts of an export_model: NAME.c, and then NAME.h and NAME_selftest.c. */
 export_writer export_model_write;
 
-/* Compiles the texts by `cc` and runs the self-test: x->measured. Errors as export_compile;
+/* Compiles the texts by `cc` and runs the self-test: model->measured. Errors as export_compile;
  * AD_BAD_PROGRAM: results differ by more than rounding. */
-ad_status export_model_check(export_model *x, const export_texts texts, ad_error *error);
+ad_status export_model_check(export_model *model, const export_texts texts, ad_error *error);
 
 /* Writes the texts as an FMU, fmu.h, with outputs at places [count], m. Errors as fmu_write. */
-ad_status export_write_fmu(const export_model *x, const export_texts texts, int count,
+ad_status export_write_fmu(const export_model *model, const export_texts texts, int count,
                            const double *places, const char *path, bool *compiled,
                            char note[FMU_NOTE], ad_error *error);
 

@@ -15,16 +15,16 @@ typedef struct numbers {
     double *s, *parameters, *said, *polished, *shapes, *jacobian, *values, *curvature;
 } numbers;
 
-static bool allocate(export_model *x, numbers *n)
+static bool allocate(export_model *model, numbers *n)
 {
-    const size_t count = (size_t)x->family.open->parameter_count;
-    const size_t rows = 3 * solve_members_nodes(targets_solver(x->e->targets));
+    const size_t count = (size_t)model->family.open->parameter_count;
+    const size_t rows = 3 * solve_members_nodes(targets_solver(model->e->targets));
     const size_t shape = (size_t)TARGETS_POINTS * SOLVE_MEMBERS_COLUMNS;
     const size_t member = rows + (size_t)EXPORT_COMPARED * STRAIN_COLUMNS * (1 + count) + shape;
-    x->family_numbers =
+    model->family_numbers =
         calloc(EXPORT_PLACES_MAX + EXPORT_JUDGED * (count + rows) + MEMBERS * (rows + member),
-               sizeof *x->family_numbers);
-    n->s = x->family_numbers;
+               sizeof *model->family_numbers);
+    n->s = model->family_numbers;
     n->parameters = n->s ? n->s + EXPORT_PLACES_MAX : NULL;
     n->said = n->s ? n->parameters + EXPORT_JUDGED * count : NULL;
     n->polished = n->s ? n->said + EXPORT_JUDGED * rows : NULL;
@@ -39,11 +39,11 @@ static bool allocate(export_model *x, numbers *n)
 /* Columns of the polished members by the tape, at the tip and before it; on the tip positions agree
  * with the solver's, whose steps along the rod are others; of a member that is not trusted it may
  * be bent beyond what these resolve. */
-static ad_status find_shapes(export_model *x, const numbers *n, const solve_answer *answers,
+static ad_status find_shapes(export_model *model, const numbers *n, const solve_answer *answers,
                              ad_error *error)
 {
     enum { POSITION = 3 };
-    export_family *f = &x->family;
+    export_family *f = &model->family;
     const int nodes = strain_mesh_nodes(&f->mesh), count = f->open->parameter_count;
     const int all[STRAIN_COLUMNS] = {0,  1,  2,  3,  4,  5,  6,  7,  8, 9,
                                      10, 11, 12, 13, 14, 15, 16, 17, 18};
@@ -59,7 +59,7 @@ static ad_status find_shapes(export_model *x, const numbers *n, const solve_answ
     }
     ad_status status =
         jacobian ? strain_jacobian_create(f->open, (size_t)nodes, places, (size_t)compared, s,
-                                          STRAIN_COLUMNS, all, x->e->pool, &by, error)
+                                          STRAIN_COLUMNS, all, model->e->pool, &by, error)
                  : ad_fail(error, AD_NO_MEMORY, "out of memory for a self-test");
     if (status == AD_OK) {
         status =
@@ -113,24 +113,24 @@ static void put_places(export_family *f, int places, const double *s, double *to
     }
 }
 
-ad_status export_members_prepare(export_model *x, int places, const double *s, ad_error *error)
+ad_status export_members_prepare(export_model *model, int places, const double *s, ad_error *error)
 {
-    solve_members *solver = targets_solver(x->e->targets);
+    solve_members *solver = targets_solver(model->e->targets);
     solve_answer answers[MEMBERS];
-    export_family *f = &x->family;
+    export_family *f = &model->family;
     numbers n;
-    f->name = x->name;
-    f->open = x->e->scene;
-    f->single = x->single;
+    f->name = model->name;
+    f->open = model->e->scene;
+    f->single = model->single;
     f->tip = true;
     f->members = MEMBERS;
-    f->values = x->measured.values;
-    f->derivatives = x->measured.jacobian;
-    if (!allocate(x, &n)) {
+    f->values = model->measured.values;
+    f->derivatives = model->measured.jacobian;
+    if (!allocate(model, &n)) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a self-test");
     }
     put_places(f, places, s, n.s);
-    ad_status status = export_family_of(x->e, f, n.parameters, n.said, error);
+    ad_status status = export_family_of(model->e, f, n.parameters, n.said, error);
     f->steps = strain_held(f->open) + strain_angles(f->open) > 0         ? 3
                : strain_forces(f->open, strain_mesh_nodes(&f->mesh)) > 0 ? 2
                                                                          : 1;
@@ -138,7 +138,7 @@ ad_status export_members_prepare(export_model *x, int places, const double *s, a
         status = solve_members_refine(solver, MEMBERS, n.parameters, n.said, f->steps, n.values,
                                       n.polished, answers, error);
     }
-    status = status == AD_OK ? find_shapes(x, &n, answers, error) : status;
+    status = status == AD_OK ? find_shapes(model, &n, answers, error) : status;
     if (status != AD_OK) {
         return status;
     }
@@ -152,6 +152,6 @@ ad_status export_members_prepare(export_model *x, int places, const double *s, a
     f->polished = n.polished;
     f->shapes = n.shapes;
     f->jacobian = n.jacobian;
-    x->outputs = 1 + f->columns; /* lines of the self-test */
+    model->outputs = 1 + f->columns; /* lines of the self-test */
     return AD_OK;
 }

@@ -5,16 +5,16 @@
 #include <stdarg.h>
 #include <string.h>
 
-bool export_text_open(export_text *x)
+bool export_text_open(export_text *text)
 {
-    x->file = open_memstream(&x->bytes, &x->size);
-    return x->file != NULL;
+    text->file = open_memstream(&text->bytes, &text->size);
+    return text->file != NULL;
 }
 
-bool export_text_close(export_text *x)
+bool export_text_close(export_text *text)
 {
-    const bool ok = x->file && !ferror(x->file);
-    return x->file && fclose(x->file) == 0 && ok;
+    const bool ok = text->file && !ferror(text->file);
+    return text->file && fclose(text->file) == 0 && ok;
 }
 
 void export_put(const char *name, export_type type, const char *text, FILE *file)

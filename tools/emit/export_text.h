@@ -15,8 +15,8 @@ typedef struct export_text {
     FILE *file;
 } export_text;
 
-bool export_text_open(export_text *x);
-bool export_text_close(export_text *x);
+bool export_text_open(export_text *text);
+bool export_text_close(export_text *text);
 
 /* The text with the name in place of "model", and the type of numbers of "model_number"; or all of
  * it in single precision, with its functions and numbers. */

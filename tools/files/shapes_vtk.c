@@ -38,44 +38,44 @@ static const struct vector {
 
 enum { VECTORS = sizeof vectors / sizeof *vectors };
 
-static bool is_used(const shapes *x, const double *column)
+static bool is_used(const shapes *shapes, const double *column)
 {
     for (int k = 0; k < 3; k++) {
-        if (column == x->at.place[k]) {
+        if (column == shapes->at.place[k]) {
             return true;
         }
     }
     for (int k = 0; k < 4; k++) {
-        if (column == x->quaternion[k]) {
+        if (column == shapes->quaternion[k]) {
             return true;
         }
     }
-    for (int i = 0; i < x->count; i++) {
-        for (int k = 0; k < x->arrays[i].components; k++) {
-            if (column == x->arrays[i].columns[k]) {
+    for (int i = 0; i < shapes->count; i++) {
+        for (int k = 0; k < shapes->arrays[i].components; k++) {
+            if (column == shapes->arrays[i].columns[k]) {
                 return true;
             }
         }
     }
-    return column == x->at.t || column == x->at.member;
+    return column == shapes->at.t || column == shapes->at.member;
 }
 
-static void find_vectors(shapes *x)
+static void find_vectors(shapes *shapes)
 {
     for (int v = 0; v < VECTORS; v++) {
         array a = {.name = vectors[v].name,
                    .components = 3,
-                   .to_world = vectors[v].to_world && x->quaternion[0]};
+                   .to_world = vectors[v].to_world && shapes->quaternion[0]};
         for (int k = 0; k < 3; k++) {
-            a.columns[k] = table_source_column(x->table, vectors[v].columns[k]);
+            a.columns[k] = table_source_column(shapes->table, vectors[v].columns[k]);
         }
         if (a.columns[0] && a.columns[1] && a.columns[2]) {
-            x->arrays[x->count++] = a;
+            shapes->arrays[shapes->count++] = a;
         }
     }
-    for (int k = 0; k < 3 && x->quaternion[0]; k++) {
+    for (int k = 0; k < 3 && shapes->quaternion[0]; k++) {
         static const char *const names[] = {"d1", "d2", "d3"};
-        x->arrays[x->count++] = (array){.name = names[k], .components = 3, .director = k};
+        shapes->arrays[shapes->count++] = (array){.name = names[k], .components = 3, .director = k};
     }
 }
 
@@ -114,10 +114,11 @@ static ad_status find(shapes *x, const table_source *table, ad_error *error)
 }
 
 /* Director `which` at a row: a column of the rotation matrix of the quaternion. */
-static void director(const shapes *x, size_t row, int which, double d[3])
+static void director(const shapes *shapes, size_t row, int which, double d[3])
 {
-    const double w = x->quaternion[0][row];
-    const double v[3] = {x->quaternion[1][row], x->quaternion[2][row], x->quaternion[3][row]};
+    const double w = shapes->quaternion[0][row];
+    const double v[3] = {shapes->quaternion[1][row], shapes->quaternion[2][row],
+                         shapes->quaternion[3][row]};
     const double twice = 2 / (w * w + v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
     const int next = (which + 1) % 3, last = (which + 2) % 3;
     d[which] = 1 - twice * (v[next] * v[next] + v[last] * v[last]);
@@ -125,10 +126,10 @@ static void director(const shapes *x, size_t row, int which, double d[3])
     d[last] = twice * (v[which] * v[last] - w * v[next]);
 }
 
-static void value(const shapes *x, const array *a, size_t row, double to[3])
+static void value(const shapes *shapes, const array *a, size_t row, double to[3])
 {
     if (!a->columns[0]) {
-        director(x, row, a->director, to);
+        director(shapes, row, a->director, to);
         return;
     }
     for (int k = 0; k < a->components; k++) {
@@ -137,7 +138,7 @@ static void value(const shapes *x, const array *a, size_t row, double to[3])
     if (a->to_world) {
         double world[3] = {0, 0, 0}, d[3];
         for (int i = 0; i < 3; i++) {
-            director(x, row, i, d);
+            director(shapes, row, i, d);
             for (int k = 0; k < 3; k++) {
                 world[k] += to[i] * d[k];
             }
@@ -147,23 +148,24 @@ static void value(const shapes *x, const array *a, size_t row, double to[3])
 }
 
 /* values [rows][components]; `a` NULL: the places. */
-static void fill(const shapes *x, const array *a, size_t rows, double *values)
+static void fill(const shapes *shapes, const array *a, size_t rows, double *values)
 {
     for (size_t i = 0; i < rows; i++) {
         if (a) {
-            value(x, a, i, values + i * (size_t)a->components);
+            value(shapes, a, i, values + i * (size_t)a->components);
             continue;
         }
         for (int k = 0; k < 3; k++) {
-            values[3 * i + (size_t)k] = x->place[k] ? x->place[k][i] : 0;
+            values[3 * i + (size_t)k] = shapes->place[k] ? shapes->place[k][i] : 0;
         }
     }
 }
 
 /* The time of a frame; members are counted, and so are instants of several members. */
-static double time_of(const shapes *x, size_t frame)
+static double time_of(const shapes *shapes, size_t frame)
 {
-    return x->at.t && !x->at.member ? x->at.t[frame * x->at.points] : (double)frame;
+    return shapes->at.t && !shapes->at.member ? shapes->at.t[frame * shapes->at.points]
+                                              : (double)frame;
 }
 
 /* ---- one HDF5 file ------------------------------------------------------------------------- */
@@ -214,9 +216,10 @@ static const int64_t *counted(int64_t *numbers, size_t count, int64_t first, int
 
 /* One polyline for each instant, all with the numbers 0 .. points - 1: VTK needs them again for
  * each instant. `lines` false: a kind of cells of which there are none. */
-static bool put_cells(hid_t root, const char *kind, bool lines, const shapes *x, int64_t *numbers)
+static bool put_cells(hid_t root, const char *kind, bool lines, const shapes *shapes,
+                      int64_t *numbers)
 {
-    const size_t frames = x->at.frames, points = x->at.points;
+    const size_t frames = shapes->at.frames, points = shapes->at.points;
     hid_t group = open_group(root, kind);
     bool good = group >= 0;
     good = good && put(group, "NumberOfCells", H5T_NATIVE_INT64, counted(numbers, frames, lines, 0),
@@ -237,14 +240,14 @@ static bool put_cells(hid_t root, const char *kind, bool lines, const shapes *x,
 }
 
 /* Where the numbers of each instant begin. */
-static bool put_steps(hid_t root, const shapes *x, int64_t *numbers, double *values)
+static bool put_steps(hid_t root, const shapes *shapes, int64_t *numbers, double *values)
 {
-    const size_t frames = x->at.frames, points = x->at.points;
+    const size_t frames = shapes->at.frames, points = shapes->at.points;
     const int64_t count = (int64_t)frames;
     hid_t steps = open_group(root, "Steps"), offsets = open_group(steps, "PointDataOffsets");
     bool good = offsets >= 0 && put_attribute(steps, "NSteps", H5T_NATIVE_INT64, 0, &count);
     for (size_t k = 0; k < frames; k++) {
-        values[k] = time_of(x, k);
+        values[k] = time_of(shapes, k);
     }
     good = good && put(steps, "Values", H5T_NATIVE_DOUBLE, values, frames, 0);
     good = good &&
@@ -253,8 +256,8 @@ static bool put_steps(hid_t root, const shapes *x, int64_t *numbers, double *val
            put(steps, "PartOffsets", H5T_NATIVE_INT64, counted(numbers, frames, 0, 1), frames, 0);
     counted(numbers, frames, 0, (int64_t)points);
     good = good && put(steps, "PointOffsets", H5T_NATIVE_INT64, numbers, frames, 0);
-    for (int i = 0; good && i < x->count; i++) {
-        good = put(offsets, x->arrays[i].name, H5T_NATIVE_INT64, numbers, frames, 0);
+    for (int i = 0; good && i < shapes->count; i++) {
+        good = put(offsets, shapes->arrays[i].name, H5T_NATIVE_INT64, numbers, frames, 0);
     }
     enum { KINDS = 4, LINES = 1 }; /* vertices, lines, polygons, strips */
     for (size_t k = 0; k < KINDS * frames; k++) {
@@ -270,10 +273,10 @@ static bool put_steps(hid_t root, const shapes *x, int64_t *numbers, double *val
     return good;
 }
 
-static bool put_root(hid_t root, const shapes *x, int64_t *numbers, double *values)
+static bool put_root(hid_t root, const shapes *shapes, int64_t *numbers, double *values)
 {
     static const char type_name[] = "PolyData";
-    const size_t frames = x->at.frames, rows = frames * x->at.points;
+    const size_t frames = shapes->at.frames, rows = frames * shapes->at.points;
     const int64_t version[] = {2, 0};
     hid_t text = H5Tcopy(H5T_C_S1);
     bool good = H5Tset_size(text, sizeof type_name - 1) >= 0 &&
@@ -281,38 +284,38 @@ static bool put_root(hid_t root, const shapes *x, int64_t *numbers, double *valu
                 put_attribute(root, "Type", text, 0, type_name) &&
                 put_attribute(root, "Version", H5T_NATIVE_INT64, 2, version);
     hdf5_image_close(text);
-    counted(numbers, frames, (int64_t)x->at.points, 0);
+    counted(numbers, frames, (int64_t)shapes->at.points, 0);
     good = good && put(root, "NumberOfPoints", H5T_NATIVE_INT64, numbers, frames, 0);
-    fill(x, NULL, rows, values);
+    fill(shapes, NULL, rows, values);
     good = good && put(root, "Points", H5T_NATIVE_DOUBLE, values, rows, 3);
     static const char *const kinds[] = {"Vertices", "Lines", "Polygons", "Strips"};
     for (int k = 0; k < 4; k++) {
-        good = good && put_cells(root, kinds[k], k == 1, x, numbers);
+        good = good && put_cells(root, kinds[k], k == 1, shapes, numbers);
     }
     hid_t data = open_group(root, "PointData");
-    for (int i = 0; good && i < x->count; i++) {
-        const array *a = &x->arrays[i];
-        fill(x, a, rows, values);
+    for (int i = 0; good && i < shapes->count; i++) {
+        const array *a = &shapes->arrays[i];
+        fill(shapes, a, rows, values);
         good = put(data, a->name, H5T_NATIVE_DOUBLE, values, rows, a->components == 3 ? 3 : 0);
     }
     hdf5_image_close(data);
-    return good && put_steps(root, x, numbers, values);
+    return good && put_steps(root, shapes, numbers, values);
 }
 
-static ad_status write_hdf5(const shapes *x, const char *path, ad_error *error)
+static ad_status write_hdf5(const shapes *shapes, const char *path, ad_error *error)
 {
-    const size_t rows = x->at.frames * x->at.points;
-    int64_t *numbers = malloc((4 * x->at.frames + rows) * sizeof *numbers);
-    double *values = malloc((3 * rows + x->at.frames) * sizeof *values);
+    const size_t rows = shapes->at.frames * shapes->at.points;
+    int64_t *numbers = malloc((4 * shapes->at.frames + rows) * sizeof *numbers);
+    double *values = malloc((3 * rows + shapes->at.frames) * sizeof *values);
     unsigned char *bytes = NULL;
     size_t size = 0;
     ad_status status = AD_NO_MEMORY;
     hdf5_printer printer;
     const size_t each = 3 * sizeof *values * rows; /* bytes of points or an array, at most */
-    if (numbers && values && hdf5_image_silence(&printer, each * (size_t)(x->count + 2))) {
+    if (numbers && values && hdf5_image_silence(&printer, each * (size_t)(shapes->count + 2))) {
         hid_t file = hdf5_image_create(0);
         hid_t root = file >= 0 ? open_group(file, "VTKHDF") : H5I_INVALID_HID;
-        bool written = root >= 0 && put_root(root, x, numbers, values);
+        bool written = root >= 0 && put_root(root, shapes, numbers, values);
         hdf5_image_close(root);
         status = written ? hdf5_image_bytes(file, 0, &bytes, &size) : AD_NO_MEMORY;
         hdf5_image_close(file);

@@ -14,11 +14,11 @@ const double *table_source_column(const table_source *table, const char *name)
 }
 
 /* Rows from `first` on that are of one instant and one member. */
-static size_t block(const table_shapes *x, size_t first, size_t rows)
+static size_t block(const table_shapes *shapes, size_t first, size_t rows)
 {
     size_t end = first + 1;
-    while (end < rows && (!x->t || x->t[end] == x->t[first]) &&
-           (!x->member || x->member[end] == x->member[first])) {
+    while (end < rows && (!shapes->t || shapes->t[end] == shapes->t[first]) &&
+           (!shapes->member || shapes->member[end] == shapes->member[first])) {
         end++;
     }
     return end - first;

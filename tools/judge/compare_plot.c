@@ -106,8 +106,8 @@ static void print_title(FILE *file, const drawing *d, const compare_cell *cell)
 
 static bool same(const drawing *d, bool methods, int a, int b)
 {
-    const compare_cell *x = &d->results->cells[a], *y = &d->results->cells[b];
-    return strcmp(methods ? x->method : x->network, methods ? y->method : y->network) == 0;
+    const compare_cell *cell = &d->results->cells[a], *y = &d->results->cells[b];
+    return strcmp(methods ? cell->method : cell->network, methods ? y->method : y->network) == 0;
 }
 
 /* How many other methods, or networks, come before that of the cell. */

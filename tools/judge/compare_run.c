@@ -211,26 +211,26 @@ typedef struct sweep {
 /* Rows are in time, as those of training are: more nodes count as no quicker. */
 static double add_row(void *context, int nodes, double seconds, const solution *solved)
 {
-    sweep *x = context;
-    compare_run *run = x->run;
+    sweep *sweep = context;
+    compare_run *run = sweep->run;
     double before = run->count > 0 ? run->rows[run->count - 1].seconds : 0;
     reference_errors errors;
     compare_row row = {
         .seconds = fmax(before, seconds), .step = nodes, .loss = NAN, .held_out = NAN};
-    x->status = reference_compare_solution(x->known, solved, &errors, x->error);
-    if (x->status == AD_OK) {
+    sweep->status = reference_compare_solution(sweep->known, solved, &errors, sweep->error);
+    if (sweep->status == AD_OK) {
         judge_measures(&errors, row.errors);
-        x->status = compare_run_add(run, &row, x->error);
+        sweep->status = compare_run_add(run, &row, sweep->error);
     }
-    x->spent += seconds;
+    sweep->spent += seconds;
     run->seconds = row.seconds;
     if (signals_caught()) {
         run->verdict.signal = signals_caught();
         verdict_add(&run->verdict, VERDICT_SIGNAL, "stopped");
-    } else if (x->spent >= x->task->seconds) {
-        verdict_add(&run->verdict, VERDICT_TIME_LIMIT, "%g s", x->task->seconds);
+    } else if (sweep->spent >= sweep->task->seconds) {
+        verdict_add(&run->verdict, VERDICT_TIME_LIMIT, "%g s", sweep->task->seconds);
     }
-    return x->status == AD_OK && run->verdict.count == 0 ? row.errors[x->measure] : NAN;
+    return sweep->status == AD_OK && run->verdict.count == 0 ? row.errors[sweep->measure] : NAN;
 }
 
 static ad_status solve(const judge_task *task, judge_measure measure, compare_run *run,

@@ -17,62 +17,66 @@ typedef struct classical {
     solution *solved;
 } classical;
 
-static ad_status choose_times(classical *x, ad_error *error)
+static ad_status choose_times(classical *classical, ad_error *error)
 {
-    size_t points = x->known ? reference_points(x->known) : 0;
-    x->count = points + (x->task->measure ? JUDGE_INSTANTS : 0);
-    x->times = calloc(x->count + 1, sizeof *x->times);
-    if (!x->times) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", x->count);
+    size_t points = classical->known ? reference_points(classical->known) : 0;
+    classical->count = points + (classical->task->measure ? JUDGE_INSTANTS : 0);
+    classical->times = calloc(classical->count + 1, sizeof *classical->times);
+    if (!classical->times) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", classical->count);
     }
     if (points > 0) {
-        memcpy(x->times, reference_t(x->known), points * sizeof *x->times);
+        memcpy(classical->times, reference_t(classical->known), points * sizeof *classical->times);
     }
-    if (x->task->measure) {
-        judge_instants(x->e->scene, x->times + points);
+    if (classical->task->measure) {
+        judge_instants(classical->e->scene, classical->times + points);
     }
     return AD_OK;
 }
 
 /* Where no other reference tells the position, the solver's own estimate is what is known of its
  * error. */
-static ad_status measure(const classical *x, judge_row *row, ad_error *error)
+static ad_status measure(const classical *classical, judge_row *row, ad_error *error)
 {
-    judge_answer answer = {.scene = x->e->scene, .solved = x->solved};
+    judge_answer answer = {.scene = classical->e->scene, .solved = classical->solved};
     reference_errors errors = {NAN, NAN, NAN, NAN, NAN};
     ad_status status = AD_OK;
-    if (x->known) {
-        status = reference_compare_solution(x->known, x->solved, &errors, error);
+    if (classical->known) {
+        status = reference_compare_solution(classical->known, classical->solved, &errors, error);
     }
     if (isnan(errors.position)) {
-        errors.position = x->report.estimate_l2;
+        errors.position = classical->report.estimate_l2;
     }
     judge_measures(&errors, row->errors);
     memcpy(answer.errors, row->errors, sizeof answer.errors);
     row->error = row->errors[JUDGE_POSITION];
-    return status == AD_OK && x->task->measure ? x->task->measure(&answer, &row->error, error)
-                                               : status;
+    return status == AD_OK && classical->task->measure
+               ? classical->task->measure(&answer, &row->error, error)
+               : status;
 }
 
-static ad_status solve(classical *x, double reading, judge_row *row, ad_error *error)
+static ad_status solve(classical *classical, double reading, judge_row *row, ad_error *error)
 {
-    const scene *rod_scene = x->e->scene;
+    const scene *rod_scene = classical->e->scene;
     bool moves = scene_is_dynamic(rod_scene);
     double began = train_seconds();
     ad_status status =
-        solution_create(rod_scene, &x->settings, x->count, x->times, &x->solved, &x->report, error);
+        solution_create(rod_scene, &classical->settings, classical->count, classical->times,
+                        &classical->solved, &classical->report, error);
     if (status != AD_OK) {
         verdict_add(&row->verdict, status == AD_BAD_ARGUMENT ? VERDICT_NO_METHOD : VERDICT_FAILED,
                     "%s", error->message);
         return status;
     }
     row->seconds = reading + train_seconds() - began;
-    row->points = x->report.nodes;
-    row->steps = (double)(moves ? x->report.time_steps : x->report.newton_steps);
-    judge_form(x->e, JUDGE_SOLVER, row->form);
+    row->points = classical->report.nodes;
+    row->steps = (double)(moves ? classical->report.time_steps : classical->report.newton_steps);
+    judge_form(classical->e, JUDGE_SOLVER, row->form);
     judge_left_out(rod_scene, JUDGE_SOLVER, row->left_out);
-    solution_verdict(x->solved, rod_scene, &x->settings, &x->report, &row->verdict);
-    return verdict_outcome_of(&row->verdict) == VERDICT_STOPPED ? AD_OK : measure(x, row, error);
+    solution_verdict(classical->solved, rod_scene, &classical->settings, &classical->report,
+                     &row->verdict);
+    return verdict_outcome_of(&row->verdict) == VERDICT_STOPPED ? AD_OK
+                                                                : measure(classical, row, error);
 }
 
 ad_status judge_by_solver(const judge_task *task, judge_row *row, ad_error *error)

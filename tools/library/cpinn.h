@@ -200,24 +200,24 @@ typedef struct cpinn_family_settings {
  * has no parameters with ranges, or points are not within the rod; errors as of cpinn_open. */
 ad_status cpinn_family_open(const char *path, const cpinn_family_settings *settings,
                             cpinn_family **result, ad_error *error);
-void cpinn_family_free(cpinn_family *x);
+void cpinn_family_free(cpinn_family *family);
 
 /* Parameters in the order of the scene, with their ranges in units of the SI; live as long as it.
  */
-int cpinn_family_parameters(const cpinn_family *x);
-const scene_parameter *cpinn_family_parameter(const cpinn_family *x, int index);
+int cpinn_family_parameters(const cpinn_family *family);
+const scene_parameter *cpinn_family_parameter(const cpinn_family *family, int index);
 
 /* Columns of a shape: those of solve_members, of other scenes all of the model. */
-int cpinn_family_columns(const cpinn_family *x);
-const char *cpinn_family_column_name(const cpinn_family *x, int column);
+int cpinn_family_columns(const cpinn_family *family);
+const char *cpinn_family_column_name(const cpinn_family *family, int column);
 
 /* "", or why answers of this family have no predicted error. */
-const char *cpinn_family_without_error(const cpinn_family *x);
+const char *cpinn_family_without_error(const cpinn_family *family);
 
 /* "", or why nothing is compiled, where settings.compile asks for it: there is no compiler, or no
  * folder for what it makes, or the network is another, or there are more than 60 points. Answers
  * are those without it. */
-const char *cpinn_family_not_compiled(const cpinn_family *x);
+const char *cpinn_family_not_compiled(const cpinn_family *family);
 
 /* What is to be made of the network's answer. */
 typedef struct cpinn_polish {
@@ -230,7 +230,7 @@ typedef struct cpinn_polish {
  * and not polished. The same bits for any number of threads. Allocates only for members that need
  * solution_create. AD_BAD_ARGUMENT: a parameter that is not finite, or outside its range without
  * `extrapolate`. */
-ad_status cpinn_family_evaluate(cpinn_family *x, const cpinn_polish *polish, size_t members,
+ad_status cpinn_family_evaluate(cpinn_family *family, const cpinn_polish *polish, size_t members,
                                 const double *parameters, double *values, cpinn_answer *answers,
                                 ad_error *error);
 
@@ -239,13 +239,13 @@ ad_status cpinn_family_evaluate(cpinn_family *x, const cpinn_polish *polish, siz
  * the equilibrium of the answer (solve_members_jacobian), also of one that is solved. They are not
  * numbers where only solution_create finds the equilibrium. Of other scenes they are those of the
  * network. AD_BAD_ARGUMENT: as above. */
-ad_status cpinn_family_jacobian(cpinn_family *x, size_t members, const double *parameters,
+ad_status cpinn_family_jacobian(cpinn_family *family, size_t members, const double *parameters,
                                 double *values, double *jacobian, cpinn_answer *answers,
                                 ad_error *error);
 
 /* Which row of parameters [members][parameters] cpinn_family_evaluate would refuse, and which of
  * them is to blame: false, none. */
-bool cpinn_family_refuses(const cpinn_family *x, size_t members, const double *parameters,
+bool cpinn_family_refuses(const cpinn_family *family, size_t members, const double *parameters,
                           size_t *member, int *parameter);
 
 /* Which row of a check: the network alone, after one and two steps, and the last of these with what
@@ -288,11 +288,11 @@ typedef struct cpinn_family_check {
 
 /* What an answer that is trusted may be off by, m: twice the predicted error, which is what a ratio
  * of successive steps below 1/4 allows, and CPINN_TOLERANCE of the length. */
-double cpinn_family_bound(const cpinn_family *x, const cpinn_answer *answer);
+double cpinn_family_bound(const cpinn_family *family, const cpinn_answer *answer);
 
 /* Solve fresh members, drawn at random from the ranges, and compare; times are those of all ranks
  * together. AD_BAD_ARGUMENT: no members. */
-ad_status cpinn_family_verify(cpinn_family *x, size_t members, uint64_t seed,
+ad_status cpinn_family_verify(cpinn_family *family, size_t members, uint64_t seed,
                               cpinn_family_check *result, ad_error *error);
 
 /* ---- classical solutions ----------------------------------------------------------------------
@@ -314,18 +314,19 @@ ad_status cpinn_solve_file(const char *path, int count, const char *const *overr
                            const double *times, cpinn_solution **result, ad_error *error);
 ad_status cpinn_solve_scene(const scene *rod_scene, double tolerance, size_t time_count,
                             const double *times, cpinn_solution **result, ad_error *error);
-void cpinn_solution_free(cpinn_solution *x);
+void cpinn_solution_free(cpinn_solution *solution);
 
-const verdict *cpinn_solution_verdict(const cpinn_solution *x);
-double cpinn_solution_estimate(const cpinn_solution *x); /* of the largest error; NaN: none */
+const verdict *cpinn_solution_verdict(const cpinn_solution *solution);
+double
+cpinn_solution_estimate(const cpinn_solution *solution); /* of the largest error; NaN: none */
 
 /* Columns of the scene's model, as evaluators have them without names. */
-int cpinn_solution_columns(const cpinn_solution *x);
-const char *cpinn_solution_column_name(const cpinn_solution *x, int column);
+int cpinn_solution_columns(const cpinn_solution *solution);
+const char *cpinn_solution_column_name(const cpinn_solution *solution, int column);
 
 /* values [columns][points] at s [points] (m) and t [points] (s, each one of the times solved for;
  * ignored in a static scene, may then be NULL). AD_BAD_ARGUMENT: a point beyond the rod. */
-ad_status cpinn_solution_evaluate(const cpinn_solution *x, size_t points, const double *s,
+ad_status cpinn_solution_evaluate(const cpinn_solution *solution, size_t points, const double *s,
                                   const double *t, double *values, ad_error *error);
 
 /* ---- unknowns ----------------------------------------------------------------------------------
@@ -338,18 +339,20 @@ typedef struct cpinn_unknowns cpinn_unknowns;
 
 ad_status cpinn_identify_file(const char *path, int count, const char *const *overrides,
                               int threads, cpinn_unknowns **result, ad_error *error);
-void cpinn_unknowns_free(cpinn_unknowns *x);
+void cpinn_unknowns_free(cpinn_unknowns *unknowns);
 
-int cpinn_unknowns_count(const cpinn_unknowns *x);
-const char *cpinn_unknowns_name(const cpinn_unknowns *x, int unknown);
-double cpinn_unknowns_value(const cpinn_unknowns *x, int unknown);
-double cpinn_unknowns_deviation(const cpinn_unknowns *x, int unknown); /* standard; NaN: at the end
-                                                                        * of its range */
-double cpinn_unknowns_correlation(const cpinn_unknowns *x, int one, int other);
+int cpinn_unknowns_count(const cpinn_unknowns *unknowns);
+const char *cpinn_unknowns_name(const cpinn_unknowns *unknowns, int unknown);
+double cpinn_unknowns_value(const cpinn_unknowns *unknowns, int unknown);
+double cpinn_unknowns_deviation(const cpinn_unknowns *unknowns,
+                                int unknown); /* standard; NaN: at the end
+                                               * of its range */
+double cpinn_unknowns_correlation(const cpinn_unknowns *unknowns, int one, int other);
+double cpinn_unknowns_chi_squared(
+    const cpinn_unknowns *unknowns); /* residuals over their noise, squared */
 double
-cpinn_unknowns_chi_squared(const cpinn_unknowns *x);    /* residuals over their noise, squared */
-double cpinn_unknowns_freedom(const cpinn_unknowns *x); /* degrees of it: numbers less unknowns */
-const verdict *cpinn_unknowns_verdict(const cpinn_unknowns *x);
+cpinn_unknowns_freedom(const cpinn_unknowns *unknowns); /* degrees of it: numbers less unknowns */
+const verdict *cpinn_unknowns_verdict(const cpinn_unknowns *unknowns);
 
 /* ---- members -----------------------------------------------------------------------------------
  */
@@ -362,20 +365,21 @@ typedef struct cpinn_members cpinn_members;
 ad_status cpinn_members_file(const char *path, int count, const char *const *overrides,
                              const solve_members_settings *settings, cpinn_members **result,
                              ad_error *error);
-void cpinn_members_free(cpinn_members *x);
+void cpinn_members_free(cpinn_members *members);
 
 /* The name of a parameter, in the order of the file; NULL beyond the last. */
-const char *cpinn_members_name(const cpinn_members *x, int parameter);
+const char *cpinn_members_name(const cpinn_members *members, int parameter);
 
 /* As solve_members_solve. */
-ad_status cpinn_members_solve(cpinn_members *x, size_t members, const double *parameters,
-                              double *values, solve_member *results, ad_error *error);
+ad_status cpinn_members_solve(cpinn_members *cpinn_members, size_t members,
+                              const double *parameters, double *values, solve_member *results,
+                              ad_error *error);
 
 /* The same with derivatives, jacobian [members][points][SOLVE_MEMBERS_COLUMNS][parameters], as
  * solve_members_jacobian. */
-ad_status cpinn_members_jacobian(cpinn_members *x, size_t members, const double *parameters,
-                                 double *values, double *jacobian, solve_member *results,
-                                 ad_error *error);
+ad_status cpinn_members_jacobian(cpinn_members *cpinn_members, size_t members,
+                                 const double *parameters, double *values, double *jacobian,
+                                 solve_member *results, ad_error *error);
 
 /* ---- robots in steps ---------------------------------------------------------------------------
  */
@@ -395,30 +399,32 @@ ad_status cpinn_stepper_open(const char *path, int threads, cpinn_stepper **resu
  * with formulas of t. */
 ad_status cpinn_stepper_file(const char *path, int count, const char *const *overrides, double step,
                              int threads, cpinn_stepper **result, ad_error *error);
-void cpinn_stepper_free(cpinn_stepper *x);
+void cpinn_stepper_free(cpinn_stepper *stepper);
 
-int cpinn_stepper_states(const cpinn_stepper *x);
-int cpinn_stepper_inputs(const cpinn_stepper *x);
-const scene_parameter *cpinn_stepper_input(const cpinn_stepper *x, int i); /* name and range */
-bool cpinn_stepper_is_slow(const cpinn_stepper *x, int i); /* stays while the robot moves */
-double cpinn_stepper_step(const cpinn_stepper *x);         /* s */
-double cpinn_stepper_length(const cpinn_stepper *x);       /* m, of the robot */
+int cpinn_stepper_states(const cpinn_stepper *stepper);
+int cpinn_stepper_inputs(const cpinn_stepper *stepper);
+const scene_parameter *cpinn_stepper_input(const cpinn_stepper *stepper,
+                                           int i);               /* name and range */
+bool cpinn_stepper_is_slow(const cpinn_stepper *stepper, int i); /* stays while the robot moves */
+double cpinn_stepper_step(const cpinn_stepper *stepper);         /* s */
+double cpinn_stepper_length(const cpinn_stepper *stepper);       /* m, of the robot */
 
 /* next [members][states] a step after states [members][states], under inputs [members][inputs] that
  * stay, or go linearly to `after` (NULL: they stay). by_state [members][states][states], by_inputs
  * [members][states][inputs]: derivatives, or NULL. Not numbers where there is no answer. */
-ad_status cpinn_stepper_advance(cpinn_stepper *x, size_t members, const double *states,
+ad_status cpinn_stepper_advance(cpinn_stepper *stepper, size_t members, const double *states,
                                 const double *inputs, const double *after, double *next,
                                 double *by_state, double *by_inputs, ad_error *error);
 
 /* tip [members][CPINN_TIP_NUMBERS]: position (m), rotation (w, x, y, z; unit, body to world) and
  * velocity (m/s, world) of the end of the robot. */
 enum { CPINN_TIP_NUMBERS = 10 };
-void cpinn_stepper_tip(cpinn_stepper *x, size_t members, const double *states, double *tip);
+void cpinn_stepper_tip(cpinn_stepper *stepper, size_t members, const double *states, double *tip);
 
 /* states [members][states] at rest under inputs [members][inputs], of the reduced rod; not numbers
  * where Newton's method finds none. */
-void cpinn_stepper_rest(cpinn_stepper *x, size_t members, const double *inputs, double *states);
+void cpinn_stepper_rest(cpinn_stepper *stepper, size_t members, const double *inputs,
+                        double *states);
 
 /* ---- environments ------------------------------------------------------------------------------
  */
@@ -459,15 +465,15 @@ typedef struct cpinn_envs_settings {
 /* The robot is borrowed. AD_BAD_ARGUMENT: a count below 1; AD_NOT_FINITE: no task has a motion. */
 ad_status cpinn_envs_create(cpinn_stepper *robot, const cpinn_envs_settings *settings,
                             cpinn_envs **result, ad_error *error);
-void cpinn_envs_free(cpinn_envs *x);
+void cpinn_envs_free(cpinn_envs *envs);
 
-int cpinn_envs_observed(const cpinn_envs *x);      /* numbers of an observation */
-int cpinn_envs_actions(const cpinn_envs *x);       /* and of an action, */
-int cpinn_envs_action(const cpinn_envs *x, int i); /* which input of the robot that is */
+int cpinn_envs_observed(const cpinn_envs *envs);      /* numbers of an observation */
+int cpinn_envs_actions(const cpinn_envs *envs);       /* and of an action, */
+int cpinn_envs_action(const cpinn_envs *envs, int i); /* which input of the robot that is */
 
 /* Begins an episode in each of which [count] (NULL: in all), of seeds [count] (NULL: streams go
  * on); observations [count][observed] of these, the others stay. */
-void cpinn_envs_reset(cpinn_envs *x, const bool *which, const uint64_t *seeds,
+void cpinn_envs_reset(cpinn_envs *envs, const bool *which, const uint64_t *seeds,
                       double *observations);
 
 /* Each [count]; distances in m. */
@@ -479,7 +485,7 @@ typedef struct cpinn_envs_step_result {
 } cpinn_envs_step_result;
 
 /* actions [count][actions]. Of CPINN_RESET_NEXT an action is not taken where an episode is over. */
-void cpinn_envs_step(cpinn_envs *x, const double *actions, cpinn_envs_step_result *result);
+void cpinn_envs_step(cpinn_envs *envs, const double *actions, cpinn_envs_step_result *result);
 
 #ifdef __cplusplus
 }

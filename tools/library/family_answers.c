@@ -44,15 +44,15 @@ const char *cpinn_source_word(cpinn_source source)
 
 /* ---- the range ----------------------------------------------------------------------------- */
 
-bool cpinn_family_refuses(const cpinn_family *x, size_t members, const double *parameters,
+bool cpinn_family_refuses(const cpinn_family *family, size_t members, const double *parameters,
                           size_t *member, int *parameter)
 {
     AD_LEAVE_HOST;
     for (size_t i = 0; i < members; i++) {
-        for (int k = 0; k < x->count; k++) {
-            const double value = parameters[i * (size_t)x->count + (size_t)k];
-            const bool outside = !scene_parameter_holds(&x->open.parameters[k], value);
-            if (!isfinite(value) || (outside && !x->extrapolate)) {
+        for (int k = 0; k < family->count; k++) {
+            const double value = parameters[i * (size_t)family->count + (size_t)k];
+            const bool outside = !scene_parameter_holds(&family->open.parameters[k], value);
+            if (!isfinite(value) || (outside && !family->extrapolate)) {
                 *member = i;
                 *parameter = k;
                 return true;
@@ -62,40 +62,40 @@ bool cpinn_family_refuses(const cpinn_family *x, size_t members, const double *p
     return false;
 }
 
-static ad_status check_range(const cpinn_family *x, size_t members, const double *parameters,
+static ad_status check_range(const cpinn_family *family, size_t members, const double *parameters,
                              ad_error *error)
 {
     size_t member;
     int k;
-    if (!cpinn_family_refuses(x, members, parameters, &member, &k)) {
+    if (!cpinn_family_refuses(family, members, parameters, &member, &k)) {
         return AD_OK;
     }
-    const scene_parameter *p = &x->open.parameters[k];
+    const scene_parameter *p = &family->open.parameters[k];
     return ad_fail(error, AD_BAD_ARGUMENT,
                    "member %zu: %s = %g is outside its range; allowed: %g to %g", member, p->name,
-                   parameters[member * (size_t)x->count + (size_t)k], p->low, p->high);
+                   parameters[member * (size_t)family->count + (size_t)k], p->low, p->high);
 }
 
-static bool any_outside(const cpinn_family *x, const double *parameters)
+static bool any_outside(const cpinn_family *family, const double *parameters)
 {
     bool result = false;
-    for (int k = 0; k < x->count; k++) {
-        result = result || !scene_parameter_holds(&x->open.parameters[k], parameters[k]);
+    for (int k = 0; k < family->count; k++) {
+        result = result || !scene_parameter_holds(&family->open.parameters[k], parameters[k]);
     }
     return result;
 }
 
 /* ---- the network's answers ----------------------------------------------------------------- */
 
-double cpinn_family_distance(const cpinn_family *x, const double *a, const double *b)
+double cpinn_family_distance(const cpinn_family *family, const double *a, const double *b)
 {
-    const int rows = scene_physics_of(&x->open)->position_columns;
+    const int rows = scene_physics_of(&family->open)->position_columns;
     double largest = 0;
-    for (size_t i = 0; i < x->points; i++) {
+    for (size_t i = 0; i < family->points; i++) {
         double square = 0;
         for (int c = 0; c < rows; c++) {
-            const double off =
-                a[i * (size_t)x->columns + (size_t)c] - b[i * (size_t)x->columns + (size_t)c];
+            const double off = a[i * (size_t)family->columns + (size_t)c] -
+                               b[i * (size_t)family->columns + (size_t)c];
             square += off * off;
         }
         const double off = sqrt(square);
@@ -114,21 +114,23 @@ static cpinn_answer answer_of(const solve_answer *refined)
 }
 
 /* What the network says by itself of positions, against its curvature after one step. */
-static ad_status answer_plain(cpinn_family *x, size_t members, const double *parameters,
+static ad_status answer_plain(cpinn_family *family, size_t members, const double *parameters,
                               double *values, cpinn_answer *answers, ad_error *error)
 {
-    const size_t width = x->points * (size_t)x->columns;
-    ad_status status = x->network.values(x->network.context, members, parameters, values, error);
+    const size_t width = family->points * (size_t)family->columns;
+    ad_status status =
+        family->network.values(family->network.context, members, parameters, values, error);
     if (status == AD_OK) {
-        status = solve_members_refine(x->solver, members, parameters, x->curvature, 1, x->values,
-                                      NULL, x->refined, error);
+        status = solve_members_refine(family->solver, members, parameters, family->curvature, 1,
+                                      family->values, NULL, family->refined, error);
     }
     for (size_t i = 0; i < members && status == AD_OK; i++) {
-        const double off = cpinn_family_distance(x, values + i * width, x->values + i * width);
-        answers[i] = answer_of(&x->refined[i]);
-        answers[i].error = off + x->refined[i].left;
+        const double off =
+            cpinn_family_distance(family, values + i * width, family->values + i * width);
+        answers[i] = answer_of(&family->refined[i]);
+        answers[i].error = off + family->refined[i].left;
         answers[i].network_error = answers[i].error;
-        if (answers[i].trusted && !(answers[i].error <= SOLVE_TRUSTED * x->length)) {
+        if (answers[i].trusted && !(answers[i].error <= SOLVE_TRUSTED * family->length)) {
             answers[i].trusted = false;
             answers[i].reason =
                 isfinite(answers[i].error) ? CPINN_REASON_TOO_FAR : CPINN_REASON_NOT_FINITE;
@@ -137,12 +139,12 @@ static ad_status answer_plain(cpinn_family *x, size_t members, const double *par
     return status;
 }
 
-static ad_status answer_by_network(cpinn_family *x, int steps, size_t members,
+static ad_status answer_by_network(cpinn_family *family, int steps, size_t members,
                                    const double *parameters, double *values, cpinn_answer *answers,
                                    ad_error *error)
 {
-    const cpinn_family_network *network = &x->network;
-    if (!x->solver) {
+    const cpinn_family_network *network = &family->network;
+    if (!family->solver) {
         for (size_t i = 0; i < members && answers; i++) {
             answers[i] = (cpinn_answer){.error = NAN,
                                         .network_error = NAN,
@@ -155,38 +157,38 @@ static ad_status answer_by_network(cpinn_family *x, int steps, size_t members,
         return network->values(network->context, members, parameters, values, error);
     }
     ad_status status =
-        network->curvature(network->context, members, parameters, x->curvature, error);
+        network->curvature(network->context, members, parameters, family->curvature, error);
     if (status != AD_OK) {
         return status;
     }
     if (steps == 0 && answers && network->values) {
-        return answer_plain(x, members, parameters, values, answers, error);
+        return answer_plain(family, members, parameters, values, answers, error);
     }
-    status = solve_members_refine(x->solver, members, parameters, x->curvature, steps, values, NULL,
-                                  answers ? x->refined : NULL, error);
+    status = solve_members_refine(family->solver, members, parameters, family->curvature, steps,
+                                  values, NULL, answers ? family->refined : NULL, error);
     for (size_t i = 0; i < members && answers && status == AD_OK; i++) {
-        answers[i] = answer_of(&x->refined[i]);
+        answers[i] = answer_of(&family->refined[i]);
     }
     return status;
 }
 
 /* Whether the members of a call are answered by compiled C, which does not leave the ranges. */
-static bool is_by_code(const cpinn_family *x, size_t members, const double *parameters)
+static bool is_by_code(const cpinn_family *family, size_t members, const double *parameters)
 {
-    bool result = x->code && members <= CPINN_FEW;
+    bool result = family->code && members <= CPINN_FEW;
     for (size_t i = 0; i < members && result; i++) {
-        result = !any_outside(x, parameters + i * (size_t)x->count);
+        result = !any_outside(family, parameters + i * (size_t)family->count);
     }
     return result;
 }
 
-static void answer_by_code(const cpinn_family *x, int steps, size_t members,
+static void answer_by_code(const cpinn_family *family, int steps, size_t members,
                            const double *parameters, double *values, double *jacobian,
                            cpinn_answer *answers)
 {
-    const size_t count = (size_t)x->count, width = x->points * (size_t)x->columns;
+    const size_t count = (size_t)family->count, width = family->points * (size_t)family->columns;
     for (size_t i = 0; i < members; i++) {
-        member_code_answer(x->code, steps, parameters + i * count, values + i * width,
+        member_code_answer(family->code, steps, parameters + i * count, values + i * width,
                            jacobian ? jacobian + i * width * count : NULL,
                            answers ? answers + i : NULL);
     }
@@ -218,16 +220,16 @@ static bool passes_checks(const scene *one)
 }
 
 /* Marks members that are outside of the range; beyond it a scene may be none at all. */
-static void look_outside(const cpinn_family *x, size_t members, const double *parameters,
+static void look_outside(const cpinn_family *family, size_t members, const double *parameters,
                          double *values, cpinn_answer *answers)
 {
-    const size_t width = x->points * (size_t)x->columns;
+    const size_t width = family->points * (size_t)family->columns;
     for (size_t i = 0; i < members; i++) {
-        const double *given = parameters + i * (size_t)x->count;
-        answers[i].outside = any_outside(x, given);
+        const double *given = parameters + i * (size_t)family->count;
+        answers[i].outside = any_outside(family, given);
         if (answers[i].outside) {
             scene one;
-            scene_member(&x->open, given, &one);
+            scene_member(&family->open, given, &one);
             if (!passes_checks(&one)) {
                 put_nothing(width, values + i * width);
                 say_nothing(&answers[i], CPINN_REASON_REFUSED);
@@ -239,38 +241,39 @@ static void look_outside(const cpinn_family *x, size_t members, const double *pa
 /* ---- the solver's answers ------------------------------------------------------------------ */
 
 /* The shape in `values` [points][columns], by the solver's columns. */
-static ad_status put_solution(const cpinn_family *x, const solution *found, double *values,
+static ad_status put_solution(const cpinn_family *family, const solution *found, double *values,
                               ad_error *error)
 {
-    double *room = malloc((x->points * (size_t)x->columns + 1) * sizeof *room);
+    double *room = malloc((family->points * (size_t)family->columns + 1) * sizeof *room);
     ad_status status =
-        room ? solution_evaluate(found, x->columns, x->points, x->s, x->t, room, error)
-             : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", x->points);
-    for (size_t i = 0; i < x->points && status == AD_OK; i++) {
-        for (int c = 0; c < x->columns; c++) {
-            values[i * (size_t)x->columns + (size_t)c] = room[(size_t)c * x->points + i];
+        room ? solution_evaluate(found, family->columns, family->points, family->s, family->t, room,
+                                 error)
+             : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", family->points);
+    for (size_t i = 0; i < family->points && status == AD_OK; i++) {
+        for (int c = 0; c < family->columns; c++) {
+            values[i * (size_t)family->columns + (size_t)c] = room[(size_t)c * family->points + i];
         }
     }
     free(room);
     return status;
 }
 
-static ad_status solve_one(const cpinn_family *x, const double *parameters, double *values,
+static ad_status solve_one(const cpinn_family *family, const double *parameters, double *values,
                            cpinn_answer *answer, ad_error *error)
 {
     scene one;
     solution *found = NULL;
     solve_report report;
-    scene_member(&x->open, parameters, &one);
+    scene_member(&family->open, parameters, &one);
     const solve_settings settings = solve_settings_default(&one);
     const bool moves = scene_is_dynamic(&one);
-    ad_status status =
-        solution_create(&one, &settings, moves ? x->points : 0, x->t, &found, &report, error);
+    ad_status status = solution_create(&one, &settings, moves ? family->points : 0, family->t,
+                                       &found, &report, error);
     if (status == AD_NO_MEMORY || status == AD_NO_BLAS) {
         return status;
     }
     if (status != AD_OK || (!moves && report.load_fraction != 1)) {
-        put_nothing(x->points * (size_t)x->columns, values);
+        put_nothing(family->points * (size_t)family->columns, values);
         say_nothing(answer, CPINN_REASON_NO_EQUILIBRIUM);
         status = AD_OK;
     } else {
@@ -279,8 +282,8 @@ static ad_status solve_one(const cpinn_family *x, const double *parameters, doub
         answer->source = CPINN_FROM_SOLVER;
         answer->trusted = verdict_outcome_of(&said) == VERDICT_SOLVED;
         answer->reason = answer->trusted ? answer->reason : CPINN_REASON_WARNING;
-        answer->error = report.estimate * (scene_is_beam(&one) ? report.size : x->length);
-        status = put_solution(x, found, values, error);
+        answer->error = report.estimate * (scene_is_beam(&one) ? report.size : family->length);
+        status = put_solution(family, found, values, error);
     }
     solution_free(found);
     return status;
@@ -303,15 +306,15 @@ static ad_status solve_item(void *context, int item, int thread, ad_error *error
                      of->values + k * width, of->answers + k, error);
 }
 
-ad_status cpinn_family_solve(const cpinn_family *x, size_t count, const size_t *which,
+ad_status cpinn_family_solve(const cpinn_family *family, size_t count, const size_t *which,
                              const double *parameters, double *values, cpinn_answer *answers,
                              ad_error *error)
 {
     if (count == 0) {
         return AD_OK;
     }
-    const size_t width = x->points * (size_t)x->columns, bytes = width * sizeof *values;
-    solving of = {x, which, parameters, malloc(count * bytes + 1),
+    const size_t width = family->points * (size_t)family->columns, bytes = width * sizeof *values;
+    solving of = {family, which, parameters, malloc(count * bytes + 1),
                   malloc((count + 1) * sizeof *answers)};
     const ad_dealt made[] = {{of.values, bytes, count * bytes},
                              {of.answers, sizeof *answers, count * sizeof *answers}};
@@ -322,7 +325,7 @@ ad_status cpinn_family_solve(const cpinn_family *x, size_t count, const size_t *
         of.answers[k] = answers[which[k]];
     }
     if (status == AD_OK) {
-        status = ad_pool_deal(x->pool, (int)count, solve_item, &of, sizeof made / sizeof *made,
+        status = ad_pool_deal(family->pool, (int)count, solve_item, &of, sizeof made / sizeof *made,
                               made, error);
     }
     for (size_t k = 0; k < count && status == AD_OK; k++) {
@@ -335,9 +338,9 @@ ad_status cpinn_family_solve(const cpinn_family *x, size_t count, const size_t *
 }
 
 /* Whether the solver is asked: not where the scene is none. */
-static bool is_wanting(const cpinn_family *x, int steps, cpinn_answer *answer)
+static bool is_wanting(const cpinn_family *family, int steps, cpinn_answer *answer)
 {
-    if (answer->trusted && steps == 2 && answer->error > CPINN_ENOUGH * x->length) {
+    if (answer->trusted && steps == 2 && answer->error > CPINN_ENOUGH * family->length) {
         answer->reason = CPINN_REASON_NOT_REACHED;
         return true;
     }
@@ -346,67 +349,70 @@ static bool is_wanting(const cpinn_family *x, int steps, cpinn_answer *answer)
 
 /* Members of a chunk whose answer is wanting, by the solver of members, and those that it gives
  * none of, unless they are trusted, by the other one. */
-static ad_status solve_rest(cpinn_family *x, int steps, size_t members, const double *parameters,
-                            double *values, cpinn_answer *answers, ad_error *error)
+static ad_status solve_rest(cpinn_family *family, int steps, size_t members,
+                            const double *parameters, double *values, cpinn_answer *answers,
+                            ad_error *error)
 {
-    const size_t count = (size_t)x->count, width = x->points * (size_t)x->columns;
+    const size_t count = (size_t)family->count, width = family->points * (size_t)family->columns;
     size_t rest = 0;
     for (size_t i = 0; i < members; i++) {
-        if (is_wanting(x, steps, &answers[i])) {
-            memcpy(x->parameters + rest * count, parameters + i * count,
+        if (is_wanting(family, steps, &answers[i])) {
+            memcpy(family->parameters + rest * count, parameters + i * count,
                    count * sizeof *parameters);
-            x->which[rest++] = i;
+            family->which[rest++] = i;
         }
     }
     ad_status status = rest == 0 ? AD_OK
-                                 : solve_members_solve(x->solver, rest, x->parameters, x->values,
-                                                       x->solved, error);
+                                 : solve_members_solve(family->solver, rest, family->parameters,
+                                                       family->values, family->solved, error);
     for (size_t k = 0; k < rest && status == AD_OK; k++) {
-        cpinn_answer *answer = &answers[x->which[k]];
-        if (x->solved[k].solved) {
-            memcpy(values + x->which[k] * width, x->values + k * width, width * sizeof *values);
+        cpinn_answer *answer = &answers[family->which[k]];
+        if (family->solved[k].solved) {
+            memcpy(values + family->which[k] * width, family->values + k * width,
+                   width * sizeof *values);
             answer->source = CPINN_FROM_MEMBERS;
             answer->trusted = true;
-            answer->error = x->solved[k].estimate * x->length;
+            answer->error = family->solved[k].estimate * family->length;
         }
     }
     size_t others = 0;
     for (size_t k = 0; k < rest; k++) {
-        x->which[others] = x->which[k];
-        others += !answers[x->which[k]].trusted;
+        family->which[others] = family->which[k];
+        others += !answers[family->which[k]].trusted;
     }
-    return status == AD_OK
-               ? cpinn_family_solve(x, others, x->which, parameters, values, answers, error)
-               : status;
+    return status == AD_OK ? cpinn_family_solve(family, others, family->which, parameters, values,
+                                                answers, error)
+                           : status;
 }
 
-ad_status cpinn_family_evaluate(cpinn_family *x, const cpinn_polish *polish, size_t members,
+ad_status cpinn_family_evaluate(cpinn_family *family, const cpinn_polish *polish, size_t members,
                                 const double *parameters, double *values, cpinn_answer *answers,
                                 ad_error *error)
 {
     AD_LEAVE_HOST;
     static const cpinn_polish usual = {.steps = 2};
-    const size_t count = (size_t)x->count, width = x->points * (size_t)x->columns;
+    const size_t count = (size_t)family->count, width = family->points * (size_t)family->columns;
     polish = polish ? polish : &usual;
     if (polish->steps < 0 || polish->steps > 2) {
         return ad_fail(error, AD_BAD_ARGUMENT, "%d steps; allowed: 0, 1, 2", polish->steps);
     }
-    ad_status status = check_range(x, members, parameters, error);
-    for (size_t first = 0; first < members && status == AD_OK; first += x->chunk) {
-        const size_t left = members - first, now = left < x->chunk ? left : x->chunk;
+    ad_status status = check_range(family, members, parameters, error);
+    for (size_t first = 0; first < members && status == AD_OK; first += family->chunk) {
+        const size_t left = members - first, now = left < family->chunk ? left : family->chunk;
         const double *given = parameters + first * count;
         double *to = values + first * width;
         cpinn_answer *said = answers ? answers + first : NULL;
-        if (is_by_code(x, members, given)) {
-            answer_by_code(x, answers ? polish->steps : 0, now, given, to, NULL, said);
+        if (is_by_code(family, members, given)) {
+            answer_by_code(family, answers ? polish->steps : 0, now, given, to, NULL, said);
         } else {
-            status = answer_by_network(x, answers ? polish->steps : 0, now, given, to, said, error);
+            status =
+                answer_by_network(family, answers ? polish->steps : 0, now, given, to, said, error);
         }
         if (status == AD_OK && said) {
-            look_outside(x, now, given, to, said);
+            look_outside(family, now, given, to, said);
         }
-        if (status == AD_OK && said && x->solver && !polish->alone) {
-            status = solve_rest(x, polish->steps, now, given, to, said, error);
+        if (status == AD_OK && said && family->solver && !polish->alone) {
+            status = solve_rest(family, polish->steps, now, given, to, said, error);
         }
     }
     return status;
@@ -415,51 +421,51 @@ ad_status cpinn_family_evaluate(cpinn_family *x, const cpinn_polish *polish, siz
 /* ---- derivatives --------------------------------------------------------------------------- */
 
 /* Curvature [members][nodes][3] of the equilibria that answers have arrived at. */
-static ad_status find_equilibria(cpinn_family *x, size_t members, const double *parameters,
+static ad_status find_equilibria(cpinn_family *family, size_t members, const double *parameters,
                                  const cpinn_answer *answers, double *curvature, ad_error *error)
 {
-    const size_t count = (size_t)x->count, unknowns = 3 * x->nodes;
+    const size_t count = (size_t)family->count, unknowns = 3 * family->nodes;
     size_t rest = 0;
     ad_status status =
-        x->network.curvature(x->network.context, members, parameters, curvature, error);
+        family->network.curvature(family->network.context, members, parameters, curvature, error);
     if (status == AD_OK) {
-        status = solve_members_refine(x->solver, members, parameters, curvature, 2, NULL, curvature,
-                                      NULL, error);
+        status = solve_members_refine(family->solver, members, parameters, curvature, 2, NULL,
+                                      curvature, NULL, error);
     }
     for (size_t i = 0; i < members && status == AD_OK; i++) {
         if (answers[i].source == CPINN_FROM_MEMBERS) {
-            memcpy(x->parameters + rest * count, parameters + i * count,
+            memcpy(family->parameters + rest * count, parameters + i * count,
                    count * sizeof *parameters);
-            x->which[rest++] = i;
+            family->which[rest++] = i;
         } else if (answers[i].source != CPINN_FROM_NETWORK) {
             put_nothing(unknowns, curvature + i * unknowns);
         }
     }
     if (status == AD_OK && rest > 0) {
-        status = solve_members_curvature(x->solver, rest, x->parameters, NULL, x->curvature,
-                                         x->solved, error);
+        status = solve_members_curvature(family->solver, rest, family->parameters, NULL,
+                                         family->curvature, family->solved, error);
     }
     for (size_t k = 0; k < rest && status == AD_OK; k++) {
-        memcpy(curvature + x->which[k] * unknowns, x->curvature + k * unknowns,
+        memcpy(curvature + family->which[k] * unknowns, family->curvature + k * unknowns,
                unknowns * sizeof *curvature);
     }
     return status;
 }
 
-static ad_status differentiate(cpinn_family *x, size_t members, const double *parameters,
+static ad_status differentiate(cpinn_family *family, size_t members, const double *parameters,
                                const cpinn_answer *answers, double *jacobian, ad_error *error)
 {
-    const size_t count = (size_t)x->count, unknowns = 3 * x->nodes;
-    const size_t width = x->points * (size_t)x->columns * count;
-    double *curvature = malloc((x->chunk * unknowns + 1) * sizeof *curvature);
+    const size_t count = (size_t)family->count, unknowns = 3 * family->nodes;
+    const size_t width = family->points * (size_t)family->columns * count;
+    double *curvature = malloc((family->chunk * unknowns + 1) * sizeof *curvature);
     ad_status status =
         curvature ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a family");
-    for (size_t first = 0; first < members && status == AD_OK; first += x->chunk) {
-        const size_t left = members - first, now = left < x->chunk ? left : x->chunk;
+    for (size_t first = 0; first < members && status == AD_OK; first += family->chunk) {
+        const size_t left = members - first, now = left < family->chunk ? left : family->chunk;
         const double *given = parameters + first * count;
-        status = find_equilibria(x, now, given, answers + first, curvature, error);
+        status = find_equilibria(family, now, given, answers + first, curvature, error);
         if (status == AD_OK) {
-            status = solve_members_jacobian(x->solver, now, given, curvature,
+            status = solve_members_jacobian(family->solver, now, given, curvature,
                                             jacobian + first * width, error);
         }
     }
@@ -467,29 +473,29 @@ static ad_status differentiate(cpinn_family *x, size_t members, const double *pa
     return status;
 }
 
-ad_status cpinn_family_jacobian(cpinn_family *x, size_t members, const double *parameters,
+ad_status cpinn_family_jacobian(cpinn_family *family, size_t members, const double *parameters,
                                 double *values, double *jacobian, cpinn_answer *answers,
                                 ad_error *error)
 {
     AD_LEAVE_HOST;
-    ad_status status = check_range(x, members, parameters, error);
-    if (status == AD_OK && is_by_code(x, members, parameters)) {
+    ad_status status = check_range(family, members, parameters, error);
+    if (status == AD_OK && is_by_code(family, members, parameters)) {
         bool wanting = false;
-        answer_by_code(x, 2, members, parameters, values, jacobian, answers);
+        answer_by_code(family, 2, members, parameters, values, jacobian, answers);
         for (size_t i = 0; i < members; i++) {
-            wanting = is_wanting(x, 2, &answers[i]) || wanting;
+            wanting = is_wanting(family, 2, &answers[i]) || wanting;
         }
         if (!wanting) {
             return AD_OK;
         }
     }
     status = status == AD_OK
-                 ? cpinn_family_evaluate(x, NULL, members, parameters, values, answers, error)
+                 ? cpinn_family_evaluate(family, NULL, members, parameters, values, answers, error)
                  : status;
     if (status != AD_OK) {
         return status;
     }
-    return x->solver
-               ? differentiate(x, members, parameters, answers, jacobian, error)
-               : x->network.jacobian(x->network.context, members, parameters, jacobian, error);
+    return family->solver ? differentiate(family, members, parameters, answers, jacobian, error)
+                          : family->network.jacobian(family->network.context, members, parameters,
+                                                     jacobian, error);
 }

@@ -22,29 +22,29 @@ typedef struct fields {
 
 static void fields_free(void *context)
 {
-    fields *x = context;
-    for (int i = 0; i < x->threads; i++) {
-        if (x->shapes) {
-            evaluator_free(x->shapes[i]);
+    fields *fields = context;
+    for (int i = 0; i < fields->threads; i++) {
+        if (fields->shapes) {
+            evaluator_free(fields->shapes[i]);
         }
-        if (x->curvatures) {
-            evaluator_free(x->curvatures[i]);
+        if (fields->curvatures) {
+            evaluator_free(fields->curvatures[i]);
         }
-        if (x->room) {
-            free(x->room[i]);
+        if (fields->room) {
+            free(fields->room[i]);
         }
     }
-    for (int i = 0; x->slopes && i < x->count * x->threads; i++) {
-        evaluator_free(x->slopes[i]);
+    for (int i = 0; fields->slopes && i < fields->count * fields->threads; i++) {
+        evaluator_free(fields->slopes[i]);
     }
-    free(x->s);
-    free(x->t);
-    free(x->places);
-    free(x->shapes);
-    free(x->curvatures);
-    free(x->slopes);
-    free(x->room);
-    free(x);
+    free(fields->s);
+    free(fields->t);
+    free(fields->places);
+    free(fields->shapes);
+    free(fields->curvatures);
+    free(fields->slopes);
+    free(fields->room);
+    free(fields);
 }
 
 /* ---- one group of members ------------------------------------------------------------------ */
@@ -61,15 +61,15 @@ typedef struct batch {
 static ad_status evaluate_group(const batch *of, size_t first, size_t members, int thread,
                                 ad_error *error)
 {
-    const fields *x = of->x;
+    const fields *fields = of->x;
     const size_t rows = members * of->points;
     const double *at[2 + SCENE_PARAMETERS_MAX];
-    double *to = x->room[thread];
+    double *to = fields->room[thread];
     int coordinates = 0;
-    for (int k = of->t ? -2 : -1; k < x->count; k++, to += rows) {
+    for (int k = of->t ? -2 : -1; k < fields->count; k++, to += rows) {
         for (size_t i = 0; i < rows; i++) {
             const size_t member = first + i / of->points, point = i % of->points;
-            to[i] = k >= 0             ? of->parameters[member * (size_t)x->count + (size_t)k]
+            to[i] = k >= 0             ? of->parameters[member * (size_t)fields->count + (size_t)k]
                     : coordinates == 0 ? of->s[point]
                                        : of->t[point];
         }
@@ -103,42 +103,46 @@ static ad_status run(batch *of, ad_error *error)
 static ad_status find_curvature(void *context, size_t members, const double *parameters,
                                 double *curvature, ad_error *error)
 {
-    fields *x = context;
-    batch of = {x, x->curvatures, members, x->nodes, 3, x->places, NULL, parameters, curvature};
+    fields *fields = context;
+    batch of = {fields, fields->curvatures, members,  fields->nodes, 3, fields->places,
+                NULL,   parameters,         curvature};
     return run(&of, error);
 }
 
 static ad_status find_values(void *context, size_t members, const double *parameters,
                              double *values, ad_error *error)
 {
-    fields *x = context;
-    batch of = {x, x->shapes, members, x->points, x->columns, x->s, x->t, parameters, values};
+    fields *fields = context;
+    batch of = {fields,    fields->shapes, members,    fields->points, fields->columns,
+                fields->s, fields->t,      parameters, values};
     return run(&of, error);
 }
 
 /* Columns of a shape, or their derivatives by a parameter. */
-static void write_names(const fields *x, const char *by, char names[NAMES_MAX])
+static void write_names(const fields *fields, const char *by, char names[NAMES_MAX])
 {
     size_t at = 0;
     names[0] = '\0';
-    for (int i = 0; i < x->columns && at < NAMES_MAX; i++) {
+    for (int i = 0; i < fields->columns && at < NAMES_MAX; i++) {
         at += (size_t)snprintf(names + at, NAMES_MAX - at, "%s%s%s%s", i > 0 ? " " : "",
-                               cpinn_family_column_name(x->family, i), *by ? "_" : "", by);
+                               cpinn_family_column_name(fields->family, i), *by ? "_" : "", by);
     }
 }
 
-static ad_status create_slopes(fields *x, ad_error *error)
+static ad_status create_slopes(fields *fields, ad_error *error)
 {
     ad_status status = AD_OK;
-    x->slopes = calloc((size_t)x->count * (size_t)x->threads, sizeof *x->slopes);
-    if (!x->slopes) {
+    fields->slopes =
+        calloc((size_t)fields->count * (size_t)fields->threads, sizeof *fields->slopes);
+    if (!fields->slopes) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of a family");
     }
-    for (int k = 0; k < x->count && status == AD_OK; k++) {
+    for (int k = 0; k < fields->count && status == AD_OK; k++) {
         char names[NAMES_MAX];
-        write_names(x, cpinn_family_parameter(x->family, k)->name, names);
-        for (int i = 0; i < x->threads && status == AD_OK; i++) {
-            status = evaluator_create(&x->trained, names, &x->slopes[k * x->threads + i], error);
+        write_names(fields, cpinn_family_parameter(fields->family, k)->name, names);
+        for (int i = 0; i < fields->threads && status == AD_OK; i++) {
+            status = evaluator_create(&fields->trained, names,
+                                      &fields->slopes[k * fields->threads + i], error);
         }
     }
     return status;
@@ -147,18 +151,19 @@ static ad_status create_slopes(fields *x, ad_error *error)
 static ad_status find_jacobian(void *context, size_t members, const double *parameters,
                                double *jacobian, ad_error *error)
 {
-    fields *x = context;
-    const size_t numbers = members * x->points * (size_t)x->columns, count = (size_t)x->count;
+    fields *fields = context;
+    const size_t numbers = members * fields->points * (size_t)fields->columns,
+                 count = (size_t)fields->count;
     double *values = malloc((numbers + 1) * sizeof *values);
     ad_status status = values ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a family");
-    if (status == AD_OK && !x->slopes) {
-        status = create_slopes(x, error);
+    if (status == AD_OK && !fields->slopes) {
+        status = create_slopes(fields, error);
     }
     for (size_t k = 0; k < count && status == AD_OK; k++) {
-        batch of = {x,          x->slopes + k * (size_t)x->threads,
-                    members,    x->points,
-                    x->columns, x->s,
-                    x->t,       parameters,
+        batch of = {fields,          fields->slopes + k * (size_t)fields->threads,
+                    members,         fields->points,
+                    fields->columns, fields->s,
+                    fields->t,       parameters,
                     values};
         status = run(&of, error);
         for (size_t i = 0; i < numbers && status == AD_OK; i++) {
@@ -180,19 +185,20 @@ static double *copy(size_t count, const double *from)
     return result;
 }
 
-static ad_status create_evaluators(fields *x, ad_error *error)
+static ad_status create_evaluators(fields *fields, ad_error *error)
 {
-    const size_t most = x->points > x->nodes ? x->points : x->nodes;
-    const size_t rows = 2 + (size_t)x->count + (size_t)x->columns;
+    const size_t most = fields->points > fields->nodes ? fields->points : fields->nodes;
+    const size_t rows = 2 + (size_t)fields->count + (size_t)fields->columns;
     char names[NAMES_MAX];
     ad_status status = AD_OK;
-    write_names(x, "", names);
-    for (int i = 0; i < x->threads && status == AD_OK; i++) {
-        x->room[i] = malloc(GROUP * rows * (most + 1) * sizeof **x->room);
-        status = x->room[i] ? evaluator_create(&x->trained, names, &x->shapes[i], error)
-                            : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", most);
-        if (status == AD_OK && x->nodes > 0) {
-            status = evaluator_create(&x->trained, "u1 u2 u3", &x->curvatures[i], error);
+    write_names(fields, "", names);
+    for (int i = 0; i < fields->threads && status == AD_OK; i++) {
+        fields->room[i] = malloc(GROUP * rows * (most + 1) * sizeof **fields->room);
+        status = fields->room[i]
+                     ? evaluator_create(&fields->trained, names, &fields->shapes[i], error)
+                     : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", most);
+        if (status == AD_OK && fields->nodes > 0) {
+            status = evaluator_create(&fields->trained, "u1 u2 u3", &fields->curvatures[i], error);
         }
     }
     return status;
@@ -203,37 +209,38 @@ ad_status cpinn_family_fields(const evaluator_model *trained, const cpinn_family
 {
     solve_members *solver = cpinn_family_solver(family);
     const int threads = ad_pool_threads(cpinn_family_pool(family));
-    fields *x = calloc(1, sizeof *x);
-    if (!x) {
+    fields *fields = calloc(1, sizeof *fields);
+    if (!fields) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a network");
     }
-    x->threads = threads;
-    x->trained = *trained;
-    x->family = family;
-    x->count = cpinn_family_parameters(family);
-    x->columns = cpinn_family_columns(family);
-    x->points = cpinn_family_points(family);
-    x->nodes = solver ? solve_members_nodes(solver) : 0;
-    x->s = copy(x->points, cpinn_family_s(family));
-    x->t = cpinn_family_t(family) ? copy(x->points, cpinn_family_t(family)) : NULL;
-    x->places = malloc((x->nodes + 1) * sizeof *x->places);
-    x->pool = cpinn_family_pool(family);
-    x->shapes = calloc((size_t)threads, sizeof *x->shapes);
-    x->curvatures = calloc((size_t)threads, sizeof *x->curvatures);
-    x->room = calloc((size_t)threads, sizeof *x->room);
+    fields->threads = threads;
+    fields->trained = *trained;
+    fields->family = family;
+    fields->count = cpinn_family_parameters(family);
+    fields->columns = cpinn_family_columns(family);
+    fields->points = cpinn_family_points(family);
+    fields->nodes = solver ? solve_members_nodes(solver) : 0;
+    fields->s = copy(fields->points, cpinn_family_s(family));
+    fields->t = cpinn_family_t(family) ? copy(fields->points, cpinn_family_t(family)) : NULL;
+    fields->places = malloc((fields->nodes + 1) * sizeof *fields->places);
+    fields->pool = cpinn_family_pool(family);
+    fields->shapes = calloc((size_t)threads, sizeof *fields->shapes);
+    fields->curvatures = calloc((size_t)threads, sizeof *fields->curvatures);
+    fields->room = calloc((size_t)threads, sizeof *fields->room);
     ad_status status = AD_OK;
-    if (!x->s || (cpinn_family_t(family) && !x->t) || !x->places || !x->shapes || !x->curvatures ||
-        !x->room) {
+    if (!fields->s || (cpinn_family_t(family) && !fields->t) || !fields->places ||
+        !fields->shapes || !fields->curvatures || !fields->room) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for a network");
     }
     if (status == AD_OK && solver) {
-        solve_members_places(solver, x->places);
+        solve_members_places(solver, fields->places);
     }
-    status = status == AD_OK ? create_evaluators(x, error) : status;
+    status = status == AD_OK ? create_evaluators(fields, error) : status;
     if (status != AD_OK) {
-        fields_free(x);
+        fields_free(fields);
         return status;
     }
-    *result = (cpinn_family_network){x, find_curvature, find_values, find_jacobian, fields_free};
+    *result =
+        (cpinn_family_network){fields, find_curvature, find_values, find_jacobian, fields_free};
     return AD_OK;
 }

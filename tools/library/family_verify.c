@@ -45,168 +45,183 @@ const char *cpinn_way_word(cpinn_way way)
     return way >= 0 && way < CPINN_WAY_COUNT ? words[way] : "";
 }
 
-double cpinn_family_bound(const cpinn_family *x, const cpinn_answer *answer)
+double cpinn_family_bound(const cpinn_family *family, const cpinn_answer *answer)
 {
-    return 2 * answer->error + CPINN_TOLERANCE * scene_length(cpinn_family_scene(x));
+    return 2 * answer->error + CPINN_TOLERANCE * scene_length(cpinn_family_scene(family));
 }
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-static void draw(verifying *x, uint64_t seed)
+static void draw(verifying *verifying, uint64_t seed)
 {
     nn_rng random = nn_rng_split(seed, "members to verify");
-    for (size_t i = 0; i < x->members * x->count; i++) {
-        const scene_parameter *p = cpinn_family_parameter(x->family, (int)(i % x->count));
-        x->parameters[i] = scene_parameter_at(p, nn_rng_uniform(&random));
+    for (size_t i = 0; i < verifying->members * verifying->count; i++) {
+        const scene_parameter *p =
+            cpinn_family_parameter(verifying->family, (int)(i % verifying->count));
+        verifying->parameters[i] = scene_parameter_at(p, nn_rng_uniform(&random));
     }
 }
 
-static bool make_room(verifying *x)
+static bool make_room(verifying *verifying)
 {
     bool made = true;
-    x->parameters = malloc(x->members * x->count * sizeof *x->parameters);
-    x->values = malloc((BATCH * x->width + 1) * sizeof *x->values);
-    x->answered = malloc((BATCH * x->width + 1) * sizeof *x->answered);
-    x->solved = malloc(BATCH * sizeof *x->solved);
-    x->answers = malloc(BATCH * sizeof *x->answers);
-    x->known = malloc(BATCH * sizeof *x->known);
-    x->which = malloc(BATCH * sizeof *x->which);
+    verifying->parameters =
+        malloc(verifying->members * verifying->count * sizeof *verifying->parameters);
+    verifying->values = malloc((BATCH * verifying->width + 1) * sizeof *verifying->values);
+    verifying->answered = malloc((BATCH * verifying->width + 1) * sizeof *verifying->answered);
+    verifying->solved = malloc(BATCH * sizeof *verifying->solved);
+    verifying->answers = malloc(BATCH * sizeof *verifying->answers);
+    verifying->known = malloc(BATCH * sizeof *verifying->known);
+    verifying->which = malloc(BATCH * sizeof *verifying->which);
     for (int k = 0; k < CPINN_WAY_COUNT; k++) {
-        x->off[k] = malloc(x->members * sizeof *x->off[k]);
-        x->ratio[k] = malloc(x->members * sizeof *x->ratio[k]);
-        made = made && x->off[k] && x->ratio[k];
+        verifying->off[k] = malloc(verifying->members * sizeof *verifying->off[k]);
+        verifying->ratio[k] = malloc(verifying->members * sizeof *verifying->ratio[k]);
+        made = made && verifying->off[k] && verifying->ratio[k];
     }
-    return made && x->parameters && x->values && x->answered && x->solved && x->answers &&
-           x->known && x->which;
+    return made && verifying->parameters && verifying->values && verifying->answered &&
+           verifying->solved && verifying->answers && verifying->known && verifying->which;
 }
 
-static void verifying_free(verifying *x)
+static void verifying_free(verifying *verifying)
 {
-    solve_members_free(x->truth);
-    free(x->parameters);
-    free(x->values);
-    free(x->answered);
-    free(x->solved);
-    free(x->answers);
-    free(x->known);
-    free(x->which);
+    solve_members_free(verifying->truth);
+    free(verifying->parameters);
+    free(verifying->values);
+    free(verifying->answered);
+    free(verifying->solved);
+    free(verifying->answers);
+    free(verifying->known);
+    free(verifying->which);
     for (int k = 0; k < CPINN_WAY_COUNT; k++) {
-        free(x->off[k]);
-        free(x->ratio[k]);
+        free(verifying->off[k]);
+        free(verifying->ratio[k]);
     }
 }
 
-static ad_status create_truth(verifying *x, ad_error *error)
+static ad_status create_truth(verifying *verifying, ad_error *error)
 {
-    const scene *open = cpinn_family_scene(x->family);
-    const ad_pool *pool = cpinn_family_pool(x->family);
+    const scene *open = cpinn_family_scene(verifying->family);
+    const ad_pool *pool = cpinn_family_pool(verifying->family);
     const solve_members_settings settings = {.tolerance = TRUTH * CPINN_TOLERANCE,
                                              .threads = ad_pool_threads(pool),
-                                             .points = x->points,
-                                             .s = cpinn_family_s(x->family),
+                                             .points = verifying->points,
+                                             .s = cpinn_family_s(verifying->family),
                                              .ranks = ad_pool_ranks(pool)};
-    return cpinn_family_solver(x->family) ? solve_members_create(open, &settings, &x->truth, error)
-                                          : AD_OK;
+    return cpinn_family_solver(verifying->family)
+               ? solve_members_create(open, &settings, &verifying->truth, error)
+               : AD_OK;
 }
 
 /* ---- members that are solved --------------------------------------------------------------- */
 
-/* Members x->which [count] of those from `given` on by the other solver, also into x->answers. */
-static ad_status solve_others(verifying *x, size_t count, const double *given, double *values,
-                              ad_error *error)
+/* Members verifying->which [count] of those from `given` on by the other solver, also into
+ * verifying->answers. */
+static ad_status solve_others(verifying *verifying, size_t count, const double *given,
+                              double *values, ad_error *error)
 {
     for (size_t k = 0; k < count; k++) {
-        x->answers[x->which[k]] = (cpinn_answer){.reason = CPINN_REASON_NONE};
+        verifying->answers[verifying->which[k]] = (cpinn_answer){.reason = CPINN_REASON_NONE};
     }
-    return cpinn_family_solve(x->family, count, x->which, given, values, x->answers, error);
+    return cpinn_family_solve(verifying->family, count, verifying->which, given, values,
+                              verifying->answers, error);
 }
 
 /* The first members also by the other solver. */
-static ad_status compare_solvers(verifying *x, size_t now, ad_error *error)
+static ad_status compare_solvers(verifying *verifying, size_t now, ad_error *error)
 {
     ad_status status = AD_OK;
-    for (size_t i = 0; i < now && x->result->compared < COMPARED && status == AD_OK;) {
+    for (size_t i = 0; i < now && verifying->result->compared < COMPARED && status == AD_OK;) {
         size_t count = 0;
-        for (; i < now && count < COMPARED - x->result->compared; i++) {
-            x->which[count] = i;
-            count += x->solved[i].solved;
+        for (; i < now && count < COMPARED - verifying->result->compared; i++) {
+            verifying->which[count] = i;
+            count += verifying->solved[i].solved;
         }
-        status = solve_others(x, count, x->parameters, x->answered, error);
+        status = solve_others(verifying, count, verifying->parameters, verifying->answered, error);
         for (size_t k = 0; k < count && status == AD_OK; k++) {
-            const size_t at = x->which[k] * x->width;
-            if (x->answers[x->which[k]].trusted) {
-                x->result->apart =
-                    fmax(x->result->apart,
-                         cpinn_family_distance(x->family, x->values + at, x->answered + at));
-                x->result->compared++;
+            const size_t at = verifying->which[k] * verifying->width;
+            if (verifying->answers[verifying->which[k]].trusted) {
+                verifying->result->apart =
+                    fmax(verifying->result->apart,
+                         cpinn_family_distance(verifying->family, verifying->values + at,
+                                               verifying->answered + at));
+                verifying->result->compared++;
             }
         }
     }
     return status;
 }
 
-static double estimate_of(const verifying *x, size_t i)
+static double estimate_of(const verifying *verifying, size_t i)
 {
-    return x->truth ? x->solved[i].estimate : INFINITY;
+    return verifying->truth ? verifying->solved[i].estimate : INFINITY;
 }
 
-static ad_status solve_batch(verifying *x, size_t first, size_t now, ad_error *error)
+static ad_status solve_batch(verifying *verifying, size_t first, size_t now, ad_error *error)
 {
-    cpinn_family_check *result = x->result;
-    const double *given = x->parameters + first * x->count;
+    cpinn_family_check *result = verifying->result;
+    const double *given = verifying->parameters + first * verifying->count;
     size_t others = 0;
-    ad_status status =
-        x->truth ? solve_members_solve(x->truth, now, given, x->values, x->solved, error) : AD_OK;
+    ad_status status = verifying->truth
+                           ? solve_members_solve(verifying->truth, now, given, verifying->values,
+                                                 verifying->solved, error)
+                           : AD_OK;
     for (size_t i = 0; i < now && status == AD_OK; i++) {
-        x->known[i] = estimate_of(x, i) <= ENOUGH * CPINN_TOLERANCE;
-        x->which[others] = i;
-        others += !x->known[i];
+        verifying->known[i] = estimate_of(verifying, i) <= ENOUGH * CPINN_TOLERANCE;
+        verifying->which[others] = i;
+        others += !verifying->known[i];
     }
-    status = status == AD_OK ? solve_others(x, others, given, x->values, error) : status;
+    status =
+        status == AD_OK ? solve_others(verifying, others, given, verifying->values, error) : status;
     for (size_t k = 0; k < others && status == AD_OK; k++) {
-        x->known[x->which[k]] = x->answers[x->which[k]].trusted;
+        verifying->known[verifying->which[k]] = verifying->answers[verifying->which[k]].trusted;
     }
     for (size_t i = 0; i < now && status == AD_OK; i++) {
-        const bool by_members = estimate_of(x, i) <= CPINN_TOLERANCE;
+        const bool by_members = estimate_of(verifying, i) <= CPINN_TOLERANCE;
         result->by_members += by_members;
-        result->by_solver += !by_members && x->known[i];
-        result->unsolved += !by_members && !x->known[i];
+        result->by_solver += !by_members && verifying->known[i];
+        result->unsolved += !by_members && !verifying->known[i];
     }
-    return status == AD_OK && x->truth && first == 0 ? compare_solvers(x, now, error) : status;
+    return status == AD_OK && verifying->truth && first == 0
+               ? compare_solvers(verifying, now, error)
+               : status;
 }
 
 /* ---- answers ------------------------------------------------------------------------------- */
 
-static void count_answer(verifying *x, cpinn_way way, size_t member, const double *values,
+static void count_answer(verifying *verifying, cpinn_way way, size_t member, const double *values,
                          const double *truth, bool known, const cpinn_answer *answer)
 {
-    cpinn_family_row *row = &x->result->rows[way];
-    const double off = known ? cpinn_family_distance(x->family, values, truth) : NAN;
-    const double least = KNOWN * TRUTH * CPINN_TOLERANCE * x->length;
+    cpinn_family_row *row = &verifying->result->rows[way];
+    const double off = known ? cpinn_family_distance(verifying->family, values, truth) : NAN;
+    const double least = KNOWN * TRUTH * CPINN_TOLERANCE * verifying->length;
     row->not_trusted += !answer->trusted;
     row->solved += answer->source == CPINN_FROM_MEMBERS || answer->source == CPINN_FROM_SOLVER;
     row->reasons[answer->reason] += !answer->trusted;
-    row->wrong += answer->trusted && known && !(off <= cpinn_family_bound(x->family, answer));
+    row->wrong +=
+        answer->trusted && known && !(off <= cpinn_family_bound(verifying->family, answer));
     row->unknown += answer->trusted && !known;
     /* a member that has an equilibrium but no answer is as wrong as can be */
-    x->off[way][member] = known && isnan(off) ? INFINITY : off;
-    x->ratio[way][member] = off >= least && off <= SMALL * x->length ? answer->error / off : NAN;
+    verifying->off[way][member] = known && isnan(off) ? INFINITY : off;
+    verifying->ratio[way][member] =
+        off >= least && off <= SMALL * verifying->length ? answer->error / off : NAN;
 }
 
-static ad_status answer_batch(verifying *x, size_t first, size_t now, cpinn_way way,
+static ad_status answer_batch(verifying *verifying, size_t first, size_t now, cpinn_way way,
                               ad_error *error)
 {
-    const size_t most = cpinn_family_is_compiled(x->family) ? CPINN_FEW : now;
-    const double *given = x->parameters + first * x->count;
+    const size_t most = cpinn_family_is_compiled(verifying->family) ? CPINN_FEW : now;
+    const double *given = verifying->parameters + first * verifying->count;
     ad_status status = AD_OK;
     for (size_t i = 0; i < now && status == AD_OK; i += most) {
-        status = cpinn_family_evaluate(x->family, &ways[way], now - i < most ? now - i : most,
-                                       given + i * x->count, x->answered + i * x->width,
-                                       x->answers + i, error);
+        status = cpinn_family_evaluate(
+            verifying->family, &ways[way], now - i < most ? now - i : most,
+            given + i * verifying->count, verifying->answered + i * verifying->width,
+            verifying->answers + i, error);
     }
     for (size_t i = 0; i < now && status == AD_OK; i++) {
-        count_answer(x, way, first + i, x->answered + i * x->width, x->values + i * x->width,
-                     x->known[i], &x->answers[i]);
+        count_answer(verifying, way, first + i, verifying->answered + i * verifying->width,
+                     verifying->values + i * verifying->width, verifying->known[i],
+                     &verifying->answers[i]);
     }
     return status;
 }
@@ -216,43 +231,49 @@ static ad_status answer_batch(verifying *x, size_t first, size_t now, cpinn_way 
 /* What is timed: the ways, the network without its errors, and the solver. */
 enum { BARE = CPINN_WAY_COUNT, SOLVER, TIMED };
 
-static ad_status work(verifying *x, int what, size_t first, size_t members, ad_error *error)
+static ad_status work(verifying *verifying, int what, size_t first, size_t members, ad_error *error)
 {
-    const double *given = x->parameters + first * x->count;
-    solve_members *solver = cpinn_family_solver(x->family);
-    return what < CPINN_WAY_COUNT ? cpinn_family_evaluate(x->family, &ways[what], members, given,
-                                                          x->answered, x->answers, error)
-           : what == BARE ? cpinn_family_evaluate(x->family, &ways[0], members, given, x->answered,
-                                                  NULL, error)
-           : solver ? solve_members_solve(solver, members, given, x->answered, x->solved, error)
-                    : AD_OK;
+    const double *given = verifying->parameters + first * verifying->count;
+    solve_members *solver = cpinn_family_solver(verifying->family);
+    return what < CPINN_WAY_COUNT
+               ? cpinn_family_evaluate(verifying->family, &ways[what], members, given,
+                                       verifying->answered, verifying->answers, error)
+           : what == BARE ? cpinn_family_evaluate(verifying->family, &ways[0], members, given,
+                                                  verifying->answered, NULL, error)
+           : solver       ? solve_members_solve(solver, members, given, verifying->answered,
+                                                verifying->solved, error)
+                          : AD_OK;
 }
 
 /* Median time of a shape, where the first members are asked for so many at a time. Members without
  * an equilibrium keep both solvers busy: of those one round may have to do. */
-static ad_status measure(verifying *x, int what, size_t members, double *result, ad_error *error)
+static ad_status measure(verifying *verifying, int what, size_t members, double *result,
+                         ad_error *error)
 {
     double seconds[ALONE], spent = 0;
-    const size_t most = members > 1 ? ROUNDS : x->members < ALONE ? x->members : ALONE;
+    const size_t most = members > 1                  ? ROUNDS
+                        : verifying->members < ALONE ? verifying->members
+                                                     : ALONE;
     size_t rounds = 0;
     ad_status status = AD_OK;
     while (rounds < most && spent < ENOUGH_SECONDS && status == AD_OK) {
         const double start = train_seconds();
-        status = work(x, what, members > 1 ? 0 : rounds, members, error);
+        status = work(verifying, what, members > 1 ? 0 : rounds, members, error);
         double passed = train_seconds() - start; /* for all by the clock of the first rank */
-        ad_ranks_first(ad_pool_ranks(cpinn_family_pool(x->family)), 1, &passed);
+        ad_ranks_first(ad_pool_ranks(cpinn_family_pool(verifying->family)), 1, &passed);
         spent += passed;
         seconds[rounds++] = passed / (double)members;
     }
-    *result =
-        what == SOLVER && !cpinn_family_solver(x->family) ? NAN : sort_median(rounds, seconds);
+    *result = what == SOLVER && !cpinn_family_solver(verifying->family)
+                  ? NAN
+                  : sort_median(rounds, seconds);
     return status;
 }
 
-static ad_status measure_all(verifying *x, ad_error *error)
+static ad_status measure_all(verifying *verifying, ad_error *error)
 {
-    cpinn_family_check *to = x->result;
-    const size_t many = x->members < BATCH ? x->members : BATCH;
+    cpinn_family_check *to = verifying->result;
+    const size_t many = verifying->members < BATCH ? verifying->members : BATCH;
     ad_status status = AD_OK;
     for (int k = 0; k < TIMED && status == AD_OK; k++) {
         double *alone = k < BARE    ? &to->rows[k].alone
@@ -261,8 +282,8 @@ static ad_status measure_all(verifying *x, ad_error *error)
         double *batch = k < BARE    ? &to->rows[k].batch
                         : k == BARE ? &to->bare_batch
                                     : &to->solver_batch;
-        status = measure(x, k, 1, alone, error);
-        status = status == AD_OK ? measure(x, k, many, batch, error) : status;
+        status = measure(verifying, k, 1, alone, error);
+        status = status == AD_OK ? measure(verifying, k, many, batch, error) : status;
     }
     return status;
 }
@@ -289,63 +310,63 @@ static double quantile(size_t count, const double *sorted, double share)
     return count == 0 ? NAN : sorted[at > 0 ? at - 1 : 0];
 }
 
-static void summarise(verifying *x)
+static void summarise(verifying *verifying)
 {
     for (int k = 0; k < CPINN_WAY_COUNT; k++) {
-        cpinn_family_row *row = &x->result->rows[k];
-        const size_t known = sort_numbers(x->members, x->off[k]);
-        const size_t compared = sort_numbers(x->members, x->ratio[k]);
+        cpinn_family_row *row = &verifying->result->rows[k];
+        const size_t known = sort_numbers(verifying->members, verifying->off[k]);
+        const size_t compared = sort_numbers(verifying->members, verifying->ratio[k]);
         size_t within = 0;
-        row->median = quantile(known, x->off[k], 0.5);
-        row->p95 = quantile(known, x->off[k], 0.95);
-        row->p999 = quantile(known, x->off[k], 0.999);
-        row->worst = quantile(known, x->off[k], 1);
-        row->ratio[0] = quantile(compared, x->ratio[k], 0.01);
-        row->ratio[1] = quantile(compared, x->ratio[k], 0.5);
-        row->ratio[2] = quantile(compared, x->ratio[k], 0.99);
+        row->median = quantile(known, verifying->off[k], 0.5);
+        row->p95 = quantile(known, verifying->off[k], 0.95);
+        row->p999 = quantile(known, verifying->off[k], 0.999);
+        row->worst = quantile(known, verifying->off[k], 1);
+        row->ratio[0] = quantile(compared, verifying->ratio[k], 0.01);
+        row->ratio[1] = quantile(compared, verifying->ratio[k], 0.5);
+        row->ratio[2] = quantile(compared, verifying->ratio[k], 0.99);
         for (size_t i = 0; i < compared; i++) {
-            within += fabs(x->ratio[k][i] - 1) <= 0.05;
+            within += fabs(verifying->ratio[k][i] - 1) <= 0.05;
         }
         row->within = compared > 0 ? (double)within / (double)compared : NAN;
     }
 }
 
-static ad_status verify(verifying *x, uint64_t seed, ad_error *error)
+static ad_status verify(verifying *verifying, uint64_t seed, ad_error *error)
 {
-    if (!make_room(x)) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", x->members);
+    if (!make_room(verifying)) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", verifying->members);
     }
-    draw(x, seed);
-    ad_status status = create_truth(x, error);
-    for (size_t first = 0; first < x->members && status == AD_OK; first += BATCH) {
-        const size_t left = x->members - first, now = left < BATCH ? left : BATCH;
-        status = solve_batch(x, first, now, error);
+    draw(verifying, seed);
+    ad_status status = create_truth(verifying, error);
+    for (size_t first = 0; first < verifying->members && status == AD_OK; first += BATCH) {
+        const size_t left = verifying->members - first, now = left < BATCH ? left : BATCH;
+        status = solve_batch(verifying, first, now, error);
         for (int k = 0; k < CPINN_WAY_COUNT && status == AD_OK; k++) {
-            status = answer_batch(x, first, now, (cpinn_way)k, error);
+            status = answer_batch(verifying, first, now, (cpinn_way)k, error);
         }
     }
-    status = status == AD_OK ? measure_all(x, error) : status;
+    status = status == AD_OK ? measure_all(verifying, error) : status;
     if (status == AD_OK) {
-        summarise(x);
+        summarise(verifying);
     }
     return status;
 }
 
-ad_status cpinn_family_verify(cpinn_family *x, size_t members, uint64_t seed,
+ad_status cpinn_family_verify(cpinn_family *family, size_t members, uint64_t seed,
                               cpinn_family_check *result, ad_error *error)
 {
     AD_LEAVE_HOST;
     *result = (cpinn_family_check){.members = members};
-    if (members == 0 || cpinn_family_points(x) == 0) {
+    if (members == 0 || cpinn_family_points(family) == 0) {
         return ad_fail(error, AD_BAD_ARGUMENT, "%zu members at %zu points; allowed: from 1 on",
-                       members, cpinn_family_points(x));
+                       members, cpinn_family_points(family));
     }
-    verifying v = {.family = x,
+    verifying v = {.family = family,
                    .members = members,
-                   .count = (size_t)cpinn_family_parameters(x),
-                   .points = cpinn_family_points(x),
-                   .width = cpinn_family_points(x) * (size_t)cpinn_family_columns(x),
-                   .length = scene_length(cpinn_family_scene(x)),
+                   .count = (size_t)cpinn_family_parameters(family),
+                   .points = cpinn_family_points(family),
+                   .width = cpinn_family_points(family) * (size_t)cpinn_family_columns(family),
+                   .length = scene_length(cpinn_family_scene(family)),
                    .result = result};
     ad_status status = verify(&v, seed, error);
     verifying_free(&v);

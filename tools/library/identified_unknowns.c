@@ -12,11 +12,11 @@ struct cpinn_unknowns {
     verdict verdict;
 };
 
-void cpinn_unknowns_free(cpinn_unknowns *x)
+void cpinn_unknowns_free(cpinn_unknowns *unknowns)
 {
-    if (x) {
-        config_free(x->settings);
-        free(x);
+    if (unknowns) {
+        config_free(unknowns->settings);
+        free(unknowns);
     }
 }
 
@@ -24,66 +24,69 @@ ad_status cpinn_identify_file(const char *path, int count, const char *const *ov
                               int threads, cpinn_unknowns **result, ad_error *error)
 {
     AD_LEAVE_HOST;
-    cpinn_unknowns *x = calloc(1, sizeof *x);
+    cpinn_unknowns *unknowns = calloc(1, sizeof *unknowns);
     *result = NULL;
-    if (!x) {
+    if (!unknowns) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for unknowns");
     }
-    ad_status status = prepare_read(path, NULL, count, overrides, &x->settings, error);
+    ad_status status = prepare_read(path, NULL, count, overrides, &unknowns->settings, error);
     if (status == AD_OK) {
-        status = config_identify(x->settings, threads, &x->found, error);
+        status = config_identify(unknowns->settings, threads, &unknowns->found, error);
     }
     if (status != AD_OK) {
-        cpinn_unknowns_free(x);
+        cpinn_unknowns_free(unknowns);
         return status;
     }
-    identified_verdict(&x->found, &x->settings->scene, &x->verdict);
-    *result = x;
+    identified_verdict(&unknowns->found, &unknowns->settings->scene, &unknowns->verdict);
+    *result = unknowns;
     return AD_OK;
 }
 
-int cpinn_unknowns_count(const cpinn_unknowns *x)
+int cpinn_unknowns_count(const cpinn_unknowns *unknowns)
 {
-    return x->found.count;
+    return unknowns->found.count;
 }
 
-static bool is_one(const cpinn_unknowns *x, int unknown)
+static bool is_one(const cpinn_unknowns *unknowns, int unknown)
 {
-    return unknown >= 0 && unknown < x->found.count;
+    return unknown >= 0 && unknown < unknowns->found.count;
 }
 
-const char *cpinn_unknowns_name(const cpinn_unknowns *x, int unknown)
+const char *cpinn_unknowns_name(const cpinn_unknowns *unknowns, int unknown)
 {
-    const scene *open = &x->settings->scene;
-    return is_one(x, unknown) ? open->parameters[scene_known_count(open) + unknown].name : "";
+    const scene *open = &unknowns->settings->scene;
+    return is_one(unknowns, unknown) ? open->parameters[scene_known_count(open) + unknown].name
+                                     : "";
 }
 
-double cpinn_unknowns_value(const cpinn_unknowns *x, int unknown)
+double cpinn_unknowns_value(const cpinn_unknowns *unknowns, int unknown)
 {
-    return is_one(x, unknown) ? x->found.value[unknown] : NAN;
+    return is_one(unknowns, unknown) ? unknowns->found.value[unknown] : NAN;
 }
 
-double cpinn_unknowns_deviation(const cpinn_unknowns *x, int unknown)
+double cpinn_unknowns_deviation(const cpinn_unknowns *unknowns, int unknown)
 {
-    return is_one(x, unknown) ? x->found.deviation[unknown] : NAN;
+    return is_one(unknowns, unknown) ? unknowns->found.deviation[unknown] : NAN;
 }
 
-double cpinn_unknowns_correlation(const cpinn_unknowns *x, int one, int other)
+double cpinn_unknowns_correlation(const cpinn_unknowns *unknowns, int one, int other)
 {
-    return is_one(x, one) && is_one(x, other) ? x->found.information.correlation[one][other] : NAN;
+    return is_one(unknowns, one) && is_one(unknowns, other)
+               ? unknowns->found.information.correlation[one][other]
+               : NAN;
 }
 
-double cpinn_unknowns_chi_squared(const cpinn_unknowns *x)
+double cpinn_unknowns_chi_squared(const cpinn_unknowns *unknowns)
 {
-    return x->found.chi_squared;
+    return unknowns->found.chi_squared;
 }
 
-double cpinn_unknowns_freedom(const cpinn_unknowns *x)
+double cpinn_unknowns_freedom(const cpinn_unknowns *unknowns)
 {
-    return (double)x->found.residuals - x->found.count;
+    return (double)unknowns->found.residuals - unknowns->found.count;
 }
 
-const verdict *cpinn_unknowns_verdict(const cpinn_unknowns *x)
+const verdict *cpinn_unknowns_verdict(const cpinn_unknowns *unknowns)
 {
-    return &x->verdict;
+    return &unknowns->verdict;
 }

@@ -48,7 +48,7 @@ static ad_status write_text(const experiment *e, size_t points, const double *s,
     return status;
 }
 
-static ad_status load(member_code *x, const export_text *text, ad_error *error)
+static ad_status load(member_code *code, const export_text *text, ad_error *error)
 {
     char folder[4096];
     const void *table = NULL;
@@ -57,13 +57,13 @@ static ad_status load(member_code *x, const export_text *text, ad_error *error)
     if (!trainer_fuse_folder(folder, true)) {
         return ad_fail(error, AD_IO, "no folder for compiled C: neither XDG_CACHE_HOME nor HOME");
     }
-    ad_status status = ad_code_begin(text->bytes, text->size, &how, &x->code, error);
-    status = status == AD_OK ? ad_code_finish(x->code, true, &table, error) : status;
+    ad_status status = ad_code_begin(text->bytes, text->size, &how, &code->code, error);
+    status = status == AD_OK ? ad_code_finish(code->code, true, &table, error) : status;
     if (status == AD_OK) {
-        x->table = table;
-        x->memory = malloc(x->table->memory * sizeof *x->memory);
+        code->table = table;
+        code->memory = malloc(code->table->memory * sizeof *code->memory);
     }
-    return status != AD_OK || x->memory
+    return status != AD_OK || code->memory
                ? status
                : ad_fail(error, AD_NO_MEMORY, "out of memory for compiled C");
 }
@@ -72,51 +72,51 @@ ad_status member_code_create(const experiment *e, size_t points, const double *s
                              member_code **result, ad_error *error)
 {
     export_text text = {.bytes = NULL};
-    member_code *x = calloc(1, sizeof *x);
+    member_code *code = calloc(1, sizeof *code);
     *result = NULL;
     ad_status status =
         points > MEMBER_CODE_POINTS_MAX
             ? ad_fail(error, AD_BAD_ARGUMENT, "%zu points; allowed for compiled C: up to %d",
                       points, MEMBER_CODE_POINTS_MAX)
-        : x ? write_text(e, points, s, &text, error)
-            : ad_fail(error, AD_NO_MEMORY, "out of memory for compiled C");
-    status = status == AD_OK ? load(x, &text, error) : status;
+        : code ? write_text(e, points, s, &text, error)
+               : ad_fail(error, AD_NO_MEMORY, "out of memory for compiled C");
+    status = status == AD_OK ? load(code, &text, error) : status;
     free(text.bytes);
     if (status != AD_OK) {
-        member_code_free(x);
+        member_code_free(code);
         return status;
     }
-    x->length = scene_length(e->scene);
-    *result = x;
+    code->length = scene_length(e->scene);
+    *result = code;
     return AD_OK;
 }
 
-void member_code_free(member_code *x)
+void member_code_free(member_code *code)
 {
-    if (x) {
-        ad_code_free(x->code);
-        free(x->memory);
-        free(x);
+    if (code) {
+        ad_code_free(code->code);
+        free(code->memory);
+        free(code);
     }
 }
 
-static cpinn_reason reason_of(const member_code *x, int status, const double *said)
+static cpinn_reason reason_of(const member_code *code, int status, const double *said)
 {
     return (status & EXPORT_SINGULAR) || !isfinite(said[EXPORT_LEFT]) ? CPINN_REASON_NOT_FINITE
            : said[EXPORT_STABLE] == 0                                 ? CPINN_REASON_UNSTABLE
-           : said[EXPORT_PREDICTED] > SOLVE_TRUSTED * x->length       ? CPINN_REASON_TOO_FAR
+           : said[EXPORT_PREDICTED] > SOLVE_TRUSTED * code->length    ? CPINN_REASON_TOO_FAR
            : said[EXPORT_TRUSTED] == 0                                ? CPINN_REASON_NOT_SETTLING
                                                                       : CPINN_REASON_NONE;
 }
 
-void member_code_answer(const member_code *x, int steps, const double *parameters, double *values,
-                        double *jacobian, cpinn_answer *answer)
+void member_code_answer(const member_code *code, int steps, const double *parameters,
+                        double *values, double *jacobian, cpinn_answer *answer)
 {
     double said[EXPORT_SAID];
-    const int status =
-        x->table->answer(parameters, steps, values, jacobian, answer ? said : NULL, x->memory);
+    const int status = code->table->answer(parameters, steps, values, jacobian,
+                                           answer ? said : NULL, code->memory);
     if (answer) {
-        const cpinn_reason reason = reason_of(x, status, said);
+        const cpinn_reason reason = reason_of(code, status, said);
         *answer = (cpinn_answer){.error = said[EXPORT_LEFT],
                                  .network_error = said[EXPORT_PREDICTED],
                                  .source = CPINN_FROM_NETWORK,

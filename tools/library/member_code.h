@@ -17,11 +17,11 @@ enum { MEMBER_CODE_POINTS_MAX = 60 };
  */
 ad_status member_code_create(const experiment *e, size_t points, const double *s,
                              member_code **result, ad_error *error);
-void member_code_free(member_code *x); /* NULL is allowed */
+void member_code_free(member_code *code); /* NULL is allowed */
 
 /* values [points][SOLVE_MEMBERS_COLUMNS] and, unless NULL, jacobian [points][columns][parameters]
  * and the answer, in SI units, of a member within the ranges after some steps. */
-void member_code_answer(const member_code *x, int steps, const double *parameters, double *values,
-                        double *jacobian, cpinn_answer *answer);
+void member_code_answer(const member_code *code, int steps, const double *parameters,
+                        double *values, double *jacobian, cpinn_answer *answer);
 
 #endif

@@ -14,12 +14,12 @@ struct cpinn_solution {
     verdict verdict;
 };
 
-void cpinn_solution_free(cpinn_solution *x)
+void cpinn_solution_free(cpinn_solution *solution)
 {
-    if (x) {
-        solution_free(x->solved);
-        config_free(x->settings);
-        free(x);
+    if (solution) {
+        solution_free(solution->solved);
+        config_free(solution->settings);
+        free(solution);
     }
 }
 
@@ -27,12 +27,12 @@ void cpinn_solution_free(cpinn_solution *x)
 static ad_status solve(config *settings, const cpinn_solve_options *options, size_t time_count,
                        const double *times, cpinn_solution **result, ad_error *error)
 {
-    cpinn_solution *x = calloc(1, sizeof *x);
-    if (!x) {
+    cpinn_solution *solution = calloc(1, sizeof *solution);
+    if (!solution) {
         config_free(settings);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a solution");
     }
-    x->settings = settings;
+    solution->settings = settings;
     solve_settings asked = solve_settings_default(&settings->scene);
     if (options && options->tolerance > 0) {
         asked.tolerance = options->tolerance;
@@ -41,14 +41,15 @@ static ad_status solve(config *settings, const cpinn_solve_options *options, siz
         asked.perturbation = options->perturbation;
         asked.branch = options->branch;
     }
-    ad_status status =
-        solution_create(&settings->scene, &asked, time_count, times, &x->solved, &x->report, error);
+    ad_status status = solution_create(&settings->scene, &asked, time_count, times,
+                                       &solution->solved, &solution->report, error);
     if (status != AD_OK) {
-        cpinn_solution_free(x);
+        cpinn_solution_free(solution);
         return status;
     }
-    solution_verdict(x->solved, &settings->scene, &asked, &x->report, &x->verdict);
-    *result = x;
+    solution_verdict(solution->solved, &settings->scene, &asked, &solution->report,
+                     &solution->verdict);
+    *result = solution;
     return AD_OK;
 }
 
@@ -75,40 +76,41 @@ ad_status cpinn_solve_scene(const scene *rod_scene, double tolerance, size_t tim
     return status == AD_OK ? solve(made, &options, time_count, times, result, error) : status;
 }
 
-const verdict *cpinn_solution_verdict(const cpinn_solution *x)
+const verdict *cpinn_solution_verdict(const cpinn_solution *solution)
 {
-    return &x->verdict;
+    return &solution->verdict;
 }
 
-double cpinn_solution_estimate(const cpinn_solution *x)
+double cpinn_solution_estimate(const cpinn_solution *solution)
 {
-    return x->report.estimate + solve_misfit(&x->report);
+    return solution->report.estimate + solve_misfit(&solution->report);
 }
 
-int cpinn_solution_columns(const cpinn_solution *x)
+int cpinn_solution_columns(const cpinn_solution *solution)
 {
-    return solution_columns(&x->settings->scene);
+    return solution_columns(&solution->settings->scene);
 }
 
-const char *cpinn_solution_column_name(const cpinn_solution *x, int column)
+const char *cpinn_solution_column_name(const cpinn_solution *solution, int column)
 {
-    return column >= 0 && column < cpinn_solution_columns(x)
-               ? scene_physics_of(&x->settings->scene)->columns[column].name
+    return column >= 0 && column < cpinn_solution_columns(solution)
+               ? scene_physics_of(&solution->settings->scene)->columns[column].name
                : "";
 }
 
-ad_status cpinn_solution_evaluate(const cpinn_solution *x, size_t points, const double *s,
+ad_status cpinn_solution_evaluate(const cpinn_solution *solution, size_t points, const double *s,
                                   const double *t, double *values, ad_error *error)
 {
     AD_LEAVE_HOST;
-    const scene *of = &x->settings->scene;
+    const scene *of = &solution->settings->scene;
     const double length = scene_length(of), slack = EVALUATOR_BEYOND * length;
     for (size_t i = 0; i < points; i++) {
         if (s[i] < -slack || s[i] > length + slack) {
             return ad_fail(error, AD_BAD_ARGUMENT, "s is %g m; allowed: 0 to %g m", s[i], length);
         }
     }
-    return solution_evaluate(x->solved, cpinn_solution_columns(x), points, s, t, values, error);
+    return solution_evaluate(solution->solved, cpinn_solution_columns(solution), points, s, t,
+                             values, error);
 }
 
 /* ---- members ------------------------------------------------------------------------------- */
@@ -124,61 +126,62 @@ ad_status cpinn_members_file(const char *path, int count, const char *const *ove
 {
     AD_LEAVE_HOST;
     solve_members_settings asked = *settings;
-    cpinn_members *x = calloc(1, sizeof *x);
+    cpinn_members *members = calloc(1, sizeof *members);
     *result = NULL;
-    if (!x) {
+    if (!members) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
     }
-    ad_status status = prepare_read(path, NULL, count, overrides, &x->settings, error);
+    ad_status status = prepare_read(path, NULL, count, overrides, &members->settings, error);
     if (status == AD_OK) {
-        status = solve_members_create(&x->settings->scene, &asked, &x->members, error);
+        status = solve_members_create(&members->settings->scene, &asked, &members->members, error);
     }
     if (status != AD_OK) {
-        cpinn_members_free(x);
+        cpinn_members_free(members);
         return status;
     }
-    *result = x;
+    *result = members;
     return AD_OK;
 }
 
-void cpinn_members_free(cpinn_members *x)
+void cpinn_members_free(cpinn_members *members)
 {
-    if (x) {
-        solve_members_free(x->members);
-        config_free(x->settings);
-        free(x);
+    if (members) {
+        solve_members_free(members->members);
+        config_free(members->settings);
+        free(members);
     }
 }
 
-const char *cpinn_members_name(const cpinn_members *x, int parameter)
+const char *cpinn_members_name(const cpinn_members *members, int parameter)
 {
-    const scene *family = &x->settings->scene;
+    const scene *family = &members->settings->scene;
     return parameter >= 0 && parameter < family->parameter_count
                ? family->parameters[parameter].name
                : NULL;
 }
 
-ad_status cpinn_members_solve(cpinn_members *x, size_t members, const double *parameters,
-                              double *values, solve_member *results, ad_error *error)
+ad_status cpinn_members_solve(cpinn_members *cpinn_members, size_t members,
+                              const double *parameters, double *values, solve_member *results,
+                              ad_error *error)
 {
     AD_LEAVE_HOST;
-    return solve_members_solve(x->members, members, parameters, values, results, error);
+    return solve_members_solve(cpinn_members->members, members, parameters, values, results, error);
 }
 
-ad_status cpinn_members_jacobian(cpinn_members *x, size_t members, const double *parameters,
-                                 double *values, double *jacobian, solve_member *results,
-                                 ad_error *error)
+ad_status cpinn_members_jacobian(cpinn_members *cpinn_members, size_t members,
+                                 const double *parameters, double *values, double *jacobian,
+                                 solve_member *results, ad_error *error)
 {
     AD_LEAVE_HOST;
-    const size_t unknowns = 3 * solve_members_nodes(x->members);
+    const size_t unknowns = 3 * solve_members_nodes(cpinn_members->members);
     double *curvature = malloc((members * unknowns + 1) * sizeof *curvature);
     ad_status status = curvature
-                           ? solve_members_curvature(x->members, members, parameters, values,
-                                                     curvature, results, error)
+                           ? solve_members_curvature(cpinn_members->members, members, parameters,
+                                                     values, curvature, results, error)
                            : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", members);
     if (status == AD_OK) {
-        status =
-            solve_members_jacobian(x->members, members, parameters, curvature, jacobian, error);
+        status = solve_members_jacobian(cpinn_members->members, members, parameters, curvature,
+                                        jacobian, error);
     }
     free(curvature);
     return status;

@@ -12,20 +12,20 @@
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-static ad_status create_worker(const cpinn_stepper *x, stepper_worker *to, ad_error *error)
+static ad_status create_worker(const cpinn_stepper *stepper, stepper_worker *to, ad_error *error)
 {
-    const double tip = scene_length(x->scene);
+    const double tip = scene_length(stepper->scene);
     reduced_settings settings = {.count = 1, .s = &tip};
-    memcpy(settings.modes, x->given->modes, sizeof settings.modes);
-    ad_status status = reduced_create(x->scene, &settings, &to->rod, error);
+    memcpy(settings.modes, stepper->given->modes, sizeof settings.modes);
+    ad_status status = reduced_create(stepper->scene, &settings, &to->rod, error);
     if (status == AD_OK && !reduced_is_placed(to->rod)) {
         status = ad_fail(error, AD_BAD_INPUT,
                          "the start depends on time or on inputs; allowed: one that stays");
     }
-    if (status == AD_OK && x->trained) {
-        status = surrogate_one_step(x->trained, &to->model, error);
+    if (status == AD_OK && stepper->trained) {
+        status = surrogate_one_step(stepper->trained, &to->model, error);
     } else if (status == AD_OK) {
-        to->model = reduced_one_step(to->rod, x->step);
+        to->model = reduced_one_step(to->rod, stepper->step);
     }
     if (status == AD_OK) {
         to->tip = *reduced_kinematics(to->rod);
@@ -38,144 +38,145 @@ static ad_status create_worker(const cpinn_stepper *x, stepper_worker *to, ad_er
     return status;
 }
 
-static ad_status finish(cpinn_stepper *x, int threads, ad_error *error)
+static ad_status finish(cpinn_stepper *stepper, int threads, ad_error *error)
 {
-    ad_status status = ad_pool_open(threads, &x->pool, error);
+    ad_status status = ad_pool_open(threads, &stepper->pool, error);
     if (status != AD_OK) {
         return status;
     }
-    const int count = ad_pool_threads(x->pool);
-    x->workers = calloc((size_t)count, sizeof *x->workers);
-    if (!x->workers) {
+    const int count = ad_pool_threads(stepper->pool);
+    stepper->workers = calloc((size_t)count, sizeof *stepper->workers);
+    if (!stepper->workers) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a robot in steps");
     }
     for (int i = 0; i < count && status == AD_OK; i++) {
-        status = create_worker(x, &x->workers[i], error);
+        status = create_worker(stepper, &stepper->workers[i], error);
     }
     if (status == AD_OK) {
-        x->states = x->workers->model.states;
-        x->inputs = reduced_inputs(x->workers->rod);
-        x->step = x->workers->model.step;
+        stepper->states = stepper->workers->model.states;
+        stepper->inputs = reduced_inputs(stepper->workers->rod);
+        stepper->step = stepper->workers->model.step;
     }
     return status;
 }
 
 /* Takes over x, also when it fails. */
-static ad_status hand_over(cpinn_stepper *x, ad_status status, cpinn_stepper **result)
+static ad_status hand_over(cpinn_stepper *stepper, ad_status status, cpinn_stepper **result)
 {
     if (status != AD_OK) {
-        cpinn_stepper_free(x);
+        cpinn_stepper_free(stepper);
         return status;
     }
-    *result = x;
+    *result = stepper;
     return AD_OK;
 }
 
 ad_status cpinn_stepper_open(const char *path, int threads, cpinn_stepper **result, ad_error *error)
 {
     AD_LEAVE_HOST;
-    cpinn_stepper *x = calloc(1, sizeof *x);
+    cpinn_stepper *stepper = calloc(1, sizeof *stepper);
     *result = NULL;
-    if (!x) {
+    if (!stepper) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a robot in steps");
     }
-    ad_status status = surrogate_load(path, &x->trained, error);
+    ad_status status = surrogate_load(path, &stepper->trained, error);
     if (status == AD_OK) {
-        x->scene = x->trained->scene;
-        x->given = &x->trained->settings;
-        status = finish(x, threads, error);
+        stepper->scene = stepper->trained->scene;
+        stepper->given = &stepper->trained->settings;
+        status = finish(stepper, threads, error);
     }
-    return hand_over(x, status, result);
+    return hand_over(stepper, status, result);
 }
 
-static ad_status take_scene(cpinn_stepper *x, const char *path, double step, ad_error *error)
+static ad_status take_scene(cpinn_stepper *stepper, const char *path, double step, ad_error *error)
 {
-    x->scene = &x->settings->scene;
-    x->given = &x->settings->surrogate;
-    x->step = step > 0 ? step : x->given->step;
+    stepper->scene = &stepper->settings->scene;
+    stepper->given = &stepper->settings->surrogate;
+    stepper->step = step > 0 ? step : stepper->given->step;
     const char *key = "";
     ad_error reason;
-    if (support_check(x->scene, SUPPORT_ONE_STEP, &key, &reason) != AD_OK) {
-        return config_refuse(x->settings, key, reason.message, error);
+    if (support_check(stepper->scene, SUPPORT_ONE_STEP, &key, &reason) != AD_OK) {
+        return config_refuse(stepper->settings, key, reason.message, error);
     }
-    if (x->scene->parameter_count == 0) {
+    if (stepper->scene->parameter_count == 0) {
         return ad_fail(error, AD_BAD_INPUT,
                        "%s: has no inputs; allowed: a scene with parameters that have ranges",
                        path);
     }
-    return x->step > 0 ? AD_OK
-                       : ad_fail(error, AD_BAD_ARGUMENT,
-                                 "%s: has no surrogate.step; allowed: a scene with one, or a step "
-                                 "in s that is given here",
-                                 path);
+    return stepper->step > 0
+               ? AD_OK
+               : ad_fail(error, AD_BAD_ARGUMENT,
+                         "%s: has no surrogate.step; allowed: a scene with one, or a step "
+                         "in s that is given here",
+                         path);
 }
 
 ad_status cpinn_stepper_file(const char *path, int count, const char *const *overrides, double step,
                              int threads, cpinn_stepper **result, ad_error *error)
 {
     AD_LEAVE_HOST;
-    cpinn_stepper *x = calloc(1, sizeof *x);
+    cpinn_stepper *stepper = calloc(1, sizeof *stepper);
     *result = NULL;
-    if (!x) {
+    if (!stepper) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a robot in steps");
     }
-    ad_status status = prepare_read(path, NULL, count, overrides, &x->settings, error);
-    status = status == AD_OK ? take_scene(x, path, step, error) : status;
-    status = status == AD_OK ? finish(x, threads, error) : status;
-    return hand_over(x, status, result);
+    ad_status status = prepare_read(path, NULL, count, overrides, &stepper->settings, error);
+    status = status == AD_OK ? take_scene(stepper, path, step, error) : status;
+    status = status == AD_OK ? finish(stepper, threads, error) : status;
+    return hand_over(stepper, status, result);
 }
 
-void cpinn_stepper_free(cpinn_stepper *x)
+void cpinn_stepper_free(cpinn_stepper *stepper)
 {
-    if (!x) {
+    if (!stepper) {
         return;
     }
-    for (int i = 0; x->workers && i < ad_pool_threads(x->pool); i++) {
-        stepper_worker *worker = &x->workers[i];
-        if (x->trained) {
+    for (int i = 0; stepper->workers && i < ad_pool_threads(stepper->pool); i++) {
+        stepper_worker *worker = &stepper->workers[i];
+        if (stepper->trained) {
             surrogate_one_step_free(&worker->model);
         }
         reduced_free(worker->rod);
         free(worker->seen);
         free(worker->room);
     }
-    free(x->workers);
-    ad_pool_free(x->pool);
-    surrogate_free(x->trained);
-    config_free(x->settings);
-    free(x);
+    free(stepper->workers);
+    ad_pool_free(stepper->pool);
+    surrogate_free(stepper->trained);
+    config_free(stepper->settings);
+    free(stepper);
 }
 
 /* ---- asking -------------------------------------------------------------------------------- */
 
-int cpinn_stepper_states(const cpinn_stepper *x)
+int cpinn_stepper_states(const cpinn_stepper *stepper)
 {
-    return x->states;
+    return stepper->states;
 }
 
-int cpinn_stepper_inputs(const cpinn_stepper *x)
+int cpinn_stepper_inputs(const cpinn_stepper *stepper)
 {
-    return x->inputs;
+    return stepper->inputs;
 }
 
-const scene_parameter *cpinn_stepper_input(const cpinn_stepper *x, int i)
+const scene_parameter *cpinn_stepper_input(const cpinn_stepper *stepper, int i)
 {
-    return i >= 0 && i < x->inputs ? &x->scene->parameters[i] : NULL;
+    return i >= 0 && i < stepper->inputs ? &stepper->scene->parameters[i] : NULL;
 }
 
-bool cpinn_stepper_is_slow(const cpinn_stepper *x, int i)
+bool cpinn_stepper_is_slow(const cpinn_stepper *stepper, int i)
 {
-    return surrogate_names_parameter(x->given, cpinn_stepper_input(x, i)->name);
+    return surrogate_names_parameter(stepper->given, cpinn_stepper_input(stepper, i)->name);
 }
 
-double cpinn_stepper_step(const cpinn_stepper *x)
+double cpinn_stepper_step(const cpinn_stepper *stepper)
 {
-    return x->step;
+    return stepper->step;
 }
 
-double cpinn_stepper_length(const cpinn_stepper *x)
+double cpinn_stepper_length(const cpinn_stepper *stepper)
 {
-    return scene_length(x->scene);
+    return scene_length(stepper->scene);
 }
 
 /* ---- stepping ------------------------------------------------------------------------------ */
@@ -189,20 +190,20 @@ static bool all_finite(int count, const double *numbers)
     return sum == 0;
 }
 
-void cpinn_stepper_take(const cpinn_stepper *x, const stepper_worker *worker, int members,
+void cpinn_stepper_take(const cpinn_stepper *stepper, const stepper_worker *worker, int members,
                         const double *states, const double *inputs, const double *after,
                         double *next, double *by_state, double *by_inputs)
 {
     const one_step *model = &worker->model;
-    const size_t n = (size_t)x->states, m = (size_t)x->inputs;
-    if (model->advance(model->context, members, x->step, states, inputs, after, next, by_state,
-                       by_inputs) == 0) {
+    const size_t n = (size_t)stepper->states, m = (size_t)stepper->inputs;
+    if (model->advance(model->context, members, stepper->step, states, inputs, after, next,
+                       by_state, by_inputs) == 0) {
         return;
     }
     for (size_t i = 0; i < (size_t)members; i++) { /* which of them have none */
         double *to = next + i * n;
-        if (!all_finite(x->states, states + i * n) ||
-            model->advance(model->context, 1, x->step, states + i * n, inputs + i * m,
+        if (!all_finite(stepper->states, states + i * n) ||
+            model->advance(model->context, 1, stepper->step, states + i * n, inputs + i * m,
                            after ? after + i * m : NULL, to, by_state ? by_state + i * n * n : NULL,
                            by_inputs ? by_inputs + i * n * m : NULL)) {
             for (size_t k = 0; k < n; k++) {
@@ -255,17 +256,17 @@ static void advance_piece(void *context, int item, int thread)
                        behind(of->by_inputs, first * n * m));
 }
 
-ad_status cpinn_stepper_advance(cpinn_stepper *x, size_t members, const double *states,
+ad_status cpinn_stepper_advance(cpinn_stepper *stepper, size_t members, const double *states,
                                 const double *inputs, const double *after, double *next,
                                 double *by_state, double *by_inputs, ad_error *error)
 {
     AD_LEAVE_HOST;
-    if (after && x->trained && x->given->hold != SURROGATE_RAMP) {
+    if (after && stepper->trained && stepper->given->hold != SURROGATE_RAMP) {
         return ad_fail(error, AD_BAD_ARGUMENT,
                        "the model was trained for inputs that stay while a step lasts; allowed: "
                        "one with surrogate.hold: linear");
     }
-    batch of = {.x = x,
+    batch of = {.x = stepper,
                 .members = members,
                 .states = states,
                 .inputs = inputs,
@@ -290,10 +291,10 @@ static void see_piece(void *context, int item, int thread)
     }
 }
 
-void cpinn_stepper_tip(cpinn_stepper *x, size_t members, const double *states, double *tip)
+void cpinn_stepper_tip(cpinn_stepper *stepper, size_t members, const double *states, double *tip)
 {
     AD_LEAVE_HOST;
-    batch of = {.x = x, .members = members, .states = states, .tip = tip};
+    batch of = {.x = stepper, .members = members, .states = states, .tip = tip};
     run(&of, see_piece);
 }
 
@@ -316,9 +317,10 @@ static void rest_piece(void *context, int item, int thread)
     }
 }
 
-void cpinn_stepper_rest(cpinn_stepper *x, size_t members, const double *inputs, double *states)
+void cpinn_stepper_rest(cpinn_stepper *stepper, size_t members, const double *inputs,
+                        double *states)
 {
     AD_LEAVE_HOST;
-    batch of = {.x = x, .members = members, .inputs = inputs, .next = states};
+    batch of = {.x = stepper, .members = members, .inputs = inputs, .next = states};
     run(&of, rest_piece);
 }

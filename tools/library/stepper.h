@@ -29,7 +29,7 @@ struct cpinn_stepper {
 
 /* Of at most STEPPER_MEMBERS states, by one thread. next: not numbers of those without an answer.
  * cpinn_stepper_see leaves what it sees in worker->seen. */
-void cpinn_stepper_take(const cpinn_stepper *x, const stepper_worker *worker, int members,
+void cpinn_stepper_take(const cpinn_stepper *stepper, const stepper_worker *worker, int members,
                         const double *states, const double *inputs, const double *after,
                         double *next, double *by_state, double *by_inputs);
 void cpinn_stepper_see(const stepper_worker *worker, int members, const double *states);

@@ -15,61 +15,65 @@ enum { CHUNK = 512, CHUNK_NUMBERS = 1 << 20 };
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-static ad_status keep_points(cpinn_family *x, const cpinn_family_settings *settings,
+static ad_status keep_points(cpinn_family *family, const cpinn_family_settings *settings,
                              ad_error *error)
 {
-    const bool moves = scene_is_dynamic(&x->open);
-    x->points = settings->points;
-    x->s = malloc((settings->points + 1) * sizeof *x->s);
-    x->t = moves ? malloc((settings->points + 1) * sizeof *x->t) : NULL;
-    if (!x->s || (moves && !x->t)) {
+    const bool moves = scene_is_dynamic(&family->open);
+    family->points = settings->points;
+    family->s = malloc((settings->points + 1) * sizeof *family->s);
+    family->t = moves ? malloc((settings->points + 1) * sizeof *family->t) : NULL;
+    if (!family->s || (moves && !family->t)) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", settings->points);
     }
     for (size_t i = 0; i < settings->points; i++) {
-        x->s[i] = settings->s[i];
-        if (!(x->s[i] >= (i > 0 && !moves ? x->s[i - 1] : 0) &&
-              x->s[i] <= x->length * (1 + 1e-12))) {
+        family->s[i] = settings->s[i];
+        if (!(family->s[i] >= (i > 0 && !moves ? family->s[i - 1] : 0) &&
+              family->s[i] <= family->length * (1 + 1e-12))) {
             return ad_fail(error, AD_BAD_ARGUMENT,
-                           "s[%zu] = %g; allowed: %swithin the rod, 0 to %g m", i, x->s[i],
-                           moves ? "" : "ascending, ", x->length);
+                           "s[%zu] = %g; allowed: %swithin the rod, 0 to %g m", i, family->s[i],
+                           moves ? "" : "ascending, ", family->length);
         }
         if (moves) {
-            x->t[i] = settings->t ? settings->t[i] : NAN;
-            if (!(x->t[i] >= 0 && x->t[i] <= scene_duration(&x->open) * (1 + 1e-12))) {
+            family->t[i] = settings->t ? settings->t[i] : NAN;
+            if (!(family->t[i] >= 0 &&
+                  family->t[i] <= scene_duration(&family->open) * (1 + 1e-12))) {
                 return ad_fail(error, AD_BAD_ARGUMENT, "t[%zu] = %g; allowed: 0 to %g s", i,
-                               x->t[i], scene_duration(&x->open));
+                               family->t[i], scene_duration(&family->open));
             }
         }
     }
     return AD_OK;
 }
 
-static ad_status create_solver(cpinn_family *x, ad_error *error)
+static ad_status create_solver(cpinn_family *family, ad_error *error)
 {
     const solve_members_settings settings = {.tolerance = CPINN_TOLERANCE,
-                                             .threads = ad_pool_threads(x->pool),
-                                             .points = x->points,
-                                             .s = x->s,
-                                             .ranks = ad_pool_ranks(x->pool)};
-    ad_status status = solve_members_create(&x->open, &settings, &x->solver, &x->why_not);
+                                             .threads = ad_pool_threads(family->pool),
+                                             .points = family->points,
+                                             .s = family->s,
+                                             .ranks = ad_pool_ranks(family->pool)};
+    ad_status status =
+        solve_members_create(&family->open, &settings, &family->solver, &family->why_not);
     if (status != AD_OK && status != AD_BAD_ARGUMENT) {
-        return ad_fail(error, status, "%s", x->why_not.message);
+        return ad_fail(error, status, "%s", family->why_not.message);
     }
-    x->nodes = x->solver ? solve_members_nodes(x->solver) : 0;
+    family->nodes = family->solver ? solve_members_nodes(family->solver) : 0;
     return AD_OK;
 }
 
-static ad_status make_room(cpinn_family *x, ad_error *error)
+static ad_status make_room(cpinn_family *family, ad_error *error)
 {
-    const size_t width = x->points * (size_t)x->columns, most = CHUNK_NUMBERS / (width + 1);
-    x->chunk = most >= CHUNK ? CHUNK : most > 16 ? most / 16 * 16 : 16;
-    x->curvature = malloc((3 * x->chunk * x->nodes + 1) * sizeof *x->curvature);
-    x->values = malloc((x->chunk * width + 1) * sizeof *x->values);
-    x->parameters = malloc(x->chunk * (size_t)x->count * sizeof *x->parameters);
-    x->which = malloc(x->chunk * sizeof *x->which);
-    x->refined = malloc(x->chunk * sizeof *x->refined);
-    x->solved = malloc(x->chunk * sizeof *x->solved);
-    return x->curvature && x->values && x->parameters && x->which && x->refined && x->solved
+    const size_t width = family->points * (size_t)family->columns,
+                 most = CHUNK_NUMBERS / (width + 1);
+    family->chunk = most >= CHUNK ? CHUNK : most > 16 ? most / 16 * 16 : 16;
+    family->curvature = malloc((3 * family->chunk * family->nodes + 1) * sizeof *family->curvature);
+    family->values = malloc((family->chunk * width + 1) * sizeof *family->values);
+    family->parameters = malloc(family->chunk * (size_t)family->count * sizeof *family->parameters);
+    family->which = malloc(family->chunk * sizeof *family->which);
+    family->refined = malloc(family->chunk * sizeof *family->refined);
+    family->solved = malloc(family->chunk * sizeof *family->solved);
+    return family->curvature && family->values && family->parameters && family->which &&
+                   family->refined && family->solved
                ? AD_OK
                : ad_fail(error, AD_NO_MEMORY, "out of memory for members of a family");
 }
@@ -82,33 +86,33 @@ ad_status cpinn_family_prepare(const scene *open, const cpinn_family_settings *s
         return ad_fail(error, AD_BAD_ARGUMENT,
                        "the scene is no family: no parameter of it has a range");
     }
-    cpinn_family *x = calloc(1, sizeof *x);
-    if (!x) {
+    cpinn_family *family = calloc(1, sizeof *family);
+    if (!family) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a family");
     }
-    x->open = *open;
-    x->count = open->parameter_count;
-    x->extrapolate = settings->extrapolate;
-    x->length = scene_length(open);
-    ad_status status = ad_pool_open(settings->threads, &x->pool, error);
-    status = status == AD_OK ? ad_pool_share(x->pool, settings->ranks, error) : status;
-    status = status == AD_OK ? keep_points(x, settings, error) : status;
+    family->open = *open;
+    family->count = open->parameter_count;
+    family->extrapolate = settings->extrapolate;
+    family->length = scene_length(open);
+    ad_status status = ad_pool_open(settings->threads, &family->pool, error);
+    status = status == AD_OK ? ad_pool_share(family->pool, settings->ranks, error) : status;
+    status = status == AD_OK ? keep_points(family, settings, error) : status;
     if (status == AD_OK) {
-        status = create_solver(x, error);
+        status = create_solver(family, error);
     }
-    x->columns = x->solver ? SOLVE_MEMBERS_COLUMNS : solution_columns(open);
-    status = status == AD_OK ? make_room(x, error) : status;
+    family->columns = family->solver ? SOLVE_MEMBERS_COLUMNS : solution_columns(open);
+    status = status == AD_OK ? make_room(family, error) : status;
     if (status != AD_OK) {
-        cpinn_family_free(x);
+        cpinn_family_free(family);
         return status;
     }
-    *result = x;
+    *result = family;
     return AD_OK;
 }
 
-void cpinn_family_attach(cpinn_family *x, const cpinn_family_network *network)
+void cpinn_family_attach(cpinn_family *family, const cpinn_family_network *network)
 {
-    x->network = *network;
+    family->network = *network;
 }
 
 /* ---- the network of a family in the strain form ---- */
@@ -126,10 +130,10 @@ static const double SMALLEST = 1e-100;
 static ad_status run_strain(void *context, size_t members, const double *parameters,
                             double *curvature, ad_error *error)
 {
-    const strain_network *x = context;
-    ad_status status =
-        family_network_run(x->network, x->weights, members, parameters, curvature, error);
-    for (size_t i = 0; i < members * 3 * x->nodes; i++) {
+    const strain_network *network = context;
+    ad_status status = family_network_run(network->network, network->weights, members, parameters,
+                                          curvature, error);
+    for (size_t i = 0; i < members * 3 * network->nodes; i++) {
         curvature[i] = fabs(curvature[i]) < SMALLEST ? 0 : curvature[i];
     }
     return status;
@@ -137,19 +141,19 @@ static ad_status run_strain(void *context, size_t members, const double *paramet
 
 static void free_strain(void *context)
 {
-    strain_network *x = context;
-    family_network_free(x->network);
-    free(x);
+    strain_network *network = context;
+    family_network_free(network->network);
+    free(network);
 }
 
-static ad_status create_strain(const experiment *e, const cpinn_family *x,
+static ad_status create_strain(const experiment *e, const cpinn_family *cpinn_family,
                                cpinn_family_network *result, ad_error *error)
 {
     const family *trained = targets_family(e->targets);
-    if (family_nodes(trained) != x->nodes) {
+    if (family_nodes(trained) != cpinn_family->nodes) {
         return ad_fail(error, AD_BAD_INPUT,
                        "the network has curvature at %zu places, the solver at %zu; train it anew",
-                       family_nodes(trained), x->nodes);
+                       family_nodes(trained), cpinn_family->nodes);
     }
     strain_network *made = calloc(1, sizeof *made);
     ad_status status = made ? family_network_create(trained, e->mlp, e->pool, &made->network, error)
@@ -159,18 +163,18 @@ static ad_status create_strain(const experiment *e, const cpinn_family *x,
         return status;
     }
     made->weights = experiment_parameters(e);
-    made->nodes = x->nodes;
+    made->nodes = cpinn_family->nodes;
     *result = (cpinn_family_network){.context = made, .curvature = run_strain, .free = free_strain};
     return AD_OK;
 }
 
-static ad_status create_code(const experiment *e, cpinn_family *x, ad_error *error)
+static ad_status create_code(const experiment *e, cpinn_family *family, ad_error *error)
 {
-    ad_error *why = &x->not_compiled;
+    ad_error *why = &family->not_compiled;
     ad_status status =
-        !e->targets || !x->solver
+        !e->targets || !family->solver
             ? ad_fail(why, AD_BAD_ARGUMENT, "the network is not one of the strain form")
-            : member_code_create(e, x->points, x->s, &x->code, why);
+            : member_code_create(e, family->points, family->s, &family->code, why);
     return status == AD_NO_MEMORY ? ad_fail(error, status, "%s", why->message) : AD_OK;
 }
 
@@ -218,92 +222,93 @@ ad_status cpinn_family_open(const char *path, const cpinn_family_settings *setti
     return AD_OK;
 }
 
-void cpinn_family_free(cpinn_family *x)
+void cpinn_family_free(cpinn_family *family)
 {
-    if (x) {
-        if (x->network.free) {
-            x->network.free(x->network.context);
+    if (family) {
+        if (family->network.free) {
+            family->network.free(family->network.context);
         }
-        member_code_free(x->code);
-        solve_members_free(x->solver);
-        ad_pool_free(x->pool);
-        experiment_free(x->owned);
-        free(x->s);
-        free(x->t);
-        free(x->curvature);
-        free(x->values);
-        free(x->parameters);
-        free(x->which);
-        free(x->refined);
-        free(x->solved);
-        free(x);
+        member_code_free(family->code);
+        solve_members_free(family->solver);
+        ad_pool_free(family->pool);
+        experiment_free(family->owned);
+        free(family->s);
+        free(family->t);
+        free(family->curvature);
+        free(family->values);
+        free(family->parameters);
+        free(family->which);
+        free(family->refined);
+        free(family->solved);
+        free(family);
     }
 }
 
 /* ---- looking ------------------------------------------------------------------------------- */
 
-int cpinn_family_parameters(const cpinn_family *x)
+int cpinn_family_parameters(const cpinn_family *family)
 {
-    return x->count;
+    return family->count;
 }
 
-const scene_parameter *cpinn_family_parameter(const cpinn_family *x, int index)
+const scene_parameter *cpinn_family_parameter(const cpinn_family *family, int index)
 {
-    return index >= 0 && index < x->count ? &x->open.parameters[index] : NULL;
+    return index >= 0 && index < family->count ? &family->open.parameters[index] : NULL;
 }
 
-int cpinn_family_columns(const cpinn_family *x)
+int cpinn_family_columns(const cpinn_family *family)
 {
-    return x->columns;
+    return family->columns;
 }
 
-const char *cpinn_family_column_name(const cpinn_family *x, int column)
+const char *cpinn_family_column_name(const cpinn_family *family, int column)
 {
-    return column >= 0 && column < x->columns ? scene_physics_of(&x->open)->columns[column].name
-                                              : "";
+    return column >= 0 && column < family->columns
+               ? scene_physics_of(&family->open)->columns[column].name
+               : "";
 }
 
-const char *cpinn_family_without_error(const cpinn_family *x)
+const char *cpinn_family_without_error(const cpinn_family *family)
 {
-    return x->solver ? "" : x->why_not.message;
+    return family->solver ? "" : family->why_not.message;
 }
 
-bool cpinn_family_is_compiled(const cpinn_family *x)
+bool cpinn_family_is_compiled(const cpinn_family *family)
 {
-    return x->code != NULL;
+    return family->code != NULL;
 }
 
-const char *cpinn_family_not_compiled(const cpinn_family *x)
+const char *cpinn_family_not_compiled(const cpinn_family *family)
 {
-    return x->code ? "" : x->not_compiled.message;
+    return family->code ? "" : family->not_compiled.message;
 }
 
-solve_members *cpinn_family_solver(const cpinn_family *x)
+solve_members *cpinn_family_solver(const cpinn_family *family)
 {
-    return x->solver;
+    return family->solver;
 }
 
-const scene *cpinn_family_scene(const cpinn_family *x)
+const scene *cpinn_family_scene(const cpinn_family *family)
 {
-    return &x->open;
+    return &family->open;
 }
 
-ad_pool *cpinn_family_pool(const cpinn_family *x)
+ad_pool *cpinn_family_pool(const cpinn_family *family)
 {
-    return x->pool;
+    return family->pool;
 }
 
-size_t cpinn_family_points(const cpinn_family *x)
+size_t cpinn_family_points(const cpinn_family *family)
 {
-    return x->points;
+    return family->points;
 }
 
-const double *cpinn_family_s(const cpinn_family *x)
+const double *cpinn_family_s(const cpinn_family *family)
 {
-    return x->s;
+    return family->s;
 }
 
-const double *cpinn_family_t(const cpinn_family *x)
+const double *cpinn_family_t(const cpinn_family *family)
 {
-    return x->t;
+    return family->t;
 }

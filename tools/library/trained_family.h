@@ -48,33 +48,33 @@ struct cpinn_family {
 /* A family without a network yet, of a scene that outlives it; then its network. */
 ad_status cpinn_family_prepare(const scene *open, const cpinn_family_settings *settings,
                                cpinn_family **result, ad_error *error);
-void cpinn_family_attach(cpinn_family *x, const cpinn_family_network *network);
+void cpinn_family_attach(cpinn_family *family, const cpinn_family_network *network);
 
 /* Of an experiment that was restored, and outlives it. */
 ad_status cpinn_family_of(const experiment *e, const cpinn_family_settings *settings,
                           cpinn_family **result, ad_error *error);
 
 /* NULL: the solver does not take the scene. */
-solve_members *cpinn_family_solver(const cpinn_family *x);
-bool cpinn_family_is_compiled(const cpinn_family *x);
-const scene *cpinn_family_scene(const cpinn_family *x);
-ad_pool *cpinn_family_pool(const cpinn_family *x); /* with its ranks; of the family */
-size_t cpinn_family_points(const cpinn_family *x);
-const double *cpinn_family_s(const cpinn_family *x);
-const double *cpinn_family_t(const cpinn_family *x); /* NULL at rest */
+solve_members *cpinn_family_solver(const cpinn_family *family);
+bool cpinn_family_is_compiled(const cpinn_family *family);
+const scene *cpinn_family_scene(const cpinn_family *family);
+ad_pool *cpinn_family_pool(const cpinn_family *family); /* with its ranks; of the family */
+size_t cpinn_family_points(const cpinn_family *family);
+const double *cpinn_family_s(const cpinn_family *family);
+const double *cpinn_family_t(const cpinn_family *family); /* NULL at rest */
 
 /* Largest distance of two shapes [points][columns], m; NaN: one of them has no number. */
-double cpinn_family_distance(const cpinn_family *x, const double *a, const double *b);
+double cpinn_family_distance(const cpinn_family *family, const double *a, const double *b);
 
 /* Of some members those by solution_create whose numbers are which [count]: parameters, values
  * [members][points][columns]; of `answers` [members] the reason is kept where the solver has no
  * doubt. AD_NO_MEMORY, AD_NO_BLAS. */
-ad_status cpinn_family_solve(const cpinn_family *x, size_t count, const size_t *which,
+ad_status cpinn_family_solve(const cpinn_family *family, size_t count, const size_t *which,
                              const double *parameters, double *values, cpinn_answer *answers,
                              ad_error *error);
 
 /* The network of the evaluator (physics/evaluator.h) of coordinates s, t and the parameters. */
-ad_status cpinn_family_fields(const evaluator_model *trained, const cpinn_family *x,
+ad_status cpinn_family_fields(const evaluator_model *trained, const cpinn_family *family,
                               cpinn_family_network *result, ad_error *error);
 
 #endif

@@ -16,8 +16,8 @@ ad_status image_png(int width, int height, const unsigned char *rgb, unsigned ch
 typedef struct image_movie image_movie;
 ad_status image_movie_begin(const char *path, int width, int height, int per_second,
                             image_movie **result, ad_error *error);
-ad_status image_movie_add(image_movie *x, const unsigned char *rgb, ad_error *error);
-ad_status image_movie_end(image_movie *x, ad_error *error);
-void image_movie_free(image_movie *x); /* without an end there is no file; NULL is allowed */
+ad_status image_movie_add(image_movie *movie, const unsigned char *rgb, ad_error *error);
+ad_status image_movie_end(image_movie *movie, ad_error *error);
+void image_movie_free(image_movie *movie); /* without an end there is no file; NULL is allowed */
 
 #endif

@@ -53,13 +53,13 @@ static const struct format *format_of(const char *path)
 /* With its standard input from the pipe. Returns 0, or errno: ENOENT where there is no such
  * program.
  */
-static int spawn_encoder(image_movie *x, int from, const char *size, const char *rate,
+static int spawn_encoder(image_movie *movie, int from, const char *size, const char *rate,
                          const char *output)
 {
     const char *arguments[20 + OPTIONS] = {
         program, "-nostdin",    "-loglevel", "error",      "-y", "-f", "rawvideo", "-pixel_format",
         "rgb24", "-video_size", size,        "-framerate", rate, "-i", "pipe:0"};
-    const struct format *format = format_of(x->path);
+    const struct format *format = format_of(movie->path);
     posix_spawn_file_actions_t files;
     posix_spawnattr_t attributes;
     sigset_t pipes;
@@ -76,37 +76,37 @@ static int spawn_encoder(image_movie *x, int from, const char *size, const char 
     posix_spawn_file_actions_init(&files);
     posix_spawn_file_actions_adddup2(&files, from, STDIN_FILENO);
     posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-    posix_spawn_file_actions_adddup2(&files, x->said ? fileno(x->said) : STDOUT_FILENO,
+    posix_spawn_file_actions_adddup2(&files, movie->said ? fileno(movie->said) : STDOUT_FILENO,
                                      STDERR_FILENO);
-    const int why =
-        posix_spawnp(&x->child, program, &files, &attributes, (char *const *)arguments, environ);
+    const int why = posix_spawnp(&movie->child, program, &files, &attributes,
+                                 (char *const *)arguments, environ);
     posix_spawn_file_actions_destroy(&files);
     posix_spawnattr_destroy(&attributes);
-    x->child = why == 0 ? x->child : 0;
+    movie->child = why == 0 ? movie->child : 0;
     return why;
 }
 
 /* In a process group of its own, since Ctrl-C is for the program, which ends this. */
-static ad_status start(image_movie *x, int width, int height, int per_second, ad_error *error)
+static ad_status start(image_movie *movie, int width, int height, int per_second, ad_error *error)
 {
     int input[2];
     char size[32], rate[16], output[4200];
     snprintf(size, sizeof size, "%dx%d", width, height);
     snprintf(rate, sizeof rate, "%d", per_second);
-    snprintf(output, sizeof output, "file:%s", x->partial);
+    snprintf(output, sizeof output, "file:%s", movie->partial);
     if (pipe(input) != 0) {
         return ad_fail(error, AD_IO, "%s cannot be started: %s", program, strerror(errno));
     }
     fcntl(input[0], F_SETFD, FD_CLOEXEC);
     fcntl(input[1], F_SETFD, FD_CLOEXEC);
-    const int why = spawn_encoder(x, input[0], size, rate, output);
+    const int why = spawn_encoder(movie, input[0], size, rate, output);
     close(input[0]);
-    x->to = input[1];
+    movie->to = input[1];
     if (why == ENOENT) {
         return ad_fail(error, AD_BAD_INPUT,
                        "%.200s: movies need the encoder %s, which is not installed "
                        "(apt-get install %s)",
-                       x->path, program, program);
+                       movie->path, program, program);
     }
     return why == 0 ? AD_OK
                     : ad_fail(error, AD_IO, "%s cannot be started: %s", program, strerror(why));
@@ -115,108 +115,108 @@ static ad_status start(image_movie *x, int width, int height, int per_second, ad
 ad_status image_movie_begin(const char *path, int width, int height, int per_second,
                             image_movie **result, ad_error *error)
 {
-    image_movie *x = calloc(1, sizeof *x);
+    image_movie *movie = calloc(1, sizeof *movie);
     const size_t length = strlen(path);
     struct sigaction ignore;
-    if (x) {
-        x->to = -1;
-        x->image = 3 * (size_t)width * (size_t)height;
-        x->path = strdup(path);
-        x->partial = malloc(length + sizeof ".partial");
+    if (movie) {
+        movie->to = -1;
+        movie->image = 3 * (size_t)width * (size_t)height;
+        movie->path = strdup(path);
+        movie->partial = malloc(length + sizeof ".partial");
     }
-    if (!x || !x->path || !x->partial) {
-        image_movie_free(x);
+    if (!movie || !movie->path || !movie->partial) {
+        image_movie_free(movie);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a movie");
     }
-    snprintf(x->partial, length + sizeof ".partial", "%s.partial", path);
-    x->said = tmpfile();
+    snprintf(movie->partial, length + sizeof ".partial", "%s.partial", path);
+    movie->said = tmpfile();
     memset(&ignore, 0, sizeof ignore);
     ignore.sa_handler = SIG_IGN;
-    x->ignores = sigaction(SIGPIPE, &ignore, &x->before) == 0;
-    ad_status status = start(x, width, height, per_second, error);
+    movie->ignores = sigaction(SIGPIPE, &ignore, &movie->before) == 0;
+    ad_status status = start(movie, width, height, per_second, error);
     if (status != AD_OK) {
-        image_movie_free(x);
+        image_movie_free(movie);
         return status;
     }
-    *result = x;
+    *result = movie;
     return AD_OK;
 }
 
 /* Waits for its end; whether it was a good one. */
-static bool encoder_ends(image_movie *x)
+static bool encoder_ends(image_movie *movie)
 {
     int status = -1;
-    if (x->to >= 0) {
-        close(x->to);
-        x->to = -1;
+    if (movie->to >= 0) {
+        close(movie->to);
+        movie->to = -1;
     }
-    while (x->child > 0 && waitpid(x->child, &status, 0) < 0 && errno == EINTR) {
+    while (movie->child > 0 && waitpid(movie->child, &status, 0) < 0 && errno == EINTR) {
     }
-    x->child = 0;
+    movie->child = 0;
     return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
 /* With the first line that it said. */
-static ad_status encoder_failed(const image_movie *x, ad_error *error)
+static ad_status encoder_failed(const image_movie *movie, ad_error *error)
 {
     char line[200] = "";
-    if (x->said) {
-        rewind(x->said);
-        while (fgets(line, sizeof line, x->said) && *line == '\n') {
+    if (movie->said) {
+        rewind(movie->said);
+        while (fgets(line, sizeof line, movie->said) && *line == '\n') {
         }
     }
     line[strcspn(line, "\n")] = '\0';
     ad_one_line(line);
-    return ad_fail(error, AD_NOT_WRITTEN, "%.200s: not written, %s failed: %s", x->path, program,
-                   *line ? line : "it says nothing");
+    return ad_fail(error, AD_NOT_WRITTEN, "%.200s: not written, %s failed: %s", movie->path,
+                   program, *line ? line : "it says nothing");
 }
 
-ad_status image_movie_add(image_movie *x, const unsigned char *rgb, ad_error *error)
+ad_status image_movie_add(image_movie *movie, const unsigned char *rgb, ad_error *error)
 {
-    for (size_t done = 0; done < x->image;) {
-        const ssize_t put = write(x->to, rgb + done, x->image - done);
+    for (size_t done = 0; done < movie->image;) {
+        const ssize_t put = write(movie->to, rgb + done, movie->image - done);
         if (put < 0 && errno != EINTR) {
-            encoder_ends(x);
-            return encoder_failed(x, error);
+            encoder_ends(movie);
+            return encoder_failed(movie, error);
         }
         done += put > 0 ? (size_t)put : 0;
     }
     return AD_OK;
 }
 
-ad_status image_movie_end(image_movie *x, ad_error *error)
+ad_status image_movie_end(image_movie *movie, ad_error *error)
 {
-    if (!encoder_ends(x) || access(x->partial, F_OK) != 0) {
-        return encoder_failed(x, error);
+    if (!encoder_ends(movie) || access(movie->partial, F_OK) != 0) {
+        return encoder_failed(movie, error);
     }
-    return rename(x->partial, x->path) == 0
+    return rename(movie->partial, movie->path) == 0
                ? AD_OK
-               : ad_fail(error, AD_NOT_WRITTEN, "%.200s: not written: %s", x->path,
+               : ad_fail(error, AD_NOT_WRITTEN, "%.200s: not written: %s", movie->path,
                          strerror(errno));
 }
 
-void image_movie_free(image_movie *x)
+void image_movie_free(image_movie *movie)
 {
-    if (!x) {
+    if (!movie) {
         return;
     }
-    if (x->child > 0) {
-        kill(x->child, SIGKILL);
-        encoder_ends(x);
+    if (movie->child > 0) {
+        kill(movie->child, SIGKILL);
+        encoder_ends(movie);
     }
-    if (x->to >= 0) {
-        close(x->to);
+    if (movie->to >= 0) {
+        close(movie->to);
     }
-    if (x->partial && x->ignores) {
-        unlink(x->partial);
+    if (movie->partial && movie->ignores) {
+        unlink(movie->partial);
     }
-    if (x->ignores) {
-        sigaction(SIGPIPE, &x->before, NULL);
+    if (movie->ignores) {
+        sigaction(SIGPIPE, &movie->before, NULL);
     }
-    if (x->said) {
-        fclose(x->said);
+    if (movie->said) {
+        fclose(movie->said);
     }
-    free(x->path);
-    free(x->partial);
-    free(x);
+    free(movie->path);
+    free(movie->partial);
+    free(movie);
 }

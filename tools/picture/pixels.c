@@ -324,8 +324,10 @@ typedef struct depth {
 
 static int by_depth(const void *a, const void *b)
 {
-    const depth *x = a, *y = b;
-    return x->near != y->near ? (x->near > y->near ? 1 : -1) : x->face < y->face ? -1 : 1;
+    const depth *depth = a, *y = b;
+    return depth->near != y->near  ? (depth->near > y->near ? 1 : -1)
+           : depth->face < y->face ? -1
+                                   : 1;
 }
 
 static ad_status sort_clear(canvas *c, ad_error *error)

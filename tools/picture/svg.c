@@ -96,8 +96,8 @@ typedef struct depth {
 
 static int by_depth(const void *a, const void *b)
 {
-    const depth *x = a, *y = b;
-    return x->far != y->far ? (x->far < y->far ? 1 : -1) : x->face < y->face ? -1 : 1;
+    const depth *depth = a, *y = b;
+    return depth->far != y->far ? (depth->far < y->far ? 1 : -1) : depth->face < y->face ? -1 : 1;
 }
 
 /* Grown by a third of a pixel, so that nothing shines through between neighbours. */

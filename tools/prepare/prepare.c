@@ -10,11 +10,11 @@
 #include <string.h>
 
 /* What the library says of `key` of bad input; of anything else there is no place to blame. */
-static ad_status blame(const config *x, ad_status status, const char *key, const ad_error *reason,
-                       ad_error *error)
+static ad_status blame(const config *config, ad_status status, const char *key,
+                       const ad_error *reason, ad_error *error)
 {
     return status == AD_OK          ? AD_OK
-           : status == AD_BAD_INPUT ? config_refuse(x, key, reason->message, error)
+           : status == AD_BAD_INPUT ? config_refuse(config, key, reason->message, error)
                                     : ad_fail(error, status, "%s", reason->message);
 }
 
@@ -22,7 +22,7 @@ static ad_status blame(const config *x, ad_status status, const char *key, const
 
 /* One motion is learnt by its strain modes in a tenth of the time that the mixed form takes to the
  * same error, where they take it and nothing is given that only the other has. */
-static bool takes_modes(const config *x)
+static bool takes_modes(const config *config)
 {
     static const char *const of_mixed[] = {"network.rotation",
                                            "network.fourier.features",
@@ -32,19 +32,20 @@ static bool takes_modes(const config *x)
                                            "losses.interior.weights.curvature",
                                            "losses.interior.weights.force",
                                            "losses.interior.weights.moment"};
-    const train_settings *settings = &x->settings;
+    const train_settings *settings = &config->settings;
     const problem_settings *losses = &settings->losses;
     /* Of windows that are given, up to that of the largest degree (settings_motion.c). */
     const double longest = 2.0 / 3;
     ad_error unused;
     const bool are_short =
-        settings->windows == 0 ||
-        scene_duration(&x->scene) / settings->windows <= longest * rod_scales_of(&x->scene).time;
-    bool takes = are_short && scene_is_dynamic(&x->scene) && settings->network.hidden_count <= 0 &&
-                 losses->causal_slices == 0 && losses->adaptive.kind == PROBLEM_ADAPTIVE_NONE &&
+        settings->windows == 0 || scene_duration(&config->scene) / settings->windows <=
+                                      longest * rod_scales_of(&config->scene).time;
+    bool takes = are_short && scene_is_dynamic(&config->scene) &&
+                 settings->network.hidden_count <= 0 && losses->causal_slices == 0 &&
+                 losses->adaptive.kind == PROBLEM_ADAPTIVE_NONE &&
                  losses->balance == PROBLEM_BALANCE_NONE && losses->self_adaptive_rate == 0 &&
                  losses->interior.resample_every == 0 &&
-                 support_check(&x->scene, SUPPORT_STRAIN_MOTION, NULL, &unused) == AD_OK;
+                 support_check(&config->scene, SUPPORT_STRAIN_MOTION, NULL, &unused) == AD_OK;
     for (int i = 0; i < settings->stage_count; i++) {
         const train_stage *stage = &settings->stages[i];
         takes = takes && train_may_take(stage, OPTIM_GAUSS_NEWTON) &&
@@ -52,21 +53,22 @@ static bool takes_modes(const config *x)
                  stage->linear_algebra == TRAIN_NORMAL_EQUATIONS);
     }
     for (size_t i = 0; i < sizeof of_mixed / sizeof *of_mixed; i++) {
-        takes = takes && !config_gives(x, of_mixed[i]);
+        takes = takes && !config_gives(config, of_mixed[i]);
     }
     return takes;
 }
 
 /* A family is learnt from its members where they can be solved by the thousand: in a hundredth of
  * the time, to a hundredth of the error, that waves of s and the parameters take. */
-static ad_status choose_formulation(config *x, ad_error *error)
+static ad_status choose_formulation(config *config, ad_error *error)
 {
-    scene *of = &x->scene, middle;
-    if (config_gives(x, "formulation") || of->unknown_count > 0 || x->settings.data_count > 0) {
+    scene *of = &config->scene, middle;
+    if (config_gives(config, "formulation") || of->unknown_count > 0 ||
+        config->settings.data_count > 0) {
         return AD_OK;
     }
     if (!scene_is_family(of)) {
-        of->formulation = takes_modes(x) ? SCENE_STRAIN_FORM : of->formulation;
+        of->formulation = takes_modes(config) ? SCENE_STRAIN_FORM : of->formulation;
         return AD_OK;
     }
     scene_middle(of, &middle);
@@ -79,12 +81,13 @@ static ad_status choose_formulation(config *x, ad_error *error)
 
 /* Of unknowns every trial has its own equilibrium, of a one-step model the members follow from the
  * one in the middle of the ranges. */
-static ad_status check_start(const config *x, ad_error *error)
+static ad_status check_start(const config *config, ad_error *error)
 {
-    const bool steps = surrogate_is_given(&x->surrogate) || config_controls(x);
-    return x->scene.initial.state != SCENE_EQUILIBRIUM || !scene_is_family(&x->scene) || steps
+    const bool steps = surrogate_is_given(&config->surrogate) || config_controls(config);
+    return config->scene.initial.state != SCENE_EQUILIBRIUM || !scene_is_family(&config->scene) ||
+                   steps
                ? AD_OK
-               : config_refuse(x, "initial.state",
+               : config_refuse(config, "initial.state",
                                "is solved for before training, but the scene is a family, whose "
                                "members have one each; allowed: given, no parameter with a range, "
                                "or a one-step model",
@@ -92,103 +95,105 @@ static ad_status check_start(const config *x, ad_error *error)
 }
 
 /* In place of what a network of the scene itself would need a one-step model may be given. */
-static ad_status choose_training(config *x, ad_error *error)
+static ad_status choose_training(config *config, ad_error *error)
 {
     ad_error reason;
     char key[TRAIN_KEY_MAX];
-    if (config_controls(x) && x->settings.windows == 0) {
-        x->settings.windows = 1; /* of a network, that nobody asks for */
+    if (config_controls(config) && config->settings.windows == 0) {
+        config->settings.windows = 1; /* of a network, that nobody asks for */
     }
     const ad_status status =
-        surrogate_is_given(&x->surrogate)
-            ? surrogate_settings_resolve(&x->surrogate, &x->settings, &x->scene, key, &reason)
-            : train_settings_resolve(&x->settings, &x->scene, key, &reason);
-    return blame(x, status, key, &reason, error);
+        surrogate_is_given(&config->surrogate)
+            ? surrogate_settings_resolve(&config->surrogate, &config->settings, &config->scene, key,
+                                         &reason)
+            : train_settings_resolve(&config->settings, &config->scene, key, &reason);
+    return blame(config, status, key, &reason, error);
 }
 
-static ad_status choose_control(config *x, ad_error *error)
+static ad_status choose_control(config *config, ad_error *error)
 {
-    const surrogate_settings model = control_model_of(&x->surrogate);
+    const surrogate_settings model = control_model_of(&config->surrogate);
     ad_error reason;
     char key[TRAIN_KEY_MAX];
-    const ad_status status = control_settings_resolve(
-        &x->control, &model, &x->scene, config_gives(x, "control.estimate"), key, &reason);
-    return blame(x, status, key, &reason, error);
+    const ad_status status =
+        control_settings_resolve(&config->control, &model, &config->scene,
+                                 config_gives(config, "control.estimate"), key, &reason);
+    return blame(config, status, key, &reason, error);
 }
 
-static ad_status check_training(const config *x, ad_error *error)
+static ad_status check_training(const config *config, ad_error *error)
 {
     ad_error reason;
     char key[TRAIN_KEY_MAX];
-    ad_status status = config_check_stages(x, error);
-    if (status != AD_OK || surrogate_is_given(&x->surrogate)) {
+    ad_status status = config_check_stages(config, error);
+    if (status != AD_OK || surrogate_is_given(&config->surrogate)) {
         return status; /* a one-step model has been checked */
     }
-    status = train_settings_check(&x->settings, &x->scene, key, &reason);
-    return blame(x, status, key, &reason, error);
+    status = train_settings_check(&config->settings, &config->scene, key, &reason);
+    return blame(config, status, key, &reason, error);
 }
 
-static ad_status choose(config *x, const void *context, ad_error *error)
+static ad_status choose(config *config, const void *context, ad_error *error)
 {
     (void)context;
-    ad_status status = check_start(x, error);
-    status = status == AD_OK ? choose_formulation(x, error) : status;
-    status = status == AD_OK ? choose_training(x, error) : status;
-    if (status == AD_OK && config_controls(x)) {
-        status = choose_control(x, error);
+    ad_status status = check_start(config, error);
+    status = status == AD_OK ? choose_formulation(config, error) : status;
+    status = status == AD_OK ? choose_training(config, error) : status;
+    if (status == AD_OK && config_controls(config)) {
+        status = choose_control(config, error);
     }
-    return status == AD_OK ? check_training(x, error) : status;
+    return status == AD_OK ? check_training(config, error) : status;
 }
 
-ad_status prepare_choices(config *x, ad_error *error)
+ad_status prepare_choices(config *config, ad_error *error)
 {
-    return config_with_points(x, choose, NULL, error);
+    return config_with_points(config, choose, NULL, error);
 }
 
 /* ---- the beginning ------------------------------------------------------------------------- */
 
-static ad_status settle(config *x, ad_error *error)
+static ad_status settle(config *config, ad_error *error)
 {
     ad_error reason;
-    scene *of = &x->scene, middle;
+    scene *of = &config->scene, middle;
     if (of->initial.state != SCENE_EQUILIBRIUM || (scene_is_open(of) && !scene_is_family(of))) {
         return AD_OK; /* of unknowns every trial does */
     }
     scene_middle(of, &middle);
-    ad_status status = solve_settle(&middle, x->names, &reason);
+    ad_status status = solve_settle(&middle, config->names, &reason);
     memcpy(of->initial.settled, middle.initial.settled, sizeof of->initial.settled);
     status = status == AD_BAD_ARGUMENT ? AD_BAD_INPUT : status;
-    return blame(x, status, "initial.state", &reason, error);
+    return blame(config, status, "initial.state", &reason, error);
 }
 
-static ad_status check_ends(const config *x, ad_error *error)
+static ad_status check_ends(const config *config, ad_error *error)
 {
     ad_error reason;
     const char *key = "";
     scene member;
-    scene_middle(&x->scene, &member);
+    scene_middle(&config->scene, &member);
     const ad_status status = scene_physics_of(&member)->check(&member, &key, &reason);
-    return blame(x, status, key, &reason, error);
+    return blame(config, status, key, &reason, error);
 }
 
-static ad_status begin(config *x, const void *context, ad_error *error)
+static ad_status begin(config *config, const void *context, ad_error *error)
 {
     (void)context;
-    const ad_status status = settle(x, error);
-    return status == AD_OK ? check_ends(x, error) : status;
+    const ad_status status = settle(config, error);
+    return status == AD_OK ? check_ends(config, error) : status;
 }
 
-ad_status prepare_start(config *x, ad_error *error)
+ad_status prepare_start(config *config, ad_error *error)
 {
-    return config_with_points(x, begin, NULL, error);
+    return config_with_points(config, begin, NULL, error);
 }
 
 /* ---- all of it ----------------------------------------------------------------------------- */
 
-ad_status prepare_config(config *x, ad_error *error)
+ad_status prepare_config(config *config, ad_error *error)
 {
-    const ad_status status = prepare_choices(x, error);
-    return status == AD_OK ? prepare_start(x, error) : status;
+    const ad_status status = prepare_choices(config, error);
+    return status == AD_OK ? prepare_start(config, error) : status;
 }
 
 static ad_status prepare(ad_status status, config **x, ad_error *error)

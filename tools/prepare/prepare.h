@@ -12,14 +12,14 @@ extern "C" {
 
 /* The formulation, and what is open of network, windows, points, stages, one-step model and
  * controller; checked. Nothing is solved. AD_BAD_INPUT: the line is as of config_read. */
-ad_status prepare_choices(config *x, ad_error *error);
+ad_status prepare_choices(config *config, ad_error *error);
 
 /* The equilibrium that a motion begins in, and held ends against the beginning; after
  * prepare_choices. Errors also of the solver. */
-ad_status prepare_start(config *x, ad_error *error);
+ad_status prepare_start(config *config, ad_error *error);
 
 /* Both. */
-ad_status prepare_config(config *x, ad_error *error);
+ad_status prepare_config(config *config, ad_error *error);
 
 /* config_read, config_read_member and config_create with both after them; *result is NULL where
  * anything fails. */

@@ -71,11 +71,11 @@ static void describe(const control_row *row, const char *model, char lines[LINES
 
 /* Whether the self-test agrees, whose first line is `said`. Without a compiler the files are as
  * good all the same, with a warning. */
-static ad_status check(const export_loop *x, const export_texts texts, char said[256],
+static ad_status check(const export_loop *loop, const export_texts texts, char said[256],
                        ad_error *error)
 {
     char *lines = NULL;
-    ad_status status = export_texts_check(texts, x->name, "c11", &lines, error);
+    ad_status status = export_texts_check(texts, loop->name, "c11", &lines, error);
     snprintf(said, 256, "%.*s", lines ? (int)strcspn(lines, "\n") : 12,
              lines ? lines : "not compiled");
     free(lines);
@@ -86,15 +86,16 @@ static ad_status check(const export_loop *x, const export_texts texts, char said
     return status;
 }
 
-static ad_status write_files(export_loop *x, const export_out *to, char said[256], ad_error *error)
+static ad_status write_files(export_loop *loop, const export_out *to, char said[256],
+                             ad_error *error)
 {
     export_texts texts = {{.bytes = NULL}};
     ad_status status = export_files_check(to, error);
-    status = status == AD_OK ? export_loop_record(x, error) : status;
+    status = status == AD_OK ? export_loop_record(loop, error) : status;
     if (status == AD_OK) {
-        status = export_texts_write_all(texts, export_loop_write, x, error);
+        status = export_texts_write_all(texts, export_loop_write, loop, error);
     }
-    status = status == AD_OK ? check(x, texts, said, error) : status;
+    status = status == AD_OK ? check(loop, texts, said, error) : status;
     status = status == AD_OK ? export_files_put(to, texts, error) : status;
     export_texts_free(texts);
     return status;

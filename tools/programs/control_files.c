@@ -11,13 +11,13 @@
 
 static ad_status write_table(const control_row *row, const char *path, ad_error *error)
 {
-    const control_loop *x = row->loop;
-    const int count = loop_columns(x);
+    const control_loop *loop = row->loop;
+    const int count = loop_columns(loop);
     const char *names[TABLE_MAX_COLUMNS];
     const double *columns[TABLE_MAX_COLUMNS];
     for (int i = 0; i < count; i++) {
-        names[i] = loop_column_name(x, i);
-        columns[i] = loop_column(x, i);
+        names[i] = loop_column_name(loop, i);
+        columns[i] = loop_column(loop, i);
     }
     const table_source table = {.names = names,
                                 .columns = columns,
@@ -77,7 +77,7 @@ static void plane_of(const control_row *row, double across[2][3], double origin[
 static ad_status print_data(FILE *file, const void *context, ad_error *error)
 {
     const control_row *row = context;
-    const control_loop *x = row->loop;
+    const control_loop *loop = row->loop;
     const int inputs = inputs_of(row), estimates = row->control.estimate_count;
     double across[2][3], origin[3];
     (void)error;
@@ -85,21 +85,22 @@ static ad_status print_data(FILE *file, const void *context, ad_error *error)
     fprintf(file, "$loop << END\n");
     for (long i = 0; i < row->report.done; i++) {
         double off = 0;
-        fprintf(file, "%.6g", loop_column(x, 0)[i]);
+        fprintf(file, "%.6g", loop_column(loop, 0)[i]);
         for (int which = 0; which < 4; which++) {
             double at = 0;
             for (int k = 0; k < 3; k++) {
                 const int from = which < 2 ? REFERENCE : TRUE_PLACE;
-                at += across[which % 2][k] * (loop_column(x, from + k)[i] - origin[k]);
+                at += across[which % 2][k] * (loop_column(loop, from + k)[i] - origin[k]);
             }
             fprintf(file, " %.6g", 1e3 * at);
         }
         for (int k = 0; k < 3; k++) {
-            off += pow(loop_column(x, TRUE_PLACE + k)[i] - loop_column(x, REFERENCE + k)[i], 2);
+            off +=
+                pow(loop_column(loop, TRUE_PLACE + k)[i] - loop_column(loop, REFERENCE + k)[i], 2);
         }
         fprintf(file, " %.6g", 1e3 * sqrt(off));
         for (int k = 0; k < inputs + 2 * estimates; k++) {
-            fprintf(file, " %.6g", loop_column(x, INPUTS + k)[i]);
+            fprintf(file, " %.6g", loop_column(loop, INPUTS + k)[i]);
         }
         fputc('\n', file);
     }

@@ -40,17 +40,17 @@ typedef struct controlling {
 } controlling;
 
 /* Values of the scene's parameters in the plant. */
-static void find_truth(controlling *x)
+static void find_truth(controlling *controlling)
 {
-    const scene *nominal = &x->nominal->scene;
+    const scene *nominal = &controlling->nominal->scene;
     for (int k = 0; k < nominal->parameter_count; k++) {
-        x->truth[k] = NAN;
-        for (int i = 0; i < x->plant->parameter_count; i++) {
-            const config_parameter *p = &x->plant->parameters[i];
+        controlling->truth[k] = NAN;
+        for (int i = 0; i < controlling->plant->parameter_count; i++) {
+            const config_parameter *p = &controlling->plant->parameters[i];
             if (strcmp(p->name, nominal->parameters[k].name) == 0) {
                 double value = NAN;
                 quantity_is_number(p->value, &value);
-                x->truth[k] =
+                controlling->truth[k] =
                     isnan(p->range[0]) ? value : scene_parameter_at(&nominal->parameters[k], 0.5);
             }
         }
@@ -76,8 +76,8 @@ static bool same_physics(const config *a, const config *b)
     return same;
 }
 
-static ad_status load(const controlling *x, const char *path, surrogate **model, one_step *step,
-                      ad_error *error)
+static ad_status load(const controlling *controlling, const char *path, surrogate **model,
+                      one_step *step, ad_error *error)
 {
     ad_error why;
     ad_status status = surrogate_load(path, model, &why);
@@ -85,138 +85,140 @@ static ad_status load(const controlling *x, const char *path, surrogate **model,
         return ad_fail(error, status, "%.400s; cpinn-train trains one, --run DIR says where it is",
                        why.message);
     }
-    if (!same_physics((*model)->owner, x->nominal)) {
+    if (!same_physics((*model)->owner, controlling->nominal)) {
         return ad_fail(error, AD_BAD_INPUT,
                        "%.200s: the one-step model in %.200s was trained for another scene; train "
                        "it again, or take control.model: reduced",
-                       x->asked.config, path);
+                       controlling->asked.config, path);
     }
     return surrogate_one_step(*model, step, error);
 }
 
 /* The trained models, where one is wanted and there is one. */
-static ad_status open_trained(controlling *x, ad_error *error)
+static ad_status open_trained(controlling *controlling, ad_error *error)
 {
-    const control_settings *c = &x->nominal->control;
+    const control_settings *c = &controlling->nominal->control;
     char folder[200], checkpoint[220];
-    snprintf(folder, sizeof folder, "runs/%.150s", x->nominal->settings.name);
-    x->asked.run = x->asked.run ? x->asked.run : "";
-    const char *path = *x->asked.run ? x->asked.run : folder;
+    snprintf(folder, sizeof folder, "runs/%.150s", controlling->nominal->settings.name);
+    controlling->asked.run = controlling->asked.run ? controlling->asked.run : "";
+    const char *path = *controlling->asked.run ? controlling->asked.run : folder;
     snprintf(checkpoint, sizeof checkpoint, "%s/checkpoint.h5", folder);
-    const bool wanted = c->model == CONTROL_SURROGATE || *x->asked.run;
-    if (!surrogate_is_given(&x->nominal->surrogate) ||
+    const bool wanted = c->model == CONTROL_SURROGATE || *controlling->asked.run;
+    if (!surrogate_is_given(&controlling->nominal->surrogate) ||
         !(wanted || (c->model == CONTROL_AUTOMATIC && access(checkpoint, R_OK) == 0))) {
         return AD_OK;
     }
-    ad_status status = load(x, path, &x->trained, &x->step, error);
-    if (status == AD_OK && x->asked.inner) {
-        status = load(x, x->asked.inner, &x->inner, &x->inner_step, error);
+    ad_status status = load(controlling, path, &controlling->trained, &controlling->step, error);
+    if (status == AD_OK && controlling->asked.inner) {
+        status = load(controlling, controlling->asked.inner, &controlling->inner,
+                      &controlling->inner_step, error);
     }
-    if (status == AD_OK && x->inner &&
-        memcmp(x->inner->settings.modes, x->trained->settings.modes,
-               sizeof x->inner->settings.modes) != 0) {
+    if (status == AD_OK && controlling->inner &&
+        memcmp(controlling->inner->settings.modes, controlling->trained->settings.modes,
+               sizeof controlling->inner->settings.modes) != 0) {
         status = ad_fail(error, AD_BAD_INPUT,
                          "%.200s: --inner %.200s: has other modes than the model of longer steps",
-                         x->asked.config, x->asked.inner);
+                         controlling->asked.config, controlling->asked.inner);
     }
     return status;
 }
 
 /* Of a model that is not trained by its tolerance, and of the plant one more of each. */
-static ad_status choose_modes(controlling *x, ad_error *error)
+static ad_status choose_modes(controlling *controlling, ad_error *error)
 {
     char text[256];
-    int *of = x->nominal->control.plant_modes;
+    int *of = controlling->nominal->control.plant_modes;
     ad_pool *pool = ad_pool_create(1);
-    ad_status status =
-        pool ? surrogate_choose_modes(&x->nominal->scene, &x->model, pool, 0, text, error)
-             : ad_fail(error, AD_NO_MEMORY, "out of memory for modes");
+    ad_status status = pool ? surrogate_choose_modes(&controlling->nominal->scene,
+                                                     &controlling->model, pool, 0, text, error)
+                            : ad_fail(error, AD_NO_MEMORY, "out of memory for modes");
     ad_pool_free(pool);
     const bool open = of[0] + of[1] + of[2] + of[3] == 0;
     for (int k = 0; k < 4 && open; k++) {
-        of[k] = x->model.modes[k] + 1;
+        of[k] = controlling->model.modes[k] + 1;
     }
     return status;
 }
 
-static ad_status find_model(controlling *x, ad_error *error)
+static ad_status find_model(controlling *controlling, ad_error *error)
 {
-    control_settings *c = &x->nominal->control;
-    ad_status status = open_trained(x, error);
+    control_settings *c = &controlling->nominal->control;
+    ad_status status = open_trained(controlling, error);
     if (status != AD_OK) {
         return status;
     }
-    x->model = x->trained ? x->trained->settings : control_model_of(&x->nominal->surrogate);
+    controlling->model = controlling->trained ? controlling->trained->settings
+                                              : control_model_of(&controlling->nominal->surrogate);
     if (!surrogate_is_given(
-            &x->nominal->surrogate)) { /* no inputs where nothing is estimated, either */
-        x->model.parameter_count = c->estimate_count;
-        memcpy(x->model.parameters, c->estimate, sizeof c->estimate);
+            &controlling->nominal->surrogate)) { /* no inputs where nothing is estimated, either */
+        controlling->model.parameter_count = c->estimate_count;
+        memcpy(controlling->model.parameters, c->estimate, sizeof c->estimate);
     }
     if (c->model == CONTROL_AUTOMATIC) {
-        c->model = x->trained ? CONTROL_SURROGATE : CONTROL_REDUCED;
+        c->model = controlling->trained ? CONTROL_SURROGATE : CONTROL_REDUCED;
     }
-    if (c->model == CONTROL_SURROGATE && !x->trained) {
+    if (c->model == CONTROL_SURROGATE && !controlling->trained) {
         return ad_fail(
             error, AD_BAD_INPUT,
             "control.model: is surrogate, and the scene has no one-step model; give it a section "
             "surrogate, and train it with cpinn-train");
     }
-    status = choose_modes(x, error);
-    const int *m = x->model.modes;
+    status = choose_modes(controlling, error);
+    const int *m = controlling->model.modes;
     static const char *const words[] = {"", "trained one-step model", "reduced rod", "linear"};
-    snprintf(x->model_text, sizeof x->model_text,
+    snprintf(controlling->model_text, sizeof controlling->model_text,
              "%s%s, modes %d, %d, %d, %d, steps of %.4g ms, horizon %d", words[c->model],
-             c->residual ? " and residual" : "", m[0], m[1], m[2], m[3], 1e3 * x->model.step,
-             c->horizon);
+             c->residual ? " and residual" : "", m[0], m[1], m[2], m[3],
+             1e3 * controlling->model.step, c->horizon);
     return status;
 }
 
 /* ---- running ------------------------------------------------------------------------------- */
 
-static void add(controlling *x, const char *name, const control_settings *control)
+static void add(controlling *controlling, const char *name, const control_settings *control)
 {
-    x->rows[x->count++] = (control_row){.name = name, .control = *control};
+    controlling->rows[controlling->count++] = (control_row){.name = name, .control = *control};
 }
 
-static void choose_rows(controlling *x)
+static void choose_rows(controlling *controlling)
 {
     static const char *const names[] = {"", "one-step model", "reduced rod", "linear model"};
-    const control_settings *c = &x->nominal->control;
+    const control_settings *c = &controlling->nominal->control;
     control_settings other = *c;
-    add(x, names[c->model], c);
-    if (!x->asked.compare) {
+    add(controlling, names[c->model], c);
+    if (!controlling->asked.compare) {
         return;
     }
     if (c->residual) {
         other.residual = NULL;
-        add(x, "without residual", &other);
+        add(controlling, "without residual", &other);
         other = *c;
     }
     if (c->estimate_count > 0) {
         other.estimate_count = 0;
-        add(x, "nothing estimated", &other);
+        add(controlling, "nothing estimated", &other);
         other = *c;
     }
     if (c->model != CONTROL_LINEAR) {
         other.model = CONTROL_LINEAR;
-        add(x, names[CONTROL_LINEAR], &other);
+        add(controlling, names[CONTROL_LINEAR], &other);
         other = *c;
     }
     if (c->model != CONTROL_REDUCED) {
         other.model = CONTROL_REDUCED;
-        add(x, names[CONTROL_REDUCED], &other);
+        add(controlling, names[CONTROL_REDUCED], &other);
     }
 }
 
-static ad_status run_row(controlling *x, control_row *row, ad_error *error)
+static ad_status run_row(controlling *controlling, control_row *row, ad_error *error)
 {
     const loop_setup setup = {.control = &row->control,
-                              .model = &x->model,
-                              .nominal = &x->nominal->scene,
-                              .plant = &x->plant->scene,
-                              .truth = x->truth,
-                              .surrogate = x->trained ? &x->step : NULL,
-                              .inner = x->inner ? &x->inner_step : NULL};
+                              .model = &controlling->model,
+                              .nominal = &controlling->nominal->scene,
+                              .plant = &controlling->plant->scene,
+                              .truth = controlling->truth,
+                              .surrogate = controlling->trained ? &controlling->step : NULL,
+                              .inner = controlling->inner ? &controlling->inner_step : NULL};
     ad_status status = loop_create(&setup, &row->loop, error);
     return status == AD_OK ? loop_run(row->loop, &row->report, error) : status;
 }
@@ -234,66 +236,70 @@ static ad_status blame_key(const config *of, ad_error *error)
     return config_refuse(of, key, problem, error);
 }
 
-static ad_status run(controlling *x, ad_error *error)
+static ad_status run(controlling *controlling, ad_error *error)
 {
-    const options *o = &x->asked;
+    const options *o = &controlling->asked;
     ad_status status = o->out ? table_check_path(o->out, error) : AD_OK;
     status = status == AD_OK ? json_check_path(o->json, error) : status;
     status = status == AD_OK && o->shapes ? shapes_check_path(o->shapes, error) : status;
     if (status == AD_OK) {
-        status = prepare_read_robot(o->config, o->overrides.count, o->overrides.texts, &x->nominal,
-                                    &x->plant, error);
+        status = prepare_read_robot(o->config, o->overrides.count, o->overrides.texts,
+                                    &controlling->nominal, &controlling->plant, error);
     }
     if (status == AD_OK && o->seed >= 0) {
-        x->nominal->control.seed = o->seed;
+        controlling->nominal->control.seed = o->seed;
     }
     if (status == AD_OK && !o->quiet) {
-        scene_line_implausible(&x->nominal->scene);
+        scene_line_implausible(&controlling->nominal->scene);
     }
-    status = status == AD_OK ? find_model(x, error) : status;
+    status = status == AD_OK ? find_model(controlling, error) : status;
     if (status != AD_OK) {
-        return x->nominal ? blame_key(x->nominal, error) : status;
+        return controlling->nominal ? blame_key(controlling->nominal, error) : status;
     }
-    find_truth(x);
-    choose_rows(x);
-    for (int i = 0; i < x->count; i++) {
-        control_row *row = &x->rows[i];
-        status = run_row(x, row, &row->why);
+    find_truth(controlling);
+    choose_rows(controlling);
+    for (int i = 0; i < controlling->count; i++) {
+        control_row *row = &controlling->rows[i];
+        status = run_row(controlling, row, &row->why);
         if (status != AD_OK && i == 0) {
             *error = row->why;
-            return blame_key(x->nominal, error);
+            return blame_key(controlling->nominal, error);
         }
         if (status != AD_OK) {
             loop_free(row->loop);
             row->loop = NULL;
         }
         if (i == 0 && !o->quiet) {
-            control_print_head(x->nominal, row, x->model_text);
+            control_print_head(controlling->nominal, row, controlling->model_text);
         }
     }
-    control_judge(&x->rows[0].control, &x->rows[0].report, &x->verdict);
+    control_judge(&controlling->rows[0].control, &controlling->rows[0].report,
+                  &controlling->verdict);
     if (!o->quiet) {
-        control_print(x->count, x->rows);
-        control_print_details(&x->rows[0]);
+        control_print(controlling->count, controlling->rows);
+        control_print_details(&controlling->rows[0]);
     }
-    const scene *plant = &x->plant->scene;
-    status = o->out ? control_write(&x->rows[0], plant, o->out, o->animate, error) : AD_OK;
+    const scene *plant = &controlling->plant->scene;
+    status =
+        o->out ? control_write(&controlling->rows[0], plant, o->out, o->animate, error) : AD_OK;
     if (status == AD_OK && o->shapes) {
-        status = control_write_shapes(&x->rows[0], plant, o->shapes, error);
+        status = control_write_shapes(&controlling->rows[0], plant, o->shapes, error);
     }
     ad_error why;
     char said[256];
     if (status == AD_OK && o->c) {
-        const surrogate *plans = x->rows[0].control.model == CONTROL_SURROGATE ? x->trained : NULL;
-        const surrogate *filters = plans && x->inner ? x->inner : plans;
-        status = control_export(x->nominal, &x->rows[0], x->model_text, filters, plans, o->c,
-                                o->force, said, &x->verdict, error);
+        const surrogate *plans =
+            controlling->rows[0].control.model == CONTROL_SURROGATE ? controlling->trained : NULL;
+        const surrogate *filters = plans && controlling->inner ? controlling->inner : plans;
+        status =
+            control_export(controlling->nominal, &controlling->rows[0], controlling->model_text,
+                           filters, plans, o->c, o->force, said, &controlling->verdict, error);
         if (status == AD_OK && !o->quiet) {
             printf("wrote %s as C: %s\n", o->c, said);
         }
     }
     if (status == AD_OK && !o->quiet) {
-        verdict_print(stdout, "", &x->verdict);
+        verdict_print(stdout, "", &controlling->verdict);
     }
     if (status == AD_OK && o->out && control_draw(o->out, o->animate, &why) != AD_OK && !o->quiet) {
         cli_warn(program, "%s", why.message);
@@ -301,23 +307,23 @@ static ad_status run(controlling *x, ad_error *error)
     return status;
 }
 
-static ad_status write_json(const controlling *x, ad_error *error)
+static ad_status write_json(const controlling *controlling, ad_error *error)
 {
     json to;
     json_begin(&to);
     json_text(&to, "program", program);
     json_text(&to, "version", cli_version());
-    json_text(&to, "name", x->nominal ? x->nominal->settings.name : NULL);
-    report_verdict(&to, &x->verdict);
-    json_text(&to, "model", x->model_text);
-    control_json(x->count, x->rows, &to);
-    return json_end(&to, x->asked.json, error);
+    json_text(&to, "name", controlling->nominal ? controlling->nominal->settings.name : NULL);
+    report_verdict(&to, &controlling->verdict);
+    json_text(&to, "model", controlling->model_text);
+    control_json(controlling->count, controlling->rows, &to);
+    return json_end(&to, controlling->asked.json, error);
 }
 
-static void blame(controlling *x, const ad_error *error)
+static void blame(controlling *controlling, const ad_error *error)
 {
     cli_fail_error(program, error);
-    verdict_add_error(&x->verdict, error);
+    verdict_add_error(&controlling->verdict, error);
 }
 
 int main(int argc, char **argv)

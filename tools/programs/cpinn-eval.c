@@ -60,15 +60,15 @@ typedef struct evaluation {
     double rate;            /* evaluations per second; NaN: not asked for */
 } evaluation;
 
-static void evaluation_free(evaluation *x)
+static void evaluation_free(evaluation *evaluation)
 {
-    eval_family_free(&x->family);
-    samples_free(&x->samples);
-    samples_free(&x->tip);
-    field_free(x->field);
-    reference_free(x->known);
-    checkpoint_free(x->file);
-    experiment_free(x->e);
+    eval_family_free(&evaluation->family);
+    samples_free(&evaluation->samples);
+    samples_free(&evaluation->tip);
+    field_free(evaluation->field);
+    reference_free(evaluation->known);
+    checkpoint_free(evaluation->file);
+    experiment_free(evaluation->e);
 }
 
 /* ---- points -------------------------------------------------------------------------------- */
@@ -83,29 +83,31 @@ static double trained_until(const experiment *e)
 }
 
 /* What samples hold beside their points; answers for members have values of their own. */
-static int columns_of(const evaluation *x)
+static int columns_of(const evaluation *evaluation)
 {
-    return x->field ? field_columns(x->field) : 0;
+    return evaluation->field ? field_columns(evaluation->field) : 0;
 }
 
 /* ---- work ---------------------------------------------------------------------------------- */
 
-static ad_status read_progress(evaluation *x, ad_error *error)
+static ad_status read_progress(evaluation *evaluation, ad_error *error)
 {
-    progress *p = &x->progress;
+    progress *p = &evaluation->progress;
     *p = (progress){-1, -1, NAN};
-    checkpoint_get_int64(x->file, "training/step", &p->step, 1, NULL);
-    checkpoint_get_int64(x->file, "training/stage", &p->stage, 1, NULL);
-    checkpoint_get_doubles(x->file, "training/seconds", &p->seconds, 1, NULL);
-    x->is_judged = checkpoint_has(x->file, "verdict");
-    return x->is_judged ? report_get_verdict(x->file, &x->verdict, error) : AD_OK;
+    checkpoint_get_int64(evaluation->file, "training/step", &p->step, 1, NULL);
+    checkpoint_get_int64(evaluation->file, "training/stage", &p->stage, 1, NULL);
+    checkpoint_get_doubles(evaluation->file, "training/seconds", &p->seconds, 1, NULL);
+    evaluation->is_judged = checkpoint_has(evaluation->file, "verdict");
+    return evaluation->is_judged ? report_get_verdict(evaluation->file, &evaluation->verdict, error)
+                                 : AD_OK;
 }
 
-static ad_status evaluate(evaluation *x, samples *p, ad_error *error)
+static ad_status evaluate(evaluation *evaluation, samples *p, ad_error *error)
 {
     size_t numbers = (size_t)p->columns * p->count, bad = 0;
-    ad_status status = field_evaluate(x->field, experiment_parameters(x->e), p->count,
-                                      (const double *const[]){p->s, p->t}, p->values, error);
+    ad_status status =
+        field_evaluate(evaluation->field, experiment_parameters(evaluation->e), p->count,
+                       (const double *const[]){p->s, p->t}, p->values, error);
     for (size_t i = 0; status == AD_OK && i < numbers; i++) {
         p->values[i] += 0.0; /* no -0 in a table */
         bad += !isfinite(p->values[i]);
@@ -116,21 +118,21 @@ static ad_status evaluate(evaluation *x, samples *p, ad_error *error)
     return status;
 }
 
-static ad_status evaluate_tip(evaluation *x, ad_error *error)
+static ad_status evaluate_tip(evaluation *evaluation, ad_error *error)
 {
-    ad_status status = samples_make(&x->tip, 1, field_columns(x->field), error);
+    ad_status status = samples_make(&evaluation->tip, 1, field_columns(evaluation->field), error);
     if (status != AD_OK) {
         return status;
     }
-    *x->tip.s = scene_length(x->e->scene);
-    *x->tip.t = trained_until(x->e);
-    return evaluate(x, &x->tip, error);
+    *evaluation->tip.s = scene_length(evaluation->e->scene);
+    *evaluation->tip.t = trained_until(evaluation->e);
+    return evaluate(evaluation, &evaluation->tip, error);
 }
 
 /* Evaluates the points again and again, in batches that are large enough to be timed. */
-static ad_status measure(evaluation *x, ad_error *error)
+static ad_status measure(evaluation *evaluation, ad_error *error)
 {
-    const samples *p = &x->samples;
+    const samples *p = &evaluation->samples;
     size_t batch = p->count > TIMED_POINTS ? p->count : TIMED_POINTS, done = 0;
     double *memory = malloc((2 + (size_t)p->columns) * batch * sizeof *memory);
     if (!memory) {
@@ -141,48 +143,50 @@ static ad_status measure(evaluation *x, ad_error *error)
         s[i] = p->s[i % p->count];
         t[i] = p->t[i % p->count];
     }
-    ad_status status = field_evaluate(x->field, experiment_parameters(x->e), batch,
-                                      (const double *const[]){s, t}, values, error);
+    ad_status status = field_evaluate(evaluation->field, experiment_parameters(evaluation->e),
+                                      batch, (const double *const[]){s, t}, values, error);
     double start = train_seconds(), spent = 0;
     while (status == AD_OK && spent < TIMED_SECONDS) {
-        status = field_evaluate(x->field, experiment_parameters(x->e), batch,
+        status = field_evaluate(evaluation->field, experiment_parameters(evaluation->e), batch,
                                 (const double *const[]){s, t}, values, error);
         spent = train_seconds() - start;
         done += batch;
     }
-    x->rate = (double)done / spent;
+    evaluation->rate = (double)done / spent;
     free(memory);
     return status;
 }
 
 /* A reference that cannot be had is worth a warning: the network can still be evaluated. */
-static ad_status compare(evaluation *x, ad_error *error)
+static ad_status compare(evaluation *evaluation, ad_error *error)
 {
-    if (x->e->warning[0]) {
-        cli_warn(program, "no reference: %s", x->e->warning);
-    } else if (reference_create(x->e, &x->known, error) != AD_OK) {
+    if (evaluation->e->warning[0]) {
+        cli_warn(program, "no reference: %s", evaluation->e->warning);
+    } else if (reference_create(evaluation->e, &evaluation->known, error) != AD_OK) {
         cli_warn(program, "no reference: %s", error->message);
-        x->known = NULL;
-    } else if (x->known && *reference_remark(x->known)) {
-        cli_warn(program, "reference: %s", reference_remark(x->known));
+        evaluation->known = NULL;
+    } else if (evaluation->known && *reference_remark(evaluation->known)) {
+        cli_warn(program, "reference: %s", reference_remark(evaluation->known));
     }
-    return x->known ? reference_compare(x->known, experiment_parameters(x->e), &x->errors, error)
-                    : AD_OK;
+    return evaluation->known
+               ? reference_compare(evaluation->known, experiment_parameters(evaluation->e),
+                                   &evaluation->errors, error)
+               : AD_OK;
 }
 
 /* ---- report -------------------------------------------------------------------------------- */
 
-static void print_progress(const evaluation *x)
+static void print_progress(const evaluation *evaluation)
 {
-    const progress *p = &x->progress;
-    int stages = x->e->settings->stage_count;
-    printf("%s: %s", x->e->settings->name, x->asked.checkpoint);
+    const progress *p = &evaluation->progress;
+    int stages = evaluation->e->settings->stage_count;
+    printf("%s: %s", evaluation->e->settings->name, evaluation->asked.checkpoint);
     if (p->step >= 0) {
         printf(", step %lld", (long long)p->step);
     }
-    if (x->e->scene->windows > 1) {
-        printf(", window %d of %d (t = 0 to %g s)", x->e->window + 1, x->e->scene->windows,
-               trained_until(x->e));
+    if (evaluation->e->scene->windows > 1) {
+        printf(", window %d of %d (t = 0 to %g s)", evaluation->e->window + 1,
+               evaluation->e->scene->windows, trained_until(evaluation->e));
     }
     if (p->stage >= stages) {
         printf(", trained to the end");
@@ -195,210 +199,220 @@ static void print_progress(const evaluation *x)
     putchar('\n');
 }
 
-static void print_reference(const evaluation *x)
+static void print_reference(const evaluation *evaluation)
 {
-    if (*reference_account(x->known)) {
-        printf("reference: %s\n", reference_account(x->known));
+    if (*reference_account(evaluation->known)) {
+        printf("reference: %s\n", reference_account(evaluation->known));
     }
-    printf("error against %s (%zu points", reference_name(x->known), reference_points(x->known));
-    if (reference_left_out(x->known)) {
+    printf("error against %s (%zu points", reference_name(evaluation->known),
+           reference_points(evaluation->known));
+    if (reference_left_out(evaluation->known)) {
         printf("; %zu outside the scene, or without a number, left out",
-               reference_left_out(x->known));
+               reference_left_out(evaluation->known));
     }
     printf(")\n");
-    cli_print_error("position, relative L2", x->errors.position, "");
-    cli_print_error("position, largest", x->errors.position_max, " of the length");
-    cli_print_error("tip", x->errors.tip, " of the length");
-    cli_print_error("rotation, rms", x->errors.rotation, " rad");
-    cli_print_error("rotation, largest", x->errors.rotation_max, " rad");
-    if (isnan(x->errors.position)) {
+    cli_print_error("position, relative L2", evaluation->errors.position, "");
+    cli_print_error("position, largest", evaluation->errors.position_max, " of the length");
+    cli_print_error("tip", evaluation->errors.tip, " of the length");
+    cli_print_error("rotation, rms", evaluation->errors.rotation, " rad");
+    cli_print_error("rotation, largest", evaluation->errors.rotation_max, " rad");
+    if (isnan(evaluation->errors.position)) {
         printf("  the position is not a number\n");
     }
 }
 
 /* The position of a rod, the deflection of a beam. */
-static void print_tip(const evaluation *x)
+static void print_tip(const evaluation *evaluation)
 {
-    const scene *scene = x->e->scene;
+    const scene *scene = evaluation->e->scene;
     for (int i = 0; i < scene_known_count(scene); i++) {
-        printf("%s%s = %g%s", i ? ", " : "member ", scene->parameters[i].name, x->member[i],
+        printf("%s%s = %g%s", i ? ", " : "member ", scene->parameters[i].name,
+               evaluation->member[i],
                i + 1 < scene_known_count(scene) ? ""
-               : x->asked.family.at             ? "\n"
+               : evaluation->asked.family.at    ? "\n"
                                                 : ", the middle one\n");
     }
     printf("tip%s", scene_is_beam(scene) ? " deflection" : "");
     for (int i = 0; i < scene_physics_of(scene)->position_columns; i++) {
-        printf(" %.9g", x->tip.values[i]);
+        printf(" %.9g", evaluation->tip.values[i]);
     }
     printf(" m");
     if (scene_is_dynamic(scene)) {
-        printf(" at t = %g s", *x->tip.t);
+        printf(" at t = %g s", *evaluation->tip.t);
     }
     putchar('\n');
 }
 
-static void print_speed(const evaluation *x)
+static void print_speed(const evaluation *evaluation)
 {
-    printf("speed: %.3g evaluations per second of all %d columns, on %d thread%s\n", x->rate,
-           field_columns(x->field), ad_pool_threads(x->e->pool),
-           ad_pool_threads(x->e->pool) == 1 ? "" : "s");
+    printf("speed: %.3g evaluations per second of all %d columns, on %d thread%s\n",
+           evaluation->rate, field_columns(evaluation->field), ad_pool_threads(evaluation->e->pool),
+           ad_pool_threads(evaluation->e->pool) == 1 ? "" : "s");
 }
 
-static void print_report(const evaluation *x)
+static void print_report(const evaluation *evaluation)
 {
-    print_progress(x);
-    if (x->is_judged) {
-        verdict_print(stdout, "verdict on training: ", &x->verdict);
+    print_progress(evaluation);
+    if (evaluation->is_judged) {
+        verdict_print(stdout, "verdict on training: ", &evaluation->verdict);
     }
-    if (!x->field) {
-        eval_family_print(&x->family);
+    if (!evaluation->field) {
+        eval_family_print(&evaluation->family);
         return;
     }
-    print_tip(x);
-    if (!isnan(x->estimate)) {
-        printf("estimated error %.1e of the %s\n", x->estimate,
-               scene_is_beam(x->e->scene) ? "deflection" : "length");
+    print_tip(evaluation);
+    if (!isnan(evaluation->estimate)) {
+        printf("estimated error %.1e of the %s\n", evaluation->estimate,
+               scene_is_beam(evaluation->e->scene) ? "deflection" : "length");
     } else {
-        printf("not trusted: its error is not known%s%s\n", *x->unknown.message ? ": " : "",
-               x->unknown.message);
+        printf("not trusted: its error is not known%s%s\n",
+               *evaluation->unknown.message ? ": " : "", evaluation->unknown.message);
     }
-    if (isfinite(x->balance.loads)) {
-        printf("loads: out of balance by %.1e\n", x->balance.loads);
+    if (isfinite(evaluation->balance.loads)) {
+        printf("loads: out of balance by %.1e\n", evaluation->balance.loads);
     }
-    if (!isnan(x->balance.energy)) {
+    if (!isnan(evaluation->balance.energy)) {
         printf("energy out of balance by %.3e of the largest, momentum by %.3e\n",
-               x->balance.energy, x->balance.momentum);
+               evaluation->balance.energy, evaluation->balance.momentum);
     }
-    if (x->known) {
-        print_reference(x);
-    } else if (!x->e->warning[0]) {
+    if (evaluation->known) {
+        print_reference(evaluation);
+    } else if (!evaluation->e->warning[0]) {
         printf("no reference to compare with\n");
     }
-    if (x->asked.speed) {
-        print_speed(x);
+    if (evaluation->asked.speed) {
+        print_speed(evaluation);
     }
-    if (x->asked.out) {
-        printf("wrote %s: %zu points\n", x->asked.out, x->samples.count);
+    if (evaluation->asked.out) {
+        printf("wrote %s: %zu points\n", evaluation->asked.out, evaluation->samples.count);
     }
 }
 
-static void json_member(json *to, const evaluation *x)
+static void json_member(json *to, const evaluation *evaluation)
 {
-    const scene *scene = x->e->scene;
+    const scene *scene = evaluation->e->scene;
     json_open(to, "member", '{');
     for (int i = 0; i < scene_known_count(scene); i++) {
-        json_number(to, scene->parameters[i].name, x->member[i]);
+        json_number(to, scene->parameters[i].name, evaluation->member[i]);
     }
     json_close(to, '}');
 }
 
-static void json_tip(json *to, const evaluation *x)
+static void json_tip(json *to, const evaluation *evaluation)
 {
     json_open(to, "tip", '{');
-    json_number(to, "s", *x->tip.s);
-    json_number(to, "t", *x->tip.t);
-    for (int i = 0; i < scene_physics_of(x->e->scene)->position_columns; i++) {
-        json_number(to, field_column_name(x->field, i), x->tip.values[i]);
+    json_number(to, "s", *evaluation->tip.s);
+    json_number(to, "t", *evaluation->tip.t);
+    for (int i = 0; i < scene_physics_of(evaluation->e->scene)->position_columns; i++) {
+        json_number(to, field_column_name(evaluation->field, i), evaluation->tip.values[i]);
     }
     json_close(to, '}');
 }
 
-static void json_progress(json *to, const evaluation *x)
+static void json_progress(json *to, const evaluation *evaluation)
 {
-    json_text(to, "name", x->e->settings->name);
-    json_text(to, "checkpoint", x->asked.checkpoint);
-    if (x->is_judged) {
-        report_verdict(to, &x->verdict);
+    json_text(to, "name", evaluation->e->settings->name);
+    json_text(to, "checkpoint", evaluation->asked.checkpoint);
+    if (evaluation->is_judged) {
+        report_verdict(to, &evaluation->verdict);
     } else {
         json_null(to, "verdict");
     }
-    json_number(to, "step", x->progress.step < 0 ? NAN : (double)x->progress.step);
-    json_integer(to, "window", x->e->window);
-    json_integer(to, "windows", x->e->scene->windows);
-    json_number(to, "stage", x->progress.stage < 0 ? NAN : (double)x->progress.stage);
-    json_integer(to, "stages", x->e->settings->stage_count);
-    json_number(to, "training_seconds", x->progress.seconds);
-    json_integer(to, "parameters", (int64_t)x->e->count);
+    json_number(to, "step",
+                evaluation->progress.step < 0 ? NAN : (double)evaluation->progress.step);
+    json_integer(to, "window", evaluation->e->window);
+    json_integer(to, "windows", evaluation->e->scene->windows);
+    json_number(to, "stage",
+                evaluation->progress.stage < 0 ? NAN : (double)evaluation->progress.stage);
+    json_integer(to, "stages", evaluation->e->settings->stage_count);
+    json_number(to, "training_seconds", evaluation->progress.seconds);
+    json_integer(to, "parameters", (int64_t)evaluation->e->count);
 }
 
-static ad_status write_json(const evaluation *x, ad_error *error)
+static ad_status write_json(const evaluation *evaluation, ad_error *error)
 {
     json to;
     json_begin(&to);
-    json_progress(&to, x);
-    if (!x->field) {
-        eval_family_json(&to, &x->family);
-        return json_end(&to, x->asked.json, error);
+    json_progress(&to, evaluation);
+    if (!evaluation->field) {
+        eval_family_json(&to, &evaluation->family);
+        return json_end(&to, evaluation->asked.json, error);
     }
-    if (scene_is_family(x->e->scene)) {
-        json_member(&to, x);
+    if (scene_is_family(evaluation->e->scene)) {
+        json_member(&to, evaluation);
     }
-    json_tip(&to, x);
-    json_number(&to, "estimate", x->estimate);
-    json_number(&to, "loads_out_of_balance", x->balance.loads);
-    json_number(&to, "energy_out_of_balance", x->balance.energy);
-    json_number(&to, "momentum_out_of_balance", x->balance.momentum);
-    report_reference(&to, x->known, &x->errors);
-    json_number(&to, "evaluations_per_second", x->rate);
-    json_integer(&to, "threads", ad_pool_threads(x->e->pool));
-    json_integer(&to, "points", (int64_t)x->samples.count);
-    json_text(&to, "out", x->asked.out);
-    return json_end(&to, x->asked.json, error);
+    json_tip(&to, evaluation);
+    json_number(&to, "estimate", evaluation->estimate);
+    json_number(&to, "loads_out_of_balance", evaluation->balance.loads);
+    json_number(&to, "energy_out_of_balance", evaluation->balance.energy);
+    json_number(&to, "momentum_out_of_balance", evaluation->balance.momentum);
+    report_reference(&to, evaluation->known, &evaluation->errors);
+    json_number(&to, "evaluations_per_second", evaluation->rate);
+    json_integer(&to, "threads", ad_pool_threads(evaluation->e->pool));
+    json_integer(&to, "points", (int64_t)evaluation->samples.count);
+    json_text(&to, "out", evaluation->asked.out);
+    return json_end(&to, evaluation->asked.json, error);
 }
 
-static ad_status choose_member(evaluation *x, ad_error *error)
+static ad_status choose_member(evaluation *evaluation, ad_error *error)
 {
-    const scene *scene = x->e->scene;
-    experiment_member_values(x->e, x->member);
-    return x->asked.family.at ? scene_member_read(scene_known_count(scene), scene->parameters,
-                                                  false, x->asked.family.at, x->member, error)
-                              : AD_OK;
+    const scene *scene = evaluation->e->scene;
+    experiment_member_values(evaluation->e, evaluation->member);
+    return evaluation->asked.family.at
+               ? scene_member_read(scene_known_count(scene), scene->parameters, false,
+                                   evaluation->asked.family.at, evaluation->member, error)
+               : AD_OK;
 }
 
-static ad_status open_run(evaluation *x, ad_error *error)
+static ad_status open_run(evaluation *evaluation, ad_error *error)
 {
     ad_status status =
-        config_experiment_open(x->asked.checkpoint, x->asked.overrides.count,
-                               x->asked.overrides.texts, x->asked.threads, &x->e, &x->file, error);
-    return status == AD_OK ? read_progress(x, error) : status;
+        config_experiment_open(evaluation->asked.checkpoint, evaluation->asked.overrides.count,
+                               evaluation->asked.overrides.texts, evaluation->asked.threads,
+                               &evaluation->e, &evaluation->file, error);
+    return status == AD_OK ? read_progress(evaluation, error) : status;
 }
 
-static ad_status open_field(evaluation *x, ad_error *error)
+static ad_status open_field(evaluation *evaluation, ad_error *error)
 {
-    ad_status status = field_create(x->e->model, x->e->mlp, false, x->e->pool, &x->field, error);
+    ad_status status = field_create(evaluation->e->model, evaluation->e->mlp, false,
+                                    evaluation->e->pool, &evaluation->field, error);
     if (status == AD_OK) {
-        status = choose_member(x, error);
+        status = choose_member(evaluation, error);
     }
     if (status == AD_OK) {
-        field_enter(x->field, x->e->window, x->e->parameters, x->e->starts);
-        field_member(x->field, x->member);
+        field_enter(evaluation->field, evaluation->e->window, evaluation->e->parameters,
+                    evaluation->e->starts);
+        field_member(evaluation->field, evaluation->member);
     }
     return status;
 }
 
-static ad_status gather_points(evaluation *x, const char *grid, ad_error *error)
+static ad_status gather_points(evaluation *evaluation, const char *grid, ad_error *error)
 {
-    return x->asked.points ? samples_of_file(&x->samples, x->asked.points, x->e->scene,
-                                             trained_until(x->e), columns_of(x), error)
-                           : samples_of_grid(&x->samples, grid, x->e->scene, trained_until(x->e),
-                                             columns_of(x), error);
+    return evaluation->asked.points
+               ? samples_of_file(&evaluation->samples, evaluation->asked.points,
+                                 evaluation->e->scene, trained_until(evaluation->e),
+                                 columns_of(evaluation), error)
+               : samples_of_grid(&evaluation->samples, grid, evaluation->e->scene,
+                                 trained_until(evaluation->e), columns_of(evaluation), error);
 }
 
 /* Whether members are answered with their errors; motions and beams have none, and like families
  * without a question are shown by one member. */
-static bool is_answered(const evaluation *x)
+static bool is_answered(const evaluation *evaluation)
 {
-    const eval_family_options *f = &x->asked.family;
-    const scene *scene = x->e->scene;
-    return scene_is_family(scene) && (x->e->targets || f->members || f->verify > 0 ||
+    const eval_family_options *f = &evaluation->asked.family;
+    const scene *scene = evaluation->e->scene;
+    return scene_is_family(scene) && (evaluation->e->targets || f->members || f->verify > 0 ||
                                       (f->at && !scene_is_dynamic(scene) && !scene_is_beam(scene)));
 }
 
 /* Shapes of members have 21 points as usual. */
-static ad_status run_family(evaluation *x, ad_error *error)
+static ad_status run_family(evaluation *evaluation, ad_error *error)
 {
-    const options *o = &x->asked;
-    const char *usual = scene_is_dynamic(x->e->scene) ? "21x11" : "21";
+    const options *o = &evaluation->asked;
+    const char *usual = scene_is_dynamic(evaluation->e->scene) ? "21x11" : "21";
     eval_family_options asked = o->family;
     asked.threads = o->threads;
     asked.out = o->out;
@@ -407,37 +421,39 @@ static ad_status run_family(evaluation *x, ad_error *error)
     if (conflict) {
         return ad_fail(error, AD_BAD_ARGUMENT, "%s", conflict);
     }
-    ad_status status = gather_points(x, o->grid ? o->grid : usual, error);
-    status =
-        status == AD_OK ? eval_family_run(&asked, x->e, &x->samples, &x->family, error) : status;
+    ad_status status = gather_points(evaluation, o->grid ? o->grid : usual, error);
+    status = status == AD_OK ? eval_family_run(&asked, evaluation->e, &evaluation->samples,
+                                               &evaluation->family, error)
+                             : status;
     if (status == AD_OK) {
-        eval_family_warn(program, &x->family);
+        eval_family_warn(program, &evaluation->family);
     }
     return status;
 }
 
-static ad_status evaluate_points(evaluation *x, ad_error *error)
+static ad_status evaluate_points(evaluation *evaluation, ad_error *error)
 {
-    ad_status status = gather_points(x, x->asked.grid, error);
+    ad_status status = gather_points(evaluation, evaluation->asked.grid, error);
     if (status == AD_OK) {
-        status = evaluate(x, &x->samples, error);
+        status = evaluate(evaluation, &evaluation->samples, error);
     }
-    return status == AD_OK && x->asked.out
-               ? samples_write(&x->samples, x->e->scene, x->asked.out, error)
+    return status == AD_OK && evaluation->asked.out
+               ? samples_write(&evaluation->samples, evaluation->e->scene, evaluation->asked.out,
+                               error)
                : status;
 }
 
-static ad_status run(evaluation *x, ad_error *error)
+static ad_status run(evaluation *evaluation, ad_error *error)
 {
-    const options *o = &x->asked;
+    const options *o = &evaluation->asked;
     const eval_family_options *f = &o->family;
     ad_status status = o->out ? shapes_check_path(o->out, error) : AD_OK;
     status = status == AD_OK ? json_check_path(o->json, error) : status;
-    status = status == AD_OK ? open_run(x, error) : status;
-    if (status == AD_OK && is_answered(x)) {
-        return run_family(x, error);
+    status = status == AD_OK ? open_run(evaluation, error) : status;
+    if (status == AD_OK && is_answered(evaluation)) {
+        return run_family(evaluation, error);
     }
-    if (status == AD_OK && !scene_is_family(x->e->scene) &&
+    if (status == AD_OK && !scene_is_family(evaluation->e->scene) &&
         (f->at || f->members || f->verify > 0 || f->extrapolate || f->compile)) {
         status = ad_fail(error, AD_BAD_ARGUMENT,
                          "--at, --members, --verify, --extrapolate, --compile: the scene is no "
@@ -451,26 +467,28 @@ static ad_status run(evaluation *x, ad_error *error)
                                             "alone");
     }
     if (status == AD_OK) {
-        status = open_field(x, error);
+        status = open_field(evaluation, error);
     }
     if (status == AD_OK) {
-        status = evaluate_tip(x, error);
+        status = evaluate_tip(evaluation, error);
     }
     if (status == AD_OK && (o->out || o->speed)) {
-        status = evaluate_points(x, error);
+        status = evaluate_points(evaluation, error);
     }
     if (status == AD_OK) {
-        status = f->at ? experiment_error(x->e, x->member, &x->estimate, &x->unknown)
-                       : experiment_kept_error(x->e, x->file, &x->estimate, &x->unknown);
+        status = f->at ? experiment_error(evaluation->e, evaluation->member, &evaluation->estimate,
+                                          &evaluation->unknown)
+                       : experiment_kept_error(evaluation->e, evaluation->file,
+                                               &evaluation->estimate, &evaluation->unknown);
         if (status != AD_OK) {
-            *error = x->unknown;
+            *error = evaluation->unknown;
         }
     }
     if (status == AD_OK) {
-        x->balance = experiment_balance(x->e, x->member);
-        status = compare(x, error);
+        evaluation->balance = experiment_balance(evaluation->e, evaluation->member);
+        status = compare(evaluation, error);
     }
-    return status == AD_OK && o->speed ? measure(x, error) : status;
+    return status == AD_OK && o->speed ? measure(evaluation, error) : status;
 }
 
 /* Several processes share what takes long. */

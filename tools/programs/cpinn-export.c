@@ -13,7 +13,7 @@ typedef struct options {
     bool single, jacobian, force;
 } options;
 
-static ad_status put_fmu(const export_model *x, const options *o, const export_out *to,
+static ad_status put_fmu(const export_model *model, const options *o, const export_out *to,
                          const export_texts texts, ad_error *error)
 {
     double places[FMU_PLACES_MAX];
@@ -21,9 +21,9 @@ static ad_status put_fmu(const export_model *x, const options *o, const export_o
     bool compiled = true;
     int count;
     export_files_path(to, to->ending, path);
-    ad_status status = export_read_places(x, o->places, places, &count, error);
+    ad_status status = export_read_places(model, o->places, places, &count, error);
     if (status == AD_OK) {
-        status = export_write_fmu(x, texts, count, places, path, &compiled, note, error);
+        status = export_write_fmu(model, texts, count, places, path, &compiled, note, error);
     }
     if (status == AD_OK && !compiled) {
         cli_warn(program, "%s has sources only: %s", path, note);
@@ -32,81 +32,86 @@ static ad_status put_fmu(const export_model *x, const options *o, const export_o
 }
 
 /* Without a compiler the C is written unchecked, and its header says so. */
-static ad_status check(export_model *x, export_texts texts, ad_error *error)
+static ad_status check(export_model *model, export_texts texts, ad_error *error)
 {
-    ad_status status = export_model_check(x, texts, error);
+    ad_status status = export_model_check(model, texts, error);
     if (status == AD_IO) {
         cli_warn(program, "the C has not been compiled and checked: %s", error->message);
         status = AD_OK;
     }
-    return status == AD_OK ? export_texts_write(texts, EXPORT_HEADER, export_model_write, x, error)
-                           : status;
+    return status == AD_OK
+               ? export_texts_write(texts, EXPORT_HEADER, export_model_write, model, error)
+               : status;
 }
 
 /* ---- report --------------------------------------------------------------------------------- */
 
-static void report(const export_model *x, const export_out *to)
+static void report(const export_model *model, const export_out *to)
 {
-    const bool family = export_is_family(x), measured = !isnan(x->measured.values[0]);
+    const bool family = export_is_family(model), measured = !isnan(model->measured.values[0]);
     const int first = family ? 1 : 0; /* of a family the first line is the curvature */
-    const double value = export_largest(x->outputs - first, x->measured.values + first);
-    const double jacobian = export_largest(x->outputs - first, x->measured.jacobian + first);
+    const double value = export_largest(model->outputs - first, model->measured.values + first);
+    const double jacobian =
+        export_largest(model->outputs - first, model->measured.jacobian + first);
     printf("wrote %.*s%s: ", (int)to->length, to->path,
            to->ending ? to->ending : ".c, .h and _selftest.c");
     if (family) {
-        printf("%d parameters, %d nodes, shapes at %d places\n", x->family.open->parameter_count,
-               strain_mesh_nodes(&x->family.mesh), x->family.places);
+        printf("%d parameters, %d nodes, shapes at %d places\n",
+               model->family.open->parameter_count, strain_mesh_nodes(&model->family.mesh),
+               model->family.places);
     } else {
-        printf("%d inputs, %d outputs, %zu numbers of memory\n", x->inputs, x->outputs, x->memory);
+        printf("%d inputs, %d outputs, %zu numbers of memory\n", model->inputs, model->outputs,
+               model->memory);
     }
     if (measured && family) {
         printf("checked by cc: a polished curvature to %.1e of its scale, columns of the tip to "
                "%.1e, derivatives to %.1e of their scales\n",
-               x->measured.jacobian[0], value, jacobian);
+               model->measured.jacobian[0], value, jacobian);
     } else if (measured) {
         printf("checked by cc: values to %.1e, derivatives to %.1e of their scales\n", value,
                jacobian);
     }
-    for (int i = first; i < x->outputs && x->single && measured; i++) {
+    for (int i = first; i < model->outputs && model->single && measured; i++) {
         printf("  %-10s %.1e  derivatives %.1e\n",
-               family ? scene_physics_of(x->family.open)->columns[x->family.which[i - 1]].name
-                      : evaluator_column_name(x->values, i),
-               x->measured.values[i], x->measured.jacobian[i]);
+               family
+                   ? scene_physics_of(model->family.open)->columns[model->family.which[i - 1]].name
+                   : evaluator_column_name(model->values, i),
+               model->measured.values[i], model->measured.jacobian[i]);
     }
-    if (x->single && value > x->error) {
+    if (model->single && value > model->error) {
         cli_warn(program, "single precision costs %.1e, more than the error of the network, %.1e",
-                 value, x->error);
+                 value, model->error);
     }
-    if (x->is_judged) {
-        verdict_print(stdout, "verdict on training: ", &x->verdict);
+    if (model->is_judged) {
+        verdict_print(stdout, "verdict on training: ", &model->verdict);
     }
 }
 
-static ad_status run(export_model *x, const options *o, const export_out *to, export_texts texts,
-                     ad_error *error)
+static ad_status run(export_model *model, const options *o, const export_out *to,
+                     export_texts texts, ad_error *error)
 {
     ad_status status = export_files_check(to, error);
     if (status == AD_OK) {
-        status = export_open(x, o->run, o->columns, o->places, error);
+        status = export_open(model, o->run, o->columns, o->places, error);
     }
-    if (status == AD_OK && o->fmu && export_is_family(x)) {
+    if (status == AD_OK && o->fmu && export_is_family(model)) {
         status = ad_fail(error, AD_BAD_ARGUMENT,
                          "%s: --fmu is not for families in the strain form; allowed: --c", o->run);
     }
-    if (status == AD_OK && o->c && o->places && !export_is_family(x)) {
+    if (status == AD_OK && o->c && o->places && !export_is_family(model)) {
         status = ad_fail(error, AD_BAD_ARGUMENT,
                          "--places is for --fmu and for families in the strain form alone");
     }
-    if (status == AD_OK && o->jacobian && !export_is_family(x)) {
+    if (status == AD_OK && o->jacobian && !export_is_family(model)) {
         status = ad_fail(error, AD_BAD_ARGUMENT,
                          "--jacobian is for families in the strain form; all else has a Jacobian");
     }
     if (status == AD_OK) {
-        status = export_texts_write_all(texts, export_model_write, x, error);
+        status = export_texts_write_all(texts, export_model_write, model, error);
     }
-    status = status == AD_OK ? check(x, texts, error) : status;
+    status = status == AD_OK ? check(model, texts, error) : status;
     return status != AD_OK ? status
-           : o->fmu        ? put_fmu(x, o, to, texts, error)
+           : o->fmu        ? put_fmu(model, o, to, texts, error)
                            : export_files_put(to, texts, error);
 }
 

@@ -13,18 +13,18 @@
 
 static const char program[] = "cpinn-show";
 
-static void showing_free(showing *x)
+static void showing_free(showing *showing)
 {
-    show_kept_free(&x->kept);
-    table_free(x->table);
-    table_free(x->ghost);
-    samples_free(&x->samples);
-    solution_free(x->solved);
-    reference_free(x->known);
-    field_free(x->field);
-    checkpoint_free(x->file);
-    experiment_free(x->e);
-    config_free(x->settings);
+    show_kept_free(&showing->kept);
+    table_free(showing->table);
+    table_free(showing->ghost);
+    samples_free(&showing->samples);
+    solution_free(showing->solved);
+    reference_free(showing->known);
+    field_free(showing->field);
+    checkpoint_free(showing->file);
+    experiment_free(showing->e);
+    config_free(showing->settings);
 }
 
 /* ---- a scene that is solved ---------------------------------------------------------------- */
@@ -42,59 +42,61 @@ static bool is_fan(const scene *of)
     return taken;
 }
 
-static ad_status show_solved(showing *x, ad_error *error)
+static ad_status show_solved(showing *showing, ad_error *error)
 {
     solve_report report;
     samples_sheet sheet;
     verdict judged = {.count = 0};
-    ad_status status =
-        config_read(x->source, NULL, x->overrides.count, x->overrides.texts, &x->settings, error);
+    ad_status status = config_read(showing->source, NULL, showing->overrides.count,
+                                   showing->overrides.texts, &showing->settings, error);
     if (status != AD_OK) {
         return status;
     }
-    if (!x->at && is_fan(&x->settings->scene)) {
-        status = prepare_config(x->settings, error);
-        return status == AD_OK ? show_members(x, error) : status;
+    if (!showing->at && is_fan(&showing->settings->scene)) {
+        status = prepare_config(showing->settings, error);
+        return status == AD_OK ? show_members(showing, error) : status;
     }
-    config_free(x->settings);
-    x->settings = NULL;
-    status = prepare_read_member(x->source, NULL, x->overrides.count, x->overrides.texts, x->at,
-                                 &x->settings, error);
+    config_free(showing->settings);
+    showing->settings = NULL;
+    status = prepare_read_member(showing->source, NULL, showing->overrides.count,
+                                 showing->overrides.texts, showing->at, &showing->settings, error);
     if (status != AD_OK) {
         return status;
     }
-    const scene *of = &x->settings->scene;
+    const scene *of = &showing->settings->scene;
     const solve_settings settings = solve_settings_default(of);
-    snprintf(x->title, sizeof x->title, "%s", x->settings->settings.name);
-    status = samples_of_grid(&x->samples,
-                             x->grid                ? x->grid
+    snprintf(showing->title, sizeof showing->title, "%s", showing->settings->settings.name);
+    status = samples_of_grid(&showing->samples,
+                             showing->grid          ? showing->grid
                              : scene_is_dynamic(of) ? "81x201"
                                                     : NULL,
                              of, scene_duration(of), solution_columns(of), error);
-    const samples *p = &x->samples;
+    const samples *p = &showing->samples;
     if (status == AD_OK) {
-        status = solution_create(of, &settings, p->count, p->t, &x->solved, &report, error);
+        status = solution_create(of, &settings, p->count, p->t, &showing->solved, &report, error);
     }
     if (status == AD_OK) {
-        status = solution_evaluate(x->solved, p->columns, p->count, p->s, p->t, p->values, error);
+        status =
+            solution_evaluate(showing->solved, p->columns, p->count, p->s, p->t, p->values, error);
     }
     if (status != AD_OK) {
         return status;
     }
-    solution_verdict(x->solved, of, &settings, &report, &judged);
-    report_verdict(&x->to, &judged);
-    json_open(&x->to, "facts", '[');
-    show_scene_facts(&x->to, of);
-    show_fact(&x->to, "nodes", "%.0f", report.nodes);
+    solution_verdict(showing->solved, of, &settings, &report, &judged);
+    report_verdict(&showing->to, &judged);
+    json_open(&showing->to, "facts", '[');
+    show_scene_facts(&showing->to, of);
+    show_fact(&showing->to, "nodes", "%.0f", report.nodes);
     if (!isnan(report.estimate)) {
-        show_fact(&x->to, "estimated error, largest, over the length", "%.1e", report.estimate);
+        show_fact(&showing->to, "estimated error, largest, over the length", "%.1e",
+                  report.estimate);
     }
-    json_close(&x->to, ']');
+    json_close(&showing->to, ']');
     samples_fill(p, of, &sheet);
-    x->of = of;
-    status = show_put_motion(x, &sheet.table, NULL, NULL, NULL, error);
-    show_settings(&x->to, x->settings);
-    return status == AD_OK ? show_scene(&x->to, of, NULL, &x->kept, error) : status;
+    showing->of = of;
+    status = show_put_motion(showing, &sheet.table, NULL, NULL, NULL, error);
+    show_settings(&showing->to, showing->settings);
+    return status == AD_OK ? show_scene(&showing->to, of, NULL, &showing->kept, error) : status;
 }
 
 /* ---- a table ------------------------------------------------------------------------------- */
@@ -126,42 +128,44 @@ static bool has_shapes(const char *path)
     return any;
 }
 
-static ad_status show_read(showing *x, const show_read_table *read, ad_error *error)
+static ad_status show_read(showing *showing, const show_read_table *read, ad_error *error)
 {
     const table_source *table = &read->table;
     if (table_source_column(table, "true_x")) {
-        return show_loop(x, table, error);
+        return show_loop(showing, table, error);
     }
     if (!table_source_column(table, "x") && !table_source_column(table, "w")) {
-        return show_numbers(x, table, error);
+        return show_numbers(showing, table, error);
     }
-    ad_status status = show_put_motion(x, table, NULL, NULL, NULL, error);
-    if (status == AD_OK && x->settings) {
-        show_settings(&x->to, x->settings);
-        status = show_scene(&x->to, &x->settings->scene, NULL, &x->kept, error);
+    ad_status status = show_put_motion(showing, table, NULL, NULL, NULL, error);
+    if (status == AD_OK && showing->settings) {
+        show_settings(&showing->to, showing->settings);
+        status = show_scene(&showing->to, &showing->settings->scene, NULL, &showing->kept, error);
     }
     return status;
 }
 
-static ad_status show_table(showing *x, ad_error *error)
+static ad_status show_table(showing *showing, ad_error *error)
 {
     static const char *const words[] = {"source", "reason", NULL};
-    show_title_of(x, x->source);
-    ad_status status = table_read_words(x->source, TABLE_NONFINITE, words, &x->table, error);
-    if (status == AD_BAD_INPUT && !has_shapes(x->source) && !show_is_plot(x->out)) {
-        return show_csv(x, error);
+    show_title_of(showing, showing->source);
+    ad_status status =
+        table_read_words(showing->source, TABLE_NONFINITE, words, &showing->table, error);
+    if (status == AD_BAD_INPUT && !has_shapes(showing->source) && !show_is_plot(showing->out)) {
+        return show_csv(showing, error);
     }
-    if (status == AD_OK && x->scene_path && !table_column(x->table, "true_x")) {
-        status = config_read_member(x->scene_path, NULL, x->overrides.count, x->overrides.texts,
-                                    x->at, &x->settings, error);
-        status = status == AD_OK ? prepare_choices(x->settings, error) : status;
+    if (status == AD_OK && showing->scene_path && !table_column(showing->table, "true_x")) {
+        status =
+            config_read_member(showing->scene_path, NULL, showing->overrides.count,
+                               showing->overrides.texts, showing->at, &showing->settings, error);
+        status = status == AD_OK ? prepare_choices(showing->settings, error) : status;
     }
-    const scene *of = x->of = x->settings ? &x->settings->scene : NULL;
-    show_read_table *read = status == AD_OK ? show_read_table_of(x->table, of) : NULL;
+    const scene *of = showing->of = showing->settings ? &showing->settings->scene : NULL;
+    show_read_table *read = status == AD_OK ? show_read_table_of(showing->table, of) : NULL;
     if (status == AD_OK && !read) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for a report");
     }
-    status = status == AD_OK ? show_read(x, read, error) : status;
+    status = status == AD_OK ? show_read(showing, read, error) : status;
     free(read);
     return status;
 }
@@ -169,73 +173,74 @@ static ad_status show_table(showing *x, ad_error *error)
 /* ---- the program --------------------------------------------------------------------------- */
 
 /* "DIR/report.html" of a folder, else "NAME.html" here. */
-static void choose_out(showing *x, bool is_folder, char *path, size_t size)
+static void choose_out(showing *showing, bool is_folder, char *path, size_t size)
 {
     if (is_folder) {
-        const size_t length = strlen(x->source);
-        snprintf(path, size, "%s%sreport.html", x->source, x->source[length - 1] == '/' ? "" : "/");
+        const size_t length = strlen(showing->source);
+        snprintf(path, size, "%s%sreport.html", showing->source,
+                 showing->source[length - 1] == '/' ? "" : "/");
     } else {
-        snprintf(path, size, "%s.html", x->title);
+        snprintf(path, size, "%s.html", showing->title);
     }
 }
 
 /* The texts that every page has: what file it was made of. */
-static ad_status fill(showing *x, bool is_folder, ad_error *error)
+static ad_status fill(showing *showing, bool is_folder, ad_error *error)
 {
     struct stat of;
     char inside[4096];
-    snprintf(inside, sizeof inside, "%s/checkpoint.h5", x->source);
+    snprintf(inside, sizeof inside, "%s/checkpoint.h5", showing->source);
     if (is_folder && stat(inside, &of) != 0) {
-        return show_folder(x, error);
+        return show_folder(showing, error);
     }
-    if (ends_with(x->source, ".yaml") || ends_with(x->source, ".yml")) {
-        return show_solved(x, error);
+    if (ends_with(showing->source, ".yaml") || ends_with(showing->source, ".yml")) {
+        return show_solved(showing, error);
     }
-    if (!is_folder && !ends_with(x->source, "checkpoint.h5")) {
-        return show_table(x, error);
+    if (!is_folder && !ends_with(showing->source, "checkpoint.h5")) {
+        return show_table(showing, error);
     }
-    ad_status status = checkpoint_open(is_folder ? inside : x->source, &x->file, error);
-    if (status == AD_OK && checkpoint_has(x->file, "surrogate/numbers")) {
-        return show_surrogate(x, error);
+    ad_status status = checkpoint_open(is_folder ? inside : showing->source, &showing->file, error);
+    if (status == AD_OK && checkpoint_has(showing->file, "surrogate/numbers")) {
+        return show_surrogate(showing, error);
     }
-    checkpoint_free(x->file);
-    x->file = NULL;
-    return status == AD_OK ? show_run(x, error) : status;
+    checkpoint_free(showing->file);
+    showing->file = NULL;
+    return status == AD_OK ? show_run(showing, error) : status;
 }
 
-static ad_status run(showing *x, char *path, size_t size, ad_error *error)
+static ad_status run(showing *showing, char *path, size_t size, ad_error *error)
 {
     struct stat of;
-    if (stat(x->source, &of) != 0) {
+    if (stat(showing->source, &of) != 0) {
         return ad_fail(error, AD_BAD_INPUT,
                        "%s: does not exist; allowed: a folder of a run, "
                        "SCENE.yaml, a table",
-                       file_bytes_shown(x->source));
+                       file_bytes_shown(showing->source));
     }
     const bool is_folder = S_ISDIR(of.st_mode);
-    snprintf(path, size, "%s", x->out ? x->out : "");
-    ad_status status = x->out ? file_bytes_check(x->out, error) : AD_OK;
-    json_begin(&x->to);
-    json_text(&x->to, "program", "cpinn");
-    json_text(&x->to, "version", cli_version());
-    json_text(&x->to, "source", x->source);
-    status = status == AD_OK ? fill(x, is_folder, error) : status;
-    if (!x->out) {
-        choose_out(x, is_folder, path, size);
-    } else if (status == AD_OK && show_is_plot(x->out) && !x->is_drawn) {
+    snprintf(path, size, "%s", showing->out ? showing->out : "");
+    ad_status status = showing->out ? file_bytes_check(showing->out, error) : AD_OK;
+    json_begin(&showing->to);
+    json_text(&showing->to, "program", "cpinn");
+    json_text(&showing->to, "version", cli_version());
+    json_text(&showing->to, "source", showing->source);
+    status = status == AD_OK ? fill(showing, is_folder, error) : status;
+    if (!showing->out) {
+        choose_out(showing, is_folder, path, size);
+    } else if (status == AD_OK && show_is_plot(showing->out) && !showing->is_drawn) {
         status = ad_fail(error, AD_BAD_INPUT, "%s: has no shapes for a picture; allowed: .html",
-                         file_bytes_shown(x->source));
+                         file_bytes_shown(showing->source));
     }
-    json_text(&x->to, "title", x->title);
-    if (status != AD_OK || show_is_plot(x->out)) {
+    json_text(&showing->to, "title", showing->title);
+    if (status != AD_OK || show_is_plot(showing->out)) {
         char *text;
         size_t length;
         ad_error unused;
-        json_take(&x->to, &text, &length, &unused);
+        json_take(&showing->to, &text, &length, &unused);
         free(text);
         return status;
     }
-    return show_page(&x->to, x->title, path, error);
+    return show_page(&showing->to, showing->title, path, error);
 }
 
 int main(int argc, char **argv)

@@ -57,17 +57,17 @@ typedef struct solving {
     double seconds;
 } solving;
 
-static void solving_free(solving *x)
+static void solving_free(solving *solving)
 {
-    solution_free(x->solved);
-    solution_path_free(x->path);
-    free(x->times);
-    free(x->from);
-    samples_free(&x->grid);
-    reference_free(x->known);
-    experiment_free(x->e);
-    config_free(x->settings);
-    unknowns_free(&x->unknown);
+    solution_free(solving->solved);
+    solution_path_free(solving->path);
+    free(solving->times);
+    free(solving->from);
+    samples_free(&solving->grid);
+    reference_free(solving->known);
+    experiment_free(solving->e);
+    config_free(solving->settings);
+    unknowns_free(&solving->unknown);
 }
 
 /* ---- samples ------------------------------------------------------------------------------- */
@@ -78,32 +78,36 @@ static ad_status evaluate(const solution *solved, const samples *p, ad_error *er
 }
 
 /* Collects the times of the grid and of the reference. */
-static ad_status gather_times(solving *x, ad_error *error)
+static ad_status gather_times(solving *solving, ad_error *error)
 {
-    size_t points = x->known ? reference_points(x->known) : 0;
-    x->time_count = x->grid.count + points;
-    x->times = malloc(x->time_count * sizeof *x->times);
-    if (!x->times) {
+    size_t points = solving->known ? reference_points(solving->known) : 0;
+    solving->time_count = solving->grid.count + points;
+    solving->times = malloc(solving->time_count * sizeof *solving->times);
+    if (!solving->times) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for times");
     }
-    memcpy(x->times, x->grid.t, x->grid.count * sizeof *x->times);
-    if (x->known) {
-        memcpy(x->times + x->grid.count, reference_t(x->known), points * sizeof *x->times);
+    memcpy(solving->times, solving->grid.t, solving->grid.count * sizeof *solving->times);
+    if (solving->known) {
+        memcpy(solving->times + solving->grid.count, reference_t(solving->known),
+               points * sizeof *solving->times);
     }
     return AD_OK;
 }
 
-static ad_status write_out(solving *x, ad_error *error)
+static ad_status write_out(solving *solving, ad_error *error)
 {
-    ad_status status = evaluate(x->solved, &x->grid, error);
-    return status == AD_OK ? samples_write(&x->grid, x->scene, x->asked.out, error) : status;
+    ad_status status = evaluate(solving->solved, &solving->grid, error);
+    return status == AD_OK
+               ? samples_write(&solving->grid, solving->scene, solving->asked.out, error)
+               : status;
 }
 
 /* ---- report -------------------------------------------------------------------------------- */
 
-static bool reached(const solving *x)
+static bool reached(const solving *solving)
 {
-    return x->only_identified || scene_is_dynamic(x->scene) || x->report.load_fraction == 1;
+    return solving->only_identified || scene_is_dynamic(solving->scene) ||
+           solving->report.load_fraction == 1;
 }
 
 static solve_settings settings_of(const options *o)
@@ -118,166 +122,171 @@ static solve_settings settings_of(const options *o)
 
 /* With --work-precision the tolerance is only that of the solution that others are compared with.
  */
-static void judge(solving *x)
+static void judge(solving *solving)
 {
-    solve_settings settings = settings_of(&x->asked);
-    settings.nodes = x->asked.work_precision ? x->report.nodes : settings.nodes;
-    solution_verdict(x->solved, x->scene, &settings, &x->report, &x->verdict);
+    solve_settings settings = settings_of(&solving->asked);
+    settings.nodes = solving->asked.work_precision ? solving->report.nodes : settings.nodes;
+    solution_verdict(solving->solved, solving->scene, &settings, &solving->report,
+                     &solving->verdict);
 }
 
-static bool is_rod_in_motion(const solving *x)
+static bool is_rod_in_motion(const solving *solving)
 {
-    return scene_is_dynamic(x->scene) && !scene_is_beam(x->scene);
+    return scene_is_dynamic(solving->scene) && !scene_is_beam(solving->scene);
 }
 
-static void print_reference(const solving *x)
+static void print_reference(const solving *solving)
 {
-    const reference_errors *errors = &x->errors;
-    printf("difference from %s (%zu points)\n", reference_name(x->known),
-           reference_points(x->known));
+    const reference_errors *errors = &solving->errors;
+    printf("difference from %s (%zu points)\n", reference_name(solving->known),
+           reference_points(solving->known));
     cli_print_error("position, relative L2", errors->position, "");
     cli_print_error("position, largest", errors->position_max, " of the length");
     cli_print_error("tip", errors->tip, " of the length");
     cli_print_error("rotation, largest", errors->rotation_max, " rad");
 }
 
-static ad_status print_report(solving *x, ad_error *error)
+static ad_status print_report(solving *solving, ad_error *error)
 {
-    ad_status status = solution_print(x->solved, x->scene, &x->report, x->seconds, error);
-    verdict_print(stdout, "", &x->verdict);
-    if (status == AD_OK && x->known) {
-        print_reference(x);
+    ad_status status =
+        solution_print(solving->solved, solving->scene, &solving->report, solving->seconds, error);
+    verdict_print(stdout, "", &solving->verdict);
+    if (status == AD_OK && solving->known) {
+        print_reference(solving);
     }
     return status;
 }
 
-static ad_status write_json(const solving *x, ad_error *error)
+static ad_status write_json(const solving *solving, ad_error *error)
 {
-    const solve_report *r = &x->report;
+    const solve_report *r = &solving->report;
     json to;
     json_begin(&to);
     json_text(&to, "program", program);
     json_text(&to, "version", cli_version());
-    json_text(&to, "name", *x->name ? x->name : NULL);
-    report_verdict(&to, &x->verdict);
-    unknowns_json(&x->unknown, &to);
-    if (x->solved) {
-        bool moves = scene_is_dynamic(x->scene);
-        json_text(&to, "method", solve_method_names()[x->asked.method]);
+    json_text(&to, "name", *solving->name ? solving->name : NULL);
+    report_verdict(&to, &solving->verdict);
+    unknowns_json(&solving->unknown, &to);
+    if (solving->solved) {
+        bool moves = scene_is_dynamic(solving->scene);
+        json_text(&to, "method", solve_method_names()[solving->asked.method]);
         json_integer(&to, "nodes", r->nodes);
         if (r->mode_count > 0) {
             json_integer(&to, "modes", r->mode_count);
         }
         json_integer(&to, "steps", moves ? r->time_steps : r->load_steps);
         json_integer(&to, "newton_steps", r->newton_steps);
-        json_number(&to, "seconds", x->seconds);
-        json_number(&to, "tolerance", x->asked.tolerance);
+        json_number(&to, "seconds", solving->seconds);
+        json_number(&to, "tolerance", solving->asked.tolerance);
         json_number(&to, "estimated_error", r->estimate_l2 + solve_misfit(r));
         json_number(&to, "estimated_error_max", r->estimate + solve_misfit(r));
         json_number(&to, "law_misfit", r->misfit);
         json_number(&to, "loads_out_of_balance", r->balance);
         json_number(&to, "load_factor", moves ? NAN : r->load_fraction);
         json_number(&to, "energy_out_of_balance", r->energy_mismatch);
-        report_reference(&to, x->known, &x->errors);
-        if (!moves && !scene_is_beam(x->scene)) {
+        report_reference(&to, solving->known, &solving->errors);
+        if (!moves && !scene_is_beam(solving->scene)) {
             json_number(&to, "limit_load", r->limit_load);
             json_number(&to, "bifurcation_load", r->bifurcation_load);
-            path_files_json(x->path, x->asked.path, &to);
+            path_files_json(solving->path, solving->asked.path, &to);
         }
-        json_text(&to, "out", reached(x) ? x->asked.out : NULL);
+        json_text(&to, "out", reached(solving) ? solving->asked.out : NULL);
     }
-    return json_end(&to, x->asked.json, error);
+    return json_end(&to, solving->asked.json, error);
 }
 
 /* ---- the program --------------------------------------------------------------------------- */
 
 /* A reference needs the experiment around the scene. */
-static ad_status open_reference(solving *x, ad_error *error)
+static ad_status open_reference(solving *solving, ad_error *error)
 {
-    config *settings = x->settings;
+    config *settings = solving->settings;
     const train_settings *given = &settings->settings;
     if (given->reference == TRAIN_REFERENCE_NONE && !given->reference_file &&
         !given->reference_deflection.is_given) {
         return AD_OK;
     }
-    x->settings = NULL;
-    ad_status status = config_experiment_create(settings, 1, &x->e, error);
+    solving->settings = NULL;
+    ad_status status = config_experiment_create(settings, 1, &solving->e, error);
     if (status == AD_OK) {
-        x->scene = x->e->scene;
-        status = reference_create(x->e, &x->known, error);
+        solving->scene = solving->e->scene;
+        status = reference_create(solving->e, &solving->known, error);
     }
     return status;
 }
 
 /* The tolerance without --tol, and that of the solution with which others are compared. */
-static void choose_tolerance(solving *x)
+static void choose_tolerance(solving *solving)
 {
-    double *tolerance = &x->asked.tolerance, usual = solve_settings_default(x->scene).tolerance;
+    double *tolerance = &solving->asked.tolerance,
+           usual = solve_settings_default(solving->scene).tolerance;
     if (*tolerance == 0) {
         *tolerance = usual;
     }
-    if (x->asked.work_precision && x->asked.method != SOLVE_MODES) {
+    if (solving->asked.work_precision && solving->asked.method != SOLVE_MODES) {
         *tolerance = fmin(*tolerance, usual / 100);
     }
 }
 
 /* With --work-precision modes are compared with spectral elements. */
-static ad_status solve(solving *x, ad_error *error)
+static ad_status solve(solving *solving, ad_error *error)
 {
-    solve_settings settings = settings_of(&x->asked);
-    if (x->asked.work_precision) {
+    solve_settings settings = settings_of(&solving->asked);
+    if (solving->asked.work_precision) {
         settings.method = SOLVE_COLLOCATION;
     }
-    settings.from = x->from;
-    settings.from_count = x->from_count;
+    settings.from = solving->from;
+    settings.from_count = solving->from_count;
     double start = train_seconds();
-    ad_status status = solution_create(x->scene, &settings, x->time_count, x->times, &x->solved,
-                                       &x->report, error);
-    x->seconds = train_seconds() - start;
+    ad_status status = solution_create(solving->scene, &settings, solving->time_count,
+                                       solving->times, &solving->solved, &solving->report, error);
+    solving->seconds = train_seconds() - start;
     return status;
 }
 
 /* What is to be identified, before the scene is solved with it. Of a family the search is all,
  * unless a member is asked for. */
-static ad_status find_unknowns(solving *x, ad_error *error)
+static ad_status find_unknowns(solving *solving, ad_error *error)
 {
-    const options *o = &x->asked;
+    const options *o = &solving->asked;
     ad_status status =
-        unknowns_find(o->config, &o->overrides, o->at, o->threads, &x->unknown, error);
-    if (status != AD_OK || !x->unknown.settings) {
+        unknowns_find(o->config, &o->overrides, o->at, o->threads, &solving->unknown, error);
+    if (status != AD_OK || !solving->unknown.settings) {
         return status;
     }
-    snprintf(x->name, sizeof x->name, "%s", x->unknown.settings->settings.name);
-    x->only_identified = !o->at && !o->out && !o->path && !o->work_precision &&
-                         unknowns_leave_family(&x->unknown, o->at);
-    identified_verdict(&x->unknown.found, &x->unknown.settings->scene, &x->verdict);
+    snprintf(solving->name, sizeof solving->name, "%s", solving->unknown.settings->settings.name);
+    solving->only_identified = !o->at && !o->out && !o->path && !o->work_precision &&
+                               unknowns_leave_family(&solving->unknown, o->at);
+    identified_verdict(&solving->unknown.found, &solving->unknown.settings->scene,
+                       &solving->verdict);
     if (!o->quiet) {
-        unknowns_print(&x->unknown);
-        if (x->only_identified) {
-            verdict_print(stdout, "", &x->verdict);
+        unknowns_print(&solving->unknown);
+        if (solving->only_identified) {
+            verdict_print(stdout, "", &solving->verdict);
         }
     }
     return status;
 }
 
 /* Whether the method takes the scene, and the path where one is asked for. */
-static ad_status check_method(const solving *x, ad_error *error)
+static ad_status check_method(const solving *solving, ad_error *error)
 {
-    const solve_settings settings = settings_of(&x->asked);
+    const solve_settings settings = settings_of(&solving->asked);
     const char *key = "";
     ad_error reason;
-    const ad_status status = solve_check(x->scene, &settings, x->asked.path != NULL, &key, &reason);
+    const ad_status status =
+        solve_check(solving->scene, &settings, solving->asked.path != NULL, &key, &reason);
     if (status != AD_OK) {
-        config_refuse(x->settings, key, reason.message, error);
+        config_refuse(solving->settings, key, reason.message, error);
         error->status = status; /* it is the method that cannot, and the scene is right */
     }
     return status;
 }
 
 /* Reads the scene and prepares everything that the solution needs. */
-static ad_status prepare(solving *x, ad_error *error)
+static ad_status prepare(solving *solving, ad_error *error)
 {
-    const options *o = &x->asked;
+    const options *o = &solving->asked;
     const char *const tables[] = {o->work_precision, o->path, o->state_out};
     ad_status status = o->out ? shapes_check_path(o->out, error) : AD_OK;
     for (int i = 0; i < 3 && status == AD_OK; i++) {
@@ -285,49 +294,51 @@ static ad_status prepare(solving *x, ad_error *error)
     }
     status = status == AD_OK ? json_check_path(o->json, error) : status;
     if (status == AD_OK) {
-        status = find_unknowns(x, error);
+        status = find_unknowns(solving, error);
     }
-    if (status == AD_OK && !x->only_identified) {
-        status =
-            prepare_read_member(o->config, NULL, o->overrides.count, o->overrides.texts,
-                                x->unknown.settings ? x->unknown.at : o->at, &x->settings, error);
+    if (status == AD_OK && !solving->only_identified) {
+        status = prepare_read_member(o->config, NULL, o->overrides.count, o->overrides.texts,
+                                     solving->unknown.settings ? solving->unknown.at : o->at,
+                                     &solving->settings, error);
     }
-    if (status != AD_OK || x->only_identified) {
+    if (status != AD_OK || solving->only_identified) {
         return status;
     }
-    x->scene = &x->settings->scene;
-    snprintf(x->name, sizeof x->name, "%s", x->settings->settings.name);
-    choose_tolerance(x);
-    status = samples_of_grid(&x->grid, o->grid, x->scene, scene_duration(x->scene),
-                             solution_columns(x->scene), error);
-    status = status == AD_OK ? check_method(x, error) : status;
+    solving->scene = &solving->settings->scene;
+    snprintf(solving->name, sizeof solving->name, "%s", solving->settings->settings.name);
+    choose_tolerance(solving);
+    status =
+        samples_of_grid(&solving->grid, o->grid, solving->scene, scene_duration(solving->scene),
+                        solution_columns(solving->scene), error);
+    status = status == AD_OK ? check_method(solving, error) : status;
     if (status == AD_OK) {
         if (!o->quiet) {
-            scene_line_implausible(x->scene);
+            scene_line_implausible(solving->scene);
         }
-        status = open_reference(x, error);
+        status = open_reference(solving, error);
     }
-    if (status == AD_OK && o->state_out && !is_rod_in_motion(x)) {
+    if (status == AD_OK && o->state_out && !is_rod_in_motion(solving)) {
         status = ad_fail(error, AD_BAD_INPUT, "--state-out: allowed: of a rod in motion");
     }
     if (status == AD_OK && o->from) {
-        status = state_file_read(o->from, scene_length(x->scene), &x->from, &x->from_count, error);
+        status = state_file_read(o->from, scene_length(solving->scene), &solving->from,
+                                 &solving->from_count, error);
     }
-    return status == AD_OK ? gather_times(x, error) : status;
+    return status == AD_OK ? gather_times(solving, error) : status;
 }
 
 /* Also of a rod whose full load has no equilibrium that is found. */
-static ad_status follow_path(solving *x, ad_error *error)
+static ad_status follow_path(solving *solving, ad_error *error)
 {
-    const options *o = &x->asked;
+    const options *o = &solving->asked;
     const solve_settings settings = settings_of(o);
     ad_error why;
-    ad_status status = solution_path_create(x->scene, &settings, &x->path, error);
+    ad_status status = solution_path_create(solving->scene, &settings, &solving->path, error);
     if (status == AD_OK) {
-        status = path_files_write(x->path, o->path, error);
+        status = path_files_write(solving->path, o->path, error);
     }
     if (status == AD_OK && !o->quiet) {
-        path_files_print(x->path, stdout);
+        path_files_print(solving->path, stdout);
     }
     if (status == AD_OK && path_files_draw(o->path, &why) != AD_OK && !o->quiet) {
         cli_warn(program, "%s", why.message);
@@ -335,44 +346,45 @@ static ad_status follow_path(solving *x, ad_error *error)
     return status;
 }
 
-static ad_status run(solving *x, ad_error *error)
+static ad_status run(solving *solving, ad_error *error)
 {
-    const options *o = &x->asked;
-    ad_status status = prepare(x, error);
+    const options *o = &solving->asked;
+    ad_status status = prepare(solving, error);
     if (status == AD_OK && o->path) {
-        status = follow_path(x, error);
+        status = follow_path(solving, error);
     }
-    if (status == AD_OK && !x->only_identified) {
-        status = solve(x, error);
+    if (status == AD_OK && !solving->only_identified) {
+        status = solve(solving, error);
     }
-    if (status != AD_OK || x->only_identified) {
+    if (status != AD_OK || solving->only_identified) {
         return status;
     }
-    judge(x);
-    if (!reached(x)) {
+    judge(solving);
+    if (!reached(solving)) {
         return AD_OK;
     }
-    if (x->known) {
-        status = reference_compare_solution(x->known, x->solved, &x->errors, error);
+    if (solving->known) {
+        status =
+            reference_compare_solution(solving->known, solving->solved, &solving->errors, error);
     }
     if (status == AD_OK && o->out) {
-        status = write_out(x, error);
+        status = write_out(solving, error);
     }
     if (status == AD_OK && o->state_out) {
-        status =
-            state_file_write(o->state_out, x->solved, x->scene, scene_duration(x->scene), error);
+        status = state_file_write(o->state_out, solving->solved, solving->scene,
+                                  scene_duration(solving->scene), error);
     }
     if (status == AD_OK && !o->quiet) {
-        scene_line_print(x->name, x->scene);
-        status = print_report(x, error);
+        scene_line_print(solving->name, solving->scene);
+        status = print_report(solving, error);
         if (o->out) {
-            printf("wrote %s: %zu points\n", o->out, x->grid.count);
+            printf("wrote %s: %zu points\n", o->out, solving->grid.count);
         }
     }
     if (status == AD_OK && o->work_precision) {
         const solve_settings like = settings_of(o);
-        status = work_precision_write(x->scene, &like, x->solved, &x->grid, o->work_precision,
-                                      !o->quiet, error);
+        status = work_precision_write(solving->scene, &like, solving->solved, &solving->grid,
+                                      o->work_precision, !o->quiet, error);
     }
     return status;
 }
@@ -409,10 +421,10 @@ static bool read_modes(options *o)
     return good && all > 0;
 }
 
-static void blame(solving *x, const ad_error *error)
+static void blame(solving *solving, const ad_error *error)
 {
     cli_fail_error(program, error);
-    verdict_add_error(&x->verdict, error);
+    verdict_add_error(&solving->verdict, error);
 }
 
 int main(int argc, char **argv)

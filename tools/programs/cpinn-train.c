@@ -181,12 +181,12 @@ static void finish(training *t)
         progress_members(&t->progress, &info.members, scene_length(t->s.e->scene));
     }
     const double mm = 1e3 * scene_length(t->s.e->scene);
-    if (info.witness.compared) {
+    if (info.fresh.compared) {
         progress_say(&t->progress,
                      "largest error of a shape, over %d fresh members solved classically: median "
                      "%.2g mm, 95 %% below %.2g mm, worst %.2g mm",
-                     info.witness.compared, mm * info.witness.median, mm * info.witness.most,
-                     mm * info.witness.worst);
+                     info.fresh.compared, mm * info.fresh.median, mm * info.fresh.most,
+                     mm * info.fresh.worst);
     }
     double estimate = trainer_estimate(t->s.trainer);
     if (isfinite(estimate)) {
@@ -426,8 +426,8 @@ static ad_status write_json(const training *t, ad_error *error)
         report_reference(&to, t->s.known, &info.errors);
         if (t->s.e->targets) {
             report_members(&to, &info.members, scene_length(t->s.e->scene));
-        } else if (info.witness.compared) {
-            report_witness(&to, &info.witness, scene_length(t->s.e->scene));
+        } else if (info.fresh.compared) {
+            report_fresh(&to, &info.fresh, scene_length(t->s.e->scene));
         }
         json_text(&to, "checkpoint", t->folder.checkpoint);
         json_text(&to, "history", t->folder.history);

@@ -15,12 +15,12 @@ static const double MM = 1e3;
 
 enum { POLISH = 2, SEED = 1 }; /* where nothing is said */
 
-void eval_family_free(eval_family *x)
+void eval_family_free(eval_family *eval)
 {
-    cpinn_family_free(x->family);
-    free(x->parameters);
-    free(x->values);
-    free(x->answers);
+    cpinn_family_free(eval->family);
+    free(eval->parameters);
+    free(eval->values);
+    free(eval->answers);
 }
 
 const char *eval_family_conflict(const eval_family_options *asked)
@@ -46,57 +46,57 @@ const char *eval_family_conflict(const eval_family_options *asked)
 
 static const char OR_ELSE[] = ", or with --extrapolate";
 
-static ad_status check_range(const eval_family *x, const table_file *table, ad_error *error)
+static ad_status check_range(const eval_family *eval, const table_file *table, ad_error *error)
 {
     size_t member;
     int k;
-    if (table && !x->asked.extrapolate) {
-        return train_members_check(cpinn_family_scene(x->family), x->asked.members, table,
-                                   x->parameters, OR_ELSE, error);
+    if (table && !eval->asked.extrapolate) {
+        return train_members_check(cpinn_family_scene(eval->family), eval->asked.members, table,
+                                   eval->parameters, OR_ELSE, error);
     }
-    if (!cpinn_family_refuses(x->family, x->count, x->parameters, &member, &k)) {
+    if (!cpinn_family_refuses(eval->family, eval->count, eval->parameters, &member, &k)) {
         return AD_OK;
     }
-    const scene_parameter *p = cpinn_family_parameter(x->family, k);
+    const scene_parameter *p = cpinn_family_parameter(eval->family, k);
     return ad_fail(error, AD_BAD_ARGUMENT,
                    "--at: %s = %.10g is outside its range; allowed: %g to %g%s", p->name,
-                   x->parameters[k], p->low, p->high, OR_ELSE);
+                   eval->parameters[k], p->low, p->high, OR_ELSE);
 }
 
-static ad_status gather(eval_family *x, ad_error *error)
+static ad_status gather(eval_family *eval, ad_error *error)
 {
-    const scene *family = cpinn_family_scene(x->family);
+    const scene *family = cpinn_family_scene(eval->family);
     table_file *table = NULL;
     ad_status status;
-    if (x->asked.members) {
-        status = train_members_read(family, x->asked.members, &x->parameters, &table, error);
-        x->count = table ? table_rows(table) : 0;
+    if (eval->asked.members) {
+        status = train_members_read(family, eval->asked.members, &eval->parameters, &table, error);
+        eval->count = table ? table_rows(table) : 0;
     } else {
-        x->count = 1;
-        x->parameters = malloc((size_t)family->parameter_count * sizeof *x->parameters);
-        status = x->parameters /* ranges are asked for later, with those of files */
+        eval->count = 1;
+        eval->parameters = malloc((size_t)family->parameter_count * sizeof *eval->parameters);
+        status = eval->parameters /* ranges are asked for later, with those of files */
                      ? scene_member_read(family->parameter_count, family->parameters, true,
-                                         x->asked.at, x->parameters, error)
+                                         eval->asked.at, eval->parameters, error)
                      : ad_fail(error, AD_NO_MEMORY, "out of memory for a member");
     }
-    status = status == AD_OK ? check_range(x, table, error) : status;
+    status = status == AD_OK ? check_range(eval, table, error) : status;
     table_free(table);
     return status;
 }
 
-static ad_status answer(eval_family *x, ad_error *error)
+static ad_status answer(eval_family *eval, ad_error *error)
 {
-    const cpinn_polish polish = {.steps = x->asked.polish < 0 ? POLISH : x->asked.polish};
-    const size_t width = x->points->count * (size_t)cpinn_family_columns(x->family);
-    x->values = malloc((x->count * width + 1) * sizeof *x->values);
-    x->answers = malloc((x->count + 1) * sizeof *x->answers);
-    if (!x->values || !x->answers) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", x->count);
+    const cpinn_polish polish = {.steps = eval->asked.polish < 0 ? POLISH : eval->asked.polish};
+    const size_t width = eval->points->count * (size_t)cpinn_family_columns(eval->family);
+    eval->values = malloc((eval->count * width + 1) * sizeof *eval->values);
+    eval->answers = malloc((eval->count + 1) * sizeof *eval->answers);
+    if (!eval->values || !eval->answers) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", eval->count);
     }
     const double start = train_seconds();
-    ad_status status = cpinn_family_evaluate(x->family, &polish, x->count, x->parameters, x->values,
-                                             x->answers, error);
-    x->seconds = train_seconds() - start;
+    ad_status status = cpinn_family_evaluate(eval->family, &polish, eval->count, eval->parameters,
+                                             eval->values, eval->answers, error);
+    eval->seconds = train_seconds() - start;
     return status;
 }
 
@@ -127,13 +127,13 @@ static void add_words(sheet *to, const char *name, const char **words)
     to->texts[to->used - 1] = words;
 }
 
-static void fill(sheet *to, const eval_family *x)
+static void fill(sheet *to, const eval_family *eval)
 {
-    const samples *p = x->points;
-    const model_column *model = scene_physics_of(cpinn_family_scene(x->family))->columns;
-    const int columns = cpinn_family_columns(x->family);
+    const samples *p = eval->points;
+    const model_column *model = scene_physics_of(cpinn_family_scene(eval->family))->columns;
+    const int columns = cpinn_family_columns(eval->family);
     double *member = add_column(to, "member", ""), *s = add_column(to, "s", "m");
-    double *t = cpinn_family_t(x->family) ? add_column(to, "t", "s") : NULL;
+    double *t = cpinn_family_t(eval->family) ? add_column(to, "t", "s") : NULL;
     double *of[MODEL_COLUMNS_MAX];
     for (int c = 0; c < columns; c++) {
         of[c] = add_column(to, model[c].name, model[c].unit);
@@ -142,14 +142,14 @@ static void fill(sheet *to, const eval_family *x)
     double *outside = add_column(to, "outside", "");
     for (size_t i = 0; i < to->rows; i++) {
         const size_t which = i / p->count, point = i % p->count;
-        const cpinn_answer *said = &x->answers[which];
+        const cpinn_answer *said = &eval->answers[which];
         member[i] = (double)which + 1;
         s[i] = p->s[point];
         if (t) {
             t[i] = p->t[point];
         }
         for (int c = 0; c < columns; c++) {
-            of[c][i] = x->values[i * (size_t)columns + (size_t)c] + 0.0; /* no -0 in a table */
+            of[c][i] = eval->values[i * (size_t)columns + (size_t)c] + 0.0; /* no -0 in a table */
         }
         error[i] = said->error;
         trusted[i] = said->trusted;
@@ -161,10 +161,10 @@ static void fill(sheet *to, const eval_family *x)
     add_words(to, "reason", to->words[1]);
 }
 
-static ad_status write_out(const eval_family *x, ad_error *error)
+static ad_status write_out(const eval_family *eval, ad_error *error)
 {
-    sheet to = {.rows = x->count * x->points->count};
-    const size_t columns = BEFORE + (size_t)cpinn_family_columns(x->family) + AFTER;
+    sheet to = {.rows = eval->count * eval->points->count};
+    const size_t columns = BEFORE + (size_t)cpinn_family_columns(eval->family) + AFTER;
     to.numbers = calloc(columns * to.rows + 1, sizeof *to.numbers);
     to.words[0] = calloc(to.rows + 1, sizeof *to.words[0]);
     to.words[1] = calloc(to.rows + 1, sizeof *to.words[1]);
@@ -172,14 +172,15 @@ static ad_status write_out(const eval_family *x, ad_error *error)
     if (!to.numbers || !to.words[0] || !to.words[1]) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for a table of %zu rows", to.rows);
     } else {
-        fill(&to, x);
+        fill(&to, eval);
         const table_source table = {.names = to.names,
                                     .columns = to.columns,
                                     .words = to.texts,
                                     .ncols = to.used,
                                     .nrows = to.rows,
                                     .units = to.units};
-        status = section_write(x->asked.out, &table, cpinn_family_scene(x->family), false, error);
+        status =
+            section_write(eval->asked.out, &table, cpinn_family_scene(eval->family), false, error);
     }
     free(to.numbers);
     free(to.words[0]);
@@ -230,11 +231,11 @@ typedef struct tally {
     double worst; /* predicted error, of those trusted, m */
 } tally;
 
-static tally count(const eval_family *x)
+static tally count(const eval_family *eval)
 {
     tally of = {.worst = 0};
-    for (size_t i = 0; i < x->count; i++) {
-        const cpinn_answer *said = &x->answers[i];
+    for (size_t i = 0; i < eval->count; i++) {
+        const cpinn_answer *said = &eval->answers[i];
         of.trusted += said->trusted;
         of.outside += said->outside;
         of.sources[said->source]++;
@@ -258,45 +259,45 @@ static const char *list_reasons(const size_t *reasons, char text[256])
     return text;
 }
 
-void eval_family_warn(const char *program, const eval_family *x)
+void eval_family_warn(const char *program, const eval_family *eval)
 {
-    const tally of = count(x);
+    const tally of = count(eval);
     char text[256];
     if (of.outside > 0) {
         cli_warn(program, "extrapolated: %zu of %zu members are outside the range", of.outside,
-                 x->count);
+                 eval->count);
     }
-    if (of.trusted < x->count) {
-        cli_warn(program, "not trusted: %zu of %zu members: %s", x->count - of.trusted, x->count,
-                 list_reasons(of.reasons, text));
+    if (of.trusted < eval->count) {
+        cli_warn(program, "not trusted: %zu of %zu members: %s", eval->count - of.trusted,
+                 eval->count, list_reasons(of.reasons, text));
     }
     for (int k = 0; k < CPINN_WAY_COUNT; k++) {
-        if (x->check.rows[k].wrong > 0) {
+        if (eval->check.rows[k].wrong > 0) {
             cli_warn(program, "wrong though trusted: %zu of %zu members (%s)",
-                     x->check.rows[k].wrong, x->check.members, cpinn_way_word((cpinn_way)k));
+                     eval->check.rows[k].wrong, eval->check.members, cpinn_way_word((cpinn_way)k));
         }
     }
 }
 
-static void print_range(const eval_family *x)
+static void print_range(const eval_family *eval)
 {
-    const int parameters = cpinn_family_parameters(x->family);
+    const int parameters = cpinn_family_parameters(eval->family);
     printf("family of %d parameter%s:", parameters, parameters == 1 ? "" : "s");
     for (int i = 0; i < parameters; i++) {
-        const scene_parameter *p = cpinn_family_parameter(x->family, i);
+        const scene_parameter *p = cpinn_family_parameter(eval->family, i);
         printf("%s %s %g to %g", i > 0 ? "," : "", p->name, p->low, p->high);
     }
     putchar('\n');
-    if (*cpinn_family_without_error(x->family)) {
-        printf("errors are not predicted: %s\n", cpinn_family_without_error(x->family));
+    if (*cpinn_family_without_error(eval->family)) {
+        printf("errors are not predicted: %s\n", cpinn_family_without_error(eval->family));
     }
 }
 
-static void print_answer(const eval_family *x)
+static void print_answer(const eval_family *eval)
 {
-    const cpinn_answer *said = x->answers;
-    const int columns = cpinn_family_columns(x->family);
-    const int rows = scene_physics_of(cpinn_family_scene(x->family))->position_columns;
+    const cpinn_answer *said = eval->answers;
+    const int columns = cpinn_family_columns(eval->family);
+    const int rows = scene_physics_of(cpinn_family_scene(eval->family))->position_columns;
     printf("%strusted, from %s", said->trusted ? "" : "not ", cpinn_source_word(said->source));
     if (said->reason) {
         printf(" (%s: %s)", cpinn_reason_word(said->reason), cpinn_reason_text(said->reason));
@@ -304,41 +305,41 @@ static void print_answer(const eval_family *x)
     putchar('\n');
     cli_print_error("predicted error", MM * said->error, " mm");
     cli_print_error("of the network alone", MM * said->network_error, " mm");
-    if (x->asked.out || said->source == CPINN_FROM_NOTHING) {
+    if (eval->asked.out || said->source == CPINN_FROM_NOTHING) {
         return;
     }
     printf("%12s", "s, mm");
-    if (cpinn_family_t(x->family)) {
+    if (cpinn_family_t(eval->family)) {
         printf("%12s", "t, s");
     }
     for (int c = 0; c < rows; c++) {
-        printf("%11s, mm", cpinn_family_column_name(x->family, c));
+        printf("%11s, mm", cpinn_family_column_name(eval->family, c));
     }
     putchar('\n');
-    for (size_t i = 0; i < x->points->count; i++) {
-        printf("%12.6g", MM * x->points->s[i]);
-        if (cpinn_family_t(x->family)) {
-            printf("%12.6g", x->points->t[i]);
+    for (size_t i = 0; i < eval->points->count; i++) {
+        printf("%12.6g", MM * eval->points->s[i]);
+        if (cpinn_family_t(eval->family)) {
+            printf("%12.6g", eval->points->t[i]);
         }
         for (int c = 0; c < rows; c++) {
-            printf("%15.8g", MM * x->values[i * (size_t)columns + (size_t)c] + 0.0);
+            printf("%15.8g", MM * eval->values[i * (size_t)columns + (size_t)c] + 0.0);
         }
         putchar('\n');
     }
 }
 
-static void print_members(const eval_family *x)
+static void print_members(const eval_family *eval)
 {
-    const tally of = count(x);
+    const tally of = count(eval);
     char errors[64] = "";
     if (of.trusted > 0) {
         snprintf(errors, sizeof errors, ", with errors of up to %.2g mm", MM * of.worst);
     }
     printf("%zu members: %zu trusted%s; from the network %zu, solved "
            "%zu, without an equilibrium %zu; %.3g us a shape\n",
-           x->count, of.trusted, errors, of.sources[CPINN_FROM_NETWORK],
+           eval->count, of.trusted, errors, of.sources[CPINN_FROM_NETWORK],
            of.sources[CPINN_FROM_MEMBERS] + of.sources[CPINN_FROM_SOLVER],
-           of.sources[CPINN_FROM_NOTHING], 1e6 * x->seconds / (double)x->count);
+           of.sources[CPINN_FROM_NOTHING], 1e6 * eval->seconds / (double)eval->count);
 }
 
 static void print_row(const char *name, const cpinn_family_row *row)
@@ -369,28 +370,29 @@ static void print_times(const char *name, double alone, double batch)
 }
 
 /* Whether the two solvers are further apart than by their tolerances. */
-static bool are_apart(const eval_family *x)
+static bool are_apart(const eval_family *eval)
 {
-    return x->check.compared > 0 &&
-           x->check.apart > CPINN_ENOUGH * scene_length(cpinn_family_scene(x->family));
+    return eval->check.compared > 0 &&
+           eval->check.apart > CPINN_ENOUGH * scene_length(cpinn_family_scene(eval->family));
 }
 
-static void print_check(const eval_family *x)
+static void print_check(const eval_family *eval)
 {
-    const cpinn_family_check *c = &x->check;
+    const cpinn_family_check *c = &eval->check;
     printf(
         "%zu fresh members (seed %d), shapes of %zu points: %zu solved by the solver of members, "
         "%zu by the other one alone, %zu by neither\n",
-        c->members, x->asked.seed, x->points->count, c->by_members, c->by_solver, c->unsolved);
+        c->members, eval->asked.seed, eval->points->count, c->by_members, c->by_solver,
+        c->unsolved);
     if (c->compared > 0) {
         printf("both solvers on %zu members: at most %.1e mm apart%s\n", c->compared, MM * c->apart,
-               are_apart(x) ? ": different equilibria, so that errors below say little" : "");
+               are_apart(eval) ? ": different equilibria, so that errors below say little" : "");
     }
     printf("             error, mm                                                      predicted "
            "over actual          us a shape\n"
            "answers         median      95 %%    99.9 %%     worst not trusted  wrong     1 %%   "
            "50 %%   99 %%  within 5 %%   alone    batch\n");
-    const int ways = *cpinn_family_without_error(x->family) ? 1 : CPINN_WAY_COUNT;
+    const int ways = *cpinn_family_without_error(eval->family) ? 1 : CPINN_WAY_COUNT;
     for (int k = 0; k < ways; k++) { /* without errors there are no steps */
         print_row(cpinn_way_word((cpinn_way)k), &c->rows[k]);
     }
@@ -404,20 +406,20 @@ static void print_check(const eval_family *x)
     }
 }
 
-void eval_family_print(const eval_family *x)
+void eval_family_print(const eval_family *eval)
 {
-    print_range(x);
-    if (x->asked.verify > 0) {
-        print_check(x);
-    } else if (x->asked.members) {
-        print_members(x);
-    } else if (x->asked.at) {
-        print_answer(x);
+    print_range(eval);
+    if (eval->asked.verify > 0) {
+        print_check(eval);
+    } else if (eval->asked.members) {
+        print_members(eval);
+    } else if (eval->asked.at) {
+        print_answer(eval);
     } else {
         puts("a shape: --at, shapes: --members, how far they can be trusted: --verify");
     }
-    if (x->asked.out) {
-        printf("wrote %s: %zu rows\n", x->asked.out, x->count * x->points->count);
+    if (eval->asked.out) {
+        printf("wrote %s: %zu rows\n", eval->asked.out, eval->count * eval->points->count);
     }
 }
 
@@ -456,13 +458,13 @@ static void json_row(json *to, cpinn_way way, const cpinn_family_row *row)
     json_close(to, '}');
 }
 
-static void json_check(json *to, const eval_family *x)
+static void json_check(json *to, const eval_family *eval)
 {
-    const cpinn_family_check *c = &x->check;
+    const cpinn_family_check *c = &eval->check;
     json_open(to, "verify", '{');
     json_integer(to, "members", (int64_t)c->members);
-    json_integer(to, "seed", x->asked.seed);
-    json_integer(to, "points", (int64_t)x->points->count);
+    json_integer(to, "seed", eval->asked.seed);
+    json_integer(to, "points", (int64_t)eval->points->count);
     json_integer(to, "solved_by_members", (int64_t)c->by_members);
     json_integer(to, "solved_by_solver", (int64_t)c->by_solver);
     json_integer(to, "unsolved", (int64_t)c->unsolved);
@@ -480,11 +482,11 @@ static void json_check(json *to, const eval_family *x)
     json_close(to, '}');
 }
 
-static void json_answer(json *to, const eval_family *x)
+static void json_answer(json *to, const eval_family *eval)
 {
-    const cpinn_answer *said = x->answers;
-    const size_t points = x->points->count;
-    const int columns = cpinn_family_columns(x->family);
+    const cpinn_answer *said = eval->answers;
+    const size_t points = eval->points->count;
+    const int columns = cpinn_family_columns(eval->family);
     json_open(to, "answer", '{');
     json_number(to, "error", said->error);
     json_number(to, "network_error", said->network_error);
@@ -494,18 +496,18 @@ static void json_answer(json *to, const eval_family *x)
     json_text(to, "reason", cpinn_reason_word(said->reason));
     json_open(to, "end", '{'); /* the last of the points */
     for (int c = 0; c < columns && points > 0; c++) {
-        json_number(to, cpinn_family_column_name(x->family, c),
-                    x->values[(points - 1) * (size_t)columns + (size_t)c]);
+        json_number(to, cpinn_family_column_name(eval->family, c),
+                    eval->values[(points - 1) * (size_t)columns + (size_t)c]);
     }
     json_close(to, '}');
     json_close(to, '}');
 }
 
-static void json_members(json *to, const eval_family *x)
+static void json_members(json *to, const eval_family *eval)
 {
-    const tally of = count(x);
+    const tally of = count(eval);
     json_open(to, "members", '{');
-    json_integer(to, "count", (int64_t)x->count);
+    json_integer(to, "count", (int64_t)eval->count);
     json_integer(to, "trusted", (int64_t)of.trusted);
     json_integer(to, "outside", (int64_t)of.outside);
     for (int i = 0; i <= CPINN_FROM_NOTHING; i++) {
@@ -515,15 +517,15 @@ static void json_members(json *to, const eval_family *x)
     }
     json_reasons(to, of.reasons);
     json_number(to, "largest_error", of.worst);
-    json_number(to, "seconds", x->seconds);
+    json_number(to, "seconds", eval->seconds);
     json_close(to, '}');
 }
 
-void eval_family_json(json *to, const eval_family *x)
+void eval_family_json(json *to, const eval_family *eval)
 {
     json_open(to, "ranges", '[');
-    for (int i = 0; i < cpinn_family_parameters(x->family); i++) {
-        const scene_parameter *p = cpinn_family_parameter(x->family, i);
+    for (int i = 0; i < cpinn_family_parameters(eval->family); i++) {
+        const scene_parameter *p = cpinn_family_parameter(eval->family, i);
         json_open(to, NULL, '{');
         json_text(to, "name", p->name);
         json_number(to, "low", p->low);
@@ -532,21 +534,21 @@ void eval_family_json(json *to, const eval_family *x)
         json_close(to, '}');
     }
     json_close(to, ']');
-    if (x->asked.verify > 0) {
-        json_check(to, x);
-    } else if (x->asked.members) {
-        json_members(to, x);
-    } else if (x->asked.at) {
-        json_answer(to, x);
+    if (eval->asked.verify > 0) {
+        json_check(to, eval);
+    } else if (eval->asked.members) {
+        json_members(to, eval);
+    } else if (eval->asked.at) {
+        json_answer(to, eval);
     }
-    json_text(to, "out", x->asked.out);
+    json_text(to, "out", eval->asked.out);
 }
 
-int eval_family_status(const eval_family *x)
+int eval_family_status(const eval_family *eval)
 {
-    bool doubtful = count(x).trusted < x->count || are_apart(x);
+    bool doubtful = count(eval).trusted < eval->count || are_apart(eval);
     for (int k = 0; k < CPINN_WAY_COUNT; k++) {
-        doubtful = doubtful || x->check.rows[k].wrong > 0;
+        doubtful = doubtful || eval->check.rows[k].wrong > 0;
     }
     return doubtful ? 3 : 0;
 }

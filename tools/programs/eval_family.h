@@ -34,13 +34,13 @@ const char *eval_family_conflict(const eval_family_options *asked);
  * AD_BAD_INPUT with file and line, AD_BAD_ARGUMENT. */
 ad_status eval_family_run(const eval_family_options *asked, const experiment *e,
                           const samples *points, eval_family *result, ad_error *error);
-void eval_family_free(eval_family *x); /* not x itself */
+void eval_family_free(eval_family *eval); /* not itself */
 
-void eval_family_warn(const char *program, const eval_family *x); /* on stderr */
-void eval_family_print(const eval_family *x);
-void eval_family_json(json *to, const eval_family *x);
+void eval_family_warn(const char *program, const eval_family *eval); /* on stderr */
+void eval_family_print(const eval_family *eval);
+void eval_family_json(json *to, const eval_family *eval);
 
 /* 3 where an answer is not trusted, or one that is trusted is wrong; else 0. */
-int eval_family_status(const eval_family *x);
+int eval_family_status(const eval_family *eval);
 
 #endif

@@ -38,32 +38,32 @@ static const char *advice(surrogate_kind_id kind, double loss, double held_out)
                  "the parameters";
 }
 
-void eval_rollouts_diverged(const rollouts_report *x, const char *try, verdict *to)
+void eval_rollouts_diverged(const rollouts_report *report, const char *try, verdict *to)
 {
     char unstable[400] = "";
-    if (!(x->growth <= SURROGATE_STABLE)) {
+    if (!(report->growth <= SURROGATE_STABLE)) {
         snprintf(unstable, sizeof unstable,
                  "the robot has no stable rest with its inputs in the middle (deviations grow by a "
                  "factor of %.4g a step), so try %s",
-                 x->growth, surrogate_steadier);
+                 report->growth, surrogate_steadier);
     }
-    if (x->rows[ROLLOUTS_MODEL].diverged > 0) {
+    if (report->rows[ROLLOUTS_MODEL].diverged > 0) {
         verdict_add(to, VERDICT_DIVERGED,
                     "%d of %d rollouts of %d steps leave the solver by more than a quarter of "
                     "the length; %s; loops by the reduced rod need no model (surrogate: null)",
-                    x->rows[ROLLOUTS_MODEL].diverged, x->count, x->steps[ROLLOUTS_LONG],
-                    *unstable ? unstable : try);
+                    report->rows[ROLLOUTS_MODEL].diverged, report->count,
+                    report->steps[ROLLOUTS_LONG], *unstable ? unstable : try);
     }
 }
 
-void eval_rollouts_verdict(const rollouts_report *x, surrogate_kind_id kind, double loss,
+void eval_rollouts_verdict(const rollouts_report *report, surrogate_kind_id kind, double loss,
                            double held_out, verdict *to)
 {
-    const rollouts_row *row = &x->rows[ROLLOUTS_MODEL];
+    const rollouts_row *row = &report->rows[ROLLOUTS_MODEL];
     const char *try = advice(kind, loss, held_out);
-    eval_rollouts_diverged(x, try, to);
+    eval_rollouts_diverged(report, try, to);
     const double own = row->error[ROLLOUTS_SHORT][ROLLOUTS_MEDIAN];
-    const double modes = x->rows[ROLLOUTS_FINER].error[ROLLOUTS_SHORT][ROLLOUTS_MEDIAN];
+    const double modes = report->rows[ROLLOUTS_FINER].error[ROLLOUTS_SHORT][ROLLOUTS_MEDIAN];
     if (kind != SURROGATE_LINEAR && own > modes) {
         verdict_add(to, VERDICT_NOT_CONVERGED,
                     "rollouts of 5 s are off the solver by %.2g %% of the length (median), "
@@ -88,32 +88,33 @@ static void microseconds(double seconds, char text[CELL])
 }
 
 /* The fastest row of the rod itself that is no worse over 5 s. */
-static const rollouts_row *rod_as_good(const rollouts_report *x)
+static const rollouts_row *rod_as_good(const rollouts_report *report)
 {
-    const rollouts_row *rows[2] = {&x->rows[ROLLOUTS_ROD], &x->rows[ROLLOUTS_ROD_TWICE]};
+    const rollouts_row *rows[2] = {&report->rows[ROLLOUTS_ROD], &report->rows[ROLLOUTS_ROD_TWICE]};
     for (int i = 0; i < 2; i++) {
         if (rows[i]->error[ROLLOUTS_SHORT][ROLLOUTS_WORST] <=
-            x->rows[ROLLOUTS_MODEL].error[ROLLOUTS_SHORT][ROLLOUTS_WORST]) {
+            report->rows[ROLLOUTS_MODEL].error[ROLLOUTS_SHORT][ROLLOUTS_WORST]) {
             return rows[i];
         }
     }
     return NULL;
 }
 
-void eval_rollouts_heads(const rollouts_report *x, char heads[EVAL_ROLLOUTS_CELLS][CELL])
+void eval_rollouts_heads(const rollouts_report *report, char heads[EVAL_ROLLOUTS_CELLS][CELL])
 {
     static const char *const names[] = {"",         "states", "one step", "",        "",
                                         "diverged", "one",    "147",      "Jacobian"};
     for (int k = 0; k < EVAL_ROLLOUTS_CELLS; k++) {
         snprintf(heads[k], CELL, "%s", names[k]);
     }
-    snprintf(heads[3], CELL, "%g s", x->steps[ROLLOUTS_SHORT] * x->step);
-    snprintf(heads[4], CELL, "%d steps", x->steps[ROLLOUTS_LONG]);
+    snprintf(heads[3], CELL, "%g s", report->steps[ROLLOUTS_SHORT] * report->step);
+    snprintf(heads[4], CELL, "%d steps", report->steps[ROLLOUTS_LONG]);
 }
 
-void eval_rollouts_cells(const rollouts_report *x, int r, char cells[EVAL_ROLLOUTS_CELLS][CELL])
+void eval_rollouts_cells(const rollouts_report *report, int r,
+                         char cells[EVAL_ROLLOUTS_CELLS][CELL])
 {
-    const rollouts_row *row = &x->rows[r];
+    const rollouts_row *row = &report->rows[r];
     snprintf(cells[0], CELL, "%s", row->name);
     snprintf(cells[1], CELL, "%d", row->states);
     for (int k = 0; k < ROLLOUTS_SPANS; k++) {
@@ -134,39 +135,40 @@ static void print_cells(FILE *file, char cells[EVAL_ROLLOUTS_CELLS][CELL])
     fputc('\n', file);
 }
 
-void eval_rollouts_print(FILE *file, const rollouts_report *x)
+void eval_rollouts_print(FILE *file, const rollouts_report *report)
 {
-    const rollouts_row *model = &x->rows[ROLLOUTS_MODEL], *rod = rod_as_good(x);
+    const rollouts_row *model = &report->rows[ROLLOUTS_MODEL], *rod = rod_as_good(report);
     char cells[EVAL_ROLLOUTS_CELLS][CELL];
     fprintf(file,
             "error of the tip in %% of the length (%g m), median / worst of %d rollouts with steps "
             "of %g s;\ntimes of a step in us of one core\n",
-            x->length, x->count, x->step);
-    eval_rollouts_heads(x, cells);
+            report->length, report->count, report->step);
+    eval_rollouts_heads(report, cells);
     print_cells(file, cells);
     for (int r = 0; r < ROLLOUTS_ROWS; r++) {
-        eval_rollouts_cells(x, r, cells);
+        eval_rollouts_cells(report, r, cells);
         print_cells(file, cells);
     }
-    eval_rollouts_heads(x, cells);
+    eval_rollouts_heads(report, cells);
     fprintf(file, "%s in mm: one step %.2g / %.2g", model->name,
-            1e3 * x->length * model->error[ROLLOUTS_ONE][0],
-            1e3 * x->length * model->error[ROLLOUTS_ONE][1]);
+            1e3 * report->length * model->error[ROLLOUTS_ONE][0],
+            1e3 * report->length * model->error[ROLLOUTS_ONE][1]);
     if (!isnan(model->error[ROLLOUTS_SHORT][1])) {
         fprintf(file, ", %s %.2g / %.2g", cells[3],
-                1e3 * x->length * model->error[ROLLOUTS_SHORT][0],
-                1e3 * x->length * model->error[ROLLOUTS_SHORT][1]);
+                1e3 * report->length * model->error[ROLLOUTS_SHORT][0],
+                1e3 * report->length * model->error[ROLLOUTS_SHORT][1]);
     }
     fputc('\n', file);
     if (rod) {
         fprintf(file, "the %s is at least as exact and takes %.3g times as long\n", rod->name,
                 rod->alone / model->alone);
     }
-    if (!isnan(x->outside)) {
-        fprintf(file, "outside of the range of training: %.2g %% of the steps\n", 100 * x->outside);
+    if (!isnan(report->outside)) {
+        fprintf(file, "outside of the range of training: %.2g %% of the steps\n",
+                100 * report->outside);
     }
-    if (x->lost > 0) {
-        fprintf(file, "%ld rollouts end early: the solver found no further step\n", x->lost);
+    if (report->lost > 0) {
+        fprintf(file, "%ld rollouts end early: the solver found no further step\n", report->lost);
     }
 }
 
@@ -187,13 +189,13 @@ static void numbers_of(const rollouts_row *row, double numbers[NUMBERS])
            4 * sizeof *numbers);
 }
 
-static ad_status write_table(const rollouts_report *x, const char *folder, ad_error *error)
+static ad_status write_table(const rollouts_report *report, const char *folder, ad_error *error)
 {
     sheet table = sheet_create(number_names, 1, NUMBERS, ROLLOUTS_ROWS);
     for (int r = 0; r < ROLLOUTS_ROWS; r++) {
         double numbers[NUMBERS];
-        numbers_of(&x->rows[r], numbers);
-        sheet_add(&table, &x->rows[r].name, numbers);
+        numbers_of(&report->rows[r], numbers);
+        sheet_add(&table, &report->rows[r].name, numbers);
     }
     const ad_status status = sheet_write_both(&table, folder, "rollouts", error);
     sheet_free(&table);
@@ -202,31 +204,32 @@ static ad_status write_table(const rollouts_report *x, const char *folder, ad_er
 
 static ad_status print_errors(FILE *file, const void *context, ad_error *error)
 {
-    const rollouts_report *x = context;
+    const rollouts_report *report = context;
     (void)error;
     fprintf(file, "$errors << END\n");
-    for (int k = 0; k < x->steps[ROLLOUTS_SHORT]; k++) {
-        fprintf(file, "%.6g %.6g %.6g\n", (k + 1) * x->step, 100 * x->over_time[k][ROLLOUTS_MEDIAN],
-                100 * x->over_time[k][ROLLOUTS_WORST]);
+    for (int k = 0; k < report->steps[ROLLOUTS_SHORT]; k++) {
+        fprintf(file, "%.6g %.6g %.6g\n", (k + 1) * report->step,
+                100 * report->over_time[k][ROLLOUTS_MEDIAN],
+                100 * report->over_time[k][ROLLOUTS_WORST]);
     }
     fprintf(file,
             "END\nset logscale y\nset format y '%%h'\nset xlabel 'time in the rollout (s)'\n"
             "set ylabel 'error of the tip (%% of the length)'\nset key bottom right\n\n"
             "plot $errors using 1:3 with lines lw 1.5 lc rgb '#D55E00' title 'worst of %d', \\\n"
             "     $errors using 1:2 with lines lw 2 lc rgb '#0072B2' title 'median'\n",
-            x->count);
+            report->count);
     return AD_OK;
 }
 
 /* The two coordinates in which the tip moves farthest. */
-static void widest(const rollouts_report *x, int axes[2])
+static void widest(const rollouts_report *report, int axes[2])
 {
     double spread[3];
     for (int c = 0; c < 3; c++) {
         double low = INFINITY, high = -INFINITY;
-        for (int k = 0; k < x->steps[ROLLOUTS_SHORT]; k++) {
-            low = fmin(low, x->path[k][0][c]);
-            high = fmax(high, x->path[k][0][c]);
+        for (int k = 0; k < report->steps[ROLLOUTS_SHORT]; k++) {
+            low = fmin(low, report->path[k][0][c]);
+            high = fmax(high, report->path[k][0][c]);
         }
         spread[c] = high - low;
     }
@@ -238,15 +241,15 @@ static void widest(const rollouts_report *x, int axes[2])
 
 static ad_status print_path(FILE *file, const void *context, ad_error *error)
 {
-    const rollouts_report *x = context;
+    const rollouts_report *report = context;
     int axes[2];
     (void)error;
-    widest(x, axes);
+    widest(report, axes);
     fprintf(file, "$path << END\n");
-    for (int k = 0; k < x->steps[ROLLOUTS_SHORT]; k++) {
-        fprintf(file, "%.6g", (k + 1) * x->step);
+    for (int k = 0; k < report->steps[ROLLOUTS_SHORT]; k++) {
+        fprintf(file, "%.6g", (k + 1) * report->step);
         for (int c = 0; c < 6; c++) {
-            fprintf(file, " %.6g", 1e3 * x->path[k][c / 3][c % 3]);
+            fprintf(file, " %.6g", 1e3 * report->path[k][c / 3][c % 3]);
         }
         fputc('\n', file);
     }
@@ -256,12 +259,12 @@ static ad_status print_path(FILE *file, const void *context, ad_error *error)
             "plot $path using %d:%d with lines lw 2 lc rgb '#999999' title 'solver', \\\n"
             "     $path using %d:%d with lines lw 1 dt 2 lc rgb '#0072B2' title ",
             "xyz"[axes[0]], "xyz"[axes[1]], 2 + axes[0], 2 + axes[1], 5 + axes[0], 5 + axes[1]);
-    gnuplot_quoted(file, x->rows[ROLLOUTS_MODEL].name);
+    gnuplot_quoted(file, report->rows[ROLLOUTS_MODEL].name);
     fprintf(file, " noenhanced\n");
     return AD_OK;
 }
 
-static ad_status write_files(const char *program, const rollouts_report *x, const char *folder,
+static ad_status write_files(const char *program, const rollouts_report *report, const char *folder,
                              ad_error *error)
 {
     const gnuplot_picture pictures[] = {
@@ -271,16 +274,16 @@ static ad_status write_files(const char *program, const rollouts_report *x, cons
          .width = 720,
          .height = 420,
          .print = print_errors,
-         .context = x},
+         .context = report},
         {.name = "rollouts_path",
          .about = "# The tip in the rollout whose largest error is in the middle of all.\n"
                   "# Columns: time (s), x, y, z by the solver, x, y, z by the model (mm).\n",
          .width = 640,
          .height = 640,
          .print = print_path,
-         .context = x}};
+         .context = report}};
     ad_status status = run_make_folder(folder, error);
-    status = status == AD_OK ? write_table(x, folder, error) : status;
+    status = status == AD_OK ? write_table(report, folder, error) : status;
     bool drawn = true;
     for (int i = 0; i < 2 && status == AD_OK; i++) {
         ad_error why;
@@ -294,27 +297,27 @@ static ad_status write_files(const char *program, const rollouts_report *x, cons
 }
 
 static ad_status write_json(const eval_rollouts_options *asked, const surrogate *s,
-                            const rollouts_report *x, ad_error *error)
+                            const rollouts_report *report, ad_error *error)
 {
     json to;
     json_begin(&to);
     json_text(&to, "checkpoint", asked->path);
     json_text(&to, "kind", surrogate_kind_names()[s->settings.kind]);
-    json_integer(&to, "rollouts", x->count);
-    json_number(&to, "step", x->step);
-    json_number(&to, "length", x->length);
-    json_integer(&to, "short_steps", x->steps[ROLLOUTS_SHORT]);
-    json_integer(&to, "long_steps", x->steps[ROLLOUTS_LONG]);
-    json_number(&to, "outside", x->outside);
-    json_number(&to, "solver_seconds", x->solver);
-    json_integer(&to, "lost", x->lost);
+    json_integer(&to, "rollouts", report->count);
+    json_number(&to, "step", report->step);
+    json_number(&to, "length", report->length);
+    json_integer(&to, "short_steps", report->steps[ROLLOUTS_SHORT]);
+    json_integer(&to, "long_steps", report->steps[ROLLOUTS_LONG]);
+    json_number(&to, "outside", report->outside);
+    json_number(&to, "solver_seconds", report->solver);
+    json_integer(&to, "lost", report->lost);
     json_number(&to, "tolerance", asked->tolerance);
     json_open(&to, "rows", '[');
     for (int r = 0; r < ROLLOUTS_ROWS; r++) {
         double numbers[NUMBERS];
-        numbers_of(&x->rows[r], numbers);
+        numbers_of(&report->rows[r], numbers);
         json_open(&to, NULL, '{');
-        json_text(&to, number_names[0], x->rows[r].name);
+        json_text(&to, number_names[0], report->rows[r].name);
         for (int k = 0; k < NUMBERS; k++) {
             json_number(&to, number_names[1 + k], numbers[k]);
         }

@@ -24,18 +24,18 @@ static void print_line(FILE *file, char *text)
 
 void explain_groups(FILE *file, const scene *family, const groups_settings *settings)
 {
-    groups *x;
+    groups *groups;
     ad_error error = {.message = ""};
     char line[600];
     fputs("\nGroups, dimensionless numbers on which the shapes of the family depend\n", file);
-    if (groups_find(family, settings, &x, &error) != AD_OK) {
+    if (groups_find(family, settings, &groups, &error) != AD_OK) {
         fprintf(file, "  %s\n", error.message);
         return;
     }
-    for (int i = 0; groups_text(x, i, line, sizeof line); i++) {
+    for (int i = 0; groups_text(groups, i, line, sizeof line); i++) {
         print_line(file, line);
     }
-    groups_free(x);
+    groups_free(groups);
 }
 
 static void print_family(FILE *file, const scene *scene)

@@ -16,46 +16,48 @@
 /* ---- the run -------------------------------------------------------------------------------- */
 
 /* Without a reference the error is not known; the model can be exported all the same. */
-static ad_status measure_error(export_model *x, ad_error *error)
+static ad_status measure_error(export_model *model, ad_error *error)
 {
     reference *known = NULL;
     reference_errors errors = {.position = NAN};
     ad_status status = AD_OK;
-    if (!x->e->targets && !x->e->warning[0] && reference_create(x->e, &known, error) != AD_OK) {
+    if (!model->e->targets && !model->e->warning[0] &&
+        reference_create(model->e, &known, error) != AD_OK) {
         cli_warn("cpinn-export", "no reference: %s", error->message);
         known = NULL;
     }
     if (known) {
-        status = reference_compare(known, experiment_parameters(x->e), &errors, error);
+        status = reference_compare(known, experiment_parameters(model->e), &errors, error);
     }
-    x->error = errors.position;
+    model->error = errors.position;
     reference_free(known);
     return status;
 }
 
-static ad_status read_run(export_model *x, ad_error *error)
+static ad_status read_run(export_model *export_model, ad_error *error)
 {
     checkpoint *file = NULL;
     surrogate *model = NULL;
     ad_error other;
-    ad_status status = config_experiment_open(x->run, 0, NULL, 1, &x->e, &file, error);
-    if (status != AD_OK && surrogate_load(x->run, &model, &other) == AD_OK) {
+    ad_status status =
+        config_experiment_open(export_model->run, 0, NULL, 1, &export_model->e, &file, error);
+    if (status != AD_OK && surrogate_load(export_model->run, &model, &other) == AD_OK) {
         surrogate_free(model);
         return ad_fail(error, AD_BAD_INPUT,
                        "%s: a one-step model; with filter and controller it is written as C by "
                        "cpinn-control CONFIG.yaml --run DIR --c OUT",
-                       x->run);
+                       export_model->run);
     }
     if (status == AD_OK && checkpoint_has(file, "verdict")) {
-        x->is_judged = true;
-        status = report_get_verdict(file, &x->verdict, error);
+        export_model->is_judged = true;
+        status = report_get_verdict(file, &export_model->verdict, error);
     }
     if (status == AD_OK) {
-        x->held_out = sqrt(history_last(file, "held_out"));
-        status = experiment_kept_error(x->e, file, &x->estimate, error);
+        export_model->held_out = sqrt(history_last(file, "held_out"));
+        status = experiment_kept_error(export_model->e, file, &export_model->estimate, error);
     }
     if (status == AD_OK) {
-        status = measure_error(x, error);
+        status = measure_error(export_model, error);
     }
     checkpoint_free(file);
     return status;
@@ -154,32 +156,34 @@ static ad_status list_columns(const scene *of, const char *names, export_family 
                           : ad_fail(error, AD_BAD_ARGUMENT, "--columns: no column is asked for");
 }
 
-ad_status export_open(export_model *x, const char *run, const char *columns, const char *places,
+ad_status export_open(export_model *model, const char *run, const char *columns, const char *places,
                       ad_error *error)
 {
     double s[EXPORT_PLACES_MAX];
     int count = 0;
-    x->run = run;
-    x->error = x->held_out = x->estimate = NAN;
+    model->run = run;
+    model->error = model->held_out = model->estimate = NAN;
     for (int i = 0; i < EVALUATOR_COLUMNS_MAX; i++) {
-        x->measured.values[i] = x->measured.jacobian[i] = NAN;
+        model->measured.values[i] = model->measured.jacobian[i] = NAN;
     }
-    ad_status status = read_run(x, error);
-    if (status == AD_OK && !export_is_family(x)) {
-        status = export_model_prepare(x, columns, error);
-        return status == AD_OK ? check_names(x->values, error) : status;
+    ad_status status = read_run(model, error);
+    if (status == AD_OK && !export_is_family(model)) {
+        status = export_model_prepare(model, columns, error);
+        return status == AD_OK ? check_names(model->values, error) : status;
     }
-    status = status == AD_OK ? list_columns(x->e->scene, columns, &x->family, error) : status;
+    status =
+        status == AD_OK ? list_columns(model->e->scene, columns, &model->family, error) : status;
     if (status == AD_OK && places) {
-        status = list_shape(scene_length(x->e->scene), places, s, &count, error);
+        status = list_shape(scene_length(model->e->scene), places, s, &count, error);
     }
-    return status == AD_OK ? export_members_prepare(x, count, places ? s : NULL, error) : status;
+    return status == AD_OK ? export_members_prepare(model, count, places ? s : NULL, error)
+                           : status;
 }
 
-ad_status export_read_places(const export_model *x, const char *text, double places[FMU_PLACES_MAX],
-                             int *count, ad_error *error)
+ad_status export_read_places(const export_model *model, const char *text,
+                             double places[FMU_PLACES_MAX], int *count, ad_error *error)
 {
     *count = 1;
-    places[0] = x->upper[0];
+    places[0] = model->upper[0];
     return text ? list_places(text, FMU_PLACES_MAX, places, count, error) : AD_OK;
 }

@@ -12,35 +12,35 @@ static const char *const mark_words[] = {
 
 enum { NUMBERS = 7, COLUMNS = NUMBERS + 1 };
 
-static ad_status write_table(const solution_path *x, const char *path, ad_error *error)
+static ad_status write_table(const solution_path *solution_path, const char *path, ad_error *error)
 {
     static const char *const names[COLUMNS] = {"load_factor", "arclength", "deflection", "x",
                                                "y",           "z",         "unstable",   "mark"};
     static const char *const units[COLUMNS] = {"", "", "m", "m", "m", "m", "", ""};
-    double *values = malloc(NUMBERS * x->count * sizeof *values);
-    const char **marks = malloc(x->count * sizeof *marks);
+    double *values = malloc(NUMBERS * solution_path->count * sizeof *values);
+    const char **marks = malloc(solution_path->count * sizeof *marks);
     const double *columns[COLUMNS] = {NULL};
     const char *const *words[COLUMNS] = {[NUMBERS] = marks};
     ad_status status =
         values && marks ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for %s", path);
-    for (size_t i = 0; i < x->count && status == AD_OK; i++) {
-        const solution_path_point *p = &x->points[i];
+    for (size_t i = 0; i < solution_path->count && status == AD_OK; i++) {
+        const solution_path_point *p = &solution_path->points[i];
         double modes = p->unstable_modes < 0 ? NAN : p->unstable_modes;
         const double row[NUMBERS] = {p->load,        p->arclength,   p->deflection, p->position[0],
                                      p->position[1], p->position[2], modes};
         for (int c = 0; c < NUMBERS; c++) {
-            values[(size_t)c * x->count + i] = row[c] + 0.0;
+            values[(size_t)c * solution_path->count + i] = row[c] + 0.0;
         }
         marks[i] = mark_words[p->mark];
     }
     for (int c = 0; c < NUMBERS; c++) {
-        columns[c] = values + (size_t)c * x->count;
+        columns[c] = values + (size_t)c * solution_path->count;
     }
     const table_source table = {.names = names,
                                 .columns = columns,
                                 .words = words,
                                 .ncols = COLUMNS,
-                                .nrows = x->count,
+                                .nrows = solution_path->count,
                                 .units = units};
     status = status == AD_OK ? table_write(path, &table, error) : status;
     free(values);
@@ -51,11 +51,12 @@ static ad_status write_table(const solution_path *x, const char *path, ad_error 
 /* ---- the picture --------------------------------------------------------------------------- */
 
 /* The parts of the path that are stable, are not, or were not asked; each stretch by itself. */
-static void print_stretches(FILE *file, const solution_path *x, const char *name, int low, int high)
+static void print_stretches(FILE *file, const solution_path *path, const char *name, int low,
+                            int high)
 {
     fprintf(file, "$%s << END\n", name);
-    for (size_t i = 1; i < x->count; i++) {
-        const solution_path_point *a = &x->points[i - 1], *b = &x->points[i];
+    for (size_t i = 1; i < path->count; i++) {
+        const solution_path_point *a = &path->points[i - 1], *b = &path->points[i];
         if (b->unstable_modes >= low && b->unstable_modes <= high) {
             fprintf(file, "%.9g %.9g\n%.9g %.9g\n\n", a->deflection, a->load, b->deflection,
                     b->load);
@@ -64,12 +65,12 @@ static void print_stretches(FILE *file, const solution_path *x, const char *name
     fprintf(file, "NaN NaN\nEND\n"); /* gnuplot warns of what is empty */
 }
 
-static void print_marks(FILE *file, const solution_path *x, solution_mark mark)
+static void print_marks(FILE *file, const solution_path *path, solution_mark mark)
 {
     fprintf(file, "$%s << END\n", mark_words[mark]);
-    for (size_t i = 0; i < x->count; i++) {
-        if (x->points[i].mark == mark) {
-            fprintf(file, "%.9g %.9g\n", x->points[i].deflection, x->points[i].load);
+    for (size_t i = 0; i < path->count; i++) {
+        if (path->points[i].mark == mark) {
+            fprintf(file, "%.9g %.9g\n", path->points[i].deflection, path->points[i].load);
         }
     }
     fprintf(file, "NaN NaN\nEND\n");
@@ -77,20 +78,20 @@ static void print_marks(FILE *file, const solution_path *x, solution_mark mark)
 
 static ad_status print_picture(FILE *file, const void *context, ad_error *error)
 {
-    const solution_path *x = context;
+    const solution_path *path = context;
     (void)error;
     fprintf(file,
             "set xlabel 'deflection (m) at s = %.6g m, along (%.3g, %.3g, %.3g)'\n"
             "set ylabel 'load factor'\nset key outside top horizontal Left reverse\n\n",
-            x->place, x->direction[0], x->direction[1], x->direction[2]);
-    print_stretches(file, x, "stable", 0, 0);
-    print_stretches(file, x, "unstable", 1, 1 << 20);
-    print_stretches(file, x, "unknown", -1, -1);
-    print_marks(file, x, SOLUTION_LIMIT);
-    print_marks(file, x, SOLUTION_BIFURCATION);
+            path->place, path->direction[0], path->direction[1], path->direction[2]);
+    print_stretches(file, path, "stable", 0, 0);
+    print_stretches(file, path, "unstable", 1, 1 << 20);
+    print_stretches(file, path, "unknown", -1, -1);
+    print_marks(file, path, SOLUTION_LIMIT);
+    print_marks(file, path, SOLUTION_BIFURCATION);
     bool asked = true;
-    for (size_t i = 0; i < x->count; i++) {
-        asked = asked && x->points[i].unstable_modes >= 0;
+    for (size_t i = 0; i < path->count; i++) {
+        asked = asked && path->points[i].unstable_modes >= 0;
     }
     fprintf(file,
             "\nplot $stable with lines lw 2 lc rgb '#0072B2' title 'stable', \\\n"
@@ -102,11 +103,11 @@ static ad_status print_picture(FILE *file, const void *context, ad_error *error)
     return AD_OK;
 }
 
-ad_status path_files_write(const solution_path *x, const char *path, ad_error *error)
+ad_status path_files_write(const solution_path *solution_path, const char *path, ad_error *error)
 {
     gnuplot_place parts;
     ad_status status = gnuplot_beside(path, &parts, error);
-    status = status == AD_OK ? write_table(x, path, error) : status;
+    status = status == AD_OK ? write_table(solution_path, path, error) : status;
     return status == AD_OK
                ? gnuplot_write(&(const gnuplot_picture){.name = parts.name,
                                                         .about = "# Load against deflection, by "
@@ -114,7 +115,7 @@ ad_status path_files_write(const solution_path *x, const char *path, ad_error *e
                                                         .width = 720,
                                                         .height = 480,
                                                         .print = print_picture,
-                                                        .context = x},
+                                                        .context = solution_path},
                                parts.folder, error)
                : status;
 }
@@ -128,52 +129,52 @@ ad_status path_files_draw(const char *path, ad_error *error)
 
 /* ---- as text ------------------------------------------------------------------------------- */
 
-void path_files_print(const solution_path *x, FILE *file)
+void path_files_print(const solution_path *path, FILE *file)
 {
     static const char *const texts[] = {
         [SOLUTION_LIMIT] = "limit point", [SOLUTION_BIFURCATION] = "bifurcation"};
-    fprintf(file, "path: %zu points, deflection at s = %.6g m along (%.4g, %.4g, %.4g)\n", x->count,
-            x->place, x->direction[0], x->direction[1], x->direction[2]);
-    for (size_t i = 0; i < x->count; i++) {
-        const solution_path_point *p = &x->points[i];
+    fprintf(file, "path: %zu points, deflection at s = %.6g m along (%.4g, %.4g, %.4g)\n",
+            path->count, path->place, path->direction[0], path->direction[1], path->direction[2]);
+    for (size_t i = 0; i < path->count; i++) {
+        const solution_path_point *p = &path->points[i];
         if (p->mark != SOLUTION_PLAIN) {
             fprintf(file, "  %-24s at %.12g of the load, deflection %.9g m\n", texts[p->mark],
                     p->load, p->deflection);
         }
     }
-    if (!isnan(x->estimate)) {
-        fprintf(file, "  %-24s %.3e of the load\n", "estimated error of these", x->estimate);
+    if (!isnan(path->estimate)) {
+        fprintf(file, "  %-24s %.3e of the load\n", "estimated error of these", path->estimate);
     }
 }
 
-static void print_loads(const solution_path *x, solution_mark mark, const char *name, json *to)
+static void print_loads(const solution_path *path, solution_mark mark, const char *name, json *to)
 {
     json_open(to, name, '[');
-    for (size_t i = 0; i < x->count; i++) {
-        if (x->points[i].mark == mark) {
-            json_number(to, NULL, x->points[i].load);
+    for (size_t i = 0; i < path->count; i++) {
+        if (path->points[i].mark == mark) {
+            json_number(to, NULL, path->points[i].load);
         }
     }
     json_close(to, ']');
 }
 
-void path_files_json(const solution_path *x, const char *path, json *to)
+void path_files_json(const solution_path *solution_path, const char *path, json *to)
 {
-    if (!x) {
+    if (!solution_path) {
         json_null(to, "path");
         return;
     }
     json_open(to, "path", '{');
     json_text(to, "file", path);
-    json_integer(to, "points", (int64_t)x->count);
-    json_number(to, "place", x->place);
+    json_integer(to, "points", (int64_t)solution_path->count);
+    json_number(to, "place", solution_path->place);
     json_open(to, "direction", '[');
     for (int k = 0; k < 3; k++) {
-        json_number(to, NULL, x->direction[k]);
+        json_number(to, NULL, solution_path->direction[k]);
     }
     json_close(to, ']');
-    print_loads(x, SOLUTION_LIMIT, "limit_points", to);
-    print_loads(x, SOLUTION_BIFURCATION, "bifurcations", to);
-    json_number(to, "estimated_error", x->estimate);
+    print_loads(solution_path, SOLUTION_LIMIT, "limit_points", to);
+    print_loads(solution_path, SOLUTION_BIFURCATION, "bifurcations", to);
+    json_number(to, "estimated_error", solution_path->estimate);
     json_close(to, '}');
 }

@@ -47,15 +47,15 @@ static void put_csv(json *to, const char *name, char *text)
     json_close(to, '}');
 }
 
-ad_status show_csv(showing *x, ad_error *error)
+ad_status show_csv(showing *showing, ad_error *error)
 {
     unsigned char *bytes = NULL;
     size_t size, length;
-    const ad_status status = file_bytes_read(x->source, 0, &bytes, &size, &length, error);
+    const ad_status status = file_bytes_read(showing->source, 0, &bytes, &size, &length, error);
     if (status == AD_OK) {
-        json_open(&x->to, "tables", '[');
-        put_csv(&x->to, x->title, (char *)bytes);
-        json_close(&x->to, ']');
+        json_open(&showing->to, "tables", '[');
+        put_csv(&showing->to, showing->title, (char *)bytes);
+        json_close(&showing->to, ']');
     }
     free(bytes);
     return status;
@@ -78,16 +78,16 @@ static void put_curves(json *to, const table_source *table)
     json_close(to, ']');
 }
 
-ad_status show_numbers(showing *x, const table_source *table, ad_error *error)
+ad_status show_numbers(showing *showing, const table_source *table, ad_error *error)
 {
-    json *to = &x->to;
+    json *to = &showing->to;
     if (table->nrows == 0) {
-        return ad_fail(error, AD_BAD_INPUT, "%s: there are no rows to be shown", x->source);
+        return ad_fail(error, AD_BAD_INPUT, "%s: there are no rows to be shown", showing->source);
     }
     put_curves(to, table);
     json_open(to, "tables", '[');
     json_open(to, NULL, '{');
-    json_text(to, "title", x->title);
+    json_text(to, "title", showing->title);
     json_open(to, "rows", '[');
     for (size_t i = 0; i <= table->nrows && i <= ROWS_MAX; i++) {
         json_open(to, NULL, '[');
@@ -127,42 +127,42 @@ static int list_files(const char *folder, const char *ending, char *names[FILES_
     return count;
 }
 
-static int put_files(showing *x, const char *key, const char *ending)
+static int put_files(showing *showing, const char *key, const char *ending)
 {
     char *names[FILES_MAX], path[4400];
-    const int count = list_files(x->source, ending, names);
-    json_open(&x->to, key, '[');
+    const int count = list_files(showing->source, ending, names);
+    json_open(&showing->to, key, '[');
     for (int i = 0; i < count; i++) {
         unsigned char *bytes = NULL;
         size_t size, length;
         ad_error why;
-        snprintf(path, sizeof path, "%.4000s/%.300s", x->source, names[i]);
+        snprintf(path, sizeof path, "%.4000s/%.300s", showing->source, names[i]);
         if (file_bytes_read(path, 0, &bytes, &size, &length, &why) != AD_OK) {
             cli_warn("cpinn-show", "%s", why.message);
         } else if (strcmp(ending, ".csv") == 0) {
-            put_csv(&x->to, names[i], (char *)bytes);
+            put_csv(&showing->to, names[i], (char *)bytes);
         } else {
-            json_open(&x->to, NULL, '{');
-            json_text(&x->to, "title", names[i]);
-            json_bytes(&x->to, "data", bytes, size);
-            json_close(&x->to, '}');
+            json_open(&showing->to, NULL, '{');
+            json_text(&showing->to, "title", names[i]);
+            json_bytes(&showing->to, "data", bytes, size);
+            json_close(&showing->to, '}');
         }
         free(bytes);
         free(names[i]);
     }
-    json_close(&x->to, ']');
+    json_close(&showing->to, ']');
     return count;
 }
 
-ad_status show_folder(showing *x, ad_error *error)
+ad_status show_folder(showing *showing, ad_error *error)
 {
-    show_title_of(x, x->source);
-    const int tables = put_files(x, "tables", ".csv");
-    const int images = put_files(x, "images", ".svg");
+    show_title_of(showing, showing->source);
+    const int tables = put_files(showing, "tables", ".csv");
+    const int images = put_files(showing, "images", ".svg");
     return tables + images > 0
                ? AD_OK
                : ad_fail(error, AD_BAD_INPUT,
                          "%s: there is nothing to show; allowed: a folder with checkpoint.h5, .csv "
                          "or .svg",
-                         file_bytes_shown(x->source));
+                         file_bytes_shown(showing->source));
 }

@@ -344,35 +344,37 @@ static ad_status put_robot(looped *l, ad_error *error)
 
 static ad_status put_all(looped *l, ad_error *error)
 {
-    showing *x = l->x;
+    showing *showing = l->x;
     const table_source place = places(l, l->found), wanted = places(l, l->wanted);
     put_errors(l);
     put_curves(l);
-    x->wanted = &wanted;
+    showing->wanted = &wanted;
     ad_status status =
-        l->shapes ? put_robot(l, error) : show_put_motion(x, &place, NULL, NULL, NULL, error);
-    x->wanted = NULL;
-    if (status == AD_OK && !show_is_plot(x->out)) {
-        json_open(&x->to, "paths", '[');
-        status = show_path(&x->to, "wanted path", &wanted, error);
-        status = status == AD_OK ? show_path(&x->to, "path of the place", &place, error) : status;
-        json_close(&x->to, ']');
+        l->shapes ? put_robot(l, error) : show_put_motion(showing, &place, NULL, NULL, NULL, error);
+    showing->wanted = NULL;
+    if (status == AD_OK && !show_is_plot(showing->out)) {
+        json_open(&showing->to, "paths", '[');
+        status = show_path(&showing->to, "wanted path", &wanted, error);
+        status =
+            status == AD_OK ? show_path(&showing->to, "path of the place", &place, error) : status;
+        json_close(&showing->to, ']');
     }
     if (status == AD_OK && l->nominal) {
-        show_settings(&x->to, l->nominal);
+        show_settings(&showing->to, l->nominal);
     }
     return status;
 }
 
-ad_status show_loop(showing *x, const table_source *table, ad_error *error)
+ad_status show_loop(showing *showing, const table_source *table, ad_error *error)
 {
-    looped l = {.x = x, .record = table};
-    ad_status status = x->at ? ad_fail(error, AD_BAD_INPUT,
-                                       "--at: a closed loop has values of its parameters itself")
-                             : read_record(&l, error);
-    if (status == AD_OK && x->scene_path) {
-        status = prepare_read_robot(x->scene_path, x->overrides.count, x->overrides.texts,
-                                    &l.nominal, &l.plant, error);
+    looped l = {.x = showing, .record = table};
+    ad_status status = showing->at
+                           ? ad_fail(error, AD_BAD_INPUT,
+                                     "--at: a closed loop has values of its parameters itself")
+                           : read_record(&l, error);
+    if (status == AD_OK && showing->scene_path) {
+        status = prepare_read_robot(showing->scene_path, showing->overrides.count,
+                                    showing->overrides.texts, &l.nominal, &l.plant, error);
     }
     status = status == AD_OK ? read_shapes(&l, error) : status;
     status = status == AD_OK ? put_all(&l, error) : status;

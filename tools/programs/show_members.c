@@ -90,7 +90,7 @@ static void sort(const scene *of, fan *f)
     }
 }
 
-static ad_status show_fan(showing *x, const scene *of, fan *f, ad_error *error)
+static ad_status show_fan(showing *showing, const scene *of, fan *f, ad_error *error)
 {
     const char *names[COLUMNS] = {"member", "s"}, *units[COLUMNS] = {"", "m"};
     const scene_physics *rods = scene_physics_of(of);
@@ -103,25 +103,27 @@ static ad_status show_fan(showing *x, const scene *of, fan *f, ad_error *error)
                                 .units = units,
                                 .ncols = COLUMNS,
                                 .nrows = f->solved * POINTS};
-    json_open(&x->to, "facts", '[');
-    show_scene_facts(&x->to, of);
-    show_fact(&x->to, "members without an equilibrium", "%.0f", (double)(MEMBERS - f->solved));
-    json_close(&x->to, ']');
-    x->of = of;
-    x->members = f->parameters;
-    ad_status status = show_put_motion(x, &table, f->labels, NULL, NULL, error);
-    status = status == AD_OK ? show_scene(&x->to, of, f->parameters, &x->kept, error) : status;
-    x->of = NULL;
-    x->members = NULL;
+    json_open(&showing->to, "facts", '[');
+    show_scene_facts(&showing->to, of);
+    show_fact(&showing->to, "members without an equilibrium", "%.0f",
+              (double)(MEMBERS - f->solved));
+    json_close(&showing->to, ']');
+    showing->of = of;
+    showing->members = f->parameters;
+    ad_status status = show_put_motion(showing, &table, f->labels, NULL, NULL, error);
+    status = status == AD_OK ? show_scene(&showing->to, of, f->parameters, &showing->kept, error)
+                             : status;
+    showing->of = NULL;
+    showing->members = NULL;
     return status;
 }
 
-ad_status show_members(showing *x, ad_error *error)
+ad_status show_members(showing *showing, ad_error *error)
 {
-    const scene *of = &x->settings->scene;
+    const scene *of = &showing->settings->scene;
     const size_t rows = (size_t)MEMBERS * POINTS;
     fan f = {.solved = 0};
-    snprintf(x->title, sizeof x->title, "%s", x->settings->settings.name);
+    snprintf(showing->title, sizeof showing->title, "%s", showing->settings->settings.name);
     f.parameters = calloc(MEMBERS * (size_t)scene_known_count(of), sizeof *f.parameters);
     f.values = calloc(rows * SOLVE_MEMBERS_COLUMNS, sizeof *f.values);
     f.columns[0] = calloc(rows * COLUMNS, sizeof *f.columns[0]);
@@ -137,9 +139,9 @@ ad_status show_members(showing *x, ad_error *error)
     }
     if (status == AD_OK) {
         sort(of, &f);
-        status = f.solved > 0 ? show_fan(x, of, &f, error)
+        status = f.solved > 0 ? show_fan(showing, of, &f, error)
                               : ad_fail(error, AD_BAD_INPUT, "%s: none of %d members is solved",
-                                        x->source, MEMBERS);
+                                        showing->source, MEMBERS);
     }
     free(f.parameters);
     free(f.values);

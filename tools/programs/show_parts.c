@@ -143,41 +143,42 @@ show_read_table *show_read_table_of(const table_file *from, const scene *of)
 }
 
 /* The motion, with the table of --reference as its ghost, or `ghost`. */
-ad_status show_put_motion(showing *x, const table_source *table, const char *const *labels,
+ad_status show_put_motion(showing *showing, const table_source *table, const char *const *labels,
                           const table_source *ghost, const char *ghost_name, ad_error *error)
 {
     show_read_table *given = NULL;
     ad_error why;
     ad_status status = AD_OK;
-    if (x->reference_path) {
+    if (showing->reference_path) {
         table_shapes shapes;
-        status = table_read(x->reference_path, TABLE_NONFINITE, &x->ghost, error);
-        given = status == AD_OK ? show_read_table_of(x->ghost, NULL) : NULL;
+        status = table_read(showing->reference_path, TABLE_NONFINITE, &showing->ghost, error);
+        given = status == AD_OK ? show_read_table_of(showing->ghost, NULL) : NULL;
         if (status == AD_OK && !given) {
             status = ad_fail(error, AD_NO_MEMORY, "out of memory for a report");
         } else if (given && table_shapes_of(&given->table, &shapes, &why) != AD_OK) {
-            status = ad_fail(error, AD_BAD_INPUT, "%s: %s", x->reference_path, why.message);
+            status = ad_fail(error, AD_BAD_INPUT, "%s: %s", showing->reference_path, why.message);
         }
         ghost = given ? &given->table : ghost;
-        ghost_name = x->reference_path;
+        ghost_name = showing->reference_path;
     }
-    if (status == AD_OK && show_is_plot(x->out)) {
-        status = show_plot(x, table, labels, ghost, &why);
-        x->is_drawn = status == AD_OK;
+    if (status == AD_OK && show_is_plot(showing->out)) {
+        status = show_plot(showing, table, labels, ghost, &why);
+        showing->is_drawn = status == AD_OK;
         if (status != AD_OK) {
-            ad_fail(error, status, "%s: %s", x->source, why.message);
+            ad_fail(error, status, "%s: %s", showing->source, why.message);
         }
-    } else if (status == AD_OK &&
-               show_motion(&x->to, table, labels, ghost, ghost_name, &x->kept, &why) != AD_OK) {
-        status = ad_fail(error, why.status, "%s: %s", x->source, why.message);
+    } else if (status == AD_OK && show_motion(&showing->to, table, labels, ghost, ghost_name,
+                                              &showing->kept, &why) != AD_OK) {
+        status = ad_fail(error, why.status, "%s: %s", showing->source, why.message);
     }
     free(given);
     return status;
 }
 
-void show_title_of(showing *x, const char *path)
+void show_title_of(showing *showing, const char *path)
 {
     const char *slash = strrchr(path, '/'), *name = slash && slash[1] ? slash + 1 : path;
     const char *dot = strrchr(name, '.');
-    snprintf(x->title, sizeof x->title, "%.*s", (int)(dot && dot > name ? dot - name : 150), name);
+    snprintf(showing->title, sizeof showing->title, "%.*s",
+             (int)(dot && dot > name ? dot - name : 150), name);
 }

@@ -38,19 +38,22 @@ static const char ink[] = "343a46", soft[] = "79838f", trail[] = "d6336c", wante
 
 /* Against gravity, where there is one for all; else z, of what lies in the plane of x and y then
  * y. */
-static void up_of(const show_shapes *x, double up[3])
+static void up_of(const show_shapes *shapes, double up[3])
 {
     double size = 0;
     for (int k = 0; k < 3; k++) {
-        const double one =
-            x->of ? show_value(x->of, show_member(x, 0), x->of->loads.gravity[k], 0, 0) : 0;
-        const double last = x->of ? show_value(x->of, show_member(x, (double)(x->at.frames - 1)),
-                                               x->of->loads.gravity[k], 0, 0)
-                                  : 0;
+        const double one = shapes->of ? show_value(shapes->of, show_member(shapes, 0),
+                                                   shapes->of->loads.gravity[k], 0, 0)
+                                      : 0;
+        const double last =
+            shapes->of
+                ? show_value(shapes->of, show_member(shapes, (double)(shapes->at.frames - 1)),
+                             shapes->of->loads.gravity[k], 0, 0)
+                : 0;
         up[k] = one == last ? -one : NAN;
         size = hypot(size, up[k]);
     }
-    const bool flat = x->high[2] - x->low[2] < 1e-6 * x->size;
+    const bool flat = shapes->high[2] - shapes->low[2] < 1e-6 * shapes->size;
     for (int k = 0; k < 3; k++) {
         up[k] = size > 0 ? up[k] / size : k == (flat ? 1 : 2);
     }
@@ -59,14 +62,15 @@ static void up_of(const show_shapes *x, double up[3])
 /* The corners of the box, and every place of some frames with room for the thickness. */
 static size_t places_of(const drawing *d, double *places, size_t most)
 {
-    const show_shapes *x = &d->shapes;
-    const double room = show_room(x);
+    const show_shapes *shapes = &d->shapes;
+    const double room = show_room(shapes);
     size_t count = 0;
     for (size_t i = 0; i < 40; i++) {
-        const double frame = (double)(x->at.frames - 1) * (double)i / 39;
-        for (size_t k = 0; k < x->count && count + 70 <= most; k += x->count > 40 ? 3 : 1) {
+        const double frame = (double)(shapes->at.frames - 1) * (double)i / 39;
+        for (size_t k = 0; k < shapes->count && count + 70 <= most;
+             k += shapes->count > 40 ? 3 : 1) {
             double place[3];
-            show_place(x, frame, k, place);
+            show_place(shapes, frame, k, place);
             for (int side = 0; side < 6 && isfinite(place[0] + place[1] + place[2]); side++) {
                 memcpy(places + 3 * count, place, sizeof place);
                 places[3 * count++ + (size_t)(side / 2)] += side % 2 ? room : -room;
@@ -110,18 +114,18 @@ static double azimuth_of(const double *places, size_t count, const double centre
 static ad_status place_camera(drawing *d, ad_error *error)
 {
     enum { MOST = 12000 };
-    const show_shapes *x = &d->shapes;
+    const show_shapes *shapes = &d->shapes;
     double *places = malloc(sizeof *places * 3 * MOST), up[3], centre[3], first[3], last[3];
     if (!places) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a picture");
     }
     size_t count = places_of(d, places, MOST - 400);
     double lowest = INFINITY;
-    up_of(x, up);
-    show_place(x, (double)(x->at.frames - 1), 0, first);
-    show_place(x, (double)(x->at.frames - 1), x->count - 1, last);
+    up_of(shapes, up);
+    show_place(shapes, (double)(shapes->at.frames - 1), 0, first);
+    show_place(shapes, (double)(shapes->at.frames - 1), shapes->count - 1, last);
     for (int k = 0; k < 3; k++) {
-        centre[k] = (x->low[k] + x->high[k]) / 2;
+        centre[k] = (shapes->low[k] + shapes->high[k]) / 2;
         last[k] -= first[k];
     }
     picture_look(d->p, centre, up, azimuth_of(places, count, centre, up, last), 0.36);
@@ -129,7 +133,7 @@ static ad_status place_camera(drawing *d, ad_error *error)
         lowest = fmin(lowest, places[3 * i] * up[0] + places[3 * i + 1] * up[1] +
                                   places[3 * i + 2] * up[2]);
     }
-    const double height = lowest - 0.035 * x->size, shown = (double)count;
+    const double height = lowest - 0.035 * shapes->size, shown = (double)count;
     for (size_t i = 0; i < (size_t)shown && count < MOST; i += 31) { /* and shadows */
         double above = -height;
         for (int k = 0; k < 3; k++) {
@@ -141,7 +145,7 @@ static ad_status place_camera(drawing *d, ad_error *error)
         count++;
     }
     picture_fit(d->p, count, places, 0.80);
-    picture_floor(d->p, height, show_round(x->size / 8), 0.95 * x->size);
+    picture_floor(d->p, height, show_round(shapes->size / 8), 0.95 * shapes->size);
     free(places);
     return AD_OK;
 }
@@ -202,10 +206,10 @@ static void draw_instants(const drawing *d)
 /* Where the last point is, in mm. */
 static void write_tip(const drawing *d, double frame)
 {
-    const show_shapes *x = &d->shapes;
+    const show_shapes *shapes = &d->shapes;
     double place[3];
     char text[96];
-    show_place(x, frame, x->count - 1, place);
+    show_place(shapes, frame, shapes->count - 1, place);
     for (int k = 0; k < 3; k++) { /* no -0 */
         place[k] = round(1e4 * place[k]) == 0 ? 0 : 1e3 * place[k];
     }
@@ -214,16 +218,16 @@ static void write_tip(const drawing *d, double frame)
 }
 
 /* The way of the last point of shapes, up to a frame. */
-static void draw_trail(const drawing *d, const show_shapes *x, double until)
+static void draw_trail(const drawing *d, const show_shapes *shapes, double until)
 {
     double places[TRAIL][3];
     const size_t last = (size_t)until, step = last / (TRAIL - 2) + 1;
     size_t count = 0;
     const picture_paint paint = {picture_rgb(trail), 1, false};
     for (size_t frame = 0; frame <= last && count < TRAIL - 1; frame += step) {
-        show_place(x, (double)frame, x->count - 1, places[count++]);
+        show_place(shapes, (double)frame, shapes->count - 1, places[count++]);
     }
-    show_place(x, until, x->count - 1, places[count++]);
+    show_place(shapes, until, shapes->count - 1, places[count++]);
     picture_thread(d->p, places[0], count, 0.0028 * d->shapes.size, &paint);
 }
 
@@ -232,12 +236,12 @@ static void draw_wanted(const drawing *d)
 {
     double places[TRAIL][3], before[3], way = 0;
     const double dash = 0.03 * d->shapes.size;
-    const show_shapes *x = &d->other;
+    const show_shapes *shapes = &d->other;
     const picture_paint paint = {picture_rgb(wanted), 1, false};
     size_t count = 0;
-    for (size_t frame = 0; frame < x->at.frames; frame++) {
+    for (size_t frame = 0; frame < shapes->at.frames; frame++) {
         double step = 0;
-        show_place(x, (double)frame, x->count - 1, places[count]);
+        show_place(shapes, (double)frame, shapes->count - 1, places[count]);
         for (int k = 0; k < 3 && frame > 0; k++) {
             step = hypot(step, places[count][k] - before[k]);
         }
@@ -255,31 +259,31 @@ static void draw_wanted(const drawing *d)
 
 static void draw_around(const drawing *d, double frame, bool is_still)
 {
-    const show_shapes *x = &d->shapes;
-    const bool moves = x->at.t && x->at.frames > 1;
+    const show_shapes *shapes = &d->shapes;
+    const bool moves = shapes->at.t && shapes->at.frames > 1;
     if (moves) {
-        draw_trail(d, x, frame);
+        draw_trail(d, shapes, frame);
     }
     if (d->other.at.frames > 0) {
         draw_wanted(d);
     }
     draw_axes(d->p);
     draw_scale(d);
-    if (moves || x->at.frames == 1) {
+    if (moves || shapes->at.frames == 1) {
         write_tip(d, frame);
-        show_actuation(d->p, x, frame, 60);
+        show_actuation(d->p, shapes, frame, 60);
     }
     if (moves && is_still) {
         draw_instants(d);
     } else if (!is_still) {
         char text[48];
-        if (x->at.t) {
-            show_with_unit(show_time(x, frame), "s", 3, text, sizeof text);
+        if (shapes->at.t) {
+            show_with_unit(show_time(shapes, frame), "s", 3, text, sizeof text);
         }
         picture_text(d->p, picture_width(d->p) - 26, 34, 15, PICTURE_RIGHT, picture_rgb(ink),
-                     d->labels ? d->labels[(size_t)frame]
-                     : x->at.t ? text
-                               : "");
+                     d->labels      ? d->labels[(size_t)frame]
+                     : shapes->at.t ? text
+                                    : "");
     }
 }
 
@@ -302,16 +306,17 @@ static void draw_robot(const drawing *d, double frame, picture_colour colour, bo
 /* Whether the last point of a frame is where that of one already drawn is, or of the last. */
 static bool is_hidden(const drawing *d, double frame, const double *drawn, size_t count)
 {
-    const show_shapes *x = &d->shapes;
+    const show_shapes *shapes = &d->shapes;
     double place[3], other[3];
-    show_place(x, frame, x->count - 1, place);
+    show_place(shapes, frame, shapes->count - 1, place);
     for (size_t i = 0; i <= count; i++) {
         double apart = 0;
-        show_place(x, i < count ? drawn[i] : (double)(x->at.frames - 1), x->count - 1, other);
+        show_place(shapes, i < count ? drawn[i] : (double)(shapes->at.frames - 1),
+                   shapes->count - 1, other);
         for (int k = 0; k < 3; k++) {
             apart = hypot(apart, place[k] - other[k]);
         }
-        if (apart < 2.2 * x->radius) {
+        if (apart < 2.2 * shapes->radius) {
             return true;
         }
     }
@@ -320,19 +325,21 @@ static bool is_hidden(const drawing *d, double frame, const double *drawn, size_
 
 static void draw_still(const drawing *d)
 {
-    const show_shapes *x = &d->shapes;
-    const size_t frames = x->at.frames, most = d->follows ? FOLLOWED : x->at.t ? INSTANTS : MEMBERS;
+    const show_shapes *shapes = &d->shapes;
+    const size_t frames = shapes->at.frames, most = d->follows     ? FOLLOWED
+                                                    : shapes->at.t ? INSTANTS
+                                                                   : MEMBERS;
     const size_t count = frames < most ? frames : most;
     double drawn[INSTANTS + MEMBERS];
     size_t done = 0;
     for (size_t i = 0; i < count; i++) {
         const double part = count > 1 ? (double)i / (double)(count - 1) : 1;
         const double frame = floor(part * (double)(frames - 1));
-        const picture_colour colour = x->at.t || count == 1
+        const picture_colour colour = shapes->at.t || count == 1
                                           ? picture_between(times, 4, count > 1 ? part : 0.75)
                                           : picture_between(kinds, 7, part);
         if (i + 1 == count || !is_hidden(d, frame, drawn, done)) {
-            draw_robot(d, frame, colour, i + 1 == count || (!x->at.t && !d->flat));
+            draw_robot(d, frame, colour, i + 1 == count || (!shapes->at.t && !d->flat));
             drawn[done++] = frame;
         }
     }
@@ -376,17 +383,18 @@ typedef struct film {
 static ad_status draw_image(const film *f, size_t number, ad_error *error)
 {
     const drawing *d = f->of;
-    const show_shapes *x = &d->shapes;
+    const show_shapes *shapes = &d->shapes;
     const double part = f->images > 1 ? (double)number / (double)(f->images - 1) : 0;
-    double frame = part * (double)(x->at.frames - 1);
-    if (x->at.t) { /* frames need not be evenly spaced in time */
-        const size_t last = x->at.frames - 1;
-        const double from = show_time(x, 0), t = from + part * (show_time(x, (double)last) - from);
+    double frame = part * (double)(shapes->at.frames - 1);
+    if (shapes->at.t) { /* frames need not be evenly spaced in time */
+        const size_t last = shapes->at.frames - 1;
+        const double from = show_time(shapes, 0),
+                     t = from + part * (show_time(shapes, (double)last) - from);
         size_t k = 0;
-        while (k + 1 < last && show_time(x, (double)k + 1) < t) {
+        while (k + 1 < last && show_time(shapes, (double)k + 1) < t) {
             k++;
         }
-        const double a = show_time(x, (double)k), b = show_time(x, (double)k + 1);
+        const double a = show_time(shapes, (double)k), b = show_time(shapes, (double)k + 1);
         frame = (double)k + (b > a ? fmin(1, fmax(0, (t - a) / (b - a))) : 0);
     } else {
         frame = floor(frame + 0.5);
@@ -426,11 +434,13 @@ static ad_status write_film(const drawing *d, const char *path, bool is_gif, dou
                             ad_error *error)
 {
     enum { MEMBERS_SECONDS = 8 };
-    const show_shapes *x = &d->shapes;
+    const show_shapes *shapes = &d->shapes;
     film f = {.of = d, .rate = is_gif ? GIF_RATE : MOVIE_RATE};
-    f.seconds = x->at.t ? slow * (show_time(x, (double)(x->at.frames - 1)) - show_time(x, 0))
-                        : slow * MEMBERS_SECONDS;
-    if (x->at.frames < 2 || !(f.seconds > 0)) {
+    f.seconds =
+        shapes->at.t
+            ? slow * (show_time(shapes, (double)(shapes->at.frames - 1)) - show_time(shapes, 0))
+            : slow * MEMBERS_SECONDS;
+    if (shapes->at.frames < 2 || !(f.seconds > 0)) {
         return ad_fail(error, AD_BAD_INPUT, "nothing moves; allowed: .svg, .png");
     }
     if (f.seconds * f.rate > (is_gif ? GIF_IMAGES : 1e6)) {

@@ -10,145 +10,147 @@ enum { FRAMES_MEASURED = 401 };
 
 /* ---- places -------------------------------------------------------------------------------- */
 
-static size_t row_of(const show_shapes *x, size_t frame, size_t k)
+static size_t row_of(const show_shapes *shapes, size_t frame, size_t k)
 {
-    const size_t last = x->at.points - 1;
-    return frame * x->at.points + (x->count > 1 ? k * last / (x->count - 1) : last);
+    const size_t last = shapes->at.points - 1;
+    return frame * shapes->at.points + (shapes->count > 1 ? k * last / (shapes->count - 1) : last);
 }
 
-static void place_of(const show_shapes *x, size_t frame, size_t k, double place[3])
+static void place_of(const show_shapes *shapes, size_t frame, size_t k, double place[3])
 {
-    const size_t row = row_of(x, frame, k);
-    if (x->deflection) {
-        place[0] = x->at.s[row];
+    const size_t row = row_of(shapes, frame, k);
+    if (shapes->deflection) {
+        place[0] = shapes->at.s[row];
         place[1] = 0;
-        place[2] = x->enlarged * x->deflection[row];
+        place[2] = shapes->enlarged * shapes->deflection[row];
         return;
     }
     for (int i = 0; i < 3; i++) {
-        place[i] = x->at.place[i][row];
+        place[i] = shapes->at.place[i][row];
     }
 }
 
 /* The frames before and after, and where between them. */
-static double between(const show_shapes *x, double frame, size_t *first, size_t *next)
+static double between(const show_shapes *shapes, double frame, size_t *first, size_t *next)
 {
-    const double last = (double)(x->at.frames - 1), at = fmin(fmax(frame, 0), last);
+    const double last = (double)(shapes->at.frames - 1), at = fmin(fmax(frame, 0), last);
     *first = (size_t)at;
-    *next = *first + 1 < x->at.frames ? *first + 1 : *first;
-    return x->at.t ? at - (double)*first : 0;
+    *next = *first + 1 < shapes->at.frames ? *first + 1 : *first;
+    return shapes->at.t ? at - (double)*first : 0;
 }
 
-void show_place(const show_shapes *x, double frame, size_t k, double place[3])
+void show_place(const show_shapes *shapes, double frame, size_t k, double place[3])
 {
     size_t first, next;
     double other[3];
-    const double part = between(x, frame, &first, &next);
-    place_of(x, first, k, place);
-    place_of(x, next, k, other);
+    const double part = between(shapes, frame, &first, &next);
+    place_of(shapes, first, k, place);
+    place_of(shapes, next, k, other);
     for (int i = 0; i < 3; i++) {
         place[i] += part * (other[i] - place[i]);
     }
 }
 
-double show_time(const show_shapes *x, double frame)
+double show_time(const show_shapes *shapes, double frame)
 {
     size_t first, next;
-    const double part = between(x, frame, &first, &next);
-    if (!x->at.t) {
+    const double part = between(shapes, frame, &first, &next);
+    if (!shapes->at.t) {
         return frame;
     }
-    const double from = x->at.t[first * x->at.points], to = x->at.t[next * x->at.points];
+    const double from = shapes->at.t[first * shapes->at.points],
+                 to = shapes->at.t[next * shapes->at.points];
     return from + part * (to - from);
 }
 
-const double *show_member(const show_shapes *x, double frame)
+const double *show_member(const show_shapes *shapes, double frame)
 {
-    return x->members ? x->members + (size_t)frame * (size_t)x->of->parameter_count : NULL;
+    return shapes->members ? shapes->members + (size_t)frame * (size_t)shapes->of->parameter_count
+                           : NULL;
 }
 
 /* ---- sizes --------------------------------------------------------------------------------- */
 
-static void measure(show_shapes *x)
+static void measure(show_shapes *shapes)
 {
     double square = 0;
-    const size_t frames = x->at.frames < FRAMES_MEASURED ? x->at.frames : FRAMES_MEASURED;
+    const size_t frames = shapes->at.frames < FRAMES_MEASURED ? shapes->at.frames : FRAMES_MEASURED;
     for (int k = 0; k < 3; k++) {
-        x->low[k] = INFINITY;
-        x->high[k] = -INFINITY;
+        shapes->low[k] = INFINITY;
+        shapes->high[k] = -INFINITY;
     }
     for (size_t i = 0; i < frames; i++) {
-        const size_t frame = frames > 1 ? i * (x->at.frames - 1) / (frames - 1) : 0;
-        for (size_t j = 0; j < x->count; j++) {
+        const size_t frame = frames > 1 ? i * (shapes->at.frames - 1) / (frames - 1) : 0;
+        for (size_t j = 0; j < shapes->count; j++) {
             double place[3];
-            place_of(x, frame, j, place);
+            place_of(shapes, frame, j, place);
             for (int k = 0; k < 3 && isfinite(place[0] + place[1] + place[2]); k++) {
-                x->low[k] = fmin(x->low[k], place[k]);
-                x->high[k] = fmax(x->high[k], place[k]);
+                shapes->low[k] = fmin(shapes->low[k], place[k]);
+                shapes->high[k] = fmax(shapes->high[k], place[k]);
             }
         }
     }
     for (int k = 0; k < 3; k++) {
-        square += (x->high[k] - x->low[k]) * (x->high[k] - x->low[k]);
+        square += (shapes->high[k] - shapes->low[k]) * (shapes->high[k] - shapes->low[k]);
     }
-    x->size = sqrt(square);
+    shapes->size = sqrt(square);
 }
 
-static double arc_of(const show_shapes *x, size_t k)
+static double arc_of(const show_shapes *shapes, size_t k)
 {
-    const double length = x->of ? scene_length(x->of) : 1;
-    return x->at.s ? x->at.s[row_of(x, 0, k)]
-                   : length * (double)k / (double)(x->count > 1 ? x->count - 1 : 1);
+    const double length = shapes->of ? scene_length(shapes->of) : 1;
+    return shapes->at.s ? shapes->at.s[row_of(shapes, 0, k)]
+                        : length * (double)k / (double)(shapes->count > 1 ? shapes->count - 1 : 1);
 }
 
-static void measure_section(show_shapes *x)
+static void measure_section(show_shapes *shapes)
 {
     double thickest = 0;
-    for (size_t k = 0; k < x->count && x->of; k++) {
+    for (size_t k = 0; k < shapes->count && shapes->of; k++) {
         for (int d = 0; d < 2; d++) {
-            thickest = fmax(thickest, section_half(x->of, arc_of(x, k), d == 1));
+            thickest = fmax(thickest, section_half(shapes->of, arc_of(shapes, k), d == 1));
         }
     }
-    x->thicker = thickest > 0 ? fmax(1, 0.0065 * x->size / thickest) : 1;
-    x->radius = thickest > 0 ? thickest * x->thicker : 0.012 * x->size;
+    shapes->thicker = thickest > 0 ? fmax(1, 0.0065 * shapes->size / thickest) : 1;
+    shapes->radius = thickest > 0 ? thickest * shapes->thicker : 0.012 * shapes->size;
 }
 
-static double deflection_scale(const show_shapes *x)
+static double deflection_scale(const show_shapes *shapes)
 {
     double most = 0, length = 0;
-    for (size_t i = 0; i < x->at.frames * x->at.points; i++) {
-        most = isfinite(x->deflection[i]) ? fmax(most, fabs(x->deflection[i])) : most;
-        length = fmax(length, x->at.s[i] - x->at.s[0]);
+    for (size_t i = 0; i < shapes->at.frames * shapes->at.points; i++) {
+        most = isfinite(shapes->deflection[i]) ? fmax(most, fabs(shapes->deflection[i])) : most;
+        length = fmax(length, shapes->at.s[i] - shapes->at.s[0]);
     }
     return most > 0 && most < 0.1 * length ? show_round(0.2 * length / most) : 1;
 }
 
 ad_status show_shapes_create(const table_source *table, const scene *of, const double *members,
-                             size_t rings, show_shapes *x, ad_error *error)
+                             size_t rings, show_shapes *shapes, ad_error *error)
 {
     static const char *const names[] = {"qw", "qx", "qy", "qz"};
-    *x = (show_shapes){.of = of, .members = members, .enlarged = 1};
-    ad_status status = table_shapes_of(table, &x->at, error);
+    *shapes = (show_shapes){.of = of, .members = members, .enlarged = 1};
+    ad_status status = table_shapes_of(table, &shapes->at, error);
     if (status != AD_OK) {
         return status;
     }
-    x->count = x->at.points < rings ? x->at.points : rings;
+    shapes->count = shapes->at.points < rings ? shapes->at.points : rings;
     for (int k = 0; k < 4; k++) {
-        x->turned[k] = table_source_column(table, names[k]);
+        shapes->turned[k] = table_source_column(table, names[k]);
     }
-    if (!x->at.place[0]) {
-        x->deflection = table_source_column(table, "w");
-        if (!x->deflection || !x->at.s) {
+    if (!shapes->at.place[0]) {
+        shapes->deflection = table_source_column(table, "w");
+        if (!shapes->deflection || !shapes->at.s) {
             return ad_fail(error, AD_BAD_INPUT, "there are no columns x, y, z to be drawn");
         }
-        x->enlarged = deflection_scale(x);
-        memset(x->turned, 0, sizeof x->turned);
+        shapes->enlarged = deflection_scale(shapes);
+        memset(shapes->turned, 0, sizeof shapes->turned);
     }
-    measure(x);
-    if (!(x->size > 0)) {
+    measure(shapes);
+    if (!(shapes->size > 0)) {
         return ad_fail(error, AD_BAD_INPUT, "there is no shape of any size to be drawn");
     }
-    measure_section(x);
+    measure_section(shapes);
     return AD_OK;
 }
 
@@ -165,15 +167,16 @@ static void turn(const double q[4], double d[3][3])
     memcpy(d, rows, sizeof rows);
 }
 
-static void turn_between(const show_shapes *x, size_t first, size_t next, double part,
+static void turn_between(const show_shapes *shapes, size_t first, size_t next, double part,
                          double d[3][3])
 {
     double same = 0, q[4];
     for (int k = 0; k < 4; k++) {
-        same += x->turned[k][first] * x->turned[k][next];
+        same += shapes->turned[k][first] * shapes->turned[k][next];
     }
     for (int k = 0; k < 4; k++) {
-        q[k] = (1 - part) * x->turned[k][first] + (same < 0 ? -part : part) * x->turned[k][next];
+        q[k] = (1 - part) * shapes->turned[k][first] +
+               (same < 0 ? -part : part) * shapes->turned[k][next];
     }
     turn(q, d);
 }
@@ -210,22 +213,24 @@ static void transport(picture_ring *rings, size_t count)
     }
 }
 
-void show_pose(const show_shapes *x, double frame, picture_ring *rings, double *arc)
+void show_pose(const show_shapes *shapes, double frame, picture_ring *rings, double *arc)
 {
     size_t first, next;
-    const double part = between(x, frame, &first, &next);
-    for (size_t k = 0; k < x->count; k++) {
-        arc[k] = arc_of(x, k);
-        show_place(x, frame, k, rings[k].place);
+    const double part = between(shapes, frame, &first, &next);
+    for (size_t k = 0; k < shapes->count; k++) {
+        arc[k] = arc_of(shapes, k);
+        show_place(shapes, frame, k, rings[k].place);
         for (int d = 0; d < 2; d++) {
-            const double half = x->of ? x->thicker * section_half(x->of, arc[k], d == 1) : 0;
-            rings[k].half[d] = half > 0 ? half : x->radius;
+            const double half =
+                shapes->of ? shapes->thicker * section_half(shapes->of, arc[k], d == 1) : 0;
+            rings[k].half[d] = half > 0 ? half : shapes->radius;
         }
-        if (x->turned[0] && x->turned[1] && x->turned[2] && x->turned[3]) {
-            turn_between(x, row_of(x, first, k), row_of(x, next, k), part, rings[k].director);
+        if (shapes->turned[0] && shapes->turned[1] && shapes->turned[2] && shapes->turned[3]) {
+            turn_between(shapes, row_of(shapes, first, k), row_of(shapes, next, k), part,
+                         rings[k].director);
         }
     }
-    if (!(x->turned[0] && x->turned[1] && x->turned[2] && x->turned[3])) {
-        transport(rings, x->count);
+    if (!(shapes->turned[0] && shapes->turned[1] && shapes->turned[2] && shapes->turned[3])) {
+        transport(rings, shapes->count);
     }
 }

@@ -22,25 +22,25 @@ typedef struct show_shapes {
 
 /* With at most so many rings. AD_BAD_INPUT: there is nothing to be drawn. */
 ad_status show_shapes_create(const table_source *table, const scene *of, const double *members,
-                             size_t rings, show_shapes *x, ad_error *error);
+                             size_t rings, show_shapes *shapes, ad_error *error);
 
 /* rings [count] and their arc lengths at a frame, of a motion also between two. */
-void show_pose(const show_shapes *x, double frame, picture_ring *rings, double *arc);
+void show_pose(const show_shapes *shapes, double frame, picture_ring *rings, double *arc);
 
 /* Place k of a frame. */
-void show_place(const show_shapes *x, double frame, size_t k, double place[3]);
+void show_place(const show_shapes *shapes, double frame, size_t k, double place[3]);
 
 /* The time of a frame, s; the frame without times. */
-double show_time(const show_shapes *x, double frame);
+double show_time(const show_shapes *shapes, double frame);
 
 /* The parameters of a member at a frame; NULL: there are none. */
-const double *show_member(const show_shapes *x, double frame);
+const double *show_member(const show_shapes *shapes, double frame);
 
 /* Arrows of loads by `size`. */
 #define SHOW_ARROW 0.15
 
 /* How far anything of a robot reaches from the axis. */
-double show_room(const show_shapes *x);
+double show_room(const show_shapes *shapes);
 
 typedef struct show_look {
     picture_colour tube; /* of the rod */
@@ -50,11 +50,11 @@ typedef struct show_look {
 } show_look;
 
 /* The robot with its ends, discs, tendons, chambers, bodies and loads; the rings are scratch. */
-void show_robot(picture *p, const show_shapes *x, double frame, const show_look *look,
+void show_robot(picture *p, const show_shapes *shapes, double frame, const show_look *look,
                 picture_ring *rings, double *arc);
 
 /* What acts, in words at the left edge from y on: "tendons 2 N, 1 N". */
-void show_actuation(picture *p, const show_shapes *x, double frame, double y);
+void show_actuation(picture *p, const show_shapes *shapes, double frame, double y);
 
 /* "12.5 mm" of 0.0125 and "m". */
 void show_with_unit(double value, const char *unit, int digits, char *text, size_t size);

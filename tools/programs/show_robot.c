@@ -65,16 +65,16 @@ static void draw_plate(const robot *r, const picture_ring *at, double sign, doub
 }
 
 /* From the axis to the furthest tendon; 0 where all are within the rod. */
-static double guides_of(const show_shapes *x)
+static double guides_of(const show_shapes *shapes)
 {
     double most = 0;
-    for (int i = 0; x->of && i < x->of->tendon_count; i++) {
-        const scene_tendon *tendon = &x->of->tendons[i];
-        const double *member = show_member(x, 0);
-        most = fmax(most, hypot(show_value(x->of, member, tendon->offset[0], 0, 0),
-                                show_value(x->of, member, tendon->offset[1], 0, 0)));
+    for (int i = 0; shapes->of && i < shapes->of->tendon_count; i++) {
+        const scene_tendon *tendon = &shapes->of->tendons[i];
+        const double *member = show_member(shapes, 0);
+        most = fmax(most, hypot(show_value(shapes->of, member, tendon->offset[0], 0, 0),
+                                show_value(shapes->of, member, tendon->offset[1], 0, 0)));
     }
-    return most > x->radius ? most : 0;
+    return most > shapes->radius ? most : 0;
 }
 
 static void draw_end(const robot *r, scene_end_type type, size_t k, double sign)
@@ -145,11 +145,12 @@ static void draw_bodies(const robot *r)
 
 /* ---- actuators ----------------------------------------------------------------------------- */
 
-double show_room(const show_shapes *x)
+double show_room(const show_shapes *shapes)
 {
-    const bool loaded = x->of && x->members && scene_end_takes_force(x->of->end.type) &&
-                        quantity_any_something(3, x->of->loads.tip.force);
-    return fmax(loaded ? 0.8 * SHOW_ARROW * x->size : x->radius, 1.3 * guides_of(x));
+    const bool loaded = shapes->of && shapes->members &&
+                        scene_end_takes_force(shapes->of->end.type) &&
+                        quantity_any_something(3, shapes->of->loads.tip.force);
+    return fmax(loaded ? 0.8 * SHOW_ARROW * shapes->size : shapes->radius, 1.3 * guides_of(shapes));
 }
 
 static void draw_guided(const robot *r, const scene_actuator *one, double radius,
@@ -273,15 +274,16 @@ static void draw_loads(const robot *r)
     }
 }
 
-void show_robot(picture *p, const show_shapes *x, double frame, const show_look *look,
+void show_robot(picture *p, const show_shapes *shapes, double frame, const show_look *look,
                 picture_ring *rings, double *arc)
 {
-    const robot r = {p, x, look, rings, arc, show_member(x, frame), show_time(x, frame)};
-    show_pose(x, frame, rings, arc);
+    const robot r = {
+        p, shapes, look, rings, arc, show_member(shapes, frame), show_time(shapes, frame)};
+    show_pose(shapes, frame, rings, arc);
     draw_rod(&r);
-    if (x->of && !x->deflection && look->ends) {
-        draw_end(&r, x->of->start.type, 0, -1);
-        draw_end(&r, x->of->end.type, x->count - 1, 1);
+    if (shapes->of && !shapes->deflection && look->ends) {
+        draw_end(&r, shapes->of->start.type, 0, -1);
+        draw_end(&r, shapes->of->end.type, shapes->count - 1, 1);
         draw_bodies(&r);
         draw_discs(&r);
         draw_actuators(&r);
@@ -315,14 +317,15 @@ static void write_kind(const robot *r, bool chambers, double y)
     picture_text(r->p, 58, y, 15, PICTURE_LEFT, picture_rgb("343a46"), words);
 }
 
-void show_actuation(picture *p, const show_shapes *x, double frame, double y)
+void show_actuation(picture *p, const show_shapes *shapes, double frame, double y)
 {
-    const robot r = {.p = p, .x = x, .member = show_member(x, frame), .t = show_time(x, frame)};
-    if (x->of && x->of->tendon_count > 0) {
+    const robot r = {
+        .p = p, .x = shapes, .member = show_member(shapes, frame), .t = show_time(shapes, frame)};
+    if (shapes->of && shapes->of->tendon_count > 0) {
         write_kind(&r, false, y);
         y += 24;
     }
-    if (x->of && x->of->chamber_count > 0) {
+    if (shapes->of && shapes->of->chamber_count > 0) {
         write_kind(&r, true, y);
     }
 }

@@ -13,11 +13,11 @@
 
 /* How far the field is from the reference: the largest distance at each instant, at rest that at
  * each place. */
-static void put_error_curve(showing *x)
+static void put_error_curve(showing *showing)
 {
-    const size_t count = reference_points(x->known);
-    const bool moves = scene_is_dynamic(x->e->scene);
-    const double *t = moves ? reference_t(x->known) : reference_s(x->known);
+    const size_t count = reference_points(showing->known);
+    const bool moves = scene_is_dynamic(showing->e->scene);
+    const double *t = moves ? reference_t(showing->known) : reference_s(showing->known);
     double *at = calloc(2 * count + 1, sizeof *at), *most = at + count;
     double largest = 0;
     size_t rows = 0;
@@ -25,8 +25,9 @@ static void put_error_curve(showing *x)
     for (size_t i = 0; at && i < count; i++) {
         double square = 0;
         ascending = ascending && (i == 0 || t[i] >= t[i - 1]);
-        for (int k = 0; k < 3 && reference_known(x->known, k); k++) {
-            square += pow(reference_found(x->known, k)[i] - reference_known(x->known, k)[i], 2);
+        for (int k = 0; k < 3 && reference_known(showing->known, k); k++) {
+            square += pow(
+                reference_found(showing->known, k)[i] - reference_known(showing->known, k)[i], 2);
         }
         if (rows == 0 || t[i] != at[rows - 1]) {
             at[rows] = t[i];
@@ -39,68 +40,70 @@ static void put_error_curve(showing *x)
         most[i] = most[i] > 1e-6 * largest ? most[i] : NAN; /* met exactly, as at the start */
     }
     if (at && rows > 1 && ascending) {
-        show_open_curve(&x->to, "Distance from the reference", moves ? "t" : "s", moves ? "s" : "m",
-                        "m", true);
-        show_series(&x->to, "distance", at, most, rows);
-        show_close_curve(&x->to);
+        show_open_curve(&showing->to, "Distance from the reference", moves ? "t" : "s",
+                        moves ? "s" : "m", "m", true);
+        show_series(&showing->to, "distance", at, most, rows);
+        show_close_curve(&showing->to);
     }
     free(at);
 }
 
-static ad_status put_training(showing *x, ad_error *error)
+static ad_status put_training(showing *showing, ad_error *error)
 {
-    json_open(&x->to, "curves", '[');
-    if (x->known) {
-        put_error_curve(x);
+    json_open(&showing->to, "curves", '[');
+    if (showing->known) {
+        put_error_curve(showing);
     }
-    const ad_status status = show_history(&x->to, x->file, error);
-    json_close(&x->to, ']');
+    const ad_status status = show_history(&showing->to, showing->file, error);
+    json_close(&showing->to, ']');
     return status;
 }
 
-static void put_run_texts(showing *x)
+static void put_run_texts(showing *showing)
 {
-    char *text = train_origin_text(&x->e->origin);
-    json_open(&x->to, "texts", '[');
+    char *text = train_origin_text(&showing->e->origin);
+    json_open(&showing->to, "texts", '[');
     if (text) {
-        show_text(&x->to, "Scene and settings (YAML)", text);
+        show_text(&showing->to, "Scene and settings (YAML)", text);
     }
-    json_close(&x->to, ']');
+    json_close(&showing->to, ']');
     free(text);
 }
 
 /* `member` (NULL: not one) are values of a family's parameters. */
-static void put_run_head(showing *x, const double *member, const reference_errors *errors)
+static void put_run_head(showing *showing, const double *member, const reference_errors *errors)
 {
     verdict judged;
     ad_error why;
-    if (checkpoint_has(x->file, "verdict") && report_get_verdict(x->file, &judged, &why) == AD_OK) {
-        report_verdict(&x->to, &judged);
+    if (checkpoint_has(showing->file, "verdict") &&
+        report_get_verdict(showing->file, &judged, &why) == AD_OK) {
+        report_verdict(&showing->to, &judged);
     }
-    double seconds = history_last(x->file, "seconds"), steps = history_last(x->file, "step");
-    json_open(&x->to, "facts", '[');
-    show_scene_facts(&x->to, x->e->scene);
-    for (int i = 0; member && i < scene_known_count(x->e->scene); i++) {
-        show_fact(&x->to, x->e->scene->parameters[i].name, "%.4g", member[i]);
+    double seconds = history_last(showing->file, "seconds"),
+           steps = history_last(showing->file, "step");
+    json_open(&showing->to, "facts", '[');
+    show_scene_facts(&showing->to, showing->e->scene);
+    for (int i = 0; member && i < scene_known_count(showing->e->scene); i++) {
+        show_fact(&showing->to, showing->e->scene->parameters[i].name, "%.4g", member[i]);
     }
-    show_fact(&x->to, "parameters of the network", "%.0f", (double)x->e->count);
+    show_fact(&showing->to, "parameters of the network", "%.0f", (double)showing->e->count);
     if (!isnan(steps)) {
-        show_fact(&x->to, "steps", "%.0f", steps);
+        show_fact(&showing->to, "steps", "%.0f", steps);
     }
     if (!isnan(seconds)) {
-        show_fact(&x->to, "training", "%.3g s", seconds);
+        show_fact(&showing->to, "training", "%.3g s", seconds);
     }
     if (errors) {
-        show_fact(&x->to, "error of position, relative L2", "%.2e", errors->position);
+        show_fact(&showing->to, "error of position, relative L2", "%.2e", errors->position);
     }
-    json_close(&x->to, ']');
+    json_close(&showing->to, ']');
 }
 
 /* The reference as a table, of a rod; its points must be those of instants one after the other. */
-static ad_status put_run_motion(showing *x, const double *member, ad_error *error)
+static ad_status put_run_motion(showing *showing, const double *member, ad_error *error)
 {
     samples_sheet sheet;
-    const reference *r = x->known;
+    const reference *r = showing->known;
     static const char *const names[] = {"s", "t", "x", "y", "z"};
     const bool is_rod = r && reference_known(r, 2);
     const double *columns[5] = {NULL};
@@ -114,40 +117,40 @@ static ad_status put_run_motion(showing *x, const double *member, ad_error *erro
     const table_source ghost = {
         .names = names, .columns = columns, .ncols = 5, .nrows = r ? reference_points(r) : 0};
     scene one;
-    scene_member(x->e->scene, member, &one);
-    x->of = &one;
-    samples_fill(&x->samples, x->e->scene, &sheet);
-    ad_status status = show_put_motion(x, &sheet.table, NULL,
-                                       is_rod && !scene_is_family(x->e->scene) ? &ghost : NULL,
-                                       r ? reference_name(r) : NULL, error);
-    x->of = NULL;
-    return status == AD_OK ? show_scene(&x->to, &one, NULL, &x->kept, error) : status;
+    scene_member(showing->e->scene, member, &one);
+    showing->of = &one;
+    samples_fill(&showing->samples, showing->e->scene, &sheet);
+    ad_status status = show_put_motion(
+        showing, &sheet.table, NULL, is_rod && !scene_is_family(showing->e->scene) ? &ghost : NULL,
+        r ? reference_name(r) : NULL, error);
+    showing->of = NULL;
+    return status == AD_OK ? show_scene(&showing->to, &one, NULL, &showing->kept, error) : status;
 }
 
-static ad_status evaluate_run(showing *x, double *member, ad_error *error)
+static ad_status evaluate_run(showing *showing, double *member, ad_error *error)
 {
-    const experiment *e = x->e;
+    const experiment *e = showing->e;
     const domain *d = &e->model->domain;
     const double until = scene_is_dynamic(e->scene)
                              ? domain_window_time(d, e->window + 1) * d->coordinates[d->time].scale
                              : 0;
-    ad_status status = field_create(e->model, e->mlp, false, e->pool, &x->field, error);
+    ad_status status = field_create(e->model, e->mlp, false, e->pool, &showing->field, error);
     experiment_member_values(e, member);
-    if (status == AD_OK && x->at) {
-        status = scene_member_read(scene_known_count(e->scene), e->scene->parameters, false, x->at,
-                                   member, error);
+    if (status == AD_OK && showing->at) {
+        status = scene_member_read(scene_known_count(e->scene), e->scene->parameters, false,
+                                   showing->at, member, error);
     }
     if (status == AD_OK) {
-        field_enter(x->field, e->window, e->parameters, e->starts);
-        field_member(x->field, member);
-        status = samples_of_grid(&x->samples,
-                                 x->grid                      ? x->grid
+        field_enter(showing->field, e->window, e->parameters, e->starts);
+        field_member(showing->field, member);
+        status = samples_of_grid(&showing->samples,
+                                 showing->grid                ? showing->grid
                                  : scene_is_dynamic(e->scene) ? "81x201"
                                                               : NULL,
-                                 e->scene, until, field_columns(x->field), error);
+                                 e->scene, until, field_columns(showing->field), error);
     }
-    samples *p = &x->samples;
-    return status == AD_OK ? field_evaluate(x->field, experiment_parameters(e), p->count,
+    samples *p = &showing->samples;
+    return status == AD_OK ? field_evaluate(showing->field, experiment_parameters(e), p->count,
                                             (const double *const[]){p->s, p->t}, p->values, error)
                            : status;
 }
@@ -205,7 +208,7 @@ static bool sweep_make(sweep *w, const scene *of, int columns, const double *mem
     return true;
 }
 
-static void put_family_curve(showing *x, const sweep *w)
+static void put_family_curve(showing *showing, const sweep *w)
 {
     double *number = w->sorted + (size_t)(w->columns + 2) * w->frames * FAMILY_POINTS;
     double *network = number + w->frames, *answer = network + w->frames;
@@ -214,15 +217,15 @@ static void put_family_curve(showing *x, const sweep *w)
         network[i] = w->answers[i].network_error;
         answer[i] = w->answers[i].error;
     }
-    json_open(&x->to, "curves", '[');
-    show_open_curve(&x->to, "Predicted error of the shape", "member", "", "m", true);
-    show_series(&x->to, "network", number, network, w->frames);
-    show_series(&x->to, "after two steps", number, answer, w->frames);
-    show_close_curve(&x->to);
-    json_close(&x->to, ']');
+    json_open(&showing->to, "curves", '[');
+    show_open_curve(&showing->to, "Predicted error of the shape", "member", "", "m", true);
+    show_series(&showing->to, "network", number, network, w->frames);
+    show_series(&showing->to, "after two steps", number, answer, w->frames);
+    show_close_curve(&showing->to);
+    json_close(&showing->to, ']');
 }
 
-static ad_status put_sweep(showing *x, sweep *w, cpinn_family *family, const double *s,
+static ad_status put_sweep(showing *showing, sweep *w, cpinn_family *family, const double *s,
                            ad_error *error)
 {
     const size_t rows = w->frames * FAMILY_POINTS;
@@ -239,7 +242,7 @@ static ad_status put_sweep(showing *x, sweep *w, cpinn_family *family, const dou
         }
         if (k >= 2) {
             names[k] = cpinn_family_column_name(family, k - 2);
-            units[k] = show_unit(names[k], x->e->scene);
+            units[k] = show_unit(names[k], showing->e->scene);
         }
     }
     const table_source table = {.names = names,
@@ -247,32 +250,33 @@ static ad_status put_sweep(showing *x, sweep *w, cpinn_family *family, const dou
                                 .ncols = (size_t)w->columns + 2,
                                 .nrows = rows,
                                 .units = units};
-    put_family_curve(x, w);
-    x->of = x->e->scene;
-    x->members = w->parameters;
-    ad_status status = show_put_motion(x, &table, w->labels, NULL, NULL, error);
-    return status == AD_OK ? show_scene(&x->to, x->e->scene, w->parameters, &x->kept, error)
-                           : status;
+    put_family_curve(showing, w);
+    showing->of = showing->e->scene;
+    showing->members = w->parameters;
+    ad_status status = show_put_motion(showing, &table, w->labels, NULL, NULL, error);
+    return status == AD_OK
+               ? show_scene(&showing->to, showing->e->scene, w->parameters, &showing->kept, error)
+               : status;
 }
 
 /* Every parameter through its range, the others in the middle of theirs; or the member of --at. */
-static ad_status show_family(showing *x, ad_error *error)
+static ad_status show_family(showing *showing, ad_error *error)
 {
     double s[FAMILY_POINTS], member[SCENE_PARAMETERS_MAX];
-    const scene *of = x->e->scene;
+    const scene *of = showing->e->scene;
     sweep w = {.frames = 0};
     cpinn_family *family = NULL;
     for (int i = 0; i < FAMILY_POINTS; i++) {
         s[i] = scene_length(of) * i / (FAMILY_POINTS - 1);
     }
     const cpinn_family_settings settings = {.points = FAMILY_POINTS, .s = s};
-    ad_status status = cpinn_family_open(x->source, &settings, &family, error);
-    if (status == AD_OK && x->at) {
-        status =
-            scene_member_read(scene_known_count(of), of->parameters, false, x->at, member, error);
+    ad_status status = cpinn_family_open(showing->source, &settings, &family, error);
+    if (status == AD_OK && showing->at) {
+        status = scene_member_read(scene_known_count(of), of->parameters, false, showing->at,
+                                   member, error);
     }
     if (status == AD_OK &&
-        !sweep_make(&w, of, cpinn_family_columns(family), x->at ? member : NULL)) {
+        !sweep_make(&w, of, cpinn_family_columns(family), showing->at ? member : NULL)) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for a report");
     }
     if (status == AD_OK) {
@@ -282,47 +286,49 @@ static ad_status show_family(showing *x, ad_error *error)
                                        error);
     }
     if (status == AD_OK) {
-        put_run_head(x, x->at ? member : NULL, NULL);
-        status = put_sweep(x, &w, family, s, error);
-        put_run_texts(x);
+        put_run_head(showing, showing->at ? member : NULL, NULL);
+        status = put_sweep(showing, &w, family, s, error);
+        put_run_texts(showing);
     }
     sweep_free(&w);
     cpinn_family_free(family);
     return status;
 }
 
-ad_status show_run(showing *x, ad_error *error)
+ad_status show_run(showing *showing, ad_error *error)
 {
     double member[SCENE_PARAMETERS_MAX];
     reference_errors errors;
     ad_error why;
-    ad_status status = config_experiment_open(x->source, x->overrides.count, x->overrides.texts, 0,
-                                              &x->e, &x->file, error);
+    ad_status status =
+        config_experiment_open(showing->source, showing->overrides.count, showing->overrides.texts,
+                               0, &showing->e, &showing->file, error);
     if (status != AD_OK) {
         return status;
     }
-    snprintf(x->title, sizeof x->title, "%s", x->e->settings->name);
-    if (scene_is_family(x->e->scene) && x->e->targets) {
-        return show_family(x, error);
+    snprintf(showing->title, sizeof showing->title, "%s", showing->e->settings->name);
+    if (scene_is_family(showing->e->scene) && showing->e->targets) {
+        return show_family(showing, error);
     }
-    status = evaluate_run(x, member, error);
+    status = evaluate_run(showing, member, error);
     if (status != AD_OK) {
         return status;
     }
-    if (reference_create(x->e, &x->known, &why) != AD_OK) {
+    if (reference_create(showing->e, &showing->known, &why) != AD_OK) {
         cli_warn("cpinn-show", "no reference: %s", why.message);
-        x->known = NULL;
+        showing->known = NULL;
     }
-    if (x->known) {
-        status = reference_compare(x->known, experiment_parameters(x->e), &errors, error);
-    }
-    if (status == AD_OK) {
-        put_run_head(x, member, x->known ? &errors : NULL);
-        status = put_run_motion(x, member, error);
+    if (showing->known) {
+        status =
+            reference_compare(showing->known, experiment_parameters(showing->e), &errors, error);
     }
     if (status == AD_OK) {
-        status = put_training(x, error);
-        put_run_texts(x);
+        put_run_head(showing, member, showing->known ? &errors : NULL);
+        status = put_run_motion(showing, member, error);
+    }
+    if (status == AD_OK) {
+        status = put_training(showing, error);
+        put_run_texts(showing);
     }
     return status;
 }

@@ -28,132 +28,134 @@ double show_value(const scene *of, const double *member, quantity q, double s, d
                                 s, t);
 }
 
-static double value_at(const drawn *x, quantity q, double s, size_t frame)
+static double value_at(const drawn *drawn, quantity q, double s, size_t frame)
 {
-    const size_t count = (size_t)x->of->parameter_count;
-    return show_value(x->of, x->values ? x->values + x->kept->frame[frame] * count : NULL, q, s,
-                      x->kept->t[frame]);
+    const size_t count = (size_t)drawn->of->parameter_count;
+    return show_value(drawn->of,
+                      drawn->values ? drawn->values + drawn->kept->frame[frame] * count : NULL, q,
+                      s, drawn->kept->t[frame]);
 }
 
-static void put_along(const drawn *x, const char *name, quantity q, double scale)
+static void put_along(const drawn *drawn, const char *name, quantity q, double scale)
 {
-    for (size_t i = 0; i < x->kept->points; i++) {
-        x->along[i] = scale * value_at(x, q, x->kept->s[i], 0);
+    for (size_t i = 0; i < drawn->kept->points; i++) {
+        drawn->along[i] = scale * value_at(drawn, q, drawn->kept->s[i], 0);
     }
-    show_column(x->to, name, "m", x->along, x->kept->points, false);
+    show_column(drawn->to, name, "m", drawn->along, drawn->kept->points, false);
 }
 
 /* ---- the rod ------------------------------------------------------------------------------- */
 
-static void put_section(const drawn *x)
+static void put_section(const drawn *drawn)
 {
-    const scene_piece piece = scene_piece_of(x->of, 0);
-    json_text(x->to, "section", scene_section_names()[piece.rod.section]);
-    json_open(x->to, "half", '[');
+    const scene_piece piece = scene_piece_of(drawn->of, 0);
+    json_text(drawn->to, "section", scene_section_names()[piece.rod.section]);
+    json_open(drawn->to, "half", '[');
     for (int k = 0; k < 2; k++) {
-        for (size_t i = 0; i < x->kept->points; i++) {
-            x->along[i] = section_half(x->of, x->kept->s[i], k == 1);
+        for (size_t i = 0; i < drawn->kept->points; i++) {
+            drawn->along[i] = section_half(drawn->of, drawn->kept->s[i], k == 1);
         }
-        show_column(x->to, k ? "height" : "width", "m", x->along, x->kept->points, false);
+        show_column(drawn->to, k ? "height" : "width", "m", drawn->along, drawn->kept->points,
+                    false);
     }
-    json_close(x->to, ']');
+    json_close(drawn->to, ']');
 }
 
 /* ---- loads --------------------------------------------------------------------------------- */
 
 /* An arrow at a place; nothing where it is never anything. */
-static void put_arrow(const drawn *x, const char *name, const char *unit, double s,
+static void put_arrow(const drawn *drawn, const char *name, const char *unit, double s,
                       const quantity vector[3], scene_frame frame)
 {
     if (!quantity_any_something(3, vector)) {
         return;
     }
-    const size_t frames = x->kept->frames;
-    json_open(x->to, NULL, '{');
-    json_text(x->to, "name", name);
-    json_text(x->to, "unit", unit);
-    json_number(x->to, "s", s);
-    json_text(x->to, "frame", scene_frame_names()[frame]);
-    json_open(x->to, "vector", '[');
+    const size_t frames = drawn->kept->frames;
+    json_open(drawn->to, NULL, '{');
+    json_text(drawn->to, "name", name);
+    json_text(drawn->to, "unit", unit);
+    json_number(drawn->to, "s", s);
+    json_text(drawn->to, "frame", scene_frame_names()[frame]);
+    json_open(drawn->to, "vector", '[');
     for (int k = 0; k < 3; k++) {
         for (size_t i = 0; i < frames; i++) {
-            x->numbers[i] = value_at(x, vector[k], s, i);
+            drawn->numbers[i] = value_at(drawn, vector[k], s, i);
         }
-        show_column(x->to, "", unit, x->numbers, frames, false);
+        show_column(drawn->to, "", unit, drawn->numbers, frames, false);
     }
-    json_close(x->to, ']');
-    json_close(x->to, '}');
+    json_close(drawn->to, ']');
+    json_close(drawn->to, '}');
 }
 
-static void put_load(const drawn *x, const char *name, double s, const scene_load *load)
+static void put_load(const drawn *drawn, const char *name, double s, const scene_load *load)
 {
-    put_arrow(x, name, "N", s, load->force, load->frame);
-    put_arrow(x, name, "N m", s, load->moment, load->frame);
+    put_arrow(drawn, name, "N", s, load->force, load->frame);
+    put_arrow(drawn, name, "N m", s, load->moment, load->frame);
 }
 
-static void put_loads(const drawn *x)
+static void put_loads(const drawn *drawn)
 {
     enum { PLACES = 11 };
-    const scene *of = x->of;
+    const scene *of = drawn->of;
     const double length = scene_length(of);
-    json_open(x->to, "arrows", '[');
+    json_open(drawn->to, "arrows", '[');
     if (scene_end_takes_force(of->start.type)) {
-        put_load(x, "base", 0, &of->loads.base);
+        put_load(drawn, "base", 0, &of->loads.base);
     }
     if (scene_end_takes_force(of->end.type)) {
-        put_load(x, "tip", length, &of->loads.tip);
+        put_load(drawn, "tip", length, &of->loads.tip);
     }
     for (int i = 0; i < of->point_count; i++) {
-        put_load(x, "point", value_at(x, of->points[i].at, 0, 0), &of->points[i].load);
+        put_load(drawn, "point", value_at(drawn, of->points[i].at, 0, 0), &of->points[i].load);
     }
     for (int i = 0; i < PLACES; i++) {
         const double s = length * i / (PLACES - 1);
-        put_arrow(x, "line load", "N/m", s, of->loads.force, of->loads.frame);
-        put_arrow(x, "line moment", "N m/m", s, of->loads.moment, of->loads.frame);
+        put_arrow(drawn, "line load", "N/m", s, of->loads.force, of->loads.frame);
+        put_arrow(drawn, "line moment", "N m/m", s, of->loads.moment, of->loads.frame);
     }
-    json_close(x->to, ']');
+    json_close(drawn->to, ']');
 }
 
 /* ---- actuators and bodies ------------------------------------------------------------------ */
 
 /* A line along the rod at a body offset, and what acts in it. */
-static void put_guided(const drawn *x, const scene_actuator *one)
+static void put_guided(const drawn *drawn, const scene_actuator *one)
 {
-    json_open(x->to, NULL, '{');
-    json_text(x->to, "kind", one->name);
-    json_number(x->to, "start", one->from);
-    json_number(x->to, "end", one->to);
-    json_open(x->to, "offset", '[');
-    put_along(x, "d1", one->offset[0], 1);
-    put_along(x, "d2", one->offset[1], 1);
-    json_close(x->to, ']');
-    json_open(x->to, "acts", '[');
-    for (size_t i = 0; i < x->kept->frames; i++) {
-        x->numbers[i] = value_at(x, one->given, 0, i);
+    json_open(drawn->to, NULL, '{');
+    json_text(drawn->to, "kind", one->name);
+    json_number(drawn->to, "start", one->from);
+    json_number(drawn->to, "end", one->to);
+    json_open(drawn->to, "offset", '[');
+    put_along(drawn, "d1", one->offset[0], 1);
+    put_along(drawn, "d2", one->offset[1], 1);
+    json_close(drawn->to, ']');
+    json_open(drawn->to, "acts", '[');
+    for (size_t i = 0; i < drawn->kept->frames; i++) {
+        drawn->numbers[i] = value_at(drawn, one->given, 0, i);
     }
-    show_column(x->to, one->name, one->unit, x->numbers, x->kept->frames, false);
-    json_close(x->to, ']');
-    json_close(x->to, '}');
+    show_column(drawn->to, one->name, one->unit, drawn->numbers, drawn->kept->frames, false);
+    json_close(drawn->to, ']');
+    json_close(drawn->to, '}');
 }
 
-static void put_actuators(const drawn *x)
+static void put_actuators(const drawn *drawn)
 {
-    json_open(x->to, "guided", '[');
-    for (int i = 0; i < scene_actuator_count(x->of); i++) {
-        const scene_actuator one = scene_actuator_of(x->of, i);
-        put_guided(x, &one);
+    json_open(drawn->to, "guided", '[');
+    for (int i = 0; i < scene_actuator_count(drawn->of); i++) {
+        const scene_actuator one = scene_actuator_of(drawn->of, i);
+        put_guided(drawn, &one);
     }
-    json_close(x->to, ']');
-    json_open(x->to, "bodies", '[');
-    for (int i = 0; i < x->of->body_count; i++) {
-        json_open(x->to, NULL, '{');
-        const double s = value_at(x, x->of->bodies[i].at, 0, 0);
-        json_number(x->to, "s", s);
-        json_number(x->to, "radius", section_ball(x->of, s));
-        json_number(x->to, "mass", value_at(x, x->of->bodies[i].mass, 0, 0));
-        json_close(x->to, '}');
+    json_close(drawn->to, ']');
+    json_open(drawn->to, "bodies", '[');
+    for (int i = 0; i < drawn->of->body_count; i++) {
+        json_open(drawn->to, NULL, '{');
+        const double s = value_at(drawn, drawn->of->bodies[i].at, 0, 0);
+        json_number(drawn->to, "s", s);
+        json_number(drawn->to, "radius", section_ball(drawn->of, s));
+        json_number(drawn->to, "mass", value_at(drawn, drawn->of->bodies[i].mass, 0, 0));
+        json_close(drawn->to, '}');
     }
-    json_close(x->to, ']');
+    json_close(drawn->to, ']');
 }
 
 ad_status show_scene(json *to, const scene *of, const double *values, const show_kept *kept,

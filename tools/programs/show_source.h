@@ -61,7 +61,7 @@ typedef struct show_read_table {
 show_read_table *show_read_table_of(const table_file *from, const scene *of);
 
 /* The motion of a table beside that of --reference, or else `ghost` (NULL: none). */
-ad_status show_put_motion(showing *x, const table_source *table, const char *const *labels,
+ad_status show_put_motion(showing *showing, const table_source *table, const char *const *labels,
                           const table_source *ghost, const char *ghost_name, ad_error *error);
 
 /* Whether that file is to be a picture, .svg, .png, .gif, .mp4 or .webm; and the picture from->out,
@@ -72,17 +72,18 @@ ad_status show_plot(const showing *from, const table_source *table, const char *
                     const table_source *other, ad_error *error);
 
 /* The whole of a source, title included. AD_BAD_INPUT and others with one line. */
-ad_status show_run(showing *x, ad_error *error);
-ad_status show_folder(showing *x, ad_error *error);
+ad_status show_run(showing *showing, ad_error *error);
+ad_status show_folder(showing *showing, ad_error *error);
 
 /* Tables without shapes: of numbers with a curve of each column over the first, or as a text. */
-ad_status show_numbers(showing *x, const table_source *table, ad_error *error);
-ad_status show_csv(showing *x, ad_error *error);
-ad_status show_surrogate(showing *x, ad_error *error);
-ad_status show_members(showing *x, ad_error *error); /* of x->settings, a family at rest */
-ad_status show_loop(showing *x, const table_source *table, ad_error *error);
+ad_status show_numbers(showing *showing, const table_source *table, ad_error *error);
+ad_status show_csv(showing *showing, ad_error *error);
+ad_status show_surrogate(showing *showing, ad_error *error);
+ad_status show_members(showing *showing,
+                       ad_error *error); /* of showing->settings, a family at rest */
+ad_status show_loop(showing *showing, const table_source *table, ad_error *error);
 
 /* "name" of "folder/name.yaml". */
-void show_title_of(showing *x, const char *path);
+void show_title_of(showing *showing, const char *path);
 
 #endif

@@ -204,25 +204,25 @@ static ad_status judge(rolled *r, ad_error *error)
     return status;
 }
 
-ad_status show_surrogate(showing *x, ad_error *error)
+ad_status show_surrogate(showing *showing, ad_error *error)
 {
-    rolled r = {.x = x};
-    ad_status status = surrogate_load(x->source, &r.of, error);
-    if (status == AD_OK && (x->at || x->overrides.count > 0 || x->grid)) {
+    rolled r = {.x = showing};
+    ad_status status = surrogate_load(showing->source, &r.of, error);
+    if (status == AD_OK && (showing->at || showing->overrides.count > 0 || showing->grid)) {
         status = ad_fail(error, AD_BAD_INPUT,
                          "%s: is of a one-step model, which is shown in rollouts of its own; "
                          "allowed: no --at, --set or --grid",
-                         x->source);
+                         showing->source);
     }
     status = status == AD_OK ? judge(&r, error) : status;
     status = status == AD_OK ? make_shapes(&r, error) : status;
     if (status == AD_OK) {
         const config *settings = r.of->owner;
-        snprintf(x->title, sizeof x->title, "%s", settings->settings.name);
+        snprintf(showing->title, sizeof showing->title, "%s", settings->settings.name);
         put_head(&r);
         put_table(&r);
         status = put_curves(&r, error);
-        show_settings(&x->to, settings);
+        show_settings(&showing->to, settings);
     }
     status = status == AD_OK ? put_motion(&r, error) : status;
     reduced_free(r.rod);

@@ -7,9 +7,9 @@
 #include <stdio.h>
 #include <string.h>
 
-static const scene_parameter *unknown_of(const unknowns *x, int index)
+static const scene_parameter *unknown_of(const unknowns *unknowns, int index)
 {
-    const scene *open = x->open;
+    const scene *open = unknowns->open;
     return &open->parameters[scene_known_count(open) + index];
 }
 
@@ -26,9 +26,9 @@ static bool is_given(const char *at, const char *name)
     return false;
 }
 
-bool unknowns_leave_family(const unknowns *x, const char *at)
+bool unknowns_leave_family(const unknowns *unknowns, const char *at)
 {
-    const scene *open = &x->settings->scene;
+    const scene *open = &unknowns->settings->scene;
     bool left = false;
     for (int i = 0; i < scene_known_count(open); i++) {
         left = left || !is_given(at, open->parameters[i].name);
@@ -37,51 +37,51 @@ bool unknowns_leave_family(const unknowns *x, const char *at)
 }
 
 /* What was asked for by --at, and values of the unknowns. */
-static void join_at(unknowns *x, const char *at, const double *values)
+static void join_at(unknowns *unknowns, const char *at, const double *values)
 {
-    size_t used = (size_t)snprintf(x->at, sizeof x->at, "%s", at ? at : "");
-    for (int i = 0; i < x->open->unknown_count && used < sizeof x->at; i++) {
-        used += (size_t)snprintf(x->at + used, sizeof x->at - used, "%s%s=%.17g", used ? ", " : "",
-                                 unknown_of(x, i)->name, values[i]);
+    size_t used = (size_t)snprintf(unknowns->at, sizeof unknowns->at, "%s", at ? at : "");
+    for (int i = 0; i < unknowns->open->unknown_count && used < sizeof unknowns->at; i++) {
+        used += (size_t)snprintf(unknowns->at + used, sizeof unknowns->at - used, "%s%s=%.17g",
+                                 used ? ", " : "", unknown_of(unknowns, i)->name, values[i]);
     }
 }
 
 ad_status unknowns_find(const char *scene_file, const cli_list *overrides, const char *at,
-                        int threads, unknowns *x, ad_error *error)
+                        int threads, unknowns *unknowns, ad_error *error)
 {
     bool given = false;
-    ad_status status =
-        config_read(scene_file, NULL, overrides->count, overrides->texts, &x->settings, error);
+    ad_status status = config_read(scene_file, NULL, overrides->count, overrides->texts,
+                                   &unknowns->settings, error);
     if (status != AD_OK) {
         return status;
     }
-    x->open = &x->settings->scene;
-    for (int i = 0; i < x->open->unknown_count; i++) {
-        given = given || is_given(at, unknown_of(x, i)->name);
+    unknowns->open = &unknowns->settings->scene;
+    for (int i = 0; i < unknowns->open->unknown_count; i++) {
+        given = given || is_given(at, unknown_of(unknowns, i)->name);
     }
-    if (x->settings->scene.unknown_count == 0 || given) {
-        unknowns_free(x);
+    if (unknowns->settings->scene.unknown_count == 0 || given) {
+        unknowns_free(unknowns);
         return AD_OK;
     }
-    status = prepare_config(x->settings, error);
+    status = prepare_config(unknowns->settings, error);
     if (status != AD_OK) {
         return status;
     }
-    if (at && x->settings->settings.data_count > 0) {
+    if (at && unknowns->settings->settings.data_count > 0) {
         config *member; /* what is wrong with it is said before the search */
-        join_at(x, at, x->open->guess + scene_known_count(x->open));
-        status = prepare_read_member(scene_file, NULL, overrides->count, overrides->texts, x->at,
-                                     &member, error);
+        join_at(unknowns, at, unknowns->open->guess + scene_known_count(unknowns->open));
+        status = prepare_read_member(scene_file, NULL, overrides->count, overrides->texts,
+                                     unknowns->at, &member, error);
         if (status != AD_OK) {
             return status;
         }
         config_free(member);
     }
     const double start = train_seconds();
-    status = config_identify(x->settings, threads, &x->found, error);
-    x->seconds = train_seconds() - start;
+    status = config_identify(unknowns->settings, threads, &unknowns->found, error);
+    unknowns->seconds = train_seconds() - start;
     if (status == AD_OK) {
-        join_at(x, at, x->found.value);
+        join_at(unknowns, at, unknowns->found.value);
     }
     return status;
 }
@@ -94,16 +94,16 @@ void unknowns_free(unknowns *x)
 
 /* ---- for people ---------------------------------------------------------------------------- */
 
-static void print_correlations(const unknowns *x)
+static void print_correlations(const unknowns *unknowns)
 {
     static const double SMALL = 0.3;
-    const identified *found = &x->found;
+    const identified *found = &unknowns->found;
     int shown = 0;
     for (int i = 0; i < found->count; i++) {
         for (int k = 0; k < i; k++) {
             if (fabs(found->information.correlation[i][k]) >= SMALL) {
                 printf("%s%s %s %+.2f", shown++ ? ", " : "  correlations             ",
-                       unknown_of(x, k)->name, unknown_of(x, i)->name,
+                       unknown_of(unknowns, k)->name, unknown_of(unknowns, i)->name,
                        found->information.correlation[i][k]);
             }
         }
@@ -113,21 +113,21 @@ static void print_correlations(const unknowns *x)
     }
 }
 
-void unknowns_print(const unknowns *x)
+void unknowns_print(const unknowns *unknowns)
 {
-    const identified *found = &x->found;
+    const identified *found = &unknowns->found;
     printf("identified from %zu numbers", found->residuals);
     if (found->solutions > 0) { /* without a network */
         printf(" of %zu experiment%s: %d steps, %ld solutions%s, %.1f ms", found->experiments,
                found->experiments == 1 ? "" : "s", found->steps, found->solutions,
-               found->by_members ? " in batches" : "", 1e3 * x->seconds);
+               found->by_members ? " in batches" : "", 1e3 * unknowns->seconds);
     }
     if (found->missing > 0) {
         printf("; %zu more are missing", found->missing);
     }
     putchar('\n');
     for (int i = 0; i < found->count; i++) {
-        printf("  %-24s %.6g", unknown_of(x, i)->name, found->value[i]);
+        printf("  %-24s %.6g", unknown_of(unknowns, i)->name, found->value[i]);
         if (found->bounded[i]) {
             puts(", an end of its range");
         } else if (found->information.deviation[i] > SOLVE_UNTOLD) {
@@ -136,7 +136,7 @@ void unknowns_print(const unknowns *x)
             printf(" +- %.2g\n", found->deviation[i]);
         }
     }
-    print_correlations(x);
+    print_correlations(unknowns);
     printf("  %-24s %.4g of %zu degrees of freedom", "chi squared",
            found->chi_squared / (found->noise_factor * found->noise_factor),
            found->residuals - (size_t)found->count);
@@ -148,15 +148,15 @@ void unknowns_print(const unknowns *x)
 
 /* ---- as JSON ------------------------------------------------------------------------------- */
 
-static void write_unknown(const unknowns *x, int i, json *to)
+static void write_unknown(const unknowns *unknowns, int i, json *to)
 {
-    const identified *found = &x->found;
+    const identified *found = &unknowns->found;
     json_open(to, NULL, '{');
-    json_text(to, "name", unknown_of(x, i)->name);
+    json_text(to, "name", unknown_of(unknowns, i)->name);
     json_number(to, "value", found->value[i]);
     json_number(to, "standard_deviation", found->deviation[i]);
-    json_number(to, "low", unknown_of(x, i)->low);
-    json_number(to, "high", unknown_of(x, i)->high);
+    json_number(to, "low", unknown_of(unknowns, i)->low);
+    json_number(to, "high", unknown_of(unknowns, i)->high);
     json_text(to, "known_by",
               found->bounded[i]                                ? "end_of_range"
               : found->information.deviation[i] > SOLVE_UNTOLD ? "range"
@@ -164,9 +164,9 @@ static void write_unknown(const unknowns *x, int i, json *to)
     json_close(to, '}');
 }
 
-void unknowns_json(const unknowns *x, json *to)
+void unknowns_json(const unknowns *unknowns, json *to)
 {
-    const identified *found = &x->found;
+    const identified *found = &unknowns->found;
     if (found->count == 0) {
         json_text(to, "identified", NULL);
         return;
@@ -174,7 +174,7 @@ void unknowns_json(const unknowns *x, json *to)
     json_open(to, "identified", '{');
     json_open(to, "unknowns", '[');
     for (int i = 0; i < found->count; i++) {
-        write_unknown(x, i, to);
+        write_unknown(unknowns, i, to);
     }
     json_close(to, ']');
     json_open(to, "correlations", '[');
@@ -190,7 +190,7 @@ void unknowns_json(const unknowns *x, json *to)
     for (int i = 0; i < found->information.untold; i++) {
         json_open(to, NULL, '{'); /* a direction, in parts of the ranges */
         for (int k = 0; k < found->count; k++) {
-            json_number(to, unknown_of(x, k)->name, found->information.direction[i][k]);
+            json_number(to, unknown_of(unknowns, k)->name, found->information.direction[i][k]);
         }
         json_close(to, '}');
     }
@@ -200,7 +200,7 @@ void unknowns_json(const unknowns *x, json *to)
     for (int i = 0; i < found->others; i++) {
         json_open(to, NULL, '{');
         for (int k = 0; k < found->count; k++) {
-            json_number(to, unknown_of(x, k)->name, found->other[i].value[k]);
+            json_number(to, unknown_of(unknowns, k)->name, found->other[i].value[k]);
         }
         json_number(to, "chi_squared", found->other[i].chi_squared);
         json_close(to, '}');
@@ -213,6 +213,6 @@ void unknowns_json(const unknowns *x, json *to)
     json_number(to, "noise_factor", found->noise_factor);
     json_integer(to, "steps", found->steps);
     json_integer(to, "solutions", found->solutions);
-    json_number(to, "seconds", x->seconds);
+    json_number(to, "seconds", unknowns->seconds);
     json_close(to, '}');
 }

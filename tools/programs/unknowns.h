@@ -19,14 +19,14 @@ typedef struct unknowns {
  * from its data. threads: 0 means one per processor. AD_BAD_INPUT, without data too; errors of
  * identify. */
 ad_status unknowns_find(const char *scene_file, const cli_list *overrides, const char *at,
-                        int threads, unknowns *x, ad_error *error);
-void unknowns_free(unknowns *x);
+                        int threads, unknowns *unknowns, ad_error *error);
+void unknowns_free(unknowns *unknowns);
 
 /* The parameters that are neither found nor given by `at`, so that no member is meant. */
-bool unknowns_leave_family(const unknowns *x, const char *at);
+bool unknowns_leave_family(const unknowns *unknowns, const char *at);
 
-void unknowns_print(const unknowns *x);
+void unknowns_print(const unknowns *unknowns);
 /* "identified": null where there are none. */
-void unknowns_json(const unknowns *x, json *to);
+void unknowns_json(const unknowns *unknowns, json *to);
 
 #endif

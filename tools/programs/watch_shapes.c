@@ -129,15 +129,16 @@ static void choose_points(watch_shapes *w)
         moves ? domain_window_time(over, w->e->window + 1) * over->coordinates[over->time].scale
               : 0;
     for (int c = 0, parameter = 0; c < over->count; c++) {
-        const domain_coordinate *x = &over->coordinates[c];
+        const domain_coordinate *coordinate = &over->coordinates[c];
         for (int k = 0; k < w->shapes.count; k++) {
             const double instant = family ? w->until : w->until * k / (w->shapes.count - 1);
             const double one =
                 c == 0 ? 0
                 : c == over->time
                     ? instant
-                    : x->scale *
-                          domain_coordinate_at(x, spread(k, parameter, over->count - 1 - moves));
+                    : coordinate->scale *
+                          domain_coordinate_at(coordinate,
+                                               spread(k, parameter, over->count - 1 - moves));
             for (int i = 0; i < w->shapes.points; i++) {
                 w->at[c][k * w->shapes.points + i] =
                     c == 0 ? w->shapes.length * i / (w->shapes.points - 1) : one;

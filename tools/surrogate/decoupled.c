@@ -207,11 +207,11 @@ static room room_of(const decoupled *m, double *work)
     return x;
 }
 
-/* x->to = derivatives of z at the end by z, v at the begin. */
-static void differentiate(const decoupled *m, const decoupled_parts *x, double t, const room *r)
+/* parts->to = derivatives of z at the end by z, v at the begin. */
+static void differentiate(const decoupled *m, const decoupled_parts *parts, double t, const room *r)
 {
     const size_t n = (size_t)m->states, first = first_of(m);
-    const double *weights = x->network, *hidden = r->hidden;
+    const double *weights = parts->network, *hidden = r->hidden;
     double *by = r->by[0], *before = r->by[1];
     size_t in = first;
     for (int l = 0; l < m->layers; l++) {
@@ -263,18 +263,18 @@ static void differentiate(const decoupled *m, const decoupled_parts *x, double t
     }
 }
 
-static void scale_derivatives(const decoupled *m, const decoupled_parts *x, const room *r,
+static void scale_derivatives(const decoupled *m, const decoupled_parts *parts, const room *r,
                               double *by_state, double *by_inputs)
 {
     const size_t n = (size_t)m->states, inputs = (size_t)m->inputs, first = first_of(m);
     for (size_t j = 0; j < n; j++) {
-        const double *row = r->to + j * first, scale = x->state_scale[j];
+        const double *row = r->to + j * first, scale = parts->state_scale[j];
         for (size_t c = 0; c < n && by_state; c++) {
-            by_state[j * n + c] = scale * row[c] / x->state_scale[c];
+            by_state[j * n + c] = scale * row[c] / parts->state_scale[c];
         }
         for (size_t c = 0; c < inputs && by_inputs; c++) { /* both ends of a ramp together */
             const double both = row[n + c] + (m->ramps ? row[n + inputs + c] : 0);
-            by_inputs[j * inputs + c] = scale * both / x->input_scale[c];
+            by_inputs[j * inputs + c] = scale * both / parts->input_scale[c];
         }
     }
 }

@@ -62,9 +62,9 @@ static int layer_inputs(const surrogate_step *m, int at, bool odd)
                       : 2 * m->pairs + m->evens + m->odds;
 }
 
-static int find_heads(surrogate_flow *x)
+static int find_heads(surrogate_flow *flow)
 {
-    const surrogate_step *m = x->m;
+    const surrogate_step *m = flow->m;
     const int p = m->out_pairs, q = 2 * m->pairs;
     int count = 0;
     const head all[] = {
@@ -82,8 +82,8 @@ static int find_heads(surrogate_flow *x)
     };
     for (int i = 0; i < HEADS; i++) {
         if (all[i].each > 0) {
-            x->head[count] = all[i];
-            x->head[count++].outputs = x->nodes * all[i].each;
+            flow->head[count] = all[i];
+            flow->head[count++].outputs = flow->nodes * all[i].each;
         }
     }
     return count;
@@ -94,9 +94,9 @@ static int hidden(const surrogate_step *m, bool odd)
     return layer_inputs(m, m->layers, odd);
 }
 
-size_t surrogate_flow_parameters(const surrogate_flow *x)
+size_t surrogate_flow_parameters(const surrogate_flow *flow)
 {
-    return x->parameters;
+    return flow->parameters;
 }
 
 static size_t count_parameters(const surrogate_step *m)
@@ -140,11 +140,11 @@ static bool factor_gramian(const surrogate_step *m, const double *q, head *h)
 
 /* Sample i: features in the frame, and what the linear map of a node leaves over, turned and
  * weighted. */
-static void fill_sample(surrogate_flow *x, const surrogate_steps *steps, size_t i, int node,
+static void fill_sample(surrogate_flow *flow, const surrogate_steps *steps, size_t i, int node,
                         const double *next, const double *linear)
 {
     enum { MOST = 2 * SURROGATE_STATES_MAX + 2 * SURROGATE_INPUTS_MAX };
-    const surrogate_step *m = x->m;
+    const surrogate_step *m = flow->m;
     const surrogate_numbers from = surrogate_numbers_of(m, (double *)m->numbers);
     const size_t n = (size_t)m->states, all = (size_t)m->inputs * (m->ramps ? 2 : 1);
     const int p = m->pairs;
@@ -163,7 +163,7 @@ static void fill_sample(surrogate_flow *x, const surrogate_steps *steps, size_t 
         s = -w[1] / rho;
         length = hypot(c, s);
     }
-    x->length[i] = length;
+    flow->length[i] = length;
     for (int k = 0; k < p && m->turns; k++) {
         const double re = z[k], turned = rest[k];
         const double cosine = length > 0 ? c / length : 1, sine = length > 0 ? s / length : 0;
@@ -178,27 +178,27 @@ static void fill_sample(surrogate_flow *x, const surrogate_steps *steps, size_t 
                         : k < 2 * p            ? k % p
                         : k < 2 * p + m->evens ? k - p
                                                : k - p - m->evens;
-        (odd ? x->odd : x->even)[(size_t)row * x->count + i] = z[k];
+        (odd ? flow->odd : flow->even)[(size_t)row * flow->count + i] = z[k];
     }
-    for (int b = 0; b < x->heads; b++) { /* L^T e */
-        const head *h = &x->head[b];
+    for (int b = 0; b < flow->heads; b++) { /* L^T e */
+        const head *h = &flow->head[b];
         for (int o = 0; o < h->each; o++) {
             double sum = 0;
             for (int k = o; k < h->each; k++) {
                 sum += h->factor[k * h->each + o] * rest[h->slot + k];
             }
-            h->target[(size_t)(node * h->each + o) * x->count + i] = sum;
+            h->target[(size_t)(node * h->each + o) * flow->count + i] = sum;
         }
     }
 }
 
 /* Multiplies what the linear map of a node leaves over; returns the sum of squares. */
-static double weigh_node(surrogate_flow *x, int node, double weight)
+static double weigh_node(surrogate_flow *flow, int node, double weight)
 {
     double sum = 0;
-    for (int b = 0; b < x->heads; b++) {
-        const size_t size = x->count * (size_t)x->head[b].each;
-        double *target = x->head[b].target + (size_t)node * size;
+    for (int b = 0; b < flow->heads; b++) {
+        const size_t size = flow->count * (size_t)flow->head[b].each;
+        double *target = flow->head[b].target + (size_t)node * size;
         for (size_t i = 0; i < size; i++) {
             target[i] *= weight;
             sum += target[i] * target[i];
@@ -207,37 +207,37 @@ static double weigh_node(surrogate_flow *x, int node, double weight)
     return sum;
 }
 
-static ad_status fill(surrogate_flow *x, const surrogate_node *node, const surrogate_steps *steps,
-                      const double *q, ad_error *error)
+static ad_status fill(surrogate_flow *flow, const surrogate_node *node,
+                      const surrogate_steps *steps, const double *q, ad_error *error)
 {
-    surrogate_step linear = *x->m;
+    surrogate_step linear = *flow->m;
     linear.layers = 0;
     double base[SURROGATE_STATES_MAX], sum = 0, first = 0;
     double *work = malloc((surrogate_step_work(&linear) + 1) * sizeof *work);
     ad_status status = work ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for steps");
-    for (int b = 0; b < x->heads && status == AD_OK; b++) {
-        status = factor_gramian(x->m, q, &x->head[b])
+    for (int b = 0; b < flow->heads && status == AD_OK; b++) {
+        status = factor_gramian(flow->m, q, &flow->head[b])
                      ? AD_OK
                      : ad_fail(error, AD_NOT_FINITE,
                                "what errors of the linear map do to the tip is not finite");
     }
     const size_t n = (size_t)linear.states, m = (size_t)linear.inputs,
                  all = linear.ramps ? 2 * m : m;
-    for (size_t i = 0; i < x->count * (size_t)x->nodes && status == AD_OK; i++) {
-        const size_t sample = i % x->count, k = i / x->count;
+    for (size_t i = 0; i < flow->count * (size_t)flow->nodes && status == AD_OK; i++) {
+        const size_t sample = i % flow->count, k = i / flow->count;
         const double *u = steps->input + sample * all;
         linear.numbers = node[k].m->numbers;
         surrogate_step_advance(&linear, work, 1, linear.step, steps->state + sample * n, u,
                                linear.ramps ? u + m : NULL, base, NULL, NULL);
-        fill_sample(x, steps, sample, (int)k, node[k].next, base);
+        fill_sample(flow, steps, sample, (int)k, node[k].next, base);
     }
-    for (int k = 0; k < x->nodes && status == AD_OK; k++) {
-        const double own = weigh_node(x, k, 1);
-        x->weight[k] = k == 0 || !(own > 0) ? 1 : INNER * sqrt(first / own);
-        sum += weigh_node(x, k, x->weight[k]);
+    for (int k = 0; k < flow->nodes && status == AD_OK; k++) {
+        const double own = weigh_node(flow, k, 1);
+        flow->weight[k] = k == 0 || !(own > 0) ? 1 : INNER * sqrt(first / own);
+        sum += weigh_node(flow, k, flow->weight[k]);
         first = k == 0 ? own : first;
     }
-    x->scale = sum > 0 ? 1 / sum : 1;
+    flow->scale = sum > 0 ? 1 / sum : 1;
     free(work);
     return status;
 }
@@ -274,9 +274,9 @@ static int record_hidden(const surrogate_step *m, ad_value units[2], ad_value *w
     return count;
 }
 
-static ad_status record(surrogate_flow *x, ad_error *error)
+static ad_status record(surrogate_flow *flow, ad_error *error)
 {
-    const surrogate_step *m = x->m;
+    const surrogate_step *m = flow->m;
     ad_tape *tape = ad_tape_create();
     ad_value units[2], length, features[HEADS], wrt[4 * SURROGATE_LAYERS_MAX], loss;
     ad_value outputs[4 * SURROGATE_LAYERS_MAX + 1];
@@ -289,8 +289,8 @@ static ad_status record(surrogate_flow *x, ad_error *error)
     const int count = record_hidden(m, units, wrt);
     loss = ad_scalar(tape, 0);
     const ad_value one = ad_add(ad_scale(length, 0x1p-1000), ad_scalar(tape, 1)); /* varies */
-    for (int b = 0; b < x->heads; b++) {
-        const head *h = &x->head[b];
+    for (int b = 0; b < flow->heads; b++) {
+        const head *h = &flow->head[b];
         const ad_value parts[2] = {units[h->odd], one};
         ad_value f = h->odd ? units[1] : ad_stack(2, parts);
         f = features[b] = h->shortened ? ad_mul(f, length) : f;
@@ -299,15 +299,15 @@ static ad_status record(surrogate_flow *x, ad_error *error)
         const ad_value off = ad_sub(target, ad_matvec(w, f));
         loss = ad_add(loss, ad_sum_points(ad_sum_rows(ad_square(off))));
     }
-    outputs[0] = ad_scale(loss, x->scale);
+    outputs[0] = ad_scale(loss, flow->scale);
     ad_status status = ad_reverse(outputs[0], count, wrt, AD_SUMMED, outputs + 1);
     if (status == AD_OK) {
-        status = ad_compile(x->heads, features, NULL, x->pool, &x->forward, error);
+        status = ad_compile(flow->heads, features, NULL, flow->pool, &flow->forward, error);
     } else {
         ad_tape_status(tape, error);
     }
     if (status == AD_OK) {
-        status = ad_compile(count + 1, outputs, NULL, x->pool, &x->gradient, error);
+        status = ad_compile(count + 1, outputs, NULL, flow->pool, &flow->gradient, error);
     }
     ad_tape_free(tape);
     return status;
@@ -316,76 +316,76 @@ static ad_status record(surrogate_flow *x, ad_error *error)
 /* ---- evaluation ---------------------------------------------------------------------------- */
 
 /* Inputs of both programs in the order of their recording. */
-static void list_inputs(const surrogate_flow *x, const double **inputs)
+static void list_inputs(const surrogate_flow *flow, const double **inputs)
 {
     int count = 0;
-    inputs[count++] = x->even;
-    if (x->m->mirrors) {
-        inputs[count++] = x->odd;
+    inputs[count++] = flow->even;
+    if (flow->m->mirrors) {
+        inputs[count++] = flow->odd;
     }
-    inputs[count++] = x->length;
-    for (int b = 0; b < x->heads; b++) {
-        inputs[count++] = x->head[b].target;
+    inputs[count++] = flow->length;
+    for (int b = 0; b < flow->heads; b++) {
+        inputs[count++] = flow->head[b].target;
     }
 }
 
 /* Output weights for the hidden parameters; returns the loss of the ridge, not a number where a
  * feature is not finite. */
-static double solve_outputs(surrogate_flow *x, const double *parameters)
+static double solve_outputs(surrogate_flow *flow, const double *parameters)
 {
     const double *inputs[HEADS + 3];
     double *features[HEADS], ridge = 0, shift[2 * NN_INPUTS_MAX * NN_INPUTS_MAX];
-    list_inputs(x, inputs);
-    for (int b = 0; b < x->heads; b++) {
-        features[b] = x->head[b].features;
+    list_inputs(flow, inputs);
+    for (int b = 0; b < flow->heads; b++) {
+        features[b] = flow->head[b].features;
     }
     const ad_run run = {
-        .points = x->count, .inputs = inputs, .parameters = parameters, .outputs = features};
-    if (ad_execute(x->forward, &run, NULL) != AD_OK) {
+        .points = flow->count, .inputs = inputs, .parameters = parameters, .outputs = features};
+    if (ad_execute(flow->forward, &run, NULL) != AD_OK) {
         return NAN;
     }
-    for (int b = 0; b < x->heads; b++) {
-        head *h = &x->head[b];
+    for (int b = 0; b < flow->heads; b++) {
+        head *h = &flow->head[b];
         const size_t f = (size_t)h->width, outs = (size_t)h->outputs;
-        const double little = RIDGE * (double)x->count;
-        ad_dense_multiply(x->pool, false, true, f, f, x->count, h->features, h->features, 0,
+        const double little = RIDGE * (double)flow->count;
+        ad_dense_multiply(flow->pool, false, true, f, f, flow->count, h->features, h->features, 0,
                           h->gram);
-        ad_dense_multiply(x->pool, false, true, outs, f, x->count, h->target, h->features, 0,
+        ad_dense_multiply(flow->pool, false, true, outs, f, flow->count, h->target, h->features, 0,
                           h->weights);
         for (size_t i = 0; i < f; i++) {
             shift[i] = little;
         }
-        if (ad_dense_cholesky(x->pool, h->gram, shift, x->factor[h->odd]) != 0) {
+        if (ad_dense_cholesky(flow->pool, h->gram, shift, flow->factor[h->odd]) != 0) {
             return NAN;
         }
         for (size_t o = 0; o < outs; o++) {
-            ad_dense_cholesky_solve(x->factor[h->odd], h->weights + o * f);
+            ad_dense_cholesky_solve(flow->factor[h->odd], h->weights + o * f);
             for (size_t i = 0; i < f; i++) {
                 ridge += little * h->weights[o * f + i] * h->weights[o * f + i];
             }
         }
     }
-    return ridge * x->scale;
+    return ridge * flow->scale;
 }
 
 int surrogate_flow_evaluate(void *flow, const double *parameters, double *value, double *gradient)
 {
-    surrogate_flow *x = flow;
+    surrogate_flow *surrogate_flow = flow;
     const double *inputs[HEADS + 3], *uniforms[HEADS];
     double *outputs[4 * SURROGATE_LAYERS_MAX + 1] = {value}, *at = gradient;
-    const double ridge = solve_outputs(x, parameters);
+    const double ridge = solve_outputs(surrogate_flow, parameters);
     int count = 1;
     if (!isfinite(ridge)) {
         return OPTIM_OBJECTIVE_NOT_FINITE;
     }
-    list_inputs(x, inputs);
-    for (int b = 0; b < x->heads; b++) {
-        uniforms[b] = x->head[b].weights;
+    list_inputs(surrogate_flow, inputs);
+    for (int b = 0; b < surrogate_flow->heads; b++) {
+        uniforms[b] = surrogate_flow->head[b].weights;
     }
-    for (int l = 0; l < x->m->layers; l++) {
-        for (int odd = 0; odd < (x->m->mirrors ? 2 : 1); odd++) {
-            const int in = layer_inputs(x->m, l, odd == 1),
-                      out = layer_inputs(x->m, l + 1, odd == 1);
+    for (int l = 0; l < surrogate_flow->m->layers; l++) {
+        for (int odd = 0; odd < (surrogate_flow->m->mirrors ? 2 : 1); odd++) {
+            const int in = layer_inputs(surrogate_flow->m, l, odd == 1),
+                      out = layer_inputs(surrogate_flow->m, l + 1, odd == 1);
             outputs[count++] = at;
             at += in * out;
             if (!odd) {
@@ -394,12 +394,12 @@ int surrogate_flow_evaluate(void *flow, const double *parameters, double *value,
             }
         }
     }
-    const ad_run run = {.points = x->count,
+    const ad_run run = {.points = surrogate_flow->count,
                         .inputs = inputs,
                         .uniforms = uniforms,
                         .parameters = parameters,
                         .outputs = outputs};
-    if (ad_execute(x->gradient, &run, NULL) != AD_OK) {
+    if (ad_execute(surrogate_flow->gradient, &run, NULL) != AD_OK) {
         return OPTIM_OBJECTIVE_STOP;
     }
     *value += ridge;
@@ -425,28 +425,28 @@ static void add_outputs(const head *h, int node, double weight, int outs, double
     }
 }
 
-bool surrogate_flow_finish(surrogate_flow *x, const double *parameters, double *const *network)
+bool surrogate_flow_finish(surrogate_flow *flow, const double *parameters, double *const *network)
 {
-    const surrogate_step *m = x->m;
+    const surrogate_step *m = flow->m;
     const int outs[2] = {m->mirrors ? m->out_pairs + m->out_evens : m->states,
                          m->mirrors ? m->out_pairs + m->out_odds : 0};
-    if (isnan(solve_outputs(x, parameters))) {
+    if (isnan(solve_outputs(flow, parameters))) {
         return false;
     }
-    for (int i = 0; i < x->nodes * x->heads; i++) {
-        const int node = i / x->heads;
-        const head *h = &x->head[i % x->heads];
-        double *even = network[node] + x->parameters;
+    for (int i = 0; i < flow->nodes * flow->heads; i++) {
+        const int node = i / flow->heads;
+        const head *h = &flow->head[i % flow->heads];
+        double *even = network[node] + flow->parameters;
         double *odd = even + (hidden(m, false) + 1) * outs[0];
-        memcpy(network[node], parameters, x->parameters * sizeof *parameters);
-        add_outputs(h, node, x->weight[node], outs[h->odd], h->odd ? odd : even);
+        memcpy(network[node], parameters, flow->parameters * sizeof *parameters);
+        add_outputs(h, node, flow->weight[node], outs[h->odd], h->odd ? odd : even);
     }
     return true;
 }
 
-void surrogate_flow_start(const surrogate_flow *x, uint64_t seed, double *parameters)
+void surrogate_flow_start(const surrogate_flow *flow, uint64_t seed, double *parameters)
 {
-    const surrogate_step *m = x->m;
+    const surrogate_step *m = flow->m;
     nn_rng random = nn_rng_split(seed, "initialisation");
     for (int l = 0; l < m->layers; l++) {
         const int all = layer_inputs(m, l, false) + layer_inputs(m, l, true);
@@ -461,74 +461,74 @@ void surrogate_flow_start(const surrogate_flow *x, uint64_t seed, double *parame
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-static bool allocate(surrogate_flow *x)
+static bool allocate(surrogate_flow *flow)
 {
-    const surrogate_step *m = x->m;
+    const surrogate_step *m = flow->m;
     bool fine = true;
-    x->even = calloc((size_t)layer_inputs(m, 0, false) * x->count + 1, sizeof *x->even);
-    x->odd = calloc((size_t)layer_inputs(m, 0, true) * x->count + 1, sizeof *x->odd);
-    x->length = calloc(x->count + 1, sizeof *x->length);
+    flow->even = calloc((size_t)layer_inputs(m, 0, false) * flow->count + 1, sizeof *flow->even);
+    flow->odd = calloc((size_t)layer_inputs(m, 0, true) * flow->count + 1, sizeof *flow->odd);
+    flow->length = calloc(flow->count + 1, sizeof *flow->length);
     for (int odd = 0; odd < 2; odd++) {
         const size_t f = (size_t)hidden(m, odd == 1) + (odd == 0);
-        x->factor[odd] = f > 0 ? ad_dense_factor_create(f) : NULL;
-        fine = fine && (f == 0 || x->factor[odd]);
+        flow->factor[odd] = f > 0 ? ad_dense_factor_create(f) : NULL;
+        fine = fine && (f == 0 || flow->factor[odd]);
     }
-    for (int b = 0; b < x->heads; b++) {
-        head *h = &x->head[b];
+    for (int b = 0; b < flow->heads; b++) {
+        head *h = &flow->head[b];
         h->width = hidden(m, h->odd) + !h->odd;
         const size_t f = (size_t)h->width, outs = (size_t)h->outputs;
-        h->target = calloc(outs * x->count + 1, sizeof *h->target);
-        h->features = calloc(f * x->count + 1, sizeof *h->features);
+        h->target = calloc(outs * flow->count + 1, sizeof *h->target);
+        h->features = calloc(f * flow->count + 1, sizeof *h->features);
         h->gram = calloc(f * f + 1, sizeof *h->gram);
         h->weights = calloc(outs * f + 1, sizeof *h->weights);
         fine = fine && h->target && h->features && h->gram && h->weights;
     }
-    return fine && x->even && x->odd && x->length;
+    return fine && flow->even && flow->odd && flow->length;
 }
 
 ad_status surrogate_flow_create(int nodes, const surrogate_node *node, const surrogate_steps *steps,
                                 const double *q, ad_pool *pool, surrogate_flow **result,
                                 ad_error *error)
 {
-    surrogate_flow *x = calloc(1, sizeof *x);
+    surrogate_flow *flow = calloc(1, sizeof *flow);
     *result = NULL;
-    if (!x) {
+    if (!flow) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
     }
-    x->m = node[0].m;
-    x->nodes = nodes;
-    x->pool = pool;
-    x->count = steps->count;
-    x->parameters = count_parameters(x->m);
-    x->heads = find_heads(x);
+    flow->m = node[0].m;
+    flow->nodes = nodes;
+    flow->pool = pool;
+    flow->count = steps->count;
+    flow->parameters = count_parameters(flow->m);
+    flow->heads = find_heads(flow);
     ad_status status =
-        allocate(x) ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
-    status = status == AD_OK ? fill(x, node, steps, q, error) : status;
-    status = status == AD_OK ? record(x, error) : status;
+        allocate(flow) ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
+    status = status == AD_OK ? fill(flow, node, steps, q, error) : status;
+    status = status == AD_OK ? record(flow, error) : status;
     if (status != AD_OK) {
-        surrogate_flow_free(x);
+        surrogate_flow_free(flow);
         return status;
     }
-    *result = x;
+    *result = flow;
     return AD_OK;
 }
 
-void surrogate_flow_free(surrogate_flow *x)
+void surrogate_flow_free(surrogate_flow *flow)
 {
-    if (x) {
-        ad_program_free(x->forward);
-        ad_program_free(x->gradient);
-        for (int b = 0; b < x->heads; b++) {
-            free(x->head[b].target);
-            free(x->head[b].features);
-            free(x->head[b].gram);
-            free(x->head[b].weights);
+    if (flow) {
+        ad_program_free(flow->forward);
+        ad_program_free(flow->gradient);
+        for (int b = 0; b < flow->heads; b++) {
+            free(flow->head[b].target);
+            free(flow->head[b].features);
+            free(flow->head[b].gram);
+            free(flow->head[b].weights);
         }
-        ad_dense_factor_free(x->factor[0]);
-        ad_dense_factor_free(x->factor[1]);
-        free(x->even);
-        free(x->odd);
-        free(x->length);
-        free(x);
+        ad_dense_factor_free(flow->factor[0]);
+        ad_dense_factor_free(flow->factor[1]);
+        free(flow->even);
+        free(flow->odd);
+        free(flow->length);
+        free(flow);
     }
 }

@@ -17,16 +17,16 @@ typedef struct surrogate_node {
 ad_status surrogate_flow_create(int nodes, const surrogate_node *node, const surrogate_steps *steps,
                                 const double *q, ad_pool *pool, surrogate_flow **result,
                                 ad_error *error);
-void surrogate_flow_free(surrogate_flow *x); /* NULL is fine */
+void surrogate_flow_free(surrogate_flow *flow); /* NULL is fine */
 
 /* Those of the hidden layers; the first ones of the network's. */
-size_t surrogate_flow_parameters(const surrogate_flow *x);
-void surrogate_flow_start(const surrogate_flow *x, uint64_t seed, double *parameters);
+size_t surrogate_flow_parameters(const surrogate_flow *flow);
+void surrogate_flow_start(const surrogate_flow *flow, uint64_t seed, double *parameters);
 
 /* An optim_objective: the loss over that of the linear map alone. */
 int surrogate_flow_evaluate(void *flow, const double *parameters, double *value, double *gradient);
 
 /* All numbers of the networks [nodes], output layers included; false: not finite. */
-bool surrogate_flow_finish(surrogate_flow *x, const double *parameters, double *const *network);
+bool surrogate_flow_finish(surrogate_flow *flow, const double *parameters, double *const *network);
 
 #endif

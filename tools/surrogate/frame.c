@@ -113,32 +113,32 @@ static place place_of(const candidate *c, int strain, double *sign)
 
 /* Slots of the state's numbers by class: pairs that belong together get the same index. False:
  * modes do not come in pairs. */
-static bool place_states(finder *x, const candidate *c, place *places)
+static bool place_states(finder *finder, const candidate *c, place *places)
 {
-    surrogate_step *m = x->m;
-    const int half = x->n / 2;
+    surrogate_step *m = finder->m;
+    const int half = finder->n / 2;
     int count[4] = {0};
-    for (int k = 0; k < x->n; k++) {
+    for (int k = 0; k < finder->n; k++) {
         double sign;
-        const reduced_mode mode = reduced_mode_of(x->rod, k % half);
+        const reduced_mode mode = reduced_mode_of(finder->rod, k % half);
         if (mode.strain < 0 && (c->turns || c->mirrors)) {
             return false;
         }
         places[k] = place_of(c, mode.strain, &sign);
-        x->to.state_scale[k] = sign;
+        finder->to.state_scale[k] = sign;
         m->state_slot[k] = count[places[k]]++;
     }
     m->out_pairs = count[FIRST];
     m->out_evens = count[EVEN];
     m->out_odds = count[ODD];
-    for (int k = 0; k < x->n && c->turns; k++) { /* a second component follows its first one */
+    for (int k = 0; k < finder->n && c->turns; k++) { /* a second component follows its first one */
         if (places[k] != SECOND) {
             continue;
         }
-        const reduced_mode mode = reduced_mode_of(x->rod, k % half);
+        const reduced_mode mode = reduced_mode_of(finder->rod, k % half);
         int found = -1;
         for (int i = k / half * half; i < (k / half + 1) * half; i++) {
-            const reduced_mode other = reduced_mode_of(x->rod, i % half);
+            const reduced_mode other = reduced_mode_of(finder->rod, i % half);
             const int wanted = mode.strain == 1 ? 0 : 4;
             found =
                 other.strain == wanted && other.degree == mode.degree && other.piece == mode.piece
@@ -192,35 +192,39 @@ static bool add_row(double *basis, int count, int size, const double *row)
 }
 
 /* Adds a coordinate of the inputs; false: there are too many. */
-static bool add_drive(finder *x, const double *column, place class, place *classes)
+static bool add_drive(finder *finder, const double *column, place class, place *classes)
 {
-    if (x->drives == DRIVES_MAX) {
+    if (finder->drives == DRIVES_MAX) {
         return false;
     }
-    memcpy(x->column[x->drives], column, (size_t)x->m->inputs * sizeof *column);
-    classes[x->drives++] = class;
+    memcpy(finder->column[finder->drives], column, (size_t)finder->m->inputs * sizeof *column);
+    classes[finder->drives++] = class;
     return true;
 }
 
 /* What acts across: rows of both components, as they accelerate a pair of modes. */
-static bool place_pairs(finder *x, const place *places, place *classes, double *basis)
+static bool place_pairs(finder *finder, const place *places, place *classes, double *basis)
 {
-    const int m = x->m->inputs, half = x->n / 2;
+    const int m = finder->m->inputs, half = finder->n / 2;
     double row[2 * SURROGATE_INPUTS_MAX];
     int count = 0;
     bool fine = true;
-    for (int k = half; k < x->n && fine; k++) { /* the second half of the rates: accelerations */
+    for (int k = half; k < finder->n && fine;
+         k++) { /* the second half of the rates: accelerations */
         int other = -1;
-        for (int i = half; i < x->n && places[k] == FIRST; i++) {
-            other = places[i] == SECOND && x->m->state_slot[i] == x->m->state_slot[k] ? i : other;
+        for (int i = half; i < finder->n && places[k] == FIRST; i++) {
+            other = places[i] == SECOND && finder->m->state_slot[i] == finder->m->state_slot[k]
+                        ? i
+                        : other;
         }
         for (int i = 0; i < m && other >= 0; i++) {
-            row[i] = x->by[k * m + i];
-            row[m + i] = x->to.state_scale[other] * x->by[other * m + i];
+            row[i] = finder->by[k * m + i];
+            row[m + i] = finder->to.state_scale[other] * finder->by[other * m + i];
         }
         if (other >= 0 && count < 2 * m && add_row(basis, count, 2 * m, row)) {
             const double *now = basis + 2 * m * count++;
-            fine = add_drive(x, now, FIRST, classes) && add_drive(x, now + m, SECOND, classes);
+            fine = add_drive(finder, now, FIRST, classes) &&
+                   add_drive(finder, now + m, SECOND, classes);
         }
     }
     return fine;
@@ -229,45 +233,45 @@ static bool place_pairs(finder *x, const place *places, place *classes, double *
 /* Coordinates of the inputs of one end and their classes: what acts across, inputs that do not by
  * themselves, what acts on even and on odd numbers, and what is left over. False: there are too
  * many. */
-static bool place_inputs(finder *x, const place *places, place *classes)
+static bool place_inputs(finder *finder, const place *places, place *classes)
 {
-    const int m = x->m->inputs, half = x->n / 2;
+    const int m = finder->m->inputs, half = finder->n / 2;
     double row[SURROGATE_INPUTS_MAX], *basis = calloc((size_t)(4 * m * m) + 1, sizeof *basis);
-    x->drives = 0;
-    bool fine = basis && place_pairs(x, places, classes, basis);
+    finder->drives = 0;
+    bool fine = basis && place_pairs(finder, places, classes, basis);
     for (int k = 0; k < m; k++) {
         double across = 0, along = 0;
-        for (int i = half; i < x->n; i++) {
-            *(places[i] == EVEN ? &along : &across) += fabs(x->by[i * m + k]);
+        for (int i = half; i < finder->n; i++) {
+            *(places[i] == EVEN ? &along : &across) += fabs(finder->by[i * m + k]);
         }
-        x->held[k] = across <= DEPENDENT * along;
+        finder->held[k] = across <= DEPENDENT * along;
     }
     for (int class = EVEN; class <= ODD && fine; class ++) {
         int count = 0;
         for (int k = class == EVEN ? -m : 0; k < half && fine; k++) {
-            if (k < 0 ? !x->held[m + k] : places[half + k] != (place) class) {
+            if (k < 0 ? !finder->held[m + k] : places[half + k] != (place) class) {
                 continue;
             }
             for (int i = 0; i < m; i++) {
-                row[i] = k < 0 ? i == m + k : x->by[(half + k) * m + i];
+                row[i] = k < 0 ? i == m + k : finder->by[(half + k) * m + i];
             }
             if (count < m && add_row(basis, count, m, row)) {
-                fine = add_drive(x, basis + m * count++, (place) class, classes);
+                fine = add_drive(finder, basis + m * count++, (place) class, classes);
             }
         }
     }
     int count = 0;
-    for (int k = 0; k < x->m->slow_count; k++) {
-        x->held[x->m->slow[k]] = true;
+    for (int k = 0; k < finder->m->slow_count; k++) {
+        finder->held[finder->m->slow[k]] = true;
     }
-    for (int k = 0; k < x->drives && count < m && fine; k++) {
-        count += add_row(basis, count, m, x->column[k]);
+    for (int k = 0; k < finder->drives && count < m && fine; k++) {
+        count += add_row(basis, count, m, finder->column[k]);
     }
     for (int k = 0; k < m && count < m && fine; k++) {
         memset(row, 0, sizeof row);
         row[k] = 1;
         if (add_row(basis, count, m, row)) {
-            fine = add_drive(x, basis + m * count++, EVEN, classes);
+            fine = add_drive(finder, basis + m * count++, EVEN, classes);
         }
     }
     free(basis);
@@ -275,42 +279,45 @@ static bool place_inputs(finder *x, const place *places, place *classes)
 }
 
 /* Inputs nearest to the middle of their ranges at which what changes its sign is 0. */
-static void center_inputs(finder *x, const place *classes)
+static void center_inputs(finder *finder, const place *classes)
 {
-    const int m = x->m->inputs;
+    const int m = finder->m->inputs;
     double basis[SURROGATE_INPUTS_MAX * SURROGATE_INPUTS_MAX];
     int count = 0;
-    memcpy(x->to.input_center, x->middle, (size_t)m * sizeof *x->middle);
-    for (int k = 0; k < x->drives && count < m; k++) {
-        if (classes[k] == EVEN || !add_row(basis, count, m, x->column[k])) {
+    memcpy(finder->to.input_center, finder->middle, (size_t)m * sizeof *finder->middle);
+    for (int k = 0; k < finder->drives && count < m; k++) {
+        if (classes[k] == EVEN || !add_row(basis, count, m, finder->column[k])) {
             continue;
         }
         const double *row = basis + m * count++;
         double dot = 0;
         for (int i = 0; i < m; i++) {
-            dot += row[i] * x->to.input_center[i];
+            dot += row[i] * finder->to.input_center[i];
         }
         for (int i = 0; i < m; i++) {
-            x->to.input_center[i] -= dot * row[i];
+            finder->to.input_center[i] -= dot * row[i];
         }
     }
-    memmove(x->to.input_center + x->all - m, x->to.input_center, (size_t)m * sizeof *basis);
+    memmove(finder->to.input_center + finder->all - m, finder->to.input_center,
+            (size_t)m * sizeof *basis);
 }
 
 /* Of both ends of a step alike. */
-static void place_all(finder *x, const place *places, const place *classes)
+static void place_all(finder *finder, const place *places, const place *classes)
 {
-    surrogate_step *m = x->m;
-    const int ends = m->ramps ? 2 : 1, given = m->inputs, own = x->drives;
+    surrogate_step *m = finder->m;
+    const int ends = m->ramps ? 2 : 1, given = m->inputs, own = finder->drives;
     int count[4] = {m->out_pairs, m->out_pairs, m->out_evens, m->out_odds};
     m->drives = ends * own;
-    x->to = surrogate_numbers_of(m, x->numbers);
-    memset(x->to.input_map, 0, (size_t)(x->all * m->drives) * sizeof *x->to.input_map);
+    finder->to = surrogate_numbers_of(m, finder->numbers);
+    memset(finder->to.input_map, 0,
+           (size_t)(finder->all * m->drives) * sizeof *finder->to.input_map);
     for (int end = 0; end < ends; end++) {
         for (int k = 0; k < own; k++) {
             m->input_slot[end * own + k] = count[classes[k]]++;
             for (int i = 0; i < given; i++) {
-                x->to.input_map[(end * given + i) * m->drives + end * own + k] = x->column[k][i];
+                finder->to.input_map[(end * given + i) * m->drives + end * own + k] =
+                    finder->column[k][i];
             }
         }
     }
@@ -318,13 +325,13 @@ static void place_all(finder *x, const place *places, const place *classes)
     m->evens = count[EVEN];
     m->odds = count[ODD];
     const int from[4] = {0, m->pairs, 2 * m->pairs, 2 * m->pairs + m->evens};
-    for (int k = 0; k < x->n; k++) {
+    for (int k = 0; k < finder->n; k++) {
         m->state_slot[k] += from[places[k]];
     }
     for (int k = 0; k < m->drives; k++) {
         m->input_slot[k] += from[classes[k % own]];
     }
-    center_inputs(x, classes);
+    center_inputs(finder, classes);
 }
 
 /* ---- scales -------------------------------------------------------------------------------- */
@@ -335,11 +342,11 @@ static int partner(const surrogate_step *m, int slot)
 }
 
 /* Centers: rest for what changes its sign, else the mean; scales: what is usual over the steps. */
-static void scale(finder *x)
+static void scale(finder *finder)
 {
-    surrogate_step *m = x->m;
-    const size_t count = x->steps->count;
-    const int n = x->n, all = x->all;
+    surrogate_step *m = finder->m;
+    const size_t count = finder->steps->count;
+    const int n = finder->n, all = finder->all;
     double square[2 * SURROGATE_STATES_MAX + 2 * SURROGATE_INPUTS_MAX] = {0};
     double z[2 * SURROGATE_STATES_MAX + 2 * SURROGATE_INPUTS_MAX];
     for (int k = 0; k < n; k++) {
@@ -347,14 +354,14 @@ static void scale(finder *x)
         const bool stays = slot >= 2 * m->pairs && slot < 2 * m->pairs + m->evens;
         double mean = 0;
         for (size_t i = 0; i < count; i++) {
-            mean += x->steps->state[i * (size_t)n + (size_t)k] / (double)count;
+            mean += finder->steps->state[i * (size_t)n + (size_t)k] / (double)count;
         }
-        x->to.state_center[k] = stays ? mean : x->rest[k];
+        finder->to.state_center[k] = stays ? mean : finder->rest[k];
     }
-    m->numbers = x->numbers;
+    m->numbers = finder->numbers;
     for (size_t i = 0; i < count; i++) {
-        surrogate_coordinates(m, x->steps->state + i * (size_t)n, x->steps->input + i * (size_t)all,
-                              z);
+        surrogate_coordinates(m, finder->steps->state + i * (size_t)n,
+                              finder->steps->input + i * (size_t)all, z);
         for (int k = 0; k < n + m->drives; k++) {
             square[k] += z[k] * z[k] / (double)count;
         }
@@ -367,21 +374,21 @@ static void scale(finder *x)
         const int slot = k < n ? m->state_slot[k] : m->input_slot[k - n];
         const double both = square[slot] + square[partner(m, slot)];
         const double usual = sqrt(both / 2);
-        const double size = usual > (k < n ? EXCITE_STAYS * largest : 0) ? usual : 1;
+        const double size = usual > (k < n ? EXCITATION_STAYS * largest : 0) ? usual : 1;
         if (k < n) {
-            x->to.state_scale[k] *= size;
+            finder->to.state_scale[k] *= size;
         }
         for (int i = 0; i < all && k >= n; i++) {
-            x->to.input_map[i * m->drives + k - n] /= size;
+            finder->to.input_map[i * m->drives + k - n] /= size;
         }
     }
     for (int k = 0; k < n; k++) {
         double most = 0;
         for (size_t i = 0; i < count; i++) {
-            most = fmax(most,
-                        fabs(x->steps->state[i * (size_t)n + (size_t)k] - x->to.state_center[k]));
+            most = fmax(most, fabs(finder->steps->state[i * (size_t)n + (size_t)k] -
+                                   finder->to.state_center[k]));
         }
-        x->to.state_range[k] = most > EXCITE_STAYS * largest ? most : 1;
+        finder->to.state_range[k] = most > EXCITATION_STAYS * largest ? most : 1;
     }
 }
 
@@ -403,51 +410,51 @@ static void move(const surrogate_step *m, bool mirrors, double angle, double *z)
 
 /* The rates of a state that is moved, with those inputs, moved back and scaled to `rate`, and the
  * coordinates of the inputs moved back, `drives`. */
-static ad_status rate_of_moved(finder *x, bool mirrors, double angle, const double *state,
+static ad_status rate_of_moved(finder *finder, bool mirrors, double angle, const double *state,
                                const double *inputs, double *rate, double *drives)
 {
     enum { MOST = 2 * SURROGATE_STATES_MAX + 2 * SURROGATE_INPUTS_MAX };
-    const surrogate_step *m = x->m;
+    const surrogate_step *m = finder->m;
     double z[MOST], moved[SURROGATE_STATES_MAX];
     const double back = mirrors ? angle : -angle; /* a mirror is its own inverse */
     surrogate_coordinates(m, state, inputs, z);
     move(m, mirrors, back, z);
-    for (int k = 0; k < x->drives; k++) {
+    for (int k = 0; k < finder->drives; k++) {
         drives[k] = z[m->input_slot[k]];
     }
     surrogate_coordinates(m, state, inputs, z);
     move(m, mirrors, angle, z);
-    for (int k = 0; k < x->n; k++) {
-        moved[k] = x->to.state_center[k] + x->to.state_scale[k] * z[m->state_slot[k]];
+    for (int k = 0; k < finder->n; k++) {
+        moved[k] = finder->to.state_center[k] + finder->to.state_scale[k] * z[m->state_slot[k]];
     }
-    const ad_status status = reduced_rate(x->rod, 0, moved, inputs, rate, NULL, NULL, NULL);
-    for (int k = 0; k < x->n; k++) {
-        z[m->state_slot[k]] = rate[k] / x->to.state_scale[k];
+    const ad_status status = reduced_rate(finder->rod, 0, moved, inputs, rate, NULL, NULL, NULL);
+    for (int k = 0; k < finder->n; k++) {
+        z[m->state_slot[k]] = rate[k] / finder->to.state_scale[k];
     }
     move(m, mirrors, back, z);
-    for (int k = 0; k < x->n; k++) {
-        rate[k] = x->to.state_scale[k] * z[m->state_slot[k]];
+    for (int k = 0; k < finder->n; k++) {
+        rate[k] = finder->to.state_scale[k] * z[m->state_slot[k]];
     }
     return status;
 }
 
 /* What copies [copies][n] of the rates of one state are off being affine in their inputs' drives
- * [copies][x->drives]; adds squares of it and of the copies, of modes in their scales. */
-static void add_misfit(const finder *x, int copies, const double *rates, const double *drives,
+ * [copies][finder->drives]; adds squares of it and of the copies, of modes in their scales. */
+static void add_misfit(const finder *finder, int copies, const double *rates, const double *drives,
                        double *basis, double *off, double *size)
 {
     double *row = basis + copies * copies;
     int rank = 0;
-    for (int k = -1; k < x->drives; k++) {
+    for (int k = -1; k < finder->drives; k++) {
         for (int j = 0; j < copies; j++) {
-            row[j] = k < 0 ? 1 : drives[j * x->drives + k];
+            row[j] = k < 0 ? 1 : drives[j * finder->drives + k];
         }
         rank += add_row(basis, rank, copies, row);
     }
-    for (int k = 0; k < x->n / 2; k++) {
+    for (int k = 0; k < finder->n / 2; k++) {
         double all = 0, left = 0;
         for (int j = 0; j < copies; j++) {
-            row[j] = rates[j * x->n + k] / x->to.state_scale[k];
+            row[j] = rates[j * finder->n + k] / finder->to.state_scale[k];
             all += row[j] * row[j];
         }
         leave_out(basis, rank, copies, row);
@@ -476,37 +483,39 @@ static void form_euler(int n, double h, double *matrix)
  * and they are moved back, are the same but for the inputs, in whose drives, moved back, they are
  * affine. Rates become changes in a step by Euler's implicit rule, linear, as stiff ones matter
  * little. Not a number: no rates were found. */
-static double measure(finder *x, const candidate *c)
+static double measure(finder *finder, const candidate *c)
 {
     enum { TRIALS = 64 };
-    const int n = x->n, all = x->all, copies = 2 * x->drives + 4, given = x->m->inputs;
+    const int n = finder->n, all = finder->all, copies = 2 * finder->drives + 4,
+              given = finder->m->inputs;
     nn_rng random = nn_rng_split(1, "symmetry");
     double inputs[SURROGATE_INPUTS_MAX], off = 0, size = 0;
-    const int room = n * (n + 1) + copies * (n + x->drives + copies + 1);
+    const int room = n * (n + 1) + copies * (n + finder->drives + copies + 1);
     double *euler = calloc((size_t)room, sizeof *euler);
     double *rates = euler + n * n, *drives = rates + (copies + 1) * n;
     int *pivots = calloc((size_t)n + 1, sizeof *pivots);
     for (int t = 0; t < TRIALS && euler && pivots; t++) {
-        const size_t i = (size_t)nn_rng_below(&random, x->steps->count);
-        const double *state = x->steps->state + i * (size_t)n;
-        const double *u = x->steps->input + i * (size_t)all;
-        bool fine = reduced_rate(x->rod, 0, state, u, rates, euler, NULL, NULL) == AD_OK;
-        form_euler(n, x->m->step, euler);
+        const size_t i = (size_t)nn_rng_below(&random, finder->steps->count);
+        const double *state = finder->steps->state + i * (size_t)n;
+        const double *u = finder->steps->input + i * (size_t)all;
+        bool fine = reduced_rate(finder->rod, 0, state, u, rates, euler, NULL, NULL) == AD_OK;
+        form_euler(n, finder->m->step, euler);
         fine = fine && ad_dense_lu((size_t)n, euler, pivots) == 0;
         for (int j = 0; j < copies && fine; j++) {
             const bool mirrors = c->mirrors && nn_rng_uniform(&random) < 0.5;
             const double angle = c->turns ? 6.283185307179586 * nn_rng_uniform(&random) : 0;
             for (int k = 0; k < all; k++) {
-                const scene_parameter *of = &x->open->parameters[k % given];
+                const scene_parameter *of = &finder->open->parameters[k % given];
                 const double drawn = of->low + nn_rng_uniform(&random) * (of->high - of->low);
-                inputs[k] = x->held[k % given] ? u[k] : k < given ? drawn : inputs[k - given];
+                inputs[k] = finder->held[k % given] ? u[k] : k < given ? drawn : inputs[k - given];
             }
-            fine = rate_of_moved(x, mirrors, angle, state, inputs, rates + j * n,
-                                 drives + j * x->drives) == AD_OK;
+            fine = rate_of_moved(finder, mirrors, angle, state, inputs, rates + j * n,
+                                 drives + j * finder->drives) == AD_OK;
             ad_dense_lu_solve((size_t)n, 1, euler, pivots, rates + j * n);
         }
         if (fine) {
-            add_misfit(x, copies, rates, drives, drives + copies * x->drives, &off, &size);
+            add_misfit(finder, copies, rates, drives, drives + copies * finder->drives, &off,
+                       &size);
         }
     }
     free(euler);
@@ -517,53 +526,54 @@ static double measure(finder *x, const candidate *c)
 /* ---- the search ---------------------------------------------------------------------------- */
 
 /* What the frame turns with: the bending without ends of higher degree, of all pieces. */
-static void lead(finder *x)
+static void lead(finder *finder)
 {
-    const int half = x->n / 2;
-    memset(x->to.lead, 0, (size_t)(x->n + x->m->drives) * sizeof *x->to.lead);
+    const int half = finder->n / 2;
+    memset(finder->to.lead, 0, (size_t)(finder->n + finder->m->drives) * sizeof *finder->to.lead);
     for (int k = 0; k < half; k++) {
-        const reduced_mode mode = reduced_mode_of(x->rod, k);
+        const reduced_mode mode = reduced_mode_of(finder->rod, k);
         if (mode.strain == 4 && mode.degree == 0) {
-            x->to.lead[x->m->state_slot[k]] = 1;
+            finder->to.lead[finder->m->state_slot[k]] = 1;
         }
     }
 }
 
-static bool try_one(finder *x, const candidate *c, double *off)
+static bool try_one(finder *finder, const candidate *c, double *off)
 {
     place places[SURROGATE_STATES_MAX], classes[DRIVES_MAX] = {EVEN};
-    surrogate_step *m = x->m;
+    surrogate_step *m = finder->m;
     m->turns = c->turns;
     m->mirrors = c->mirrors;
     m->pairs = m->evens = m->odds = 0;
-    if (!place_states(x, c, places) || !place_inputs(x, places, classes)) {
+    if (!place_states(finder, c, places) || !place_inputs(finder, places, classes)) {
         return false;
     }
-    place_all(x, places, classes);
-    scale(x);
-    *off = c->turns || c->mirrors ? measure(x, c) : 0;
+    place_all(finder, places, classes);
+    scale(finder);
+    *off = c->turns || c->mirrors ? measure(finder, c) : 0;
     return *off <= MOST_OFF;
 }
 
 /* The robot at rest without its actuators, as far as their ranges go: even unequal ones leave it
  * straight. */
-static ad_status rest(finder *x, ad_error *error)
+static ad_status rest(finder *finder, ad_error *error)
 {
     double rate[SURROGATE_STATES_MAX], inputs[SURROGATE_INPUTS_MAX];
-    scene_middle_values(x->open, x->middle);
-    for (int i = 0; i < x->m->inputs; i++) {
-        const scene_parameter *of = &x->open->parameters[i];
+    scene_middle_values(finder->open, finder->middle);
+    for (int i = 0; i < finder->m->inputs; i++) {
+        const scene_parameter *of = &finder->open->parameters[i];
         inputs[i] = fmin(fmax(0, of->low), of->high);
     }
-    for (int k = 0; k < x->m->slow_count; k++) {
-        inputs[x->m->slow[k]] = x->middle[x->m->slow[k]];
+    for (int k = 0; k < finder->m->slow_count; k++) {
+        inputs[finder->m->slow[k]] = finder->middle[finder->m->slow[k]];
     }
-    const ad_status status = reduced_initial(x->rod, inputs, x->rest, error);
+    const ad_status status = reduced_initial(finder->rod, inputs, finder->rest, error);
     if (status == AD_OK) { /* leaves the state where it finds none */
-        (void)reduced_settle(x->rod, 0, inputs, x->rest, NULL);
+        (void)reduced_settle(finder->rod, 0, inputs, finder->rest, NULL);
     }
-    return status == AD_OK ? reduced_rate(x->rod, 0, x->rest, inputs, rate, NULL, x->by, error)
-                           : status;
+    return status == AD_OK
+               ? reduced_rate(finder->rod, 0, finder->rest, inputs, rate, NULL, finder->by, error)
+               : status;
 }
 
 ad_status surrogate_find_frame(reduced_rod *rod, const surrogate_settings *settings,

@@ -12,15 +12,15 @@ static const double RIDGE = 1e-11;
 
 /* ---- solved steps -------------------------------------------------------------------------- */
 
-void surrogate_steps_free(surrogate_steps *x)
+void surrogate_steps_free(surrogate_steps *steps)
 {
-    free(x->state);
-    free(x->input);
-    free(x->next);
+    free(steps->state);
+    free(steps->input);
+    free(steps->next);
     for (int i = 0; i < SURROGATE_INNER; i++) {
-        free(x->inner[i]);
+        free(steps->inner[i]);
     }
-    *x = (surrogate_steps){0};
+    *steps = (surrogate_steps){0};
 }
 
 /* Room for so many numbers; false: none. */
@@ -31,26 +31,26 @@ static bool grow(double **array, size_t count)
     return more != NULL;
 }
 
-ad_status surrogate_steps_add(const excite_rollouts *from, bool ramps, surrogate_steps *x,
+ad_status surrogate_steps_add(const excitation_rollouts *from, bool ramps, surrogate_steps *steps,
                               ad_error *error)
 {
     const size_t n = (size_t)from->states, m = (size_t)from->inputs, all = ramps ? 2 * m : m;
     const size_t rows = (size_t)from->steps + 1;
-    size_t at = x->count, count = x->count;
+    size_t at = steps->count, count = steps->count;
     for (int i = 0; i < from->count; i++) {
         count += (size_t)from->done[i];
     }
-    if (!grow(&x->state, count * n) || !grow(&x->next, count * n) ||
-        !grow(&x->input, count * all)) {
+    if (!grow(&steps->state, count * n) || !grow(&steps->next, count * n) ||
+        !grow(&steps->input, count * all)) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for solved steps");
     }
-    x->count = count;
+    steps->count = count;
     for (int i = 0; i < from->count; i++) {
         for (size_t k = 0; k < (size_t)from->done[i]; k++, at++) {
             const size_t row = (size_t)i * rows + k;
-            memcpy(x->state + at * n, from->state + row * n, n * sizeof *x->state);
-            memcpy(x->next + at * n, from->state + (row + 1) * n, n * sizeof *x->next);
-            memcpy(x->input + at * all, from->input + row * m, all * sizeof *x->input);
+            memcpy(steps->state + at * n, from->state + row * n, n * sizeof *steps->state);
+            memcpy(steps->next + at * n, from->state + (row + 1) * n, n * sizeof *steps->next);
+            memcpy(steps->input + at * all, from->input + row * m, all * sizeof *steps->input);
         }
     }
     return AD_OK;

@@ -97,27 +97,28 @@ static bool solve(const job *of, physics_worker *w, int *pivots)
 static ad_status run_rollout(void *context, int item, int thread, ad_error *error)
 {
     const job *of = context;
-    const physics *x = &of->x;
+    const physics *physics = &of->x;
     physics_worker *w = &of->workers[thread];
-    const size_t n = (size_t)x->m->states, all = NODES * n;
+    const size_t n = (size_t)physics->m->states, all = NODES * n;
     (void)error;
-    for (int k = 0; k < x->motions->done[item]; k++) {
-        double *to = of->nodes + ((size_t)item * (size_t)x->motions->steps + (size_t)k) * all;
-        physics_take(x, item, k, w);
+    for (int k = 0; k < physics->motions->done[item]; k++) {
+        double *to = of->nodes + ((size_t)item * (size_t)physics->motions->steps + (size_t)k) * all;
+        physics_take(physics, item, k, w);
         if (!solve(of, w, of->pivots + (size_t)thread * all)) {
             to[0] = NAN;
             continue;
         }
         for (size_t i = 0; i < all; i++) {
             const size_t j = i % n;
-            to[i] = x->center[j] + x->scale[j] * (w->given[j] + w->own[i]);
+            to[i] = physics->center[j] + physics->scale[j] * (w->given[j] + w->own[i]);
         }
     }
     return AD_OK;
 }
 
-ad_status physics_collocate(const scene *open, const int modes[4], const excite_rollouts *motions,
-                            const decoupled *m, ad_pool *pool, double *nodes, ad_error *error)
+ad_status physics_collocate(const scene *open, const int modes[4],
+                            const excitation_rollouts *motions, const decoupled *m, ad_pool *pool,
+                            double *nodes, ad_error *error)
 {
     const size_t n = (size_t)m->states, all = NODES * n;
     const int threads = ad_pool_threads(pool);

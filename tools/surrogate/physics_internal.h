@@ -8,7 +8,7 @@
 /* z' = h f/x_s in the coordinates of the model m, along motions. */
 typedef struct physics {
     const decoupled *m;
-    const excite_rollouts *motions;
+    const excitation_rollouts *motions;
     const double *center, *scale, *input_center, *input_scale;
 } physics;
 
@@ -20,7 +20,7 @@ typedef struct physics_worker {
     double *own;                      /* [more] */
 } physics_worker;
 
-physics physics_of(const decoupled *m, const excite_rollouts *motions);
+physics physics_of(const decoupled *m, const excitation_rollouts *motions);
 size_t physics_given(const decoupled *m); /* inputs of the network: z, v */
 
 /* One for each thread of a pool; to be freed in any case. */
@@ -30,11 +30,11 @@ ad_status physics_workers_create(const scene *open, const int modes[4], const de
 void physics_workers_free(int threads, physics_worker *workers);
 
 /* w->given of step k of rollout i. */
-void physics_take(const physics *x, int i, int k, physics_worker *w);
+void physics_take(const physics *physics, int i, int k, physics_worker *w);
 
 /* rate [n] at z and t, and its derivatives by_z [n][n] (NULL: not wanted); false: there is no
  * answer. */
-bool physics_rate(const physics *x, physics_worker *w, double t, const double *z, double *rate,
-                  double *by_z);
+bool physics_rate(const physics *physics, physics_worker *w, double t, const double *z,
+                  double *rate, double *by_z);
 
 #endif

@@ -68,11 +68,11 @@ static size_t room_numbers(const decoupled *m)
 /* ---- one step ------------------------------------------------------------------------------ */
 
 /* Adds to the gradient what the adjoint of a, r->to_a, is of the parameters. */
-static void network_adjoint(const physics_loss *x, const physics_worker *w, const room *r,
+static void network_adjoint(const physics_loss *loss, const physics_worker *w, const room *r,
                             double *gradient)
 {
-    const decoupled *m = x->of.m;
-    const double *weights = x->parameters, *hidden = r->hidden;
+    const decoupled *m = loss->of.m;
+    const double *weights = loss->parameters, *hidden = r->hidden;
     const double *inputs[DECOUPLED_LAYERS_MAX + 1], *of[DECOUPLED_LAYERS_MAX + 1];
     double *to[DECOUPLED_LAYERS_MAX + 1];
     size_t in[DECOUPLED_LAYERS_MAX + 1];
@@ -111,16 +111,16 @@ static void network_adjoint(const physics_loss *x, const physics_worker *w, cons
 }
 
 /* The loss of one beginning times scale, and where it is wanted its gradient. */
-static bool evaluate_one(const physics_loss *x, physics_worker *w, size_t item, double scale,
+static bool evaluate_one(const physics_loss *loss, physics_worker *w, size_t item, double scale,
                          double *value, double *gradient)
 {
-    const decoupled *m = x->of.m;
+    const decoupled *m = loss->of.m;
     const int n = m->states;
     const room r = room_of(m, w->own);
     const double each = scale / (TIMES * n);
-    uint64_t state = x->settings.seed ^ ((uint64_t)x->number << 20) ^ (item << 5);
-    physics_take(&x->of, x->begin[item][0], x->begin[item][1], w);
-    decoupled_network(m, x->parameters, w->given, w->given + n, r.hidden, r.a);
+    uint64_t state = loss->settings.seed ^ ((uint64_t)loss->number << 20) ^ (item << 5);
+    physics_take(&loss->of, loss->begin[item][0], loss->begin[item][1], w);
+    decoupled_network(m, loss->parameters, w->given, w->given + n, r.hidden, r.a);
     memset(r.to_a, 0, (size_t)decoupled_outputs(m) * sizeof *r.to_a);
     for (int i = 0; i < TIMES; i++) {
         const double uniform = (double)(nn_splitmix64(&state) >> 11) * 0x1p-53;
@@ -130,68 +130,70 @@ static bool evaluate_one(const physics_loss *x, physics_worker *w, size_t item, 
             r.z[j] = w->given[j] + r.y[j];
             r.by_y[j] = 0;
         }
-        if (!physics_rate(&x->of, w, t, r.z, r.f, x->derives ? r.by_z : NULL)) {
+        if (!physics_rate(&loss->of, w, t, r.z, r.f, loss->derives ? r.by_z : NULL)) {
             return false;
         }
         for (int j = 0; j < n; j++) {
             const double off = r.rate[j] - r.f[j];
             *value += each * off * off;
             r.rate[j] = 2 * each * off; /* its adjoint */
-            for (int c = 0; c < n && x->derives; c++) {
+            for (int c = 0; c < n && loss->derives; c++) {
                 r.by_y[c] -= r.rate[j] * r.by_z[j * n + c];
             }
         }
-        if (x->derives) {
+        if (loss->derives) {
             decoupled_curve_adjoint(m, r.a, t, r.by_y, r.rate, r.to_a);
         }
     }
-    if (x->derives) {
-        network_adjoint(x, w, &r, gradient);
+    if (loss->derives) {
+        network_adjoint(loss, w, &r, gradient);
     }
     return isfinite(*value);
 }
 
 /* ---- all ----------------------------------------------------------------------------------- */
 
-static size_t batch_of(const physics_loss *x)
+static size_t batch_of(const physics_loss *loss)
 {
-    const size_t batch = (size_t)x->settings.batch;
-    return batch > 0 && batch < x->count ? batch : x->count;
+    const size_t batch = (size_t)loss->settings.batch;
+    return batch > 0 && batch < loss->count ? batch : loss->count;
 }
 
-static size_t sum_width(const physics_loss *x)
+static size_t sum_width(const physics_loss *loss)
 {
-    return SUM_GRADIENT + (x->derives ? decoupled_parameters(x->of.m) : 0);
+    return SUM_GRADIENT + (loss->derives ? decoupled_parameters(loss->of.m) : 0);
 }
 
 static void run_chunk(void *context, int chunk, int thread)
 {
-    const physics_loss *x = context;
-    const size_t all = batch_of(x), width = sum_width(x);
-    double *sum = x->sums + (size_t)chunk * width;
+    const physics_loss *loss = context;
+    const size_t all = batch_of(loss), width = sum_width(loss);
+    double *sum = loss->sums + (size_t)chunk * width;
     memset(sum, 0, width * sizeof *sum);
     for (size_t i = (size_t)chunk; i < all && sum[SUM_FAILED] == 0; i += CHUNKS) {
-        uint64_t state = x->settings.seed ^ ((uint64_t)x->number << 24) ^ i;
-        const size_t item = all < x->count ? nn_splitmix64(&state) % x->count : i;
-        sum[SUM_FAILED] = !evaluate_one(x, &x->workers[thread], item, x->factor / (double)all,
-                                        &sum[SUM_VALUE], sum + SUM_GRADIENT);
+        uint64_t state = loss->settings.seed ^ ((uint64_t)loss->number << 24) ^ i;
+        const size_t item = all < loss->count ? nn_splitmix64(&state) % loss->count : i;
+        sum[SUM_FAILED] =
+            !evaluate_one(loss, &loss->workers[thread], item, loss->factor / (double)all,
+                          &sum[SUM_VALUE], sum + SUM_GRADIENT);
     }
 }
 
-void physics_loss_draw(physics_loss *x, int64_t number)
+void physics_loss_draw(physics_loss *loss, int64_t number)
 {
-    x->number = x->settings.batch > 0 ? number : 0;
+    loss->number = loss->settings.batch > 0 ? number : 0;
 }
 
 int physics_loss_evaluate(void *loss, const double *parameters, double *value, double *gradient)
 {
-    physics_loss *x = loss;
-    const size_t count = decoupled_parameters(x->of.m);
-    x->parameters = parameters;
-    x->derives = gradient != NULL;
-    const size_t width = sum_width(x);
-    double *total = x->sums + CHUNKS * width;
-    if (ad_pool_sum(x->pool, CHUNKS, run_chunk, x, width, x->sums, total, NULL) != AD_OK) {
+    physics_loss *physics_loss = loss;
+    const size_t count = decoupled_parameters(physics_loss->of.m);
+    physics_loss->parameters = parameters;
+    physics_loss->derives = gradient != NULL;
+    const size_t width = sum_width(physics_loss);
+    double *total = physics_loss->sums + CHUNKS * width;
+    if (ad_pool_sum(physics_loss->pool, CHUNKS, run_chunk, physics_loss, width, physics_loss->sums,
+                    total, NULL) != AD_OK) {
         return 2; /* OPTIM_OBJECTIVE_STOP */
     }
     *value = total[SUM_VALUE];
@@ -203,27 +205,27 @@ int physics_loss_evaluate(void *loss, const double *parameters, double *value, d
 
 /* ---- creation ------------------------------------------------------------------------------ */
 
-static bool list_beginnings(physics_loss *x)
+static bool list_beginnings(physics_loss *loss)
 {
-    const excite_rollouts *motions = x->of.motions;
+    const excitation_rollouts *motions = loss->of.motions;
     size_t all = 0, stride = 1;
     for (int pass = 0; pass < 2; pass++) {
         size_t number = 0;
         for (int i = 0; i < motions->count; i++) {
             for (int k = 0; k < motions->done[i]; k++, number++) {
                 if (pass == 1 && number % stride == 0) {
-                    x->begin[x->count][0] = i;
-                    x->begin[x->count++][1] = k;
+                    loss->begin[loss->count][0] = i;
+                    loss->begin[loss->count++][1] = k;
                 }
             }
         }
         if (pass == 0) {
             all = number;
-            const size_t most = (size_t)x->settings.most;
+            const size_t most = (size_t)loss->settings.most;
             stride = most > 0 ? (all + most - 1) / most : 1;
             stride = stride > 0 ? stride : 1;
-            x->begin = calloc(all / stride + 2, sizeof *x->begin);
-            if (!x->begin) {
+            loss->begin = calloc(all / stride + 2, sizeof *loss->begin);
+            if (!loss->begin) {
                 return false;
             }
         }
@@ -232,15 +234,15 @@ static bool list_beginnings(physics_loss *x)
 }
 
 /* So that states that stay, all parameters 0, have a loss of 1. */
-static ad_status find_scale(physics_loss *x, ad_error *error)
+static ad_status find_scale(physics_loss *loss, ad_error *error)
 {
-    const int batch = x->settings.batch;
-    double *zero = calloc(decoupled_parameters(x->of.m), sizeof *zero), value = NAN;
-    x->settings.batch = 0;
-    x->factor = 1;
-    const bool fine = zero && physics_loss_evaluate(x, zero, &value, NULL) == 0;
-    x->settings.batch = batch;
-    x->factor = value > 0 ? 1 / value : 1;
+    const int batch = loss->settings.batch;
+    double *zero = calloc(decoupled_parameters(loss->of.m), sizeof *zero), value = NAN;
+    loss->settings.batch = 0;
+    loss->factor = 1;
+    const bool fine = zero && physics_loss_evaluate(loss, zero, &value, NULL) == 0;
+    loss->settings.batch = batch;
+    loss->factor = value > 0 ? 1 / value : 1;
     free(zero);
     return fine ? AD_OK
            : !zero
@@ -248,39 +250,41 @@ static ad_status find_scale(physics_loss *x, ad_error *error)
                : ad_fail(error, AD_NOT_FINITE, "the loss of curves that do not move is not finite");
 }
 
-ad_status physics_loss_create(const scene *open, const int modes[4], const excite_rollouts *motions,
-                              const decoupled *m, const physics_loss_settings *settings,
-                              ad_pool *pool, physics_loss **result, ad_error *error)
+ad_status physics_loss_create(const scene *open, const int modes[4],
+                              const excitation_rollouts *motions, const decoupled *m,
+                              const physics_loss_settings *settings, ad_pool *pool,
+                              physics_loss **result, ad_error *error)
 {
-    physics_loss *x = calloc(1, sizeof *x);
+    physics_loss *loss = calloc(1, sizeof *loss);
     *result = NULL;
-    if (!x) {
+    if (!loss) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a loss");
     }
-    *x = (physics_loss){.of = physics_of(m, motions), .settings = *settings, .pool = pool};
-    x->sums = calloc((CHUNKS + 1) * (SUM_GRADIENT + decoupled_parameters(m)), sizeof *x->sums);
-    ad_status status = x->sums && list_beginnings(x)
+    *loss = (physics_loss){.of = physics_of(m, motions), .settings = *settings, .pool = pool};
+    loss->sums =
+        calloc((CHUNKS + 1) * (SUM_GRADIENT + decoupled_parameters(m)), sizeof *loss->sums);
+    ad_status status = loss->sums && list_beginnings(loss)
                            ? physics_workers_create(open, modes, m, ad_pool_threads(pool),
-                                                    room_numbers(m), &x->workers, error)
+                                                    room_numbers(m), &loss->workers, error)
                            : ad_fail(error, AD_NO_MEMORY, "out of memory for a loss");
-    if (status == AD_OK && x->count == 0) {
+    if (status == AD_OK && loss->count == 0) {
         status = ad_fail(error, AD_BAD_ARGUMENT, "no rollout has a step");
     }
-    status = status == AD_OK ? find_scale(x, error) : status;
+    status = status == AD_OK ? find_scale(loss, error) : status;
     if (status != AD_OK) {
-        physics_loss_free(x);
+        physics_loss_free(loss);
         return status;
     }
-    *result = x;
+    *result = loss;
     return AD_OK;
 }
 
-void physics_loss_free(physics_loss *x)
+void physics_loss_free(physics_loss *loss)
 {
-    if (x) {
-        physics_workers_free(ad_pool_threads(x->pool), x->workers);
-        free(x->begin);
-        free(x->sums);
-        free(x);
+    if (loss) {
+        physics_workers_free(ad_pool_threads(loss->pool), loss->workers);
+        free(loss->begin);
+        free(loss->sums);
+        free(loss);
     }
 }

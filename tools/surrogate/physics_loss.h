@@ -11,7 +11,7 @@
 
 #include "physics/scene.h"
 #include "tools/surrogate/decoupled.h"
-#include "tools/surrogate/excite.h"
+#include "tools/surrogate/excitation.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -27,24 +27,26 @@ typedef struct physics_loss physics_loss;
 
 /* Fills in the numbers of m [decoupled_numbers]: centers, scales, and parameters to begin with,
  * small but not 0, since alpha = 0 never learns. */
-void physics_prepare(const scene *open, const excite_rollouts *motions, uint64_t seed,
+void physics_prepare(const scene *open, const excitation_rollouts *motions, uint64_t seed,
                      const decoupled *m, double *numbers);
 
 /* Node values nodes [count][steps][DECOUPLED_NODES][states] of the steps of motions, by the
  * equations of the rod alone. They are those of one step of Radau's method of order 5, found by
  * Newton's method; not a number where that fails. Of m only the scales are used. */
-ad_status physics_collocate(const scene *open, const int modes[4], const excite_rollouts *motions,
-                            const decoupled *m, ad_pool *pool, double *nodes, ad_error *error);
+ad_status physics_collocate(const scene *open, const int modes[4],
+                            const excitation_rollouts *motions, const decoupled *m, ad_pool *pool,
+                            double *nodes, ad_error *error);
 
 /* Borrows all but the settings. AD_BAD_ARGUMENT: there is no step. */
-ad_status physics_loss_create(const scene *open, const int modes[4], const excite_rollouts *motions,
-                              const decoupled *m, const physics_loss_settings *settings,
-                              ad_pool *pool, physics_loss **result, ad_error *error);
-void physics_loss_free(physics_loss *x); /* NULL is fine */
+ad_status physics_loss_create(const scene *open, const int modes[4],
+                              const excitation_rollouts *motions, const decoupled *m,
+                              const physics_loss_settings *settings, ad_pool *pool,
+                              physics_loss **result, ad_error *error);
+void physics_loss_free(physics_loss *loss); /* NULL is fine */
 
 /* The batch and the times of a step of training follow from the seed and its number; without
  * batches it is the same function in every step. */
-void physics_loss_draw(physics_loss *x, int64_t step);
+void physics_loss_draw(physics_loss *loss, int64_t step);
 
 /* An optim_objective of the parameters [decoupled_parameters]; the same bits for any number of
  * threads. */

@@ -24,8 +24,8 @@ static parts parts_of(const decoupled *m, double *numbers)
     return x;
 }
 
-static void find_scales(const scene *open, const excite_rollouts *motions, const decoupled *m,
-                        parts *x)
+static void find_scales(const scene *open, const excitation_rollouts *motions, const decoupled *m,
+                        parts *parts)
 {
     const int n = m->states;
     for (int pass = 0; pass < 3; pass++) { /* mean, deviation, range */
@@ -35,31 +35,33 @@ static void find_scales(const scene *open, const excite_rollouts *motions, const
                 const double *state =
                     motions->state + ((size_t)i * (size_t)(motions->steps + 1) + (size_t)k) * n;
                 for (int j = 0; j < n; j++) {
-                    const double off = state[j] - x->state_center[j];
-                    x->state_center[j] += pass == 0 ? (off) / (count + 1) : 0;
-                    x->state_scale[j] += pass == 1 ? off * off : 0;
-                    x->state_range[j] =
-                        pass == 2 ? fmax(x->state_range[j], fabs(off) / x->state_scale[j]) : 0;
+                    const double off = state[j] - parts->state_center[j];
+                    parts->state_center[j] += pass == 0 ? (off) / (count + 1) : 0;
+                    parts->state_scale[j] += pass == 1 ? off * off : 0;
+                    parts->state_range[j] =
+                        pass == 2 ? fmax(parts->state_range[j], fabs(off) / parts->state_scale[j])
+                                  : 0;
                 }
                 count++;
             }
         }
         double largest = 0;
         for (int j = 0; j < n && pass == 1; j++) {
-            x->state_scale[j] = sqrt(x->state_scale[j] / count);
-            largest = fmax(largest, x->state_scale[j]);
+            parts->state_scale[j] = sqrt(parts->state_scale[j] / count);
+            largest = fmax(largest, parts->state_scale[j]);
         }
         for (int j = 0; j < n && pass == 1; j++) {
-            x->state_scale[j] = x->state_scale[j] > EXCITE_STAYS * largest ? x->state_scale[j] : 1;
+            parts->state_scale[j] =
+                parts->state_scale[j] > EXCITATION_STAYS * largest ? parts->state_scale[j] : 1;
         }
         for (int j = 0; j < n && pass == 2; j++) { /* of what moves it is 1 or more anyhow */
-            x->state_range[j] = fmax(x->state_range[j], 1);
+            parts->state_range[j] = fmax(parts->state_range[j], 1);
         }
     }
     for (int k = 0; k < m->inputs; k++) {
         const scene_parameter *of = &open->parameters[k];
-        x->input_center[k] = 0.5 * (of->low + of->high);
-        x->input_scale[k] = 0.5 * (of->high - of->low);
+        parts->input_center[k] = 0.5 * (of->low + of->high);
+        parts->input_scale[k] = 0.5 * (of->high - of->low);
     }
 }
 
@@ -89,7 +91,7 @@ static void draw_parameters(const decoupled *m, uint64_t seed, double *at)
     }
 }
 
-void physics_prepare(const scene *open, const excite_rollouts *motions, uint64_t seed,
+void physics_prepare(const scene *open, const excitation_rollouts *motions, uint64_t seed,
                      const decoupled *m, double *numbers)
 {
     parts x = parts_of(m, numbers);
@@ -100,7 +102,7 @@ void physics_prepare(const scene *open, const excite_rollouts *motions, uint64_t
 
 /* ---- equations ----------------------------------------------------------------------------- */
 
-physics physics_of(const decoupled *m, const excite_rollouts *motions)
+physics physics_of(const decoupled *m, const excitation_rollouts *motions)
 {
     const size_t n = (size_t)m->states, inputs = (size_t)m->inputs;
     const double *center = m->numbers;
@@ -152,46 +154,47 @@ void physics_workers_free(int threads, physics_worker *workers)
     free(workers);
 }
 
-void physics_take(const physics *x, int i, int k, physics_worker *w)
+void physics_take(const physics *physics, int i, int k, physics_worker *w)
 {
-    const int n = x->m->states, inputs = x->m->inputs;
-    const size_t row = (size_t)i * (size_t)(x->motions->steps + 1) + (size_t)k;
-    const double *state = x->motions->state + row * (size_t)n;
-    const double *input = x->motions->input + row * (size_t)inputs; /* the next row: end */
+    const int n = physics->m->states, inputs = physics->m->inputs;
+    const size_t row = (size_t)i * (size_t)(physics->motions->steps + 1) + (size_t)k;
+    const double *state = physics->motions->state + row * (size_t)n;
+    const double *input = physics->motions->input + row * (size_t)inputs; /* the next row: end */
     for (int j = 0; j < n; j++) {
-        w->given[j] = (state[j] - x->center[j]) / x->scale[j];
+        w->given[j] = (state[j] - physics->center[j]) / physics->scale[j];
     }
-    for (int j = 0; j < decoupled_given(x->m); j++) {
-        w->given[n + j] = (input[j] - x->input_center[j % inputs]) / x->input_scale[j % inputs];
+    for (int j = 0; j < decoupled_given(physics->m); j++) {
+        w->given[n + j] =
+            (input[j] - physics->input_center[j % inputs]) / physics->input_scale[j % inputs];
     }
 }
 
-bool physics_rate(const physics *x, physics_worker *w, double t, const double *z, double *rate,
-                  double *by_z)
+bool physics_rate(const physics *physics, physics_worker *w, double t, const double *z,
+                  double *rate, double *by_z)
 {
-    const decoupled *m = x->m;
+    const decoupled *m = physics->m;
     const int n = m->states, inputs = m->inputs;
     const double *v = w->given + n;
     ad_error error;
     for (int j = 0; j < n; j++) {
-        w->state[j] = x->center[j] + x->scale[j] * z[j];
+        w->state[j] = physics->center[j] + physics->scale[j] * z[j];
         if (!(fabs(z[j]) < 1e6)) {
             return false;
         }
     }
     for (int k = 0; k < inputs; k++) {
         const double now = v[k] + (m->ramps ? t * (v[inputs + k] - v[k]) : 0);
-        w->input[k] = x->input_center[k] + x->input_scale[k] * now;
+        w->input[k] = physics->input_center[k] + physics->input_scale[k] * now;
     }
     if (reduced_rate(w->rod, 0, w->state, w->input, rate, by_z ? w->jacobian : NULL, NULL,
                      &error) != AD_OK) {
         return false;
     }
     for (int r = 0; r < n; r++) {
-        const double h = m->step / x->scale[r];
+        const double h = m->step / physics->scale[r];
         rate[r] *= h;
         for (int c = 0; c < n && by_z; c++) {
-            by_z[r * n + c] = h * w->jacobian[r * n + c] * x->scale[c];
+            by_z[r * n + c] = h * w->jacobian[r * n + c] * physics->scale[c];
         }
     }
     return true;

@@ -2,7 +2,7 @@
 
 #include "physics/solve/reduced.h"
 #include "physics/sort.h"
-#include "tools/surrogate/excite.h"
+#include "tools/surrogate/excitation.h"
 #include "tools/surrogate/growth.h"
 
 #include <math.h>
@@ -13,14 +13,16 @@
 static const double SHORT_SECONDS = 5, DIVERGED = 0.25;
 enum { LONG_STEPS = 1000, FRESH = 1000000 }; /* rollouts of that number on are for no training */
 
-static double *truth_state(const excite_rollouts *x, int i, int k)
+static double *truth_state(const excitation_rollouts *rollouts, int i, int k)
 {
-    return x->state + ((size_t)i * (size_t)(x->steps + 1) + (size_t)k) * (size_t)x->states;
+    return rollouts->state +
+           ((size_t)i * (size_t)(rollouts->steps + 1) + (size_t)k) * (size_t)rollouts->states;
 }
 
-static double *truth_input(const excite_rollouts *x, int i, int k)
+static double *truth_input(const excitation_rollouts *rollouts, int i, int k)
 {
-    return x->input + ((size_t)i * (size_t)(x->steps + 1) + (size_t)k) * (size_t)x->inputs;
+    return rollouts->input +
+           ((size_t)i * (size_t)(rollouts->steps + 1) + (size_t)k) * (size_t)rollouts->inputs;
 }
 
 /* ---- numbers ------------------------------------------------------------------------------- */
@@ -32,17 +34,17 @@ void rollouts_median_and_worst(size_t count, double *errors, double result[2])
     result[ROLLOUTS_WORST] = count ? errors[count - 1] : NAN;
 }
 
-static bool tip_of(const rollouts_runner *x, const double *state, const double *inputs,
+static bool tip_of(const rollouts_runner *runner, const double *state, const double *inputs,
                    double tip[3])
 {
     reduced_place at;
     ad_error error;
-    for (int k = 0; k < x->truth->states; k++) {
+    for (int k = 0; k < runner->truth->states; k++) {
         if (!isfinite(state[k])) {
             return false;
         }
     }
-    if (reduced_output(x->rod, 0, state, inputs, &at, NULL, &error) != AD_OK) {
+    if (reduced_output(runner->rod, 0, state, inputs, &at, NULL, &error) != AD_OK) {
         return false;
     }
     memcpy(tip, at.position, sizeof at.position);
@@ -61,68 +63,71 @@ static double apart(const double a[3], const double b[3], double length)
 /* ---- errors -------------------------------------------------------------------------------- */
 
 /* Error after step k of rollout i from `state`, which becomes the one after it; NaN: diverged. */
-static double advance(const rollouts_runner *x, const one_step *model, int i, int k,
+static double advance(const rollouts_runner *runner, const one_step *model, int i, int k,
                       const double *state, double *next, double tip[3])
 {
-    const double *inputs = truth_input(x->truth, i, k), *after = truth_input(x->truth, i, k + 1);
-    const double *expected = x->tips[(size_t)i * (size_t)(x->truth->steps + 1) + (size_t)k + 1];
+    const double *inputs = truth_input(runner->truth, i, k),
+                 *after = truth_input(runner->truth, i, k + 1);
+    const double *expected =
+        runner->tips[(size_t)i * (size_t)(runner->truth->steps + 1) + (size_t)k + 1];
     if (model->advance(model->context, 1, model->step, state, inputs,
-                       x->subject->linear ? after : NULL, next, NULL, NULL) != 0 ||
-        !tip_of(x, next, inputs, tip)) {
+                       runner->subject->linear ? after : NULL, next, NULL, NULL) != 0 ||
+        !tip_of(runner, next, inputs, tip)) {
         return NAN;
     }
-    const double error = apart(tip, expected, x->length);
+    const double error = apart(tip, expected, runner->length);
     return error <= DIVERGED ? error : NAN;
 }
 
-int rollouts_one_steps(const rollouts_runner *x, const one_step *model, int i, int steps,
+int rollouts_one_steps(const rollouts_runner *runner, const one_step *model, int i, int steps,
                        double *errors)
 {
     double tip[3];
     int k = 0;
-    for (; k < steps && k < x->truth->done[i]; k++) {
-        const double error = advance(x, model, i, k, truth_state(x->truth, i, k), x->state, tip);
+    for (; k < steps && k < runner->truth->done[i]; k++) {
+        const double error =
+            advance(runner, model, i, k, truth_state(runner->truth, i, k), runner->state, tip);
         errors[k] = isnan(error) ? INFINITY : error;
     }
     return k;
 }
 
-static void one_steps(rollouts_runner *x, const one_step *model, int steps, rollouts_row *row)
+static void one_steps(rollouts_runner *runner, const one_step *model, int steps, rollouts_row *row)
 {
     size_t count = 0;
-    for (int i = 0; i < x->truth->count; i++) {
-        count += (size_t)rollouts_one_steps(x, model, i, steps, x->errors + count);
+    for (int i = 0; i < runner->truth->count; i++) {
+        count += (size_t)rollouts_one_steps(runner, model, i, steps, runner->errors + count);
     }
-    rollouts_median_and_worst(count, x->errors, row->error[ROLLOUTS_ONE]);
+    rollouts_median_and_worst(count, runner->errors, row->error[ROLLOUTS_ONE]);
 }
 
 /* What a report keeps of rollout i after `done` of its steps: the tips and the states. */
-static void keep(const rollouts_runner *x, int i, int done, const double *state,
+static void keep(const rollouts_runner *runner, int i, int done, const double *state,
                  const double tip[3], rollouts_report *report)
 {
-    const size_t n = (size_t)x->truth->states, m = (size_t)x->truth->inputs;
+    const size_t n = (size_t)runner->truth->states, m = (size_t)runner->truth->inputs;
     double *to = report->states + (size_t)done * 2 * n;
-    memcpy(to, truth_state(x->truth, i, done), n * sizeof *to);
+    memcpy(to, truth_state(runner->truth, i, done), n * sizeof *to);
     memcpy(to + n, state, n * sizeof *to);
-    memcpy(report->inputs + (size_t)done * m, truth_input(x->truth, i, done), m * sizeof *to);
+    memcpy(report->inputs + (size_t)done * m, truth_input(runner->truth, i, done), m * sizeof *to);
     if (done > 0) {
-        const size_t at = (size_t)i * (size_t)(x->truth->steps + 1) + (size_t)done;
-        memcpy(report->path[done - 1][0], x->tips[at], 3 * sizeof *tip);
+        const size_t at = (size_t)i * (size_t)(runner->truth->steps + 1) + (size_t)done;
+        memcpy(report->path[done - 1][0], runner->tips[at], 3 * sizeof *tip);
         memcpy(report->path[done - 1][1], tip, 3 * sizeof *tip);
     }
 }
 
-bool rollouts_roll(const rollouts_runner *x, const one_step *model, int i, int steps,
+bool rollouts_roll(const rollouts_runner *runner, const one_step *model, int i, int steps,
                    double *errors, int *count, rollouts_report *report)
 {
-    const size_t n = (size_t)x->truth->states;
-    double *now = x->state, *next = x->state + n, tip[3];
-    memcpy(now, truth_state(x->truth, i, 0), n * sizeof *now);
+    const size_t n = (size_t)runner->truth->states;
+    double *now = runner->state, *next = runner->state + n, tip[3];
+    memcpy(now, truth_state(runner->truth, i, 0), n * sizeof *now);
     if (report) {
-        keep(x, i, 0, now, NULL, report);
+        keep(runner, i, 0, now, NULL, report);
     }
-    for (*count = 0; *count < steps && *count < x->truth->done[i]; ++*count) {
-        const double error = advance(x, model, i, *count, now, next, tip);
+    for (*count = 0; *count < steps && *count < runner->truth->done[i]; ++*count) {
+        const double error = advance(runner, model, i, *count, now, next, tip);
         double *const other = now;
         now = next;
         next = other;
@@ -131,43 +136,43 @@ bool rollouts_roll(const rollouts_runner *x, const one_step *model, int i, int s
         }
         errors[*count] = error;
         if (report) {
-            keep(x, i, *count + 1, now, tip, report);
+            keep(runner, i, *count + 1, now, tip, report);
         }
     }
     return false;
 }
 
-static void rollouts(rollouts_runner *x, const one_step *model, const int steps[ROLLOUTS_SPANS],
-                     rollouts_row *row)
+static void rollouts(rollouts_runner *runner, const one_step *model,
+                     const int steps[ROLLOUTS_SPANS], rollouts_row *row)
 {
     for (int span = ROLLOUTS_SHORT; span <= ROLLOUTS_LONG; span++) {
         size_t all = 0;
         row->diverged = 0;
-        for (int i = 0; i < x->truth->count; i++) {
+        for (int i = 0; i < runner->truth->count; i++) {
             int count;
             const bool diverges =
-                rollouts_roll(x, model, i, steps[span], x->errors + all, &count, NULL);
+                rollouts_roll(runner, model, i, steps[span], runner->errors + all, &count, NULL);
             row->diverged += diverges;
             all += diverges ? 0 : (size_t)count;
         }
-        rollouts_median_and_worst(all, x->errors, row->error[span]);
+        rollouts_median_and_worst(all, runner->errors, row->error[span]);
     }
 }
 
 /* The errors of the model after each step, and the rollout that is in the middle of all by its
  * largest error. */
-static ad_status over_time(rollouts_runner *x, const one_step *model, rollouts_report *report,
+static ad_status over_time(rollouts_runner *runner, const one_step *model, rollouts_report *report,
                            ad_error *error)
 {
-    const int steps = report->steps[ROLLOUTS_SHORT], count = x->truth->count;
+    const int steps = report->steps[ROLLOUTS_SHORT], count = runner->truth->count;
     double *each = malloc(2 * (size_t)count * sizeof *each), *sorted = each + count;
     int typical = 0, done, largest_first = 0;
     if (!each) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %d rollouts", count);
     }
     for (int i = 0; i < count; i++) {
-        double *errors = x->errors + (size_t)i * (size_t)steps;
-        const bool diverges = rollouts_roll(x, model, i, steps, errors, &done, NULL);
+        double *errors = runner->errors + (size_t)i * (size_t)steps;
+        const bool diverges = rollouts_roll(runner, model, i, steps, errors, &done, NULL);
         each[i] = diverges ? INFINITY : 0;
         for (int k = 0; k < steps; k++) {
             errors[k] = k < done ? errors[k] : NAN;
@@ -177,7 +182,7 @@ static ad_status over_time(rollouts_runner *x, const one_step *model, rollouts_r
     for (int k = 0; k < steps; k++) {
         size_t number = 0;
         for (int i = 0; i < count; i++) {
-            const double e = x->errors[(size_t)i * (size_t)steps + (size_t)k];
+            const double e = runner->errors[(size_t)i * (size_t)steps + (size_t)k];
             sorted[number] = e;
             number += !isnan(e);
         }
@@ -189,10 +194,10 @@ static ad_status over_time(rollouts_runner *x, const one_step *model, rollouts_r
         typical = i;
         largest_first = each[i] == sorted[count / 2];
     }
-    for (size_t k = 0; k < 2 * (size_t)(steps + 1) * (size_t)x->truth->states; k++) {
+    for (size_t k = 0; k < 2 * (size_t)(steps + 1) * (size_t)runner->truth->states; k++) {
         report->states[k] = NAN;
     }
-    rollouts_roll(x, model, typical, steps, x->errors, &done, report);
+    rollouts_roll(runner, model, typical, steps, runner->errors, &done, report);
     for (int k = done; k < steps; k++) {
         for (int c = 0; c < 6; c++) {
             report->path[k][c / 3][c % 3] = NAN;
@@ -236,10 +241,10 @@ static double time_steps(const one_step *model, int together, const double *stat
     return least;
 }
 
-ad_status rollouts_time_model(const rollouts_runner *x, const one_step *model, rollouts_row *row,
-                              ad_error *error)
+ad_status rollouts_time_model(const rollouts_runner *runner, const one_step *model,
+                              rollouts_row *row, ad_error *error)
 {
-    const excite_rollouts *truth = x->truth;
+    const excitation_rollouts *truth = runner->truth;
     const size_t n = (size_t)truth->states, m = (size_t)truth->inputs, many = ROLLOUTS_TOGETHER;
     double *memory = malloc((many * (2 * n + 2 * m) + n * (n + m)) * sizeof *memory);
     if (!memory) {
@@ -254,7 +259,7 @@ ad_status rollouts_time_model(const rollouts_runner *x, const one_step *model, r
         memcpy(inputs + (size_t)i * m, truth_input(truth, which, k), m * sizeof *inputs);
         memcpy(after + (size_t)i * m, truth_input(truth, which, k + 1), m * sizeof *after);
     }
-    const double *end = x->subject->linear ? after : NULL;
+    const double *end = runner->subject->linear ? after : NULL;
     row->alone = time_steps(model, 1, states, inputs, end, next, NULL, NULL);
     row->together = time_steps(model, ROLLOUTS_TOGETHER, states, inputs, end, next, NULL, NULL);
     row->jacobian = time_steps(model, 1, states, inputs, end, next, by, by + n * n);
@@ -264,7 +269,7 @@ ad_status rollouts_time_model(const rollouts_runner *x, const one_step *model, r
 
 /* ---- the whole ----------------------------------------------------------------------------- */
 
-static ad_status find_tips(reduced_rod *rod, const excite_rollouts *truth, double (*tips)[3],
+static ad_status find_tips(reduced_rod *rod, const excitation_rollouts *truth, double (*tips)[3],
                            ad_error *error)
 {
     ad_status status = AD_OK;
@@ -281,13 +286,13 @@ static ad_status find_tips(reduced_rod *rod, const excite_rollouts *truth, doubl
 }
 
 /* The same inputs with more modes, for as long as the short span. */
-static ad_status judge_finer(rollouts_runner *x, const excite_settings *settings, ad_pool *pool,
-                             rollouts_report *report, ad_error *error)
+static ad_status judge_finer(rollouts_runner *runner, const excitation_settings *settings,
+                             ad_pool *pool, rollouts_report *report, ad_error *error)
 {
     const int steps = report->steps[ROLLOUTS_SHORT];
     rollouts_row *row = &report->rows[ROLLOUTS_FINER];
-    excite_settings finer = *settings;
-    excite_rollouts motion = {0};
+    excitation_settings finer = *settings;
+    excitation_rollouts motion = {0};
     reduced_rod *rod = NULL;
     double(*tips)[3] = NULL;
     size_t count = 0;
@@ -295,48 +300,49 @@ static ad_status judge_finer(rollouts_runner *x, const excite_settings *settings
     for (int k = 0; k < 4; k++) {
         finer.modes[k]++;
     }
-    ad_status status = excite_run(x->subject->scene, &finer, pool, &motion, error);
-    status =
-        status == AD_OK ? rollouts_make_rod(x->subject->scene, finer.modes, &rod, error) : status;
+    ad_status status = excitation_run(runner->subject->scene, &finer, pool, &motion, error);
+    status = status == AD_OK ? rollouts_make_rod(runner->subject->scene, finer.modes, &rod, error)
+                             : status;
     if (status == AD_OK) {
         tips = calloc((size_t)motion.count * (size_t)(steps + 1), sizeof *tips);
         status = tips ? find_tips(rod, &motion, tips, error)
                       : ad_fail(error, AD_NO_MEMORY, "out of memory for paths");
     }
     for (int i = 0; i < motion.count && status == AD_OK; i++) {
-        for (int k = 1; k <= motion.done[i] && k <= x->truth->done[i]; k++) {
+        for (int k = 1; k <= motion.done[i] && k <= runner->truth->done[i]; k++) {
             const double *of = tips[(size_t)i * (size_t)(steps + 1) + (size_t)k];
-            x->errors[count++] = apart(
-                of, x->tips[(size_t)i * (size_t)(x->truth->steps + 1) + (size_t)k], x->length);
+            runner->errors[count++] =
+                apart(of, runner->tips[(size_t)i * (size_t)(runner->truth->steps + 1) + (size_t)k],
+                      runner->length);
         }
     }
     if (status == AD_OK) {
         row->name = "solver with finer modes";
         row->states = motion.states;
-        rollouts_median_and_worst(count, x->errors, row->error[ROLLOUTS_SHORT]);
+        rollouts_median_and_worst(count, runner->errors, row->error[ROLLOUTS_SHORT]);
         row->alone = motion.seconds / ((double)motion.count * steps);
     }
     reduced_free(rod);
-    excite_free(&motion);
+    excitation_free(&motion);
     free(tips);
     return status;
 }
 
-static ad_status prepare(const rollouts_subject *subject, const excite_rollouts *truth,
-                         rollouts_runner *x, rollouts_report *report, ad_error *error)
+static ad_status prepare(const rollouts_subject *subject, const excitation_rollouts *truth,
+                         rollouts_runner *runner, rollouts_report *report, ad_error *error)
 {
     const size_t rows = (size_t)truth->count * (size_t)(truth->steps + 1);
     const size_t steps = (size_t)report->steps[ROLLOUTS_SHORT];
     double(*tips)[3] = calloc(rows, sizeof *tips);
-    *x = (rollouts_runner){
+    *runner = (rollouts_runner){
         .subject = subject, .truth = truth, .tips = tips, .length = report->length};
-    x->errors = calloc(rows, sizeof *x->errors);
-    x->state = calloc(2 * (size_t)truth->states, sizeof *x->state);
+    runner->errors = calloc(rows, sizeof *runner->errors);
+    runner->state = calloc(2 * (size_t)truth->states, sizeof *runner->state);
     report->over_time = calloc(steps, sizeof *report->over_time);
     report->path = calloc(steps, sizeof *report->path);
     report->states = calloc(2 * (steps + 1) * (size_t)truth->states, sizeof *report->states);
     report->inputs = calloc((steps + 1) * (size_t)truth->inputs + 1, sizeof *report->inputs);
-    if (!tips || !x->errors || !x->state || !report->over_time || !report->path ||
+    if (!tips || !runner->errors || !runner->state || !report->over_time || !report->path ||
         !report->states || !report->inputs) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %d rollouts", truth->count);
     }
@@ -346,11 +352,11 @@ static ad_status prepare(const rollouts_subject *subject, const excite_rollouts 
                        subject->model->states, subject->model->inputs, truth->states,
                        truth->inputs);
     }
-    ad_status status = rollouts_make_rod(subject->scene, subject->modes, &x->rod, error);
-    return status == AD_OK ? find_tips(x->rod, truth, tips, error) : status;
+    ad_status status = rollouts_make_rod(subject->scene, subject->modes, &runner->rod, error);
+    return status == AD_OK ? find_tips(runner->rod, truth, tips, error) : status;
 }
 
-static double part_outside(const one_step *model, const excite_rollouts *truth)
+static double part_outside(const one_step *model, const excitation_rollouts *truth)
 {
     double outside = 0, all = 0;
     for (int i = 0; i < truth->count && model->outside; i++) {
@@ -363,15 +369,15 @@ static double part_outside(const one_step *model, const excite_rollouts *truth)
     return model->outside && all > 0 ? outside / all : NAN;
 }
 
-static void judge_model(rollouts_runner *x, rollouts_report *report)
+static void judge_model(rollouts_runner *runner, rollouts_report *report)
 {
-    const one_step *model = x->subject->model;
+    const one_step *model = runner->subject->model;
     rollouts_row *row = &report->rows[ROLLOUTS_MODEL];
-    row->name = x->subject->name;
+    row->name = runner->subject->name;
     row->states = model->states;
-    report->outside = part_outside(model, x->truth);
-    one_steps(x, model, x->truth->steps, row);
-    rollouts(x, model, report->steps, row);
+    report->outside = part_outside(model, runner->truth);
+    one_steps(runner, model, runner->truth->steps, row);
+    rollouts(runner, model, report->steps, row);
 }
 
 static void begin(const rollouts_subject *subject, int count, rollouts_report *report)
@@ -394,8 +400,8 @@ static void begin(const rollouts_subject *subject, int count, rollouts_report *r
 ad_status rollouts_judge(const rollouts_subject *subject, int count, uint64_t seed, ad_pool *pool,
                          rollouts_report *report, ad_error *error)
 {
-    excite_settings settings = excite_settings_default();
-    excite_rollouts truth = {0};
+    excitation_settings settings = excitation_settings_default();
+    excitation_rollouts truth = {0};
     rollouts_runner x = {0};
     begin(subject, count, report);
     memcpy(settings.modes, subject->modes, sizeof settings.modes);
@@ -406,7 +412,7 @@ ad_status rollouts_judge(const rollouts_subject *subject, int count, uint64_t se
     settings.seed = seed;
     settings.linear = subject->linear;
     settings.constant = subject->constant;
-    ad_status status = excite_run(subject->scene, &settings, pool, &truth, error);
+    ad_status status = excitation_run(subject->scene, &settings, pool, &truth, error);
     status = status == AD_OK ? prepare(subject, &truth, &x, report, error) : status;
     if (status == AD_OK) {
         report->lost = truth.lost;
@@ -424,7 +430,7 @@ ad_status rollouts_judge(const rollouts_subject *subject, int count, uint64_t se
     free(x.tips);
     free(x.errors);
     free(x.state);
-    excite_free(&truth);
+    excitation_free(&truth);
     if (status != AD_OK) {
         rollouts_free(report);
     }

@@ -3,13 +3,13 @@
 #define SURROGATE_ROLLOUTS_INTERNAL_H
 
 #include "physics/solve/reduced.h"
-#include "tools/surrogate/excite.h"
+#include "tools/surrogate/excitation.h"
 #include "tools/surrogate/rollouts.h"
 
 /* A model in rollouts; tips are those of its own modes. */
 typedef struct rollouts_runner {
     const rollouts_subject *subject;
-    const excite_rollouts *truth;
+    const excitation_rollouts *truth;
     double (*tips)[3]; /* [count][steps + 1] of the solver */
     reduced_rod *rod;  /* the tip of a state */
     double length;
@@ -22,21 +22,21 @@ void rollouts_median_and_worst(size_t count, double *errors, double result[2]);
 
 /* Errors of rollout i after one step from each of its states, infinite where there is none; how
  * many. */
-int rollouts_one_steps(const rollouts_runner *x, const one_step *model, int i, int steps,
+int rollouts_one_steps(const rollouts_runner *runner, const one_step *model, int i, int steps,
                        double *errors);
 
 /* Errors of rollout i from begin to end or divergence, which a report (or NULL) keeps; returns
  * whether it diverges. */
-bool rollouts_roll(const rollouts_runner *x, const one_step *model, int i, int steps,
+bool rollouts_roll(const rollouts_runner *runner, const one_step *model, int i, int steps,
                    double *errors, int *count, rollouts_report *report);
 
-ad_status rollouts_time_model(const rollouts_runner *x, const one_step *model, rollouts_row *row,
-                              ad_error *error);
+ad_status rollouts_time_model(const rollouts_runner *runner, const one_step *model,
+                              rollouts_row *row, ad_error *error);
 
 /* rollouts_rod.c. A rod whose output is the tip; the rows of the rod itself. */
 ad_status rollouts_make_rod(const scene *open, const int modes[4], reduced_rod **rod,
                             ad_error *error);
-ad_status rollouts_judge_rod(rollouts_runner *x, ad_pool *pool, rollouts_report *report,
+ad_status rollouts_judge_rod(rollouts_runner *runner, ad_pool *pool, rollouts_report *report,
                              ad_error *error);
 
 #endif

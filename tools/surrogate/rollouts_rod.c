@@ -24,37 +24,37 @@ static int advance_rod(void *context, int count, double h, const double *states,
                        const double *inputs, const double *after, double *next, double *by_state,
                        double *by_inputs)
 {
-    const rod_steps *x = context;
-    const int n = reduced_states(x->rod), m = reduced_inputs(x->rod);
+    const rod_steps *steps = context;
+    const int n = reduced_states(steps->rod), m = reduced_inputs(steps->rod);
     double between[SCENE_PARAMETERS_MAX];
     ad_error error;
-    bool good = x->parts == 1 || !by_state;
+    bool good = steps->parts == 1 || !by_state;
     for (int i = 0; i < count && good; i++) {
         const double *from = states + (size_t)i * (size_t)n, *u = inputs + (size_t)i * (size_t)m;
         const double *end = after ? after + (size_t)i * (size_t)m : NULL;
         double *to = next + (size_t)i * (size_t)n, part = 0;
-        if (x->parts == 2) {
+        if (steps->parts == 2) {
             part = 0.25;
             for (int k = 0; k < m; k++) {
                 between[k] = u[k] + (end ? part * (end[k] - u[k]) : 0);
             }
-            good = reduced_step_linear(x->rod, 0, part * h, from, u, end ? between : NULL, to, NULL,
-                                       NULL, &error) == AD_OK;
+            good = reduced_step_linear(steps->rod, 0, part * h, from, u, end ? between : NULL, to,
+                                       NULL, NULL, &error) == AD_OK;
             from = to;
             u = between;
         }
-        good = good && reduced_step_linear(x->rod, 0, (1 - part) * h, from, u, end, to, by_state,
-                                           by_inputs, &error) == AD_OK;
+        good = good && reduced_step_linear(steps->rod, 0, (1 - part) * h, from, u, end, to,
+                                           by_state, by_inputs, &error) == AD_OK;
     }
     return good ? 0 : 1;
 }
 
-static one_step rod_model(const rollouts_runner *x, rod_steps *steps)
+static one_step rod_model(const rollouts_runner *runner, rod_steps *steps)
 {
     return (one_step){.context = steps,
-                      .states = x->truth->states,
-                      .inputs = x->truth->inputs,
-                      .step = x->subject->model->step,
+                      .states = runner->truth->states,
+                      .inputs = runner->truth->inputs,
+                      .step = runner->subject->model->step,
                       .shorter = 1,
                       .advance = advance_rod};
 }
@@ -95,36 +95,36 @@ static ad_status roll_rods(const rod_rollouts *of, ad_pool *pool, rollouts_row *
                            ad_error *error)
 {
     static const int spans[OF_BOTH] = {ROLLOUTS_ONE, ROLLOUTS_SHORT};
-    const rollouts_runner *x = of->x;
-    const size_t count = (size_t)x->truth->count, steps = (size_t)of->steps;
+    const rollouts_runner *runner = of->x;
+    const size_t count = (size_t)runner->truth->count, steps = (size_t)of->steps;
     const size_t bytes = OF_BOTH * steps * sizeof *of->errors;
     const ad_dealt made[] = {{of->errors, bytes, count * bytes},
                              {of->found, sizeof *of->found, count * sizeof *of->found},
                              {of->diverges, sizeof *of->diverges, count * sizeof *of->diverges}};
-    ad_status status = ad_pool_deal(pool, x->truth->count, roll_rod, (void *)of,
+    ad_status status = ad_pool_deal(pool, runner->truth->count, roll_rod, (void *)of,
                                     sizeof made / sizeof *made, made, error);
     row->diverged = 0;
     for (int k = 0; k < OF_BOTH && status == AD_OK; k++) {
         size_t all = 0;
         for (size_t i = 0; i < count; i++) {
             const size_t own = (size_t)of->found[i][k];
-            memcpy(x->errors + all, of->errors + (i * OF_BOTH + (size_t)k) * steps,
-                   own * sizeof *x->errors);
+            memcpy(runner->errors + all, of->errors + (i * OF_BOTH + (size_t)k) * steps,
+                   own * sizeof *runner->errors);
             all += own;
             row->diverged += k == OF_ALL && of->diverges[i];
         }
-        rollouts_median_and_worst(all, x->errors, row->error[spans[k]]);
+        rollouts_median_and_worst(all, runner->errors, row->error[spans[k]]);
     }
     return status;
 }
 
 static ad_status open_rods(rod_rollouts *of, int threads, ad_error *error)
 {
-    const rollouts_runner *x = of->x;
-    const size_t count = (size_t)x->truth->count;
+    const rollouts_runner *runner = of->x;
+    const size_t count = (size_t)runner->truth->count;
     ad_status status = AD_OK;
     of->rods = calloc((size_t)threads, sizeof *of->rods);
-    of->state = calloc((size_t)threads * 2 * (size_t)x->truth->states, sizeof *of->state);
+    of->state = calloc((size_t)threads * 2 * (size_t)runner->truth->states, sizeof *of->state);
     of->errors = calloc(count * OF_BOTH * (size_t)of->steps, sizeof *of->errors);
     of->found = calloc(count, sizeof *of->found);
     of->diverges = calloc(count, sizeof *of->diverges);
@@ -132,7 +132,8 @@ static ad_status open_rods(rod_rollouts *of, int threads, ad_error *error)
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu rollouts", count);
     }
     for (int i = 0; i < threads && status == AD_OK; i++) {
-        status = rollouts_make_rod(x->subject->scene, x->subject->modes, &of->rods[i], error);
+        status =
+            rollouts_make_rod(runner->subject->scene, runner->subject->modes, &of->rods[i], error);
     }
     return status;
 }
@@ -149,21 +150,21 @@ static void close_rods(rod_rollouts *of, int threads)
     free(of->diverges);
 }
 
-ad_status rollouts_judge_rod(rollouts_runner *x, ad_pool *pool, rollouts_report *report,
+ad_status rollouts_judge_rod(rollouts_runner *runner, ad_pool *pool, rollouts_report *report,
                              ad_error *error)
 {
     const int threads = ad_pool_threads(pool);
-    rod_rollouts all = {.x = x, .steps = report->steps[ROLLOUTS_SHORT]};
+    rod_rollouts all = {.x = runner, .steps = report->steps[ROLLOUTS_SHORT]};
     ad_status status = open_rods(&all, threads, error);
     for (int parts = 1; parts <= 2 && status == AD_OK; parts++) {
-        rod_steps steps = {x->rod, parts};
-        const one_step model = rod_model(x, &steps);
+        rod_steps steps = {runner->rod, parts};
+        const one_step model = rod_model(runner, &steps);
         rollouts_row *row = &report->rows[parts == 1 ? ROLLOUTS_ROD : ROLLOUTS_ROD_TWICE];
         row->name = parts == 1 ? "reduced rod in one step" : "reduced rod in two steps";
-        row->states = x->truth->states;
+        row->states = runner->truth->states;
         all.parts = parts;
         status = roll_rods(&all, pool, row, error);
-        status = status == AD_OK ? rollouts_time_model(x, &model, row, error) : status;
+        status = status == AD_OK ? rollouts_time_model(runner, &model, row, error) : status;
     }
     close_rods(&all, threads);
     return status;

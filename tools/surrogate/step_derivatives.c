@@ -57,12 +57,12 @@ PROCESSOR_INLINE void differentiate_units(const surrogate_step *m, int width, in
     }
 }
 
-/* x->by becomes derivatives of the outputs in the frame, as step_layer() orders both, by its
+/* work->by becomes derivatives of the outputs in the frame, as step_layer() orders both, by its
  * inputs. */
 PROCESSOR_INLINE void differentiate_network(const surrogate_step *m, int columns,
-                                            const step_parts *parts, step_work *x)
+                                            const step_parts *parts, step_work *work)
 {
-    const double *numbers[SURROGATE_LAYERS_MAX + 1], *at = parts->network, *kept = x->kept;
+    const double *numbers[SURROGATE_LAYERS_MAX + 1], *at = parts->network, *kept = work->kept;
     for (int l = 0; l <= m->layers; l++) {
         numbers[l] = at;
         at += (step_layer_inputs(m, l, false) + 1) * step_layer_outputs(m, l, false) +
@@ -75,34 +75,34 @@ PROCESSOR_INLINE void differentiate_network(const surrogate_step *m, int columns
         const int in = step_layer_inputs(m, l, false), out = step_layer_outputs(m, l, false);
         const int in_odd = step_layer_inputs(m, l, true), out_odd = step_layer_outputs(m, l, true);
         const double *odd = numbers[l] + (in + 1) * out;
-        double *swap = x->by;
+        double *swap = work->by;
         if (l == m->layers) { /* the weights themselves */
-            memset(x->by_too, 0, (size_t)((in + in_odd) * columns) * sizeof *x->by);
+            memset(work->by_too, 0, (size_t)((in + in_odd) * columns) * sizeof *work->by);
             for (int i = 0; i < in + in_odd; i++) {
                 const double *row = i < in ? numbers[l] + i * out : odd + (i - in) * out_odd;
-                memcpy(x->by_too + i * columns + (i < in ? 0 : out), row,
+                memcpy(work->by_too + i * columns + (i < in ? 0 : out), row,
                        (size_t)(i < in ? out : out_odd) * sizeof *row);
             }
         } else {
-            multiply_rows(in, out, columns, numbers[l], x->by, x->by_too);
-            multiply_rows(in_odd, out_odd, columns, odd, x->by + out * columns,
-                          x->by_too + in * columns);
+            multiply_rows(in, out, columns, numbers[l], work->by, work->by_too);
+            multiply_rows(in_odd, out_odd, columns, odd, work->by + out * columns,
+                          work->by_too + in * columns);
         }
-        x->by = x->by_too;
-        x->by_too = swap;
+        work->by = work->by_too;
+        work->by_too = swap;
         if (l > 0) {
             kept -= m->width[l - 1];
-            differentiate_units(m, m->width[l - 1], columns, kept, x->by);
+            differentiate_units(m, m->width[l - 1], columns, kept, work->by);
         }
     }
 }
 
 /* Columns in the order [first components, second ones, evens, odds] and rows likewise, by z in the
  * frame; with a mirror step_layer() has another order of both. */
-PROCESSOR_INLINE void reorder(const surrogate_step *m, int columns, step_work *x)
+PROCESSOR_INLINE void reorder(const surrogate_step *m, int columns, step_work *work)
 {
     const int p = m->pairs, q = m->out_pairs, count = step_coordinates(m), outs = step_outputs(m);
-    double *swap = x->by;
+    double *swap = work->by;
     for (int i = 0; i < count && m->mirrors; i++) {
         const int row = i < p ? i : i < 2 * p ? i + m->evens : i < 2 * p + m->evens ? i - p : i;
         for (int o = 0; o < outs; o++) {
@@ -110,29 +110,29 @@ PROCESSOR_INLINE void reorder(const surrogate_step *m, int columns, step_work *x
                                : o < 2 * q                ? o + m->out_evens
                                : o < 2 * q + m->out_evens ? o - q
                                                           : o;
-            x->by_too[i * columns + o] = x->by[row * columns + column];
+            work->by_too[i * columns + o] = work->by[row * columns + column];
         }
     }
     if (m->mirrors) {
-        x->by = x->by_too;
-        x->by_too = swap;
+        work->by = work->by_too;
+        work->by_too = swap;
     }
 }
 
 /* What the frame adds: pairs of inputs and outputs turn, and the frame moves with its leading pair.
  */
 PROCESSOR_INLINE void differentiate_frame(const surrogate_step *m, int columns,
-                                          const step_parts *parts, step_work *x)
+                                          const step_parts *parts, step_work *work)
 {
     const int p = m->pairs, q = m->out_pairs, outs = step_outputs(m), count = step_coordinates(m);
-    const double c = x->g[0], s = x->g[1], rho = x->rho[0];
+    const double c = work->g[0], s = work->g[1], rho = work->rho[0];
     /* derivatives of c and s by the leading pair */
     const double by_w[2][2] = {{(1 - c * c) / rho, c * s / rho}, {-c * s / rho, (s * s - 1) / rho}};
-    double *by_c = x->by_too, *by_s = by_c + columns;
+    double *by_c = work->by_too, *by_s = by_c + columns;
     memset(by_c, 0, (size_t)(2 * columns) * sizeof *by_c);
     for (int k = 0; k < p; k++) {
-        const double re = x->z[k], im = x->z[p + k];
-        double *one = x->by + k * columns, *other = x->by + (p + k) * columns;
+        const double re = work->z[k], im = work->z[p + k];
+        double *one = work->by + k * columns, *other = work->by + (p + k) * columns;
         for (int o = 0; o < outs; o++) {
             by_c[o] += one[o] * re + other[o] * im;
             by_s[o] += other[o] * re - one[o] * im;
@@ -142,7 +142,7 @@ PROCESSOR_INLINE void differentiate_frame(const surrogate_step *m, int columns,
         }
     }
     for (int i = 0; i < count + 2; i++) { /* outputs times c - is */
-        double *row = i < count ? x->by + i * columns : by_c + (i - count) * columns;
+        double *row = i < count ? work->by + i * columns : by_c + (i - count) * columns;
         for (int k = 0; k < q; k++) {
             const double re = row[k], im = row[q + k];
             row[k] = re * c + im * s;
@@ -150,55 +150,55 @@ PROCESSOR_INLINE void differentiate_frame(const surrogate_step *m, int columns,
         }
     }
     for (int k = 0; k < q; k++) { /* and their own turn */
-        by_c[k] += x->framed[k];
-        by_s[k] += x->framed[q + k];
-        by_c[q + k] += x->framed[q + k];
-        by_s[q + k] -= x->framed[k];
+        by_c[k] += work->framed[k];
+        by_s[k] += work->framed[q + k];
+        by_c[q + k] += work->framed[q + k];
+        by_s[q + k] -= work->framed[k];
     }
     for (int k = 0; k < p; k++) {
         for (int o = 0; o < outs; o++) {
-            x->by[k * columns + o] +=
+            work->by[k * columns + o] +=
                 parts->lead[k] * (by_c[o] * by_w[0][0] + by_s[o] * by_w[1][0]);
-            x->by[(p + k) * columns + o] +=
+            work->by[(p + k) * columns + o] +=
                 parts->lead[k] * (by_c[o] * by_w[0][1] + by_s[o] * by_w[1][1]);
         }
     }
 }
 
-/* x->by_linear: derivatives [n + inputs][n] of the linear map. */
+/* work->by_linear: derivatives [n + inputs][n] of the linear map. */
 PROCESSOR_INLINE void differentiate_linear(const surrogate_step *m, const step_parts *parts,
-                                           step_work *x)
+                                           step_work *work)
 {
     const int n = m->states, rows = n + step_all_inputs(m), size = rows * n;
-    memcpy(x->by_linear, parts->linear, (size_t)size * sizeof *x->by_linear);
+    memcpy(work->by_linear, parts->linear, (size_t)size * sizeof *work->by_linear);
     for (int j = 0; j < m->slow_count; j++) {
         const int i = m->slow[j];
         const double half = 0.5 * (parts->input_high[i] - parts->input_low[i]);
-        const double c = x->moved[n + i] / half;
+        const double c = work->moved[n + i] / half;
         const double *one = parts->linear + (1 + 2 * j) * size, *two = one + size;
-        double *by_slow = x->by_linear + (n + i) * n;
+        double *by_slow = work->by_linear + (n + i) * n;
         for (int k = 0; k < size; k++) {
-            x->by_linear[k] += c * (one[k] + c * two[k]);
+            work->by_linear[k] += c * (one[k] + c * two[k]);
         }
         for (int k = 0; k < rows; k++) {
             for (int r = 0; r < n; r++) {
-                by_slow[r] += x->moved[k] * (one[k * n + r] + 2 * c * two[k * n + r]) / half;
+                by_slow[r] += work->moved[k] * (one[k * n + r] + 2 * c * two[k * n + r]) / half;
             }
         }
     }
 }
 
-/* From x->by, derivatives of outputs in the world by coordinates, to those of the state. */
+/* From work->by, derivatives of outputs in the world by coordinates, to those of the state. */
 PROCESSOR_INLINE void collect(const surrogate_step *m, int columns, const step_parts *parts,
-                              const step_work *x, double *by_state, double *by_inputs)
+                              const step_work *work, double *by_state, double *by_inputs)
 {
     const int n = m->states, all = step_all_inputs(m);
     for (int r = 0; r < n; r++) {
         const int o = step_output_of(m, m->state_slot[r]);
         for (int k = 0; k < n && by_state; k++) {
-            const double moved = m->layers > 0 ? x->by[m->state_slot[k] * columns + o] : 0;
+            const double moved = m->layers > 0 ? work->by[m->state_slot[k] * columns + o] : 0;
             by_state[r * n + k] =
-                x->by_linear[k * n + r] + parts->state_scale[r] * moved / parts->state_scale[k];
+                work->by_linear[k * n + r] + parts->state_scale[r] * moved / parts->state_scale[k];
         }
         for (int i = 0; i < m->inputs && by_inputs; i++) {
             double sum = 0;
@@ -206,9 +206,9 @@ PROCESSOR_INLINE void collect(const surrogate_step *m, int columns, const step_p
                 double moved = 0;
                 for (int k = 0; k < m->drives && m->layers > 0; k++) {
                     moved += parts->input_map[end * m->drives + k] *
-                             x->by[m->input_slot[k] * columns + o];
+                             work->by[m->input_slot[k] * columns + o];
                 }
-                sum += x->by_linear[(n + end) * n + r] + parts->state_scale[r] * moved;
+                sum += work->by_linear[(n + end) * n + r] + parts->state_scale[r] * moved;
             }
             by_inputs[r * m->inputs + i] = sum;
         }
@@ -216,26 +216,26 @@ PROCESSOR_INLINE void collect(const surrogate_step *m, int columns, const step_p
 }
 
 FOR_EACH_PROCESSOR static void step_derivatives(const surrogate_step *m, const step_parts *parts,
-                                                step_work *x, const double *state,
+                                                step_work *work, const double *state,
                                                 const double *inputs, const double *after,
                                                 double *next, double *by_state, double *by_inputs)
 {
     const int columns = step_padded(step_outputs(m));
-    step_tile(m, 1, 1, parts, x, state, inputs, after, next);
+    step_tile(m, 1, 1, parts, work, state, inputs, after, next);
     if (m->layers > 0) {
-        differentiate_network(m, columns, parts, x);
-        reorder(m, columns, x);
+        differentiate_network(m, columns, parts, work);
+        reorder(m, columns, work);
         if (m->turns) {
-            differentiate_frame(m, columns, parts, x);
+            differentiate_frame(m, columns, parts, work);
         }
     }
-    differentiate_linear(m, parts, x);
-    collect(m, columns, parts, x, by_state, by_inputs);
+    differentiate_linear(m, parts, work);
+    collect(m, columns, parts, work, by_state, by_inputs);
 }
 
-void surrogate_step_differentiate(const surrogate_step *m, const step_parts *parts, step_work *x,
+void surrogate_step_differentiate(const surrogate_step *m, const step_parts *parts, step_work *work,
                                   const double *state, const double *inputs, const double *after,
                                   double *next, double *by_state, double *by_inputs)
 {
-    step_derivatives(m, parts, x, state, inputs, after, next, by_state, by_inputs);
+    step_derivatives(m, parts, work, state, inputs, after, next, by_state, by_inputs);
 }

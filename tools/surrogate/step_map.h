@@ -117,7 +117,7 @@ typedef struct step_work {
 #undef STEP_FIELD
 } step_work;
 
-PROCESSOR_INLINE size_t step_divide(const surrogate_step *m, double *work, step_work *x)
+PROCESSOR_INLINE size_t step_divide(const surrogate_step *m, double *work, step_work *step_work)
 {
     const int most = step_padded(step_widest(m)), columns = step_padded(step_outputs(m));
     int units = 0;
@@ -126,7 +126,7 @@ PROCESSOR_INLINE size_t step_divide(const surrogate_step *m, double *work, step_
         units += m->width[i];
     }
 #define STEP_PLACE(name, count)                                                                    \
-    x->name = work ? work + at : NULL;                                                             \
+    step_work->name = work ? work + at : NULL;                                                     \
     at += (size_t)(count);
     STEP_WORK(STEP_PLACE)
 #undef STEP_PLACE
@@ -274,81 +274,83 @@ PROCESSOR_INLINE void step_turn(int lanes, const double *c, const double *s, dou
     }
 }
 
-/* z in the frame becomes the network's inputs x->a, in the order of step_layer(). */
+/* z in the frame becomes the network's inputs work->a, in the order of step_layer(). */
 PROCESSOR_INLINE void step_enter_frame(const surrogate_step *m, int lanes, const step_parts *parts,
-                                       step_work *x)
+                                       step_work *work)
 {
     const int p = m->pairs, rest = m->evens + m->odds;
-    double *im = x->z + p * lanes;
+    double *im = work->z + p * lanes;
     for (int l = 0; l < lanes; l++) {
-        x->g[l] = 1;
-        x->g[lanes + l] = 0;
+        work->g[l] = 1;
+        work->g[lanes + l] = 0;
     }
     for (int l = 0; l < lanes && m->turns; l++) {
         double re = 0, up = 0;
         for (int k = 0; k < p; k++) {
-            re += parts->lead[k] * x->z[k * lanes + l];
+            re += parts->lead[k] * work->z[k * lanes + l];
             up += parts->lead[k] * im[k * lanes + l];
         }
         const double rho = sqrt(re * re + up * up + m->soft * m->soft);
-        x->rho[l] = rho;
-        x->g[l] = re / rho;
-        x->g[lanes + l] = -up / rho;
+        work->rho[l] = rho;
+        work->g[l] = re / rho;
+        work->g[lanes + l] = -up / rho;
     }
-    memcpy(x->a, x->z, (size_t)((2 * p + rest) * lanes) * sizeof *x->a);
+    memcpy(work->a, work->z, (size_t)((2 * p + rest) * lanes) * sizeof *work->a);
     for (int k = 0; k < p && m->turns; k++) {
-        step_turn(lanes, x->g, x->g + lanes, 1, x->a + k * lanes, x->a + (p + k) * lanes);
+        step_turn(lanes, work->g, work->g + lanes, 1, work->a + k * lanes,
+                  work->a + (p + k) * lanes);
     }
     if (m->mirrors) { /* first components and evens, then second ones and odds */
-        const size_t row = (size_t)lanes * sizeof *x->b;
-        memcpy(x->b, x->a + p * lanes, (size_t)p * row);
-        memmove(x->a + p * lanes, x->a + 2 * p * lanes, (size_t)m->evens * row);
-        memcpy(x->a + (p + m->evens) * lanes, x->b, (size_t)p * row);
+        const size_t row = (size_t)lanes * sizeof *work->b;
+        memcpy(work->b, work->a + p * lanes, (size_t)p * row);
+        memmove(work->a + p * lanes, work->a + 2 * p * lanes, (size_t)m->evens * row);
+        memcpy(work->a + (p + m->evens) * lanes, work->b, (size_t)p * row);
     }
 }
 
-/* What step_layer() leaves in x->a becomes [first components, second ones, evens, odds], turned
+/* What step_layer() leaves in work->a becomes [first components, second ones, evens, odds], turned
  * back. */
-PROCESSOR_INLINE void step_leave_frame(const surrogate_step *m, int lanes, step_work *x)
+PROCESSOR_INLINE void step_leave_frame(const surrogate_step *m, int lanes, step_work *work)
 {
     const int p = m->out_pairs;
     if (m->mirrors) {
-        const size_t row = (size_t)lanes * sizeof *x->b;
-        memcpy(x->b, x->a + p * lanes, (size_t)m->out_evens * row);
-        memmove(x->a + p * lanes, x->a + (p + m->out_evens) * lanes, (size_t)p * row);
-        memcpy(x->a + 2 * p * lanes, x->b, (size_t)m->out_evens * row);
+        const size_t row = (size_t)lanes * sizeof *work->b;
+        memcpy(work->b, work->a + p * lanes, (size_t)m->out_evens * row);
+        memmove(work->a + p * lanes, work->a + (p + m->out_evens) * lanes, (size_t)p * row);
+        memcpy(work->a + 2 * p * lanes, work->b, (size_t)m->out_evens * row);
     }
     if (lanes == 1) {
-        memcpy(x->framed, x->a, (size_t)step_outputs(m) * sizeof *x->framed);
+        memcpy(work->framed, work->a, (size_t)step_outputs(m) * sizeof *work->framed);
     }
     for (int k = 0; k < p && m->turns; k++) {
-        step_turn(lanes, x->g, x->g + lanes, -1, x->a + k * lanes, x->a + (p + k) * lanes);
+        step_turn(lanes, work->g, work->g + lanes, -1, work->a + k * lanes,
+                  work->a + (p + k) * lanes);
     }
 }
 
-/* The network's outputs in x->a for coordinates x->z. */
+/* The network's outputs in work->a for coordinates work->z. */
 PROCESSOR_INLINE void step_network(const surrogate_step *m, int lanes, const step_parts *parts,
-                                   step_work *x)
+                                   step_work *work)
 {
     const double *numbers = parts->network;
-    double *kept = x->kept;
-    step_enter_frame(m, lanes, parts, x);
+    double *kept = work->kept;
+    step_enter_frame(m, lanes, parts, work);
     for (int at = 0; at <= m->layers; at++) {
-        double *swap = x->a;
-        numbers = step_layer(m, lanes, at, numbers, x->a, x->b);
+        double *swap = work->a;
+        numbers = step_layer(m, lanes, at, numbers, work->a, work->b);
         if (at < m->layers) {
-            step_activate(m, lanes, m->width[at], x->b, lanes == 1 ? kept : NULL);
+            step_activate(m, lanes, m->width[at], work->b, lanes == 1 ? kept : NULL);
             kept += m->width[at];
         }
-        x->a = x->b;
-        x->b = swap;
+        work->a = work->b;
+        work->b = swap;
     }
 }
 
-/* Coordinates x->z of `lanes` states, and in x->moved how far states and inputs are from the
+/* Coordinates work->z of `lanes` states, and in work->moved how far states and inputs are from the
  * centers; rows beyond `count` repeat the last one. */
 PROCESSOR_INLINE void step_enter(const surrogate_step *m, int lanes, int count,
-                                 const step_parts *parts, step_work *x, const double *states,
+                                 const step_parts *parts, step_work *work, const double *states,
                                  const double *inputs, const double *after)
 {
     const int n = m->states, all = step_all_inputs(m), given = m->inputs;
@@ -356,58 +358,59 @@ PROCESSOR_INLINE void step_enter(const surrogate_step *m, int lanes, int count,
         const int row = l < count ? l : count - 1;
         for (int k = 0; k < n; k++) {
             const double moved = states[row * n + k] - parts->state_center[k];
-            x->moved[k * lanes + l] = moved;
-            x->z[m->state_slot[k] * lanes + l] = moved / parts->state_scale[k];
+            work->moved[k * lanes + l] = moved;
+            work->z[m->state_slot[k] * lanes + l] = moved / parts->state_scale[k];
         }
         for (int i = 0; i < all; i++) {
             const double *u =
                 i < given ? inputs + row * given + i : after + row * given + i - given;
-            x->moved[(n + i) * lanes + l] = *u - parts->input_center[i];
+            work->moved[(n + i) * lanes + l] = *u - parts->input_center[i];
         }
     }
     for (int j = 0; j < m->slow_count; j++) { /* times c and c^2 */
         const int size = (n + all) * lanes, i = m->slow[j];
         const double half = 0.5 * (parts->input_high[i] - parts->input_low[i]);
-        double *to = x->moved + (1 + 2 * j) * size;
+        double *to = work->moved + (1 + 2 * j) * size;
         for (int k = 0; k < size; k++) {
-            const double c = x->moved[(n + i) * lanes + k % lanes] / half;
-            to[k] = c * x->moved[k];
+            const double c = work->moved[(n + i) * lanes + k % lanes] / half;
+            to[k] = c * work->moved[k];
             to[size + k] = c * to[k];
         }
     }
-    step_multiply(lanes, all, m->drives, parts->input_map, NULL, x->moved + n * lanes, x->a);
+    step_multiply(lanes, all, m->drives, parts->input_map, NULL, work->moved + n * lanes, work->a);
     for (int k = 0; k < m->drives; k++) {
-        memcpy(x->z + m->input_slot[k] * lanes, x->a + k * lanes, (size_t)lanes * sizeof *x->z);
+        memcpy(work->z + m->input_slot[k] * lanes, work->a + k * lanes,
+               (size_t)lanes * sizeof *work->z);
     }
 }
 
 PROCESSOR_INLINE void step_tile(const surrogate_step *m, int lanes, int count,
-                                const step_parts *parts, step_work *x, const double *states,
+                                const step_parts *parts, step_work *work, const double *states,
                                 const double *inputs, const double *after, double *next)
 {
     const int n = m->states;
-    step_enter(m, lanes, count, parts, x, states, inputs, after);
+    step_enter(m, lanes, count, parts, work, states, inputs, after);
     step_multiply(lanes, step_blocks_of(m) * (n + step_all_inputs(m)), n, parts->linear,
-                  parts->next_center, x->moved, x->linear);
+                  parts->next_center, work->moved, work->linear);
     if (m->layers > 0) {
-        step_network(m, lanes, parts, x);
-        step_leave_frame(m, lanes, x);
+        step_network(m, lanes, parts, work);
+        step_leave_frame(m, lanes, work);
         for (int r = 0; r < n; r++) {
-            const double *correction = x->a + step_output_of(m, m->state_slot[r]) * lanes;
+            const double *correction = work->a + step_output_of(m, m->state_slot[r]) * lanes;
             for (int l = 0; l < lanes; l++) {
-                x->linear[r * lanes + l] += parts->state_scale[r] * correction[l];
+                work->linear[r * lanes + l] += parts->state_scale[r] * correction[l];
             }
         }
     }
     for (int l = 0; l < lanes && l < count; l++) {
         for (int r = 0; r < n; r++) {
-            next[l * n + r] = x->linear[r * lanes + l];
+            next[l * n + r] = work->linear[r * lanes + l];
         }
     }
 }
 
 /* One step as surrogate_step_advance has it, with derivatives unless NULL. */
-void surrogate_step_differentiate(const surrogate_step *m, const step_parts *parts, step_work *x,
+void surrogate_step_differentiate(const surrogate_step *m, const step_parts *parts, step_work *work,
                                   const double *state, const double *inputs, const double *after,
                                   double *next, double *by_state, double *by_inputs);
 

@@ -31,34 +31,35 @@ typedef struct runner {
 } runner;
 
 /* Parts of a step by polynomials. What is known of the end is that of this part. */
-static int advance_part(runner *x, int count, double h, const double *states, const double *inputs,
-                        const double *after, double *next, double *by_state, double *by_inputs)
+static int advance_part(runner *runner, int count, double h, const double *states,
+                        const double *inputs, const double *after, double *next, double *by_state,
+                        double *by_inputs)
 {
-    const surrogate_step *m = x->step;
+    const surrogate_step *m = runner->step;
     const size_t n = (size_t)m->states, given = (size_t)m->inputs;
     const double t = h / m->step;
     int bad = 0;
     if (!(t > 0 && t < 1) || (after && !m->ramps)) {
         return 2;
     }
-    if (x->part.step != h) {
-        surrogate_curve_at(m, x->inner, t, x->numbers);
-        x->part = *m;
-        x->part.step = h;
-        x->part.numbers = x->numbers;
+    if (runner->part.step != h) {
+        surrogate_curve_at(m, runner->inner, t, runner->numbers);
+        runner->part = *m;
+        runner->part.step = h;
+        runner->part.numbers = runner->numbers;
     }
     if (!after) {
-        return surrogate_step_advance(&x->part, x->work, count, h, states, inputs, NULL, next,
-                                      by_state, by_inputs);
+        return surrogate_step_advance(&runner->part, runner->work, count, h, states, inputs, NULL,
+                                      next, by_state, by_inputs);
     }
     for (size_t i = 0; i < (size_t)count; i++) {
         const double *u = inputs + i * given;
         for (size_t k = 0; k < given; k++) {
-            x->end[k] = u[k] + (after[i * given + k] - u[k]) / t;
+            runner->end[k] = u[k] + (after[i * given + k] - u[k]) / t;
         }
-        bad |= surrogate_step_advance(&x->part, x->work, 1, h, states + i * n, u, x->end,
-                                      next + i * n, by_state ? by_state + i * n * n : NULL,
-                                      by_inputs ? by_inputs + i * n * given : NULL);
+        bad |= surrogate_step_advance(
+            &runner->part, runner->work, 1, h, states + i * n, u, runner->end, next + i * n,
+            by_state ? by_state + i * n * n : NULL, by_inputs ? by_inputs + i * n * given : NULL);
     }
     return bad;
 }
@@ -66,23 +67,23 @@ static int advance_part(runner *x, int count, double h, const double *states, co
 static int advance(void *context, int count, double h, const double *states, const double *inputs,
                    const double *after, double *next, double *by_state, double *by_inputs)
 {
-    runner *x = context;
-    if (x->curve) {
-        return decoupled_advance(x->curve, x->work, count, h, states, inputs, after, next, by_state,
-                                 by_inputs);
+    runner *runner = context;
+    if (runner->curve) {
+        return decoupled_advance(runner->curve, runner->work, count, h, states, inputs, after, next,
+                                 by_state, by_inputs);
     }
-    if (x->inner && fabs(h - x->step->step) > 1e-9 * x->step->step) {
-        return advance_part(x, count, h, states, inputs, after, next, by_state, by_inputs);
+    if (runner->inner && fabs(h - runner->step->step) > 1e-9 * runner->step->step) {
+        return advance_part(runner, count, h, states, inputs, after, next, by_state, by_inputs);
     }
-    return surrogate_step_advance(x->step, x->work, count, h, states, inputs, after, next, by_state,
-                                  by_inputs);
+    return surrogate_step_advance(runner->step, runner->work, count, h, states, inputs, after, next,
+                                  by_state, by_inputs);
 }
 
 static double outside(void *context, const double *state, const double *inputs)
 {
-    const runner *x = context;
-    return x->curve ? decoupled_outside(x->curve, state, inputs)
-                    : surrogate_step_outside(x->step, state, inputs);
+    const runner *runner = context;
+    return runner->curve ? decoupled_outside(runner->curve, state, inputs)
+                         : surrogate_step_outside(runner->step, state, inputs);
 }
 
 ad_status surrogate_one_step(const surrogate *s, one_step *result, ad_error *error)
@@ -117,14 +118,14 @@ ad_status surrogate_one_step(const surrogate *s, one_step *result, ad_error *err
     return AD_OK;
 }
 
-void surrogate_one_step_free(one_step *x)
+void surrogate_one_step_free(one_step *step)
 {
-    runner *own = x->context;
+    runner *own = step->context;
     if (own) {
         free(own->work);
         free(own);
     }
-    *x = (one_step){0};
+    *step = (one_step){0};
 }
 
 ad_status surrogate_rod(const surrogate *s, int count, const double *places, reduced_rod **result,

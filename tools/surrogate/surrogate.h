@@ -41,7 +41,7 @@ bool surrogate_is_parameter(const surrogate *s, int i);
 
 /* A model for one thread, borrowing from s, which outlives it. AD_NO_MEMORY. */
 ad_status surrogate_one_step(const surrogate *s, one_step *result, ad_error *error);
-void surrogate_one_step_free(one_step *x);
+void surrogate_one_step_free(one_step *step);
 
 /* The reduced rod whose state the model steps, looked at in `count` places s (m). */
 ad_status surrogate_rod(const surrogate *s, int count, const double *places, reduced_rod **result,

@@ -22,8 +22,8 @@ static ad_status roll(const scene *open, const surrogate_settings *settings, con
     const double length = scene_length(open);
     const reduced_settings reduced = {
         .modes = {modes[0], modes[1], modes[2], modes[3]}, .count = 1, .s = &length};
-    excite_settings how = excite_settings_default();
-    excite_rollouts motions = {0};
+    excitation_settings how = excitation_settings_default();
+    excitation_rollouts motions = {0};
     reduced_rod *rod = NULL;
     memcpy(how.modes, modes, sizeof how.modes);
     how.step = settings->step;
@@ -37,7 +37,7 @@ static ad_status roll(const scene *open, const surrogate_settings *settings, con
         }
     }
     ad_status status = reduced_create(open, &reduced, &rod, error);
-    status = status == AD_OK ? excite_run(open, &how, pool, &motions, error) : status;
+    status = status == AD_OK ? excitation_run(open, &how, pool, &motions, error) : status;
     for (int i = 0; i < JUDGED * JUDGED_STEPS && status == AD_OK; i++) {
         const int r = i / JUDGED_STEPS, k = i % JUDGED_STEPS + 1;
         const size_t row = (size_t)r * (JUDGED_STEPS + 1) + (size_t)k;
@@ -49,7 +49,7 @@ static ad_status roll(const scene *open, const surrogate_settings *settings, con
         }
         memcpy(tips + 3 * i, tip.position, sizeof tip.position);
     }
-    excite_free(&motions);
+    excitation_free(&motions);
     reduced_free(rod);
     return status;
 }

@@ -88,20 +88,21 @@ static ad_status check_names(const char *list, int count, const char *const *all
 
 /* Every parameter with a range is an input or a parameter; inputs that are not given are all that
  * are left. */
-static ad_status resolve_names(surrogate_settings *x, const scene *of, char key[TRAIN_KEY_MAX],
-                               ad_error *error)
+static ad_status resolve_names(surrogate_settings *settings, const scene *of,
+                               char key[TRAIN_KEY_MAX], ad_error *error)
 {
     char problem[256];
-    const bool given = x->input_count > 0;
-    ad_status status = check_names("inputs", x->input_count, x->inputs, x->parameter_count,
-                                   x->parameters, of, key, error);
+    const bool given = settings->input_count > 0;
+    ad_status status = check_names("inputs", settings->input_count, settings->inputs,
+                                   settings->parameter_count, settings->parameters, of, key, error);
     if (status == AD_OK) {
-        status = check_names("parameters", x->parameter_count, x->parameters, x->input_count,
-                             x->inputs, of, key, error);
+        status = check_names("parameters", settings->parameter_count, settings->parameters,
+                             settings->input_count, settings->inputs, of, key, error);
     }
     for (int i = 0; i < of->parameter_count && status == AD_OK; i++) {
         const char *name = of->parameters[i].name;
-        if (names(x->input_count, x->inputs, name) || surrogate_names_parameter(x, name)) {
+        if (names(settings->input_count, settings->inputs, name) ||
+            surrogate_names_parameter(settings, name)) {
             continue;
         }
         if (given) {
@@ -111,7 +112,7 @@ static ad_status resolve_names(surrogate_settings *x, const scene *of, char key[
                      name);
             status = refuse(key, "surrogate.inputs", error, problem);
         } else {
-            x->inputs[x->input_count++] = name;
+            settings->inputs[settings->input_count++] = name;
         }
     }
     return status;
@@ -121,12 +122,12 @@ static ad_status resolve_names(surrogate_settings *x, const scene *of, char key[
 enum { NODES_STEPS = 2000 };
 
 /* Of curves of sines Adam on parts of the steps, since f with its derivatives is what costs. */
-static train_stage usual_stage(const surrogate_settings *x)
+static train_stage usual_stage(const surrogate_settings *settings)
 {
     train_stage stage = train_stage_default();
     stage.optim.method = OPTIM_SSBROYDEN;
-    stage.steps = x->kind == SURROGATE_POLYNOMIAL ? NODES_STEPS : STEPS;
-    if (x->kind == SURROGATE_DDPINN) {
+    stage.steps = settings->kind == SURROGATE_POLYNOMIAL ? NODES_STEPS : STEPS;
+    if (settings->kind == SURROGATE_DDPINN) {
         stage.optim.method = OPTIM_ADAM;
         stage.steps = DECOUPLED_STEPS;
         stage.optim.learning_rate = 2e-3;
@@ -150,11 +151,11 @@ static ad_status check_scene(const scene *of, char key[TRAIN_KEY_MAX], ad_error 
     return AD_OK;
 }
 
-static ad_status check_training(const surrogate_settings *x, const train_settings *training,
+static ad_status check_training(const surrogate_settings *settings, const train_settings *training,
                                 char key[TRAIN_KEY_MAX], ad_error *error)
 {
     const nn_mlp_settings *network = &training->network;
-    if (x->kind != SURROGATE_LINEAR &&
+    if (settings->kind != SURROGATE_LINEAR &&
         (network->hidden_count < 1 || network->hidden_count > SURROGATE_LAYERS_MAX)) {
         return refuse(key, "network.hidden", error,
                       "of a one-step model has 1 to 4 layers; for none surrogate.kind: linear");
@@ -192,18 +193,18 @@ static ad_status check_training(const surrogate_settings *x, const train_setting
                : AD_OK;
 }
 
-ad_status surrogate_settings_resolve(surrogate_settings *x, train_settings *training,
+ad_status surrogate_settings_resolve(surrogate_settings *settings, train_settings *training,
                                      scene *rod_scene, char key[TRAIN_KEY_MAX], ad_error *error)
 {
     nn_mlp_settings *network = &training->network;
     if (network->hidden_count == TRAIN_OPEN) {
-        network->hidden_count = x->kind == SURROGATE_LINEAR ? 0 : 2;
+        network->hidden_count = settings->kind == SURROGATE_LINEAR ? 0 : 2;
         network->hidden[0] = network->hidden[1] = WIDTH;
     }
-    train_close_stage(&training->stages[0], usual_stage(x));
+    train_close_stage(&training->stages[0], usual_stage(settings));
     ad_status status = check_scene(rod_scene, key, error);
-    status = status == AD_OK ? resolve_names(x, rod_scene, key, error) : status;
-    status = status == AD_OK ? check_training(x, training, key, error) : status;
+    status = status == AD_OK ? resolve_names(settings, rod_scene, key, error) : status;
+    status = status == AD_OK ? check_training(settings, training, key, error) : status;
     if (status != AD_OK) {
         return status;
     }

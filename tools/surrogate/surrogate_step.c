@@ -23,18 +23,18 @@ size_t surrogate_step_work(const surrogate_step *m)
 }
 
 FOR_EACH_PROCESSOR static void step_one(const surrogate_step *m, const step_parts *parts,
-                                        step_work *x, const double *state, const double *inputs,
+                                        step_work *work, const double *state, const double *inputs,
                                         const double *after, double *next)
 {
-    step_tile(m, 1, 1, parts, x, state, inputs, after, next);
+    step_tile(m, 1, 1, parts, work, state, inputs, after, next);
 }
 
 FOR_EACH_PROCESSOR static void step_many(const surrogate_step *m, int count,
-                                         const step_parts *parts, step_work *x,
+                                         const step_parts *parts, step_work *work,
                                          const double *states, const double *inputs,
                                          const double *after, double *next)
 {
-    step_tile(m, STEP_LANES, count, parts, x, states, inputs, after, next);
+    step_tile(m, STEP_LANES, count, parts, work, states, inputs, after, next);
 }
 
 int surrogate_step_advance(const surrogate_step *m, double *work, int count, double h,

@@ -15,9 +15,10 @@ static const int lengths[LENGTHS] = {250, 50};
 
 /* ---- preparation --------------------------------------------------------------------------- */
 
-excite_settings surrogate_excitation(const surrogate_training *t, int steps, int first, int count)
+excitation_settings surrogate_excitation(const surrogate_training *t, int steps, int first,
+                                         int count)
 {
-    excite_settings settings = excite_settings_default();
+    excitation_settings settings = excitation_settings_default();
     memcpy(settings.modes, t->settings->modes, sizeof settings.modes);
     settings.step = t->settings->step;
     settings.steps = steps;
@@ -39,17 +40,17 @@ static ad_status draw_one(surrogate_training *t, int length, int part, surrogate
 {
     const int learnt = (t->settings->solved / LENGTHS + length - 1) / length;
     const int first = (length == lengths[0] ? 0 : INT32_MAX / 2) + part * learnt;
-    const excite_settings settings =
+    const excitation_settings settings =
         surrogate_excitation(t, length, first, part == 0 ? learnt : (learnt + HELD - 1) / HELD);
-    excite_rollouts motions;
-    ad_status status = excite_run(t->open, &settings, t->pool, &motions, error);
+    excitation_rollouts motions;
+    ad_status status = excitation_run(t->open, &settings, t->pool, &motions, error);
     if (status == AD_OK) {
         const size_t before = steps->count;
         status = surrogate_steps_add(&motions, settings.linear, steps, error);
         if (status == AD_OK && t->settings->kind == SURROGATE_POLYNOMIAL) {
             status = surrogate_add_nodes(t, &motions, before, steps, error);
         }
-        excite_free(&motions);
+        excitation_free(&motions);
     }
     return status;
 }
@@ -241,8 +242,8 @@ void surrogate_training_free(surrogate_training *t)
         surrogate_flow_free(t->flow);
         physics_loss_free(t->physics);
         physics_loss_free(t->held_loss);
-        excite_free(&t->motions);
-        excite_free(&t->held_motions);
+        excitation_free(&t->motions);
+        excitation_free(&t->held_motions);
         surrogate_steps_free(&t->steps);
         surrogate_steps_free(&t->held);
         optim_free(t->optimizer);

@@ -9,7 +9,7 @@
 /* Beginnings in an evaluation of Adam, and of methods that need the same function again. */
 enum { BATCH = 128, WHOLE = 4000, HELD = 500 };
 
-static ad_status make_loss(surrogate_training *t, const excite_rollouts *motions,
+static ad_status make_loss(surrogate_training *t, const excitation_rollouts *motions,
                            const physics_loss_settings *settings, physics_loss **loss,
                            ad_error *error)
 {
@@ -61,11 +61,11 @@ static ad_status allocate(surrogate_training *t, ad_error *error)
 ad_status surrogate_prepare_curve(surrogate_training *t, int steps, int rollouts, int held,
                                   ad_error *error)
 {
-    const excite_settings first = surrogate_excitation(t, steps, 0, rollouts);
-    const excite_settings other = surrogate_excitation(t, steps, rollouts, held);
-    ad_status status = excite_run(t->open, &first, t->pool, &t->motions, error);
-    status =
-        status == AD_OK ? excite_run(t->open, &other, t->pool, &t->held_motions, error) : status;
+    const excitation_settings first = surrogate_excitation(t, steps, 0, rollouts);
+    const excitation_settings other = surrogate_excitation(t, steps, rollouts, held);
+    ad_status status = excitation_run(t->open, &first, t->pool, &t->motions, error);
+    status = status == AD_OK ? excitation_run(t->open, &other, t->pool, &t->held_motions, error)
+                             : status;
     status = status == AD_OK ? allocate(t, error) : status;
     if (status != AD_OK) {
         return status;

@@ -28,7 +28,7 @@ struct surrogate_training {
     decoupled
         curve; /* damped sines, in place of steps, step and flow; of polynomials, their scales */
     double *scales; /* its numbers */
-    excite_rollouts motions, held_motions;
+    excitation_rollouts motions, held_motions;
     physics_loss *physics, *held_loss; /* of the stage at work; errors of held-out steps */
 };
 
@@ -36,12 +36,13 @@ struct surrogate_training {
 ad_status surrogate_training_make_optimizer(surrogate_training *t, ad_error *error);
 
 /* How rollouts of so many steps are drawn for training. */
-excite_settings surrogate_excitation(const surrogate_training *t, int steps, int first, int count);
+excitation_settings surrogate_excitation(const surrogate_training *t, int steps, int first,
+                                         int count);
 
 /* training_nodes.c. Node values of the steps behind `from`, which are of these motions: at the end
  * in place of the solved state. Steps without are left out. */
-ad_status surrogate_add_nodes(surrogate_training *t, const excite_rollouts *motions, size_t from,
-                              surrogate_steps *steps, ad_error *error);
+ad_status surrogate_add_nodes(surrogate_training *t, const excitation_rollouts *motions,
+                              size_t from, surrogate_steps *steps, ad_error *error);
 /* Models of the other nodes beside that of the end, which is known but for its network. */
 ad_status surrogate_find_inner(surrogate_training *t, ad_error *error);
 

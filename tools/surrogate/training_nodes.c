@@ -5,7 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-static ad_status find_scales(surrogate_training *t, const excite_rollouts *motions, ad_error *error)
+static ad_status find_scales(surrogate_training *t, const excitation_rollouts *motions,
+                             ad_error *error)
 {
     t->curve = (decoupled){.states = motions->states,
                            .inputs = motions->inputs,
@@ -21,16 +22,16 @@ static ad_status find_scales(surrogate_training *t, const excite_rollouts *motio
 }
 
 /* Row `from` becomes row `to` <= from. */
-static void move(const decoupled *m, surrogate_steps *x, size_t from, size_t to)
+static void move(const decoupled *m, surrogate_steps *steps, size_t from, size_t to)
 {
     const size_t n = (size_t)m->states, all = (size_t)decoupled_given(m);
-    memmove(x->state + to * n, x->state + from * n, n * sizeof *x->state);
-    memmove(x->next + to * n, x->next + from * n, n * sizeof *x->next);
-    memmove(x->input + to * all, x->input + from * all, all * sizeof *x->input);
+    memmove(steps->state + to * n, steps->state + from * n, n * sizeof *steps->state);
+    memmove(steps->next + to * n, steps->next + from * n, n * sizeof *steps->next);
+    memmove(steps->input + to * all, steps->input + from * all, all * sizeof *steps->input);
 }
 
-ad_status surrogate_add_nodes(surrogate_training *t, const excite_rollouts *motions, size_t from,
-                              surrogate_steps *steps, ad_error *error)
+ad_status surrogate_add_nodes(surrogate_training *t, const excitation_rollouts *motions,
+                              size_t from, surrogate_steps *steps, ad_error *error)
 {
     const size_t n = (size_t)motions->states, each = DECOUPLED_NODES * n;
     const size_t rows = (size_t)motions->count * (size_t)motions->steps;

@@ -2,7 +2,7 @@
 #ifndef SURROGATE_TRAINING_PARTS_H
 #define SURROGATE_TRAINING_PARTS_H
 
-#include "tools/surrogate/excite.h"
+#include "tools/surrogate/excitation.h"
 #include "tools/surrogate/surrogate.h"
 #include "tools/surrogate/training.h"
 
@@ -14,9 +14,9 @@ typedef struct surrogate_steps {
 } surrogate_steps;
 
 /* Adds those of rollouts. */
-ad_status surrogate_steps_add(const excite_rollouts *motions, bool ramps, surrogate_steps *x,
-                              ad_error *error);
-void surrogate_steps_free(surrogate_steps *x);
+ad_status surrogate_steps_add(const excitation_rollouts *motions, bool ramps,
+                              surrogate_steps *steps, ad_error *error);
+void surrogate_steps_free(surrogate_steps *steps);
 
 /* Numbers of a step by name, for those who fill them in. */
 typedef struct surrogate_numbers {

@@ -27,13 +27,13 @@ static void say_value(char *text, size_t size, size_t *used, const char *before,
     }
 }
 
-static void judge_bounds(const identified *x, const scene *open, verdict *to)
+static void judge_bounds(const identified *identified, const scene *open, verdict *to)
 {
     char names[300] = "";
     size_t used = 0;
-    for (int i = 0; i < x->count; i++) {
-        if (x->bounded[i]) {
-            say_value(names, sizeof names, &used, used ? ", " : "", open, i, x->value[i]);
+    for (int i = 0; i < identified->count; i++) {
+        if (identified->bounded[i]) {
+            say_value(names, sizeof names, &used, used ? ", " : "", open, i, identified->value[i]);
         }
     }
     if (used) {
@@ -44,17 +44,17 @@ static void judge_bounds(const identified *x, const scene *open, verdict *to)
     }
 }
 
-static void judge_others(const identified *x, const scene *open, verdict *to)
+static void judge_others(const identified *identified, const scene *open, verdict *to)
 {
     char text[400] = "";
     size_t used = 0;
-    for (int k = 0; k < x->others; k++) {
-        for (int i = 0; i < x->count; i++) {
+    for (int k = 0; k < identified->others; k++) {
+        for (int i = 0; i < identified->count; i++) {
             say_value(text, sizeof text, &used,
                       i   ? ", "
                       : k ? "; or "
                           : "",
-                      open, i, x->other[k].value[i]);
+                      open, i, identified->other[k].value[i]);
         }
     }
     if (used) {
@@ -66,12 +66,12 @@ static void judge_others(const identified *x, const scene *open, verdict *to)
 }
 
 /* Where two deviations do not change chi squared by about 4. */
-static void judge_growth(const identified *x, const scene *open, verdict *to)
+static void judge_growth(const identified *identified, const scene *open, verdict *to)
 {
     int worst = -1, side = 0;
     double by = ROUGH;
-    for (int k = 0; k < 2 * x->count; k++) {
-        const double part = x->growth[k / 2][k % 2];
+    for (int k = 0; k < 2 * identified->count; k++) {
+        const double part = identified->growth[k / 2][k % 2];
         const double off = part > 0 ? fmax(part, 1 / part) : INFINITY;
         if (!isnan(part) && off > by) {
             worst = k / 2;
@@ -84,36 +84,38 @@ static void judge_growth(const identified *x, const scene *open, verdict *to)
                     "deviations are rough: two of %s %s change chi squared by %.3g, where 4 is "
                     "meant; more or better measurements make them hold",
                     open->parameters[scene_known_count(open) + worst].name,
-                    side ? "upwards" : "downwards", 4 * x->growth[worst][side]);
+                    side ? "upwards" : "downwards", 4 * identified->growth[worst][side]);
     }
 }
 
 /* A valley: what is known of a combination, but hardly of each by itself. */
-static void judge_valley(const identified *x, const scene_parameter *const *parameters, verdict *to)
+static void judge_valley(const identified *identified, const scene_parameter *const *parameters,
+                         verdict *to)
 {
     char text[200];
-    if (x->information.collinearity > SOLVE_COLLINEAR && x->information.untold == 0) {
-        solve_information_text(parameters, x->count, x->value, x->information.valley, text,
-                               sizeof text);
+    if (identified->information.collinearity > SOLVE_COLLINEAR &&
+        identified->information.untold == 0) {
+        solve_information_text(parameters, identified->count, identified->value,
+                               identified->information.valley, text, sizeof text);
         verdict_add(to, VERDICT_KNOWN_TOGETHER,
                     "the measurements hardly tell, as the deviations say, how large a change is "
                     "of: %s; each alone would be known %.0f times as well",
-                    text, x->information.collinearity);
+                    text, identified->information.collinearity);
     }
 }
 
-static void judge_untold(const identified *x, const scene *open, verdict *to)
+static void judge_untold(const identified *identified, const scene *open, verdict *to)
 {
     const scene_parameter *parameters[MAX];
     char text[400] = "";
     size_t used = 0;
-    for (int i = 0; i < x->count; i++) {
+    for (int i = 0; i < identified->count; i++) {
         parameters[i] = &open->parameters[scene_known_count(open) + i];
     }
-    for (int k = 0; k < x->information.untold && used < sizeof text; k++) {
+    for (int k = 0; k < identified->information.untold && used < sizeof text; k++) {
         char one[200];
-        solve_information_text(parameters, x->count, x->value, x->information.direction[k], one,
-                               sizeof one);
+        solve_information_text(parameters, identified->count, identified->value,
+                               identified->information.direction[k], one, sizeof one);
         used += (size_t)snprintf(text + used, sizeof text - used, "%s%s", k > 0 ? "; " : "", one);
     }
     if (used) {
@@ -121,32 +123,33 @@ static void judge_untold(const identified *x, const scene *open, verdict *to)
                     "the measurements do not tell, beyond the ranges, how large a change is of: %s",
                     text);
     }
-    judge_valley(x, parameters, to);
+    judge_valley(identified, parameters, to);
 }
 
-void identified_verdict(const identified *x, const scene *open, verdict *to)
+void identified_verdict(const identified *identified, const scene *open, verdict *to)
 {
-    const double freedom = (double)x->residuals - x->count;
-    const double off = freedom > 0 && !x->scaled ? identified_off(x->chi_squared, freedom) : 0;
-    if (!x->converged) {
+    const double freedom = (double)identified->residuals - identified->count;
+    const double off =
+        freedom > 0 && !identified->scaled ? identified_off(identified->chi_squared, freedom) : 0;
+    if (!identified->converged) {
         verdict_add(to, VERDICT_NOT_CONVERGED,
-                    "the search for the unknowns has not ended after %d steps", x->steps);
+                    "the search for the unknowns has not ended after %d steps", identified->steps);
     }
-    if (x->held_by_equations > LOOSE) {
+    if (identified->held_by_equations > LOOSE) {
         verdict_add(to, VERDICT_NOT_CONVERGED,
                     "unknowns are held by what the network leaves of the equations, more than by "
                     "the measurements (%.0f %%): try more features or points, or a larger "
                     "data.weight; cpinn-solve finds them without a network",
-                    100 * x->held_by_equations);
+                    100 * identified->held_by_equations);
     }
     if (fabs(off) > IDENTIFIED_EXPLAINED) {
         verdict_add(to, off > 0 ? VERDICT_MISFIT : VERDICT_NOISE_OVERSTATED,
                     "chi squared is %.4g of %.0f degrees of freedom: residuals are %.3g times the "
                     "noise that is stated; deviations are those of the stated one",
-                    x->chi_squared, freedom, sqrt(x->chi_squared / freedom));
+                    identified->chi_squared, freedom, sqrt(identified->chi_squared / freedom));
     }
-    judge_untold(x, open, to);
-    judge_bounds(x, open, to);
-    judge_others(x, open, to);
-    judge_growth(x, open, to);
+    judge_untold(identified, open, to);
+    judge_bounds(identified, open, to);
+    judge_others(identified, open, to);
+    judge_growth(identified, open, to);
 }

@@ -53,22 +53,24 @@ static double logit(double z)
     return log(z / (1 - z));
 }
 
-static void values_of(const search *x, const double *z, double *values)
+static void values_of(const search *search, const double *z, double *values)
 {
-    for (int i = 0; i < x->count; i++) {
-        values[i] = scene_parameter_at(&x->open->parameters[scene_known_count(x->open) + i], z[i]);
+    for (int i = 0; i < search->count; i++) {
+        values[i] = scene_parameter_at(
+            &search->open->parameters[scene_known_count(search->open) + i], z[i]);
     }
 }
 
 /* residuals [trials][n] at parts z [trials][count] of the ranges. */
-static int run(search *x, size_t trials, const double *z, double *residuals)
+static int run(search *search, size_t trials, const double *z, double *residuals)
 {
     double values[2 * MAX * MAX + STARTS * MAX];
     for (size_t k = 0; k < trials; k++) {
-        values_of(x, z + k * (size_t)x->count, values + k * (size_t)x->count);
+        values_of(search, z + k * (size_t)search->count, values + k * (size_t)search->count);
     }
-    x->solutions += (long)(trials * solve_trials_experiments(x->trials));
-    return solve_trials_run(x->trials, trials, values, x->rough, residuals, &x->error) == AD_OK
+    search->solutions += (long)(trials * solve_trials_experiments(search->trials));
+    return solve_trials_run(search->trials, trials, values, search->rough, residuals,
+                            &search->error) == AD_OK
                ? OPTIM_OBJECTIVE_OK
                : OPTIM_OBJECTIVE_STOP;
 }
@@ -82,17 +84,17 @@ static double sum_of_squares(size_t n, const double *r)
     return sum;
 }
 
-static int evaluate(search *x, const double *y, double *value)
+static int evaluate(search *search, const double *y, double *value)
 {
     double z[MAX];
-    for (int i = 0; i < x->count; i++) {
+    for (int i = 0; i < search->count; i++) {
         z[i] = part_of(y[i]);
-        x->y[i] = y[i];
+        search->y[i] = y[i];
     }
-    x->rough = x->easy;
-    const int code = run(x, 1, z, x->r);
-    x->rough = false;
-    *value = sum_of_squares(x->n, x->r);
+    search->rough = search->easy;
+    const int code = run(search, 1, z, search->r);
+    search->rough = false;
+    *value = sum_of_squares(search->n, search->r);
     return code != OPTIM_OBJECTIVE_OK ? code
            : isfinite(*value)         ? OPTIM_OBJECTIVE_OK
                                       : OPTIM_OBJECTIVE_NOT_FINITE;
@@ -100,36 +102,36 @@ static int evaluate(search *x, const double *y, double *value)
 
 /* Of a part of a range: smaller towards its ends, where the logarithm of the distance from them
  * counts. */
-static double difference_at(const search *x, double z)
+static double difference_at(const search *search, double z)
 {
-    return x->difference * fmax(EDGE, 4 * z * (1 - z));
+    return search->difference * fmax(EDGE, 4 * z * (1 - z));
 }
 
 /* j by differences around z, to one side where there is no solution on the other; r is there. */
-static int differentiate(search *x, const double *z)
+static int differentiate(search *search, const double *z)
 {
-    const size_t count = (size_t)x->count;
+    const size_t count = (size_t)search->count;
     double trial[2 * MAX * MAX], ends[2 * MAX];
     for (size_t k = 0; k < 2 * count; k++) {
         memcpy(trial + k * count, z, count * sizeof *z);
-        ends[k] = fmin(1, fmax(0, z[k / 2] + (k % 2 ? 1 : -1) * difference_at(x, z[k / 2])));
+        ends[k] = fmin(1, fmax(0, z[k / 2] + (k % 2 ? 1 : -1) * difference_at(search, z[k / 2])));
         trial[k * count + k / 2] = ends[k];
     }
-    const int code = run(x, 2 * count, trial, x->room);
+    const int code = run(search, 2 * count, trial, search->room);
     for (size_t i = 0; code == OPTIM_OBJECTIVE_OK && i < count; i++) {
-        const double *low = x->room + 2 * i * x->n, *high = low + x->n;
+        const double *low = search->room + 2 * i * search->n, *high = low + search->n;
         double from = ends[2 * i], to = ends[2 * i + 1];
-        if (!isfinite(sum_of_squares(x->n, low))) {
-            low = x->r;
+        if (!isfinite(sum_of_squares(search->n, low))) {
+            low = search->r;
             from = z[i];
-        } else if (!isfinite(sum_of_squares(x->n, high))) {
-            high = x->r;
+        } else if (!isfinite(sum_of_squares(search->n, high))) {
+            high = search->r;
             to = z[i];
         }
-        for (size_t k = 0; k < x->n; k++) {
-            x->j[i * x->n + k] = (high[k] - low[k]) / (to - from);
+        for (size_t k = 0; k < search->n; k++) {
+            search->j[i * search->n + k] = (high[k] - low[k]) / (to - from);
         }
-        if (!isfinite(sum_of_squares(x->n, x->j + i * x->n))) {
+        if (!isfinite(sum_of_squares(search->n, search->j + i * search->n))) {
             return OPTIM_OBJECTIVE_NOT_FINITE;
         }
     }
@@ -137,57 +139,57 @@ static int differentiate(search *x, const double *z)
 }
 
 /* J^T J and J^T r, by unknowns of which the parts of the ranges go as slope [count], NULL: 1. */
-static void multiply(search *x, const double *slope)
+static void multiply(search *search, const double *slope)
 {
-    for (int i = 0; i < x->count; i++) {
-        const double *a = x->j + (size_t)i * x->n;
-        for (int k = 0; k <= x->count; k++) {
-            const double *b = k < x->count ? x->j + (size_t)k * x->n : x->r;
+    for (int i = 0; i < search->count; i++) {
+        const double *a = search->j + (size_t)i * search->n;
+        for (int k = 0; k <= search->count; k++) {
+            const double *b = k < search->count ? search->j + (size_t)k * search->n : search->r;
             double sum = 0;
-            for (size_t row = 0; row < x->n; row++) {
+            for (size_t row = 0; row < search->n; row++) {
                 sum += a[row] * b[row];
             }
-            *(k < x->count ? &x->ls.jtj[i * x->count + k] : &x->ls.jtr[i]) =
-                slope ? sum * slope[i] * (k < x->count ? slope[k] : 1) : sum;
+            *(k < search->count ? &search->ls.jtj[i * search->count + k] : &search->ls.jtr[i]) =
+                slope ? sum * slope[i] * (k < search->count ? slope[k] : 1) : sum;
         }
     }
 }
 
 static int sum(void *context, const double *y, double *value, least_squares *to)
 {
-    search *x = context;
+    search *search = context;
     double z[MAX], slope[MAX];
     if (!to) {
-        return evaluate(x, y, value);
+        return evaluate(search, y, value);
     }
-    const size_t bytes = (size_t)x->count * sizeof *y;
-    int code = memcmp(x->y, y, bytes) == 0 ? OPTIM_OBJECTIVE_OK : evaluate(x, y, value);
-    for (int i = 0; i < x->count; i++) {
+    const size_t bytes = (size_t)search->count * sizeof *y;
+    int code = memcmp(search->y, y, bytes) == 0 ? OPTIM_OBJECTIVE_OK : evaluate(search, y, value);
+    for (int i = 0; i < search->count; i++) {
         z[i] = part_of(y[i]);
         slope[i] = z[i] * (1 - z[i]);
     }
-    code = code == OPTIM_OBJECTIVE_OK ? differentiate(x, z) : code;
+    code = code == OPTIM_OBJECTIVE_OK ? differentiate(search, z) : code;
     if (code == OPTIM_OBJECTIVE_OK) {
-        *value = sum_of_squares(x->n, x->r);
-        multiply(x, slope);
+        *value = sum_of_squares(search->n, search->r);
+        multiply(search, slope);
     }
     return code;
 }
 
 /* By how much a step would lower chi squared, of numbers of this variance: with the damping that
  * keeps steps along what is not measured within the range. */
-static double promised(search *x, double variance)
+static double promised(search *search, double variance)
 {
     static const double DAMPING = 1.0 / 16; /* (dz/dy)^2 in the middle of a range */
     double ones[MAX], step[MAX], sum = 0;
-    for (int i = 0; i < x->count; i++) {
+    for (int i = 0; i < search->count; i++) {
         ones[i] = 1;
     }
-    if (least_squares_solve(&x->ls, DAMPING * variance, ones, step) != 0) {
+    if (least_squares_solve(&search->ls, DAMPING * variance, ones, step) != 0) {
         return INFINITY;
     }
-    for (int i = 0; i < x->count; i++) {
-        sum -= step[i] * x->ls.jtr[i];
+    for (int i = 0; i < search->count; i++) {
+        sum -= step[i] * search->ls.jtr[i];
     }
     return sum;
 }
@@ -201,53 +203,53 @@ typedef struct descent {
 } descent;
 
 /* What counts as little of chi squared: a number's share of it where the noise is not known. */
-static double variance_of(const search *x, double chi_squared)
+static double variance_of(const search *search, double chi_squared)
 {
-    return !x->noise_is_scaled ? 1 : chi_squared / fmax(1, (double)x->n - x->count);
+    return !search->noise_is_scaled ? 1 : chi_squared / fmax(1, (double)search->n - search->count);
 }
 
 /* From parts z of the ranges on. AD_OK also where there is no solution: chi_squared is then
  * infinite. */
-static ad_status descend(search *x, const double *z, descent *result, ad_error *error)
+static ad_status descend(search *search, const double *z, descent *result, ad_error *error)
 {
     double y[MAX], first;
     *result = (descent){.chi_squared = INFINITY};
-    for (int i = 0; i < x->count; i++) {
+    for (int i = 0; i < search->count; i++) {
         y[i] = logit(fmin(1 - EDGE, fmax(EDGE, z[i])));
     }
-    x->easy = solve_trials_by_members(x->trials);
-    x->easy = x->easy && evaluate(x, y, &first) == OPTIM_OBJECTIVE_OK;
-    for (int i = 0; i < x->count && !x->easy; i++) {
-        x->y[i] = NAN;
+    search->easy = solve_trials_by_members(search->trials);
+    search->easy = search->easy && evaluate(search, y, &first) == OPTIM_OBJECTIVE_OK;
+    for (int i = 0; i < search->count && !search->easy; i++) {
+        search->y[i] = NAN;
     }
-    if (least_squares_begin(&x->ls, y, error) != AD_OK) {
+    if (least_squares_begin(&search->ls, y, error) != AD_OK) {
         return error->status;
     }
-    optim_optimizer *by = x->ls.by;
+    optim_optimizer *by = search->ls.by;
     optim_status status = OPTIM_RUNNING;
     while (status == OPTIM_RUNNING && !result->converged && result->steps < STEPS_MAX) {
-        status = least_squares_next(&x->ls);
-        const double variance = variance_of(x, optim_inspect(by).value);
+        status = least_squares_next(&search->ls);
+        const double variance = variance_of(search, optim_inspect(by).value);
         result->steps++;
         result->converged =
             status == OPTIM_FUNCTION_TOLERANCE || status == OPTIM_GRADIENT_TOLERANCE ||
-            promised(x, variance) < variance * (status == OPTIM_RUNNING ? SETTLED : STUCK);
+            promised(search, variance) < variance * (status == OPTIM_RUNNING ? SETTLED : STUCK);
     }
     if (isfinite(optim_inspect(by).value)) {
         result->chi_squared = optim_inspect(by).value;
     }
-    for (int i = 0; i < x->count; i++) {
+    for (int i = 0; i < search->count; i++) {
         result->z[i] = part_of(optim_x(by)[i]);
     }
     return status == OPTIM_STOPPED_BY_OBJECTIVE
-               ? ad_fail(error, x->error.status, "%s", x->error.message)
+               ? ad_fail(error, search->error.status, "%s", search->error.message)
                : AD_OK;
 }
 
-static bool is_explained(const search *x, const descent *found)
+static bool is_explained(const search *search, const descent *found)
 {
-    const double freedom = (double)x->n - x->count;
-    return found->converged && (x->noise_is_scaled || freedom <= 0 ||
+    const double freedom = (double)search->n - search->count;
+    return found->converged && (search->noise_is_scaled || freedom <= 0 ||
                                 identified_off(found->chi_squared, freedom) < IDENTIFIED_EXPLAINED);
 }
 
@@ -276,27 +278,28 @@ static double critical(int dimensions, int points)
     return pow(tgamma(1 + dimensions / 2.0) * part, 1.0 / dimensions) / sqrt(acos(-1));
 }
 
-static ad_status try_starts(search *x, starts *all, ad_error *error)
+static ad_status try_starts(search *search, starts *all, ad_error *error)
 {
     double points[MAX * STARTS], z[STARTS * MAX];
-    double *residuals = malloc((size_t)all->count * x->n * sizeof *residuals);
+    double *residuals = malloc((size_t)all->count * search->n * sizeof *residuals);
     const int n = all->count;
-    ad_status status = residuals
-                           ? sampling_fill(SAMPLING_SOBOL, NULL, x->count, (size_t)n, points, error)
-                           : ad_fail(error, AD_NO_MEMORY, "out of memory for starts");
+    ad_status status =
+        residuals ? sampling_fill(SAMPLING_SOBOL, NULL, search->count, (size_t)n, points, error)
+                  : ad_fail(error, AD_NO_MEMORY, "out of memory for starts");
     for (int k = 0; status == AD_OK && k < n; k++) {
-        for (int i = 0; i < x->count; i++) {
-            all->z[k][i] = z[k * x->count + i] = points[i * n + k];
+        for (int i = 0; i < search->count; i++) {
+            all->z[k][i] = z[k * search->count + i] = points[i * n + k];
         }
     }
-    x->rough = isfinite(all->end[0].chi_squared);
-    const bool failed = status == AD_OK && run(x, (size_t)n, z, residuals) != OPTIM_OBJECTIVE_OK;
-    x->rough = false;
+    search->rough = isfinite(all->end[0].chi_squared);
+    const bool failed =
+        status == AD_OK && run(search, (size_t)n, z, residuals) != OPTIM_OBJECTIVE_OK;
+    search->rough = false;
     if (failed) {
-        status = ad_fail(error, x->error.status, "%s", x->error.message);
+        status = ad_fail(error, search->error.status, "%s", search->error.message);
     }
     for (int k = 0; status == AD_OK && k < n; k++) {
-        const double sum = sum_of_squares(x->n, residuals + (size_t)k * x->n);
+        const double sum = sum_of_squares(search->n, residuals + (size_t)k * search->n);
         all->chi_squared[k] = isfinite(sum) ? sum : INFINITY;
     }
     free(residuals);
@@ -304,19 +307,19 @@ static ad_status try_starts(search *x, starts *all, ad_error *error)
 }
 
 /* The best point that is neither near a better one nor near an end; -1: there is none. */
-static int next_start(const search *x, const starts *all, const bool *tried)
+static int next_start(const search *search, const starts *all, const bool *tried)
 {
-    const double radius = critical(x->count, all->count);
+    const double radius = critical(search->count, all->count);
     int next = -1;
     for (int k = 0; k < all->count; k++) {
         bool alone = isfinite(all->chi_squared[k]) && !tried[k];
         for (int i = 0; i < all->count && alone; i++) {
             alone = all->chi_squared[i] >= all->chi_squared[k] ||
-                    distance(x->count, all->z[i], all->z[k]) > radius;
+                    distance(search->count, all->z[i], all->z[k]) > radius;
         }
         for (int i = 0; i < all->ends && alone; i++) {
-            alone =
-                !all->end[i].converged || distance(x->count, all->end[i].z, all->z[k]) > radius / 4;
+            alone = !all->end[i].converged ||
+                    distance(search->count, all->end[i].z, all->z[k]) > radius / 4;
         }
         if (alone && (next < 0 || all->chi_squared[k] < all->chi_squared[next])) {
             next = k;
@@ -327,20 +330,20 @@ static int next_start(const search *x, const starts *all, const bool *tried)
 
 /* From elsewhere, though the first end may explain the measurements: others may do so as well.
  * Where solutions are dear there are fewer starts then. */
-static ad_status start_elsewhere(search *x, starts *all, ad_error *error)
+static ad_status start_elsewhere(search *search, starts *all, ad_error *error)
 {
     bool tried[STARTS] = {false};
-    const bool few = is_explained(x, &all->end[0]) && !solve_trials_by_members(x->trials);
+    const bool few = is_explained(search, &all->end[0]) && !solve_trials_by_members(search->trials);
     const int most = few ? 3 : DESCENTS;
     all->count = few ? STARTS / 2 : STARTS;
-    ad_status status = try_starts(x, all, error);
+    ad_status status = try_starts(search, all, error);
     while (status == AD_OK && all->ends < most) {
-        const int next = next_start(x, all, tried);
+        const int next = next_start(search, all, tried);
         if (next < 0) {
             break;
         }
         tried[next] = true;
-        status = descend(x, all->z[next], &all->end[all->ends++], error);
+        status = descend(search, all->z[next], &all->end[all->ends++], error);
     }
     for (int i = 1; i < all->ends; i++) { /* the best first */
         if (all->end[i].chi_squared < all->end[0].chi_squared) {
@@ -355,12 +358,12 @@ static ad_status start_elsewhere(search *x, starts *all, ad_error *error)
 /* ---- what is known then -------------------------------------------------------------------- */
 
 /* Unknowns close to an end of their range which the residuals push on beyond it go there. */
-static void find_bounds(search *x, double *z, bool *bounded)
+static void find_bounds(search *search, double *z, bool *bounded)
 {
     double zeros[MAX] = {0}, step[MAX];
-    multiply(x, NULL);
-    const bool solved = least_squares_solve(&x->ls, 0, zeros, step) == 0;
-    for (int i = 0; i < x->count; i++) {
+    multiply(search, NULL);
+    const bool solved = least_squares_solve(&search->ls, 0, zeros, step) == 0;
+    for (int i = 0; i < search->count; i++) {
         const bool low = z[i] < EDGE && (!solved || z[i] + step[i] <= 0);
         const bool high = z[i] > 1 - EDGE && (!solved || z[i] + step[i] >= 1);
         bounded[i] = low || high;
@@ -368,31 +371,32 @@ static void find_bounds(search *x, double *z, bool *bounded)
     }
 }
 
-static int at(search *x, const double *z)
+static int at(search *search, const double *z)
 {
-    const int code = run(x, 1, z, x->r);
-    return code == OPTIM_OBJECTIVE_OK ? differentiate(x, z) : code;
+    const int code = run(search, 1, z, search->r);
+    return code == OPTIM_OBJECTIVE_OK ? differentiate(search, z) : code;
 }
 
-static void list_others(const search *x, const starts *all, double variance, identified *result)
+static void list_others(const search *search, const starts *all, double variance,
+                        identified *result)
 {
     const descent *best = &all->end[0], *known[DESCENTS] = {best};
     int ends = 1;
     for (int k = 1; k < all->ends; k++) {
         const descent *end = &all->end[k];
-        const double limit = fmax(best->chi_squared + AS_GOOD * variance, x->exact);
+        const double limit = fmax(best->chi_squared + AS_GOOD * variance, search->exact);
         bool other = end->converged && end->chi_squared <= limit;
         for (int i = 0; i < ends && other; i++) {
             double square = 0; /* deviations between the two */
-            for (int a = 0; a < x->count * x->count; a++) {
-                const int row = a / x->count, column = a % x->count;
-                square += x->ls.jtj[a] * (end->z[row] - known[i]->z[row]) *
+            for (int a = 0; a < search->count * search->count; a++) {
+                const int row = a / search->count, column = a % search->count;
+                square += search->ls.jtj[a] * (end->z[row] - known[i]->z[row]) *
                           (end->z[column] - known[i]->z[column]);
             }
-            other = square > APART * APART * fmax(variance, x->exact / (double)x->n);
+            other = square > APART * APART * fmax(variance, search->exact / (double)search->n);
         }
         if (other) {
-            values_of(x, end->z, result->other[ends - 1].value);
+            values_of(search, end->z, result->other[ends - 1].value);
             result->other[ends - 1].chi_squared = end->chi_squared;
             known[ends++] = end;
         }
@@ -402,69 +406,70 @@ static void list_others(const search *x, const starts *all, double variance, ide
 
 /* How much chi squared grows where an unknown is off by two deviations, the others as they follow,
  * for 4: where linear formulas hold. Not looked at beyond the ranges. */
-static ad_status check_deviations(search *x, const double *z, identified *result, ad_error *error)
+static ad_status check_deviations(search *search, const double *z, identified *result,
+                                  ad_error *error)
 {
     static const double MOVED = 2;
     const solve_information *known = &result->information;
     const double variance = result->noise_factor * result->noise_factor;
     double trial[2 * MAX * MAX];
     bool within[2 * MAX];
-    for (int k = 0; k < 2 * x->count; k++) {
+    for (int k = 0; k < 2 * search->count; k++) {
         within[k] = !result->bounded[k / 2];
-        for (int i = 0; i < x->count; i++) {
+        for (int i = 0; i < search->count; i++) {
             const double by = result->bounded[i] || result->bounded[k / 2]
                                   ? 0
                                   : MOVED * known->deviation[i] * known->correlation[k / 2][i];
             const double to = z[i] + (k % 2 ? by : -by);
             within[k] = within[k] && to >= 0 && to <= 1;
-            trial[k * x->count + i] = fmin(1, fmax(0, to));
+            trial[k * search->count + i] = fmin(1, fmax(0, to));
         }
     }
-    if (run(x, 2 * (size_t)x->count, trial, x->room) != OPTIM_OBJECTIVE_OK) {
-        return ad_fail(error, x->error.status, "%s", x->error.message);
+    if (run(search, 2 * (size_t)search->count, trial, search->room) != OPTIM_OBJECTIVE_OK) {
+        return ad_fail(error, search->error.status, "%s", search->error.message);
     }
-    for (int k = 0; k < 2 * x->count; k++) {
-        const double grown = sum_of_squares(x->n, x->room + (size_t)k * x->n);
+    for (int k = 0; k < 2 * search->count; k++) {
+        const double grown = sum_of_squares(search->n, search->room + (size_t)k * search->n);
         const double part = (grown - result->chi_squared) / (variance * MOVED * MOVED);
-        const bool counts = within[k] && isfinite(grown) && result->chi_squared > x->exact;
+        const bool counts = within[k] && isfinite(grown) && result->chi_squared > search->exact;
         result->growth[k / 2][k % 2] = counts ? part : NAN;
     }
     return AD_OK;
 }
 
-static ad_status conclude(search *x, const starts *all, identified *result, ad_error *error)
+static ad_status conclude(search *search, const starts *all, identified *result, ad_error *error)
 {
     const descent *found = &all->end[0];
     double z[MAX];
     memcpy(z, found->z, sizeof z);
-    int code = at(x, z);
+    int code = at(search, z);
     if (code == OPTIM_OBJECTIVE_OK) {
-        find_bounds(x, z, result->bounded);
-        code = at(x, z);
+        find_bounds(search, z, result->bounded);
+        code = at(search, z);
     }
     if (code != OPTIM_OBJECTIVE_OK) {
         return code == OPTIM_OBJECTIVE_STOP
-                   ? ad_fail(error, x->error.status, "%s", x->error.message)
+                   ? ad_fail(error, search->error.status, "%s", search->error.message)
                    : ad_fail(error, AD_NOT_FINITE,
                              "identification ends where there is no solution next to it");
     }
     int free_unknowns = 0;
-    for (int i = 0; i < x->count; i++) {
+    for (int i = 0; i < search->count; i++) {
         free_unknowns += !result->bounded[i];
     }
-    multiply(x, NULL);
-    values_of(x, z, result->value);
-    result->chi_squared = sum_of_squares(x->n, x->r);
-    const double freedom = (double)x->n - free_unknowns;
+    multiply(search, NULL);
+    values_of(search, z, result->value);
+    result->chi_squared = sum_of_squares(search->n, search->r);
+    const double freedom = (double)search->n - free_unknowns;
     result->noise_factor =
-        x->noise_is_scaled && freedom > 0 ? sqrt(result->chi_squared / freedom) : 1;
-    list_others(x, all, result->noise_factor * result->noise_factor, result);
-    for (int i = 0; i < x->count * x->count; i++) {
-        x->ls.jtj[i] /= result->noise_factor * result->noise_factor;
+        search->noise_is_scaled && freedom > 0 ? sqrt(result->chi_squared / freedom) : 1;
+    list_others(search, all, result->noise_factor * result->noise_factor, result);
+    for (int i = 0; i < search->count * search->count; i++) {
+        search->ls.jtj[i] /= result->noise_factor * result->noise_factor;
     }
-    result->information = solve_information_of(x->count, x->ls.jtj, result->bounded);
-    for (int i = 0; i < x->count; i++) {
-        const scene_parameter *p = &x->open->parameters[scene_known_count(x->open) + i];
+    result->information = solve_information_of(search->count, search->ls.jtj, result->bounded);
+    for (int i = 0; i < search->count; i++) {
+        const scene_parameter *p = &search->open->parameters[scene_known_count(search->open) + i];
         result->deviation[i] =
             result->information.deviation[i] *
             (p->scale == SCENE_LOG ? result->value[i] * log(p->high / p->low) : p->high - p->low);
@@ -473,7 +478,7 @@ static ad_status conclude(search *x, const starts *all, identified *result, ad_e
         result->steps += all->end[i].steps;
     }
     result->converged = found->converged;
-    return check_deviations(x, z, result, error);
+    return check_deviations(search, z, result, error);
 }
 
 /* ---- all of it ----------------------------------------------------------------------------- */
@@ -490,49 +495,49 @@ ad_status identify_check(int unknowns, size_t numbers, bool noise_is_scaled, ad_
                    noise_is_scaled ? ", and one more for the noise" : "");
 }
 
-static ad_status prepare(search *x, int sets, const solve_measured *measured, double *start,
+static ad_status prepare(search *search, int sets, const solve_measured *measured, double *start,
                          identified *result, ad_error *error)
 {
-    const int first = scene_known_count(x->open);
-    x->count = x->open->unknown_count;
-    for (int i = 0; i < x->count; i++) {
-        start[i] =
-            scene_parameter_fraction(&x->open->parameters[first + i], x->open->guess[first + i]);
+    const int first = scene_known_count(search->open);
+    search->count = search->open->unknown_count;
+    for (int i = 0; i < search->count; i++) {
+        start[i] = scene_parameter_fraction(&search->open->parameters[first + i],
+                                            search->open->guess[first + i]);
     }
-    result->count = x->count;
-    result->residuals = x->n = solve_trials_residuals(x->trials);
-    result->experiments = solve_trials_experiments(x->trials);
-    result->by_members = solve_trials_by_members(x->trials);
-    result->scaled = x->noise_is_scaled;
-    ad_status status = identify_check(x->count, x->n, x->noise_is_scaled, error);
+    result->count = search->count;
+    result->residuals = search->n = solve_trials_residuals(search->trials);
+    result->experiments = solve_trials_experiments(search->trials);
+    result->by_members = solve_trials_by_members(search->trials);
+    result->scaled = search->noise_is_scaled;
+    ad_status status = identify_check(search->count, search->n, search->noise_is_scaled, error);
     if (status != AD_OK) {
         return status;
     }
     for (int i = 0; i < sets; i++) {
         for (size_t k = 0; k < (size_t)measured[i].columns * measured[i].rows; k++) {
-            x->exact +=
+            search->exact +=
                 pow(EXACT * measured[i].values[k] / measured[i].noise[k / measured[i].rows], 2);
         }
     }
     /* of the error of central differences and that of the solutions both are then small */
-    x->difference = fmin(1e-2, fmax(1e-4, cbrt(solve_trials_tolerance(x->trials))));
-    const size_t count = (size_t)x->count;
-    x->room = malloc(2 * count * x->n * sizeof *x->room);
-    x->r = malloc(x->n * sizeof *x->r);
-    x->j = malloc(count * x->n * sizeof *x->j);
-    x->ls = (least_squares){count, OPTIM_SCALING_DIAGONAL, sum, x, .jtj = NULL};
-    return x->room && x->r && x->j
-               ? least_squares_create(&x->ls, error)
-               : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu residuals", x->n);
+    search->difference = fmin(1e-2, fmax(1e-4, cbrt(solve_trials_tolerance(search->trials))));
+    const size_t count = (size_t)search->count;
+    search->room = malloc(2 * count * search->n * sizeof *search->room);
+    search->r = malloc(search->n * sizeof *search->r);
+    search->j = malloc(count * search->n * sizeof *search->j);
+    search->ls = (least_squares){count, OPTIM_SCALING_DIAGONAL, sum, search, .jtj = NULL};
+    return search->room && search->r && search->j
+               ? least_squares_create(&search->ls, error)
+               : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu residuals", search->n);
 }
 
-static void search_free(search *x)
+static void search_free(search *search)
 {
-    solve_trials_free(x->trials);
-    least_squares_clear(&x->ls);
-    free(x->room);
-    free(x->r);
-    free(x->j);
+    solve_trials_free(search->trials);
+    least_squares_clear(&search->ls);
+    free(search->room);
+    free(search->r);
+    free(search->j);
 }
 
 ad_status identify(const scene *open, int sets, const solve_measured *measured,

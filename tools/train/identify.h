@@ -59,7 +59,7 @@ ad_status identify(const scene *open, int sets, const solve_measured *measured,
 /* What speaks against it: values at the ends of their ranges, others that are as good, what the
  * measurements do not tell, deviations that formulas get wrong, residuals that are larger or
  * smaller than their noise, a search that has not ended. */
-void identified_verdict(const identified *x, const scene *open, verdict *result);
+void identified_verdict(const identified *identified, const scene *open, verdict *result);
 
 /* By how many standard deviations a chi squared of so many degrees of freedom is off, by the normal
  * approximation of Wilson and Hilferty, Proc. Natl. Acad. Sci. 17 (1931) 684; up to

@@ -154,22 +154,24 @@ static ad_status take_places(measured_set *set, ad_error *error)
 
 /* Where there are unknowns every row counts by its noise alone, in whichever file it is, though the
  * loss of a term is a mean over its own rows. */
-static double share_of(const measured *x, int index)
+static double share_of(const measured *measured, int index)
 {
     double rows = 0;
-    for (int i = 0; i < measurements_count(x->files); i++) {
-        rows += (double)measurements_sets(x->files)[i].rows;
+    for (int i = 0; i < measurements_count(measured->files); i++) {
+        rows += (double)measurements_sets(measured->files)[i].rows;
     }
-    return x->sets[index].m->scene.unknown_count > 0 ? (double)x->sets[index].rows->rows / rows : 1;
+    return measured->sets[index].m->scene.unknown_count > 0
+               ? (double)measured->sets[index].rows->rows / rows
+               : 1;
 }
 
-static ad_status add_set(physics_model *m, measured *x, const train_data *of, int index,
+static ad_status add_set(physics_model *m, measured *measured, const train_data *of, int index,
                          ad_error *error)
 {
     char term[MODEL_NAME];
-    measured_set *set = &x->sets[index];
+    measured_set *set = &measured->sets[index];
     *set = (measured_set){
-        .m = m, .quantity = of->quantity, .rows = &measurements_sets(x->files)[index]};
+        .m = m, .quantity = of->quantity, .rows = &measurements_sets(measured->files)[index]};
     ad_status status = take_places(set, error);
     for (int i = 0; status == AD_OK && i < m->domain.windows; i++) {
         size_t rows = rows_in_window(set, i);
@@ -184,7 +186,7 @@ static ad_status add_set(physics_model *m, measured *x, const train_data *of, in
     snprintf(term, sizeof term, "data%d", index);
     int points = model_add_given(m, term, &source);
     snprintf(term, sizeof term, "data%d_%s", index, train_quantity_names()[of->quantity]);
-    model_add_term(m, term, points, of->weight * share_of(x, index), residual, set);
+    model_add_term(m, term, points, of->weight * share_of(measured, index), residual, set);
     return m->error.status == AD_OK ? AD_OK : ad_fail(error, AD_BAD_INPUT, "%s", m->error.message);
 }
 
@@ -207,34 +209,34 @@ ad_status measured_add(physics_model *m, const train_settings *settings, measure
     return AD_OK;
 }
 
-double measured_unit(const measured *x)
+double measured_unit(const measured *measured)
 {
-    return measurements_tell_noise(x->files) ? 1 : x->sets[0].scale;
+    return measurements_tell_noise(measured->files) ? 1 : measured->sets[0].scale;
 }
 
-size_t measured_missing(const measured *x)
+size_t measured_missing(const measured *measured)
 {
     size_t count = 0;
-    for (int i = 0; i < x->count; i++) {
-        count += solve_measured_missing(x->sets[i].rows);
+    for (int i = 0; i < measured->count; i++) {
+        count += solve_measured_missing(measured->sets[i].rows);
     }
     return count;
 }
 
-size_t measured_fields_missing(const measured *x)
+size_t measured_fields_missing(const measured *measured)
 {
-    return measurements_missing(x->files);
+    return measurements_missing(measured->files);
 }
 
-void measured_free(measured *x)
+void measured_free(measured *measured)
 {
-    for (int i = 0; x && i < x->count; i++) {
+    for (int i = 0; measured && i < measured->count; i++) {
         for (int k = 0; k < DOMAIN_COORDINATES_MAX; k++) {
-            free(x->sets[i].x[k]);
+            free(measured->sets[i].x[k]);
         }
     }
-    if (x) {
-        measurements_free(x->files);
+    if (measured) {
+        measurements_free(measured->files);
     }
-    free(x);
+    free(measured);
 }

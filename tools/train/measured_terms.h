@@ -19,15 +19,15 @@ typedef struct measured measured;
  * time has the rows within it. AD_BAD_INPUT: `key` receives the key to blame. */
 ad_status measured_add(physics_model *m, const train_settings *settings, measured **result,
                        char key[TRAIN_KEY_MAX], ad_error *error);
-void measured_free(measured *x);
+void measured_free(measured *measured);
 
 /* Of one without noise: by what residuals of the terms are divided, SI; with noise: 1. */
-double measured_unit(const measured *x);
+double measured_unit(const measured *measured);
 
 /* Numbers without a value: among those that the terms have, and among those of the files, whose
  * rows without any the terms have not. */
-size_t measured_missing(const measured *x);
-size_t measured_fields_missing(const measured *x);
+size_t measured_missing(const measured *measured);
+size_t measured_fields_missing(const measured *measured);
 
 #ifdef __cplusplus
 }

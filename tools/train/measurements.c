@@ -25,32 +25,32 @@ typedef struct reading {
     const double *values[MODEL_COLUMNS_MAX]; /* of the quantity */
 } reading;
 
-int measurements_count(const measurements *x)
+int measurements_count(const measurements *measurements)
 {
-    return x->count;
+    return measurements->count;
 }
 
-size_t measurements_missing(const measurements *x)
+size_t measurements_missing(const measurements *measurements)
 {
-    return x->missing;
+    return measurements->missing;
 }
 
-bool measurements_tell_noise(const measurements *x)
+bool measurements_tell_noise(const measurements *measurements)
 {
-    return x->tells_noise;
+    return measurements->tells_noise;
 }
 
-const solve_measured *measurements_sets(const measurements *x)
+const solve_measured *measurements_sets(const measurements *measurements)
 {
-    return x->set;
+    return measurements->set;
 }
 
-void measurements_free(measurements *x)
+void measurements_free(measurements *measurements)
 {
-    for (int i = 0; x && i < x->count; i++) {
-        free(x->numbers[i]);
+    for (int i = 0; measurements && i < measurements->count; i++) {
+        free(measurements->numbers[i]);
     }
-    free(x);
+    free(measurements);
 }
 
 /* ---- columns ------------------------------------------------------------------------------- */
@@ -238,12 +238,12 @@ static ad_status take_rows(const reading *r, solve_measured *set, double *number
                          r->path);
 }
 
-static ad_status read_file(const scene *open, const train_data *file, int index, measurements *x,
-                           char *key, ad_error *error)
+static ad_status read_file(const scene *open, const train_data *file, int index,
+                           measurements *measurements, char *key, ad_error *error)
 {
     int first;
     table_file *table = NULL;
-    solve_measured *set = &x->set[x->count];
+    solve_measured *set = &measurements->set[measurements->count];
     if (!columns(open, file->quantity, &first, &set->columns)) {
         snprintf(key, TRAIN_KEY_MAX, "data[%d].quantity", index);
         return ad_fail(error, AD_BAD_INPUT, "this scene has no %s",
@@ -261,9 +261,9 @@ static ad_status read_file(const scene *open, const train_data *file, int index,
         const size_t rows = table_rows(table);
         double *numbers =
             malloc(rows * (size_t)(2 + open->parameter_count + set->columns) * sizeof *numbers);
-        x->numbers[x->count++] = numbers;
+        measurements->numbers[measurements->count++] = numbers;
         status = numbers
-                     ? take_rows(&r, set, numbers, &x->missing, error)
+                     ? take_rows(&r, set, numbers, &measurements->missing, error)
                      : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu measured rows", rows);
     }
     if (status == AD_OK && file->quantity == TRAIN_POSITION) {
@@ -275,12 +275,12 @@ static ad_status read_file(const scene *open, const train_data *file, int index,
 
 /* Unknowns are found from all files at once. One noise that is not known can be found, several
  * cannot; how much a number counts is its noise. */
-static ad_status check_unknowns(const scene *open, const measurements *x, const train_data *files,
-                                char *key, ad_error *error)
+static ad_status check_unknowns(const scene *open, const measurements *measurements,
+                                const train_data *files, char *key, ad_error *error)
 {
     size_t numbers = 0;
-    for (int i = 0; i < x->count; i++) {
-        const solve_measured *set = &x->set[i];
+    for (int i = 0; i < measurements->count; i++) {
+        const solve_measured *set = &measurements->set[i];
         const bool quaternion =
             files[i].quantity == TRAIN_ROTATION && set->columns == 4; /* three numbers */
         numbers += set->rows * (size_t)(set->columns - quaternion) - solve_measured_missing(set);
@@ -300,7 +300,7 @@ static ad_status check_unknowns(const scene *open, const measurements *x, const 
         }
     }
     snprintf(key, TRAIN_KEY_MAX, "data");
-    return identify_check(open->unknown_count, numbers, !x->tells_noise, error);
+    return identify_check(open->unknown_count, numbers, !measurements->tells_noise, error);
 }
 
 ad_status measurements_read(const scene *open, const train_settings *settings,

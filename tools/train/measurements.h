@@ -23,12 +23,15 @@ typedef struct measurements measurements;
  * than unknowns. AD_NO_MEMORY. */
 ad_status measurements_read(const scene *open, const train_settings *settings,
                             measurements **result, char key[TRAIN_KEY_MAX], ad_error *error);
-void measurements_free(measurements *x); /* NULL is allowed */
+void measurements_free(measurements *measurements); /* NULL is allowed */
 
-int measurements_count(const measurements *x);
-size_t measurements_missing(const measurements *x);  /* fields of the files without a number */
-bool measurements_tell_noise(const measurements *x); /* of all is given how large it is */
-const solve_measured *measurements_sets(const measurements *x); /* [measurements_count] */
+int measurements_count(const measurements *measurements);
+size_t
+measurements_missing(const measurements *measurements); /* fields of the files without a number */
+bool measurements_tell_noise(
+    const measurements *measurements); /* of all is given how large it is */
+const solve_measured *
+measurements_sets(const measurements *measurements); /* [measurements_count] */
 
 #ifdef __cplusplus
 }

@@ -78,7 +78,7 @@ void report_reference(json *to, const reference *known, const reference_errors *
     json_close(to, '}');
 }
 
-void report_witness(json *to, const witness_errors *members, double length)
+void report_fresh(json *to, const fresh_errors *members, double length)
 {
     json_open(to, "members", '{');
     json_integer(to, "fresh", members->compared);

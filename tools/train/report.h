@@ -9,8 +9,8 @@
 #include "physics/verdict.h"
 #include "tools/files/checkpoint.h"
 #include "tools/files/json.h"
+#include "tools/train/fresh_members.h"
 #include "tools/train/reference.h"
-#include "tools/train/witness.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -36,7 +36,7 @@ void report_reference(json *to, const reference *known, const reference_errors *
 void report_members(json *to, const targets_errors *errors, double length);
 
 /* The same key of a family in mixed form: fresh, median_m, within_95_m, worst_m. */
-void report_witness(json *to, const witness_errors *members, double length);
+void report_fresh(json *to, const fresh_errors *members, double length);
 
 #ifdef __cplusplus
 }

@@ -101,7 +101,7 @@ typedef struct fit {
 
 /* Root mean squares of a kind (v, u, n, m) of the rows, none below SMALLEST of the largest; both
  * strains across are alike for a round law. */
-static void sizes(const fit *x, const train_law_data *data, double *const *columns, double *size)
+static void sizes(const fit *fit, const train_law_data *data, double *const *columns, double *size)
 {
     for (int i = 0; i < N; i++) {
         size[i] = 0;
@@ -111,7 +111,7 @@ static void sizes(const fit *x, const train_law_data *data, double *const *colum
         size[i] = sqrt(size[i]);
     }
     for (int first = 0; first < N; first += 3) {
-        if (x->asked->symmetry == SCENE_SYMMETRY_ROUND) {
+        if (fit->asked->symmetry == SCENE_SYMMETRY_ROUND) {
             size[first] = size[first + 1] = fmax(size[first], size[first + 1]);
         }
         const double most = fmax(size[first], fmax(size[first + 1], size[first + 2]));
@@ -121,15 +121,15 @@ static void sizes(const fit *x, const train_law_data *data, double *const *colum
     }
 }
 
-static ad_status set_scales(fit *x, const train_law_data *data, ad_error *error)
+static ad_status set_scales(fit *fit, const train_law_data *data, ad_error *error)
 {
-    scene_law *law = x->law;
+    scene_law *law = fit->law;
     double strain[N], stress[N];
-    sizes(x, data, data->strain, strain);
-    sizes(x, data, data->stress, stress);
+    sizes(fit, data, data->strain, strain);
+    sizes(fit, data, data->stress, stress);
     for (int i = 0; i < N; i++) {
         const int partner = i % 3 < 2 ? i - i % 3 + 1 - i % 3 : i;
-        const bool round = x->asked->symmetry == SCENE_SYMMETRY_ROUND;
+        const bool round = fit->asked->symmetry == SCENE_SYMMETRY_ROUND;
         const bool known = data->known[i] || (round && data->known[partner]);
         law->low[i] = INFINITY;
         law->high[i] = -INFINITY;
@@ -144,7 +144,7 @@ static ad_status set_scales(fit *x, const train_law_data *data, ad_error *error)
                            STRAINS[i], STRAINS[i], STRESSES[i]);
         }
         law->scale[i] = known ? strain[i] : INFINITY;
-        x->unit = known ? fmax(x->unit, stress[i] * strain[i]) : x->unit;
+        fit->unit = known ? fmax(fit->unit, stress[i] * strain[i]) : fit->unit;
     }
     for (int i = 0; i < N; i++) {
         const bool known = isfinite(law->scale[i]);
@@ -153,35 +153,35 @@ static ad_status set_scales(fit *x, const train_law_data *data, ad_error *error)
                            "%s or %s is 0 in all rows; allowed: ones that vary", STRAINS[i],
                            STRESSES[i]);
         }
-        x->by[i] = known ? x->unit / (stress[i] * strain[i]) : 0;
+        fit->by[i] = known ? fit->unit / (stress[i] * strain[i]) : 0;
     }
     return AD_OK;
 }
 
 /* Rows held out are drawn at random. */
-static ad_status deal(fit *x, const train_law_data *data, ad_error *error)
+static ad_status deal(fit *fit, const train_law_data *data, ad_error *error)
 {
-    const size_t rows = data->rows, out = (size_t)(x->asked->held_out * (double)rows);
+    const size_t rows = data->rows, out = (size_t)(fit->asked->held_out * (double)rows);
     size_t *order = malloc((rows + 1) * sizeof *order), at = 0;
     double *all = calloc(rows * 2 * N + 1, sizeof *all);
-    nn_rng rng = nn_rng_split(x->asked->seed, "held out");
-    x->rows[0] = rows - out;
-    x->rows[1] = out;
-    x->data[0] = all;
-    x->data[1] = all + x->rows[0] * 2 * N;
+    nn_rng rng = nn_rng_split(fit->asked->seed, "held out");
+    fit->rows[0] = rows - out;
+    fit->rows[1] = out;
+    fit->data[0] = all;
+    fit->data[1] = all + fit->rows[0] * 2 * N;
     for (size_t i = 0; order && i < rows; i++) {
         const size_t other = (size_t)nn_rng_below(&rng, i + 1);
         order[i] = order[other];
         order[other] = i;
     }
     for (int part = 0; order && all && part < 2; part++) {
-        for (size_t r = 0; r < x->rows[part]; r++, at++) {
+        for (size_t r = 0; r < fit->rows[part]; r++, at++) {
             for (int i = 0; i < N; i++) {
-                const double scale = x->law->scale[i], *strain = data->strain[i];
-                const size_t n = x->rows[part];
-                x->data[part][(size_t)i * n + r] = strain[order[at]] / scale;
-                x->data[part][(size_t)(N + i) * n + r] =
-                    isfinite(scale) ? data->stress[i][order[at]] * scale / x->unit : 0;
+                const double scale = fit->law->scale[i], *strain = data->strain[i];
+                const size_t n = fit->rows[part];
+                fit->data[part][(size_t)i * n + r] = strain[order[at]] / scale;
+                fit->data[part][(size_t)(N + i) * n + r] =
+                    isfinite(scale) ? data->stress[i][order[at]] * scale / fit->unit : 0;
             }
         }
     }
@@ -194,35 +194,35 @@ static ad_status deal(fit *x, const train_law_data *data, ad_error *error)
 
 /* Flat: the roots of c [N]; a, b [units]; w [features * units]. Of a convex law a and, if round, w
  * are squares, but for the first w; the last is 0. Of a round law c_2 and c_5 do not count. */
-static bool is_squared(const fit *x, int feature)
+static bool is_squared(const fit *fit, int feature)
 {
-    return x->asked->convex && x->asked->symmetry == SCENE_SYMMETRY_ROUND && feature > 0;
+    return fit->asked->convex && fit->asked->symmetry == SCENE_SYMMETRY_ROUND && feature > 0;
 }
 
-static void set_law(const fit *x, const double *p)
+static void set_law(const fit *fit, const double *p)
 {
-    scene_law *law = x->law;
+    scene_law *law = fit->law;
     const int units = law->units;
     const bool round = law->symmetry == SCENE_SYMMETRY_ROUND;
     for (int i = 0; i < N; i++) {
         const double root = p[round && i % 3 == 1 ? i - 1 : i];
-        law->quadratic[i] = x->unit * root * root;
+        law->quadratic[i] = fit->unit * root * root;
     }
     for (int u = 0; u < units; u++) {
         const double a = p[N + u];
-        law->weight[u] = x->unit * (x->asked->convex ? a * a : a);
+        law->weight[u] = fit->unit * (fit->asked->convex ? a * a : a);
         law->offset[u] = p[N + units + u];
-        for (int k = 0; k < x->features; k++) {
+        for (int k = 0; k < fit->features; k++) {
             const double w = p[N + 2 * units + k * units + u];
-            law->by[u][k] = !is_squared(x, k) ? w : k + 1 < SCENE_LAW_FEATURES ? w * w : 0;
+            law->by[u][k] = !is_squared(fit, k) ? w : k + 1 < SCENE_LAW_FEATURES ? w * w : 0;
         }
     }
 }
 
 /* The same on the tape; wrt [4]. */
-static scene_law_values record_law(const fit *x, ad_tape *tape, ad_value *wrt)
+static scene_law_values record_law(const fit *fit, ad_tape *tape, ad_value *wrt)
 {
-    const int units = x->law->units, all = units * x->features;
+    const int units = fit->law->units, all = units * fit->features;
     double linear[SCENE_LAW_UNITS_MAX * SCENE_LAW_FEATURES];
     double square[SCENE_LAW_UNITS_MAX * SCENE_LAW_FEATURES];
     wrt[0] = ad_parameter(tape, "c", N, 0);
@@ -230,7 +230,7 @@ static scene_law_values record_law(const fit *x, ad_tape *tape, ad_value *wrt)
     wrt[2] = ad_parameter(tape, "b", units, (size_t)N + (size_t)units);
     wrt[3] = ad_parameter(tape, "w", all, (size_t)N + 2 * (size_t)units);
     ad_value root = wrt[0], weight = wrt[1], by = wrt[3];
-    if (x->asked->symmetry == SCENE_SYMMETRY_ROUND) {
+    if (fit->asked->symmetry == SCENE_SYMMETRY_ROUND) {
         static const int of[N] = {0, 0, 2, 3, 3, 5};
         ad_value rows[N];
         for (int i = 0; i < N; i++) {
@@ -240,35 +240,35 @@ static scene_law_values record_law(const fit *x, ad_tape *tape, ad_value *wrt)
     }
     for (int i = 0; i < all; i++) {
         const int k = i / units;
-        linear[i] = !is_squared(x, k);
-        square[i] = is_squared(x, k) && k + 1 < SCENE_LAW_FEATURES;
+        linear[i] = !is_squared(fit, k);
+        square[i] = is_squared(fit, k) && k + 1 < SCENE_LAW_FEATURES;
     }
     by = ad_add(ad_mul(ad_constant(tape, all, linear), by),
                 ad_mul(ad_constant(tape, all, square), ad_square(by)));
-    return (scene_law_values){ad_square(root), x->asked->convex ? ad_square(weight) : weight,
+    return (scene_law_values){ad_square(root), fit->asked->convex ? ad_square(weight) : weight,
                               wrt[2], by};
 }
 
-static ad_status record(fit *x, ad_error *error)
+static ad_status record(fit *fit, ad_error *error)
 {
     ad_tape *tape = ad_tape_create();
     if (!tape) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
     }
     ad_value strain = ad_input(tape, "strain", N), stress = ad_input(tape, "stress", N), wrt[4];
-    const scene_law_values values = record_law(x, tape, wrt);
-    const scene_symmetry symmetry = x->asked->symmetry;
+    const scene_law_values values = record_law(fit, tape, wrt);
+    const scene_symmetry symmetry = fit->asked->symmetry;
     ad_value given = ad_sub(scene_law_record(symmetry, &values, strain),
                             scene_law_record(symmetry, &values, ad_zeros(tape, N)));
-    ad_value off = ad_mul(ad_constant(tape, N, x->by), ad_sub(given, stress));
+    ad_value off = ad_mul(ad_constant(tape, N, fit->by), ad_sub(given, stress));
     ad_value sum = ad_sum_points(ad_sum_rows(ad_square(off)));
     const ad_settings settings = ad_settings_default();
     ad_status status = ad_tape_status(tape, error);
     if (status == AD_OK) {
-        status = ad_compile(1, &sum, &settings, x->ls.pool, &x->sum, error);
+        status = ad_compile(1, &sum, &settings, fit->ls.pool, &fit->sum, error);
     }
     if (status == AD_OK) {
-        status = ad_normal_compile(1, &off, 4, wrt, x->count, x->ls.pool, &x->normal, error);
+        status = ad_normal_compile(1, &off, 4, wrt, fit->count, fit->ls.pool, &fit->normal, error);
     }
     ad_tape_free(tape);
     return status;
@@ -276,75 +276,77 @@ static ad_status record(fit *x, ad_error *error)
 
 /* ---- Levenberg-Marquardt ------------------------------------------------------------------- */
 
-static ad_run run_of(const fit *x, int part, const double *p, const double *inputs[2],
+static ad_run run_of(const fit *fit, int part, const double *p, const double *inputs[2],
                      double **output)
 {
-    inputs[0] = x->data[part];
-    inputs[1] = x->data[part] + N * x->rows[part];
-    return (ad_run){.points = x->rows[part], .inputs = inputs, .parameters = p, .outputs = output};
+    inputs[0] = fit->data[part];
+    inputs[1] = fit->data[part] + N * fit->rows[part];
+    return (ad_run){
+        .points = fit->rows[part], .inputs = inputs, .parameters = p, .outputs = output};
 }
 
-static int sum_of(const fit *x, int part, const double *p, double *value)
+static int sum_of(const fit *fit, int part, const double *p, double *value)
 {
     const double *inputs[2];
-    const ad_run run = run_of(x, part, p, inputs, &value);
-    return ad_execute(x->sum, &run, x->error) == AD_OK ? OPTIM_OBJECTIVE_OK : OPTIM_OBJECTIVE_STOP;
+    const ad_run run = run_of(fit, part, p, inputs, &value);
+    return ad_execute(fit->sum, &run, fit->error) == AD_OK ? OPTIM_OBJECTIVE_OK
+                                                           : OPTIM_OBJECTIVE_STOP;
 }
 
 static int sum(void *context, const double *p, double *value, least_squares *to)
 {
-    fit *x = context;
+    fit *fit = context;
     const double *inputs[2];
-    const ad_run run = run_of(x, 0, p, inputs, NULL);
+    const ad_run run = run_of(fit, 0, p, inputs, NULL);
     if (!to) {
-        return sum_of(x, 0, p, value);
+        return sum_of(fit, 0, p, value);
     }
     *value = 0;
-    return ad_normal_add(x->normal, &run, to->jtj, to->jtr, value, x->error) == AD_OK
+    return ad_normal_add(fit->normal, &run, to->jtj, to->jtr, value, fit->error) == AD_OK
                ? OPTIM_OBJECTIVE_OK
                : OPTIM_OBJECTIVE_STOP;
 }
 
-static void draw(const fit *x, int start, double *p)
+static void draw(const fit *fit, int start, double *p)
 {
-    nn_rng rng = nn_rng_split(x->asked->seed + (uint64_t)start, "law");
-    const int units = x->law->units;
-    for (size_t i = 0; i < x->count; i++) {
+    nn_rng rng = nn_rng_split(fit->asked->seed + (uint64_t)start, "law");
+    const int units = fit->law->units;
+    for (size_t i = 0; i < fit->count; i++) {
         p[i] = nn_rng_normal(&rng);
     }
     for (int i = 0; i < N; i++) {
         p[i] = 0.7;
     }
     for (int u = 0; u < units; u++) {
-        p[N + u] *= x->asked->convex ? 0.3 : 0.1;
+        p[N + u] *= fit->asked->convex ? 0.3 : 0.1;
     }
-    for (int i = 0; i < units * x->features; i++) {
-        p[N + 2 * units + i] *= 1 / sqrt(x->features);
+    for (int i = 0; i < units * fit->features; i++) {
+        p[N + 2 * units + i] *= 1 / sqrt(fit->features);
     }
 }
 
 /* The best network on the way of one start, by the rows held out. */
-static ad_status descend(fit *x, int start, double *p, double *best, train_law_report *report,
+static ad_status descend(fit *fit, int start, double *p, double *best, train_law_report *report,
                          ad_error *error)
 {
-    const int judge = x->rows[1] > 0;
-    draw(x, start, p);
-    if (least_squares_begin(&x->ls, p, error) != AD_OK) {
+    const int judge = fit->rows[1] > 0;
+    draw(fit, start, p);
+    if (least_squares_begin(&fit->ls, p, error) != AD_OK) {
         return error->status;
     }
     optim_status status = OPTIM_RUNNING;
-    x->error = error;
-    for (int i = 1; i <= x->asked->steps && status == OPTIM_RUNNING; i++) {
-        status = least_squares_next(&x->ls);
+    fit->error = error;
+    for (int i = 1; i <= fit->asked->steps && status == OPTIM_RUNNING; i++) {
+        status = least_squares_next(&fit->ls);
         double off = INFINITY;
-        if (status != OPTIM_STOPPED_BY_OBJECTIVE && sum_of(x, judge, optim_x(x->ls.by), &off)) {
+        if (status != OPTIM_STOPPED_BY_OBJECTIVE && sum_of(fit, judge, optim_x(fit->ls.by), &off)) {
             status = OPTIM_STOPPED_BY_OBJECTIVE;
         }
         if (off < *best) {
             *best = off;
             report->steps = i;
             report->start = start;
-            set_law(x, optim_x(x->ls.by));
+            set_law(fit, optim_x(fit->ls.by));
         }
     }
     return status == OPTIM_STOPPED_BY_OBJECTIVE ? error->status : AD_OK;
@@ -353,15 +355,15 @@ static ad_status descend(fit *x, int start, double *p, double *best, train_law_r
 /* ---- what came of it ----------------------------------------------------------------------- */
 
 /* Of the law, or where it is NULL of one stiffness each. */
-static void errors_of(const fit *x, const scene_law *law, int part, double *error)
+static void errors_of(const fit *fit, const scene_law *law, int part, double *error)
 {
-    const size_t n = x->rows[part];
+    const size_t n = fit->rows[part];
     double missed[N] = {0}, size[N] = {0}, stiffness[N];
     for (int i = 0; i < N; i++) {
         double both = 0, square = 0;
-        for (size_t r = 0; r < x->rows[0]; r++) {
-            const double strain = x->data[0][(size_t)i * x->rows[0] + r];
-            both += strain * x->data[0][(size_t)(N + i) * x->rows[0] + r];
+        for (size_t r = 0; r < fit->rows[0]; r++) {
+            const double strain = fit->data[0][(size_t)i * fit->rows[0] + r];
+            both += strain * fit->data[0][(size_t)(N + i) * fit->rows[0] + r];
             square += strain * strain;
         }
         stiffness[i] = both / square;
@@ -369,19 +371,20 @@ static void errors_of(const fit *x, const scene_law *law, int part, double *erro
     for (size_t r = 0; r < n; r++) {
         double strain[N], found[N];
         for (int i = 0; i < N; i++) {
-            const bool known = x->by[i] > 0;
-            strain[i] = known ? x->data[part][(size_t)i * n + r] * x->law->scale[i] : 0;
+            const bool known = fit->by[i] > 0;
+            strain[i] = known ? fit->data[part][(size_t)i * n + r] * fit->law->scale[i] : 0;
         }
         if (law) {
             scene_law_potential(law, strain, found, NULL);
         }
         for (int i = 0; i < N; i++) {
-            if (!(x->by[i] > 0)) {
+            if (!(fit->by[i] > 0)) {
                 continue;
             }
-            const double scale = x->law->scale[i], stress = x->data[part][(size_t)(N + i) * n + r];
+            const double scale = fit->law->scale[i],
+                         stress = fit->data[part][(size_t)(N + i) * n + r];
             const double off =
-                (law ? found[i] * scale / x->unit : stiffness[i] * strain[i] / scale);
+                (law ? found[i] * scale / fit->unit : stiffness[i] * strain[i] / scale);
             missed[i] += (off - stress) * (off - stress);
             size[i] += stress * stress;
         }
@@ -402,25 +405,26 @@ static ad_status check(const train_law_settings *asked, const train_law_data *da
                          ceil(unknown / N / (1 - asked->held_out)), asked->units);
 }
 
-static ad_status fit_law(fit *x, train_law_report *report, ad_error *error)
+static ad_status fit_law(fit *fit, train_law_report *report, ad_error *error)
 {
-    double *p = malloc(x->count * sizeof *p), best = INFINITY;
-    ad_status status = least_squares_create(&x->ls, error);
+    double *p = malloc(fit->count * sizeof *p), best = INFINITY;
+    ad_status status = least_squares_create(&fit->ls, error);
     if (status == AD_OK && !p) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for a law");
     }
-    status = status == AD_OK ? record(x, error) : status;
-    for (int start = 0; start < x->asked->starts && status == AD_OK; start++) {
-        status = descend(x, start, p, &best, report, error);
+    status = status == AD_OK ? record(fit, error) : status;
+    for (int start = 0; start < fit->asked->starts && status == AD_OK; start++) {
+        status = descend(fit, start, p, &best, report, error);
     }
     if (status == AD_OK && !isfinite(best)) {
-        status = ad_fail(error, AD_NOT_FINITE, "no law was found from %d starts", x->asked->starts);
+        status =
+            ad_fail(error, AD_NOT_FINITE, "no law was found from %d starts", fit->asked->starts);
     }
     free(p);
-    ad_normal_free(x->normal);
-    ad_program_free(x->sum);
-    least_squares_clear(&x->ls);
-    return status == AD_OK ? scene_law_finish(x->law, error) : status;
+    ad_normal_free(fit->normal);
+    ad_program_free(fit->sum);
+    least_squares_clear(&fit->ls);
+    return status == AD_OK ? scene_law_finish(fit->law, error) : status;
 }
 
 ad_status train_law_fit(const train_law_settings *settings, const train_law_data *data,

@@ -138,7 +138,7 @@ ad_status trainer_create(experiment *e, problem *problem_, reference *known, dou
     t->info.errors = (reference_errors){NAN, NAN, NAN, NAN, NAN};
     t->info.members = (targets_errors){NAN, NAN, NAN, NAN, NAN, NAN};
     t->info.balance = (learnt_balance){NAN, NAN, NAN};
-    t->info.witness = (witness_errors){NAN, NAN, NAN, 0};
+    t->info.fresh = (fresh_errors){NAN, NAN, NAN, 0};
     t->info.estimate = NAN;
     for (int i = 0; i < problem_sets(problem_); i++) {
         t->info.points += (double)problem_set_inspect(problem_, i).points;

@@ -18,10 +18,10 @@
 #define TOOLS_TRAIN_TRAINER_H
 
 #include "physics/verdict.h"
+#include "tools/train/fresh_members.h"
 #include "tools/train/history.h"
 #include "tools/train/learnt_balance.h"
 #include "tools/train/reference.h"
-#include "tools/train/witness.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -69,7 +69,7 @@ typedef struct trainer_info {
                              * than ad_dense_kernels: theirs; else empty */
     learnt_balance balance; /* when training is over; else NaN */
     model_motion_error motion; /* then: of one motion in the strain form */
-    witness_errors witness;    /* of a family of rods at rest in mixed form, then; else NaN */
+    fresh_errors fresh;        /* of a family of rods at rest in mixed form, then; else NaN */
     double estimate;           /* then: experiment_error, of a family the largest of some fresh
                                 * members; NaN: not known, or one of the two above is */
     char unknown[160];         /* why it is not known; empty: it is not asked for */

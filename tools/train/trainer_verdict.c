@@ -147,7 +147,7 @@ static const double OF_MOTION = 2;
 static const double BOUND_AT_REST = 5e-8, BOUND_AT_REST_DEEP = 1e-3, BOUND_IN_MOTION = 1e-3,
                     BOUND_OF_FAMILY = 1e-3;
 
-static bool has_witness(const trainer *t)
+static bool has_fresh(const trainer *t)
 {
     const scene *family = t->e->scene;
     return t->e->model->has_scene && scene_is_family(family) && !scene_is_dynamic(family) &&
@@ -224,8 +224,8 @@ ad_status trainer_measure_end(trainer *t, ad_error *error)
     if (t->e->modes) {
         return measure_motion(t, error);
     }
-    if (has_witness(t)) {
-        return witness_members(t->e, &t->info.witness, error);
+    if (has_fresh(t)) {
+        return fresh_members_compare(t->e, &t->info.fresh, error);
     }
     const bool asked = !t->e->targets && isnan(estimate_by_residuals(t));
     return asked ? measure_error(t, error) : AD_OK;
@@ -236,7 +236,7 @@ double trainer_estimate(const trainer *t)
     if (t->e->modes) {
         return t->info.state == TRAINER_DONE ? OF_MOTION * t->info.motion.all : NAN;
     }
-    return t->info.witness.compared   ? t->info.witness.worst
+    return t->info.fresh.compared     ? t->info.fresh.worst
            : !isnan(t->info.estimate) ? t->info.estimate
                                       : estimate_by_residuals(t);
 }
@@ -271,9 +271,9 @@ static const char *mend_motion(const trainer *t)
                : "more network.modes";
 }
 
-static void judge_witness(const trainer *t, verdict *result)
+static void judge_fresh(const trainer *t, verdict *result)
 {
-    const witness_errors *w = &t->info.witness;
+    const fresh_errors *w = &t->info.fresh;
     if (!(w->worst <= BOUND_OF_FAMILY)) {
         verdict_add(result, VERDICT_ESTIMATE_ABOVE_TOLERANCE,
                     "of %d fresh members, solved classically, the worst is off by %.2g of the "
@@ -308,8 +308,8 @@ static const char *mend(const trainer *t)
 static void judge_estimate(const trainer *t, verdict *result)
 {
     const double estimate = trainer_estimate(t), most = bound(t);
-    if (t->info.witness.compared) {
-        judge_witness(t, result);
+    if (t->info.fresh.compared) {
+        judge_fresh(t, result);
     } else if (estimate > most) {
         verdict_add(result, VERDICT_ESTIMATE_ABOVE_TOLERANCE,
                     "estimated error %.2g of the %s, above %.2g%s; try %s, or another "

@@ -5,7 +5,7 @@
 
 #include "physics/solve/reduced.h"
 #include "tools/prepare/prepare.h"
-#include "tools/surrogate/excite.h"
+#include "tools/surrogate/excitation.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -23,9 +23,9 @@ static config *read_scene(void)
     return given;
 }
 
-static excite_settings small_settings(void)
+static excitation_settings small_settings(void)
 {
-    excite_settings settings = excite_settings_default();
+    excitation_settings settings = excitation_settings_default();
     const int modes[4] = {1, 1, 1, 1};
     memcpy(settings.modes, modes, sizeof modes);
     settings.step = 0.05;
@@ -42,13 +42,13 @@ static void test_draws(void **state)
     static double inputs[(STEPS + 1) * 2];
     config *given = read_scene();
     const scene_parameter *ranges = given->scene.parameters;
-    excite_settings settings = small_settings();
+    excitation_settings settings = small_settings();
     settings.steps = STEPS;
-    for (int kind = 0; kind < EXCITE_KIND_COUNT; kind++) {
+    for (int kind = 0; kind < EXCITATION_KIND_COUNT; kind++) {
         double low = INFINITY, high = -INFINITY, jump = 0;
         int at_ends = 0, moves = 0;
         settings.only = kind;
-        excite_draw(2, ranges, &settings, 3, inputs);
+        excitation_draw(2, ranges, &settings, 3, inputs);
         for (int k = 0; k <= STEPS; k++) {
             const double p = inputs[2 * k], before = inputs[2 * (k > 0 ? k - 1 : 0)];
             assert_true(p >= ranges[0].low && p <= ranges[0].high);
@@ -62,23 +62,24 @@ static void test_draws(void **state)
         assert_true(inputs[1] >= ranges[1].low && inputs[1] <= ranges[1].high);
         assert_true(low < -1.5 && high > 2.5); /* all of the range is seen */
         assert_true(jump > 1);
-        assert_true(kind != EXCITE_BANG || at_ends == STEPS + 1);
-        if (kind == EXCITE_STEPS || kind == EXCITE_BANG) {
+        assert_true(kind != EXCITATION_BANG || at_ends == STEPS + 1);
+        if (kind == EXCITATION_STEPS || kind == EXCITATION_BANG) {
             assert_in_range(moves, STEPS / 50, STEPS / 4);
-        } else if (kind != EXCITE_MIXED) {
+        } else if (kind != EXCITATION_MIXED) {
             assert_true(moves > STEPS / 2);
         }
     }
     config_free(given);
 }
 
-static excite_rollouts run(const config *given, const excite_settings *settings, int threads)
+static excitation_rollouts run(const config *given, const excitation_settings *settings,
+                               int threads)
 {
     ad_error error = {.message = ""};
-    excite_rollouts result;
+    excitation_rollouts result;
     ad_pool *pool = ad_pool_create(threads);
     assert_non_null(pool);
-    if (excite_run(&given->scene, settings, pool, &result, &error) != AD_OK) {
+    if (excitation_run(&given->scene, settings, pool, &result, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     ad_pool_free(pool);
@@ -89,15 +90,15 @@ static void test_same(void **state)
 {
     (void)state;
     config *given = read_scene();
-    excite_settings settings = small_settings();
+    excitation_settings settings = small_settings();
     for (int linear = 0; linear < 2; linear++) {
         settings.linear = linear;
         settings.first = 0;
         settings.count = 10;
-        excite_rollouts one = run(given, &settings, 1), two = run(given, &settings, 2);
+        excitation_rollouts one = run(given, &settings, 1), two = run(given, &settings, 2);
         settings.first = 7;
         settings.count = 1;
-        excite_rollouts seventh = run(given, &settings, 1);
+        excitation_rollouts seventh = run(given, &settings, 1);
         const size_t states = (size_t)(21 * one.states), inputs = 21 * 2;
         assert_memory_equal(one.state, two.state, 10 * states * sizeof *one.state);
         assert_memory_equal(one.input, two.input, 10 * inputs * sizeof *one.input);
@@ -107,9 +108,9 @@ static void test_same(void **state)
             assert_int_equal(one.done[i], 20);
         }
         assert_int_equal(one.lost, 0);
-        excite_free(&one);
-        excite_free(&two);
-        excite_free(&seventh);
+        excitation_free(&one);
+        excitation_free(&two);
+        excitation_free(&seventh);
     }
     config_free(given);
 }
@@ -121,12 +122,12 @@ static void test_linear(void **state)
     enum { PARTS = 512 };
     config *given = read_scene();
     ad_error error = {.message = ""};
-    excite_settings settings = small_settings();
+    excitation_settings settings = small_settings();
     settings.linear = true;
-    settings.only = EXCITE_RAMPS;
+    settings.only = EXCITATION_RAMPS;
     settings.count = 1;
     settings.steps = 2;
-    excite_rollouts motion = run(given, &settings, 1);
+    excitation_rollouts motion = run(given, &settings, 1);
     const reduced_settings modes = {.modes = {1, 1, 1, 1}};
     reduced_rod *rod = NULL;
     double x[16], held[16], moved = 0, off = 0;
@@ -150,7 +151,7 @@ static void test_linear(void **state)
     print_message("linear: %.1e, held: %.1e\n", off, moved);
     assert_true(off < 1e-4 * moved); /* 512 steps of held inputs leave 4e-6 */
     reduced_free(rod);
-    excite_free(&motion);
+    excitation_free(&motion);
     config_free(given);
 }
 
@@ -159,12 +160,12 @@ static void test_parts(void **state)
 {
     (void)state;
     config *given = read_scene();
-    excite_settings settings = small_settings();
+    excitation_settings settings = small_settings();
     settings.step = 20;
     settings.steps = 5;
     settings.count = 6;
-    settings.only = EXCITE_BANG;
-    excite_rollouts x = run(given, &settings, 2);
+    settings.only = EXCITATION_BANG;
+    excitation_rollouts x = run(given, &settings, 2);
     print_message("parts: %ld of 30, lost %ld\n", x.substepped, x.lost);
     int done = 0;
     for (int i = 0; i < 6; i++) {
@@ -174,7 +175,7 @@ static void test_parts(void **state)
     for (int i = 0; i < done && i < x.done[0] * x.states; i++) {
         assert_true(isfinite(x.state[i]));
     }
-    excite_free(&x);
+    excitation_free(&x);
     config_free(given);
 }
 

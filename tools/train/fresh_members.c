@@ -1,4 +1,4 @@
-#include "tools/train/witness.h"
+#include "tools/train/fresh_members.h"
 
 #include "autodiff/ranks.h"
 #include "physics/field.h"
@@ -42,28 +42,28 @@ static double distance(const double *a, const double *b)
 }
 
 /* A fresh member. */
-typedef struct witness {
+typedef struct fresh_member {
     double parameters[SCENE_PARAMETERS_MAX];
     double exact[3 * POINTS]; /* positions of its solution */
     int found;                /* it has one */
-} witness;
+} fresh_member;
 
-typedef struct witnesses {
+typedef struct fresh_members {
     const scene *family;
     double s[POINTS];
-    witness all[WITNESS_MEMBERS];
-} witnesses;
+    fresh_member all[FRESH_MEMBERS];
+} fresh_members;
 
-static void draw(const experiment *e, witnesses *x)
+static void draw(const experiment *e, fresh_members *members)
 {
     nn_rng rng = nn_rng_split(e->settings->seed, "witness");
-    *x = (witnesses){.family = e->scene};
+    *members = (fresh_members){.family = e->scene};
     for (int i = 0; i < POINTS; i++) {
-        x->s[i] = scene_length(e->scene) * i / (POINTS - 1);
+        members->s[i] = scene_length(e->scene) * i / (POINTS - 1);
     }
-    for (int m = 0; m < WITNESS_MEMBERS; m++) {
+    for (int m = 0; m < FRESH_MEMBERS; m++) {
         for (int k = 0; k < e->scene->parameter_count; k++) {
-            x->all[m].parameters[k] =
+            members->all[m].parameters[k] =
                 scene_parameter_at(&e->scene->parameters[k], nn_rng_uniform(&rng));
         }
     }
@@ -71,54 +71,54 @@ static void draw(const experiment *e, witnesses *x)
 
 static ad_status solve_item(void *context, int item, int thread, ad_error *error)
 {
-    witnesses *x = context;
-    witness *one = &x->all[item];
+    fresh_members *members = context;
+    fresh_member *one = &members->all[item];
     scene member;
     (void)thread;
     (void)error;
-    scene_member(x->family, one->parameters, &member);
-    one->found = solve_one(&member, x->s, one->exact);
+    scene_member(members->family, one->parameters, &member);
+    one->found = solve_one(&member, members->s, one->exact);
     return AD_OK;
 }
 
-static ad_status compare(const experiment *e, field *network, const witnesses *x, int m,
+static ad_status compare(const experiment *e, field *network, const fresh_members *members, int m,
                          double *off, ad_error *error)
 {
-    const witness *one = &x->all[m];
+    const fresh_member *one = &members->all[m];
     double values[MODEL_COLUMNS_MAX * POINTS], more[SCENE_PARAMETERS_MAX][POINTS];
-    const double *at[DOMAIN_COORDINATES_MAX] = {x->s};
-    for (int k = 0; k < x->family->parameter_count; k++) {
+    const double *at[DOMAIN_COORDINATES_MAX] = {members->s};
+    for (int k = 0; k < members->family->parameter_count; k++) {
         for (int i = 0; i < POINTS; i++) {
             more[k][i] = one->parameters[k];
         }
         at[1 + k] = more[k];
     }
     ad_status status = field_evaluate(network, experiment_parameters(e), POINTS, at, values, error);
-    *off = status == AD_OK ? distance(values, one->exact) / scene_length(x->family) : 0;
+    *off = status == AD_OK ? distance(values, one->exact) / scene_length(members->family) : 0;
     return status;
 }
 
-ad_status witness_members(const experiment *e, witness_errors *result, ad_error *error)
+ad_status fresh_members_compare(const experiment *e, fresh_errors *result, ad_error *error)
 {
-    double off[WITNESS_MEMBERS];
-    witnesses x;
+    double off[FRESH_MEMBERS];
+    fresh_members x;
     field *network = NULL;
     int n = 0;
     const ad_dealt made = {x.all, sizeof *x.all, sizeof x.all};
-    *result = (witness_errors){NAN, NAN, NAN, 0};
+    *result = (fresh_errors){NAN, NAN, NAN, 0};
     draw(e, &x);
     ad_status status = field_create(e->model, e->mlp, false, e->pool, &network, error);
     if (status == AD_OK) {
-        status = ad_pool_deal(e->pool, WITNESS_MEMBERS, solve_item, &x, 1, &made, error);
+        status = ad_pool_deal(e->pool, FRESH_MEMBERS, solve_item, &x, 1, &made, error);
     }
-    for (int m = 0; status == AD_OK && m < WITNESS_MEMBERS; m++) {
+    for (int m = 0; status == AD_OK && m < FRESH_MEMBERS; m++) {
         status = x.all[m].found ? compare(e, network, &x, m, &off[n], error) : AD_OK;
         n += x.all[m].found;
     }
     field_free(network);
     if (status == AD_OK && n > 0) {
         sort_ascending((size_t)n, off);
-        *result = (witness_errors){off[n / 2], off[(n * 95 - 1) / 100], off[n - 1], n};
+        *result = (fresh_errors){off[n / 2], off[(n * 95 - 1) / 100], off[n - 1], n};
     }
     return status;
 }

@@ -1,4 +1,4 @@
-#include "tools/control/resting.h"
+#include "tools/control/equilibria.h"
 
 #include "tools/control/qp.h"
 #include "tools/control/small.h"
@@ -10,7 +10,7 @@
 
 enum { POINTS_ON_PATH = 2 * CONTROL_HEIGHTS + 1, STEPS = 12 };
 
-struct resting {
+struct equilibria {
     scene of;
     reduced_rod *rod;
     int inputs;                    /* that are set */
@@ -23,10 +23,10 @@ struct resting {
     qp *quadratic;
 };
 
-ad_status resting_create(const scene *of, const surrogate_settings *model,
-                         const control_settings *control, resting **result, ad_error *error)
+ad_status equilibria_create(const scene *of, const surrogate_settings *model,
+                            const control_settings *control, equilibria **result, ad_error *error)
 {
-    resting *x = calloc(1, sizeof *x);
+    equilibria *x = calloc(1, sizeof *x);
     *result = NULL;
     if (!x) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a robot at rest");
@@ -60,107 +60,116 @@ ad_status resting_create(const scene *of, const surrogate_settings *model,
         }
     }
     if (status != AD_OK) {
-        resting_free(x);
+        equilibria_free(x);
         return status;
     }
     *result = x;
     return AD_OK;
 }
 
-void resting_free(resting *x)
+void equilibria_free(equilibria *equilibria)
 {
-    if (x) {
-        reduced_free(x->rod);
-        free(x->state);
-        free(x->program);
-        free(x);
+    if (equilibria) {
+        reduced_free(equilibria->rod);
+        free(equilibria->state);
+        free(equilibria->program);
+        free(equilibria);
     }
 }
 
-void resting_middle(const resting *x, double *inputs)
+void equilibria_middle(const equilibria *equilibria, double *inputs)
 {
-    memcpy(inputs, x->middle, (size_t)reduced_inputs(x->rod) * sizeof *inputs);
+    memcpy(inputs, equilibria->middle, (size_t)reduced_inputs(equilibria->rod) * sizeof *inputs);
 }
 
-ad_status resting_settle(resting *x, const double *inputs, double *state, ad_error *error)
+ad_status equilibria_settle(equilibria *equilibria, const double *inputs, double *state,
+                            ad_error *error)
 {
     enum { TRIES = 3, MOTION = 50 };
-    const size_t bytes = (size_t)reduced_states(x->rod) * sizeof *state;
-    memcpy(x->trial, x->state, bytes);
-    ad_status status = reduced_settle(x->rod, 0, inputs, x->trial, error);
+    const size_t bytes = (size_t)reduced_states(equilibria->rod) * sizeof *state;
+    memcpy(equilibria->trial, equilibria->state, bytes);
+    ad_status status = reduced_settle(equilibria->rod, 0, inputs, equilibria->trial, error);
     for (int try = 0; try < TRIES && status == AD_NOT_FINITE; try++) {
-        memcpy(x->trial, x->state, bytes); /* by its motion, which is damped by the method, too */
+        memcpy(equilibria->trial, equilibria->state,
+               bytes); /* by its motion, which is damped by the method, too */
         status = AD_OK;
         for (int i = 0; i < MOTION && status == AD_OK; i++) {
-            status = reduced_step(x->rod, 0, 0.01 * pow(10, try), x->trial, inputs, x->trial, NULL,
-                                  NULL, error);
+            status = reduced_step(equilibria->rod, 0, 0.01 * pow(10, try), equilibria->trial,
+                                  inputs, equilibria->trial, NULL, NULL, error);
         }
-        status = status == AD_OK ? reduced_settle(x->rod, 0, inputs, x->trial, error) : status;
+        status = status == AD_OK
+                     ? reduced_settle(equilibria->rod, 0, inputs, equilibria->trial, error)
+                     : status;
     }
     if (status == AD_OK) {
-        memcpy(x->state, x->trial, bytes);
+        memcpy(equilibria->state, equilibria->trial, bytes);
         if (state) {
-            memcpy(state, x->trial, bytes);
+            memcpy(state, equilibria->trial, bytes);
         }
     }
     return status;
 }
 
-ad_status resting_derivatives(resting *x, const double *inputs, const double *state, int count,
-                              const int *which, double *by, ad_error *error)
+ad_status equilibria_derivatives(equilibria *equilibria, const double *inputs, const double *state,
+                                 int count, const int *which, double *by, ad_error *error)
 {
-    const int n = reduced_states(x->rod);
+    const int n = reduced_states(equilibria->rod);
     double moved[SCENE_PARAMETERS_MAX];
     ad_status status = AD_OK;
     for (int k = 0; k < count && status == AD_OK; k++) {
-        const scene_parameter *p = &x->of.parameters[which[k]];
+        const scene_parameter *p = &equilibria->of.parameters[which[k]];
         const double up = 1e-4 * (p->high - p->low);
         const double h = inputs[which[k]] + up <= p->high ? up : -up;
-        memcpy(moved, inputs, (size_t)reduced_inputs(x->rod) * sizeof *moved);
+        memcpy(moved, inputs, (size_t)reduced_inputs(equilibria->rod) * sizeof *moved);
         moved[which[k]] += h;
-        memcpy(x->state, state, (size_t)n * sizeof *state);
-        status = resting_settle(x, moved, NULL, error);
+        memcpy(equilibria->state, state, (size_t)n * sizeof *state);
+        status = equilibria_settle(equilibria, moved, NULL, error);
         for (int i = 0; i < n && status == AD_OK; i++) {
-            by[i * count + k] = (x->state[i] - state[i]) / h;
+            by[i * count + k] = (equilibria->state[i] - state[i]) / h;
         }
     }
-    memcpy(x->state, state, (size_t)n * sizeof *state);
+    memcpy(equilibria->state, state, (size_t)n * sizeof *state);
     return status;
 }
 
 /* ---- where a place can be ------------------------------------------------------------------ */
 
-static ad_status see(resting *x, const double *inputs, reduced_place *place, ad_error *error)
+static ad_status see(equilibria *equilibria, const double *inputs, reduced_place *place,
+                     ad_error *error)
 {
-    ad_status status = resting_settle(x, inputs, NULL, error);
-    return status == AD_OK ? reduced_output(x->rod, 0, x->state, inputs, place, NULL, error)
-                           : status;
+    ad_status status = equilibria_settle(equilibria, inputs, NULL, error);
+    return status == AD_OK
+               ? reduced_output(equilibria->rod, 0, equilibria->state, inputs, place, NULL, error)
+               : status;
 }
 
 /* How far the place is from the target in the directions that count [rows][3], and derivatives
  * [rows][inputs] by inputs in parts of their limits. */
-static ad_status linearise(resting *x, const double *inputs, const double target[3], int rows,
-                           double (*directions)[3], double off[3], double *by, ad_error *error)
+static ad_status linearise(equilibria *equilibria, const double *inputs, const double target[3],
+                           int rows, double (*directions)[3], double off[3], double *by,
+                           ad_error *error)
 {
     double moved[SCENE_PARAMETERS_MAX];
     reduced_place at, near;
-    ad_status status = see(x, inputs, &at, error);
+    ad_status status = see(equilibria, inputs, &at, error);
     for (int r = 0; r < rows && status == AD_OK; r++) {
         off[r] = 0;
         for (int k = 0; k < 3; k++) {
             off[r] += directions[r][k] * (target[k] - at.position[k]);
         }
     }
-    for (int i = 0; i < x->inputs && status == AD_OK && by; i++) {
-        const double span = x->high[i] - x->low[i];
-        const double h = inputs[x->which[i]] < x->low[i] + span / 2 ? 1e-3 : -1e-3;
+    for (int i = 0; i < equilibria->inputs && status == AD_OK && by; i++) {
+        const double span = equilibria->high[i] - equilibria->low[i];
+        const double h =
+            inputs[equilibria->which[i]] < equilibria->low[i] + span / 2 ? 1e-3 : -1e-3;
         memcpy(moved, inputs, sizeof moved);
-        moved[x->which[i]] += h * span;
-        status = see(x, moved, &near, error);
+        moved[equilibria->which[i]] += h * span;
+        status = see(equilibria, moved, &near, error);
         for (int r = 0; r < rows && status == AD_OK; r++) {
-            by[r * x->inputs + i] = 0;
+            by[r * equilibria->inputs + i] = 0;
             for (int k = 0; k < 3; k++) {
-                by[r * x->inputs + i] += directions[r][k] * (near.position[k] - at.position[k]) / h;
+                by[r * equilibria->inputs + i] +=
+                    directions[r][k] * (near.position[k] - at.position[k]) / h;
             }
         }
     }
@@ -169,22 +178,22 @@ static ad_status linearise(resting *x, const double *inputs, const double target
 
 /* Inputs [parameter_count], from those that are given, with the place nearest to the target in the
  * directions that count; where several will do, those near the middle. off [rows]: what is left. */
-static ad_status reach(resting *x, const double target[3], int rows, double (*directions)[3],
-                       double *inputs, double off[3], ad_error *error)
+static ad_status reach(equilibria *equilibria, const double target[3], int rows,
+                       double (*directions)[3], double *inputs, double off[3], ad_error *error)
 {
-    const int m = x->inputs, stride = small_stride(m);
+    const int m = equilibria->inputs, stride = small_stride(m);
     double by[3 * CONTROL_INPUTS_MAX];
     double H[CONTROL_INPUTS_MAX * (CONTROL_INPUTS_MAX + SMALL_LANES)] = {0};
     double g[CONTROL_INPUTS_MAX], low[CONTROL_INPUTS_MAX], high[CONTROL_INPUTS_MAX];
     double step[CONTROL_INPUTS_MAX];
-    const double unit = 1e-2 * scene_length(&x->of), effort = 1e-4;
+    const double unit = 1e-2 * scene_length(&equilibria->of), effort = 1e-4;
     ad_status status = AD_OK;
     for (int i = 0; i < STEPS && status == AD_OK; i++) {
         double most = 0;
-        status = linearise(x, inputs, target, rows, directions, off, by, error);
+        status = linearise(equilibria, inputs, target, rows, directions, off, by, error);
         for (int a = 0; a < m && status == AD_OK; a++) {
-            const double span = x->high[a] - x->low[a];
-            const double at = (inputs[x->which[a]] - x->low[a]) / span;
+            const double span = equilibria->high[a] - equilibria->low[a];
+            const double at = (inputs[equilibria->which[a]] - equilibria->low[a]) / span;
             g[a] = effort * (at - 0.5);
             low[a] = -at;
             high[a] = 1 - at;
@@ -199,22 +208,24 @@ static ad_status reach(resting *x, const double target[3], int rows, double (*di
             }
         }
         const qp_bounds bounds = {.lower = low, .upper = high};
-        if (status != AD_OK || qp_factor(x->quadratic, H) != QP_SOLVED ||
-            qp_solve(x->quadratic, g, &bounds, NULL, step) == QP_BAD) {
+        if (status != AD_OK || qp_factor(equilibria->quadratic, H) != QP_SOLVED ||
+            qp_solve(equilibria->quadratic, g, &bounds, NULL, step) == QP_BAD) {
             break;
         }
         for (int a = 0; a < m; a++) {
             most = fmax(most, fabs(step[a]));
         }
         for (int a = 0; a < m; a++) {
-            inputs[x->which[a]] += fmin(1, 0.3 / most) * step[a] * (x->high[a] - x->low[a]);
+            inputs[equilibria->which[a]] +=
+                fmin(1, 0.3 / most) * step[a] * (equilibria->high[a] - equilibria->low[a]);
         }
         if (most < 1e-4) {
             break;
         }
     }
-    return status == AD_OK ? linearise(x, inputs, target, rows, directions, off, NULL, error)
-                           : status;
+    return status == AD_OK
+               ? linearise(equilibria, inputs, target, rows, directions, off, NULL, error)
+               : status;
 }
 
 /* ---- tasks --------------------------------------------------------------------------------- */
@@ -252,18 +263,18 @@ static int points_of(const control_task *task, double (*points)[3], ad_status *s
 }
 
 /* Heights above the plane at which the place can be over each point of the path. */
-static ad_status find_heights(resting *x, const control_task *task, double *heights,
+static ad_status find_heights(equilibria *equilibria, const control_task *task, double *heights,
                               ad_error *error)
 {
     double across[2][3], points[CONTROL_POINTS_MAX][3], off[3], inputs[SCENE_PARAMETERS_MAX];
     ad_status status = AD_OK;
     const int count = points_of(task, points, &status, error);
     task_plane(task->normal, across);
-    resting_middle(x, inputs);
+    equilibria_middle(equilibria, inputs);
     for (int i = 0; i < count && status == AD_OK; i++) {
         reduced_place place;
-        status = reach(x, points[i], 2, across, inputs, off, error);
-        status = status == AD_OK ? see(x, inputs, &place, error) : status;
+        status = reach(equilibria, points[i], 2, across, inputs, off, error);
+        status = status == AD_OK ? see(equilibria, inputs, &place, error) : status;
         heights[i] = 0;
         for (int k = 0; k < 3 && status == AD_OK; k++) {
             heights[i] += task->normal[k] * (place.position[k] - points[i][k]);
@@ -286,13 +297,13 @@ static void transform(const double *heights, double *terms)
     }
 }
 
-static ad_status place_plane(resting *x, control_task *task, ad_error *error)
+static ad_status place_plane(equilibria *equilibria, control_task *task, ad_error *error)
 {
     const bool open = isnan(task->centre[0]);
     double heights[POINTS_ON_PATH], inputs[SCENE_PARAMETERS_MAX], terms[POINTS_ON_PATH];
     reduced_place middle;
-    resting_middle(x, inputs);
-    ad_status status = see(x, inputs, &middle, error);
+    equilibria_middle(equilibria, inputs);
+    ad_status status = see(equilibria, inputs, &middle, error);
     if (status == AD_OK && isnan(task->normal[0])) {
         const double *q = middle.rotation;
         task->normal[0] = 2 * (q[1] * q[3] + q[0] * q[2]);
@@ -307,7 +318,7 @@ static ad_status place_plane(resting *x, control_task *task, ad_error *error)
         task->normal[k] /= size;
     }
     const bool wanted = open || task->surface == CONTROL_REACHABLE;
-    status = status == AD_OK && wanted ? find_heights(x, task, heights, error) : status;
+    status = status == AD_OK && wanted ? find_heights(equilibria, task, heights, error) : status;
     if (status == AD_OK && wanted) {
         transform(heights, terms);
         for (int k = 0; k < 3 && open; k++) {
@@ -321,7 +332,8 @@ static ad_status place_plane(resting *x, control_task *task, ad_error *error)
     return status;
 }
 
-ad_status resting_place_task(resting *x, control_task *task, double *reach_off, ad_error *error)
+ad_status equilibria_place_task(equilibria *equilibria, control_task *task, double *reach_off,
+                                ad_error *error)
 {
     double points[CONTROL_POINTS_MAX][3], off[3], inputs[SCENE_PARAMETERS_MAX], sum = 0;
     double world[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
@@ -329,11 +341,11 @@ ad_status resting_place_task(resting *x, control_task *task, double *reach_off, 
     if (task->path == CONTROL_FILE) {
         return AD_OK;
     }
-    ad_status status = task->path == CONTROL_POINTS ? AD_OK : place_plane(x, task, error);
+    ad_status status = task->path == CONTROL_POINTS ? AD_OK : place_plane(equilibria, task, error);
     const int count = status == AD_OK ? points_of(task, points, &status, error) : 0;
-    resting_middle(x, inputs);
+    equilibria_middle(equilibria, inputs);
     for (int i = 0; i < count && status == AD_OK; i++) {
-        status = reach(x, points[i], 3, world, inputs, off, error);
+        status = reach(equilibria, points[i], 3, world, inputs, off, error);
         sum += square(3, off);
     }
     *reach_off = status == AD_OK ? sqrt(sum / count) : NAN;

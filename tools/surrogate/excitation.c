@@ -1,4 +1,4 @@
-#include "tools/surrogate/excite.h"
+#include "tools/surrogate/excitation.h"
 
 #include "autodiff/ranks.h"
 #include "nn/rng.h"
@@ -10,9 +10,9 @@
 #include <string.h>
 #include <time.h>
 
-excite_settings excite_settings_default(void)
+excitation_settings excitation_settings_default(void)
 {
-    return (excite_settings){.count = 1, .only = -1, .seed = 1};
+    return (excitation_settings){.count = 1, .only = -1, .seed = 1};
 }
 
 /* ---- inputs -------------------------------------------------------------------------------- */
@@ -20,7 +20,7 @@ excite_settings excite_settings_default(void)
 /* How one input moves: fractions of its range, stretch by stretch. */
 typedef struct course {
     nn_rng random;
-    excite_kind kind;
+    excitation_kind kind;
     double shortest, longest; /* s */
     double begin, end;        /* s, of this stretch */
     double from, to;          /* levels */
@@ -43,9 +43,9 @@ static void next_stretch(course *c)
 {
     c->begin = c->end;
     c->from = c->to;
-    c->to = draw_level(&c->random, c->kind == EXCITE_BANG);
+    c->to = draw_level(&c->random, c->kind == EXCITATION_BANG);
     c->end += draw_log(&c->random, c->shortest, c->longest);
-    if (c->kind == EXCITE_CHIRPS) { /* sweeps last longer than one period */
+    if (c->kind == EXCITATION_CHIRPS) { /* sweeps last longer than one period */
         c->end = c->begin + c->longest * (1 + nn_rng_uniform(&c->random));
         c->from = draw_level(&c->random, false);
         c->first = 0.5 / draw_log(&c->random, c->shortest, c->longest);
@@ -61,35 +61,35 @@ static double fraction_at(course *c, double t)
         next_stretch(c);
     }
     const double part = (t - c->begin) / (c->end - c->begin);
-    if (c->kind == EXCITE_RAMPS) {
+    if (c->kind == EXCITATION_RAMPS) {
         return c->from + part * (c->to - c->from);
     }
-    if (c->kind == EXCITE_CHIRPS) {
+    if (c->kind == EXCITATION_CHIRPS) {
         const double turns = (t - c->begin) * (c->first + 0.5 * part * (c->last - c->first));
         return 0.5 * (c->from + c->to) + 0.5 * (c->to - c->from) * cos(2 * pi * turns);
     }
     return c->to;
 }
 
-void excite_draw(int count, const scene_parameter *parameters, const excite_settings *settings,
-                 int index, double *inputs)
+void excitation_draw(int count, const scene_parameter *parameters,
+                     const excitation_settings *settings, int index, double *inputs)
 {
     const double h = settings->step;
     for (int i = 0; i < count; i++) {
         char stream[64];
         snprintf(stream, sizeof stream, "excitation %d input %d", index, i);
         nn_rng random = nn_rng_split(settings->seed, stream);
-        course c = {
-            .kind = (excite_kind)(settings->only >= 0 ? settings->only : index % EXCITE_KIND_COUNT),
-            .shortest = settings->shortest > 0 ? settings->shortest : h,
-            .longest = settings->longest > 0 ? settings->longest : 50 * h};
-        if (c.kind == EXCITE_MIXED) {
-            c.kind = (excite_kind)nn_rng_below(&random, EXCITE_MIXED);
+        course c = {.kind = (excitation_kind)(settings->only >= 0 ? settings->only
+                                                                  : index % EXCITATION_KIND_COUNT),
+                    .shortest = settings->shortest > 0 ? settings->shortest : h,
+                    .longest = settings->longest > 0 ? settings->longest : 50 * h};
+        if (c.kind == EXCITATION_MIXED) {
+            c.kind = (excitation_kind)nn_rng_below(&random, EXCITATION_MIXED);
         }
         const bool constant = settings->constant >> i & 1;
         const double level = nn_rng_uniform(&random);
         c.random = random;
-        c.to = draw_level(&c.random, c.kind == EXCITE_BANG);
+        c.to = draw_level(&c.random, c.kind == EXCITATION_BANG);
         for (int k = 0; k <= settings->steps; k++) {
             const double fraction = constant ? level : fraction_at(&c, k * h);
             const double value = scene_parameter_at(&parameters[i], fraction);
@@ -101,9 +101,9 @@ void excite_draw(int count, const scene_parameter *parameters, const excite_sett
 /* ---- motions ------------------------------------------------------------------------------- */
 
 typedef struct runner {
-    const excite_settings *settings;
+    const excitation_settings *settings;
     const scene *open;
-    excite_rollouts *to;
+    excitation_rollouts *to;
     reduced_rod **rods; /* [threads] */
     long *tally;        /* [count][2] */
     double *seconds;    /* [count] */
@@ -119,19 +119,19 @@ static double processor_seconds(void)
 /* One step as `parts`, with inputs [2][inputs] of its ends. The first are short: where inputs jump
  * the rod is fastest. A soft arm whose inputs jump for 5 s is off by 0.14 % of its length with one
  * part, by 6e-4 % with four, or 6e-3 % if they are equal. */
-static ad_status step_in_parts(const runner *x, reduced_rod *rod, int parts, double t,
+static ad_status step_in_parts(const runner *runner, reduced_rod *rod, int parts, double t,
                                const double *state, const double *inputs, double *next,
                                ad_error *error)
 {
-    const int count = x->to->inputs;
-    const double h = x->settings->step;
+    const int count = runner->to->inputs;
+    const double h = runner->settings->step;
     double ends[2][SCENE_PARAMETERS_MAX];
     ad_status status = AD_OK;
     for (int p = 0; p < parts && status == AD_OK; p++) {
         const double begin = (double)(p * p) / (parts * parts);
         const double end = (double)((p + 1) * (p + 1)) / (parts * parts);
         for (int i = 0; i < count; i++) {
-            const double change = x->settings->linear ? inputs[count + i] - inputs[i] : 0;
+            const double change = runner->settings->linear ? inputs[count + i] - inputs[i] : 0;
             ends[0][i] = inputs[i] + change * begin;
             ends[1][i] = inputs[i] + change * end;
         }
@@ -144,17 +144,17 @@ static ad_status step_in_parts(const runner *x, reduced_rod *rod, int parts, dou
 static ad_status run_rollout(void *context, int item, int thread, ad_error *error)
 {
     enum { USUAL = 4, MOST = 256 };
-    runner *x = context;
-    excite_rollouts *to = x->to;
-    reduced_rod *rod = x->rods[thread];
-    const excite_settings *settings = x->settings;
+    runner *runner = context;
+    excitation_rollouts *to = runner->to;
+    reduced_rod *rod = runner->rods[thread];
+    const excitation_settings *settings = runner->settings;
     const size_t rows = (size_t)settings->steps + 1;
     double *state = to->state + (size_t)item * rows * (size_t)to->states;
     double *input = to->input + (size_t)item * rows * (size_t)to->inputs;
     const double began = processor_seconds();
     const int index = settings->first + item;
     ad_error unsettled;
-    excite_draw(to->inputs, x->open->parameters, settings, index, input);
+    excitation_draw(to->inputs, runner->open->parameters, settings, index, input);
     ad_status status = reduced_initial(rod, input, state, error);
     if (status != AD_OK) {
         return status;
@@ -166,23 +166,23 @@ static ad_status run_rollout(void *context, int item, int thread, ad_error *erro
         const double *from = state + k * to->states;
         status = AD_NOT_FINITE;
         for (int parts = USUAL; parts <= MOST && status == AD_NOT_FINITE; parts *= 2) {
-            status = step_in_parts(x, rod, parts, k * settings->step, from, input + k * to->inputs,
-                                   state + (k + 1) * to->states, error);
-            x->tally[2 * item] += status == AD_OK && parts > USUAL;
+            status = step_in_parts(runner, rod, parts, k * settings->step, from,
+                                   input + k * to->inputs, state + (k + 1) * to->states, error);
+            runner->tally[2 * item] += status == AD_OK && parts > USUAL;
         }
         to->done[item] += status == AD_OK;
-        x->tally[2 * item + 1] += status == AD_NOT_FINITE;
+        runner->tally[2 * item + 1] += status == AD_NOT_FINITE;
     }
-    x->seconds[item] = processor_seconds() - began;
+    runner->seconds[item] = processor_seconds() - began;
     return status == AD_NOT_FINITE ? AD_OK : status; /* this rollout is over */
 }
 
-static ad_status check(const scene *open, const excite_settings *settings, ad_error *error)
+static ad_status check(const scene *open, const excitation_settings *settings, ad_error *error)
 {
     const bool spans = settings->shortest <= 0 || settings->longest <= 0 ||
                        settings->shortest <= settings->longest;
     if (!(settings->step > 0) || settings->steps < 1 || settings->count < 1 ||
-        settings->first < 0 || settings->only >= EXCITE_KIND_COUNT || !spans) {
+        settings->first < 0 || settings->only >= EXCITATION_KIND_COUNT || !spans) {
         return ad_fail(
             error, AD_BAD_ARGUMENT,
             "rollouts: %d of %d steps of %g s, levels of %g to %g s; allowed: from 1 on, "
@@ -196,49 +196,50 @@ static ad_status check(const scene *open, const excite_settings *settings, ad_er
     return AD_OK;
 }
 
-static ad_status allocate(runner *x, ad_error *error)
+static ad_status allocate(runner *runner, ad_error *error)
 {
-    excite_rollouts *to = x->to;
+    excitation_rollouts *to = runner->to;
     const size_t count = (size_t)to->count, rows = count * (size_t)(to->steps + 1);
     to->state = calloc(rows * (size_t)to->states, sizeof *to->state);
     to->input = calloc(rows * (size_t)to->inputs, sizeof *to->input);
     to->done = calloc(count, sizeof *to->done);
-    x->tally = calloc(2 * count, sizeof *x->tally);
-    x->seconds = calloc(count, sizeof *x->seconds);
-    return to->state && to->input && to->done && x->tally && x->seconds
+    runner->tally = calloc(2 * count, sizeof *runner->tally);
+    runner->seconds = calloc(count, sizeof *runner->seconds);
+    return to->state && to->input && to->done && runner->tally && runner->seconds
                ? AD_OK
                : ad_fail(error, AD_NO_MEMORY, "out of memory for %d rollouts", to->count);
 }
 
-static ad_status run_rollouts(runner *x, ad_pool *pool, ad_error *error)
+static ad_status run_rollouts(runner *runner, ad_pool *pool, ad_error *error)
 {
-    excite_rollouts *to = x->to;
+    excitation_rollouts *to = runner->to;
     const size_t count = (size_t)to->count, rows = (size_t)to->steps + 1;
     const size_t states = rows * (size_t)to->states * sizeof *to->state;
     const size_t inputs = rows * (size_t)to->inputs * sizeof *to->input;
-    const ad_dealt made[] = {{to->state, states, count * states},
-                             {to->input, inputs, count * inputs},
-                             {to->done, sizeof *to->done, count * sizeof *to->done},
-                             {x->tally, 2 * sizeof *x->tally, 2 * count * sizeof *x->tally},
-                             {x->seconds, sizeof *x->seconds, count * sizeof *x->seconds}};
+    const ad_dealt made[] = {
+        {to->state, states, count * states},
+        {to->input, inputs, count * inputs},
+        {to->done, sizeof *to->done, count * sizeof *to->done},
+        {runner->tally, 2 * sizeof *runner->tally, 2 * count * sizeof *runner->tally},
+        {runner->seconds, sizeof *runner->seconds, count * sizeof *runner->seconds}};
     ad_status status =
-        ad_pool_deal(pool, to->count, run_rollout, x, sizeof made / sizeof *made, made, error);
+        ad_pool_deal(pool, to->count, run_rollout, runner, sizeof made / sizeof *made, made, error);
     for (int i = 0; i < to->count; i++) {
-        to->substepped += x->tally[2 * i];
-        to->lost += x->tally[2 * i + 1];
-        to->seconds += x->seconds[i];
+        to->substepped += runner->tally[2 * i];
+        to->lost += runner->tally[2 * i + 1];
+        to->seconds += runner->seconds[i];
     }
     return status;
 }
 
-ad_status excite_run(const scene *open, const excite_settings *settings, ad_pool *pool,
-                     excite_rollouts *result, ad_error *error)
+ad_status excitation_run(const scene *open, const excitation_settings *settings, ad_pool *pool,
+                         excitation_rollouts *result, ad_error *error)
 {
     const int threads = ad_pool_threads(pool);
     runner x = {.settings = settings, .open = open, .to = result};
     reduced_settings rod = {.newton = 1e-7};
     memcpy(rod.modes, settings->modes, sizeof rod.modes);
-    *result = (excite_rollouts){.steps = settings->steps, .count = settings->count};
+    *result = (excitation_rollouts){.steps = settings->steps, .count = settings->count};
     ad_status status = check(open, settings, error);
     x.rods = calloc((size_t)threads, sizeof *x.rods);
     if (status == AD_OK && !x.rods) {
@@ -260,15 +261,15 @@ ad_status excite_run(const scene *open, const excite_settings *settings, ad_pool
     free(x.tally);
     free(x.seconds);
     if (status != AD_OK) {
-        excite_free(result);
+        excitation_free(result);
     }
     return status;
 }
 
-void excite_free(excite_rollouts *x)
+void excitation_free(excitation_rollouts *rollouts)
 {
-    free(x->state);
-    free(x->input);
-    free(x->done);
-    *x = (excite_rollouts){0};
+    free(rollouts->state);
+    free(rollouts->input);
+    free(rollouts->done);
+    *rollouts = (excitation_rollouts){0};
 }

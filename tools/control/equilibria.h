@@ -1,7 +1,7 @@
 /* A robot at rest: its equilibria for held inputs, which inputs bring a place of it nearest to a
  * point, and where a path can be followed at rest. By the reduced rod. */
-#ifndef CONTROL_RESTING_H
-#define CONTROL_RESTING_H
+#ifndef CONTROL_EQUILIBRIA_H
+#define CONTROL_EQUILIBRIA_H
 
 #include "physics/solve/reduced.h"
 #include "tools/control/control_settings.h"
@@ -10,28 +10,30 @@
 extern "C" {
 #endif
 
-typedef struct resting resting;
+typedef struct equilibria equilibria;
 
 /* Of the place s (m) of the rod, with control->low, high as limits of the inputs. */
-ad_status resting_create(const scene *of, const surrogate_settings *model,
-                         const control_settings *control, resting **result, ad_error *error);
-void resting_free(resting *x); /* NULL is allowed */
+ad_status equilibria_create(const scene *of, const surrogate_settings *model,
+                            const control_settings *control, equilibria **result, ad_error *error);
+void equilibria_free(equilibria *equilibria); /* NULL is allowed */
 
 /* Inputs [parameter_count] with all in the middle: of limits, or of the range. */
-void resting_middle(const resting *x, double *inputs);
+void equilibria_middle(const equilibria *equilibria, double *inputs);
 
 /* state [states] (or NULL): the equilibrium for inputs, sought from the last one that was found. */
-ad_status resting_settle(resting *x, const double *inputs, double *state, ad_error *error);
+ad_status equilibria_settle(equilibria *equilibria, const double *inputs, double *state,
+                            ad_error *error);
 
 /* by [states][count of `which`]: derivatives of that state by the inputs `which`, by difference
  * quotients. */
-ad_status resting_derivatives(resting *x, const double *inputs, const double *state, int count,
-                              const int *which, double *by, ad_error *error);
+ad_status equilibria_derivatives(equilibria *equilibria, const double *inputs, const double *state,
+                                 int count, const int *which, double *by, ad_error *error);
 
 /* Fills in centre, normal and heights of a circle or an eight where they are open. reach: by how
  * much, m, rms, points of the path are off where the place can be at rest. A path of a file is
  * left alone, reach is NaN then. */
-ad_status resting_place_task(resting *x, control_task *task, double *reach, ad_error *error);
+ad_status equilibria_place_task(equilibria *equilibria, control_task *task, double *reach,
+                                ad_error *error);
 
 #ifdef __cplusplus
 }
