@@ -11,10 +11,10 @@
  *                       distances are infinite; derivatives of an equilibrium are not a number */
 
 /* What is known of an answer. Distances are the largest over the rod, in m, to where one more
- * step, linearised, leads, and what the mesh leaves when steps have settled: by the highest modes of
- * the curvature, of which 256 members say what they are worth. trusted: the equilibrium is stable
- * or may be by its pivots, `predicted` is at most a twentieth of the length, and the last step is
- * at most a quarter of that before, or rounding. */
+ * step, linearised, leads, and what the mesh leaves when steps have settled: by the highest modes
+ * of the curvature, of which 256 members say what they are worth. trusted: the equilibrium is
+ * stable or may be by its pivots, `predicted` is at most a twentieth of the length, and the last
+ * step is at most a quarter of that before, or rounding. */
 typedef struct model_answer {
     double predicted; /* of the network */
     double left;      /* of what is returned */
