@@ -34,8 +34,8 @@ const gauss_rule *beam_system_rule(const beam_system *system);
 
 size_t beam_system_nodes(const beam_system *system);         /* collocation points */
 const double *beam_system_points(const beam_system *system); /* s of them, ascending */
-const beam_section *
-beam_system_sections(const beam_system *system); /* there, with the stiffening */
+/* There, with the stiffening. */
+const beam_section *beam_system_sections(const beam_system *system);
 
 /* y is given at `places`, [places][BEAM_ROWS]: of each element the beginning, beyond what acts
  * there, the points, and the end. */

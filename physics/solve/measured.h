@@ -48,9 +48,9 @@ size_t solve_trials_residuals(const solve_trials *trials); /* numbers that were 
 size_t solve_trials_experiments(const solve_trials *trials);
 double solve_trials_tolerance(const solve_trials *trials); /* of the solutions */
 bool solve_trials_by_members(const solve_trials *trials);
-const char *
-solve_trials_reason(const solve_trials *trials); /* why the last run left some that are not
-                                                  * numbers; "": it did not, or by members */
+/* Why the last run left some that are not
+ * numbers; "": it did not, or by members. */
+const char *solve_trials_reason(const solve_trials *trials);
 
 /* residuals [count][residuals], computed less measured over its noise, at values [count][unknowns]
  * in SI; not numbers where there is no solution. Rough: not where it is hard to find either, and

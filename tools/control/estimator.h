@@ -145,8 +145,8 @@ int estimator_predict(estimator *estimator, const double *inputs, const double *
 /* At the present sample; deviations and covariance are those of the shortest delay before. */
 int64_t estimator_sample(const estimator *estimator);
 const double *estimator_state(const estimator *estimator); /* [states] */
-const double *
-estimator_inputs(const estimator *estimator); /* [model.inputs] last given, estimated */
+/* [model.inputs] last given, estimated. */
+const double *estimator_inputs(const estimator *estimator);
 double estimator_parameter_now(const estimator *estimator, int i);
 /* In units of the parameter, and taken estimator_doubt times: what the model leaves out stays as it
  * is, and so does not average out as noise does. At most that of the whole range. */

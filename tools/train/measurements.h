@@ -30,8 +30,8 @@ size_t
 measurements_missing(const measurements *measurements); /* fields of the files without a number */
 bool measurements_tell_noise(
     const measurements *measurements); /* of all is given how large it is */
-const solve_measured *
-measurements_sets(const measurements *measurements); /* [measurements_count] */
+/* [measurements_count]. */
+const solve_measured *measurements_sets(const measurements *measurements);
 
 #ifdef __cplusplus
 }
