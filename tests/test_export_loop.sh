@@ -108,7 +108,7 @@ sed '/^chambers:/,/^loads:/d; s/^parameters:.*/parameters:/' arm.yaml | sed '/^s
         for (i = 1; i <= 6; i++) print "  - {offset: [0.013*cos(pi*" i "/3), 0.013*sin(pi*" i "/3)], tension: p" i "}" }
     { sub(/\*stiffness/, ""); if ($0 !~ /estimate:/) print }' >six.yaml
 written six.yaml --c six --set control.duration=0.5 --set control.weights.rate=0.03
-check "six by other rounding" -- cc -std=c11 -O1 -march=native -ffp-contract=fast -o selftest six.c six_selftest.c -lm
+check "six by other rounding" -- cc -std=c11 -O2 -march=native -ffp-contract=fast -o selftest six.c six_selftest.c -lm
 check "six by other rounding" -- ./selftest >selftest.txt
 
 # ---- a damaged number is noticed --------------------------------------------------------------------
