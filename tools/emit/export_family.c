@@ -435,6 +435,8 @@ static ad_status write_functions(export_family *family, FILE *file, ad_error *er
     if (status == AD_OK) {
         write_constants(family, file);
         fputc('\n', file);
+        export_put_lines(family->name, all_of(family), export_equation_functions, file);
+        fputc('\n', file);
         export_put_lines(family->name, all_of(family), export_family_functions, file);
     }
     for (int i = 0; i < FUNCTIONS; i++) {

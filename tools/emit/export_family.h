@@ -49,7 +49,8 @@ typedef struct export_family {
 } export_family;
 
 /* Texts of the C: lines, NULL at the end; the last is for what is compiled at run time. */
-extern const char *const export_family_types[], *const export_family_functions[];
+extern const char *const export_family_types[];
+extern const char *const export_equation_functions[], *const export_family_functions[];
 extern const char *const export_family_selftest[], *const export_code_functions[];
 
 /* Which places of the shape the self-test compares: the last, with shape_by some before it. */
