@@ -443,37 +443,32 @@ static ad_status run_jobs(trial_batch *b, ad_error *error)
 static ad_status run_members(trial_batch *b, size_t first, size_t trials, double *room,
                              ad_error *error)
 {
-    solve_trials *solve_trials = b->x;
-    const size_t count = trials * solve_trials->experiments,
-                 width = (size_t)solve_trials->open.parameter_count;
-    const size_t shape = solve_trials->places * SOLVE_MEMBERS_COLUMNS;
+    solve_trials *of = b->x;
+    const size_t count = trials * of->experiments, width = (size_t)of->open.parameter_count;
+    const size_t shape = of->places * SOLVE_MEMBERS_COLUMNS;
     double *parameters = room, *shapes = parameters + count * width;
     solve_member *results = malloc(count * sizeof *results);
     if (!results) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", count);
     }
     for (size_t i = 0; i < count; i++) {
-        fill(solve_trials,
-             b->values + (first + i / solve_trials->experiments) * (size_t)solve_trials->unknowns,
-             i % solve_trials->experiments, parameters + i * width);
+        fill(of, b->values + (first + i / of->experiments) * (size_t)of->unknowns,
+             i % of->experiments, parameters + i * width);
     }
-    ad_status status =
-        solve_members_solve(solve_trials->members, count, parameters, shapes, results, error);
+    ad_status status = solve_members_solve(of->members, count, parameters, shapes, results, error);
     for (size_t i = 0; status == AD_OK && i < count; i++) {
-        const size_t trial = first + i / solve_trials->experiments,
-                     experiment = i % solve_trials->experiments;
-        if (!results[i].solved && solve_trials->rough) {
+        const size_t trial = first + i / of->experiments, experiment = i % of->experiments;
+        if (!results[i].solved && of->rough) {
             continue;
         }
         if (!results[i].solved) {
-            b->job[b->count++] = trial * solve_trials->experiments + experiment;
+            b->job[b->count++] = trial * of->experiments + experiment;
             continue;
         }
-        for (size_t r = solve_trials->first[experiment]; r < solve_trials->first[experiment + 1];
-             r++) {
-            const measured_row *row = &solve_trials->row[r];
-            compare(solve_trials, row, shapes + i * shape + row->place * SOLVE_MEMBERS_COLUMNS, 1,
-                    b->residuals + trial * solve_trials->residuals + row->residual);
+        for (size_t r = of->first[experiment]; r < of->first[experiment + 1]; r++) {
+            const measured_row *row = &of->row[r];
+            compare(of, row, shapes + i * shape + row->place * SOLVE_MEMBERS_COLUMNS, 1,
+                    b->residuals + trial * of->residuals + row->residual);
         }
     }
     free(results);

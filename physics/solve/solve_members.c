@@ -151,13 +151,12 @@ static double *after(double *of, size_t count)
 static ad_status run_group(void *context, int item, int thread, ad_error *error)
 {
     const batch *of = context;
-    solve_members *solve_members = of->x;
-    strain_group *group = solve_members->groups[thread];
+    solve_members *solver = of->x;
+    strain_group *group = solver->groups[thread];
     const size_t first = LANES * (size_t)item, left = of->members - first;
-    const size_t members = left < LANES ? left : LANES,
-                 unknowns = 3 * solve_members_nodes(solve_members);
-    const double *parameters = of->parameters + first * (size_t)solve_members->count;
-    double *values = after(of->values, first * solve_members->points * SOLVE_MEMBERS_COLUMNS);
+    const size_t members = left < LANES ? left : LANES, unknowns = 3 * solve_members_nodes(solver);
+    const double *parameters = of->parameters + first * (size_t)solver->count;
+    double *values = after(of->values, first * solver->points * SOLVE_MEMBERS_COLUMNS);
     double *curvature = after(of->curvature, first * unknowns);
     return of->given ? strain_group_refine(group, members, parameters, of->given + first * unknowns,
                                            of->steps, values, curvature,
@@ -188,11 +187,11 @@ static ad_status run(batch *of, ad_error *error)
                         count, made, error);
 }
 
-ad_status solve_members_curvature(solve_members *solve_members, size_t members,
-                                  const double *parameters, double *values, double *curvature,
-                                  solve_member *results, ad_error *error)
+ad_status solve_members_curvature(solve_members *solver, size_t members, const double *parameters,
+                                  double *values, double *curvature, solve_member *results,
+                                  ad_error *error)
 {
-    batch of = {.x = solve_members,
+    batch of = {.x = solver,
                 .members = members,
                 .parameters = parameters,
                 .values = values,
@@ -201,20 +200,17 @@ ad_status solve_members_curvature(solve_members *solve_members, size_t members,
     return run(&of, error);
 }
 
-ad_status solve_members_solve(solve_members *solve_members, size_t members,
-                              const double *parameters, double *values, solve_member *results,
-                              ad_error *error)
+ad_status solve_members_solve(solve_members *solver, size_t members, const double *parameters,
+                              double *values, solve_member *results, ad_error *error)
 {
-    return solve_members_curvature(solve_members, members, parameters, values, NULL, results,
-                                   error);
+    return solve_members_curvature(solver, members, parameters, values, NULL, results, error);
 }
 
-ad_status solve_members_refine(solve_members *solve_members, size_t members,
-                               const double *parameters, const double *curvature, int steps,
-                               double *values, double *refined, solve_answer *answers,
-                               ad_error *error)
+ad_status solve_members_refine(solve_members *solver, size_t members, const double *parameters,
+                               const double *curvature, int steps, double *values, double *refined,
+                               solve_answer *answers, ad_error *error)
 {
-    batch of = {.x = solve_members,
+    batch of = {.x = solver,
                 .members = members,
                 .parameters = parameters,
                 .given = curvature,
@@ -243,30 +239,28 @@ static ad_status create_jacobian(solve_members *members, ad_error *error)
     return status;
 }
 
-ad_status solve_members_jacobian(solve_members *solve_members, size_t members,
-                                 const double *parameters, const double *curvature,
-                                 double *jacobian, ad_error *error)
+ad_status solve_members_jacobian(solve_members *solver, size_t members, const double *parameters,
+                                 const double *curvature, double *jacobian, ad_error *error)
 {
-    ad_status status = solve_members->jacobian ? AD_OK : create_jacobian(solve_members, error);
-    return status == AD_OK ? strain_jacobian_run(solve_members->jacobian, members, parameters,
-                                                 curvature, NULL, jacobian, error)
+    ad_status status = solver->jacobian ? AD_OK : create_jacobian(solver, error);
+    return status == AD_OK ? strain_jacobian_run(solver->jacobian, members, parameters, curvature,
+                                                 NULL, jacobian, error)
                            : status;
 }
 
 /* ---- where curvature is given -------------------------------------------------------------- */
 
 /* Members of Kronecker's sequence by the root of x^(count + 1) = x + 1. */
-static void draw(const solve_members *solve_members, size_t members, double *parameters)
+static void draw(const solve_members *solver, size_t members, double *parameters)
 {
-    const size_t count = (size_t)solve_members->count;
+    const size_t count = (size_t)solver->count;
     double root = 2;
     for (int i = 0; i < 60; i++) {
         root = pow(1 + root, 1 / (double)(count + 1));
     }
     for (size_t i = 0; i < members * count; i++) {
         const double at = 0.5 + (double)(i / count + 1) * pow(root, -(double)(i % count + 1));
-        parameters[i] =
-            scene_parameter_at(&solve_members->open.parameters[i % count], at - floor(at));
+        parameters[i] = scene_parameter_at(&solver->open.parameters[i % count], at - floor(at));
     }
 }
 

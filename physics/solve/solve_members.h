@@ -83,9 +83,8 @@ bool solve_members_is_unloaded(const solve_members *members);
  * beyond their ranges. The bits are the same for any number of threads, and for members in any
  * order. Does not allocate. What a tape says of a
  * formula. */
-ad_status solve_members_solve(solve_members *solve_members, size_t members,
-                              const double *parameters, double *values, solve_member *results,
-                              ad_error *error);
+ad_status solve_members_solve(solve_members *solver, size_t members, const double *parameters,
+                              double *values, solve_member *results, ad_error *error);
 
 /* ---- curvature, out and in ----------------------------------------------------------------- */
 
@@ -99,9 +98,9 @@ void solve_members_places(const solve_members *members, double *s);
 
 /* As solve_members_solve, and curvature [members][nodes][3], not numbers where a member is not
  * solved. values, curvature may be NULL. */
-ad_status solve_members_curvature(solve_members *solve_members, size_t members,
-                                  const double *parameters, double *values, double *curvature,
-                                  solve_member *results, ad_error *error);
+ad_status solve_members_curvature(solve_members *solver, size_t members, const double *parameters,
+                                  double *values, double *curvature, solve_member *results,
+                                  ad_error *error);
 
 /* jacobian [members][points][SOLVE_MEMBERS_COLUMNS][parameter_count], the derivatives of the values
  * by the parameters at equilibria of this curvature, in SI units: exact ones of that mesh, by the
@@ -109,9 +108,8 @@ ad_status solve_members_curvature(solve_members *solve_members, size_t members,
  * equilibrium is at a fold. All of it by this process, also where there are ranks. The first call
  * records and compiles. AD_BAD_ARGUMENT: an end that is held; AD_NO_MEMORY.
  */
-ad_status solve_members_jacobian(solve_members *solve_members, size_t members,
-                                 const double *parameters, const double *curvature,
-                                 double *jacobian, ad_error *error);
+ad_status solve_members_jacobian(solve_members *solver, size_t members, const double *parameters,
+                                 const double *curvature, double *jacobian, ad_error *error);
 
 /* Why a curvature that was given is not trusted. */
 typedef enum solve_doubt {
@@ -143,10 +141,9 @@ typedef struct solve_answer {
  * is then, answers [members]; each may be NULL, and without answers and steps no matrix is made.
  * steps = -1: refined is what a step makes of the curvature, the rest as with 0. Bits as in
  * solve_members_solve. */
-ad_status solve_members_refine(solve_members *solve_members, size_t members,
-                               const double *parameters, const double *curvature, int steps,
-                               double *values, double *refined, solve_answer *answers,
-                               ad_error *error);
+ad_status solve_members_refine(solve_members *solver, size_t members, const double *parameters,
+                               const double *curvature, int steps, double *values, double *refined,
+                               solve_answer *answers, ad_error *error);
 
 #ifdef __cplusplus
 }

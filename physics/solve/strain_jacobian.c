@@ -379,66 +379,63 @@ static double *result_of(const strain_jacobian *jacobian, size_t members, size_t
     return jacobian->results + ((row % columns * points + row / columns) * members + member) * each;
 }
 
-static ad_status run_chunk(strain_jacobian *strain_jacobian, size_t members,
-                           const double *parameters, const double *curvature, double *values,
-                           double *jacobian, ad_error *error)
+static ad_status run_chunk(strain_jacobian *derivatives, size_t members, const double *parameters,
+                           const double *curvature, double *values, double *jacobian,
+                           ad_error *error)
 {
-    const size_t n = strain_jacobian->unknowns, m = strain_jacobian->count,
-                 bent = n - strain_jacobian->forces - strain_jacobian->held;
+    const size_t n = derivatives->unknowns, m = derivatives->count,
+                 bent = n - derivatives->forces - derivatives->held;
     const size_t nodes = bent / 3; /* the tape has [3][nodes] */
     for (size_t i = 0; i < members; i++) {
         for (size_t k = 0; k < bent; k++) {
-            strain_jacobian->curvature[(strain_jacobian->forces + k) * members + i] =
-                strain_jacobian->length * curvature[i * bent + k % nodes * 3 + k / nodes];
+            derivatives->curvature[(derivatives->forces + k) * members + i] =
+                derivatives->length * curvature[i * bent + k % nodes * 3 + k / nodes];
         }
         for (size_t k = 0; k < m; k++) {
-            strain_jacobian->parameters[k * members + i] = parameters[i * m + k];
+            derivatives->parameters[k * members + i] = parameters[i * m + k];
         }
     }
-    ad_status status = find_forces(strain_jacobian, members, error);
-    set_units(strain_jacobian, members);
-    status = status == AD_OK
-                 ? run(strain_jacobian, strain_jacobian->residual, members, n + m, error)
-                 : status;
+    ad_status status = find_forces(derivatives, members, error);
+    set_units(derivatives, members);
+    status =
+        status == AD_OK ? run(derivatives, derivatives->residual, members, n + m, error) : status;
     for (size_t i = 0; i < members && status == AD_OK; i++) {
-        solve(strain_jacobian, members, i);
+        solve(derivatives, members, i);
     }
     if (status == AD_OK) {
-        set_changes(strain_jacobian, members);
-        status = run(strain_jacobian, strain_jacobian->shape, members, m, error);
+        set_changes(derivatives, members);
+        status = run(derivatives, derivatives->shape, members, m, error);
     }
-    for (size_t i = 0; i < members * strain_jacobian->rows && status == AD_OK; i++) {
-        const size_t member = i / strain_jacobian->rows;
-        const double *of =
-            result_of(strain_jacobian, members, m, member, i % strain_jacobian->rows);
+    for (size_t i = 0; i < members * derivatives->rows && status == AD_OK; i++) {
+        const size_t member = i / derivatives->rows;
+        const double *of = result_of(derivatives, members, m, member, i % derivatives->rows);
         for (size_t k = 0; k < m; k++) {
-            jacobian[i * m + k] = isfinite(strain_jacobian->right[member * n * m]) ? of[k] : NAN;
+            jacobian[i * m + k] = isfinite(derivatives->right[member * n * m]) ? of[k] : NAN;
         }
     }
     if (status == AD_OK && values) {
-        status = run(strain_jacobian, strain_jacobian->values, members, 1, error);
+        status = run(derivatives, derivatives->values, members, 1, error);
     }
-    for (size_t i = 0; i < members * strain_jacobian->rows && status == AD_OK && values; i++) {
-        values[i] = *result_of(strain_jacobian, members, 1, i / strain_jacobian->rows,
-                               i % strain_jacobian->rows);
+    for (size_t i = 0; i < members * derivatives->rows && status == AD_OK && values; i++) {
+        values[i] =
+            *result_of(derivatives, members, 1, i / derivatives->rows, i % derivatives->rows);
     }
     return status;
 }
 
-ad_status strain_jacobian_run(strain_jacobian *strain_jacobian, size_t members,
+ad_status strain_jacobian_run(strain_jacobian *derivatives, size_t members,
                               const double *parameters, const double *curvature, double *values,
                               double *jacobian, ad_error *error)
 {
     ad_status status = AD_OK;
-    for (size_t first = 0; first < members && status == AD_OK; first += strain_jacobian->chunk) {
+    for (size_t first = 0; first < members && status == AD_OK; first += derivatives->chunk) {
         const size_t left = members - first,
-                     now = left < strain_jacobian->chunk ? left : strain_jacobian->chunk;
-        status =
-            run_chunk(strain_jacobian, now, parameters + first * strain_jacobian->count,
-                      curvature + first * (strain_jacobian->unknowns - strain_jacobian->forces -
-                                           strain_jacobian->held),
-                      values ? values + first * strain_jacobian->rows : NULL,
-                      jacobian + first * strain_jacobian->rows * strain_jacobian->count, error);
+                     now = left < derivatives->chunk ? left : derivatives->chunk;
+        status = run_chunk(
+            derivatives, now, parameters + first * derivatives->count,
+            curvature + first * (derivatives->unknowns - derivatives->forces - derivatives->held),
+            values ? values + first * derivatives->rows : NULL,
+            jacobian + first * derivatives->rows * derivatives->count, error);
     }
     return status;
 }

@@ -18,7 +18,7 @@ void strain_jacobian_free(strain_jacobian *jacobian); /* NULL is allowed */
 
 /* values [members][points][columns], or NULL, of curvature [members][nodes][3], 1/m; the rest as
  * solve_members_jacobian. */
-ad_status strain_jacobian_run(strain_jacobian *strain_jacobian, size_t members,
+ad_status strain_jacobian_run(strain_jacobian *derivatives, size_t members,
                               const double *parameters, const double *curvature, double *values,
                               double *jacobian, ad_error *error);
 

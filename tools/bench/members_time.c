@@ -136,7 +136,7 @@ static int run(const char *name, const scene *robot, double tip, bool loaded, si
     solve_member *results = malloc(count * sizeof *results);
     double *errors = malloc((compared + 1) * sizeof *errors);
     nn_rng random = nn_rng_seed(1);
-    solve_members *solve_members = NULL;
+    solve_members *solver = NULL;
     ad_error error = {AD_OK, ""};
     size_t unsolved = 0, other = 0, known = 0, above = 0;
     long steps = 0;
@@ -148,10 +148,10 @@ static int run(const char *name, const scene *robot, double tip, bool loaded, si
     }
     const solve_members_settings settings = {
         .tolerance = 5e-6, .threads = threads, .points = POINTS, .s = s};
-    ad_status status = solve_members_create(robot, &settings, &solve_members, &error);
+    ad_status status = solve_members_create(robot, &settings, &solver, &error);
     for (int i = 0; i < ROUNDS && status == AD_OK; i++) {
         const double start = cpu_seconds();
-        status = solve_members_solve(solve_members, count, members, values, results, &error);
+        status = solve_members_solve(solver, count, members, values, results, &error);
         seconds[i] = cpu_seconds() - start;
     }
     if (status != AD_OK) {
@@ -190,7 +190,7 @@ static int run(const char *name, const scene *robot, double tip, bool loaded, si
     free(values);
     free(results);
     free(errors);
-    solve_members_free(solve_members);
+    solve_members_free(solver);
     return 0;
 }
 

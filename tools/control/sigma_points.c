@@ -32,10 +32,10 @@ SMALL_FOR_EACH_PROCESSOR static void spread(double by, int stride, int count, in
     }
 }
 
-void sigma_spread(const sigma_points *sigma_points, int count, int width, const double *z,
-                  const double *u, double *points)
+void sigma_spread(const sigma_points *sigma, int count, int width, const double *z, const double *u,
+                  double *points)
 {
-    spread(sqrt(sigma_points->c), small_stride(sigma_points->n), count, width, z, u, points);
+    spread(sqrt(sigma->c), small_stride(sigma->n), count, width, z, u, points);
 }
 
 SMALL_FOR_EACH_PROCESSOR static void gather(const sigma_points *points, int count, int width,

@@ -30,8 +30,8 @@ sigma_points sigma_points_of(int n, double alpha, double beta, double kappa);
 
 /* Points of the first `width` entries: points [1 + 2 count][width] of rows 0..count-1 of the
  * triangle: z, then each + and -. */
-void sigma_spread(const sigma_points *sigma_points, int count, int width, const double *z,
-                  const double *u, double *points);
+void sigma_spread(const sigma_points *sigma, int count, int width, const double *z, const double *u,
+                  double *points);
 
 /* Of values [1 + 2 count][width], those of the other points being the same as the first: mean
  * [width], and rows d [count], b [count + 1] that are `stride` apart and 0 beyond the width, so

@@ -18,34 +18,33 @@ static void describe(const export_model *model, char *text, size_t size)
              error);
 }
 
-ad_status export_write_fmu(const export_model *export_model, const export_texts texts, int count,
+ad_status export_write_fmu(const export_model *exported, const export_texts texts, int count,
                            const double *places, const char *path, bool *compiled,
                            char note[FMU_NOTE], ad_error *error)
 {
-    const domain *d = &export_model->e->model->domain;
+    const domain *d = &exported->e->model->domain;
     fmu_variable inputs[DOMAIN_COORDINATES_MAX], outputs[EVALUATOR_COLUMNS_MAX];
     char description[VERDICT_TEXT + 256];
-    const fmu_model model = {.name = export_model->name,
-                             .title = export_model->e->settings->name,
+    const fmu_model model = {.name = exported->name,
+                             .title = exported->e->settings->name,
                              .description = description,
                              .tool = "cpinn " CPINN_VERSION,
                              .header = texts[EXPORT_HEADER].bytes,
                              .source = texts[EXPORT_SOURCE].bytes,
                              .inputs = inputs,
                              .outputs = outputs,
-                             .input_count = export_model->inputs,
-                             .output_count = export_model->outputs,
+                             .input_count = exported->inputs,
+                             .output_count = exported->outputs,
                              .places = places,
                              .place_count = count};
-    for (int i = 0; i < export_model->inputs; i++) {
+    for (int i = 0; i < exported->inputs; i++) {
         const domain_coordinate *c = &d->coordinates[i];
-        inputs[i] =
-            (fmu_variable){c->name, c->unit, export_model->lower[i], export_model->upper[i]};
+        inputs[i] = (fmu_variable){c->name, c->unit, exported->lower[i], exported->upper[i]};
     }
-    for (int i = 0; i < export_model->outputs; i++) {
-        outputs[i] = (fmu_variable){evaluator_column_name(export_model->values, i),
-                                    evaluator_column_unit(export_model->values, i), 0, 0};
+    for (int i = 0; i < exported->outputs; i++) {
+        outputs[i] = (fmu_variable){evaluator_column_name(exported->values, i),
+                                    evaluator_column_unit(exported->values, i), 0, 0};
     }
-    describe(export_model, description, sizeof description);
+    describe(exported, description, sizeof description);
     return fmu_write(&model, path, compiled, note, error);
 }

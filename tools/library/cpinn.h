@@ -371,15 +371,14 @@ void cpinn_members_free(cpinn_members *members);
 const char *cpinn_members_name(const cpinn_members *members, int parameter);
 
 /* As solve_members_solve. */
-ad_status cpinn_members_solve(cpinn_members *cpinn_members, size_t members,
-                              const double *parameters, double *values, solve_member *results,
-                              ad_error *error);
+ad_status cpinn_members_solve(cpinn_members *solver, size_t members, const double *parameters,
+                              double *values, solve_member *results, ad_error *error);
 
 /* The same with derivatives, jacobian [members][points][SOLVE_MEMBERS_COLUMNS][parameters], as
  * solve_members_jacobian. */
-ad_status cpinn_members_jacobian(cpinn_members *cpinn_members, size_t members,
-                                 const double *parameters, double *values, double *jacobian,
-                                 solve_member *results, ad_error *error);
+ad_status cpinn_members_jacobian(cpinn_members *solver, size_t members, const double *parameters,
+                                 double *values, double *jacobian, solve_member *results,
+                                 ad_error *error);
 
 /* ---- robots in steps ---------------------------------------------------------------------------
  */

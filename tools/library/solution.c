@@ -160,28 +160,27 @@ const char *cpinn_members_name(const cpinn_members *members, int parameter)
                : NULL;
 }
 
-ad_status cpinn_members_solve(cpinn_members *cpinn_members, size_t members,
-                              const double *parameters, double *values, solve_member *results,
-                              ad_error *error)
+ad_status cpinn_members_solve(cpinn_members *solver, size_t members, const double *parameters,
+                              double *values, solve_member *results, ad_error *error)
 {
     AD_LEAVE_HOST;
-    return solve_members_solve(cpinn_members->members, members, parameters, values, results, error);
+    return solve_members_solve(solver->members, members, parameters, values, results, error);
 }
 
-ad_status cpinn_members_jacobian(cpinn_members *cpinn_members, size_t members,
-                                 const double *parameters, double *values, double *jacobian,
-                                 solve_member *results, ad_error *error)
+ad_status cpinn_members_jacobian(cpinn_members *solver, size_t members, const double *parameters,
+                                 double *values, double *jacobian, solve_member *results,
+                                 ad_error *error)
 {
     AD_LEAVE_HOST;
-    const size_t unknowns = 3 * solve_members_nodes(cpinn_members->members);
+    const size_t unknowns = 3 * solve_members_nodes(solver->members);
     double *curvature = malloc((members * unknowns + 1) * sizeof *curvature);
     ad_status status = curvature
-                           ? solve_members_curvature(cpinn_members->members, members, parameters,
-                                                     values, curvature, results, error)
+                           ? solve_members_curvature(solver->members, members, parameters, values,
+                                                     curvature, results, error)
                            : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", members);
     if (status == AD_OK) {
-        status = solve_members_jacobian(cpinn_members->members, members, parameters, curvature,
-                                        jacobian, error);
+        status = solve_members_jacobian(solver->members, members, parameters, curvature, jacobian,
+                                        error);
     }
     free(curvature);
     return status;

@@ -146,14 +146,14 @@ static void free_strain(void *context)
     free(network);
 }
 
-static ad_status create_strain(const experiment *e, const cpinn_family *cpinn_family,
+static ad_status create_strain(const experiment *e, const cpinn_family *of,
                                cpinn_family_network *result, ad_error *error)
 {
     const family *trained = targets_family(e->targets);
-    if (family_nodes(trained) != cpinn_family->nodes) {
+    if (family_nodes(trained) != of->nodes) {
         return ad_fail(error, AD_BAD_INPUT,
                        "the network has curvature at %zu places, the solver at %zu; train it anew",
-                       family_nodes(trained), cpinn_family->nodes);
+                       family_nodes(trained), of->nodes);
     }
     strain_network *made = calloc(1, sizeof *made);
     ad_status status = made ? family_network_create(trained, e->mlp, e->pool, &made->network, error)
@@ -163,7 +163,7 @@ static ad_status create_strain(const experiment *e, const cpinn_family *cpinn_fa
         return status;
     }
     made->weights = experiment_parameters(e);
-    made->nodes = cpinn_family->nodes;
+    made->nodes = of->nodes;
     *result = (cpinn_family_network){.context = made, .curvature = run_strain, .free = free_strain};
     return AD_OK;
 }

@@ -34,30 +34,30 @@ static ad_status measure_error(export_model *model, ad_error *error)
     return status;
 }
 
-static ad_status read_run(export_model *export_model, ad_error *error)
+static ad_status read_run(export_model *exported, ad_error *error)
 {
     checkpoint *file = NULL;
     surrogate *model = NULL;
     ad_error other;
     ad_status status =
-        config_experiment_open(export_model->run, 0, NULL, 1, &export_model->e, &file, error);
-    if (status != AD_OK && surrogate_load(export_model->run, &model, &other) == AD_OK) {
+        config_experiment_open(exported->run, 0, NULL, 1, &exported->e, &file, error);
+    if (status != AD_OK && surrogate_load(exported->run, &model, &other) == AD_OK) {
         surrogate_free(model);
         return ad_fail(error, AD_BAD_INPUT,
                        "%s: a one-step model; with filter and controller it is written as C by "
                        "cpinn-control CONFIG.yaml --run DIR --c OUT",
-                       export_model->run);
+                       exported->run);
     }
     if (status == AD_OK && checkpoint_has(file, "verdict")) {
-        export_model->is_judged = true;
-        status = report_get_verdict(file, &export_model->verdict, error);
+        exported->is_judged = true;
+        status = report_get_verdict(file, &exported->verdict, error);
     }
     if (status == AD_OK) {
-        export_model->held_out = sqrt(history_last(file, "held_out"));
-        status = experiment_kept_error(export_model->e, file, &export_model->estimate, error);
+        exported->held_out = sqrt(history_last(file, "held_out"));
+        status = experiment_kept_error(exported->e, file, &exported->estimate, error);
     }
     if (status == AD_OK) {
-        status = measure_error(export_model, error);
+        status = measure_error(exported, error);
     }
     checkpoint_free(file);
     return status;

@@ -12,35 +12,35 @@ static const char *const mark_words[] = {
 
 enum { NUMBERS = 7, COLUMNS = NUMBERS + 1 };
 
-static ad_status write_table(const solution_path *solution_path, const char *path, ad_error *error)
+static ad_status write_table(const solution_path *solutions, const char *path, ad_error *error)
 {
     static const char *const names[COLUMNS] = {"load_factor", "arclength", "deflection", "x",
                                                "y",           "z",         "unstable",   "mark"};
     static const char *const units[COLUMNS] = {"", "", "m", "m", "m", "m", "", ""};
-    double *values = malloc(NUMBERS * solution_path->count * sizeof *values);
-    const char **marks = malloc(solution_path->count * sizeof *marks);
+    double *values = malloc(NUMBERS * solutions->count * sizeof *values);
+    const char **marks = malloc(solutions->count * sizeof *marks);
     const double *columns[COLUMNS] = {NULL};
     const char *const *words[COLUMNS] = {[NUMBERS] = marks};
     ad_status status =
         values && marks ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for %s", path);
-    for (size_t i = 0; i < solution_path->count && status == AD_OK; i++) {
-        const solution_path_point *p = &solution_path->points[i];
+    for (size_t i = 0; i < solutions->count && status == AD_OK; i++) {
+        const solution_path_point *p = &solutions->points[i];
         double modes = p->unstable_modes < 0 ? NAN : p->unstable_modes;
         const double row[NUMBERS] = {p->load,        p->arclength,   p->deflection, p->position[0],
                                      p->position[1], p->position[2], modes};
         for (int c = 0; c < NUMBERS; c++) {
-            values[(size_t)c * solution_path->count + i] = row[c] + 0.0;
+            values[(size_t)c * solutions->count + i] = row[c] + 0.0;
         }
         marks[i] = mark_words[p->mark];
     }
     for (int c = 0; c < NUMBERS; c++) {
-        columns[c] = values + (size_t)c * solution_path->count;
+        columns[c] = values + (size_t)c * solutions->count;
     }
     const table_source table = {.names = names,
                                 .columns = columns,
                                 .words = words,
                                 .ncols = COLUMNS,
-                                .nrows = solution_path->count,
+                                .nrows = solutions->count,
                                 .units = units};
     status = status == AD_OK ? table_write(path, &table, error) : status;
     free(values);
@@ -103,11 +103,11 @@ static ad_status print_picture(FILE *file, const void *context, ad_error *error)
     return AD_OK;
 }
 
-ad_status path_files_write(const solution_path *solution_path, const char *path, ad_error *error)
+ad_status path_files_write(const solution_path *solutions, const char *path, ad_error *error)
 {
     gnuplot_place parts;
     ad_status status = gnuplot_beside(path, &parts, error);
-    status = status == AD_OK ? write_table(solution_path, path, error) : status;
+    status = status == AD_OK ? write_table(solutions, path, error) : status;
     return status == AD_OK
                ? gnuplot_write(&(const gnuplot_picture){.name = parts.name,
                                                         .about = "# Load against deflection, by "
@@ -115,7 +115,7 @@ ad_status path_files_write(const solution_path *solution_path, const char *path,
                                                         .width = 720,
                                                         .height = 480,
                                                         .print = print_picture,
-                                                        .context = solution_path},
+                                                        .context = solutions},
                                parts.folder, error)
                : status;
 }
@@ -158,23 +158,23 @@ static void print_loads(const solution_path *path, solution_mark mark, const cha
     json_close(to, ']');
 }
 
-void path_files_json(const solution_path *solution_path, const char *path, json *to)
+void path_files_json(const solution_path *solutions, const char *path, json *to)
 {
-    if (!solution_path) {
+    if (!solutions) {
         json_null(to, "path");
         return;
     }
     json_open(to, "path", '{');
     json_text(to, "file", path);
-    json_integer(to, "points", (int64_t)solution_path->count);
-    json_number(to, "place", solution_path->place);
+    json_integer(to, "points", (int64_t)solutions->count);
+    json_number(to, "place", solutions->place);
     json_open(to, "direction", '[');
     for (int k = 0; k < 3; k++) {
-        json_number(to, NULL, solution_path->direction[k]);
+        json_number(to, NULL, solutions->direction[k]);
     }
     json_close(to, ']');
-    print_loads(solution_path, SOLUTION_LIMIT, "limit_points", to);
-    print_loads(solution_path, SOLUTION_BIFURCATION, "bifurcations", to);
-    json_number(to, "estimated_error", solution_path->estimate);
+    print_loads(solutions, SOLUTION_LIMIT, "limit_points", to);
+    print_loads(solutions, SOLUTION_BIFURCATION, "bifurcations", to);
+    json_number(to, "estimated_error", solutions->estimate);
     json_close(to, '}');
 }

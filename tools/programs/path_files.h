@@ -8,7 +8,7 @@
 /* Writes the points to `path`, a table (tools/files/table_file.h), and beside it, with the ending
  * .gp in place of its own, a script for gnuplot that draws load against deflection as .svg and
  * .png. AD_BAD_ARGUMENT (ending, a name that is too long), AD_IO, AD_NO_MEMORY. */
-ad_status path_files_write(const solution_path *solution_path, const char *path, ad_error *error);
+ad_status path_files_write(const solution_path *solutions, const char *path, ad_error *error);
 
 /* Runs gnuplot on that script. AD_IO says that gnuplot is missing or failed. */
 ad_status path_files_draw(const char *path, ad_error *error);
@@ -17,6 +17,6 @@ ad_status path_files_draw(const char *path, ad_error *error);
 void path_files_print(const solution_path *path, FILE *file);
 
 /* Member "path" of an object; null without a path. */
-void path_files_json(const solution_path *solution_path, const char *path, json *to);
+void path_files_json(const solution_path *solutions, const char *path, json *to);
 
 #endif

@@ -370,22 +370,22 @@ static double solve_outputs(surrogate_flow *flow, const double *parameters)
 
 int surrogate_flow_evaluate(void *flow, const double *parameters, double *value, double *gradient)
 {
-    surrogate_flow *surrogate_flow = flow;
+    surrogate_flow *of = flow;
     const double *inputs[HEADS + 3], *uniforms[HEADS];
     double *outputs[4 * SURROGATE_LAYERS_MAX + 1] = {value}, *at = gradient;
-    const double ridge = solve_outputs(surrogate_flow, parameters);
+    const double ridge = solve_outputs(of, parameters);
     int count = 1;
     if (!isfinite(ridge)) {
         return OPTIM_OBJECTIVE_NOT_FINITE;
     }
-    list_inputs(surrogate_flow, inputs);
-    for (int b = 0; b < surrogate_flow->heads; b++) {
-        uniforms[b] = surrogate_flow->head[b].weights;
+    list_inputs(of, inputs);
+    for (int b = 0; b < of->heads; b++) {
+        uniforms[b] = of->head[b].weights;
     }
-    for (int l = 0; l < surrogate_flow->m->layers; l++) {
-        for (int odd = 0; odd < (surrogate_flow->m->mirrors ? 2 : 1); odd++) {
-            const int in = layer_inputs(surrogate_flow->m, l, odd == 1),
-                      out = layer_inputs(surrogate_flow->m, l + 1, odd == 1);
+    for (int l = 0; l < of->m->layers; l++) {
+        for (int odd = 0; odd < (of->m->mirrors ? 2 : 1); odd++) {
+            const int in = layer_inputs(of->m, l, odd == 1),
+                      out = layer_inputs(of->m, l + 1, odd == 1);
             outputs[count++] = at;
             at += in * out;
             if (!odd) {
@@ -394,12 +394,12 @@ int surrogate_flow_evaluate(void *flow, const double *parameters, double *value,
             }
         }
     }
-    const ad_run run = {.points = surrogate_flow->count,
+    const ad_run run = {.points = of->count,
                         .inputs = inputs,
                         .uniforms = uniforms,
                         .parameters = parameters,
                         .outputs = outputs};
-    if (ad_execute(surrogate_flow->gradient, &run, NULL) != AD_OK) {
+    if (ad_execute(of->gradient, &run, NULL) != AD_OK) {
         return OPTIM_OBJECTIVE_STOP;
     }
     *value += ridge;

@@ -186,14 +186,13 @@ void physics_loss_draw(physics_loss *loss, int64_t number)
 
 int physics_loss_evaluate(void *loss, const double *parameters, double *value, double *gradient)
 {
-    physics_loss *physics_loss = loss;
-    const size_t count = decoupled_parameters(physics_loss->of.m);
-    physics_loss->parameters = parameters;
-    physics_loss->derives = gradient != NULL;
-    const size_t width = sum_width(physics_loss);
-    double *total = physics_loss->sums + CHUNKS * width;
-    if (ad_pool_sum(physics_loss->pool, CHUNKS, run_chunk, physics_loss, width, physics_loss->sums,
-                    total, NULL) != AD_OK) {
+    physics_loss *of = loss;
+    const size_t count = decoupled_parameters(of->of.m);
+    of->parameters = parameters;
+    of->derives = gradient != NULL;
+    const size_t width = sum_width(of);
+    double *total = of->sums + CHUNKS * width;
+    if (ad_pool_sum(of->pool, CHUNKS, run_chunk, of, width, of->sums, total, NULL) != AD_OK) {
         return 2; /* OPTIM_OBJECTIVE_STOP */
     }
     *value = total[SUM_VALUE];

@@ -117,7 +117,7 @@ typedef struct step_work {
 #undef STEP_FIELD
 } step_work;
 
-PROCESSOR_INLINE size_t step_divide(const surrogate_step *m, double *work, step_work *step_work)
+PROCESSOR_INLINE size_t step_divide(const surrogate_step *m, double *work, step_work *to)
 {
     const int most = step_padded(step_widest(m)), columns = step_padded(step_outputs(m));
     int units = 0;
@@ -126,7 +126,7 @@ PROCESSOR_INLINE size_t step_divide(const surrogate_step *m, double *work, step_
         units += m->width[i];
     }
 #define STEP_PLACE(name, count)                                                                    \
-    step_work->name = work ? work + at : NULL;                                                     \
+    to->name = work ? work + at : NULL;                                                            \
     at += (size_t)(count);
     STEP_WORK(STEP_PLACE)
 #undef STEP_PLACE
