@@ -231,8 +231,8 @@ ad_status ad_call(int count, const ad_value *formula, int inputs, const ad_value
  * rows together; outputs are replaced by equal ones of these inputs. fixed [rows] receives the
  * values that the new inputs stand for, in the order of the inputs; one of members becomes an input
  * of members. */
-ad_status ad_hoist(int count, ad_value *outputs, int varying_count, const ad_value *varying,
-                   int least, int rows, ad_value *fixed, int *fixed_count);
+ad_status ad_precompute(int count, ad_value *outputs, int varying_count, const ad_value *varying,
+                        int least, int rows, ad_value *fixed, int *fixed_count);
 
 /* Does one of `count` values need any row of x? Constants are needed by none. Together with a
  * derivative recorded anew (and so shared) it tells what a formula really uses. */

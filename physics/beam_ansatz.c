@@ -1,6 +1,6 @@
 /* From raw network outputs to a beam that meets its ends and its initial state by construction. */
 #include "physics/beam_internal.h"
-#include "physics/relay.h"
+#include "physics/window_state.h"
 
 #include <math.h>
 
@@ -127,7 +127,8 @@ static void beam_starts(const beam_context *beam, beam_start *deflection, beam_s
         return;
     }
     int rows = beam->rotary_inertia > 0 ? 4 : 2;
-    ad_value all = relay_state(&beam->at, rows, false), part = relay_state(&beam->at, rows, true);
+    ad_value all = window_state_state(&beam->at, rows, false),
+             part = window_state_state(&beam->at, rows, true);
     beam_start *fields[2] = {deflection, slope};
     *slope = (beam_start){.value = ad_scalar(beam->tape, 0)}; /* not read without inertia */
     for (int i = 0; i < rows / 2; i++) {

@@ -1,5 +1,5 @@
 #include "physics/derivative_check.h"
-#include "physics/relay.h"
+#include "physics/window_state.h"
 
 #include <math.h>
 #include <stdio.h>

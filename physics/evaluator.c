@@ -1,7 +1,7 @@
 #include "physics/evaluator_table.h"
 
 #include "autodiff/host.h"
-#include "physics/relay.h"
+#include "physics/window_state.h"
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
@@ -388,7 +388,7 @@ static ad_status create(const evaluator_model *model, const char *names, bool ja
     e->dynamic = d->time >= 0;
     e->places = model->physics->has_scene ? 1 + e->dynamic : d->count;
     e->windows = model->windows;
-    e->numbers = relay_numbers(model->physics);
+    e->numbers = window_state_numbers(model->physics);
     e->count = nn_mlp_combined_parameters(model->mlp);
     ad_status status = make(e, model, names, jacobian, error);
     if (status != AD_OK) {

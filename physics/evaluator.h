@@ -24,7 +24,7 @@ typedef struct evaluator_model {
     const nn_mlp *mlp;
     int windows;              /* how many have been trained, from t = 0 on */
     const double *parameters; /* [windows][nn_mlp_parameters] */
-    const double *starts;     /* [windows][relay_numbers], of all but the first */
+    const double *starts;     /* [windows][window_state_numbers], of all but the first */
 } evaluator_model;
 
 /* `names`: what to evaluate, separated by spaces or commas; NULL: every column of the scene's

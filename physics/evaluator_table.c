@@ -2,7 +2,7 @@
 
 #include "physics/constants.h"
 #include "physics/motion_network.h"
-#include "physics/relay.h"
+#include "physics/window_state.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -111,7 +111,7 @@ ad_status evaluator_table_fill(const evaluator_model *model, int columns, const 
 {
     const physics_model *m = model->physics;
     const domain d = in_pieces(m);
-    const size_t parameters = nn_mlp_parameters(model->mlp), state = relay_numbers(m);
+    const size_t parameters = nn_mlp_parameters(model->mlp), state = window_state_numbers(m);
     double s[EACH], t[EACH];
     double *values = malloc((size_t)m->column_count * EACH * sizeof *values);
     motion_network *network = NULL;

@@ -1,6 +1,6 @@
 #include "physics/field.h"
 #include "physics/motion_network.h"
-#include "physics/relay.h"
+#include "physics/window_state.h"
 
 #include <stdlib.h>
 
@@ -145,7 +145,8 @@ static ad_status evaluate_window(field *f, int index, const double *x, size_t co
     const bool last = index == f->index;
     const size_t parameters = f->mlp ? nn_mlp_parameters(f->mlp) : 0;
     const double *of_window = last ? x : f->earlier + (size_t)index * parameters;
-    const double *start = index > 0 ? f->starts + (size_t)index * relay_numbers(f->model) : NULL;
+    const double *start =
+        index > 0 ? f->starts + (size_t)index * window_state_numbers(f->model) : NULL;
     if (f->motion) {
         return motion_network_observe(f->motion, index, start, of_window, count, f->points,
                                       f->points + count, f->columns, values, error);

@@ -21,7 +21,7 @@ void field_free(field *f);
 
 /* From now on the field reaches from the beginning of time to the end of window `index`; parameters
  * of the windows before are earlier [index][parameters], the states they start from starts
- * [index + 1][relay_numbers]; both have to live on, unchanged. */
+ * [index + 1][window_state_numbers]; both have to live on, unchanged. */
 void field_enter(field *f, int index, const double *earlier, const double *starts);
 
 /* From now on this factor of the loads acts. */

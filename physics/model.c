@@ -1,7 +1,7 @@
 #include "physics/model.h"
 
 #include "physics/beam.h"
-#include "physics/relay.h"
+#include "physics/window_state.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -485,7 +485,7 @@ ad_status model_check(const physics_model *m, ad_error *error)
 domain_uniforms model_uniforms(const physics_model *m, int window)
 {
     return (domain_uniforms){.window = m->domain.windows > 1,
-                             .state = window > 0 ? (int)relay_numbers(m) : 0,
+                             .state = window > 0 ? (int)window_state_numbers(m) : 0,
                              .load_factor = m->takes_load_factor};
 }
 

@@ -159,8 +159,8 @@ typedef struct model_functions {
     void (*state)(const physics_model *m, const domain_place *at, const ad_value *fields,
                   ad_value *rows);
 
-    /* Highest degree of the polynomials of s in which a state [RELAY_POINTS][state_rows] goes on
-     * through a window; a divisor of RELAY_DEGREE. What is left of it fades away. */
+    /* Highest degree of the polynomials of s in which a state [WINDOW_STATE_POINTS][state_rows]
+     * goes on through a window; a divisor of WINDOW_STATE_DEGREE. What is left of it fades away. */
     int (*going_degree)(const physics_model *m, const double *state);
 
     /* What the network is given at a place, [inputs]; NULL: the coordinates. */

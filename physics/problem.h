@@ -116,8 +116,8 @@ void problem_free(problem *p);
 
 /* Go to another window of time; a problem begins in the first. Points and causal weights are made
  * anew, as by problem_create; all windows but the first share their programs. `start`
- * [relay_numbers] is the state in which the one before ends, borrowed; the first has none. After an
- * error the problem can only be freed. */
+ * [window_state_numbers] is the state in which the one before ends, borrowed; the first has none.
+ * After an error the problem can only be freed. */
 ad_status problem_enter(problem *p, int window, const double *start, ad_error *error);
 
 /* Let only a factor of the loads act, 0 to 1, and the imperfection to the rest; a problem begins

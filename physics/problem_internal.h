@@ -176,7 +176,7 @@ ad_status problem_set_product(problem_set *set, const double *pair, double *prod
 ad_status problem_set_locate(problem *p, problem_set *set, const double *x, problem_place *place,
                              ad_error *error);
 
-/* problem_share.c. Whether ranks may have a part of the trained points each; what they may not have
+/* problem_ranks.c. Whether ranks may have a part of the trained points each; what they may not have
  * yet: those that this rank takes of the first so many in a run of the program, or for the rows of
  * J; all. */
 bool problem_set_is_shared(const problem *p, const problem_set *set);

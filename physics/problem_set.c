@@ -197,8 +197,8 @@ static ad_status compile_fixed(problem *p, problem_set *set, recording *r, int c
     if (set->balance) {
         varying[varying_count++] = r->weights;
     }
-    ad_status status =
-        ad_hoist(count, outputs, varying_count, varying, LEAST_WORK, rows, fixed, &made->count);
+    ad_status status = ad_precompute(count, outputs, varying_count, varying, LEAST_WORK, rows,
+                                     fixed, &made->count);
     if (status != AD_OK || made->count == 0) {
         return ad_tape_status(r->tape, error);
     }

@@ -198,8 +198,8 @@ int rod_bind(const scene *rod_scene, const domain *d, const domain_place *at,
 /* ---- windows of time ----
  * scene->windows equal parts of the duration, each with a network of its own. A window starts from
  * the state in which the one before ends: position, rotation, velocity and spin along the rod
- * (physics/relay.h). N and m are not state, and meet as far as both windows are solved. Time is
- * that of the scene throughout. */
+ * (physics/window_state.h). N and m are not state, and meet as far as both windows are solved. Time
+ * is that of the scene throughout. */
 enum { ROD_STATE_ROWS = 13 };
 
 int rod_state_rows(const scene *scene); /* ROD_STATE_ROWS in motion, else 0 */
@@ -247,7 +247,7 @@ rod_state rod_ansatz(const scene *scene, const domain_place *at, ad_value output
  * [ROD_STATE_ROWS]. */
 void rod_moving_state(const scene *scene, const domain_place *at, rod_state state, ad_value *rows);
 
-/* Degree of the polynomials of s in which a state [RELAY_POINTS][ROD_STATE_ROWS] goes on. */
+/* Degree of the polynomials of s in which a state [WINDOW_STATE_POINTS][ROD_STATE_ROWS] goes on. */
 int rod_going_degree(const scene *scene, const double *state);
 
 /* ---- residuals ----------------------------------------------------------------------------- */

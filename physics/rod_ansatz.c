@@ -1,7 +1,7 @@
 /* From raw network outputs to a state that meets the conditions of the scene by construction. */
 #include "nn/nn.h"
-#include "physics/relay.h"
 #include "physics/rod_internal.h"
+#include "physics/window_state.h"
 
 /* Of a quaternion's four numbers only the direction counts: their free length leaves J^T J without
  * full rank and Gauss-Newton with linear convergence. A rotation vector and an angle have none; but
@@ -128,7 +128,7 @@ static rod_initial_data rod_start_straightened(const rod_context *rod, rod_initi
  * planar motion is 0 and made the constant 0. */
 static rod_initial_data rod_window_start(const rod_context *rod, bool going)
 {
-    rod_initial_data state = rod_unstack(relay_state(&rod->at, ROD_STATE_ROWS, going));
+    rod_initial_data state = rod_unstack(window_state_state(&rod->at, ROD_STATE_ROWS, going));
     state = rod_start_straightened(rod, state, rod->s);
     rod_pose pose = rod_pose_in_plane(rod, (rod_pose){state.position, state.rotation});
     return (rod_initial_data){.position = pose.position,
@@ -152,9 +152,10 @@ int rod_going_degree(const scene *rod_scene, const double *state)
 {
     enum { LOW = 6 };
     static const double near = 0.01; /* far above what networks miss */
-    double misfit =
-        rod_head_of(rod_scene)->counts_on ? relay_misfit(state, ROD_STATE_ROWS, 3, 4, LOW) : 0;
-    return misfit > near ? RELAY_DEGREE : LOW;
+    double misfit = rod_head_of(rod_scene)->counts_on
+                        ? window_state_misfit(state, ROD_STATE_ROWS, 3, 4, LOW)
+                        : 0;
+    return misfit > near ? WINDOW_STATE_DEGREE : LOW;
 }
 
 /* One of several windows. Its state at the start goes on, r_k + t v_k and q_k exp(t w_k), but only

@@ -123,7 +123,7 @@ static inline controller_settings pendulum_settings(void)
     memset(&the_pendulum, 0, sizeof the_pendulum);
     return (controller_settings){
         .model = {&the_pendulum, 2, 2, 0.05, 0, pendulum_advance, pendulum_outside},
-        .look = {NULL, 2, 2, 1, pendulum_see},
+        .observation = {NULL, 2, 2, 1, pendulum_see},
         .horizon = HORIZON,
         .moves = 15,
         .delay = 1,

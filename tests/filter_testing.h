@@ -40,16 +40,16 @@ linear_advance(void *context, int count, double h, const double *states, const d
     return x->fails > 0 && count > x->fails;
 }
 
-typedef struct linear_look {
+typedef struct linear_observation {
     int n, values;
     double h[3][FILTER_STATES];
-} linear_look;
+} linear_observation;
 
 static __attribute__((noinline, unused)) int linear_see(void *context, int count,
                                                         const double *states, const double *inputs,
                                                         double *values, double *by_state)
 {
-    const linear_look *x = context;
+    const linear_observation *x = context;
     (void)inputs;
     (void)by_state;
     for (int i = 0; i < count * x->values; i++) {
@@ -153,14 +153,14 @@ static const linear_model masses = {.n = N,
                                           {-0.3, 0.15, 0.9, 0.05},
                                           {0.15, -0.2, 0.05, 0.92}},
                                     .b = {0.02, 0, 0.2, 0.01}};
-static const linear_look first_place = {.n = N, .values = 2, .h = {{1}, {0.5, 0.5}}};
-static const linear_look second_speed = {.n = N, .values = 1, .h = {{0, 0, 0, 1}}};
+static const linear_observation first_place = {.n = N, .values = 2, .h = {{1}, {0.5, 0.5}}};
+static const linear_observation second_speed = {.n = N, .values = 1, .h = {{0, 0, 0, 1}}};
 static const double noise_of_place[2] = {0.1, 0.2}, noise_of_speed[1] = {0.05};
 static const double at_start[N] = {1, 0.5, 0.3, 0.2}, left_out[N] = {0.01, 0.01, 0.1, 0.05};
 
 typedef struct linear_test {
     linear_model model;
-    linear_look look[2];
+    linear_observation observation[2];
     estimator_sensor sensor[2];
     estimator_settings settings;
 } linear_test;
@@ -169,15 +169,15 @@ static inline void make_linear(linear_test *x, double alpha, double beta)
 {
     memset(x, 0, sizeof *x);
     x->model = masses;
-    x->look[0] = first_place;
-    x->look[1] = second_speed;
-    x->sensor[0] = (estimator_sensor){.look = {&x->look[0], N, 0, 2, linear_see},
+    x->observation[0] = first_place;
+    x->observation[1] = second_speed;
+    x->sensor[0] = (estimator_sensor){.observation = {&x->observation[0], N, 0, 2, linear_see},
                                       .noise = noise_of_place,
                                       .every = 2,
                                       .phase = 1,
                                       .depends = 2};
-    x->sensor[1] =
-        (estimator_sensor){.look = {&x->look[1], N, 0, 1, linear_see}, .noise = noise_of_speed};
+    x->sensor[1] = (estimator_sensor){.observation = {&x->observation[1], N, 0, 1, linear_see},
+                                      .noise = noise_of_speed};
     x->settings = (estimator_settings){.model = {.context = &x->model,
                                                  .states = N,
                                                  .inputs = 1,
@@ -201,8 +201,8 @@ static inline double input_at(int k)
 static inline void measure(const linear_test *x, int which, const double *truth, uint64_t *seed,
                            double *values)
 {
-    linear_see((void *)&x->look[which], 1, truth, NULL, values, NULL);
-    for (int i = 0; i < x->look[which].values; i++) {
+    linear_see((void *)&x->observation[which], 1, truth, NULL, values, NULL);
+    for (int i = 0; i < x->observation[which].values; i++) {
         values[i] += x->sensor[which].noise[i] * random_normal(seed);
     }
 }

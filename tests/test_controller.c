@@ -146,7 +146,7 @@ static void test_linear(void **state)
     const double others[M] = {0}, lower[M] = {-50, -50}, upper[M] = {150, 50};
     const double weight[V] = {2, 0.5}, effort[M] = {30, 20}, rest[M] = {0};
     const controller_settings settings = {.model = {&x, N, M, 1, 0, linear_advance, NULL},
-                                          .look = {&x, N, M, V, linear_see},
+                                          .observation = {&x, N, M, V, linear_see},
                                           .horizon = 12,
                                           .iterations = 2,
                                           .controlled = M,
@@ -191,7 +191,7 @@ static void test_rate(void **state)
     const double others[M] = {0}, lower[M] = {-50, -50}, upper[M] = {50, 50}, rate[M] = {0.3, 0.2};
     const double weight[V] = {2, 0.5}, last[M] = {1, -2}, now[N] = {0};
     const controller_settings settings = {.model = {&x, N, M, 1, 0, linear_advance, NULL},
-                                          .look = {&x, N, M, V, linear_see},
+                                          .observation = {&x, N, M, V, linear_see},
                                           .horizon = 4,
                                           .iterations = 2,
                                           .controlled = M,

@@ -322,7 +322,7 @@ static void test_refusals(void **state)
     s = good;                                                                                      \
     s.field = value;                                                                               \
     refuse(&s, part)
-    REFUSED(look.values, 0, "model and look");
+    REFUSED(observation.values, 0, "model and observation");
     REFUSED(horizon, 0, "horizon");
     REFUSED(moves, 21, "moves");
     REFUSED(qp_limit, -1, "limits");

@@ -30,9 +30,9 @@ static void test_kalman(void **state)
                 measure(&x, which, truth, &seed, values);
                 assert_int_equal(estimator_measure(f.x, which, -1, values), 0);
                 nis = 0;
-                for (int i = 0; i < x.look[which].values; i++) {
+                for (int i = 0; i < x.observation[which].values; i++) {
                     const double r = x.sensor[which].noise[i];
-                    nis += kalman_correct(&k, x.look[which].h[i], values[i], r * r);
+                    nis += kalman_correct(&k, x.observation[which].h[i], values[i], r * r);
                 }
             }
             assert_int_equal(estimator_update(f.x) & ~ESTIMATOR_INCONSISTENT, 0);
@@ -111,9 +111,9 @@ static void test_delays(void **state)
                 if (arrives[a]) {
                     const double *values = seen[sample - age[a]] + 2 * which;
                     assert_int_equal(estimator_measure(f.x, which, a ? -1 : age[a], values), 0);
-                    for (int i = 0; i < x.look[which].values; i++) {
+                    for (int i = 0; i < x.observation[which].values; i++) {
                         double h[FILTER_STATES] = {0};
-                        memcpy(h + age[a] * N, x.look[which].h[i], N * sizeof *h);
+                        memcpy(h + age[a] * N, x.observation[which].h[i], N * sizeof *h);
                         kalman_correct(&k, h, values[i],
                                        x.sensor[which].noise[i] * x.sensor[which].noise[i]);
                     }
@@ -238,7 +238,7 @@ static void test_inconsistency(void **state)
     filter_test f = make_filter(&x.settings);
     estimator_start(f.x, zero, zero, NULL);
     for (int sample = 0; sample < 60; sample++) {
-        linear_see(&x.look[1], 1, truth, NULL, values, NULL);
+        linear_see(&x.observation[1], 1, truth, NULL, values, NULL);
         values[0] += 0.2 * random_normal(&seed);
         estimator_measure(f.x, 1, -1, values);
         flags = estimator_update(f.x);
@@ -349,7 +349,7 @@ static void test_pendulum(void **state)
     const double noise[2] = {0.02, 0.05}, deviation[2] = {0.2, 0.3}, process[2] = {0.01, 0.05};
     const estimator_parameter stiffness = {
         .low = 0.1, .high = 100, .deviation = 0.25, .walk = 0.02};
-    const estimator_sensor sensor = {.look = {NULL, 2, 2, 2, pendulum_see}, .noise = noise};
+    const estimator_sensor sensor = {.observation = {NULL, 2, 2, 2, pendulum_see}, .noise = noise};
     (void)state;
     for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
         const estimator_settings settings = {
@@ -425,7 +425,7 @@ static void test_rotations(void **state)
     linear_model model = {.n = 2, .a = {{1, 0.1}, {0, 0.99}}, .b = {0, 0.1}};
     const double noise[3] = {0.05, 0.05, 0.05}, deviation[2] = {0.3, 1}, process[2] = {0.02, 0.3};
     const estimator_sensor sensor = {
-        .look = {&model, 2, 0, 4, turn_see}, .rotations = 1, .noise = noise, .depends = 1};
+        .observation = {&model, 2, 0, 4, turn_see}, .rotations = 1, .noise = noise, .depends = 1};
     const estimator_settings settings = {.model = {.context = &model,
                                                    .states = 2,
                                                    .inputs = 1,

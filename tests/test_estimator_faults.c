@@ -194,10 +194,11 @@ static void test_refusals(void **state)
 static void test_ranges(void **state)
 {
     linear_model model = {.n = 1, .a = {{0.5}}, .b = {1}};
-    const linear_look look = {.n = 1, .values = 1, .h = {{1}}};
+    const linear_observation observation = {.n = 1, .values = 1, .h = {{1}}};
     const double noise[1] = {0.01}, deviation[1] = {0.01}, process[1] = {0.001};
     const estimator_parameter load = {.input = 0, .low = 1, .high = 2, .walk = 0.05};
-    const estimator_sensor sensor = {.look = {(void *)&look, 1, 0, 1, linear_see}, .noise = noise};
+    const estimator_sensor sensor = {.observation = {(void *)&observation, 1, 0, 1, linear_see},
+                                     .noise = noise};
     const estimator_settings settings = {.model = {.context = &model,
                                                    .states = 1,
                                                    .inputs = 1,

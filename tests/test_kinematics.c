@@ -21,21 +21,21 @@ static void assert_kinematics(const char *text)
     int rows[ROWS];
     unsigned seed = 5;
     modes_places *at;
-    kinematics look;
+    kinematics observation;
     solve_state here[PLACES];
     assert_true(n <= MODES);
     for (int i = 0; i < ROWS; i++) {
         rows[i] = i;
     }
     assert_int_equal(modes_at(x.m, 0.3, NULL, &error), AD_OK);
-    assert_int_equal(modes_kinematics_create(x.m, PLACES, places, ROWS, rows, &look, &error),
+    assert_int_equal(modes_kinematics_create(x.m, PLACES, places, ROWS, rows, &observation, &error),
                      AD_OK);
     assert_int_equal(modes_places_create(x.m, PLACES, places, &at, &error), AD_OK);
-    double *room = malloc(kinematics_room(&look) * sizeof *room);
+    double *room = malloc(kinematics_room(&observation) * sizeof *room);
     for (int i = 0; i < COUNT * size; i++) {
         all[i] = 0.3 * noise(&seed);
     }
-    kinematics_see(&look, COUNT, all, see[0][0], by, room);
+    kinematics_see(&observation, COUNT, all, see[0][0], by, room);
     for (int i = 0; i < COUNT; i++) {
         for (int a = 0; a < n; a++) {
             const double unit =
@@ -67,7 +67,7 @@ static void assert_kinematics(const char *text)
         double *last = all + (COUNT - 1) * size, kept = last[c], quotient[KINEMATICS_ROWS];
         for (int side = 0; side < 2; side++) {
             last[c] = kept + (side ? h : -h);
-            kinematics_see(&look, 1, last, moved[side][0], NULL, room);
+            kinematics_see(&observation, 1, last, moved[side][0], NULL, room);
         }
         last[c] = kept;
         for (int p = 0; p < PLACES; p++) {
@@ -96,7 +96,7 @@ static void assert_kinematics(const char *text)
     free(by);
     free(see);
     modes_places_free(at);
-    modes_kinematics_free(&look);
+    modes_kinematics_free(&observation);
     discard(&x);
 }
 

@@ -230,7 +230,7 @@ static void test_hoist(void **state)
     data_fill_members(&data, tape, 60, 5, -1, 1, &random);
     compiled before = run_compiled(1, outputs, NULL, 1, &data);
     int count;
-    assert_int_equal(ad_hoist(1, outputs, 0, NULL, 4, FIXED_MAX, fixed, &count), AD_OK);
+    assert_int_equal(ad_precompute(1, outputs, 0, NULL, 4, FIXED_MAX, fixed, &count), AD_OK);
     assert_int_equal(count, 1);
     assert_int_equal(ad_extent_of(fixed[0]), AD_MEMBER);
     compiled once = run_compiled(1, fixed, NULL, 1, &data);

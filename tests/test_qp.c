@@ -3,7 +3,7 @@
 #include "near.h"
 #include "random_numbers.h"
 #include "tools/control/qp.h"
-#include "tools/control/small.h"
+#include "tools/control/small_matrix.h"
 
 #include <stdint.h>
 #include <stdlib.h>
@@ -32,7 +32,7 @@ static program *make(int n, int m, int limit)
 
     p->n = n;
     p->m = m;
-    p->stride = small_stride(n);
+    p->stride = small_matrix_stride(n);
     p->bounds = (qp_bounds){.lower = p->lower,
                             .upper = p->upper,
                             .A = p->A,

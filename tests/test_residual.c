@@ -4,7 +4,7 @@
 #include "random_numbers.h"
 #include "temporary_folder.h"
 
-#include "tools/control/look.h"
+#include "tools/control/observation.h"
 #include "tools/control/reduced_model.h"
 #include "tools/control/residual.h"
 #include "tools/prepare/prepare.h"
@@ -132,19 +132,19 @@ static void test_residual(void **state)
     (void)state;
     static measured all;
     static const int modes[4] = {2, 1, 1, 1};
-    const look_sensor tip = {.what = LOOK_POSITION, .count = 1, .s = &LENGTH};
+    const observation_sensor tip = {.what = OBSERVATION_POSITION, .count = 1, .s = &LENGTH};
     const double rest[INPUTS] = {0, 0, 0, 1}, middle[INPUTS] = {4, 4, 4, 1};
     const double half[INPUTS] = {4, 4, 4, 0.4};
     rod_and_scene x = make(0, NULL);
     const one_step model = reduced_one_step(x.rod, PERIOD);
     double size[STATES_MAX];
     ad_error error = {.message = ""};
-    look *eye = NULL;
+    observation *eye = NULL;
     residual *net = NULL;
     measure(&all);
-    assert_int_equal(look_create(&x.settings->scene, modes, &tip, &eye, &error), AD_OK);
+    assert_int_equal(observation_create(&x.settings->scene, modes, &tip, &eye, &error), AD_OK);
     assert_int_equal(reduced_settle(x.rod, 0, rest, all.start, &error), AD_OK);
-    const one_look look = look_of(eye);
+    const one_observation observation = observation_of(eye);
     for (int i = 0; i < model.states; i++) {
         size[i] = i < model.states / 2 ? 5 : 50; /* 1/m and 1/(m s); strains are smaller */
     }
@@ -152,19 +152,20 @@ static void test_residual(void **state)
     const residual_settings settings = {.steps = 25, .noise = 2e-4, .seed = 1};
     const one_step corrected = residual_one_step(net);
     const residual_run *held = all.run + RUNS - HELD_OUT;
-    const double before = residual_error(&corrected, PERIOD, &look, HELD_OUT, held);
-    assert_near(before, residual_error(&model, PERIOD, &look, HELD_OUT, held), 0);
-    if (residual_fit(net, PERIOD, &look, RUNS, all.run, HELD_OUT, &settings, &error) != AD_OK) {
+    const double before = residual_error(&corrected, PERIOD, &observation, HELD_OUT, held);
+    assert_near(before, residual_error(&model, PERIOD, &observation, HELD_OUT, held), 0);
+    if (residual_fit(net, PERIOD, &observation, RUNS, all.run, HELD_OUT, &settings, &error) !=
+        AD_OK) {
         fail_msg("%s", error.message);
     }
-    const double after = residual_error(&corrected, PERIOD, &look, HELD_OUT, held);
+    const double after = residual_error(&corrected, PERIOD, &observation, HELD_OUT, held);
     print_message("tip of runs held out: %.2e m by the model, %.2e m with the network\n", before,
                   after);
     assert_true(after < before / 3); /* 4 to 6 by what is drawn; 20 runs of 3 s are met better */
     check_derivatives(&corrected, all.start, all.inputs[0][9]);
     check_file(net, &model, &corrected, all.start, all.inputs[0][9]);
     residual_free(net);
-    look_free(eye);
+    observation_free(eye);
     discard(&x);
 }
 

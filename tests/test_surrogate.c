@@ -331,7 +331,7 @@ static void test_curves(void **state)
 
 /* ---- symmetry ------------------------------------------------------------------------------ */
 
-static void expect_frame(const char *text, bool turns, bool mirrors)
+static void expect_symmetry(const char *text, bool turns, bool mirrors)
 {
     trained x = begin(text, "surrogate.kind=linear", 1);
     const surrogate_step *m = surrogate_training_step_of(x.own);
@@ -344,25 +344,25 @@ static void expect_frame(const char *text, bool turns, bool mirrors)
 static void test_frames(void **state)
 {
     (void)state;
-    expect_frame(hanging, true, true);
+    expect_symmetry(hanging, true, true);
     /* across gravity one mirror is left, d1 and d3 its plane */
-    expect_frame(ARM("[9.81, 0, 0]", THREE) SURROGATE, false, true);
-    expect_frame(ARM("[4, 7, 0]", THREE) SURROGATE, false, false);
+    expect_symmetry(ARM("[9.81, 0, 0]", THREE) SURROGATE, false, true);
+    expect_symmetry(ARM("[4, 7, 0]", THREE) SURROGATE, false, false);
     /* also where stiff modes of shear outweigh it in the rates, so that only their change within
      * a step can tell */
-    expect_frame(ARM("[9.81, 0, 0]", THREE) WITH("[3, 1, 3, 2]", "1000"), false, true);
+    expect_symmetry(ARM("[9.81, 0, 0]", THREE) WITH("[3, 1, 3, 2]", "1000"), false, true);
     /* unequal chambers bend it even where all have the same pressure; the sum of two is a
      * coordinate beside their pair; what is thicker one way is not round */
-    expect_frame(ARM("[0, 0, 9.81]", "  - {offset: [0.0, 0.013], area: 1, pressure: f2}\n"
-                                     "  - {offset: [-0.009, -0.005], area: 0.7, pressure: f3}\n")
-                     SURROGATE,
-                 true, true);
-    expect_frame(ARM("[0, 0, 9.81]", "  - {offset: [0, 0.009], area: 1, pressure: f2 + f3}\n")
-                     SURROGATE,
-                 true, true);
-    expect_frame(ARM("[0, 0, 9.81]", THREE "springs: [{at: 0.13, stiffness: [20, 0, 0]}]\n")
-                     SURROGATE,
-                 false, true);
+    expect_symmetry(ARM("[0, 0, 9.81]", "  - {offset: [0.0, 0.013], area: 1, pressure: f2}\n"
+                                        "  - {offset: [-0.009, -0.005], area: 0.7, pressure: f3}\n")
+                        SURROGATE,
+                    true, true);
+    expect_symmetry(ARM("[0, 0, 9.81]", "  - {offset: [0, 0.009], area: 1, pressure: f2 + f3}\n")
+                        SURROGATE,
+                    true, true);
+    expect_symmetry(ARM("[0, 0, 9.81]", THREE "springs: [{at: 0.13, stiffness: [20, 0, 0]}]\n")
+                        SURROGATE,
+                    false, true);
 }
 
 /* Two chambers in a plane, but for rounding: beside the plane, where motions never are and a filter

@@ -5,12 +5,12 @@
 #include "trainer_testing.h"
 
 #include "physics/problem_internal.h"
-#include "physics/relay.h"
+#include "physics/window_state.h"
 
 /* ---- scenes and networks ----------------------------------------------------------------------
  */
 
-enum { WINDOWS = 3, NUMBERS_MAX = 4096, NUMBERS = 2 * RELAY_POINTS * ROD_STATE_ROWS };
+enum { WINDOWS = 3, NUMBERS_MAX = 4096, NUMBERS = 2 * WINDOW_STATE_POINTS * ROD_STATE_ROWS };
 
 static const char *const moving_end[3] = {"0.2*t^2", "0", "1-0.1*t^2"};
 static const char *const turning_end[4] = {"-cos(0.2*t^2)", "-sin(0.2*t^2)", "0", "0"};
@@ -82,16 +82,16 @@ static void chain_make(chain *c, scene given)
     fill(c->x, WINDOWS * parameters);
     ad_pool *pool = ad_pool_create(1);
     physics_model *m = NULL;
-    relay *passed = NULL;
+    window_state *passed = NULL;
     assert_int_equal(model_of_scene(&c->given, NULL, &m, NULL), AD_OK);
-    assert_int_equal(relay_numbers(m), NUMBERS);
-    assert_int_equal(relay_create(m, c->mlp, pool, &passed, NULL), AD_OK);
+    assert_int_equal(window_state_numbers(m), NUMBERS);
+    assert_int_equal(window_state_create(m, c->mlp, pool, &passed, NULL), AD_OK);
     for (int i = 0; i < WINDOWS; i++) {
-        assert_int_equal(relay_run(passed, i, c->starts[i], c->x + (size_t)i * parameters,
-                                   c->starts[i + 1], NULL),
+        assert_int_equal(window_state_run(passed, i, c->starts[i], c->x + (size_t)i * parameters,
+                                          c->starts[i + 1], NULL),
                          AD_OK);
     }
-    relay_free(passed);
+    window_state_free(passed);
     model_free(m);
     ad_pool_free(pool);
 }
@@ -191,16 +191,16 @@ static void test_wound(void **state)
         given.rod.rest_curvature[i] = Q("0");
     }
     chain_make(&c, given);
-    double values[RELAY_POINTS][ROD_STATE_ROWS] = {{0}};
-    for (int j = 0; j < RELAY_POINTS; j++) {
-        for (int k = 0; k < RELAY_POINTS; k++) {
+    double values[WINDOW_STATE_POINTS][ROD_STATE_ROWS] = {{0}};
+    for (int j = 0; j < WINDOW_STATE_POINTS; j++) {
+        for (int k = 0; k < WINDOW_STATE_POINTS; k++) {
             for (int i = 0; i < ROD_STATE_ROWS; i++)
                 values[j][i] +=
-                    c.starts[1][k * ROD_STATE_ROWS + i] * cos(PI * j * k / RELAY_DEGREE);
+                    c.starts[1][k * ROD_STATE_ROWS + i] * cos(PI * j * k / WINDOW_STATE_DEGREE);
         }
     }
-    assert_true(relay_misfit(values[0], ROD_STATE_ROWS, 3, 4, 6) > 0.1);
-    assert_true(relay_misfit(values[0], ROD_STATE_ROWS, 3, 4, 24) < 1e-3);
+    assert_true(window_state_misfit(values[0], ROD_STATE_ROWS, 3, 4, 6) > 0.1);
+    assert_true(window_state_misfit(values[0], ROD_STATE_ROWS, 3, 4, 24) < 1e-3);
     for (int index = 1; index < WINDOWS; index++)
         check_joint(&c, index);
     nn_mlp_free(c.mlp);
@@ -211,15 +211,15 @@ static void test_wound(void **state)
 static void test_misfit(void **state)
 {
     (void)state;
-    double values[RELAY_DEGREE + 1][2];
-    for (int j = 0; j <= RELAY_DEGREE; j++) {
-        double x = cos(PI * j / RELAY_DEGREE);
+    double values[WINDOW_STATE_DEGREE + 1][2];
+    for (int j = 0; j <= WINDOW_STATE_DEGREE; j++) {
+        double x = cos(PI * j / WINDOW_STATE_DEGREE);
         values[j][0] = 1 - x + 3 * pow(x, 6);
         values[j][1] = cos(12 * acos(fmax(-1, fmin(1, x)))); /* T_12: 1 at the points of degree 6 */
     }
-    assert_near(relay_misfit(values[0], 2, 0, 1, 6), 0, 1e-14); /* rounding */
-    assert_near(relay_misfit(values[0], 2, 1, 1, 6), 2, 1e-14);
-    assert_near(relay_misfit(values[0], 2, 0, 2, 12), 0, 1e-13);
+    assert_near(window_state_misfit(values[0], 2, 0, 1, 6), 0, 1e-14); /* rounding */
+    assert_near(window_state_misfit(values[0], 2, 1, 1, 6), 2, 1e-14);
+    assert_near(window_state_misfit(values[0], 2, 0, 2, 12), 0, 1e-13);
 }
 
 /* Held ends stay where they are said to be, in every window, whatever the side of the quaternion.

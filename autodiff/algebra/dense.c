@@ -2,7 +2,7 @@
 
 #include "autodiff/run/blas.h"
 #include "autodiff/run/execute.h"
-#include "autodiff/run/share.h"
+#include "autodiff/run/rank_exchange.h"
 
 #include <math.h>
 #include <stdlib.h>

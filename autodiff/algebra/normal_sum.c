@@ -7,7 +7,7 @@
  * as one process does, and others keep theirs apart until they are exchanged. */
 #include "autodiff/algebra/normal.h"
 #include "autodiff/run/execute.h"
-#include "autodiff/run/share.h"
+#include "autodiff/run/rank_exchange.h"
 
 #include <stdlib.h>
 #include <string.h>

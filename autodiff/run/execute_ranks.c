@@ -1,7 +1,7 @@
 /* Runs over several ranks: each takes neighbouring chunks. The sums of chunks are a binary tree,
  * and what a rank sends are its largest whole parts of it. */
 #include "autodiff/run/execute.h"
-#include "autodiff/run/share.h"
+#include "autodiff/run/rank_exchange.h"
 
 #include <string.h>
 

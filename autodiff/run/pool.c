@@ -4,7 +4,7 @@
 #include "autodiff/compile/program.h"
 #include "autodiff/dense.h"
 #include "autodiff/run/blas.h"
-#include "autodiff/run/share.h"
+#include "autodiff/run/rank_exchange.h"
 
 #include <pthread.h>
 #include <stdatomic.h>

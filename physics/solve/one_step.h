@@ -32,12 +32,12 @@ typedef struct one_step {
 } one_step;
 
 /* What is seen: values [count][values], by_state [count][values][states] (NULL: not wanted). */
-typedef struct one_look {
+typedef struct one_observation {
     void *context; /* borrowed */
     int states, inputs, values;
     int (*see)(void *context, int count, const double *states, const double *inputs, double *values,
                double *by_state);
-} one_look;
+} one_observation;
 
 #ifdef __cplusplus
 }

@@ -243,7 +243,7 @@ static ad_status check_lists(control_settings *settings, double length, char key
     for (int i = 0; i < settings->limit_count && status == AD_OK; i++) {
         control_limit *l = &settings->limits[i];
         status = check_place(&l->at, length, length, "constraints", i, key, error);
-        if (status == AD_OK && l->what == LOOK_ROTATION) {
+        if (status == AD_OK && l->what == OBSERVATION_ROTATION) {
             status = blame(key, error, "constraints", i, "what",
                            "is a rotation, which has no axes; allowed: direction, or any other");
         }

@@ -3,7 +3,7 @@
 #ifndef CONTROL_CONTROL_SETTINGS_H
 #define CONTROL_CONTROL_SETTINGS_H
 
-#include "tools/control/look.h"
+#include "tools/control/observation.h"
 #include "tools/surrogate/surrogate_settings.h"
 
 #ifdef __cplusplus
@@ -27,14 +27,14 @@ enum {
 #define CONTROL_MODEL_LIST(X)                                                                      \
     X(CONTROL_AUTOMATIC, "automatic")                                                              \
     X(CONTROL_SURROGATE, "surrogate") X(CONTROL_REDUCED, "reduced") X(CONTROL_LINEAR, "linear")
-/* In the order of look_what. */
+/* In the order of observation_what. */
 #define CONTROL_SEEN_LIST(X)                                                                       \
-    X(LOOK_POSITION, "position")                                                                   \
-    X(LOOK_ROTATION, "rotation")                                                                   \
-    X(LOOK_DIRECTION, "direction")                                                                 \
-    X(LOOK_VELOCITY, "velocity")                                                                   \
-    X(LOOK_ANGULAR_VELOCITY, "angular_velocity")                                                   \
-    X(LOOK_CURVATURE, "curvature") X(LOOK_STRAIN, "strain")
+    X(OBSERVATION_POSITION, "position")                                                            \
+    X(OBSERVATION_ROTATION, "rotation")                                                            \
+    X(OBSERVATION_DIRECTION, "direction")                                                          \
+    X(OBSERVATION_VELOCITY, "velocity")                                                            \
+    X(OBSERVATION_ANGULAR_VELOCITY, "angular_velocity")                                            \
+    X(OBSERVATION_CURVATURE, "curvature") X(OBSERVATION_STRAIN, "strain")
 #define CONTROL_FAULT_LIST(X)                                                                      \
     X(CONTROL_LOST, "lost")                                                                        \
     X(CONTROL_NOT_A_NUMBER, "nan") X(CONTROL_WILD, "wild") X(CONTROL_LATE, "late")
@@ -66,7 +66,7 @@ typedef struct control_task {
 } control_task;
 
 typedef struct control_measurement {
-    look_what what;
+    observation_what what;
     double at;       /* m */
     double noise;    /* standard deviation of each number, in its SI unit, rad */
     int every;       /* periods */
@@ -76,9 +76,9 @@ typedef struct control_measurement {
 
 /* A number of what is seen of the rod that is kept in a range, as well as possible. */
 typedef struct control_limit {
-    look_what what; /* no rotation */
-    double at;      /* m */
-    int axis;       /* 1 to 3 */
+    observation_what what; /* no rotation */
+    double at;             /* m */
+    int axis;              /* 1 to 3 */
     double low, high;
 } control_limit;
 

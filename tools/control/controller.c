@@ -37,7 +37,7 @@ static const char *controller_refusal_values(const controller_settings *s)
 {
     const bool limits = s->soft_lower != NULL || s->soft_upper != NULL;
 
-    for (int k = 0; k < s->look.values; k++) {
+    for (int k = 0; k < s->observation.values; k++) {
         const double lower = s->soft_lower != NULL ? s->soft_lower[k] : -INFINITY;
         const double upper = s->soft_upper != NULL ? s->soft_upper[k] : INFINITY;
 
@@ -59,10 +59,10 @@ const char *controller_refusal(const controller_settings *s)
 {
     const char *wrong = NULL;
 
-    if (s->model.advance == NULL || s->look.see == NULL || s->model.states < 1 ||
-        s->model.states != s->look.states || s->look.values < 1 ||
-        s->model.inputs != s->look.inputs) {
-        return "no model and look of the same states and inputs";
+    if (s->model.advance == NULL || s->observation.see == NULL || s->model.states < 1 ||
+        s->model.states != s->observation.states || s->observation.values < 1 ||
+        s->model.inputs != s->observation.inputs) {
+        return "no model and observation of the same states and inputs";
     }
     if (s->horizon < 1 || s->moves < 0 || s->moves > s->horizon || s->delay < 0 ||
         s->iterations < 0 || s->qp_limit < 0 || s->coast < 0) {
@@ -88,26 +88,26 @@ static size_t controller_layout(const controller_settings *s, void *memory, cont
 {
     const size_t n = (size_t)s->model.states;
     const size_t m = (size_t)s->controlled;
-    const size_t v = (size_t)s->look.values;
+    const size_t v = (size_t)s->observation.values;
     const size_t horizon = (size_t)s->horizon;
     const size_t inputs = (size_t)s->model.inputs;
     size_t used = 0;
 
-    (void)small_take(memory, &used, 1, sizeof *c);
-    c->span = small_take(memory, &used, m, sizeof(double));
-    c->rest = small_take(memory, &used, m, sizeof(double));
-    c->others = small_take(memory, &used, inputs, sizeof(double));
-    c->reference = small_take(memory, &used, horizon * v, sizeof(double));
-    c->plan = small_take(memory, &used, horizon * m, sizeof(double));
-    c->pending = small_take(memory, &used, (size_t)s->delay * m, sizeof(double));
-    c->last = small_take(memory, &used, m, sizeof(double));
-    c->state = small_take(memory, &used, n, sizeof(double));
-    c->start = small_take(memory, &used, n, sizeof(double));
-    c->expected = small_take(memory, &used, n, sizeof(double));
-    c->drift = small_take(memory, &used, n, sizeof(double));
-    c->bias = small_take(memory, &used, v, sizeof(double));
-    c->row = small_take(memory, &used, inputs, sizeof(double));
-    c->next = small_take(memory, &used, n > v ? n : v, sizeof(double));
+    (void)small_matrix_take(memory, &used, 1, sizeof *c);
+    c->span = small_matrix_take(memory, &used, m, sizeof(double));
+    c->rest = small_matrix_take(memory, &used, m, sizeof(double));
+    c->others = small_matrix_take(memory, &used, inputs, sizeof(double));
+    c->reference = small_matrix_take(memory, &used, horizon * v, sizeof(double));
+    c->plan = small_matrix_take(memory, &used, horizon * m, sizeof(double));
+    c->pending = small_matrix_take(memory, &used, (size_t)s->delay * m, sizeof(double));
+    c->last = small_matrix_take(memory, &used, m, sizeof(double));
+    c->state = small_matrix_take(memory, &used, n, sizeof(double));
+    c->start = small_matrix_take(memory, &used, n, sizeof(double));
+    c->expected = small_matrix_take(memory, &used, n, sizeof(double));
+    c->drift = small_matrix_take(memory, &used, n, sizeof(double));
+    c->bias = small_matrix_take(memory, &used, v, sizeof(double));
+    c->row = small_matrix_take(memory, &used, inputs, sizeof(double));
+    c->next = small_matrix_take(memory, &used, n > v ? n : v, sizeof(double));
     return used;
 }
 
@@ -133,7 +133,7 @@ controller *controller_init(void *memory, const controller_settings *settings)
     c->settings.coast = settings->coast == 0 ? settings->horizon : settings->coast;
     c->n = settings->model.states;
     c->m = settings->controlled;
-    c->v = settings->look.values;
+    c->v = settings->observation.values;
     c->horizon = settings->horizon;
     c->moves = settings->moves == 0 ? settings->horizon : settings->moves;
     c->delay = settings->delay;
@@ -180,18 +180,18 @@ void controller_forget(controller *c)
 
 bool controller_finite(const double *x, int count)
 {
-    double sum[SMALL_LANES] = {0}; /* of zeros, unless one is not finite */
+    double sum[SMALL_MATRIX_LANES] = {0}; /* of zeros, unless one is not finite */
     int i = 0;
 
-    for (; i + SMALL_LANES <= count; i += SMALL_LANES) {
-        for (int j = 0; j < SMALL_LANES; j++) {
+    for (; i + SMALL_MATRIX_LANES <= count; i += SMALL_MATRIX_LANES) {
+        for (int j = 0; j < SMALL_MATRIX_LANES; j++) {
             sum[j] += 0.0 * x[i + j];
         }
     }
     for (; i < count; i++) {
         sum[0] += 0.0 * x[i];
     }
-    for (int j = 1; j < SMALL_LANES; j++) {
+    for (int j = 1; j < SMALL_MATRIX_LANES; j++) {
         sum[0] += sum[j];
     }
     return sum[0] == 0.0;
@@ -297,7 +297,7 @@ static int controller_take_sample(controller *c, const controller_sample *now)
 /* What is wrong with predictions by one sample, and with what is seen, goes into drift and bias. */
 static void controller_learn(controller *c, const double *measured)
 {
-    const one_look *look = &c->settings.look;
+    const one_observation *observation = &c->settings.observation;
     const double gain = c->settings.offset;
 
     if (gain == 0.0) {
@@ -312,7 +312,7 @@ static void controller_learn(controller *c, const double *measured)
         return;
     }
     controller_inputs(c, c->delay > 0 ? c->pending : c->last, c->row);
-    if (look->see(look->context, 1, c->state, c->row, c->next, NULL) != 0) {
+    if (observation->see(observation->context, 1, c->state, c->row, c->next, NULL) != 0) {
         return;
     }
     for (int i = 0; i < c->v; i++) {

@@ -33,11 +33,11 @@ extern "C" {
 typedef struct controller controller;
 
 /* All arrays and contexts are borrowed as long as the controller lives; with m controlled inputs
- * and v = look.values. */
+ * and v = observation.values. */
 typedef struct controller_settings {
     one_step model;
-    one_look look;  /* values: what is tracked or limited */
-    int horizon;    /* samples ahead */
+    one_observation observation; /* values: what is tracked or limited */
+    int horizon;                 /* samples ahead */
     int moves;      /* of them with inputs of their own; later ones hold the last; 0: all */
     int delay;      /* samples from a state to when its answer is applied; 1: with the next */
     int iterations; /* of Gauss-Newton within one feedback; 0: 1 */
@@ -84,12 +84,12 @@ typedef struct controller_sample {
 
 /* Flags of an answer. 0: all is well. What is done about each is said here. */
 enum {
-    CONTROLLER_STATE = 1,      /* no state, or one that is not finite: coasts on the prediction */
-    CONTROLLER_OUTSIDE = 2,    /* a state outside what the model was made for (above 1); used unless
-                                * above `outside`, then coasts */
-    CONTROLLER_HELD = 4,       /* inputs are held: too long without a state, or without a plan */
-    CONTROLLER_MODEL = 8,      /* model or look gave no answer or not a finite one: the plan goes on
-                                * as it was, one sample on, at its end held */
+    CONTROLLER_STATE = 1,   /* no state, or one that is not finite: coasts on the prediction */
+    CONTROLLER_OUTSIDE = 2, /* a state outside what the model was made for (above 1); used unless
+                             * above `outside`, then coasts */
+    CONTROLLER_HELD = 4,    /* inputs are held: too long without a state, or without a plan */
+    CONTROLLER_MODEL = 8, /* model or observation gave no answer or not a finite one: the plan goes
+                           * on as it was, one sample on, at its end held */
     CONTROLLER_QP_LIMIT = 16,  /* best point that was known and allowed */
     CONTROLLER_QP = 32,        /* the program had no answer: the plan goes on as it was */
     CONTROLLER_SOFT = 64,      /* a soft limit is violated in the plan */

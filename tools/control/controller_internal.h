@@ -3,7 +3,7 @@
 #define CONTROL_CONTROLLER_INTERNAL_H
 
 #include "tools/control/controller.h"
-#include "tools/control/small.h"
+#include "tools/control/small_matrix.h"
 
 #include <stdbool.h>
 

@@ -1,13 +1,13 @@
-/* Real-time iterations: model and look are linearised at all samples of the plan at once (multiple
- * shooting, of which the gaps are closed in the same step), states are eliminated, and one
- * quadratic program changes the plan. States are eliminated from the end to the begin,
+/* Real-time iterations: model and observation are linearised at all samples of the plan at once
+ * (multiple shooting, of which the gaps are closed in the same step), states are eliminated, and
+ * one quadratic program changes the plan. States are eliminated from the end to the begin,
  *
  *   d seen_i/d u_j = C_i A_i-1 .. A_j+1 B_j,
  *
  * for what is seen alone, of which there is less than of states. */
 #include "tools/control/controller_internal.h"
 #include "tools/control/qp.h"
-#include "tools/control/small.h"
+#include "tools/control/small_matrix.h"
 
 #include <math.h>
 #include <string.h>
@@ -21,7 +21,7 @@ typedef struct gauss_newton {
     double *nodes;                                 /* [horizon + 1][n] */
     double *inputs;                                /* [horizon][model.inputs] */
     double *next;                                  /* [horizon][n] */
-    double *by_state, *by_inputs, *seen, *by_seen; /* as model and look answer */
+    double *by_state, *by_inputs, *seen, *by_seen; /* as model and observation answer */
     double *steps;                                 /* [horizon][n][w] A, B, gap to the next node */
     double *chain, *other; /* [R][w] d seen/d x_j, moved by one step to the next */
     double *sensitivity;   /* [R][stride] d seen/dz */
@@ -54,16 +54,16 @@ static qp_settings gauss_newton_sizes(const controller_settings *s, gauss_newton
     const int moves = s->moves == 0 ? s->horizon : s->moves;
     qp_settings result = {0};
 
-    newton->R = s->horizon * s->look.values;
+    newton->R = s->horizon * s->observation.values;
     newton->z = moves * s->controlled;
-    newton->w = small_stride(s->model.states + s->controlled + 1);
-    newton->stride = small_stride(newton->z);
+    newton->w = small_matrix_stride(s->model.states + s->controlled + 1);
+    newton->stride = small_matrix_stride(newton->z);
     newton->rated = 0;
     newton->limited = 0;
     for (int j = 0; j < s->controlled; j++) {
         newton->rated += isfinite(gauss_newton_rate(s, j)) ? 1 : 0;
     }
-    for (int k = 0; k < s->look.values; k++) {
+    for (int k = 0; k < s->observation.values; k++) {
         newton->limited += gauss_newton_limited(s, k) ? 1 : 0;
     }
     newton->rows = (moves - 1) * newton->rated + s->horizon * newton->limited;
@@ -87,35 +87,35 @@ static size_t gauss_newton_layout(const controller_settings *s, void *memory, ga
     const size_t one = sizeof(double);
     size_t used = 0;
 
-    (void)small_take(memory, &used, 1, sizeof *newton);
-    newton->nodes = small_take(memory, &used, (horizon + 1) * n, one);
-    newton->inputs = small_take(memory, &used, horizon * inputs, one);
-    newton->next = small_take(memory, &used, horizon * n, one);
-    newton->by_state = small_take(memory, &used, horizon * n * n, one);
-    newton->by_inputs = small_take(memory, &used, horizon * n * inputs, one);
-    newton->seen = small_take(memory, &used, R, one);
-    newton->by_seen = small_take(memory, &used, R * n, one);
-    newton->steps = small_take(memory, &used, horizon * n * w, one);
-    newton->chain = small_take(memory, &used, R * w, one);
-    newton->other = small_take(memory, &used, R * w, one);
-    newton->sensitivity = small_take(memory, &used, R * stride, one);
-    newton->gaps = small_take(memory, &used, R, one);
-    newton->weight = small_take(memory, &used, R, one);
-    newton->predicted = small_take(memory, &used, R, one);
-    newton->residual = small_take(memory, &used, R, one);
-    newton->change = small_take(memory, &used, w, one);
-    newton->hessian = small_take(memory, &used, z * stride, one);
-    newton->gradient = small_take(memory, &used, stride, one);
-    newton->lower = small_take(memory, &used, stride, one);
-    newton->upper = small_take(memory, &used, stride, one);
-    newton->inside = small_take(memory, &used, stride, one);
-    newton->result = small_take(memory, &used, stride, one);
-    newton->target = small_take(memory, &used, z, one);
-    newton->A = small_take(memory, &used, rows * stride, one);
-    newton->row_lower = small_take(memory, &used, rows, one);
-    newton->row_upper = small_take(memory, &used, rows, one);
-    newton->softness = small_take(memory, &used, rows, one);
-    newton->program = small_take(memory, &used, qp_size(&sizes), 1);
+    (void)small_matrix_take(memory, &used, 1, sizeof *newton);
+    newton->nodes = small_matrix_take(memory, &used, (horizon + 1) * n, one);
+    newton->inputs = small_matrix_take(memory, &used, horizon * inputs, one);
+    newton->next = small_matrix_take(memory, &used, horizon * n, one);
+    newton->by_state = small_matrix_take(memory, &used, horizon * n * n, one);
+    newton->by_inputs = small_matrix_take(memory, &used, horizon * n * inputs, one);
+    newton->seen = small_matrix_take(memory, &used, R, one);
+    newton->by_seen = small_matrix_take(memory, &used, R * n, one);
+    newton->steps = small_matrix_take(memory, &used, horizon * n * w, one);
+    newton->chain = small_matrix_take(memory, &used, R * w, one);
+    newton->other = small_matrix_take(memory, &used, R * w, one);
+    newton->sensitivity = small_matrix_take(memory, &used, R * stride, one);
+    newton->gaps = small_matrix_take(memory, &used, R, one);
+    newton->weight = small_matrix_take(memory, &used, R, one);
+    newton->predicted = small_matrix_take(memory, &used, R, one);
+    newton->residual = small_matrix_take(memory, &used, R, one);
+    newton->change = small_matrix_take(memory, &used, w, one);
+    newton->hessian = small_matrix_take(memory, &used, z * stride, one);
+    newton->gradient = small_matrix_take(memory, &used, stride, one);
+    newton->lower = small_matrix_take(memory, &used, stride, one);
+    newton->upper = small_matrix_take(memory, &used, stride, one);
+    newton->inside = small_matrix_take(memory, &used, stride, one);
+    newton->result = small_matrix_take(memory, &used, stride, one);
+    newton->target = small_matrix_take(memory, &used, z, one);
+    newton->A = small_matrix_take(memory, &used, rows * stride, one);
+    newton->row_lower = small_matrix_take(memory, &used, rows, one);
+    newton->row_upper = small_matrix_take(memory, &used, rows, one);
+    newton->softness = small_matrix_take(memory, &used, rows, one);
+    newton->program = small_matrix_take(memory, &used, qp_size(&sizes), 1);
     return used;
 }
 
@@ -176,11 +176,11 @@ static bool gauss_newton_roll(controller *c, gauss_newton *newton)
     return true;
 }
 
-/* Asks model and look for all samples at once, and puts A, B and gaps side by side. */
+/* Asks model and observation for all samples at once, and puts A, B and gaps side by side. */
 static bool gauss_newton_linearise(controller *c, gauss_newton *newton)
 {
     const one_step *model = &c->settings.model;
-    const one_look *look = &c->settings.look;
+    const one_observation *observation = &c->settings.observation;
     const int n = c->n;
     double *end = newton->nodes + c->horizon * n;
 
@@ -194,8 +194,8 @@ static bool gauss_newton_linearise(controller *c, gauss_newton *newton)
     for (int k = 0; k < n; k++) {
         end[k] = newton->next[(c->horizon - 1) * n + k] + c->drift[k];
     }
-    if (look->see(look->context, c->horizon, newton->nodes + n, newton->inputs, newton->seen,
-                  newton->by_seen) != 0) {
+    if (observation->see(observation->context, c->horizon, newton->nodes + n, newton->inputs,
+                         newton->seen, newton->by_seen) != 0) {
         return false;
     }
     for (int i = 0; i < c->horizon; i++) {
@@ -229,8 +229,9 @@ static void gauss_newton_condense(controller *c, gauss_newton *newton)
             memcpy(newton->chain + r * newton->w, newton->by_seen + r * c->n,
                    (size_t)c->n * sizeof *newton->chain);
         }
-        small_product_in(newton->w, newton->R - first, c->n, newton->chain + first * newton->w,
-                         newton->steps + i * c->n * newton->w, newton->other + first * newton->w);
+        small_matrix_product_in(
+            newton->w, newton->R - first, c->n, newton->chain + first * newton->w,
+            newton->steps + i * c->n * newton->w, newton->other + first * newton->w);
         newton->chain = newton->other;
         newton->other = swap;
         for (int r = first; r < newton->R; r++) {
@@ -264,13 +265,13 @@ SMALL_FOR_EACH_PROCESSOR static void gauss_newton_squares(const gauss_newton *ne
     for (int r = 0; r < newton->R; r++) {
         const double *row = newton->sensitivity + r * newton->stride;
         const int reach = (r / v + 1) * m < newton->z ? (r / v + 1) * m : newton->z;
-        const int end = small_stride(reach);
+        const int end = small_matrix_stride(reach);
 
         for (int a = 0; a < reach && newton->weight[r] > 0.0; a++) {
             const double factor = newton->weight[r] * row[a];
             double *h = newton->hessian + a * newton->stride;
 
-            for (int b = a / SMALL_LANES * SMALL_LANES; b < end; b++) {
+            for (int b = a / SMALL_MATRIX_LANES * SMALL_MATRIX_LANES; b < end; b++) {
                 h[b] += factor * row[b];
             }
         }
@@ -335,8 +336,9 @@ SMALL_FOR_EACH_PROCESSOR static void gauss_newton_predict(const controller *c, g
         newton->change[k] = c->start[k] - newton->nodes[k];
     }
     for (int r = 0; r < newton->R; r++) {
-        newton->predicted[r] = newton->seen[r] + c->bias[r % c->v] + newton->gaps[r] +
-                               small_dot(newton->w, newton->chain + r * newton->w, newton->change);
+        newton->predicted[r] =
+            newton->seen[r] + c->bias[r % c->v] + newton->gaps[r] +
+            small_matrix_dot(newton->w, newton->chain + r * newton->w, newton->change);
         newton->residual[r] =
             newton->weight[r] > 0.0 ? newton->predicted[r] - c->reference[r] : 0.0;
     }
@@ -436,8 +438,8 @@ SMALL_FOR_EACH_PROCESSOR static void gauss_newton_move(controller *c, gauss_newt
         }
         newton->change[c->n + c->m] = 1.0;
         for (int k = 0; k < c->n; k++) {
-            newton->other[k] =
-                small_dot(newton->w, newton->steps + (i * c->n + k) * newton->w, newton->change);
+            newton->other[k] = small_matrix_dot(
+                newton->w, newton->steps + (i * c->n + k) * newton->w, newton->change);
         }
         memcpy(newton->change, newton->other, (size_t)c->n * sizeof *newton->change);
     }
@@ -475,8 +477,8 @@ SMALL_FOR_EACH_PROCESSOR static bool gauss_newton_costs(controller *c, const gau
     c->cost = 0.0;
     for (int r = 0; r < newton->R; r++) {
         const int k = r % c->v;
-        const double change =
-            small_dot(newton->stride, newton->sensitivity + r * newton->stride, newton->result);
+        const double change = small_matrix_dot(
+            newton->stride, newton->sensitivity + r * newton->stride, newton->result);
         const double error = newton->residual[r] + change;
 
         c->cost += 0.5 * newton->weight[r] * error * error;

@@ -1,7 +1,7 @@
 #include "tools/control/equilibria.h"
 
 #include "tools/control/qp.h"
-#include "tools/control/small.h"
+#include "tools/control/small_matrix.h"
 #include "tools/control/task.h"
 
 #include <math.h>
@@ -181,9 +181,9 @@ static ad_status linearise(equilibria *equilibria, const double *inputs, const d
 static ad_status reach(equilibria *equilibria, const double target[3], int rows,
                        double (*directions)[3], double *inputs, double off[3], ad_error *error)
 {
-    const int m = equilibria->inputs, stride = small_stride(m);
+    const int m = equilibria->inputs, stride = small_matrix_stride(m);
     double by[3 * CONTROL_INPUTS_MAX];
-    double H[CONTROL_INPUTS_MAX * (CONTROL_INPUTS_MAX + SMALL_LANES)] = {0};
+    double H[CONTROL_INPUTS_MAX * (CONTROL_INPUTS_MAX + SMALL_MATRIX_LANES)] = {0};
     double g[CONTROL_INPUTS_MAX], low[CONTROL_INPUTS_MAX], high[CONTROL_INPUTS_MAX];
     double step[CONTROL_INPUTS_MAX];
     const double unit = 1e-2 * scene_length(&equilibria->of), effort = 1e-4;

@@ -62,7 +62,7 @@ int estimator_start(estimator *estimator, const double *state, const double *inp
                 by_parameters[i * s->parameters + k] * estimator_slope(p, value) * row[states + k];
         }
     }
-    small_triangle(estimator->n, estimator->n, estimator->u);
+    small_matrix_triangle(estimator->n, estimator->n, estimator->u);
     begin(estimator, inputs);
     return 0;
 }
@@ -98,7 +98,7 @@ static void catch_up(estimator *estimator)
 /* A copy of values that is good to use: quaternions of length 1. */
 static bool take_values(const estimator_sensor *sensor, const double *values, double *good)
 {
-    const int count = sensor->look.values;
+    const int count = sensor->observation.values;
     memcpy(good, values, (size_t)count * sizeof *good);
     if (!estimator_is_usable((size_t)count, values)) {
         return false;
@@ -139,7 +139,7 @@ int estimator_measure(estimator *estimator, int sensor, int age, const double *v
         }
     } else {
         estimator_record *at = estimator_record_of(estimator, sample);
-        memcpy(at->values + record->offset, good, (size_t)from->look.values * sizeof *good);
+        memcpy(at->values + record->offset, good, (size_t)from->observation.values * sizeof *good);
         at->state[sensor] = ESTIMATOR_FRESH;
     }
     estimator->flags |= flag;

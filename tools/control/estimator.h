@@ -26,7 +26,8 @@
  * positive definite by construction (all of it is sums of squares, nothing is subtracted):
  *
  * A measurement that is missing: the model alone goes on. One that is not finite, or a rotation
- * that is none, or one of which the look has no answer: as missing. One that is too late: not used.
+ * that is none, or one of which the observation has no answer: as missing. One that is too late:
+ * not used.
  *
  * An outlier, beyond `gate`: not used; after `patience` of them in a row deviations of states
  * become 1.5 times as large each time, up to `largest`, until one is used again.
@@ -62,7 +63,7 @@ enum {
     ESTIMATOR_LATE = 4,           /* a measurement older than the filter keeps */
     ESTIMATOR_OUTLIER = 8,        /* a measurement beyond the gate */
     ESTIMATOR_INFLATED = 16,      /* the covariance was made larger */
-    ESTIMATOR_NO_ANSWER = 32,     /* of the model or a look */
+    ESTIMATOR_NO_ANSWER = 32,     /* of the model or a observation */
     ESTIMATOR_OUTSIDE = 64,       /* the mean is where the model was not made for */
     ESTIMATOR_AT_EDGE = 128,      /* a parameter is at an end of its range */
     ESTIMATOR_INCONSISTENT = 256, /* normalised innovations of a sensor are out of bounds */
@@ -80,7 +81,7 @@ typedef struct estimator_parameter {
 } estimator_parameter;
 
 typedef struct estimator_sensor {
-    one_look look;       /* context borrowed */
+    one_observation observation; /* context borrowed */
     int rotations;       /* 1: values are unit quaternions, 4 each, of which either sign will do */
     const double *noise; /* standard deviations, in units of values; of rotations 3 each, rad, about
                           * the axes of what is seen */
@@ -131,8 +132,8 @@ estimator *estimator_init(void *memory, const estimator_settings *settings);
 int estimator_start(estimator *estimator, const double *state, const double *inputs,
                     const double *by_parameters);
 
-/* values [look.values] seen `age` samples ago, or the sensor's delay: age < 0. Once for a sensor
- * and sample: a second one replaces a first that is not used yet, and is refused after. */
+/* values [observation.values] seen `age` samples ago, or the sensor's delay: age < 0. Once for a
+ * sensor and sample: a second one replaces a first that is not used yet, and is refused after. */
 int estimator_measure(estimator *estimator, int sensor, int age, const double *values);
 
 /* Takes all that was measured since. */

@@ -4,7 +4,7 @@
 
 #include "tools/control/estimator.h"
 #include "tools/control/sigma_points.h"
-#include "tools/control/small.h"
+#include "tools/control/small_matrix.h"
 
 #include <math.h>
 #include <stdbool.h>

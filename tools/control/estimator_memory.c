@@ -71,16 +71,16 @@ double estimator_uniform(const estimator_parameter *p)
 
 static int width_of(const estimator_sensor *sensor)
 {
-    return sensor->rotations ? sensor->look.values / 4 * 3 : sensor->look.values;
+    return sensor->rotations ? sensor->observation.values / 4 * 3 : sensor->observation.values;
 }
 
 static const char *refuse_sensor(const estimator_settings *s, const estimator_sensor *sensor)
 {
-    const int values = sensor->look.values;
+    const int values = sensor->observation.values;
     if (values < 1 || values > ESTIMATOR_VALUES_MAX || (sensor->rotations && values % 4 != 0)) {
         return "values of a sensor; allowed: 1 to 24, of rotations 4 each";
     }
-    if (!sensor->look.see || sensor->look.states != s->model.states) {
+    if (!sensor->observation.see || sensor->observation.states != s->model.states) {
         return "a sensor that looks at other states";
     }
     if (sensor->every < 0 || sensor->phase < 0 || sensor->delay < 0 || sensor->delay > 10000 ||
@@ -99,7 +99,7 @@ const char *estimator_refusal(const estimator_settings *s)
 {
     const int n = s->model.states + s->parameters;
     if (s->model.states < 1 || s->parameters < 0 || s->parameters > ESTIMATOR_PARAMETERS_MAX ||
-        n >= SMALL_MOST) {
+        n >= SMALL_MATRIX_MOST) {
         return "states and parameters; allowed: 1 to 127 in all, 16 parameters";
     }
     if (s->sensors < 0 || s->sensors > ESTIMATOR_SENSORS_MAX || s->late < 0 || s->late > 10000) {
@@ -145,7 +145,8 @@ typedef struct carving {
 static double *carve(carving *from, int count)
 {
     double *at = from->base ? from->base + from->used : NULL;
-    from->used += (size_t)(count + SMALL_LANES - 1) / SMALL_LANES * SMALL_LANES;
+    from->used +=
+        (size_t)(count + SMALL_MATRIX_LANES - 1) / SMALL_MATRIX_LANES * SMALL_MATRIX_LANES;
     return at;
 }
 
@@ -162,7 +163,7 @@ static void set_sizes(estimator *estimator, const estimator_settings *settings)
     estimator->states = s->model.states;
     estimator->inputs = s->model.inputs;
     estimator->n = estimator->states + s->parameters;
-    estimator->stride = small_stride(estimator->n);
+    estimator->stride = small_matrix_stride(estimator->n);
     estimator->sigma = s->alpha > 0 ? sigma_points_of(estimator->n, s->alpha, s->beta, s->kappa)
                                     : sigma_points_of(estimator->n, 1, 0, 0);
     estimator->values = estimator->most = 0;
@@ -171,9 +172,9 @@ static void set_sizes(estimator *estimator, const estimator_settings *settings)
         const estimator_sensor *sensor = &s->sensor[i];
         estimator->sensor[i] =
             (estimator_sensor_record){.width = width_of(sensor), .offset = estimator->values};
-        estimator->values += sensor->look.values;
-        estimator->most =
-            sensor->look.values > estimator->most ? sensor->look.values : estimator->most;
+        estimator->values += sensor->observation.values;
+        estimator->most = sensor->observation.values > estimator->most ? sensor->observation.values
+                                                                       : estimator->most;
         delay = sensor->delay > delay ? sensor->delay : delay;
         estimator->shortest =
             sensor->delay < estimator->shortest ? sensor->delay : estimator->shortest;
@@ -183,7 +184,7 @@ static void set_sizes(estimator *estimator, const estimator_settings *settings)
 
 static void carve_all(estimator *estimator, carving *from, estimator_record *record)
 {
-    const int points = 2 * estimator->n + 1, apart = small_stride(estimator->most);
+    const int points = 2 * estimator->n + 1, apart = small_matrix_stride(estimator->most);
     estimator->z = carve(from, estimator->n);
     estimator->u = carve(from, estimator->n * estimator->stride);
     estimator->now = carve(from, estimator->inputs);

@@ -150,7 +150,7 @@ void estimator_go_on(estimator *estimator, const estimator_record *from)
                 estimator->rows[i * stride + k] = estimator->u[i * stride + k];
             }
         }
-        small_triangle(3 * n + 1, n, estimator->rows);
+        small_matrix_triangle(3 * n + 1, n, estimator->rows);
         memcpy(estimator->u, estimator->rows, (size_t)(n * stride) * sizeof *estimator->u);
         memcpy(estimator->z, mean, (size_t)states * sizeof *mean);
     }
@@ -212,22 +212,22 @@ static void flatten(int count, int values, double *seen)
 static bool look_at(estimator *estimator, const estimator_sensor *sensor, int count,
                     const estimator_record *at, const double *values, double *innovation)
 {
-    const one_look *look = &sensor->look;
-    const int width = sensor->rotations ? look->values / 4 * 3 : look->values;
+    const one_observation *observation = &sensor->observation;
+    const int width = sensor->rotations ? observation->values / 4 * 3 : observation->values;
     double first[ESTIMATOR_VALUES_MAX];
     sigma_spread(&estimator->sigma, count, estimator->states, estimator->z, estimator->u,
                  estimator->states_at);
     spread_inputs(estimator, count, at->until, estimator->inputs_at);
-    if (look->see(look->context, 1 + 2 * count, estimator->states_at, estimator->inputs_at,
-                  estimator->seen, NULL) != 0 ||
-        !estimator_is_usable((size_t)(1 + 2 * count) * look->values, estimator->seen)) {
+    if (observation->see(observation->context, 1 + 2 * count, estimator->states_at,
+                         estimator->inputs_at, estimator->seen, NULL) != 0 ||
+        !estimator_is_usable((size_t)(1 + 2 * count) * observation->values, estimator->seen)) {
         return false;
     }
-    memcpy(first, estimator->seen, (size_t)look->values * sizeof *first);
+    memcpy(first, estimator->seen, (size_t)observation->values * sizeof *first);
     if (sensor->rotations) {
-        flatten(1 + 2 * count, look->values, estimator->seen);
+        flatten(1 + 2 * count, observation->values, estimator->seen);
     }
-    sigma_gather(&estimator->sigma, count, width, small_stride(width), estimator->seen,
+    sigma_gather(&estimator->sigma, count, width, small_matrix_stride(width), estimator->seen,
                  estimator->mean, estimator->d, estimator->b);
     for (int i = 0; i < width / 3 && sensor->rotations; i++) {
         rotation_between(first + 4 * i, values + 4 * i, innovation + 3 * i);

@@ -243,7 +243,7 @@ static ad_status write_down(running *r, ad_error *error)
     for (int i = 0; i < c->measurement_count; i++) {
         const taken *now = &r->on_way[i][r->k % DELAYS];
         const double nothing[4] = {NAN, NAN, NAN, NAN};
-        const int count = c->measurements[i].what == LOOK_ROTATION ? 4 : 3;
+        const int count = c->measurements[i].what == OBSERVATION_ROTATION ? 4 : 3;
         const estimator_consistency said = estimator_sensor_now(regulator_estimator(loop->both), i);
         const double last = said.used > r->used[i] ? said.last : NAN;
         r->innovations[i] += said.used > r->used[i] ? last : 0;
@@ -273,7 +273,7 @@ static ad_status sample(running *r, ad_error *error)
     }
     filter(r);
     const estimator *filtered = regulator_estimator(loop->both);
-    const one_look seen = look_of(loop->looks[0]);
+    const one_observation seen = observation_of(loop->observations[0]);
     if (seen.see(seen.context, 1, estimator_state(filtered), estimator_inputs(filtered),
                  r->estimated, NULL) != 0) {
         r->estimated[0] = r->estimated[1] = r->estimated[2] = NAN;

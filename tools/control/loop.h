@@ -15,7 +15,7 @@
 #include "tools/control/control_settings.h"
 #include "tools/control/linear_step.h"
 #include "tools/control/regulator.h"
-#include "tools/control/view.h"
+#include "tools/control/task_observation.h"
 #include "tools/files/table_shapes.h"
 
 #ifdef __cplusplus
@@ -77,10 +77,10 @@ const control_task *loop_task(const control_loop *loop);
 typedef struct loop_parts {
     const regulator_settings *settings;
     const linear_step *linear[2]; /* by samples, by steps of the horizon; NULL: another model */
-    const kinematic_look *sensors[CONTROL_MEASUREMENTS_MAX];
-    const view *seen;
-    const kinematic_look *looks[1 + CONTROL_LIMITS_MAX]; /* of its parts */
-    const double *state, *inputs, *by_parameters;        /* at sample 0 */
+    const kinematic_observation *sensors[CONTROL_MEASUREMENTS_MAX];
+    const task_observation *seen;
+    const kinematic_observation *observations[1 + CONTROL_LIMITS_MAX]; /* of its parts */
+    const double *state, *inputs, *by_parameters;                      /* at sample 0 */
 } loop_parts;
 loop_parts loop_parts_of(const control_loop *loop);
 

@@ -113,39 +113,39 @@ static ad_status fill_numbers(control_loop *loop, ad_error *error)
     double *size = loop->numbers + 3 * n;
     const ad_status status = find_sizes(loop, size, error);
     if (status == AD_OK) {
-        look_noise(loop->states / 2, size, loop->numbers + n, loop->numbers + 2 * n);
+        observation_noise(loop->states / 2, size, loop->numbers + n, loop->numbers + 2 * n);
     }
     return status;
 }
 
 /* ---- what is seen -------------------------------------------------------------------------- */
 
-static ad_status see(const control_loop *loop, look_what what, double at, look **result,
-                     ad_error *error)
+static ad_status see(const control_loop *loop, observation_what what, double at,
+                     observation **result, ad_error *error)
 {
-    const look_sensor sensor = {.what = what, .count = 1, .s = &at};
-    return look_create(loop->of.nominal, loop->of.model->modes, &sensor, result, error);
+    const observation_sensor sensor = {.what = what, .count = 1, .s = &at};
+    return observation_create(loop->of.nominal, loop->of.model->modes, &sensor, result, error);
 }
 
 static ad_status create_looks(control_loop *loop, ad_error *error)
 {
     const control_settings *c = &loop->control;
-    view *seen = &loop->seen;
+    task_observation *seen = &loop->seen;
     ad_status status = AD_OK;
     loop->values = 3 + c->limit_count;
     seen->inputs = loop->parameters;
     for (int i = 0; i <= c->limit_count && status == AD_OK; i++) {
         const control_limit *l = i > 0 ? &c->limits[i - 1] : NULL;
-        status =
-            see(loop, l ? l->what : LOOK_POSITION, l ? l->at : c->track_at, &loop->looks[i], error);
+        status = see(loop, l ? l->what : OBSERVATION_POSITION, l ? l->at : c->track_at,
+                     &loop->observations[i], error);
         if (status == AD_OK) {
-            seen->part[i] =
-                (struct view_part){look_of(loop->looks[i]), l ? l->axis - 1 : 0, l ? 1 : 3};
+            seen->part[i] = (struct task_observation_part){observation_of(loop->observations[i]),
+                                                           l ? l->axis - 1 : 0, l ? 1 : 3};
             seen->parts++;
         }
     }
     if (status == AD_OK) {
-        seen->room = calloc(view_room(seen), sizeof *seen->room);
+        seen->room = calloc(task_observation_room(seen), sizeof *seen->room);
         status = seen->room ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a loop");
     }
     for (int i = 0; i < c->measurement_count && status == AD_OK; i++) {
@@ -155,12 +155,13 @@ static ad_status create_looks(control_loop *loop, ad_error *error)
             for (int k = 0; k < 4; k++) {
                 loop->noise[i][k] = m->noise;
             }
-            loop->sensor[i] = (estimator_sensor){.look = look_of(loop->sensors[i]),
-                                                 .rotations = m->what == LOOK_ROTATION,
-                                                 .noise = loop->noise[i],
-                                                 .every = m->every,
-                                                 .delay = m->delay,
-                                                 .depends = look_depends_on(loop->sensors[i])};
+            loop->sensor[i] =
+                (estimator_sensor){.observation = observation_of(loop->sensors[i]),
+                                   .rotations = m->what == OBSERVATION_ROTATION,
+                                   .noise = loop->noise[i],
+                                   .every = m->every,
+                                   .delay = m->delay,
+                                   .depends = observation_depends_on(loop->sensors[i])};
         }
     }
     return status;
@@ -192,14 +193,14 @@ static void fill_filter(control_loop *loop)
 }
 
 /* One in the unit of what is seen, as large as control->accuracy of the place. */
-static double accuracy_of(const control_loop *loop, look_what what)
+static double accuracy_of(const control_loop *loop, observation_what what)
 {
     const double a = loop->control.accuracy, length = scene_length(loop->of.nominal);
-    return what == LOOK_POSITION           ? a
-           : what == LOOK_VELOCITY         ? a / loop->step
-           : what == LOOK_CURVATURE        ? a / (length * length)
-           : what == LOOK_ANGULAR_VELOCITY ? a / (length * loop->step)
-                                           : a / length;
+    return what == OBSERVATION_POSITION           ? a
+           : what == OBSERVATION_VELOCITY         ? a / loop->step
+           : what == OBSERVATION_CURVATURE        ? a / (length * length)
+           : what == OBSERVATION_ANGULAR_VELOCITY ? a / (length * loop->step)
+                                                  : a / length;
 }
 
 /* What the controllers borrow. */
@@ -227,24 +228,25 @@ static void fill_controller(control_loop *loop)
 {
     const control_settings *c = &loop->control;
     fill_plan(loop);
-    loop->settings.controller = (controller_settings){.model = loop->by_step,
-                                                      .look = view_of(&loop->seen),
-                                                      .horizon = c->horizon,
-                                                      .delay = loop->ratio == 1 ? c->delay : 0,
-                                                      .controlled = loop->input_count,
-                                                      .inputs = loop->inputs,
-                                                      .others = loop->middle,
-                                                      .lower = c->low,
-                                                      .upper = c->high,
-                                                      .rate = loop->plan.rate,
-                                                      .rest = loop->plan.rest,
-                                                      .smooth = loop->plan.smooth,
-                                                      .effort = loop->plan.effort,
-                                                      .weight = loop->plan.weight,
-                                                      .soft_lower = loop->plan.low,
-                                                      .soft_upper = loop->plan.high,
-                                                      .soft_weight = loop->plan.soft,
-                                                      .offset = c->offset};
+    loop->settings.controller =
+        (controller_settings){.model = loop->by_step,
+                              .observation = task_observation_of(&loop->seen),
+                              .horizon = c->horizon,
+                              .delay = loop->ratio == 1 ? c->delay : 0,
+                              .controlled = loop->input_count,
+                              .inputs = loop->inputs,
+                              .others = loop->middle,
+                              .lower = c->low,
+                              .upper = c->high,
+                              .rate = loop->plan.rate,
+                              .rest = loop->plan.rest,
+                              .smooth = loop->plan.smooth,
+                              .effort = loop->plan.effort,
+                              .weight = loop->plan.weight,
+                              .soft_lower = loop->plan.low,
+                              .soft_upper = loop->plan.high,
+                              .soft_weight = loop->plan.soft,
+                              .offset = c->offset};
 }
 
 static ad_status create_regulator(control_loop *loop, ad_error *error)
@@ -299,7 +301,7 @@ static ad_status create_record(control_loop *loop, ad_error *error)
         name(loop, "deviation_%.50s", c->estimate[i], 0);
     }
     for (int i = 0; i < c->measurement_count; i++) {
-        for (int k = 0; k < (c->measurements[i].what == LOOK_ROTATION ? 4 : 3); k++) {
+        for (int k = 0; k < (c->measurements[i].what == OBSERVATION_ROTATION ? 4 : 3); k++) {
             snprintf(loop->names[loop->columns++], LOOP_NAME, "measured%d_%d", i, k);
         }
         snprintf(loop->names[loop->columns++], LOOP_NAME, "innovation%d", i);
@@ -420,10 +422,10 @@ void loop_free(control_loop *loop)
         return;
     }
     for (int i = 0; i <= CONTROL_LIMITS_MAX; i++) {
-        look_free(loop->looks[i]);
+        observation_free(loop->observations[i]);
     }
     for (int i = 0; i < CONTROL_MEASUREMENTS_MAX; i++) {
-        look_free(loop->sensors[i]);
+        observation_free(loop->sensors[i]);
     }
     linear_step_free(loop->linear[0]);
     linear_step_free(loop->linear[1]);
@@ -469,10 +471,10 @@ loop_parts loop_parts_of(const control_loop *loop)
                         .inputs = loop->middle,
                         .by_parameters = loop->numbers + 4 * (size_t)loop->states};
     for (int i = 0; i < loop->control.measurement_count; i++) {
-        parts.sensors[i] = look_kinematics(loop->sensors[i]);
+        parts.sensors[i] = observation_kinematics(loop->sensors[i]);
     }
     for (int i = 0; i < loop->seen.parts; i++) {
-        parts.looks[i] = look_kinematics(loop->looks[i]);
+        parts.observations[i] = observation_kinematics(loop->observations[i]);
     }
     return parts;
 }

@@ -8,17 +8,17 @@
 #include "tools/control/regulator.h"
 #include "tools/control/residual.h"
 #include "tools/control/task.h"
-#include "tools/control/view.h"
+#include "tools/control/task_observation.h"
 
 enum { LOOP_NAME = 64, LOOP_COLUMNS = 256, LOOP_SEEN = 3 + CONTROL_LIMITS_MAX };
 
 /* loop_shapes.c; blocks of PLANT_POINTS rows. */
 enum { LOOP_SHAPE_COLUMNS = 15 };
 typedef struct loop_record_of_shapes {
-    look *look;     /* as the filter believes */
-    long every;     /* samples from one shape to the next */
-    size_t room;    /* rows */
-    double *values; /* [LOOP_SHAPE_COLUMNS][room] */
+    observation *observation; /* as the filter believes */
+    long every;               /* samples from one shape to the next */
+    size_t room;              /* rows */
+    double *values;           /* [LOOP_SHAPE_COLUMNS][room] */
     const double *columns[LOOP_SHAPE_COLUMNS];
     table_source table;
 } loop_record_of_shapes;
@@ -46,11 +46,12 @@ struct control_loop {
     linear_step *linear[2]; /* by the period, by the step */
     residual *beyond;       /* NULL: none */
     one_step by_period, by_step;
-    look *looks[1 + CONTROL_LIMITS_MAX]; /* what the controller sees: the place, limited numbers */
-    view seen;
+    observation *observations[1 + CONTROL_LIMITS_MAX]; /* what the controller sees: the place,
+                                                          limited numbers */
+    task_observation seen;
     int values;
 
-    look *sensors[CONTROL_MEASUREMENTS_MAX];
+    observation *sensors[CONTROL_MEASUREMENTS_MAX];
     estimator_sensor sensor[CONTROL_MEASUREMENTS_MAX];
     estimator_parameter parameter[CONTROL_INPUTS_MAX];
     double noise[CONTROL_MEASUREMENTS_MAX][4];

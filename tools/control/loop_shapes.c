@@ -19,7 +19,7 @@ ad_status loop_shapes_create(control_loop *loop, ad_error *error)
     for (int i = 0; i < PLANT_POINTS; i++) {
         s[i] = length * i / (PLANT_POINTS - 1);
     }
-    const look_sensor sensor = {.what = LOOK_POSITION, .count = PLANT_POINTS, .s = s};
+    const observation_sensor sensor = {.what = OBSERVATION_POSITION, .count = PLANT_POINTS, .s = s};
     to->every = (loop->samples + FRAMES - 1) / FRAMES;
     to->room = PLANT_POINTS * (size_t)((loop->samples - 1) / to->every + 1);
     to->values = calloc(to->room * LOOP_SHAPE_COLUMNS, sizeof *to->values);
@@ -28,14 +28,14 @@ ad_status loop_shapes_create(control_loop *loop, ad_error *error)
     }
     to->table = (table_source){
         .names = names, .units = units, .columns = to->columns, .ncols = LOOP_SHAPE_COLUMNS};
-    return to->values
-               ? look_create(loop->of.nominal, loop->of.model->modes, &sensor, &to->look, error)
-               : ad_fail(error, AD_NO_MEMORY, "out of memory for shapes");
+    return to->values ? observation_create(loop->of.nominal, loop->of.model->modes, &sensor,
+                                           &to->observation, error)
+                      : ad_fail(error, AD_NO_MEMORY, "out of memory for shapes");
 }
 
 void loop_shapes_free(control_loop *loop)
 {
-    look_free(loop->shapes.look);
+    observation_free(loop->shapes.observation);
     free(loop->shapes.values);
 }
 
@@ -61,7 +61,7 @@ ad_status loop_shapes_take(control_loop *loop, long k, ad_error *error)
         return status;
     }
     const estimator *filtered = regulator_estimator(loop->both);
-    const one_look seen = look_of(to->look);
+    const one_observation seen = observation_of(to->observation);
     const bool known = seen.see(seen.context, 1, estimator_state(filtered),
                                 estimator_inputs(filtered), estimated, NULL) == 0;
     for (int i = 0; i < PLANT_POINTS; i++) {

@@ -14,7 +14,7 @@ static const double STEP = 5e-3;
 
 enum {
     SHAPE = 3,
-    LOOKS = 1 + CONTROL_MEASUREMENTS_MAX + CONTROL_LIMITS_MAX + SHAPE,
+    OBSERVATIONS = 1 + CONTROL_MEASUREMENTS_MAX + CONTROL_LIMITS_MAX + SHAPE,
     HALVINGS = 10,
     OF_PANEL = 8 /* steps, at least */
 };
@@ -23,7 +23,8 @@ struct plant {
     const control_settings *control;
     const scene *of;
     reduced_rod *rod;
-    look *looks[LOOKS]; /* the place, the measurements, the constraints, the shape */
+    observation
+        *observations[OBSERVATIONS]; /* the place, the measurements, the constraints, the shape */
     int count;
     double length, own_length;           /* m, of the nominal rod and of this one */
     int from[SCENE_PARAMETERS_MAX];      /* of its inputs: which of the nominal ones; -1: none */
@@ -36,7 +37,8 @@ struct plant {
 };
 
 /* The end of the nominal rod is the end of this one, other places stay where they are. */
-static ad_status add_look(plant *plant, const scene *of, look_what what, double at, ad_error *error)
+static ad_status add_observation(plant *plant, const scene *of, observation_what what, double at,
+                                 ad_error *error)
 {
     const double length = scene_length(of);
     at = at >= plant->length * (1 - 1e-12) ? length : at;
@@ -46,14 +48,15 @@ static ad_status add_look(plant *plant, const scene *of, look_what what, double 
                        "or constrained; allowed: a rod that has it",
                        length, at);
     }
-    const look_sensor sensor = {.what = what, .count = 1, .s = &at};
-    return look_create(of, plant->control->plant_modes, &sensor, &plant->looks[plant->count++],
-                       error);
+    const observation_sensor sensor = {.what = what, .count = 1, .s = &at};
+    return observation_create(of, plant->control->plant_modes, &sensor,
+                              &plant->observations[plant->count++], error);
 }
 
 static ad_status add_shape(plant *plant, const scene *of, ad_error *error)
 {
-    static const look_what parts[SHAPE] = {LOOK_POSITION, LOOK_ROTATION, LOOK_CURVATURE};
+    static const observation_what parts[SHAPE] = {OBSERVATION_POSITION, OBSERVATION_ROTATION,
+                                                  OBSERVATION_CURVATURE};
     double s[PLANT_POINTS];
     ad_status status = AD_OK;
     plant->own_length = scene_length(of);
@@ -61,9 +64,9 @@ static ad_status add_shape(plant *plant, const scene *of, ad_error *error)
         s[i] = plant->own_length * i / (PLANT_POINTS - 1);
     }
     for (int k = 0; k < SHAPE && status == AD_OK; k++) {
-        const look_sensor sensor = {.what = parts[k], .count = PLANT_POINTS, .s = s};
-        status = look_create(of, plant->control->plant_modes, &sensor,
-                             &plant->looks[plant->count++], error);
+        const observation_sensor sensor = {.what = parts[k], .count = PLANT_POINTS, .s = s};
+        status = observation_create(of, plant->control->plant_modes, &sensor,
+                                    &plant->observations[plant->count++], error);
     }
     return status;
 }
@@ -96,12 +99,15 @@ ad_status plant_create(const scene *of, const scene *nominal, const control_sett
     x->length = scene_length(nominal);
     map_inputs(x, of, nominal);
     ad_status status = reduced_create(of, &settings, &x->rod, error);
-    status = status == AD_OK ? add_look(x, of, LOOK_POSITION, control->track_at, error) : status;
+    status = status == AD_OK
+                 ? add_observation(x, of, OBSERVATION_POSITION, control->track_at, error)
+                 : status;
     for (int i = 0; i < control->measurement_count && status == AD_OK; i++) {
-        status = add_look(x, of, control->measurements[i].what, control->measurements[i].at, error);
+        status = add_observation(x, of, control->measurements[i].what, control->measurements[i].at,
+                                 error);
     }
     for (int i = 0; i < control->limit_count && status == AD_OK; i++) {
-        status = add_look(x, of, control->limits[i].what, control->limits[i].at, error);
+        status = add_observation(x, of, control->limits[i].what, control->limits[i].at, error);
     }
     status = status == AD_OK ? add_shape(x, of, error) : status;
     if (status == AD_OK) {
@@ -122,7 +128,7 @@ void plant_free(plant *plant)
 {
     if (plant) {
         for (int i = 0; i < plant->count; i++) {
-            look_free(plant->looks[i]);
+            observation_free(plant->observations[i]);
         }
         reduced_free(plant->rod);
         scene_panels_free(&plant->panels);
@@ -232,7 +238,7 @@ ad_status plant_start(plant *plant, const double *inputs, uint64_t seed, ad_erro
 
 static ad_status see(plant *plant, int which, double *values, int *count, ad_error *error)
 {
-    const one_look seen = look_of(plant->looks[which]);
+    const one_observation seen = observation_of(plant->observations[which]);
     *count = seen.values;
     return seen.see(seen.context, 1, plant->state, plant->inputs, values, NULL) == 0
                ? AD_OK
@@ -278,7 +284,7 @@ ad_status plant_measure(plant *plant, int i, double values[4], int *count, ad_er
 {
     const control_measurement *m = &plant->control->measurements[i];
     const ad_status status = see(plant, 1 + i, values, count, error);
-    if (m->what == LOOK_ROTATION) {
+    if (m->what == OBSERVATION_ROTATION) {
         turn(&plant->noise[i], m->noise, values);
         return status;
     }

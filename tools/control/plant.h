@@ -39,7 +39,7 @@ ad_status plant_measure(plant *plant, int i, double values[4], int *count, ad_er
 bool plant_loses(plant *plant, int i);
 
 /* The whole robot now, at PLANT_POINTS places from its start to its end, evenly: position [][3]
- * (m), rotation [][4] and curvature [][3] (1/m) as looks have them. */
+ * (m), rotation [][4] and curvature [][3] (1/m) as observations have them. */
 enum { PLANT_POINTS = 31 };
 ad_status plant_shape(plant *plant, double *position, double *rotation, double *curvature,
                       ad_error *error);

@@ -1,5 +1,5 @@
 #include "tools/control/qp_internal.h"
-#include "tools/control/small.h"
+#include "tools/control/small_matrix.h"
 
 #include <math.h>
 #include <string.h>
@@ -8,30 +8,30 @@ static size_t qp_layout(const qp_settings *s, void *memory, qp *x)
 {
     const size_t n = (size_t)s->variables;
     const size_t m = (size_t)s->rows;
-    const size_t stride = (size_t)small_stride(s->variables);
+    const size_t stride = (size_t)small_matrix_stride(s->variables);
     const size_t most = n + m + 1;
     size_t used = 0;
 
-    (void)small_take(memory, &used, 1, sizeof(qp));
-    x->U = small_take(memory, &used, n * stride, sizeof(double));
-    x->inverse = small_take(memory, &used, n * stride, sizeof(double));
-    x->columns = small_take(memory, &used, n * stride, sizeof(double));
-    x->work = small_take(memory, &used, stride, sizeof(double));
-    x->x0 = small_take(memory, &used, stride, sizeof(double));
-    x->x = small_take(memory, &used, stride, sizeof(double));
-    x->best = small_take(memory, &used, stride, sizeof(double));
-    x->start = small_take(memory, &used, m, sizeof(double));
-    x->length = small_take(memory, &used, m, sizeof(double));
-    x->M = small_take(memory, &used, most * stride, sizeof(double));
-    x->L = small_take(memory, &used, most * most, sizeof(double));
-    x->D = small_take(memory, &used, most, sizeof(double));
-    x->gap = small_take(memory, &used, most, sizeof(double));
-    x->soft = small_take(memory, &used, most, sizeof(double));
-    x->now = small_take(memory, &used, most, sizeof(double));
-    x->next = small_take(memory, &used, most, sizeof(double));
-    x->all = small_take(memory, &used, n + m, sizeof(double));
-    x->row = small_take(memory, &used, most, sizeof(int));
-    x->side = small_take(memory, &used, n + m, sizeof(int));
+    (void)small_matrix_take(memory, &used, 1, sizeof(qp));
+    x->U = small_matrix_take(memory, &used, n * stride, sizeof(double));
+    x->inverse = small_matrix_take(memory, &used, n * stride, sizeof(double));
+    x->columns = small_matrix_take(memory, &used, n * stride, sizeof(double));
+    x->work = small_matrix_take(memory, &used, stride, sizeof(double));
+    x->x0 = small_matrix_take(memory, &used, stride, sizeof(double));
+    x->x = small_matrix_take(memory, &used, stride, sizeof(double));
+    x->best = small_matrix_take(memory, &used, stride, sizeof(double));
+    x->start = small_matrix_take(memory, &used, m, sizeof(double));
+    x->length = small_matrix_take(memory, &used, m, sizeof(double));
+    x->M = small_matrix_take(memory, &used, most * stride, sizeof(double));
+    x->L = small_matrix_take(memory, &used, most * most, sizeof(double));
+    x->D = small_matrix_take(memory, &used, most, sizeof(double));
+    x->gap = small_matrix_take(memory, &used, most, sizeof(double));
+    x->soft = small_matrix_take(memory, &used, most, sizeof(double));
+    x->now = small_matrix_take(memory, &used, most, sizeof(double));
+    x->next = small_matrix_take(memory, &used, most, sizeof(double));
+    x->all = small_matrix_take(memory, &used, n + m, sizeof(double));
+    x->row = small_matrix_take(memory, &used, most, sizeof(int));
+    x->side = small_matrix_take(memory, &used, n + m, sizeof(int));
     return used;
 }
 
@@ -50,7 +50,7 @@ qp *qp_init(void *memory, const qp_settings *settings)
     (void)qp_layout(settings, memory, qp);
     qp->n = settings->variables;
     qp->m = settings->rows;
-    qp->stride = small_stride(qp->n);
+    qp->stride = small_matrix_stride(qp->n);
     qp->most = qp->n + qp->m + 1;
     qp->limit = settings->iterations > 0 ? settings->iterations : 10 + 3 * (qp->n + qp->m);
     qp->tolerance = settings->tolerance > 0 ? settings->tolerance : 1e-10;
@@ -121,7 +121,7 @@ qp_status qp_factor(qp *qp, const double *H)
 
     qp->factored = false;
     memcpy(qp->U, H, (size_t)n * stride * sizeof *H);
-    if (small_cholesky(n, qp->U) != 0) {
+    if (small_matrix_cholesky(n, qp->U) != 0) {
         return QP_BAD;
     }
     qp->factored = qp_invert(qp);
@@ -142,8 +142,8 @@ SMALL_FOR_EACH_PROCESSOR static bool qp_unconstrained(qp *qp, const double *g)
     for (int i = 0; i < qp->m; i++) {
         const double *row = qp->bounds->A + i * qp->stride;
 
-        qp->start[i] = small_dot(qp->stride, row, qp->x0);
-        qp->length[i] = sqrt(small_dot(qp->stride, row, row));
+        qp->start[i] = small_matrix_dot(qp->stride, row, qp->x0);
+        qp->length[i] = sqrt(small_matrix_dot(qp->stride, row, row));
         finite = finite && isfinite(qp->start[i]) && isfinite(qp->length[i]);
     }
     return finite;
@@ -198,7 +198,7 @@ SMALL_FOR_EACH_PROCESSOR static int qp_worst(const qp *qp, int *worst_side)
             beyond = qp_beyond(qp, qp->x[i], b->lower[i], b->upper[i], 1.0, &side);
         } else {
             const double length = qp->length[r] > 0.0 ? qp->length[r] : 1.0;
-            const double value = small_dot(qp->stride, b->A + r * qp->stride, qp->x);
+            const double value = small_matrix_dot(qp->stride, b->A + r * qp->stride, qp->x);
 
             beyond = qp_beyond(qp, value, b->row_lower[r], b->row_upper[r], length, &side);
         }

@@ -51,9 +51,9 @@ typedef enum qp_status {
 size_t qp_size(const qp_settings *settings);
 qp *qp_init(void *memory, const qp_settings *settings);
 
-/* H [variables][stride], stride = small_stride(variables) (small.h), of which the upper triangle is
- * read. It may be done before g is known.
- * QP_BAD: not positive definite, and qp_solve will answer so until another one is. */
+/* H [variables][stride], stride = small_matrix_stride(variables) (small_matrix.h), of which the
+ * upper triangle is read. It may be done before g is known. QP_BAD: not positive definite, and
+ * qp_solve will answer so until another one is. */
 qp_status qp_factor(qp *qp, const double *H);
 
 /* With g [variables]. `inside` [variables] is a point that meets all hard bounds, or NULL: with it

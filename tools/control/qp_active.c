@@ -1,6 +1,6 @@
 /* The rows that are active, and L D L' of them. */
 #include "tools/control/qp_internal.h"
-#include "tools/control/small.h"
+#include "tools/control/small_matrix.h"
 
 #include <math.h>
 #include <string.h>
@@ -51,7 +51,7 @@ static double qp_direction(qp *qp, int row)
     } else {
         qp_combine(qp->n, qp->stride, qp->bounds->A + (row - qp->n) * qp->stride, qp->inverse, m);
     }
-    return small_dot(qp->stride, m, m);
+    return small_matrix_dot(qp->stride, m, m);
 }
 
 /* v [active] by (L D)^-1 and by L'^-1. */
@@ -94,7 +94,7 @@ SMALL_FOR_EACH_PROCESSOR static bool append_row(qp *qp, int row, int side, doubl
         soft = soft == 0.0 && qp->least ? qp_expensive * squared : soft;
     }
     for (int i = 0; i < k; i++) {
-        l[i] = small_dot(qp->stride, qp->M + i * qp->stride, m);
+        l[i] = small_matrix_dot(qp->stride, qp->M + i * qp->stride, m);
     }
     qp_forward(qp, l);
     rest = squared + soft;
@@ -192,7 +192,7 @@ void qp_refine(qp *qp)
     qp_combine(qp->active, qp->stride, qp->now, qp->M, qp->work);
     for (int i = 0; i < qp->active; i++) {
         qp->next[i] = -qp->gap[i] - qp->soft[i] * qp->now[i] -
-                      small_dot(qp->stride, qp->M + i * qp->stride, qp->work);
+                      small_matrix_dot(qp->stride, qp->M + i * qp->stride, qp->work);
     }
     qp_forward(qp, qp->next);
     qp_backward(qp, qp->next);

@@ -74,8 +74,9 @@ int regulator_start(regulator *regulator, const double *state, const double *inp
 int regulator_measure(regulator *regulator, int sensor, int age, const double *values);
 
 /* In two parts, to be timed: what was measured is taken; inputs [controlled] follow from it.
- * reference [horizon][look.values] as controller_sample has it, steps of the controller's model
- * after the inputs act, or NULL: what it was, one step on. Both return flags of this sample. */
+ * reference [horizon][observation.values] as controller_sample has it, steps of the controller's
+ * model after the inputs act, or NULL: what it was, one step on. Both return flags of this sample.
+ */
 int regulator_filter(regulator *regulator);
 int regulator_plan(regulator *regulator, const double *reference, double *inputs);
 

@@ -141,7 +141,7 @@ typedef struct fit {
     residual *of;
     one_step model;
     double h, noise;
-    const one_look *look;
+    const one_observation *observation;
     size_t runs, held_out, values, count;
     const residual_run *run;
     double *room; /* as roll says */
@@ -224,7 +224,8 @@ static double roll(fit *fit, const residual_run *run, bool derive, size_t *sampl
     }
     for (size_t k = 0; k < run->count; k++) {
         const double *inputs = run->inputs + k * m, *seen = run->seen + k * values;
-        if (fit->look->see(fit->look->context, 1, state, inputs, found, derive ? seen_by : NULL)) {
+        if (fit->observation->see(fit->observation->context, 1, state, inputs, found,
+                                  derive ? seen_by : NULL)) {
             return INFINITY;
         }
         for (size_t v = 0; v < values; v++) {
@@ -254,11 +255,15 @@ static double roll(fit *fit, const residual_run *run, bool derive, size_t *sampl
     return isfinite(sum) ? sum : INFINITY;
 }
 
-double residual_error(const one_step *model, double h, const one_look *look, size_t runs,
-                      const residual_run *run)
+double residual_error(const one_step *model, double h, const one_observation *observation,
+                      size_t runs, const residual_run *run)
 {
     const size_t n = (size_t)model->states;
-    fit x = {.model = *model, .h = h, .noise = 1, .look = look, .values = (size_t)look->values};
+    fit x = {.model = *model,
+             .h = h,
+             .noise = 1,
+             .observation = observation,
+             .values = (size_t)observation->values};
     size_t samples = 0;
     double sum = 0;
     x.room = malloc(room_for(n, (size_t)model->inputs, x.values, 0) * sizeof *x.room);
@@ -337,16 +342,16 @@ static ad_status descend(fit *fit, const residual_settings *settings, double *be
                : ad_fail(error, AD_BAD_INPUT, "the model has no answer on a measured run");
 }
 
-ad_status residual_fit(residual *net, double h, const one_look *look, size_t runs,
+ad_status residual_fit(residual *net, double h, const one_observation *observation, size_t runs,
                        const residual_run *run, size_t held_out, const residual_settings *settings,
                        ad_error *error)
 {
-    const size_t count = residual_count(net), values = (size_t)look->values;
+    const size_t count = residual_count(net), values = (size_t)observation->values;
     fit x = {.of = net,
              .model = residual_one_step(net),
              .h = h,
              .noise = settings->noise,
-             .look = look,
+             .observation = observation,
              .runs = runs,
              .held_out = held_out,
              .values = values,

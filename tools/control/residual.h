@@ -49,15 +49,15 @@ typedef struct residual_settings {
 
 /* Root mean square of what is missed over runs, in the unit of what is seen; infinite where the
  * model has no answer. */
-double residual_error(const one_step *model, double h, const one_look *look, size_t runs,
-                      const residual_run *run);
+double residual_error(const one_step *model, double h, const one_observation *observation,
+                      size_t runs, const residual_run *run);
 
 /* Trains the network through the steps of whole runs: derivatives of all states by its numbers go
  * along. Of the runs, the last `held_out` are not trained on and choose among the networks on the
  * way (0: the last network). AD_BAD_INPUT: a model without an answer on a run. */
-ad_status residual_fit(residual *residual, double h, const one_look *look, size_t runs,
-                       const residual_run *run, size_t held_out, const residual_settings *settings,
-                       ad_error *error);
+ad_status residual_fit(residual *residual, double h, const one_observation *observation,
+                       size_t runs, const residual_run *run, size_t held_out,
+                       const residual_settings *settings, ad_error *error);
 
 /* A table (tools/files/table_file.h); read for a model of as many states and inputs. AD_BAD_INPUT,
  * errors of the table. */

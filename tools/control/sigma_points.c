@@ -1,6 +1,6 @@
 #include "tools/control/sigma_points.h"
 
-#include "tools/control/small.h"
+#include "tools/control/small_matrix.h"
 
 #include <math.h>
 #include <string.h>
@@ -35,7 +35,7 @@ SMALL_FOR_EACH_PROCESSOR static void spread(double by, int stride, int count, in
 void sigma_spread(const sigma_points *sigma, int count, int width, const double *z, const double *u,
                   double *points)
 {
-    spread(sqrt(sigma->c), small_stride(sigma->n), count, width, z, u, points);
+    spread(sqrt(sigma->c), small_matrix_stride(sigma->n), count, width, z, u, points);
 }
 
 SMALL_FOR_EACH_PROCESSOR static void gather(const sigma_points *points, int count, int width,
@@ -73,7 +73,7 @@ void sigma_gather(const sigma_points *points, int count, int width, int stride,
 
 int sigma_room(int n, int width)
 {
-    const int of_states = small_stride(n), of_values = small_stride(width);
+    const int of_states = small_matrix_stride(n), of_values = small_matrix_stride(width);
     return (2 * n + 1 + 2 * width) * of_values + width * of_states + (n + width) * of_states +
            of_values;
 }
@@ -84,7 +84,7 @@ double sigma_correct(const sigma_points *points, int count, int width, const dou
                      const double *b, const double *noise, const double *innovation, double gate,
                      double *z, double *u, double *normal, double *room)
 {
-    const int n = points->n, stride = small_stride(n), apart = small_stride(width);
+    const int n = points->n, stride = small_matrix_stride(n), apart = small_matrix_stride(width);
     const size_t row = (size_t)apart * sizeof(double);
     double *N = room, *T = N + (count + 1 + width) * apart, *nu = T + (count + width) * apart;
     double *gain = nu + apart, *rows = gain + width * stride; /* [width][n], [n + width][n] */
@@ -93,12 +93,12 @@ double sigma_correct(const sigma_points *points, int count, int width, const dou
     for (int i = 0; i < width; i++) {
         N[(count + 1 + i) * apart + i] = noise[i];
     }
-    small_triangle(count + 1 + width, width, N);
+    small_matrix_triangle(count + 1 + width, width, N);
     memcpy(T, N, (size_t)width * row);
     memcpy(T + width * apart, d, (size_t)count * row);
-    small_triangle(count + width, width, T);
+    small_matrix_triangle(count + width, width, T);
     memcpy(nu, innovation, (size_t)width * sizeof *nu);
-    small_solve_transposed(width, T, nu);
+    small_matrix_solve_transposed(width, T, nu);
     double square = 0;
     for (int i = 0; i < width; i++) {
         square += nu[i] * nu[i];
@@ -107,16 +107,16 @@ double sigma_correct(const sigma_points *points, int count, int width, const dou
     if (!(square <= gate)) {
         return square;
     }
-    small_product_transposed(count, width, n, d, u, gain);
-    small_solve_factored(width, T, n, gain);
-    small_product(count, width, n, d, gain, rows);
+    small_matrix_product_transposed(count, width, n, d, u, gain);
+    small_matrix_solve_factored(width, T, n, gain);
+    small_matrix_product(count, width, n, d, gain, rows);
     for (int i = 0; i < count * stride; i++) {
         rows[i] = u[i] - rows[i];
     }
     memcpy(rows + count * stride, u + count * stride,
            (size_t)((n - count) * stride) * sizeof *rows);
-    small_product(width, width, n, N, gain, rows + n * stride);
-    small_triangle(n + width, n, rows);
+    small_matrix_product(width, width, n, N, gain, rows + n * stride);
+    small_matrix_triangle(n + width, n, rows);
     memcpy(u, rows, (size_t)(n * stride) * sizeof *u);
     for (int i = 0; i < width; i++) {
         for (int k = 0; k < n; k++) {

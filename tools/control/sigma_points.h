@@ -1,5 +1,6 @@
 /* Gaussian distributions through functions, by sigma points: what the filter of estimator.h is made
- * of. A distribution is a mean z [n] and an upper triangle U [n][n] (small.h), covariance U^T U.
+ * of. A distribution is a mean z [n] and an upper triangle U [n][n] (small_matrix.h), covariance
+ * U^T U.
  *
  * Points are z and z +- sqrt(c) u_j, u_j the rows of U, c = alpha^2 (n + kappa). Of values f of
  * these points, with d_j = (f_j+ - f_j-)/2 and b_j = (f_j+ + f_j-)/2 - f_0,
@@ -40,9 +41,9 @@ void sigma_gather(const sigma_points *points, int count, int width, int stride,
                   const double *values, double *mean, double *d, double *b);
 
 /* Corrects z, U by an innovation [width] off the mean of sigma_gather with d, b of rows
- * small_stride(width) apart and noise [width] of its own. room: sigma_room(n, width) numbers.
- * Returns nu^T S^-1 nu, the normalised innovation squared, of normal [width], S^(-1/2) nu; if that
- * is not at most `gate`, z and U stay as they are. */
+ * small_matrix_stride(width) apart and noise [width] of its own. room: sigma_room(n, width)
+ * numbers. Returns nu^T S^-1 nu, the normalised innovation squared, of normal [width], S^(-1/2) nu;
+ * if that is not at most `gate`, z and U stay as they are. */
 double sigma_correct(const sigma_points *points, int count, int width, const double *d,
                      const double *b, const double *noise, const double *innovation, double gate,
                      double *z, double *u, double *normal, double *room);

@@ -41,7 +41,7 @@ static void put_kinematics(const char *name, const kinematics *rod, FILE *file)
 }
 
 /* Looks of the sensors, then of the view. */
-static const kinematic_look *look_at(const export_loop *loop, int i)
+static const kinematic_observation *look_at(const export_loop *loop, int i)
 {
     return i < sensors_of(loop) ? loop->sensors[i] : loop->parts[i - sensors_of(loop)];
 }
@@ -51,19 +51,19 @@ static void put_looks(const export_loop *loop, FILE *file)
     const int count = sensors_of(loop) + loop->seen->parts;
     char name[40];
     for (int i = 0; i < count; i++) {
-        snprintf(name, sizeof name, "loop_look%d", i);
+        snprintf(name, sizeof name, "loop_observation%d", i);
         put_kinematics_arrays(name, &look_at(loop, i)->rod, file);
     }
-    fputs("static const kinematic_look loop_looks[] = {\n", file);
+    fputs("static const kinematic_observation loop_looks[] = {\n", file);
     for (int i = 0; i < count; i++) {
-        snprintf(name, sizeof name, "loop_look%d", i);
-        fprintf(file, "    {(look_what)%d,\n     ", look_at(loop, i)->what);
+        snprintf(name, sizeof name, "loop_observation%d", i);
+        fprintf(file, "    {(observation_what)%d,\n     ", look_at(loop, i)->what);
         put_kinematics(name, &look_at(loop, i)->rod, file);
         fputs(i + 1 < count ? ", NULL},\n" : ", NULL}};\n", file);
     }
     fputs("static const int loop_parts[][2] = {", file);
     for (int i = 0; i < loop->seen->parts; i++) {
-        const struct view_part *part = &loop->seen->part[i];
+        const struct task_observation_part *part = &loop->seen->part[i];
         fprintf(file, "%s{%d, %d}", i ? ", " : "", part->first, part->count);
     }
     fputs("};\n", file);
@@ -174,7 +174,7 @@ static void put_estimator(const export_loop *loop, FILE *file)
     const estimator_settings *e = &loop->settings->estimator;
     for (int i = 0; i < e->sensors; i++) {
         const estimator_sensor *s = &e->sensor[i];
-        const int values = s->rotations ? s->look.values / 4 * 3 : s->look.values;
+        const int values = s->rotations ? s->observation.values / 4 * 3 : s->observation.values;
         export_put_array(file, (size_t)values, s->noise, "static const double loop_noise%d[]", i);
     }
     fputs("static const estimator_sensor loop_sensors[] = {\n", file);
@@ -220,9 +220,9 @@ static void put_estimator(const export_loop *loop, FILE *file)
     X(c, rest, c->controlled)                                                                      \
     X(c, smooth, c->controlled)                                                                    \
     X(c, effort, c->controlled)                                                                    \
-    X(c, weight, c->look.values)                                                                   \
-    X(c, soft_lower, c->look.values)                                                               \
-    X(c, soft_upper, c->look.values) X(c, soft_weight, c->look.values)
+    X(c, weight, c->observation.values)                                                            \
+    X(c, soft_lower, c->observation.values)                                                        \
+    X(c, soft_upper, c->observation.values) X(c, soft_weight, c->observation.values)
 
 static void put_controller(const export_loop *loop, FILE *file)
 {
@@ -267,7 +267,7 @@ static void write_source(const export_loop *loop, FILE *file)
     fprintf(file,
             "enum {\n    LOOP_SENSORS = %d,\n    LOOP_PARTS = %d,\n    LOOP_VALUES = %d,\n"
             "    LOOP_TURNS = %d\n};\n",
-            sensors_of(loop), loop->seen->parts, s->controller.look.values, s->turns);
+            sensors_of(loop), loop->seen->parts, s->controller.observation.values, s->turns);
     put_steps(loop, file);
     put_looks(loop, file);
     put_estimator(loop, file);
@@ -291,21 +291,22 @@ static void put_macro(const export_loop *loop, const char *name, double number, 
 
 static void put_sensors(const export_loop *loop, FILE *file)
 {
-    static const char *const seen[] = {[LOOK_POSITION] = "position, m",
-                                       [LOOK_ROTATION] = "rotation (w, x, y, z)",
-                                       [LOOK_DIRECTION] = "direction d3",
-                                       [LOOK_VELOCITY] = "velocity, m/s",
-                                       [LOOK_ANGULAR_VELOCITY] = "angular velocity, body, 1/s",
-                                       [LOOK_CURVATURE] = "curvature, body, 1/m",
-                                       [LOOK_STRAIN] = "strain, body"};
+    static const char *const seen[] = {[OBSERVATION_POSITION] = "position, m",
+                                       [OBSERVATION_ROTATION] = "rotation (w, x, y, z)",
+                                       [OBSERVATION_DIRECTION] = "direction d3",
+                                       [OBSERVATION_VELOCITY] = "velocity, m/s",
+                                       [OBSERVATION_ANGULAR_VELOCITY] =
+                                           "angular velocity, body, 1/s",
+                                       [OBSERVATION_CURVATURE] = "curvature, body, 1/m",
+                                       [OBSERVATION_STRAIN] = "strain, body"};
     fputs(
         "\n/* sensors: what they see, noise, every so many samples, delay in samples */\nenum {\n",
         file);
     for (int i = 0; i < sensors_of(loop); i++) {
         const estimator_sensor *s = &loop->settings->estimator.sensor[i];
         fprintf(file, "    %s_SENSOR_%d%s /* %s [%d], %.3g, %d, %d */\n", loop->name, i,
-                i + 1 < sensors_of(loop) ? "," : "", seen[loop->sensors[i]->what], s->look.values,
-                s->noise[0], s->every > 0 ? s->every : 1, s->delay);
+                i + 1 < sensors_of(loop) ? "," : "", seen[loop->sensors[i]->what],
+                s->observation.values, s->noise[0], s->every > 0 ? s->every : 1, s->delay);
     }
     fputs("};\n", file);
 }
@@ -434,7 +435,7 @@ static void write_selftest(const export_loop *loop, FILE *file)
         parameter[i] = e->parameter[i].input;
     }
     for (int i = 0; i < e->sensors; i++) {
-        values[i] = e->sensor[i].look.values;
+        values[i] = e->sensor[i].observation.values;
     }
     export_begin_selftest(loop->name, "c11", file);
     fprintf(file,
@@ -463,11 +464,26 @@ ad_status export_loop_write(void *of, int which, FILE *file, ad_error *error)
 }
 
 /* What names within the C begin with. */
-static const char *const taken[] = {
-    "controller",     "estimator",  "gauss",     "gauss_newton",   "kinematic",
-    "kinematic_look", "kinematics", "lanes",     "linear",         "linear_step",
-    "look",           "loop",       "qp",        "regulator",      "sigma",
-    "small",          "step",       "surrogate", "surrogate_step", "view"};
+static const char *const taken[] = {"controller",
+                                    "estimator",
+                                    "gauss",
+                                    "gauss_newton",
+                                    "kinematic",
+                                    "kinematic_observation",
+                                    "kinematics",
+                                    "lanes",
+                                    "linear",
+                                    "linear_step",
+                                    "loop",
+                                    "observation",
+                                    "qp",
+                                    "regulator",
+                                    "sigma",
+                                    "small_matrix",
+                                    "step",
+                                    "surrogate",
+                                    "surrogate_step",
+                                    "task_observation"};
 
 bool export_loop_takes(const char *name)
 {

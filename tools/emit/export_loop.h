@@ -4,10 +4,10 @@
 #define TOOLS_EMIT_EXPORT_LOOP_H
 
 #include "physics/scene.h"
-#include "tools/control/kinematic_look.h"
+#include "tools/control/kinematic_observation.h"
 #include "tools/control/linear_step.h"
 #include "tools/control/regulator.h"
-#include "tools/control/view.h"
+#include "tools/control/task_observation.h"
 #include "tools/emit/export_compile.h"
 #include "tools/surrogate/decoupled.h"
 #include "tools/surrogate/surrogate_step.h"
@@ -30,10 +30,11 @@ typedef struct export_loop {
     const scene *open; /* its parameters with ranges are the inputs of the models */
     const regulator_settings *settings;
     export_step filter, controller; /* the models */
-    /* What settings have as looks: of each sensor, and of the view that the controller has. */
-    const kinematic_look *const *sensors;
-    const view *seen;
-    const kinematic_look *const *parts;           /* [seen->parts]; the first is the place */
+    /* What settings have as observations: of each sensor, and of the view that the controller has.
+     */
+    const kinematic_observation *const *sensors;
+    const task_observation *seen;
+    const kinematic_observation *const *parts;    /* [seen->parts]; the first is the place */
     const double *state, *inputs, *by_parameters; /* at sample 0, as regulator_start has them */
     const char *const *verified;                  /* lines of the header, NULL at the end */
     size_t memory;                                /* bytes; by export_loop_record */

@@ -28,7 +28,7 @@ int export_loop_values(const export_loop *loop)
 {
     int count = 0;
     for (int i = 0; i < loop->settings->estimator.sensors; i++) {
-        count += loop->settings->estimator.sensor[i].look.values;
+        count += loop->settings->estimator.sensor[i].observation.values;
     }
     return count;
 }
@@ -38,7 +38,7 @@ static ad_status allocate(recorder *r, ad_error *error)
     export_loop *loop = r->to;
     const regulator_settings *s = loop->settings;
     const controller_settings *c = &s->controller;
-    const size_t n = (size_t)s->estimator.model.states, v = (size_t)c->look.values;
+    const size_t n = (size_t)s->estimator.model.states, v = (size_t)c->observation.values;
     const size_t m = (size_t)c->controlled, horizon = (size_t)c->horizon;
     loop->samples = SAMPLES;
     const struct {
@@ -77,13 +77,13 @@ static int measure(recorder *r, int k, double *to)
 {
     const estimator_settings *e = &r->to->settings->estimator;
     int flags = 0;
-    for (int i = 0; i < e->sensors; to += e->sensor[i++].look.values) {
+    for (int i = 0; i < e->sensors; to += e->sensor[i++].observation.values) {
         const estimator_sensor *s = &e->sensor[i];
         const int every = s->every > 0 ? s->every : 1, taken = k - s->delay;
-        const int width = s->look.values;
+        const int width = s->observation.values;
         const bool due = taken >= 0 && taken % every == s->phase && k != MISSING;
-        if (!due || s->look.see(s->look.context, 1, r->states + taken * e->model.states, r->inputs,
-                                to, NULL)) {
+        if (!due || s->observation.see(s->observation.context, 1,
+                                       r->states + taken * e->model.states, r->inputs, to, NULL)) {
             to[0] = NAN;
             continue;
         }
@@ -100,7 +100,7 @@ static int measure(recorder *r, int k, double *to)
 static const double *wish(recorder *r, int k, double *path)
 {
     const controller_settings *c = &r->to->settings->controller;
-    const int v = c->look.values;
+    const int v = c->observation.values;
     const double *place = r->place;
     const double size =
         0.03 * sqrt(place[0] * place[0] + place[1] * place[1] + place[2] * place[2]);
@@ -120,7 +120,7 @@ static bool reach(recorder *r, const double *answer, double position[3])
 {
     const controller_settings *c = &r->to->settings->controller;
     const one_step *model = &r->to->settings->estimator.model;
-    const one_look *place = &c->look;
+    const one_observation *place = &c->observation;
     const size_t n = (size_t)model->states;
     double *state = r->held, *next = state + n, *inputs = next + n;
     const estimator *filtered = regulator_estimator(r->both);
@@ -179,13 +179,13 @@ static ad_status sample(recorder *r, int k, ad_error *error)
 static size_t memory_of(const export_loop *loop)
 {
     const regulator_settings *s = loop->settings;
-    const int looks = s->estimator.sensors + loop->seen->parts;
-    size_t numbers =
-        view_room(loop->seen) + (size_t)(s->controller.horizon * s->controller.look.values);
-    for (int i = 0; i < looks; i++) {
-        const kinematic_look *look =
+    const int observations = s->estimator.sensors + loop->seen->parts;
+    size_t numbers = task_observation_room(loop->seen) +
+                     (size_t)(s->controller.horizon * s->controller.observation.values);
+    for (int i = 0; i < observations; i++) {
+        const kinematic_observation *observation =
             i < s->estimator.sensors ? loop->sensors[i] : loop->parts[i - s->estimator.sensors];
-        numbers += kinematic_look_room(&look->rod);
+        numbers += kinematic_observation_room(&observation->rod);
     }
     for (int i = 0; i < 2; i++) {
         const export_step *m = i ? &loop->controller : &loop->filter;
@@ -193,8 +193,8 @@ static size_t memory_of(const export_loop *loop)
                    : m->curve   ? decoupled_work(m->curve)
                                 : 0;
     }
-    return regulator_size(s) + numbers * sizeof(double) + sizeof *s + sizeof(view) +
-           (size_t)looks * sizeof(kinematic_look) +
+    return regulator_size(s) + numbers * sizeof(double) + sizeof *s + sizeof(task_observation) +
+           (size_t)observations * sizeof(kinematic_observation) +
            (size_t)s->estimator.sensors * sizeof(estimator_sensor) + 512;
 }
 
@@ -212,8 +212,8 @@ ad_status export_loop_record(export_loop *loop, ad_error *error)
         for (int i = 0; i < s->delay * m; i++) {
             r.acting[i] = loop->inputs[s->controller.inputs[i % m]];
         }
-        const one_look *look = &s->controller.look;
-        look->see(look->context, 1, loop->state, loop->inputs, r.place, NULL);
+        const one_observation *observation = &s->controller.observation;
+        observation->see(observation->context, 1, loop->state, loop->inputs, r.place, NULL);
         loop->memory = memory_of(loop);
     }
     for (int k = 0; k < SAMPLES && status == AD_OK; k++) {

@@ -13,8 +13,8 @@ static const loop_step loop_by_sample = LOOP_FILTER, loop_by_step = LOOP_CONTROL
 struct model_loop {
     regulator_settings settings;
     estimator_sensor sensor[LOOP_SENSORS];
-    kinematic_look look[LOOP_SENSORS + LOOP_PARTS];
-    view seen;
+    kinematic_observation observation[LOOP_SENSORS + LOOP_PARTS];
+    task_observation seen;
     loop_step filter, controller;
     double *reference; /* [HORIZON][LOOP_VALUES] */
     regulator *both;
@@ -66,12 +66,12 @@ static one_step loop_model(loop_step *x, const loop_step *from, double *memory, 
     return result;
 }
 
-static one_look loop_look(kinematic_look *x, const kinematic_look *from, double *memory,
-                          size_t *used)
+static one_observation loop_observation(kinematic_observation *x, const kinematic_observation *from,
+                                        double *memory, size_t *used)
 {
     *x = *from;
-    x->room = loop_take(memory, used, kinematic_look_room(&x->rod));
-    return kinematic_look_of(x);
+    x->room = loop_take(memory, used, kinematic_observation_room(&x->rod));
+    return kinematic_observation_of(x);
 }
 
 /* Settings with rooms in `memory`, which may be NULL; returns how many numbers they have. */
@@ -92,18 +92,20 @@ static size_t loop_fill(model_loop *x, double *memory)
     controller->model = loop_model(&x->controller, &loop_by_step, memory, &used);
     for (i = 0; i < LOOP_SENSORS; i++) {
         x->sensor[i] = loop_sensors[i];
-        x->sensor[i].look = loop_look(&x->look[i], &loop_looks[i], memory, &used);
+        x->sensor[i].observation =
+            loop_observation(&x->observation[i], &loop_looks[i], memory, &used);
     }
     x->seen.parts = LOOP_PARTS;
     x->seen.inputs = model_INPUTS;
     for (i = 0; i < LOOP_PARTS; i++) {
-        kinematic_look *look = &x->look[LOOP_SENSORS + i];
-        x->seen.part[i].look = loop_look(look, &loop_looks[LOOP_SENSORS + i], memory, &used);
+        kinematic_observation *observation = &x->observation[LOOP_SENSORS + i];
+        x->seen.part[i].observation =
+            loop_observation(observation, &loop_looks[LOOP_SENSORS + i], memory, &used);
         x->seen.part[i].first = loop_parts[i][0];
         x->seen.part[i].count = loop_parts[i][1];
     }
-    x->seen.room = loop_take(memory, &used, view_room(&x->seen));
-    controller->look = view_of(&x->seen);
+    x->seen.room = loop_take(memory, &used, task_observation_room(&x->seen));
+    controller->observation = task_observation_of(&x->seen);
     x->reference = loop_take(memory, &used, (size_t)(model_HORIZON * LOOP_VALUES));
     return used;
 }
@@ -217,6 +219,6 @@ int model_step(model_loop *x, const double *state, const double *inputs, double 
 
 int model_place(model_loop *x, const double *state, double *position, double *by_state)
 {
-    const one_look *place = &x->seen.part[0].look;
+    const one_observation *place = &x->seen.part[0].observation;
     return place->see(place->context, 1, state, NULL, position, by_state);
 }

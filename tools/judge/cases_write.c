@@ -1,6 +1,6 @@
 /* Rows as text and as files. */
 #include "tools/judge/cases.h"
-#include "tools/judge/sheet.h"
+#include "tools/judge/result_table.h"
 
 #include <math.h>
 #include <string.h>
@@ -42,13 +42,14 @@ void cases_print_row(FILE *file, const cases_row *row, const cases_row *before, 
 {
     const bool is_named =
         row->method == JUDGE_NETWORK || !before || strcmp(before->name, row->name) != 0;
-    char position[SHEET_TEXT], rotation[SHEET_TEXT], seconds[SHEET_TEXT], size[72];
+    char position[RESULT_TABLE_TEXT], rotation[RESULT_TABLE_TEXT], seconds[RESULT_TABLE_TEXT],
+        size[72];
     const judge_row *r = &row->result;
     size_text(row, size);
     fprintf(file, "%-*s  %-27s  %8s  %8s  %7s  %-27s  ", width, is_named ? row->name : "",
-            judge_form_of(r, row->method), sheet_error(r->errors[JUDGE_POSITION], position),
-            sheet_error(r->errors[JUDGE_ROTATION], rotation), sheet_seconds(r->seconds, seconds),
-            size);
+            judge_form_of(r, row->method), result_table_error(r->errors[JUDGE_POSITION], position),
+            result_table_error(r->errors[JUDGE_ROTATION], rotation),
+            result_table_seconds(r->seconds, seconds), size);
     print_left_out(file, *r->left_out ? r->left_out : "-");
     fputc('\n', file);
     char indent[JUDGE_NAME + 2];
@@ -68,7 +69,7 @@ ad_status cases_write(const cases_row *rows, size_t count, const char *folder, a
         "case",      "method",         "form",           "outcome", "reason",
         "left_out",  "position_error", "rotation_error", "seconds", "unknowns",
         "equations", "instructions",   "points",         "steps"};
-    sheet s = sheet_create(names, WORDS, NUMBERS, count);
+    result_table s = result_table_create(names, WORDS, NUMBERS, count);
     for (size_t i = 0; i < count; i++) {
         const judge_row *r = &rows[i].result;
         const char *words[WORDS] = {rows[i].name,
@@ -77,12 +78,12 @@ ad_status cases_write(const cases_row *rows, size_t count, const char *folder, a
                                     verdict_outcome_name(verdict_outcome_of(&r->verdict)),
                                     verdict_reason_name(verdict_worst(&r->verdict)),
                                     *r->left_out ? r->left_out : "nothing"};
-        sheet_add(&s, words,
-                  (const double[NUMBERS]){r->errors[JUDGE_POSITION], r->errors[JUDGE_ROTATION],
-                                          r->seconds, r->unknowns, r->equations, r->instructions,
-                                          r->points, r->steps});
+        result_table_add(&s, words,
+                         (const double[NUMBERS]){
+                             r->errors[JUDGE_POSITION], r->errors[JUDGE_ROTATION], r->seconds,
+                             r->unknowns, r->equations, r->instructions, r->points, r->steps});
     }
-    ad_status status = sheet_write_both(&s, folder, "cases", error);
-    sheet_free(&s);
+    ad_status status = result_table_write_both(&s, folder, "cases", error);
+    result_table_free(&s);
     return status;
 }

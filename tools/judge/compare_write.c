@@ -1,7 +1,7 @@
 /* Results as text and as tables of files. */
 #include "tools/judge/compare.h"
 
-#include "tools/judge/sheet.h"
+#include "tools/judge/result_table.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -49,10 +49,10 @@ static void print_end(FILE *file, const compare_summary *summary)
         fprintf(file, "  not run\n");
         return;
     }
-    fprintf(file, "  %s", sheet_error(error->median, text));
+    fprintf(file, "  %s", result_table_error(error->median, text));
     if (summary->seeds > 1) {
-        fprintf(file, " (%s", sheet_error(error->low, text));
-        fprintf(file, " .. %s)", sheet_error(error->high, text));
+        fprintf(file, " (%s", result_table_error(error->low, text));
+        fprintf(file, " .. %s)", result_table_error(error->high, text));
     }
     if (summary->failed) {
         fprintf(file, ", %d of %d failed", summary->failed, summary->seeds);
@@ -76,7 +76,7 @@ static void print_cell(FILE *file, const compare_results *results, int cell, wid
              summary.steps_per_second);
     fprintf(file, " %7s", text);
     for (int k = 0; k < COMPARE_LIMITS; k++) {
-        fprintf(file, " %6s", sheet_seconds(summary.reached[k], text));
+        fprintf(file, " %6s", result_table_seconds(summary.reached[k], text));
     }
     print_end(file, &summary);
     if (summary.error.low <= estimate) {
@@ -105,16 +105,16 @@ enum { WORDS = 3 };
 #define CELL_NAMES   "scene", "method", "network"
 #define COUNT(names) (sizeof(names) / sizeof *(names)-WORDS)
 
-static void add(sheet *s, const compare_cell *cell, const double *numbers)
+static void add(result_table *s, const compare_cell *cell, const double *numbers)
 {
-    sheet_add(s, (const char *const[WORDS]){cell->scene_name, cell->method, cell->network},
-              numbers);
+    result_table_add(s, (const char *const[WORDS]){cell->scene_name, cell->method, cell->network},
+                     numbers);
 }
 
-static ad_status finish(sheet *s, const char *folder, const char *name, ad_error *error)
+static ad_status finish(result_table *s, const char *folder, const char *name, ad_error *error)
 {
-    ad_status status = sheet_write_both(s, folder, name, error);
-    sheet_free(s);
+    ad_status status = result_table_write_both(s, folder, name, error);
+    result_table_free(s);
     return status;
 }
 
@@ -127,7 +127,7 @@ static ad_status write_runs(const compare_results *results, const char *folder, 
     for (int i = 0; i < results->run_count; i++) {
         rows += results->runs[i].count;
     }
-    sheet s = sheet_create(names, WORDS, COUNT(names), rows);
+    result_table s = result_table_create(names, WORDS, COUNT(names), rows);
     for (int i = 0; i < results->run_count; i++) {
         const compare_run *run = &results->runs[i];
         for (size_t k = 0; k < run->count; k++) {
@@ -149,7 +149,7 @@ static ad_status write_summary(const compare_results *results, const char *folde
                                         "error_median",    "error_low",       "error_high",
                                         "seconds_to_1e-2", "seconds_to_1e-3", "seconds_to_1e-4",
                                         "seconds_to_1e-5", "seconds_to_1e-6", "warnings"};
-    sheet s = sheet_create(names, WORDS, COUNT(names), (size_t)results->cell_count);
+    result_table s = result_table_create(names, WORDS, COUNT(names), (size_t)results->cell_count);
     for (int i = 0; i < results->cell_count; i++) {
         compare_summary summary = compare_summarize(results, i);
         double numbers[COUNT(names)] = {(double)results->cells[i].parameters,
@@ -174,8 +174,8 @@ static ad_status write_curves(const compare_results *results, const char *folder
     if (!band) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for curves");
     }
-    sheet s =
-        sheet_create(names, WORDS, COUNT(names), (size_t)results->cell_count * (COMPARE_GRID + 1));
+    result_table s = result_table_create(names, WORDS, COUNT(names),
+                                         (size_t)results->cell_count * (COMPARE_GRID + 1));
     for (int i = 0; i < results->cell_count; i++) {
         compare_band_of(results, i, band);
         for (size_t k = 0; k < band->count; k++) {

@@ -3,7 +3,7 @@
 #include "physics/verdict.h"
 #include "tools/files/checkpoint.h"
 #include "tools/programs/help.h"
-#include "tools/programs/launch.h"
+#include "tools/programs/launcher.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -256,8 +256,8 @@ int cli_parse(const cli_program *program, const cli_option *options, int count, 
         return 0;
     }
     int rank;
-    if (launch_processes(&rank) > 1 && !launch_is_shared()) {
-        return launch_refuse(program->name, "does not share its work among processes");
+    if (launcher_processes(&rank) > 1 && !launcher_is_shared()) {
+        return launcher_refuse(program->name, "does not share its work among processes");
     }
     for (int i = 1; i < argc; i++) {
         int status = CLI_RUN;

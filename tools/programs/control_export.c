@@ -153,7 +153,7 @@ ad_status control_export(const config *of, const control_row *row, const char *m
                      .controller = steps[1],
                      .sensors = parts.sensors,
                      .seen = parts.seen,
-                     .parts = parts.looks,
+                     .parts = parts.observations,
                      .state = parts.state,
                      .inputs = parts.inputs,
                      .by_parameters = parts.by_parameters,

@@ -5,7 +5,7 @@
 #include "tools/programs/eval_family.h"
 #include "tools/programs/eval_rollouts.h"
 #include "tools/programs/help.h"
-#include "tools/programs/launch.h"
+#include "tools/programs/launcher.h"
 #include "tools/programs/program_ranks.h"
 #include "tools/programs/ranks_queue.h"
 #include "tools/programs/samples.h"
@@ -496,8 +496,8 @@ static int check_ranks(const options *o)
 {
     return !o->ranks || o->family.members || o->family.verify > 0 || o->rollouts.count > 0
                ? CLI_RUN
-               : launch_refuse(program, "shares only --members, --verify and --rollouts among "
-                                        "processes");
+               : launcher_refuse(program, "shares only --members, --verify and --rollouts among "
+                                          "processes");
 }
 
 /* The whole program but for its ranks. */
@@ -582,7 +582,7 @@ int main(int argc, char **argv)
     ad_error error;
     if (ranks_begin(argc, argv, &ranks, &error) != AD_OK) {
         int rank;
-        launch_processes(&rank); /* one line */
+        launcher_processes(&rank); /* one line */
         return ranks_end(program, rank > 0 ? CLI_BAD : cli_fail_error(program, &error));
     }
     return ranks_end(program, go(ranks, argc, argv));

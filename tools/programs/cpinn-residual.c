@@ -1,6 +1,6 @@
 /* cpinn-residual: learns what measured motions tell of a robot beyond its model; see --help. */
 #include "physics/plausible.h"
-#include "tools/control/look.h"
+#include "tools/control/observation.h"
 #include "tools/control/reduced_model.h"
 #include "tools/control/residual.h"
 #include "tools/files/table_file.h"
@@ -30,9 +30,9 @@ typedef struct learning {
     config *settings;
     surrogate_settings model;
     reduced_rod *rod;
-    look *eye;
+    observation *eye;
     one_step step;
-    one_look look;
+    one_observation observation;
     residual *net;
     double h, place;
     size_t rows, run_count, lost;   /* rows without a place */
@@ -193,12 +193,14 @@ static ad_status make_model(learning *learning, ad_error *error)
     learning->place = isfinite(track) ? track : scene_length(robot);
     const int *m = learning->model.modes;
     const reduced_settings settings = {.modes = {m[0], m[1], m[2], m[3]}};
-    const look_sensor sensor = {.what = LOOK_POSITION, .count = 1, .s = &learning->place};
+    const observation_sensor sensor = {
+        .what = OBSERVATION_POSITION, .count = 1, .s = &learning->place};
     status = reduced_create(robot, &settings, &learning->rod, error);
-    status = status == AD_OK ? look_create(robot, m, &sensor, &learning->eye, error) : status;
+    status =
+        status == AD_OK ? observation_create(robot, m, &sensor, &learning->eye, error) : status;
     if (status == AD_OK) {
         learning->step = reduced_one_step(learning->rod, INFINITY);
-        learning->look = look_of(learning->eye);
+        learning->observation = observation_of(learning->eye);
     }
     return status;
 }
@@ -264,12 +266,13 @@ static void print_row(const learning *learning, const char *name, const one_step
 {
     const size_t trained = learning->run_count - held;
     const double start = train_seconds();
-    const double off = residual_error(model, learning->h, &learning->look, trained, learning->runs);
+    const double off =
+        residual_error(model, learning->h, &learning->observation, trained, learning->runs);
     const double each = (train_seconds() - start) / (double)learning->rows;
     printf("%-14s  %-10.2e  ", name, off);
     if (held > 0) {
-        printf("%-10.2e  ",
-               residual_error(model, learning->h, &learning->look, held, learning->runs + trained));
+        printf("%-10.2e  ", residual_error(model, learning->h, &learning->observation, held,
+                                           learning->runs + trained));
     } else {
         printf("%-10s  ", "-");
     }
@@ -289,8 +292,8 @@ static ad_status learn(learning *learning, ad_error *error)
     ad_status status = make_network(learning, error);
     const double start = train_seconds();
     status = status == AD_OK
-                 ? residual_fit(learning->net, learning->h, &learning->look, learning->run_count,
-                                learning->runs, held, &settings, error)
+                 ? residual_fit(learning->net, learning->h, &learning->observation,
+                                learning->run_count, learning->runs, held, &settings, error)
                  : status;
     if (status == AD_OK) {
         const one_step corrected = residual_one_step(learning->net);
@@ -334,7 +337,7 @@ int main(int argc, char **argv)
                 read_table(&x, &error) == AD_OK && learn(&x, &error) == AD_OK;
     status = good ? 0 : cli_fail_error(program, &error);
     residual_free(x.net);
-    look_free(x.eye);
+    observation_free(x.eye);
     reduced_free(x.rod);
     config_free(x.settings);
     free(x.inputs);

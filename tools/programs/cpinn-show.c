@@ -45,7 +45,7 @@ static bool is_fan(const scene *of)
 static ad_status show_solved(showing *showing, ad_error *error)
 {
     solve_report report;
-    samples_sheet sheet;
+    samples_table result_table;
     verdict judged = {.count = 0};
     ad_status status = config_read(showing->source, NULL, showing->overrides.count,
                                    showing->overrides.texts, &showing->settings, error);
@@ -92,9 +92,9 @@ static ad_status show_solved(showing *showing, ad_error *error)
                   report.estimate);
     }
     json_close(&showing->to, ']');
-    samples_fill(p, of, &sheet);
+    samples_fill(p, of, &result_table);
     showing->of = of;
-    status = show_put_motion(showing, &sheet.table, NULL, NULL, NULL, error);
+    status = show_put_motion(showing, &result_table.table, NULL, NULL, NULL, error);
     show_settings(&showing->to, showing->settings);
     return status == AD_OK ? show_scene(&showing->to, of, NULL, &showing->kept, error) : status;
 }

@@ -1,6 +1,6 @@
 /* cpinn-stress: stiff and extreme scenes, each against the outcome that is expected; see --help. */
 #include "tools/files/table_file.h"
-#include "tools/judge/sheet.h"
+#include "tools/judge/result_table.h"
 #include "tools/judge/signals.h"
 #include "tools/judge/stress.h"
 #include "tools/programs/cli.h"
@@ -108,12 +108,12 @@ static void print_list(const options *o)
 static void print_row(const stress_row *row, judge_method method, const judge_row *result)
 {
     const stress_expectation *expected = &row->expected[method];
-    char outcome[32], error[SHEET_TEXT], seconds[SHEET_TEXT];
+    char outcome[32], error[RESULT_TABLE_TEXT], seconds[RESULT_TABLE_TEXT];
     bool as_expected = stress_as_expected(expected, &result->verdict);
     print_expected(expected, outcome);
     printf("%-26s %-27s %-13s %-11s %8s %6s  %s\n", row->name, judge_form_of(result, method),
            outcome, verdict_outcome_name(verdict_outcome_of(&result->verdict)),
-           sheet_error(result->error, error), sheet_seconds(result->seconds, seconds),
+           result_table_error(result->error, error), result_table_seconds(result->seconds, seconds),
            as_expected ? "as expected" : "NOT AS EXPECTED");
     if (!as_expected) {
         printf("    expected: %s%s%s; got:\n", expected->text ? "\"" : "",
@@ -134,7 +134,7 @@ typedef struct record {
     char folder[FOLDER]; /* of this process, for the files of its rows */
     size_t count;
     planned plan[ROWS_MAX];
-    sheet table;
+    result_table table;
     char subjects[ROWS_MAX][SUBJECT];
     int surprises; /* rows not as expected */
 } record;
@@ -157,7 +157,7 @@ static void record_row(record *all, const stress_row *row, judge_method method,
                                 as_expected ? "as expected" : "not as expected"};
     const double numbers[NUMBERS] = {expected->outcome == VERDICT_SOLVED ? expected->bound : NAN,
                                      result->error, result->seconds};
-    sheet_add(&all->table, words, numbers);
+    result_table_add(&all->table, words, numbers);
     all->surprises += !as_expected;
 }
 
@@ -238,7 +238,7 @@ static int run(const options *o)
         return cli_fail_error(program, &error);
     }
     make_plan(&all, o);
-    all.table = sheet_create(names, WORDS, NUMBERS, ROWS_MAX);
+    all.table = result_table_create(names, WORDS, NUMBERS, ROWS_MAX);
     const ranks_jobs jobs = {.count = all.count, .context = &all, .work = do_row, .take = take_row};
     printf("%-26s %-27s %-13s %-11s %8s %6s  %s\n", "scene", "method", "expected", "outcome",
            "error", "s", "verdict");
@@ -249,9 +249,9 @@ static int run(const options *o)
         printf("%zu rows, %d not as expected\n", all.table.rows, all.surprises);
     }
     if (status == AD_OK && writes) {
-        status = sheet_write(&all.table, o->out, &error);
+        status = result_table_write(&all.table, o->out, &error);
     }
-    sheet_free(&all.table);
+    result_table_free(&all.table);
     remove_folder(all.folder);
     return status != AD_OK ? cli_fail_error(program, &error)
            : stopped       ? stopped

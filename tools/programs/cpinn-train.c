@@ -5,7 +5,7 @@
 #include "tools/programs/cli.h"
 #include "tools/programs/explain.h"
 #include "tools/programs/help.h"
-#include "tools/programs/launch.h"
+#include "tools/programs/launcher.h"
 #include "tools/programs/program_ranks.h"
 #include "tools/programs/progress.h"
 #include "tools/programs/scene_line.h"
@@ -604,7 +604,7 @@ int main(int count, char **arguments)
     }
     if (ranks_begin(count, arguments, &o.ranks, &error) != AD_OK) {
         int rank;
-        launch_processes(&rank); /* one line */
+        launcher_processes(&rank); /* one line */
         return ranks_end(program, rank > 0 ? CLI_BAD : cli_fail_error(program, &error));
     }
     int result = parse(count, arguments, &o);

@@ -104,16 +104,16 @@ static ad_status answer(eval_family *eval, ad_error *error)
 
 enum { BEFORE = 3, AFTER = 5, COLUMNS = BEFORE + MODEL_COLUMNS_MAX + AFTER };
 
-typedef struct sheet {
+typedef struct result_table {
     size_t rows, used;
     double *numbers;       /* [columns][rows] */
     const char **words[2]; /* [rows] source, reason */
     const char *names[COLUMNS], *units[COLUMNS];
     const double *columns[COLUMNS];
     const char *const *texts[COLUMNS];
-} sheet;
+} result_table;
 
-static double *add_column(sheet *to, const char *name, const char *unit)
+static double *add_column(result_table *to, const char *name, const char *unit)
 {
     to->names[to->used] = name;
     to->units[to->used] = unit;
@@ -121,13 +121,13 @@ static double *add_column(sheet *to, const char *name, const char *unit)
     return to->numbers + to->used++ * to->rows;
 }
 
-static void add_words(sheet *to, const char *name, const char **words)
+static void add_words(result_table *to, const char *name, const char **words)
 {
     add_column(to, name, "");
     to->texts[to->used - 1] = words;
 }
 
-static void fill(sheet *to, const eval_family *eval)
+static void fill(result_table *to, const eval_family *eval)
 {
     const samples *p = eval->points;
     const model_column *model = scene_physics_of(cpinn_family_scene(eval->family))->columns;
@@ -163,7 +163,7 @@ static void fill(sheet *to, const eval_family *eval)
 
 static ad_status write_out(const eval_family *eval, ad_error *error)
 {
-    sheet to = {.rows = eval->count * eval->points->count};
+    result_table to = {.rows = eval->count * eval->points->count};
     const size_t columns = BEFORE + (size_t)cpinn_family_columns(eval->family) + AFTER;
     to.numbers = calloc(columns * to.rows + 1, sizeof *to.numbers);
     to.words[0] = calloc(to.rows + 1, sizeof *to.words[0]);

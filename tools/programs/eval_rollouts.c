@@ -2,7 +2,7 @@
 
 #include "tools/files/json.h"
 #include "tools/judge/gnuplot.h"
-#include "tools/judge/sheet.h"
+#include "tools/judge/result_table.h"
 #include "tools/prepare/config_surrogate.h"
 #include "tools/programs/cli.h"
 #include "tools/surrogate/growth.h"
@@ -191,14 +191,14 @@ static void numbers_of(const rollouts_row *row, double numbers[NUMBERS])
 
 static ad_status write_table(const rollouts_report *report, const char *folder, ad_error *error)
 {
-    sheet table = sheet_create(number_names, 1, NUMBERS, ROLLOUTS_ROWS);
+    result_table table = result_table_create(number_names, 1, NUMBERS, ROLLOUTS_ROWS);
     for (int r = 0; r < ROLLOUTS_ROWS; r++) {
         double numbers[NUMBERS];
         numbers_of(&report->rows[r], numbers);
-        sheet_add(&table, &report->rows[r].name, numbers);
+        result_table_add(&table, &report->rows[r].name, numbers);
     }
-    const ad_status status = sheet_write_both(&table, folder, "rollouts", error);
-    sheet_free(&table);
+    const ad_status status = result_table_write_both(&table, folder, "rollouts", error);
+    result_table_free(&table);
     return status;
 }
 

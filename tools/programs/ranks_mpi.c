@@ -1,6 +1,6 @@
 /* Ranks by MPI. Only the thread that began calls it, but for add, which any does while that waits.
  * While a rank waits for others, rank 0 looks whether one of them has failed. */
-#include "tools/programs/launch.h"
+#include "tools/programs/launcher.h"
 #include "tools/programs/program_ranks.h"
 
 #include <limits.h>
@@ -160,9 +160,9 @@ static void fall_silent(void)
 
 ad_status ranks_begin(int count, char **arguments, const ad_ranks **ranks, ad_error *error)
 {
-    int rank, provided, processes = launch_processes(&rank);
+    int rank, provided, processes = launcher_processes(&rank);
     *ranks = NULL;
-    launch_share();
+    launcher_share();
     if (processes == 1) {
         return AD_OK;
     }

@@ -1,13 +1,13 @@
 /* Without MPI. */
-#include "tools/programs/launch.h"
+#include "tools/programs/launcher.h"
 #include "tools/programs/program_ranks.h"
 
 ad_status ranks_begin(int count, char **arguments, const ad_ranks **ranks, ad_error *error)
 {
-    int rank, processes = launch_processes(&rank);
+    int rank, processes = launcher_processes(&rank);
     (void)count, (void)arguments;
     *ranks = NULL;
-    launch_share();
+    launcher_share();
     return processes > 1
                ? ad_fail(error, AD_BAD_INPUT,
                          "mpirun or srun: started as %d processes, but built without MPI: install "

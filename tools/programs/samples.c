@@ -106,24 +106,24 @@ ad_status samples_of_file(samples *p, const char *path, const scene *scene, doub
     return status;
 }
 
-void samples_fill(const samples *p, const scene *scene, samples_sheet *sheet)
+void samples_fill(const samples *p, const scene *scene, samples_table *result_table)
 {
     const model_column *model = scene_physics_of(scene)->columns;
-    *sheet = (samples_sheet){{"s", "t"}, {"m", "s"}, {p->s, p->t}, {.nrows = p->count}};
+    *result_table = (samples_table){{"s", "t"}, {"m", "s"}, {p->s, p->t}, {.nrows = p->count}};
     for (int i = 0; i < p->columns; i++) {
-        sheet->names[2 + i] = model[i].name;
-        sheet->units[2 + i] = model[i].unit;
-        sheet->columns[2 + i] = p->values + (size_t)i * p->count;
+        result_table->names[2 + i] = model[i].name;
+        result_table->units[2 + i] = model[i].unit;
+        result_table->columns[2 + i] = p->values + (size_t)i * p->count;
     }
-    sheet->table.names = sheet->names;
-    sheet->table.columns = sheet->columns;
-    sheet->table.units = sheet->units;
-    sheet->table.ncols = (size_t)p->columns + 2;
+    result_table->table.names = result_table->names;
+    result_table->table.columns = result_table->columns;
+    result_table->table.units = result_table->units;
+    result_table->table.ncols = (size_t)p->columns + 2;
 }
 
 ad_status samples_write(const samples *p, const scene *scene, const char *path, ad_error *error)
 {
-    samples_sheet sheet;
-    samples_fill(p, scene, &sheet);
-    return section_write(path, &sheet.table, scene, false, error);
+    samples_table result_table;
+    samples_fill(p, scene, &result_table);
+    return section_write(path, &result_table.table, scene, false, error);
 }

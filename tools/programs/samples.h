@@ -28,12 +28,12 @@ ad_status samples_of_file(samples *p, const char *path, const scene *scene, doub
                           int columns, ad_error *error);
 
 /* s, t and the columns, with their units, as a table that borrows them. */
-typedef struct samples_sheet {
+typedef struct samples_table {
     const char *names[2 + MODEL_COLUMNS_MAX], *units[2 + MODEL_COLUMNS_MAX];
     const double *columns[2 + MODEL_COLUMNS_MAX];
     table_source table; /* of these */
-} samples_sheet;
-void samples_fill(const samples *p, const scene *scene, samples_sheet *sheet);
+} samples_table;
+void samples_fill(const samples *p, const scene *scene, samples_table *result_table);
 
 /* Write s, t and the columns, with their units, as a table (tools/files/table_file.h), or, with a
  * column radius, for ParaView (tools/files/shapes_vtk.h). */

@@ -102,7 +102,7 @@ static void put_run_head(showing *showing, const double *member, const reference
 /* The reference as a table, of a rod; its points must be those of instants one after the other. */
 static ad_status put_run_motion(showing *showing, const double *member, ad_error *error)
 {
-    samples_sheet sheet;
+    samples_table result_table;
     const reference *r = showing->known;
     static const char *const names[] = {"s", "t", "x", "y", "z"};
     const bool is_rod = r && reference_known(r, 2);
@@ -119,10 +119,11 @@ static ad_status put_run_motion(showing *showing, const double *member, ad_error
     scene one;
     scene_member(showing->e->scene, member, &one);
     showing->of = &one;
-    samples_fill(&showing->samples, showing->e->scene, &sheet);
-    ad_status status = show_put_motion(
-        showing, &sheet.table, NULL, is_rod && !scene_is_family(showing->e->scene) ? &ghost : NULL,
-        r ? reference_name(r) : NULL, error);
+    samples_fill(&showing->samples, showing->e->scene, &result_table);
+    ad_status status =
+        show_put_motion(showing, &result_table.table, NULL,
+                        is_rod && !scene_is_family(showing->e->scene) ? &ghost : NULL,
+                        r ? reference_name(r) : NULL, error);
     showing->of = NULL;
     return status == AD_OK ? show_scene(&showing->to, &one, NULL, &showing->kept, error) : status;
 }

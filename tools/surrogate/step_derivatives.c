@@ -121,8 +121,8 @@ PROCESSOR_INLINE void reorder(const surrogate_step *m, int columns, step_work *w
 
 /* What the frame adds: pairs of inputs and outputs turn, and the frame moves with its leading pair.
  */
-PROCESSOR_INLINE void differentiate_frame(const surrogate_step *m, int columns,
-                                          const step_parts *parts, step_work *work)
+PROCESSOR_INLINE void differentiate_symmetry(const surrogate_step *m, int columns,
+                                             const step_parts *parts, step_work *work)
 {
     const int p = m->pairs, q = m->out_pairs, outs = step_outputs(m), count = step_coordinates(m);
     const double c = work->g[0], s = work->g[1], rho = work->rho[0];
@@ -226,7 +226,7 @@ FOR_EACH_PROCESSOR static void step_derivatives(const surrogate_step *m, const s
         differentiate_network(m, columns, parts, work);
         reorder(m, columns, work);
         if (m->turns) {
-            differentiate_frame(m, columns, parts, work);
+            differentiate_symmetry(m, columns, parts, work);
         }
     }
     differentiate_linear(m, parts, work);

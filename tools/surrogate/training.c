@@ -108,8 +108,8 @@ static void add_network(surrogate_training *t)
 static ad_status find_model(surrogate_training *t, reduced_rod *rod, ad_error *error)
 {
     double *numbers = NULL;
-    ad_status status = surrogate_find_frame(rod, t->settings, t->open, &t->steps, &t->step,
-                                            &t->numbers, t->info.frame, error);
+    ad_status status = surrogate_find_symmetry(rod, t->settings, t->open, &t->steps, &t->step,
+                                               &t->numbers, t->info.frame, error);
     if (status == AD_OK) {
         status = surrogate_fit_linear(t->pool, &t->step, t->numbers, &t->steps, error);
     }

@@ -29,12 +29,13 @@ typedef struct surrogate_numbers {
 /* Of numbers that belong to whoever asks. */
 surrogate_numbers surrogate_numbers_of(const surrogate_step *m, double *numbers);
 
-/* frame.c: classes of states and inputs by the symmetry that solved steps show, scales and centers;
- * fills in the step but for its layers, and allocates its numbers, *numbers, which the caller
- * frees. rod: of the model, looked at in its tip. text: what was found, for people. */
-ad_status surrogate_find_frame(reduced_rod *rod, const surrogate_settings *settings,
-                               const scene *open, const surrogate_steps *steps, surrogate_step *m,
-                               double **numbers, char text[256], ad_error *error);
+/* axis_symmetry.c: classes of states and inputs by the symmetry that solved steps show, scales and
+ * centers; fills in the step but for its layers, and allocates its numbers, *numbers, which the
+ * caller frees. rod: of the model, looked at in its tip. text: what was found, for people. */
+ad_status surrogate_find_symmetry(reduced_rod *rod, const surrogate_settings *settings,
+                                  const scene *open, const surrogate_steps *steps,
+                                  surrogate_step *m, double **numbers, char text[256],
+                                  ad_error *error);
 
 /* Coordinates z [2 pairs + evens + odds] of a state and inputs, and back to (x, u) where wanted. */
 void surrogate_coordinates(const surrogate_step *m, const double *state, const double *inputs,

@@ -117,13 +117,13 @@ static ad_status build(experiment *e, int threads, ad_error *error)
     e->count = nn_mlp_parameters(e->mlp);
     size_t numbers = e->count * (size_t)scene->windows;
     e->parameters = calloc(numbers, sizeof *e->parameters);
-    size_t states = (size_t)scene->windows * relay_numbers(e->model);
+    size_t states = (size_t)scene->windows * window_state_numbers(e->model);
     e->starts = calloc(states + 1, sizeof *e->starts);
     if (!e->parameters || !e->starts) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu parameters", numbers);
     }
     nn_mlp_initialize(e->mlp, &rng, e->parameters);
-    return relay_create(e->model, e->mlp, e->pool, &e->relay, error);
+    return window_state_create(e->model, e->mlp, e->pool, &e->window_state, error);
 }
 
 static void free_origin(const train_origin *origin)
@@ -175,7 +175,7 @@ ad_status experiment_of_model(physics_model *m, train_settings *settings,
 void experiment_free(experiment *e)
 {
     if (e) {
-        relay_free(e->relay);
+        window_state_free(e->window_state);
         targets_free(e->targets);
         ad_pool_free(e->pool);
         nn_mlp_free(e->mlp);
@@ -249,7 +249,7 @@ evaluator_model experiment_trained(const experiment *e)
 
 const double *experiment_start(const experiment *e)
 {
-    return e->starts + (size_t)e->window * relay_numbers(e->model);
+    return e->starts + (size_t)e->window * window_state_numbers(e->model);
 }
 
 static ad_status add_data(experiment *e, ad_error *error)
@@ -294,9 +294,9 @@ ad_status experiment_problem(experiment *e, problem **result, ad_error *error)
 
 ad_status experiment_next_window(experiment *e, ad_error *error)
 {
-    double *end = e->starts + ((size_t)e->window + 1) * relay_numbers(e->model);
-    ad_status status =
-        relay_run(e->relay, e->window, experiment_start(e), experiment_parameters(e), end, error);
+    double *end = e->starts + ((size_t)e->window + 1) * window_state_numbers(e->model);
+    ad_status status = window_state_run(e->window_state, e->window, experiment_start(e),
+                                        experiment_parameters(e), end, error);
     e->window += status == AD_OK;
     return status;
 }

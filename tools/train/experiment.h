@@ -23,7 +23,7 @@
 #include "physics/evaluator.h"
 #include "physics/field.h"
 #include "physics/problem.h"
-#include "physics/relay.h"
+#include "physics/window_state.h"
 #include "tools/files/checkpoint.h"
 #include "tools/train/targets.h"
 #include "tools/train/train_settings.h"
@@ -64,9 +64,9 @@ typedef struct experiment {
     struct modes_model *modes; /* of one motion in the strain form, owns the model; else NULL */
     struct targets *targets;   /* of a family in the strain form; else NULL */
     struct measured *measured; /* the data of the model's terms; once there is a problem */
-    struct relay *relay;       /* from window to window */
+    struct window_state *window_state; /* from window to window */
     double *parameters; /* [windows][count]; the first window's are initialised from the seed */
-    double *starts;     /* [windows][relay_numbers], of the windows begun but the first */
+    double *starts;     /* [windows][window_state_numbers], of the windows begun but the first */
     size_t count;
     int window;        /* the one at work, from 0; those before have their parameters */
     char *text;        /* that experiment_put lent to a checkpoint */
@@ -91,7 +91,7 @@ void experiment_free(experiment *e);
 ad_status experiment_problem(experiment *e, problem **result, ad_error *error);
 
 /* Of the window at work: its network's parameters [count], and the state from which it starts
- * [relay_numbers], which the first window has not. */
+ * [window_state_numbers], which the first window has not. */
 double *experiment_parameters(const experiment *e);
 
 /* Values [parameter_count] of the scene's parameters: of a family the middle ones, and unknowns as

@@ -1,7 +1,7 @@
 /* Whether settings contradict each other or the scene, and whether a named reference is a solution
  * of this scene. */
-#include "physics/relay.h"
 #include "physics/support.h"
+#include "physics/window_state.h"
 #include "tools/train/settings_internal.h"
 
 #include <math.h>
@@ -401,12 +401,12 @@ ad_status train_settings_check(const train_settings *settings, const scene *rod_
                             "causal weighting follows time, but the scene is static; give "
                             "time.duration, or leave it out");
     }
-    if (rod_scene->windows > 1 && scene_known_count(rod_scene) > RELAY_PARAMETERS_MAX) {
+    if (rod_scene->windows > 1 && scene_known_count(rod_scene) > WINDOW_STATE_PARAMETERS_MAX) {
         return train_refuse(
             key, "time.windows", error,
             "hand on the motion of all members, of which the scene has too many: %d "
             "parameters have ranges; allowed: %d, or time.windows: 1",
-            scene_known_count(rod_scene), RELAY_PARAMETERS_MAX);
+            scene_known_count(rod_scene), WINDOW_STATE_PARAMETERS_MAX);
     }
     if (!has_weight(settings, rod_scene)) {
         return train_refuse(key, "losses.interior.weights", error,

@@ -157,7 +157,7 @@ static bool has_fresh(const trainer *t)
 static ad_status measure_motion(trainer *t, ad_error *error)
 {
     const evaluator_model all = experiment_trained(t->e);
-    const size_t state = relay_numbers(all.physics);
+    const size_t state = window_state_numbers(all.physics);
     motion_network *network = NULL;
     ad_status status = motion_network_create(all.physics, all.mlp, t->e->pool, &network, error);
     for (int i = 0; i < all.windows && status == AD_OK; i++) {

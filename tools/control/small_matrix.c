@@ -1,10 +1,10 @@
-#include "tools/control/small.h"
+#include "tools/control/small_matrix.h"
 
 #include <math.h>
 #include <string.h>
 
-typedef double lanes
-    __attribute__((vector_size(SMALL_LANES * sizeof(double)), aligned(sizeof(double)), may_alias));
+typedef double lanes __attribute__((vector_size(SMALL_MATRIX_LANES * sizeof(double)),
+                                    aligned(sizeof(double)), may_alias));
 
 /* ---- products ------------------------------------------------------------------------------ */
 
@@ -18,7 +18,7 @@ SMALL_FOR_EACH_PROCESSOR static void multiply(int m, int k, int stride, const do
         const int rows = m - i < BLOCK ? m - i : BLOCK;
         const double *a0 = a + i * row, *a1 = a0 + (rows > 1 ? row : 0);
         const double *a2 = a1 + (rows > 2 ? row : 0), *a3 = a2 + (rows > 3 ? row : 0);
-        for (int first = 0; first < stride; first += SMALL_LANES) {
+        for (int first = 0; first < stride; first += SMALL_MATRIX_LANES) {
             const double *x = b + first;
             lanes sum[BLOCK] = {{0}, {0}, {0}, {0}};
             for (int j = 0; j < k; j++) {
@@ -35,19 +35,20 @@ SMALL_FOR_EACH_PROCESSOR static void multiply(int m, int k, int stride, const do
     }
 }
 
-void small_product(int m, int k, int n, const double *a, const double *b, double *c)
+void small_matrix_product(int m, int k, int n, const double *a, const double *b, double *c)
 {
-    multiply(m, k, small_stride(n), a, small_stride(k), 1, b, c);
+    multiply(m, k, small_matrix_stride(n), a, small_matrix_stride(k), 1, b, c);
 }
 
-void small_product_in(int stride, int m, int k, const double *a, const double *b, double *c)
+void small_matrix_product_in(int stride, int m, int k, const double *a, const double *b, double *c)
 {
     multiply(m, k, stride, a, stride, 1, b, c);
 }
 
-void small_product_transposed(int m, int k, int n, const double *a, const double *b, double *c)
+void small_matrix_product_transposed(int m, int k, int n, const double *a, const double *b,
+                                     double *c)
 {
-    multiply(k, m, small_stride(n), a, 1, small_stride(k), b, c);
+    multiply(k, m, small_matrix_stride(n), a, 1, small_matrix_stride(k), b, c);
 }
 
 /* ---- triangles ----------------------------------------------------------------------------- */
@@ -73,8 +74,8 @@ static inline __attribute__((always_inline)) void sum_rows(int rows, int stride,
 SMALL_FOR_EACH_PROCESSOR static void reflect(int rows, int stride, double *a, int j)
 {
     double *from = a + j * stride, *v = from + j;
-    const int left = rows - j, begin = j / SMALL_LANES * SMALL_LANES;
-    lanes by[SMALL_MOST / SMALL_LANES];
+    const int left = rows - j, begin = j / SMALL_MATRIX_LANES * SMALL_MATRIX_LANES;
+    lanes by[SMALL_MATRIX_MOST / SMALL_MATRIX_LANES];
     const double first = *v;
     sum_rows(left, stride, v, from + begin, &by[0]);
     const double square = by[0][j - begin];
@@ -83,8 +84,8 @@ SMALL_FOR_EACH_PROCESSOR static void reflect(int rows, int stride, double *a, in
     }
     const double norm = copysign(sqrt(square), first), head = first + norm;
     const double scale = 1 / (norm * head); /* 2/|v|^2 */
-    for (int b = begin; b < stride; b += SMALL_LANES) {
-        const int at = (b - begin) / SMALL_LANES;
+    for (int b = begin; b < stride; b += SMALL_MATRIX_LANES) {
+        const int at = (b - begin) / SMALL_MATRIX_LANES;
         if (at > 0) {
             sum_rows(left, stride, v, from + b, &by[at]);
         }
@@ -93,17 +94,17 @@ SMALL_FOR_EACH_PROCESSOR static void reflect(int rows, int stride, double *a, in
     *v = head;
     for (int i = 0; i < left; i++) {
         const double x = v[i * stride];
-        for (int b = begin; b < stride; b += SMALL_LANES) {
-            *(lanes *)(from + i * stride + b) -= x * by[(b - begin) / SMALL_LANES];
+        for (int b = begin; b < stride; b += SMALL_MATRIX_LANES) {
+            *(lanes *)(from + i * stride + b) -= x * by[(b - begin) / SMALL_MATRIX_LANES];
         }
         v[i * stride] = 0;
     }
     *v = -norm;
 }
 
-void small_triangle(int rows, int n, double *a)
+void small_matrix_triangle(int rows, int n, double *a)
 {
-    const int stride = small_stride(n);
+    const int stride = small_matrix_stride(n);
     for (int j = 0; j < n; j++) {
         reflect(rows, stride, a, j);
     }
@@ -118,7 +119,7 @@ void small_triangle(int rows, int n, double *a)
 
 SMALL_FOR_EACH_PROCESSOR static int factor_upper(int n, double *a)
 {
-    const int stride = small_stride(n);
+    const int stride = small_matrix_stride(n);
     for (int k = 0; k < n; k++) {
         double *row = a + k * stride;
         if (!(row[k] > 0)) {
@@ -142,16 +143,16 @@ SMALL_FOR_EACH_PROCESSOR static int factor_upper(int n, double *a)
     return 0;
 }
 
-int small_cholesky(int n, double *a)
+int small_matrix_cholesky(int n, double *a)
 {
     return factor_upper(n, a);
 }
 
 /* ---- solutions ----------------------------------------------------------------------------- */
 
-void small_solve_transposed(int n, const double *u, double *x)
+void small_matrix_solve_transposed(int n, const double *u, double *x)
 {
-    const int stride = small_stride(n);
+    const int stride = small_matrix_stride(n);
     for (int i = 0; i < n; i++) {
         x[i] /= u[i * stride + i];
         for (int k = i + 1; k < n; k++) {
@@ -164,14 +165,14 @@ void small_solve_transposed(int n, const double *u, double *x)
 static inline __attribute__((always_inline)) void subtract(int stride, double by,
                                                            const double *from, double *to)
 {
-    for (int b = 0; b < stride; b += SMALL_LANES) {
+    for (int b = 0; b < stride; b += SMALL_MATRIX_LANES) {
         *(lanes *)(to + b) -= by * *(const lanes *)(from + b);
     }
 }
 
 SMALL_FOR_EACH_PROCESSOR static void solve_rows(int n, const double *u, int width, double *x)
 {
-    const int stride = small_stride(n);
+    const int stride = small_matrix_stride(n);
     for (int pass = 0; pass < 2; pass++) { /* U^T, then U */
         for (int step = 0; step < n; step++) {
             const int i = pass ? n - 1 - step : step;
@@ -186,7 +187,7 @@ SMALL_FOR_EACH_PROCESSOR static void solve_rows(int n, const double *u, int widt
     }
 }
 
-void small_solve_factored(int n, const double *u, int columns, double *x)
+void small_matrix_solve_factored(int n, const double *u, int columns, double *x)
 {
-    solve_rows(n, u, small_stride(columns), x);
+    solve_rows(n, u, small_matrix_stride(columns), x);
 }

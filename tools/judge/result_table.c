@@ -1,4 +1,4 @@
-#include "tools/judge/sheet.h"
+#include "tools/judge/result_table.h"
 
 #include "tools/files/table_file.h"
 
@@ -6,21 +6,23 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-sheet sheet_create(const char *const *names, size_t words, size_t numbers, size_t capacity)
+result_table result_table_create(const char *const *names, size_t words, size_t numbers,
+                                 size_t capacity)
 {
-    sheet s = {.names = names, .word_count = words, .number_count = numbers, .capacity = capacity};
+    result_table s = {
+        .names = names, .word_count = words, .number_count = numbers, .capacity = capacity};
     s.words = calloc(words * capacity + 1, sizeof *s.words);
     s.numbers = calloc(numbers * capacity + 1, sizeof *s.numbers);
     return s;
 }
 
-void sheet_free(sheet *s)
+void result_table_free(result_table *s)
 {
     free(s->words);
     free(s->numbers);
 }
 
-void sheet_add(sheet *s, const char *const *words, const double *numbers)
+void result_table_add(result_table *s, const char *const *words, const double *numbers)
 {
     if (!s->words || !s->numbers) {
         return;
@@ -34,10 +36,10 @@ void sheet_add(sheet *s, const char *const *words, const double *numbers)
     s->rows++;
 }
 
-ad_status sheet_write(const sheet *s, const char *path, ad_error *error)
+ad_status result_table_write(const result_table *s, const char *path, ad_error *error)
 {
-    const double *numbers[SHEET_COLUMNS_MAX] = {NULL};
-    const char *const *words[SHEET_COLUMNS_MAX] = {NULL};
+    const double *numbers[RESULT_TABLE_COLUMNS_MAX] = {NULL};
+    const char *const *words[RESULT_TABLE_COLUMNS_MAX] = {NULL};
     if (!s->words || !s->numbers) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %s", path);
     }
@@ -55,19 +57,20 @@ ad_status sheet_write(const sheet *s, const char *path, ad_error *error)
     return table_write(path, &table, error);
 }
 
-ad_status sheet_write_both(const sheet *s, const char *folder, const char *name, ad_error *error)
+ad_status result_table_write_both(const result_table *s, const char *folder, const char *name,
+                                  ad_error *error)
 {
     static const char *const endings[] = {"csv", "h5"};
     char path[4096];
     ad_status status = AD_OK;
     for (int i = 0; status == AD_OK && i < 2; i++) {
         snprintf(path, sizeof path, "%s/%s.%s", folder, name, endings[i]);
-        status = sheet_write(s, path, error);
+        status = result_table_write(s, path, error);
     }
     return status;
 }
 
-const char *sheet_seconds(double seconds, char text[SHEET_TEXT])
+const char *result_table_seconds(double seconds, char text[RESULT_TABLE_TEXT])
 {
     if (!isfinite(seconds)) {
         return "-";
@@ -77,12 +80,12 @@ const char *sheet_seconds(double seconds, char text[SHEET_TEXT])
                  : seconds < 9.995  ? 2
                  : seconds < 99.95  ? 1
                                     : 0;
-    snprintf(text, SHEET_TEXT, "%.*f", digits, seconds);
+    snprintf(text, RESULT_TABLE_TEXT, "%.*f", digits, seconds);
     return text;
 }
 
-const char *sheet_error(double error, char text[SHEET_TEXT])
+const char *result_table_error(double error, char text[RESULT_TABLE_TEXT])
 {
-    snprintf(text, SHEET_TEXT, isfinite(error) ? "%.1e" : "-", error);
+    snprintf(text, RESULT_TABLE_TEXT, isfinite(error) ? "%.1e" : "-", error);
     return text;
 }

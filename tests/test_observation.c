@@ -3,7 +3,7 @@
 #include "filter_testing.h"
 
 #include "physics/solve/reduced.h"
-#include "tools/control/look.h"
+#include "tools/control/observation.h"
 #include "tools/control/reduced_model.h"
 #include "tools/prepare/prepare.h"
 
@@ -23,19 +23,20 @@ static config *read_arm(int count, const char *const *changes)
     return settings;
 }
 
-static look *make_look_of(const scene *of, const int *counts, look_what what, int count,
-                          const double *s)
+static observation *make_look_of(const scene *of, const int *counts, observation_what what,
+                                 int count, const double *s)
 {
     ad_error error = {.message = ""};
-    const look_sensor sensor = {what, count, s};
-    look *made = NULL;
-    if (look_create(of, counts, &sensor, &made, &error) != AD_OK) {
+    const observation_sensor sensor = {what, count, s};
+    observation *made = NULL;
+    if (observation_create(of, counts, &sensor, &made, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     return made;
 }
 
-static look *make_look(const scene *of, look_what what, int count, const double *s)
+static observation *make_observation(const scene *of, observation_what what, int count,
+                                     const double *s)
 {
     return make_look_of(of, modes, what, count, s);
 }
@@ -63,10 +64,11 @@ static void random_states(int count, double *states)
     }
 }
 
-static void see(look *x, int count, const double *states, double *values, double *by_state)
+static void see(observation *x, int count, const double *states, double *values, double *by_state)
 {
-    const one_look look = look_of(x);
-    assert_int_equal(look.see(look.context, count, states, NULL, values, by_state), 0);
+    const one_observation observation = observation_of(x);
+    assert_int_equal(observation.see(observation.context, count, states, NULL, values, by_state),
+                     0);
 }
 
 /* Of many states at once as of each alone, and as the rod says. */
@@ -82,24 +84,26 @@ static void test_values(void **state)
     (void)state;
     random_states(COUNT, states);
     for (int what = 0; what < 5; what++) {
-        look *x = make_look(&settings->scene, (look_what)what, 1, &tip);
-        const int values = look_of(x).values;
-        assert_int_equal(values, what == LOOK_ROTATION ? 4 : 3);
-        assert_int_equal(look_depends_on(x), what < LOOK_VELOCITY ? STATES / 2 : STATES);
+        observation *x = make_observation(&settings->scene, (observation_what)what, 1, &tip);
+        const int values = observation_of(x).values;
+        assert_int_equal(values, what == OBSERVATION_ROTATION ? 4 : 3);
+        assert_int_equal(observation_depends_on(x),
+                         what < OBSERVATION_VELOCITY ? STATES / 2 : STATES);
         see(x, COUNT, states, seen[what], NULL);
         for (int i = 0; i < COUNT; i++) {
             see(x, 1, states + i * STATES, alone, NULL);
             assert_memory_equal(alone, seen[what] + i * values, (size_t)values * sizeof *alone);
         }
         states[5] = NAN; /* a bending */
-        assert_int_not_equal(look_of(x).see(look_of(x).context, COUNT, states, NULL, seen[4], NULL),
-                             0);
+        assert_int_not_equal(
+            observation_of(x).see(observation_of(x).context, COUNT, states, NULL, seen[4], NULL),
+            0);
         random_states(COUNT, states);
-        look_free(x);
+        observation_free(x);
     }
-    look *x = make_look(&settings->scene, LOOK_ANGULAR_VELOCITY, 1, &tip);
+    observation *x = make_observation(&settings->scene, OBSERVATION_ANGULAR_VELOCITY, 1, &tip);
     see(x, COUNT, states, seen[4], NULL);
-    look_free(x);
+    observation_free(x);
     for (int i = 0; i < COUNT; i++) {
         reduced_place at;
         assert_int_equal(reduced_output(rod, 0, states + i * STATES, inputs, &at, NULL, &error),
@@ -108,13 +112,14 @@ static void test_values(void **state)
         const double d3[3] = {2 * (q[1] * q[3] + q[0] * q[2]), 2 * (q[2] * q[3] - q[0] * q[1]),
                               q[0] * q[0] - q[1] * q[1] - q[2] * q[2] + q[3] * q[3]};
         for (int k = 0; k < 4; k++) {
-            assert_near(seen[LOOK_ROTATION][4 * i + k], q[k], 1e-14);
+            assert_near(seen[OBSERVATION_ROTATION][4 * i + k], q[k], 1e-14);
         }
         for (int k = 0; k < 3; k++) {
-            assert_near(seen[LOOK_POSITION][3 * i + k], at.position[k], 1e-15);
-            assert_near(seen[LOOK_DIRECTION][3 * i + k], d3[k], 1e-14);
-            assert_near(seen[LOOK_VELOCITY][3 * i + k], at.velocity[k], 1e-14);
-            assert_near(seen[LOOK_ANGULAR_VELOCITY][3 * i + k], at.angular_velocity[k], 1e-13);
+            assert_near(seen[OBSERVATION_POSITION][3 * i + k], at.position[k], 1e-15);
+            assert_near(seen[OBSERVATION_DIRECTION][3 * i + k], d3[k], 1e-14);
+            assert_near(seen[OBSERVATION_VELOCITY][3 * i + k], at.velocity[k], 1e-14);
+            assert_near(seen[OBSERVATION_ANGULAR_VELOCITY][3 * i + k], at.angular_velocity[k],
+                        1e-13);
         }
     }
     reduced_free(rod);
@@ -126,10 +131,10 @@ static void test_values(void **state)
 static void test_strains(void **state)
 {
     config *settings = read_arm(0, NULL);
-    look *rotation = make_look(&settings->scene, LOOK_ROTATION, 3, places);
-    look *position = make_look(&settings->scene, LOOK_POSITION, 3, places);
-    look *curvature = make_look(&settings->scene, LOOK_CURVATURE, 1, places);
-    look *strain = make_look(&settings->scene, LOOK_STRAIN, 1, places);
+    observation *rotation = make_observation(&settings->scene, OBSERVATION_ROTATION, 3, places);
+    observation *position = make_observation(&settings->scene, OBSERVATION_POSITION, 3, places);
+    observation *curvature = make_observation(&settings->scene, OBSERVATION_CURVATURE, 1, places);
+    observation *strain = make_observation(&settings->scene, OBSERVATION_STRAIN, 1, places);
     double x[STATES], q[12], r[9], u[3], v[3];
     (void)state;
     random_states(1, x);
@@ -151,10 +156,10 @@ static void test_strains(void **state)
         assert_near(along, turned, 1e-4);
         assert_true(fabs(u[i]) > 0.1);
     }
-    look_free(rotation);
-    look_free(position);
-    look_free(curvature);
-    look_free(strain);
+    observation_free(rotation);
+    observation_free(position);
+    observation_free(curvature);
+    observation_free(strain);
     config_free(settings);
 }
 
@@ -166,8 +171,9 @@ static void test_derivatives(void **state)
     config *settings = read_arm(0, NULL);
     (void)state;
     for (int what = 0; what < ALL; what++) {
-        look *x = make_look(&settings->scene, (look_what)what, 2, (const double[]){0.07, 0.13});
-        const int values = look_of(x).values;
+        observation *x = make_observation(&settings->scene, (observation_what)what, 2,
+                                          (const double[]){0.07, 0.13});
+        const int values = observation_of(x).values;
         double states[COUNT * STATES], y[2][COUNT * 8], by[COUNT * 8 * STATES];
         random_states(COUNT, states);
         see(x, COUNT, states, y[0], by);
@@ -190,12 +196,12 @@ static void test_derivatives(void **state)
                 assert_near(by[i * STATES + c], (y[1][i] - y[0][i]) / (2 * step),
                             3e-5 * size + 1e-9);
             }
-            assert_true(c < look_depends_on(x) || size == 0);
+            assert_true(c < observation_depends_on(x) || size == 0);
         }
-        look_free(x);
+        observation_free(x);
     }
-    look *position = make_look(&settings->scene, LOOK_POSITION, 1, &tip);
-    look *velocity = make_look(&settings->scene, LOOK_VELOCITY, 1, &tip);
+    observation *position = make_observation(&settings->scene, OBSERVATION_POSITION, 1, &tip);
+    observation *velocity = make_observation(&settings->scene, OBSERVATION_VELOCITY, 1, &tip);
     double moving[3 * STATES], r[9], v[3];
     random_states(1, moving);
     for (int k = 0; k < STATES; k++) {
@@ -208,8 +214,8 @@ static void test_derivatives(void **state)
     for (int k = 0; k < 3; k++) {
         assert_near(v[k], (r[3 + k] - r[6 + k]) / 2e-5, 1e-6);
     }
-    look_free(position);
-    look_free(velocity);
+    observation_free(position);
+    observation_free(velocity);
     config_free(settings);
 }
 
@@ -243,15 +249,15 @@ static void find_sizes(reduced_rod *rod, const double *at_rest, double *size)
     }
 }
 
-/* What is seen, in the order of look_what. */
+/* What is seen, in the order of observation_what. */
 typedef struct seen_by {
-    look_what what;
+    observation_what what;
     int count, every, delay;
     double noise;
 } seen_by;
 
 typedef struct watched {
-    look *filter, *robot; /* of the filter's and the robot's modes */
+    observation *filter, *robot; /* of the filter's and the robot's modes */
     double noise[8], values[8][8];
 } watched;
 
@@ -259,17 +265,17 @@ static const double markers[2] = {0.13, 0.07};
 
 static void watch(const config *settings, const seen_by *by, watched *x, estimator_sensor *sensor)
 {
-    x->filter = make_look(&settings->scene, by->what, by->count, markers);
+    x->filter = make_observation(&settings->scene, by->what, by->count, markers);
     x->robot = make_look_of(&settings->scene, finer, by->what, by->count, markers);
     for (int i = 0; i < 8; i++) {
         x->noise[i] = by->noise;
     }
-    *sensor = (estimator_sensor){.look = look_of(x->filter),
-                                 .rotations = by->what == LOOK_ROTATION,
+    *sensor = (estimator_sensor){.observation = observation_of(x->filter),
+                                 .rotations = by->what == OBSERVATION_ROTATION,
                                  .noise = x->noise,
                                  .every = by->every,
                                  .delay = by->delay,
-                                 .depends = look_depends_on(x->filter)};
+                                 .depends = observation_depends_on(x->filter)};
 }
 
 /* Values of sample k; a rotation is turned about an axis at random. */
@@ -277,7 +283,7 @@ static void measure_robot(const seen_by *by, watched *x, const double *state, in
 {
     double *values = x->values[k % 8];
     see(x->robot, 1, state, values, NULL);
-    if (by->what != LOOK_ROTATION) {
+    if (by->what != OBSERVATION_ROTATION) {
         for (int i = 0; i < 3 * by->count; i++) {
             values[i] += by->noise * random_normal(seed);
         }
@@ -332,8 +338,8 @@ static followed follow(const config *settings, int parameters, int sensors, cons
                                               {.input = 4, .low = -0.2, .high = 0.2}};
     reduced_rod *rod = make_rod(&settings->scene, modes);
     reduced_rod *robot = make_rod(&settings->scene, finer);
-    look *tip_of[2] = {make_look(&settings->scene, LOOK_POSITION, 1, &tip),
-                       make_look_of(&settings->scene, finer, LOOK_POSITION, 1, &tip)};
+    observation *tip_of[2] = {make_observation(&settings->scene, OBSERVATION_POSITION, 1, &tip),
+                              make_look_of(&settings->scene, finer, OBSERVATION_POSITION, 1, &tip)};
     double deviation[STATES], process[STATES], size[STATES], rest[STATES], x[40], tips[6];
     const double inputs[8] = {0, 0, 0, 1};
     watched watching[2];
@@ -347,7 +353,7 @@ static followed follow(const config *settings, int parameters, int sensors, cons
     assert_int_equal(reduced_initial(robot, truth, x, &error), AD_OK);
     assert_int_equal(reduced_settle(robot, 0, truth, x, &error), AD_OK);
     find_sizes(rod, rest, size);
-    look_noise(STATES / 2, size, deviation, process);
+    observation_noise(STATES / 2, size, deviation, process);
     for (int i = 0; i < sensors; i++) {
         watch(settings, &by[i], &watching[i], &sensor[i]);
     }
@@ -382,12 +388,12 @@ static followed follow(const config *settings, int parameters, int sensors, cons
     result.position = sqrt(result.position);
     for (int i = 0; i < sensors; i++) {
         result.seen[i] = estimator_sensor_now(f.x, i);
-        look_free(watching[i].filter);
-        look_free(watching[i].robot);
+        observation_free(watching[i].filter);
+        observation_free(watching[i].robot);
     }
     free(f.memory);
-    look_free(tip_of[0]);
-    look_free(tip_of[1]);
+    observation_free(tip_of[0]);
+    observation_free(tip_of[1]);
     reduced_free(rod);
     reduced_free(robot);
     return result;
@@ -404,16 +410,19 @@ static void test_stiffness(void **state)
         int sensors;
         double stiffness, position;
     } cases[] = {
-        {{{LOOK_POSITION, 1, 1, 0, 2e-4}}, 1, 0.008, 1.5e-4},
-        {{{LOOK_POSITION, 1, 1, 2, 2e-4}}, 1, 0.008, 1.5e-4},
-        {{{LOOK_POSITION, 2, 2, 1, 2e-4}}, 1, 0.008, 2e-4},
-        {{{LOOK_ROTATION, 1, 1, 0, 5e-3}}, 1, 0.016, 5e-4},
-        {{{LOOK_POSITION, 1, 4, 2, 2e-4}, {LOOK_ANGULAR_VELOCITY, 1, 1, 0, 0.05}},
+        {{{OBSERVATION_POSITION, 1, 1, 0, 2e-4}}, 1, 0.008, 1.5e-4},
+        {{{OBSERVATION_POSITION, 1, 1, 2, 2e-4}}, 1, 0.008, 1.5e-4},
+        {{{OBSERVATION_POSITION, 2, 2, 1, 2e-4}}, 1, 0.008, 2e-4},
+        {{{OBSERVATION_ROTATION, 1, 1, 0, 5e-3}}, 1, 0.016, 5e-4},
+        {{{OBSERVATION_POSITION, 1, 4, 2, 2e-4}, {OBSERVATION_ANGULAR_VELOCITY, 1, 1, 0, 0.05}},
          2,
          0.014,
          3.5e-4},
-        {{{LOOK_CURVATURE, 2, 1, 0, 0.1}}, 1, 0.016, 5e-4},
-        {{{LOOK_DIRECTION, 1, 1, 0, 5e-3}, {LOOK_VELOCITY, 1, 1, 0, 5e-3}}, 2, 0.016, 5e-4},
+        {{{OBSERVATION_CURVATURE, 2, 1, 0, 0.1}}, 1, 0.016, 5e-4},
+        {{{OBSERVATION_DIRECTION, 1, 1, 0, 5e-3}, {OBSERVATION_VELOCITY, 1, 1, 0, 5e-3}},
+         2,
+         0.016,
+         5e-4},
     };
     config *settings = read_arm(0, NULL);
     (void)state;
@@ -436,7 +445,7 @@ static void test_load(void **state)
 {
     const char *changes[] = {"parameters.load={range: [-0.2, 0.2]}",
                              "loads.tip.force=[load, 0, 0]"};
-    const seen_by by = {LOOK_POSITION, 1, 1, 0, 2e-4};
+    const seen_by by = {OBSERVATION_POSITION, 1, 1, 0, 2e-4};
     config *settings = read_arm(2, changes);
     double truth[8] = {0, 0, 0, 1.2, 0.08};
     (void)state;
@@ -447,7 +456,7 @@ static void test_load(void **state)
     config_free(settings);
 }
 
-/* A start that is moved in time is none that a filter can look from. */
+/* A start that is moved in time is none that a filter can start from. */
 static void test_refusal(void **state)
 {
     static const char moved[] =
@@ -455,15 +464,16 @@ static void test_refusal(void **state)
         "      material: {youngs_modulus: 1.0e5, poissons_ratio: 0.4, density: 1000}}\n"
         "boundary: {start: {type: driven, position: [0.01*sin(t)^2, 0, 0]}}\n"
         "time: {duration: 1}\n";
-    const look_sensor sensor = {LOOK_POSITION, 1, &tip};
+    const observation_sensor sensor = {OBSERVATION_POSITION, 1, &tip};
     ad_error error = {.message = ""};
     config *settings = NULL;
-    look *x = NULL;
+    observation *x = NULL;
     (void)state;
     if (prepare_read("moved.yaml", moved, 0, NULL, &settings, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
-    assert_int_equal(look_create(&settings->scene, modes, &sensor, &x, &error), AD_BAD_INPUT);
+    assert_int_equal(observation_create(&settings->scene, modes, &sensor, &x, &error),
+                     AD_BAD_INPUT);
     assert_null(x);
     config_free(settings);
 }

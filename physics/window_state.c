@@ -1,4 +1,4 @@
-#include "physics/relay.h"
+#include "physics/window_state.h"
 #include "physics/constants.h"
 #include "physics/motion_network.h"
 
@@ -10,13 +10,13 @@
 /* Of one piece of s, or of its part that goes on. */
 static size_t piece_numbers(int rows)
 {
-    return RELAY_POINTS * (size_t)rows;
+    return WINDOW_STATE_POINTS * (size_t)rows;
 }
 
 /* Points of a parameter of a family, of as many as there are. */
 static int points_of(int parameters)
 {
-    static const int points[RELAY_PARAMETERS_MAX + 1] = {1, 11, 7};
+    static const int points[WINDOW_STATE_PARAMETERS_MAX + 1] = {1, 11, 7};
     return points[parameters];
 }
 
@@ -35,20 +35,21 @@ static int parameters_of(const domain *d)
     return d->count - (d->time >= 0 ? 2 : 1);
 }
 
-size_t relay_numbers(const physics_model *m)
+size_t window_state_numbers(const physics_model *m)
 {
     const int parameters = parameters_of(&m->domain); /* of more there is one window */
     if (m->motion) {
         return 2 * (size_t)m->motion->size;
     }
-    const size_t members = parameters <= RELAY_PARAMETERS_MAX ? (size_t)members_of(parameters) : 0;
+    const size_t members =
+        parameters <= WINDOW_STATE_PARAMETERS_MAX ? (size_t)members_of(parameters) : 0;
     return 2 * (size_t)domain_pieces(&m->domain) * members * piece_numbers(m->state_rows);
 }
 
 /* Chebyshev's points of [0, 1], from 1 down to 0. */
-static double relay_point(int j)
+static double window_state_point(int j)
 {
-    return (1 + cos(PI * j / RELAY_DEGREE)) / 2;
+    return (1 + cos(PI * j / WINDOW_STATE_DEGREE)) / 2;
 }
 
 /* ---- on the tape --------------------------------------------------------------------------- */
@@ -67,10 +68,11 @@ static void chebyshev_polynomials(ad_value x, int count, ad_value *powers)
 static ad_value all_polynomials(const domain_place *at, ad_value x)
 {
     const int parameters = at->over ? parameters_of(at->over) : 0, each = points_of(parameters);
-    ad_value along[RELAY_POINTS], rows[RELAY_MEMBERS_MAX], powers[RELAY_POINTS];
+    ad_value along[WINDOW_STATE_POINTS], rows[WINDOW_STATE_MEMBERS_MAX],
+        powers[WINDOW_STATE_POINTS];
     int count = 1;
-    chebyshev_polynomials(x, RELAY_POINTS, along);
-    rows[0] = ad_stack(RELAY_POINTS, along);
+    chebyshev_polynomials(x, WINDOW_STATE_POINTS, along);
+    rows[0] = ad_stack(WINDOW_STATE_POINTS, along);
     for (int i = 0; i < parameters; i++) {
         const int coordinate = at->over->count - parameters + i;
         chebyshev_polynomials(domain_unit(at->over, at, coordinate), each, powers);
@@ -84,7 +86,7 @@ static ad_value all_polynomials(const domain_place *at, ad_value x)
     return count > 1 ? ad_stack(count, rows) : rows[0];
 }
 
-ad_value relay_state(const domain_place *at, int rows, bool going)
+ad_value window_state_state(const domain_place *at, int rows, bool going)
 {
     int pieces = at->over ? domain_pieces(at->over) : 1;
     int members = at->over ? members_of(parameters_of(at->over)) : 1;
@@ -110,8 +112,8 @@ ad_value relay_state(const domain_place *at, int rows, bool going)
 /* At point `point` by the barycentric formula (Berrut & Trefethen 2004, SIAM Review 46). */
 static double interpolate(const double *values, int rows, int degree, int point)
 {
-    int step = RELAY_DEGREE / degree;
-    double above = 0, below = 0, x = cos(PI * point / RELAY_DEGREE);
+    int step = WINDOW_STATE_DEGREE / degree;
+    double above = 0, below = 0, x = cos(PI * point / WINDOW_STATE_DEGREE);
     if (point % step == 0) {
         return values[point * rows];
     }
@@ -123,10 +125,10 @@ static double interpolate(const double *values, int rows, int degree, int point)
     return above / below;
 }
 
-double relay_misfit(const double *values, int rows, int first, int count, int degree)
+double window_state_misfit(const double *values, int rows, int first, int count, int degree)
 {
     double largest = 0;
-    for (int point = 0; point < RELAY_POINTS; point++) {
+    for (int point = 0; point < WINDOW_STATE_POINTS; point++) {
         for (int i = first; i < first + count; i++) {
             double found = interpolate(values + i, rows, degree, point);
             largest = fmax(largest, fabs(found - values[point * rows + i]));
@@ -155,7 +157,7 @@ static void transform(const double *values, int degree, int rows, double *coeffi
 static ad_status transform_members(const physics_model *m, double *state, ad_error *error)
 {
     const int parameters = parameters_of(&m->domain), each = points_of(parameters);
-    const size_t all = relay_numbers(m) / 2;
+    const size_t all = window_state_numbers(m) / 2;
     size_t stride = piece_numbers(m->state_rows);
     double *copy = parameters ? malloc(all * sizeof *copy) : NULL;
     if (parameters && !copy) {
@@ -171,11 +173,11 @@ static ad_status transform_members(const physics_model *m, double *state, ad_err
     return AD_OK;
 }
 
-/* A state from its values [pieces][members][RELAY_POINTS][rows]. */
+/* A state from its values [pieces][members][WINDOW_STATE_POINTS][rows]. */
 static ad_status write_state(const physics_model *m, const double *values, double *state,
                              ad_error *error)
 {
-    double going[RELAY_POINTS * MODEL_STATE_ROWS_MAX], *begin = state;
+    double going[WINDOW_STATE_POINTS * MODEL_STATE_ROWS_MAX], *begin = state;
     int rows = m->state_rows, degree = 1;
     int pieces = domain_pieces(&m->domain) * members_of(parameters_of(&m->domain));
     size_t numbers = piece_numbers(rows);
@@ -184,13 +186,13 @@ static ad_status write_state(const physics_model *m, const double *values, doubl
         degree = needed > degree ? needed : degree;
     }
     for (int k = 0; k < pieces; k++, values += numbers, state += numbers) {
-        for (int point = 0; point < RELAY_POINTS; point++) {
+        for (int point = 0; point < WINDOW_STATE_POINTS; point++) {
             for (int i = 0; i < rows; i++) {
                 going[point * rows + i] = interpolate(values + i, rows, degree, point);
             }
         }
-        transform(values, RELAY_DEGREE, rows, state);
-        transform(going, RELAY_DEGREE, rows, state + (size_t)pieces * numbers);
+        transform(values, WINDOW_STATE_DEGREE, rows, state);
+        transform(going, WINDOW_STATE_DEGREE, rows, state + (size_t)pieces * numbers);
     }
     ad_status status = transform_members(m, begin, error);
     return status == AD_OK ? transform_members(m, begin + (size_t)pieces * numbers, error) : status;
@@ -198,31 +200,31 @@ static ad_status write_state(const physics_model *m, const double *values, doubl
 
 /* ---- from window to window ----------------------------------------------------------------- */
 
-typedef struct relay_program {
+typedef struct window_state_program {
     ad_program *program; /* NULL: not needed yet */
     bool is_uniform[MODEL_STATE_ROWS_MAX];
-} relay_program;
+} window_state_program;
 
-struct relay {
+struct window_state {
     const physics_model *model;
     const nn_mlp *mlp;
     ad_pool *pool;
-    relay_program programs[2]; /* of the first window, of a later one */
-    motion_network *motion;    /* of a model of such */
+    window_state_program programs[2]; /* of the first window, of a later one */
+    motion_network *motion;           /* of a model of such */
 };
 
-ad_status relay_create(const physics_model *m, const nn_mlp *mlp, ad_pool *pool, relay **result,
-                       ad_error *error)
+ad_status window_state_create(const physics_model *m, const nn_mlp *mlp, ad_pool *pool,
+                              window_state **result, ad_error *error)
 {
-    relay *r = *result = calloc(1, sizeof *r);
+    window_state *r = *result = calloc(1, sizeof *r);
     if (!r) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for windows of time");
     }
-    *r = (relay){.model = m, .mlp = mlp, .pool = pool};
+    *r = (window_state){.model = m, .mlp = mlp, .pool = pool};
     return AD_OK;
 }
 
-void relay_free(relay *r)
+void window_state_free(window_state *r)
 {
     if (r) {
         ad_program_free(r->programs[0].program);
@@ -232,7 +234,7 @@ void relay_free(relay *r)
     }
 }
 
-static ad_status build(relay *r, int window, relay_program *made, ad_error *error)
+static ad_status build(window_state *r, int window, window_state_program *made, ad_error *error)
 {
     ad_tape *tape = ad_tape_create();
     if (!tape) {
@@ -254,12 +256,13 @@ static ad_status build(relay *r, int window, relay_program *made, ad_error *erro
 
 /* The points of a piece, by more than rounding within where it meets another: what jumps there is
  * that of the piece. */
-static void place_points(const domain *d, int piece, double s[RELAY_POINTS])
+static void place_points(const domain *d, int piece, double s[WINDOW_STATE_POINTS])
 {
     double low, high, off = domain_pieces(d) > 1 ? 4 * DBL_EPSILON : 0;
     domain_piece(d, piece, &low, &high);
-    for (int j = 0; j < RELAY_POINTS; j++) {
-        double at = domain_pieces(d) > 1 ? low + (high - low) * relay_point(j) : relay_point(j);
+    for (int j = 0; j < WINDOW_STATE_POINTS; j++) {
+        double at = domain_pieces(d) > 1 ? low + (high - low) * window_state_point(j)
+                                         : window_state_point(j);
         s[j] = fmax(low + off, fmin(high - off, at));
     }
 }
@@ -275,22 +278,23 @@ static double member_at(const domain *d, int member, int i)
                                 (1 + cos(PI * (member % each) / (each - 1))) / 2);
 }
 
-/* values [RELAY_POINTS][rows] of the end of window `index` in one piece, of one member. */
-static ad_status run_piece(const relay *r, const relay_program *made, int index, int piece,
-                           int member, const double *start, const double *x, double *values,
-                           ad_error *error)
+/* values [WINDOW_STATE_POINTS][rows] of the end of window `index` in one piece, of one member. */
+static ad_status run_piece(const window_state *r, const window_state_program *made, int index,
+                           int piece, int member, const double *start, const double *x,
+                           double *values, ad_error *error)
 {
     const physics_model *m = r->model;
     const int parameters = parameters_of(&m->domain);
-    double s[RELAY_POINTS], unused[RELAY_POINTS] = {0}, found[MODEL_STATE_ROWS_MAX][RELAY_POINTS];
-    double of_member[RELAY_PARAMETERS_MAX][RELAY_POINTS];
+    double s[WINDOW_STATE_POINTS], unused[WINDOW_STATE_POINTS] = {0},
+                                   found[MODEL_STATE_ROWS_MAX][WINDOW_STATE_POINTS];
+    double of_member[WINDOW_STATE_PARAMETERS_MAX][WINDOW_STATE_POINTS];
     double *outputs[MODEL_STATE_ROWS_MAX], begin = domain_window_time(&m->domain, index);
     const double *inputs[DOMAIN_COORDINATES_MAX] = {s, unused}, *uniforms[DOMAIN_UNIFORMS_MAX];
     domain_uniforms kinds = model_uniforms(m, index);
     domain_setting setting = {{begin, domain_window_time(&m->domain, index + 1) - begin}, start, 1};
     domain_list_uniforms(&kinds, &setting, uniforms);
     for (int i = 0; i < parameters; i++) {
-        for (int j = 0; j < RELAY_POINTS; j++) {
+        for (int j = 0; j < WINDOW_STATE_POINTS; j++) {
             of_member[i][j] = member_at(&m->domain, member, i);
         }
         inputs[m->domain.count - parameters + i] = of_member[i];
@@ -299,13 +303,13 @@ static ad_status run_piece(const relay *r, const relay_program *made, int index,
     for (int i = 0; i < m->state_rows; i++) {
         outputs[i] = found[i];
     }
-    const ad_run run = {.points = RELAY_POINTS,
+    const ad_run run = {.points = WINDOW_STATE_POINTS,
                         .inputs = inputs,
                         .uniforms = uniforms,
                         .parameters = x,
                         .outputs = outputs};
     ad_status status = ad_execute(made->program, &run, error);
-    for (int j = 0; status == AD_OK && j < RELAY_POINTS; j++) {
+    for (int j = 0; status == AD_OK && j < WINDOW_STATE_POINTS; j++) {
         for (int i = 0; i < m->state_rows; i++) {
             values[j * m->state_rows + i] = found[i][made->is_uniform[i] ? 0 : j];
         }
@@ -313,8 +317,8 @@ static ad_status run_piece(const relay *r, const relay_program *made, int index,
     return status;
 }
 
-static ad_status relay_motion(relay *r, int index, const double *start, const double *x,
-                              double *end, ad_error *error)
+static ad_status window_state_motion(window_state *r, int index, const double *start,
+                                     const double *x, double *end, ad_error *error)
 {
     const double last = domain_window_time(&r->model->domain, index + 1);
     double *y = malloc(3 * (size_t)r->model->motion->size * sizeof *y);
@@ -327,20 +331,20 @@ static ad_status relay_motion(relay *r, int index, const double *start, const do
     }
     if (status == AD_OK) {
         motion_network_state(r->motion, 0, index > 0 ? start : NULL, x, y);
-        memcpy(end, y, relay_numbers(r->model) * sizeof *end);
+        memcpy(end, y, window_state_numbers(r->model) * sizeof *end);
     }
     free(y);
     return status;
 }
 
-ad_status relay_run(relay *r, int index, const double *start, const double *x, double *end,
-                    ad_error *error)
+ad_status window_state_run(window_state *r, int index, const double *start, const double *x,
+                           double *end, ad_error *error)
 {
     const physics_model *m = r->model;
     if (m->motion) {
-        return relay_motion(r, index, start, x, end, error);
+        return window_state_motion(r, index, start, x, end, error);
     }
-    relay_program *made = &r->programs[index > 0];
+    window_state_program *made = &r->programs[index > 0];
     size_t numbers = piece_numbers(m->state_rows);
     int members = members_of(parameters_of(&m->domain));
     int blocks = domain_pieces(&m->domain) * members;

@@ -1,7 +1,7 @@
 /* Sums over ranks. Every rank owns some of the numbers: it gets the pieces of these from all
  * others, puts them together in the order of one process, and hands the sums out. So each rank
  * sends its pieces once and the sums of its own numbers, however many ranks there are. */
-#include "autodiff/run/share.h"
+#include "autodiff/run/rank_exchange.h"
 
 #include <stdlib.h>
 #include <string.h>

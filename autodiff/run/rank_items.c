@@ -1,7 +1,7 @@
 /* Items of work for the threads of all ranks. A rank takes neighbouring items, half of all that are
  * left among the ranks, so that it asks seldom, and its threads take them one by one. What the
  * items have made is sent once, when all are done. */
-#include "autodiff/run/share.h"
+#include "autodiff/run/rank_exchange.h"
 
 #include <pthread.h>
 #include <stdlib.h>
@@ -212,14 +212,14 @@ static int meet(deal *d, bool *stopped)
 {
     share *s = d->share;
     const ad_ranks *ranks = s->ranks;
-    const double own[SHARE_SAID] = {[SAID_DONE] = d->done,
-                                    [SAID_ADDED] = (double)d->added,
-                                    [SAID_FAILED] = d->failed,
-                                    [SAID_STOPPED] = ad_pool_stopped(d->pool)};
+    const double own[RANK_EXCHANGE_SAID] = {[SAID_DONE] = d->done,
+                                            [SAID_ADDED] = (double)d->added,
+                                            [SAID_FAILED] = d->failed,
+                                            [SAID_STOPPED] = ad_pool_stopped(d->pool)};
     int64_t added = 0;
     int failed = -1;
     for (int i = 0; i <= ranks->count; i++) {
-        s->bounds[i] = SHARE_SAID * (size_t)i;
+        s->bounds[i] = RANK_EXCHANGE_SAID * (size_t)i;
     }
     memcpy(s->said[ranks->rank], own, sizeof own);
     ranks->gather(ranks->context, s->bounds, s->said[0]);

@@ -576,9 +576,10 @@ static ad_status rest(finder *finder, ad_error *error)
                : status;
 }
 
-ad_status surrogate_find_frame(reduced_rod *rod, const surrogate_settings *settings,
-                               const scene *open, const surrogate_steps *steps, surrogate_step *m,
-                               double **numbers, char text[256], ad_error *error)
+ad_status surrogate_find_symmetry(reduced_rod *rod, const surrogate_settings *settings,
+                                  const scene *open, const surrogate_steps *steps,
+                                  surrogate_step *m, double **numbers, char text[256],
+                                  ad_error *error)
 {
     const int n = reduced_states(rod), inputs = reduced_inputs(rod);
     double by[SURROGATE_STATES_MAX * SURROGATE_INPUTS_MAX];

@@ -68,7 +68,7 @@ static void test_results_stay(void **state)
 
     ad_value fixed[FIXED_MAX];
     int count;
-    assert_int_equal(ad_hoist(2, c.outputs, 1, &c.weight, 1, FIXED_MAX, fixed, &count), AD_OK);
+    assert_int_equal(ad_precompute(2, c.outputs, 1, &c.weight, 1, FIXED_MAX, fixed, &count), AD_OK);
     assert_int_equal(count, 2); /* rate and forcing; sin(weight) may change */
     for (int i = 0; i < count; i++) {
         assert_int_equal(ad_rows(fixed[i]), 1);
@@ -96,13 +96,14 @@ static void test_limits(void **state)
     int count;
     little_scene c = record();
     int loss = c.outputs[0].id;
-    assert_int_equal(ad_hoist(2, c.outputs, 1, &c.weight, 1, 0, fixed, &count), AD_OK);
+    assert_int_equal(ad_precompute(2, c.outputs, 1, &c.weight, 1, 0, fixed, &count), AD_OK);
     assert_int_equal(count, 0); /* no rows to spend */
     assert_int_equal(c.outputs[0].id, loss);
-    assert_int_equal(ad_hoist(2, c.outputs, 1, &c.weight, 1000, FIXED_MAX, fixed, &count), AD_OK);
+    assert_int_equal(ad_precompute(2, c.outputs, 1, &c.weight, 1000, FIXED_MAX, fixed, &count),
+                     AD_OK);
     assert_int_equal(count, 0); /* nothing is worth it */
     ad_value all[3] = {c.s, c.t, c.weight};
-    assert_int_equal(ad_hoist(2, c.outputs, 3, all, 1, FIXED_MAX, fixed, &count), AD_OK);
+    assert_int_equal(ad_precompute(2, c.outputs, 3, all, 1, FIXED_MAX, fixed, &count), AD_OK);
     assert_int_equal(count, 0); /* every input may change */
     ad_tape_free(c.tape);
 }
@@ -114,7 +115,8 @@ static void test_failed_tape(void **state)
     int count = 5;
     little_scene c = record();
     ad_tape_fail(c.tape, AD_BAD_ARGUMENT, "on purpose");
-    assert_int_equal(ad_hoist(2, c.outputs, 0, NULL, 1, FIXED_MAX, fixed, &count), AD_BAD_ARGUMENT);
+    assert_int_equal(ad_precompute(2, c.outputs, 0, NULL, 1, FIXED_MAX, fixed, &count),
+                     AD_BAD_ARGUMENT);
     assert_int_equal(count, 0);
     ad_tape_free(c.tape);
 }

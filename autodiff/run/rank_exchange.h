@@ -1,16 +1,16 @@
-/* Sums, values and items of several ranks (share.c, deal.c). Private to autodiff. */
-#ifndef AD_SHARE_H
-#define AD_SHARE_H
+/* Sums, values and items of several ranks (rank_exchange.c, rank_items.c). Private to autodiff. */
+#ifndef AD_RANK_EXCHANGE_H
+#define AD_RANK_EXCHANGE_H
 
 #include "autodiff/ranks.h"
 
-enum { SHARE_SAID = 4 };
+enum { RANK_EXCHANGE_SAID = 4 };
 
 /* Of a pool: its ranks, and memory for what they exchange. */
 typedef struct share {
-    const ad_ranks *ranks;      /* of more than one, else NULL */
-    size_t *bounds;             /* [2][ranks + 1] */
-    double (*said)[SHARE_SAID]; /* [ranks] of one who has done its items */
+    const ad_ranks *ranks;              /* of more than one, else NULL */
+    size_t *bounds;                     /* [2][ranks + 1] */
+    double (*said)[RANK_EXCHANGE_SAID]; /* [ranks] of one who has done its items */
     double *room;
     size_t capacity; /* numbers */
     int *items;      /* that this rank has been dealt */

@@ -3,7 +3,7 @@
 #include "near.h"
 #include "random_numbers.h"
 
-#include "tools/control/small.h"
+#include "tools/control/small_matrix.h"
 
 #include <string.h>
 
@@ -11,9 +11,9 @@ enum { MOST = 40, STRIDE = 40, ROWS = 60 };
 
 static void fill(uint64_t *seed, int rows, int n, double *a)
 {
-    memset(a, 0, (size_t)(rows * small_stride(n)) * sizeof *a);
+    memset(a, 0, (size_t)(rows * small_matrix_stride(n)) * sizeof *a);
     for (int i = 0; i < rows * n; i++) {
-        a[i / n * small_stride(n) + i % n] = random_in(seed, -1, 1);
+        a[i / n * small_matrix_stride(n) + i % n] = random_in(seed, -1, 1);
     }
 }
 
@@ -33,10 +33,11 @@ static void test_products(void **state)
     uint64_t seed = 1;
     (void)state;
     for (int n = 1; n <= MOST; n += 6) {
-        const int m = n / 2 + 1, k = n / 3 + 2, inner = small_stride(k), stride = small_stride(n);
+        const int m = n / 2 + 1, k = n / 3 + 2, inner = small_matrix_stride(k),
+                  stride = small_matrix_stride(n);
         fill(&seed, m, k, a);
         fill(&seed, ROWS, n, b);
-        small_product(m, k, n, a, b, c);
+        small_matrix_product(m, k, n, a, b, c);
         for (int i = 0; i < m * n; i++) {
             double sum = 0;
             for (int j = 0; j < k; j++) {
@@ -44,7 +45,7 @@ static void test_products(void **state)
             }
             assert_near(c[i / n * stride + i % n], sum, 1e-13);
         }
-        small_product_transposed(m, k, n, a, b, c);
+        small_matrix_product_transposed(m, k, n, a, b, c);
         for (int i = 0; i < k * n; i++) {
             double sum = 0;
             for (int j = 0; j < m; j++) {
@@ -61,7 +62,7 @@ static void test_triangle(void **state)
     uint64_t seed = 2;
     (void)state;
     for (int n = 1; n <= MOST; n++) {
-        const int stride = small_stride(n), rows = n + (int)(random_bits(&seed) % 20);
+        const int stride = small_matrix_stride(n), rows = n + (int)(random_bits(&seed) % 20);
         fill(&seed, rows, n, a);
         if (n > 3) { /* columns that are 0 or depend on others leave a triangle all the same */
             for (int i = 0; i < rows; i++) {
@@ -70,7 +71,7 @@ static void test_triangle(void **state)
             }
         }
         memcpy(r, a, sizeof r);
-        small_triangle(rows, n, r);
+        small_matrix_triangle(rows, n, r);
         for (int i = 0; i < n; i++) {
             assert_true(r[i * stride + i] >= 0);
             for (int k = 0; k < stride; k++) {
@@ -91,13 +92,13 @@ static void test_cholesky_and_solutions(void **state)
     uint64_t seed = 3;
     (void)state;
     for (int n = 1; n <= MOST; n++) {
-        const int stride = small_stride(n);
+        const int stride = small_matrix_stride(n);
         double at[MOST];
         fill(&seed, ROWS, n, b);
         for (int i = 0; i < n * stride; i++) {
             u[i] = i % stride < n ? gram(ROWS, stride, b, i / stride, i % stride) : 0;
         }
-        assert_int_equal(small_cholesky(n, u), 0);
+        assert_int_equal(small_matrix_cholesky(n, u), 0);
         for (int i = 0; i < n; i++) {
             for (int k = 0; k < n; k++) {
                 assert_near(gram(n, stride, u, i, k), gram(ROWS, stride, b, i, k), 1e-12);
@@ -113,12 +114,12 @@ static void test_cholesky_and_solutions(void **state)
             }
             right[8 * i + 2] = -right[8 * i];
         }
-        small_solve_factored(n, u, 3, right);
+        small_matrix_solve_factored(n, u, 3, right);
         for (int i = 0; i < n; i++) {
             assert_near(right[8 * i], at[i], 1e-11);
             assert_near(right[8 * i + 2], -at[i], 1e-11);
         }
-        small_solve_transposed(n, u, x);
+        small_matrix_solve_transposed(n, u, x);
         for (int i = 0; i < n; i++) {
             assert_near(x[i], at[i], 1e-12);
         }
@@ -127,7 +128,7 @@ static void test_cholesky_and_solutions(void **state)
     u[0] = 4;
     u[1] = 2;
     u[8 + 1] = 1; /* a pivot of 0 */
-    assert_int_equal(small_cholesky(2, u), 2);
+    assert_int_equal(small_matrix_cholesky(2, u), 2);
 }
 
 int main(void)

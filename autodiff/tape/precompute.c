@@ -7,7 +7,7 @@
 enum { HEAVY_OPERATION = 8, HEAVY_MAX = 1 << 20 };
 
 /* Working memory, arrays by node id. */
-typedef struct hoist {
+typedef struct precompute {
     ad_tape *tape;
     int count;    /* nodes below it are looked at */
     bool *needed; /* by an output */
@@ -15,14 +15,14 @@ typedef struct hoist {
     bool *taken;  /* becomes an input */
     int *work;    /* operations that it takes, the shared counted each time */
     int *renamed; /* its new id */
-} hoist;
+} precompute;
 
-static int argument(const hoist *h, int id, int i)
+static int argument(const precompute *h, int id, int i)
 {
     return h->tape->arguments[h->tape->nodes[id].first + i];
 }
 
-static void mark_needed(hoist *h, int count, const ad_value *outputs)
+static void mark_needed(precompute *h, int count, const ad_value *outputs)
 {
     for (int i = 0; i < count; i++) {
         h->needed[outputs[i].id] = true;
@@ -34,7 +34,7 @@ static void mark_needed(hoist *h, int count, const ad_value *outputs)
     }
 }
 
-static void mark_varying(hoist *h, int count, const ad_value *varying)
+static void mark_varying(precompute *h, int count, const ad_value *varying)
 {
     for (int i = 0; i < count; i++) {
         h->varies[varying[i].id] = true;
@@ -57,7 +57,7 @@ static void mark_varying(hoist *h, int count, const ad_value *varying)
 }
 
 /* Values that do not vary but are used by one that does, and are worth an input. */
-static int choose(hoist *h, int least, int rows, ad_value *fixed)
+static int choose(precompute *h, int least, int rows, ad_value *fixed)
 {
     int count = 0, used = 0;
     for (int id = 0; id < h->count; id++) {
@@ -78,7 +78,7 @@ static int choose(hoist *h, int least, int rows, ad_value *fixed)
     return count;
 }
 
-static ad_value rename_arguments(hoist *h, int id, ad_value *arguments)
+static ad_value rename_arguments(precompute *h, int id, ad_value *arguments)
 {
     bool changed = false;
     int count = h->tape->nodes[id].count;
@@ -90,7 +90,7 @@ static ad_value rename_arguments(hoist *h, int id, ad_value *arguments)
     return changed ? ad_transform_apply(value_of(h->tape, id), arguments) : value_of(h->tape, id);
 }
 
-static void rewrite(hoist *h, int fixed_count, const ad_value *fixed, ad_value *arguments)
+static void rewrite(precompute *h, int fixed_count, const ad_value *fixed, ad_value *arguments)
 {
     for (int id = 0; id < h->count; id++) {
         h->renamed[id] = id;
@@ -107,12 +107,12 @@ static void rewrite(hoist *h, int fixed_count, const ad_value *fixed, ad_value *
     }
 }
 
-ad_status ad_hoist(int count, ad_value *outputs, int varying_count, const ad_value *varying,
-                   int least, int rows, ad_value *fixed, int *fixed_count)
+ad_status ad_precompute(int count, ad_value *outputs, int varying_count, const ad_value *varying,
+                        int least, int rows, ad_value *fixed, int *fixed_count)
 {
     ad_tape *tape = outputs[0].tape;
     *fixed_count = 0;
-    hoist h = {.tape = tape, .count = tape->count};
+    precompute h = {.tape = tape, .count = tape->count};
     for (int i = 0; i < count; i++) {
         if (!ad_transform_usable(outputs[i], "output", tape)) {
             return tape->error.status;

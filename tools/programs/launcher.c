@@ -1,4 +1,4 @@
-#include "tools/programs/launch.h"
+#include "tools/programs/launcher.h"
 
 #include "tools/programs/cli.h"
 
@@ -11,17 +11,17 @@ static const char *const names[][2] = {{"OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD
 
 static bool shares; /* since main has begun */
 
-void launch_share(void)
+void launcher_share(void)
 {
     shares = true;
 }
 
-bool launch_is_shared(void)
+bool launcher_is_shared(void)
 {
     return shares;
 }
 
-int launch_processes(int *rank)
+int launcher_processes(int *rank)
 {
     *rank = 0;
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
@@ -34,9 +34,9 @@ int launch_processes(int *rank)
     return 1;
 }
 
-int launch_refuse(const char *program, const char *what)
+int launcher_refuse(const char *program, const char *what)
 {
-    int rank, count = launch_processes(&rank);
+    int rank, count = launcher_processes(&rank);
     return rank > 0 ? CLI_BAD
                     : cli_fail(program,
                                "%s, and would run %d times: start it without mpirun or srun, or "
