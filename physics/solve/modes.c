@@ -1,7 +1,6 @@
 #include "physics/solve/modes_internal.h"
 
 #include "physics/solve/mesh.h"
-#include "physics/solve/motion_mesh.h"
 #include "physics/support.h"
 
 #include <stdlib.h>

@@ -1,8 +1,6 @@
 /* What is given along a rod in motion, for quadrature: what it is made of, how it starts; rest
  * shape, loads and actuators at some times. */
-#include "physics/solve/motion_mesh.h"
-
-#include "physics/solve/quadrature.h"
+#include "physics/solve/rod_model.h"
 
 #include <string.h>
 
@@ -93,4 +91,12 @@ solve_given motion_given(const solve_rod *rod)
     return (solve_given){.rows = ROWS + TIMES * rod->along.numbers + EACH * rod->actuators,
                          .at = given_at,
                          .context = rod};
+}
+
+ad_status motion_places_of(const solve_rod *rod, solve_quadrature **places, ad_error *error)
+{
+    double jumps[SOLVE_JUMPS_MAX];
+    const solve_given given = motion_given(rod);
+    solve_jump_places(&rod->jumps, jumps);
+    return solve_quadrature_create(&rod->scene, &given, rod->jumps.count, jumps, places, error);
 }

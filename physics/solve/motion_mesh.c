@@ -20,14 +20,6 @@ enum { DIVISIONS = 256 };
 
 /* ---- meshes -------------------------------------------------------------------------------- */
 
-ad_status motion_places_of(const solve_rod *rod, solve_quadrature **places, ad_error *error)
-{
-    double jumps[SOLVE_JUMPS_MAX];
-    const solve_given given = motion_given(rod);
-    solve_jump_places(&rod->jumps, jumps);
-    return solve_quadrature_create(&rod->scene, &given, rod->jumps.count, jumps, places, error);
-}
-
 ad_status motion_mesh(const solve_rod *rod, const solve_quadrature *places, double lock,
                       double tolerance, int intervals, motion **result, ad_error *error)
 {

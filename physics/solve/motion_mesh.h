@@ -5,14 +5,6 @@
 #include "physics/solve/integrate.h"
 #include "physics/solve/quadrature.h"
 
-/* What is given along the rod at some times, at most QUADRATURE_ROWS_MAX numbers; the rod must
- * outlive it. */
-solve_given motion_given(const solve_rod *rod);
-
-/* Where elements have to end, and what their quadrature is measured by. AD_NO_MEMORY, errors of
- * formulas; the result is freed by solve_quadrature_free. */
-ad_status motion_places_of(const solve_rod *rod, solve_quadrature **places, ad_error *error);
-
 /* Elements that have together at least so many intervals between nodes, none across a place, and
  * halved where what is given along the rod is so narrow that they would miss more of it than the
  * tolerance. lock: as motion_create. */

@@ -18,7 +18,6 @@
 
 #include "physics/scene.h"
 #include "physics/solve/kinematics.h"
-#include "physics/solve/solve.h"
 
 #ifdef __cplusplus
 extern "C" {

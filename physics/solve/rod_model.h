@@ -13,8 +13,8 @@
 
 #include "physics/model.h"
 #include "physics/solve/jump.h"
+#include "physics/solve/method.h"
 #include "physics/solve/quadrature.h"
-#include "physics/solve/solve.h"
 
 /* What one end holds; what loads it acts there (physics/solve/jump.h). */
 typedef struct solve_end {
@@ -198,6 +198,14 @@ double solve_rod_displacement(const solve_rod *rod, int i, double t);
 
 /* All that a rod at rest is given along it, at t = 0. The rod must outlive it. */
 solve_given solve_rod_given(const solve_rod *rod);
+
+/* What is given along the rod at some times, at most QUADRATURE_ROWS_MAX numbers; the rod must
+ * outlive it. */
+solve_given motion_given(const solve_rod *rod);
+
+/* Where elements have to end, and what their quadrature is measured by. AD_NO_MEMORY, errors of
+ * formulas; the result is freed by solve_quadrature_free. */
+ad_status motion_places_of(const solve_rod *rod, solve_quadrature **places, ad_error *error);
 
 /* Numbers of what acts at single places, if anything does: out [jumps.numbers]. */
 ad_status solve_rod_jump_numbers(const solve_rod *rod, double t, double *out, ad_error *error);

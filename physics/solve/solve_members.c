@@ -3,7 +3,6 @@
 #include "physics/model.h"
 #include "physics/solve/strain_group.h"
 #include "physics/solve/strain_jacobian.h"
-#include "physics/solve/strain_newton.h"
 #include "physics/strain.h"
 
 #include <math.h>

@@ -3,6 +3,7 @@
 #ifndef PHYSICS_SOLVE_STRAIN_GROUP_H
 #define PHYSICS_SOLVE_STRAIN_GROUP_H
 
+#include "physics/solve/solve_members.h"
 #include "physics/solve/strain_level.h"
 
 enum { STRAIN_LEVELS_MAX = 10 };

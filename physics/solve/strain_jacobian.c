@@ -10,7 +10,6 @@
 #include "autodiff/dense.h"
 #include "physics/rod_internal.h"
 #include "physics/solve/complement.h"
-#include "physics/solve/solve_members.h"
 #include "physics/solve/strain_group.h"
 #include "physics/strain.h"
 

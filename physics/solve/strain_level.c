@@ -1,6 +1,7 @@
 #include "physics/solve/strain_level.h"
 
 #include "physics/solve/mesh.h"
+#include "physics/solve/solve_members.h"
 #include "physics/solve/strain_inline.h"
 
 #include <stdlib.h>

@@ -3,7 +3,7 @@
 #ifndef PHYSICS_SOLVE_STRAIN_LEVEL_H
 #define PHYSICS_SOLVE_STRAIN_LEVEL_H
 
-#include "physics/solve/solve_members.h"
+#include "physics/solve/rod_model.h"
 #include "physics/solve/strain_form.h"
 
 /* Where a shape is wanted: s in an element, from its beginning on, or from a point on. */
