@@ -170,7 +170,7 @@ static ad_value rod_initial_residual(const rod_context *rod, rod_state state)
 /* ---- weights --------------------------------------------------------------------------------- */
 
 /* Errors of the first two add up along s. The rows of shear and stretch are strains, not forces, so
- * no weight has to follow the slenderness (tests/test_slender.c). */
+ * no weight has to follow the slenderness (tests/train/test_slender.c). */
 rod_weights rod_weights_default(void)
 {
     return (rod_weights){

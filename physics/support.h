@@ -1,8 +1,9 @@
 /* The table of support: which feature of a scene each form of its equations takes.
  *
  * Readers, checks, solvers, programs and pages ask this table, and all of them say the same
- * sentence where a form does not take a feature. tests/test_support.c runs a scene of every feature
- * in every form: what is taken is solved and agrees with another form, what is not is refused. */
+ * sentence where a form does not take a feature. tests/library/test_support.c runs a scene of every
+ * feature in every form: what is taken is solved and agrees with another form, what is not is
+ * refused. */
 #ifndef PHYSICS_SUPPORT_H
 #define PHYSICS_SUPPORT_H
 

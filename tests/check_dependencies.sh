@@ -27,7 +27,8 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
     }
     function folder_of(path, part, count) {
         count = split(path, part, "/")
-        if (count > 2 && (part[1] == "tools" || part[1] == "autodiff" || part[2] == "solve"))
+        if (count > 2 && (part[1] == "tools" || part[1] == "autodiff" ||
+                          part[1] "/" part[2] == "physics/solve"))
             return part[1] "/" part[2]
         return part[1]
     }

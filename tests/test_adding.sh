@@ -186,7 +186,7 @@ const optim_kind optim_nadam_kind = {
     .state_check = state_check,
     .advice = "a smaller learning_rate"};
 END
-new tests/test_optim_nadam.c <<'END'
+new tests/optim/test_optim_nadam.c <<'END'
 #include "optim_testing.h"
 
 static double slope(size_t count, const double *x, double *gradient)
@@ -288,10 +288,10 @@ refused 'memory: belongs to optimizer lbfgs, but this stage runs nadam' \
     cpinn-train "$elastica" --set 'training.stages=[{optimizer: nadam, memory: 3}]' --out refused
 for name in optim_nadam optim_methods; do
     # shellcheck disable=SC2046  # words
-    "${CC:-cc}" -std=c11 -D_POSIX_C_SOURCE=200809L -Itree -Itree/tests -o $name \
-        "tree/tests/test_$name.c" tree/optim/*.c $(pkg-config --cflags --libs cmocka) -lm \
-        $(grep -q '"allocations.h"' "tree/tests/test_$name.c" &&
-            echo -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=posix_memalign) \
+    "${CC:-cc}" -std=c11 -D_POSIX_C_SOURCE=200809L -Itree -Itree/tests/helpers -o $name \
+        "tree/tests/optim/test_$name.c" tree/optim/*.c $(pkg-config --cflags --libs cmocka) -lm \
+        tree/tests/helpers/allocations.c \
+        -Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=posix_memalign \
         2>compiled.txt || failed "test_$name: $(grep -m1 error compiled.txt)"
     run 0 ./$name
 done

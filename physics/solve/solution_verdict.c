@@ -55,7 +55,8 @@ static void judge_energy(const scene *rod_scene, const solve_settings *settings,
 }
 
 /* In estimated errors, and what rounding leaves. Of 500 random scenes at rest by the solver
- * (tests/test_random_scenes.c) the rest is at most twice the estimated error, and below 2e-11. */
+ * (tests/library/test_random_scenes.c) the rest is at most twice the estimated error, and below
+ * 2e-11. */
 static const double ALLOWED_BALANCE = 100, ROUNDING_BALANCE = 1e-11;
 
 void solve_judge_balance(double balance, double allowed_error, verdict *result)

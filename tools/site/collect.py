@@ -132,10 +132,10 @@ MISTAKES = re.compile(r"missing|is (?:a |not |-?\d|\.inf|circle|solve|zero|too|f
 
 
 def refusals():
-    """The lines with which tests/config_refusals_*.h expects scenes to be refused, by section."""
+    """The lines with which tests/helpers/config_refusals_*.h expects scenes to be refused, by section."""
     rows = {}
     for name in ["scene", "beam", "lists"]:
-        source = pathlib.Path(f"tests/config_refusals_{name}.h").read_text()
+        source = pathlib.Path(f"tests/helpers/config_refusals_{name}.h").read_text()
         for parts in re.findall(r'(?:"(?:[^"\\]|\\.)*"\s*)+', source):
             line = "".join(re.findall(r'"((?:[^"\\]|\\.)*)"', parts)).replace('\\"', '"')
             found = re.match(r"(?:scene\.yaml(?::\d+)*|--set [^:]*): (\S+): (.*)", line)

@@ -1,6 +1,6 @@
 /* Motions under a pulse, of every quantity that may vary in time: no answer is wrong in silence.
  *
- *   test_pulses [COUNT [FIRST]]
+ *   test_solve pulses [COUNT [FIRST]]
  *
  * COUNT random motions, of seeds from FIRST on: the quantities in turn, pulses of any shape, place
  * and width. Each is compared with steps on a mesh of its own that are as short as the pulse asks

@@ -1,7 +1,7 @@
 /* Levenberg-Marquardt.
  * The Cholesky factors are made here, so that nothing but optim/ is under test. */
-#include "../optim/optimizer.h"
 #include "allocations.h"
+#include "optim/optimizer.h"
 
 #include <math.h>
 #include <setjmp.h>

@@ -2,7 +2,7 @@
  * one. */
 #include "optim_testing.h"
 
-#include "../optim/optimizer.h"
+#include "optim/optimizer.h"
 
 enum { N = 4, COUNT = N * N + 1 };
 

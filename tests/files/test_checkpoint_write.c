@@ -1,6 +1,6 @@
 /* A checkpoint is complete whatever stops the writer: a kill, a full disk, no memory. All
  * comparisons are of bytes, so there are no tolerances. */
-#include "tests/checkpoint_example.h"
+#include "checkpoint_example.h"
 
 /* ---- the n-th allocation fails: glibc only, and not under a sanitizer with its own malloc ---- */
 

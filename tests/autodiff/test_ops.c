@@ -1,38 +1,14 @@
 /* The table of operations, one test for all: every operation enters by itself. Values of all kernel
  * sets against ad_op_evaluate, derivatives by both transforms against differences and each other,
- * all combinations of uniform, batch and repeated operands. Linked with --wrap=ad_kernels_select,
- * so that programs can be compiled for every instruction set the processor has. */
+ * all combinations of uniform, batch and repeated operands, for every instruction set that the
+ * processor has. */
 #include "ad_testing.h"
-
-#include "autodiff/compile/kernels.h"
+#include "kernel_sets.h"
 
 /* libmvec: at most 4 units in the last place; ad_op_evaluate's libm: 1. */
 #define LIBRARY_ULPS 5.0
 
 enum { POINTS = 11, ORDER = 4, ARGUMENTS = 4 };
-
-static const kernel_set *chosen; /* NULL: as the library would */
-
-const kernel_set *__real_ad_kernels_select(void);
-const kernel_set *__wrap_ad_kernels_select(void);
-
-const kernel_set *__wrap_ad_kernels_select(void)
-{
-    return chosen ? chosen : __real_ad_kernels_select();
-}
-
-static int kernel_sets(const kernel_set **sets)
-{
-    int count = 0;
-    sets[count++] = &ad_kernels_baseline;
-#if defined(__x86_64__)
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-        sets[count++] = &ad_kernels_avx2;
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq"))
-        sets[count++] = &ad_kernels_avx512;
-#endif
-    return count;
-}
 
 /* ---- what an operation needs --------------------------------------------------------------------
  */
@@ -149,7 +125,7 @@ static ad_value record_op(ad_tape *tape, int op, const hint *h, int count, const
 static void test_every_operation_has_its_rules(void **state)
 {
     (void)state;
-    const kernel_set *sets[3];
+    const kernel_set *sets[KERNEL_SETS_MAX];
     int count = kernel_sets(sets);
     for (int op = 0; op < OP_COUNT; op++) {
         const op_row *row = &ad_op_table[op];
@@ -315,7 +291,7 @@ static void check_kernels_of(const kernel_set *set, int op, const hint *h, uint6
 static void test_kernels(void **state)
 {
     (void)state;
-    const kernel_set *sets[3];
+    const kernel_set *sets[KERNEL_SETS_MAX];
     uint64_t random = 5;
     int count = kernel_sets(sets);
     for (int op = OP_ADD; op < OP_ELEMENTWISE_END; op++) {
@@ -533,7 +509,7 @@ static void check_programs(bench *b, const naive *n)
 {
     ad_value values[16] = {b->y, b->push, b->root};
     int count = 3;
-    const kernel_set *sets[3];
+    const kernel_set *sets[KERNEL_SETS_MAX];
     for (int i = 0; i < b->count; i++)
         values[count++] = b->pull[i];
     for (int i = 0; i < b->count; i++)
@@ -542,13 +518,13 @@ static void check_programs(bench *b, const naive *n)
         values[count++] = b->moving[k];
     int set_count = kernel_sets(sets);
     for (int k = 0; k < set_count; k++) {
-        chosen = sets[k];
+        chosen_kernels = sets[k];
         compiled c = run_compiled(count, values, NULL, 1, &b->data);
         /* 5 units in the last place, some ten operations deep */
         assert_near(compiled_error(&c, values, n), 0, 5e-14);
         compiled_free(&c);
     }
-    chosen = NULL;
+    chosen_kernels = NULL;
 }
 
 static void check_op(int op, const hint *h, unsigned mask, unsigned single)
@@ -637,7 +613,7 @@ static void check_panels(const kernel_set *set)
 static void test_panels(void **state)
 {
     (void)state;
-    const kernel_set *sets[3];
+    const kernel_set *sets[KERNEL_SETS_MAX];
     for (int i = kernel_sets(sets) - 1; i >= 0; i--) {
         check_panels(sets[i]);
     }

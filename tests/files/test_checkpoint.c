@@ -1,6 +1,6 @@
 /* Checkpoints come back to the last bit, and a file that is not one is refused with one line. All
  * comparisons are of bytes, so there are no tolerances. */
-#include "tests/checkpoint_example.h"
+#include "checkpoint_example.h"
 
 static unsigned char *slurp(const char *path, size_t *size)
 {

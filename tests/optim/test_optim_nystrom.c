@@ -1,7 +1,7 @@
 /* Linear systems by products alone, with a matrix whose eigenvalues and eigenvectors are known. */
-#include "../optim/optim.h"
 #include "allocations.h"
 #include "near.h"
+#include "optim/optim.h"
 
 #include <math.h>
 #include <setjmp.h>

@@ -1,7 +1,6 @@
 /* Products of a tile, by every instruction set of this processor, against plain loops. */
-#include "autodiff/compile/kernels.h"
-
 #include "ad_testing.h"
+#include "kernel_sets.h"
 
 #include <float.h>
 
@@ -11,21 +10,6 @@ static const int shapes[][3] = {{1, 8, 1},     {7, 24, 64},   {8, 40, 2},    {9,
                                 {64, 240, 64}, {64, 320, 64}, {17, 120, 33}, {33, 8, 300},
                                 {3, 16, 120},  {5, 32, 121},  {13, 48, 241}};
 enum { SHAPES = sizeof shapes / sizeof *shapes, GAP = 8 };
-
-static int find_sets(const kernel_set **sets)
-{
-    int count = 0;
-    sets[count++] = &ad_kernels_baseline;
-#if defined(__x86_64__)
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
-        sets[count++] = &ad_kernels_avx2;
-    }
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")) {
-        sets[count++] = &ad_kernels_avx512;
-    }
-#endif
-    return count;
-}
 
 /* Numbers aligned as rows of a tile are. */
 static double *new_rows(size_t rows, size_t stride, int count, uint64_t *seed)
@@ -77,8 +61,8 @@ static void check_multiply(const product_set *products, const int *shape, bool t
 static void test_multiply(void **state)
 {
     (void)state;
-    const kernel_set *sets[3];
-    for (int count = find_sets(sets), s = 0; s < count; s++) {
+    const kernel_set *sets[KERNEL_SETS_MAX];
+    for (int count = kernel_sets(sets), s = 0; s < count; s++) {
         for (int i = 0; i < 4 * SHAPES; i++) {
             check_multiply(sets[s]->products, shapes[i / 4], i & 1, i & 2);
         }
@@ -90,11 +74,11 @@ static void test_pieces(void **state)
 {
     (void)state;
     enum { M = 21, N = 88, K = 130 };
-    const kernel_set *sets[3];
+    const kernel_set *sets[KERNEL_SETS_MAX];
     uint64_t seed = 9;
     double *a = new_rows(M, K, K, &seed), *b = new_rows(K, N, N, &seed);
     double *whole = new_rows(M, N, N, &seed), *part = new_rows(M, N, N, &seed);
-    for (int count = find_sets(sets), s = 0; s < count; s++) {
+    for (int count = kernel_sets(sets), s = 0; s < count; s++) {
         const product_set *products = sets[s]->products;
         products->multiply(M, N, K, a, K, 1, b, N, whole, N, false);
         for (int width = 8; width < N; width += 16) {
@@ -137,8 +121,8 @@ static void check_outer_sum(const product_set *products, const int *shape, int p
 static void test_outer_sum(void **state)
 {
     (void)state;
-    const kernel_set *sets[3];
-    for (int count = find_sets(sets), s = 0; s < count; s++) {
+    const kernel_set *sets[KERNEL_SETS_MAX];
+    for (int count = kernel_sets(sets), s = 0; s < count; s++) {
         for (int i = 0; i < SHAPES; i++) {
             check_outer_sum(sets[s]->products, shapes[i], shapes[i][1]);
             check_outer_sum(sets[s]->products, shapes[i], shapes[i][1] - 3); /* a last tile */

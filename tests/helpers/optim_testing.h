@@ -2,8 +2,8 @@
 #ifndef TESTS_OPTIM_TESTING_H
 #define TESTS_OPTIM_TESTING_H
 
-#include "../optim/optimizer.h"
 #include "near.h"
+#include "optim/optimizer.h"
 
 #include <math.h>
 #include <setjmp.h>

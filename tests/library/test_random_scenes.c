@@ -1,7 +1,7 @@
 /* Random scenes at rest that jump or are narrow along the rod: the error is within ten times its
  * estimate, or there is a warning.
  *
- *   test_random_scenes [COUNT [FIRST [network | strain]]]
+ *   test_library random_scenes [COUNT [FIRST [network | strain]]]
  *
  * COUNT scenes, of seeds from FIRST on, by the solver, or by networks of the default recipe, whose
  * error is to be below 1e-8, or rods alone by the strain form; without arguments as many as take

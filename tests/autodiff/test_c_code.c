@@ -3,8 +3,8 @@
  * Skipped (77) where there is no compiler. */
 #include "random_graphs.h"
 
-#include "autodiff/compile/kernels.h"
 #include "autodiff/emit/c_code.h"
+#include "kernel_sets.h"
 
 #include <dlfcn.h>
 #include <stdio.h>
@@ -32,16 +32,6 @@ typedef struct subject {
 static subject subjects[SUBJECTS_MAX];
 static int subject_count;
 static char folder[64];
-
-static const kernel_set *chosen; /* NULL: as the library would */
-
-const kernel_set *__real_ad_kernels_select(void);
-const kernel_set *__wrap_ad_kernels_select(void);
-
-const kernel_set *__wrap_ad_kernels_select(void)
-{
-    return chosen ? chosen : __real_ad_kernels_select();
-}
 
 static void run_command(const char *format, const char *options, const char *name)
 {
@@ -368,11 +358,11 @@ static void check_set(const kernel_set *set, const char *compiler)
     snprintf(path, sizeof path, "%s", getenv("PATH"));
     snprintf(changed, sizeof changed, "%s:%s", folder, path);
     setenv("PATH", changed, 1);
-    chosen = set;
+    chosen_kernels = set;
     add_operations(1, false, 24);
     check_fused(&subjects[subject_count - 1], subject_count - 1);
     free_subject(&subjects[--subject_count]);
-    chosen = NULL;
+    chosen_kernels = NULL;
     setenv("PATH", path, 1);
 }
 
@@ -380,7 +370,7 @@ static void check_set(const kernel_set *set, const char *compiler)
 static void test_kernel_sets_and_compilers(void **state)
 {
     (void)state;
-    const kernel_set *best = __real_ad_kernels_select();
+    const kernel_set *best = ad_kernels_select();
     check_set(best, "gcc");
     check_set(best, "clang");
     if (best != &ad_kernels_baseline)

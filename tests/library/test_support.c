@@ -3,7 +3,7 @@
  * nodes in motion. What is without effect leaves the shape as it is. What is refused says the
  * sentence of the table, with exit status 2.
  *
- *   test_support [FEATURE]     of this feature alone */
+ *   test_library support [FEATURE]     of this feature alone */
 #include "config_testing.h"
 #include "fewer.h"
 #include "temporary_folder.h"

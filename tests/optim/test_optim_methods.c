@@ -1,7 +1,7 @@
 /* Every method through the one interface: each finds the minimum, and a state is all there is to
  * continue from. */
-#include "../optim/optimizer.h"
 #include "allocations.h"
+#include "optim/optimizer.h"
 #include "optim_testing.h"
 
 enum { COUNT = 2, CONTINUED = 20 };
