@@ -25,7 +25,7 @@ typedef struct results {
     int status[6];
     NUMBER network[N], polished[N], shape[SHAPE], shape_of[SHAPE], tip[COLUMNS],
         jacobian[COLUMNS * P];
-    NUMBER tip_again[COLUMNS], answers[4][5];
+    NUMBER tip_again[COLUMNS], answers[4][6];
 } results;
 
 static NUMBER memory[OF(MEMORY)];
@@ -40,13 +40,14 @@ static int all_finite(int count, const NUMBER *list)
     return 1;
 }
 
-static void keep(const OF(answer) * from, NUMBER to[5])
+static void keep(const OF(answer) * from, NUMBER to[6])
 {
     to[0] = from->predicted;
     to[1] = from->left;
     to[2] = from->ratio;
     to[3] = from->stable;
     to[4] = from->trusted;
+    to[5] = from->why;
 }
 
 static void call(const NUMBER *p, const NUMBER *curvature, int steps, results *to)
@@ -86,12 +87,13 @@ static void check_answer(int status, const NUMBER *answer, int round)
 {
     if (status & OF(SINGULAR)) {
         fuzz_require(answer[0] == HUGE_VAL && answer[1] == HUGE_VAL && answer[2] == -1 &&
-                         answer[3] == 0 && answer[4] == 0,
+                         answer[3] == 0 && answer[4] == 0 && answer[5] == OF(NOT_FINITE),
                      "an answer without a step is known", round);
     } else {
         fuzz_require(all_finite(5, answer) && answer[0] >= 0 && answer[1] >= 0,
                      "an answer is not finite, which nobody says", round);
     }
+    fuzz_require((answer[4] == 1) == (answer[5] == 0), "trusted, and why not", round);
 }
 
 static void check(const NUMBER *p, const NUMBER *curvature, const results *x, int round)

@@ -11,9 +11,7 @@ static int find_answer(const double *parameters, int steps, double *to, double *
     if (said) {
         said[0] = answer.predicted;
         said[1] = answer.left;
-        said[2] = answer.ratio;
-        said[3] = answer.stable;
-        said[4] = answer.trusted;
+        said[2] = answer.why;
     }
     return status;
 }

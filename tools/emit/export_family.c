@@ -2,6 +2,7 @@
 
 #include "physics/model.h"
 #include "physics/rod.h"
+#include "physics/solve/solve_members.h"
 #include "tools/emit/export_text.h"
 
 #include <math.h>
@@ -301,6 +302,10 @@ static void write_header(const export_family *family, FILE *file)
     put_numbers(family, "MEMORY", memory_of(family), file);
     put_numbers(family, "OUT_OF_RANGE", 1, file);
     put_numbers(family, "SINGULAR", 2, file);
+    put_numbers(family, "NOT_FINITE", SOLVE_NOT_FINITE, file);
+    put_numbers(family, "UNSTABLE", SOLVE_UNSTABLE, file);
+    put_numbers(family, "TOO_FAR", SOLVE_TOO_FAR, file);
+    put_numbers(family, "NOT_SETTLING", SOLVE_NOT_SETTLING, file);
     fputs("\n/* parameters: index, range */\nenum {\n", file);
     for (int i = 0; i < count; i++) {
         const scene_parameter *p = &family->open->parameters[i];

@@ -74,10 +74,9 @@ ad_status export_family_write_code(export_family *family, FILE *file, ad_error *
 
 /* shape [places][columns] and, unless NULL, jacobian [places][columns][parameters] of a member
  * after some steps; said NULL: quicker, else [EXPORT_SAID] that are known of it, as model_answer of
- * family_types.h has them. Returns EXPORT_OUT_OF_RANGE, EXPORT_SINGULAR or both, added up, or 0.
- * memory: of so many numbers. */
-enum { EXPORT_PREDICTED, EXPORT_LEFT, EXPORT_RATIO, EXPORT_STABLE, EXPORT_TRUSTED, EXPORT_SAID };
-enum { EXPORT_OUT_OF_RANGE = 1, EXPORT_SINGULAR = 2 };
+ * family_types.h has them: why, a solve_doubt. Returns what model_shape does. memory: of so many
+ * numbers. */
+enum { EXPORT_PREDICTED, EXPORT_LEFT, EXPORT_WHY, EXPORT_SAID };
 typedef struct export_family_table {
     size_t memory;
     int (*answer)(const double *parameters, int steps, double *shape, double *jacobian,

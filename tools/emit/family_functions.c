@@ -250,6 +250,7 @@ static int unknown(model_answer *answer)
 {
     if (answer) {
         answer->stable = answer->trusted = 0;
+        answer->why = model_NOT_FINITE;
         answer->predicted = answer->left = HUGE_VAL;
         answer->ratio = -1;
     }
@@ -330,8 +331,11 @@ static int polish(room r, int steps, model_answer *answer)
     answer->predicted = predicted + mesh;
     answer->left = left + mesh;
     answer->ratio = ratio;
-    answer->trusted =
-        stable && 20 * answer->predicted <= LENGTH && (settles || left <= SETTLED * LENGTH);
+    answer->why = !stable                                  ? model_UNSTABLE
+                  : !(20 * answer->predicted <= LENGTH)    ? model_TOO_FAR
+                  : !(settles || left <= SETTLED * LENGTH) ? model_NOT_SETTLING
+                                                           : 0;
+    answer->trusted = answer->why == 0;
     return answer->left < HUGE_VAL ? 0 : unknown(answer);
 }
 

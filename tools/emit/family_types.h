@@ -20,6 +20,8 @@ typedef struct model_answer {
     double left;      /* of what is returned */
     double ratio;     /* of the last two steps; -1: none was taken */
     int stable, trusted;
+    int why; /* it is not trusted: model_NOT_FINITE, model_UNSTABLE, model_TOO_FAR (predicted) or
+              * model_NOT_SETTLING; 0: it is */
 } model_answer;
 
 extern const double model_lower[model_PARAMETERS], model_upper[model_PARAMETERS];

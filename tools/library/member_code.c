@@ -9,7 +9,6 @@
 struct member_code {
     ad_code *code;
     const export_family_table *table;
-    double length;
     double *memory; /* [table->memory] */
 };
 
@@ -86,7 +85,6 @@ ad_status member_code_create(const experiment *e, size_t points, const double *s
         member_code_free(code);
         return status;
     }
-    code->length = scene_length(e->scene);
     *result = code;
     return AD_OK;
 }
@@ -100,23 +98,13 @@ void member_code_free(member_code *code)
     }
 }
 
-static cpinn_reason reason_of(const member_code *code, int status, const double *said)
-{
-    return (status & EXPORT_SINGULAR) || !isfinite(said[EXPORT_LEFT]) ? CPINN_REASON_NOT_FINITE
-           : said[EXPORT_STABLE] == 0                                 ? CPINN_REASON_UNSTABLE
-           : said[EXPORT_PREDICTED] > SOLVE_TRUSTED * code->length    ? CPINN_REASON_TOO_FAR
-           : said[EXPORT_TRUSTED] == 0                                ? CPINN_REASON_NOT_SETTLING
-                                                                      : CPINN_REASON_NONE;
-}
-
 void member_code_answer(const member_code *code, int steps, const double *parameters,
                         double *values, double *jacobian, cpinn_answer *answer)
 {
     double said[EXPORT_SAID];
-    const int status = code->table->answer(parameters, steps, values, jacobian,
-                                           answer ? said : NULL, code->memory);
+    code->table->answer(parameters, steps, values, jacobian, answer ? said : NULL, code->memory);
     if (answer) {
-        const cpinn_reason reason = reason_of(code, status, said);
+        const cpinn_reason reason = (cpinn_reason)said[EXPORT_WHY];
         *answer = (cpinn_answer){.error = said[EXPORT_LEFT],
                                  .network_error = said[EXPORT_PREDICTED],
                                  .source = CPINN_FROM_NETWORK,
