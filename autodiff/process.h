@@ -2,11 +2,16 @@
 #ifndef AD_PROCESS_H
 #define AD_PROCESS_H
 
+#include <stdbool.h>
+#include <stddef.h>
 #include <sys/types.h>
 
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/* The program of that name: the first in an absolute folder of PATH. False: there is none. */
+bool ad_find_program(const char *name, char *path, size_t room);
 
 /* Starts arguments[0], a path, with arguments up to a NULL. In a process group of its own, so that
  * what it starts in turn can be stopped with it; it reads nothing, and what it prints is a file

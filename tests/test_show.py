@@ -135,7 +135,7 @@ class Browser:
         page = next(target for target in targets if target["type"] == "page")
         self.session = self.call("Target.attachToTarget", targetId=page["targetId"],
                                  flatten=True)["sessionId"]
-        for part in ("Page", "Runtime", "Log"):
+        for part in ("Page", "Runtime", "Log", "Network"):
             self.call(f"{part}.enable")
 
     def close(self):
@@ -312,10 +312,33 @@ def words_of_numbers(browser):
         assert "e" not in found and "pm" in found, (size, found)
 
 
+def moves(browser, path):
+    """Shapes that the page computes: a slider moves the rod, nobody is asked through the network, and
+    members all over the ranges are where cpinn has found them."""
+    tip = "[...document.querySelectorAll('#answer em')][0].textContent"
+    before = browser.evaluate(tip)
+    browser.evaluate("""(() => { const one = document.querySelector('.slider input');
+        one.value = one.value > 0.5 ? 0.2 : 0.8; one.oninput(); })()""")
+    assert browser.evaluate(tip) != before, (path, before)
+    place = browser.evaluate("sliders.live.answer.tip.map(x => digits(x * sliders.charts[0].yScale.factor))")
+    shown = browser.evaluate("[...sliders.charts[0].keys.querySelectorAll('b')].map(x => x.textContent)")
+    assert shown == place, (path, shown, place)  # the chart says what the answer does
+    near = browser.evaluate("[sliders.live.compared, sliders.live.off / report.live.length]")
+    assert near[0] > 100 and near[1] < 1e-6, (path, near)
+    asked = [m["params"]["request"]["url"] for m in browser.said
+             if m.get("method") == "Network.requestWillBeSent"]
+    assert all(url.startswith(("file:", "about:")) for url in asked) and asked, (path, asked)
+    pace = browser.evaluate("sliders.pace")
+    print(f"{path}: {os.path.getsize(path) / 1e3:.0f} kB, {pace:.0f} us a shape, tips of "
+          f"{near[0]} members off by {near[1]:.1e} of the length")
+
+
 def looks(browser, path, kind):
     """A page of any kind: it is drawn, plays at the space key, fits a telephone, without errors."""
     browser.open(path)
-    frames = browser.evaluate("report.motion ? report.motion.frames : 0")
+    frames = browser.evaluate("report.live ? 1 : report.motion ? report.motion.frames : 0")
+    if browser.evaluate("!!report.live"):
+        moves(browser, path)
     if frames:
         box = browser.evaluate("(() => { const b = byId('stage').getBoundingClientRect();"
                                "return [b.left, b.top, b.width, b.height].map(Math.floor) })()")

@@ -23,13 +23,14 @@ if [ "$part" = browser ]; then # a page of every kind
     said step.html 'reduced rod in two steps'
     run 0 cpinn-train "$ROOT/configs/robots/bensch_2024.yaml" --quiet --threads 1 --out family
     run 0 cpinn-show family --out family.html
+    run 0 env PATH="$BIN" cpinn-show family --out swept.html
     run 0 cpinn-show "$ROOT/configs/robots/tendon_pulled.yaml" --out rest.html
     run 0 cpinn-cases "$ROOT/configs/elastica.yaml" --out cases
     run 0 cpinn-show cases --out cases.html
     loop
     [ "$failures" -eq 0 ] || exit 1
     python3 "$ROOT/tests/test_show.py" browser arm.html arm.csv arm.html rest.html family.html \
-        step.html loop.html cases.html
+        swept.html step.html loop.html cases.html
     exit
 fi
 said stdout.txt '^wrote arm.html$'
@@ -58,9 +59,24 @@ check "size of a body: $bodies" -- grep -qE '"radius":0\.008(0+[0-9])?,' <<<"$bo
 
 # A family: all of it, and one member.
 run 0 cpinn-train "$ROOT/configs/robots/bensch_2024.yaml" --quiet --threads 1 --out family
-run 0 cpinn-show family
+run 0 env PATH="$BIN" cpinn-show family
 said family/report.html '"labels": \["force = 0"'
 said family/report.html 'Predicted error of the shape'
+said family/report.html '"advice": "Shapes were computed beforehand. .*apt-get install clang lld'
+
+# Shapes that the page computes are those of exported C, whatever compiles it.
+if command -v wasm-ld >node.txt && command -v node >node.txt; then
+    run 0 cpinn-show family --out live.html
+    run 0 cpinn-export family --c family --places "$(awk 'BEGIN {
+        for (i = 0; i <= 60; i++) printf "%s%.17g", i ? "," : "", 0.2 * i / 60 }')"
+    check shapes of C -- cc -std=c99 -O1 -DHEADER='"family.h"' -DNAME=family -I. -o shapes \
+        "$ROOT/tests/export_shapes.c" family.c -lm
+    ./shapes >shapes.json
+    check shapes of the page -- node "$ROOT/tests/page_compare.js" live.html shapes.json
+    check "size of the page: $(wc -c <live.html)" -- test "$(wc -c <live.html)" -lt 500000
+else
+    echo "skipped: shapes that a page computes, which need clang, wasm-ld and node"
+fi
 run 0 cpinn-show family --at force=2,direction=30 --out member.html
 said member.html '"direction", "30"'
 

@@ -285,12 +285,12 @@ static ad_status load_made(ad_code *code, ad_error *error)
 
 /* ---- compiling ------------------------------------------------------------------------------ */
 
-bool ad_fuse_compiler(char *path, size_t room)
+bool ad_find_program(const char *name, char *path, size_t room)
 {
     struct stat s;
     for (const char *at = getenv("PATH"); at && *at;) {
         int length = (int)strcspn(at, ":");
-        int whole = snprintf(path, room, "%.*s/cc", length, at);
+        int whole = snprintf(path, room, "%.*s/%s", length, at, name);
         if (*at == '/' && whole > 0 && (size_t)whole < room && stat(path, &s) == 0 &&
             S_ISREG(s.st_mode) && access(path, X_OK) == 0) {
             return true;
@@ -298,6 +298,11 @@ bool ad_fuse_compiler(char *path, size_t room)
         at += length + (at[length] == ':');
     }
     return false;
+}
+
+bool ad_fuse_compiler(char *path, size_t room)
+{
+    return ad_find_program("cc", path, room);
 }
 
 int ad_start_process(char *const *arguments, const char *output, pid_t *child)

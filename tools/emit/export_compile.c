@@ -10,7 +10,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-enum { PATH_ROOM = 4096, FILES_MAX = 3, WORDS_MAX = 16 };
+enum { PATH_ROOM = 4096, FILES_MAX = 5, WORDS_MAX = 16 };
 
 const char *const export_endings[EXPORT_TEXTS] = {".c", ".h", "_selftest.c"};
 
@@ -73,19 +73,22 @@ static ad_status complain(const folder *f, ad_status status, const char *whose, 
     return status;
 }
 
-static ad_status compile(const char *options, const folder *f, ad_error *error)
+static ad_status compile(const export_compiler *by, const folder *f, ad_error *error)
 {
-    char cc[PATH_ROOM], words[256], *rest = NULL, libm[] = "-lm", to[] = "-o";
-    char *arguments[WORDS_MAX + FILES_MAX + 5] = {cc};
+    char path[PATH_ROOM], words[512], last[16], *rest = NULL, beside[] = "-I", to[] = "-o";
+    char *arguments[WORDS_MAX + FILES_MAX + 7] = {path};
     int count = 1;
-    if (!ad_fuse_compiler(cc, sizeof cc)) {
-        return ad_fail(error, AD_IO, "there is no compiler, cc");
+    if (!ad_find_program(by->name, path, sizeof path)) {
+        return ad_fail(error, AD_IO, "there is no compiler, %s", by->name);
     }
-    snprintf(words, sizeof words, "%s", options);
+    snprintf(words, sizeof words, "%s", by->options);
+    snprintf(last, sizeof last, "%s", by->last ? by->last : "");
     for (char *word = strtok_r(words, " ", &rest); word && count <= WORDS_MAX;
          word = strtok_r(NULL, " ", &rest)) {
         arguments[count++] = word;
     }
+    arguments[count++] = beside;
+    arguments[count++] = f->name;
     arguments[count++] = to;
     arguments[count++] = (char *)f->made;
     for (int i = 0; i < f->count; i++) {
@@ -93,13 +96,13 @@ static ad_status compile(const char *options, const folder *f, ad_error *error)
             arguments[count++] = (char *)f->file[i];
         }
     }
-    arguments[count++] = libm;
+    arguments[count++] = *last ? last : NULL;
     const ad_status status = wait_for(arguments, f, error);
-    return status == AD_BAD_PROGRAM ? complain(f, AD_IO, "cc does not compile it: ", error)
-                                    : status;
+    snprintf(words, sizeof words, "%s does not compile it: ", by->name);
+    return status == AD_BAD_PROGRAM ? complain(f, AD_IO, words, error) : status;
 }
 
-ad_status export_compile(const char *options, int count, const export_file *files, bool run,
+ad_status export_compile(const export_compiler *by, int count, const export_file *files, bool run,
                          char **bytes, size_t *size, ad_error *error)
 {
     char name[] = "/tmp/cpinn_export_XXXXXX";
@@ -108,7 +111,7 @@ ad_status export_compile(const char *options, int count, const export_file *file
     unsigned char *result = NULL;
     *bytes = NULL;
     ad_status status = make(&f, count, files)
-                           ? compile(options, &f, error)
+                           ? compile(by, &f, error)
                            : ad_fail(error, AD_IO, "%s: %s", f.name, strerror(errno));
     if (status == AD_OK && run) {
         char *const arguments[] = {f.made, NULL};
@@ -168,5 +171,6 @@ ad_status export_texts_check(const export_texts texts, const char *name, const c
         snprintf(files[i].name, sizeof files[i].name, "%s%s", name, export_endings[i]);
     }
     snprintf(options, sizeof options, "-std=%s", standard);
-    return export_compile(options, EXPORT_TEXTS, files, true, said, &size, error);
+    const export_compiler cc = {"cc", options, "-lm"};
+    return export_compile(&cc, EXPORT_TEXTS, files, true, said, &size, error);
 }

@@ -11,12 +11,16 @@ typedef struct export_file {
     size_t size;
 } export_file;
 
-/* Compiles the files that end in .c, beside which the others lie, by "cc OPTIONS -o MADE FILES -lm"
- * in a folder of its own, of which nothing stays. *bytes [*size], of the caller, with a 0 behind
- * them: what is made; where it is to `run`, what that prints. AD_IO: there is no compiler, or it
- * refuses, and the first line of what it says; AD_BAD_PROGRAM: what is made fails, and its first
- * line. */
-ad_status export_compile(const char *options, int count, const export_file *files, bool run,
+/* Compiles the files that end in .c, beside which the others lie, by "COMPILER OPTIONS -I FOLDER -o
+ * MADE FILES", the compiler from PATH, in a folder of its own, of which nothing stays. *bytes
+ * [*size], of the caller, with a 0 behind them: what is made; where it is to `run`, what that
+ * prints. AD_IO: there is no compiler, or it refuses, and the first line of what it says;
+ * AD_BAD_PROGRAM: what is made fails, and its first line. */
+typedef struct export_compiler {
+    const char *name, *options, *last; /* behind all files, "-lm"; NULL: nothing */
+} export_compiler;
+
+ad_status export_compile(const export_compiler *by, int count, const export_file *files, bool run,
                          char **bytes, size_t *size, ad_error *error);
 
 /* The three texts of what is exported. */

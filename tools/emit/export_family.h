@@ -64,6 +64,11 @@ int export_family_compared(const export_family *family, int places[EXPORT_COMPAR
 ad_status export_family_of(const struct experiment *e, export_family *f, double *parameters,
                            double *said, ad_error *error);
 
+/* The same with shapes of these columns at places s, m, and without measured differences; *numbers,
+ * which it keeps, are to be freed after it. */
+ad_status export_family_at(const struct experiment *e, int columns, int places, const double *s,
+                           export_family *f, double **numbers, ad_error *error);
+
 /* An export_writer of the texts of an export_family. AD_BAD_ARGUMENT: strain_check; AD_NO_MEMORY.
  */
 export_writer export_family_write;

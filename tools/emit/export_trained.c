@@ -106,3 +106,26 @@ ad_status export_family_of(const experiment *e, export_family *f, double *parame
     status = status == AD_OK ? ask_network(e, f, parameters, said, error) : status;
     return status == AD_OK ? judge_mesh(solver, f, parameters, said, error) : status;
 }
+
+ad_status export_family_at(const experiment *e, int columns, int places, const double *s,
+                           export_family *f, double **numbers, ad_error *error)
+{
+    static const double unmeasured = NAN;
+    const size_t nodes = solve_members_nodes(targets_solver(e->targets));
+    const size_t count = (size_t)e->scene->parameter_count;
+    double *room = malloc(((size_t)places + EXPORT_JUDGED * (count + 3 * nodes)) * sizeof *room);
+    *numbers = room;
+    if (!room) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory while writing C");
+    }
+    for (int i = 0; i < places; i++) {
+        room[i] = fmin(s[i] / scene_length(e->scene), 1);
+    }
+    f->places = places;
+    f->s = room;
+    f->values = f->derivatives = &unmeasured;
+    for (f->columns = 0; f->columns < columns; f->columns++) {
+        f->which[f->columns] = f->columns;
+    }
+    return export_family_of(e, f, room + places, room + places + EXPORT_JUDGED * count, error);
+}

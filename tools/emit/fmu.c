@@ -146,7 +146,8 @@ static void put_library(zip *z, const fmu_model *m, const export_file *sources, 
     char *library = NULL;
     ad_error why = {.message = "FMI has no name for this machine"};
     if (fmu_platform(platform)) {
-        export_compile(OPTIONS, SOURCES, sources, false, &library, &size, &why);
+        const export_compiler cc = {"cc", OPTIONS, "-lm"};
+        export_compile(&cc, SOURCES, sources, false, &library, &size, &why);
     }
     snprintf(note, FMU_NOTE, "%s", library ? "" : why.message);
     *compiled = library != NULL;

@@ -16,34 +16,19 @@ struct member_code {
 static ad_status write_text(const experiment *e, size_t points, const double *s, export_text *text,
                             ad_error *error)
 {
-    const size_t nodes = solve_members_nodes(targets_solver(e->targets));
-    const size_t count = (size_t)e->scene->parameter_count;
-    const double length = scene_length(e->scene), unmeasured = NAN;
-    double *room = malloc((points + EXPORT_JUDGED * (count + 3 * nodes)) * sizeof *room);
-    double *parameters = room + points;
-    export_family f = {.name = "member",
-                       .shape_by = true,
-                       .places = (int)points,
-                       .s = room,
-                       .columns = SOLVE_MEMBERS_COLUMNS,
-                       .values = &unmeasured};
-    ad_status status = export_text_open(text) && room
+    double *numbers = NULL;
+    export_family f = {.name = "member", .shape_by = true};
+    ad_status status = export_text_open(text)
                            ? AD_OK
                            : ad_fail(error, AD_NO_MEMORY, "out of memory while writing C");
-    for (size_t i = 0; i < points && status == AD_OK; i++) {
-        room[i] = fmin(s[i] / length, 1);
-    }
-    for (int c = 0; c < f.columns; c++) {
-        f.which[c] = c;
-    }
     if (status == AD_OK) {
-        status = export_family_of(e, &f, parameters, parameters + EXPORT_JUDGED * count, error);
+        status = export_family_at(e, SOLVE_MEMBERS_COLUMNS, (int)points, s, &f, &numbers, error);
     }
     status = status == AD_OK ? export_family_write_code(&f, text->file, error) : status;
     if (!export_text_close(text) && status == AD_OK) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory while writing C");
     }
-    free(room);
+    free(numbers);
     return status;
 }
 

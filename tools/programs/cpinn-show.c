@@ -96,7 +96,8 @@ static ad_status show_solved(showing *showing, ad_error *error)
     showing->of = of;
     status = show_put_motion(showing, &result_table.table, NULL, NULL, NULL, error);
     show_settings(&showing->to, showing->settings);
-    return status == AD_OK ? show_scene(&showing->to, of, NULL, &showing->kept, error) : status;
+    return status == AD_OK ? show_scene(&showing->to, of, NULL, &showing->kept, NULL, error)
+                           : status;
 }
 
 /* ---- a table ------------------------------------------------------------------------------- */
@@ -140,7 +141,8 @@ static ad_status show_read(showing *showing, const show_read_table *read, ad_err
     ad_status status = show_put_motion(showing, table, NULL, NULL, NULL, error);
     if (status == AD_OK && showing->settings) {
         show_settings(&showing->to, showing->settings);
-        status = show_scene(&showing->to, &showing->settings->scene, NULL, &showing->kept, error);
+        status =
+            show_scene(&showing->to, &showing->settings->scene, NULL, &showing->kept, NULL, error);
     }
     return status;
 }

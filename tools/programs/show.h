@@ -4,6 +4,9 @@
  *   facts       [[name, value], ...] texts
  *   motion      frames, points, s, t or labels, columns, reference {name, ...}: show_motion
  *   scene       what is drawn beside the rod: show_scene
+ *   live        parameters, columns, steps, s, reasons, members with their tips, and a module
+ *               that finds shapes and what is drawn, in place of a motion: show_live; or a text
+ *               "advice" that says why there is none
  *   paths       [motion of one point, ...] of a closed loop: wanted, then what was gone
  *   curves      [{title, x, x_unit, y, y_unit, log, series: [{name, dashed, x, y, half}]}]
  *   tables      [{title, columns: [...], rows: [[...], ...]}]
@@ -17,6 +20,7 @@
 #define TOOLS_PROGRAMS_SHOW_H
 
 #include "physics/scene.h"
+#include "tools/emit/export_module.h"
 #include "tools/files/json.h"
 #include "tools/files/table_shapes.h"
 
@@ -54,19 +58,28 @@ ad_status show_path(json *to, const char *name, const table_source *table, ad_er
  */
 double show_value(const scene *of, const double *member, quantity q, double s, double t);
 
+/* What a page computes for itself, by export_module.h; the list is to be freed. */
+typedef struct show_drawn {
+    export_drawn *list;
+    int count, room;
+} show_drawn;
+
 /* Section, ends, loads, tendons, chambers and bodies of a scene at the kept instants; of a family
- * values [frames of the table][parameter_count], of any other scene NULL. */
+ * values [frames of the table][parameter_count], of any other scene NULL. What loads and actuators
+ * do by formulas is added to `drawn`, unless NULL, and is the member "live" of its column. */
 ad_status show_scene(json *to, const scene *of, const double *values, const show_kept *kept,
-                     ad_error *error);
+                     show_drawn *drawn, ad_error *error);
 
 /* Files of tools/show as lines, ended by NULL. */
-extern const char *const show_text_page[],
-    *const show_text_style[], *const show_text_vectors[],
-                                  *const show_text_scene[], *const show_text_draw[],
-                                                                *const show_text_charts[],
-                                                                    *const show_text_picture[],
-                                                                        *const show_text_player[],
-                                                                            *const show_text_main[];
+extern const char *const show_text_page[], *const show_text_style[],
+                                               *const show_text_vectors[],
+                                                   *const show_text_scene[],
+                                                       *const show_text_draw[],
+                                                           *const show_text_charts[],
+                                                               *const show_text_live[],
+                                                                   *const show_text_picture[],
+                                                                       *const show_text_player[],
+                                                                           *const show_text_main[];
 
 /* Ends `to` and writes the page. AD_IO, AD_NO_MEMORY. */
 ad_status show_page(json *to, const char *title, const char *path, ad_error *error);

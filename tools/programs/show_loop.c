@@ -330,7 +330,7 @@ static ad_status put_robot(looped *l, ad_error *error)
                                                "as the filter believes", error)
                              : status;
     if (status == AD_OK && l->plant) {
-        status = show_scene(&l->x->to, l->x->of, l->x->members, &l->x->kept, error);
+        status = show_scene(&l->x->to, l->x->of, l->x->members, &l->x->kept, NULL, error);
     }
     l->x->of = NULL;
     l->x->members = NULL;

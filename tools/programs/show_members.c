@@ -19,19 +19,17 @@ typedef struct fan {
     size_t solved;
 } fan;
 
-/* Of one parameter through its range; of several evenly throughout all ranges: multiples of powers
- * of g, where g^(n + 1) = g + 1 (Roberts' additive sequence). */
-static void spread(const scene *of, double *parameters)
+void show_spread(const scene *of, int members, double *parameters)
 {
     const int count = scene_known_count(of);
     double g = 1.5;
     for (int i = 0; i < 60; i++) {
         g = pow(1 + g, 1.0 / (count + 1));
     }
-    for (int i = 0; i < MEMBERS; i++) {
+    for (int i = 0; i < members; i++) {
         for (int k = 0; k < count; k++) {
             const double part =
-                count == 1 ? (double)i / (MEMBERS - 1) : fmod(0.5 + (i + 1) * pow(g, -k - 1), 1);
+                count == 1 ? (double)i / (members - 1) : fmod(0.5 + (i + 1) * pow(g, -k - 1), 1);
             parameters[i * count + k] = scene_parameter_at(&of->parameters[k], part);
         }
     }
@@ -111,8 +109,9 @@ static ad_status show_fan(showing *showing, const scene *of, fan *f, ad_error *e
     showing->of = of;
     showing->members = f->parameters;
     ad_status status = show_put_motion(showing, &table, f->labels, NULL, NULL, error);
-    status = status == AD_OK ? show_scene(&showing->to, of, f->parameters, &showing->kept, error)
-                             : status;
+    status = status == AD_OK
+                 ? show_scene(&showing->to, of, f->parameters, &showing->kept, NULL, error)
+                 : status;
     showing->of = NULL;
     showing->members = NULL;
     return status;
@@ -134,7 +133,7 @@ ad_status show_members(showing *showing, ad_error *error)
         f.columns[k] = f.columns[0] + k * rows;
     }
     if (status == AD_OK) {
-        spread(of, f.parameters);
+        show_spread(of, MEMBERS, f.parameters);
         status = solve(of, &f, error);
     }
     if (status == AD_OK) {

@@ -35,8 +35,11 @@ static void put_data(FILE *file, const char *text)
     fputs(text, file);
 }
 
+/* What computes shapes is only where there are some to compute. */
 static void put_page(FILE *file, const char *title, const char *data)
 {
+    static const char *const nothing[] = {NULL};
+    const bool is_live = strstr(data, "\"live\": {") != NULL;
     for (const char *const *line = show_text_page; *line; line++) {
         if (strstr(*line, "<!--title-->")) {
             fputs("<title>", file);
@@ -47,9 +50,14 @@ static void put_page(FILE *file, const char *title, const char *data)
         } else if (strstr(*line, "<!--data-->")) {
             put_data(file, data);
         } else if (strstr(*line, "<!--script-->")) {
-            const char *const *const scripts[] = {
-                show_text_vectors, show_text_scene,  show_text_draw, show_text_charts,
-                show_text_picture, show_text_player, show_text_main};
+            const char *const *const scripts[] = {show_text_vectors,
+                                                  show_text_scene,
+                                                  show_text_draw,
+                                                  show_text_charts,
+                                                  is_live ? show_text_live : nothing,
+                                                  show_text_picture,
+                                                  show_text_player,
+                                                  show_text_main};
             for (size_t k = 0; k < sizeof scripts / sizeof *scripts; k++) {
                 put_lines(file, scripts[k]);
             }

@@ -125,7 +125,8 @@ static ad_status put_run_motion(showing *showing, const double *member, ad_error
                         is_rod && !scene_is_family(showing->e->scene) ? &ghost : NULL,
                         r ? reference_name(r) : NULL, error);
     showing->of = NULL;
-    return status == AD_OK ? show_scene(&showing->to, &one, NULL, &showing->kept, error) : status;
+    return status == AD_OK ? show_scene(&showing->to, &one, NULL, &showing->kept, NULL, error)
+                           : status;
 }
 
 static ad_status evaluate_run(showing *showing, double *member, ad_error *error)
@@ -255,9 +256,9 @@ static ad_status put_sweep(showing *showing, sweep *w, cpinn_family *family, con
     showing->of = showing->e->scene;
     showing->members = w->parameters;
     ad_status status = show_put_motion(showing, &table, w->labels, NULL, NULL, error);
-    return status == AD_OK
-               ? show_scene(&showing->to, showing->e->scene, w->parameters, &showing->kept, error)
-               : status;
+    return status == AD_OK ? show_scene(&showing->to, showing->e->scene, w->parameters,
+                                        &showing->kept, NULL, error)
+                           : status;
 }
 
 /* Every parameter through its range, the others in the middle of theirs; or the member of --at. */
@@ -272,6 +273,17 @@ static ad_status show_family(showing *showing, ad_error *error)
     }
     const cpinn_family_settings settings = {.points = FAMILY_POINTS, .s = s};
     ad_status status = cpinn_family_open(showing->source, &settings, &family, error);
+    bool is_live = false;
+    if (status == AD_OK && !showing->at && !showing->reference_path &&
+        !show_is_plot(showing->out)) {
+        status = show_live(showing, family, FAMILY_POINTS, s, &is_live, error);
+    }
+    if (is_live || status != AD_OK) {
+        put_run_head(showing, NULL, NULL);
+        put_run_texts(showing);
+        cpinn_family_free(family);
+        return status;
+    }
     if (status == AD_OK && showing->at) {
         status = scene_member_read(scene_known_count(of), of->parameters, false, showing->at,
                                    member, error);

@@ -12,8 +12,9 @@ typedef struct drawn {
     const scene *of;
     const double *values; /* of a family: [frames of the table][parameter_count] */
     const show_kept *kept;
-    double *numbers; /* [3][frames] */
-    double *along;   /* [points] */
+    show_drawn *live; /* NULL: all is known */
+    double *numbers;  /* [3][frames] */
+    double *along;    /* [points] */
 } drawn;
 
 double show_value(const scene *of, const double *member, quantity q, double s, double t)
@@ -34,6 +35,40 @@ static double value_at(const drawn *drawn, quantity q, double s, size_t frame)
     return show_value(drawn->of,
                       drawn->values ? drawn->values + drawn->kept->frame[frame] * count : NULL, q,
                       s, drawn->kept->t[frame]);
+}
+
+static void add_live(const drawn *drawn, const char *name, const char *unit, quantity q, double s)
+{
+    show_drawn *live = drawn->live;
+    const int room = live->room > 0 ? 2 * live->room : 64;
+    export_drawn *list = live->count < live->room
+                             ? live->list
+                             : realloc(live->list, (size_t)room * sizeof *live->list);
+    live->room = list && live->count == live->room ? room : live->room;
+    live->list = list ? list : live->list;
+    json_open(drawn->to, NULL, '{');
+    json_text(drawn->to, "name", name);
+    json_text(drawn->to, "unit", unit);
+    json_integer(drawn->to, "live", live->count);
+    json_close(drawn->to, '}');
+    if (live->count < live->room) {
+        live->list[live->count] = (export_drawn){.of = q, .s = s};
+    }
+    live->count++;
+}
+
+/* At all instants. */
+static void put_over_time(const drawn *drawn, const char *name, const char *unit, quantity q,
+                          double s)
+{
+    if (drawn->live && q.is_given && q.node) {
+        add_live(drawn, name, unit, q, s);
+        return;
+    }
+    for (size_t i = 0; i < drawn->kept->frames; i++) {
+        drawn->numbers[i] = value_at(drawn, q, s, i);
+    }
+    show_column(drawn->to, name, unit, drawn->numbers, drawn->kept->frames, false);
 }
 
 static void put_along(const drawn *drawn, const char *name, quantity q, double scale)
@@ -70,7 +105,6 @@ static void put_arrow(const drawn *drawn, const char *name, const char *unit, do
     if (!quantity_any_something(3, vector)) {
         return;
     }
-    const size_t frames = drawn->kept->frames;
     json_open(drawn->to, NULL, '{');
     json_text(drawn->to, "name", name);
     json_text(drawn->to, "unit", unit);
@@ -78,10 +112,7 @@ static void put_arrow(const drawn *drawn, const char *name, const char *unit, do
     json_text(drawn->to, "frame", scene_frame_names()[frame]);
     json_open(drawn->to, "vector", '[');
     for (int k = 0; k < 3; k++) {
-        for (size_t i = 0; i < frames; i++) {
-            drawn->numbers[i] = value_at(drawn, vector[k], s, i);
-        }
-        show_column(drawn->to, "", unit, drawn->numbers, frames, false);
+        put_over_time(drawn, "", unit, vector[k], s);
     }
     json_close(drawn->to, ']');
     json_close(drawn->to, '}');
@@ -130,10 +161,7 @@ static void put_guided(const drawn *drawn, const scene_actuator *one)
     put_along(drawn, "d2", one->offset[1], 1);
     json_close(drawn->to, ']');
     json_open(drawn->to, "acts", '[');
-    for (size_t i = 0; i < drawn->kept->frames; i++) {
-        drawn->numbers[i] = value_at(drawn, one->given, 0, i);
-    }
-    show_column(drawn->to, one->name, one->unit, drawn->numbers, drawn->kept->frames, false);
+    put_over_time(drawn, one->name, one->unit, one->given, 0);
     json_close(drawn->to, ']');
     json_close(drawn->to, '}');
 }
@@ -159,12 +187,12 @@ static void put_actuators(const drawn *drawn)
 }
 
 ad_status show_scene(json *to, const scene *of, const double *values, const show_kept *kept,
-                     ad_error *error)
+                     show_drawn *live, ad_error *error)
 {
     if (kept->frames == 0) {
         return AD_OK; /* a picture, no page */
     }
-    drawn x = {.to = to, .of = of, .values = values, .kept = kept};
+    drawn x = {.to = to, .of = of, .values = values, .kept = kept, .live = live};
     x.numbers = malloc((kept->frames + kept->points) * sizeof *x.numbers + 1);
     if (!x.numbers) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a report");
@@ -186,5 +214,7 @@ ad_status show_scene(json *to, const scene *of, const double *values, const show
     put_actuators(&x);
     json_close(to, '}');
     free(x.numbers);
-    return AD_OK;
+    return !live || live->count <= live->room
+               ? AD_OK
+               : ad_fail(error, AD_NO_MEMORY, "out of memory for a report");
 }

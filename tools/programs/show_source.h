@@ -81,6 +81,17 @@ ad_status show_csv(showing *showing, ad_error *error);
 ad_status show_surrogate(showing *showing, ad_error *error);
 ad_status show_members(showing *showing,
                        ad_error *error); /* of showing->settings, a family at rest */
+
+/* Members [members][parameters] of one parameter through its range; of several evenly throughout
+ * all ranges: multiples of powers of g, where g^(n + 1) = g + 1 (Roberts' additive sequence). */
+void show_spread(const scene *of, int members, double *parameters);
+
+/* Shapes at s [points] that the page computes, "live" and "scene"; where it cannot, *is_live is
+ * false, and "advice" says why. */
+struct cpinn_family;
+ad_status show_live(showing *showing, struct cpinn_family *family, size_t points, const double *s,
+                    bool *is_live, ad_error *error);
+
 ad_status show_loop(showing *showing, const table_source *table, ad_error *error);
 
 /* "name" of "folder/name.yaml". */

@@ -101,8 +101,9 @@ static ad_status put_motion(const rolled *r, ad_error *error)
         .names = names, .columns = columns, .ncols = COLUMNS, .nrows = rows, .units = units};
     const table_source ghost = {.names = names, .columns = solved, .ncols = 5, .nrows = rows};
     const ad_status status = show_put_motion(r->x, &table, NULL, &ghost, "solver", error);
-    return status == AD_OK ? show_scene(&r->x->to, r->of->scene, r->inputs, &r->x->kept, error)
-                           : status;
+    return status == AD_OK
+               ? show_scene(&r->x->to, r->of->scene, r->inputs, &r->x->kept, NULL, error)
+               : status;
 }
 
 /* ---- numbers ------------------------------------------------------------------------------- */

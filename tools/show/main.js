@@ -55,7 +55,7 @@ function addMotionCharts(player) {
     const isTimed = motion.t !== null;
     if (report.paths) {
         addPlaceChart(player);
-    } else if (motion.frames > 1 && moving.length) {
+    } else if (player.last > 0 && moving.length) {
         addChart(player, {
             title: motion.enlarged !== 1 ? "Tip, enlarged" : "Position of the tip",
             x: isTimed ? "t" : "member", xUnit: isTimed ? "s" : "", yUnit: "m",
@@ -82,7 +82,7 @@ function addMotionCharts(player) {
         chart.at = null;
         player.onQuantity = () => { choose(); chart.draw(); };
     }
-    if (motion.points > 1 && (motion.frames === 1 || !isTimed)) {
+    if (motion.points > 1 && (player.last === 0 || !isTimed)) {
         const bent = motion.place.map((c, k) => ({ name: "xyz"[k], count: motion.points,
             x: i => motion.s.at(i), y: i => c.at(player.picture.frame * motion.points + i) }));
         addChart(player, { title: "Position along the rod", x: "s", xUnit: "m", yUnit: "m",
@@ -141,7 +141,7 @@ function addNumbers(player) {
     const motion = player.motion;
     const names = motion.columns.map(c => c.name + (c.unit ? ` (${c.unit})` : ""));
     const row = (first, i) => [digits(first, 6), ...motion.columns.map(c => digits(c.at(i), 6))];
-    if (motion.frames > 1) {
+    if (player.last > 0) {
         addDetails(motion.t ? "The tip over time: numbers" : "The tips of all members: numbers", false, box => addTable(box,
             [[motion.t ? "t (s)" : "member", ...names],
                 ...Array.from({ length: motion.frames }, (_, f) => row(
@@ -191,7 +191,9 @@ function measure(player) {
     document.body.dataset.rate = (1000 / spent.sort((a, b) => a - b)[50]).toFixed(1);
 }
 
-function begin() {
+let sliders = null;
+
+async function begin() {
     setTheme(asked.get("theme")
         || (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light"));
     fillHead();
@@ -199,12 +201,19 @@ function begin() {
         const [width, height] = asked.get("size").split("x");
         Object.assign(byId("stage").style, { width: width + "px", height: height + "px" });
     }
+    const live = report.live ? await Live.open(report.live).catch(why => {
+        element("p", { text: `This browser does not compute shapes: ${why.message}` },
+            byId("charts"));
+    }) : null;
     const motion = report.motion ? new Motion(report.motion) : null;
     let player = null;
     if (motion && motion.isPlaced) {
         const other = report.motion.reference ? new Motion(report.motion.reference) : null;
         player = new Player(motion, other && other.isPlaced ? other : null,
             (report.paths || []).map(data => new Motion(data)));
+        if (live) {
+            sliders = new Sliders(live, player);
+        }
         addMotionCharts(player);
         addNumbers(player);
     } else {

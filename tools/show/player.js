@@ -14,7 +14,7 @@ class Player {
         this.charts = [];
         this.at = this.drawn = this.followed = 0;
         this.playing = false;
-        this.last = motion.frames - 1;
+        this.last = report.live ? 0 : motion.frames - 1; /* behind it are others of the range */
         this.#controls();
         this.#mouse();
         this.#keys();
@@ -100,6 +100,9 @@ class Player {
         if (data.frames < data.frames_of || data.points < data.points_of) {
             says.push(`${data.frames} of ${data.frames_of} instants, ${data.points} of `
                 + `${data.points_of} points.`);
+        }
+        if (report.advice) {
+            says.push(report.advice);
         }
         notes.append(says.join(" ") + (says.length ? " " : ""));
         const keys = [["drag", "turn"], ["shift drag", "move"], ["wheel", "zoom"],

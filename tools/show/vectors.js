@@ -2,20 +2,19 @@
 /* Numbers: columns of the data, vectors of three as arrays, and how numbers are written. */
 
 /* A column as { name, unit, at(i), low, high }; its numbers are Float32, rounded ones to 1/65534 of
- * their range. */
+ * their range, or `values` that the page has computed. */
 function column(from) {
     const result = { name: from.name, unit: from.unit || "", low: Infinity, high: -Infinity };
+    if (from.values) {
+        return withRange(result, from.values);
+    }
     if (!("kind" in from)) {
         const value = from.value === null ? NaN : from.value;
         result.at = () => value;
         result.low = result.high = value;
         return result;
     }
-    const text = atob(from.data);
-    const bytes = new Uint8Array(text.length);
-    for (let i = 0; i < bytes.length; i++) {
-        bytes[i] = text.charCodeAt(i);
-    }
+    const bytes = bytesOf(from.data);
     let values;
     if (from.kind === "f4") {
         values = new Float32Array(bytes.buffer);
@@ -27,6 +26,12 @@ function column(from) {
             values[i] = few[i] === -32768 ? NaN : from.low + (few[i] + 32767) * step;
         }
     }
+    return withRange(result, values);
+}
+
+const bytesOf = text => Uint8Array.from(atob(text), c => c.charCodeAt(0));
+
+function withRange(result, values) {
     for (const value of values) {
         if (value < result.low) {
             result.low = value;

@@ -1,0 +1,131 @@
+#include "tools/emit/export_module.h"
+
+#include "tools/emit/export_compile.h"
+#include "tools/emit/export_family.h"
+#include "tools/train/experiment.h"
+
+#include <stdlib.h>
+
+/* The three texts, the last of them what the module exports; <math.h> and <string.h>. */
+enum { FILES = EXPORT_TEXTS + 2 };
+
+#define NAME "rod"
+
+/* All numbers as one column. */
+static ad_status record(const scene *of, int drawn, const export_drawn *list, ad_tape *tape,
+                        ad_pool *pool, ad_program **program, ad_error *error)
+{
+    const ad_settings settings = ad_settings_default();
+    const int count = of->parameter_count;
+    quantity_binding bindings[2 + SCENE_PARAMETERS_MAX];
+    const ad_value p = ad_input(tape, "p", count);
+    ad_value *rows = malloc((size_t)drawn * sizeof *rows);
+    if (!rows) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a module");
+    }
+    for (int k = 0; k < count; k++) {
+        bindings[2 + k] = (quantity_binding){of->parameters[k].name, ad_row(p, k)};
+    }
+    bindings[1] = (quantity_binding){"t", ad_scalar(tape, 0)};
+    for (int i = 0; i < drawn; i++) {
+        bindings[0] = (quantity_binding){"s", ad_scalar(tape, list[i].s)};
+        rows[i] = quantity_record(list[i].of, tape, 2 + count, bindings);
+    }
+    const ad_value all = ad_stack(drawn, rows);
+    free(rows);
+    return ad_compile(1, &all, &settings, pool, program, error);
+}
+
+static ad_status write_drawn(const scene *of, int drawn, const export_drawn *list, FILE *file,
+                             ad_error *error)
+{
+    static const double *const no_parameters[] = {NULL}, *const *const no_uniforms[] = {NULL};
+    const ad_c_options options = {.name = "drawn",
+                                  .points = 1,
+                                  .sets = 1,
+                                  .parameters = no_parameters,
+                                  .uniforms = no_uniforms,
+                                  .internal = true};
+    size_t workspace = 0;
+    ad_program *program = NULL;
+    ad_tape *tape = ad_tape_create();
+    ad_pool *pool = ad_pool_create(1);
+    ad_status status =
+        tape && pool ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a module");
+    if (status == AD_OK && drawn > 0) {
+        status = record(of, drawn, list, tape, pool, &program, error);
+    }
+    if (status == AD_OK && drawn > 0) {
+        status = ad_write_c(1, &program, &options, false, file, &workspace, error);
+    }
+    fprintf(file, "#define DRAWN %d\n#define WORKSPACE %zu\n", drawn, workspace);
+    ad_program_free(program);
+    ad_pool_free(pool);
+    ad_tape_free(tape);
+    return status;
+}
+
+/* What the module exports, in the place of the self-test. */
+static ad_status write_text(const scene *of, int drawn, const export_drawn *list, export_text *text,
+                            ad_error *error)
+{
+    if (!export_text_open(text)) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a module");
+    }
+    fputs("#include \"" NAME ".h\"\n\n", text->file);
+    ad_status status = write_drawn(of, drawn, list, text->file, error);
+    export_put_lines(NAME, EXPORT_DOUBLE, export_module_functions, text->file);
+    return export_text_close(text) || status != AD_OK
+               ? status
+               : ad_fail(error, AD_NO_MEMORY, "out of memory for a module");
+}
+
+static ad_status compile(const export_texts texts, char **bytes, size_t *size, ad_error *error)
+{
+    static const export_compiler clang = {
+        "clang",
+        "--target=wasm32 -msimd128 -mbulk-memory -O3 -w -ffreestanding -ffp-contract=off -nostdlib "
+        "-Wl,--no-entry -Wl,--allow-undefined -Wl,--strip-all -Wl,-z,stack-size=1048576",
+        NULL};
+    static const char *const names[] = {NAME ".c", NAME ".h", NAME "_page.c", "math.h", "string.h"};
+    export_file files[FILES];
+    export_text math = {.bytes = NULL};
+    if (!export_text_open(&math)) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a module");
+    }
+    export_put_lines(NAME, EXPORT_DOUBLE, export_module_math, math.file);
+    ad_status status = export_text_close(&math)
+                           ? AD_OK
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for a module");
+    for (int i = 0; i < FILES; i++) {
+        const export_text *of = i < EXPORT_TEXTS ? &texts[i] : &math;
+        files[i] = (export_file){.text = of->bytes, .size = of->size};
+        snprintf(files[i].name, sizeof files[i].name, "%s", names[i]);
+    }
+    if (status == AD_OK) {
+        status = export_compile(&clang, FILES, files, false, bytes, size, error);
+    }
+    free(math.bytes);
+    return status;
+}
+
+ad_status export_module_create(const experiment *e, int places, const double *s, int drawn,
+                               const export_drawn *list, char **bytes, size_t *size,
+                               ad_error *error)
+{
+    double *numbers = NULL;
+    export_texts texts = {{.bytes = NULL}};
+    export_family f = {.name = NAME};
+    *bytes = NULL;
+    ad_status status = export_family_at(e, STRAIN_COLUMNS, places, s, &f, &numbers, error);
+    for (int i = EXPORT_SOURCE; i <= EXPORT_HEADER && status == AD_OK; i++) {
+        status = export_texts_write(texts, i, export_family_write, &f, error);
+    }
+    if (status == AD_OK) {
+        status = write_text(e->scene, drawn, list, &texts[EXPORT_SELFTEST], error);
+    }
+    status = status == AD_OK ? compile(texts, bytes, size, error) : status;
+    export_texts_free(texts);
+    free(numbers);
+    return status;
+}
