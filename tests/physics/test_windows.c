@@ -430,7 +430,7 @@ static void test_resume(void **state)
     (void)state;
     run whole = start(DYNAMIC, run_changes, 1);
     int most = 0;
-    while (trainer_inspect(whole.trainer).state == TRAINER_RUNNING) {
+    while (trainer_inspect(whole.trainer).state == FIT_RUNNING) {
         trainer_info before = trainer_inspect(whole.trainer);
         step(&whole);
         most = before.window_step > most ? (int)before.window_step : most;

@@ -70,9 +70,9 @@ static trained begin(const char *text, const char *override, int threads)
 static void train(trained *x, int64_t until)
 {
     ad_error error = {.message = ""};
-    while (!surrogate_training_inspect(x->own).done &&
-           surrogate_training_inspect(x->own).step < until) {
-        if (surrogate_training_step(x->own, &error) != AD_OK) {
+    fit *f = surrogate_training_fit(x->own);
+    while (f->state == FIT_RUNNING && f->at.step < until) {
+        if (fit_step(f, &error) != AD_OK) {
             fail_msg("%s", error.message);
         }
     }
@@ -200,7 +200,7 @@ static void test_training(void **state)
     trained whole = begin(hanging, NULL, 1), part = begin(hanging, NULL, 2);
     train(&whole, 60);
     train(&part, 33);
-    const double stage_seconds = surrogate_training_inspect(part.own).stage_seconds;
+    const double stage_seconds = fit_stage_seconds(surrogate_training_fit(part.own));
     save(&part, path);
     end(&part);
     part = begin(hanging, NULL, 2);
@@ -210,13 +210,14 @@ static void test_training(void **state)
     }
     checkpoint_free(file);
     /* what was saved and more: stop.seconds is of the whole stage */
-    assert_true(surrogate_training_inspect(part.own).stage_seconds >= stage_seconds);
+    assert_true(fit_stage_seconds(surrogate_training_fit(part.own)) >= stage_seconds);
     train(&part, 60);
     const surrogate_training_info info = surrogate_training_inspect(whole.own);
     const surrogate_step *a = surrogate_training_step_of(whole.own);
     const surrogate_step *b = surrogate_training_step_of(part.own);
     print_message("of the linear map's: loss %.3f, held out %.3f\n", info.loss, info.held_out);
-    assert_true(info.done && surrogate_training_inspect(part.own).done);
+    assert_true(surrogate_training_fit(whole.own)->state == FIT_OVER &&
+                surrogate_training_fit(part.own)->state == FIT_OVER);
     assert_true(info.held_out < 0.35);
     assert_memory_equal(a->numbers, b->numbers, surrogate_step_numbers(a) * sizeof *a->numbers);
     save(&whole, path);
@@ -307,7 +308,8 @@ static void test_curves(void **state)
         save(&part, path[0]);
         const surrogate_training_info info = surrogate_training_inspect(whole.own);
         print_message("%s: held out %.3f\n", kinds[kind], info.held_out);
-        assert_true(info.done && surrogate_training_inspect(part.own).done);
+        assert_true(surrogate_training_fit(whole.own)->state == FIT_OVER &&
+                    surrogate_training_fit(part.own)->state == FIT_OVER);
         assert_true(info.held_out < 1); /* better than states that stay, after so few steps */
         for (int i = 0; i < 2; i++) {
             if (surrogate_load(path[i], &loaded[i], &error) != AD_OK) {

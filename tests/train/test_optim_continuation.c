@@ -153,7 +153,7 @@ static void test_resume(void **state)
     ad_error error = {AD_OK, ""};
     run whole = start(ROLLUP, four_turns, 1), part = start(ROLLUP, four_turns, 2);
     finish(&whole);
-    while (trainer_inspect(part.trainer).state == TRAINER_RUNNING) {
+    while (trainer_inspect(part.trainer).state == FIT_RUNNING) {
         step(&part);
         if (trainer_inspect(part.trainer).step % 8 == 0) {
             save(&part, "loads.h5");

@@ -49,7 +49,7 @@ static session begin(const char *stages, int threads)
 static void steps(session *s, int count)
 {
     ad_error error = {AD_OK, ""};
-    for (int i = 0; i < count && trainer_inspect(s->trainer).state == TRAINER_RUNNING; i++) {
+    for (int i = 0; i < count && trainer_inspect(s->trainer).state == FIT_RUNNING; i++) {
         if (trainer_step(s->trainer, &error) != AD_OK) {
             fail_msg("%s", error.message);
         }
@@ -169,7 +169,7 @@ static void test_error(void **state)
     steps(&s, 600);
     const trainer_info info = trainer_inspect(s.trainer);
     verdict v;
-    assert_int_equal(info.state, TRAINER_DONE);
+    assert_int_equal(info.state, FIT_OVER);
     if (!(info.members.median < 1.5e-4 && info.members.most < 1.5e-3 &&
           info.members.polished_median < 1e-7 && info.members.polished_most < 1e-6)) {
         fail_msg("%.2e %.2e, %.2e %.2e", info.members.median, info.members.most,
@@ -232,7 +232,7 @@ static void test_polynomials(void **state)
         session s = begin_linear(text, degree == 2 ? "network.polynomial.degree=2" : NULL, 1);
         steps(&s, 10);
         const trainer_info info = trainer_inspect(s.trainer);
-        assert_int_equal(info.state, TRAINER_DONE);
+        assert_int_equal(info.state, FIT_OVER);
         assert_int_equal(s.e->count, (degree == 2 ? 10 : 20) * s.e->settings->network.outputs);
         if (degree == 2 ? info.members.median < 1e-3 : !(info.members.worst < 1e-9)) {
             fail_msg("degree %d: %.2e %.2e", degree, info.members.median, info.members.worst);
@@ -265,7 +265,7 @@ static void test_separate(void **state)
             }
             steps(&s, 20);
             const trainer_info info = trainer_inspect(s.trainer);
-            assert_int_equal(info.state, TRAINER_DONE);
+            assert_int_equal(info.state, FIT_OVER);
             losses[way] = info.loss;
             held_out[way] = info.held_out;
             session_free(&s);
@@ -293,7 +293,7 @@ static void test_physics(void **state)
         const double before = trainer_inspect(s.trainer).members.median;
         steps(&s, 300);
         const trainer_info after = trainer_inspect(s.trainer);
-        assert_int_equal(after.state, TRAINER_DONE);
+        assert_int_equal(after.state, FIT_OVER);
         if (!(after.members.median < 0.5 * before && after.members.median < 3e-4)) {
             fail_msg("%s: %.2e, then %.2e", kinds[i], before, after.members.median);
         }
@@ -315,7 +315,7 @@ static void test_resume(void **state)
         steps(&part, at);
         hand_over(&part, &rest);
         steps(&rest, 70 - at);
-        assert_int_equal(trainer_inspect(rest.trainer).state, TRAINER_DONE);
+        assert_int_equal(trainer_inspect(rest.trainer).state, FIT_OVER);
         assert_memory_equal(trainer_parameters(whole.trainer), trainer_parameters(rest.trainer),
                             whole.e->count * sizeof(double));
         const trainer_info a = trainer_inspect(whole.trainer), b = trainer_inspect(rest.trainer);

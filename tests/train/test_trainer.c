@@ -47,7 +47,7 @@ static void check_resume(const char *path, const char *const *changes, int strid
     static shown whole[STEPS_MAX];
     run r = start(path, changes, 1), saved = start(path, changes, 1);
     int steps = 0;
-    for (; trainer_inspect(r.trainer).state == TRAINER_RUNNING; steps++) {
+    for (; trainer_inspect(r.trainer).state == FIT_RUNNING; steps++) {
         char name[32];
         snprintf(name, sizeof name, "%d.h5", steps);
         if (steps % stride == 0) {
@@ -77,7 +77,7 @@ static void check_resume(const char *path, const char *const *changes, int strid
                          now.loss, whole[i].loss);
             }
         }
-        assert_int_equal(trainer_inspect(again.trainer).state, TRAINER_DONE);
+        assert_int_equal(trainer_inspect(again.trainer).state, FIT_OVER);
         assert_same_history(trainer_history(again.trainer), trainer_history(r.trainer));
         stop(&again);
         unlink(in_folder(name));
@@ -148,7 +148,7 @@ static void test_resume_finished(void **state)
     finish(&r);
     save(&r, "done.h5");
     assert_int_equal(restore(&again, in_folder("done.h5"), NULL), AD_OK);
-    assert_int_equal(trainer_inspect(again.trainer).state, TRAINER_DONE);
+    assert_int_equal(trainer_inspect(again.trainer).state, FIT_OVER);
     assert_int_equal(trainer_inspect(again.trainer).step, trainer_inspect(r.trainer).step);
     assert_memory_equal(trainer_parameters(again.trainer), trainer_parameters(r.trainer),
                         r.made.e->count * sizeof(double));
@@ -364,7 +364,7 @@ static void test_best_goes_on(void **state)
     assert_int_equal(problem_evaluate(r.made.p, trainer_parameters(r.trainer), &loss, NULL, NULL),
                      AD_OK);
     assert_true(loss == best);
-    while (trainer_inspect(r.trainer).state == TRAINER_RUNNING) {
+    while (trainer_inspect(r.trainer).state == FIT_RUNNING) {
         step(&r);
         assert_true(trainer_inspect(r.trainer).loss <= loss);
         loss = trainer_inspect(r.trainer).loss;
@@ -386,7 +386,7 @@ static void check_not_finite(const char *path, const char *const *changes, int g
     save(&r, "good.h5");
     shown before = show(&r);
     assert_int_equal(trainer_step(r.trainer, &error), AD_NOT_FINITE);
-    assert_int_equal(trainer_inspect(r.trainer).state, TRAINER_NOT_FINITE);
+    assert_int_equal(trainer_inspect(r.trainer).state, FIT_NOT_FINITE);
     assert_int_equal(trainer_inspect(r.trainer).step, good_steps);
     assert_null(strchr(error.message, '\n'));
     for (; *words; words++) {
@@ -434,7 +434,7 @@ static void test_steps_allocate_nothing(void **state)
         run r = start(paths[k / 2], changes[k / 2], 1 + k % 2);
         assert_true(allocations > 100); /* the hook is linked in */
         step(&r);
-        for (int64_t i = 2; trainer_inspect(r.trainer).state == TRAINER_RUNNING; i++) {
+        for (int64_t i = 2; trainer_inspect(r.trainer).state == FIT_RUNNING; i++) {
             allocations = 0;
             int stage = trainer_inspect(r.trainer).stage;
             step(&r);

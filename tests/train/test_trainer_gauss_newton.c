@@ -81,7 +81,7 @@ static void check(const char *path, const char *const *changes)
         whole[i] = show(&r);
         memcpy(x[i], trainer_parameters(r.trainer), count * sizeof(double));
     }
-    assert_int_equal(trainer_inspect(r.trainer).state, TRAINER_DONE);
+    assert_int_equal(trainer_inspect(r.trainer).state, FIT_OVER);
     for (int from = 0; from < STEPS; from += FARTHER(1)) {
         snprintf(name, sizeof name, "%s/%d.h5", folder, from);
         run again = start(path, changes, 1 + from % 2);
@@ -149,7 +149,7 @@ static void test_falls(void **state)
         run r = start("configs/elastica_deep.yaml", changes, 1);
         step(&r);
         double first = trainer_inspect(r.trainer).loss, before = first;
-        while (trainer_inspect(r.trainer).state == TRAINER_RUNNING) {
+        while (trainer_inspect(r.trainer).state == FIT_RUNNING) {
             step(&r);
             assert_true(trainer_inspect(r.trainer).loss <= before);
             before = trainer_inspect(r.trainer).loss;
@@ -200,7 +200,7 @@ static void test_given_up(void **state)
         const char *path = form == 2 ? DYNAMIC : ELASTICA;
         run whole = start(path, forms[form], 1), r = start(path, forms[form], 1);
         long patience = 1, given_up = 0;
-        for (int i = 0; i < 60 && trainer_inspect(r.trainer).state == TRAINER_RUNNING; i++) {
+        for (int i = 0; i < 60 && trainer_inspect(r.trainer).state == FIT_RUNNING; i++) {
             const int64_t before = trainer_inspect(r.trainer).step;
             long left = patience;
             trainer_watch_stop(r.trainer, is_the_last, &left);
@@ -238,7 +238,7 @@ static void test_account(void **state)
         assert_int_equal(trainer_step(r.trainer, NULL), AD_OK);
     }
     assert_string_equal(trainer_inspect(r.trainer).account, "");
-    while (trainer_inspect(r.trainer).state == TRAINER_RUNNING) {
+    while (trainer_inspect(r.trainer).state == FIT_RUNNING) {
         assert_int_equal(trainer_step(r.trainer, NULL), AD_OK);
     }
     trainer_info info = trainer_inspect(r.trainer);
@@ -257,7 +257,7 @@ static void test_linear(void **state)
                                           "losses.interior.points=132", "training.seed=2", NULL};
     for (int i = 0; i < 2; i++) {
         run r = start(paths[i], changes, 1);
-        while (trainer_inspect(r.trainer).state == TRAINER_RUNNING) {
+        while (trainer_inspect(r.trainer).state == FIT_RUNNING) {
             step(&r);
         }
         assert_true(trainer_inspect(r.trainer).errors.position < 1e-10);

@@ -44,11 +44,11 @@ static void test_ends_the_stage(void **state)
 {
     (void)state;
     run r = start(ELASTICA, too_few, 1);
-    for (size_t rows = 0; trainer_inspect(r.trainer).state == TRAINER_RUNNING;) {
+    for (size_t rows = 0; trainer_inspect(r.trainer).state == FIT_RUNNING;) {
         step(&r);
         if (trainer_history(r.trainer)->count > rows) {
             rows = trainer_history(r.trainer)->count;
-            assert_int_equal(trainer_inspect(r.trainer).state == TRAINER_DONE, rows_apart(&r) == 5);
+            assert_int_equal(trainer_inspect(r.trainer).state == FIT_OVER, rows_apart(&r) == 5);
         }
     }
     trainer_info info = trainer_inspect(r.trainer);
@@ -103,7 +103,7 @@ static void test_stages_and_resume(void **state)
         "training.stages=[{optimizer: lbfgs, steps: 600}, {optimizer: lbfgs, steps: 600}]", NULL};
     run r = start(ELASTICA, changes, 1);
     int64_t first = 0;
-    while (trainer_inspect(r.trainer).state == TRAINER_RUNNING) {
+    while (trainer_inspect(r.trainer).state == FIT_RUNNING) {
         char name[32];
         snprintf(name, sizeof name, "%d.h5", (int)trainer_inspect(r.trainer).step);
         save(&r, name);
@@ -152,7 +152,7 @@ static void test_converges(void **state)
                                        "output.every=2",
                                        NULL};
         run r = start(ELASTICA, changes, 1);
-        while (trainer_inspect(r.trainer).state == TRAINER_RUNNING) {
+        while (trainer_inspect(r.trainer).state == FIT_RUNNING) {
             step(&r);
             assert_false(trainer_inspect(r.trainer).interpolates);
             const char *ended = trainer_inspect(r.trainer).ended;
@@ -178,7 +178,7 @@ static void test_rounding(void **state)
                                    "output.every=1",
                                    NULL};
     run r = start(ELASTICA, changes, 1);
-    while (trainer_inspect(r.trainer).state == TRAINER_RUNNING) {
+    while (trainer_inspect(r.trainer).state == FIT_RUNNING) {
         step(&r);
         assert_false(trainer_inspect(r.trainer).interpolates);
     }
@@ -206,18 +206,18 @@ static void test_rule(void **state)
         double held_out = rows[k].held_out;
         for (int i = 0; i < 10; i++, held_out *= rows[k].falling) {
             double row[HISTORY_COLUMNS_MAX] = {i, 1};
-            for (int c = 2; c < t->history.columns; c++) {
-                if (strcmp(t->history.names[c], "held_out") == 0) {
+            for (int c = 2; c < t->fit.rows.columns; c++) {
+                if (strcmp(t->fit.rows.names[c], "held_out") == 0) {
                     row[c] = held_out;
-                } else if (strcmp(t->history.names[c], problem_term_name(r.made.p, 0)) == 0) {
+                } else if (strcmp(t->fit.rows.names[c], problem_term_name(r.made.p, 0)) == 0) {
                     row[c] = rows[k].trained / problem_term_weight(r.made.p, 0);
                 }
             }
-            assert_int_equal(history_add(&t->history, row, NULL), AD_OK);
-            trainer_watch(t, (size_t)i);
-            assert_int_equal(t->info.interpolates, rows[k].interpolates);
+            assert_int_equal(history_add(&t->fit.rows, row, NULL), AD_OK);
+            fit_watch(&t->fit, (size_t)i);
+            assert_int_equal(t->fit.interpolates, rows[k].interpolates);
         }
-        assert_int_equal(t->rows_apart, rows[k].ends ? 9 : 0); /* the first is a minimum */
+        assert_int_equal(t->fit.rows_apart, rows[k].ends ? 9 : 0); /* the first is a minimum */
         stop(&r);
     }
 }

@@ -118,7 +118,7 @@ static ad_status compare(const session *s, const char *scene, tally *all, ad_err
 static bool goes_on(const session *s, int step)
 {
     const trainer_info info = trainer_inspect(s->trainer);
-    return info.state == TRAINER_RUNNING && info.step < step;
+    return info.state == FIT_RUNNING && info.step < step;
 }
 
 static ad_status follow(const char *path, bool is_short, tally *all, ad_error *error)

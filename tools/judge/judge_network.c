@@ -16,7 +16,7 @@ static ad_status train(session *s, const judge_task *task, verdict *found, ad_er
 {
     clock_t began = clock();
     ad_status status = AD_OK;
-    while (status == AD_OK && trainer_inspect(s->trainer).state == TRAINER_RUNNING) {
+    while (status == AD_OK && trainer_inspect(s->trainer).state == FIT_RUNNING) {
         if (signals_caught()) {
             found->signal = signals_caught();
             verdict_add(found, VERDICT_SIGNAL, "stopped");
@@ -75,7 +75,7 @@ static ad_status conclude(session *s, const judge_task *task, judge_row *row, ad
     if (status == AD_OK && task->step) {
         status = task->step(task->context, s, true, error);
     }
-    if (status == AD_OK && info.state == TRAINER_DONE) {
+    if (status == AD_OK && info.state == FIT_OVER) {
         trainer_verdict(s->trainer, &row->verdict);
         status = measure(s, task, row, error);
     }

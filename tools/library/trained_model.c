@@ -63,7 +63,7 @@ static ad_status hand_over(cpinn_model *made, ad_status status, cpinn_model **mo
 static bool report_step(void *context)
 {
     const cpinn_model *model = context;
-    const trainer_info *before = &model->s.before;
+    const fit_place *before = &trainer_fit(model->s.trainer)->before;
     const trainer_info now = trainer_inspect(model->s.trainer);
     const cpinn_progress progress = {.step = now.step,
                                      .window = before->window + 1,

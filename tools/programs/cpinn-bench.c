@@ -309,8 +309,7 @@ static ad_status show(void *context, session *s, bool is_last, ad_error *error)
     (void)error;
     if (!live->file) {
         double limit = live->limit;
-        const progress_subject of = progress_of_trainer(s->trainer, s->e);
-        *live = progress_start(stdout, live->quiet, &of);
+        *live = progress_start(stdout, live->quiet, trainer_fit(s->trainer), NULL);
         live->limit = limit;
     }
     if (!is_last && live->live) {

@@ -104,7 +104,7 @@ static void announce(training *t)
             "those of a run that never stopped; OPENBLAS_CORETYPE chooses them",
             ad_dense_kernels(), info.kernels);
     }
-    if (info.state == TRAINER_DONE) {
+    if (info.state == FIT_OVER) {
         progress_say(&t->progress, "nothing is left to do: every stage has ended");
     }
     if (t->s.known) {
@@ -261,7 +261,7 @@ static void interrupted(training *t)
     }
 }
 
-static void say_ended(training *t, const trainer_info *before, const trainer_info *now)
+static void say_ended(training *t, const fit_place *before, const trainer_info *now)
 {
     char window[32] = "";
     if (now->stage_step > 0) {
@@ -289,7 +289,7 @@ static bool stepped(void *context)
 {
     training *t = context;
     const trainer_info info = trainer_inspect(t->s.trainer);
-    say_ended(t, &t->s.before, &info);
+    say_ended(t, &trainer_fit(t->s.trainer)->before, &info);
     progress_step(&t->progress);
     return !signals_caught();
 }
@@ -314,8 +314,7 @@ static ad_status prepare(training *t, config *settings, ad_error *error)
 
 static void start_progress(training *t)
 {
-    const progress_subject of = progress_of_trainer(t->s.trainer, t->s.e);
-    t->progress = progress_start(stdout, t->asked->quiet, &of);
+    t->progress = progress_start(stdout, t->asked->quiet, trainer_fit(t->s.trainer), NULL);
 }
 
 /* Train a motion in the strain form in memory, anew with more modes or a larger degree as long as
@@ -381,12 +380,12 @@ static ad_status train(training *t, ad_error *error)
     t->waited = ranks_waited();
     ad_status status = session_train(&t->s, stepped, t, error);
     progress_end(&t->progress);
-    const trainer_state state = trainer_inspect(t->s.trainer).state;
-    if (status == AD_OK && state == TRAINER_RUNNING) {
+    const fit_state state = trainer_inspect(t->s.trainer).state;
+    if (status == AD_OK && state == FIT_RUNNING) {
         interrupted(t);
     } else if (status == AD_OK) {
         finish(t);
-    } else if (state == TRAINER_NOT_FINITE) {
+    } else if (state == FIT_NOT_FINITE) {
         progress_say(&t->progress, "stopped; the checkpoint of step %lld is kept: %s",
                      (long long)t->s.saved_step, t->folder.checkpoint);
     }
@@ -418,7 +417,7 @@ static ad_status write_json(const training *t, ad_error *error)
         json_number(&to, "loss", info.loss);
         json_number(&to, "held_out", info.held_out);
         json_number(&to, "estimate", trainer_estimate(t->s.trainer));
-        bool is_done = info.state == TRAINER_DONE;
+        bool is_done = info.state == FIT_OVER;
         json_number(&to, "loads_out_of_balance",
                     is_done ? info.balance.loads : experiment_balance(t->s.e, NULL).loads);
         json_number(&to, "energy_out_of_balance", info.balance.energy);

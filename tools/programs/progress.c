@@ -10,41 +10,15 @@
 
 static const double live_interval = 0.2; /* s */
 
-static progress_state state_of_trainer(const void *context)
-{
-    const trainer_info info = trainer_inspect(context);
-    return (progress_state){.running = info.state == TRAINER_RUNNING,
-                            .window = info.window,
-                            .stage = info.stage,
-                            .step = info.step,
-                            .window_step = info.window_step,
-                            .stage_step = info.stage_step,
-                            .seconds = info.seconds,
-                            .stage_seconds = info.stage_seconds,
-                            .load_factor = info.part,
-                            .loss = info.loss,
-                            .held_out = info.held_out,
-                            .error = info.errors.position,
-                            .points = (double)info.evaluations * info.points};
-}
-
-progress_subject progress_of_trainer(const trainer *t, const experiment *e)
-{
-    return (progress_subject){.settings = e->settings,
-                              .windows = e->scene->windows,
-                              .rows = trainer_history(t),
-                              .context = t,
-                              .inspect = state_of_trainer};
-}
-
-progress progress_start(FILE *file, bool quiet, const progress_subject *of)
+progress progress_start(FILE *file, bool quiet, const fit *of, const char *note)
 {
     progress p = {.file = file,
                   .quiet = quiet,
                   .live = isatty(fileno(file)),
-                  .of = *of,
+                  .of = of,
+                  .note = note,
                   .gap = 1,
-                  .last = of->inspect(of->context)};
+                  .last = of->at};
     p.started = p.next = p.window_began = p.stage_began = train_seconds();
     p.first_step = p.last.step;
     p.stage_first = p.last.stage_step;
@@ -63,9 +37,9 @@ static int room(const progress *p)
 
 void progress_watch(progress *p)
 {
-    p->watch = p->quiet ? NULL : watch_create(p->file, p->of.settings->name);
+    p->watch = p->quiet ? NULL : watch_create(p->file, p->of->settings->name);
     if (p->watch) {
-        watch_record_rows(p->watch, p->of.rows);
+        watch_record_rows(p->watch, &p->of->rows);
     }
 }
 
@@ -86,7 +60,7 @@ void progress_clear(progress *p)
 }
 
 /* Notices when another window or stage begins, from which the time left is estimated. */
-static void follow(progress *p, const progress_state *now_at, double now)
+static void follow(progress *p, const fit_place *now_at, double now)
 {
     const bool other = now_at->window != p->last.window;
     if (other) {
@@ -106,22 +80,22 @@ static void follow(progress *p, const progress_state *now_at, double now)
 
 static double time_left(const progress *p, double now, bool *at_most)
 {
-    const train_settings *settings = p->of.settings;
-    const progress_state *at = &p->last;
+    const train_settings *settings = p->of->settings;
+    const fit_place *at = &p->last;
     int64_t steps = at->stage_step - p->stage_first, all = at->step - p->first_step;
     const status_pace pace = {.stages = settings->stages,
                               .stage = at->stage,
                               .stage_count = settings->stage_count,
                               .stage_step = at->stage_step,
-                              .stage_seconds = at->stage_seconds,
+                              .stage_seconds = fit_stage_seconds(p->of),
                               .step_seconds = steps > 0 ? (now - p->stage_began) / (double)steps
                                               : all > 0 ? (now - p->started) / (double)all
                                                         : NAN,
-                              .windows_left = p->of.windows - at->window - 1,
+                              .windows_left = p->of->windows - at->window - 1,
                               .windows_timed = p->windows_timed,
                               .windows_seconds = p->windows_seconds,
                               .window_seconds = now - p->window_began,
-                              .repeats = at->load_factor<1, .limit_left = p->limit> 0
+                              .repeats = at->part<1, .limit_left = p->limit> 0
                                              ? p->limit - (now - p->started)
                                              : INFINITY};
     return status_time_left(&pace, at_most);
@@ -130,24 +104,25 @@ static double time_left(const progress *p, double now, bool *at_most)
 /* The speed is that of points, if they are counted, else and in pictures that of steps. */
 static status_line line_of(const progress *p, double now)
 {
-    const train_settings *settings = p->of.settings;
-    const progress_state *at = &p->last;
+    const train_settings *settings = p->of->settings;
+    const fit *of = p->of;
+    const fit_place *at = &of->at;
     const train_stage *stage = &settings->stages[at->stage];
     status_line line = {.optimizer = optim_method_name(stage->optim.method),
                         .window = at->window + 1,
-                        .windows = p->of.windows,
+                        .windows = p->of->windows,
                         .stage = at->stage + 1,
                         .stages = settings->stage_count,
                         .step = at->stage_step,
                         .steps = p->limit > 0 ? 0 : stage->steps,
-                        .load_factor = at->load_factor,
-                        .loss = at->loss,
-                        .held_out = at->held_out,
-                        .error = at->error,
+                        .load_factor = at->part,
+                        .loss = of->loss,
+                        .held_out = of->held_out,
+                        .error = of->error,
                         .steps_per_s = NAN};
     line.left = time_left(p, now, &line.at_most);
-    line.points_per_s = at->points / (now - p->started);
-    if (p->watch || isnan(at->points)) {
+    line.points_per_s = of->points / (now - p->started);
+    if (p->watch || isnan(of->points)) {
         line.steps_per_s = (double)(at->step - p->first_step) / (now - p->started);
     }
     return line;
@@ -160,18 +135,19 @@ static void draw(progress *p, const status_line *line, const char *over)
     }
     watch_draw(p->watch, &(watch_view){.line = *line,
                                        .over = over,
-                                       .rows = p->of.rows,
+                                       .rows = &p->of->rows,
                                        .shapes = p->shapes,
-                                       .note = p->of.note});
+                                       .note = p->note});
 }
 
 void progress_end(progress *p)
 {
-    const progress_state at = p->of.inspect(p->of.context);
-    if (p->watch && at.step > p->first_step) {
+    const fit *of = p->of;
+    if (p->watch && of->at.step > p->first_step) {
         char over[64];
-        const status_line line = {.loss = at.loss, .held_out = at.held_out, .error = at.error};
-        snprintf(over, sizeof over, "%lld steps in %.2f s", (long long)at.step, at.seconds);
+        const status_line line = {.loss = of->loss, .held_out = of->held_out, .error = of->error};
+        snprintf(over, sizeof over, "%lld steps in %.2f s", (long long)of->at.step,
+                 fit_seconds(of));
         draw(p, &line, over);
     }
     watch_free(p->watch);
@@ -186,12 +162,11 @@ void progress_step(progress *p)
         return;
     }
     double now = train_seconds();
-    const progress_state at = p->of.inspect(p->of.context);
-    follow(p, &at, now);
+    follow(p, &p->of->at, now);
     if (p->watch) {
-        watch_record(p->watch, at.seconds, at.loss);
+        watch_record(p->watch, fit_seconds(p->of), p->of->loss);
     }
-    if (!at.running || (p->watch ? !watch_is_due(p->watch) : now < p->next)) {
+    if (p->of->state != FIT_RUNNING || (p->watch ? !watch_is_due(p->watch) : now < p->next)) {
         return;
     }
     const status_line status = line_of(p, now);

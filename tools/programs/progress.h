@@ -5,39 +5,18 @@
 
 #include "tools/programs/watch.h"
 
-/* What a training says of itself. Numbers that are not known are NaN. */
-typedef struct progress_state {
-    bool running;
-    int window, stage; /* at work, from 0 */
-    int64_t step, window_step, stage_step;
-    double seconds, stage_seconds; /* of all that has been trained, and of the stage at work */
-    double load_factor, loss, held_out, error;
-    double points; /* evaluated */
-} progress_state;
-
-/* A training; all is borrowed. */
-typedef struct progress_subject {
-    const train_settings *settings;
-    int windows;
-    const history *rows;
-    const char *note; /* a line below a picture's curves; NULL: none */
-    const void *context;
-    progress_state (*inspect)(const void *context);
-} progress_subject;
-
-progress_subject progress_of_trainer(const trainer *t, const experiment *e);
-
 typedef struct progress {
     FILE *file;
     bool quiet;
-    bool live; /* a terminal */
-    progress_subject of;
+    bool live;                        /* a terminal */
+    const fit *of;                    /* borrowed */
+    const char *note;                 /* a line below a picture's curves; NULL: none */
     double started;                   /* of this process */
     double next, gap;                 /* when to speak again */
     int64_t first_step;               /* of this process */
     int width;                        /* of the live line last shown */
     double limit;                     /* s after `started`, when it ends at the latest; 0: none */
-    progress_state last;              /* after the last step */
+    fit_place last;                   /* after the last step */
     double window_began, stage_began; /* when they began, for this process */
     int64_t stage_first;              /* step of the stage at which this process took it up */
     bool window_whole;                /* this process has trained the window from its beginning */
@@ -48,7 +27,7 @@ typedef struct progress {
     const trainer *shaped;            /* whose they are */
 } progress;
 
-progress progress_start(FILE *file, bool quiet, const progress_subject *of);
+progress progress_start(FILE *file, bool quiet, const fit *of, const char *note);
 
 /* From now on with a picture, where the file can show one, until progress_end; and with shapes in
  * it, `known` among them, which may be NULL. */

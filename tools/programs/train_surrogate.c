@@ -44,18 +44,6 @@ static ad_status agreed(const training *t, ad_status status, ad_error *error)
 
 /* ---- the session --------------------------------------------------------------------------- */
 
-static int64_t inspect(const session *s, bool *running)
-{
-    const surrogate_training_info info = surrogate_training_inspect(s->of.context);
-    *running = !info.done;
-    return info.step;
-}
-
-static ad_status step(session *s, ad_error *error)
-{
-    return surrogate_training_step(s->of.context, error);
-}
-
 static ad_status save(session *s, const file_place *place, ad_error *error)
 {
     char *yaml = train_origin_text(s->of.origin);
@@ -73,14 +61,10 @@ static ad_status restore(session *s, const checkpoint *file, ad_error *error)
 static ad_status begin(training *t, ad_error *error)
 {
     t->origin = config_origin(t->settings);
-    t->s.of = (session_subject){.settings = &t->settings->settings,
+    t->s.of = (session_subject){.fit = surrogate_training_fit(t->own),
                                 .origin = &t->origin,
-                                .pool = t->pool,
                                 .text_item = "scene/yaml",
-                                .rows = surrogate_training_history(t->own),
                                 .context = t->own,
-                                .inspect = inspect,
-                                .step = step,
                                 .save = save,
                                 .restore = restore};
     return session_begin(&t->s, &t->folder, t->asked->resume, error);
@@ -88,34 +72,12 @@ static ad_status begin(training *t, ad_error *error)
 
 /* ---- training ------------------------------------------------------------------------------ */
 
-static progress_state state_of(const void *own)
-{
-    const surrogate_training_info info = surrogate_training_inspect(own);
-    return (progress_state){.running = !info.done,
-                            .stage = info.stage,
-                            .step = info.step,
-                            .window_step = info.step,
-                            .stage_step = info.stage_step,
-                            .seconds = info.seconds,
-                            .stage_seconds = info.stage_seconds,
-                            .load_factor = 1,
-                            .loss = info.loss,
-                            .held_out = info.held_out,
-                            .error = NAN,
-                            .points = NAN};
-}
-
 static void start_progress(training *t)
 {
-    const progress_subject of = {.settings = &t->settings->settings,
-                                 .windows = 1,
-                                 .rows = surrogate_training_history(t->own),
-                                 .note = t->settings->surrogate.kind == SURROGATE_DDPINN
-                                             ? "errors of steps, over those of states that stay"
-                                             : "errors of steps, over those of the linear map",
-                                 .context = t->own,
-                                 .inspect = state_of};
-    t->progress = progress_start(stdout, t->asked->quiet, &of);
+    t->progress = progress_start(stdout, t->asked->quiet, surrogate_training_fit(t->own),
+                                 t->settings->surrogate.kind == SURROGATE_DDPINN
+                                     ? "errors of steps, over those of states that stay"
+                                     : "errors of steps, over those of the linear map");
 }
 
 static void announce(training *t)
@@ -139,7 +101,7 @@ static void announce(training *t)
                  ad_pool_threads(t->pool) == 1 ? "" : "s", t->folder.path);
     if (t->asked->resume) {
         progress_say(&t->progress, "resumed at step %lld, %.1f s into the run",
-                     (long long)info.step, info.seconds);
+                     (long long)t->s.of.fit->at.step, fit_seconds(t->s.of.fit));
     }
 }
 
@@ -157,7 +119,7 @@ static ad_status train(training *t, ad_error *error)
     }
     ad_status status = session_train(&t->s, stepped, t, error);
     progress_end(&t->progress);
-    t->seconds = surrogate_training_inspect(t->own).seconds;
+    t->seconds = fit_seconds(t->s.of.fit);
     return status;
 }
 
@@ -183,12 +145,13 @@ static ad_status judge(training *t, ad_error *error)
 
 static void finish(training *t)
 {
+    const char *ended = t->s.of.fit->ended;
     const surrogate_training_info info = surrogate_training_inspect(t->own);
     if (!t->asked->quiet) {
         progress_say(&t->progress,
                      "done: %lld steps in %.2f s%s%s, loss %.3e, held-out %.3e of that of %s",
-                     (long long)info.step, t->seconds, *info.ended ? ": " : "", info.ended,
-                     info.loss, info.held_out,
+                     (long long)t->s.of.fit->at.step, t->seconds, ended ? ": " : "",
+                     ended ? ended : "", info.loss, info.held_out,
                      t->settings->surrogate.kind == SURROGATE_DDPINN ? "states that stay"
                                                                      : "the linear map");
         eval_rollouts_print(stdout, &t->report);
@@ -308,8 +271,9 @@ static ad_status write_json(const training *t, ad_error *error)
     report_verdict(&to, &t->verdict);
     if (t->own) {
         const surrogate_training_info info = surrogate_training_inspect(t->own);
-        json_integer(&to, "step", info.step);
-        json_integer(&to, "stage", info.stage);
+        const fit_place *at = &surrogate_training_fit(t->own)->at;
+        json_integer(&to, "step", at->step);
+        json_integer(&to, "stage", at->stage);
         json_integer(&to, "stages", t->settings->settings.stage_count);
         json_number(&to, "training_seconds", t->seconds);
         json_number(&to, "prepared_seconds", info.prepared);
@@ -355,7 +319,7 @@ static ad_status go(training *t, bool *began, ad_error *error)
         announce(t);
         status = train(t, error);
     }
-    if (status == AD_OK && !surrogate_training_inspect(t->own).done) {
+    if (status == AD_OK && t->s.of.fit->state == FIT_RUNNING) {
         interrupted(t);
         return AD_OK;
     }

@@ -1,7 +1,6 @@
 #include "tools/surrogate/surrogate.h"
 #include "tools/surrogate/training_internal.h"
 #include "tools/train/clock.h"
-#include "tools/train/stage_optimizer.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -12,6 +11,8 @@
  * values of slow parameters and more beginnings; and one is held out for so many to learn from. */
 enum { LENGTHS = 2, HELD = 10 };
 static const int lengths[LENGTHS] = {250, 50};
+
+static const fit_kind one_step_model;
 
 /* ---- preparation --------------------------------------------------------------------------- */
 
@@ -138,10 +139,10 @@ static ad_status find_model(surrogate_training *t, reduced_rod *rod, ad_error *e
     return nodes > 1 ? surrogate_find_inner(t, error) : AD_OK;
 }
 
-ad_status surrogate_training_make_optimizer(surrogate_training *t, ad_error *error)
+static ad_status start(void *of, ad_error *error)
 {
-    t->stage_began = train_seconds();
-    const train_stage *stage = &t->training->stages[t->info.stage];
+    surrogate_training *t = of;
+    const train_stage *stage = &t->training->stages[t->fit.at.stage];
     const char *why;
     const optim_settings settings = optim_settings_own(&stage->optim);
     if (t->settings->kind == SURROGATE_DDPINN) {
@@ -151,7 +152,7 @@ ad_status surrogate_training_make_optimizer(surrogate_training *t, ad_error *err
         }
     }
     optim_free(t->optimizer);
-    t->optimizer = optim_create(t->info.parameters, t->start, &settings, &why);
+    t->optimizer = t->fit.by = optim_create(t->info.parameters, t->start, &settings, &why);
     return t->optimizer ? AD_OK : ad_fail(error, AD_NO_MEMORY, "training.stages: %s", why);
 }
 
@@ -173,7 +174,7 @@ static ad_status prepare(surrogate_training *t, ad_error *error)
         reduced_free(rod);
         status =
             surrogate_prepare_curve(t, lengths[0], rollouts, (rollouts + HELD - 1) / HELD, error);
-        return status == AD_OK ? surrogate_training_make_optimizer(t, error) : status;
+        return status == AD_OK ? fit_start(&t->fit, error) : status;
     }
     status = status == AD_OK ? draw(t, 0, &t->steps, error) : status;
     status = status == AD_OK ? draw(t, 1, &t->held, error) : status;
@@ -181,8 +182,8 @@ static ad_status prepare(surrogate_training *t, ad_error *error)
     reduced_free(rod);
     t->info.solved = t->steps.count;
     if (status != AD_OK || t->step.layers == 0) {
-        t->info.done = true;
-        t->info.loss = t->info.held_out = 1;
+        t->fit.state = FIT_OVER;
+        t->fit.loss = t->fit.held_out = 1;
         return status;
     }
     surrogate_node nodes[DECOUPLED_NODES] = {{&t->step, t->steps.next}};
@@ -200,7 +201,7 @@ static ad_status prepare(surrogate_training *t, ad_error *error)
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
     }
     surrogate_flow_start(t->flow, t->training->seed, t->start);
-    return surrogate_training_make_optimizer(t, error);
+    return fit_start(&t->fit, error);
 }
 
 ad_status surrogate_training_create(const scene *open, surrogate_settings *settings,
@@ -219,15 +220,14 @@ ad_status surrogate_training_create(const scene *open, surrogate_settings *setti
     t->settings = settings;
     t->training = training;
     t->pool = pool;
-    t->info.ended = "";
-    t->info.loss = t->info.held_out = NAN;
-    t->rows.columns = (int)(sizeof names / sizeof *names);
-    memcpy(t->rows.names, names, sizeof names);
+    t->fit = fit_of(training, ad_pool_ranks(pool), &one_step_model, t);
+    t->fit.rows.columns = (int)(sizeof names / sizeof *names);
+    memcpy(t->fit.rows.names, names, sizeof names);
     ad_status status =
         surrogate_choose_modes(open, settings, pool, training->seed, t->info.modes, error);
     status = status == AD_OK ? prepare(t, error) : status;
     t->info.prepared = train_seconds() - before;
-    t->began = train_seconds();
+    t->fit.started = train_seconds();
     if (status != AD_OK) {
         surrogate_training_free(t);
         return status;
@@ -247,7 +247,7 @@ void surrogate_training_free(surrogate_training *t)
         surrogate_steps_free(&t->steps);
         surrogate_steps_free(&t->held);
         optim_free(t->optimizer);
-        history_free(&t->rows);
+        fit_free(&t->fit);
         free(t->numbers);
         free(t->scales);
         free(t->gramian);
@@ -280,88 +280,70 @@ const surrogate_step *surrogate_training_step_of(surrogate_training *t)
     return surrogate_flow_finish(t->flow, best, networks) ? &t->step : NULL;
 }
 
-static ad_status add_row(surrogate_training *t, const optim_info *info, ad_error *error)
+static ad_status row(void *of, ad_error *error)
 {
+    surrogate_training *t = of;
+    fit *f = &t->fit;
     const surrogate_step *m = surrogate_training_step_of(t);
-    t->info.held_out = t->physics ? surrogate_held_error(t, optim_x(t->optimizer)) / t->held_linear
-                       : m        ? weighted_error(t, m, &t->held) / t->held_linear
-                                  : NAN;
-    const double row[] = {
-        (double)t->info.step, (double)t->info.stage, train_seconds() - t->began, info->value,
-        t->info.held_out,     info->gradient_norm,   (double)info->evaluations};
-    return history_add(&t->rows, row, error);
+    f->held_out = t->physics ? surrogate_held_error(t, optim_x(t->optimizer)) / t->held_linear
+                  : m        ? weighted_error(t, m, &t->held) / t->held_linear
+                             : NAN;
+    const double row[] = {(double)f->at.step,
+                          f->at.stage + 1,
+                          fit_seconds(f),
+                          f->loss,
+                          f->held_out,
+                          f->gradient_norm,
+                          (double)optim_inspect(t->optimizer).evaluations};
+    return history_add(&f->rows, row, error);
 }
 
-/* Whether the last rows of the stage all exceed the training loss by the factor, without a new
- * minimum. */
-static bool interpolates(const surrogate_training *t, double factor)
+static double trained_loss(const void *of, size_t row)
 {
-    enum { ROWS = 5 };
-    const history *h = &t->rows;
-    double least = INFINITY;
-    int apart = 0;
-    for (size_t row = 0; row < h->count && factor > 0; row++) {
-        const double held_out = history_value(h, row, "held_out");
-        const bool is_here = (int)history_value(h, row, "stage") == t->info.stage;
-        apart = is_here && held_out > factor * history_value(h, row, "loss") && held_out >= least
-                    ? apart + 1
-                    : 0;
-        least = fmin(least, held_out);
-    }
-    return apart >= ROWS;
+    return history_value(&((const surrogate_training *)of)->fit.rows, row, "loss");
 }
 
-ad_status surrogate_training_step(surrogate_training *t, ad_error *error)
+static ad_status step(void *of, optim_status *outcome, bool *taken, ad_error *error)
 {
-    const train_stage *stage = &t->training->stages[t->info.stage];
+    surrogate_training *t = of;
+    const fit_place *at = &t->fit.at;
     const optim_target target = {.objective =
                                      t->physics ? physics_loss_evaluate : surrogate_flow_evaluate,
                                  .context = t->physics ? (void *)t->physics : t->flow};
+    (void)taken;
     if (t->physics) {
-        physics_loss_draw(t->physics, t->info.step);
+        physics_loss_draw(t->physics, at->step);
     }
-    const optim_status outcome = optim_step(t->optimizer, &target);
-    const optim_info info = optim_inspect(t->optimizer);
-    ad_status status = AD_OK;
-    if (outcome == OPTIM_NOT_FINITE || outcome == OPTIM_NO_FINITE_STEP ||
-        outcome == OPTIM_UNBOUNDED || outcome == OPTIM_STOPPED_BY_OBJECTIVE) {
-        return ad_fail(error, AD_NOT_FINITE, "step %lld of stage %d: %s %s",
-                       (long long)t->info.step + 1, t->info.stage + 1, optim_status_text(outcome),
-                       optim_advice(stage->optim.method));
-    }
-    t->info.step++;
-    t->info.stage_step++;
-    t->info.loss = info.value;
-    const char *ended = optimizer_stage_end(stage, outcome, t->info.stage_step, t->info.loss,
-                                            t->stage_began, ad_pool_ranks(t->pool));
-    if (!ended && interpolates(t, stage->stop_held_out_ratio)) {
-        ended = "the held-out loss exceeds the training loss by stop.held_out_ratio";
-    }
-    if (ended || t->info.step % t->training->output_every == 0) {
-        status = add_row(t, &info, error);
-    }
-    if (status == AD_OK && ended) {
-        t->info.ended = ended;
-        const double *end = t->physics ? optim_x(t->optimizer) : optim_best_x(t->optimizer);
-        memcpy(t->start, end, t->info.parameters * sizeof *t->start);
-        t->info.stage_step = 0;
-        t->info.stage++;
-        t->info.done = t->info.stage == t->training->stage_count;
-        status = t->info.done ? AD_OK : surrogate_training_make_optimizer(t, error);
-    }
-    return status;
+    *outcome = optim_step(t->optimizer, &target);
+    return *outcome == OPTIM_NOT_FINITE || *outcome == OPTIM_NO_FINITE_STEP ||
+                   *outcome == OPTIM_UNBOUNDED || *outcome == OPTIM_STOPPED_BY_OBJECTIVE
+               ? ad_fail(error, AD_NOT_FINITE, "step %lld of stage %d: %s %s",
+                         (long long)at->step + 1, at->stage + 1, optim_status_text(*outcome),
+                         optim_advice(t->training->stages[at->stage].optim.method))
+               : AD_OK;
 }
+
+static ad_status end(void *of, optim_status status, bool *again, ad_error *error)
+{
+    surrogate_training *t = of;
+    (void)status, (void)again, (void)error;
+    const double *point = t->physics ? optim_x(t->optimizer) : optim_best_x(t->optimizer);
+    memcpy(t->start, point, t->info.parameters * sizeof *t->start);
+    return AD_OK;
+}
+
+static const fit_kind one_step_model = {
+    .start = start, .step = step, .row = row, .trained = trained_loss, .end = end};
 
 surrogate_training_info surrogate_training_inspect(const surrogate_training *t)
 {
     surrogate_training_info info = t->info;
-    const double now = train_seconds();
-    info.seconds = now - t->began;
-    info.stage_seconds = info.done ? 0 : now - t->stage_began;
+    info.loss = t->fit.loss;
+    info.held_out = t->fit.held_out;
     return info;
 }
 
-const history *surrogate_training_history(const surrogate_training *t)
+fit *surrogate_training_fit(surrogate_training *t)
 {
-    return &t->rows;
+    return &t->fit;
 }

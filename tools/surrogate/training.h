@@ -3,20 +3,21 @@
  *
  *   surrogate_training *t;
  *   surrogate_training_create(&scene, &settings, &training, pool, &t, &error);
- *   while (!surrogate_training_inspect(t).done) {
- *       surrogate_training_step(t, &error);
+ *   fit *f = surrogate_training_fit(t);
+ *   while (f->state == FIT_RUNNING) {
+ *       fit_step(f, &error);
  *   }
  *   surrogate_training_step_of(t)->numbers ...
  *   surrogate_training_free(t);
  *
  * In a checkpoint: surrogate/shape and surrogate/numbers, the model as it is now; parameters,
- * optimizer/..., training/step, stage, stage_step, seconds, stage_seconds, and history/table.
+ * history/table, and what tools/train/fit.h says.
  * Solved steps are drawn anew, by the seed. */
 #ifndef SURROGATE_TRAINING_H
 #define SURROGATE_TRAINING_H
 
 #include "tools/surrogate/surrogate.h"
-#include "tools/train/history.h"
+#include "tools/train/fit.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -25,17 +26,11 @@ extern "C" {
 typedef struct surrogate_training surrogate_training;
 
 typedef struct surrogate_training_info {
-    int64_t step, stage_step;
-    int stage; /* from 0; of stages when it is over */
-    bool done;
     size_t parameters;     /* that are optimised */
     size_t solved;         /* steps to learn from */
     double prepared;       /* s, of what comes before the first step */
-    double seconds;        /* of training, what is resumed among it */
-    double stage_seconds;  /* of the stage at work, likewise */
     double loss, held_out; /* over that of the linear map alone; held out: of other rollouts */
     double linear;         /* median error of the linear map after one step, of the length */
-    const char *ended;     /* why the last stage ended; "": it has not */
     char frame[256], modes[256]; /* what was found of the robot, for people */
 } surrogate_training_info;
 
@@ -46,11 +41,9 @@ ad_status surrogate_training_create(const scene *open, surrogate_settings *setti
                                     surrogate_training **result, ad_error *error);
 void surrogate_training_free(surrogate_training *t); /* NULL is fine */
 
-/* AD_NOT_FINITE: the loss is not; the state is that before the step. */
-ad_status surrogate_training_step(surrogate_training *t, ad_error *error);
-
+/* A step that is AD_NOT_FINITE leaves the state as it was. */
+fit *surrogate_training_fit(surrogate_training *t);
 surrogate_training_info surrogate_training_inspect(const surrogate_training *t);
-const history *surrogate_training_history(const surrogate_training *t);
 
 /* The model as it is now, with the best parameters so far; borrowed, until the next step. NULL: its
  * output layer is not finite. */

@@ -20,7 +20,7 @@ static ad_status make_loss(surrogate_training *t, const excitation_rollouts *mot
 
 ad_status surrogate_make_physics(surrogate_training *t, ad_error *error)
 {
-    const optim_method method = t->training->stages[t->info.stage].optim.method;
+    const optim_method method = t->training->stages[t->fit.at.stage].optim.method;
     const bool batches = optim_method_needs(method) == OPTIM_NEEDS_GRADIENTS;
     physics_loss_settings settings = {.most = HELD, .seed = t->training->seed};
     ad_status status = make_loss(t, &t->held_motions, &settings, &t->held_loss, error);

@@ -10,9 +10,8 @@ struct surrogate_training {
     const surrogate_settings *settings;
     const train_settings *training;
     ad_pool *pool;
-    surrogate_training_info info;
-    double began;       /* wall time at which training would have begun without pause */
-    double stage_began; /* the same of its stage */
+    surrogate_training_info info; /* what the fit does not know */
+    fit fit;
     surrogate_steps steps, held;
     surrogate_step step;
     double *numbers; /* of the step */
@@ -23,7 +22,6 @@ struct surrogate_training {
     surrogate_flow *flow;                  /* NULL: linear */
     double *start;                         /* [parameters], of the stage at work */
     optim_optimizer *optimizer;
-    history rows;
     int64_t shape[SURROGATE_SHAPE]; /* lent to a checkpoint */
     decoupled
         curve; /* damped sines, in place of steps, step and flow; of polynomials, their scales */
@@ -31,9 +29,6 @@ struct surrogate_training {
     excitation_rollouts motions, held_motions;
     physics_loss *physics, *held_loss; /* of the stage at work; errors of held-out steps */
 };
-
-/* Of the stage at work, at t->start. */
-ad_status surrogate_training_make_optimizer(surrogate_training *t, ad_error *error);
 
 /* How rollouts of so many steps are drawn for training. */
 excitation_settings surrogate_excitation(const surrogate_training *t, int steps, int first,

@@ -36,19 +36,6 @@ ad_status session_prepare_model(physics_model *m, train_settings *settings,
 
 /* ---- a trainer ----------------------------------------------------------------------------- */
 
-static int64_t inspect_trainer(const session *s, bool *running)
-{
-    const trainer_info info = trainer_inspect(s->trainer);
-    *running = info.state == TRAINER_RUNNING;
-    return info.step;
-}
-
-static ad_status step_trainer(session *s, ad_error *error)
-{
-    s->before = trainer_inspect(s->trainer);
-    return trainer_step(s->trainer, error);
-}
-
 static ad_status save_trainer(session *s, const file_place *place, ad_error *error)
 {
     return trainer_save(s->trainer, place, error);
@@ -63,13 +50,9 @@ ad_status session_start(session *s, ad_error *error)
 {
     ad_status status = trainer_create(s->e, s->problem, s->known, s->prepared, &s->trainer, error);
     if (status == AD_OK) {
-        s->of = (session_subject){.settings = s->e->settings,
+        s->of = (session_subject){.fit = trainer_fit(s->trainer),
                                   .origin = &s->e->origin,
-                                  .pool = s->e->pool,
                                   .text_item = experiment_text_item(s->e),
-                                  .rows = trainer_history(s->trainer),
-                                  .inspect = inspect_trainer,
-                                  .step = step_trainer,
                                   .save = save_trainer,
                                   .restore = restore_trainer};
     }
@@ -89,29 +72,29 @@ void session_free(session *s)
 /* Of several ranks the first keeps the folder. */
 static bool keeps_folder(const session *s)
 {
-    return s->folder && ad_ranks_is_first(ad_pool_ranks(s->of.pool));
+    return s->folder && ad_ranks_is_first(s->of.fit->ranks);
 }
 
 static ad_status agreed(const session *s, ad_status status, ad_error *error)
 {
-    return ad_ranks_status(ad_pool_ranks(s->of.pool), status, error);
+    return ad_ranks_status(s->of.fit->ranks, status, error);
 }
 
 /* ---- runs ---------------------------------------------------------------------------------- */
 
 static ad_status save(session *s, ad_error *error)
 {
-    bool running;
     ad_status held = keeps_folder(s) ? run_check_held(s->folder, error) : AD_OK;
     const bool writes = keeps_folder(s) && held == AD_OK;
     const file_place place = {writes ? s->folder->checkpoint : NULL,
-                              s->of.settings->checkpoint_keep - 1, writes ? s->folder->held : 0};
+                              s->of.fit->settings->checkpoint_keep - 1,
+                              writes ? s->folder->held : 0};
     ad_status status = s->of.save(s, writes ? &place : NULL, error); /* by all ranks */
     if (writes && status != AD_OK) {
         held = run_check_held(s->folder, error); /* removed meanwhile, perhaps */
     }
     s->last_save = train_seconds();
-    s->saved_step = s->of.inspect(s, &running);
+    s->saved_step = s->of.fit->at.step;
     return held == AD_OK ? status : held;
 }
 
@@ -163,7 +146,8 @@ static ad_status begin_files(session *s, ad_error *error)
 {
     char *text = train_origin_text(s->of.origin);
     ad_status status =
-        text ? run_begin(s->folder, text, s->of.rows, s->of.settings->output_tensorboard, error)
+        text ? run_begin(s->folder, text, &s->of.fit->rows, s->of.fit->settings->output_tensorboard,
+                         error)
              : ad_fail(error, AD_NO_MEMORY, "out of memory for %s", s->folder->config);
     free(text);
     return status;
@@ -186,10 +170,10 @@ ad_status session_begin(session *s, run_folder *folder, bool resume, ad_error *e
     return agreed(s, status, error);
 }
 
-static bool save_is_due(const session *s, int64_t step)
+static bool save_is_due(const session *s)
 {
-    return step % s->of.settings->checkpoint_every == 0 ||
-           train_seconds() - s->last_save > s->of.settings->checkpoint_seconds;
+    return s->of.fit->at.step % s->of.fit->settings->checkpoint_every == 0 ||
+           train_seconds() - s->last_save > s->of.fit->settings->checkpoint_seconds;
 }
 
 /* After a step: whether to save now, by the clock of the first rank, and to stop, when any rank
@@ -198,15 +182,13 @@ static ad_status decide(const session *s, ad_status status, bool *due, bool *sto
                         ad_error *error)
 {
     enum { GO_ON, SAVE, STOP, FAILED };
-    bool running;
-    const int64_t step = s->of.inspect(s, &running);
-    const int wanted = status != AD_OK                           ? FAILED + (int)status
-                       : *stopped                                ? STOP
-                       : keeps_folder(s) && save_is_due(s, step) ? SAVE
-                                                                 : GO_ON;
-    const int now = (int)ad_ranks_largest(ad_pool_ranks(s->of.pool), wanted);
+    const int wanted = status != AD_OK                     ? FAILED + (int)status
+                       : *stopped                          ? STOP
+                       : keeps_folder(s) && save_is_due(s) ? SAVE
+                                                           : GO_ON;
+    const int now = (int)ad_ranks_largest(s->of.fit->ranks, wanted);
     *stopped = now == STOP;
-    *due = now != GO_ON || !running;
+    *due = now != GO_ON || s->of.fit->state != FIT_RUNNING;
     return status != AD_OK || now < FAILED
                ? status
                : ad_fail(error, (ad_status)(now - FAILED), "rank 0 could not keep the run");
@@ -214,17 +196,18 @@ static ad_status decide(const session *s, ad_status status, bool *due, bool *sto
 
 ad_status session_train(session *s, session_stepped stepped, void *context, ad_error *error)
 {
-    bool stopped = false, running, due;
+    fit *fit = s->of.fit;
+    bool stopped = false, due;
     s->last_save = train_seconds();
-    s->saved_step = s->of.inspect(s, &running);
-    while (running && !stopped) {
-        ad_status status = s->of.step(s, error);
+    s->saved_step = s->of.fit->at.step;
+    while (fit->state == FIT_RUNNING && !stopped) {
+        ad_status status = fit_step(fit, error);
         if (status != AD_OK) {
             return status;
         }
         stopped = stepped && !stepped(context);
         if (keeps_folder(s)) {
-            status = run_append(s->folder, s->of.rows, error);
+            status = run_append(s->folder, &fit->rows, error);
         }
         status = decide(s, status, &due, &stopped, error);
         if (status == AD_OK && s->folder && due) {
@@ -233,7 +216,6 @@ ad_status session_train(session *s, session_stepped stepped, void *context, ad_e
         if (status != AD_OK) {
             return status;
         }
-        s->of.inspect(s, &running);
     }
     return AD_OK;
 }

@@ -11,16 +11,12 @@ extern "C" {
 
 typedef struct session session;
 
-/* What is trained, step by step: a trainer, or a model of another kind. All is borrowed. */
+/* What is fitted, a trainer or a model of another kind. All is borrowed. */
 typedef struct session_subject {
-    const train_settings *settings;
+    fit *fit;
     const train_origin *origin;
-    ad_pool *pool;         /* whose ranks share the work */
     const char *text_item; /* of a checkpoint: what `origin` wrote */
-    const history *rows;
     void *context;
-    int64_t (*inspect)(const session *s, bool *running); /* how many steps have been done */
-    ad_status (*step)(session *s, ad_error *error);
     ad_status (*save)(session *s, const file_place *place,
                       ad_error *error); /* NULL: only computes */
     ad_status (*restore)(session *s, const checkpoint *file, ad_error *error);
@@ -32,7 +28,6 @@ struct session {
     reference *known;        /* NULL: the scene names none */
     struct trainer *trainer; /* NULL: not started */
     double prepared;         /* s, of wall time that recording and compiling took */
-    trainer_info before;     /* of the trainer, before its last step */
 
     session_subject of; /* of session_start, or the caller's in a session that is 0 but for it */
     run_folder *folder; /* lent by session_begin; NULL: the run is in memory alone */

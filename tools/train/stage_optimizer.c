@@ -1,8 +1,6 @@
 #include "tools/train/stage_optimizer.h"
 
 #include "autodiff/dense.h"
-#include "autodiff/ranks.h"
-#include "tools/train/clock.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -222,24 +220,6 @@ void optimizer_account(const optimizer *o, char text[160])
     }
 }
 
-const char *optimizer_stage_end(const train_stage *stage, optim_status status, int64_t steps,
-                                double loss, double began, const ad_ranks *ranks)
-{
-    double passed = train_seconds() - began;
-    if (status != OPTIM_RUNNING) {
-        return optim_status_name(status);
-    }
-    if (loss < stage->stop_loss) {
-        return "stop.loss reached";
-    }
-    if (stage->stop_seconds > 0) {
-        ad_ranks_first(ranks, 1, &passed);
-    }
-    return stage->stop_seconds > 0 && passed > stage->stop_seconds ? "stop.seconds reached"
-           : steps >= stage->steps                                 ? "steps done"
-                                                                   : NULL;
-}
-
 void optimizer_advise(const optimizer *o, char advice[160])
 {
     if (optim_method_reads(o->method) &
@@ -251,68 +231,4 @@ void optimizer_advise(const optimizer *o, char advice[160])
     } else {
         snprintf(advice, 160, "%s", optim_advice(o->method));
     }
-}
-
-/* ---- in a checkpoint ----------------------------------------------------------------------- */
-
-enum { ITEM_NAME = 96 };
-
-void optimizer_put(optim_optimizer *o, const optimizer_place *place, checkpoint *file)
-{
-    optim_array arrays[OPTIM_STATE_CAPACITY];
-    const int count = o ? optim_state(o, arrays) : 0;
-    checkpoint_put_integer(file, "training/step", place->step);
-    checkpoint_put_integer(file, "training/stage", place->stage);
-    checkpoint_put_integer(file, "training/stage_step", place->stage_step);
-    checkpoint_put_double(file, "training/seconds", place->seconds);
-    checkpoint_put_double(file, "training/stage_seconds", place->stage_seconds);
-    for (int i = 0; i < count; i++) {
-        char name[ITEM_NAME];
-        snprintf(name, sizeof name, "optimizer/%s", arrays[i].name);
-        checkpoint_put_doubles(file, name, arrays[i].data, 1, &arrays[i].count);
-    }
-}
-
-static ad_status get_seconds(const checkpoint *file, const char *name, double *value,
-                             ad_error *error)
-{
-    ad_status status = checkpoint_get_doubles(file, name, value, 1, error);
-    return status == AD_OK && !(*value >= 0 && isfinite(*value))
-               ? ad_fail(error, AD_BAD_INPUT, "checkpoint: %s is %g; 0 or more is possible", name,
-                         *value)
-               : status;
-}
-
-ad_status optimizer_get_place(const checkpoint *file, int stages, optimizer_place *place,
-                              ad_error *error)
-{
-    ad_status status =
-        checkpoint_get_integer(file, "training/step", 0, INT64_MAX - 1, &place->step, error);
-    if (status == AD_OK) {
-        status = checkpoint_get_integer(file, "training/stage", 0, stages, &place->stage, error);
-    }
-    if (status == AD_OK) {
-        status = checkpoint_get_integer(file, "training/stage_step", 0, place->step,
-                                        &place->stage_step, error);
-    }
-    if (status == AD_OK) {
-        status = get_seconds(file, "training/seconds", &place->seconds, error);
-    }
-    return status == AD_OK
-               ? get_seconds(file, "training/stage_seconds", &place->stage_seconds, error)
-               : status;
-}
-
-ad_status optimizer_get(optim_optimizer *o, const checkpoint *file, ad_error *error)
-{
-    optim_array arrays[OPTIM_STATE_CAPACITY];
-    const int count = optim_state(o, arrays);
-    ad_status status = AD_OK;
-    for (int i = 0; status == AD_OK && i < count; i++) {
-        char name[ITEM_NAME];
-        snprintf(name, sizeof name, "optimizer/%s", arrays[i].name);
-        status = checkpoint_get_doubles(file, name, arrays[i].data, arrays[i].count, error);
-    }
-    const char *why = status == AD_OK ? optim_state_check(o) : NULL;
-    return why ? ad_fail(error, AD_BAD_INPUT, "checkpoint: %s", why) : status;
 }

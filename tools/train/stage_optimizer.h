@@ -4,7 +4,6 @@
 #define TOOLS_TRAIN_STAGE_OPTIMIZER_H
 
 #include "autodiff/ad.h"
-#include "tools/files/checkpoint.h"
 #include "tools/train/linear_model.h"
 
 typedef struct optimizer optimizer;
@@ -37,30 +36,6 @@ void optimizer_describe(const optimizer *o, char text[160]);
 
 /* What went other than smoothly so far, in a few words; empty when nothing did. */
 void optimizer_account(const optimizer *o, char text[160]);
-
-/* Why a stage is over after `steps` of its steps, the last of which ended with `status` and this
- * loss; NULL: it goes on. It began at `began`, s, of train_seconds; the clock of the first rank
- * counts. */
-const char *optimizer_stage_end(const train_stage *stage, optim_status status, int64_t steps,
-                                double loss, double began, const ad_ranks *ranks);
-
-/* ---- in a checkpoint: training/step, stage, stage_step, seconds, stage_seconds; optimizer/...
- * ----
- */
-
-/* Where training stands: steps over all stages, the stage from 0, its steps; wall times so far. */
-typedef struct optimizer_place {
-    int64_t step, stage, stage_step;
-    double seconds, stage_seconds;
-} optimizer_place;
-
-/* NULL: no optimiser is at work. */
-void optimizer_put(optim_optimizer *o, const optimizer_place *place, checkpoint *file);
-
-/* AD_BAD_INPUT: impossible, where there are so many stages. */
-ad_status optimizer_get_place(const checkpoint *file, int stages, optimizer_place *place,
-                              ad_error *error);
-ad_status optimizer_get(optim_optimizer *o, const checkpoint *file, ad_error *error);
 
 /* What to try when a number is not finite, for one who resumes the run. */
 void optimizer_advise(const optimizer *o, char advice[160]);

@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+static const fit_kind trained_network;
+
 /* ---- making -------------------------------------------------------------------------------- */
 
 static void name_columns(trainer *t)
@@ -14,7 +16,7 @@ static void name_columns(trainer *t)
     static const char *const before[] = {"step", "window", "stage", "seconds", "loss"};
     static const char *const after[] = {"held_out",       "error",         "tip_error",
                                         "rotation_error", "learning_rate", "gradient_norm"};
-    history *h = &t->history;
+    history *h = &t->fit.rows;
     for (size_t i = 0; i < sizeof before / sizeof *before; i++) {
         if (i != 1 || t->e->scene->windows > 1) {
             h->names[h->columns++] = before[i];
@@ -62,25 +64,33 @@ static bool fixed_loss(const train_settings *settings)
 
 static const train_stage *stage_of(const trainer *t)
 {
-    return &t->e->settings->stages[t->info.stage];
+    return &t->e->settings->stages[t->fit.at.stage];
 }
 
 void trainer_forget_optimizer(trainer *t)
 {
     optimizer_free(t->optimizer);
     t->optimizer = NULL;
+    t->fit.by = NULL;
 }
 
-ad_status trainer_start_stage(trainer *t, ad_error *error)
+void trainer_limit_steps(trainer *t)
 {
+    const bool last = t->fit.at.stage + 1 == t->e->settings->stage_count;
+    const int steps = stage_of(t)->steps;
+    t->fit.steps = last && problem_holds_unknowns(t->problem) ? (steps + 1) / 2 : steps;
+}
+
+static ad_status start(void *of, ad_error *error)
+{
+    trainer *t = of;
     if (t->e->targets) {
         targets_use(t->e->targets, stage_of(t)->targets);
     }
-    ad_status status = optimizer_create(t->e->settings, t->info.stage, t->problem, t->e->pool,
+    trainer_limit_steps(t);
+    ad_status status = optimizer_create(t->e->settings, t->fit.at.stage, t->problem, t->e->pool,
                                         experiment_parameters(t->e), &t->optimizer, error);
-    if (status == AD_OK) {
-        t->stage_started = train_seconds();
-    }
+    t->fit.by = status == AD_OK ? optimizer_method(t->optimizer) : NULL;
     return status;
 }
 
@@ -88,15 +98,15 @@ ad_status trainer_start_stage(trainer *t, ad_error *error)
 
 void trainer_apply_loads(trainer *t)
 {
-    if (t->loads.solved && t->info.part != t->loads.part) {
-        t->info.part = t->loads.part;
-        problem_load(t->problem, t->info.part);
+    if (t->loads.solved && t->fit.at.part != t->loads.part) {
+        t->fit.at.part = t->loads.part;
+        problem_load(t->problem, t->fit.at.part);
     }
 }
 
 static ad_status start_loads(trainer *t, ad_error *error)
 {
-    t->info.part = 1;
+    t->fit.at.part = 1;
     if (!t->e->model->has_scene || !train_takes_loads_in_parts(t->e->settings, t->e->scene)) {
         return AD_OK;
     }
@@ -112,8 +122,8 @@ static ad_status start_loads(trainer *t, ad_error *error)
  * with all loads at work. */
 static bool goes_on_with_loads(trainer *t, optim_status status)
 {
-    bool limited = t->info.part == 1 && status == OPTIM_RUNNING;
-    return t->loads.solved && t->info.stage == 0 && !limited &&
+    bool limited = t->fit.at.part == 1 && status == OPTIM_RUNNING;
+    return t->loads.solved && t->fit.at.stage == 0 && !limited &&
            optim_continuation_next(&t->loads, t->info.solved, experiment_parameters(t->e));
 }
 
@@ -128,13 +138,13 @@ ad_status trainer_create(experiment *e, problem *problem_, reference *known, dou
     t->e = e;
     t->problem = problem_;
     t->known = known;
-    t->began = train_seconds();
-    t->started = t->began - seconds;
+    t->fit = fit_of(e->settings, ad_pool_ranks(e->pool), &trained_network, t);
+    t->fit.windows = e->scene->windows;
+    t->fit.points = 0;
+    t->began = t->fit.started;
+    t->fit.started -= seconds;
     t->has_cache = trainer_fuse_folder(t->compiled, false);
     t->losses_compare = fixed_loss(e->settings);
-    t->info.loss = t->info.held_out = t->info.gradient_norm = NAN;
-    t->info.held_out_ratio = NAN;
-    t->best_held_out = INFINITY;
     t->info.errors = (reference_errors){NAN, NAN, NAN, NAN, NAN};
     t->info.members = (targets_errors){NAN, NAN, NAN, NAN, NAN, NAN};
     t->info.balance = (learnt_balance){NAN, NAN, NAN};
@@ -146,7 +156,7 @@ ad_status trainer_create(experiment *e, problem *problem_, reference *known, dou
     ad_status status = optimizer_check(e->settings, problem_, error); /* said before training */
     status = status == AD_OK ? trainer_measure_size(t, error) : status;
     status = status == AD_OK ? start_loads(t, error) : status;
-    status = status == AD_OK ? trainer_start_stage(t, error) : status;
+    status = status == AD_OK ? fit_start(&t->fit, error) : status;
     name_columns(t);
     if (status != AD_OK) {
         trainer_free(t);
@@ -161,7 +171,7 @@ void trainer_free(trainer *t)
     if (t) {
         trainer_forget_optimizer(t);
         optim_continuation_free(&t->loads);
-        history_free(&t->history);
+        fit_free(&t->fit);
         free(t);
     }
 }
@@ -170,27 +180,46 @@ void trainer_free(trainer *t)
 
 static const double *current_x(const trainer *t)
 {
-    return t->optimizer ? optim_x(optimizer_method(t->optimizer)) : experiment_parameters(t->e);
+    return t->fit.by ? optim_x(t->fit.by) : experiment_parameters(t->e);
 }
 
 const double *trainer_parameters(const trainer *t)
 {
-    return t->losses_compare && t->optimizer ? optim_best_x(optimizer_method(t->optimizer))
-                                             : current_x(t);
+    return t->losses_compare && t->fit.by ? optim_best_x(t->fit.by) : current_x(t);
 }
 
 trainer_info trainer_inspect(const trainer *t)
 {
+    const fit *f = &t->fit;
     trainer_info info = t->info;
-    double now = train_seconds();
-    info.seconds = now - t->started;
-    info.stage_seconds = t->optimizer ? now - t->stage_started : 0;
+    info.state = f->state;
+    info.step = f->at.step;
+    info.window = f->at.window;
+    info.stage = f->at.stage;
+    info.window_step = f->at.window_step;
+    info.stage_step = f->at.stage_step;
+    info.part = f->at.part;
+    info.seconds = fit_seconds(f);
+    info.stage_seconds = fit_stage_seconds(f);
+    info.loss = f->loss;
+    info.gradient_norm = f->gradient_norm;
+    info.learning_rate = f->rate;
+    info.held_out = f->held_out;
+    info.errors.position = f->error;
+    info.ended = f->ended;
+    info.held_out_ratio = f->held_out_ratio;
+    info.interpolates = f->interpolates;
     return info;
+}
+
+fit *trainer_fit(trainer *t)
+{
+    return &t->fit;
 }
 
 const history *trainer_history(const trainer *t)
 {
-    return &t->history;
+    return &t->fit.rows;
 }
 
 void trainer_describe(const trainer *t, char text[160])
@@ -216,45 +245,46 @@ static ad_status check_ranks(const trainer *t, const double *x, ad_error *error)
                : ad_fail(error, AD_BAD_ARGUMENT,
                          "step %lld: the ranks have come to different parameters; their machines, "
                          "libraries or files differ",
-                         (long long)t->info.step);
+                         (long long)t->fit.at.step);
 }
 
 ad_status trainer_add_row(trainer *t, ad_error *error)
 {
     trainer_info *info = &t->info;
+    fit *f = &t->fit;
     double began = train_seconds();
     const double *x = trainer_parameters(t);
     ad_status status = check_ranks(t, x, error);
-    status =
-        status == AD_OK ? problem_held_out(t->problem, x, &info->held_out, NULL, error) : status;
+    status = status == AD_OK ? problem_held_out(t->problem, x, &f->held_out, NULL, error) : status;
     if (status == AD_OK && t->known) {
         status = reference_compare(t->known, x, &info->errors, error);
+        f->error = info->errors.position;
     }
     if (status == AD_OK && t->e->targets) {
         status = targets_measure(t->e->targets, t->e->mlp, x, &info->members, error);
-        info->errors.position = info->members.median;
+        f->error = info->members.median;
     }
     double row[HISTORY_COLUMNS_MAX];
     int n = 0;
-    row[n++] = (double)info->step;
+    row[n++] = (double)f->at.step;
     if (t->e->scene->windows > 1) {
-        row[n++] = info->window + 1;
+        row[n++] = f->at.window + 1;
     }
-    row[n++] = info->stage + 1; /* counted from 1, as on the screen */
-    row[n++] = train_seconds() - t->started;
-    row[n++] = info->loss;
+    row[n++] = f->at.stage + 1; /* counted from 1, as on the screen */
+    row[n++] = fit_seconds(f);
+    row[n++] = f->loss;
     for (int i = 0; i < problem_terms(t->problem); i++) {
         row[n++] = problem_losses(t->problem)[i];
     }
     if (t->loads.solved) {
-        row[n++] = info->part;
+        row[n++] = f->at.part;
     }
-    row[n++] = info->held_out;
-    row[n++] = info->errors.position;
+    row[n++] = f->held_out;
+    row[n++] = f->error;
     row[n++] = info->errors.tip;
     row[n++] = info->errors.rotation;
-    row[n++] = info->learning_rate;
-    row[n++] = info->gradient_norm;
+    row[n++] = f->rate;
+    row[n++] = f->gradient_norm;
     for (int i = 1; t->e->targets && i < TRAINER_MEMBERS; i++) {
         row[n++] = *trainer_members_error(info, i);
     }
@@ -268,7 +298,7 @@ ad_status trainer_add_row(trainer *t, ad_error *error)
     if (t->e->settings->losses.self_adaptive_rate > 0) {
         problem_self_adaptive_range(t->problem, &row[n], &row[n + 1]);
     }
-    status = status == AD_OK ? history_add(&t->history, row, error) : status;
+    status = status == AD_OK ? history_add(&f->rows, row, error) : status;
     info->row_seconds += train_seconds() - began;
     return status;
 }
@@ -294,50 +324,28 @@ double *trainer_members_error(trainer_info *info, int column)
     return (double *)((char *)&info->members + members_columns[column].offset);
 }
 
-/* ---- interpolation --------------------------------------------------------------------------- */
-
-enum { ROWS_APART = 5 };
-static const double usual_ratio = 100; /* where the stage does not stop for it */
-
-int trainer_row_window(const trainer *t, size_t row)
+static double trained_loss(const void *of, size_t row)
 {
-    bool one = t->e->scene->windows == 1;
-    double window = one ? 1 : history_value(&t->history, row, "window");
-    return window >= 1 && window <= SCENE_WINDOWS_MAX ? (int)window - 1 : 0;
-}
-
-void trainer_watch(trainer *t, size_t row)
-{
-    const history *h = &t->history;
-    trainer_info *info = &t->info;
-    double stage = history_value(h, row, "stage"); /* from 1 */
-    double held_out = history_value(h, row, "held_out"), trained = 0;
-    double part = history_value(h, row, "load_factor");
-    bool known = stage >= 1 && stage <= TRAIN_STAGES_MAX; /* of a file, it may be anything */
-    double limit = known ? t->e->settings->stages[(int)stage - 1].stop_held_out_ratio : 0;
+    const trainer *t = of;
+    double sum = 0;
     for (int i = 0; i < problem_terms(t->problem); i++) {
-        trained += problem_term_is_held_out(t->problem, i) * problem_term_weight(t->problem, i) *
-                   history_value(h, row, problem_term_name(t->problem, i));
+        sum += problem_term_is_held_out(t->problem, i) * problem_term_weight(t->problem, i) *
+               history_value(&t->fit.rows, row, problem_term_name(t->problem, i));
     }
-    bool other_loads = row > 0 && part != history_value(h, row - 1, "load_factor") && part > 0;
-    if (row > 0 && (other_loads || trainer_row_window(t, row) != trainer_row_window(t, row - 1))) {
-        t->best_held_out = INFINITY;
-        t->rows_apart = 0;
-    } else if (row > 0 && stage != history_value(h, row - 1, "stage")) {
-        t->rows_apart = 0;
-    }
-    info->held_out_ratio = held_out / trained;
-    info->interpolates =
-        held_out > (limit > 0 ? limit : usual_ratio) * trained && held_out > TRAINER_ROUNDING_LOSS;
-    t->rows_apart = info->interpolates && held_out >= t->best_held_out ? t->rows_apart + 1 : 0;
-    t->best_held_out = fmin(t->best_held_out, held_out);
+    return sum;
 }
 
 /* ---- stepping ------------------------------------------------------------------------------ */
 
-static int code_of(trainer *t, ad_status status)
+static void count_evaluation(trainer *t)
 {
     t->info.evaluations++;
+    t->fit.points = (double)t->info.evaluations * t->info.points;
+}
+
+static int code_of(trainer *t, ad_status status)
+{
+    count_evaluation(t);
     return ad_pool_stopped(t->e->pool) ? OPTIM_OBJECTIVE_STOP
            : status == AD_OK           ? OPTIM_OBJECTIVE_OK
            : status == AD_NOT_FINITE   ? OPTIM_OBJECTIVE_NOT_FINITE
@@ -364,16 +372,16 @@ static ad_status not_finite(trainer *t, optim_status why, ad_error *error)
     problem_place place = {.term = -1};
     ad_error inner = {AD_OK, ""};
     char advice[160], where[160];
-    long long step = (long long)t->info.step + 1;
+    long long step = (long long)t->fit.at.step + 1;
     problem_locate(t->problem, current_x(t), &place, &inner);
-    if (t->info.step > 0) {
+    if (t->fit.at.step > 0) {
         optimizer_advise(t->optimizer, advice);
     } else { /* before the first step only the scene can be to blame */
         snprintf(advice, sizeof advice,
                  "look for a formula or number of the scene that is not finite there");
     }
     problem_place_text(t->problem, &place, where, sizeof where);
-    t->info.state = TRAINER_NOT_FINITE;
+    t->fit.state = FIT_NOT_FINITE;
     if (place.term < 0) {
         return ad_fail(error, AD_NOT_FINITE,
                        "step %lld: %s; every loss term is finite at the current parameters, so the "
@@ -396,7 +404,7 @@ static optim_status settle(trainer *t, optim_status status)
         return OPTIM_STOPPED_BY_OBJECTIVE;
     }
     t->evaluated = value;
-    t->info.evaluations++;
+    count_evaluation(t);
     return status;
 }
 
@@ -429,38 +437,18 @@ static optim_status take_step(trainer *t, bool again, bool *given_up)
         const ad_status restored = problem_restored(t->problem, &t->failure);
         return restored == AD_OK ? settle(t, OPTIM_RUNNING) : OPTIM_STOPPED_BY_OBJECTIVE;
     }
-    optim_info done = optim_inspect(optimizer_method(t->optimizer));
-    t->info.loss = done.value;
-    t->info.gradient_norm = done.gradient_norm;
-    t->info.learning_rate = done.rate;
-    return failed(status) || t->evaluated == done.value ? status : settle(t, status);
+    return failed(status) || t->evaluated == optim_inspect(t->fit.by).value ? status
+                                                                            : settle(t, status);
 }
 
 /* Of what is small with a part of the loads: where the next part starts. */
 static const double near_enough = 1e-2;
 
-static const char *reason_to_end(trainer *t, optim_status status)
+static const char *reason_to_end(void *of, optim_status status)
 {
-    const train_stage *stage = stage_of(t);
-    const bool runs = status == OPTIM_RUNNING;
-    if (runs && t->info.part < 1 && trainer_is_small(t, t->info.loss / near_enough)) {
-        return "near enough";
-    }
-    if (runs && t->info.errors.position < stage->stop_error) {
-        return "stop.error reached";
-    }
-    if (runs && stage->stop_held_out_ratio > 0 && t->rows_apart >= ROWS_APART) {
-        snprintf(t->apart, sizeof t->apart,
-                 "held-out loss %.1e times the training loss: the network interpolates its points",
-                 t->info.held_out_ratio);
-        return t->apart;
-    }
-    train_stage half = *stage; /* while unknowns are held */
-    if (problem_holds_unknowns(t->problem) && t->info.stage + 1 == t->e->settings->stage_count) {
-        half.steps = (half.steps + 1) / 2;
-    }
-    return optimizer_stage_end(&half, status, t->info.stage_step, t->info.loss, t->stage_started,
-                               ad_pool_ranks(t->e->pool));
+    trainer *t = of;
+    const bool near = t->fit.at.part < 1 && trainer_is_small(t, t->fit.loss / near_enough);
+    return status == OPTIM_RUNNING && near ? "near enough" : NULL;
 }
 
 ad_status trainer_enter_window(trainer *t, int from, ad_error *error)
@@ -483,18 +471,14 @@ static ad_status next_window(trainer *t, ad_error *error)
     for (size_t i = 0; i < t->e->count; i++) {
         now[i] = linear ? 0 : before[i];
     }
-    t->info.window++;
-    t->info.window_step = 0;
-    t->info.stage = 0;
-    status = trainer_enter_window(t, t->info.window - 1, error);
-    return status == AD_OK ? trainer_start_stage(t, error) : status;
+    return trainer_enter_window(t, t->fit.before.window, error);
 }
 
 /* Of a family each window multiplies the error that the one before hands on, by about five as
  * measured with two parameters: what follows one that is not solved is worth nothing. */
 static ad_status check_window(const trainer *t, ad_error *error)
 {
-    if (!scene_is_family(t->e->scene) || trainer_is_small(t, t->info.held_out)) {
+    if (!scene_is_family(t->e->scene) || trainer_is_small(t, t->fit.held_out)) {
         return AD_OK;
     }
     return ad_fail(error, AD_BAD_INPUT,
@@ -502,13 +486,13 @@ static ad_status check_window(const trainer *t, ad_error *error)
                    "on is %.2g, and those after it would start from that; try a shorter "
                    "time.duration, smaller ranges, more losses.interior.points and "
                    "network.fourier.features, or a smaller network.fourier.wavenumber",
-                   t->info.window + 1, t->e->scene->windows, t->info.held_out);
+                   t->fit.before.window + 1, t->e->scene->windows, t->fit.held_out);
 }
 
 /* Without terms of data, which noise keeps from vanishing. */
 static double physics_loss(const trainer *t)
 {
-    double loss = t->info.loss;
+    double loss = t->fit.loss;
     for (int i = 0; i < problem_terms(t->problem); i++) {
         loss -= problem_term_is_held_out(t->problem, i)
                     ? 0
@@ -518,96 +502,88 @@ static double physics_loss(const trainer *t)
     return loss;
 }
 
-static ad_status end_stage(trainer *t, const char *why, optim_status result, ad_error *error)
+static ad_status end_stage(void *of, optim_status result, bool *again, ad_error *error)
 {
+    trainer *t = of;
+    (void)error;
     memcpy(experiment_parameters(t->e), trainer_parameters(t), t->e->count * sizeof(double));
+    t->info.solved = trainer_is_small(t, physics_loss(t)) || t->fit.loss < stage_of(t)->stop_loss;
     optimizer_account(t->optimizer, t->account);
     trainer_forget_optimizer(t);
-    t->info.ended = why;
     t->info.account = t->account;
-    t->info.solved = trainer_is_small(t, physics_loss(t)) || t->info.loss < stage_of(t)->stop_loss;
-    if (t->info.solved && t->loads.solved && t->info.stage == 0 && trainer_unstable_modes(t) > 0) {
+    if (t->info.solved && t->loads.solved && t->fit.at.stage == 0 &&
+        trainer_unstable_modes(t) > 0) {
         t->info.solved = false; /* another path of loads may lead to a stable shape */
-        t->info.ended = "unstable";
+        t->fit.ended = "unstable";
     }
     if (goes_on_with_loads(t, result)) {
-        t->best_held_out = INFINITY;
-        t->info.stage_step = t->rows_apart = 0;
+        t->fit.at.stage_step = 0;
         trainer_apply_loads(t);
-        return trainer_start_stage(t, error);
-    }
-    if (problem_holds_unknowns(t->problem) &&
-        (t->info.solved || t->info.stage + 1 == t->e->settings->stage_count)) {
+        *again = true;
+    } else if (problem_holds_unknowns(t->problem) &&
+               (t->info.solved || t->fit.at.stage + 1 == t->e->settings->stage_count)) {
         problem_release_unknowns(t->problem); /* for what is left of the steps */
-        t->best_held_out = INFINITY;
-        t->rows_apart = 0;
-        return trainer_start_stage(t, error);
+        *again = true;
     }
-    t->info.stage++;
-    t->info.stage_step = 0;
-    t->rows_apart = 0;
-    if (t->info.stage < t->e->settings->stage_count) {
-        return trainer_start_stage(t, error);
+    return AD_OK;
+}
+
+static ad_status turn(void *of, ad_error *error)
+{
+    trainer *t = of;
+    if (t->fit.state == FIT_OVER) {
+        return trainer_measure_end(t, error);
     }
-    if (t->info.window + 1 < t->e->scene->windows) {
-        t->best_held_out = INFINITY; /* another network, another loss */
-        ad_status status = check_window(t, error);
-        return status == AD_OK ? next_window(t, error) : status;
-    }
-    t->info.state = TRAINER_DONE;
-    return trainer_measure_end(t, error);
+    const ad_status status = check_window(t, error);
+    return status == AD_OK ? next_window(t, error) : status;
 }
 
 static ad_status cannot_go_on(trainer *t, optim_status why, ad_error *error)
 {
     if (why == OPTIM_STOPPED_BY_OBJECTIVE) {
-        return ad_fail(error, t->failure.status, "step %lld: %s", (long long)t->info.step + 1,
+        return ad_fail(error, t->failure.status, "step %lld: %s", (long long)t->fit.at.step + 1,
                        t->failure.message);
     }
     return why == OPTIM_BAD_STATE ? ad_fail(error, AD_BAD_INPUT, "step %lld: %s",
-                                            (long long)t->info.step + 1, optim_status_text(why))
+                                            (long long)t->fit.at.step + 1, optim_status_text(why))
                                   : not_finite(t, why, error);
 }
 
-ad_status trainer_step(trainer *t, ad_error *error)
+static ad_status step(void *of, optim_status *result, bool *taken, ad_error *error)
 {
-    bool changed;
+    trainer *t = of;
+    const int64_t number = t->fit.at.window_step + 1;
+    bool changed, weights = false, given_up;
     trainer_fuse(t);
-    ad_status status =
-        problem_advance(t->problem, t->info.window_step + 1, current_x(t), &changed, error);
+    ad_status status = problem_advance(t->problem, number, current_x(t), &changed, error);
+    if (status == AD_OK && optim_method_needs(stage_of(t)->optim.method) == OPTIM_NEEDS_GRADIENTS) {
+        status = problem_reweigh(t->problem, number, current_x(t), &weights, error);
+    }
     if (status != AD_OK) {
         return status;
     }
-    bool weights = false;
-    if (optim_method_needs(stage_of(t)->optim.method) == OPTIM_NEEDS_GRADIENTS) {
-        const double *x = current_x(t);
-        status = problem_reweigh(t->problem, t->info.window_step + 1, x, &weights, error);
-        if (status != AD_OK) {
-            return status;
-        }
-    }
     if (changed || weights) {
-        optim_objective_changed(optimizer_method(t->optimizer));
+        optim_objective_changed(t->fit.by);
     }
-    bool given_up;
-    optim_status result = take_step(t, !changed && !weights, &given_up);
-    if (failed(result)) {
-        return cannot_go_on(t, result, error);
-    }
-    if (given_up) {
-        return AD_OK;
-    }
-    t->info.step++;
-    t->info.window_step++;
-    t->info.stage_step++;
-    int every = t->e->settings->output_every;
-    const char *end = reason_to_end(t, result);
-    if (end || t->info.step == 1 || t->info.step % every == 0) {
-        status = trainer_add_row(t, error);
-        if (status == AD_OK) { /* rows on demand end no stage */
-            trainer_watch(t, t->history.count - 1);
-        }
-        end = end ? end : reason_to_end(t, result); /* the error is known only now */
-    }
-    return status == AD_OK && end ? end_stage(t, end, result, error) : status;
+    *result = take_step(t, !changed && !weights, &given_up);
+    *taken = !given_up;
+    return failed(*result) ? cannot_go_on(t, *result, error) : AD_OK;
+}
+
+static ad_status row(void *of, ad_error *error)
+{
+    return trainer_add_row(of, error);
+}
+
+static const fit_kind trained_network = {.start = start,
+                                         .step = step,
+                                         .row = row,
+                                         .trained = trained_loss,
+                                         .reason = reason_to_end,
+                                         .end = end_stage,
+                                         .turn = turn};
+
+ad_status trainer_step(trainer *t, ad_error *error)
+{
+    return fit_step(&t->fit, error);
 }

@@ -2,13 +2,7 @@
  * in every window of its time anew, with all of its state in a checkpoint, so that a resumed run
  * computes the same bits.
  *
- * Items in a checkpoint beside those of tools/train/experiment.h (integers unless said):
- *   training/step        steps over all windows and stages
- *   training/stage       number of the stage at work, from 0; number of stages when done
- *   training/window_step  steps within the window at work; where time has several windows
- *   training/stage_step  steps within it
- *   training/seconds     wall time so far, double
- *   training/stage_seconds  the same of the stage at work
+ * Items in a checkpoint beside those of tools/train/experiment.h and fit.h (integers unless said):
  *   training/optimizer   1 while an optimiser's state is stored under optimizer/
  *   estimate             trainer_estimate, double
  *   training/kernels     text, ad_dense_kernels: of another processor the last digits differ
@@ -18,8 +12,8 @@
 #define TOOLS_TRAIN_TRAINER_H
 
 #include "physics/verdict.h"
+#include "tools/train/fit.h"
 #include "tools/train/fresh_members.h"
-#include "tools/train/history.h"
 #include "tools/train/learnt_balance.h"
 #include "tools/train/reference.h"
 
@@ -33,14 +27,8 @@ typedef struct trainer trainer;
  * percent lie below. */
 #define TRAINER_LARGE_LOSS 1e-2
 
-typedef enum trainer_state {
-    TRAINER_RUNNING,
-    TRAINER_DONE,
-    TRAINER_NOT_FINITE /* a number stopped being finite; the last checkpoint is good */
-} trainer_state;
-
 typedef struct trainer_info {
-    trainer_state state;
+    fit_state state;
     int64_t step;        /* over all windows and stages */
     int window, stage;   /* from 0 */
     int64_t window_step; /* within the window */
@@ -87,7 +75,7 @@ ad_status trainer_create(experiment *e, problem *problem_, reference *known, dou
 void trainer_free(trainer *t);
 
 /* One step of the optimiser of the stage at hand, then a row of history when one is due or a stage
- * ends. After TRAINER_NOT_FINITE, error says which term, where, and what to try. */
+ * ends. After FIT_NOT_FINITE, error says which term, where, and what to try. */
 ad_status trainer_step(trainer *t, ad_error *error);
 
 /* Within a step of Gauss-Newton `asked` (NULL: nobody) is called again and again, by any thread;
@@ -100,6 +88,7 @@ ad_status trainer_add_row(trainer *t, ad_error *error);
 
 trainer_info trainer_inspect(const trainer *t);
 const history *trainer_history(const trainer *t);
+fit *trainer_fit(trainer *t);
 
 /* Seconds of training after which the elementwise work of its programs is compiled (problem_fuse)
  * that no earlier run has kept: a compiler takes some, so a run that ends before had little to win.

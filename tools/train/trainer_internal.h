@@ -13,15 +13,10 @@ struct trainer {
     reference *known;
     optimizer *optimizer;     /* of the stage at hand, or NULL */
     optim_continuation loads; /* no memory: all loads at once */
-    history history;
-    trainer_info info;
-    double started; /* wall clock of this process, less the seconds before */
-    double stage_started;
+    fit fit;
+    trainer_info info;   /* what the fit does not know */
     bool losses_compare; /* points and weights stay, so the best point is the best */
     char balance_names[MODEL_TERMS_MAX][32]; /* of columns, per term */
-    double best_held_out;                    /* of all rows of the window */
-    int rows_apart;  /* of this stage: held-out loss far above, and no new minimum, in turn */
-    char apart[128]; /* that this has been so for too long */
     char account[160];
     double size;                  /* what a large loss is relative to: trainer_measure_size */
     double evaluated;             /* loss of the last evaluation */
@@ -44,18 +39,8 @@ double *trainer_members_error(trainer_info *info, int column);
  * before `from` have been compared already. */
 ad_status trainer_enter_window(trainer *t, int from, ad_error *error);
 
-/* The window that row `row` of the history comes from, counted from 0. */
-int trainer_row_window(const trainer *t, size_t row);
-
-/* Take note of row `row` of the history: does the network interpolate? */
-void trainer_watch(trainer *t, size_t row);
-
 /* Apply the part of the loads that is at work, if it is not all of them. */
 void trainer_apply_loads(trainer *t);
-
-/* Of the weighted loss: residuals of 1e-10, a few digits above what rounding leaves of equations
- * with second derivatives. Below, a ratio of losses is one of rounding errors. */
-#define TRAINER_ROUNDING_LOSS 1e-20
 
 /* The loss is a square, so where loads are small it is as well without any training: t->size is 1,
  * or the loss of the network 0, in a motion at least the square of its loads, if that is less. And
@@ -78,8 +63,7 @@ void trainer_forget_optimizer(trainer *t);
 /* What is measured when training is over. */
 ad_status trainer_measure_end(trainer *t, ad_error *error);
 
-/* Makes the optimiser of stage info.stage at the experiment's parameters, and starts its clock. The
- * one before has to be forgotten. */
-ad_status trainer_start_stage(trainer *t, ad_error *error);
+/* Of the last stage half the steps are for unknowns that are held. */
+void trainer_limit_steps(trainer *t);
 
 #endif

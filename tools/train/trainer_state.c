@@ -51,13 +51,7 @@ ad_status trainer_save(trainer *t, const file_place *place, ad_error *error)
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a checkpoint");
     }
     experiment_put(t->e, trainer_parameters(t), file);
-    const double now = train_seconds();
-    const optimizer_place at = {t->info.step, t->info.stage, t->info.stage_step, now - t->started,
-                                now - t->stage_started};
-    optimizer_put(t->optimizer ? optimizer_method(t->optimizer) : NULL, &at, file);
-    if (t->e->scene->windows > 1) {
-        checkpoint_put_integer(file, "training/window_step", t->info.window_step);
-    }
+    fit_put(&t->fit, file);
     checkpoint_put_integer(file, "training/optimizer", t->optimizer != NULL);
     checkpoint_put_text(file, "training/kernels", ad_dense_kernels());
     put_loads(&t->loads, file);
@@ -75,7 +69,7 @@ ad_status trainer_save(trainer *t, const file_place *place, ad_error *error)
         item_name(name, "generators", generators[i].name);
         checkpoint_put_uint64(file, name, generators[i].rng->state, 1, &words);
     }
-    history_put(&t->history, file);
+    history_put(&t->fit.rows, file);
     verdict at_present;
     char text[REPORT_VERDICT_TEXT];
     trainer_verdict(t, &at_present);
@@ -176,16 +170,10 @@ static ad_status get_parameters(experiment *e, const checkpoint *file, ad_error 
 /* The window at work, with the networks of those before. */
 static ad_status restore_window(trainer *t, const checkpoint *file, ad_error *error)
 {
-    trainer_info *info = &t->info;
     int before = t->e->window;
     ad_status status = get_parameters(t->e, file, error);
-    info->window_step = info->step;
-    info->window = t->e->window;
-    if (status == AD_OK && t->e->scene->windows > 1) {
-        status = checkpoint_get_integer(file, "training/window_step", 0, info->step,
-                                        &info->window_step, error);
-    }
-    return status == AD_OK && (before > 0 || info->window > 0) ? trainer_enter_window(t, 0, error)
+    t->fit.at.window = t->e->window;
+    return status == AD_OK && (before > 0 || t->e->window > 0) ? trainer_enter_window(t, 0, error)
                                                                : status;
 }
 
@@ -229,69 +217,43 @@ static ad_status compare_kernels(trainer *t, const checkpoint *file, ad_error *e
 static ad_status restore_stage(trainer *t, const checkpoint *file, ad_error *error)
 {
     int64_t at_work;
-    optimizer_place at;
-    trainer_info *info = &t->info;
-    int stages = t->e->settings->stage_count;
-    ad_status status = optimizer_get_place(file, stages, &at, error);
-    if (status != AD_OK) {
-        return status;
-    }
-    info->step = at.step;
-    info->stage_step = at.stage_step;
-    if ((status = checkpoint_get_integer(file, "training/optimizer",
-                                         at.stage < stages && at.stage_step > 0, at.stage < stages,
-                                         &at_work, error)) != AD_OK ||
+    const int stages = t->e->settings->stage_count;
+    const fit_place *at = &t->fit.at;
+    ad_status status = fit_get(&t->fit, file, error);
+    if (status != AD_OK ||
+        (status = checkpoint_get_integer(file, "training/optimizer",
+                                         at->stage < stages && at->stage_step > 0,
+                                         at->stage < stages, &at_work, error)) != AD_OK ||
         (status = restore_window(t, file, error)) != AD_OK ||
         (status = restore_loads(t, file, error)) != AD_OK) {
         return status;
     }
     trainer_forget_optimizer(t);
-    info->stage = (int)at.stage;
-    info->state = at.stage == stages ? TRAINER_DONE : TRAINER_RUNNING;
-    t->started -= at.seconds;
-    if (at.stage < stages) {
-        status = trainer_start_stage(t, error);
-        t->stage_started -= at.stage_seconds;
-    }
-    if (status == AD_OK && at_work) { /* not if the run was over and has got more stages */
-        status = optimizer_get(optimizer_method(t->optimizer), file, error);
-    }
-    return status;
+    /* not at work if the run was over and has got more stages */
+    return fit_go_on(&t->fit, at_work, file, error);
 }
 
 ad_status trainer_restore(trainer *t, const checkpoint *file, ad_error *error)
 {
-    ad_status status = restore_stage(t, file, error);
-    if (status == AD_OK) {
-        status = compare_kernels(t, file, error);
+    ad_status status;
+    if ((status = restore_stage(t, file, error)) != AD_OK ||
+        (status = compare_kernels(t, file, error)) != AD_OK ||
+        (status = restore_problem(t, file, error)) != AD_OK ||
+        (status = fit_get_rows(&t->fit, file, error)) != AD_OK) {
+        return status;
     }
-    if (status == AD_OK) {
-        status = restore_problem(t, file, error);
-    }
-    if (status == AD_OK) {
-        status = history_get(&t->history, file, error);
-    }
-    for (size_t row = 0; status == AD_OK && row < t->history.count; row++) {
-        trainer_watch(t, row);
-    }
-    if (status == AD_OK && t->history.count > 0) { /* what stopping criteria look at */
-        size_t last = t->history.count - 1;
-        if (history_value(&t->history, last, "stage") != t->info.stage + 1 ||
-            trainer_row_window(t, last) != t->info.window) {
-            t->rows_apart = 0; /* the stage at work has no rows yet */
-        }
-        t->info.loss = history_value(&t->history, last, "loss");
-        t->info.held_out = history_value(&t->history, last, "held_out");
-        t->info.errors.position = history_value(&t->history, last, "error");
-        t->info.errors.tip = history_value(&t->history, last, "tip_error");
-        t->info.errors.rotation = history_value(&t->history, last, "rotation_error");
+    const history *rows = &t->fit.rows;
+    if (rows->count > 0) { /* what stopping criteria look at */
+        t->info.errors.tip = history_value(rows, rows->count - 1, "tip_error");
+        t->info.errors.rotation = history_value(rows, rows->count - 1, "rotation_error");
         for (int i = 0; t->e->targets && i < TRAINER_MEMBERS; i++) {
             *trainer_members_error(&t->info, i) =
-                history_value(&t->history, last, trainer_members_name(i));
+                history_value(rows, rows->count - 1, trainer_members_name(i));
         }
     }
-    if (status == AD_OK && t->info.state == TRAINER_DONE) {
-        status = trainer_measure_end(t, error);
+    if (t->fit.state == FIT_OVER) {
+        return trainer_measure_end(t, error);
     }
-    return status;
+    trainer_limit_steps(t);
+    return AD_OK;
 }

@@ -150,7 +150,7 @@ ad_status trainer_unknowns(trainer *t, identified *result, ad_error *error)
     for (size_t i = 0; i < count; i++) {
         result->bounded[i] = is_at_bound(z[i], step[i] * slope[i]);
     }
-    result->steps = (int)t->info.step;
+    result->steps = (int)t->fit.at.step;
     result->chi_squared = noise.chi_squared;
     result->residuals = noise.numbers;
     result->missing = measured_fields_missing(t->e->measured);

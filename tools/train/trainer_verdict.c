@@ -41,18 +41,18 @@ ad_status trainer_measure_size(trainer *t, ad_error *error)
 
 bool trainer_is_small(const trainer *t, double loss)
 {
-    return loss < fmax(TRAINER_LARGE_LOSS * t->size, TRAINER_ROUNDING_LOSS);
+    return loss < fmax(TRAINER_LARGE_LOSS * t->size, FIT_ROUNDING_LOSS);
 }
 
 /* The largest held-out loss with which a window ended, and the window, from 0. */
 static double worst_held_out(const trainer *t, int *window)
 {
-    const history *h = &t->history;
+    const history *h = &t->fit.rows;
     double worst = -1;
     for (size_t row = 0; row < h->count; row++) {
-        int at = trainer_row_window(t, row);
+        int at = fit_row_window(&t->fit, row);
         double held_out = history_value(h, row, "held_out");
-        bool last = row + 1 == h->count || trainer_row_window(t, row + 1) != at;
+        bool last = row + 1 == h->count || fit_row_window(&t->fit, row + 1) != at;
         if (last && !(held_out <= worst)) { /* not a number is the worst */
             worst = held_out;
             *window = at;
@@ -76,7 +76,7 @@ static bool shape_at_rest(const trainer *t, scene *one, double *s, double *value
     status =
         status == AD_OK ? field_create(e->model, e->mlp, false, e->pool, &shape, &ignored) : status;
     if (status == AD_OK) {
-        field_load(shape, t->info.part);
+        field_load(shape, t->fit.at.part);
         field_member(shape, middle);
         status = field_evaluate(shape, experiment_parameters(e), STABILITY_POINTS,
                                 (const double *const[]){s}, values, &ignored);
@@ -180,7 +180,7 @@ static double estimate_by_residuals(const trainer *t)
 {
     int window = 0;
     const scene *rod_scene = t->e->scene;
-    if (!is_measured(t) || t->history.count == 0) {
+    if (!is_measured(t) || t->fit.rows.count == 0) {
         return NAN;
     }
     bool beam = scene_is_beam(rod_scene), moves = scene_is_dynamic(rod_scene);
@@ -234,7 +234,7 @@ ad_status trainer_measure_end(trainer *t, ad_error *error)
 double trainer_estimate(const trainer *t)
 {
     if (t->e->modes) {
-        return t->info.state == TRAINER_DONE ? OF_MOTION * t->info.motion.all : NAN;
+        return t->fit.state == FIT_OVER ? OF_MOTION * t->info.motion.all : NAN;
     }
     return t->info.fresh.compared     ? t->info.fresh.worst
            : !isnan(t->info.estimate) ? t->info.estimate
@@ -395,9 +395,9 @@ static void judge_motion_balance(const learnt_balance *balance, bool modes, verd
 
 void trainer_verdict(const trainer *t, verdict *result)
 {
-    const trainer_info *info = &t->info;
+    const trainer_info now = trainer_inspect(t), *info = &now;
     *result = (verdict){.count = 0};
-    if (info->state != TRAINER_DONE) {
+    if (info->state != FIT_OVER) {
         verdict_add(result, VERDICT_UNFINISHED,
                     "training is at step %lld, in stage %d of %d; resume it to go on",
                     (long long)info->step, info->stage + 1, t->e->settings->stage_count);

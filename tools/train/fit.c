@@ -1,0 +1,280 @@
+#include "tools/train/fit.h"
+
+#include "autodiff/ranks.h"
+#include "tools/train/clock.h"
+
+#include <math.h>
+#include <stdio.h>
+
+enum { ROWS_APART = 5, ITEM_NAME = 96 };
+static const double usual_ratio = 100; /* where the stage does not stop for it */
+
+fit fit_of(const train_settings *settings, const ad_ranks *ranks, const fit_kind *kind, void *of)
+{
+    const double now = train_seconds();
+    return (fit){.settings = settings,
+                 .ranks = ranks,
+                 .kind = kind,
+                 .of = of,
+                 .windows = 1,
+                 .at.part = 1,
+                 .loss = NAN,
+                 .gradient_norm = NAN,
+                 .held_out = NAN,
+                 .error = NAN,
+                 .points = NAN,
+                 .held_out_ratio = NAN,
+                 .started = now,
+                 .stage_started = now,
+                 .best_held_out = INFINITY};
+}
+
+void fit_free(fit *f)
+{
+    history_free(&f->rows);
+}
+
+ad_status fit_start(fit *f, ad_error *error)
+{
+    f->steps = f->settings->stages[f->at.stage].steps;
+    const ad_status status = f->kind->start(f->of, error);
+    f->stage_started = train_seconds();
+    return status;
+}
+
+double fit_seconds(const fit *f)
+{
+    return train_seconds() - f->started;
+}
+
+double fit_stage_seconds(const fit *f)
+{
+    return f->state == FIT_OVER ? 0 : train_seconds() - f->stage_started;
+}
+
+/* ---- interpolation --------------------------------------------------------------------------- */
+
+int fit_row_window(const fit *f, size_t row)
+{
+    const double window = f->windows == 1 ? 1 : history_value(&f->rows, row, "window");
+    return window >= 1 && window <= f->windows ? (int)window - 1 : 0;
+}
+
+void fit_forget_held_out(fit *f)
+{
+    f->best_held_out = INFINITY;
+    f->rows_apart = 0;
+}
+
+void fit_watch(fit *f, size_t row)
+{
+    const history *h = &f->rows;
+    const double stage = history_value(h, row, "stage"); /* from 1; of a file, it may be anything */
+    const double held_out = history_value(h, row, "held_out");
+    const double part = history_value(h, row, "load_factor");
+    const bool known = stage >= 1 && stage <= f->settings->stage_count;
+    const double limit = known ? f->settings->stages[(int)stage - 1].stop_held_out_ratio : 0;
+    const double trained = f->kind->trained(f->of, row);
+    const bool other_loads =
+        row > 0 && part != history_value(h, row - 1, "load_factor") && part > 0;
+    if (row > 0 && (other_loads || fit_row_window(f, row) != fit_row_window(f, row - 1))) {
+        fit_forget_held_out(f);
+    } else if (row > 0 && stage != history_value(h, row - 1, "stage")) {
+        f->rows_apart = 0;
+    }
+    f->held_out_ratio = held_out / trained;
+    f->interpolates =
+        held_out > (limit > 0 ? limit : usual_ratio) * trained && held_out > FIT_ROUNDING_LOSS;
+    f->rows_apart = f->interpolates && held_out >= f->best_held_out ? f->rows_apart + 1 : 0;
+    f->best_held_out = fmin(f->best_held_out, held_out);
+}
+
+/* ---- stepping ------------------------------------------------------------------------------ */
+
+static const char *reason_to_end(fit *f, optim_status status)
+{
+    const train_stage *stage = &f->settings->stages[f->at.stage];
+    const bool runs = status == OPTIM_RUNNING;
+    const char *own = f->kind->reason ? f->kind->reason(f->of, status) : NULL;
+    double passed = fit_stage_seconds(f); /* the clock of the first rank counts */
+    if (own) {
+        return own;
+    }
+    if (runs && f->error < stage->stop_error) {
+        return "stop.error reached";
+    }
+    if (runs && stage->stop_held_out_ratio > 0 && f->rows_apart >= ROWS_APART) {
+        snprintf(f->apart, sizeof f->apart,
+                 "held-out loss %.1e times the training loss: the network interpolates its points",
+                 f->held_out_ratio);
+        return f->apart;
+    }
+    if (!runs) {
+        return optim_status_name(status);
+    }
+    if (f->loss < stage->stop_loss) {
+        return "stop.loss reached";
+    }
+    if (stage->stop_seconds > 0) {
+        ad_ranks_first(f->ranks, 1, &passed);
+    }
+    return stage->stop_seconds > 0 && passed > stage->stop_seconds ? "stop.seconds reached"
+           : f->at.stage_step >= f->steps                          ? "steps done"
+                                                                   : NULL;
+}
+
+static ad_status end_stage(fit *f, const char *why, optim_status status, ad_error *error)
+{
+    bool again = false;
+    f->ended = why;
+    ad_status result = f->kind->end(f->of, status, &again, error);
+    f->by = NULL;
+    if (result != AD_OK) {
+        return result;
+    }
+    if (again) {
+        fit_forget_held_out(f);
+        return fit_start(f, error);
+    }
+    f->at.stage++;
+    f->at.stage_step = 0;
+    f->rows_apart = 0;
+    if (f->at.stage < f->settings->stage_count) {
+        return fit_start(f, error);
+    }
+    if (f->at.window + 1 == f->windows) {
+        f->state = FIT_OVER;
+    } else { /* other parameters, another loss */
+        fit_forget_held_out(f);
+        f->at.window++;
+        f->at.window_step = 0;
+        f->at.stage = 0;
+    }
+    result = f->kind->turn ? f->kind->turn(f->of, error) : AD_OK;
+    return result == AD_OK && f->state == FIT_RUNNING ? fit_start(f, error) : result;
+}
+
+ad_status fit_step(fit *f, ad_error *error)
+{
+    bool taken = true;
+    optim_status status = OPTIM_RUNNING;
+    f->before = f->at;
+    ad_status result = f->kind->step(f->of, &status, &taken, error);
+    if (taken) {
+        const optim_info done = optim_inspect(f->by);
+        f->loss = done.value;
+        f->gradient_norm = done.gradient_norm;
+        f->rate = done.rate;
+    }
+    if (result != AD_OK || !taken) {
+        return result;
+    }
+    f->at.step++;
+    f->at.window_step++;
+    f->at.stage_step++;
+    const char *end = reason_to_end(f, status);
+    if (end || f->at.step == 1 || f->at.step % f->settings->output_every == 0) {
+        result = f->kind->row(f->of, error);
+        if (result == AD_OK) {
+            fit_watch(f, f->rows.count - 1);
+        }
+        end = end ? end : reason_to_end(f, status); /* the error is known only now */
+    }
+    return result == AD_OK && end ? end_stage(f, end, status, error) : result;
+}
+
+/* ---- in a checkpoint ----------------------------------------------------------------------- */
+
+void fit_put(const fit *f, checkpoint *file)
+{
+    optim_array arrays[OPTIM_STATE_CAPACITY];
+    const int count = f->by ? optim_state(f->by, arrays) : 0;
+    checkpoint_put_integer(file, "training/step", f->at.step);
+    checkpoint_put_integer(file, "training/stage", f->at.stage);
+    checkpoint_put_integer(file, "training/stage_step", f->at.stage_step);
+    checkpoint_put_double(file, "training/seconds", fit_seconds(f));
+    checkpoint_put_double(file, "training/stage_seconds", fit_stage_seconds(f));
+    for (int i = 0; i < count; i++) {
+        char name[ITEM_NAME];
+        snprintf(name, sizeof name, "optimizer/%s", arrays[i].name);
+        checkpoint_put_doubles(file, name, arrays[i].data, 1, &arrays[i].count);
+    }
+    if (f->windows > 1) {
+        checkpoint_put_integer(file, "training/window_step", f->at.window_step);
+    }
+}
+
+static ad_status get_seconds(const checkpoint *file, const char *name, double *value,
+                             ad_error *error)
+{
+    ad_status status = checkpoint_get_doubles(file, name, value, 1, error);
+    return status == AD_OK && !(*value >= 0 && isfinite(*value))
+               ? ad_fail(error, AD_BAD_INPUT, "checkpoint: %s is %g; 0 or more is possible", name,
+                         *value)
+               : status;
+}
+
+ad_status fit_get(fit *f, const checkpoint *file, ad_error *error)
+{
+    const int stages = f->settings->stage_count;
+    fit_place *at = &f->at;
+    int64_t stage;
+    double seconds, stage_seconds;
+    ad_status status;
+    if ((status = checkpoint_get_integer(file, "training/step", 0, INT64_MAX - 1, &at->step,
+                                         error)) != AD_OK ||
+        (status = checkpoint_get_integer(file, "training/stage", 0, stages, &stage, error)) !=
+            AD_OK ||
+        (status = checkpoint_get_integer(file, "training/stage_step", 0, at->step, &at->stage_step,
+                                         error)) != AD_OK ||
+        (status = get_seconds(file, "training/seconds", &seconds, error)) != AD_OK ||
+        (status = get_seconds(file, "training/stage_seconds", &stage_seconds, error)) != AD_OK) {
+        return status;
+    }
+    at->window_step = at->step;
+    at->stage = (int)stage;
+    f->state = at->stage == stages ? FIT_OVER : FIT_RUNNING;
+    f->started -= seconds;
+    f->stage_started = train_seconds() - stage_seconds;
+    return f->windows > 1 ? checkpoint_get_integer(file, "training/window_step", 0, at->step,
+                                                   &at->window_step, error)
+                          : AD_OK;
+}
+
+ad_status fit_go_on(fit *f, bool at_work, const checkpoint *file, ad_error *error)
+{
+    optim_array arrays[OPTIM_STATE_CAPACITY];
+    const double started = f->stage_started;
+    if (f->state == FIT_OVER) {
+        return AD_OK;
+    }
+    ad_status status = fit_start(f, error);
+    f->stage_started = started;
+    const int count = status == AD_OK && at_work ? optim_state(f->by, arrays) : 0;
+    for (int i = 0; status == AD_OK && i < count; i++) {
+        char name[ITEM_NAME];
+        snprintf(name, sizeof name, "optimizer/%s", arrays[i].name);
+        status = checkpoint_get_doubles(file, name, arrays[i].data, arrays[i].count, error);
+    }
+    const char *why = status == AD_OK && count > 0 ? optim_state_check(f->by) : NULL;
+    return why ? ad_fail(error, AD_BAD_INPUT, "checkpoint: %s", why) : status;
+}
+
+ad_status fit_get_rows(fit *f, const checkpoint *file, ad_error *error)
+{
+    const ad_status status = history_get(&f->rows, file, error);
+    for (size_t row = 0; status == AD_OK && row < f->rows.count; row++) {
+        fit_watch(f, row);
+    }
+    if (status == AD_OK && f->rows.count > 0) {
+        const size_t last = f->rows.count - 1;
+        if (history_value(&f->rows, last, "stage") != f->at.stage + 1 ||
+            fit_row_window(f, last) != f->at.window) {
+            f->rows_apart = 0; /* the stage at work has no rows yet */
+        }
+        f->loss = history_value(&f->rows, last, "loss");
+        f->held_out = history_value(&f->rows, last, "held_out");
+        f->error = history_value(&f->rows, last, "error");
+    }
+    return status;
+}
