@@ -137,24 +137,16 @@ PROCESSOR_INLINE void load_element(strain_form *form, int e, const lanes end[3],
 {
     const int n = form->kind.stages;
     strain_node *at = form->at + e * n;
-    lanes push[GAUSS_STAGES_MAX][3];
+    lanes push[GAUSS_STAGES_MAX][3], force[GAUSS_STAGES_MAX][3];
     for (int j = 0; j < n; j++) {
         memcpy(push[j], at[j].load[0], sizeof push[j]);
         for (int c = 0; c < 3 && form->push_at >= 0; c++) {
             push[j][c] += at[j].push[c];
         }
     }
-    for (int c = 0; c < 3; c++) {
-        start[c] = NO_LANES;
-        for (int i = 0; i < n; i++) {
-            lanes sum = NO_LANES;
-            for (int j = 0; j < n; j++) {
-                sum += form->tail[i][j] * push[j][c];
-            }
-            at[i].N[c] = end[c] + sum * form->width[e];
-            start[c] += form->rule.weights[i] * push[i][c];
-        }
-        start[c] = end[c] + start[c] * form->width[e];
+    integrate_back(form, e, push, end, force, start);
+    for (int i = 0; i < n; i++) {
+        memcpy(at[i].N, force[i], sizeof at[i].N);
     }
 }
 
@@ -250,26 +242,17 @@ PROCESSOR_INLINE void find_strain(strain_form *form, int node)
 PROCESSOR_INLINE void place_all(strain_form *form)
 {
     const int n = form->kind.stages;
-    lanes r[3];
+    lanes r[3], slope[GAUSS_STAGES_MAX][3], place[GAUSS_STAGES_MAX][3];
     memcpy(r, form->start_r, sizeof r);
     for (int e = 0; e < form->kind.elements; e++) {
         strain_node *at = form->at + e * n;
         memcpy(form->edges[e].r, r, sizeof r);
-        for (int i = 0; i < n; i++) {
-            for (int c = 0; c < 3; c++) {
-                lanes sum = NO_LANES;
-                for (int j = 0; j < n; j++) {
-                    sum += form->rule.matrix[i][j] * at[j].slope[c];
-                }
-                at[i].r[c] = r[c] + sum * form->width[e];
-            }
+        for (int j = 0; j < n; j++) {
+            memcpy(slope[j], at[j].slope, sizeof slope[j]);
         }
-        for (int c = 0; c < 3; c++) {
-            lanes sum = NO_LANES;
-            for (int j = 0; j < n; j++) {
-                sum += form->rule.weights[j] * at[j].slope[c];
-            }
-            r[c] += sum * form->width[e];
+        integrate_on(form, e, slope, form->edges[e].r, place, r);
+        for (int i = 0; i < n; i++) {
+            memcpy(at[i].r, place[i], sizeof at[i].r);
         }
     }
     memcpy(form->edges[form->kind.elements].r, r, sizeof r);
@@ -279,7 +262,7 @@ PROCESSOR_INLINE void bend_element(strain_form *form, int e, const lanes end[3],
 {
     const int n = form->kind.stages;
     strain_node *at = form->at + e * n;
-    lanes rate[GAUSS_STAGES_MAX][3];
+    lanes rate[GAUSS_STAGES_MAX][3], moment[GAUSS_STAGES_MAX][3];
     for (int j = 0; j < n; j++) {
         lanes_vector_cross(at[j].slope, at[j].N, rate[j]);
         for (int c = 0; c < 3; c++) {
@@ -289,17 +272,9 @@ PROCESSOR_INLINE void bend_element(strain_form *form, int e, const lanes end[3],
             rate[j][c] += form->pushes[e * n + j].moment[c];
         }
     }
-    for (int c = 0; c < 3; c++) {
-        start[c] = NO_LANES;
-        for (int i = 0; i < n; i++) {
-            lanes sum = NO_LANES;
-            for (int j = 0; j < n; j++) {
-                sum += form->tail[i][j] * rate[j][c];
-            }
-            at[i].M[c] = end[c] + sum * form->width[e];
-            start[c] += form->rule.weights[i] * rate[i][c];
-        }
-        start[c] = end[c] + start[c] * form->width[e];
+    integrate_back(form, e, rate, end, moment, start);
+    for (int i = 0; i < n; i++) {
+        memcpy(at[i].M, moment[i], sizeof at[i].M);
     }
 }
 
