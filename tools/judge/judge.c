@@ -65,15 +65,6 @@ void judge_name_of_file(char name[JUDGE_NAME], const char *path)
 
 /* ---- answers ------------------------------------------------------------------------------- */
 
-ad_status judge_values(const judge_answer *a, size_t points, const double *s, const double *t,
-                       double *values, ad_error *error)
-{
-    return a->trained ? field_evaluate(a->trained, a->parameters, points,
-                                       (const double *const[]){s, t}, values, error)
-                      : solution_evaluate(a->solved, solution_columns(a->scene), points, s, t,
-                                          values, error);
-}
-
 void judge_instants(const scene *rod_scene, double t[JUDGE_INSTANTS])
 {
     for (int j = 0; j < JUDGE_INSTANTS; j++) {

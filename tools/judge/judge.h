@@ -4,6 +4,7 @@
 #ifndef TOOLS_JUDGE_JUDGE_H
 #define TOOLS_JUDGE_JUDGE_H
 
+#include "tools/library/answer.h"
 #include "tools/prepare/config_session.h"
 
 enum { JUDGE_NAME = 64, JUDGE_FORM = 40 }; /* bytes of a name and of a form, the end included */
@@ -31,19 +32,11 @@ void judge_name_of_file(char name[JUDGE_NAME], const char *path);
 
 /* ---- an answer ----------------------------------------------------------------------------- */
 
-/* What a method has found: a network or a solution. */
+/* What a method has found, of a motion at the instants below and those of the reference. */
 typedef struct judge_answer {
-    const scene *scene;
-    field *trained;
-    const double *parameters;
-    const solution *solved;
+    answer found;
     double errors[JUDGE_MEASURES]; /* NaN: the scene names no reference */
 } judge_answer;
-
-/* Values [columns][points] as of field_evaluate; a motion at the instants below, or at those of the
- * reference. */
-ad_status judge_values(const judge_answer *a, size_t points, const double *s, const double *t,
-                       double *values, ad_error *error);
 
 /* From 0 to the duration; zeros of a static scene. */
 enum { JUDGE_INSTANTS = 201 };

@@ -47,20 +47,21 @@ static ad_status last_row(const session *s, ad_error *error)
 static ad_status measure(const session *s, const judge_task *task, judge_row *row, ad_error *error)
 {
     const experiment *e = s->e;
-    judge_answer answer = {.scene = e->scene, .parameters = experiment_parameters(e)};
+    judge_answer judged;
+    field *trained = NULL;
     if (!task->measure) {
         row->error = row->errors[JUDGE_POSITION];
         return AD_OK;
     }
     for (int i = 0; i < JUDGE_MEASURES; i++) {
-        answer.errors[i] = row->errors[i];
+        judged.errors[i] = row->errors[i];
     }
-    ad_status status = field_create(e->model, e->mlp, false, e->pool, &answer.trained, error);
+    ad_status status = experiment_field(e, NULL, &trained, error);
     if (status == AD_OK) {
-        field_enter(answer.trained, e->window, e->parameters, e->starts);
-        status = task->measure(&answer, &row->error, error);
+        judged.found = answer_of_network(trained, experiment_parameters(e), e->scene);
+        status = task->measure(&judged, &row->error, error);
     }
-    field_free(answer.trained);
+    field_free(trained);
     return status;
 }
 

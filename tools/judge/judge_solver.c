@@ -38,7 +38,7 @@ static ad_status choose_times(classical *classical, ad_error *error)
  * error. */
 static ad_status measure(const classical *classical, judge_row *row, ad_error *error)
 {
-    judge_answer answer = {.scene = classical->e->scene, .solved = classical->solved};
+    judge_answer judged = {.found = answer_of_solution(classical->solved, classical->e->scene)};
     reference_errors errors = {NAN, NAN, NAN, NAN, NAN};
     ad_status status = AD_OK;
     if (classical->known) {
@@ -48,10 +48,10 @@ static ad_status measure(const classical *classical, judge_row *row, ad_error *e
         errors.position = classical->report.estimate_l2;
     }
     judge_measures(&errors, row->errors);
-    memcpy(answer.errors, row->errors, sizeof answer.errors);
+    memcpy(judged.errors, row->errors, sizeof judged.errors);
     row->error = row->errors[JUDGE_POSITION];
     return status == AD_OK && classical->task->measure
-               ? classical->task->measure(&answer, &row->error, error)
+               ? classical->task->measure(&judged, &row->error, error)
                : status;
 }
 

@@ -83,7 +83,7 @@ static energy energy_of(const scene *rod_scene, const double *values)
 
 ad_status stress_energy_drift(const judge_answer *a, double *error, ad_error *reason)
 {
-    const scene *rod_scene = a->scene;
+    const scene *rod_scene = a->found.scene;
     double s[ALONG], t[ALONG], times[JUDGE_INSTANTS], values[MODEL_COLUMNS_MAX * ALONG];
     double first = 0, drift = 0, kinetic = 0;
     int from = last_change(rod_scene);
@@ -93,7 +93,7 @@ ad_status stress_energy_drift(const judge_answer *a, double *error, ad_error *re
         for (int k = 0; k < ALONG; k++) {
             t[k] = times[j];
         }
-        ad_status status = judge_values(a, ALONG, s, t, values, reason);
+        ad_status status = a->found.kind->at_points(&a->found, ALONG, s, t, values, reason);
         if (status != AD_OK) {
             return status;
         }

@@ -9,6 +9,7 @@
 #include "tools/programs/program_ranks.h"
 #include "tools/programs/ranks_queue.h"
 #include "tools/programs/samples.h"
+#include "tools/programs/solution_print.h"
 #include "tools/train/clock.h"
 #include "tools/train/learnt_balance.h"
 #include "tools/train/report.h"
@@ -71,23 +72,6 @@ static void evaluation_free(evaluation *evaluation)
     experiment_free(evaluation->e);
 }
 
-/* ---- points -------------------------------------------------------------------------------- */
-
-/* The end of the window of time at work; those after it are not trained yet. */
-static double trained_until(const experiment *e)
-{
-    const domain *d = &e->model->domain;
-    return e->window + 1 == d->windows
-               ? scene_duration(e->scene)
-               : domain_window_time(d, e->window + 1) * d->coordinates[d->time].scale;
-}
-
-/* What samples hold beside their points; answers for members have values of their own. */
-static int columns_of(const evaluation *evaluation)
-{
-    return evaluation->field ? field_columns(evaluation->field) : 0;
-}
-
 /* ---- work ---------------------------------------------------------------------------------- */
 
 static ad_status read_progress(evaluation *evaluation, ad_error *error)
@@ -102,14 +86,19 @@ static ad_status read_progress(evaluation *evaluation, ad_error *error)
                                  : AD_OK;
 }
 
+static answer network_of(const evaluation *evaluation)
+{
+    const experiment *e = evaluation->e;
+    return answer_of_network(evaluation->field, experiment_parameters(e), e->scene);
+}
+
 static ad_status evaluate(evaluation *evaluation, samples *p, ad_error *error)
 {
-    size_t numbers = (size_t)p->columns * p->count, bad = 0;
-    ad_status status =
-        field_evaluate(evaluation->field, experiment_parameters(evaluation->e), p->count,
-                       (const double *const[]){p->s, p->t}, p->values, error);
-    for (size_t i = 0; status == AD_OK && i < numbers; i++) {
-        p->values[i] += 0.0; /* no -0 in a table */
+    const answer network = network_of(evaluation);
+    const ad_status status = samples_ask(p, &network, error);
+    const size_t numbers = status == AD_OK ? (size_t)p->columns * p->count : 0;
+    size_t bad = 0;
+    for (size_t i = 0; i < numbers; i++) {
         bad += !isfinite(p->values[i]);
     }
     if (bad) {
@@ -120,40 +109,39 @@ static ad_status evaluate(evaluation *evaluation, samples *p, ad_error *error)
 
 static ad_status evaluate_tip(evaluation *evaluation, ad_error *error)
 {
-    ad_status status = samples_make(&evaluation->tip, 1, field_columns(evaluation->field), error);
+    ad_status status = samples_make(&evaluation->tip, 1, error);
     if (status != AD_OK) {
         return status;
     }
     *evaluation->tip.s = scene_length(evaluation->e->scene);
-    *evaluation->tip.t = trained_until(evaluation->e);
+    *evaluation->tip.t = experiment_until(evaluation->e);
     return evaluate(evaluation, &evaluation->tip, error);
 }
 
 /* Evaluates the points again and again, in batches that are large enough to be timed. */
 static ad_status measure(evaluation *evaluation, ad_error *error)
 {
+    const answer network = network_of(evaluation);
     const samples *p = &evaluation->samples;
-    size_t batch = p->count > TIMED_POINTS ? p->count : TIMED_POINTS, done = 0;
-    double *memory = malloc((2 + (size_t)p->columns) * batch * sizeof *memory);
-    if (!memory) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", batch);
+    samples batch = {.count = 0};
+    size_t done = 0;
+    ad_status status =
+        samples_make(&batch, p->count > TIMED_POINTS ? p->count : TIMED_POINTS, error);
+    for (size_t i = 0; i < batch.count && status == AD_OK; i++) {
+        batch.s[i] = p->s[i % p->count];
+        batch.t[i] = p->t[i % p->count];
     }
-    double *s = memory, *t = memory + batch, *values = memory + 2 * batch;
-    for (size_t i = 0; i < batch; i++) {
-        s[i] = p->s[i % p->count];
-        t[i] = p->t[i % p->count];
-    }
-    ad_status status = field_evaluate(evaluation->field, experiment_parameters(evaluation->e),
-                                      batch, (const double *const[]){s, t}, values, error);
-    double start = train_seconds(), spent = 0;
+    status = status == AD_OK ? samples_ask(&batch, &network, error) : status;
+    const double start = train_seconds();
+    double spent = 0;
     while (status == AD_OK && spent < TIMED_SECONDS) {
-        status = field_evaluate(evaluation->field, experiment_parameters(evaluation->e), batch,
-                                (const double *const[]){s, t}, values, error);
+        status =
+            network.kind->at_points(&network, batch.count, batch.s, batch.t, batch.values, error);
         spent = train_seconds() - start;
-        done += batch;
+        done += batch.count;
     }
     evaluation->rate = (double)done / spent;
-    free(memory);
+    samples_free(&batch);
     return status;
 }
 
@@ -186,7 +174,7 @@ static void print_progress(const evaluation *evaluation)
     }
     if (evaluation->e->scene->windows > 1) {
         printf(", window %d of %d (t = 0 to %g s)", evaluation->e->window + 1,
-               evaluation->e->scene->windows, trained_until(evaluation->e));
+               evaluation->e->scene->windows, experiment_until(evaluation->e));
     }
     if (p->stage >= stages) {
         printf(", trained to the end");
@@ -204,21 +192,7 @@ static void print_reference(const evaluation *evaluation)
     if (*reference_account(evaluation->known)) {
         printf("reference: %s\n", reference_account(evaluation->known));
     }
-    printf("error against %s (%zu points", reference_name(evaluation->known),
-           reference_points(evaluation->known));
-    if (reference_left_out(evaluation->known)) {
-        printf("; %zu outside the scene, or without a number, left out",
-               reference_left_out(evaluation->known));
-    }
-    printf(")\n");
-    cli_print_error("position, relative L2", evaluation->errors.position, "");
-    cli_print_error("position, largest", evaluation->errors.position_max, " of the length");
-    cli_print_error("tip", evaluation->errors.tip, " of the length");
-    cli_print_error("rotation, rms", evaluation->errors.rotation, " rad");
-    cli_print_error("rotation, largest", evaluation->errors.rotation_max, " rad");
-    if (isnan(evaluation->errors.position)) {
-        printf("  the position is not a number\n");
-    }
+    solution_print_errors("error against", evaluation->known, &evaluation->errors);
 }
 
 /* The position of a rod, the deflection of a beam. */
@@ -354,16 +328,6 @@ static ad_status write_json(const evaluation *evaluation, ad_error *error)
     return json_end(&to, evaluation->asked.json, error);
 }
 
-static ad_status choose_member(evaluation *evaluation, ad_error *error)
-{
-    const scene *scene = evaluation->e->scene;
-    experiment_member_values(evaluation->e, evaluation->member);
-    return evaluation->asked.family.at
-               ? scene_member_read(scene_known_count(scene), scene->parameters, false,
-                                   evaluation->asked.family.at, evaluation->member, error)
-               : AD_OK;
-}
-
 static ad_status open_run(evaluation *evaluation, ad_error *error)
 {
     ad_status status =
@@ -375,27 +339,20 @@ static ad_status open_run(evaluation *evaluation, ad_error *error)
 
 static ad_status open_field(evaluation *evaluation, ad_error *error)
 {
-    ad_status status = field_create(evaluation->e->model, evaluation->e->mlp, false,
-                                    evaluation->e->pool, &evaluation->field, error);
-    if (status == AD_OK) {
-        status = choose_member(evaluation, error);
-    }
-    if (status == AD_OK) {
-        field_enter(evaluation->field, evaluation->e->window, evaluation->e->parameters,
-                    evaluation->e->starts);
-        field_member(evaluation->field, evaluation->member);
-    }
-    return status;
+    const ad_status status = experiment_choose_member(evaluation->e, evaluation->asked.family.at,
+                                                      evaluation->member, error);
+    return status == AD_OK
+               ? experiment_field(evaluation->e, evaluation->member, &evaluation->field, error)
+               : status;
 }
 
 static ad_status gather_points(evaluation *evaluation, const char *grid, ad_error *error)
 {
+    const double until = experiment_until(evaluation->e);
     return evaluation->asked.points
                ? samples_of_file(&evaluation->samples, evaluation->asked.points,
-                                 evaluation->e->scene, trained_until(evaluation->e),
-                                 columns_of(evaluation), error)
-               : samples_of_grid(&evaluation->samples, grid, evaluation->e->scene,
-                                 trained_until(evaluation->e), columns_of(evaluation), error);
+                                 evaluation->e->scene, until, error)
+               : samples_of_grid(&evaluation->samples, grid, evaluation->e->scene, until, error);
 }
 
 /* Whether members are answered with their errors; motions and beams have none, and like families
@@ -438,8 +395,7 @@ static ad_status evaluate_points(evaluation *evaluation, ad_error *error)
         status = evaluate(evaluation, &evaluation->samples, error);
     }
     return status == AD_OK && evaluation->asked.out
-               ? samples_write(&evaluation->samples, evaluation->e->scene, evaluation->asked.out,
-                               error)
+               ? samples_write(&evaluation->samples, evaluation->asked.out, error)
                : status;
 }
 
@@ -507,6 +463,7 @@ static int go(const ad_ranks *ranks, int argc, char **argv)
                               .rollouts = {.tolerance = NAN, .ranks = ranks},
                               .ranks = ranks},
                     .rate = NAN};
+    x.family.shapes = &x.samples;
     eval_family_options *f = &x.asked.family;
     eval_rollouts_options *r = &x.asked.rollouts;
     const cli_option list[] = {CLI_OUT(&x.asked.out),

@@ -45,7 +45,6 @@ static bool is_fan(const scene *of)
 static ad_status show_solved(showing *showing, ad_error *error)
 {
     solve_report report;
-    samples_table result_table;
     verdict judged = {.count = 0};
     ad_status status = config_read(showing->source, NULL, showing->overrides.count,
                                    showing->overrides.texts, &showing->settings, error);
@@ -66,18 +65,14 @@ static ad_status show_solved(showing *showing, ad_error *error)
     const scene *of = &showing->settings->scene;
     const solve_settings settings = solve_settings_default(of);
     snprintf(showing->title, sizeof showing->title, "%s", showing->settings->settings.name);
-    status = samples_of_grid(&showing->samples,
-                             showing->grid          ? showing->grid
-                             : scene_is_dynamic(of) ? "81x201"
-                                                    : NULL,
-                             of, scene_duration(of), solution_columns(of), error);
-    const samples *p = &showing->samples;
+    status = show_choose_points(showing, of, scene_duration(of), error);
+    samples *p = &showing->samples;
     if (status == AD_OK) {
         status = solution_create(of, &settings, p->count, p->t, &showing->solved, &report, error);
     }
     if (status == AD_OK) {
-        status =
-            solution_evaluate(showing->solved, p->columns, p->count, p->s, p->t, p->values, error);
+        const answer found = answer_of_solution(showing->solved, of);
+        status = samples_ask(p, &found, error);
     }
     if (status != AD_OK) {
         return status;
@@ -92,12 +87,9 @@ static ad_status show_solved(showing *showing, ad_error *error)
                   report.estimate);
     }
     json_close(&showing->to, ']');
-    samples_fill(p, of, &result_table);
-    showing->of = of;
-    status = show_put_motion(showing, &result_table.table, NULL, NULL, NULL, error);
+    status = show_put_shapes(showing, of, NULL, NULL, NULL, error);
     show_settings(&showing->to, showing->settings);
-    return status == AD_OK ? show_scene(&showing->to, of, NULL, &showing->kept, NULL, error)
-                           : status;
+    return status;
 }
 
 /* ---- a table ------------------------------------------------------------------------------- */

@@ -72,11 +72,6 @@ static void solving_free(solving *solving)
 
 /* ---- samples ------------------------------------------------------------------------------- */
 
-static ad_status evaluate(const solution *solved, const samples *p, ad_error *error)
-{
-    return solution_evaluate(solved, p->columns, p->count, p->s, p->t, p->values, error);
-}
-
 /* Collects the times of the grid and of the reference. */
 static ad_status gather_times(solving *solving, ad_error *error)
 {
@@ -96,10 +91,9 @@ static ad_status gather_times(solving *solving, ad_error *error)
 
 static ad_status write_out(solving *solving, ad_error *error)
 {
-    ad_status status = evaluate(solving->solved, &solving->grid, error);
-    return status == AD_OK
-               ? samples_write(&solving->grid, solving->scene, solving->asked.out, error)
-               : status;
+    const answer solved = answer_of_solution(solving->solved, solving->scene);
+    const ad_status status = samples_ask(&solving->grid, &solved, error);
+    return status == AD_OK ? samples_write(&solving->grid, solving->asked.out, error) : status;
 }
 
 /* ---- report -------------------------------------------------------------------------------- */
@@ -135,24 +129,13 @@ static bool is_rod_in_motion(const solving *solving)
     return scene_is_dynamic(solving->scene) && !scene_is_beam(solving->scene);
 }
 
-static void print_reference(const solving *solving)
-{
-    const reference_errors *errors = &solving->errors;
-    printf("difference from %s (%zu points)\n", reference_name(solving->known),
-           reference_points(solving->known));
-    cli_print_error("position, relative L2", errors->position, "");
-    cli_print_error("position, largest", errors->position_max, " of the length");
-    cli_print_error("tip", errors->tip, " of the length");
-    cli_print_error("rotation, largest", errors->rotation_max, " rad");
-}
-
 static ad_status print_report(solving *solving, ad_error *error)
 {
     ad_status status =
         solution_print(solving->solved, solving->scene, &solving->report, solving->seconds, error);
     verdict_print(stdout, "", &solving->verdict);
     if (status == AD_OK && solving->known) {
-        print_reference(solving);
+        solution_print_errors("difference from", solving->known, &solving->errors);
     }
     return status;
 }
@@ -307,9 +290,8 @@ static ad_status prepare(solving *solving, ad_error *error)
     solving->scene = &solving->settings->scene;
     snprintf(solving->name, sizeof solving->name, "%s", solving->settings->settings.name);
     choose_tolerance(solving);
-    status =
-        samples_of_grid(&solving->grid, o->grid, solving->scene, scene_duration(solving->scene),
-                        solution_columns(solving->scene), error);
+    status = samples_of_grid(&solving->grid, o->grid, solving->scene,
+                             scene_duration(solving->scene), error);
     status = status == AD_OK ? check_method(solving, error) : status;
     if (status == AD_OK) {
         if (!o->quiet) {

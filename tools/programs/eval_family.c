@@ -3,8 +3,7 @@
 #include "tools/config/config.h"
 #include "tools/library/trained_family.h"
 #include "tools/programs/cli.h"
-#include "tools/programs/section_size.h"
-#include "tools/train/clock.h"
+#include "tools/programs/samples.h"
 #include "tools/train/members_given.h"
 
 #include <math.h>
@@ -18,9 +17,6 @@ enum { POLISH = 2, SEED = 1 }; /* where nothing is said */
 void eval_family_free(eval_family *eval)
 {
     cpinn_family_free(eval->family);
-    free(eval->parameters);
-    free(eval->values);
-    free(eval->answers);
 }
 
 const char *eval_family_conflict(const eval_family_options *asked)
@@ -52,31 +48,33 @@ static ad_status check_range(const eval_family *eval, const table_file *table, a
     int k;
     if (table && !eval->asked.extrapolate) {
         return train_members_check(cpinn_family_scene(eval->family), eval->asked.members, table,
-                                   eval->parameters, OR_ELSE, error);
+                                   eval->shapes->parameters, OR_ELSE, error);
     }
-    if (!cpinn_family_refuses(eval->family, eval->count, eval->parameters, &member, &k)) {
+    if (!cpinn_family_refuses(eval->family, eval->shapes->members, eval->shapes->parameters,
+                              &member, &k)) {
         return AD_OK;
     }
     const scene_parameter *p = cpinn_family_parameter(eval->family, k);
     return ad_fail(error, AD_BAD_ARGUMENT,
                    "--at: %s = %.10g is outside its range; allowed: %g to %g%s", p->name,
-                   eval->parameters[k], p->low, p->high, OR_ELSE);
+                   eval->shapes->parameters[k], p->low, p->high, OR_ELSE);
 }
 
 static ad_status gather(eval_family *eval, ad_error *error)
 {
     const scene *family = cpinn_family_scene(eval->family);
+    samples *to = eval->shapes;
     table_file *table = NULL;
     ad_status status;
     if (eval->asked.members) {
-        status = train_members_read(family, eval->asked.members, &eval->parameters, &table, error);
-        eval->count = table ? table_rows(table) : 0;
+        status = train_members_read(family, eval->asked.members, &to->parameters, &table, error);
+        to->members = table ? table_rows(table) : 0;
     } else {
-        eval->count = 1;
-        eval->parameters = malloc((size_t)family->parameter_count * sizeof *eval->parameters);
-        status = eval->parameters /* ranges are asked for later, with those of files */
+        to->members = 1;
+        to->parameters = malloc((size_t)family->parameter_count * sizeof *to->parameters);
+        status = to->parameters /* ranges are asked for later, with those of files */
                      ? scene_member_read(family->parameter_count, family->parameters, true,
-                                         eval->asked.at, eval->parameters, error)
+                                         eval->asked.at, to->parameters, error)
                      : ad_fail(error, AD_NO_MEMORY, "out of memory for a member");
     }
     status = status == AD_OK ? check_range(eval, table, error) : status;
@@ -84,121 +82,18 @@ static ad_status gather(eval_family *eval, ad_error *error)
     return status;
 }
 
-static ad_status answer(eval_family *eval, ad_error *error)
+ad_status eval_family_run(const eval_family_options *asked, const experiment *e, samples *shapes,
+                          eval_family *result, ad_error *error)
 {
-    const cpinn_polish polish = {.steps = eval->asked.polish < 0 ? POLISH : eval->asked.polish};
-    const size_t width = eval->points->count * (size_t)cpinn_family_columns(eval->family);
-    eval->values = malloc((eval->count * width + 1) * sizeof *eval->values);
-    eval->answers = malloc((eval->count + 1) * sizeof *eval->answers);
-    if (!eval->values || !eval->answers) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", eval->count);
-    }
-    const double start = train_seconds();
-    ad_status status = cpinn_family_evaluate(eval->family, &polish, eval->count, eval->parameters,
-                                             eval->values, eval->answers, error);
-    eval->seconds = train_seconds() - start;
-    return status;
-}
-
-/* ---- the file ------------------------------------------------------------------------------ */
-
-enum { BEFORE = 3, AFTER = 5, COLUMNS = BEFORE + MODEL_COLUMNS_MAX + AFTER };
-
-typedef struct result_table {
-    size_t rows, used;
-    double *numbers;       /* [columns][rows] */
-    const char **words[2]; /* [rows] source, reason */
-    const char *names[COLUMNS], *units[COLUMNS];
-    const double *columns[COLUMNS];
-    const char *const *texts[COLUMNS];
-} result_table;
-
-static double *add_column(result_table *to, const char *name, const char *unit)
-{
-    to->names[to->used] = name;
-    to->units[to->used] = unit;
-    to->columns[to->used] = to->numbers + to->used * to->rows;
-    return to->numbers + to->used++ * to->rows;
-}
-
-static void add_words(result_table *to, const char *name, const char **words)
-{
-    add_column(to, name, "");
-    to->texts[to->used - 1] = words;
-}
-
-static void fill(result_table *to, const eval_family *eval)
-{
-    const samples *p = eval->points;
-    const model_column *model = scene_physics_of(cpinn_family_scene(eval->family))->columns;
-    const int columns = cpinn_family_columns(eval->family);
-    double *member = add_column(to, "member", ""), *s = add_column(to, "s", "m");
-    double *t = cpinn_family_t(eval->family) ? add_column(to, "t", "s") : NULL;
-    double *of[MODEL_COLUMNS_MAX];
-    for (int c = 0; c < columns; c++) {
-        of[c] = add_column(to, model[c].name, model[c].unit);
-    }
-    double *error = add_column(to, "error", "m"), *trusted = add_column(to, "trusted", "");
-    double *outside = add_column(to, "outside", "");
-    for (size_t i = 0; i < to->rows; i++) {
-        const size_t which = i / p->count, point = i % p->count;
-        const cpinn_answer *said = &eval->answers[which];
-        member[i] = (double)which + 1;
-        s[i] = p->s[point];
-        if (t) {
-            t[i] = p->t[point];
-        }
-        for (int c = 0; c < columns; c++) {
-            of[c][i] = eval->values[i * (size_t)columns + (size_t)c] + 0.0; /* no -0 in a table */
-        }
-        error[i] = said->error;
-        trusted[i] = said->trusted;
-        outside[i] = said->outside;
-        to->words[0][i] = cpinn_source_word(said->source);
-        to->words[1][i] = cpinn_reason_word(said->reason);
-    }
-    add_words(to, "source", to->words[0]);
-    add_words(to, "reason", to->words[1]);
-}
-
-static ad_status write_out(const eval_family *eval, ad_error *error)
-{
-    result_table to = {.rows = eval->count * eval->points->count};
-    const size_t columns = BEFORE + (size_t)cpinn_family_columns(eval->family) + AFTER;
-    to.numbers = calloc(columns * to.rows + 1, sizeof *to.numbers);
-    to.words[0] = calloc(to.rows + 1, sizeof *to.words[0]);
-    to.words[1] = calloc(to.rows + 1, sizeof *to.words[1]);
-    ad_status status = AD_OK;
-    if (!to.numbers || !to.words[0] || !to.words[1]) {
-        status = ad_fail(error, AD_NO_MEMORY, "out of memory for a table of %zu rows", to.rows);
-    } else {
-        fill(&to, eval);
-        const table_source table = {.names = to.names,
-                                    .columns = to.columns,
-                                    .words = to.texts,
-                                    .ncols = to.used,
-                                    .nrows = to.rows,
-                                    .units = to.units};
-        status =
-            section_write(eval->asked.out, &table, cpinn_family_scene(eval->family), false, error);
-    }
-    free(to.numbers);
-    free(to.words[0]);
-    free(to.words[1]);
-    return status;
-}
-
-ad_status eval_family_run(const eval_family_options *asked, const experiment *e,
-                          const samples *points, eval_family *result, ad_error *error)
-{
+    const cpinn_polish polish = {.steps = asked->polish < 0 ? POLISH : asked->polish};
     const cpinn_family_settings settings = {.extrapolate = asked->extrapolate,
                                             .threads = asked->threads,
-                                            .points = points->count,
-                                            .s = points->s,
-                                            .t = points->t,
+                                            .points = shapes->count,
+                                            .s = shapes->s,
+                                            .t = shapes->t,
                                             .compile = asked->compile,
                                             .ranks = asked->ranks};
-    *result = (eval_family){.asked = *asked, .points = points};
+    *result = (eval_family){.asked = *asked, .shapes = shapes};
     result->asked.seed = asked->seed < 0 ? SEED : asked->seed;
     ad_status status = cpinn_family_of(e, &settings, &result->family, error);
     const char *why = status != AD_OK || asked->polish < 0 ? ""
@@ -219,9 +114,12 @@ ad_status eval_family_run(const eval_family_options *asked, const experiment *e,
         return status;
     }
     status = gather(result, error);
-    status = status == AD_OK ? answer(result, error) : status;
+    if (status == AD_OK) {
+        const answer family = answer_of_family(result->family, &polish);
+        status = samples_ask(shapes, &family, error);
+    }
     const bool writes = asked->out && ad_ranks_is_first(asked->ranks);
-    return status == AD_OK && writes ? write_out(result, error) : status;
+    return status == AD_OK && writes ? samples_write(shapes, asked->out, error) : status;
 }
 
 /* ---- report -------------------------------------------------------------------------------- */
@@ -234,8 +132,8 @@ typedef struct tally {
 static tally count(const eval_family *eval)
 {
     tally of = {.worst = 0};
-    for (size_t i = 0; i < eval->count; i++) {
-        const cpinn_answer *said = &eval->answers[i];
+    for (size_t i = 0; i < eval->shapes->members; i++) {
+        const cpinn_answer *said = &eval->shapes->said[i];
         of.trusted += said->trusted;
         of.outside += said->outside;
         of.sources[said->source]++;
@@ -265,11 +163,11 @@ void eval_family_warn(const char *program, const eval_family *eval)
     char text[256];
     if (of.outside > 0) {
         cli_warn(program, "extrapolated: %zu of %zu members are outside the range", of.outside,
-                 eval->count);
+                 eval->shapes->members);
     }
-    if (of.trusted < eval->count) {
-        cli_warn(program, "not trusted: %zu of %zu members: %s", eval->count - of.trusted,
-                 eval->count, list_reasons(of.reasons, text));
+    if (of.trusted < eval->shapes->members) {
+        cli_warn(program, "not trusted: %zu of %zu members: %s", eval->shapes->members - of.trusted,
+                 eval->shapes->members, list_reasons(of.reasons, text));
     }
     for (int k = 0; k < CPINN_WAY_COUNT; k++) {
         if (eval->check.rows[k].wrong > 0) {
@@ -295,8 +193,8 @@ static void print_range(const eval_family *eval)
 
 static void print_answer(const eval_family *eval)
 {
-    const cpinn_answer *said = eval->answers;
-    const int columns = cpinn_family_columns(eval->family);
+    const samples *p = eval->shapes;
+    const cpinn_answer *said = p->said;
     const int rows = scene_physics_of(cpinn_family_scene(eval->family))->position_columns;
     printf("%strusted, from %s", said->trusted ? "" : "not ", cpinn_source_word(said->source));
     if (said->reason) {
@@ -316,13 +214,13 @@ static void print_answer(const eval_family *eval)
         printf("%11s, mm", cpinn_family_column_name(eval->family, c));
     }
     putchar('\n');
-    for (size_t i = 0; i < eval->points->count; i++) {
-        printf("%12.6g", MM * eval->points->s[i]);
+    for (size_t i = 0; i < p->count; i++) {
+        printf("%12.6g", MM * p->s[i]);
         if (cpinn_family_t(eval->family)) {
-            printf("%12.6g", eval->points->t[i]);
+            printf("%12.6g", p->t[i]);
         }
         for (int c = 0; c < rows; c++) {
-            printf("%15.8g", MM * eval->values[i * (size_t)columns + (size_t)c] + 0.0);
+            printf("%15.8g", MM * p->values[(size_t)c * p->count + i]);
         }
         putchar('\n');
     }
@@ -337,9 +235,10 @@ static void print_members(const eval_family *eval)
     }
     printf("%zu members: %zu trusted%s; from the network %zu, solved "
            "%zu, without an equilibrium %zu; %.3g us a shape\n",
-           eval->count, of.trusted, errors, of.sources[CPINN_FROM_NETWORK],
+           eval->shapes->members, of.trusted, errors, of.sources[CPINN_FROM_NETWORK],
            of.sources[CPINN_FROM_MEMBERS] + of.sources[CPINN_FROM_SOLVER],
-           of.sources[CPINN_FROM_NOTHING], 1e6 * eval->seconds / (double)eval->count);
+           of.sources[CPINN_FROM_NOTHING],
+           1e6 * eval->shapes->seconds / (double)eval->shapes->members);
 }
 
 static void print_row(const char *name, const cpinn_family_row *row)
@@ -382,7 +281,7 @@ static void print_check(const eval_family *eval)
     printf(
         "%zu fresh members (seed %d), shapes of %zu points: %zu solved by the solver of members, "
         "%zu by the other one alone, %zu by neither\n",
-        c->members, eval->asked.seed, eval->points->count, c->by_members, c->by_solver,
+        c->members, eval->asked.seed, eval->shapes->count, c->by_members, c->by_solver,
         c->unsolved);
     if (c->compared > 0) {
         printf("both solvers on %zu members: at most %.1e mm apart%s\n", c->compared, MM * c->apart,
@@ -419,7 +318,7 @@ void eval_family_print(const eval_family *eval)
         puts("a shape: --at, shapes: --members, how far they can be trusted: --verify");
     }
     if (eval->asked.out) {
-        printf("wrote %s: %zu rows\n", eval->asked.out, eval->count * eval->points->count);
+        printf("wrote %s: %zu rows\n", eval->asked.out, samples_rows(eval->shapes));
     }
 }
 
@@ -464,7 +363,7 @@ static void json_check(json *to, const eval_family *eval)
     json_open(to, "verify", '{');
     json_integer(to, "members", (int64_t)c->members);
     json_integer(to, "seed", eval->asked.seed);
-    json_integer(to, "points", (int64_t)eval->points->count);
+    json_integer(to, "points", (int64_t)eval->shapes->count);
     json_integer(to, "solved_by_members", (int64_t)c->by_members);
     json_integer(to, "solved_by_solver", (int64_t)c->by_solver);
     json_integer(to, "unsolved", (int64_t)c->unsolved);
@@ -484,9 +383,8 @@ static void json_check(json *to, const eval_family *eval)
 
 static void json_answer(json *to, const eval_family *eval)
 {
-    const cpinn_answer *said = eval->answers;
-    const size_t points = eval->points->count;
-    const int columns = cpinn_family_columns(eval->family);
+    const samples *p = eval->shapes;
+    const cpinn_answer *said = p->said;
     json_open(to, "answer", '{');
     json_number(to, "error", said->error);
     json_number(to, "network_error", said->network_error);
@@ -495,9 +393,9 @@ static void json_answer(json *to, const eval_family *eval)
     json_text(to, "source", cpinn_source_word(said->source));
     json_text(to, "reason", cpinn_reason_word(said->reason));
     json_open(to, "end", '{'); /* the last of the points */
-    for (int c = 0; c < columns && points > 0; c++) {
+    for (int c = 0; c < p->columns; c++) {
         json_number(to, cpinn_family_column_name(eval->family, c),
-                    eval->values[(points - 1) * (size_t)columns + (size_t)c]);
+                    p->values[(size_t)(c + 1) * p->count - 1]);
     }
     json_close(to, '}');
     json_close(to, '}');
@@ -507,7 +405,7 @@ static void json_members(json *to, const eval_family *eval)
 {
     const tally of = count(eval);
     json_open(to, "members", '{');
-    json_integer(to, "count", (int64_t)eval->count);
+    json_integer(to, "count", (int64_t)eval->shapes->members);
     json_integer(to, "trusted", (int64_t)of.trusted);
     json_integer(to, "outside", (int64_t)of.outside);
     for (int i = 0; i <= CPINN_FROM_NOTHING; i++) {
@@ -517,7 +415,7 @@ static void json_members(json *to, const eval_family *eval)
     }
     json_reasons(to, of.reasons);
     json_number(to, "largest_error", of.worst);
-    json_number(to, "seconds", eval->seconds);
+    json_number(to, "seconds", eval->shapes->seconds);
     json_close(to, '}');
 }
 
@@ -546,7 +444,7 @@ void eval_family_json(json *to, const eval_family *eval)
 
 int eval_family_status(const eval_family *eval)
 {
-    bool doubtful = count(eval).trusted < eval->count || are_apart(eval);
+    bool doubtful = count(eval).trusted < eval->shapes->members || are_apart(eval);
     for (int k = 0; k < CPINN_WAY_COUNT; k++) {
         doubtful = doubtful || eval->check.rows[k].wrong > 0;
     }

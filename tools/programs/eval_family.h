@@ -18,22 +18,17 @@ typedef struct eval_family_options {
 typedef struct eval_family {
     eval_family_options asked;
     cpinn_family *family;
-    const samples *points;
-    size_t count;
-    double *parameters;    /* [count][parameters] */
-    double *values;        /* [count][points][columns] */
-    cpinn_answer *answers; /* [count] */
+    samples *shapes; /* borrowed */
     cpinn_family_check check;
-    double seconds; /* for all answers */
 } eval_family;
 
 /* What is wrong with the options among themselves; NULL: nothing. */
 const char *eval_family_conflict(const eval_family_options *asked);
 
-/* Answers or verifies, and writes what is asked for. The experiment and the points outlive it.
- * AD_BAD_INPUT with file and line, AD_BAD_ARGUMENT. */
-ad_status eval_family_run(const eval_family_options *asked, const experiment *e,
-                          const samples *points, eval_family *result, ad_error *error);
+/* Answers at the points of `shapes` or verifies, and writes what is asked for. The experiment and
+ * the shapes outlive it. AD_BAD_INPUT with file and line, AD_BAD_ARGUMENT. */
+ad_status eval_family_run(const eval_family_options *asked, const experiment *e, samples *shapes,
+                          eval_family *result, ad_error *error);
 void eval_family_free(eval_family *eval); /* not itself */
 
 void eval_family_warn(const char *program, const eval_family *eval); /* on stderr */

@@ -2,32 +2,35 @@
 
 #include "tools/programs/cli.h"
 #include "tools/programs/section_size.h"
+#include "tools/train/clock.h"
 #include "tools/train/reference.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-ad_status samples_make(samples *p, size_t count, int columns, ad_error *error)
+ad_status samples_make(samples *p, size_t count, ad_error *error)
 {
     p->count = count;
-    p->columns = columns;
     p->s = calloc(2 * count + 1, sizeof *p->s);
-    p->values = calloc((size_t)columns * count + 1, sizeof *p->values);
-    if (!p->s || !p->values) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", count);
-    }
-    p->t = p->s + count;
-    return AD_OK;
+    p->t = p->s ? p->s + count : NULL;
+    return p->s ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", count);
 }
 
 void samples_free(samples *p)
 {
     free(p->s);
+    free(p->parameters);
     free(p->values);
+    free(p->said);
+}
+
+size_t samples_rows(const samples *p)
+{
+    return p->members ? p->members * p->count : p->count;
 }
 
 ad_status samples_of_grid(samples *p, const char *grid, const scene *scene, double until,
-                          int columns, ad_error *error)
+                          ad_error *error)
 {
     bool dynamic = scene_is_dynamic(scene);
     const char *text = grid ? grid : dynamic ? "51x21" : "101";
@@ -37,7 +40,7 @@ ad_status samples_of_grid(samples *p, const char *grid, const scene *scene, doub
                        "--grid %s: allowed: NSxNT, the number of points along s and t%s", text,
                        dynamic ? "" : "; this scene is static, so NT is 1");
     }
-    ad_status status = samples_make(p, (size_t)(ns * nt), columns, error);
+    ad_status status = samples_make(p, (size_t)(ns * nt), error);
     for (long i = 0; status == AD_OK && i < ns * nt; i++) {
         long at_s = i % ns, at_t = i / ns;
         p->s[i] = ns > 1 ? scene_length(scene) * (double)at_s / (double)(ns - 1) : 0;
@@ -63,7 +66,7 @@ static ad_status check_point(const char *path, const table_file *table, size_t r
 }
 
 static ad_status take_points(samples *p, const char *path, const table_file *table,
-                             const scene *scene, double until, int columns, ad_error *error)
+                             const scene *scene, double until, ad_error *error)
 {
     const double *s, *t = NULL;
     bool dynamic = scene_is_dynamic(scene);
@@ -82,7 +85,7 @@ static ad_status take_points(samples *p, const char *path, const table_file *tab
     if (rows == 0) {
         return ad_fail(error, AD_BAD_INPUT, "%s: there are no rows; at least one is needed", path);
     }
-    status = samples_make(p, rows, columns, error);
+    status = samples_make(p, rows, error);
     for (size_t i = 0; i < rows && status == AD_OK; i++) {
         p->s[i] = s[i];
         p->t[i] = t ? t[i] : 0;
@@ -95,35 +98,142 @@ static ad_status take_points(samples *p, const char *path, const table_file *tab
 }
 
 ad_status samples_of_file(samples *p, const char *path, const scene *scene, double until,
-                          int columns, ad_error *error)
+                          ad_error *error)
 {
     table_file *table = NULL;
     ad_status status = table_read(path, TABLE_MEASURED, &table, error);
     if (status == AD_OK) {
-        status = take_points(p, path, table, scene, until, columns, error);
+        status = take_points(p, path, table, scene, until, error);
     }
     table_free(table);
     return status;
 }
 
-void samples_fill(const samples *p, const scene *scene, samples_table *result_table)
+/* ---- asking -------------------------------------------------------------------------------- */
+
+static ad_status ask_for_members(samples *p, const answer *a, ad_error *error)
 {
-    const model_column *model = scene_physics_of(scene)->columns;
-    *result_table = (samples_table){{"s", "t"}, {"m", "s"}, {p->s, p->t}, {.nrows = p->count}};
-    for (int i = 0; i < p->columns; i++) {
-        result_table->names[2 + i] = model[i].name;
-        result_table->units[2 + i] = model[i].unit;
-        result_table->columns[2 + i] = p->values + (size_t)i * p->count;
+    const size_t rows = samples_rows(p), columns = (size_t)p->columns;
+    double *values = malloc((columns * rows + 1) * sizeof *values);
+    p->said = calloc(p->members + 1, sizeof *p->said);
+    ad_status status = values && p->said
+                           ? AD_OK
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu rows", rows);
+    if (status == AD_OK) {
+        const double start = train_seconds();
+        status = a->kind->of_members(a, p->members, p->parameters, values, p->said, error);
+        p->seconds = train_seconds() - start;
     }
-    result_table->table.names = result_table->names;
-    result_table->table.columns = result_table->columns;
-    result_table->table.units = result_table->units;
-    result_table->table.ncols = (size_t)p->columns + 2;
+    for (size_t k = 0; k < columns * rows && status == AD_OK; k++) {
+        p->values[k % columns * rows + k / columns] = values[k];
+    }
+    free(values);
+    return status;
 }
 
-ad_status samples_write(const samples *p, const scene *scene, const char *path, ad_error *error)
+ad_status samples_ask(samples *p, const answer *a, ad_error *error)
 {
-    samples_table result_table;
-    samples_fill(p, scene, &result_table);
-    return section_write(path, &result_table.table, scene, false, error);
+    const size_t numbers = (size_t)a->columns * samples_rows(p);
+    p->of = a->scene;
+    p->columns = a->columns;
+    free(p->values);
+    free(p->said);
+    p->said = NULL;
+    p->values = calloc(numbers + 1, sizeof *p->values);
+    if (!p->values) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu numbers", numbers);
+    }
+    const ad_status status = a->kind->of_members
+                                 ? ask_for_members(p, a, error)
+                                 : a->kind->at_points(a, p->count, p->s, p->t, p->values, error);
+    for (size_t i = 0; i < numbers && status == AD_OK; i++) {
+        p->values[i] += 0.0; /* no -0 in a table */
+    }
+    return status;
+}
+
+/* ---- as a table ---------------------------------------------------------------------------- */
+
+/* Columns that are not the model's: those from ERROR on say what is said of a member. */
+enum { MEMBER, PLACE, INSTANT, ERROR, TRUSTED, OUTSIDE, NUMBERS, SOURCE = NUMBERS, REASON, OWN };
+
+static const model_column own[OWN] = {
+    [MEMBER] = {"member", ""}, [PLACE] = {"s", "m"},        [INSTANT] = {"t", "s"},
+    [ERROR] = {"error", "m"},  [TRUSTED] = {"trusted", ""}, [OUTSIDE] = {"outside", ""},
+    [SOURCE] = {"source", ""}, [REASON] = {"reason", ""}};
+
+static double number(const samples *p, int which, size_t row)
+{
+    const size_t member = row / p->count, point = row % p->count;
+    return which == MEMBER    ? (double)member + 1
+           : which == PLACE   ? p->s[point]
+           : which == INSTANT ? p->t[point]
+           : which == ERROR   ? p->said[member].error
+           : which == TRUSTED ? p->said[member].trusted
+                              : p->said[member].outside;
+}
+
+static void add(samples_table *to, const model_column *column, const double *values)
+{
+    const size_t k = to->table.ncols++;
+    to->names[k] = column->name;
+    to->units[k] = column->unit;
+    to->columns[k] = values;
+}
+
+static void add_own(const samples *p, samples_table *to, int which)
+{
+    double *numbers = to->numbers + (size_t)which * to->table.nrows;
+    const char **texts = to->texts + (size_t)(which % NUMBERS) * to->table.nrows;
+    add(to, &own[which], numbers);
+    for (size_t i = 0; i < to->table.nrows; i++) {
+        if (which < NUMBERS) {
+            numbers[i] = number(p, which, i);
+        } else {
+            const cpinn_answer *said = &p->said[i / p->count];
+            texts[i] =
+                which == SOURCE ? cpinn_source_word(said->source) : cpinn_reason_word(said->reason);
+            to->words[to->table.ncols - 1] = texts;
+        }
+    }
+}
+
+ad_status samples_fill(const samples *p, bool told, samples_table *to, ad_error *error)
+{
+    const size_t rows = samples_rows(p);
+    *to = (samples_table){.numbers = malloc((OWN * rows + 1) * sizeof *to->numbers),
+                          .texts = malloc((2 * rows + 1) * sizeof *to->texts)};
+    to->table = (table_source){to->names, to->columns, to->words, 0, rows, to->units};
+    if (!to->numbers || !to->texts) {
+        samples_table_free(to);
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a table of %zu rows", rows);
+    }
+    const bool timed = !p->members || scene_is_dynamic(p->of);
+    for (int k = p->members ? MEMBER : PLACE; k < ERROR - !timed; k++) {
+        add_own(p, to, k);
+    }
+    for (int k = 0; k < p->columns; k++) {
+        add(to, &scene_physics_of(p->of)->columns[k], p->values + (size_t)k * rows);
+    }
+    for (int k = ERROR; k < OWN && p->members && told; k++) {
+        add_own(p, to, k);
+    }
+    return AD_OK;
+}
+
+void samples_table_free(samples_table *to)
+{
+    free(to->numbers);
+    free(to->texts);
+}
+
+ad_status samples_write(const samples *p, const char *path, ad_error *error)
+{
+    samples_table to;
+    ad_status status = samples_fill(p, true, &to, error);
+    if (status == AD_OK) {
+        status = section_write(path, &to.table, p->of, false, error);
+        samples_table_free(&to);
+    }
+    return status;
 }

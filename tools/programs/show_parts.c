@@ -175,6 +175,35 @@ ad_status show_put_motion(showing *showing, const table_source *table, const cha
     return status;
 }
 
+ad_status show_choose_points(showing *showing, const scene *of, double until, ad_error *error)
+{
+    return samples_of_grid(&showing->samples,
+                           showing->grid          ? showing->grid
+                           : scene_is_dynamic(of) ? "81x201"
+                                                  : NULL,
+                           of, until, error);
+}
+
+ad_status show_put_shapes(showing *showing, const scene *of, const char *const *labels,
+                          const table_source *ghost, const char *ghost_name, ad_error *error)
+{
+    samples_table to;
+    ad_status status = samples_fill(&showing->samples, false, &to, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    showing->of = of;
+    showing->members = showing->samples.parameters;
+    status = show_put_motion(showing, &to.table, labels, ghost, ghost_name, error);
+    if (status == AD_OK) {
+        status = show_scene(&showing->to, of, showing->members, &showing->kept, NULL, error);
+    }
+    showing->of = NULL;
+    showing->members = NULL;
+    samples_table_free(&to);
+    return status;
+}
+
 void show_title_of(showing *showing, const char *path)
 {
     const char *slash = strrchr(path, '/'), *name = slash && slash[1] ? slash + 1 : path;

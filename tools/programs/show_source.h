@@ -64,6 +64,13 @@ show_read_table *show_read_table_of(const table_file *from, const scene *of);
 ad_status show_put_motion(showing *showing, const table_source *table, const char *const *labels,
                           const table_source *ghost, const char *ghost_name, ad_error *error);
 
+/* The points of --grid, or as many as a report has. */
+ad_status show_choose_points(showing *showing, const scene *of, double until, ad_error *error);
+
+/* The shapes of showing->samples, in the scene that they are of. */
+ad_status show_put_shapes(showing *showing, const scene *of, const char *const *labels,
+                          const table_source *ghost, const char *ghost_name, ad_error *error);
+
 /* Whether that file is to be a picture, .svg, .png, .gif, .mp4 or .webm; and the picture from->out,
  * with the way of the last point of `other` (NULL: none) beside it. AD_BAD_INPUT: nothing can be
  * drawn, or there is no encoder; AD_NOT_WRITTEN: it failed. */
@@ -79,8 +86,11 @@ ad_status show_folder(showing *showing, ad_error *error);
 ad_status show_numbers(showing *showing, const table_source *table, ad_error *error);
 ad_status show_csv(showing *showing, ad_error *error);
 ad_status show_surrogate(showing *showing, ad_error *error);
-ad_status show_members(showing *showing,
-                       ad_error *error); /* of showing->settings, a family at rest */
+/* Members of showing->settings, a family at rest. */
+ad_status show_members(showing *showing, ad_error *error);
+/* By the network of showing->e every parameter through its range, the others in the middle of
+ * theirs; or one member. */
+ad_status show_family(showing *showing, const double *member, ad_error *error);
 
 /* Members [members][parameters] of one parameter through its range; of several evenly throughout
  * all ranges: multiples of powers of g, where g^(n + 1) = g + 1 (Roberts' additive sequence). */
@@ -88,8 +98,7 @@ void show_spread(const scene *of, int members, double *parameters);
 
 /* Shapes at s [points] that the page computes, "live" and "scene"; where it cannot, *is_live is
  * false, and "advice" says why. */
-struct cpinn_family;
-ad_status show_live(showing *showing, struct cpinn_family *family, size_t points, const double *s,
+ad_status show_live(showing *showing, cpinn_family *family, size_t points, const double *s,
                     bool *is_live, ad_error *error);
 
 ad_status show_loop(showing *showing, const table_source *table, ad_error *error);

@@ -101,3 +101,21 @@ ad_status solution_print(const solution *solved, const scene *of, const solve_re
     print_tensions(solved, of);
     return scene_is_beam(of) ? AD_OK : print_energy(solved, of, r->energy_mismatch, error);
 }
+
+void solution_print_errors(const char *title, const reference *known,
+                           const reference_errors *errors)
+{
+    printf("%s %s (%zu points", title, reference_name(known), reference_points(known));
+    if (reference_left_out(known)) {
+        printf("; %zu outside the scene, or without a number, left out", reference_left_out(known));
+    }
+    puts(")");
+    cli_print_error("position, relative L2", errors->position, "");
+    cli_print_error("position, largest", errors->position_max, " of the length");
+    cli_print_error("tip", errors->tip, " of the length");
+    cli_print_error("rotation, rms", errors->rotation, " rad");
+    cli_print_error("rotation, largest", errors->rotation_max, " rad");
+    if (isnan(errors->position)) {
+        puts("  the position is not a number");
+    }
+}

@@ -90,16 +90,15 @@ ad_status state_file_read(const char *path, double length, solve_seen **seen, si
 ad_status state_file_write(const char *path, const solution *solved, const scene *rod_scene,
                            double t, ad_error *error)
 {
-    samples all;
-    ad_status status = samples_make(&all, PLACES, solution_columns(rod_scene), error);
+    samples all = {.count = 0};
+    const answer found = answer_of_solution(solved, rod_scene);
+    ad_status status = samples_make(&all, PLACES, error);
     for (int i = 0; i < PLACES && status == AD_OK; i++) {
         all.s[i] = scene_length(rod_scene) * i / (PLACES - 1);
         all.t[i] = t;
     }
-    if (status == AD_OK) {
-        status = solution_evaluate(solved, all.columns, PLACES, all.s, all.t, all.values, error);
-    }
-    status = status == AD_OK ? samples_write(&all, rod_scene, path, error) : status;
+    status = status == AD_OK ? samples_ask(&all, &found, error) : status;
+    status = status == AD_OK ? samples_write(&all, path, error) : status;
     samples_free(&all);
     return status;
 }

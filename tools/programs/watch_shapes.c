@@ -15,9 +15,8 @@ struct watch_shapes {
     family_network *network; /* of a family in the strain form */
     double *curvature;
     double until; /* the last instant, s; 0 at rest */
-    double at[DOMAIN_COORDINATES_MAX][SHAPE_VIEWS_SHAPES * SHAPE_VIEWS_POINTS];
     double values[SHAPE_VIEWS_SHAPES * TARGETS_POINTS * SOLVE_MEMBERS_COLUMNS +
-                  COLUMNS * SHAPE_VIEWS_SHAPES * SHAPE_VIEWS_POINTS];
+                  COLUMNS * SHAPE_VIEWS_POINTS];
     shape_views shapes;
 };
 
@@ -79,10 +78,18 @@ static double spread(int k, int i, int dimension)
     return fmod(0.5 + k * pow(root, -(i + 1)), 1);
 }
 
+/* Values of the parameters of one of the members; without any, nothing. */
+static void choose_member(const scene *open, int k, double *values)
+{
+    const int count = scene_known_count(open);
+    for (int i = 0; i < count; i++) {
+        values[i] = scene_parameter_at(&open->parameters[i], spread(k, i, count));
+    }
+}
+
 static ad_status ask_family(watch_shapes *w, const trainer *t, ad_error *error)
 {
     const experiment *e = w->e;
-    const scene *open = e->scene;
     solve_members *solver = targets_solver(e->targets);
     double parameters[MEMBERS * SCENE_PARAMETERS_MAX];
     if (!w->network) {
@@ -95,10 +102,7 @@ static ad_status ask_family(watch_shapes *w, const trainer *t, ad_error *error)
         }
     }
     for (int k = 0; k < MEMBERS; k++) {
-        for (int i = 0; i < open->parameter_count; i++) {
-            parameters[k * open->parameter_count + i] =
-                scene_parameter_at(&open->parameters[i], spread(k, i, open->parameter_count));
-        }
+        choose_member(e->scene, k, parameters + k * e->scene->parameter_count);
     }
     ad_status status = family_network_run(w->network, trainer_parameters(t), MEMBERS, parameters,
                                           w->curvature, error);
@@ -118,64 +122,51 @@ static ad_status ask_family(watch_shapes *w, const trainer *t, ad_error *error)
     return status;
 }
 
-/* The coordinates of each point of each shape. */
-static void choose_points(watch_shapes *w)
+/* A shape of a family, or of an instant. */
+static ad_status ask_shape(watch_shapes *w, const trainer *t, int k, ad_error *error)
 {
-    const domain *over = &w->e->model->domain;
-    const bool moves = over->time >= 0, family = scene_is_family(w->e->scene);
-    w->shapes.points = SHAPE_VIEWS_POINTS;
-    w->shapes.count = family ? MEMBERS : moves ? SHAPE_VIEWS_SHAPES : 1;
-    w->until =
-        moves ? domain_window_time(over, w->e->window + 1) * over->coordinates[over->time].scale
-              : 0;
-    for (int c = 0, parameter = 0; c < over->count; c++) {
-        const domain_coordinate *coordinate = &over->coordinates[c];
-        for (int k = 0; k < w->shapes.count; k++) {
-            const double instant = family ? w->until : w->until * k / (w->shapes.count - 1);
-            const double one =
-                c == 0 ? 0
-                : c == over->time
-                    ? instant
-                    : coordinate->scale *
-                          domain_coordinate_at(coordinate,
-                                               spread(k, parameter, over->count - 1 - moves));
-            for (int i = 0; i < w->shapes.points; i++) {
-                w->at[c][k * w->shapes.points + i] =
-                    c == 0 ? w->shapes.length * i / (w->shapes.points - 1) : one;
-            }
-        }
-        parameter += c > 0 && c != over->time;
+    const experiment *e = w->e;
+    const bool family = scene_is_family(e->scene);
+    const int points = w->shapes.points;
+    double member[SCENE_PARAMETERS_MAX], s[SHAPE_VIEWS_POINTS], instant[SHAPE_VIEWS_POINTS];
+    choose_member(e->scene, k, member);
+    field_member(w->field, member);
+    for (int i = 0; i < points; i++) {
+        s[i] = w->shapes.length * i / (points - 1);
+        instant[i] =
+            family || w->shapes.count == 1 ? w->until : w->until * k / (w->shapes.count - 1);
     }
+    const ad_status status = field_evaluate(w->field, trainer_parameters(t), (size_t)points,
+                                            (const double *const[]){s, instant}, w->values, error);
+    for (int i = 0; i < points; i++) {
+        double *place = w->shapes.places[k][i];
+        for (int axis = 0; axis < SHAPE_VIEWS_AXES; axis++) {
+            place[axis] = w->shapes.beam ? 0 : w->values[axis * points + i];
+        }
+        if (w->shapes.beam) {
+            place[0] = s[i];
+            place[2] = w->values[i];
+        }
+    }
+    return status;
 }
 
 static ad_status ask_field(watch_shapes *w, const trainer *t, ad_error *error)
 {
     const experiment *e = w->e;
-    const double *at[DOMAIN_COORDINATES_MAX];
     ad_status status =
         w->field ? AD_OK : field_create(e->model, e->mlp, true, e->pool, &w->field, error);
-    w->shapes.count = 0;
-    if (status != AD_OK) {
-        return status;
+    w->until = experiment_until(e);
+    w->shapes.points = SHAPE_VIEWS_POINTS;
+    w->shapes.count = scene_is_family(e->scene)    ? MEMBERS
+                      : scene_is_dynamic(e->scene) ? SHAPE_VIEWS_SHAPES
+                                                   : 1;
+    if (status == AD_OK) {
+        field_enter(w->field, e->window, e->parameters, e->starts);
+        field_load(w->field, trainer_inspect(t).part);
     }
-    choose_points(w);
-    for (int c = 0; c < DOMAIN_COORDINATES_MAX; c++) {
-        at[c] = w->at[c];
-    }
-    field_enter(w->field, e->window, e->parameters, e->starts);
-    field_load(w->field, trainer_inspect(t).part);
-    const size_t all = (size_t)w->shapes.count * (size_t)w->shapes.points;
-    status = field_evaluate(w->field, trainer_parameters(t), all, at, w->values, error);
-    for (size_t i = 0; i < all; i++) {
-        double *place =
-            w->shapes.places[i / (size_t)w->shapes.points][i % (size_t)w->shapes.points];
-        for (int axis = 0; axis < SHAPE_VIEWS_AXES; axis++) {
-            place[axis] = w->shapes.beam ? 0 : w->values[(size_t)axis * all + i];
-        }
-        if (w->shapes.beam) {
-            place[0] = w->at[0][i];
-            place[2] = w->values[i];
-        }
+    for (int k = 0; k < w->shapes.count && status == AD_OK; k++) {
+        status = ask_shape(w, t, k, error);
     }
     w->shapes.count = status == AD_OK ? w->shapes.count : 0;
     return status;

@@ -2,6 +2,7 @@
 
 #include "tools/files/table_file.h"
 #include "tools/judge/sweep.h"
+#include "tools/programs/samples.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -12,6 +13,7 @@ enum { SWEEP_MAX = 32 };
 static const double SMALLEST = 1e-16;
 
 typedef struct sweep {
+    const scene *of;
     samples *grid;
     double *exact; /* [numbers] positions on the grid, by the finest solution */
     size_t numbers;
@@ -30,17 +32,13 @@ static double distance(const double *values, size_t numbers, const double *exact
     return sqrt(off / size);
 }
 
-static ad_status evaluate(const solution *solved, samples *p, ad_error *error)
-{
-    return solution_evaluate(solved, p->columns, p->count, p->s, p->t, p->values, error);
-}
-
 static double sweep_row(void *context, int size, double seconds, const solution *solved)
 {
     sweep *rows = context;
     samples *grid = rows->grid;
+    const answer found = answer_of_solution(solved, rows->of);
     ad_error ignored; /* no memory: the table ends there */
-    if (rows->count == SWEEP_MAX || evaluate(solved, grid, &ignored) != AD_OK) {
+    if (rows->count == SWEEP_MAX || samples_ask(grid, &found, &ignored) != AD_OK) {
         return NAN;
     }
     double error = distance(grid->values, rows->numbers, rows->exact);
@@ -74,13 +72,14 @@ ad_status work_precision_write(const scene *scene, const solve_settings *like,
                                const solution *finest, samples *grid, const char *path, bool prints,
                                ad_error *error)
 {
-    sweep rows = {.grid = grid};
+    const answer found = answer_of_solution(finest, scene);
+    sweep rows = {.of = scene, .grid = grid};
     rows.numbers = (size_t)scene_physics_of(scene)->position_columns * grid->count; /* come first */
     rows.exact = malloc(rows.numbers * sizeof *rows.exact);
     if (!rows.exact) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", grid->count);
     }
-    ad_status status = evaluate(finest, grid, error);
+    ad_status status = samples_ask(grid, &found, error);
     if (status == AD_OK) {
         memcpy(rows.exact, grid->values, rows.numbers * sizeof *rows.exact);
         status = solve_sweep(scene, like, grid->count, grid->t, sweep_row, &rows, error);

@@ -238,6 +238,37 @@ const double *experiment_member_values(const experiment *e, double *values)
     return values;
 }
 
+ad_status experiment_choose_member(const experiment *e, const char *at, double *values,
+                                   ad_error *error)
+{
+    const scene *open = e->scene;
+    experiment_member_values(e, values);
+    return at ? scene_member_read(scene_known_count(open), open->parameters, false, at, values,
+                                  error)
+              : AD_OK;
+}
+
+ad_status experiment_field(const experiment *e, const double *member, field **result,
+                           ad_error *error)
+{
+    double values[SCENE_PARAMETERS_MAX];
+    const ad_status status = field_create(e->model, e->mlp, false, e->pool, result, error);
+    if (status == AD_OK) {
+        field_enter(*result, e->window, e->parameters, e->starts);
+        field_member(*result, member ? member : experiment_member_values(e, values));
+    }
+    return status;
+}
+
+double experiment_until(const experiment *e)
+{
+    const domain *d = &e->model->domain;
+    return d->time < 0 ? 0
+           : e->model->has_scene && e->window + 1 == d->windows
+               ? scene_duration(e->scene) /* to the last bit */
+               : domain_window_time(d, e->window + 1) * d->coordinates[d->time].scale;
+}
+
 evaluator_model experiment_trained(const experiment *e)
 {
     return (evaluator_model){.physics = e->model,

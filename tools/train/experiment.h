@@ -93,12 +93,23 @@ ad_status experiment_problem(experiment *e, problem **result, ad_error *error);
 /* Of the window at work: its network's parameters [count], and the state from which it starts
  * [window_state_numbers], which the first window has not. */
 double *experiment_parameters(const experiment *e);
+const double *experiment_start(const experiment *e);
 
 /* Values [parameter_count] of the scene's parameters: of a family the middle ones, and unknowns as
  * they are found so far. */
 const double *experiment_member_values(const experiment *e, double *values);
 
-const double *experiment_start(const experiment *e);
+/* The same with known ones as "NAME=VALUE,..." gives them; NULL: the middle. */
+ad_status experiment_choose_member(const experiment *e, const char *at, double *values,
+                                   ad_error *error);
+
+/* The networks up to the window at work, of a family of the member with these values (NULL: those
+ * above). To be freed by field_free. */
+ad_status experiment_field(const experiment *e, const double *member, field **result,
+                           ad_error *error);
+
+/* When that window ends, s; 0 at rest. */
+double experiment_until(const experiment *e);
 
 /* The networks of the windows so far, for an evaluator; borrowed from the experiment. */
 evaluator_model experiment_trained(const experiment *e);

@@ -85,15 +85,10 @@ static ad_status compare(const experiment *e, field *network, const fresh_member
                          double *off, ad_error *error)
 {
     const fresh_member *one = &members->all[m];
-    double values[MODEL_COLUMNS_MAX * POINTS], more[SCENE_PARAMETERS_MAX][POINTS];
-    const double *at[DOMAIN_COORDINATES_MAX] = {members->s};
-    for (int k = 0; k < members->family->parameter_count; k++) {
-        for (int i = 0; i < POINTS; i++) {
-            more[k][i] = one->parameters[k];
-        }
-        at[1 + k] = more[k];
-    }
-    ad_status status = field_evaluate(network, experiment_parameters(e), POINTS, at, values, error);
+    double values[MODEL_COLUMNS_MAX * POINTS];
+    field_member(network, one->parameters);
+    ad_status status = field_evaluate(network, experiment_parameters(e), POINTS,
+                                      (const double *const[]){members->s}, values, error);
     *off = status == AD_OK ? distance(values, one->exact) / scene_length(members->family) : 0;
     return status;
 }

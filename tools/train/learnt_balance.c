@@ -33,14 +33,7 @@ static ad_status learnt_open(const experiment *e, const double *member, learnt *
     member = member ? member : experiment_member_values(e, middle);
     scene_member(e->scene, member, &all->one);
     all->x = experiment_parameters(e);
-    ad_status status = field_create(e->model, e->mlp, false, e->pool, &all->field, error);
-    if (status == AD_OK) {
-        field_member(all->field, member);
-        if (scene_is_dynamic(e->scene)) {
-            field_enter(all->field, e->window, e->parameters, e->starts);
-        }
-    }
-    return status;
+    return experiment_field(e, member, &all->field, error);
 }
 
 /* When a window begins, s; the end of one is the beginning of the next. */
@@ -116,8 +109,8 @@ ad_status experiment_error(const experiment *e, const double *member, double *es
     }
     ad_status status = learnt_open(e, member, &all, why);
     if (status == AD_OK) {
-        const double end = scene_is_dynamic(e->scene) ? window_time(e, e->window + 1) : 0;
-        status = solve_error_estimate(&all.one, end, learnt_field, &all, estimate, why);
+        status =
+            solve_error_estimate(&all.one, experiment_until(e), learnt_field, &all, estimate, why);
         field_free(all.field);
     }
     return status;

@@ -73,11 +73,9 @@ static bool shape_at_rest(const trainer *t, scene *one, double *s, double *value
     double middle[SCENE_PARAMETERS_MAX];
     scene_member(e->scene, experiment_member_values(e, middle), one);
     ad_status status = stability_points(one, s, &ignored);
-    status =
-        status == AD_OK ? field_create(e->model, e->mlp, false, e->pool, &shape, &ignored) : status;
+    status = status == AD_OK ? experiment_field(e, middle, &shape, &ignored) : status;
     if (status == AD_OK) {
         field_load(shape, t->fit.at.part);
-        field_member(shape, middle);
         status = field_evaluate(shape, experiment_parameters(e), STABILITY_POINTS,
                                 (const double *const[]){s}, values, &ignored);
     }
