@@ -1,6 +1,7 @@
 /* A family written by cpinn-export as NAME.h, compiled with -DHEADER='"NAME.h"' -DNAME=NAME:
  * members all over the ranges and at their ends, with what each number of steps gives, as JSON:
- * [[steps, [parameters], predicted, left, why, [shape]], ...]. */
+ * [[steps, [parameters], predicted, left, why, [shape]], ...]. Fails where numbers on the way are
+ * subnormal. */
 #include HEADER
 
 #include <math.h>
@@ -25,7 +26,7 @@ static void put(double value, const char *behind)
 int main(void)
 {
     static double memory[OF(MEMORY)], shape[SHAPE], p[P];
-    int i, k;
+    int i, k, slow = 0;
     for (i = 0; i < 3 * MEMBERS; i++) {
         OF(answer) answer;
         const int steps = i % 3, member = i / 3;
@@ -34,6 +35,9 @@ int main(void)
             p[k] = OF(lower)[k] + part * (OF(upper)[k] - OF(lower)[k]);
         }
         OF(shape)(p, steps, shape, &answer, memory);
+        for (k = 0; k < OF(MEMORY); k++) {
+            slow += fpclassify(memory[k]) == FP_SUBNORMAL;
+        }
         printf("%s[%d, [", i > 0 ? ",\n" : "[", steps);
         for (k = 0; k < P; k++) {
             put(p[k], k + 1 < P ? ", " : "], ");
@@ -46,5 +50,8 @@ int main(void)
         }
     }
     printf("]\n");
-    return 0;
+    if (slow > 0) {
+        fprintf(stderr, "%d subnormal numbers, with which processors are slow\n", slow);
+    }
+    return slow > 0;
 }

@@ -404,6 +404,7 @@ static void write_constants(const export_family *family, FILE *file)
     put_macro(family, "SETTLED", family->single ? 1e-5 : 1e-9, file);    /* steps over the length */
     put_macro(family, "LARGE", family->single ? 1e15 : 1e100,
               file); /* curvature times the length */
+    put_macro(family, "TINY", family->single ? 1e-15 : 1e-60, file); /* the same */
     write_modes(family, file);
     if (!family->placed) {
         write_integrals(family, file);
