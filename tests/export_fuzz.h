@@ -2,7 +2,7 @@
 #ifndef TESTS_EXPORT_FUZZ_H
 #define TESTS_EXPORT_FUZZ_H
 
-#include "random_numbers.h"
+#include "helpers/random_numbers.h"
 
 #include <fenv.h>
 #include <float.h>
