@@ -149,7 +149,7 @@ static cpinn_family *open_with(const robot *r, const cpinn_family_settings *sett
     cpinn_family *result = NULL;
     ad_error error = {.message = ""};
     assert_good(cpinn_family_prepare(&r->scene, settings, &result, &error), &error);
-    x->solver = cpinn_family_solver(result);
+    x->solver = result->solver;
     x->length = scene_length(&r->scene);
     x->given = x->given == 0 ? NAN : x->given;
     if (x->solver) {

@@ -36,8 +36,7 @@ static ad_status ask_family(const answer *a, size_t members, const double *param
 answer answer_of_family(cpinn_family *family, const cpinn_polish *polish)
 {
     static const answer_kind kind = {.of_members = ask_family};
-    return (answer){&kind, family, polish, cpinn_family_scene(family),
-                    cpinn_family_columns(family)};
+    return (answer){&kind, family, polish, &family->open, cpinn_family_columns(family)};
 }
 
 static ad_status ask_members(const answer *a, size_t members, const double *parameters,

@@ -9,15 +9,13 @@
 enum { GROUP = 8, NAMES_MAX = MODEL_COLUMNS_MAX * (EVALUATOR_NAME_MAX + 1) };
 
 typedef struct fields {
-    int count, columns, threads;
-    size_t points, nodes;
-    double *s, *t, *places;           /* [points], [points] or NULL, [nodes] m */
-    ad_pool *pool;                    /* of the family */
+    const cpinn_family *of;           /* owns it */
+    int threads;                      /* of its pool */
+    double *places;                   /* [nodes] m */
     evaluator **shapes, **curvatures; /* [threads] */
     evaluator **slopes;      /* [parameters][threads] of shapes; NULL until they are asked */
-    evaluator_model trained; /* borrowed, as the next */
-    const cpinn_family *family;
-    double **room; /* [threads] coordinates and values of a group */
+    evaluator_model trained; /* borrowed */
+    double **room;           /* [threads] coordinates and values of a group */
 } fields;
 
 static void fields_free(void *context)
@@ -34,11 +32,9 @@ static void fields_free(void *context)
             free(fields->room[i]);
         }
     }
-    for (int i = 0; fields->slopes && i < fields->count * fields->threads; i++) {
+    for (int i = 0; fields->slopes && i < fields->of->count * fields->threads; i++) {
         evaluator_free(fields->slopes[i]);
     }
-    free(fields->s);
-    free(fields->t);
     free(fields->places);
     free(fields->shapes);
     free(fields->curvatures);
@@ -66,10 +62,10 @@ static ad_status evaluate_group(const batch *of, size_t first, size_t members, i
     const double *at[2 + SCENE_PARAMETERS_MAX];
     double *to = fields->room[thread];
     int coordinates = 0;
-    for (int k = of->t ? -2 : -1; k < fields->count; k++, to += rows) {
+    for (int k = of->t ? -2 : -1; k < fields->of->count; k++, to += rows) {
         for (size_t i = 0; i < rows; i++) {
             const size_t member = first + i / of->points, point = i % of->points;
-            to[i] = k >= 0             ? of->parameters[member * (size_t)fields->count + (size_t)k]
+            to[i] = k >= 0 ? of->parameters[member * (size_t)fields->of->count + (size_t)k]
                     : coordinates == 0 ? of->s[point]
                                        : of->t[point];
         }
@@ -96,26 +92,33 @@ static ad_status run(batch *of, ad_error *error)
 {
     const size_t bytes = of->points * (size_t)of->columns * sizeof *of->values;
     const ad_dealt made = {of->values, GROUP * bytes, of->members * bytes};
-    return ad_pool_deal(of->x->pool, (int)((of->members + GROUP - 1) / GROUP), work, of, 1, &made,
-                        error);
+    return ad_pool_deal(of->x->of->pool, (int)((of->members + GROUP - 1) / GROUP), work, of, 1,
+                        &made, error);
 }
 
 static ad_status find_curvature(void *context, size_t members, const double *parameters,
                                 double *curvature, ad_error *error)
 {
     fields *fields = context;
-    batch of = {fields, fields->curvatures, members,  fields->nodes, 3, fields->places,
+    batch of = {fields, fields->curvatures, members,  fields->of->nodes, 3, fields->places,
                 NULL,   parameters,         curvature};
     return run(&of, error);
+}
+
+/* At the points of the family, its columns or as many derivatives. */
+static ad_status run_shapes(fields *fields, evaluator **with, size_t members,
+                            const double *parameters, double *values, ad_error *error)
+{
+    const cpinn_family *of = fields->of;
+    batch x = {fields, with, members, of->points, of->columns, of->s, of->t, parameters, values};
+    return run(&x, error);
 }
 
 static ad_status find_values(void *context, size_t members, const double *parameters,
                              double *values, ad_error *error)
 {
     fields *fields = context;
-    batch of = {fields,    fields->shapes, members,    fields->points, fields->columns,
-                fields->s, fields->t,      parameters, values};
-    return run(&of, error);
+    return run_shapes(fields, fields->shapes, members, parameters, values, error);
 }
 
 /* Columns of a shape, or their derivatives by a parameter. */
@@ -123,9 +126,9 @@ static void write_names(const fields *fields, const char *by, char names[NAMES_M
 {
     size_t at = 0;
     names[0] = '\0';
-    for (int i = 0; i < fields->columns && at < NAMES_MAX; i++) {
+    for (int i = 0; i < fields->of->columns && at < NAMES_MAX; i++) {
         at += (size_t)snprintf(names + at, NAMES_MAX - at, "%s%s%s%s", i > 0 ? " " : "",
-                               cpinn_family_column_name(fields->family, i), *by ? "_" : "", by);
+                               cpinn_family_column_name(fields->of, i), *by ? "_" : "", by);
     }
 }
 
@@ -133,13 +136,13 @@ static ad_status create_slopes(fields *fields, ad_error *error)
 {
     ad_status status = AD_OK;
     fields->slopes =
-        calloc((size_t)fields->count * (size_t)fields->threads, sizeof *fields->slopes);
+        calloc((size_t)fields->of->count * (size_t)fields->threads, sizeof *fields->slopes);
     if (!fields->slopes) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for derivatives of a family");
     }
-    for (int k = 0; k < fields->count && status == AD_OK; k++) {
+    for (int k = 0; k < fields->of->count && status == AD_OK; k++) {
         char names[NAMES_MAX];
-        write_names(fields, cpinn_family_parameter(fields->family, k)->name, names);
+        write_names(fields, fields->of->open.parameters[k].name, names);
         for (int i = 0; i < fields->threads && status == AD_OK; i++) {
             status = evaluator_create(&fields->trained, names,
                                       &fields->slopes[k * fields->threads + i], error);
@@ -152,20 +155,16 @@ static ad_status find_jacobian(void *context, size_t members, const double *para
                                double *jacobian, ad_error *error)
 {
     fields *fields = context;
-    const size_t numbers = members * fields->points * (size_t)fields->columns,
-                 count = (size_t)fields->count;
+    const size_t numbers = members * fields->of->points * (size_t)fields->of->columns,
+                 count = (size_t)fields->of->count;
     double *values = malloc((numbers + 1) * sizeof *values);
     ad_status status = values ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a family");
     if (status == AD_OK && !fields->slopes) {
         status = create_slopes(fields, error);
     }
     for (size_t k = 0; k < count && status == AD_OK; k++) {
-        batch of = {fields,          fields->slopes + k * (size_t)fields->threads,
-                    members,         fields->points,
-                    fields->columns, fields->s,
-                    fields->t,       parameters,
-                    values};
-        status = run(&of, error);
+        status = run_shapes(fields, fields->slopes + k * (size_t)fields->threads, members,
+                            parameters, values, error);
         for (size_t i = 0; i < numbers && status == AD_OK; i++) {
             jacobian[i * count + k] = values[i];
         }
@@ -176,19 +175,11 @@ static ad_status find_jacobian(void *context, size_t members, const double *para
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-static double *copy(size_t count, const double *from)
-{
-    double *result = malloc((count + 1) * sizeof *result);
-    if (result && count > 0) {
-        memcpy(result, from, count * sizeof *from);
-    }
-    return result;
-}
-
 static ad_status create_evaluators(fields *fields, ad_error *error)
 {
-    const size_t most = fields->points > fields->nodes ? fields->points : fields->nodes;
-    const size_t rows = 2 + (size_t)fields->count + (size_t)fields->columns;
+    const cpinn_family *of = fields->of;
+    const size_t most = of->points > of->nodes ? of->points : of->nodes;
+    const size_t rows = 2 + (size_t)of->count + (size_t)of->columns;
     char names[NAMES_MAX];
     ad_status status = AD_OK;
     write_names(fields, "", names);
@@ -197,7 +188,7 @@ static ad_status create_evaluators(fields *fields, ad_error *error)
         status = fields->room[i]
                      ? evaluator_create(&fields->trained, names, &fields->shapes[i], error)
                      : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", most);
-        if (status == AD_OK && fields->nodes > 0) {
+        if (status == AD_OK && of->nodes > 0) {
             status = evaluator_create(&fields->trained, "u1 u2 u3", &fields->curvatures[i], error);
         }
     }
@@ -207,33 +198,23 @@ static ad_status create_evaluators(fields *fields, ad_error *error)
 ad_status cpinn_family_fields(const evaluator_model *trained, const cpinn_family *family,
                               cpinn_family_network *result, ad_error *error)
 {
-    solve_members *solver = cpinn_family_solver(family);
-    const int threads = ad_pool_threads(cpinn_family_pool(family));
     fields *fields = calloc(1, sizeof *fields);
     if (!fields) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a network");
     }
-    fields->threads = threads;
+    fields->of = family;
+    fields->threads = ad_pool_threads(family->pool);
     fields->trained = *trained;
-    fields->family = family;
-    fields->count = cpinn_family_parameters(family);
-    fields->columns = cpinn_family_columns(family);
-    fields->points = cpinn_family_points(family);
-    fields->nodes = solver ? solve_members_nodes(solver) : 0;
-    fields->s = copy(fields->points, cpinn_family_s(family));
-    fields->t = cpinn_family_t(family) ? copy(fields->points, cpinn_family_t(family)) : NULL;
-    fields->places = malloc((fields->nodes + 1) * sizeof *fields->places);
-    fields->pool = cpinn_family_pool(family);
-    fields->shapes = calloc((size_t)threads, sizeof *fields->shapes);
-    fields->curvatures = calloc((size_t)threads, sizeof *fields->curvatures);
-    fields->room = calloc((size_t)threads, sizeof *fields->room);
+    fields->places = malloc((family->nodes + 1) * sizeof *fields->places);
+    fields->shapes = calloc((size_t)fields->threads, sizeof *fields->shapes);
+    fields->curvatures = calloc((size_t)fields->threads, sizeof *fields->curvatures);
+    fields->room = calloc((size_t)fields->threads, sizeof *fields->room);
     ad_status status = AD_OK;
-    if (!fields->s || (cpinn_family_t(family) && !fields->t) || !fields->places ||
-        !fields->shapes || !fields->curvatures || !fields->room) {
+    if (!fields->places || !fields->shapes || !fields->curvatures || !fields->room) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for a network");
     }
-    if (status == AD_OK && solver) {
-        solve_members_places(solver, fields->places);
+    if (status == AD_OK && family->solver) {
+        solve_members_places(family->solver, fields->places);
     }
     status = status == AD_OK ? create_evaluators(fields, error) : status;
     if (status != AD_OK) {

@@ -47,7 +47,7 @@ const char *cpinn_way_word(cpinn_way way)
 
 double cpinn_family_bound(const cpinn_family *family, const cpinn_answer *answer)
 {
-    return 2 * answer->error + CPINN_TOLERANCE * scene_length(cpinn_family_scene(family));
+    return 2 * answer->error + CPINN_TOLERANCE * family->length;
 }
 
 /* ---- making -------------------------------------------------------------------------------- */
@@ -100,14 +100,14 @@ static void verifying_free(verifying *verifying)
 
 static ad_status create_truth(verifying *verifying, ad_error *error)
 {
-    const scene *open = cpinn_family_scene(verifying->family);
-    const ad_pool *pool = cpinn_family_pool(verifying->family);
+    const scene *open = &verifying->family->open;
+    const ad_pool *pool = verifying->family->pool;
     const solve_members_settings settings = {.tolerance = TRUTH * CPINN_TOLERANCE,
                                              .threads = ad_pool_threads(pool),
                                              .points = verifying->points,
-                                             .s = cpinn_family_s(verifying->family),
+                                             .s = verifying->family->s,
                                              .ranks = ad_pool_ranks(pool)};
-    return cpinn_family_solver(verifying->family)
+    return verifying->family->solver
                ? solve_members_create(open, &settings, &verifying->truth, error)
                : AD_OK;
 }
@@ -209,7 +209,7 @@ static void count_answer(verifying *verifying, cpinn_way way, size_t member, con
 static ad_status answer_batch(verifying *verifying, size_t first, size_t now, cpinn_way way,
                               ad_error *error)
 {
-    const size_t most = cpinn_family_is_compiled(verifying->family) ? CPINN_FEW : now;
+    const size_t most = verifying->family->code ? CPINN_FEW : now;
     const double *given = verifying->parameters + first * verifying->count;
     ad_status status = AD_OK;
     for (size_t i = 0; i < now && status == AD_OK; i += most) {
@@ -234,7 +234,7 @@ enum { BARE = CPINN_WAY_COUNT, SOLVER, TIMED };
 static ad_status work(verifying *verifying, int what, size_t first, size_t members, ad_error *error)
 {
     const double *given = verifying->parameters + first * verifying->count;
-    solve_members *solver = cpinn_family_solver(verifying->family);
+    solve_members *solver = verifying->family->solver;
     return what < CPINN_WAY_COUNT
                ? cpinn_family_evaluate(verifying->family, &ways[what], members, given,
                                        verifying->answered, verifying->answers, error)
@@ -260,13 +260,11 @@ static ad_status measure(verifying *verifying, int what, size_t members, double 
         const double start = train_seconds();
         status = work(verifying, what, members > 1 ? 0 : rounds, members, error);
         double passed = train_seconds() - start; /* for all by the clock of the first rank */
-        ad_ranks_first(ad_pool_ranks(cpinn_family_pool(verifying->family)), 1, &passed);
+        ad_ranks_first(ad_pool_ranks(verifying->family->pool), 1, &passed);
         spent += passed;
         seconds[rounds++] = passed / (double)members;
     }
-    *result = what == SOLVER && !cpinn_family_solver(verifying->family)
-                  ? NAN
-                  : sort_median(rounds, seconds);
+    *result = what == SOLVER && !verifying->family->solver ? NAN : sort_median(rounds, seconds);
     return status;
 }
 
@@ -357,16 +355,16 @@ ad_status cpinn_family_verify(cpinn_family *family, size_t members, uint64_t see
 {
     AD_LEAVE_HOST;
     *result = (cpinn_family_check){.members = members};
-    if (members == 0 || cpinn_family_points(family) == 0) {
+    if (members == 0 || family->points == 0) {
         return ad_fail(error, AD_BAD_ARGUMENT, "%zu members at %zu points; allowed: from 1 on",
-                       members, cpinn_family_points(family));
+                       members, family->points);
     }
     verifying v = {.family = family,
                    .members = members,
                    .count = (size_t)cpinn_family_parameters(family),
-                   .points = cpinn_family_points(family),
-                   .width = cpinn_family_points(family) * (size_t)cpinn_family_columns(family),
-                   .length = scene_length(cpinn_family_scene(family)),
+                   .points = family->points,
+                   .width = family->points * (size_t)cpinn_family_columns(family),
+                   .length = family->length,
                    .result = result};
     ad_status status = verify(&v, seed, error);
     verifying_free(&v);

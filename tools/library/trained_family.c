@@ -273,42 +273,7 @@ const char *cpinn_family_without_error(const cpinn_family *family)
     return family->solver ? "" : family->why_not.message;
 }
 
-bool cpinn_family_is_compiled(const cpinn_family *family)
-{
-    return family->code != NULL;
-}
-
 const char *cpinn_family_not_compiled(const cpinn_family *family)
 {
     return family->code ? "" : family->not_compiled.message;
-}
-
-solve_members *cpinn_family_solver(const cpinn_family *family)
-{
-    return family->solver;
-}
-
-const scene *cpinn_family_scene(const cpinn_family *family)
-{
-    return &family->open;
-}
-
-ad_pool *cpinn_family_pool(const cpinn_family *family)
-{
-    return family->pool;
-}
-
-size_t cpinn_family_points(const cpinn_family *family)
-{
-    return family->points;
-}
-
-const double *cpinn_family_s(const cpinn_family *family)
-{
-    return family->s;
-}
-
-const double *cpinn_family_t(const cpinn_family *family)
-{
-    return family->t;
 }

@@ -54,15 +54,6 @@ void cpinn_family_attach(cpinn_family *family, const cpinn_family_network *netwo
 ad_status cpinn_family_of(const experiment *e, const cpinn_family_settings *settings,
                           cpinn_family **result, ad_error *error);
 
-/* NULL: the solver does not take the scene. */
-solve_members *cpinn_family_solver(const cpinn_family *family);
-bool cpinn_family_is_compiled(const cpinn_family *family);
-const scene *cpinn_family_scene(const cpinn_family *family);
-ad_pool *cpinn_family_pool(const cpinn_family *family); /* with its ranks; of the family */
-size_t cpinn_family_points(const cpinn_family *family);
-const double *cpinn_family_s(const cpinn_family *family);
-const double *cpinn_family_t(const cpinn_family *family); /* NULL at rest */
-
 /* Largest distance of two shapes [points][columns], m; NaN: one of them has no number. */
 double cpinn_family_distance(const cpinn_family *family, const double *a, const double *b);
 

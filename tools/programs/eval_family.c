@@ -47,7 +47,7 @@ static ad_status check_range(const eval_family *eval, const table_file *table, a
     size_t member;
     int k;
     if (table && !eval->asked.extrapolate) {
-        return train_members_check(cpinn_family_scene(eval->family), eval->asked.members, table,
+        return train_members_check(&eval->family->open, eval->asked.members, table,
                                    eval->shapes->parameters, OR_ELSE, error);
     }
     if (!cpinn_family_refuses(eval->family, eval->shapes->members, eval->shapes->parameters,
@@ -62,7 +62,7 @@ static ad_status check_range(const eval_family *eval, const table_file *table, a
 
 static ad_status gather(eval_family *eval, ad_error *error)
 {
-    const scene *family = cpinn_family_scene(eval->family);
+    const scene *family = &eval->family->open;
     samples *to = eval->shapes;
     table_file *table = NULL;
     ad_status status;
@@ -195,7 +195,7 @@ static void print_answer(const eval_family *eval)
 {
     const samples *p = eval->shapes;
     const cpinn_answer *said = p->said;
-    const int rows = scene_physics_of(cpinn_family_scene(eval->family))->position_columns;
+    const int rows = scene_physics_of(&eval->family->open)->position_columns;
     printf("%strusted, from %s", said->trusted ? "" : "not ", cpinn_source_word(said->source));
     if (said->reason) {
         printf(" (%s: %s)", cpinn_reason_word(said->reason), cpinn_reason_text(said->reason));
@@ -207,7 +207,7 @@ static void print_answer(const eval_family *eval)
         return;
     }
     printf("%12s", "s, mm");
-    if (cpinn_family_t(eval->family)) {
+    if (eval->family->t) {
         printf("%12s", "t, s");
     }
     for (int c = 0; c < rows; c++) {
@@ -216,7 +216,7 @@ static void print_answer(const eval_family *eval)
     putchar('\n');
     for (size_t i = 0; i < p->count; i++) {
         printf("%12.6g", MM * p->s[i]);
-        if (cpinn_family_t(eval->family)) {
+        if (eval->family->t) {
             printf("%12.6g", p->t[i]);
         }
         for (int c = 0; c < rows; c++) {
@@ -272,7 +272,7 @@ static void print_times(const char *name, double alone, double batch)
 static bool are_apart(const eval_family *eval)
 {
     return eval->check.compared > 0 &&
-           eval->check.apart > CPINN_ENOUGH * scene_length(cpinn_family_scene(eval->family));
+           eval->check.apart > CPINN_ENOUGH * scene_length(&eval->family->open);
 }
 
 static void print_check(const eval_family *eval)
