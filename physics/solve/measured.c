@@ -32,7 +32,7 @@ struct solve_trials {
     measured_row *row;
     double *known; /* [rows][parameter_count] */
     size_t *first; /* [experiments + 1] rows */
-    int *nodes;    /* [experiments] of motions, kept so that solutions change smoothly; 0: open */
+    double *nodes; /* [experiments] of motions, kept so that solutions change smoothly; 0: open */
     bool chooses;  /* these, where one trial is run */
     bool rough;    /* the run at hand */
     solve_members *members; /* NULL: one by one */
@@ -379,7 +379,7 @@ static ad_status solve_one(const solve_trials *trials, size_t experiment, const 
         solve_settings settings = solve_settings_default(&member);
         settings.tolerance = trials->tolerance;
         if (trials->nodes && trials->nodes[experiment] > 0) {
-            settings.nodes = trials->nodes[experiment];
+            settings.nodes = (int)trials->nodes[experiment];
             settings.tolerance *= trials->rough ? 1 : STEPS_OF_TIME;
         } else if (trials->rough && !scene_is_beam(&member)) {
             settings.nodes = ROUGH_NODES;
@@ -491,6 +491,11 @@ static ad_status run_all_members(trial_batch *b, size_t count, ad_error *error)
     }
     free(room);
     return status;
+}
+
+double *solve_trials_nodes(const solve_trials *trials)
+{
+    return trials->nodes;
 }
 
 ad_status solve_trials_run(solve_trials *trials, size_t count, const double *values, bool rough,

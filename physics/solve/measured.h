@@ -52,6 +52,10 @@ bool solve_trials_by_members(const solve_trials *trials);
  * numbers; "": it did not, or by members. */
 const char *solve_trials_reason(const solve_trials *trials);
 
+/* What later runs depend on of those before, [experiments]: nodes of motions, once they are chosen.
+ * NULL: nothing. */
+double *solve_trials_nodes(const solve_trials *trials);
+
 /* residuals [count][residuals], computed less measured over its noise, at values [count][unknowns]
  * in SI; not numbers where there is no solution. Rough: not where it is hard to find either, and
  * with a fixed, small number of nodes. The same bits for any number of threads. AD_BAD_ARGUMENT: a

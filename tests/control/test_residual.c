@@ -2,7 +2,7 @@
  * that is not the model. */
 #include "near.h"
 #include "random_numbers.h"
-#include "temporary_folder.h"
+#include "resume_testing.h"
 
 #include "tools/control/observation.h"
 #include "tools/control/reduced_model.h"
@@ -127,6 +127,40 @@ static void check_file(const residual *net, const one_step *model, const one_ste
     assert_null(same);
 }
 
+static void check_same_files(const char *a, const char *b)
+{
+    char text[2][65536] = {{0}};
+    const char *const paths[] = {a, b};
+    for (int i = 0; i < 2; i++) {
+        FILE *file = fopen(paths[i], "r");
+        assert_non_null(file);
+        assert_true(fread(text[i], 1, sizeof text[i], file) < sizeof text[i]);
+        fclose(file);
+    }
+    assert_string_equal(text[0], text[1]);
+}
+
+/* Left before the first step, on the way, and after the last. */
+static void check_resumed(residual *net, const one_observation *observation,
+                          const residual_run *run)
+{
+    static const int64_t after[] = {-1, 0, 4, 9};
+    stops x = {.resumes = false};
+    const least_squares_runner runner = {run_and_stop, &x};
+    const residual_settings few = {.steps = 9, .noise = 2e-4, .seed = 1, .runner = &runner};
+    for (size_t i = 0; i < sizeof after / sizeof *after; i++) {
+        x.after = after[i];
+        for (int again = 0; again <= (i > 0); again++) {
+            x.resumes = again;
+            assert_int_equal(
+                residual_fit(net, PERIOD, observation, RUNS, run, HELD_OUT, &few, NULL), AD_OK);
+        }
+        assert_int_equal(residual_write(net, at(i == 0 ? "whole.csv" : "part.csv"), NULL), AD_OK);
+    }
+    check_same_files(at("whole.csv"), at("part.csv"));
+    history_free(&x.whole);
+}
+
 static void test_residual(void **state)
 {
     (void)state;
@@ -154,6 +188,7 @@ static void test_residual(void **state)
     const residual_run *held = all.run + RUNS - HELD_OUT;
     const double before = residual_error(&corrected, PERIOD, &observation, HELD_OUT, held);
     assert_near(before, residual_error(&model, PERIOD, &observation, HELD_OUT, held), 0);
+    check_resumed(net, &observation, all.run);
     if (residual_fit(net, PERIOD, &observation, RUNS, all.run, HELD_OUT, &settings, &error) !=
         AD_OK) {
         fail_msg("%s", error.message);

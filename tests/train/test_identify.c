@@ -1,6 +1,6 @@
 /* Unknowns from measurements by solving: whether the truth lies within the stated deviations as
  * often as it should, what the measurements do not tell, and what is refused. */
-#include "near.h"
+#include "resume_testing.h"
 
 #include "nn/rng.h"
 #include "tools/train/identify.h"
@@ -186,6 +186,40 @@ static void test_not_told(void **state)
     free_scene(&m);
 }
 
+/* Left before the first step, within the first descent and in one from elsewhere. */
+static void test_resumed(void **state)
+{
+    (void)state;
+    made m = make_scene();
+    tips x;
+    ad_error error;
+    nn_rng random = nn_rng_seed(3);
+    stops to = {.after = -1};
+    const least_squares_runner runner = {run_and_stop, &to};
+    const identify_settings settings = {.threads = 1, .runner = &runner};
+    identified found, same;
+    measure_tips(&m, 5e-4, &x);
+    add_noise(&x, &random);
+    assert_good(identify(&m.open, 1, &x.set, &settings, &found, &error), &error);
+    assert_true(to.end.window > 0);
+    const int64_t after[] = {0, 2, to.end.step - 1, to.end.step};
+    for (size_t i = 0; i < sizeof after / sizeof *after; i++) {
+        to.after = after[i];
+        to.resumes = false;
+        assert_good(identify(&m.open, 1, &x.set, &settings, &same, &error), &error);
+        assert_true(same.count == (after[i] == to.end.step ? UNKNOWNS : 0));
+        to.resumes = true;
+        assert_good(identify(&m.open, 1, &x.set, &settings, &same, &error), &error);
+        assert_memory_equal(found.value, same.value, sizeof found.value);
+        assert_memory_equal(found.deviation, same.deviation, sizeof found.deviation);
+        assert_memory_equal(&found.chi_squared, &same.chi_squared, sizeof found.chi_squared);
+        assert_true(found.steps == same.steps && found.solutions == same.solutions);
+        assert_true(found.others == same.others && found.converged == same.converged);
+    }
+    history_free(&to.whole);
+    free_scene(&m);
+}
+
 static void test_too_few(void **state)
 {
     (void)state;
@@ -208,7 +242,8 @@ int main(int count, char **arguments)
         cmocka_unit_test(test_calibrated),
         cmocka_unit_test(test_not_told),
         cmocka_unit_test(test_too_few),
+        cmocka_unit_test(test_resumed),
     };
     draws = count > 1 ? atoi(arguments[1]) : draws;
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, make_directory, remove_directory);
 }

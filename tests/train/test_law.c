@@ -1,7 +1,7 @@
 /* Laws of a section: derivatives, rest and symmetry of the potential, what is learned from data of
  * a closed form, and rods that have such a law. */
 #include "law_testing.h"
-#include "temporary_folder.h"
+#include "resume_testing.h"
 
 #include "autodiff/dense.h"
 #include "cpinn.h"
@@ -182,6 +182,37 @@ static scene_law learn(const train_law_settings *settings, train_law_report *rep
     }
     train_law_free_data(&data);
     return law;
+}
+
+/* Left before the first step, within each start, between them, and when all is over. */
+static void test_resumed(void **state)
+{
+    (void)state;
+    static const int64_t after[] = {-1, 0, 7, 25, 40, 50};
+    stops x = {.after = -1};
+    const least_squares_runner runner = {run_and_stop, &x};
+    train_law_settings settings = train_law_defaults();
+    train_law_report report, again;
+    scene_law law = {0};
+    settings.symmetry = SCENE_SYMMETRY_ROUND;
+    settings.starts = 2;
+    settings.steps = 25;
+    settings.runner = &runner;
+    for (size_t i = 0; i < sizeof after / sizeof *after; i++) {
+        x.after = after[i];
+        x.resumes = false;
+        const scene_law left = learn(&settings, &report);
+        if (i == 0) {
+            law = left;
+            again = report;
+            continue;
+        }
+        x.resumes = true;
+        const scene_law same = learn(&settings, &report);
+        assert_memory_equal(&law, &same, sizeof law);
+        assert_true(report.steps == again.steps && report.start == again.start);
+    }
+    history_free(&x.whole);
 }
 
 static void test_learning(void **state)
@@ -383,6 +414,7 @@ int main(void)
         cmocka_unit_test(test_convexity),    cmocka_unit_test(test_learning),
         cmocka_unit_test(test_file),         cmocka_unit_test(test_at_rest),
         cmocka_unit_test(test_rolled),       cmocka_unit_test(test_network),
-        cmocka_unit_test(test_outside_data), cmocka_unit_test(test_in_motion)};
+        cmocka_unit_test(test_outside_data), cmocka_unit_test(test_in_motion),
+        cmocka_unit_test(test_resumed)};
     return cmocka_run_group_tests_name("law", tests, make_directory, remove_directory);
 }

@@ -137,7 +137,7 @@ one_step residual_one_step(residual *residual)
 
 /* ---- runs ---------------------------------------------------------------------------------- */
 
-typedef struct fit {
+typedef struct fitting {
     residual *of;
     one_step model;
     double h, noise;
@@ -146,11 +146,14 @@ typedef struct fit {
     const residual_run *run;
     double *room; /* as roll says */
     least_squares ls;
-} fit;
+    uint64_t seed;
+    double *best; /* [count], of the network to be taken */
+    double lowest;
+} fitting;
 
 /* The change of the next state by each number [states][count]: the model's own times that of the
  * state, and that of the network by its numbers. */
-static void push(const fit *fit, const double *by_state, const double *before, double *after)
+static void push(const fitting *fit, const double *by_state, const double *before, double *after)
 {
     const residual *net = fit->of;
     const size_t n = net->states, k = net->units, count = fit->count;
@@ -176,7 +179,7 @@ static void push(const fit *fit, const double *by_state, const double *before, d
 }
 
 /* Adds the rows of one sample, J = what is seen by the state, times its changes. */
-static void add_rows(fit *fit, const double *seen, const double *found, const double *by_state,
+static void add_rows(fitting *fit, const double *seen, const double *found, const double *by_state,
                      const double *change, double *row)
 {
     const size_t n = fit->of->states, count = fit->count;
@@ -210,7 +213,7 @@ static size_t room_for(size_t states, size_t inputs, size_t values, size_t count
 
 /* The sum of squares of what is missed on a run, by the noise, and how many there are; where
  * `derive`, the rows of all samples as well. Infinite: no answer. */
-static double roll(fit *fit, const residual_run *run, bool derive, size_t *samples)
+static double roll(fitting *fit, const residual_run *run, bool derive, size_t *samples)
 {
     const size_t n = (size_t)fit->model.states, m = (size_t)fit->model.inputs, values = fit->values;
     double *state = fit->room, *next = state + n, *by_state = next + n, *found, *seen_by, *change;
@@ -259,11 +262,11 @@ double residual_error(const one_step *model, double h, const one_observation *ob
                       size_t runs, const residual_run *run)
 {
     const size_t n = (size_t)model->states;
-    fit x = {.model = *model,
-             .h = h,
-             .noise = 1,
-             .observation = observation,
-             .values = (size_t)observation->values};
+    fitting x = {.model = *model,
+                 .h = h,
+                 .noise = 1,
+                 .observation = observation,
+                 .values = (size_t)observation->values};
     size_t samples = 0;
     double sum = 0;
     x.room = malloc(room_for(n, (size_t)model->inputs, x.values, 0) * sizeof *x.room);
@@ -277,7 +280,7 @@ double residual_error(const one_step *model, double h, const one_observation *ob
 /* ---- Levenberg-Marquardt ------------------------------------------------------------------- */
 
 /* Over the runs from `first` to before `end`. */
-static double sum_over(fit *fit, size_t first, size_t end, bool derive)
+static double sum_over(fitting *fit, size_t first, size_t end, bool derive)
 {
     size_t samples = 0;
     double sum = 0;
@@ -288,7 +291,7 @@ static double sum_over(fit *fit, size_t first, size_t end, bool derive)
 }
 
 /* And what the numbers of the network cost, whose squares keep them small. */
-static double add_numbers(const fit *fit)
+static double add_numbers(const fitting *fit)
 {
     double sum = 0;
     for (size_t i = 0; i < fit->count; i++) {
@@ -299,7 +302,7 @@ static double add_numbers(const fit *fit)
 
 static int sum(void *context, const double *p, double *value, least_squares *to)
 {
-    fit *fit = context;
+    fitting *fit = context;
     const size_t n = fit->count;
     memcpy(fit->of->numbers, p, n * sizeof *p);
     *value = sum_over(fit, 0, fit->runs - fit->held_out, to != NULL) + add_numbers(fit);
@@ -313,33 +316,55 @@ static int sum(void *context, const double *p, double *value, least_squares *to)
     return isfinite(*value) ? OPTIM_OBJECTIVE_OK : OPTIM_OBJECTIVE_NOT_FINITE;
 }
 
-static ad_status descend(fit *fit, const residual_settings *settings, double *best, ad_error *error)
+/* Of the network as it is: by the runs held out; where there are none the last is the best. */
+static void look_back(fitting *fit, const double *p, int64_t step)
 {
-    nn_rng rng = nn_rng_split(settings->seed, "residual");
-    double lowest = INFINITY;
+    memcpy(fit->of->numbers, p, fit->count * sizeof *p);
+    const size_t trained = fit->runs - fit->held_out;
+    const double off = fit->held_out > 0 ? sum_over(fit, trained, fit->runs, false) : -(double)step;
+    fit->ls.fit.held_out = fit->held_out > 0 ? off * (double)trained / (double)fit->held_out : NAN;
+    if (off < fit->lowest) {
+        fit->lowest = off;
+        memcpy(fit->best, p, fit->count * sizeof *p);
+    }
+}
+
+static ad_status begin(void *context, double *p, ad_error *error)
+{
+    fitting *fit = context;
+    nn_rng rng = nn_rng_split(fit->seed, "residual");
+    (void)error;
     for (size_t i = 0; i < fit->count; i++) { /* W2 = 0: it begins as the model */
         const bool hidden = i < fit->of->units * (1 + fit->of->seen);
-        fit->of->numbers[i] = hidden ? nn_rng_normal(&rng) / sqrt((double)fit->of->seen) : 0;
+        p[i] = hidden ? nn_rng_normal(&rng) / sqrt((double)fit->of->seen) : 0;
     }
-    if (least_squares_begin(&fit->ls, fit->of->numbers, error) != AD_OK) {
-        return error->status;
+    look_back(fit, p, 0);
+    return AD_OK;
+}
+
+static ad_status no_answer(ad_error *error)
+{
+    return ad_fail(error, AD_BAD_INPUT, "the model has no answer on a measured run");
+}
+
+static ad_status judge(void *context, optim_status status, ad_error *error)
+{
+    fitting *fit = context;
+    if (status == OPTIM_NOT_FINITE) {
+        return no_answer(error);
     }
-    optim_status status = OPTIM_RUNNING;
-    for (int i = 0; i <= settings->steps && status == OPTIM_RUNNING; i++) {
-        const double *p = optim_x(fit->ls.by);
-        memcpy(fit->of->numbers, p, fit->count * sizeof *p);
-        const double off =
-            fit->held_out > 0 ? sum_over(fit, fit->runs - fit->held_out, fit->runs, false) : -i;
-        if (off < lowest) {
-            lowest = off;
-            memcpy(best, p, fit->count * sizeof *p);
-        }
-        status = i < settings->steps ? least_squares_next(&fit->ls) : status;
+    if (status == OPTIM_RUNNING) { /* else it has hardly moved */
+        look_back(fit, optim_x(fit->ls.by), fit->ls.fit.at.stage_step + 1);
     }
-    memcpy(fit->of->numbers, best, fit->count * sizeof *best);
-    return isfinite(lowest) && status != OPTIM_NOT_FINITE
-               ? AD_OK
-               : ad_fail(error, AD_BAD_INPUT, "the model has no answer on a measured run");
+    return AD_OK;
+}
+
+static int state_of(void *context, optim_array *arrays)
+{
+    fitting *fit = context;
+    arrays[0] = (optim_array){"best", fit->best, fit->count};
+    arrays[1] = (optim_array){"lowest", &fit->lowest, 1};
+    return 2;
 }
 
 ad_status residual_fit(residual *net, double h, const one_observation *observation, size_t runs,
@@ -347,25 +372,40 @@ ad_status residual_fit(residual *net, double h, const one_observation *observati
                        ad_error *error)
 {
     const size_t count = residual_count(net), values = (size_t)observation->values;
-    fit x = {.of = net,
-             .model = residual_one_step(net),
-             .h = h,
-             .noise = settings->noise,
-             .observation = observation,
-             .runs = runs,
-             .held_out = held_out,
-             .values = values,
-             .count = count,
-             .run = run};
-    double *best = malloc(count * sizeof *best);
+    fitting x = {.of = net,
+                 .model = residual_one_step(net),
+                 .h = h,
+                 .noise = settings->noise,
+                 .observation = observation,
+                 .runs = runs,
+                 .held_out = held_out,
+                 .values = values,
+                 .count = count,
+                 .run = run,
+                 .seed = settings->seed,
+                 .lowest = INFINITY};
+    x.best = malloc(count * sizeof *x.best);
     x.room = malloc(room_for(net->states, net->inputs, values, count) * sizeof *x.room);
-    x.ls = (least_squares){count, OPTIM_SCALING_DIAGONAL, sum, &x, .jtj = NULL};
+    x.ls = (least_squares){.count = count,
+                           .scaling = OPTIM_SCALING_DIAGONAL,
+                           .sum = sum,
+                           .begin = begin,
+                           .judge = judge,
+                           .state = state_of,
+                           .context = &x,
+                           .every = 1,
+                           .descents = 1,
+                           .steps = settings->steps};
     ad_status status = least_squares_create(&x.ls, error);
-    if (status == AD_OK && !(best && x.room)) {
+    if (status == AD_OK && !(x.best && x.room)) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for a residual");
     }
-    status = status == AD_OK ? descend(&x, settings, best, error) : status;
-    free(best);
+    status = status == AD_OK ? least_squares_run(&x.ls, settings->runner, error) : status;
+    if (status == AD_OK && x.ls.fit.state == FIT_OVER) {
+        memcpy(net->numbers, x.best, count * sizeof *x.best);
+        status = isfinite(x.lowest) ? AD_OK : no_answer(error);
+    }
+    free(x.best);
     free(x.room);
     least_squares_clear(&x.ls);
     return status;

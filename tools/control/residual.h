@@ -12,6 +12,7 @@
 
 #include "autodiff/error.h"
 #include "physics/solve/one_step.h"
+#include "tools/train/least_squares.h"
 
 #include <stddef.h>
 #include <stdint.h>
@@ -45,6 +46,7 @@ typedef struct residual_settings {
     double noise;  /* of each number that is seen, in its unit: misses of this size cost as much as
                     * numbers of the network of 1 */
     uint64_t seed; /* of the first W1 */
+    const least_squares_runner *runner; /* NULL: none */
 } residual_settings;
 
 /* Root mean square of what is missed over runs, in the unit of what is seen; infinite where the

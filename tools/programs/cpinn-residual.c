@@ -283,7 +283,8 @@ static ad_status learn(learning *learning, ad_error *error)
 {
     const options *o = &learning->asked;
     const size_t held = (size_t)o->held_out;
-    const residual_settings settings = {o->steps, o->noise, (uint64_t)o->seed};
+    const residual_settings settings = {
+        .steps = o->steps, .noise = o->noise, .seed = (uint64_t)o->seed};
     if (held >= learning->run_count) {
         return ad_fail(error, AD_BAD_INPUT,
                        "%s: has %zu motion%s, %zu held out; allowed: fewer held out", o->measured,

@@ -39,6 +39,7 @@ ad_status fit_start(fit *f, ad_error *error)
     f->steps = f->settings->stages[f->at.stage].steps;
     const ad_status status = f->kind->start(f->of, error);
     f->stage_started = train_seconds();
+    f->state = f->steps > 0 ? f->state : FIT_OVER; /* of a fit that shall only begin */
     return status;
 }
 
@@ -151,6 +152,10 @@ static ad_status end_stage(fit *f, const char *why, optim_status status, ad_erro
         f->at.stage = 0;
     }
     result = f->kind->turn ? f->kind->turn(f->of, error) : AD_OK;
+    if (f->state == FIT_OVER) { /* also where the kind wants no other window */
+        f->at.window = f->before.window;
+        f->at.stage = f->settings->stage_count;
+    }
     return result == AD_OK && f->state == FIT_RUNNING ? fit_start(f, error) : result;
 }
 

@@ -21,14 +21,32 @@ static const double SETTLED = 1e-4, STUCK = 1e-2;
  * measured are those of the solutions alone. */
 static const double AS_GOOD = 9, APART = 5, EXACT = 1e-6;
 
+typedef struct descent {
+    double z[MAX], chi_squared, steps;
+    double converged; /* 0, 1 */
+} descent;
+
+/* Starts from where the residuals are smallest within some distance, each time, which finds all
+ * minima in the limit of many points (Rinnooy Kan & Timmer, Mathematical Programming 39 (1987) 57).
+ * All that a checkpoint keeps beside residuals: nothing but doubles. */
+typedef struct starts {
+    double count, ends;
+    double z[STARTS][MAX], chi_squared[STARTS]; /* INFINITY: no solution, or not to be tried */
+    double tried[STARTS];
+    descent end[DESCENTS];
+    double from[MAX]; /* parts of the ranges where the descent at work begins */
+    double y[MAX];    /* where r was computed; NaN: nowhere */
+    double easy;      /* members were solved where this descent began: steps to where they are not,
+                       * which single solutions might reach after minutes, are too long */
+    double solutions;
+} starts;
+
 /* The unknowns of the search are y = log(z / (1 - z)), z the part of the range, 0 to 1: no step
  * leaves a range. */
 typedef struct search {
     const scene *open;
     bool noise_is_scaled;
     bool rough; /* solutions, where a rough idea is enough */
-    bool easy;  /* members were solved where this descent began: steps to where they are not, which
-                 * single solutions might reach after minutes, are too long */
     solve_trials *trials;
     int count;
     size_t n;          /* residuals */
@@ -37,10 +55,9 @@ typedef struct search {
     double *room;      /* [2 count][n] residuals of trials */
     double *r;         /* [n] at y */
     double *j;         /* [count][n] by z */
-    double y[MAX];     /* where r was computed; NaN: nowhere */
-    least_squares ls;  /* by y */
-    long solutions;
-    ad_error error; /* what stops the search */
+    starts all;
+    least_squares ls; /* by y */
+    ad_error error;   /* what stops the search */
 } search;
 
 static double part_of(double y)
@@ -68,7 +85,7 @@ static int run(search *search, size_t trials, const double *z, double *residuals
     for (size_t k = 0; k < trials; k++) {
         values_of(search, z + k * (size_t)search->count, values + k * (size_t)search->count);
     }
-    search->solutions += (long)(trials * solve_trials_experiments(search->trials));
+    search->all.solutions += (double)(trials * solve_trials_experiments(search->trials));
     return solve_trials_run(search->trials, trials, values, search->rough, residuals,
                             &search->error) == AD_OK
                ? OPTIM_OBJECTIVE_OK
@@ -89,9 +106,9 @@ static int evaluate(search *search, const double *y, double *value)
     double z[MAX];
     for (int i = 0; i < search->count; i++) {
         z[i] = part_of(y[i]);
-        search->y[i] = y[i];
+        search->all.y[i] = y[i];
     }
-    search->rough = search->easy;
+    search->rough = search->all.easy != 0;
     const int code = run(search, 1, z, search->r);
     search->rough = false;
     *value = sum_of_squares(search->n, search->r);
@@ -163,7 +180,8 @@ static int sum(void *context, const double *y, double *value, least_squares *to)
         return evaluate(search, y, value);
     }
     const size_t bytes = (size_t)search->count * sizeof *y;
-    int code = memcmp(search->y, y, bytes) == 0 ? OPTIM_OBJECTIVE_OK : evaluate(search, y, value);
+    int code =
+        memcmp(search->all.y, y, bytes) == 0 ? OPTIM_OBJECTIVE_OK : evaluate(search, y, value);
     for (int i = 0; i < search->count; i++) {
         z[i] = part_of(y[i]);
         slope[i] = z[i] * (1 - z[i]);
@@ -196,71 +214,74 @@ static double promised(search *search, double variance)
 
 /* ---- the search ---------------------------------------------------------------------------- */
 
-typedef struct descent {
-    double z[MAX], chi_squared;
-    int steps;
-    bool converged;
-} descent;
-
 /* What counts as little of chi squared: a number's share of it where the noise is not known. */
 static double variance_of(const search *search, double chi_squared)
 {
     return !search->noise_is_scaled ? 1 : chi_squared / fmax(1, (double)search->n - search->count);
 }
 
-/* From parts z of the ranges on. AD_OK also where there is no solution: chi_squared is then
- * infinite. */
-static ad_status descend(search *search, const double *z, descent *result, ad_error *error)
+static ad_status stopped(const search *search, ad_error *error)
 {
-    double y[MAX], first;
-    *result = (descent){.chi_squared = INFINITY};
+    return ad_fail(error, search->error.status, "%s", search->error.message);
+}
+
+/* How many descents there are at most. */
+static int most_of(const starts *all)
+{
+    return all->count == STARTS / 2.0 ? DESCENTS / 2 : DESCENTS;
+}
+
+/* From parts of the ranges on. AD_OK also where there is no solution: chi_squared is then infinite.
+ */
+static ad_status begin(void *context, double *y, ad_error *error)
+{
+    search *search = context;
+    starts *all = &search->all;
+    double first;
+    (void)error;
+    search->ls.fit.windows = most_of(all);
+    all->ends = search->ls.fit.at.window + 1;
+    all->end[search->ls.fit.at.window] = (descent){.chi_squared = INFINITY};
     for (int i = 0; i < search->count; i++) {
-        y[i] = logit(fmin(1 - EDGE, fmax(EDGE, z[i])));
+        y[i] = logit(fmin(1 - EDGE, fmax(EDGE, all->from[i])));
     }
-    search->easy = solve_trials_by_members(search->trials);
-    search->easy = search->easy && evaluate(search, y, &first) == OPTIM_OBJECTIVE_OK;
-    for (int i = 0; i < search->count && !search->easy; i++) {
-        search->y[i] = NAN;
+    all->easy = solve_trials_by_members(search->trials);
+    all->easy = all->easy != 0 && evaluate(search, y, &first) == OPTIM_OBJECTIVE_OK;
+    for (int i = 0; i < search->count && all->easy == 0; i++) {
+        all->y[i] = NAN;
     }
-    if (least_squares_begin(&search->ls, y, error) != AD_OK) {
-        return error->status;
+    return AD_OK;
+}
+
+static ad_status judge(void *context, optim_status status, ad_error *error)
+{
+    search *search = context;
+    descent *at = &search->all.end[search->ls.fit.at.window];
+    if (status == OPTIM_STOPPED_BY_OBJECTIVE) {
+        return stopped(search, error);
     }
-    optim_optimizer *by = search->ls.by;
-    optim_status status = OPTIM_RUNNING;
-    while (status == OPTIM_RUNNING && !result->converged && result->steps < STEPS_MAX) {
-        status = least_squares_next(&search->ls);
-        const double variance = variance_of(search, optim_inspect(by).value);
-        result->steps++;
-        result->converged =
-            status == OPTIM_FUNCTION_TOLERANCE || status == OPTIM_GRADIENT_TOLERANCE ||
-            promised(search, variance) < variance * (status == OPTIM_RUNNING ? SETTLED : STUCK);
-    }
-    if (isfinite(optim_inspect(by).value)) {
-        result->chi_squared = optim_inspect(by).value;
-    }
+    const optim_optimizer *by = search->ls.by;
+    const double chi_squared = optim_inspect(by).value;
+    const double variance = variance_of(search, chi_squared);
+    at->steps++;
+    at->converged =
+        status == OPTIM_FUNCTION_TOLERANCE || status == OPTIM_GRADIENT_TOLERANCE ||
+        promised(search, variance) < variance * (status == OPTIM_RUNNING ? SETTLED : STUCK);
+    at->chi_squared = isfinite(chi_squared) ? chi_squared : INFINITY;
     for (int i = 0; i < search->count; i++) {
-        result->z[i] = part_of(optim_x(by)[i]);
+        at->z[i] = part_of(optim_x(by)[i]);
     }
-    return status == OPTIM_STOPPED_BY_OBJECTIVE
-               ? ad_fail(error, search->error.status, "%s", search->error.message)
-               : AD_OK;
+    search->ls.reason = at->converged != 0 ? "converged" : NULL;
+    return AD_OK;
 }
 
 static bool is_explained(const search *search, const descent *found)
 {
     const double freedom = (double)search->n - search->count;
-    return found->converged && (search->noise_is_scaled || freedom <= 0 ||
-                                identified_off(found->chi_squared, freedom) < IDENTIFIED_EXPLAINED);
+    return found->converged != 0 &&
+           (search->noise_is_scaled || freedom <= 0 ||
+            identified_off(found->chi_squared, freedom) < IDENTIFIED_EXPLAINED);
 }
-
-/* Starts from where the residuals are smallest within some distance, each time, which finds all
- * minima in the limit of many points (Rinnooy Kan & Timmer, Mathematical Programming 39 (1987) 57).
- */
-typedef struct starts {
-    int count, ends;
-    double z[STARTS][MAX], chi_squared[STARTS]; /* INFINITY: no solution, or not to be tried */
-    descent end[DESCENTS];
-} starts;
 
 static double distance(int count, const double *a, const double *b)
 {
@@ -281,8 +302,8 @@ static double critical(int dimensions, int points)
 static ad_status try_starts(search *search, starts *all, ad_error *error)
 {
     double points[MAX * STARTS], z[STARTS * MAX];
-    double *residuals = malloc((size_t)all->count * search->n * sizeof *residuals);
-    const int n = all->count;
+    const int n = (int)all->count;
+    double *residuals = malloc((size_t)n * search->n * sizeof *residuals);
     ad_status status =
         residuals ? sampling_fill(SAMPLING_SOBOL, NULL, search->count, (size_t)n, points, error)
                   : ad_fail(error, AD_NO_MEMORY, "out of memory for starts");
@@ -296,7 +317,7 @@ static ad_status try_starts(search *search, starts *all, ad_error *error)
         status == AD_OK && run(search, (size_t)n, z, residuals) != OPTIM_OBJECTIVE_OK;
     search->rough = false;
     if (failed) {
-        status = ad_fail(error, search->error.status, "%s", search->error.message);
+        status = stopped(search, error);
     }
     for (int k = 0; status == AD_OK && k < n; k++) {
         const double sum = sum_of_squares(search->n, residuals + (size_t)k * search->n);
@@ -307,18 +328,18 @@ static ad_status try_starts(search *search, starts *all, ad_error *error)
 }
 
 /* The best point that is neither near a better one nor near an end; -1: there is none. */
-static int next_start(const search *search, const starts *all, const bool *tried)
+static int next_start(const search *search, const starts *all)
 {
-    const double radius = critical(search->count, all->count);
+    const double radius = critical(search->count, (int)all->count);
     int next = -1;
     for (int k = 0; k < all->count; k++) {
-        bool alone = isfinite(all->chi_squared[k]) && !tried[k];
+        bool alone = isfinite(all->chi_squared[k]) && all->tried[k] == 0;
         for (int i = 0; i < all->count && alone; i++) {
             alone = all->chi_squared[i] >= all->chi_squared[k] ||
                     distance(search->count, all->z[i], all->z[k]) > radius;
         }
         for (int i = 0; i < all->ends && alone; i++) {
-            alone = !all->end[i].converged ||
+            alone = all->end[i].converged == 0 ||
                     distance(search->count, all->end[i].z, all->z[k]) > radius / 4;
         }
         if (alone && (next < 0 || all->chi_squared[k] < all->chi_squared[next])) {
@@ -330,29 +351,47 @@ static int next_start(const search *search, const starts *all, const bool *tried
 
 /* From elsewhere, though the first end may explain the measurements: others may do so as well.
  * Where solutions are dear there are fewer starts then. */
-static ad_status start_elsewhere(search *search, starts *all, ad_error *error)
+static ad_status start_elsewhere(void *context, ad_error *error)
 {
-    bool tried[STARTS] = {false};
-    const bool few = is_explained(search, &all->end[0]) && !solve_trials_by_members(search->trials);
-    const int most = few ? 3 : DESCENTS;
-    all->count = few ? STARTS / 2 : STARTS;
-    ad_status status = try_starts(search, all, error);
-    while (status == AD_OK && all->ends < most) {
-        const int next = next_start(search, all, tried);
-        if (next < 0) {
-            break;
-        }
-        tried[next] = true;
-        status = descend(search, all->z[next], &all->end[all->ends++], error);
+    search *search = context;
+    starts *all = &search->all;
+    fit *f = &search->ls.fit;
+    ad_status status = AD_OK;
+    if (all->ends == 1) {
+        const bool few =
+            is_explained(search, &all->end[0]) && !solve_trials_by_members(search->trials);
+        all->count = few ? STARTS / 2.0 : STARTS;
+        status = try_starts(search, all, error);
     }
-    for (int i = 1; i < all->ends; i++) { /* the best first */
+    const int next = status == AD_OK && all->ends < most_of(all) ? next_start(search, all) : -1;
+    if (next < 0) {
+        f->state = FIT_OVER;
+        return status;
+    }
+    all->tried[next] = 1;
+    memcpy(all->from, all->z[next], sizeof all->from);
+    return AD_OK;
+}
+
+static void best_first(starts *all)
+{
+    for (int i = 1; i < all->ends; i++) {
         if (all->end[i].chi_squared < all->end[0].chi_squared) {
             const descent better = all->end[i];
             all->end[i] = all->end[0];
             all->end[0] = better;
         }
     }
-    return status;
+}
+
+static int state_of(void *context, optim_array *arrays)
+{
+    search *search = context;
+    double *nodes = solve_trials_nodes(search->trials);
+    arrays[0] = (optim_array){"search", &search->all.count, sizeof search->all / sizeof(double)};
+    arrays[1] = (optim_array){"residuals", search->r, search->n};
+    arrays[2] = (optim_array){"nodes", nodes, solve_trials_experiments(search->trials)};
+    return nodes ? 3 : 2;
 }
 
 /* ---- what is known then -------------------------------------------------------------------- */
@@ -385,7 +424,7 @@ static void list_others(const search *search, const starts *all, double variance
     for (int k = 1; k < all->ends; k++) {
         const descent *end = &all->end[k];
         const double limit = fmax(best->chi_squared + AS_GOOD * variance, search->exact);
-        bool other = end->converged && end->chi_squared <= limit;
+        bool other = end->converged != 0 && end->chi_squared <= limit;
         for (int i = 0; i < ends && other; i++) {
             double square = 0; /* deviations between the two */
             for (int a = 0; a < search->count * search->count; a++) {
@@ -426,7 +465,7 @@ static ad_status check_deviations(search *search, const double *z, identified *r
         }
     }
     if (run(search, 2 * (size_t)search->count, trial, search->room) != OPTIM_OBJECTIVE_OK) {
-        return ad_fail(error, search->error.status, "%s", search->error.message);
+        return stopped(search, error);
     }
     for (int k = 0; k < 2 * search->count; k++) {
         const double grown = sum_of_squares(search->n, search->room + (size_t)k * search->n);
@@ -437,8 +476,9 @@ static ad_status check_deviations(search *search, const double *z, identified *r
     return AD_OK;
 }
 
-static ad_status conclude(search *search, const starts *all, identified *result, ad_error *error)
+static ad_status conclude(search *search, identified *result, ad_error *error)
 {
+    const starts *all = &search->all;
     const descent *found = &all->end[0];
     double z[MAX];
     memcpy(z, found->z, sizeof z);
@@ -449,7 +489,7 @@ static ad_status conclude(search *search, const starts *all, identified *result,
     }
     if (code != OPTIM_OBJECTIVE_OK) {
         return code == OPTIM_OBJECTIVE_STOP
-                   ? ad_fail(error, search->error.status, "%s", search->error.message)
+                   ? stopped(search, error)
                    : ad_fail(error, AD_NOT_FINITE,
                              "identification ends where there is no solution next to it");
     }
@@ -475,9 +515,9 @@ static ad_status conclude(search *search, const starts *all, identified *result,
             (p->scale == SCENE_LOG ? result->value[i] * log(p->high / p->low) : p->high - p->low);
     }
     for (int i = 0; i < all->ends; i++) {
-        result->steps += all->end[i].steps;
+        result->steps += (int)all->end[i].steps;
     }
-    result->converged = found->converged;
+    result->converged = found->converged != 0;
     return check_deviations(search, z, result, error);
 }
 
@@ -495,9 +535,10 @@ ad_status identify_check(int unknowns, size_t numbers, bool noise_is_scaled, ad_
                    noise_is_scaled ? ", and one more for the noise" : "");
 }
 
-static ad_status prepare(search *search, int sets, const solve_measured *measured, double *start,
+static ad_status prepare(search *search, int sets, const solve_measured *measured,
                          identified *result, ad_error *error)
 {
+    double *start = search->all.from;
     const int first = scene_known_count(search->open);
     search->count = search->open->unknown_count;
     for (int i = 0; i < search->count; i++) {
@@ -525,7 +566,17 @@ static ad_status prepare(search *search, int sets, const solve_measured *measure
     search->room = malloc(2 * count * search->n * sizeof *search->room);
     search->r = malloc(search->n * sizeof *search->r);
     search->j = malloc(count * search->n * sizeof *search->j);
-    search->ls = (least_squares){count, OPTIM_SCALING_DIAGONAL, sum, search, .jtj = NULL};
+    search->ls = (least_squares){.count = count,
+                                 .scaling = OPTIM_SCALING_DIAGONAL,
+                                 .sum = sum,
+                                 .begin = begin,
+                                 .judge = judge,
+                                 .turn = start_elsewhere,
+                                 .state = state_of,
+                                 .context = search,
+                                 .every = 1,
+                                 .descents = DESCENTS,
+                                 .steps = STEPS_MAX};
     return search->room && search->r && search->j
                ? least_squares_create(&search->ls, error)
                : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu residuals", search->n);
@@ -540,35 +591,34 @@ static void search_free(search *search)
     free(search->j);
 }
 
+static ad_status finish(search *search, identified *result, ad_error *error)
+{
+    best_first(&search->all);
+    if (!isfinite(search->all.end[0].chi_squared)) {
+        const char *reason = solve_trials_reason(search->trials);
+        return ad_fail(error, AD_BAD_INPUT,
+                       "there is no solution where the search starts, nor anywhere else in the "
+                       "ranges that was tried%s%s",
+                       *reason ? ": " : "", reason);
+    }
+    const ad_status status = conclude(search, result, error);
+    result->solutions = (long)search->all.solutions;
+    return status;
+}
+
 ad_status identify(const scene *open, int sets, const solve_measured *measured,
                    const identify_settings *settings, identified *result, ad_error *error)
 {
     search x = {.open = open, .noise_is_scaled = settings->noise_is_scaled};
-    double start[MAX];
-    starts all = {.count = 0};
     *result = (identified){.count = 0};
     ad_status status = solve_trials_create(open, sets, measured, settings->tolerance,
                                            settings->threads, &x.trials, error);
-    if (status == AD_OK) {
-        status = prepare(&x, sets, measured, start, result, error);
-    }
-    if (status == AD_OK) {
-        all.ends = 1;
-        status = descend(&x, start, &all.end[0], error);
-    }
-    if (status == AD_OK) {
-        status = start_elsewhere(&x, &all, error);
-    }
-    if (status == AD_OK && !isfinite(all.end[0].chi_squared)) {
-        const char *reason = solve_trials_reason(x.trials);
-        status = ad_fail(error, AD_BAD_INPUT,
-                         "there is no solution where the search starts, nor anywhere else in the "
-                         "ranges that was tried%s%s",
-                         *reason ? ": " : "", reason);
-    }
-    if (status == AD_OK) {
-        status = conclude(&x, &all, result, error);
-        result->solutions = x.solutions;
+    status = status == AD_OK ? prepare(&x, sets, measured, result, error) : status;
+    status = status == AD_OK ? least_squares_run(&x.ls, settings->runner, error) : status;
+    if (status == AD_OK && x.ls.fit.state == FIT_OVER) {
+        status = finish(&x, result, error);
+    } else if (status == AD_OK) {
+        result->count = 0;
     }
     search_free(&x);
     return status;

@@ -6,6 +6,7 @@
 
 #include "physics/solve/information.h"
 #include "physics/solve/measured.h"
+#include "tools/train/least_squares.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -16,6 +17,7 @@ typedef struct identify_settings {
     int threads;          /* 0: one per processor */
     bool noise_is_scaled; /* the noise is known up to a factor: that which the residuals show is
                            * taken */
+    const least_squares_runner *runner; /* NULL: none; one that leaves: nothing is identified */
 } identify_settings;
 
 enum { IDENTIFIED_OTHERS = 5 };

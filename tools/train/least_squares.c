@@ -1,17 +1,49 @@
 #include "tools/train/least_squares.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+static const fit_kind descent;
+
+enum { ITEM_NAME = 96 };
+
+static ad_status make_settings(least_squares *ls, ad_error *error)
+{
+    static const char *const names[] = {"step", "window",   "stage",   "seconds",
+                                        "loss", "held_out", "damping", "gradient_norm"};
+    ls->settings = malloc(sizeof *ls->settings);
+    if (!ls->settings) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a fit");
+    }
+    *ls->settings = train_settings_default();
+    train_stage *stage = &ls->settings->stages[0];
+    ls->settings->stage_count = 1;
+    ls->settings->output_every = ls->every;
+    stage->optim = optim_settings_defaults(OPTIM_GAUSS_NEWTON);
+    stage->optim.scaling = ls->scaling;
+    stage->optim.gradient_tolerance = 0;
+    stage->steps = ls->steps;
+    stage->stop_held_out_ratio = 0;
+    ls->fit = fit_of(ls->settings, NULL, &descent, ls);
+    ls->fit.windows = ls->descents;
+    ls->fit.rows.columns = (int)(sizeof names / sizeof *names);
+    memcpy(ls->fit.rows.names, names, sizeof names);
+    return AD_OK;
+}
 
 ad_status least_squares_create(least_squares *ls, ad_error *error)
 {
     ls->jtj = malloc(ls->count * ls->count * sizeof *ls->jtj);
-    ls->jtr = malloc(ls->count * sizeof *ls->jtr);
+    ls->jtr = malloc(2 * ls->count * sizeof *ls->jtr);
+    ls->start = ls->jtr ? ls->jtr + ls->count : NULL;
     ls->factor = ad_dense_factor_create(ls->count);
     ls->pool = ad_pool_create(1);
-    return ls->jtj && ls->jtr && ls->factor && ls->pool
-               ? ad_dense_load(error)
-               : ad_fail(error, AD_NO_MEMORY, "out of memory for a fit of %zu numbers", ls->count);
+    const ad_status status =
+        ls->jtj && ls->jtr && ls->factor && ls->pool
+            ? ad_dense_load(error)
+            : ad_fail(error, AD_NO_MEMORY, "out of memory for a fit of %zu numbers", ls->count);
+    return status == AD_OK ? make_settings(ls, error) : status;
 }
 
 void least_squares_clear(least_squares *ls)
@@ -21,6 +53,8 @@ void least_squares_clear(least_squares *ls)
     ad_dense_factor_free(ls->factor);
     ad_pool_free(ls->pool);
     optim_free(ls->by);
+    fit_free(&ls->fit);
+    free(ls->settings);
 }
 
 static int evaluate(void *context, const double *x, double *value)
@@ -49,19 +83,128 @@ int least_squares_solve(void *of, double damping, const double *scale, double *s
                                 step);
 }
 
-ad_status least_squares_begin(least_squares *ls, const double *x, ad_error *error)
+/* ---- as a fit ------------------------------------------------------------------------------ */
+
+static ad_status start(void *of, ad_error *error)
 {
-    optim_settings settings = optim_settings_defaults(OPTIM_GAUSS_NEWTON);
+    least_squares *ls = of;
     const char *why = NULL;
-    settings.scaling = ls->scaling;
-    settings.gradient_tolerance = 0;
+    ls->reason = NULL;
     optim_free(ls->by);
-    ls->by = optim_create(ls->count, x, &settings, &why);
-    return ls->by ? AD_OK : ad_fail(error, AD_NO_MEMORY, "fit: %s", why);
+    ls->by = ls->fit.by = NULL;
+    const ad_status status = ls->begin(ls->context, ls->start, error);
+    if (status == AD_OK) {
+        ls->by = optim_create(ls->count, ls->start, &ls->settings->stages[0].optim, &why);
+        ls->fit.by = ls->by;
+    }
+    return status != AD_OK ? status : ls->by ? AD_OK : ad_fail(error, AD_NO_MEMORY, "fit: %s", why);
 }
 
-optim_status least_squares_next(least_squares *ls)
+static ad_status step(void *of, optim_status *status, bool *taken, ad_error *error)
 {
+    least_squares *ls = of;
     const optim_linear_model model = {ls, evaluate, linearize, least_squares_solve, NULL};
-    return optim_step(ls->by, &(optim_target){.model = &model});
+    (void)taken;
+    *status = optim_step(ls->by, &(optim_target){.model = &model});
+    return ls->judge(ls->context, *status, error);
+}
+
+static ad_status row(void *of, ad_error *error)
+{
+    fit *f = &((least_squares *)of)->fit;
+    const double row[] = {
+        (double)f->at.step, f->at.window + 1, f->at.stage + 1, fit_seconds(f), f->loss,
+        f->held_out,        f->rate,          f->gradient_norm};
+    return history_add(&f->rows, row, error);
+}
+
+static double trained(const void *of, size_t row)
+{
+    return history_value(&((const least_squares *)of)->fit.rows, row, "loss");
+}
+
+static const char *reason(void *of, optim_status status)
+{
+    (void)status;
+    return ((const least_squares *)of)->reason;
+}
+
+static ad_status end(void *of, optim_status status, bool *again, ad_error *error)
+{
+    (void)of, (void)status, (void)again, (void)error;
+    return AD_OK;
+}
+
+static ad_status turn(void *of, ad_error *error)
+{
+    least_squares *ls = of;
+    return ls->turn ? ls->turn(ls->context, error) : AD_OK;
+}
+
+static const fit_kind descent = {.start = start,
+                                 .step = step,
+                                 .row = row,
+                                 .trained = trained,
+                                 .reason = reason,
+                                 .end = end,
+                                 .turn = turn};
+
+ad_status least_squares_run(least_squares *ls, const least_squares_runner *runner, ad_error *error)
+{
+    if (runner) {
+        return runner->run(runner->context, ls, error);
+    }
+    ad_status status = fit_start(&ls->fit, error);
+    while (status == AD_OK && ls->fit.state == FIT_RUNNING) {
+        status = fit_step(&ls->fit, error);
+    }
+    return status;
+}
+
+/* ---- in a checkpoint ----------------------------------------------------------------------- */
+
+void least_squares_put(least_squares *ls, checkpoint *file)
+{
+    optim_array arrays[OPTIM_STATE_CAPACITY];
+    const int count = ls->state(ls->context, arrays);
+    fit_put(&ls->fit, file);
+    checkpoint_put_integer(file, "training/window", ls->fit.at.window);
+    for (int i = 0; i < count; i++) {
+        char name[ITEM_NAME];
+        snprintf(name, sizeof name, "fit/%s", arrays[i].name);
+        checkpoint_put_doubles(file, name, arrays[i].data, 1, &arrays[i].count);
+    }
+    history_put(&ls->fit.rows, file);
+}
+
+static ad_status get_state(least_squares *ls, const checkpoint *file, ad_error *error)
+{
+    optim_array arrays[OPTIM_STATE_CAPACITY];
+    const int count = ls->state(ls->context, arrays);
+    ad_status status = AD_OK;
+    for (int i = 0; status == AD_OK && i < count; i++) {
+        char name[ITEM_NAME];
+        snprintf(name, sizeof name, "fit/%s", arrays[i].name);
+        status = checkpoint_get_doubles(file, name, arrays[i].data, arrays[i].count, error);
+    }
+    return status;
+}
+
+/* What a descent begins from may be kept, and changes what is. */
+ad_status least_squares_get(least_squares *ls, const checkpoint *file, ad_error *error)
+{
+    int64_t window;
+    ad_status status;
+    if ((status = fit_get(&ls->fit, file, error)) != AD_OK ||
+        (status = checkpoint_get_integer(file, "training/window", 0, ls->fit.windows - 1, &window,
+                                         error)) != AD_OK) {
+        return status;
+    }
+    ls->fit.at.window = (int)window;
+    if ((status = get_state(ls, file, error)) != AD_OK ||
+        (status = fit_go_on(&ls->fit, true, file, error)) != AD_OK ||
+        (status = get_state(ls, file, error)) != AD_OK) {
+        return status;
+    }
+    return fit_get_rows(&ls->fit, file, error);
 }

@@ -84,7 +84,7 @@ ad_status train_law_read_data(const char *path, train_law_data *data, ad_error *
 
 /* Everything is scaled: strains by law->scale, stresses times that by `unit`, so that a, c are
  * numbers about 1; a residual is a difference of stresses over their root mean square. */
-typedef struct fit {
+typedef struct law_fit {
     const train_law_settings *asked;
     scene_law *law;
     double unit;     /* N */
@@ -96,12 +96,15 @@ typedef struct fit {
     least_squares ls;
     ad_normal *normal;
     ad_program *sum; /* of squares */
-    ad_error *error;
-} fit;
+    double *best;    /* [count], of the network to be taken */
+    double found[3]; /* its sum of squares over rows held out, its step and start */
+    ad_error error;
+} law_fit;
 
 /* Root mean squares of a kind (v, u, n, m) of the rows, none below SMALLEST of the largest; both
  * strains across are alike for a round law. */
-static void sizes(const fit *fit, const train_law_data *data, double *const *columns, double *size)
+static void sizes(const law_fit *fit, const train_law_data *data, double *const *columns,
+                  double *size)
 {
     for (int i = 0; i < N; i++) {
         size[i] = 0;
@@ -121,7 +124,7 @@ static void sizes(const fit *fit, const train_law_data *data, double *const *col
     }
 }
 
-static ad_status set_scales(fit *fit, const train_law_data *data, ad_error *error)
+static ad_status set_scales(law_fit *fit, const train_law_data *data, ad_error *error)
 {
     scene_law *law = fit->law;
     double strain[N], stress[N];
@@ -159,7 +162,7 @@ static ad_status set_scales(fit *fit, const train_law_data *data, ad_error *erro
 }
 
 /* Rows held out are drawn at random. */
-static ad_status deal(fit *fit, const train_law_data *data, ad_error *error)
+static ad_status deal(law_fit *fit, const train_law_data *data, ad_error *error)
 {
     const size_t rows = data->rows, out = (size_t)(fit->asked->held_out * (double)rows);
     size_t *order = malloc((rows + 1) * sizeof *order), at = 0;
@@ -194,12 +197,12 @@ static ad_status deal(fit *fit, const train_law_data *data, ad_error *error)
 
 /* Flat: the roots of c [N]; a, b [units]; w [features * units]. Of a convex law a and, if round, w
  * are squares, but for the first w; the last is 0. Of a round law c_2 and c_5 do not count. */
-static bool is_squared(const fit *fit, int feature)
+static bool is_squared(const law_fit *fit, int feature)
 {
     return fit->asked->convex && fit->asked->symmetry == SCENE_SYMMETRY_ROUND && feature > 0;
 }
 
-static void set_law(const fit *fit, const double *p)
+static void set_law(const law_fit *fit, const double *p)
 {
     scene_law *law = fit->law;
     const int units = law->units;
@@ -220,7 +223,7 @@ static void set_law(const fit *fit, const double *p)
 }
 
 /* The same on the tape; wrt [4]. */
-static scene_law_values record_law(const fit *fit, ad_tape *tape, ad_value *wrt)
+static scene_law_values record_law(const law_fit *fit, ad_tape *tape, ad_value *wrt)
 {
     const int units = fit->law->units, all = units * fit->features;
     double linear[SCENE_LAW_UNITS_MAX * SCENE_LAW_FEATURES];
@@ -249,7 +252,7 @@ static scene_law_values record_law(const fit *fit, ad_tape *tape, ad_value *wrt)
                               wrt[2], by};
 }
 
-static ad_status record(fit *fit, ad_error *error)
+static ad_status record(law_fit *fit, ad_error *error)
 {
     ad_tape *tape = ad_tape_create();
     if (!tape) {
@@ -276,7 +279,7 @@ static ad_status record(fit *fit, ad_error *error)
 
 /* ---- Levenberg-Marquardt ------------------------------------------------------------------- */
 
-static ad_run run_of(const fit *fit, int part, const double *p, const double *inputs[2],
+static ad_run run_of(const law_fit *fit, int part, const double *p, const double *inputs[2],
                      double **output)
 {
     inputs[0] = fit->data[part];
@@ -285,32 +288,34 @@ static ad_run run_of(const fit *fit, int part, const double *p, const double *in
         .points = fit->rows[part], .inputs = inputs, .parameters = p, .outputs = output};
 }
 
-static int sum_of(const fit *fit, int part, const double *p, double *value)
+static int sum_of(law_fit *fit, int part, const double *p, double *value)
 {
     const double *inputs[2];
     const ad_run run = run_of(fit, part, p, inputs, &value);
-    return ad_execute(fit->sum, &run, fit->error) == AD_OK ? OPTIM_OBJECTIVE_OK
-                                                           : OPTIM_OBJECTIVE_STOP;
+    return ad_execute(fit->sum, &run, &fit->error) == AD_OK ? OPTIM_OBJECTIVE_OK
+                                                            : OPTIM_OBJECTIVE_STOP;
 }
 
 static int sum(void *context, const double *p, double *value, least_squares *to)
 {
-    fit *fit = context;
+    law_fit *fit = context;
     const double *inputs[2];
     const ad_run run = run_of(fit, 0, p, inputs, NULL);
     if (!to) {
         return sum_of(fit, 0, p, value);
     }
     *value = 0;
-    return ad_normal_add(fit->normal, &run, to->jtj, to->jtr, value, fit->error) == AD_OK
+    return ad_normal_add(fit->normal, &run, to->jtj, to->jtr, value, &fit->error) == AD_OK
                ? OPTIM_OBJECTIVE_OK
                : OPTIM_OBJECTIVE_STOP;
 }
 
-static void draw(const fit *fit, int start, double *p)
+static ad_status draw(void *context, double *p, ad_error *error)
 {
-    nn_rng rng = nn_rng_split(fit->asked->seed + (uint64_t)start, "law");
+    const law_fit *fit = context;
+    nn_rng rng = nn_rng_split(fit->asked->seed + (uint64_t)fit->ls.fit.at.window, "law");
     const int units = fit->law->units;
+    (void)error;
     for (size_t i = 0; i < fit->count; i++) {
         p[i] = nn_rng_normal(&rng);
     }
@@ -323,39 +328,41 @@ static void draw(const fit *fit, int start, double *p)
     for (int i = 0; i < units * fit->features; i++) {
         p[N + 2 * units + i] *= 1 / sqrt(fit->features);
     }
+    return AD_OK;
 }
 
-/* The best network on the way of one start, by the rows held out. */
-static ad_status descend(fit *fit, int start, double *p, double *best, train_law_report *report,
-                         ad_error *error)
+/* The best network on the way of all starts, by the rows held out. */
+static ad_status judge(void *context, optim_status status, ad_error *error)
 {
-    const int judge = fit->rows[1] > 0;
-    draw(fit, start, p);
-    if (least_squares_begin(&fit->ls, p, error) != AD_OK) {
-        return error->status;
+    law_fit *fit = context;
+    const int part = fit->rows[1] > 0;
+    const double *p = optim_x(fit->ls.by);
+    double off = INFINITY;
+    if (status == OPTIM_STOPPED_BY_OBJECTIVE || sum_of(fit, part, p, &off) != OPTIM_OBJECTIVE_OK) {
+        return ad_fail(error, fit->error.status, "%s", fit->error.message);
     }
-    optim_status status = OPTIM_RUNNING;
-    fit->error = error;
-    for (int i = 1; i <= fit->asked->steps && status == OPTIM_RUNNING; i++) {
-        status = least_squares_next(&fit->ls);
-        double off = INFINITY;
-        if (status != OPTIM_STOPPED_BY_OBJECTIVE && sum_of(fit, judge, optim_x(fit->ls.by), &off)) {
-            status = OPTIM_STOPPED_BY_OBJECTIVE;
-        }
-        if (off < *best) {
-            *best = off;
-            report->steps = i;
-            report->start = start;
-            set_law(fit, optim_x(fit->ls.by));
-        }
+    fit->ls.fit.held_out = part ? off * (double)fit->rows[0] / (double)fit->rows[1] : NAN;
+    if (off < fit->found[0]) {
+        fit->found[0] = off;
+        fit->found[1] = (double)fit->ls.fit.at.stage_step + 1;
+        fit->found[2] = fit->ls.fit.at.window;
+        memcpy(fit->best, p, fit->count * sizeof *p);
     }
-    return status == OPTIM_STOPPED_BY_OBJECTIVE ? error->status : AD_OK;
+    return AD_OK;
+}
+
+static int state_of(void *context, optim_array *arrays)
+{
+    law_fit *fit = context;
+    arrays[0] = (optim_array){"best", fit->best, fit->count};
+    arrays[1] = (optim_array){"found", fit->found, 3};
+    return 2;
 }
 
 /* ---- what came of it ----------------------------------------------------------------------- */
 
 /* Of the law, or where it is NULL of one stiffness each. */
-static void errors_of(const fit *fit, const scene_law *law, int part, double *error)
+static void errors_of(const law_fit *fit, const scene_law *law, int part, double *error)
 {
     const size_t n = fit->rows[part];
     double missed[N] = {0}, size[N] = {0}, stiffness[N];
@@ -405,46 +412,58 @@ static ad_status check(const train_law_settings *asked, const train_law_data *da
                          ceil(unknown / N / (1 - asked->held_out)), asked->units);
 }
 
-static ad_status fit_law(fit *fit, train_law_report *report, ad_error *error)
+static ad_status fit_law(law_fit *fit, ad_error *error)
 {
-    double *p = malloc(fit->count * sizeof *p), best = INFINITY;
     ad_status status = least_squares_create(&fit->ls, error);
-    if (status == AD_OK && !p) {
+    fit->best = calloc(fit->count, sizeof *fit->best);
+    if (status == AD_OK && !fit->best) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for a law");
     }
     status = status == AD_OK ? record(fit, error) : status;
-    for (int start = 0; start < fit->asked->starts && status == AD_OK; start++) {
-        status = descend(fit, start, p, &best, report, error);
+    status = status == AD_OK ? least_squares_run(&fit->ls, fit->asked->runner, error) : status;
+    if (status == AD_OK && fit->ls.fit.state == FIT_OVER) {
+        set_law(fit, fit->best);
+        status = isfinite(fit->found[0])
+                     ? scene_law_finish(fit->law, error)
+                     : ad_fail(error, AD_NOT_FINITE, "no law was found from %d starts",
+                               fit->asked->starts);
     }
-    if (status == AD_OK && !isfinite(best)) {
-        status =
-            ad_fail(error, AD_NOT_FINITE, "no law was found from %d starts", fit->asked->starts);
-    }
-    free(p);
+    free(fit->best);
     ad_normal_free(fit->normal);
     ad_program_free(fit->sum);
     least_squares_clear(&fit->ls);
-    return status == AD_OK ? scene_law_finish(fit->law, error) : status;
+    return status;
 }
 
 ad_status train_law_fit(const train_law_settings *settings, const train_law_data *data,
                         scene_law *law, train_law_report *report, ad_error *error)
 {
     const int features = scene_law_features(settings->symmetry);
-    fit x = {.asked = settings,
-             .law = law,
-             .features = features,
-             .count = (size_t)(N + settings->units * (2 + features))};
-    x.ls = (least_squares){x.count, OPTIM_SCALING_IDENTITY, sum, &x, .jtj = NULL};
-    *report = (train_law_report){.trained = 0};
+    law_fit x = {.asked = settings,
+                 .law = law,
+                 .features = features,
+                 .found = {INFINITY},
+                 .count = (size_t)(N + settings->units * (2 + features))};
+    x.ls = (least_squares){.count = x.count,
+                           .scaling = OPTIM_SCALING_IDENTITY,
+                           .sum = sum,
+                           .begin = draw,
+                           .judge = judge,
+                           .state = state_of,
+                           .context = &x,
+                           .every = 10,
+                           .descents = settings->starts,
+                           .steps = settings->steps};
     *law = (scene_law){.symmetry = settings->symmetry, .units = settings->units, .misfit = NAN};
     ad_status status = check(settings, data, error);
     status = status == AD_OK ? set_scales(&x, data, error) : status;
     status = status == AD_OK ? deal(&x, data, error) : status;
-    status = status == AD_OK ? fit_law(&x, report, error) : status;
-    if (status == AD_OK) {
-        report->trained = x.rows[0];
-        report->held_out = x.rows[1];
+    status = status == AD_OK ? fit_law(&x, error) : status;
+    if (status == AD_OK && isfinite(x.found[0])) {
+        *report = (train_law_report){.trained = x.rows[0],
+                                     .held_out = x.rows[1],
+                                     .steps = (int)x.found[1],
+                                     .start = (int)x.found[2]};
         errors_of(&x, law, 0, report->error);
         errors_of(&x, law, 1, report->held_out_error);
         errors_of(&x, NULL, x.rows[1] > 0, report->linear);

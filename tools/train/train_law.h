@@ -4,6 +4,7 @@
 #define TOOLS_TRAIN_TRAIN_LAW_H
 
 #include "physics/scene_law.h"
+#include "tools/train/least_squares.h"
 
 #include <stdint.h>
 
@@ -20,6 +21,7 @@ typedef struct train_law_settings {
     double held_out; /* share of the rows that are not trained on and choose among all networks on
                       * the way; [0, 0.9]; 0: the last network of the best start */
     uint64_t seed;
+    const least_squares_runner *runner; /* NULL: none */
 } train_law_settings;
 
 train_law_settings train_law_defaults(void);
