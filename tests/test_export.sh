@@ -185,7 +185,7 @@ training: {stages: [{optimizer: adam, steps: 100}]}'
 supported 1 -0.05 0.6 >one.yaml
 printf 'pull,push,stiff\n1,-0.05,0.6\n' >members.csv
 cpinn-train supported.yaml --out supported --quiet 2>/dev/null
-run 0 cpinn-solve one.yaml --method collocation --tol 1e-9 --grid 3 --out shapes.csv
+run 0 cpinn-solve one.yaml --method collocation --tolerance 1e-9 --grid 3 --out shapes.csv
 run 0 cpinn-export supported --c supported --places 0.1,0.2
 check "supported for a member" -- cc -std=c99 -DHEADER='"supported.h"' -DNAME=supported -DNUMBER=double -I. \
     -o compare "$ROOT/tests/export_members_compare.c" supported.c -lm

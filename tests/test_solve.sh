@@ -43,7 +43,7 @@ said stdout.txt '"method": *"strain"'
 
 # ---- motions by strain modes ------------------------------------------------------------------
 
-run 0 cpinn-solve "$ROOT/configs/soft_arm.yaml" --method modes --tol 1e-3
+run 0 cpinn-solve "$ROOT/configs/soft_arm.yaml" --method modes --tolerance 1e-3
 said stdout.txt 'modes \(bending [0-9, ]*, twist 0, stretch 0, shear 0, 0\), [0-9]* steps of time'
 said stdout.txt 'times real time$'
 said stdout.txt '^  tip +0\.2997[0-9]* 0 0\.002[89][0-9]* m$'
@@ -75,6 +75,11 @@ for ending in csv h5; do
     said stdout.txt 'position, largest +[0-9.]+e(-1[5-9]|-[2-9][0-9]|.00) of the length'
 done
 head -1 solved.csv >columns.txt
+run 0 cpinn-solve "$elastica" --out again.csv --points solved.csv # also the points of a file
+check the same at the same points -- cmp solved.csv again.csv
+refused '^cpinn-solve: --points and --grid are given' \
+    cpinn-solve "$elastica" --points solved.csv --grid 3 --out none.csv
+refused 'nothing would be written' cpinn-solve "$elastica" --points solved.csv
 run 3 cpinn-train "$elastica" --set 'network.hidden=[4]' --set losses.interior.points=8 \
     --set losses.held_out_points=8 --set 'training.stages=[{optimizer: adam, steps: 2}]' \
     --set reference.analytic=null --set reference.file="$PWD/solved.csv" --out run --quiet
@@ -142,13 +147,15 @@ refused '^squeezed.yaml:3:12: reference.solve: solving stops at 0\.9[0-9]* of th
 
 # ---- a motion ---------------------------------------------------------------------------------
 
-run 0 cpinn-solve "$dynamic" --nodes 9 --tol 1e-3 --out motion.csv --grid 3x5
+run 0 cpinn-solve "$dynamic" --nodes 9 --tolerance 1e-3 --out motion.csv --grid 3x5
 said stdout.txt '^[a-z_]+: dynamic, .*duration 1$'
 said stdout.txt '^solved: 9 nodes, [0-9]+ steps of time, '
 said stdout.txt '^  energy +kinetic 0\.59[0-9]*, strain 2\.4[0-9]*, work of loads 3\.0[0-9]*, dissipated 0 J$'
 said stdout.txt '^  energy out of balance +[0-9.]+e-0[4-9] of the largest$'
 said stdout.txt '^difference from cantilever_ramp.csv'
 said motion.csv '^s,t,x,.*,vx,vy,vz,w1,w2,w3$'
+run 0 cpinn-solve "$dynamic" --nodes 9 --tolerance 1e-3 --out again.csv --points motion.csv
+check the same at the same points -- cmp motion.csv again.csv
 check the tip falls as far -- awk -F, 'END { exit !(NR == 16 && $5 < -0.85 && $5 > -0.86) }' motion.csv
 
 # ---- beams of small deflection ----------------------------------------------------------------
@@ -186,7 +193,7 @@ run 0 cpinn-bench "$elastica" --set 'network.hidden=[4]' --set losses.interior.p
     --methods adam:2 --seeds 1 --threads 1 --curve curve.csv --out bench
 said stdout.txt 'curve'
 
-run 0 cpinn-solve "$ROOT/configs/tapered_arm.yaml" --method modes --tol 1e-6 \
+run 0 cpinn-solve "$ROOT/configs/tapered_arm.yaml" --method modes --tolerance 1e-6 \
     --work-precision modes.csv
 said stdout.txt '^ modes +ms +error$'
 said modes.csv '^seconds,error,modes$'
@@ -235,7 +242,7 @@ said stdout.txt '^note \(several_equilibria\): of several equilibria this one li
 run 0 cpinn-solve "$ROOT/configs/ring.yaml"
 run 0 cpinn-train "$ROOT/configs/ring.yaml" --out ring
 refused 'branch 2: the path to the full load has 1 bifurcation$' cpinn-solve column.yaml --branch 2
-refused 'time.duration: a path of equilibria is of scenes at rest, and this one moves' cpinn-solve "$dynamic" --nodes 9 --tol 1e-2 --path no.csv
+refused 'time.duration: a path of equilibria is of scenes at rest, and this one moves' cpinn-solve "$dynamic" --nodes 9 --tolerance 1e-2 --path no.csv
 refused 'time.duration: a path of equilibria is of scenes at rest, and this one moves' cpinn-solve "$dynamic" --branch 1
 refused 'path: a perturbation is given' cpinn-solve column.yaml --perturb 10 --path no.csv
 
@@ -248,8 +255,8 @@ run 0 cpinn-solve --version
 said stdout.txt '^cpinn-solve [0-9]'
 refused '^cpinn-solve: CONFIG.yaml is missing' cpinn-solve
 refused 'no_such.yaml: cannot be read' cpinn-solve no_such.yaml
-refused '^cpinn-solve: --tol 2: allowed' cpinn-solve "$elastica" --tol 2
-refused '^cpinn-solve: --tol small: allowed' cpinn-solve "$elastica" --tol small
+refused '^cpinn-solve: --tolerance 2: allowed' cpinn-solve "$elastica" --tolerance 2
+refused '^cpinn-solve: --tolerance small: allowed' cpinn-solve "$elastica" --tolerance small
 refused '^cpinn-solve: --nodes 0: allowed' cpinn-solve "$elastica" --nodes 0
 refused '^cpinn-solve: --grid 5x5: allowed' cpinn-solve "$elastica" --grid 5x5 --out grid.csv
 refused 'x.txt: .*allowed: .csv' cpinn-solve "$elastica" --out x.txt

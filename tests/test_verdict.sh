@@ -113,15 +113,15 @@ said stdout.txt '^verdict on training: stopped \(unfinished\): '
 judged 0 solved none cpinn-solve "$elastica"
 judged 3 warning unstable cpinn-solve column.yaml
 judged 0 solved several_equilibria cpinn-solve column.yaml --perturb 10 # buckled, and stable
-judged 3 warning estimate_above_tolerance cpinn-solve column.yaml --perturb 10 --tol 1e-13 \
+judged 3 warning estimate_above_tolerance cpinn-solve column.yaml --perturb 10 --tolerance 1e-13 \
     --set 'loads.tip.force=[0, 0, -2.46741]' # so near to buckling that rounding grows
 judged 3 warning unresolved cpinn-solve "$ROOT/configs/heavy_cantilever.yaml" \
     --set 'loads.force=[0, 0, "-3*step(sin(1000*s))"]'
 judged 0 solved none cpinn-solve "$ROOT/configs/heavy_cantilever.yaml" \
-    --tol 1e-13 --set 'loads.force=[0, 0, "-3*step(s-0.3333)"]'
+    --tolerance 1e-13 --set 'loads.force=[0, 0, "-3*step(s-0.3333)"]'
 # A hundred turns of a screw while the wave passes: steps to 1e-2 lose a quarter of the energy.
 judged 3 warning energy_out_of_balance cpinn-solve "$ROOT/configs/cases/travelling_helix.yaml" \
-    --tol 1e-2 --nodes 29
+    --tolerance 1e-2 --nodes 29
 judged 1 stopped load_not_reached cpinn-solve column.yaml --out no.csv --set loads.tip=null \
     --set 'boundary.end={type: clamped, position: [0, 0, 0.6], rotation: [1, 0, 0, 0]}'
 check no result -- test ! -e no.csv

@@ -25,7 +25,7 @@ static stability stability_of(const solution *solution, const scene *rod_scene)
 
 /* What is allowed, in tolerances of the position, but at most a tenth of the energy. Motions whose
  * error is within their tolerance are out of balance by up to 10 tolerances
- * (configs/cases/travelling_helix.yaml, --tol 1e-6 and 1e-3), usually by less than one. */
+ * (configs/cases/travelling_helix.yaml, --tolerance 1e-6 and 1e-3), usually by less than one. */
 static const double ALLOWED_MISMATCH = 100;
 
 bool solve_energy_is_met(const solve_report *report)

@@ -50,6 +50,7 @@ typedef struct cli_program {
 #define CLI_AT(text)       ((cli_option){"--at", "NAME=VALUE,...", CLI_TEXT, text, 0, 0})
 #define CLI_OUT(file)      ((cli_option){"--out", "FILE", CLI_TEXT, file, 0, 0}) /* of shapes */
 #define CLI_GRID(text)     ((cli_option){"--grid", "NSxNT", CLI_TEXT, text, 0, 0})
+#define CLI_POINTS(file)   ((cli_option){"--points", "FILE", CLI_TEXT, file, 0, 0})
 #define CLI_THREADS(count) ((cli_option){"--threads", "N", CLI_INTEGER, count, 0, 1024})
 #define CLI_SEED(seed)     ((cli_option){"--seed", "N", CLI_INTEGER, seed, 0, 2147483647})
 #define CLI_SECONDS(limit) ((cli_option){"--seconds", "S", CLI_NUMBER, limit, 1e-3, 1e6})

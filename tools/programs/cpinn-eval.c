@@ -25,7 +25,8 @@ static const double TIMED_SECONDS = 0.2;
 enum { TIMED_POINTS = 4096 };
 
 typedef struct options {
-    const char *checkpoint, *points, *grid, *out;
+    const char *checkpoint, *out;
+    samples_asked where;
     int threads;
     const char *json; /* file, or - */
     bool speed, quiet;
@@ -346,13 +347,10 @@ static ad_status open_field(evaluation *evaluation, ad_error *error)
                : status;
 }
 
-static ad_status gather_points(evaluation *evaluation, const char *grid, ad_error *error)
+static ad_status gather_points(evaluation *evaluation, const char *usual, ad_error *error)
 {
-    const double until = experiment_until(evaluation->e);
-    return evaluation->asked.points
-               ? samples_of_file(&evaluation->samples, evaluation->asked.points,
-                                 evaluation->e->scene, until, error)
-               : samples_of_grid(&evaluation->samples, grid, evaluation->e->scene, until, error);
+    return samples_choose(&evaluation->samples, &evaluation->asked.where, usual,
+                          evaluation->e->scene, experiment_until(evaluation->e), error);
 }
 
 /* Whether members are answered with their errors; motions and beams have none, and like families
@@ -378,7 +376,7 @@ static ad_status run_family(evaluation *evaluation, ad_error *error)
     if (conflict) {
         return ad_fail(error, AD_BAD_ARGUMENT, "%s", conflict);
     }
-    ad_status status = gather_points(evaluation, o->grid ? o->grid : usual, error);
+    ad_status status = gather_points(evaluation, usual, error);
     status = status == AD_OK ? eval_family_run(&asked, evaluation->e, &evaluation->samples,
                                                &evaluation->family, error)
                              : status;
@@ -390,7 +388,7 @@ static ad_status run_family(evaluation *evaluation, ad_error *error)
 
 static ad_status evaluate_points(evaluation *evaluation, ad_error *error)
 {
-    ad_status status = gather_points(evaluation, evaluation->asked.grid, error);
+    ad_status status = gather_points(evaluation, NULL, error);
     if (status == AD_OK) {
         status = evaluate(evaluation, &evaluation->samples, error);
     }
@@ -467,8 +465,8 @@ static int go(const ad_ranks *ranks, int argc, char **argv)
     eval_family_options *f = &x.asked.family;
     eval_rollouts_options *r = &x.asked.rollouts;
     const cli_option list[] = {CLI_OUT(&x.asked.out),
-                               CLI_GRID(&x.asked.grid),
-                               {"--points", "FILE", CLI_TEXT, &x.asked.points, 0, 0},
+                               CLI_GRID(&x.asked.where.grid),
+                               CLI_POINTS(&x.asked.where.points),
                                CLI_SET(&x.asked.overrides),
                                CLI_AT(&f->at),
                                {"--members", "FILE", CLI_TEXT, &f->members, 0, 0},
@@ -496,8 +494,8 @@ static int go(const ad_ranks *ranks, int argc, char **argv)
         return cli_fail(program, "--tolerance: of --rollouts; allowed: the two together");
     }
     if (r->count > 0) {
-        if (x.asked.grid || x.asked.points || x.asked.speed || x.asked.overrides.count > 0 ||
-            f->at || f->members || f->verify) {
+        if (x.asked.where.grid || x.asked.where.points || x.asked.speed ||
+            x.asked.overrides.count > 0 || f->at || f->members || f->verify) {
             return cli_fail(program, "--rollouts: allowed beside it: --out DIR, --tolerance, "
                                      "--seed, --json, --quiet, --threads");
         }
@@ -509,13 +507,10 @@ static int go(const ad_ranks *ranks, int argc, char **argv)
         r->quiet = x.asked.quiet;
         return eval_rollouts_run(program, r);
     }
-    if (x.asked.points && x.asked.grid) {
-        return cli_fail(program, "--points and --grid are given; allowed: one of the two");
-    }
-    if ((x.asked.points || x.asked.grid) && !x.asked.out && !x.asked.speed && !f->at &&
-        !f->verify) {
-        return cli_fail(program, "%s: nothing would be written there; give --out FILE too",
-                        x.asked.grid ? "--grid" : "--points");
+    status = samples_check(program, &x.asked.where,
+                           x.asked.out || x.asked.speed || f->at || f->verify > 0);
+    if (status != CLI_RUN) {
+        return status;
     }
     ad_error error = {.message = ""};
     status = 0;

@@ -22,7 +22,8 @@
 static const char program[] = "cpinn-solve";
 
 typedef struct options {
-    const char *config, *grid, *out, *work_precision;
+    const char *config, *out, *work_precision;
+    samples_asked where;
     cli_list overrides;
     const char *at;
     double tolerance, perturbation;
@@ -198,7 +199,7 @@ static ad_status open_reference(solving *solving, ad_error *error)
     return status;
 }
 
-/* The tolerance without --tol, and that of the solution with which others are compared. */
+/* The tolerance without --tolerance, and that of the solution with which others are compared. */
 static void choose_tolerance(solving *solving)
 {
     double *tolerance = &solving->asked.tolerance,
@@ -290,8 +291,8 @@ static ad_status prepare(solving *solving, ad_error *error)
     solving->scene = &solving->settings->scene;
     snprintf(solving->name, sizeof solving->name, "%s", solving->settings->settings.name);
     choose_tolerance(solving);
-    status = samples_of_grid(&solving->grid, o->grid, solving->scene,
-                             scene_duration(solving->scene), error);
+    status = samples_choose(&solving->grid, &o->where, NULL, solving->scene,
+                            scene_duration(solving->scene), error);
     status = status == AD_OK ? check_method(solving, error) : status;
     if (status == AD_OK) {
         if (!o->quiet) {
@@ -414,7 +415,7 @@ int main(int argc, char **argv)
     solving x = {.asked = {.tolerance = 0}};
     options *o = &x.asked;
     const cli_option list[] = {
-        {"--tol", "X", CLI_NUMBER, &o->tolerance, 1e-13, 1},
+        {"--tolerance", "X", CLI_NUMBER, &o->tolerance, 1e-13, 1},
         {"--nodes", "N", CLI_INTEGER, &o->nodes, 1, 6000},
         {"--perturb", "X", CLI_NUMBER, &o->perturbation, -1e6, 1e6},
         {"--branch", "N", CLI_INTEGER, &o->branch, 1, 1000},
@@ -424,7 +425,8 @@ int main(int argc, char **argv)
         {"--state-out", "FILE", CLI_TEXT, &o->state_out, 0, 0},
         {"--path", "CSV", CLI_TEXT, &o->path, 0, 0},
         CLI_OUT(&o->out),
-        CLI_GRID(&o->grid),
+        CLI_GRID(&o->where.grid),
+        CLI_POINTS(&o->where.points),
         {"--work-precision", "CSV", CLI_TEXT, &o->work_precision, 0, 0},
         CLI_SET(&o->overrides),
         CLI_AT(&o->at),
@@ -465,8 +467,9 @@ int main(int argc, char **argv)
                         : o->from    ? "from"
                                      : "modes");
     }
-    if (o->grid && !o->out && !o->work_precision) {
-        return cli_fail(program, "--grid: nothing would be written there; give --out FILE too");
+    status = samples_check(program, &o->where, o->out || o->work_precision);
+    if (status != CLI_RUN) {
+        return status;
     }
     o->quiet = o->quiet || json_is_printed(o->json);
     ad_error error = {.message = ""};

@@ -29,8 +29,8 @@ size_t samples_rows(const samples *p)
     return p->members ? p->members * p->count : p->count;
 }
 
-ad_status samples_of_grid(samples *p, const char *grid, const scene *scene, double until,
-                          ad_error *error)
+static ad_status take_grid(samples *p, const char *grid, const scene *scene, double until,
+                           ad_error *error)
 {
     bool dynamic = scene_is_dynamic(scene);
     const char *text = grid ? grid : dynamic ? "51x21" : "101";
@@ -97,8 +97,8 @@ static ad_status take_points(samples *p, const char *path, const table_file *tab
     return status;
 }
 
-ad_status samples_of_file(samples *p, const char *path, const scene *scene, double until,
-                          ad_error *error)
+static ad_status take_file(samples *p, const char *path, const scene *scene, double until,
+                           ad_error *error)
 {
     table_file *table = NULL;
     ad_status status = table_read(path, TABLE_MEASURED, &table, error);
@@ -107,6 +107,23 @@ ad_status samples_of_file(samples *p, const char *path, const scene *scene, doub
     }
     table_free(table);
     return status;
+}
+
+ad_status samples_choose(samples *p, const samples_asked *asked, const char *usual,
+                         const scene *scene, double until, ad_error *error)
+{
+    return asked->points ? take_file(p, asked->points, scene, until, error)
+                         : take_grid(p, asked->grid ? asked->grid : usual, scene, until, error);
+}
+
+int samples_check(const char *program, const samples_asked *asked, bool needs)
+{
+    return asked->points && asked->grid
+               ? cli_fail(program, "--points and --grid are given; allowed: one of the two")
+           : (asked->points || asked->grid) && !needs
+               ? cli_fail(program, "%s: nothing would be written there; give --out FILE too",
+                          asked->grid ? "--grid" : "--points")
+               : CLI_RUN;
 }
 
 /* ---- asking -------------------------------------------------------------------------------- */

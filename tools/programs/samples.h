@@ -26,15 +26,19 @@ void samples_free(samples *p);
 /* Points of all shapes, one shape after the other. */
 size_t samples_rows(const samples *p);
 
-/* The points of --grid, "NSxNT" or "NS", NULL for the default, from s = 0 to the length and from
- * t = 0 to `until`. AD_BAD_ARGUMENT: it is neither, or too many points. */
-ad_status samples_of_grid(samples *p, const char *grid, const scene *scene, double until,
-                          ad_error *error);
+/* Where: by --grid, "NSxNT" or "NS", or by --points, a table with columns s and, in motion, t. */
+typedef struct samples_asked {
+    const char *grid, *points;
+} samples_asked;
 
-/* The points of a table with columns s and, in motion, t, up to `until`. AD_BAD_INPUT with the
- * line: a point outside of the scene, a column that is missing. */
-ad_status samples_of_file(samples *p, const char *path, const scene *scene, double until,
-                          ad_error *error);
+/* Points of a file, of a grid from s = 0 to the length and from t = 0 to `until`, or of the usual
+ * grid (NULL: 101 points at rest, 51x21 in motion). AD_BAD_ARGUMENT: it is no grid, or too many
+ * points; AD_BAD_INPUT with the line: a point outside of the scene, a column that is missing. */
+ad_status samples_choose(samples *p, const samples_asked *asked, const char *usual,
+                         const scene *scene, double until, ad_error *error);
+
+/* CLI_BAD with one line where both are given, or one of them though nothing `needs` points. */
+int samples_check(const char *program, const samples_asked *asked, bool needs);
 
 /* Fills values and, of members, what is said. AD_NO_MEMORY, errors of who answers. */
 ad_status samples_ask(samples *p, const answer *a, ad_error *error);

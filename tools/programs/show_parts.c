@@ -177,11 +177,8 @@ ad_status show_put_motion(showing *showing, const table_source *table, const cha
 
 ad_status show_choose_points(showing *showing, const scene *of, double until, ad_error *error)
 {
-    return samples_of_grid(&showing->samples,
-                           showing->grid          ? showing->grid
-                           : scene_is_dynamic(of) ? "81x201"
-                                                  : NULL,
-                           of, until, error);
+    return samples_choose(&showing->samples, &(samples_asked){.grid = showing->grid},
+                          scene_is_dynamic(of) ? "81x201" : NULL, of, until, error);
 }
 
 ad_status show_put_shapes(showing *showing, const scene *of, const char *const *labels,
