@@ -199,8 +199,16 @@ static void write_row_of_numbers(const c_writer *w, int rows, const double *numb
     }
 }
 
+/* GCC 12 copies some tables wrongly by AVX-512, {1, ... 0, ...} of 10 each, where it makes a memcpy
+ * of the loop. */
+static const char no_copies[] =
+    "#if defined(__GNUC__) && !defined(__clang__) && defined(__AVX512F__)\n"
+    "#pragma GCC optimize(\"no-tree-loop-distribute-patterns\")\n"
+    "#endif\n";
+
 void ad_c_write_tables(const c_writer *w, const c_tables *tables, FILE *file)
 {
+    fputs(tables->count > 0 ? no_copies : "", file);
     for (int i = 0; i < tables->count; i++) {
         const c_table *t = &tables->items[i];
         if (*t->name) {
