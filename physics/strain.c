@@ -306,6 +306,7 @@ static void begin(strain_rod *rod, const strain_settings *settings, ad_value s,
     rod->nodes = strain_mesh_nodes(&rod->mesh);
     strain_mesh_places(&rod->mesh, rod->s);
     rod->at = rod_place(&rod->one, s, ad_scalar(s.tape, 0));
+    rod->at.load_factor = settings->load ? *settings->load : rod->at.load_factor;
     rod->rod = rod_context_of(&rod->one, &rod->at);
     rod->rod.scene = &rod->open;
     rod->rod.properties = scene_properties_of(&rod->open);

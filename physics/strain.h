@@ -72,6 +72,7 @@ typedef struct strain_settings {
     const char *const *names; /* [count] */
     const double *values;     /* [count] */
     strain_mesh mesh;
+    const ad_value *load; /* factor of all that loads and pulls, one row; NULL: 1 */
 } strain_settings;
 
 typedef struct strain_rod strain_rod;

@@ -237,11 +237,9 @@ static void move(strain_form *form)
  * a round rod that buckles has two at once: none is taken, either. Of 16,000 members under strong
  * loads (tools/bench/members_time.c) a ratio of 0.05 alone leads two to other equilibria; with the
  * pivots none, also with 0.5. */
-static const double FIRST_RATIO = 0.4, RATIO = 0.5;
-
-/* How exactly equilibria on the way are found, curvature times length; shortest step of load. */
-static const double ON_THE_WAY = 1e-3, SHORTEST = 1e-3;
-enum { STEPS_MAX = 10 };
+#define PATH_RULE(name, value) static const double name = value;
+SOLVE_PATH_RULES(PATH_RULE)
+#undef PATH_RULE
 
 typedef struct follower {
     enum { FOLLOWING, ARRIVED, LOST } state;
@@ -299,7 +297,7 @@ static bool is_found(const follower *f, double goal)
 
 static void go_on(strain_group *group, strain_form *form, follower *f, int lane)
 {
-    const double step = f->load - f->done, longer = f->tries <= 3 ? 2.5 : 1;
+    const double step = f->load - f->done, longer = f->tries <= 3 ? LONGER : 1;
     if (f->load == 1) {
         f->state = ARRIVED;
         return;
@@ -349,11 +347,11 @@ static void follow(strain_group *group, strain_level *level, follower *f)
         any = false;
         for (int lane = 0; lane < LANES; lane++) {
             follower *one = &f[lane];
-            const double goal = one->load == 1 ? 0.3 * group->tolerance : ON_THE_WAY;
+            const double goal = one->load == 1 ? LEAVES * group->tolerance : ON_THE_WAY;
             if (following[lane] && is_found(one, goal)) {
                 go_on(group, form, one, lane);
             } else if (!following[lane] && one->state == FOLLOWING) {
-                const double step = 0.3 * (one->load - one->done);
+                const double step = SHORTER * (one->load - one->done);
                 one->state = step < SHORTEST ? LOST : FOLLOWING;
                 try_load(group, form, one, one->state == LOST ? 0 : step, lane);
             }

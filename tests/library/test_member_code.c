@@ -240,6 +240,158 @@ static void test_pulled(void **state)
     check_family(pulled, "pulled.h5");
 }
 
+/* ---- members that are solved --------------------------------------------------------------- */
+
+enum { SOLVED = 200 };
+
+#define ROD(stiff)                                                                                 \
+    "rod: {model: cosserat, length: 0.2, section: {shape: circle, radius: 0.5e-3},\n"              \
+    "      material: {youngs_modulus: 60e9" stiff ", poissons_ratio: 0.3, density: 6450}}\n"
+
+/* Most of these buckle on their way, and are followed in parts of their loads; 10 places. */
+static const char column[] = "parameters: {up: {range: [0, 0.12]}, side: {range: [1e-5, 4e-3]},\n"
+                             "             stiff: {range: [0.7, 1.4], scale: log}}\n" ROD(
+                                 "*stiff") "loads: {tip: {force: [side, 0.3*side, -5*up]}}\n";
+/* Forces turn with the rod; a tendon ends within it. */
+static const char followed[] =
+    "parameters: {push: {range: [-0.1, 0.1]}, pull: {range: [0, 3]}, moment: {range: [-3e-3, "
+    "3e-3]}}\n" ROD(
+        "") "loads: {gravity: [0, 0, -9.81], frame: follower, force: [0.3*push, 0, 0],\n"
+            "        tip: {force: [0, push, 0], moment: [moment, 0, 0.3*moment], frame: "
+            "follower}}\n"
+            "tendons: [{offset: [0.008, 0], tension: pull, end: 0.12}]\n";
+/* What the C does not take, and what its mesh does not resolve. */
+static const char held[] = "parameters: {push: {range: [-0.03, 0.03]}}\n" ROD(
+    "") "loads: {tip: {force: [0, push, 0]}}\n"
+        "tendons: [{offset: [0.008, 0], displacement: 1e-4}]\n";
+static const char twisted[] =
+    "parameters: {m: {range: [-0.06, 0.06]}, twist: {range: [-0.03, 0.03]}, f: {range: [-1, "
+    "1]}}\n" ROD("") "loads: {tip: {force: [f, 0.1, 0.2*f], moment: [m, 0, twist]}}\n";
+
+static cpinn_members *open_members(const char *text, double tolerance)
+{
+    double s[POINTS];
+    for (int i = 0; i < POINTS; i++) {
+        s[i] = LENGTH * i / (POINTS - 1);
+    }
+    const solve_members_settings settings = {
+        .tolerance = tolerance, .threads = 1, .points = POINTS, .s = s};
+    ad_error error = {AD_OK, ""};
+    cpinn_members *result = NULL;
+    FILE *file = fopen(at("members.yaml"), "w");
+    assert_non_null(file);
+    fputs(text, file);
+    assert_int_equal(fclose(file), 0);
+    check(cpinn_members_file(at("members.yaml"), 0, NULL, &settings, &result, &error), &error);
+    return result;
+}
+
+static void draw_members(const double (*ranges)[2], int count, double *parameters)
+{
+    nn_rng random = nn_rng_seed(5);
+    for (int i = 0; i < count * PARAMETERS; i++) {
+        const double *of = ranges[i % PARAMETERS];
+        parameters[i] = of[0] + nn_rng_uniform(&random) * (of[1] - of[0]);
+    }
+}
+
+/* Of the library and compiled: the same members are solved; shapes are as near to those that are
+ * solved a thousand times as exactly as both say of themselves, and within the tolerance;
+ * derivatives as the library has them, on another mesh: differences of tests above judge both. */
+static void check_members(const char *text, const double (*ranges)[2])
+{
+    enum { ALL = WIDTH * PARAMETERS };
+    const double tolerance = 1e-6;
+    cpinn_members *plain = open_members(text, tolerance), *compiled = open_members(text, tolerance),
+                  *exact = open_members(text, tolerance / 1000);
+    double parameters[SOLVED * PARAMETERS], values[WIDTH], others[WIDTH], best[WIDTH],
+        jacobian[ALL], slopes[ALL];
+    ad_error error = {AD_OK, ""};
+    int solved = 0, by_code = 0;
+    check(cpinn_members_compile(compiled, &error), &error);
+    draw_members(ranges, SOLVED, parameters);
+    for (int i = 0; i < SOLVED; i++) {
+        const double *of = parameters + i * PARAMETERS;
+        solve_member one, other, third;
+        check(cpinn_members_jacobian(plain, 1, of, others, slopes, &one, &error), &error);
+        check(cpinn_members_jacobian(compiled, 1, of, values, jacobian, &other, &error), &error);
+        check(cpinn_members_solve(exact, 1, of, best, &third, &error), &error);
+        assert_int_equal(one.solved, other.solved);
+        assert_int_equal(one.end, other.end);
+        if (!one.solved || !isfinite(third.estimate)) {
+            continue;
+        }
+        double scale[PARAMETERS * COLUMNS] = {0};
+        assert_true(other.estimate <= tolerance);
+        assert_true(distance(values, best) <= tolerance * LENGTH);
+        assert_true(distance(values, best) <= 1.5 * other.estimate * LENGTH);
+        assert_true(distance(values, others) <= 1.5 * (one.estimate + other.estimate) * LENGTH);
+        for (int k = 0; k < ALL; k++) {
+            double *largest = &scale[k % (COLUMNS * PARAMETERS)];
+            *largest = fmax(*largest, fabs(slopes[k]));
+        }
+        for (int k = 0; k < ALL; k++) {
+            assert_true(fabs(jacobian[k] - slopes[k]) <=
+                        1e-3 * (1e-6 + scale[k % (COLUMNS * PARAMETERS)]));
+        }
+        by_code += memcmp(values, others, sizeof values) != 0;
+        solved++;
+    }
+    printf("%d of %d members are solved, %d by compiled C\n", solved, SOLVED, by_code);
+    assert_true(solved > SOLVED / 2 && 4 * by_code > 3 * solved);
+    cpinn_members_free(plain);
+    cpinn_members_free(compiled);
+    cpinn_members_free(exact);
+}
+
+static void test_members(void **state)
+{
+    (void)state;
+    static const double columns[PARAMETERS][2] = {{0, 0.12}, {1e-5, 4e-3}, {0.7, 1.4}},
+                        followers[PARAMETERS][2] = {{-0.1, 0.1}, {0, 3}, {-3e-3, 3e-3}};
+    check_members(column, columns);
+    check_members(followed, followers);
+}
+
+/* Many members, those outside of the ranges, and what is not compiled have the bits of the library.
+ */
+static void test_members_of_library(void **state)
+{
+    (void)state;
+    enum { MANY = CPINN_FEW + 1 };
+    double parameters[MANY * PARAMETERS], values[MANY * WIDTH], others[MANY * WIDTH];
+    static const double ranges[PARAMETERS][2] = {{0, 0.02}, {1e-5, 4e-3}, {0.7, 1.4}};
+    solve_member results[MANY];
+    ad_error error = {AD_OK, ""};
+    cpinn_members *plain = open_members(column, 1e-6), *compiled = open_members(column, 1e-6);
+    check(cpinn_members_compile(compiled, &error), &error);
+    draw_members(ranges, MANY, parameters);
+    check(cpinn_members_solve(plain, MANY, parameters, values, results, &error), &error);
+    check(cpinn_members_solve(compiled, MANY, parameters, others, results, &error), &error);
+    assert_memory_equal(values, others, sizeof values);
+    parameters[0] = -0.01;
+    check(cpinn_members_solve(plain, 1, parameters, values, results, &error), &error);
+    check(cpinn_members_solve(compiled, 1, parameters, others, results, &error), &error);
+    assert_true(results[0].solved);
+    assert_memory_equal(values, others, WIDTH * sizeof *values);
+    cpinn_members_free(plain);
+    cpinn_members_free(compiled);
+    compiled = open_members(held, 1e-6);
+    assert_int_equal(cpinn_members_compile(compiled, &error), AD_BAD_ARGUMENT);
+    assert_non_null(strstr(error.message, "given length"));
+    cpinn_members_free(compiled);
+    plain = open_members(twisted, 1e-6), compiled = open_members(twisted, 1e-6);
+    assert_int_equal(cpinn_members_compile(compiled, &error), AD_BAD_ARGUMENT);
+    assert_non_null(strstr(error.message, "the solver alone is quicker"));
+    check(cpinn_members_solve(plain, 1, (double[]){0.02, 0.01, 0.1}, values, results, &error),
+          &error);
+    check(cpinn_members_solve(compiled, 1, (double[]){0.02, 0.01, 0.1}, others, results, &error),
+          &error);
+    assert_memory_equal(values, others, WIDTH * sizeof *values);
+    cpinn_members_free(plain);
+    cpinn_members_free(compiled);
+}
+
 /* What is kept needs no compiler; without one the library answers. */
 static void test_without_compiler(void **state)
 {
@@ -283,6 +435,8 @@ int main(void)
         return 77;
     }
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_loaded), cmocka_unit_test(test_pulled),
+                                       cmocka_unit_test(test_members),
+                                       cmocka_unit_test(test_members_of_library),
                                        cmocka_unit_test(test_without_compiler)};
     return cmocka_run_group_tests(tests, set_up, clear);
 }

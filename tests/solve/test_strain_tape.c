@@ -90,7 +90,7 @@ static recorded begin(const char *text, int stages)
     for (int i = 0; i < PARAMETERS; i++) {
         each[i] = ad_row(r.parameters, i);
     }
-    const strain_settings settings = {&r.given->scene, PARAMETERS, names, usual, r.mesh};
+    const strain_settings settings = {&r.given->scene, PARAMETERS, names, usual, r.mesh, NULL};
     assert_good(strain_rod_create(&settings, s, each, &r.rod, &error), &error);
     r.state = strain_rod_state(r.rod, r.curvature);
     return r;

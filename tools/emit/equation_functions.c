@@ -54,7 +54,7 @@ static room divide(double *memory)
 {
     room r;
     r.x = memory;
-    r.u = r.x + P;
+    r.u = r.x + GIVEN;
     r.bent = r.u + FORCES;
     r.z = r.u + N;
     r.dp = r.z + Z;

@@ -11,13 +11,13 @@
 
 /* ---- what is recorded ---------------------------------------------------------------------- */
 
-/* Functions of the C: parameters p, what is sought u, the curvature behind forces that depend on
- * the place, the state z of the rod by u, directions of these for each parameter. The state comes
- * first: it says how many numbers z has. */
+/* Functions of the C: parameters p and, of what follows them, the factor of the loads, what is
+ * sought u, the curvature behind forces that depend on the place, the state z of the rod by u,
+ * directions of these for each parameter. The state comes first: it says how many numbers z has. */
 enum {
     STATE,       /* p, u -> z */
     STATE_BY,    /* p, u, z, dp, du -> dz */
-    NETWORK,     /* p -> curvature */
+    NETWORK,     /* p -> curvature; without a network that of the unstressed rod */
     NETWORK_BY,  /* p, dp -> du of it */
     NEWTON,      /* p, u, z -> residual, strain_blocks; with laws of the position: */
     RESIDUAL,    /* p, u, z -> residual */
@@ -32,7 +32,7 @@ enum {
 
 static const struct {
     const char *name;
-    int inputs;  /* of p, u, z, dp, du, dz */
+    int inputs;  /* of p, u, z, dp, du, dz, beside the load */
     bool shared; /* p, u and z are those of all points */
 } functions[FUNCTIONS + 1] = {
     {"state", 2, false},  {"state_by", 5, true},  {"network", 1, false},    {"network_by", 4, true},
@@ -54,6 +54,11 @@ static bool is_wanted(const export_family *family, int function)
                                                  : true;
 }
 
+static int loads_of(const export_family *family)
+{
+    return family->network ? 0 : 1;
+}
+
 static size_t sought_of(const export_family *family)
 {
     return (size_t)(family->forces + family->held) + 3 * (size_t)strain_mesh_nodes(&family->mesh);
@@ -61,7 +66,7 @@ static size_t sought_of(const export_family *family)
 
 typedef struct recording {
     ad_tape *tape;
-    ad_value p, u, z, dp, du, dz;
+    ad_value p, load, u, z, dp, du, dz;
     strain_rod *rod;
 } recording;
 
@@ -87,27 +92,36 @@ static ad_status begin(const export_family *family, int function, recording *r, 
         const char *name;
         ad_value *at;
         int rows;
-    } inputs[] = {{"p", &r->p, count},   {"u", &r->u, rows},   {"z", &r->z, family->state},
-                  {"dp", &r->dp, count}, {"du", &r->du, rows}, {"dz", &r->dz, family->state}};
-    for (int i = 0; i < functions[row].inputs; i++) {
-        *inputs[i].at = shared && i < 3 ? ad_input_member(r->tape, inputs[i].name, inputs[i].rows)
-                                        : ad_input(r->tape, inputs[i].name, inputs[i].rows);
+    } inputs[] = {{"p", &r->p, count},          {"load", &r->load, loads_of(family)},
+                  {"u", &r->u, rows},           {"z", &r->z, family->state},
+                  {"dp", &r->dp, count},        {"du", &r->du, rows},
+                  {"dz", &r->dz, family->state}};
+    for (int i = 0; i <= functions[row].inputs; i++) {
+        if (inputs[i].rows > 0) {
+            *inputs[i].at = shared && i < 4
+                                ? ad_input_member(r->tape, inputs[i].name, inputs[i].rows)
+                                : ad_input(r->tape, inputs[i].name, inputs[i].rows);
+        }
     }
     for (int i = 0; i < count; i++) {
         each[i] = ad_row(r->p, i);
         names[i] = family->open->parameters[i].name;
         middle[i] = scene_parameter_at(&family->open->parameters[i], 0.5);
     }
-    const strain_settings settings = {family->open, count, names, middle, family->mesh};
-    return function != NETWORK && function != NETWORK_BY
+    const strain_settings settings = {
+        family->open, count, names, middle, family->mesh, family->network ? NULL : &r->load};
+    return !family->network || (function != NETWORK && function != NETWORK_BY)
                ? strain_rod_create(&settings, ad_input(r->tape, "s", 1), each, &r->rod, error)
                : AD_OK;
 }
 
-/* Coordinates of parameters, the inverse of scene_parameter_at. */
+/* At coordinates of parameters, the inverse of scene_parameter_at. */
 static ad_value record_network(const export_family *family, const recording *r)
 {
     ad_value at[SCENE_PARAMETERS_MAX];
+    if (!family->network) {
+        return strain_rod_rest(r->rod);
+    }
     for (int i = 0; i < family->open->parameter_count; i++) {
         const scene_parameter *p = &family->open->parameters[i];
         ad_value value = ad_row(r->p, i);
@@ -228,7 +242,7 @@ static void put_numbers(const export_family *family, const char *name, size_t nu
 static size_t inputs_of(const export_family *family)
 {
     const size_t n = sought_of(family), p = (size_t)family->open->parameter_count;
-    return (p + n + (size_t)family->state) * (1 + p);
+    return (p + n + (size_t)family->state) * (1 + p) + (size_t)loads_of(family);
 }
 
 /* Residual and blocks. */
@@ -388,14 +402,14 @@ static void write_constants(const export_family *family, FILE *file)
     fprintf(file,
             "#define FORCES %d\n#define HELD %d\n#define TENSIONS %d\n#define PLACED %d\n"
             "#define TIP %d\n#define SHAPE_BY %d\nenum {\n    NODES = %d,\n    N = "
-            "FORCES + 3 * NODES + HELD,\n    P = %d,\n    Z = %d,\n"
+            "FORCES + 3 * NODES + HELD,\n    P = %d,\n    GIVEN = P + %d,\n    Z = %d,\n"
             "    ELEMENTS = %d,\n"
             "    STAGES = %d,\n    FOLLOWS = %d, /* forces follow the rod */\n    INPUTS = %zu,\n"
             "    LINEARISED = %zu\n};\n",
             family->forces, family->held, strain_tensions(family->open), family->placed,
-            family->tip, family->shape_by, strain_mesh_nodes(&family->mesh), count, family->state,
-            family->mesh.elements, family->mesh.stages, family->follows, inputs_of(family),
-            linearised_of(family));
+            family->tip, family->shape_by, strain_mesh_nodes(&family->mesh), count,
+            loads_of(family), family->state, family->mesh.elements, family->mesh.stages,
+            family->follows, inputs_of(family), linearised_of(family));
     put_macro(family, "LENGTH", scene_length(family->open), file);
     put_macro(family, "MESH", family->mesh_error, file);
     put_macro(family, "RESOLVED", STRAIN_RESOLVED, file);
@@ -405,6 +419,12 @@ static void write_constants(const export_family *family, FILE *file)
     put_macro(family, "LARGE", family->single ? 1e15 : 1e100,
               file); /* curvature times the length */
     put_macro(family, "TINY", family->single ? 1e-15 : 1e-60, file); /* the same */
+    if (!family->network) {
+        put_macro(family, "TOLERANCE", family->tolerance, file);
+#define PATH_RULE(name, value) put_macro(family, #name, value, file);
+        SOLVE_PATH_RULES(PATH_RULE)
+#undef PATH_RULE
+    }
     write_modes(family, file);
     if (!family->placed) {
         write_integrals(family, file);
@@ -470,7 +490,8 @@ ad_status export_family_write_code(export_family *family, FILE *file, ad_error *
     if (status == AD_OK) {
         write_header(family, file);
         fputs(source.bytes, file);
-        export_put_lines(family->name, all_of(family), export_code_functions, file);
+        export_put_lines(family->name, all_of(family),
+                         family->network ? export_code_functions : export_solver_functions, file);
     }
     free(source.bytes);
     return status;

@@ -3,6 +3,7 @@
 #ifndef TOOLS_EMIT_EXPORT_FAMILY_H
 #define TOOLS_EMIT_EXPORT_FAMILY_H
 
+#include "physics/solve/solve_members.h"
 #include "physics/strain.h"
 #include "tools/emit/export_compile.h"
 
@@ -24,7 +25,9 @@ typedef struct export_family {
     int places;                         /* of the shape */
     const double *s;                    /* [places], ascending, of the length; the last one 1 */
     int columns, which[STRAIN_COLUMNS]; /* of the shape, of strain_rod_columns */
-    /* Records the curvature times the length [3][nodes], at coordinates x [parameters], 0 to 1 over
+    double tolerance;                   /* without a network, of the curvature times the length */
+    /* NULL: members follow their loads from the unstressed rod (export_family_write_code). Else it
+     * records the curvature times the length [3][nodes], at coordinates x [parameters], 0 to 1 over
      * their ranges; with `weights`, its parameters. */
     ad_value (*network)(const void *context, ad_tape *tape, const ad_value *x);
     const void *context;
@@ -51,6 +54,7 @@ typedef struct export_family {
 /* Texts of the C: lines, NULL at the end; the last is for what is compiled at run time. */
 extern const char *const export_family_types[];
 extern const char *const export_equation_functions[], *const export_family_functions[];
+extern const char *const export_solver_functions[];
 extern const char *const export_family_selftest[], *const export_code_functions[];
 
 /* Which places of the shape the self-test compares: the last, with shape_by some before it. */
@@ -69,12 +73,22 @@ ad_status export_family_of(const struct experiment *e, export_family *f, double 
 ad_status export_family_at(const struct experiment *e, int columns, int places, const double *s,
                            export_family *f, double **numbers, ad_error *error);
 
+/* The same without a network, of members that follow their loads on the mesh of a solver.
+ * AD_BAD_ARGUMENT: the solver's mesh is none of this form; AD_NO_MEMORY. */
+ad_status export_family_solved(const scene *open, const solve_members *solver, double tolerance,
+                               int columns, int places, const double *s, export_family *f,
+                               double **numbers, ad_error *error);
+
+/* EXPORT_JUDGED members: a sequence of Kronecker's, by the roots of primes. */
+void export_family_judged(const scene *open, double *parameters);
+
 /* An export_writer of the texts of an export_family. AD_BAD_ARGUMENT: strain_check; AD_NO_MEMORY.
  */
 export_writer export_family_write;
 
-/* All in one text that defines ad_code_table (autodiff/ad.h), an export_family_table, with the
- * columns and derivatives of whole shapes, family->shape_by. Errors as above. */
+/* All in one text that defines ad_code_table (autodiff/ad.h), an export_family_table or, without a
+ * network, an export_solver_table, with the columns and derivatives of whole shapes,
+ * family->shape_by. Errors as above. */
 ad_status export_family_write_code(export_family *family, FILE *file, ad_error *error);
 
 /* shape [places][columns] and, unless NULL, jacobian [places][columns][parameters] of a member
@@ -87,5 +101,15 @@ typedef struct export_family_table {
     int (*answer)(const double *parameters, int steps, double *shape, double *jacobian,
                   double *said, double *memory);
 } export_family_table;
+
+/* The same of an equilibrium that is found along its loads (physics/solve/solve_members.h); said
+ * [EXPORT_SOLVED], with the steps of Newton's method: how far the last of them moves the rod, m,
+ * and what strain_mesh_unresolved says. EXPORT_SINGULAR: there is none, or no derivatives. */
+enum { EXPORT_MOVED, EXPORT_UNRESOLVED, EXPORT_STEPS, EXPORT_SOLVED };
+typedef struct export_solver_table {
+    size_t memory;
+    int (*solve)(const double *parameters, double *shape, double *jacobian, double *said,
+                 double *memory);
+} export_solver_table;
 
 #endif

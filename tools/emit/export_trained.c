@@ -42,18 +42,24 @@ static ad_status find_mesh(export_family *f, const solve_members *solver, ad_err
     return status;
 }
 
-/* said [nodes][3] of each, 1/m: the network's curvature of members over the ranges (a sequence of
- * Kronecker's, by the roots of primes). */
+void export_family_judged(const scene *open, double *parameters)
+{
+    static const double primes[] = {2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43};
+    const int count = open->parameter_count;
+    for (int i = 0; i < count * EXPORT_JUDGED; i++) {
+        parameters[i] = scene_parameter_at(&open->parameters[i % count],
+                                           fmod((i / count + 1) * sqrt(primes[i % count]), 1));
+    }
+}
+
+/* said [nodes][3] of each, 1/m: the network's curvature of members over the ranges. */
 static ad_status ask_network(const experiment *e, const export_family *f, double *parameters,
                              double *said, ad_error *error)
 {
-    static const double primes[] = {2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43};
-    const int count = f->open->parameter_count;
     family_network *network = NULL;
-    for (int i = 0; i < count * EXPORT_JUDGED; i++) {
-        parameters[i] = scene_parameter_at(&f->open->parameters[i % count],
-                                           fmod((i / count + 1) * sqrt(primes[i % count]), 1));
-        parameters[i] = f->single ? (double)(float)parameters[i] : parameters[i];
+    export_family_judged(f->open, parameters);
+    for (int i = 0; i < f->open->parameter_count * EXPORT_JUDGED && f->single; i++) {
+        parameters[i] = (double)(float)parameters[i];
     }
     ad_status status =
         family_network_create(targets_family(e->targets), e->mlp, e->pool, &network, error);
@@ -107,19 +113,18 @@ ad_status export_family_of(const experiment *e, export_family *f, double *parame
     return status == AD_OK ? judge_mesh(solver, f, parameters, said, error) : status;
 }
 
-ad_status export_family_at(const experiment *e, int columns, int places, const double *s,
-                           export_family *f, double **numbers, ad_error *error)
+/* *numbers: their places, and `more`. */
+static ad_status place_shapes(export_family *f, int columns, int places, const double *s,
+                              size_t more, double **numbers, ad_error *error)
 {
     static const double unmeasured = NAN;
-    const size_t nodes = solve_members_nodes(targets_solver(e->targets));
-    const size_t count = (size_t)e->scene->parameter_count;
-    double *room = malloc(((size_t)places + EXPORT_JUDGED * (count + 3 * nodes)) * sizeof *room);
+    double *room = malloc(((size_t)places + more + 1) * sizeof *room);
     *numbers = room;
     if (!room) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory while writing C");
     }
     for (int i = 0; i < places; i++) {
-        room[i] = fmin(s[i] / scene_length(e->scene), 1);
+        room[i] = fmin(s[i] / scene_length(f->open), 1);
     }
     f->places = places;
     f->s = room;
@@ -127,5 +132,31 @@ ad_status export_family_at(const experiment *e, int columns, int places, const d
     for (f->columns = 0; f->columns < columns; f->columns++) {
         f->which[f->columns] = f->columns;
     }
-    return export_family_of(e, f, room + places, room + places + EXPORT_JUDGED * count, error);
+    return AD_OK;
+}
+
+ad_status export_family_at(const experiment *e, int columns, int places, const double *s,
+                           export_family *f, double **numbers, ad_error *error)
+{
+    const size_t nodes = solve_members_nodes(targets_solver(e->targets));
+    const size_t count = EXPORT_JUDGED * (size_t)e->scene->parameter_count;
+    f->open = e->scene;
+    ad_status status =
+        place_shapes(f, columns, places, s, count + EXPORT_JUDGED * 3 * nodes, numbers, error);
+    return status == AD_OK
+               ? export_family_of(e, f, *numbers + places, *numbers + places + count, error)
+               : status;
+}
+
+ad_status export_family_solved(const scene *open, const solve_members *solver, double tolerance,
+                               int columns, int places, const double *s, export_family *f,
+                               double **numbers, ad_error *error)
+{
+    f->open = open;
+    f->about = "members";
+    f->network = NULL;
+    f->tolerance = tolerance;
+    f->mesh_error = 1;
+    ad_status status = place_shapes(f, columns, places, s, 0, numbers, error);
+    return status == AD_OK ? find_mesh(f, solver, error) : status;
 }

@@ -525,16 +525,12 @@ int model_tip_jacobian(const double *parameters, int steps, double *to, double *
 
 #if SHAPE_BY
 /* The columns change by columns [COLUMNS][POINTS][P]. */
-int model_shape_jacobian(const double *parameters, int steps, double *to, double *jacobian,
-                         model_answer *answer, double *memory)
+static int write_shape_by(room r, int steps, double *jacobian)
 {
-    const room r = divide(memory);
-    int status = find(r, parameters, steps, answer), singular, i, c, k;
-    write_shape(r, to);
-    singular = find_directions(r, steps);
-    if (singular) {
+    int i, c, k;
+    if (find_directions(r, steps)) {
         set_unknown(model_POINTS * model_COLUMNS * P, jacobian);
-        return status | singular;
+        return model_SINGULAR;
     }
     shape_by(r.x, r.columns, r.w);
     for (i = 0; i < model_POINTS; i++) {
@@ -544,6 +540,15 @@ int model_shape_jacobian(const double *parameters, int steps, double *to, double
             }
         }
     }
-    return status;
+    return 0;
+}
+
+int model_shape_jacobian(const double *parameters, int steps, double *to, double *jacobian,
+                         model_answer *answer, double *memory)
+{
+    const room r = divide(memory);
+    const int status = find(r, parameters, steps, answer);
+    write_shape(r, to);
+    return status | write_shape_by(r, steps, jacobian);
 }
 #endif

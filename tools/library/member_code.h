@@ -19,6 +19,17 @@ ad_status member_code_create(const experiment *e, size_t points, const double *s
                              member_code **result, ad_error *error);
 void member_code_free(member_code *code); /* NULL is allowed */
 
+/* The same of members that are solved, by a solver of settings that are its own. AD_BAD_ARGUMENT
+ * also where more than curvature is sought, or nothing is a parameter. */
+ad_status member_code_create_solver(const scene *open, solve_members *solver,
+                                    const solve_members_settings *settings, member_code **result,
+                                    ad_error *error);
+
+/* As solve_members_solve, with jacobian, unless NULL, as solve_members_jacobian. Returns whether
+ * the member is solved; else that is left to the solver. */
+bool member_code_solve(const member_code *code, const double *parameters, double *values,
+                       double *jacobian, solve_member *result);
+
 /* values [points][SOLVE_MEMBERS_COLUMNS] and, unless NULL, jacobian [points][columns][parameters]
  * and the answer, in SI units, of a member within the ranges after some steps. */
 void member_code_answer(const member_code *code, int steps, const double *parameters,
