@@ -81,6 +81,12 @@ assert numpy.array_equal(answered.values, family.evaluate(at, s).values)
 
 # One member at a time by compiled C, where there is a compiler.
 if shutil.which("cc"):
+    alone = cpinn.Members("three.yaml", s, tolerance=1e-7, compile=True)
+    quick, usual = alone.jacobian(at[:1]), members.jacobian(at[:1])
+    unit = numpy.abs(usual.jacobian).max(axis=(0, 1)) + 1e-6
+    assert not numpy.array_equal(quick.values, usual.values)
+    assert numpy.abs(quick.values - usual.values)[..., :3].max() < 2e-7 * max(s)
+    assert (numpy.abs(quick.jacobian - usual.jacobian) <= 1e-3 * unit).all()
     quick = cpinn.Family("family", compile=True).jacobian(at[:1], s)
     unit = numpy.abs(answered.jacobian).max(axis=(0, 1)) + 1e-6
     assert numpy.abs(quick.values - answered.values[:1])[..., :3].max() < 1e-5

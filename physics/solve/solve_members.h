@@ -86,11 +86,11 @@ bool solve_members_is_unloaded(const solve_members *members);
 ad_status solve_members_solve(solve_members *solver, size_t members, const double *parameters,
                               double *values, solve_member *results, ad_error *error);
 
-/* How loads are followed, here and by C that is written: the largest ratio of the first two steps
- * of Newton's method, and of others; how exactly equilibria on the way are found, curvature times
- * length, and the last one, of the tolerance; the shortest step of the load, how much longer the
- * next one is after three steps, how much shorter after none; steps at a load are fewer than the
- * last. */
+/* How loads are followed, here and by C that is written. The largest ratio of the first two steps of
+ * Newton's method, and of others. How exactly equilibria on the way are found, curvature times
+ * length, and the last one, of the tolerance. The shortest step of the load; how much longer the
+ * next one is after three steps, how much shorter where they do not settle. Steps at a load are
+ * fewer than the last. */
 #define SOLVE_PATH_RULES(X)                                                                        \
     X(FIRST_RATIO, 0.4)                                                                            \
     X(RATIO, 0.5)                                                                                  \

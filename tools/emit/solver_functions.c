@@ -23,7 +23,7 @@ static int settle(room r, double load, double goal, int *rows, int *steps)
             return 0;
         }
         for (i = 0; i < N; i++) {
-            r.u[i] -= r.residual[i];
+            r.u[i] = cleared(r.u[i] - r.residual[i]);
         }
         if (length <= goal || length * ratio * ratio <= goal) {
             return tries;

@@ -371,10 +371,10 @@ void cpinn_members_free(cpinn_members *members);
 const char *cpinn_members_name(const cpinn_members *members, int parameter);
 
 /* Members in calls of up to CPINN_FEW, within their ranges, are answered from then on by C that the
- * command cc compiles, once, in some seconds, as of cpinn_family_settings: they take half the time,
- * derivatives a tenth. What that does not solve within the tolerance the solver does. AD_IO: no
- * compiler, or no folder; AD_BAD_ARGUMENT: more than 60 points, or the solver alone takes such
- * scenes; AD_NO_MEMORY; then it all stays as it was. */
+ * command cc compiles, as of cpinn_family_settings. They take less than half the time, derivatives
+ * a quarter. What that does not solve within the tolerance the solver does. AD_IO: no compiler, or
+ * no folder; AD_BAD_ARGUMENT: more than 60 points, or the solver alone takes such scenes;
+ * AD_NO_MEMORY. Then it all stays as it was. */
 ad_status cpinn_members_compile(cpinn_members *members, ad_error *error);
 
 /* As solve_members_solve. */

@@ -186,6 +186,7 @@ solution_evaluate = declare("cpinn_solution_evaluate", I, Made, Z, P, P, P, FAIL
 members_file = declare("cpinn_members_file", I, S, I, TEXTS, P, OUT, FAIL)
 members_name = declare("cpinn_members_name", S, Made, I)
 members_free = declare("cpinn_members_free", None, P)
+members_compile = declare("cpinn_members_compile", I, Made, FAIL)
 members_solve = declare("cpinn_members_solve", I, Made, Z, P, P, P, FAIL)
 members_jacobian = declare("cpinn_members_jacobian", I, Made, Z, P, P, P, P, FAIL)
 family_not_compiled = declare("cpinn_family_not_compiled", S, Made)
