@@ -33,6 +33,16 @@ killed() {
     kills=$((kills + 1))
 }
 
+# The histories of whole and part, but for the time.
+same_rows() {
+    local folder
+    for folder in whole part; do
+        awk -F, -v OFS=, 'NR == 1 { for (i = 1; i <= NF; i++) if ($i == "seconds") s = i }
+            { $s = ""; print }' $folder/history.csv >$folder.history
+    done
+    cmp -s whole.history part.history || failed "$name: other rows of history"
+}
+
 # kind WHEN NAME SCENE OPTIONS...: a new run puts three files in place (checkpoint of step 0,
 # config, history) and then its checkpoints, one that is resumed two before them (config, history).
 # Killed where the next would be put in place, it loses the steps since the last one. `some`: from
@@ -61,11 +71,7 @@ kind() {
     said stdout.txt 'resumed at step'
     "$compare" whole/checkpoint.h5 part/checkpoint.h5 >difference.txt ||
         failed "$name: $(cat difference.txt)"
-    for folder in whole part; do
-        awk -F, -v OFS=, 'NR == 1 { for (i = 1; i <= NF; i++) if ($i == "seconds") s = i }
-            { $s = ""; print }' $folder/history.csv >$folder.history
-    done
-    cmp -s whole.history part.history || failed "$name: other rows of history"
+    same_rows
     [ "$mode" = some ] ||
         echo "$name: $((renames - 3)) checkpoints, the last $(grep -o 'resumed at step [0-9]*' stdout.txt)"
 }
@@ -88,6 +94,32 @@ fit() {
     check what was there -- grep -q before "$file"
     run 0 "$@"
     same "$file" whole.fit
+}
+
+# descents WHEN NAME FILE COMMAND...: a fit by least squares that keeps its run, killed where its
+# first checkpoints would be put in place, with the next, and before its result; one that asks for
+# something else is refused.
+descents() {
+    local when=$1 name=$2 file=$3
+    shift 3
+    asked "$when" "$name" || return
+    kinds=$((kinds + 1))
+    rm -rf whole part "$file"
+    counted "$@" --run whole
+    [ "$got" -eq 0 ] || { failed "$name: exit $got: $(head -1 stderr.txt)"; return; }
+    check "$name saves on the way" -- test "$renames" -gt 4
+    [ ! -e "$file" ] || mv "$file" whole.fit
+    killed 4 "$@" --run part
+    killed 4 "$@" --run part --resume
+    run 0 "$@" --run part --resume
+    [ ! -e whole.fit ] || same "$file" whole.fit
+    "$compare" whole/checkpoint.h5 part/checkpoint.h5 >difference.txt ||
+        failed "$name: $(cat difference.txt)"
+    same_rows
+    run 0 "$@" --run part --resume # it is over
+    run 2 "$@" --run part
+    said stderr.txt 'there is a run already'
+    rm -f whole.fit
 }
 
 # stages METHOD [MORE]: of a few steps.
@@ -251,14 +283,23 @@ kind long step_ramp "${arm[@]}" --set surrogate.hold=linear --set "$(stages ssbr
 
 fit fit_law fit_law.csv cpinn-law "$ROOT/configs/law/neo_hooke_data.csv" --steps 3 --starts 1 \
     --units 3 --out fit_law.csv
-if asked long fit_residual; then
+if asked long fit_residual || asked long fit_residual_run; then
     loop="$ROOT/configs/robots/soft_arm_control.yaml --set control.model=reduced
         --set control.plant.modes=[1,1,1,1] --set control.duration=1.1 --set control.estimate=null
         --set control.tolerance.rms=1 --set control.tolerance.worst=1 --quiet"
     run 3 cpinn-control $loop --out loop.csv # the model is off, and that is said
 fi
+descents quick fit_law_run law_run.csv cpinn-law "$ROOT/configs/law/neo_hooke_data.csv" --steps 80 \
+    --starts 2 --units 3 --out law_run.csv
+for known in stiffness:quick swinging:long; do
+    descents ${known#*:} fit_unknowns_${known%:*} none cpinn-solve \
+        "$ROOT/configs/identify/${known%:*}.yaml" --threads 1
+done
 fit fit_residual fit_residual.csv cpinn-residual "$ROOT/configs/robots/soft_arm_control.yaml" \
     --measured loop.csv --steps 2 --units 2 --out fit_residual.csv
+descents long fit_residual_run residual_run.csv cpinn-residual \
+    "$ROOT/configs/robots/soft_arm_control.yaml" --measured loop.csv --steps 60 --units 2 \
+    --out residual_run.csv
 
 echo "$kinds kinds, $kills kills"
 [ "$mode" != all ] || check kills -- test "$kills" -ge 60

@@ -367,6 +367,16 @@ static int state_of(void *context, optim_array *arrays)
     return 2;
 }
 
+static uint64_t digest_of(size_t runs, const residual_run *run, size_t inputs, size_t values)
+{
+    uint64_t digest = FIT_DIGEST;
+    for (size_t i = 0; i < runs; i++) {
+        digest = fit_digest(digest, run[i].inputs, run[i].count * inputs);
+        digest = fit_digest(digest, run[i].seen, run[i].count * values);
+    }
+    return digest;
+}
+
 ad_status residual_fit(residual *net, double h, const one_observation *observation, size_t runs,
                        const residual_run *run, size_t held_out, const residual_settings *settings,
                        ad_error *error)
@@ -393,6 +403,8 @@ ad_status residual_fit(residual *net, double h, const one_observation *observati
                            .judge = judge,
                            .state = state_of,
                            .context = &x,
+                           .name = "residual",
+                           .digest = digest_of(runs, run, net->inputs, values),
                            .every = 1,
                            .descents = 1,
                            .steps = settings->steps};

@@ -100,7 +100,8 @@ static ad_status check_unknowns(const config *settings, ad_error *error)
                                error);
 }
 
-ad_status config_identify(const config *settings, int threads, identified *found, ad_error *error)
+ad_status config_identify(const config *settings, int threads, const least_squares_runner *runner,
+                          identified *found, ad_error *error)
 {
     const scene *open = &settings->scene;
     measurements *data = NULL;
@@ -113,7 +114,8 @@ ad_status config_identify(const config *settings, int threads, identified *found
     status = measurements_read(open, &settings->settings, &data, key, &reason);
     if (status == AD_OK) {
         const identify_settings asked = {.threads = threads,
-                                         .noise_is_scaled = !measurements_tell_noise(data)};
+                                         .noise_is_scaled = !measurements_tell_noise(data),
+                                         .runner = runner};
         snprintf(key, sizeof key, "data");
         status = identify(open, measurements_count(data), measurements_sets(data), &asked, found,
                           &reason);

@@ -27,7 +27,8 @@ ad_status config_experiment_open(const char *path, int count, const char *const 
 
 /* The unknowns of a scene from its data. threads: 0 means one per processor. AD_BAD_INPUT: there
  * are none, or no data; errors of identify, with the place of the key that is to blame. */
-ad_status config_identify(const config *settings, int threads, identified *found, ad_error *error);
+ad_status config_identify(const config *settings, int threads, const least_squares_runner *runner,
+                          identified *found, ad_error *error);
 
 #ifdef __cplusplus
 }

@@ -1,12 +1,12 @@
 /* cpinn-law: learns the constitutive law of a section from a table; see --help. */
 #include "tools/files/table_file.h"
-#include "tools/programs/cli.h"
+#include "tools/programs/fit_run.h"
 #include "tools/programs/help.h"
+#include "tools/train/clock.h"
 #include "tools/train/train_law.h"
 
 #include <math.h>
 #include <string.h>
-#include <time.h>
 
 static const char program[] = "cpinn-law";
 
@@ -43,18 +43,13 @@ static void print(const train_law_settings *settings, const scene_law *law,
     }
 }
 
-static double now(void)
-{
-    struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
-}
-
 int main(int argc, char **argv)
 {
     train_law_settings settings = train_law_defaults();
     const char *data_file, *out = "law.csv", *symmetry = "none";
     int seed = 0;
+    fit_run run = {.program = program};
+    const least_squares_runner runner = fit_run_by(&run);
     const cli_option options[] = {
         {"--out", "FILE", CLI_TEXT, &out, 0, 0},
         {"--symmetry", "NAME", CLI_TEXT, &symmetry, 0, 0},
@@ -63,7 +58,10 @@ int main(int argc, char **argv)
         {"--held-out", "SHARE", CLI_NUMBER, &settings.held_out, 0, 0.9},
         {"--starts", "N", CLI_INTEGER, &settings.starts, 1, 1000},
         {"--steps", "N", CLI_INTEGER, &settings.steps, 1, 1000000},
-        CLI_SEED(&seed)};
+        CLI_SEED(&seed),
+        {"--run", "DIR", CLI_TEXT, &run.folder, 0, 0},
+        {"--resume", NULL, CLI_FLAG, &run.resume, 0, 0},
+        {"--watch", NULL, CLI_FLAG, &run.watch, 0, 0}};
     const cli_program face = {.name = program, .operand = "TABLE", .help = help_law};
     int status =
         cli_parse(&face, options, sizeof options / sizeof *options, argc, argv, &data_file);
@@ -80,18 +78,25 @@ int main(int argc, char **argv)
     }
     settings.symmetry = (scene_symmetry)kind;
     settings.seed = (uint64_t)seed;
+    settings.runner = &runner;
     if (table_check_path(out, &error) != AD_OK ||
+        fit_run_ask(&run, NULL, &error,
+                    "law: {symmetry: %s, convex: %s, units: %d, held_out: %.17g, starts: %d, "
+                    "steps: %d, seed: %d}\n",
+                    symmetry, settings.convex ? "true" : "false", settings.units, settings.held_out,
+                    settings.starts, settings.steps, seed) != AD_OK ||
         train_law_read_data(data_file, &data, &error) != AD_OK) {
         return cli_fail_error(program, &error);
     }
-    const double begin = now();
+    const double begin = train_seconds();
     if (train_law_fit(&settings, &data, &law, &report, &reason) != AD_OK) {
         ad_fail(&error, reason.status, "%s: %s", data_file, reason.message);
         status = cli_fail_error(program, &error);
-    } else {
-        print(&settings, &law, &report, now() - begin);
+    } else if (!run.signal) {
+        print(&settings, &law, &report, train_seconds() - begin);
         status = train_law_write(out, &law, &error) == AD_OK ? 0 : cli_fail_error(program, &error);
     }
     train_law_free_data(&data);
-    return status;
+    const int left = fit_run_end(&run);
+    return left ? left : status;
 }

@@ -5,7 +5,7 @@
 #include "tools/control/residual.h"
 #include "tools/files/table_file.h"
 #include "tools/prepare/prepare.h"
-#include "tools/programs/cli.h"
+#include "tools/programs/fit_run.h"
 #include "tools/programs/help.h"
 #include "tools/surrogate/surrogate.h"
 #include "tools/train/clock.h"
@@ -21,6 +21,7 @@ typedef struct options {
     cli_list overrides;
     int units, steps, held_out, seed;
     double noise;
+    fit_run run;
 } options;
 
 enum { RUNS_MAX = 10000 };
@@ -281,22 +282,26 @@ static void print_row(const learning *learning, const char *name, const one_step
 
 static ad_status learn(learning *learning, ad_error *error)
 {
-    const options *o = &learning->asked;
+    options *o = &learning->asked;
     const size_t held = (size_t)o->held_out;
+    const least_squares_runner runner = fit_run_by(&o->run);
     const residual_settings settings = {
-        .steps = o->steps, .noise = o->noise, .seed = (uint64_t)o->seed};
+        .steps = o->steps, .noise = o->noise, .seed = (uint64_t)o->seed, .runner = &runner};
     if (held >= learning->run_count) {
         return ad_fail(error, AD_BAD_INPUT,
                        "%s: has %zu motion%s, %zu held out; allowed: fewer held out", o->measured,
                        learning->run_count, learning->run_count == 1 ? "" : "s", held);
     }
-    ad_status status = make_network(learning, error);
+    ad_status status = fit_run_ask(&o->run, learning->settings, error,
+                                   "# units %d, steps %d, held out %d, noise %.17g, seed %d\n",
+                                   o->units, o->steps, o->held_out, o->noise, o->seed);
+    status = status == AD_OK ? make_network(learning, error) : status;
     const double start = train_seconds();
     status = status == AD_OK
                  ? residual_fit(learning->net, learning->h, &learning->observation,
                                 learning->run_count, learning->runs, held, &settings, error)
                  : status;
-    if (status == AD_OK) {
+    if (status == AD_OK && !o->run.signal) {
         const one_step corrected = residual_one_step(learning->net);
         printf("%zu motions, %zu held out, %zu samples of %g s; %d states, %zu numbers; %.1f s\n",
                learning->run_count, held, learning->rows, learning->h, learning->step.states,
@@ -316,7 +321,8 @@ int main(int argc, char **argv)
 {
     static learning x;
     options *o = &x.asked;
-    *o = (options){.out = "residual.csv", .units = 8, .steps = 40, .noise = 1e-3};
+    *o = (options){
+        .run.program = program, .out = "residual.csv", .units = 8, .steps = 40, .noise = 1e-3};
     const cli_option rows[] = {{"--measured", "TABLE", CLI_TEXT, &o->measured, 0, 0},
                                {"--out", "FILE", CLI_TEXT, &o->out, 0, 0},
                                CLI_SET(&o->overrides),
@@ -324,7 +330,10 @@ int main(int argc, char **argv)
                                {"--steps", "N", CLI_INTEGER, &o->steps, 0, 100000},
                                {"--held-out", "N", CLI_INTEGER, &o->held_out, 0, RUNS_MAX},
                                {"--noise", "M", CLI_NUMBER, &o->noise, 1e-12, 1e3},
-                               CLI_SEED(&o->seed)};
+                               CLI_SEED(&o->seed),
+                               {"--run", "DIR", CLI_TEXT, &o->run.folder, 0, 0},
+                               {"--resume", NULL, CLI_FLAG, &o->run.resume, 0, 0},
+                               {"--watch", NULL, CLI_FLAG, &o->run.watch, 0, 0}};
     const cli_program face = {.name = program, .operand = "CONFIG.yaml", .help = help_residual};
     int status = cli_parse(&face, rows, sizeof rows / sizeof *rows, argc, argv, &o->config);
     ad_error error;
@@ -344,5 +353,6 @@ int main(int argc, char **argv)
     free(x.inputs);
     free(x.seen);
     free(x.starts);
-    return status;
+    const int left = fit_run_end(&o->run);
+    return left ? left : status;
 }

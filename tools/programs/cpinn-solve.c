@@ -26,6 +26,7 @@ typedef struct options {
     samples_asked where;
     cli_list overrides;
     const char *at;
+    fit_run search; /* of unknowns */
     double tolerance, perturbation;
     int nodes, branch, threads;
     bool quiet;
@@ -232,15 +233,24 @@ static ad_status solve(solving *solving, ad_error *error)
  * unless a member is asked for. */
 static ad_status find_unknowns(solving *solving, ad_error *error)
 {
-    const options *o = &solving->asked;
-    ad_status status =
-        unknowns_find(o->config, &o->overrides, o->at, o->threads, &solving->unknown, error);
+    options *o = &solving->asked;
+    ad_status status = unknowns_find(o->config, &o->overrides, o->at, o->threads, &o->search,
+                                     &solving->unknown, error);
+    if (status == AD_OK && !solving->unknown.settings && o->search.folder) {
+        return ad_fail(error, AD_BAD_INPUT, "--run: allowed: of a scene with unknowns to be found");
+    }
     if (status != AD_OK || !solving->unknown.settings) {
         return status;
     }
     snprintf(solving->name, sizeof solving->name, "%s", solving->unknown.settings->settings.name);
     solving->only_identified = !o->at && !o->out && !o->path && !o->work_precision &&
                                unknowns_leave_family(&solving->unknown, o->at);
+    if (o->search.signal) {
+        solving->only_identified = true;
+        solving->verdict.signal = o->search.signal;
+        verdict_add(&solving->verdict, VERDICT_SIGNAL, "stopped and saved; --resume goes on");
+        return AD_OK;
+    }
     identified_verdict(&solving->unknown.found, &solving->unknown.settings->scene,
                        &solving->verdict);
     if (!o->quiet) {
@@ -412,7 +422,7 @@ static void blame(solving *solving, const ad_error *error)
 
 int main(int argc, char **argv)
 {
-    solving x = {.asked = {.tolerance = 0}};
+    solving x = {.asked = {.search.program = program}};
     options *o = &x.asked;
     const cli_option list[] = {
         {"--tolerance", "X", CLI_NUMBER, &o->tolerance, 1e-13, 1},
@@ -433,6 +443,9 @@ int main(int argc, char **argv)
         CLI_THREADS(&o->threads),
         CLI_JSON(&o->json),
         CLI_QUIET(&o->quiet),
+        {"--run", "DIR", CLI_TEXT, &o->search.folder, 0, 0},
+        {"--resume", NULL, CLI_FLAG, &o->search.resume, 0, 0},
+        {"--watch", NULL, CLI_FLAG, &o->search.watch, 0, 0},
     };
     const cli_program about = {program, "CONFIG.yaml", help_solve, verdict_help, NULL};
     int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &o->config);
@@ -471,7 +484,7 @@ int main(int argc, char **argv)
     if (status != CLI_RUN) {
         return status;
     }
-    o->quiet = o->quiet || json_is_printed(o->json);
+    o->quiet = o->search.quiet = o->quiet || json_is_printed(o->json);
     ad_error error = {.message = ""};
     if (run(&x, &error) != AD_OK) {
         blame(&x, &error);
@@ -483,5 +496,6 @@ int main(int argc, char **argv)
     }
     status = verdict_exit_status(&x.verdict);
     solving_free(&x);
+    fit_run_end(&o->search);
     return status;
 }

@@ -47,7 +47,7 @@ static void join_at(unknowns *unknowns, const char *at, const double *values)
 }
 
 ad_status unknowns_find(const char *scene_file, const cli_list *overrides, const char *at,
-                        int threads, unknowns *unknowns, ad_error *error)
+                        int threads, fit_run *run, unknowns *unknowns, ad_error *error)
 {
     bool given = false;
     ad_status status = config_read(scene_file, NULL, overrides->count, overrides->texts,
@@ -78,9 +78,13 @@ ad_status unknowns_find(const char *scene_file, const cli_list *overrides, const
         config_free(member);
     }
     const double start = train_seconds();
-    status = config_identify(unknowns->settings, threads, &unknowns->found, error);
-    unknowns->seconds = train_seconds() - start;
+    const least_squares_runner runner = fit_run_by(run);
+    status = fit_run_ask(run, unknowns->settings, error, "# unknowns of a scene\n");
     if (status == AD_OK) {
+        status = config_identify(unknowns->settings, threads, &runner, &unknowns->found, error);
+    }
+    unknowns->seconds = train_seconds() - start;
+    if (status == AD_OK && !run->signal) {
         join_at(unknowns, at, unknowns->found.value);
     }
     return status;

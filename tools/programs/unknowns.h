@@ -4,7 +4,7 @@
 
 #include "tools/config/config.h"
 #include "tools/files/json.h"
-#include "tools/programs/cli.h"
+#include "tools/programs/fit_run.h"
 #include "tools/train/identify.h"
 
 typedef struct unknowns {
@@ -16,10 +16,10 @@ typedef struct unknowns {
 } unknowns;
 
 /* Reads the scene, and where it has unknowns of which `at` (may be NULL) has no value finds them
- * from its data. threads: 0 means one per processor. AD_BAD_INPUT, without data too; errors of
- * identify. */
+ * from its data, as `run` says; where that is stopped nothing is found. threads: 0 means one per
+ * processor. AD_BAD_INPUT, without data too; errors of identify. */
 ad_status unknowns_find(const char *scene_file, const cli_list *overrides, const char *at,
-                        int threads, unknowns *unknowns, ad_error *error);
+                        int threads, fit_run *run, unknowns *unknowns, ad_error *error);
 void unknowns_free(unknowns *unknowns);
 
 /* The parameters that are neither found nor given by `at`, so that no member is meant. */

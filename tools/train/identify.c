@@ -554,10 +554,15 @@ static ad_status prepare(search *search, int sets, const solve_measured *measure
     if (status != AD_OK) {
         return status;
     }
+    uint64_t digest = FIT_DIGEST;
     for (int i = 0; i < sets; i++) {
-        for (size_t k = 0; k < (size_t)measured[i].columns * measured[i].rows; k++) {
-            search->exact +=
-                pow(EXACT * measured[i].values[k] / measured[i].noise[k / measured[i].rows], 2);
+        const solve_measured *set = &measured[i];
+        const size_t numbers = (size_t)set->columns * set->rows;
+        digest = fit_digest(digest, set->values, numbers);
+        digest = fit_digest(digest, set->noise, (size_t)set->columns);
+        digest = fit_digest(digest, set->s, set->rows);
+        for (size_t k = 0; k < numbers; k++) {
+            search->exact += pow(EXACT * set->values[k] / set->noise[k / set->rows], 2);
         }
     }
     /* of the error of central differences and that of the solutions both are then small */
@@ -574,6 +579,8 @@ static ad_status prepare(search *search, int sets, const solve_measured *measure
                                  .turn = start_elsewhere,
                                  .state = state_of,
                                  .context = search,
+                                 .name = "unknowns",
+                                 .digest = digest,
                                  .every = 1,
                                  .descents = DESCENTS,
                                  .steps = STEPS_MAX};

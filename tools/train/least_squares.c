@@ -18,8 +18,11 @@ static ad_status make_settings(least_squares *ls, ad_error *error)
     }
     *ls->settings = train_settings_default();
     train_stage *stage = &ls->settings->stages[0];
+    ls->settings->name = ls->name;
     ls->settings->stage_count = 1;
     ls->settings->output_every = ls->every;
+    ls->settings->checkpoint_every = 5 * ls->every;
+    ls->settings->checkpoint_seconds = 10;
     stage->optim = optim_settings_defaults(OPTIM_GAUSS_NEWTON);
     stage->optim.scaling = ls->scaling;
     stage->optim.gradient_tolerance = 0;
@@ -167,7 +170,9 @@ void least_squares_put(least_squares *ls, checkpoint *file)
 {
     optim_array arrays[OPTIM_STATE_CAPACITY];
     const int count = ls->state(ls->context, arrays);
+    const size_t one = 1;
     fit_put(&ls->fit, file);
+    checkpoint_put_uint64(file, "fit/digest", &ls->digest, 1, &one);
     checkpoint_put_integer(file, "training/window", ls->fit.at.window);
     for (int i = 0; i < count; i++) {
         char name[ITEM_NAME];
@@ -194,8 +199,13 @@ static ad_status get_state(least_squares *ls, const checkpoint *file, ad_error *
 ad_status least_squares_get(least_squares *ls, const checkpoint *file, ad_error *error)
 {
     int64_t window;
-    ad_status status;
-    if ((status = fit_get(&ls->fit, file, error)) != AD_OK ||
+    uint64_t digest;
+    ad_status status = checkpoint_get_uint64(file, "fit/digest", &digest, 1, error);
+    if (status == AD_OK && digest != ls->digest) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "checkpoint: it was fitted to other data; give those, or another folder");
+    }
+    if (status != AD_OK || (status = fit_get(&ls->fit, file, error)) != AD_OK ||
         (status = checkpoint_get_integer(file, "training/window", 0, ls->fit.windows - 1, &window,
                                          error)) != AD_OK) {
         return status;

@@ -24,6 +24,8 @@ struct least_squares {
     /* What a checkpoint keeps beside the optimiser, at most OPTIM_STATE_CAPACITY. */
     int (*state)(void *context, optim_array *arrays);
     void *context;
+    const char *name;
+    uint64_t digest;            /* of the data: what goes on from a checkpoint has the same */
     int every, descents, steps; /* steps between rows of history, and of a descent at most */
 
     double *jtj, *jtr; /* [count][count], [count], where they were last asked for */

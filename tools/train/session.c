@@ -4,6 +4,7 @@
 #include "tools/train/clock.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 static ad_status prepare(session *s, double before, ad_status status, ad_error *error)
 {
@@ -67,6 +68,39 @@ void session_free(session *s)
     experiment_free(s->e);
 }
 
+/* ---- descents ------------------------------------------------------------------------------ */
+
+static ad_status save_descents(session *s, const file_place *place, ad_error *error)
+{
+    checkpoint *file = checkpoint_create(CPINN_VERSION);
+    char *text = train_origin_text(s->of.origin);
+    ad_status status =
+        file && text ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a checkpoint");
+    if (status == AD_OK) {
+        checkpoint_put_text(file, s->of.text_item, text);
+        least_squares_put(s->of.context, file);
+        status = place ? checkpoint_write(file, place, error) : AD_OK;
+    }
+    checkpoint_free(file);
+    free(text);
+    return status;
+}
+
+static ad_status restore_descents(session *s, const checkpoint *file, ad_error *error)
+{
+    return least_squares_get(s->of.context, file, error);
+}
+
+session_subject session_of_descents(least_squares *ls, const train_origin *origin)
+{
+    return (session_subject){.fit = &ls->fit,
+                             .origin = origin,
+                             .text_item = "fit/text",
+                             .context = ls,
+                             .save = save_descents,
+                             .restore = restore_descents};
+}
+
 /* ---- ranks --------------------------------------------------------------------------------- */
 
 /* Of several ranks the first keeps the folder. */
@@ -107,9 +141,19 @@ static ad_status check_same(const session *s, const checkpoint *file, ad_error *
     if (status == AD_OK) {
         status = checkpoint_get_int64(file, "training/stage", &stage, 1, error);
     }
-    return status == AD_OK && origin->continues
-               ? origin->continues(origin->context, s->folder->checkpoint, text, stage, error)
-               : status;
+    if (status != AD_OK || origin->continues) {
+        return status == AD_OK
+                   ? origin->continues(origin->context, s->folder->checkpoint, text, stage, error)
+                   : status;
+    }
+    char *now = train_origin_text(origin); /* NULL: nobody can tell */
+    const bool same = !now || strcmp(now, text) == 0;
+    free(now);
+    return same ? AD_OK
+                : ad_fail(error, AD_BAD_INPUT,
+                          "%s: something else is asked for now; ask as before, or choose another "
+                          "folder",
+                          s->folder->checkpoint);
 }
 
 static ad_status resume_run(session *s, ad_error *error)

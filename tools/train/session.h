@@ -3,6 +3,7 @@
 #ifndef TOOLS_TRAIN_SESSION_H
 #define TOOLS_TRAIN_SESSION_H
 
+#include "tools/train/least_squares.h"
 #include "tools/train/run.h"
 
 #ifdef __cplusplus
@@ -49,6 +50,10 @@ ad_status session_prepare_model(physics_model *m, train_settings *settings,
  * not. */
 ad_status session_start(session *s, ad_error *error);
 void session_free(session *s);
+
+/* Of descents, which it borrows as it does the origin: all that `origin` writes has to be the same
+ * when they go on. For a session that is 0 but for it. */
+session_subject session_of_descents(least_squares *ls, const train_origin *origin);
 
 /* Where the pool is shared among ranks (autodiff/ranks.h), all of them call everything here; the
  * first one alone writes. */

@@ -414,6 +414,8 @@ static ad_status check(const train_law_settings *asked, const train_law_data *da
 
 static ad_status fit_law(law_fit *fit, ad_error *error)
 {
+    const size_t numbers = (fit->rows[0] + fit->rows[1]) * 2 * N;
+    fit->ls.digest = fit_digest(FIT_DIGEST, fit->data[0], numbers);
     ad_status status = least_squares_create(&fit->ls, error);
     fit->best = calloc(fit->count, sizeof *fit->best);
     if (status == AD_OK && !fit->best) {
@@ -451,6 +453,7 @@ ad_status train_law_fit(const train_law_settings *settings, const train_law_data
                            .judge = judge,
                            .state = state_of,
                            .context = &x,
+                           .name = "law",
                            .every = 10,
                            .descents = settings->starts,
                            .steps = settings->steps};

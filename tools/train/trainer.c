@@ -234,13 +234,7 @@ void trainer_describe(const trainer *t, char text[160])
 static ad_status check_ranks(const trainer *t, const double *x, ad_error *error)
 {
     const ad_ranks *ranks = ad_pool_ranks(t->e->pool);
-    uint64_t hash = 0xcbf29ce484222325u; /* FNV-1a */
-    for (size_t i = 0; ranks && i < t->e->count; i++) {
-        uint64_t bits;
-        memcpy(&bits, &x[i], sizeof bits);
-        hash = (hash ^ bits) * 0x100000001b3u;
-    }
-    return ad_ranks_agree(ranks, hash)
+    return ad_ranks_agree(ranks, ranks ? fit_digest(FIT_DIGEST, x, t->e->count) : 0)
                ? AD_OK
                : ad_fail(error, AD_BAD_ARGUMENT,
                          "step %lld: the ranks have come to different parameters; their machines, "
