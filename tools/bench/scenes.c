@@ -187,25 +187,19 @@ static void print_left_out(const entrant *scenes, int count, const scene *scene)
 static ad_status write_table(const entrant *scenes, int count, double numbers[NUMBERS][SCENES_MAX],
                              const char *out, ad_error *error)
 {
-    static const char *const names[1 + NUMBERS] = {"scene",           "microseconds_per_point",
-                                                   "ratio",           "instructions",
-                                                   "flops_per_point", "unknowns",
-                                                   "equations"};
+    static const char *const names[NUMBERS] = {"microseconds_per_point", "ratio",    "instructions",
+                                               "flops_per_point",        "unknowns", "equations"};
     const char *texts[SCENES_MAX];
-    const char *const *words[1 + NUMBERS] = {texts};
-    const double *columns[1 + NUMBERS] = {NULL};
+    table_build to;
     for (int i = 0; i < count; i++) {
         texts[i] = scenes[i].e->settings->name;
     }
+    table_begin(&to, (size_t)count);
+    table_add(&to, "scene", NULL, NULL, texts);
     for (int k = 0; k < NUMBERS; k++) {
-        columns[1 + k] = numbers[k];
+        table_add(&to, names[k], NULL, numbers[k], NULL);
     }
-    const table_source table = {.names = names,
-                                .columns = columns,
-                                .words = words,
-                                .ncols = 1 + NUMBERS,
-                                .nrows = (size_t)count};
-    return table_write(out, &table, error);
+    return table_write(out, &to.table, error);
 }
 
 static int report(entrant *scenes, int count, const char *out)

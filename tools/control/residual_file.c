@@ -23,11 +23,10 @@ ad_status residual_write(const residual *residual, const char *path, ad_error *e
     all[2] = (double)residual->units;
     memcpy(all + HEAD, residual->size, sizes * sizeof *all);
     memcpy(all + HEAD + sizes, residual->numbers, residual_count(residual) * sizeof *all);
-    const table_source table = {.names = (const char *const[]){"value"},
-                                .columns = (const double *const[]){all},
-                                .ncols = 1,
-                                .nrows = rows};
-    const ad_status status = table_write(path, &table, error);
+    table_build to;
+    table_begin(&to, rows);
+    table_add(&to, "value", NULL, all, NULL);
+    const ad_status status = table_write(path, &to.table, error);
     free(all);
     return status;
 }

@@ -340,6 +340,26 @@ static ad_status to_bytes(const table_source *source, table_format format, unsig
                                    : table_to_npz(source, bytes, size);
 }
 
+void table_begin(table_build *to, size_t rows)
+{
+    to->table = (table_source){
+        .names = to->names, .columns = to->columns, .words = to->words, .nrows = rows};
+}
+
+void table_add(table_build *to, const char *name, const char *unit, const double *numbers,
+               const char *const *words)
+{
+    const size_t k = to->table.ncols;
+    if (k < TABLE_MAX_COLUMNS) {
+        to->names[k] = name;
+        to->units[k] = unit ? unit : "";
+        to->columns[k] = numbers;
+        to->words[k] = words;
+        to->table.units = unit ? to->units : to->table.units;
+        to->table.ncols++;
+    }
+}
+
 ad_status table_write(const char *path, const table_source *table, ad_error *error)
 {
     unsigned char *bytes = NULL;

@@ -87,6 +87,21 @@ typedef struct table_source {
     const char *const *units; /* NULL, or [ncols]: "m", "" of a pure number; CSV leaves them out */
 } table_source;
 
+/* A table that is put together column by column. It borrows all that it is given, and stays where
+ * it is. */
+typedef struct table_build {
+    table_source table; /* of these */
+    const char *names[TABLE_MAX_COLUMNS], *units[TABLE_MAX_COLUMNS];
+    const double *columns[TABLE_MAX_COLUMNS];
+    const char *const *words[TABLE_MAX_COLUMNS];
+} table_build;
+
+void table_begin(table_build *to, size_t rows);
+/* Numbers [rows], or words in their place; unit NULL: the table has none, unless another column
+ * has. More than TABLE_MAX_COLUMNS are left out. */
+void table_add(table_build *to, const char *name, const char *unit, const double *numbers,
+               const char *const *words);
+
 /* Write the table to `path`, atomically (tools/files/file_bytes.h). CSV numbers are the shortest of
  * 15 to 17 digits that read back to the same double; NaN loses its payload in CSV, not in HDF5.
  * Errors: AD_BAD_ARGUMENT (ending, names, more than 4 GiB as .npz), AD_IO (no place for a file),

@@ -38,23 +38,17 @@ void result_table_add(result_table *s, const char *const *words, const double *n
 
 ad_status result_table_write(const result_table *s, const char *path, ad_error *error)
 {
-    const double *numbers[RESULT_TABLE_COLUMNS_MAX] = {NULL};
-    const char *const *words[RESULT_TABLE_COLUMNS_MAX] = {NULL};
+    table_build to;
     if (!s->words || !s->numbers) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %s", path);
     }
-    for (size_t k = 0; k < s->word_count; k++) {
-        words[k] = s->words + k * s->capacity;
+    table_begin(&to, s->rows);
+    for (size_t k = 0; k < s->word_count + s->number_count; k++) {
+        const size_t n = k - s->word_count;
+        table_add(&to, s->names[k], NULL, k < s->word_count ? NULL : s->numbers + n * s->capacity,
+                  k < s->word_count ? s->words + k * s->capacity : NULL);
     }
-    for (size_t k = 0; k < s->number_count; k++) {
-        numbers[s->word_count + k] = s->numbers + k * s->capacity;
-    }
-    const table_source table = {.names = s->names,
-                                .columns = numbers,
-                                .words = words,
-                                .ncols = s->word_count + s->number_count,
-                                .nrows = s->rows};
-    return table_write(path, &table, error);
+    return table_write(path, &to.table, error);
 }
 
 ad_status result_table_write_both(const result_table *s, const char *folder, const char *name,

@@ -8,8 +8,6 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-enum { RESULT_TABLE_COLUMNS_MAX = 24 };
-
 typedef struct result_table {
     const char *const *names; /* [words + numbers], borrowed */
     size_t word_count, number_count;

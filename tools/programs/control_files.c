@@ -12,18 +12,12 @@
 static ad_status write_table(const control_row *row, const char *path, ad_error *error)
 {
     const control_loop *loop = row->loop;
-    const int count = loop_columns(loop);
-    const char *names[TABLE_MAX_COLUMNS];
-    const double *columns[TABLE_MAX_COLUMNS];
-    for (int i = 0; i < count; i++) {
-        names[i] = loop_column_name(loop, i);
-        columns[i] = loop_column(loop, i);
+    table_build to;
+    table_begin(&to, (size_t)row->report.done);
+    for (int i = 0; i < loop_columns(loop); i++) {
+        table_add(&to, loop_column_name(loop, i), NULL, loop_column(loop, i), NULL);
     }
-    const table_source table = {.names = names,
-                                .columns = columns,
-                                .ncols = (size_t)count,
-                                .nrows = (size_t)row->report.done};
-    return table_write(path, &table, error);
+    return table_write(path, &to.table, error);
 }
 
 ad_status control_write_shapes(const control_row *row, const scene *plant, const char *path,

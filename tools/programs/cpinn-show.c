@@ -121,7 +121,7 @@ static bool has_shapes(const char *path)
     return any;
 }
 
-static ad_status show_read(showing *showing, const show_read_table *read, ad_error *error)
+static ad_status show_read(showing *showing, const table_build *read, ad_error *error)
 {
     const table_source *table = &read->table;
     if (table_source_column(table, "true_x")) {
@@ -155,7 +155,7 @@ static ad_status show_table(showing *showing, ad_error *error)
         status = status == AD_OK ? prepare_choices(showing->settings, error) : status;
     }
     const scene *of = showing->of = showing->settings ? &showing->settings->scene : NULL;
-    show_read_table *read = status == AD_OK ? show_read_table_of(showing->table, of) : NULL;
+    table_build *read = status == AD_OK ? show_read_table_of(showing->table, of) : NULL;
     if (status == AD_OK && !read) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for a report");
     }

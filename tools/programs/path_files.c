@@ -10,17 +10,15 @@
 static const char *const mark_words[] = {
     [SOLUTION_PLAIN] = "path", [SOLUTION_LIMIT] = "limit", [SOLUTION_BIFURCATION] = "bifurcation"};
 
-enum { NUMBERS = 7, COLUMNS = NUMBERS + 1 };
-
 static ad_status write_table(const solution_path *solutions, const char *path, ad_error *error)
 {
-    static const char *const names[COLUMNS] = {"load_factor", "arclength", "deflection", "x",
-                                               "y",           "z",         "unstable",   "mark"};
-    static const char *const units[COLUMNS] = {"", "", "m", "m", "m", "m", "", ""};
+    enum { NUMBERS = 7 };
+    static const struct {
+        const char *name, *unit;
+    } columns[NUMBERS] = {{"load_factor", ""}, {"arclength", ""}, {"deflection", "m"}, {"x", "m"},
+                          {"y", "m"},          {"z", "m"},        {"unstable", ""}};
     double *values = malloc(NUMBERS * solutions->count * sizeof *values);
     const char **marks = malloc(solutions->count * sizeof *marks);
-    const double *columns[COLUMNS] = {NULL};
-    const char *const *words[COLUMNS] = {[NUMBERS] = marks};
     ad_status status =
         values && marks ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for %s", path);
     for (size_t i = 0; i < solutions->count && status == AD_OK; i++) {
@@ -33,16 +31,16 @@ static ad_status write_table(const solution_path *solutions, const char *path, a
         }
         marks[i] = mark_words[p->mark];
     }
-    for (int c = 0; c < NUMBERS; c++) {
-        columns[c] = values + (size_t)c * solutions->count;
+    if (status == AD_OK) {
+        table_build to;
+        table_begin(&to, solutions->count);
+        for (int c = 0; c < NUMBERS; c++) {
+            table_add(&to, columns[c].name, columns[c].unit, values + (size_t)c * solutions->count,
+                      NULL);
+        }
+        table_add(&to, "mark", "", NULL, marks);
+        status = table_write(path, &to.table, error);
     }
-    const table_source table = {.names = names,
-                                .columns = columns,
-                                .words = words,
-                                .ncols = COLUMNS,
-                                .nrows = solutions->count,
-                                .units = units};
-    status = status == AD_OK ? table_write(path, &table, error) : status;
     free(values);
     free(marks);
     return status;

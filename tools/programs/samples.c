@@ -190,47 +190,40 @@ static double number(const samples *p, int which, size_t row)
                               : p->said[member].outside;
 }
 
-static void add(samples_table *to, const model_column *column, const double *values)
-{
-    const size_t k = to->table.ncols++;
-    to->names[k] = column->name;
-    to->units[k] = column->unit;
-    to->columns[k] = values;
-}
-
 static void add_own(const samples *p, samples_table *to, int which)
 {
-    double *numbers = to->numbers + (size_t)which * to->table.nrows;
-    const char **texts = to->texts + (size_t)(which % NUMBERS) * to->table.nrows;
-    add(to, &own[which], numbers);
-    for (size_t i = 0; i < to->table.nrows; i++) {
+    const size_t rows = to->of.table.nrows;
+    double *numbers = to->numbers + (size_t)which * rows;
+    const char **texts = to->texts + (size_t)(which % NUMBERS) * rows;
+    for (size_t i = 0; i < rows; i++) {
         if (which < NUMBERS) {
             numbers[i] = number(p, which, i);
         } else {
             const cpinn_answer *said = &p->said[i / p->count];
             texts[i] =
                 which == SOURCE ? cpinn_source_word(said->source) : cpinn_reason_word(said->reason);
-            to->words[to->table.ncols - 1] = texts;
         }
     }
+    table_add(&to->of, own[which].name, own[which].unit, numbers, which < NUMBERS ? NULL : texts);
 }
 
 ad_status samples_fill(const samples *p, bool told, samples_table *to, ad_error *error)
 {
+    const model_column *model = scene_physics_of(p->of)->columns;
     const size_t rows = samples_rows(p);
-    *to = (samples_table){.numbers = malloc((OWN * rows + 1) * sizeof *to->numbers),
-                          .texts = malloc((2 * rows + 1) * sizeof *to->texts)};
-    to->table = (table_source){to->names, to->columns, to->words, 0, rows, to->units};
+    const bool timed = !p->members || scene_is_dynamic(p->of);
+    to->numbers = malloc((OWN * rows + 1) * sizeof *to->numbers);
+    to->texts = malloc((2 * rows + 1) * sizeof *to->texts);
     if (!to->numbers || !to->texts) {
         samples_table_free(to);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a table of %zu rows", rows);
     }
-    const bool timed = !p->members || scene_is_dynamic(p->of);
+    table_begin(&to->of, rows);
     for (int k = p->members ? MEMBER : PLACE; k < ERROR - !timed; k++) {
         add_own(p, to, k);
     }
     for (int k = 0; k < p->columns; k++) {
-        add(to, &scene_physics_of(p->of)->columns[k], p->values + (size_t)k * rows);
+        table_add(&to->of, model[k].name, model[k].unit, p->values + (size_t)k * rows, NULL);
     }
     for (int k = ERROR; k < OWN && p->members && told; k++) {
         add_own(p, to, k);
@@ -249,7 +242,7 @@ ad_status samples_write(const samples *p, const char *path, ad_error *error)
     samples_table to;
     ad_status status = samples_fill(p, true, &to, error);
     if (status == AD_OK) {
-        status = section_write(path, &to.table, p->of, false, error);
+        status = section_write(path, &to.of.table, p->of, false, error);
         samples_table_free(&to);
     }
     return status;

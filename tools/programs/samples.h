@@ -45,12 +45,8 @@ ad_status samples_ask(samples *p, const answer *a, ad_error *error);
 
 /* s, t and the columns, with their units, as a table that borrows them; of members their numbers
  * from 1 come first, and no t at rest. `told`: what is said of members follows. */
-enum { SAMPLES_COLUMNS_MAX = 3 + MODEL_COLUMNS_MAX + 5 };
 typedef struct samples_table {
-    table_source table; /* of these */
-    const char *names[SAMPLES_COLUMNS_MAX], *units[SAMPLES_COLUMNS_MAX];
-    const double *columns[SAMPLES_COLUMNS_MAX];
-    const char *const *words[SAMPLES_COLUMNS_MAX];
+    table_build of;
     double *numbers;    /* of columns that have one number for each member or point */
     const char **texts; /* source and reason */
 } samples_table;

@@ -4,7 +4,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 static double size_at(quantity size, double s)
 {
@@ -41,27 +40,14 @@ double section_ball(const scene *of, double s)
 static ad_status write_with(const char *path, const table_source *table, const double *radius,
                             ad_error *error)
 {
-    const char *names[TABLE_MAX_COLUMNS], *units[TABLE_MAX_COLUMNS];
-    const char *const *words[TABLE_MAX_COLUMNS];
-    const double *columns[TABLE_MAX_COLUMNS];
-    const size_t last = table->ncols;
-    table_source with = *table;
-    memcpy(names, table->names, last * sizeof *names);
-    memcpy(columns, table->columns, last * sizeof *columns);
-    for (size_t k = 0; k < last; k++) {
-        units[k] = table->units ? table->units[k] : "";
-        words[k] = table->words ? table->words[k] : NULL;
+    table_build with;
+    table_begin(&with, table->nrows);
+    for (size_t k = 0; k < table->ncols; k++) {
+        table_add(&with, table->names[k], table->units ? table->units[k] : "", table->columns[k],
+                  table->words ? table->words[k] : NULL);
     }
-    names[last] = "radius";
-    columns[last] = radius;
-    units[last] = "m";
-    words[last] = NULL;
-    with.ncols++;
-    with.names = names;
-    with.columns = columns;
-    with.units = units;
-    with.words = words;
-    return shapes_write(path, &with, error);
+    table_add(&with, "radius", "m", radius, NULL);
+    return shapes_write(path, &with.table, error);
 }
 
 ad_status section_write(const char *path, const table_source *table, const scene *of, bool always,

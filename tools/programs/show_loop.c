@@ -274,7 +274,7 @@ static const char *const shape_names[] = {"s", "t", "x", "y", "z"};
 
 /* Where the filter believes that the robot is, as columns of shapes [5], is taken out of a table;
  * how far that is off [rows] takes its place. False: it is not there. */
-static bool take_beliefs(show_read_table *read, const double *columns[5], double *off)
+static bool take_beliefs(table_build *read, const double *columns[5], double *off)
 {
     table_source *table = &read->table;
     const double *place[3];
@@ -293,24 +293,20 @@ static bool take_beliefs(show_read_table *read, const double *columns[5], double
         off[i] = hypot(hypot(columns[2][i] - place[0][i], columns[3][i] - place[1][i]),
                        columns[4][i] - place[2][i]);
     }
-    size_t kept = 0;
-    for (size_t k = 0; k < table->ncols; k++) {
-        if (strncmp(table->names[k], "estimated_", 10) != 0) {
-            read->names[kept] = read->names[k];
-            read->units[kept] = read->units[k];
-            read->columns[kept++] = read->columns[k];
+    const size_t all = table->ncols;
+    table->ncols = 0; /* and begins anew, over what it was */
+    for (size_t k = 0; k < all; k++) {
+        if (strncmp(read->names[k], "estimated_", 10) != 0) {
+            table_add(read, read->names[k], read->units[k], read->columns[k], NULL);
         }
     }
-    read->names[kept] = "estimate off";
-    read->units[kept] = "m";
-    read->columns[kept] = off;
-    table->ncols = kept + 1;
+    table_add(read, "estimate off", "m", off, NULL);
     return true;
 }
 
 static ad_status put_robot(looped *l, ad_error *error)
 {
-    show_read_table *read = show_read_table_of(l->shapes, NULL);
+    table_build *read = show_read_table_of(l->shapes, NULL);
     double *off = read ? malloc(read->table.nrows * sizeof *off + 1) : NULL;
     if (!off) {
         free(read);

@@ -119,25 +119,19 @@ const char *show_unit(const char *name, const scene *of)
     return "";
 }
 
-show_read_table *show_read_table_of(const table_file *from, const scene *of)
+table_build *show_read_table_of(const table_file *from, const scene *of)
 {
     scene usual;
-    show_read_table *to = calloc(1, sizeof *to);
+    table_build *to = malloc(sizeof *to);
     scene_defaults(&usual);
+    if (to) {
+        table_begin(to, table_rows(from));
+    }
     for (size_t k = 0; to && k < table_columns(from); k++) {
         const char *name = table_name(from, k);
         if (table_column(from, name)) {
-            const size_t n = to->table.ncols++;
-            to->names[n] = name;
-            to->units[n] = show_unit(name, of ? of : &usual);
-            to->columns[n] = table_column(from, name);
+            table_add(to, name, show_unit(name, of ? of : &usual), table_column(from, name), NULL);
         }
-    }
-    if (to) {
-        to->table.nrows = table_rows(from);
-        to->table.names = to->names;
-        to->table.columns = to->columns;
-        to->table.units = to->units;
     }
     return to;
 }
@@ -146,7 +140,7 @@ show_read_table *show_read_table_of(const table_file *from, const scene *of)
 ad_status show_put_motion(showing *showing, const table_source *table, const char *const *labels,
                           const table_source *ghost, const char *ghost_name, ad_error *error)
 {
-    show_read_table *given = NULL;
+    table_build *given = NULL;
     ad_error why;
     ad_status status = AD_OK;
     if (showing->reference_path) {
@@ -191,7 +185,7 @@ ad_status show_put_shapes(showing *showing, const scene *of, const char *const *
     }
     showing->of = of;
     showing->members = showing->samples.parameters;
-    status = show_put_motion(showing, &to.table, labels, ghost, ghost_name, error);
+    status = show_put_motion(showing, &to.of.table, labels, ghost, ghost_name, error);
     if (status == AD_OK) {
         status = show_scene(&showing->to, of, showing->members, &showing->kept, NULL, error);
     }

@@ -53,12 +53,7 @@ const char *show_unit(const char *name, const scene *of);
 
 /* A table that was read, as one to be written, to be freed; NULL: out of memory. `of` (NULL: a rod)
  * is the scene whose units its columns have. */
-typedef struct show_read_table {
-    const char *names[TABLE_MAX_COLUMNS], *units[TABLE_MAX_COLUMNS];
-    const double *columns[TABLE_MAX_COLUMNS];
-    table_source table; /* of these; words are left out */
-} show_read_table;
-show_read_table *show_read_table_of(const table_file *from, const scene *of);
+table_build *show_read_table_of(const table_file *from, const scene *of);
 
 /* The motion of a table beside that of --reference, or else `ghost` (NULL: none). */
 ad_status show_put_motion(showing *showing, const table_source *table, const char *const *labels,

@@ -51,21 +51,18 @@ static double sweep_row(void *context, int size, double seconds, const solution 
 static ad_status write_rows(const sweep *rows, const char *of, const char *path, bool prints,
                             ad_error *error)
 {
-    const char *const names[3] = {"seconds", "error", of};
-    static const char *const units[3] = {"s", "", ""};
-    const double *columns[3] = {rows->seconds, rows->errors, rows->size};
+    table_build to;
     if (prints) {
         printf("%6s %10s %12s\n", of, "ms", "error");
         for (int i = 0; i < rows->count; i++) {
             printf("%6.0f %10.3f %12.2e\n", rows->size[i], 1e3 * rows->seconds[i], rows->errors[i]);
         }
     }
-    const table_source table = {.names = names,
-                                .columns = columns,
-                                .ncols = 3,
-                                .nrows = (size_t)rows->count,
-                                .units = units};
-    return table_write(path, &table, error);
+    table_begin(&to, (size_t)rows->count);
+    table_add(&to, "seconds", "s", rows->seconds, NULL);
+    table_add(&to, "error", "", rows->errors, NULL);
+    table_add(&to, of, "", rows->size, NULL);
+    return table_write(path, &to.table, error);
 }
 
 ad_status work_precision_write(const scene *scene, const solve_settings *like,

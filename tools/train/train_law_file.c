@@ -7,7 +7,7 @@
 
 ad_status train_law_write(const char *path, const scene_law *law, ad_error *error)
 {
-    static const char *const names[2] = {"name", "value"};
+    table_build to;
     double values[SCENE_LAW_NUMBERS_MAX];
     char text[SCENE_LAW_NUMBERS_MAX][32];
     const char *words[SCENE_LAW_NUMBERS_MAX];
@@ -17,12 +17,10 @@ ad_status train_law_write(const char *path, const scene_law *law, ad_error *erro
         scene_law_name(law, i, text[i]);
         words[i] = text[i];
     }
-    const table_source table = {.names = names,
-                                .columns = (const double *const[2]){NULL, values},
-                                .words = (const char *const *const[2]){words, NULL},
-                                .ncols = 2,
-                                .nrows = (size_t)count};
-    return table_write(path, &table, error);
+    table_begin(&to, (size_t)count);
+    table_add(&to, "name", NULL, NULL, words);
+    table_add(&to, "value", NULL, values, NULL);
+    return table_write(path, &to.table, error);
 }
 
 ad_status train_law_read(const char *path, scene_law *law, ad_error *error)
