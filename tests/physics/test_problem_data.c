@@ -95,7 +95,7 @@ static void fit_make(fitted *f, int threads)
     nn_mlp_initialize(f->mlp, &rng, f->x);
 }
 
-static void fit_free(fitted *f)
+static void fitted_free(fitted *f)
 {
     problem_free(f->p);
     nn_mlp_free(f->mlp);
@@ -147,7 +147,7 @@ static void test_gradient(void **state)
         /* h^2 f3 / 6 and rounding 1e-16 / h */
         assert_true(fabs((above - below) / (2 * h) - f.gradient[i]) < 1e-7);
     }
-    fit_free(&f);
+    fitted_free(&f);
 }
 
 /* Twice the gradient is what Gauss-Newton's rows make of the same data. */
@@ -171,7 +171,7 @@ static void test_least_squares(void **state)
     assert_int_equal(f.fills, 3); /* trained, held out, and before step 4 */
     free(jtj);
     free(jtr);
-    fit_free(&f);
+    fitted_free(&f);
 }
 
 static void keep(fitted *to, fitted *from)
@@ -225,9 +225,9 @@ static void test_resume(void **state)
     }
     assert_int_equal(damaged, 1);
     assert_int_equal(problem_restored(rest.p, NULL), AD_BAD_INPUT);
-    fit_free(&whole);
-    fit_free(&part);
-    fit_free(&rest);
+    fitted_free(&whole);
+    fitted_free(&part);
+    fitted_free(&rest);
 }
 
 static void test_refused(void **state)
