@@ -369,10 +369,10 @@ static int state_of(void *context, optim_array *arrays)
 
 static uint64_t digest_of(size_t runs, const residual_run *run, size_t inputs, size_t values)
 {
-    uint64_t digest = FIT_DIGEST;
+    uint64_t digest = CHECKPOINT_HASH_START;
     for (size_t i = 0; i < runs; i++) {
-        digest = fit_digest(digest, run[i].inputs, run[i].count * inputs);
-        digest = fit_digest(digest, run[i].seen, run[i].count * values);
+        digest = checkpoint_hash(digest, run[i].inputs, run[i].count * inputs * sizeof(double));
+        digest = checkpoint_hash(digest, run[i].seen, run[i].count * values * sizeof(double));
     }
     return digest;
 }

@@ -5,7 +5,6 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <string.h>
 
 enum { ROWS_APART = 5, ITEM_NAME = 96 };
 static const double usual_ratio = 100; /* where the stage does not stop for it */
@@ -52,16 +51,6 @@ double fit_seconds(const fit *f)
 double fit_stage_seconds(const fit *f)
 {
     return f->state == FIT_OVER ? 0 : train_seconds() - f->stage_started;
-}
-
-uint64_t fit_digest(uint64_t before, const double *values, size_t count)
-{
-    for (size_t i = 0; i < count; i++) {
-        uint64_t bits;
-        memcpy(&bits, &values[i], sizeof bits);
-        before = (before ^ bits) * UINT64_C(0x100000001b3);
-    }
-    return before;
 }
 
 /* ---- interpolation --------------------------------------------------------------------------- */

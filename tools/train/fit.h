@@ -88,10 +88,6 @@ ad_status fit_step(fit *f, ad_error *error);
 double fit_seconds(const fit *f); /* of wall time, what is resumed among it */
 double fit_stage_seconds(const fit *f);
 
-/* Of the bits of numbers, after others whose digest was `before`, at first FIT_DIGEST (FNV-1a). */
-#define FIT_DIGEST UINT64_C(0xcbf29ce484222325)
-uint64_t fit_digest(uint64_t before, const double *values, size_t count);
-
 /* The window that a row comes from, from 0. */
 int fit_row_window(const fit *f, size_t row);
 

@@ -554,13 +554,13 @@ static ad_status prepare(search *search, int sets, const solve_measured *measure
     if (status != AD_OK) {
         return status;
     }
-    uint64_t digest = FIT_DIGEST;
+    uint64_t digest = CHECKPOINT_HASH_START;
     for (int i = 0; i < sets; i++) {
         const solve_measured *set = &measured[i];
         const size_t numbers = (size_t)set->columns * set->rows;
-        digest = fit_digest(digest, set->values, numbers);
-        digest = fit_digest(digest, set->noise, (size_t)set->columns);
-        digest = fit_digest(digest, set->s, set->rows);
+        digest = checkpoint_hash(digest, set->values, numbers * sizeof(double));
+        digest = checkpoint_hash(digest, set->noise, (size_t)set->columns * sizeof(double));
+        digest = checkpoint_hash(digest, set->s, set->rows * sizeof(double));
         for (size_t k = 0; k < numbers; k++) {
             search->exact += pow(EXACT * set->values[k] / set->noise[k / set->rows], 2);
         }

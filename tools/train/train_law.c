@@ -415,7 +415,7 @@ static ad_status check(const train_law_settings *asked, const train_law_data *da
 static ad_status fit_law(law_fit *fit, ad_error *error)
 {
     const size_t numbers = (fit->rows[0] + fit->rows[1]) * 2 * N;
-    fit->ls.digest = fit_digest(FIT_DIGEST, fit->data[0], numbers);
+    fit->ls.digest = checkpoint_hash(CHECKPOINT_HASH_START, fit->data[0], numbers * sizeof(double));
     ad_status status = least_squares_create(&fit->ls, error);
     fit->best = calloc(fit->count, sizeof *fit->best);
     if (status == AD_OK && !fit->best) {

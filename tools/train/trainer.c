@@ -234,7 +234,9 @@ void trainer_describe(const trainer *t, char text[160])
 static ad_status check_ranks(const trainer *t, const double *x, ad_error *error)
 {
     const ad_ranks *ranks = ad_pool_ranks(t->e->pool);
-    return ad_ranks_agree(ranks, ranks ? fit_digest(FIT_DIGEST, x, t->e->count) : 0)
+    return ad_ranks_agree(ranks,
+                          ranks ? checkpoint_hash(CHECKPOINT_HASH_START, x, t->e->count * sizeof *x)
+                                : 0)
                ? AD_OK
                : ad_fail(error, AD_BAD_ARGUMENT,
                          "step %lld: the ranks have come to different parameters; their machines, "
