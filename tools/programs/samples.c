@@ -174,10 +174,11 @@ ad_status samples_ask(samples *p, const answer *a, ad_error *error)
 /* Columns that are not the model's: those from ERROR on say what is said of a member. */
 enum { MEMBER, PLACE, INSTANT, ERROR, TRUSTED, OUTSIDE, NUMBERS, SOURCE = NUMBERS, REASON, OWN };
 
-static const model_column own[OWN] = {
-    [MEMBER] = {"member", ""}, [PLACE] = {"s", "m"},        [INSTANT] = {"t", "s"},
-    [ERROR] = {"error", "m"},  [TRUSTED] = {"trusted", ""}, [OUTSIDE] = {"outside", ""},
-    [SOURCE] = {"source", ""}, [REASON] = {"reason", ""}};
+static const struct {
+    const char *name, *unit;
+} own[OWN] = {[MEMBER] = {"member", ""}, [PLACE] = {"s", "m"},        [INSTANT] = {"t", "s"},
+              [ERROR] = {"error", "m"},  [TRUSTED] = {"trusted", ""}, [OUTSIDE] = {"outside", ""},
+              [SOURCE] = {"source", ""}, [REASON] = {"reason", ""}};
 
 static double number(const samples *p, int which, size_t row)
 {
