@@ -31,6 +31,21 @@ check() {
     "$@" || failed "$what:  $*"
 }
 
+# A compiler with the sanitizers of CMakeLists.txt, for C that is exported, and with what nobody has set as
+# wild numbers: clang takes a third of the time of gcc, and a half without the checks that AddressSanitizer
+# makes in its way.
+watching() {
+    local tried wild=-ftrivial-auto-var-init=pattern
+    sanitizers='-fsanitize=address,undefined -fno-sanitize=pointer-overflow,null,object-size
+        -fno-sanitize-recover=undefined'
+    echo 'int main(void) { return 0; }' >main.c
+    for tried in "clang $wild" "cc $wild" cc; do
+        quick=$tried
+        $tried $sanitizers -o main main.c >/dev/null 2>&1 && return
+    done
+    failed no compiler with sanitizers
+}
+
 # optimizers [KEY]: their names, or of those that have this key, one a line.
 optimizers() {
     if [ $# -eq 0 ]; then

@@ -295,7 +295,7 @@ for name in optim_nadam optim_methods; do
         2>compiled.txt || failed "test_$name: $(grep -m1 error compiled.txt)"
     run 0 ./$name
 done
-check threads -- bash "$ROOT/tests/test_threads.sh" built/tools "$ROOT"
+check threads -- bash "$ROOT/tests/test_threads.sh" built/tools "$ROOT" nadam
 run 0 bash "$ROOT/tests/test_resume_kinds.sh" built/tools "$ROOT" "$shim" "$compare" rest_nadam
 said stdout.txt 'rest_nadam: [1-9][0-9]* checkpoints'
 

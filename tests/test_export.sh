@@ -7,6 +7,7 @@ set -u
 . "$(dirname "$0")/programs.sh"
 cc --version >/dev/null 2>&1 || exit 77
 
+watched || watching
 compilers=('cc -std=c99')
 for compiler in 'clang -std=c99' 'c++ -x c++' 'clang++ -x c++'; do
     ${compiler%% *} --version >/dev/null 2>&1 && compilers+=("$compiler")
@@ -26,13 +27,13 @@ compiles() {
 # selftest NAME: compiled with the sanitizers.
 selftest() {
     ! watched || return 0
-    check "$1 with sanitizers" -- cc -std=c99 -Wall -Wextra -Wpedantic -Werror \
-        -fsanitize=address,undefined -fno-sanitize-recover=undefined -o selftest "$1.c" "$1_selftest.c" -lm
+    check "$1 with sanitizers" -- $quick -std=c99 -Wall -Wextra -Wpedantic -Werror $sanitizers -c "$1.c" -o watched.o
+    check "$1 with sanitizers" -- $quick -std=c99 -Wall -Wextra -Wpedantic -Werror $sanitizers -o selftest watched.o \
+        "$1_selftest.c" -lm
     check "self-test of $1" -- ./selftest >selftest.txt
     check "$1 compares all outputs" -- test "$(wc -l <selftest.txt)" -gt 1
-    check "$1 for fuzzing" -- cc -std=c11 -Wall -Wextra -Werror -fsanitize=address,undefined \
-        -fno-sanitize-recover=undefined -DHEADER="\"$1.h\"" -DNAME="$1" -DTYPE="${2-double}" -I. -o fuzz \
-        "$ROOT/tests/export_model_fuzz.c" "$1.c" -lm
+    check "$1 for fuzzing" -- $quick -std=c11 -Wall -Wextra -Werror $sanitizers -DHEADER="\"$1.h\"" -DNAME="$1" \
+        -DTYPE="${2-double}" -I. -o fuzz "$ROOT/tests/export_model_fuzz.c" watched.o -lm
     check "$1 with anything" -- ./fuzz >fuzz.txt
 }
 

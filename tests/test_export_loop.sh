@@ -8,14 +8,7 @@ set -u
 cc --version >/dev/null 2>&1 || exit 77
 
 warnings='-std=c11 -Wall -Wextra -Wpedantic -Werror'
-sanitizers='-fsanitize=address,undefined -fno-sanitize-recover=undefined'
-wild=-ftrivial-auto-var-init=pattern # what nobody has set is no index
-# clang takes a third of the time, and what it compiles without optimizing a quarter of that of gcc.
-quick=cc
-echo 'int main(void) { return 0; }' >main.c
-for tried in "clang $wild" "cc $wild" cc; do
-    $tried $sanitizers -o main main.c >/dev/null 2>&1 && quick=$tried && break
-done
+watching
 
 # written ARGUMENTS...: by cpinn-control, also where it warns of a model that is hardly trained, or linear.
 written() {
