@@ -382,7 +382,7 @@ static void test_members_of_library(void **state)
     cpinn_members_free(compiled);
     plain = open_members(twisted, 1e-6), compiled = open_members(twisted, 1e-6);
     assert_int_equal(cpinn_members_compile(compiled, &error), AD_BAD_ARGUMENT);
-    assert_non_null(strstr(error.message, "the solver alone is quicker"));
+    assert_non_null(strstr(error.message, "too few"));
     check(cpinn_members_solve(plain, 1, (double[]){0.02, 0.01, 0.1}, values, results, &error),
           &error);
     check(cpinn_members_solve(compiled, 1, (double[]){0.02, 0.01, 0.1}, others, results, &error),

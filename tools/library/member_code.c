@@ -114,9 +114,10 @@ void member_code_answer(const member_code *code, int steps, const double *parame
 
 /* ---- members that are solved --------------------------------------------------------------- */
 
-static ad_status check_kind(const scene *open, ad_error *error)
+static ad_status check_kind(const scene *open, const ad_ranks *ranks, ad_error *error)
 {
-    return open->parameter_count == 0
+    return ranks ? ad_fail(error, AD_BAD_ARGUMENT, "compiled C: members are dealt among ranks")
+           : open->parameter_count == 0
                ? ad_fail(error, AD_BAD_ARGUMENT, "compiled C: nothing is a parameter")
            : strain_forces(open, 1) + strain_held(open) > 0 || strain_is_placed(open)
                ? ad_fail(error, AD_BAD_ARGUMENT,
@@ -137,7 +138,7 @@ static double distance(const double *a, const double *b, size_t points)
 
 /* What an answer lacks is at least this share of the tolerance, and more by what the mesh hardly
  * resolves: of thousands of members of seven families the most was up to 1.3 times that of the
- * first EXPORT_JUDGED. Where that leaves fewer within the tolerance, the solver alone is quicker.
+ * first EXPORT_JUDGED. Where that leaves fewer within the tolerance, most would be solved twice.
  */
 static const double LEAST = 0.1, MARGIN = 1.5, WITHIN = 0.75;
 
@@ -195,7 +196,7 @@ static ad_status judge(member_code *code, solve_members *exact, size_t points, a
     }
     if (status == AD_OK && within < WITHIN * solved) {
         status = ad_fail(error, AD_BAD_ARGUMENT,
-                         "compiled C solves %d of %d members to %g: the solver alone is quicker",
+                         "compiled C has %d of %d members to %g, too few: the solver is left alone",
                          within, solved, code->tolerance);
     }
     free(parameters);
@@ -213,7 +214,7 @@ ad_status member_code_create_solver(const scene *open, solve_members *solver,
     double *numbers = NULL;
     *result = NULL;
     ad_status status = check_points(settings->points, error);
-    status = status == AD_OK ? check_kind(open, error) : status;
+    status = status == AD_OK ? check_kind(open, settings->ranks, error) : status;
     if (status == AD_OK) {
         status = export_family_solved(open, solver, settings->tolerance, SOLVE_MEMBERS_COLUMNS,
                                       (int)settings->points, settings->s, &f, &numbers, error);
