@@ -212,13 +212,13 @@ static void test_training(void **state)
     /* what was saved and more: stop.seconds is of the whole stage */
     assert_true(fit_stage_seconds(surrogate_training_fit(part.own)) >= stage_seconds);
     train(&part, 60);
-    const surrogate_training_info info = surrogate_training_inspect(whole.own);
+    const fit *info = surrogate_training_fit(whole.own);
     const surrogate_step *a = surrogate_training_step_of(whole.own);
     const surrogate_step *b = surrogate_training_step_of(part.own);
-    print_message("of the linear map's: loss %.3f, held out %.3f\n", info.loss, info.held_out);
+    print_message("of the linear map's: loss %.3f, held out %.3f\n", info->loss, info->held_out);
     assert_true(surrogate_training_fit(whole.own)->state == FIT_OVER &&
                 surrogate_training_fit(part.own)->state == FIT_OVER);
-    assert_true(info.held_out < 0.35);
+    assert_true(info->held_out < 0.35);
     assert_memory_equal(a->numbers, b->numbers, surrogate_step_numbers(a) * sizeof *a->numbers);
     save(&whole, path);
     if (surrogate_load(path, &loaded, &error) != AD_OK) {
@@ -306,11 +306,11 @@ static void test_curves(void **state)
         checkpoint_free(file);
         train(&part, 63);
         save(&part, path[0]);
-        const surrogate_training_info info = surrogate_training_inspect(whole.own);
-        print_message("%s: held out %.3f\n", kinds[kind], info.held_out);
+        const fit *info = surrogate_training_fit(whole.own);
+        print_message("%s: held out %.3f\n", kinds[kind], info->held_out);
         assert_true(surrogate_training_fit(whole.own)->state == FIT_OVER &&
                     surrogate_training_fit(part.own)->state == FIT_OVER);
-        assert_true(info.held_out < 1); /* better than states that stay, after so few steps */
+        assert_true(info->held_out < 1); /* better than states that stay, after so few steps */
         for (int i = 0; i < 2; i++) {
             if (surrogate_load(path[i], &loaded[i], &error) != AD_OK) {
                 fail_msg("%s", error.message);
@@ -337,7 +337,7 @@ static void expect_symmetry(const char *text, bool turns, bool mirrors)
 {
     trained x = begin(text, "surrogate.kind=linear", 1);
     const surrogate_step *m = surrogate_training_step_of(x.own);
-    print_message("%s\n", surrogate_training_inspect(x.own).frame);
+    print_message("%s\n", surrogate_training_inspect(x.own)->frame);
     assert_int_equal(m->turns, turns);
     assert_int_equal(m->mirrors, mirrors);
     end(&x);

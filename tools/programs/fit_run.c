@@ -2,7 +2,6 @@
 
 #include "tools/judge/signals.h"
 #include "tools/programs/progress.h"
-#include "tools/train/session.h"
 
 #include <stdarg.h>
 #include <stdlib.h>
@@ -30,12 +29,6 @@ static ad_status write_text(void *context, FILE *file)
     return fputs(((const fit_run *)context)->text, file) < 0 ? AD_IO : AD_OK;
 }
 
-static bool stepped(void *context)
-{
-    progress_step(context);
-    return !signals_caught();
-}
-
 static ad_status run(void *context, least_squares *ls, ad_error *error)
 {
     fit_run *o = context;
@@ -56,12 +49,8 @@ static ad_status run(void *context, least_squares *ls, ad_error *error)
     if (status == AD_OK) {
         const bool speaks = !o->quiet && (o->folder || o->watch || isatty(STDERR_FILENO));
         progress p = progress_start(stderr, !speaks, &ls->fit, NULL);
-        if (o->watch) {
-            progress_watch(&p);
-        }
-        status = session_train(&s, stepped, &p, error);
+        status = progress_train(&p, &s, o->watch, error);
         progress_clear(&p);
-        progress_end(&p);
     }
     if (status == AD_OK && ls->fit.state == FIT_RUNNING) {
         o->signal = signals_caught();

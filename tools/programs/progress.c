@@ -1,5 +1,6 @@
 #include "tools/programs/progress.h"
 
+#include "tools/judge/signals.h"
 #include "tools/programs/status_line.h"
 #include "tools/train/clock.h"
 
@@ -187,6 +188,22 @@ void progress_step(progress *p)
         p->gap = fmin(1.5 * p->gap, 60);
     }
     fflush(p->file);
+}
+
+static bool stepped(void *context)
+{
+    progress_step(context);
+    return !signals_caught();
+}
+
+ad_status progress_train(progress *p, session *s, bool watches, ad_error *error)
+{
+    if (watches) {
+        progress_watch(p);
+    }
+    const ad_status status = session_train(s, stepped, p, error);
+    progress_end(p);
+    return status;
 }
 
 void progress_say(progress *p, const char *format, ...)

@@ -4,6 +4,7 @@
 #define TOOLS_PROGRAMS_PROGRESS_H
 
 #include "tools/programs/watch.h"
+#include "tools/train/session.h"
 
 typedef struct progress {
     FILE *file;
@@ -34,6 +35,10 @@ progress progress_start(FILE *file, bool quiet, const fit *of, const char *note)
 void progress_watch(progress *p);
 void progress_watch_shapes(progress *p, const trainer *t, const experiment *e,
                            const reference *known);
+
+/* session_train until it is over or a signal comes (tools/judge/signals.h), with a picture if
+ * `watches`. */
+ad_status progress_train(progress *p, session *s, bool watches, ad_error *error);
 
 /* To be called after every step. Prints only when it is time to. */
 void progress_step(progress *p);

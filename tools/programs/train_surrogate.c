@@ -82,7 +82,7 @@ static void start_progress(training *t)
 
 static void announce(training *t)
 {
-    const surrogate_training_info info = surrogate_training_inspect(t->own);
+    const surrogate_training_info info = *surrogate_training_inspect(t->own);
     const surrogate_settings *s = &t->settings->surrogate;
     const surrogate_step *m = surrogate_training_step_of(t->own);
     char ranks[32] = "";
@@ -105,24 +105,6 @@ static void announce(training *t)
     }
 }
 
-static bool stepped(void *context)
-{
-    progress_step(&((training *)context)->progress);
-    return !signals_caught();
-}
-
-static ad_status train(training *t, ad_error *error)
-{
-    signals_catch();
-    if (t->asked->watch) {
-        progress_watch(&t->progress);
-    }
-    ad_status status = session_train(&t->s, stepped, t, error);
-    progress_end(&t->progress);
-    t->seconds = fit_seconds(t->s.of.fit);
-    return status;
-}
-
 /* ---- the verdict --------------------------------------------------------------------------- */
 
 static ad_status judge(training *t, ad_error *error)
@@ -135,9 +117,9 @@ static ad_status judge(training *t, ad_error *error)
                                      &t->report, error);
     }
     if (status == AD_OK) {
-        const surrogate_training_info info = surrogate_training_inspect(t->own);
+        const fit *f = t->s.of.fit;
         t->judged = true;
-        eval_rollouts_verdict(&t->report, s->settings.kind, info.loss, info.held_out, &t->verdict);
+        eval_rollouts_verdict(&t->report, s->settings.kind, f->loss, f->held_out, &t->verdict);
     }
     surrogate_free(s);
     return status;
@@ -145,13 +127,12 @@ static ad_status judge(training *t, ad_error *error)
 
 static void finish(training *t)
 {
-    const char *ended = t->s.of.fit->ended;
-    const surrogate_training_info info = surrogate_training_inspect(t->own);
+    const fit *f = t->s.of.fit;
     if (!t->asked->quiet) {
         progress_say(&t->progress,
                      "done: %lld steps in %.2f s%s%s, loss %.3e, held-out %.3e of that of %s",
-                     (long long)t->s.of.fit->at.step, t->seconds, ended ? ": " : "",
-                     ended ? ended : "", info.loss, info.held_out,
+                     (long long)f->at.step, t->seconds, f->ended ? ": " : "",
+                     f->ended ? f->ended : "", f->loss, f->held_out,
                      t->settings->surrogate.kind == SURROGATE_DDPINN ? "states that stay"
                                                                      : "the linear map");
         eval_rollouts_print(stdout, &t->report);
@@ -270,18 +251,18 @@ static ad_status write_json(const training *t, ad_error *error)
     json_text(&to, "name", t->settings->settings.name);
     report_verdict(&to, &t->verdict);
     if (t->own) {
-        const surrogate_training_info info = surrogate_training_inspect(t->own);
-        const fit_place *at = &surrogate_training_fit(t->own)->at;
-        json_integer(&to, "step", at->step);
-        json_integer(&to, "stage", at->stage);
+        const surrogate_training_info info = *surrogate_training_inspect(t->own);
+        const fit *f = surrogate_training_fit(t->own);
+        json_integer(&to, "step", f->at.step);
+        json_integer(&to, "stage", f->at.stage);
         json_integer(&to, "stages", t->settings->settings.stage_count);
         json_number(&to, "training_seconds", t->seconds);
         json_number(&to, "prepared_seconds", info.prepared);
         json_integer(&to, "parameters", (int64_t)info.parameters);
         json_integer(&to, "solved", (int64_t)info.solved);
         json_text(&to, "frame", info.frame);
-        json_number(&to, "loss", info.loss);
-        json_number(&to, "held_out", info.held_out);
+        json_number(&to, "loss", f->loss);
+        json_number(&to, "held_out", f->held_out);
         json_text(&to, "checkpoint", t->folder.checkpoint);
         json_text(&to, "history", t->folder.history);
         json_text(&to, "config", t->folder.config);
@@ -317,7 +298,9 @@ static ad_status go(training *t, bool *began, ad_error *error)
     if (status == AD_OK) {
         start_progress(t);
         announce(t);
-        status = train(t, error);
+        signals_catch();
+        status = progress_train(&t->progress, &t->s, t->asked->watch, error);
+        t->seconds = fit_seconds(t->s.of.fit);
     }
     if (status == AD_OK && t->s.of.fit->state == FIT_RUNNING) {
         interrupted(t);

@@ -335,12 +335,9 @@ static ad_status end(void *of, optim_status status, bool *again, ad_error *error
 static const fit_kind one_step_model = {
     .start = start, .step = step, .row = row, .trained = trained_loss, .end = end};
 
-surrogate_training_info surrogate_training_inspect(const surrogate_training *t)
+const surrogate_training_info *surrogate_training_inspect(const surrogate_training *t)
 {
-    surrogate_training_info info = t->info;
-    info.loss = t->fit.loss;
-    info.held_out = t->fit.held_out;
-    return info;
+    return &t->info;
 }
 
 fit *surrogate_training_fit(surrogate_training *t)

@@ -26,11 +26,9 @@ extern "C" {
 typedef struct surrogate_training surrogate_training;
 
 typedef struct surrogate_training_info {
-    size_t parameters;     /* that are optimised */
-    size_t solved;         /* steps to learn from */
-    double prepared;       /* s, of what comes before the first step */
-    double loss, held_out; /* over that of the linear map alone; held out: of other rollouts */
-    double linear;         /* median error of the linear map after one step, of the length */
+    size_t parameters;           /* that are optimised */
+    size_t solved;               /* steps to learn from */
+    double prepared;             /* s, of what comes before the first step */
     char frame[256], modes[256]; /* what was found of the robot, for people */
 } surrogate_training_info;
 
@@ -41,9 +39,10 @@ ad_status surrogate_training_create(const scene *open, surrogate_settings *setti
                                     surrogate_training **result, ad_error *error);
 void surrogate_training_free(surrogate_training *t); /* NULL is fine */
 
-/* A step that is AD_NOT_FINITE leaves the state as it was. */
+/* A step that is AD_NOT_FINITE leaves the state as it was. Losses are over that of the linear map
+ * alone; held out: of other rollouts. */
 fit *surrogate_training_fit(surrogate_training *t);
-surrogate_training_info surrogate_training_inspect(const surrogate_training *t);
+const surrogate_training_info *surrogate_training_inspect(const surrogate_training *t);
 
 /* The model as it is now, with the best parameters so far; borrowed, until the next step. NULL: its
  * output layer is not finite. */
