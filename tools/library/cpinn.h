@@ -373,8 +373,7 @@ const char *cpinn_members_name(const cpinn_members *members, int parameter);
 /* Members in calls of up to CPINN_FEW, within their ranges, are answered from then on by C that the
  * command cc compiles, as of cpinn_family_settings. They take less than half the time, derivatives
  * a quarter. What that does not solve within the tolerance the solver does. AD_IO: no compiler, or
- * no folder; AD_BAD_ARGUMENT: more than 60 points, ranks, or a scene that is left to the
- * solver;
+ * no folder; AD_BAD_ARGUMENT: more than 60 points, ranks, or a scene that is left to the solver;
  * AD_NO_MEMORY. Then it all stays as it was. */
 ad_status cpinn_members_compile(cpinn_members *members, ad_error *error);
 
