@@ -2,6 +2,7 @@
 #include "tools/library/trained_family.h"
 
 #include "autodiff/host.h"
+#include "physics/distance.h"
 #include "physics/solve/solve.h"
 #include "tools/library/member_code.h"
 
@@ -89,19 +90,8 @@ static bool any_outside(const cpinn_family *family, const double *parameters)
 
 double cpinn_family_distance(const cpinn_family *family, const double *a, const double *b)
 {
-    const int rows = scene_physics_of(&family->open)->position_columns;
-    double largest = 0;
-    for (size_t i = 0; i < family->points; i++) {
-        double square = 0;
-        for (int c = 0; c < rows; c++) {
-            const double off = a[i * (size_t)family->columns + (size_t)c] -
-                               b[i * (size_t)family->columns + (size_t)c];
-            square += off * off;
-        }
-        const double off = sqrt(square);
-        largest = off <= largest || isnan(largest) ? largest : off;
-    }
-    return largest;
+    return largest_distance(family->points, scene_physics_of(&family->open)->position_columns,
+                            (size_t)family->columns, 1, a, b);
 }
 
 static cpinn_answer answer_of(const solve_answer *refined)

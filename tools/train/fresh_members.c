@@ -1,6 +1,7 @@
 #include "tools/train/fresh_members.h"
 
 #include "autodiff/ranks.h"
+#include "physics/distance.h"
 #include "physics/field.h"
 #include "physics/solve/solve.h"
 #include "physics/sort.h"
@@ -28,17 +29,6 @@ static bool solve_one(const scene *member, const double *s, double *positions)
     }
     solution_free(solved);
     return found && verdict_outcome_of(&said) == VERDICT_SOLVED;
-}
-
-static double distance(const double *a, const double *b)
-{
-    double largest = 0;
-    for (int i = 0; i < POINTS; i++) {
-        const double off = hypot(hypot(a[i] - b[i], a[POINTS + i] - b[POINTS + i]),
-                                 a[2 * POINTS + i] - b[2 * POINTS + i]);
-        largest = off <= largest ? largest : isnan(off) ? INFINITY : off;
-    }
-    return largest;
 }
 
 /* A fresh member. */
@@ -89,7 +79,9 @@ static ad_status compare(const experiment *e, field *network, const fresh_member
     field_member(network, one->parameters);
     ad_status status = field_evaluate(network, experiment_parameters(e), POINTS,
                                       (const double *const[]){members->s}, values, error);
-    *off = status == AD_OK ? distance(values, one->exact) / scene_length(members->family) : 0;
+    *off = status == AD_OK ? largest_distance(POINTS, 3, 1, POINTS, values, one->exact) /
+                                 scene_length(members->family)
+                           : 0;
     return status;
 }
 

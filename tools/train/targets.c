@@ -1,5 +1,6 @@
 #include "tools/train/targets.h"
 
+#include "physics/distance.h"
 #include "physics/sort.h"
 #include "tools/train/clock.h"
 #include "tools/train/members_given.h"
@@ -494,16 +495,9 @@ static void compare(const targets *t, const double *values, double *errors)
 {
     for (size_t k = 0; k < TARGETS_FRESH; k++) {
         const size_t first = k * TARGETS_POINTS * SOLVE_MEMBERS_COLUMNS;
-        errors[k] = 0;
-        for (size_t i = 0; i < TARGETS_POINTS; i++) {
-            double square = 0;
-            for (size_t c = 0; c < 3; c++) {
-                const size_t at = first + i * SOLVE_MEMBERS_COLUMNS + c;
-                const double off = (values[at] - t->fresh.values[at]) / t->length;
-                square += off * off;
-            }
-            errors[k] = square <= errors[k] * errors[k] ? errors[k] : sqrt(square);
-        }
+        errors[k] = largest_distance(TARGETS_POINTS, 3, SOLVE_MEMBERS_COLUMNS, 1, values + first,
+                                     t->fresh.values + first) /
+                    t->length;
     }
     sort_ascending(TARGETS_FRESH, errors);
 }
