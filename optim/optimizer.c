@@ -84,10 +84,12 @@ double optim_setting_value(const optim_setting *row, const optim_settings *setti
 
 bool optim_setting_is_own(const optim_setting *row, optim_method method)
 {
+    if (row->kind != OPTIM_NUMBER || !(row->reads & optim_method_reads(method))) {
+        return false;
+    }
     const optim_settings common = optim_settings_defaults(OPTIM_METHOD_COUNT);
     const optim_settings own = optim_settings_defaults(method);
-    return row->kind == OPTIM_NUMBER && (row->reads & optim_method_reads(method)) &&
-           optim_setting_value(row, &own) != optim_setting_value(row, &common);
+    return optim_setting_value(row, &own) != optim_setting_value(row, &common);
 }
 
 /* Conditions are written so that a NaN fails them. */
