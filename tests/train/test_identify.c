@@ -1,5 +1,6 @@
 /* Unknowns from measurements by solving: whether the truth lies within the stated deviations as
  * often as it should, what the measurements do not tell, and what is refused. */
+#include "fewer.h"
 #include "resume_testing.h"
 
 #include "nn/rng.h"
@@ -123,7 +124,7 @@ static void add_noise(tips *x, nn_rng *random)
     }
 }
 
-static int draws = 20; /* an argument makes it another number */
+static int draws = FEWER(20); /* an argument makes it another number */
 
 /* 68.3 % of all errors lie within one deviation, 95.4 % within two; counts may be off by four
  * deviations of their own, as may the mean of chi squared. */
