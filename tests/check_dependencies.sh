@@ -1,9 +1,10 @@
 #!/bin/sh
-# Dependencies between rooms point one way, tools -> physics/solve -> physics -> nn -> autodiff, with
+# Dependencies between rooms point one way, tools -> physics -> nn -> autodiff, with
 # optim by itself; among the tools bench -> programs -> judge -> library -> prepare -> config ->
 # control -> surrogate -> train -> files, and library -> emit -> control. Within autodiff they are
 # algebra -> run -> compile -> tape and emit -> compile; other folders include the headers that lie in
-# autodiff itself.
+# autodiff itself. Within physics they are solve -> chain -> local -> learn -> beam -> rod -> scene ->
+# quantity -> law -> numerics.
 # A header that is not shared stays within its folder and those in it. Shared headers include only
 # shared ones; those that are installed include only installed ones and have extern "C".
 #   check_dependencies.sh ROOT "INSTALLED_HEADER ..." SHARED_HEADER...     headers relative to ROOT
@@ -27,8 +28,7 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
     }
     function folder_of(path, part, count) {
         count = split(path, part, "/")
-        if (count > 2 && (part[1] == "tools" || part[1] == "autodiff" ||
-                          part[1] "/" part[2] == "physics/solve"))
+        if (count > 2 && (part[1] == "tools" || part[1] == "autodiff" || part[1] == "physics"))
             return part[1] "/" part[2]
         return part[1]
     }
@@ -48,16 +48,20 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
         may["autodiff/algebra"] = " autodiff/algebra" may["autodiff/run"]
         may["optim"] = " optim "
         may["nn"] = " nn autodiff "
-        may["physics"] = " physics nn autodiff "
-        may["physics/solve"] = " physics/solve physics autodiff "
-        libraries = " physics/solve physics nn autodiff optim "
+        rooms = split("numerics law quantity scene rod beam learn local chain solve", room, " ")
+        libraries = " nn autodiff "
+        for (i = 1; i <= rooms; i++) {
+            libraries = " physics/" room[i] libraries
+            may["physics/" room[i]] = libraries
+        }
+        libraries = libraries "optim "
         training = libraries " tools/train tools/files "
         surrogate = training " tools/surrogate autodiff/run "
         control = surrogate " tools/control "
         judging = control " tools/config tools/prepare tools/emit tools/library tools/judge "
         everything = judging " tools/picture tools/programs "
         may["tools/files"] = " tools/files autodiff "
-        may["tools/picture"] = " tools/picture physics autodiff "
+        may["tools/picture"] = " tools/picture physics/numerics autodiff "
         may["tools/train"] = training
         may["tools/surrogate"] = surrogate
         may["tools/control"] = control
@@ -76,9 +80,9 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
         for (i = 1; i <= count; i++)
             is_shared[list[i]] = 1
         is_shared["autodiff/run/tanh.h"] = 1 # texts that need nothing, also of exported C
-        is_shared["physics/quaternion.h"] = 1
-        is_shared["physics/quaternion_algebra.h"] = 1
-        is_shared["physics/processor.h"] = 1
+        is_shared["physics/numerics/quaternion.h"] = 1
+        is_shared["physics/numerics/quaternion_algebra.h"] = 1
+        is_shared["physics/numerics/processor.h"] = 1
     }
     {
         split($0, part, ":")
@@ -110,7 +114,8 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
             next
         if (file in is_shared)
             refuse("a shared header includes a private one")
-        if (index(from "/", to "/") != 1 && index(from, "autodiff/") != 1 && from != "tests" &&
+        if (index(from "/", to "/") != 1 && index(from, "autodiff/") != 1 &&
+            (index(from, "physics/") != 1 || index(to, "physics/") != 1) && from != "tests" &&
             from != "tools/bench" && index(to, "tools/") != 1)
             refuse("private to " to)
     }

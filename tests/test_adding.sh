@@ -68,17 +68,17 @@ add before physics/law/law.c '[LAW_RESISTANCE] = {' <<'END'
                        .has_force = true,
                        .record = record_hardening},
 END
-add after physics/rod_acting.c 'static const rod_given GIVENS' <<'END'
+add after physics/rod/rod_acting.c 'static const rod_given GIVENS' <<'END'
     {LAW_HARDENING, "hardening", GIVEN(hardening), .count = 1, .unit = {{.length = 4}}},
 END
-add before physics/scene.h 'scene_load base;' <<'END'
+add before physics/scene/scene.h 'scene_load base;' <<'END'
     quantity hardening;      /* f = -hardening |r - r0|^2 (r - r0); of s; N/m^4, >= 0 */
 END
-add before physics/scene_rows.h 'X("loads.foundation", 3' <<'END'
+add before physics/scene/scene_rows.h 'X("loads.foundation", 3' <<'END'
     X("loads.hardening", 1, loads.hardening, LOADS, ALONG, NOT_NEGATIVE, SCALAR, WORLD, "N/m^4", \
       ZERO, NULL, "A foundation that hardens.") \
 END
-add before physics/support.c '{"gravity", "loads.gravity", NULL,' <<'END'
+add before physics/scene/support.c '{"gravity", "loads.gravity", NULL,' <<'END'
     {"a hardening foundation", "loads.hardening", NULL,
      "yyyyy yyy yyyy yy y", NULL},
 END

@@ -3,7 +3,7 @@
 #ifndef PHYSICS_LAW_LAWS_LANES_H
 #define PHYSICS_LAW_LAWS_LANES_H
 
-#include "physics/quaternion_lanes.h"
+#include "physics/numerics/quaternion_lanes.h"
 
 #include <math.h>
 

@@ -1,6 +1,6 @@
 #include "physics/solve/balance.h"
 
-#include "physics/quaternion.h"
+#include "physics/numerics/quaternion.h"
 
 #include <math.h>
 #include <stddef.h>
@@ -241,7 +241,7 @@ ad_status solve_balance_rod(const solve_rod *rod, solve_shape *shape, const void
 
 /* ---- beams ---------------------------------------------------------------------------------- */
 
-/* Sums over the beam: of forces, and of moments about s = 0 (physics/beam.h). */
+/* Sums over the beam: of forces, and of moments about s = 0 (physics/beam/beam.h). */
 typedef struct beam_total {
     double force, moment, size;
 } beam_total;

@@ -1,12 +1,12 @@
 /* Whether all loads on a whole rod or beam at rest and the forces and moments at its ends add up to
  * nothing. The loads are those of the scene, integrated by quadrature of their own
- * (physics/solve/quadrature.h), so that it also sees what lies between the points of a solution.
+ * (physics/local/quadrature.h), so that it also sees what lies between the points of a solution.
  * Motions have energy and momentum instead: physics/solve/motion_balance.h. */
 #ifndef PHYSICS_SOLVE_BALANCE_H
 #define PHYSICS_SOLVE_BALANCE_H
 
+#include "physics/local/rod_model.h"
 #include "physics/solve/beam_model.h"
-#include "physics/solve/rod_model.h"
 #include "physics/solve/solve.h"
 
 /* As solve_balance (solve.h), of a rod or beam that is there. */

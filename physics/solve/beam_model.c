@@ -1,8 +1,8 @@
 #include "physics/solve/beam_model.h"
 
-#include "physics/beam_internal.h"
-#include "physics/solve/formula.h"
-#include "physics/solve/mesh.h"
+#include "physics/beam/beam_internal.h"
+#include "physics/local/formula.h"
+#include "physics/local/mesh.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* The scene of a beam of small deflection in numbers, for classical solvers; equations and signs as
- * in physics/beam.h.
+ * in physics/beam/beam.h.
  *
  * Dimensionless: s in [0, 1], t in units of scales.time, the deflection w by `deflection`, W;
  * slopes by W/L, V by EI W/L^3, M by EI W/L^2, distributed force by EI W/L^4, distributed moment by
@@ -8,8 +8,8 @@
 #ifndef PHYSICS_SOLVE_BEAM_MODEL_H
 #define PHYSICS_SOLVE_BEAM_MODEL_H
 
-#include "physics/model.h"
-#include "physics/solve/quadrature.h"
+#include "physics/learn/model.h"
+#include "physics/local/quadrature.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -17,7 +17,8 @@ extern "C" {
 
 enum { BEAM_JUMPS_MAX = SCENE_POINTS_MAX + SCENE_BODIES_MAX + SCENE_SPRINGS_MAX };
 
-/* All that acts at one s, 0 and 1 among them, sums of physics/beam_internal.h; not the loads. */
+/* All that acts at one s, 0 and 1 among them, sums of physics/beam/beam_internal.h; not the loads.
+ */
 typedef struct beam_jump {
     double s;
     double stiffness, turning;

@@ -1,7 +1,7 @@
 #include "physics/solve/beam_motion.h"
 
 #include "autodiff/dense.h"
-#include "physics/solve/radau.h"
+#include "physics/local/radau.h"
 
 #include <math.h>
 #include <stdlib.h>

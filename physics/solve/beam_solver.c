@@ -1,8 +1,8 @@
 #include "physics/solve/beam_solver.h"
 
+#include "physics/local/mesh.h"
 #include "physics/solve/beam_motion.h"
 #include "physics/solve/defect.h"
-#include "physics/solve/mesh.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -12,7 +12,7 @@ extern "C" {
 
 typedef struct beam_solution beam_solution;
 
-/* The columns of a beam, see physics/model.h; dimensionless. */
+/* The columns of a beam, see physics/learn/model.h; dimensionless. */
 typedef struct beam_state {
     double deflection, slope, shear, moment;
     double velocity, slope_rate; /* 0 if static */

@@ -1,5 +1,5 @@
 /* A beam at rest as a first-order system in s, collocated at Gauss points of elements: one
- * linear solve for any loads. With y = (w, psi, V, M), by physics/beam.h
+ * linear solve for any loads. With y = (w, psi, V, M), by physics/beam/beam.h
  *
  *   w_s = psi + g V,   psi_s = c M,   V_s = k w - q,   M_s = -V - mu
  *

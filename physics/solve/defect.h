@@ -7,7 +7,7 @@
 #ifndef PHYSICS_SOLVE_DEFECT_H
 #define PHYSICS_SOLVE_DEFECT_H
 
-#include "physics/solve/quadrature.h"
+#include "physics/local/quadrature.h"
 
 enum { DEFECT_ROWS_MAX = 21 };
 

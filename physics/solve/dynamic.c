@@ -1,6 +1,6 @@
 #include "physics/solve/dynamic.h"
 
-#include "physics/quaternion.h"
+#include "physics/numerics/quaternion.h"
 #include "physics/solve/motion_mesh.h"
 #include "physics/solve/motion_times.h"
 

@@ -1,7 +1,7 @@
 #include "physics/solve/events.h"
 
-#include "physics/gauss.h"
-#include "physics/sort.h"
+#include "physics/numerics/gauss.h"
+#include "physics/numerics/sort.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -3,7 +3,7 @@
 #ifndef PHYSICS_SOLVE_EVENTS_H
 #define PHYSICS_SOLVE_EVENTS_H
 
-#include "physics/solve/drives.h"
+#include "physics/local/drives.h"
 
 /* Of the duration: a jump lies between two instants that are no further apart. */
 static const double EVENTS_JUMP = 1e-9;

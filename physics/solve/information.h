@@ -8,7 +8,7 @@
 #ifndef PHYSICS_SOLVE_INFORMATION_H
 #define PHYSICS_SOLVE_INFORMATION_H
 
-#include "physics/scene.h"
+#include "physics/scene/scene.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -1,9 +1,9 @@
 #include "physics/solve/integrate.h"
 
-#include "physics/gauss.h"
+#include "physics/local/solve_vector.h"
+#include "physics/numerics/gauss.h"
 #include "physics/solve/motion_fastest.h"
 #include "physics/solve/motion_system.h"
-#include "physics/solve/solve_vector.h"
 
 #include <arkode/arkode_arkstep.h>
 

@@ -1,8 +1,8 @@
 #include "physics/solve/measured.h"
 
-#include "physics/quaternion.h"
-#include "physics/solve/solve_members.h"
-#include "physics/sort.h"
+#include "physics/chain/solve_members.h"
+#include "physics/numerics/quaternion.h"
+#include "physics/numerics/sort.h"
 
 #include <math.h>
 #include <stdlib.h>

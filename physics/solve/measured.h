@@ -1,15 +1,15 @@
 /* What was measured on a scene with unknown parameters, and by how much solutions at trial values
  * of these miss it.
  *
- * The scene has parameters (physics/scene.h): some are unknown, the others known for each row of
- * the measurements. Rows with the same known values are one experiment: one member of the family,
- * solved once. Rods at rest that physics/solve/solve_members.h takes are solved by it, all
+ * The scene has parameters (physics/scene/scene.h): some are unknown, the others known for each row
+ * of the measurements. Rows with the same known values are one experiment: one member of the
+ * family, solved once. Rods at rest that physics/chain/solve_members.h takes are solved by it, all
  * experiments at all trial values in one batch; others, and what needs forces and moments, by
  * solution_create, over threads. */
 #ifndef PHYSICS_SOLVE_MEASURED_H
 #define PHYSICS_SOLVE_MEASURED_H
 
-#include "physics/model.h"
+#include "physics/learn/model.h"
 #include "physics/solve/solve.h"
 
 #ifdef __cplusplus

@@ -1,7 +1,7 @@
 #include "physics/solve/modes_defect.h"
 
 #include "autodiff/dense.h"
-#include "physics/solve/modes_internal.h"
+#include "physics/chain/modes_internal.h"
 #include "physics/solve/motion.h"
 
 #include <math.h>

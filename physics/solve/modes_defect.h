@@ -2,8 +2,8 @@
 #ifndef PHYSICS_SOLVE_MODES_DEFECT_H
 #define PHYSICS_SOLVE_MODES_DEFECT_H
 
-#include "physics/model.h"
-#include "physics/solve/modes.h"
+#include "physics/chain/modes.h"
+#include "physics/learn/model.h"
 
 typedef struct modes_defect modes_defect;
 

@@ -1,8 +1,8 @@
 #include "physics/solve/modes_model.h"
 
+#include "physics/chain/modes_internal.h"
+#include "physics/scene/support.h"
 #include "physics/solve/modes_defect.h"
-#include "physics/solve/modes_internal.h"
-#include "physics/support.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -8,7 +8,7 @@
 #ifndef PHYSICS_SOLVE_MODES_MODEL_H
 #define PHYSICS_SOLVE_MODES_MODEL_H
 
-#include "physics/model.h"
+#include "physics/learn/model.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -19,7 +19,8 @@ typedef struct modes_model modes_model;
 /* Of a scene that passes its checks and is copied; its texts must live on. counts: of bending,
  * twist, stretch and shear, for each direction and piece of the rod; a motion in a plane has only
  * those in it. AD_BAD_ARGUMENT: a scene that the form does
- * not take (physics/support.h); AD_BAD_INPUT: all counts are 0; AD_NO_MEMORY, errors of formulas.
+ * not take (physics/scene/support.h); AD_BAD_INPUT: all counts are 0; AD_NO_MEMORY, errors of
+ * formulas.
  */
 ad_status modes_model_create(const scene *rod_scene, const int counts[4], modes_model **result,
                              ad_error *error);

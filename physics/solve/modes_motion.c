@@ -1,8 +1,8 @@
 #include "physics/solve/modes_motion.h"
 
+#include "physics/chain/modes_internal.h"
+#include "physics/chain/modes_step.h"
 #include "physics/solve/events.h"
-#include "physics/solve/modes_internal.h"
-#include "physics/solve/modes_step.h"
 #include "physics/solve/motion_times.h"
 
 #include <math.h>

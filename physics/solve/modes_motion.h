@@ -3,8 +3,8 @@
 #ifndef PHYSICS_SOLVE_MODES_MOTION_H
 #define PHYSICS_SOLVE_MODES_MOTION_H
 
+#include "physics/chain/modes.h"
 #include "physics/solve/dynamic.h"
-#include "physics/solve/modes.h"
 
 typedef struct modes_solution modes_solution;
 

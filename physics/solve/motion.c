@@ -1,7 +1,7 @@
 #include "physics/solve/motion_internal.h"
 
-#include "physics/quaternion.h"
-#include "physics/solve/lobatto.h"
+#include "physics/local/lobatto.h"
+#include "physics/numerics/quaternion.h"
 
 #include <stdlib.h>
 #include <string.h>

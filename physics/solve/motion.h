@@ -24,7 +24,7 @@
 #ifndef PHYSICS_SOLVE_MOTION_H
 #define PHYSICS_SOLVE_MOTION_H
 
-#include "physics/solve/rod_model.h"
+#include "physics/local/rod_model.h"
 #include "physics/solve/solve.h"
 
 #include <math.h>

@@ -1,7 +1,7 @@
 #include "physics/solve/motion_balance.h"
 
-#include "physics/quaternion.h"
-#include "physics/solve/mesh.h"
+#include "physics/local/mesh.h"
+#include "physics/numerics/quaternion.h"
 #include "physics/solve/motion_internal.h"
 #include "physics/solve/motion_mesh.h"
 

@@ -2,8 +2,8 @@
 #include "physics/solve/motion_internal.h"
 
 #include "physics/law/law_numbers.h"
-#include "physics/quaternion.h"
-#include "physics/solve/lobatto.h"
+#include "physics/local/lobatto.h"
+#include "physics/numerics/quaternion.h"
 
 #include <string.h>
 

@@ -2,8 +2,8 @@
  * velocities where they are, and drag that slows them. */
 #include "physics/solve/motion_internal.h"
 
-#include "physics/quaternion.h"
-#include "physics/quaternion_lanes.h"
+#include "physics/numerics/quaternion.h"
+#include "physics/numerics/quaternion_lanes.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,8 +1,8 @@
 /* The fluid that moves with the nodes of a rod, by the law of its added mass. */
 #include "physics/solve/motion_internal.h"
 
-#include "physics/quaternion.h"
-#include "physics/solve/inertia.h"
+#include "physics/local/inertia.h"
+#include "physics/numerics/quaternion.h"
 
 #include <string.h>
 

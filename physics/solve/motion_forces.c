@@ -3,8 +3,8 @@
 
 #include "physics/law/law_numbers.h"
 #include "physics/law/laws_lanes.h"
-#include "physics/quaternion.h"
-#include "physics/solve/lobatto.h"
+#include "physics/local/lobatto.h"
+#include "physics/numerics/quaternion.h"
 
 #include <math.h>
 #include <string.h>

@@ -2,8 +2,8 @@
 #ifndef PHYSICS_SOLVE_MOTION_INTERNAL_H
 #define PHYSICS_SOLVE_MOTION_INTERNAL_H
 
-#include "physics/processor.h"
-#include "physics/solve/actuation.h"
+#include "physics/local/actuation.h"
+#include "physics/numerics/processor.h"
 #include "physics/solve/motion.h"
 
 /* What is differentiated at a node, padded for the processor: a vector, a quaternion, 0. */

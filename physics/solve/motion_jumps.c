@@ -1,6 +1,6 @@
 /* What acts at single places of a rod in motion: loads, springs, bodies, joints. */
-#include "physics/quaternion.h"
-#include "physics/solve/mesh.h"
+#include "physics/local/mesh.h"
+#include "physics/numerics/quaternion.h"
 #include "physics/solve/motion_internal.h"
 
 #include <math.h>

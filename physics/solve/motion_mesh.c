@@ -1,6 +1,6 @@
 #include "physics/solve/motion_mesh.h"
 
-#include "physics/solve/mesh.h"
+#include "physics/local/mesh.h"
 #include "physics/solve/motion_compose.h"
 #include "physics/solve/motion_fastest.h"
 

@@ -2,8 +2,8 @@
 #ifndef PHYSICS_SOLVE_MOTION_MESH_H
 #define PHYSICS_SOLVE_MOTION_MESH_H
 
+#include "physics/local/quadrature.h"
 #include "physics/solve/integrate.h"
-#include "physics/solve/quadrature.h"
 
 /* Elements that have together at least so many intervals between nodes, none across a place, and
  * halved where what is given along the rod is so narrow that they would miss more of it than the

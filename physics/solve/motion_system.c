@@ -1,7 +1,7 @@
 #include "physics/solve/motion_system.h"
 
 #include "autodiff/dense.h"
-#include "physics/quaternion.h"
+#include "physics/numerics/quaternion.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 /* The equilibrium from which a motion starts, as formulas of s: polynomials on pieces between the
  * places where anything of the scene jumps. */
-#include "physics/breaks.h"
-#include "physics/constants.h"
+#include "physics/numerics/constants.h"
+#include "physics/scene/breaks.h"
 #include "physics/solve/solve.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
-#include "physics/constants.h"
-#include "physics/plausible.h"
-#include "physics/rod.h"
+#include "physics/numerics/constants.h"
+#include "physics/rod/plausible.h"
+#include "physics/rod/rod.h"
 #include "physics/solve/solve.h"
 #include "physics/solve/stability.h"
 

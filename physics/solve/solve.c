@@ -1,13 +1,13 @@
 #include "physics/solve/solve.h"
 
-#include "physics/breaks.h"
+#include "physics/numerics/sort.h"
+#include "physics/scene/breaks.h"
+#include "physics/scene/support.h"
 #include "physics/solve/balance.h"
 #include "physics/solve/beam_solver.h"
 #include "physics/solve/dynamic.h"
 #include "physics/solve/modes_motion.h"
 #include "physics/solve/static.h"
-#include "physics/sort.h"
-#include "physics/support.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -2,7 +2,7 @@
  *
  * Rods at rest: collocation at Gauss points along the rod, of position, rotation, force and moment
  * or of the curvature alone (SOLVE_STRAIN), with Newton's method and continuation of the loads from
- * 0. Many at once, with parameters that differ, are solved by physics/solve/solve_members.h. Rods
+ * 0. Many at once, with parameters that differ, are solved by physics/chain/solve_members.h. Rods
  * in motion: spectral elements between places where something jumps. Steps of time are by
  * Runge-Kutta: implicit where the motion is slow, or composed of free motion and forces where every
  * vibration has to be followed, as after a sudden load. Or a few modes of the strains
@@ -23,9 +23,9 @@
 #ifndef PHYSICS_SOLVE_SOLVE_H
 #define PHYSICS_SOLVE_SOLVE_H
 
-#include "physics/model.h"
-#include "physics/solve/method.h"
-#include "physics/verdict.h"
+#include "physics/learn/model.h"
+#include "physics/local/method.h"
+#include "physics/scene/verdict.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -117,8 +117,8 @@ solve_settings solve_settings_default(const scene *rod_scene);
 typedef struct solution solution;
 
 /* Whether the method takes the scene, also for its branch and, where asked, for its path: the table
- * of physics/support.h. AD_BAD_ARGUMENT with its sentence; *key receives the key to blame (NULL:
- * not wanted). */
+ * of physics/scene/support.h. AD_BAD_ARGUMENT with its sentence; *key receives the key to blame
+ * (NULL: not wanted). */
 ad_status solve_check(const scene *rod_scene, const solve_settings *settings, bool path,
                       const char **key, ad_error *error);
 
@@ -137,8 +137,8 @@ ad_status solution_create(const scene *rod_scene, const solve_settings *settings
 void solution_free(solution *solution); /* NULL is allowed */
 
 /* Values [columns][points] of the first `columns` observables of the scene's model
- * (physics/model.h), in SI units, at s [points] (m) and t [points] (s; NULL at rest). What lies
- * beyond an end is taken at the end; of times, the nearest that was solved is taken. Where
+ * (physics/learn/model.h), in SI units, at s [points] (m) and t [points] (s; NULL at rest). What
+ * lies beyond an end is taken at the end; of times, the nearest that was solved is taken. Where
  * something jumps they are all those just before, not the moment of one piece with the stiffness of
  * the next. Quicker where points of one time follow one another. AD_NO_MEMORY. */
 ad_status solution_evaluate(const solution *solution, int columns, size_t points, const double *s,
@@ -181,7 +181,7 @@ bool solve_energy_is_met(const solve_report *report);
  * error is above the tolerance (where nodes are not prescribed). Jumps that were not resolved may
  * make the estimate too small. Further, that loads at rest or the energy of a motion are out of
  * balance, or that the shape at rest is not stable (physics/solve/stability.h). And remarks: that
- * there may be other equilibria, that sizes are hardly meant (physics/plausible.h). */
+ * there may be other equilibria, that sizes are hardly meant (physics/rod/plausible.h). */
 void solution_verdict(const solution *solution, const scene *rod_scene,
                       const solve_settings *settings, const solve_report *report, verdict *result);
 

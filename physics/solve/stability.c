@@ -1,9 +1,9 @@
 #include "physics/solve/stability.h"
 
-#include "physics/breaks.h"
-#include "physics/quaternion.h"
-#include "physics/rod_internal.h"
-#include "physics/solve/actuation.h"
+#include "physics/local/actuation.h"
+#include "physics/numerics/quaternion.h"
+#include "physics/rod/rod_internal.h"
+#include "physics/scene/breaks.h"
 #include "physics/solve/stability_matrix.h"
 
 #include <math.h>

@@ -2,8 +2,8 @@
 #ifndef PHYSICS_SOLVE_STABILITY_H
 #define PHYSICS_SOLVE_STABILITY_H
 
-#include "physics/scene.h"
-#include "physics/verdict.h"
+#include "physics/scene/scene.h"
+#include "physics/scene/verdict.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -16,8 +16,8 @@ enum { STABILITY_POINTS = 512 };
 ad_status stability_points(const scene *rod_scene, double *s, ad_error *error);
 
 /* The number of independent ways in which the shape of a static scene gives way, of which values
- * [columns][STABILITY_POINTS] are the columns of the scene's model (physics/model.h), in SI; 0: it
- * is stable, -1: not asked, as the scene moves or its loads have no energy: followers and, in
+ * [columns][STABILITY_POINTS] are the columns of the scene's model (physics/learn/model.h), in SI;
+ * 0: it is stable, -1: not asked, as the scene moves or its loads have no energy: followers and, in
  * space, moments; or a tendon has a length in place of a tension, or friction; or a section gives
  * way by itself. Counted among motions in the plane where the scene is planar.
  *
@@ -35,15 +35,15 @@ ad_status stability_points(const scene *rod_scene, double *s, ad_error *error);
  * and the count is that beyond one negative direction for each nu. Laws outside of the rod add
  * minus the derivative of their force by x, or of their moment by eta; ends hold like springs that
  * are very stiff. The angle theta of a tube has variations phi of its own, which with those of u =
- * a are the second variation of the tube's energy (physics/rod.h). By signs of pivots (Sylvester).
- * AD_NO_MEMORY, and what the tape says of formulas. */
+ * a are the second variation of the tube's energy (physics/rod/rod.h). By signs of pivots
+ * (Sylvester). AD_NO_MEMORY, and what the tape says of formulas. */
 ad_status stability_count(const scene *rod_scene, const double *values, int *count,
                           ad_error *error);
 
 enum { STABILITY_TEXT = 200 };
 
 /* What is known of an equilibrium: the second variation, or where there is none the linearised
- * motion about it, of strain modes (physics/solve/modes.h), whose vibrations are e^(lambda t). */
+ * motion about it, of strain modes (physics/chain/modes.h), whose vibrations are e^(lambda t). */
 typedef struct stability {
     int modes;        /* as stability_count; >= 0: the next four are not asked for */
     double share;     /* the largest real part of a lambda over its size: 1 where the rod gives way

@@ -4,7 +4,7 @@
 #define PHYSICS_SOLVE_STABILITY_MATRIX_H
 
 #include "autodiff/error.h"
-#include "physics/scene.h"
+#include "physics/scene/scene.h"
 
 /* Unknowns of a node: turns, displacement and force of a rod in space, an angle of each tube. */
 enum { STABILITY_NODE_MAX = 9 + SCENE_TUBES_MAX };

@@ -1,10 +1,10 @@
 /* Whether vibrations of a rod about its equilibrium grow: by strain modes (modes.h), in which the
  * linearised motion is M y_tt + D y_t + K y = 0 with the exact derivatives of all forces. */
 #include "autodiff/dense.h"
-#include "physics/rod.h"
-#include "physics/solve/modes_internal.h"
+#include "physics/chain/modes_internal.h"
+#include "physics/rod/rod.h"
+#include "physics/scene/support.h"
 #include "physics/solve/stability.h"
-#include "physics/support.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,5 +1,5 @@
 /* What is known of the stability of an equilibrium, and how it is said. */
-#include "physics/constants.h"
+#include "physics/numerics/constants.h"
 #include "physics/solve/stability.h"
 
 #include <math.h>

@@ -1,4 +1,4 @@
-#include "physics/solve/rod_model.h"
+#include "physics/local/rod_model.h"
 #include "physics/solve/solve.h"
 
 ad_status solve_start(const scene *rod_scene, solve_place ends[2], ad_error *error)

@@ -1,7 +1,7 @@
 #include "physics/solve/static.h"
 
-#include "physics/quaternion.h"
-#include "physics/solve/mesh.h"
+#include "physics/local/mesh.h"
+#include "physics/numerics/quaternion.h"
 #include "physics/solve/static_defect.h"
 #include "physics/solve/static_energy.h"
 #include "physics/solve/static_friction.h"

@@ -3,7 +3,7 @@
 #ifndef PHYSICS_SOLVE_STATIC_H
 #define PHYSICS_SOLVE_STATIC_H
 
-#include "physics/solve/rod_model.h"
+#include "physics/local/rod_model.h"
 #include "physics/solve/solve.h"
 
 typedef struct static_solution static_solution;

@@ -1,6 +1,6 @@
 #include "physics/solve/static_defect.h"
 
-#include "physics/quaternion.h"
+#include "physics/numerics/quaternion.h"
 #include "physics/solve/defect.h"
 
 #include <math.h>

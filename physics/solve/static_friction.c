@@ -1,8 +1,8 @@
 #include "physics/solve/static_friction.h"
 
-#include "physics/quaternion.h"
-#include "physics/solve/mesh.h"
-#include "physics/solve/solve_vector.h"
+#include "physics/local/mesh.h"
+#include "physics/local/solve_vector.h"
+#include "physics/numerics/quaternion.h"
 #include "physics/solve/static_system_internal.h"
 
 #include <kinsol/kinsol.h>

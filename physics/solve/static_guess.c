@@ -1,5 +1,5 @@
 /* The equilibrium next to a shape that is known, such as that of a network. */
-#include "physics/quaternion.h"
+#include "physics/numerics/quaternion.h"
 #include "physics/solve/static_internal.h"
 
 #include <math.h>

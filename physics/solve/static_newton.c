@@ -1,6 +1,6 @@
 #include "physics/solve/static_newton.h"
 
-#include "physics/solve/solve_vector.h"
+#include "physics/local/solve_vector.h"
 #include "physics/solve/static_friction.h"
 #include "physics/solve/static_tension.h"
 #include "physics/solve/strain_newton.h"

@@ -1,6 +1,6 @@
 #include "physics/solve/static_survey.h"
 
-#include "physics/quaternion.h"
+#include "physics/numerics/quaternion.h"
 
 #include <math.h>
 

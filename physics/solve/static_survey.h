@@ -3,7 +3,7 @@
 #ifndef PHYSICS_SOLVE_STATIC_SURVEY_H
 #define PHYSICS_SOLVE_STATIC_SURVEY_H
 
-#include "physics/solve/rod_model.h"
+#include "physics/local/rod_model.h"
 
 /* Largest values at samples; where what is given needs more than one panel to be seen, integrals of
  * distributed loads, as if they acted at one place, and the angle by which the rest shape turns. */

@@ -1,9 +1,9 @@
 #include "physics/solve/static_system_internal.h"
 
 #include "autodiff/dense.h"
-#include "physics/quaternion.h"
-#include "physics/rod_internal.h"
-#include "physics/solve/mesh.h"
+#include "physics/local/mesh.h"
+#include "physics/numerics/quaternion.h"
+#include "physics/rod/rod_internal.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -3,8 +3,8 @@
 #ifndef PHYSICS_SOLVE_STATIC_SYSTEM_H
 #define PHYSICS_SOLVE_STATIC_SYSTEM_H
 
-#include "physics/gauss.h"
-#include "physics/solve/static_rod.h"
+#include "physics/local/static_rod.h"
+#include "physics/numerics/gauss.h"
 
 /* Where the path from the unstressed rod to the loaded one has arrived. */
 typedef struct static_path {
@@ -33,7 +33,7 @@ const double *static_system_edges(const static_system *system);
 const gauss_rule *static_system_rule(const static_system *system);
 
 /* Unknowns: y at s = 0; then for each element y at its points and at its end. Where something acts
- * at an edge (physics/solve/jump.h) that y is the one before it, at s = 0 outside of the rod. */
+ * at an edge (physics/local/jump.h) that y is the one before it, at s = 0 outside of the rod. */
 size_t static_system_unknowns(const static_system *system);
 
 /* s of all of them, [unknowns/rows]. */

@@ -1,6 +1,6 @@
 #include "physics/solve/static_tension.h"
 
-#include "physics/solve/complement.h"
+#include "physics/local/complement.h"
 
 #include <math.h>
 #include <string.h>

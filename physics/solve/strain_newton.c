@@ -1,9 +1,9 @@
 #include "physics/solve/strain_newton.h"
 
 #include "autodiff/dense.h"
-#include "physics/quaternion.h"
+#include "physics/chain/strain_form.h"
+#include "physics/numerics/quaternion.h"
 #include "physics/solve/static_system_internal.h"
-#include "physics/solve/strain_form.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -2,7 +2,7 @@
  * quotients; and the stiffness of an arm, found by what is seen of its tip. */
 #include "filter_testing.h"
 
-#include "physics/solve/reduced.h"
+#include "physics/chain/reduced.h"
 #include "tools/control/observation.h"
 #include "tools/control/reduced_model.h"
 #include "tools/prepare/prepare.h"

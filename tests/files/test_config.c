@@ -4,7 +4,7 @@
 #include "config_refusals.h"
 #include "config_refusals_lists.h"
 #include "config_testing.h"
-#include "physics/scene_field.h"
+#include "physics/scene/scene_field.h"
 #include "tools/config/config_parts.h"
 
 #include <locale.h>

@@ -1,6 +1,6 @@
 /* A formula: parsed, its value within its enclosure, and written and read back to the same value.
  */
-#include "physics/quantity.h"
+#include "physics/quantity/quantity.h"
 #include "tests/fuzz/fuzz.h"
 
 static void check(quantities *names, quantity q)

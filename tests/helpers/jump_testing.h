@@ -8,7 +8,7 @@
 
 #include <string.h>
 
-/* The columns of a rod, see physics/model.h. */
+/* The columns of a rod, see physics/learn/model.h. */
 typedef struct rod_values {
     double r[3], q[4], v[3], u[3], n[3], m[3], V[3], w[3];
 } rod_values;

@@ -5,7 +5,7 @@
 #include "near.h"
 #include "random_numbers.h"
 
-#include "physics/scene_law.h"
+#include "physics/scene/scene_law.h"
 
 enum { LAW_UNITS = 5 };
 

@@ -5,7 +5,7 @@
 #include "everything.h"
 #include "motion_testing.h"
 
-#include "physics/solve/modes_internal.h"
+#include "physics/chain/modes_internal.h"
 
 static const char everything[] = EVERYTHING("p: {range: [100, 300]}, e: {range: [0.5, 2]}", "1");
 

@@ -2,7 +2,7 @@
 #ifndef TESTS_QUANTITY_TESTING_H
 #define TESTS_QUANTITY_TESTING_H
 
-#include "physics/quantity.h"
+#include "physics/quantity/quantity.h"
 
 static inline quantity quantity_of_text(const char *text)
 {

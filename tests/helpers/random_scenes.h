@@ -5,7 +5,7 @@
 #ifndef TESTS_RANDOM_SCENES_H
 #define TESTS_RANDOM_SCENES_H
 
-#include "physics/scene.h"
+#include "physics/scene/scene.h"
 
 #include <stdint.h>
 #include <stdio.h>

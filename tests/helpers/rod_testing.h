@@ -4,7 +4,7 @@
 
 #include "evaluate.h"
 
-#include "physics/rod.h"
+#include "physics/rod/rod.h"
 #include "quantity_testing.h"
 
 #define PI 3.14159265358979323846

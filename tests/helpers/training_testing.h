@@ -13,7 +13,7 @@
 
 #include <cmocka.h>
 
-#include "physics/problem.h"
+#include "physics/learn/problem.h"
 #include "tools/prepare/config_experiment.h"
 
 enum { OVERRIDES_MAX = 40 };

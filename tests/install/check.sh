@@ -23,8 +23,8 @@ for text in "$root/" "$build/" "$work/first"; do
     found=$(grep -rlIE "(^|[^[:alnum:]_.}~/-])$pattern" "$work/prefix" || true)
     [ -z "$found" ] || fail "$text is named in $found"
 done
-for path in include/cpinn/cpinn.h include/cpinn/autodiff/ad.h include/cpinn/physics/scene.h \
-    include/cpinn/tools/train/train_settings.h include/cpinn/physics/solve/reduced.h "$LIBDIR/libcpinn.so" share/cpinn/configs/elastica.yaml \
+for path in include/cpinn/cpinn.h include/cpinn/autodiff/ad.h include/cpinn/physics/scene/scene.h \
+    include/cpinn/tools/train/train_settings.h include/cpinn/physics/chain/reduced.h "$LIBDIR/libcpinn.so" share/cpinn/configs/elastica.yaml \
     share/man/man1/cpinn-train.1 share/doc/cpinn/README.md; do
     [ -f "$work/prefix/$path" ] || fail "$path was not installed"
 done

@@ -3,7 +3,7 @@
 #include "autodiff/ad.h"
 #include "nn/nn.h"
 #include "optim/optim.h"
-#include "physics/scene.h"
+#include "physics/scene/scene.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -266,7 +266,8 @@ static void rod_equations(const shot *by, double s, double inside, const double 
     }
 }
 
-/* y: w, psi, V, M; physics/beam.h: V = kGA (w' - psi), M = EI psi', V' = k w - q, M' = -V - mu. */
+/* y: w, psi, V, M; physics/beam/beam.h: V = kGA (w' - psi), M = EI psi', V' = k w - q, M' = -V -
+ * mu. */
 static void beam_equations(const shot *by, double s, double inside, const double *y, double *to)
 {
     const random_scene *x = by->scene;

@@ -6,7 +6,7 @@
 #include "temporary_folder.h"
 
 #include "nn/nn.h"
-#include "physics/solve/solve_members.h"
+#include "physics/chain/solve_members.h"
 #include "tools/emit/export_family.h"
 
 #include <math.h>

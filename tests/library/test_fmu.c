@@ -4,7 +4,7 @@
 #include "fmi_importer.h"
 #include "temporary_folder.h"
 
-#include "physics/model.h"
+#include "physics/learn/model.h"
 #include "tools/emit/fmu_parts.h"
 
 static const char header[] = "#ifndef HAND_H\n#define HAND_H\n"

@@ -1,5 +1,5 @@
-/* The table of support, every cell of it (physics/support.h): a scene of each feature is run in
- * each form. What is taken is solved, and its shape is that of the solver by collocation, or of
+/* The table of support, every cell of it (physics/scene/support.h): a scene of each feature is run
+ * in each form. What is taken is solved, and its shape is that of the solver by collocation, or of
  * nodes in motion. What is without effect leaves the shape as it is. What is refused says the
  * sentence of the table, with exit status 2.
  *
@@ -8,11 +8,11 @@
 #include "fewer.h"
 #include "temporary_folder.h"
 
-#include "physics/solve/reduced.h"
+#include "physics/chain/reduced.h"
+#include "physics/chain/solve_members.h"
+#include "physics/rod/strain.h"
+#include "physics/scene/support.h"
 #include "physics/solve/solve.h"
-#include "physics/solve/solve_members.h"
-#include "physics/strain.h"
-#include "physics/support.h"
 #include "tools/library/cpinn.h"
 
 #include <string.h>

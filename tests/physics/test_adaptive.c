@@ -2,7 +2,7 @@
 #include "allocations.h"
 #include "training_testing.h"
 
-#include "physics/problem_internal.h"
+#include "physics/learn/problem_internal.h"
 
 #define DYNAMIC "configs/cantilever_deep.yaml"
 

@@ -2,7 +2,7 @@
  * Runge-Kutta integration of the equations they solve. */
 #include "near.h"
 
-#include "physics/analytic.h"
+#include "physics/learn/analytic.h"
 
 #include <math.h>
 #include <setjmp.h>

@@ -2,12 +2,12 @@
 #include "quantity_testing.h"
 
 #include "near.h"
-#include "physics/breaks.h"
-#include "physics/constants.h"
-#include "physics/model.h"
-#include "physics/scene_field.h"
-#include "physics/scene_walk.h"
-#include "physics/solve/drives.h"
+#include "physics/learn/model.h"
+#include "physics/local/drives.h"
+#include "physics/numerics/constants.h"
+#include "physics/scene/breaks.h"
+#include "physics/scene/scene_field.h"
+#include "physics/scene/scene_walk.h"
 #include "physics/solve/events.h"
 #include "random_numbers.h"
 

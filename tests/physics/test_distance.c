@@ -1,5 +1,5 @@
 /* How far shapes are apart: known distances, and numbers that are none, wherever they stand. */
-#include "physics/distance.h"
+#include "physics/numerics/distance.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -4,8 +4,8 @@
 #include "near.h"
 #include "training_testing.h"
 
-#include "physics/evaluator.h"
-#include "physics/field.h"
+#include "physics/learn/evaluator.h"
+#include "physics/learn/field.h"
 
 #include <string.h>
 

@@ -4,8 +4,8 @@
 #include "near.h"
 #include "random_numbers.h"
 
-#include "physics/groups.h"
-#include "physics/solve/solve_members.h"
+#include "physics/chain/solve_members.h"
+#include "physics/learn/groups.h"
 #include "tools/prepare/prepare.h"
 
 #include <math.h>

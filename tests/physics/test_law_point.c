@@ -4,13 +4,13 @@
 #include "physics/law/law.h"
 #include "physics/law/law_numbers.h"
 #include "physics/law/laws_lanes.h"
-#include "physics/solve/acting.h"
-#include "physics/solve/acting_lanes.h"
+#include "physics/local/acting.h"
+#include "physics/local/acting_lanes.h"
 
 #include "near.h"
 #include "random_numbers.h"
 
-#include "physics/quaternion.h"
+#include "physics/numerics/quaternion.h"
 
 #include <math.h>
 #include <stdlib.h>

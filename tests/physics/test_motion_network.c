@@ -4,7 +4,7 @@
 #include "everything.h"
 #include "trainer_testing.h"
 
-#include "physics/motion_network.h"
+#include "physics/learn/motion_network.h"
 #include "physics/solve/solve.h"
 
 #include <math.h>

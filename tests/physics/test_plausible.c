@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "config_testing.h"
-#include "physics/plausible.h"
+#include "physics/rod/plausible.h"
 
 #define ARM                                                                                        \
     "rod:\n"                                                                                       \

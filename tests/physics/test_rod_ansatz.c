@@ -3,7 +3,7 @@
 #include "rod_testing.h"
 
 #include "nn/nn.h"
-#include "physics/rod_internal.h"
+#include "physics/rod/rod_internal.h"
 
 /* ---- a scene for every pair of ends ---------------------------------------------------------- */
 

@@ -3,7 +3,7 @@
 
 #include <stdio.h>
 
-#include "physics/rod_internal.h"
+#include "physics/rod/rod_internal.h"
 
 /* ---- a scene in any plane -------------------------------------------------------------------- */
 

@@ -1,6 +1,6 @@
 /* Random numbers against published outputs; point sets against their defining properties. */
 #include "nn/rng.h"
-#include "physics/sampling.h"
+#include "physics/numerics/sampling.h"
 
 #include <math.h>
 #include <setjmp.h>

@@ -1,7 +1,7 @@
 /* Sections against the literature, properties that follow from them, and scenes built in C. The
  * many ways a scene file can contradict itself are in test_config.c. */
-#include "physics/scene.h"
-#include "physics/section.h"
+#include "physics/scene/scene.h"
+#include "physics/scene/section.h"
 #include "quantity_testing.h"
 
 #include <math.h>

@@ -4,8 +4,8 @@
 #include "rod_testing.h"
 #include "temporary_folder.h"
 
-#include "physics/breaks.h"
-#include "physics/rod_internal.h"
+#include "physics/rod/rod_internal.h"
+#include "physics/scene/breaks.h"
 #include "physics/solve/solve.h"
 #include "tools/config/config_parts.h"
 

@@ -1,5 +1,5 @@
 /* Verdicts: their order, their words and what programs do with them. */
-#include "physics/verdict.h"
+#include "physics/scene/verdict.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -4,8 +4,8 @@
 #include "rod_testing.h"
 #include "trainer_testing.h"
 
-#include "physics/problem_internal.h"
-#include "physics/window_state.h"
+#include "physics/learn/problem_internal.h"
+#include "physics/learn/window_state.h"
 
 /* ---- scenes and networks ----------------------------------------------------------------------
  */

@@ -2,7 +2,7 @@
  * classical solver, against textbook deflections and exact modes. */
 #include "near.h"
 
-#include "physics/beam.h"
+#include "physics/beam/beam.h"
 #include "physics/solve/solve.h"
 #include "quantity_testing.h"
 

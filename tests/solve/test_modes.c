@@ -5,8 +5,8 @@
 #include "modes_testing.h"
 
 #include "autodiff/dense.h"
+#include "physics/chain/reduced.h"
 #include "physics/solve/modes_motion.h"
-#include "physics/solve/reduced.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* Rods in motion with what acts at single places: loads, joints, bodies, springs. */
 #include "jump_testing.h"
 
-#include "physics/quaternion.h"
+#include "physics/numerics/quaternion.h"
 #include "random_numbers.h"
 
 #include <stdio.h>

@@ -3,7 +3,7 @@
 #include "fewer.h"
 #include "motion_testing.h"
 
-#include "physics/quaternion.h"
+#include "physics/numerics/quaternion.h"
 #include "physics/solve/motion_compose.h"
 
 #include <stdio.h>

@@ -10,7 +10,7 @@
 #include "fewer.h"
 #include "random_numbers.h"
 
-#include "physics/scene_field.h"
+#include "physics/scene/scene_field.h"
 #include "physics/solve/motion_compose.h"
 #include "physics/solve/motion_fastest.h"
 #include "physics/solve/motion_mesh.h"

@@ -4,7 +4,7 @@
 #include "temporary_folder.h"
 
 #include "cpinn.h"
-#include "physics/solve/reduced.h"
+#include "physics/chain/reduced.h"
 #include "tools/prepare/prepare.h"
 
 #include <string.h>

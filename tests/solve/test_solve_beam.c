@@ -4,7 +4,7 @@
 #include "near.h"
 #include "solve_memory.h"
 
-#include "physics/beam.h"
+#include "physics/beam/beam.h"
 #include "physics/solve/solve.h"
 #include "quantity_testing.h"
 #include "tools/prepare/prepare.h"

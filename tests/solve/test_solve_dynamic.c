@@ -4,7 +4,7 @@
 #include "fewer.h"
 #include "motion_testing.h"
 
-#include "physics/quaternion.h"
+#include "physics/numerics/quaternion.h"
 
 #include <stdio.h>
 #include <string.h>

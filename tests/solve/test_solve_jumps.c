@@ -2,9 +2,9 @@
 #include "jump_testing.h"
 #include "solve_memory.h"
 
-#include "physics/quaternion.h"
-#include "physics/rod_internal.h"
-#include "physics/solve/rod_model.h"
+#include "physics/local/rod_model.h"
+#include "physics/numerics/quaternion.h"
+#include "physics/rod/rod_internal.h"
 #include "random_numbers.h"
 
 static const double asked = 1e-10; /* of a position, by the length */

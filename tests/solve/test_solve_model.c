@@ -2,7 +2,7 @@
 #include "config_testing.h"
 #include "rod_testing.h"
 
-#include "physics/solve/rod_model.h"
+#include "physics/local/rod_model.h"
 
 static const double rounding = 1e-13; /* some ten operations on numbers up to 100 */
 

@@ -4,9 +4,9 @@
 #include "near.h"
 #include "random_numbers.h"
 
-#include "physics/quaternion.h"
+#include "physics/chain/strain_form.h"
+#include "physics/numerics/quaternion.h"
 #include "physics/solve/solve.h"
-#include "physics/solve/strain_form.h"
 #include "tools/prepare/config_experiment.h"
 #include "tools/train/reference.h"
 

@@ -4,9 +4,9 @@
 #include "evaluate.h"
 #include "random_numbers.h"
 
+#include "physics/chain/strain_level.h"
+#include "physics/rod/strain.h"
 #include "physics/solve/solve.h"
-#include "physics/solve/strain_level.h"
-#include "physics/strain.h"
 
 enum { PARAMETERS = 3, STAGES = 8, NODES_MAX = 96, PLACES = 9 };
 

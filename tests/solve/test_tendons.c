@@ -3,7 +3,7 @@
 #include "tendon_testing.h"
 
 #include "autodiff/dense.h"
-#include "physics/quaternion.h"
+#include "physics/numerics/quaternion.h"
 #include "physics/solve/stability.h"
 #include "physics/solve/static_system.h"
 

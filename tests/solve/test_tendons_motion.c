@@ -2,7 +2,7 @@
  * power. */
 #include "tendon_testing.h"
 
-#include "physics/quaternion.h"
+#include "physics/numerics/quaternion.h"
 #include "physics/solve/motion.h"
 
 #include <string.h>

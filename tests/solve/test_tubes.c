@@ -3,8 +3,8 @@
 #include "fewer.h"
 #include "tendon_testing.h"
 
+#include "physics/local/static_rod.h"
 #include "physics/solve/stability.h"
-#include "physics/solve/static_rod.h"
 
 #include <math.h>
 #include <stdio.h>

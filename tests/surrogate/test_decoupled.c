@@ -5,7 +5,7 @@
 #include "rollouts_testing.h"
 
 #include "nn/rng.h"
-#include "physics/solve/reduced.h"
+#include "physics/chain/reduced.h"
 #include "tools/prepare/prepare.h"
 #include "tools/surrogate/physics_loss.h"
 

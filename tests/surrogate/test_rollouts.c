@@ -3,7 +3,7 @@
 #include "near.h"
 #include "rollouts_testing.h"
 
-#include "physics/solve/reduced.h"
+#include "physics/chain/reduced.h"
 #include "tools/control/reduced_model.h"
 #include "tools/prepare/prepare.h"
 #include "tools/surrogate/rollouts.h"

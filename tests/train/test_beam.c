@@ -4,7 +4,7 @@
 #include "fewer.h"
 #include "training_testing.h"
 
-#include "physics/beam.h"
+#include "physics/beam/beam.h"
 #include "quantity_testing.h"
 #include "tools/prepare/config_experiment.h"
 #include "tools/train/reference.h"

@@ -4,7 +4,7 @@
 #include "temporary_folder.h"
 #include "training_testing.h"
 
-#include "physics/derivative_check.h"
+#include "physics/learn/derivative_check.h"
 #include "tools/train/reference.h"
 
 static const char rod[] = "rod: {length: 2, stiffness: {bending: [1, 1], torsion: 1, "

@@ -3,7 +3,7 @@
 #include "temporary_folder.h"
 #include "training_testing.h"
 
-#include "physics/analytic.h"
+#include "physics/learn/analytic.h"
 #include "tools/files/table_file.h"
 #include "tools/train/reference.h"
 

@@ -18,9 +18,9 @@
  * quotient of what is said to be left and what is, of those trusted and less than 5 and more than
  * 1e-3 mm off. */
 #include "nn/rng.h"
+#include "physics/chain/solve_members.h"
+#include "physics/numerics/sort.h"
 #include "physics/solve/solve.h"
-#include "physics/solve/solve_members.h"
-#include "physics/sort.h"
 
 #include <math.h>
 #include <stdlib.h>

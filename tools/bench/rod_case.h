@@ -1,7 +1,7 @@
 /* What every side of the benchmark computes: loss and parameter gradient of one Cosserat rod in
  * motion, displacement form, clamped at both ends, under its weight, a network of tanh with linear
  * output, double precision. Everything is dimensionless (length, bending stiffness and mass per
- * length are 1), so that physics/rod.h reads
+ * length are 1), so that physics/rod/rod.h reads
  *
  *     x = (0, 0, s) + f y_1..3,   p = (1, 0, 0, 0) + f y_4..7,   f = s (1 - s) (t / duration)^2
  *     q = p/|p|,  v = R(q)^T x_s,  u = 2 vec(q* q_s),  w = 2 vec(q* q_t),
@@ -13,7 +13,7 @@
 #ifndef TOOLS_BENCH_ROD_CASE_H
 #define TOOLS_BENCH_ROD_CASE_H
 
-#include "physics/problem.h"
+#include "physics/learn/problem.h"
 
 enum { ROD_CASE_OUTPUTS = 7 };
 

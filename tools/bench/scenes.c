@@ -5,7 +5,7 @@
  * out of each. Without scenes: every model, at rest and in motion, in mixed and in strong form,
  * under a load along the rod. The scenes take turns, so that a busy moment slows all of them;
  * medians. Ratios are to the last scene. */
-#include "physics/sort.h"
+#include "physics/numerics/sort.h"
 #include "tools/files/table_file.h"
 #include "tools/prepare/config_experiment.h"
 #include "tools/programs/cli.h"

@@ -7,7 +7,7 @@
 #include "autodiff/run/blas.h"
 #include "fused.h"
 #include "peers.h"
-#include "physics/sort.h"
+#include "physics/numerics/sort.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/help.h"
 #include "tools/train/clock.h"

@@ -1,7 +1,7 @@
 /* Searching the table of keys, and what it says about a key in words. */
 #include "tools/config/config_keys.h"
 
-#include "physics/spelling.h"
+#include "physics/quantity/spelling.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,9 +1,9 @@
 /* Every key a scene file may have. The quantities of the scene are the rows of
- * physics/scene_rows.h. Defaults live there and in tools/train/train_settings.c; help, and a
+ * physics/scene/scene_rows.h. Defaults live there and in tools/train/train_settings.c; help, and a
  * default that depends on other keys in words, stand in keys.txt. */
 #include "tools/config/config_keys.h"
 
-#include "physics/scene_rows.h"
+#include "physics/scene/scene_rows.h"
 #include "physics/solve/solve.h"
 
 #include <math.h>

@@ -1,7 +1,7 @@
 /* Defaults that follow from other keys, units, and paths; others are chosen in tools/prepare. */
 #include "tools/config/config_parts.h"
 
-#include "physics/section.h"
+#include "physics/scene/section.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 #include "tools/control/control_settings.h"
 
-#include "physics/support.h"
+#include "physics/scene/support.h"
 
 #include <math.h>
 #include <stdio.h>

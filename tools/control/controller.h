@@ -22,7 +22,7 @@
 #ifndef CONTROL_CONTROLLER_H
 #define CONTROL_CONTROLLER_H
 
-#include "physics/solve/one_step.h"
+#include "physics/local/one_step.h"
 
 #include <stddef.h>
 

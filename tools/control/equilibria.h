@@ -3,7 +3,7 @@
 #ifndef CONTROL_EQUILIBRIA_H
 #define CONTROL_EQUILIBRIA_H
 
-#include "physics/solve/reduced.h"
+#include "physics/chain/reduced.h"
 #include "tools/control/control_settings.h"
 
 #ifdef __cplusplus

@@ -40,7 +40,7 @@
 #ifndef CONTROL_ESTIMATOR_H
 #define CONTROL_ESTIMATOR_H
 
-#include "physics/solve/one_step.h"
+#include "physics/local/one_step.h"
 
 #include <stddef.h>
 #include <stdint.h>

@@ -1,10 +1,10 @@
-/* What sensors see of a reduced rod, from its kinematics (physics/solve/kinematics.h). Needs no
+/* What sensors see of a reduced rod, from its kinematics (physics/chain/kinematics.h). Needs no
  * library and allocates nothing: exported C has this very text. */
 #ifndef CONTROL_KINEMATIC_OBSERVATION_H
 #define CONTROL_KINEMATIC_OBSERVATION_H
 
-#include "physics/solve/kinematics.h"
-#include "physics/solve/one_step.h"
+#include "physics/chain/kinematics.h"
+#include "physics/local/one_step.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -3,7 +3,7 @@
 #ifndef CONTROL_LINEAR_STEP_H
 #define CONTROL_LINEAR_STEP_H
 
-#include "physics/solve/one_step.h"
+#include "physics/local/one_step.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -1,6 +1,6 @@
 #include "tools/control/observation.h"
 
-#include "physics/solve/reduced.h"
+#include "physics/chain/reduced.h"
 
 #include <math.h>
 #include <stdlib.h>

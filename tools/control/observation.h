@@ -5,11 +5,11 @@
  *   settings.sensor[0].observation = observation_of(x);
  *   observation_free(x);
  *
- * The state is that of physics/solve/reduced.h with these modes. */
+ * The state is that of physics/chain/reduced.h with these modes. */
 #ifndef CONTROL_OBSERVATION_H
 #define CONTROL_OBSERVATION_H
 
-#include "physics/scene.h"
+#include "physics/scene/scene.h"
 #include "tools/control/kinematic_observation.h"
 
 #ifdef __cplusplus

@@ -1,9 +1,9 @@
 #include "tools/control/plant.h"
 
 #include "nn/rng.h"
-#include "physics/breaks.h"
-#include "physics/quaternion.h"
-#include "physics/solve/reduced.h"
+#include "physics/chain/reduced.h"
+#include "physics/numerics/quaternion.h"
+#include "physics/scene/breaks.h"
 
 #include <math.h>
 #include <stdlib.h>

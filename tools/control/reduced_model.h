@@ -1,9 +1,9 @@
-/* The reduced rod (physics/solve/reduced.h) as a one-step model, and its linearisation at an
+/* The reduced rod (physics/chain/reduced.h) as a one-step model, and its linearisation at an
  * equilibrium: what a surrogate is compared with, and what takes its place before it is trained. */
 #ifndef CONTROL_REDUCED_MODEL_H
 #define CONTROL_REDUCED_MODEL_H
 
-#include "physics/solve/reduced.h"
+#include "physics/chain/reduced.h"
 #include "tools/control/linear_step.h"
 
 #ifdef __cplusplus

@@ -11,7 +11,7 @@
 #define CONTROL_RESIDUAL_H
 
 #include "autodiff/error.h"
-#include "physics/solve/one_step.h"
+#include "physics/local/one_step.h"
 #include "tools/train/least_squares.h"
 
 #include <stddef.h>

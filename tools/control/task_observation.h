@@ -4,7 +4,7 @@
 #ifndef CONTROL_TASK_OBSERVATION_H
 #define CONTROL_TASK_OBSERVATION_H
 
-#include "physics/solve/one_step.h"
+#include "physics/local/one_step.h"
 
 #include <stddef.h>
 

@@ -1,8 +1,8 @@
 #include "tools/emit/export_family.h"
 
-#include "physics/model.h"
-#include "physics/rod.h"
-#include "physics/solve/solve_members.h"
+#include "physics/chain/solve_members.h"
+#include "physics/learn/model.h"
+#include "physics/rod/rod.h"
 #include "tools/emit/export_text.h"
 
 #include <math.h>

@@ -3,8 +3,8 @@
 #ifndef TOOLS_EMIT_EXPORT_FAMILY_H
 #define TOOLS_EMIT_EXPORT_FAMILY_H
 
-#include "physics/solve/solve_members.h"
-#include "physics/strain.h"
+#include "physics/chain/solve_members.h"
+#include "physics/rod/strain.h"
 #include "tools/emit/export_compile.h"
 
 #include <stdio.h>
@@ -102,7 +102,7 @@ typedef struct export_family_table {
                   double *said, double *memory);
 } export_family_table;
 
-/* The same of an equilibrium that is found along its loads (physics/solve/solve_members.h); said
+/* The same of an equilibrium that is found along its loads (physics/chain/solve_members.h); said
  * [EXPORT_SOLVED], with the steps of Newton's method: how far the last of them moves the rod, m,
  * and what strain_mesh_unresolved says. EXPORT_SINGULAR: there is none, or no derivatives. */
 enum { EXPORT_MOVED, EXPORT_UNRESOLVED, EXPORT_STEPS, EXPORT_SOLVED };

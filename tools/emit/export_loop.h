@@ -3,7 +3,7 @@
 #ifndef TOOLS_EMIT_EXPORT_LOOP_H
 #define TOOLS_EMIT_EXPORT_LOOP_H
 
-#include "physics/scene.h"
+#include "physics/scene/scene.h"
 #include "tools/control/kinematic_observation.h"
 #include "tools/control/linear_step.h"
 #include "tools/control/regulator.h"

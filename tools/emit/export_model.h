@@ -2,8 +2,8 @@
 #ifndef TOOLS_EMIT_EXPORT_MODEL_H
 #define TOOLS_EMIT_EXPORT_MODEL_H
 
-#include "physics/evaluator.h"
-#include "physics/verdict.h"
+#include "physics/learn/evaluator.h"
+#include "physics/scene/verdict.h"
 #include "tools/emit/export_compile.h"
 #include "tools/emit/export_family.h"
 #include "tools/emit/fmu.h"

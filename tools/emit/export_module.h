@@ -7,7 +7,7 @@
 #ifndef TOOLS_EMIT_EXPORT_MODULE_H
 #define TOOLS_EMIT_EXPORT_MODULE_H
 
-#include "physics/scene.h"
+#include "physics/scene/scene.h"
 
 struct experiment;
 

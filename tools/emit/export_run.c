@@ -1,7 +1,7 @@
 /* Families in the strain form: what the self-test of their C knows. */
 #include "tools/emit/export_model.h"
 
-#include "physics/solve/strain_jacobian.h"
+#include "physics/chain/strain_jacobian.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -3,7 +3,7 @@
 #ifndef TOOLS_EMIT_EXPORT_TEXT_H
 #define TOOLS_EMIT_EXPORT_TEXT_H
 
-#include "physics/scene.h"
+#include "physics/scene/scene.h"
 
 #include <stdbool.h>
 #include <stdio.h>

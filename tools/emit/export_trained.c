@@ -1,7 +1,7 @@
 /* Families in the strain form: from a run to what is written as C. */
 #include "tools/emit/export_family.h"
 
-#include "physics/model.h"
+#include "physics/learn/model.h"
 #include "tools/train/experiment.h"
 #include "tools/train/targets.h"
 

@@ -1,7 +1,7 @@
 /* Medians and spreads over seeds. */
 #include "tools/judge/compare.h"
 
-#include "physics/sort.h"
+#include "physics/numerics/sort.h"
 
 #include <math.h>
 #include <stdlib.h>

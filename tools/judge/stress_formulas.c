@@ -1,7 +1,7 @@
 /* References in closed form, as files beside a scene. */
 #include "tools/judge/stress.h"
 
-#include "physics/analytic.h"
+#include "physics/learn/analytic.h"
 
 #include <math.h>
 #include <string.h>

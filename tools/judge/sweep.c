@@ -1,6 +1,6 @@
 #include "tools/judge/sweep.h"
 
-#include "physics/sort.h"
+#include "physics/numerics/sort.h"
 #include "tools/train/clock.h"
 
 #include <math.h>

@@ -4,31 +4,31 @@
  *             (windows of time, load steps, Gauss-Newton); kept in a folder or in memory alone
  *   open      a model that was trained before, by this library or by cpinn-train
  *   evaluate  values and derivatives of a model at any points: evaluator_evaluate, in
- *             physics/evaluator.h; a few microseconds for one point, without allocations
+ *             physics/learn/evaluator.h; a few microseconds for one point, without allocations
  *   solve     the same scene by a classical method; many members of a family at once
  *   identify  numbers of a scene that are not known, from measurements
  *
- * A scene is filled in from scene_defaults, physics/scene.h, settings from train_settings_default,
- * tools/train/train_settings.h; what is left open there is chosen by what was measured to be best.
- * All numbers are in SI units.
+ * A scene is filled in from scene_defaults, physics/scene/scene.h, settings from
+ * train_settings_default, tools/train/train_settings.h; what is left open there is chosen by what
+ * was measured to be best. All numbers are in SI units.
  *
  * Every function that can fail returns an ad_status and writes one line to its ad_error; AD_OK
- * means that there is an answer, and its verdict (physics/verdict.h) whether it can be trusted.
- * Nothing is printed, and nothing is global: objects are used by one thread at a time, different
- * ones by different threads at once. Functions that free take NULL as well. Where a host has made
- * exceptions of floating-point numbers signals, these functions and those of evaluators mask them
- * while they work, also while they call the host (progress). Those of the other headers, like all
- * of C, do not.
+ * means that there is an answer, and its verdict (physics/scene/verdict.h) whether it can be
+ * trusted. Nothing is printed, and nothing is global: objects are used by one thread at a time,
+ * different ones by different threads at once. Functions that free take NULL as well. Where a host
+ * has made exceptions of floating-point numbers signals, these functions and those of evaluators
+ * mask them while they work, also while they call the host (progress). Those of the other headers,
+ * like all of C, do not.
  *
  * Names begin with cpinn_ here and with the name of their part in the headers of the parts: ad_,
  * nn_, optim_, scene_, problem_, evaluator_, train_, verdict_ and so on. */
 #ifndef CPINN_H
 #define CPINN_H
 
-#include "physics/evaluator.h"
-#include "physics/scene.h"
-#include "physics/solve/solve_members.h"
-#include "physics/verdict.h"
+#include "physics/chain/solve_members.h"
+#include "physics/learn/evaluator.h"
+#include "physics/scene/scene.h"
+#include "physics/scene/verdict.h"
 #include "tools/train/train_settings.h"
 
 #include <stdint.h>
@@ -75,11 +75,11 @@ ad_status cpinn_train_file(const char *path, int count, const char *const *overr
 ad_status cpinn_train_scene(const scene *rod_scene, const train_settings *settings,
                             const cpinn_options *options, cpinn_model **model, ad_error *error);
 
-/* The same of physics of one's own: a model that the functions of physics/model.h put together,
- * with coordinates, fields and residuals. Or the model of a scene with further terms, where
- * train_settings_resolve has been called before model_of_scene. It is borrowed, and must outlive
- * what is made of it; so must what its residuals point to. A folder keeps the network, not the
- * equations, which are the program's: to be opened and resumed by it. */
+/* The same of physics of one's own: a model that the functions of physics/learn/model.h put
+ * together, with coordinates, fields and residuals. Or the model of a scene with further terms,
+ * where train_settings_resolve has been called before model_of_scene. It is borrowed, and must
+ * outlive what is made of it; so must what its residuals point to. A folder keeps the network, not
+ * the equations, which are the program's: to be opened and resumed by it. */
 ad_status cpinn_train_physics(physics_model *physics, const train_settings *settings,
                               const cpinn_options *options, cpinn_model **model, ad_error *error);
 
@@ -121,7 +121,7 @@ ad_status cpinn_evaluator(const cpinn_model *model, const char *names, evaluator
 /* ---- families -------------------------------------------------------------------------------
  *
  * A network that stands for all members of a family: values of the scene's parameters within their
- * ranges. Where the solver of members takes the scene (physics/solve/solve_members.h), each shape
+ * ranges. Where the solver of members takes the scene (physics/chain/solve_members.h), each shape
  * comes with its error. Newton's method predicts it from the network's curvature, independently of
  * how the network was trained. Members that are not trusted are solved. */
 
@@ -358,7 +358,7 @@ const verdict *cpinn_unknowns_verdict(const cpinn_unknowns *unknowns);
  */
 
 /* Many equilibria of the rod at rest that the file describes, for values of its parameters that
- * have ranges (physics/solve/solve_members.h). AD_BAD_INPUT, AD_BAD_ARGUMENT as there,
+ * have ranges (physics/chain/solve_members.h). AD_BAD_INPUT, AD_BAD_ARGUMENT as there,
  * AD_NO_MEMORY. */
 typedef struct cpinn_members cpinn_members;
 
@@ -391,7 +391,7 @@ ad_status cpinn_members_jacobian(cpinn_members *solver, size_t members, const do
  */
 
 /* A robot whose state is stepped, many states at once, on several threads: a one-step model that
- * was trained, or the reduced rod itself (physics/solve/reduced.h). Results do not depend on the
+ * was trained, or the reduced rod itself (physics/chain/reduced.h). Results do not depend on the
  * number of threads nor on how many states there are. One call at a time. */
 typedef struct cpinn_stepper cpinn_stepper;
 

@@ -2,7 +2,7 @@
 #include "tools/library/trained_family.h"
 
 #include "autodiff/host.h"
-#include "physics/distance.h"
+#include "physics/numerics/distance.h"
 #include "physics/solve/solve.h"
 #include "tools/library/member_code.h"
 

@@ -3,7 +3,7 @@
 
 #include "autodiff/host.h"
 #include "nn/rng.h"
-#include "physics/sort.h"
+#include "physics/numerics/sort.h"
 #include "tools/train/clock.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
 /* Robots in steps: trained one-step models and reduced rods, many states at once. */
 #include "tools/library/stepper.h"
-#include "physics/support.h"
+#include "physics/scene/support.h"
 
 #include "autodiff/host.h"
 #include "autodiff/ranks.h"

@@ -65,7 +65,8 @@ ad_status cpinn_family_solve(const cpinn_family *family, size_t count, const siz
                              const double *parameters, double *values, cpinn_answer *answers,
                              ad_error *error);
 
-/* The network of the evaluator (physics/evaluator.h) of coordinates s, t and the parameters. */
+/* The network of the evaluator (physics/learn/evaluator.h) of coordinates s, t and the parameters.
+ */
 ad_status cpinn_family_fields(const evaluator_model *trained, const cpinn_family *family,
                               cpinn_family_network *result, ad_error *error);
 

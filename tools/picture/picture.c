@@ -1,6 +1,6 @@
 #include "tools/picture/picture_parts.h"
 
-#include "physics/quaternion.h"
+#include "physics/numerics/quaternion.h"
 
 #include <math.h>
 #include <stdlib.h>

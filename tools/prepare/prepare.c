@@ -1,8 +1,8 @@
 #include "tools/prepare/prepare.h"
 
+#include "physics/rod/strain.h"
+#include "physics/scene/support.h"
 #include "physics/solve/solve.h"
-#include "physics/strain.h"
-#include "physics/support.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,6 +1,6 @@
 #include "tools/programs/cli.h"
 
-#include "physics/verdict.h"
+#include "physics/scene/verdict.h"
 #include "tools/files/checkpoint.h"
 #include "tools/programs/help.h"
 #include "tools/programs/launcher.h"

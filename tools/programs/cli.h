@@ -68,8 +68,8 @@ int cli_parse(const cli_program *program, const cli_option *options, int count, 
 
 /* One line on stderr; returns CLI_BAD. An ad_error of bad input begins with its place in a file and
  * is printed as it is, any other after the name of the program; what is returned is the exit status
- * that the error has in every program: that of its verdict (physics/verdict.h), 2 where the input
- * or a place for files is at fault, else 1. */
+ * that the error has in every program: that of its verdict (physics/scene/verdict.h), 2 where the
+ * input or a place for files is at fault, else 1. */
 int cli_fail(const char *program, const char *format, ...) __attribute__((format(printf, 2, 3)));
 int cli_fail_error(const char *program, const ad_error *error);
 

@@ -2,7 +2,7 @@
 #ifndef TOOLS_PROGRAMS_CONTROL_JUDGE_H
 #define TOOLS_PROGRAMS_CONTROL_JUDGE_H
 
-#include "physics/verdict.h"
+#include "physics/scene/verdict.h"
 #include "tools/control/loop.h"
 
 /* Adds findings: it diverged, control->tolerance was not kept, an estimate is off the truth. Of the

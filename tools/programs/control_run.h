@@ -2,7 +2,7 @@
 #ifndef TOOLS_PROGRAMS_CONTROL_RUN_H
 #define TOOLS_PROGRAMS_CONTROL_RUN_H
 
-#include "physics/verdict.h"
+#include "physics/scene/verdict.h"
 #include "tools/config/config.h"
 #include "tools/control/loop.h"
 #include "tools/files/json.h"

@@ -1,5 +1,5 @@
 /* cpinn-check: compares the derivatives of a scene with differences; see --help. */
-#include "physics/derivative_check.h"
+#include "physics/learn/derivative_check.h"
 #include "tools/prepare/config_experiment.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/help.h"

@@ -1,5 +1,5 @@
 /* cpinn-show: a report as one HTML file; see --help. */
-#include "physics/solve/solve_members.h"
+#include "physics/chain/solve_members.h"
 #include "tools/files/file_bytes.h"
 #include "tools/judge/signals.h"
 #include "tools/programs/help.h"

@@ -1,6 +1,6 @@
 /* cpinn-solve: solve a scene classically; see --help. */
-#include "physics/beam.h"
-#include "physics/model.h"
+#include "physics/beam/beam.h"
+#include "physics/learn/model.h"
 #include "tools/files/shapes_vtk.h"
 #include "tools/prepare/config_experiment.h"
 #include "tools/programs/cli.h"

@@ -3,7 +3,7 @@
 #define TOOLS_PROGRAMS_EVAL_ROLLOUTS_H
 
 #include "autodiff/ranks.h"
-#include "physics/verdict.h"
+#include "physics/scene/verdict.h"
 #include "tools/surrogate/rollouts.h"
 #include "tools/surrogate/surrogate.h"
 

@@ -1,10 +1,10 @@
 #include "tools/programs/explain_parts.h"
 
-#include "physics/beam.h"
-#include "physics/plausible.h"
+#include "physics/beam/beam.h"
+#include "physics/rod/plausible.h"
+#include "physics/rod/strain.h"
+#include "physics/scene/support.h"
 #include "physics/solve/modes_model.h"
-#include "physics/strain.h"
-#include "physics/support.h"
 #include "tools/programs/undeformed.h"
 #include "tools/train/linear_model.h"
 

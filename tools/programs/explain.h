@@ -10,8 +10,8 @@
 /* Prints lines of at most 100 columns. r is NULL where the scene names no reference. */
 void explain_print(FILE *file, const experiment *e, problem *p, const reference *r);
 
-/* What the members of a family depend on (physics/groups.h), and which ones a network in the strain
- * form is trained by; part of the former. */
+/* What the members of a family depend on (physics/learn/groups.h), and which ones a network in the
+ * strain form is trained by; part of the former. */
 void explain_groups(FILE *file, const scene *family, const groups_settings *settings);
 void explain_members(FILE *file, const experiment *e);
 
@@ -19,7 +19,8 @@ void explain_members(FILE *file, const experiment *e);
  */
 void explain_parameters(FILE *file, const experiment *e);
 
-/* The table of support (physics/support.h) as a page of Markdown, tools/site/pages/support.md. */
+/* The table of support (physics/scene/support.h) as a page of Markdown,
+ * tools/site/pages/support.md. */
 void explain_support(FILE *file);
 
 /* The programs that training runs, those of Gauss-Newton included. */

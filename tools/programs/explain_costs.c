@@ -1,7 +1,7 @@
 /* The page of --explain: how it is laid out, and what training costs. */
 #include "tools/programs/explain_parts.h"
 
-#include "physics/beam.h"
+#include "physics/beam/beam.h"
 #include "tools/files/file_bytes.h"
 #include "tools/train/linear_model.h"
 #include "tools/train/trainer.h"

@@ -1,7 +1,7 @@
 /* The table of support as a page. */
 #include "tools/programs/explain.h"
 
-#include "physics/support.h"
+#include "physics/scene/support.h"
 
 static const char *const answers[] = {[SUPPORT_TAKEN] = "yes",
                                       [SUPPORT_WITHOUT_EFFECT] = "no effect",

@@ -3,7 +3,7 @@
 #ifndef TOOLS_PROGRAMS_SAMPLES_H
 #define TOOLS_PROGRAMS_SAMPLES_H
 
-#include "physics/model.h"
+#include "physics/learn/model.h"
 #include "tools/files/table_file.h"
 #include "tools/library/answer.h"
 

@@ -1,8 +1,8 @@
 #include "tools/programs/scene_line.h"
 
-#include "physics/beam.h"
-#include "physics/plausible.h"
-#include "physics/rod.h"
+#include "physics/beam/beam.h"
+#include "physics/rod/plausible.h"
+#include "physics/rod/rod.h"
 
 #include <math.h>
 #include <stdio.h>

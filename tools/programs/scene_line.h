@@ -2,7 +2,7 @@
 #ifndef TOOLS_PROGRAMS_SCENE_LINE_H
 #define TOOLS_PROGRAMS_SCENE_LINE_H
 
-#include "physics/scene.h"
+#include "physics/scene/scene.h"
 
 /* Its dimensionless numbers in one line. */
 void scene_line_print(const char *scene_name, const scene *of);

@@ -2,7 +2,7 @@
 #ifndef TOOLS_PROGRAMS_SECTION_SIZE_H
 #define TOOLS_PROGRAMS_SECTION_SIZE_H
 
-#include "physics/scene.h"
+#include "physics/scene/scene.h"
 #include "tools/files/table_file.h"
 
 /* Half the width along d1, or the height along d2, of the section at s, m; of anything round the

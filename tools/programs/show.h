@@ -19,7 +19,7 @@
 #ifndef TOOLS_PROGRAMS_SHOW_H
 #define TOOLS_PROGRAMS_SHOW_H
 
-#include "physics/scene.h"
+#include "physics/scene/scene.h"
 #include "tools/emit/export_module.h"
 #include "tools/files/json.h"
 #include "tools/files/table_shapes.h"

@@ -1,8 +1,8 @@
 /* cpinn-show: a family of which the page computes the shapes. */
 #include "tools/programs/show_source.h"
 
-#include "physics/model.h"
-#include "physics/strain.h"
+#include "physics/learn/model.h"
+#include "physics/rod/strain.h"
 #include "tools/library/cpinn.h"
 
 #include <math.h>

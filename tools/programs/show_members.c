@@ -1,7 +1,7 @@
 /* cpinn-show: members of a family, by its network or by the solver of members. */
 #include "tools/programs/show_source.h"
 
-#include "physics/solve/solve_members.h"
+#include "physics/chain/solve_members.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 /* Parts of a report that several sources have. */
 #include "tools/programs/show_source.h"
 
-#include "physics/model.h"
+#include "physics/learn/model.h"
 #include "tools/train/history.h"
 
 #include <stdio.h>

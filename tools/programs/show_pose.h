@@ -2,7 +2,7 @@
 #ifndef TOOLS_PROGRAMS_SHOW_POSE_H
 #define TOOLS_PROGRAMS_SHOW_POSE_H
 
-#include "physics/scene.h"
+#include "physics/scene/scene.h"
 #include "tools/files/table_shapes.h"
 #include "tools/picture/picture.h"
 

@@ -1,6 +1,6 @@
 #include "tools/programs/solution_print.h"
 
-#include "physics/model.h"
+#include "physics/learn/model.h"
 #include "tools/programs/cli.h"
 
 #include <math.h>

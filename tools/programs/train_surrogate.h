@@ -3,7 +3,7 @@
 #define TOOLS_PROGRAMS_TRAIN_SURROGATE_H
 
 #include "autodiff/ranks.h"
-#include "physics/verdict.h"
+#include "physics/scene/verdict.h"
 #include "tools/config/config.h"
 
 typedef struct train_surrogate_options {

@@ -2,7 +2,7 @@
 #ifndef TOOLS_PROGRAMS_UNDEFORMED_H
 #define TOOLS_PROGRAMS_UNDEFORMED_H
 
-#include "physics/scene.h"
+#include "physics/scene/scene.h"
 
 enum { UNDEFORMED_TEXT = 200 };
 

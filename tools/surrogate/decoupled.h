@@ -55,7 +55,7 @@ void decoupled_curve(const decoupled *m, const double *a, double t, double *y, d
 void decoupled_curve_adjoint(const decoupled *m, const double *a, double t, const double *by_y,
                              const double *by_rate, double *to_a);
 
-/* As one_step.advance and outside (physics/solve/one_step.h). Not 0: h is outside of (0, step],
+/* As one_step.advance and outside (physics/local/one_step.h). Not 0: h is outside of (0, step],
  * inputs of the end are given to a model that holds them (or not, to one that does not: they are
  * held), or the result is not finite. */
 int decoupled_advance(const decoupled *m, double *work, int count, double h, const double *states,

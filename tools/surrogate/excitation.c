@@ -2,7 +2,7 @@
 
 #include "autodiff/ranks.h"
 #include "nn/rng.h"
-#include "physics/solve/reduced.h"
+#include "physics/chain/reduced.h"
 
 #include <math.h>
 #include <stdio.h>

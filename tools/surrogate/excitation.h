@@ -13,7 +13,7 @@
 #define SURROGATE_EXCITATION_H
 
 #include "autodiff/ad.h"
-#include "physics/scene.h"
+#include "physics/scene/scene.h"
 
 #include <stdint.h>
 

@@ -2,7 +2,7 @@
 #ifndef SURROGATE_GROWTH_H
 #define SURROGATE_GROWTH_H
 
-#include "physics/solve/reduced.h"
+#include "physics/chain/reduced.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -2,7 +2,7 @@
 #ifndef SURROGATE_PHYSICS_INTERNAL_H
 #define SURROGATE_PHYSICS_INTERNAL_H
 
-#include "physics/solve/reduced.h"
+#include "physics/chain/reduced.h"
 #include "tools/surrogate/physics_loss.h"
 
 /* z' = h f/x_s in the coordinates of the model m, along motions. */

@@ -9,7 +9,7 @@
 #ifndef SURROGATE_PHYSICS_LOSS_H
 #define SURROGATE_PHYSICS_LOSS_H
 
-#include "physics/scene.h"
+#include "physics/scene/scene.h"
 #include "tools/surrogate/decoupled.h"
 #include "tools/surrogate/excitation.h"
 

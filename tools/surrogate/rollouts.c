@@ -1,7 +1,7 @@
 #include "tools/surrogate/rollouts_internal.h"
 
-#include "physics/solve/reduced.h"
-#include "physics/sort.h"
+#include "physics/chain/reduced.h"
+#include "physics/numerics/sort.h"
 #include "tools/surrogate/excitation.h"
 #include "tools/surrogate/growth.h"
 

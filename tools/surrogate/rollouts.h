@@ -8,8 +8,8 @@
 #define SURROGATE_ROLLOUTS_H
 
 #include "autodiff/ad.h"
-#include "physics/scene.h"
-#include "physics/solve/one_step.h"
+#include "physics/local/one_step.h"
+#include "physics/scene/scene.h"
 
 #include <stdint.h>
 

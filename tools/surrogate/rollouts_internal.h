@@ -2,7 +2,7 @@
 #ifndef SURROGATE_ROLLOUTS_INTERNAL_H
 #define SURROGATE_ROLLOUTS_INTERNAL_H
 
-#include "physics/solve/reduced.h"
+#include "physics/chain/reduced.h"
 #include "tools/surrogate/excitation.h"
 #include "tools/surrogate/rollouts.h"
 

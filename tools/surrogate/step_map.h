@@ -4,7 +4,7 @@
 #define STEP_MAP_H
 
 #include "autodiff/run/tanh.h"
-#include "physics/processor.h"
+#include "physics/numerics/processor.h"
 #include "tools/surrogate/surrogate_step.h"
 
 #include <math.h>

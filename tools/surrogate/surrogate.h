@@ -1,18 +1,18 @@
 /* One-step models of moving robots: x+ = f(x, u), the state of the reduced rod
- * (physics/solve/reduced.h) one sampling step later.
+ * (physics/chain/reduced.h) one sampling step later.
  *
  *   surrogate *s;
  *   surrogate_load("runs/arm", 0, &s, &error);          tools/prepare/config_surrogate.h
  *   one_step model;
- *   surrogate_one_step(s, &model, &error);              physics/solve/one_step.h
+ *   surrogate_one_step(s, &model, &error);              physics/local/one_step.h
  *   model.advance(model.context, 1, model.step, state, inputs, NULL, next, NULL, NULL);
  *   surrogate_one_step_free(&model);
  *   surrogate_free(s); */
 #ifndef SURROGATE_H
 #define SURROGATE_H
 
-#include "physics/solve/one_step.h"
-#include "physics/solve/reduced.h"
+#include "physics/chain/reduced.h"
+#include "physics/local/one_step.h"
 #include "tools/files/checkpoint.h"
 #include "tools/surrogate/decoupled.h"
 #include "tools/surrogate/surrogate_curve.h"

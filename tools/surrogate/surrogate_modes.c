@@ -1,5 +1,5 @@
 /* How many modes a one-step model's rod needs. */
-#include "physics/sort.h"
+#include "physics/numerics/sort.h"
 #include "tools/surrogate/surrogate.h"
 #include "tools/surrogate/training_internal.h"
 

@@ -1,6 +1,6 @@
 #include "tools/surrogate/surrogate_settings.h"
 
-#include "physics/support.h"
+#include "physics/scene/support.h"
 #include "tools/surrogate/surrogate_step.h"
 
 #include <math.h>

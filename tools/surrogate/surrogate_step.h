@@ -72,7 +72,7 @@ size_t surrogate_step_numbers(const surrogate_step *m);
 size_t surrogate_step_work(const surrogate_step *m);
 size_t surrogate_step_parameters(const surrogate_step *m);
 
-/* As one_step.advance and outside (physics/solve/one_step.h); work [surrogate_step_work]. Not 0:
+/* As one_step.advance and outside (physics/local/one_step.h); work [surrogate_step_work]. Not 0:
  * h is not the step, inputs of the end are given to a model that holds them, or a state is not
  * finite. */
 int surrogate_step_advance(const surrogate_step *m, double *work, int count, double h,

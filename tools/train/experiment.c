@@ -1,7 +1,7 @@
 #include "tools/train/experiment.h"
 
+#include "physics/scene/support.h"
 #include "physics/solve/modes_model.h"
-#include "physics/support.h"
 #include "tools/train/measured_terms.h"
 
 #include <stdlib.h>

@@ -9,7 +9,7 @@
  *   network/fourier            [features, inputs] frequencies, where there are any
  *   network/basis              [rows, 1 + inputs + 2 features] nn_mlp_basis, where there is one
  *   network/edge_basis         the same, nn_mlp_edge_basis, where s is in several pieces
- *   family/affine, modes, project, scale  of a family in the strain form: physics/family.h
+ *   family/affine, modes, project, scale  of a family in the strain form: physics/learn/family.h
  *   optimizer/...              state of the optimiser at work, optim.h
  *   points/...                 uint64 [5]: the state of the generator before it drew the points of
  * a set, and their number; or, where they have moved, [coordinates, points] data/... of points,
@@ -20,10 +20,10 @@
 #ifndef TOOLS_TRAIN_EXPERIMENT_H
 #define TOOLS_TRAIN_EXPERIMENT_H
 
-#include "physics/evaluator.h"
-#include "physics/field.h"
-#include "physics/problem.h"
-#include "physics/window_state.h"
+#include "physics/learn/evaluator.h"
+#include "physics/learn/field.h"
+#include "physics/learn/problem.h"
+#include "physics/learn/window_state.h"
 #include "tools/files/checkpoint.h"
 #include "tools/train/targets.h"
 #include "tools/train/train_settings.h"

@@ -1,10 +1,10 @@
 #include "tools/train/fresh_members.h"
 
 #include "autodiff/ranks.h"
-#include "physics/distance.h"
-#include "physics/field.h"
+#include "physics/learn/field.h"
+#include "physics/numerics/distance.h"
+#include "physics/numerics/sort.h"
 #include "physics/solve/solve.h"
-#include "physics/sort.h"
 
 #include <math.h>
 

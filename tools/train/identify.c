@@ -1,6 +1,6 @@
 #include "tools/train/identify.h"
 
-#include "physics/sampling.h"
+#include "physics/numerics/sampling.h"
 #include "tools/train/least_squares.h"
 
 #include <math.h>

@@ -3,7 +3,7 @@
 #ifndef TOOLS_TRAIN_MEASURED_TERMS_H
 #define TOOLS_TRAIN_MEASURED_TERMS_H
 
-#include "physics/model.h"
+#include "physics/learn/model.h"
 #include "tools/train/train_settings.h"
 
 #ifdef __cplusplus

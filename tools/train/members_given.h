@@ -2,7 +2,7 @@
 #ifndef TOOLS_TRAIN_MEMBERS_GIVEN_H
 #define TOOLS_TRAIN_MEMBERS_GIVEN_H
 
-#include "physics/scene.h"
+#include "physics/scene/scene.h"
 #include "tools/files/table_file.h"
 
 /* parameters [rows of the table][parameter_count] from a table with a column for each parameter and

@@ -1,8 +1,8 @@
 #include "tools/train/reference.h"
 
-#include "physics/analytic.h"
-#include "physics/quaternion.h"
-#include "physics/sampling.h"
+#include "physics/learn/analytic.h"
+#include "physics/numerics/quaternion.h"
+#include "physics/numerics/sampling.h"
 #include "tools/train/reference_internal.h"
 
 #include <math.h>

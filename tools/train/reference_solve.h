@@ -16,7 +16,7 @@
 #ifndef TOOLS_TRAIN_REFERENCE_SOLVE_H
 #define TOOLS_TRAIN_REFERENCE_SOLVE_H
 
-#include "physics/verdict.h"
+#include "physics/scene/verdict.h"
 #include "tools/train/experiment.h"
 
 typedef struct reference_solution {

@@ -6,7 +6,7 @@
 #ifndef TOOLS_TRAIN_REPORT_H
 #define TOOLS_TRAIN_REPORT_H
 
-#include "physics/verdict.h"
+#include "physics/scene/verdict.h"
 #include "tools/files/checkpoint.h"
 #include "tools/files/json.h"
 #include "tools/train/fresh_members.h"

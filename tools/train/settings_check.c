@@ -1,7 +1,7 @@
 /* Whether settings contradict each other or the scene, and whether a named reference is a solution
  * of this scene. */
-#include "physics/support.h"
-#include "physics/window_state.h"
+#include "physics/learn/window_state.h"
+#include "physics/scene/support.h"
 #include "tools/train/settings_internal.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
 /* The measured defaults of network, windows, points and stages: they follow from the scene and from
  * one another. */
-#include "physics/breaks.h"
+#include "physics/scene/breaks.h"
 #include "tools/train/settings_internal.h"
 
 #include <math.h>

@@ -1,7 +1,7 @@
 #include "tools/train/targets.h"
 
-#include "physics/distance.h"
-#include "physics/sort.h"
+#include "physics/numerics/distance.h"
+#include "physics/numerics/sort.h"
 #include "tools/train/clock.h"
 #include "tools/train/members_given.h"
 

@@ -1,5 +1,5 @@
 /* What a network of a family in the strain form learns from and is measured by: members that the
- * solver of members has solved (physics/solve/solve_members.h).
+ * solver of members has solved (physics/chain/solve_members.h).
  *
  *   solved    a pool of members, drawn and solved once; a step takes some of it, at random
  *   physics   members that are new in every step: from what the network says of them a step of
@@ -13,9 +13,9 @@
 #ifndef TOOLS_TRAIN_TARGETS_H
 #define TOOLS_TRAIN_TARGETS_H
 
-#include "physics/family.h"
-#include "physics/sampling.h"
-#include "physics/solve/solve_members.h"
+#include "physics/chain/solve_members.h"
+#include "physics/learn/family.h"
+#include "physics/numerics/sampling.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -41,7 +41,7 @@ typedef struct targets_settings {
     const char *file;      /* or a table of them (tools/train/members_given.h); NULL: none */
     sampling_kind sampler; /* of the pool; no grid */
     groups_settings inputs;
-    const ad_ranks *ranks; /* that share the solving of members (physics/solve/solve_members.h) */
+    const ad_ranks *ranks; /* that share the solving of members (physics/chain/solve_members.h) */
 } targets_settings;
 
 typedef struct targets targets;

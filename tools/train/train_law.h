@@ -1,9 +1,9 @@
-/* Learning the constitutive law of a section (physics/scene_law.h) from measured or computed
+/* Learning the constitutive law of a section (physics/scene/scene_law.h) from measured or computed
  * strains with their forces and moments, by Levenberg-Marquardt on the tape; and its file. */
 #ifndef TOOLS_TRAIN_TRAIN_LAW_H
 #define TOOLS_TRAIN_TRAIN_LAW_H
 
-#include "physics/scene_law.h"
+#include "physics/scene/scene_law.h"
 #include "tools/train/least_squares.h"
 
 #include <stdint.h>

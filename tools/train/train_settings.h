@@ -10,9 +10,9 @@
 
 #include "nn/nn.h"
 #include "optim/optimizer.h"
-#include "physics/groups.h"
-#include "physics/problem.h"
-#include "physics/scene.h"
+#include "physics/learn/groups.h"
+#include "physics/learn/problem.h"
+#include "physics/scene/scene.h"
 #include "tools/train/targets.h"
 
 #include <stdint.h>

@@ -11,7 +11,7 @@
 #ifndef TOOLS_TRAIN_TRAINER_H
 #define TOOLS_TRAIN_TRAINER_H
 
-#include "physics/verdict.h"
+#include "physics/scene/verdict.h"
 #include "tools/train/fit.h"
 #include "tools/train/fresh_members.h"
 #include "tools/train/learnt_balance.h"

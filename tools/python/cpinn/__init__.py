@@ -15,7 +15,7 @@
     arm = cpinn.one_step("runs/arm")                      # states a step later, thousands at once
     cpinn.envs.VectorArm("runs/arm", num_envs=1024)       # for gymnasium; import cpinn.envs
 
-Names of columns are those of the C library, physics/evaluator.h: columns of the scene's model ("x",
+Names of columns are those of the C library, physics/learn/evaluator.h: columns of the scene's model ("x",
 "qw", "m2", of beams "w"), r and q for all of a rod's position and rotation, and behind an underscore
 s and t as often as differentiated. All numbers are in SI units; arrays are numpy's, and batches take
 no loop in Python.

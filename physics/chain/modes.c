@@ -1,0 +1,355 @@
+#include "physics/chain/modes_internal.h"
+
+#include "physics/local/mesh.h"
+#include "physics/scene/support.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- counts --------------------------------------------------------------------------------- */
+
+modes_counts modes_counts_in(const scene *rod_scene, const int of[4])
+{
+    modes_counts counts = modes_counts_of(of[0], of[1], of[2], of[3]);
+    const rod_plane plane = rod_plane_of(rod_scene);
+    if (plane.is_planar) {
+        counts.of[MODES_U + 1 - plane.director] = counts.of[MODES_U + 2] = 0;
+        counts.of[MODES_V + plane.director] = 0;
+    }
+    return counts;
+}
+
+/* ---- pieces and elements ------------------------------------------------------------------- */
+
+/* Points of each piece: so many more than modes of a strain, of which shapes are no polynomials. */
+enum { MORE_POINTS = 4, STAGES = 10, DIVISIONS = 64 };
+
+typedef struct mesh {
+    solve_quadrature *places;
+    double *edges; /* [elements + 1] */
+    int elements, stages;
+} mesh;
+
+static int largest_count(const modes_counts *counts)
+{
+    int most = 0;
+    for (int c = 0; c < MODES_STRAINS; c++) {
+        most = counts->of[c] > most ? counts->of[c] : most;
+    }
+    return most;
+}
+
+/* Elements that end at places, each piece with enough points. */
+static ad_status divide(const solve_rod *rod, const modes_counts *counts, int finer, mesh *mesh,
+                        ad_error *error)
+{
+    const int points = largest_count(counts) + MORE_POINTS + finer;
+    const int each = (points + STAGES - 1) / STAGES;
+    const solve_given given = motion_given(rod);
+    ad_status status = motion_places_of(rod, &mesh->places, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    const int places = mesh->places->place_count, room = (places + 1) * each + DIVISIONS;
+    double *coarse = malloc((size_t)(places + 2) * sizeof *coarse);
+    mesh->edges = malloc((size_t)(room + 1) * sizeof *mesh->edges);
+    if (!coarse || !mesh->edges) {
+        free(coarse);
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %d elements", room);
+    }
+    const int pieces = solve_mesh_edges(1, places, mesh->places->places, coarse);
+    mesh->stages = (points + each - 1) / each;
+    mesh->elements = pieces * each;
+    for (int i = 0; i <= mesh->elements; i++) {
+        const int piece = i / each < pieces ? i / each : pieces - 1;
+        mesh->edges[i] =
+            coarse[piece] + (coarse[piece + 1] - coarse[piece]) * (i - piece * each) / (double)each;
+    }
+    free(coarse);
+    bool done;
+    return solve_quadrature_divide(mesh->places, &given, mesh->stages, 1e-6, room, &mesh->elements,
+                                   mesh->edges, &done, error);
+}
+
+/* The mesh of the rod as it is with its parameters' usual values. */
+static ad_status find_mesh(const solve_rod *rod, int inputs, const modes_counts *counts, int finer,
+                           mesh *mesh, ad_error *error)
+{
+    solve_rod *closed = NULL;
+    if (inputs == 0) {
+        return divide(rod, counts, finer, mesh, error);
+    }
+    ad_status status = solve_rod_create(&rod->scene, &closed, error);
+    status = status == AD_OK ? divide(closed, counts, finer, mesh, error) : status;
+    solve_rod_free(closed);
+    return status;
+}
+
+static bool begins_piece(const mesh *mesh, int element)
+{
+    bool begins = element == 0;
+    for (int i = 0; i < mesh->places->place_count; i++) {
+        begins |= fabs(mesh->places->places[i] - mesh->edges[element]) <= SOLVE_SAME_PLACE;
+    }
+    return begins;
+}
+
+/* A start that turns is three hinges in turn, as if the rod were bent and twisted over no length.
+ * Twist is the one between: beyond a quarter of a turn the other two are one. */
+enum { HINGES = 3 };
+static const int HINGE_AXIS[HINGES] = {0, 2, 1};
+
+/* ---- making -------------------------------------------------------------------------------- */
+
+static void *rows(size_t count, size_t size, bool *failed)
+{
+    void *memory = calloc(count + 1, size);
+    *failed |= !memory;
+    return memory;
+}
+
+static void set_elements(modes *m, const mesh *mesh)
+{
+    m->pieces = 0;
+    for (int e = 0; e < m->elements; e++) {
+        modes_element *to = &m->element[e];
+        const int n = m->stages, own = e - m->hinges; /* of the mesh */
+        m->pieces += own >= 0 && begins_piece(mesh, own);
+        to->length = own >= 0 ? mesh->edges[own + 1] - mesh->edges[own] : 1;
+        for (int j = 0; j < n; j++) {
+            for (int i = 0; i < n; i++) {
+                to->matrix[i][j] = to->length * m->rule.matrix[i][j];
+            }
+            to->matrix[n][j] = to->length * m->rule.weights[j];
+        }
+        for (int i = 0; i <= n; i++) {
+            const int p = e * (n + 1) + i;
+            if (own >= 0) {
+                m->s[p] =
+                    i < n ? mesh->edges[own] + to->length * m->rule.nodes[i] : mesh->edges[own + 1];
+                m->point[p].weight = i < n ? to->length * m->rule.weights[i] : 0;
+            }
+            m->point[p].s = m->s[p];
+        }
+    }
+    for (int i = 0; i <= m->stages; i++) {
+        double terms[3][GAUSS_STAGES_MAX];
+        gauss_magnus(&m->rule, i > 0 ? m->rule.nodes[i - 1] : 0,
+                     i < m->stages ? m->rule.nodes[i] : 1, terms);
+        for (int j = 0; j < 3 * m->stages; j++) {
+            m->magnus[j % 3][j / 3][i] = terms[j % 3][j / 3];
+        }
+    }
+}
+
+/* The compliance of each strain at the first point of an element; 0: it is locked. */
+static ad_status compliance_of(const modes *m, int element, const solve_parameters *open,
+                               double compliance[MODES_STRAINS], ad_error *error)
+{
+    solve_section made;
+    ad_status status = solve_rod_part(m->rod, SOLVE_SECTIONS, 1, &m->s[element * (m->stages + 1)],
+                                      0, open ? open->values : NULL, (double *)&made, error);
+    memcpy(compliance, made.compliance, sizeof made.compliance);
+    return status;
+}
+
+/* Modes piece by piece, so that those that move a point are the first so many; of a locked strain
+ * none. */
+static ad_status set_modes(modes *m, const mesh *mesh, const solve_parameters *open,
+                           ad_error *error)
+{
+    ad_status status = AD_OK;
+    double compliance[MODES_STRAINS];
+    const int per_piece = MODES_STRAINS * largest_count(&m->counts), hinges = m->hinges;
+    bool failed = false;
+    m->mode =
+        rows((size_t)per_piece * (size_t)m->pieces + (size_t)hinges, sizeof *m->mode, &failed);
+    if (failed) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for modes");
+    }
+    for (int e = 0; e < hinges; e++) {
+        m->mode[m->size++] = (modes_mode){MODES_U + HINGE_AXIS[e], 0, e, e};
+        m->element[e].own = e;
+        m->element[e].end = m->size;
+        m->element[e].width = QUAD;
+    }
+    for (int e = hinges, last; e < m->elements && status == AD_OK; e = last + 1) {
+        const int first = m->size;
+        for (last = e; last + 1 < m->elements && !begins_piece(mesh, last + 1 - hinges); last++) {
+        }
+        status = compliance_of(m, e, open, compliance, error);
+        for (int c = 0; c < MODES_STRAINS && status == AD_OK; c++) {
+            m->is_locked |= compliance[c] == 0;
+            for (int k = 0; k < m->counts.of[c] && compliance[c] > 0; k++) {
+                m->mode[m->size++] = (modes_mode){c, k, e, last};
+            }
+        }
+        for (int i = e; i <= last; i++) {
+            m->element[i].own = first;
+            m->element[i].end = m->size;
+            m->element[i].width = (m->size + QUAD - 1) / QUAD * QUAD;
+        }
+    }
+    m->width = (m->size + QUAD - 1) / QUAD * QUAD;
+    if (status == AD_OK && m->is_locked && m->rod->rest_moves) {
+        status = ad_fail(error, AD_BAD_INPUT,
+                         "method modes: the rest shape of a rod with locked strains moves; "
+                         "allowed: one that stays");
+    }
+    return status;
+}
+
+static void set_values(modes *m, const mesh *mesh)
+{
+    for (int a = 0; a < m->size; a++) {
+        const modes_mode *mode = &m->mode[a];
+        const bool turns = a < m->hinges;
+        const double from = turns ? 0 : mesh->edges[mode->first_element - m->hinges];
+        const double to = turns ? 1 : mesh->edges[mode->last_element + 1 - m->hinges];
+        for (int e = mode->first_element; e <= mode->last_element; e++) {
+            for (int i = 0; i < m->stages; i++) {
+                const int p = e * (m->stages + 1) + i;
+                const double y = 2 * (m->s[p] - from) / (to - from) - 1;
+                double before = 0, value = 1;
+                for (int k = 0; k < mode->degree; k++) {
+                    const double next = ((2 * k + 1) * y * value - k * before) / (k + 1);
+                    before = value;
+                    value = next;
+                }
+                m->value[p * m->width + a] = value;
+            }
+        }
+    }
+}
+
+static ad_status allocate(modes *m, ad_error *error)
+{
+    const size_t points = (size_t)m->points, width = (size_t)m->width;
+    bool failed = false;
+    m->value = rows(points * width, sizeof(double), &failed);
+    m->actuators = rows(points * (size_t)m->rod->actuators, sizeof *m->actuators, &failed);
+    m->pull_by = rows(points, sizeof *m->pull_by, &failed);
+    m->inputs_at = rows(points * (size_t)m->inputs, sizeof(double), &failed);
+    m->input = rows((size_t)m->inputs, sizeof(double), &failed);
+    m->center = rows((size_t)m->inputs, sizeof(double), &failed);
+    m->input_step = rows((size_t)m->inputs, sizeof(double), &failed);
+    m->jump_at = rows((size_t)m->rod->jumps.count, sizeof(int), &failed);
+    m->along = rows(points * (size_t)m->rod->along.numbers, sizeof *m->along, &failed);
+    m->turn_at = rows((size_t)m->elements, sizeof(int), &failed);
+    m->theta = rows(points * 3 * width, sizeof(double), &failed);
+    m->rho = rows(points * 3 * width, sizeof(double), &failed);
+    m->mass = rows((width + QUAD) * width, sizeof(double), &failed);
+    m->room = rows((points * MODES_ROWS + MODES_ROOM) * width, sizeof(double), &failed);
+    return failed ? ad_fail(error, AD_NO_MEMORY, "out of memory for %d modes", m->size) : AD_OK;
+}
+
+/* Where something acts at single places. What acts at s = 0 the support takes. */
+static ad_status set_jumps(modes *m, ad_error *error)
+{
+    const solve_jumps *jumps = &m->rod->jumps;
+    for (int e = 0; e < m->elements; e++) {
+        m->turn_at[e] = -1;
+    }
+    for (int k = 0; k < jumps->count; k++) {
+        const solve_jump *jump = &jumps->at[k];
+        m->jump_at[k] = -1;
+        for (int e = 0; e < m->elements && jump->s > SOLVE_SAME_PLACE; e++) {
+            const int p = (e + 1) * (m->stages + 1) - 1;
+            if (fabs(m->s[p] - jump->s) <= SOLVE_SAME_PLACE) {
+                m->jump_at[k] = p;
+                m->turn_at[e] = jump->turns ? k : -1;
+            }
+        }
+        if (m->jump_at[k] < 0 && jump->s > SOLVE_SAME_PLACE) {
+            return ad_fail(error, AD_BAD_ARGUMENT, "s = %g, where something acts, is no edge",
+                           jump->s);
+        }
+    }
+    return AD_OK;
+}
+
+static ad_status fill(modes *m, const solve_parameters *open, int finer, ad_error *error)
+{
+    mesh x = {0};
+    ad_status status = find_mesh(m->rod, m->inputs, &m->counts, finer, &x, error);
+    bool failed = false;
+    if (status == AD_OK) {
+        m->hinges = m->rod->ends[0].holds_rotation ? 0 : HINGES;
+        m->elements = x.elements + m->hinges;
+        m->stages = x.stages;
+        m->points = m->elements * (m->stages + 1);
+        m->rule = solve_gauss_rule_of(m->stages);
+        m->element = rows((size_t)m->elements, sizeof *m->element, &failed);
+        m->point = rows((size_t)m->points, sizeof *m->point, &failed);
+        m->s = rows((size_t)m->points, sizeof(double), &failed);
+        status = failed ? ad_fail(error, AD_NO_MEMORY, "out of memory for modes") : AD_OK;
+    }
+    if (status == AD_OK) {
+        set_elements(m, &x);
+        status = set_modes(m, &x, open, error);
+    }
+    status = status == AD_OK ? allocate(m, error) : status;
+    if (status == AD_OK) {
+        set_values(m, &x);
+        status = set_jumps(m, error);
+    }
+    if (status == AD_OK) {
+        m->is_pulled = m->rod->actuators > 0;
+        m->is_coupled = m->rod->scene.rod.law || law_table[LAW_ELASTIC].couples ||
+                        law_table[LAW_DAMPING].couples;
+        for (int i = 0; i < m->rod->actuators; i++) {
+            m->is_coupled = m->is_coupled || law_table[m->rod->extents[i].law].couples;
+        }
+        m->has_fluid = quantity_is_something(m->rod->scene.loads.added_mass);
+        status = modes_at(m, 0, open ? open->values : NULL, error);
+    }
+    solve_quadrature_free(x.places);
+    free(x.edges);
+    return status;
+}
+
+ad_status modes_create(solve_rod *rod, const solve_parameters *open, const modes_counts *counts,
+                       int finer, modes **result, ad_error *error)
+{
+    ad_status status = support_check(&rod->scene, SUPPORT_MODES, NULL, error);
+    *result = NULL;
+    if (status != AD_OK) {
+        return status;
+    }
+    modes *m = calloc(1, sizeof *m);
+    if (!m) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for modes");
+    }
+    m->rod = rod;
+    m->inputs = open ? open->count : 0;
+    m->counts = *counts;
+    status = fill(m, open, finer, error);
+    if (status != AD_OK) {
+        modes_free(m);
+        return status;
+    }
+    *result = m;
+    return AD_OK;
+}
+
+void modes_free(modes *m)
+{
+    if (m) {
+        void *const owned[] = {m->center,  m->input_step, m->input,     m->inputs_at, m->mode,
+                               m->element, m->point,      m->value,     m->s,         m->jump_at,
+                               m->turn_at, m->along,      m->actuators, m->pull_by,   m->theta,
+                               m->rho,     m->mass,       m->room};
+        for (size_t i = 0; i < sizeof owned / sizeof *owned; i++) {
+            free(owned[i]);
+        }
+        for (int i = 0; i < SOLVE_PARTS; i++) {
+            free(m->affine[i].base);
+        }
+        free(m);
+    }
+}
+
+int modes_size(const modes *m)
+{
+    return m->size;
+}

@@ -1,0 +1,217 @@
+/* What the files of the reduced rod share; not for others. */
+#ifndef PHYSICS_CHAIN_MODES_INTERNAL_H
+#define PHYSICS_CHAIN_MODES_INTERNAL_H
+
+#include "physics/chain/kinematics.h"
+#include "physics/chain/modes.h"
+#include "physics/local/inertia.h"
+#include "physics/local/rod_model.h"
+#include "physics/numerics/gauss.h"
+#include "physics/numerics/processor.h"
+#include "physics/numerics/quaternion.h"
+
+/* Of strains, stresses and their modes: v and then u, body frame. */
+enum { MODES_V = 0, MODES_U = 3, MODES_STRAINS = 6 };
+
+/* Columns of matrices in fours: rows of matrices are padded with zeros to them. */
+enum { QUAD = 4 };
+typedef double quad
+    __attribute__((vector_size(QUAD * sizeof(double)), aligned(sizeof(double)), may_alias));
+
+/* A point of the rod: a Gauss point of an element, or its end, where the weight is 0 and only what
+ * acts at single places counts. All that is spread along the rod is times the weight, so that a
+ * point has forces and masses, not densities. */
+typedef struct modes_point {
+    double s, weight;
+    /* given; strains as MODES_STRAINS */
+    double stiffness[MODES_STRAINS], damping[MODES_STRAINS];
+    double origin[MODES_STRAINS]; /* strain of modes that are all 0 */
+    double rest[MODES_STRAINS], rest_rate[MODES_STRAINS];
+    inertia inertia;
+    double dead[6]; /* force and moment of dead loads */
+
+    /* found, by modes_shape; world but for strains and stress */
+    double q[4], R[3][3], r[3];
+    double spin[3], velocity[3], spin_rate[3], acceleration[3];
+    double strain[MODES_STRAINS], rate[MODES_STRAINS], second[MODES_STRAINS];
+    double along[3], along_rate[3], along_second[3]; /* R v, R v_t, R v_tt */
+    double turned_rate[3], turned_second[3];         /* R u_t, R u_tt */
+    double turning[3];                               /* w x R v */
+
+    /* found, by modes_forces */
+    double force[3], moment[3];   /* that act here, inertia among them */
+    double carried[2][3];         /* times what each changes of R v and R u here: their work */
+    double pull[MODES_STRAINS];   /* of actuators, a part of the stress */
+    double law[MODES_STRAINS];    /* the same of a law, beyond the stiffness; */
+    double law_energy;            /* per length */
+    double stress[MODES_STRAINS]; /* n, m, body; not times the weight */
+} modes_point;
+
+/* As laws of motion see it. */
+static inline inertia_motion modes_section(const modes_point *at)
+{
+    return (inertia_motion){(const double(*)[3])at->R, at->velocity, at->spin, at->acceleration,
+                            at->spin_rate};
+}
+
+/* Steps from point to point of an element, in whole vectors of lanes. */
+enum { MODES_STEPS = 16 };
+_Static_assert(GAUSS_STAGES_MAX + 1 <= MODES_STEPS && MODES_STEPS % LANES == 0, "whole vectors");
+
+/* Rows [width] of work at each point, and of an element. */
+enum { MODES_ROWS = 12, MODES_ROOM = 600 };
+
+/* A mode: Legendre's polynomial of this degree, of one strain, on one piece of the rod. */
+typedef struct modes_mode {
+    int strain, degree, first_element, last_element;
+} modes_mode;
+
+static inline void strain_beyond_rest(const modes_point *at, double off[MODES_STRAINS])
+{
+    for (int c = 0; c < MODES_STRAINS; c++) {
+        off[c] = at->strain[c] - at->rest[c];
+    }
+}
+
+typedef struct modes_element {
+    int own, end; /* modes own .. end - 1 are its own; those from 0 on move its points */
+    int width;    /* end, padded */
+    double length;
+    double matrix[GAUSS_STAGES_MAX + 1][GAUSS_STAGES_MAX]; /* integrals from its start to its
+                                                            * points and to its end */
+} modes_element;
+
+struct modes {
+    solve_rod *rod;
+    modes_counts counts;
+    int size, width; /* modes; padded to fours */
+    int pieces;
+    int hinges; /* the first so many elements: of no extent and no mass, each turns about an axis */
+    double upright[4];            /* with hinges: rotation at s = 0 of modes that are all 0 */
+    int elements, stages, points; /* points: elements (stages + 1) */
+    int inputs;
+    double time;
+    double *input, *inputs_at; /* [inputs], [points][inputs] */
+    double *input_step;        /* [inputs] for difference quotients */
+    struct modes_affine {      /* values [count]: base + sum_k slope_k (input_k - center_k) */
+        size_t count;
+        double *base, *slope; /* [count], [inputs][count]; NULL: not known to be of this form */
+    } affine[SOLVE_PARTS];
+    double *center; /* [inputs] */
+    bool has_given, is_pulled, is_locked;
+    bool is_coupled;                                 /* the stress of a strain depends on others */
+    bool has_fluid;                                  /* with added mass */
+    double magnus[3][GAUSS_STAGES_MAX][MODES_STEPS]; /* of the steps from point to point, padded */
+    gauss_rule rule;
+
+    modes_mode *mode;       /* [size] */
+    modes_element *element; /* [elements] */
+    modes_point *point;     /* [points] */
+    double *value;          /* [points][width] of each mode, 0 at ends of elements */
+    double *s;              /* [points] */
+    int *jump_at;           /* [jumps.count] point, -1: at s = 0 */
+    int *turn_at;           /* [elements] jump of a joint at its end; -1: none */
+    double *along;          /* [points][numbers of what acts along the rod] */
+    solve_end_state start;
+    solve_actuator *actuators;        /* [points][actuators] */
+    double (*pull_by)[LAW_STIFFNESS]; /* [points] derivatives of pull and law by the strain
+                                       * (law_entry), where they were asked for */
+    double base[2][3]; /* force and moment by which the rod is held at s = 0, world */
+
+    /* rows [width] of matrices, of a change of each mode */
+    double *theta, *rho; /* [points][3]: turn, displacement */
+    double *mass;        /* [width] */
+    double *room;        /* work of modes_matrix.c */
+};
+
+/* Where the rod is and how it moves with modes q, rates v and accelerations a [size] (NULL: 0). */
+void modes_shape(modes *m, const double *q, const double *v, const double *a);
+
+/* Of that shape: forces, and the residual [size] of the equations of motion,
+ * M a + ... - loads. derive: pull_by, too. */
+void modes_forces(modes *m, bool derive, double *residual);
+
+/* Of that shape: theta, rho and the mass matrix [size rows of width], which is symmetric. */
+void modes_mass(modes *m);
+
+/* After modes_forces (derive) and modes_mass: derivatives of the residual by q and v [size rows of
+ * width]. */
+void modes_derivatives(modes *m, double *by_q, double *by_v);
+
+/* Ranges of the inputs: parts that are affine in them everywhere, as far as samples tell, and do
+ * not depend on t are taken as sums from now on. AD_NO_MEMORY, errors of formulas. */
+ad_status modes_set_ranges(modes *m, const double *low, const double *high, ad_error *error);
+
+/* Derivatives [size][inputs] of the residual of a state by the inputs, which stay as they are. */
+ad_status modes_by_inputs(modes *m, double t, const double *q, const double *v, const double *a,
+                          double *by_inputs, ad_error *error);
+
+/* x [size]: the right side, then the solution, of a matrix that is factored. */
+void modes_solve_factored(const modes *m, const double *matrix, double *x);
+
+/* What a turn of 1 rad counts for in least squares beside a displacement of the length. */
+static const double MODES_TURN = 0.09;
+
+/* The accelerations a [size] of a state at the present time; false: the mass is not positive. */
+bool modes_accelerations(modes *m, const double *q, const double *v, double *a);
+
+/* A state and the motion near it: [size] and [size][width] each. */
+typedef struct modes_linear {
+    double *q, *v, *residual, *by_q, *by_v, *factor;
+    int *pivots; /* [size] */
+} modes_linear;
+
+/* The equilibrium at the present time and inputs, by Newton's method from q; v becomes 0, the rest
+ * is what its last step came from. AD_NOT_FINITE: none is found. */
+ad_status modes_settle(modes *m, const modes_linear *linear, ad_error *error);
+
+/* The start from the equilibrium of the inputs [inputs], with the velocities of the scene, where
+ * its initial.settled is that of other inputs: followed from there. AD_NOT_FINITE: there is none,
+ * or it is not stable on the way; AD_NO_MEMORY, errors of formulas. */
+ad_status modes_initial_settled(modes *m, const double *settled_at, const double *inputs,
+                                const modes_linear *linear, ad_error *error);
+
+/* q [size] nearest to strains [points][MODES_STRAINS]; hinges stay upright. */
+void modes_project(const modes *m, const double (*strains)[MODES_STRAINS], double *q);
+
+/* Where to look at a rod: s [n] within [0, 1]. AD_NO_MEMORY. */
+typedef struct modes_place {
+    int element, before; /* the last of its points before the place; -1: none */
+    double length, values[GAUSS_STAGES_MAX], integrals[GAUSS_STAGES_MAX]; /* by points */
+    double magnus[3][GAUSS_STAGES_MAX];
+} modes_place;
+
+typedef struct modes_places {
+    size_t count;
+    modes_place at[];
+} modes_places;
+
+ad_status modes_places_create(const modes *m, size_t n, const double *s, modes_places **result,
+                              ad_error *error);
+void modes_places_free(modes_places *places);
+
+/* out [n]: of the shape and the forces as they are. Force and moment are those that balance what
+ * lies beyond. */
+void modes_samples(const modes *m, const modes_places *places, solve_state *out);
+
+/* Kinematics of places, s [places] within [0, 1], with the wanted rows [rows] of derivatives; the
+ * start is that of the present time and inputs, and by modes_kinematics_start of those it is called
+ * with. AD_NO_MEMORY: x is all 0. */
+ad_status modes_kinematics_create(const modes *m, size_t places, const double *s, int rows,
+                                  const int *row, kinematics *kinematics, ad_error *error);
+void modes_kinematics_free(kinematics *kinematics);
+void modes_kinematics_start(const modes *m, kinematics *kinematics);
+
+/* The modes and rates [size] that come nearest to what is seen along the rod [count], in SI units.
+ */
+ad_status modes_fit_seen(modes *m, size_t count, const solve_seen *seen, double *q, double *v,
+                         ad_error *error);
+
+/* Time and inputs, for all that follows; AD_NOT_FINITE. */
+ad_status modes_at(modes *m, double t, const double *inputs, ad_error *error);
+
+/* Of the shape and forces as they are. */
+solve_energy modes_energy_now(const modes *m); /* kinetic and strain alone */
+void modes_power_now(const modes *m, double *load, double *dissipation);
+
+#endif

@@ -1,0 +1,222 @@
+/* One step by itself, with its derivatives. */
+#include "physics/chain/modes_step_internal.h"
+
+#include "physics/numerics/processor.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- linear systems ------------------------------------------------------------------------ */
+
+/* The rows of stage i: matrix of the accelerations of all stages. Leaves the residual of the stage
+ * in collocation->residual and its derivatives in collocation->by_q, collocation->by_v. */
+static ad_status stage_rows(collocation *collocation, int i, double t, double h,
+                            const double *inputs, const double *q, const double *v, int columns,
+                            double *rows, ad_error *error)
+{
+    const collocation_method *by = &collocation->by;
+    modes *m = collocation->m;
+    const int n = collocation->size, width = m->width;
+    ad_status status = collocation_at(collocation, i, t, h, inputs, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    collocation_stage(collocation, i, h, q, v);
+    modes_shape(m, collocation->q, collocation->v, collocation->a + i * n);
+    modes_forces(m, true, collocation->residual);
+    modes_mass(m);
+    modes_derivatives(m, collocation->by_q, collocation->by_v);
+    for (int r = 0; r < n; r++) {
+        const double *M = m->mass + r * width, *K = collocation->by_q + r * width,
+                     *D = collocation->by_v + r * width;
+        for (int j = 0; j < by->stages; j++) {
+            const double once = h * by->matrix[i][j], twice = h * h * by->square[i][j];
+            for (int k = 0; k < n; k++) {
+                rows[r * columns + j * n + k] = (i == j ? M[k] : 0) + once * D[k] + twice * K[k];
+            }
+        }
+    }
+    return AD_OK;
+}
+
+/* The right columns of [n][columns] become the solutions of the left [n][n], by elimination. */
+FOR_EACH_PROCESSOR static bool eliminate(int n, int columns, double *rows)
+{
+    for (int i = 0; i < n; i++) {
+        int best = i;
+        for (int r = i + 1; r < n; r++) {
+            best = fabs(rows[r * columns + i]) > fabs(rows[best * columns + i]) ? r : best;
+        }
+        for (int c = 0; c < columns && best != i; c++) {
+            const double other = rows[i * columns + c];
+            rows[i * columns + c] = rows[best * columns + c];
+            rows[best * columns + c] = other;
+        }
+        if (!(fabs(rows[i * columns + i]) > 0)) {
+            return false;
+        }
+        for (int r = i + 1; r < n; r++) {
+            const double by = rows[r * columns + i] / rows[i * columns + i];
+            for (int c = i + 1; c < columns; c++) {
+                rows[r * columns + c] -= by * rows[i * columns + c];
+            }
+        }
+    }
+    for (int i = n - 1; i >= 0; i--) {
+        const double by = 1 / rows[i * columns + i];
+        for (int c = n; c < columns; c++) {
+            rows[i * columns + c] *= by;
+        }
+        for (int r = 0; r < i; r++) {
+            const double factor = rows[r * columns + i];
+            for (int c = n; c < columns; c++) {
+                rows[r * columns + c] -= factor * rows[i * columns + c];
+            }
+        }
+    }
+    return true;
+}
+
+/* ---- Newton's method with the matrix of every stage ---------------------------------------- */
+
+/* Where the derivatives of one stage do not do: masses of modes that hardly move anything change by
+ * more than themselves within a step. */
+static ad_status newton_exact(collocation *collocation, double t, double h, const double *inputs,
+                              double tolerance, const double *q, const double *v, bool *failed,
+                              ad_error *error)
+{
+    enum { STEPS = 8 };
+    const int n = collocation->size, all = collocation->by.stages * n, columns = all + 1;
+    *failed = true;
+    collocation->formed_step = 0;
+    for (int step = 0; step < STEPS && *failed; step++) {
+        for (int i = 0; i < collocation->by.stages; i++) {
+            double *rows = collocation->exact + i * n * columns;
+            ad_status status = stage_rows(collocation, i, t, h, inputs, q, v, columns, rows, error);
+            if (status != AD_OK) {
+                return status;
+            }
+            for (int r = 0; r < n; r++) {
+                rows[r * columns + all] = -collocation->residual[r];
+            }
+        }
+        collocation->counts.matrices += collocation->by.stages;
+        if (!eliminate(all, columns, collocation->exact)) {
+            return AD_OK;
+        }
+        for (int k = 0; k < all; k++) {
+            collocation->change[k] = collocation->exact[k * columns + all];
+        }
+        *failed = !(collocation_change(collocation, h) <= tolerance);
+    }
+    return AD_OK;
+}
+
+/* ---- one step ------------------------------------------------------------------------------ */
+
+/* Accelerations of a step that starts from nothing but q and v. */
+static ad_status solve_once(collocation *collocation, double t, double h, const double *inputs,
+                            double tolerance, const double *q, const double *v, ad_error *error)
+{
+    bool slow, failed = true;
+    const size_t size =
+        (size_t)(collocation->by.stages * collocation->size) * sizeof *collocation->a;
+    memset(collocation->a, 0, size);
+    ad_status status = collocation_form(collocation, t, h, inputs, q, v, error);
+    if (status == AD_OK && collocation_factor(collocation, h)) {
+        status =
+            collocation_iterate(collocation, t, h, inputs, tolerance, q, v, &slow, &failed, error);
+    }
+    if (status == AD_OK && failed) {
+        memset(collocation->a, 0, size);
+        status = newton_exact(collocation, t, h, inputs, tolerance, q, v, &failed, error);
+    }
+    return status == AD_OK && failed
+               ? ad_fail(error, AD_NOT_FINITE, "a step of %g from t = %g is too long", h, t)
+               : status;
+}
+
+ad_status collocation_once(collocation *collocation, double t, double h, const double *inputs,
+                           const double *after, double tolerance, double *q, double *v,
+                           ad_error *error)
+{
+    collocation->after = after;
+    collocation->asks_power = false;
+    ad_status status = solve_once(collocation, t, h, inputs, tolerance, q, v, error);
+    if (status == AD_OK) {
+        collocation_finish(collocation, h, q, v);
+    }
+    collocation->after = NULL;
+    return status;
+}
+
+/* ---- derivatives --------------------------------------------------------------------------- */
+
+size_t collocation_derivative_room(const collocation *collocation)
+{
+    const size_t n = (size_t)collocation->size, all = (size_t)collocation->by.stages * n;
+    return all * (all + 2 * n + (size_t)collocation->m->inputs) +
+           n * (size_t)collocation->m->inputs;
+}
+
+/* Beside the matrix: minus the derivatives of the residual by q, v, inputs. */
+static ad_status derivative_rows(collocation *collocation, int i, double t, double h,
+                                 const double *inputs, const double *q, const double *v,
+                                 int columns, double *rows, double *by_inputs, ad_error *error)
+{
+    modes *m = collocation->m;
+    const int n = collocation->size, width = m->width, all = collocation->by.stages * n;
+    const double late = collocation->by.nodes[i] * h;
+    ad_status status = stage_rows(collocation, i, t, h, inputs, q, v, columns, rows, error);
+    if (status == AD_OK && m->inputs > 0) {
+        status = modes_by_inputs(m, t + late, collocation->q, collocation->v,
+                                 collocation->a + i * n, by_inputs, error);
+    }
+    for (int r = 0; r < n; r++) {
+        double *row = rows + r * columns + all;
+        for (int c = 0; c < n; c++) {
+            row[c] = -collocation->by_q[r * width + c];
+            row[n + c] =
+                -collocation->by_v[r * width + c] - late * collocation->by_q[r * width + c];
+        }
+        for (int k = 0; k < m->inputs; k++) {
+            row[2 * n + k] = -by_inputs[r * m->inputs + k];
+        }
+    }
+    return status;
+}
+
+ad_status collocation_derivatives(collocation *collocation, double t, double h,
+                                  const double *inputs, const double *after, const double *q,
+                                  const double *v, double *room, double *by, ad_error *error)
+{
+    const collocation_method *rule = &collocation->by;
+    const int n = collocation->size, all = rule->stages * n,
+              wanted = 2 * n + collocation->m->inputs;
+    const int columns = all + wanted;
+    double *by_inputs = room + all * columns;
+    ad_status status = AD_OK;
+    collocation->after = after;
+    for (int i = 0; i < rule->stages && status == AD_OK; i++) {
+        status = derivative_rows(collocation, i, t, h, inputs, q, v, columns,
+                                 room + i * n * columns, by_inputs, error);
+    }
+    collocation->after = NULL;
+    if (status == AD_OK && !eliminate(all, columns, room)) {
+        status = ad_fail(error, AD_NOT_FINITE, "the derivative of a step is singular");
+    }
+    for (int k = 0; k < n && status == AD_OK; k++) {
+        double *to_q = by + k * wanted, *to_v = by + (n + k) * wanted;
+        for (int c = 0; c < wanted; c++) {
+            to_q[c] = (c == k) + (c == n + k ? h : 0);
+            to_v[c] = c == n + k;
+            for (int j = 0; j < rule->stages; j++) {
+                const double a = room[(j * n + k) * columns + all + c];
+                to_q[c] += h * h * rule->end[j] * a;
+                to_v[c] += h * rule->matrix[rule->stages - 1][j] * a;
+            }
+        }
+    }
+    return status;
+}

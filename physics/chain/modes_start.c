@@ -1,0 +1,403 @@
+/* How a reduced rod starts: modes that come nearest to a shape and its motion; equilibria. */
+#include "autodiff/dense.h"
+#include "physics/chain/modes_internal.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* L of a positive definite matrix [n rows of width], in place; false: it is not. */
+static bool factor(int n, int width, double *A)
+{
+    for (int i = 0; i < n; i++) {
+        for (int j = 0; j <= i; j++) {
+            double sum = A[i * width + j];
+            for (int k = 0; k < j; k++) {
+                sum -= A[i * width + k] * A[j * width + k];
+            }
+            if (i == j && !(sum > 0)) {
+                return false;
+            }
+            A[i * width + j] = i == j ? sqrt(sum) : sum / A[j * width + j];
+        }
+    }
+    return true;
+}
+
+static void solve(int n, int width, const double *L, double *x)
+{
+    for (int i = 0; i < n; i++) {
+        for (int k = 0; k < i; k++) {
+            x[i] -= L[i * width + k] * x[k];
+        }
+        x[i] /= L[i * width + i];
+    }
+    for (int i = n - 1; i >= 0; i--) {
+        for (int k = i + 1; k < n; k++) {
+            x[i] -= L[k * width + i] * x[k];
+        }
+        x[i] /= L[i * width + i];
+    }
+}
+
+/* x [size]: the right side, then the solution of a positive definite matrix [size rows of width],
+ * of which the lower triangle counts and is overwritten; false: it is not. */
+static bool solve_positive(const modes *m, double *matrix, double *x)
+{
+    const bool done = factor(m->size, m->width, matrix);
+    if (done) {
+        solve(m->size, m->width, matrix, x);
+    }
+    return done;
+}
+
+void modes_solve_factored(const modes *m, const double *matrix, double *x)
+{
+    solve(m->size, m->width, matrix, x);
+}
+
+/* Adds a row [size], which counts `by` and is off by `off`, to normal equations: the lower triangle
+ * of matrix [size rows of width], right [size]. */
+static void add_row(const modes *m, double by, const double *row, double off, double *matrix,
+                    double *right)
+{
+    for (int a = 0; a < m->size; a++) {
+        right[a] += by * row[a] * off;
+        for (int b = 0; b <= a; b++) {
+            matrix[a * m->width + b] += by * row[a] * row[b];
+        }
+    }
+}
+
+/* By how much a point is off in displacement and turn (or velocity and spin), world. */
+static double point_off(const modes_point *at, const solve_initial *given, bool moving,
+                        double off[6])
+{
+    double turn[4], vector[3], R[3][3], size = 0;
+    memcpy(R, at->R, sizeof R);
+    if (moving) {
+        to_world(R, given->spin, vector);
+        for (int k = 0; k < 3; k++) {
+            off[k] = given->velocity[k] - at->velocity[k];
+            off[3 + k] = vector[k] - at->spin[k];
+        }
+    } else {
+        quaternion_quotient(at->q, given->rotation, turn);
+        const double length = sqrt(vector_dot(turn + 1, turn + 1));
+        const double by = length > 1e-8 ? 2 * atan2(length, fabs(turn[0])) / length : 2;
+        for (int k = 0; k < 3; k++) {
+            vector[k] = copysign(by, turn[0]) * turn[1 + k];
+            off[k] = given->position[k] - at->r[k];
+        }
+        to_world(R, vector, off + 3);
+    }
+    for (int k = 0; k < 6; k++) {
+        size = fmax(size, fabs(off[k]));
+    }
+    return size;
+}
+
+/* The normal equations of the points' `off`; returns the largest. */
+static double normal_equations(modes *m, const solve_initial *given, bool moving, double *matrix,
+                               double *right)
+{
+    const int n = m->size, width = m->width;
+    double most = 0;
+    memset(matrix, 0, (size_t)(n * width) * sizeof *matrix);
+    memset(right, 0, (size_t)n * sizeof *right);
+    for (int p = 0; p < m->points; p++) {
+        double off[6];
+        const double weight = m->point[p].weight;
+        const double *rho = m->rho + p * 3 * width, *theta = m->theta + p * 3 * width;
+        if (weight > 0) {
+            most = fmax(most, point_off(&m->point[p], &given[p], moving, off));
+        }
+        for (int k = 0; k < 6 && weight > 0; k++) {
+            const double *row = k < 3 ? rho + k * width : theta + (k - 3) * width;
+            add_row(m, weight * (k < 3 ? 1 : MODES_TURN), row, off[k], matrix, right);
+        }
+    }
+    return most;
+}
+
+/* The rates v [size] that come nearest to a motion given at the points [points], of modes q; work:
+ * matrix [size][width], right [size]. */
+static bool fit_rates(modes *m, const solve_initial *given, const double *q, double *v,
+                      double *matrix, double *right)
+{
+    const int n = m->size;
+    bool done = true;
+    memset(v, 0, (size_t)n * sizeof *v);
+    modes_shape(m, q, v, NULL);
+    modes_mass(m);
+    if (normal_equations(m, given, true, matrix, right) > 0) {
+        done = solve_positive(m, matrix, right);
+        memcpy(v, right, (size_t)n * sizeof *v);
+    }
+    return done;
+}
+
+/* The same of modes and rates, from modes q that are not far off. */
+static ad_status fit(modes *m, const solve_initial *given, double *q, double *v, ad_error *error)
+{
+    enum { STEPS = 30 };
+    const double near = 1e-10;
+    const int n = m->size;
+    double *matrix = calloc((size_t)(n + 2) * (size_t)m->width, sizeof *matrix);
+    double *right = matrix ? matrix + n * m->width : NULL, before = INFINITY;
+    bool done = matrix != NULL;
+    if (!done) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a start");
+    }
+    memset(v, 0, (size_t)n * sizeof *v);
+    for (int step = 0; step < STEPS && done; step++) {
+        modes_shape(m, q, v, NULL);
+        modes_mass(m);
+        const double off = normal_equations(m, given, false, matrix, right);
+        if (off < near || (step > 2 && off > 0.999 * before)) {
+            break;
+        }
+        before = off;
+        done = solve_positive(m, matrix, right);
+        const double part = fmin(1, 0.7 / off); /* turns by less than a radian */
+        for (int a = 0; a < n && done; a++) {
+            q[a] += part * right[a];
+        }
+    }
+    done = done && fit_rates(m, given, q, v, matrix, right);
+    free(matrix);
+    return done ? AD_OK
+                : ad_fail(error, AD_NOT_FINITE, "modes for the initial shape are not found");
+}
+
+/* Legendre's polynomials are orthogonal in the sums of Gauss. */
+void modes_project(const modes *m, const double (*strains)[MODES_STRAINS], double *q)
+{
+    double *size = m->room;
+    memset(q, 0, (size_t)m->size * sizeof *q);
+    memset(size, 0, (size_t)m->size * sizeof *size);
+    for (int p = 0; p < m->points; p++) {
+        const modes_point *at = &m->point[p];
+        for (int a = 0; a < m->size && at->weight > 0; a++) {
+            const double value = at->weight * m->value[p * m->width + a];
+            const int c = m->mode[a].strain;
+            q[a] += value * (strains[p][c] - at->origin[c]);
+            size[a] += value * m->value[p * m->width + a];
+        }
+    }
+    for (int a = 0; a < m->size; a++) {
+        q[a] /= size[a] > 0 ? size[a] : 1;
+    }
+}
+
+/* Strains between states just before and behind each point. */
+static void strains_between(const modes *m, const solve_initial *before,
+                            const solve_initial *behind, const double *distance,
+                            double (*strains)[MODES_STRAINS])
+{
+    for (int p = 0; p < m->points; p++) {
+        double step[3], turn[4], mid[4], R[3][3];
+        for (int k = 0; k < 4; k++) {
+            mid[k] = before[p].rotation[k] + behind[p].rotation[k];
+        }
+        quaternion_normalize(mid);
+        rotation_matrix(mid, R);
+        for (int k = 0; k < 3; k++) {
+            step[k] = (behind[p].position[k] - before[p].position[k]) / distance[p];
+        }
+        to_body(R, step, strains[p] + MODES_V);
+        quaternion_quotient(before[p].rotation, behind[p].rotation, turn);
+        for (int k = 0; k < 3; k++) {
+            strains[p][MODES_U + k] = 2 * turn[1 + k] / distance[p];
+        }
+    }
+}
+
+ad_status modes_initial(modes *m, double *q, double *v, ad_error *error)
+{
+    const double step = 1e-4; /* of an element, to either side */
+    const size_t n = (size_t)m->points;
+    solve_initial *given = calloc(3 * n, sizeof *given);
+    double *s = malloc((2 + MODES_STRAINS) * n * sizeof *s), *distance = s + n;
+    double(*strains)[MODES_STRAINS] = (double(*)[MODES_STRAINS])(s + 2 * n);
+    ad_status status = given && s ? modes_at(m, 0, m->input, error)
+                                  : ad_fail(error, AD_NO_MEMORY, "out of memory for a start");
+    for (int side = 0; side < 3 && status == AD_OK; side++) { /* there, before, behind */
+        for (size_t p = 0; p < n; p++) {
+            const double off = step * m->element[p / ((size_t)m->stages + 1)].length;
+            s[p] = m->s[p] + (side == 0 ? 0 : side == 1 ? -off : off);
+            distance[p] = 2 * off;
+        }
+        status = solve_rod_part(m->rod, SOLVE_INITIAL, n, s, 0, m->inputs > 0 ? m->inputs_at : NULL,
+                                (double *)(given + (size_t)side * n), error);
+    }
+    if (status == AD_OK) {
+        strains_between(m, given + n, given + 2 * n, distance, strains);
+        modes_project(m, (const double(*)[MODES_STRAINS])strains, q);
+        status = fit(m, given, q, v, error);
+    }
+    free(given);
+    free(s);
+    return status;
+}
+
+/* The residual becomes what the modes are off by; returns its largest number, not a number where
+ * the matrix is singular. */
+static double solve_stiffness(const modes *m, const modes_linear *linear)
+{
+    const size_t n = (size_t)m->size, width = (size_t)m->width;
+    double most = 0;
+    for (size_t i = 0; i < n * n; i++) {
+        linear->factor[i] = linear->by_q[i % n * width + i / n];
+    }
+    if (ad_dense_lu(n, linear->factor, linear->pivots) != 0) {
+        return NAN;
+    }
+    ad_dense_lu_solve(n, 1, linear->factor, linear->pivots, linear->residual);
+    for (size_t i = 0; i < n; i++) {
+        most = fabs(linear->residual[i]) > most || isnan(linear->residual[i])
+                   ? fabs(linear->residual[i])
+                   : most;
+    }
+    return most;
+}
+
+ad_status modes_settle(modes *m, const modes_linear *linear, ad_error *error)
+{
+    enum { STEPS = 60 };
+    const double near = 1e-11, farthest = 0.5;
+    double moved = INFINITY;
+    memset(linear->v, 0, (size_t)m->size * sizeof *linear->v);
+    for (int step = 0; step < STEPS && moved > near; step++) {
+        modes_shape(m, linear->q, linear->v, NULL);
+        modes_forces(m, true, linear->residual);
+        modes_mass(m);
+        modes_derivatives(m, linear->by_q, linear->by_v);
+        moved = solve_stiffness(m, linear);
+        const double part = fmin(1, farthest / moved);
+        for (int k = 0; k < m->size; k++) {
+            linear->q[k] -= part * linear->residual[k];
+        }
+    }
+    return moved <= near ? AD_OK
+                         : ad_fail(error, AD_NOT_FINITE, "no equilibrium is found from the state");
+}
+
+/* Whether the stiffness at which modes_settle ended resists every displacement. */
+static bool is_stable(const modes *m, const modes_linear *linear)
+{
+    for (int i = 0; i < m->size; i++) {
+        for (int j = 0; j <= i; j++) {
+            const int at = i * m->width + j;
+            linear->factor[at] = 0.5 * (linear->by_q[at] + linear->by_q[j * m->width + i]);
+        }
+    }
+    return solve_positive(m, linear->factor, linear->residual);
+}
+
+ad_status modes_initial_settled(modes *m, const double *settled_at, const double *inputs,
+                                const modes_linear *linear, ad_error *error)
+{
+    enum { FIRST = 4, MOST = 64 };
+    double between[SCENE_PARAMETERS_MAX];
+    solve_initial *given = malloc((size_t)m->points * sizeof *given);
+    ad_status status = given ? AD_NOT_FINITE : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    for (int steps = FIRST; steps <= MOST && status == AD_NOT_FINITE; steps *= 2) {
+        status = modes_at(m, 0, settled_at, error);
+        status = status == AD_OK ? modes_initial(m, linear->q, linear->v, error) : status;
+        for (int i = 0; i <= steps && status == AD_OK; i++) {
+            for (int k = 0; k < m->inputs; k++) {
+                between[k] = i == steps ? inputs[k]
+                                        : settled_at[k] + (inputs[k] - settled_at[k]) * i / steps;
+            }
+            status = modes_at(m, 0, between, error);
+            status = status == AD_OK ? modes_settle(m, linear, error) : status;
+            if (status == AD_OK && !is_stable(m, linear)) {
+                status = ad_fail(error, AD_NOT_FINITE,
+                                 "no stable equilibrium to start from is found at the inputs");
+            }
+        }
+    }
+    status = status == AD_OK ? solve_rod_part(m->rod, SOLVE_INITIAL, (size_t)m->points, m->s, 0,
+                                              m->inputs_at, (double *)given, error)
+                             : status;
+    if (status == AD_OK &&
+        !fit_rates(m, given, linear->q, linear->v, linear->factor, linear->residual)) {
+        status = ad_fail(error, AD_NOT_FINITE, "rates for the initial motion are not found");
+    }
+    free(given);
+    return status;
+}
+
+bool modes_accelerations(modes *m, const double *q, const double *v, double *a)
+{
+    modes_shape(m, q, v, NULL);
+    modes_forces(m, false, a);
+    modes_mass(m);
+    for (int k = 0; k < m->size; k++) {
+        a[k] = -a[k];
+    }
+    return solve_positive(m, m->mass, a);
+}
+
+/* Rows around a place, whose polynomial goes through them: strains are derivatives of it. */
+enum { AROUND = 6 };
+
+/* Their weights by Lagrange's formula; the first of them. */
+static size_t weights_at(size_t count, const solve_seen *seen, double s, double weights[AROUND])
+{
+    size_t first = 0;
+    while (first + AROUND < count && seen[first + AROUND / 2].s < s) {
+        first++;
+    }
+    for (int i = 0; i < AROUND; i++) {
+        weights[i] = 1;
+        for (int k = 0; k < AROUND; k++) {
+            const double at = seen[first + (size_t)k].s, own = seen[first + (size_t)i].s;
+            weights[i] *= k == i ? 1 : (s - at) / (own - at);
+        }
+    }
+    return first;
+}
+
+/* Between what is seen, dimensionless. */
+static solve_initial seen_at(const modes *m, size_t count, const solve_seen *seen, double s)
+{
+    const double length = m->rod->scales.length, time = m->rod->scales.time;
+    solve_initial state = {{0}, {0}, {0}, {0}};
+    double weights[AROUND];
+    const size_t first = weights_at(count, seen, s * length, weights);
+    const double *upright = seen[first].rotation;
+    for (int i = 0; i < AROUND; i++) {
+        const solve_seen *at = &seen[first + (size_t)i];
+        double same = 0;
+        for (int k = 0; k < 4; k++) {
+            same += at->rotation[k] * upright[k];
+        }
+        for (int k = 0; k < 4; k++) {
+            state.rotation[k] += (same < 0 ? -1 : 1) * weights[i] * at->rotation[k];
+        }
+        for (int k = 0; k < 3; k++) {
+            state.position[k] += weights[i] * at->position[k] / length;
+            state.velocity[k] += weights[i] * at->velocity[k] * time / length;
+            state.spin[k] += weights[i] * at->spin[k] * time;
+        }
+    }
+    quaternion_normalize(state.rotation);
+    return state;
+}
+
+ad_status modes_fit_seen(modes *m, size_t count, const solve_seen *seen, double *q, double *v,
+                         ad_error *error)
+{
+    solve_initial *given = calloc((size_t)m->points, sizeof *given);
+    if (!given) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a start");
+    }
+    for (int p = 0; p < m->points; p++) {
+        given[p] = seen_at(m, count, seen, m->s[p]);
+    }
+    const ad_status status = fit(m, given, q, v, error);
+    free(given);
+    return status;
+}

@@ -1,0 +1,377 @@
+#include "physics/chain/reduced.h"
+
+#include "autodiff/dense.h"
+#include "physics/chain/modes_internal.h"
+#include "physics/chain/modes_step.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Of a step: of order 5. */
+enum { STAGES = 3 };
+
+/* Of each place: position, turn, velocity, angular velocity. */
+enum { OUTPUT_ROWS = 12 };
+
+_Static_assert(offsetof(reduced_place, angular_velocity) == 10 * sizeof(double) &&
+                   sizeof(reduced_place) == 13 * sizeof(double),
+               "as kinematics.h has them");
+
+struct reduced_rod {
+    scene open;
+    const char *names[SCENE_PARAMETERS_MAX];
+    double usual[SCENE_PARAMETERS_MAX];
+    solve_rod *rod;
+    modes *m;
+    collocation *step;
+    kinematics look; /* of places, all rows but those of curvature */
+    int count;
+    double newton;
+    double *unit;        /* [states] of the state: SI by the model's */
+    double *q, *v, *a;   /* [size] each */
+    double *residual;    /* [size] */
+    double *start;       /* [states] */
+    double *by_q, *by_v; /* [size][width] */
+    double *by;          /* [states][states + inputs] */
+    double *mass;        /* [width][width] */
+    double *room;        /* of the derivatives of a step */
+    double *seen;        /* [count][KINEMATICS_SEEN] */
+    double *look_room;
+    double *memory;
+    int *pivots; /* [size] */
+};
+
+/* ---- making -------------------------------------------------------------------------------- */
+
+static ad_status create_model(reduced_rod *rod, const reduced_settings *settings, ad_error *error)
+{
+    const scene *open = &rod->open;
+    const int *given = settings->modes, count = open->parameter_count;
+    const bool is_given = given[0] + given[1] + given[2] + given[3] > 0;
+    const modes_counts counts = is_given ? modes_counts_of(given[0], given[1], given[2], given[3])
+                                         : modes_counts_of(3, 1, 2, 1);
+    solve_parameters parameters = {count, rod->names, rod->usual};
+    double low[SCENE_PARAMETERS_MAX], high[SCENE_PARAMETERS_MAX];
+    scene_middle_values(open, rod->usual);
+    for (int k = 0; k < count; k++) {
+        rod->names[k] = open->parameters[k].name;
+        low[k] = open->parameters[k].low;
+        high[k] = open->parameters[k].high;
+    }
+    ad_status status = count > 0 ? solve_rod_create_open(open, &parameters, &rod->rod, error)
+                                 : solve_rod_create(open, &rod->rod, error);
+    if (status == AD_OK) {
+        status = modes_create(rod->rod, count > 0 ? &parameters : NULL, &counts, 0, &rod->m, error);
+    }
+    return status == AD_OK ? modes_set_ranges(rod->m, low, high, error) : status;
+}
+
+static ad_status place(reduced_rod *rod, const reduced_settings *settings, ad_error *error)
+{
+    const double length = rod->rod->scales.length;
+    const size_t places = (size_t)settings->count;
+    double *s = malloc((places + 1) * sizeof *s);
+    int *rows = malloc((OUTPUT_ROWS * places + 1) * sizeof *rows);
+    ad_status status = s && rows ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for places");
+    rod->count = settings->count;
+    for (int i = 0; i < rod->count && status == AD_OK; i++) {
+        s[i] = settings->s[i] / length;
+        for (int k = 0; k < OUTPUT_ROWS; k++) {
+            rows[i * OUTPUT_ROWS + k] = i * KINEMATICS_ROWS + k;
+        }
+        if (!(s[i] >= 0 && s[i] <= 1 + 1e-12)) {
+            status = ad_fail(error, AD_BAD_ARGUMENT, "s[%d] = %g; allowed: 0 to %g", i,
+                             settings->s[i], length);
+        }
+    }
+    if (status == AD_OK) {
+        status = modes_kinematics_create(rod->m, places, s, OUTPUT_ROWS * settings->count, rows,
+                                         &rod->look, error);
+    }
+    free(s);
+    free(rows);
+    return status;
+}
+
+static ad_status allocate(reduced_rod *rod, ad_error *error)
+{
+    const modes *m = rod->m;
+    const size_t n = (size_t)m->size, width = (size_t)m->width, inputs = (size_t)m->inputs;
+    const size_t square = (n + QUAD) * width;
+    double **const parts[] = {&rod->unit,  &rod->q,    &rod->v,        &rod->a,  &rod->residual,
+                              &rod->start, &rod->by_q, &rod->by_v,     &rod->by, &rod->mass,
+                              &rod->room,  &rod->seen, &rod->look_room};
+    const size_t sizes[] = {2 * n,
+                            n,
+                            n,
+                            n,
+                            n,
+                            2 * n,
+                            square,
+                            square,
+                            2 * n * (2 * n + inputs),
+                            square,
+                            collocation_derivative_room(rod->step),
+                            KINEMATICS_SEEN * (size_t)rod->count,
+                            kinematics_room(&rod->look)};
+    size_t all = 0;
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+        all += sizes[i];
+    }
+    double *at = rod->memory = calloc(all, sizeof *at);
+    rod->pivots = calloc(n + 1, sizeof *rod->pivots);
+    if (!at || !rod->pivots) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a reduced rod");
+    }
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+        *parts[i] = at;
+        at += sizes[i];
+    }
+    for (size_t k = 0; k < n; k++) {
+        const bool bends = m->mode[k].strain >= MODES_U && k >= (size_t)m->hinges;
+        rod->unit[k] = bends ? 1 / rod->rod->scales.length : 1;
+        rod->unit[n + k] = rod->unit[k] / rod->rod->scales.time;
+    }
+    return AD_OK;
+}
+
+ad_status reduced_create(const scene *rod_scene, const reduced_settings *settings,
+                         reduced_rod **result, ad_error *error)
+{
+    reduced_rod *rod = calloc(1, sizeof *rod);
+    *result = NULL;
+    if (!rod) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a reduced rod");
+    }
+    rod->open = *rod_scene;
+    rod->newton = settings->newton > 0 ? settings->newton : 1e-5; /* errors of a step are larger */
+    ad_status status = create_model(rod, settings, error);
+    status = status == AD_OK ? collocation_create(rod->m, STAGES, &rod->step, error) : status;
+    status = status == AD_OK ? place(rod, settings, error) : status;
+    status = status == AD_OK ? allocate(rod, error) : status;
+    if (status != AD_OK) {
+        reduced_free(rod);
+        return status;
+    }
+    *result = rod;
+    return AD_OK;
+}
+
+void reduced_free(reduced_rod *rod)
+{
+    if (rod) {
+        modes_kinematics_free(&rod->look);
+        collocation_free(rod->step);
+        modes_free(rod->m);
+        solve_rod_free(rod->rod);
+        free(rod->pivots);
+        free(rod->memory);
+        free(rod);
+    }
+}
+
+int reduced_states(const reduced_rod *rod)
+{
+    return 2 * rod->m->size;
+}
+
+int reduced_inputs(const reduced_rod *rod)
+{
+    return rod->m->inputs;
+}
+
+const scene_parameter *reduced_input(const reduced_rod *rod, int i)
+{
+    return &rod->open.parameters[i];
+}
+
+reduced_mode reduced_mode_of(const reduced_rod *rod, int k)
+{
+    const modes_mode *mode = &rod->m->mode[k];
+    return (reduced_mode){k < rod->m->hinges ? -1 : mode->strain, mode->degree,
+                          mode->first_element};
+}
+
+/* ---- states -------------------------------------------------------------------------------- */
+
+static void take_state(reduced_rod *rod, const double *state)
+{
+    const int n = rod->m->size;
+    for (int k = 0; k < n; k++) {
+        rod->q[k] = state[k] / rod->unit[k];
+        rod->v[k] = state[n + k] / rod->unit[n + k];
+    }
+}
+
+static void give_state(const reduced_rod *rod, double *state)
+{
+    const int n = rod->m->size;
+    for (int k = 0; k < n; k++) {
+        state[k] = rod->q[k] * rod->unit[k];
+        state[n + k] = rod->v[k] * rod->unit[n + k];
+    }
+}
+
+/* The model at a time and inputs, with the state in rod->q, rod->v. */
+static ad_status go_to(reduced_rod *rod, double t, const double *state, const double *inputs,
+                       ad_error *error)
+{
+    take_state(rod, state);
+    return modes_at(rod->m, t / rod->rod->scales.time, inputs, error);
+}
+
+ad_status reduced_initial(reduced_rod *rod, const double *inputs, double *state, ad_error *error)
+{
+    const modes_linear room = {rod->q,    rod->v,    rod->residual, rod->by_q,
+                               rod->by_v, rod->mass, rod->pivots};
+    const bool settles = rod->m->inputs > 0 && rod->open.initial.state == SCENE_EQUILIBRIUM;
+    ad_status status = settles ? ad_dense_load(error) : modes_at(rod->m, 0, inputs, error);
+    if (status == AD_OK) {
+        status = settles ? modes_initial_settled(rod->m, rod->usual, inputs, &room, error)
+                         : modes_initial(rod->m, rod->q, rod->v, error);
+    }
+    if (status == AD_OK) {
+        give_state(rod, state);
+    }
+    return status;
+}
+
+ad_status reduced_settle(reduced_rod *rod, double t, const double *inputs, double *state,
+                         ad_error *error)
+{
+    const modes_linear room = {rod->q,    rod->v,    rod->residual, rod->by_q,
+                               rod->by_v, rod->mass, rod->pivots};
+    ad_status status = go_to(rod, t, state, inputs, error);
+    status = status == AD_OK ? modes_settle(rod->m, &room, error) : status;
+    if (status == AD_OK) {
+        give_state(rod, state);
+    }
+    return status;
+}
+
+/* ---- rates and steps ----------------------------------------------------------------------- */
+
+/* rod->by [.][2 n + inputs]: derivatives of the accelerations by q, v, and inputs where these are
+ * wanted, in the model's units. */
+static ad_status differentiate(reduced_rod *rod, double t, bool by_inputs, ad_error *error)
+{
+    modes *m = rod->m;
+    const int n = m->size, width = m->width, columns = 2 * n + m->inputs;
+    const int wanted = by_inputs ? columns : 2 * n;
+    ad_status status = AD_OK;
+    modes_shape(m, rod->q, rod->v, rod->a);
+    modes_forces(m, true, rod->residual);
+    memcpy(rod->mass, m->mass, (size_t)(n * width) * sizeof *rod->mass); /* its factor */
+    modes_mass(m);
+    modes_derivatives(m, rod->by_q, rod->by_v);
+    if (wanted > 2 * n) {
+        status =
+            modes_by_inputs(m, t / rod->rod->scales.time, rod->q, rod->v, rod->a, rod->room, error);
+    }
+    for (int c = 0; c < wanted; c++) {
+        for (int r = 0; r < n; r++) {
+            rod->residual[r] = -(c < n       ? rod->by_q[r * width + c]
+                                 : c < 2 * n ? rod->by_v[r * width + c - n]
+                                             : rod->room[r * m->inputs + c - 2 * n]);
+        }
+        modes_solve_factored(m, rod->mass, rod->residual);
+        for (int r = 0; r < n; r++) {
+            rod->by[r * columns + c] = rod->residual[r];
+        }
+    }
+    return status;
+}
+
+ad_status reduced_rate(reduced_rod *rod, double t, const double *state, const double *inputs,
+                       double *rate, double *by_state, double *by_inputs, ad_error *error)
+{
+    const int n = rod->m->size, count = rod->m->inputs, wanted = 2 * n + count;
+    const double time = rod->rod->scales.time;
+    ad_status status = go_to(rod, t, state, inputs, error);
+    if (status == AD_OK && !modes_accelerations(rod->m, rod->q, rod->v, rod->a)) {
+        status = ad_fail(error, AD_NOT_FINITE, "the mass matrix of the modes is singular");
+    }
+    if (status == AD_OK && (by_state || by_inputs)) {
+        status = differentiate(rod, t, by_inputs != NULL, error);
+    }
+    for (int r = 0; r < n && status == AD_OK; r++) {
+        const double unit = rod->unit[n + r] / time;
+        rate[r] = rod->v[r] * rod->unit[n + r];
+        rate[n + r] = rod->a[r] * unit;
+        for (int c = 0; c < 2 * n && by_state; c++) {
+            by_state[r * 2 * n + c] = c == n + r;
+            by_state[(n + r) * 2 * n + c] = rod->by[r * wanted + c] * unit / rod->unit[c];
+        }
+        for (int c = 0; c < count && by_inputs; c++) {
+            by_inputs[r * count + c] = 0;
+            by_inputs[(n + r) * count + c] = rod->by[r * wanted + 2 * n + c] * unit;
+        }
+    }
+    return status;
+}
+
+ad_status reduced_step(reduced_rod *rod, double t, double h, const double *state,
+                       const double *inputs, double *next, double *by_state, double *by_inputs,
+                       ad_error *error)
+{
+    return reduced_step_linear(rod, t, h, state, inputs, NULL, next, by_state, by_inputs, error);
+}
+
+ad_status reduced_step_linear(reduced_rod *rod, double t, double h, const double *state,
+                              const double *inputs, const double *after, double *next,
+                              double *by_state, double *by_inputs, ad_error *error)
+{
+    const int n = rod->m->size, count = rod->m->inputs, wanted = 2 * n + count;
+    const double time = rod->rod->scales.time;
+    take_state(rod, state);
+    memcpy(rod->start, rod->q, (size_t)n * sizeof *rod->q);
+    memcpy(rod->start + n, rod->v, (size_t)n * sizeof *rod->v);
+    ad_status status = collocation_once(rod->step, t / time, h / time, inputs, after, rod->newton,
+                                        rod->q, rod->v, error);
+    if (status == AD_OK && (by_state || by_inputs)) {
+        status = collocation_derivatives(rod->step, t / time, h / time, inputs, after, rod->start,
+                                         rod->start + n, rod->room, rod->by, error);
+    }
+    if (status != AD_OK) {
+        return status;
+    }
+    give_state(rod, next);
+    for (int r = 0; r < 2 * n; r++) {
+        for (int c = 0; c < 2 * n && by_state; c++) {
+            by_state[r * 2 * n + c] = rod->by[r * wanted + c] * rod->unit[r] / rod->unit[c];
+        }
+        for (int c = 0; c < count && by_inputs; c++) {
+            by_inputs[r * count + c] = rod->by[r * wanted + 2 * n + c] * rod->unit[r];
+        }
+    }
+    return AD_OK;
+}
+
+/* ---- what is seen -------------------------------------------------------------------------- */
+
+ad_status reduced_output(reduced_rod *rod, double t, const double *state, const double *inputs,
+                         reduced_place *places, double *by_state, ad_error *error)
+{
+    ad_status status = modes_at(rod->m, t / rod->rod->scales.time, inputs, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    modes_kinematics_start(rod->m, &rod->look);
+    kinematics_see(&rod->look, 1, state, rod->seen, by_state, rod->look_room);
+    for (int i = 0; i < rod->count; i++) {
+        memcpy(&places[i], rod->seen + i * KINEMATICS_SEEN, sizeof places[i]);
+    }
+    return AD_OK;
+}
+
+const kinematics *reduced_kinematics(const reduced_rod *rod)
+{
+    return &rod->look;
+}
+
+bool reduced_is_placed(const reduced_rod *rod)
+{
+    const solve_part_kind kind = solve_rod_part_kind(rod->rod, SOLVE_START);
+    return !kind.by_t && !kind.by_parameters;
+}

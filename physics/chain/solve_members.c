@@ -1,0 +1,345 @@
+#include "physics/chain/solve_members.h"
+
+#include "physics/chain/strain_group.h"
+#include "physics/chain/strain_jacobian.h"
+#include "physics/learn/model.h"
+#include "physics/rod/strain.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct solve_members {
+    scene open;
+    int threads, count;
+    size_t points;
+    solve_parameters parameters;
+    const char **names;
+    double *values;
+    double *s; /* [points], over the length */
+    ad_pool *pool;
+    strain_group **groups;     /* [threads] */
+    strain_jacobian *jacobian; /* NULL: not asked for yet */
+};
+
+/* ---- what is known of a scene -------------------------------------------------------------- */
+
+/* Writes the middle member to `one`. */
+static ad_status check(const scene *open, scene *one, ad_error *error)
+{
+    const char *key = "";
+    ad_error reason;
+    ad_status status = scene_check(open, &key, &reason);
+    if (status == AD_OK) {
+        scene_middle(open, one);
+        status = scene_physics_of(one)->check(one, &key, &reason);
+    }
+    if (status != AD_OK) {
+        return ad_fail(error, status, "%s: %s", key, reason.message);
+    }
+    return strain_check(one, false, error);
+}
+
+/* ---- making -------------------------------------------------------------------------------- */
+
+static ad_status keep(solve_members *members, int threads, ad_error *error)
+{
+    ad_status status = ad_pool_open(threads, &members->pool, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    members->threads = ad_pool_threads(members->pool);
+    const size_t count = (size_t)members->count;
+    const scene_parameter *parameters = members->open.parameters;
+    size_t bytes = 1;
+    for (size_t i = 0; i < count; i++) {
+        bytes += strlen(parameters[i].name) + 1;
+    }
+    members->names = malloc((count + 1) * sizeof *members->names + bytes);
+    members->values = malloc((count + 1) * sizeof *members->values);
+    members->groups = calloc((size_t)members->threads, sizeof *members->groups);
+    if (!members->names || !members->values || !members->groups) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
+    }
+    char *text = (char *)(members->names + count + 1);
+    for (size_t i = 0; i < count; i++) {
+        members->names[i] = strcpy(text, parameters[i].name);
+        text += strlen(text) + 1;
+        members->values[i] = scene_parameter_at(&parameters[i], 0.5);
+    }
+    members->parameters = (solve_parameters){members->count, members->names, members->values};
+    return AD_OK;
+}
+
+static ad_status create_groups(solve_members *members, const scene *one,
+                               const solve_members_settings *settings, ad_error *error)
+{
+    strain_mesh pieces;
+    ad_status status = strain_mesh_of(one, STRAIN_STAGES_MIN, &pieces, error);
+    double *s = members->s = malloc((settings->points + 1) * sizeof *s);
+    if (status == AD_OK && !s) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", settings->points);
+    }
+    for (size_t i = 0; status == AD_OK && i < settings->points; i++) {
+        s[i] = settings->s[i] / scene_length(one);
+        if (!(s[i] >= (i > 0 ? s[i - 1] : 0) && s[i] <= 1 + 1e-12)) {
+            status = ad_fail(error, AD_BAD_ARGUMENT,
+                             "members: s[%zu] = %g; allowed: ascending "
+                             "within the rod",
+                             i, settings->s[i]);
+        }
+    }
+    for (int i = 0; i < members->threads && status == AD_OK; i++) {
+        solve_rod *rod;
+        status = solve_rod_create_open(&members->open, &members->parameters, &rod, error);
+        status = status == AD_OK
+                     ? strain_group_create(rod, members->count, settings->tolerance,
+                                           pieces.elements, pieces.edges, (int)members->points, s,
+                                           &members->groups[i], error)
+                     : status;
+    }
+    return status;
+}
+
+/* ---- solving ------------------------------------------------------------------------------- */
+
+bool solve_members_is_unloaded(const solve_members *members)
+{
+    return members->groups[0]->level[0].form->is_unloaded;
+}
+
+size_t solve_members_nodes(const solve_members *members)
+{
+    const strain_group *one = members->groups[0];
+    return (size_t)one->level[one->modes].form->nodes;
+}
+
+void solve_members_places(const solve_members *members, double *s)
+{
+    const strain_group *one = members->groups[0];
+    for (size_t i = 0; i < solve_members_nodes(members); i++) {
+        s[i] = one->level[one->modes].s[i] * one->rod->scales.length;
+    }
+}
+
+const char *solve_member_text(solve_member_end end)
+{
+    static const char *const texts[SOLVE_MEMBER_ENDS] = {
+        NULL, "its stable equilibria end on the way to the whole load",
+        "Newton's method does not settle on the way to the whole load",
+        "its estimated error is above the tolerance on the finest mesh"};
+    return texts[end];
+}
+
+/* Members in groups of LANES; what is NULL is not asked for. */
+typedef struct batch {
+    solve_members *x;
+    size_t members;
+    const double *parameters, *given; /* curvature, to be refined; NULL: members are solved */
+    int steps;
+    double *values, *curvature;
+    solve_member *results;
+    solve_answer *answers;
+} batch;
+
+static double *after(double *of, size_t count)
+{
+    return of ? of + count : NULL;
+}
+
+static ad_status run_group(void *context, int item, int thread, ad_error *error)
+{
+    const batch *of = context;
+    solve_members *solver = of->x;
+    strain_group *group = solver->groups[thread];
+    const size_t first = LANES * (size_t)item, left = of->members - first;
+    const size_t members = left < LANES ? left : LANES, unknowns = 3 * solve_members_nodes(solver);
+    const double *parameters = of->parameters + first * (size_t)solver->count;
+    double *values = after(of->values, first * solver->points * SOLVE_MEMBERS_COLUMNS);
+    double *curvature = after(of->curvature, first * unknowns);
+    return of->given ? strain_group_refine(group, members, parameters, of->given + first * unknowns,
+                                           of->steps, values, curvature,
+                                           of->answers ? of->answers + first : NULL, error)
+                     : strain_group_solve(group, members, parameters, values, curvature,
+                                          of->results + first, error);
+}
+
+static ad_status run(batch *of, ad_error *error)
+{
+    const solve_members *members = of->x;
+    struct {
+        void *data;
+        size_t bytes; /* of a member */
+    } wanted[] = {{of->values, members->points * SOLVE_MEMBERS_COLUMNS * sizeof(double)},
+                  {of->curvature, 3 * solve_members_nodes(members) * sizeof(double)},
+                  {of->results, sizeof *of->results},
+                  {of->answers, sizeof *of->answers}};
+    ad_dealt made[sizeof wanted / sizeof *wanted];
+    int count = 0;
+    for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
+        if (wanted[i].data) {
+            made[count++] =
+                (ad_dealt){wanted[i].data, LANES * wanted[i].bytes, of->members * wanted[i].bytes};
+        }
+    }
+    return ad_pool_deal(members->pool, (int)((of->members + LANES - 1) / LANES), run_group, of,
+                        count, made, error);
+}
+
+ad_status solve_members_curvature(solve_members *solver, size_t members, const double *parameters,
+                                  double *values, double *curvature, solve_member *results,
+                                  ad_error *error)
+{
+    batch of = {.x = solver,
+                .members = members,
+                .parameters = parameters,
+                .values = values,
+                .curvature = curvature,
+                .results = results};
+    return run(&of, error);
+}
+
+ad_status solve_members_solve(solve_members *solver, size_t members, const double *parameters,
+                              double *values, solve_member *results, ad_error *error)
+{
+    return solve_members_curvature(solver, members, parameters, values, NULL, results, error);
+}
+
+ad_status solve_members_refine(solve_members *solver, size_t members, const double *parameters,
+                               const double *curvature, int steps, double *values, double *refined,
+                               solve_answer *answers, ad_error *error)
+{
+    batch of = {.x = solver,
+                .members = members,
+                .parameters = parameters,
+                .given = curvature,
+                .steps = steps,
+                .values = values,
+                .curvature = refined,
+                .answers = answers};
+    return run(&of, error);
+}
+
+/* ---- derivatives --------------------------------------------------------------------------- */
+
+static ad_status create_jacobian(solve_members *members, ad_error *error)
+{
+    static const int first[SOLVE_MEMBERS_COLUMNS] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
+    const size_t nodes = solve_members_nodes(members);
+    double *places = malloc(nodes * sizeof *places);
+    if (!places) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
+    }
+    memcpy(places, members->groups[0]->level[members->groups[0]->modes].s, nodes * sizeof *places);
+    ad_status status = strain_jacobian_create(&members->open, nodes, places, members->points,
+                                              members->s, SOLVE_MEMBERS_COLUMNS, first,
+                                              members->pool, &members->jacobian, error);
+    free(places);
+    return status;
+}
+
+ad_status solve_members_jacobian(solve_members *solver, size_t members, const double *parameters,
+                                 const double *curvature, double *jacobian, ad_error *error)
+{
+    ad_status status = solver->jacobian ? AD_OK : create_jacobian(solver, error);
+    return status == AD_OK ? strain_jacobian_run(solver->jacobian, members, parameters, curvature,
+                                                 NULL, jacobian, error)
+                           : status;
+}
+
+/* ---- where curvature is given -------------------------------------------------------------- */
+
+/* Members of Kronecker's sequence by the root of x^(count + 1) = x + 1. */
+static void draw(const solve_members *solver, size_t members, double *parameters)
+{
+    const size_t count = (size_t)solver->count;
+    double root = 2;
+    for (int i = 0; i < 60; i++) {
+        root = pow(1 + root, 1 / (double)(count + 1));
+    }
+    for (size_t i = 0; i < members * count; i++) {
+        const double at = 0.5 + (double)(i / count + 1) * pow(root, -(double)(i % count + 1));
+        parameters[i] = scene_parameter_at(&solver->open.parameters[i % count], at - floor(at));
+    }
+}
+
+/* On the mesh on which nearly all of some members are within the tolerance; their last step is on
+ * the next one. */
+static ad_status choose_modes(solve_members *members, ad_error *error)
+{
+    enum { DRAWN = 64 };
+    const strain_group *one = members->groups[0];
+    solve_member results[DRAWN] = {{0}};
+    double *parameters = malloc(DRAWN * ((size_t)members->count + 1) * sizeof *parameters);
+    if (!parameters) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
+    }
+    draw(members, DRAWN, parameters);
+    ad_status status =
+        solve_members_curvature(members, DRAWN, parameters, NULL, NULL, results, error);
+    int solved = 0, enough = 0, modes = 0;
+    for (int i = 0; i < DRAWN; i++) {
+        solved += results[i].solved;
+    }
+    while (20 * enough < 19 * solved && modes + 2 < one->solved) {
+        modes++;
+        enough = 0;
+        for (int i = 0; i < DRAWN; i++) {
+            enough += results[i].solved && results[i].nodes <= one->level[modes + 1].form->nodes;
+        }
+    }
+    for (int i = 0; i < members->threads && status == AD_OK && modes > 1; i++) {
+        status = strain_group_choose(members->groups[i], modes, error);
+    }
+    free(parameters);
+    return status;
+}
+
+/* ---- making, all together ------------------------------------------------------------------ */
+
+ad_status solve_members_create(const scene *open, const solve_members_settings *settings,
+                               solve_members **result, ad_error *error)
+{
+    scene one;
+    *result = NULL;
+    if (!(settings->tolerance > 0)) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "members: tolerance %g; allowed: > 0",
+                       settings->tolerance);
+    }
+    ad_status status = check(open, &one, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    solve_members *members = calloc(1, sizeof *members);
+    if (!members) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
+    }
+    *members =
+        (solve_members){.open = *open, .count = open->parameter_count, .points = settings->points};
+    status = keep(members, settings->threads, error);
+    status = status == AD_OK ? ad_pool_share(members->pool, settings->ranks, error) : status;
+    status = status == AD_OK ? create_groups(members, &one, settings, error) : status;
+    status = status == AD_OK && members->count > 0 ? choose_modes(members, error) : status;
+    if (status != AD_OK) {
+        solve_members_free(members);
+        return status;
+    }
+    *result = members;
+    return AD_OK;
+}
+
+void solve_members_free(solve_members *members)
+{
+    if (members) {
+        for (int i = 0; members->groups && i < members->threads; i++) {
+            strain_group_free(members->groups[i]);
+        }
+        strain_jacobian_free(members->jacobian);
+        ad_pool_free(members->pool);
+        free(members->s);
+        free(members->groups);
+        free(members->names);
+        free(members->values);
+        free(members);
+    }
+}

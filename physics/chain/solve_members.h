@@ -1,0 +1,167 @@
+/* Many equilibria of one rod at rest at once, each with its own values of named parameters: what
+ * data for networks are drawn from, and what networks are verified by. In the strain form
+ * (strain_form.h), LANES members side by side and groups of them over threads, and over
+ * ranks where there are any.
+ *
+ *   quantities_coordinate(names, "pull", &error);          the name stays open in formulas that
+ *   scene.tendons[0].tension = quantity_formula(names, "pull");              are read afterwards
+ *   scene.parameters[scene.parameter_count++] = (scene_parameter){"pull", 0, 2, SCENE_LINEAR};
+ *   solve_members_create(&scene, &settings, &members, &error);
+ *   solve_members_solve(members, count, parameters, values, results, &error);
+ *   solve_members_free(members);
+ *
+ * Each member is the equilibrium that continues the unstressed rod while all loads and all that
+ * pulls grow together from 0, as long as that is stable. One that is not solved may still have an
+ * equilibrium, which solution_create with its numbers (scene_member) looks for. Places where
+ * something jumps cut the rod into pieces, and the time is that of a piece times their number. It
+ * is that of a full matrix with friction of tendons; with springs or a foundation, which do not
+ * grow with the loads; or with an end that is held, which moves to its place. Tendons of given
+ * displacement are pulled with the loads, too; each takes the time of one more right side.
+ */
+#ifndef PHYSICS_CHAIN_SOLVE_MEMBERS_H
+#define PHYSICS_CHAIN_SOLVE_MEMBERS_H
+
+#include "autodiff/ranks.h"
+#include "physics/scene/scene.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { SOLVE_MEMBERS_COLUMNS = 13 }; /* r in m, q, v, u in 1/m; as a model's first columns */
+
+typedef struct solve_members_settings {
+    double tolerance; /* > 0; of the position, over the length */
+    int threads;      /* 0: one per processor */
+    size_t points;
+    const double *s;       /* [points] where the shape is wanted, m; ascending */
+    const ad_ranks *ranks; /* borrowed; among which members are dealt: all of them call the same
+                            * functions; NULL: this process is by itself */
+} solve_members_settings;
+
+/* Why a member has no solution. */
+typedef enum solve_member_end {
+    SOLVE_MEMBER_SOLVED,
+    SOLVE_MEMBER_UNSTABLE, /* its stable equilibria from the unstressed rod on end at `load` */
+    SOLVE_MEMBER_LOST,     /* Newton's method does not settle beyond `load` */
+    SOLVE_MEMBER_COARSE,   /* the estimate is above the tolerance on the finest mesh, too */
+    SOLVE_MEMBER_ENDS
+} solve_member_end;
+
+/* In words; NULL of one that is solved. */
+const char *solve_member_text(solve_member_end end);
+
+/* What is known of one member. */
+typedef struct solve_member {
+    double estimate; /* of the largest error of the position before the last step, over the length:
+                      * that step was taken with more modes, and lessens it; infinite where there
+                      * is no equilibrium */
+    double load;     /* factor that was reached; 1: all of it */
+    int nodes;       /* of the last step */
+    int steps;       /* of Newton's method */
+    bool solved;     /* under the whole load, and the estimate is within the tolerance */
+    solve_member_end end;
+} solve_member;
+
+typedef struct solve_members solve_members;
+
+/* Of a scene with parameters, or without any. AD_BAD_INPUT: a scene that the checks refuse, or a
+ * parameter where it has one number for all. AD_BAD_ARGUMENT: what only solution_create solves:
+ * motions, beams, starts that are not clamped, ends that an angle turns, tubes, friction of tendons
+ * where something jumps. AD_NO_MEMORY. The scene is copied, its
+ * formulas must outlive the members. */
+ad_status solve_members_create(const scene *open, const solve_members_settings *settings,
+                               solve_members **result, ad_error *error);
+void solve_members_free(solve_members *members); /* NULL is allowed */
+
+/* Whether nothing acts on the rod but actuators whose pull is given: no
+ * point of the rod asks another then, and a member takes half the time or less. */
+bool solve_members_is_unloaded(const solve_members *members);
+
+/* values [members][points][SOLVE_MEMBERS_COLUMNS], NaN of members without an equilibrium under the
+ * whole load, and results [members], for parameters [members][parameter_count], which may lie
+ * beyond their ranges. The bits are the same for any number of threads, and for members in any
+ * order. Does not allocate. What a tape says of a
+ * formula. */
+ad_status solve_members_solve(solve_members *solver, size_t members, const double *parameters,
+                              double *values, solve_member *results, ad_error *error);
+
+/* How loads are followed, here and by C that is written. The largest ratio of the first two steps
+ * of Newton's method, and of others. How exactly equilibria on the way are found, curvature times
+ * length, and the last one, of the tolerance. The shortest step of the load; how much longer the
+ * next one is after three steps, how much shorter where they do not settle. Steps at a load are
+ * fewer than the last. */
+#define SOLVE_PATH_RULES(X)                                                                        \
+    X(FIRST_RATIO, 0.4)                                                                            \
+    X(RATIO, 0.5)                                                                                  \
+    X(ON_THE_WAY, 1e-3)                                                                            \
+    X(LEAVES, 0.3)                                                                                 \
+    X(SHORTEST, 1e-3)                                                                              \
+    X(LONGER, 2.5)                                                                                 \
+    X(SHORTER, 0.3)                                                                                \
+    X(STEPS_MAX, 10)
+
+/* ---- curvature, out and in ----------------------------------------------------------------- */
+
+/* Curvature u, 1/m, in the frame of the section, is given and taken at the points of one mesh:
+ * those of Gauss between places where something jumps. Where the scene is a family with ranges of
+ * all parameters, as many as nearly all of some random members need; else 4 to 8 in each piece. */
+size_t solve_members_nodes(const solve_members *members);
+
+/* s [nodes], m, ascending. */
+void solve_members_places(const solve_members *members, double *s);
+
+/* As solve_members_solve, and curvature [members][nodes][3], not numbers where a member is not
+ * solved. values, curvature may be NULL. */
+ad_status solve_members_curvature(solve_members *solver, size_t members, const double *parameters,
+                                  double *values, double *curvature, solve_member *results,
+                                  ad_error *error);
+
+/* jacobian [members][points][SOLVE_MEMBERS_COLUMNS][parameter_count], the derivatives of the values
+ * by the parameters at equilibria of this curvature, in SI units: exact ones of that mesh, by the
+ * tape and the implicit function theorem. Not numbers where the curvature is none, or where an
+ * equilibrium is at a fold. All of it by this process, also where there are ranks. The first call
+ * records and compiles. AD_BAD_ARGUMENT: an end that is held; AD_NO_MEMORY.
+ */
+ad_status solve_members_jacobian(solve_members *solver, size_t members, const double *parameters,
+                                 const double *curvature, double *jacobian, ad_error *error);
+
+/* Why a curvature that was given is not trusted. */
+typedef enum solve_doubt {
+    SOLVE_NO_DOUBT,
+    SOLVE_NOT_FINITE,  /* it, or what follows from it, is none */
+    SOLVE_UNSTABLE,    /* the matrix there has a negative pivot: another branch, or none */
+    SOLVE_TOO_FAR,     /* `predicted` is above SOLVE_TRUSTED */
+    SOLVE_NOT_SETTLING /* a step is more than a quarter of that before */
+} solve_doubt;
+
+/* Largest distance, over the length, of which a step still says how far an equilibrium is. */
+#define SOLVE_TRUSTED 0.05
+
+/* What is known of a curvature that was given. Distances are the largest over the rod, in m, from
+ * the shape to that of one more step, of two where an end is held. The step is linearised where the
+ * last was. The mesh's own error is in them. */
+typedef struct solve_answer {
+    double predicted;   /* of what was given */
+    double left;        /* of what is returned */
+    double ratio;       /* of the last two steps; NaN: none was taken */
+    bool stable;        /* no pivot is negative */
+    bool trusted;       /* predicted and left are what they say, and the equilibrium is that of
+                         * solve_members_solve */
+    solve_doubt reason; /* else */
+} solve_answer;
+
+/* From curvature [members][nodes][3] that somebody else has found: 0, 1 or 2 steps of Newton's
+ * method. values [members][points][SOLVE_MEMBERS_COLUMNS] and refined [members][nodes][3] of what
+ * is then, answers [members]; each may be NULL, and without answers and steps no matrix is made.
+ * steps = -1: refined is what a step makes of the curvature, the rest as with 0. Bits as in
+ * solve_members_solve. */
+ad_status solve_members_refine(solve_members *solver, size_t members, const double *parameters,
+                               const double *curvature, int steps, double *values, double *refined,
+                               solve_answer *answers, ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,7 +1,0 @@
-/* Numbers of mathematics that several files need; not for others. */
-#ifndef PHYSICS_CONSTANTS_H
-#define PHYSICS_CONSTANTS_H
-
-static const double PI = 3.14159265358979323846;
-
-#endif

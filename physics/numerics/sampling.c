@@ -1,0 +1,367 @@
+#include "physics/numerics/sampling.h"
+#include "physics/numerics/constants.h"
+
+#include <math.h>
+#include <string.h>
+
+static const double below_one = 1.0 - 0x1p-53;
+
+static const struct {
+    const char *text;
+    bool random, tensor;
+} kinds[SAMPLING_KIND_COUNT] = {
+#define SAMPLING_KIND_ROW(name, text, random, tensor) [name] = {text, random, tensor},
+    SAMPLING_KIND_LIST(SAMPLING_KIND_ROW)
+#undef SAMPLING_KIND_ROW
+};
+
+const char *sampling_kind_text(sampling_kind kind)
+{
+    return (unsigned)kind < SAMPLING_KIND_COUNT ? kinds[kind].text : "unknown sampling";
+}
+
+bool sampling_kind_is_tensor(sampling_kind kind)
+{
+    return (unsigned)kind < SAMPLING_KIND_COUNT && kinds[kind].tensor;
+}
+
+/* ---- tensor grids ---- */
+
+typedef struct shape_search {
+    int dimension;
+    size_t low[SAMPLING_MAX_GRID_DIMENSION], high[SAMPLING_MAX_GRID_DIMENSION];
+    double aspect[SAMPLING_MAX_GRID_DIMENSION];
+    size_t trial[SAMPLING_MAX_GRID_DIMENSION], best[SAMPLING_MAX_GRID_DIMENSION];
+    double best_misfit;
+} shape_search;
+
+/* Misfit of the trial shape, infinite when a ratio is more than a factor of 2 off. */
+static double shape_misfit(const shape_search *search)
+{
+    const double tolerance = 2.0 * (1.0 + 1e-12);
+    double misfit = 0;
+    for (int i = 0; i < search->dimension; i++) {
+        for (int j = 0; j < i; j++) {
+            const double ratio = ((double)search->trial[i] / (double)search->trial[j]) *
+                                 (search->aspect[j] / search->aspect[i]);
+            if (ratio > tolerance || ratio * tolerance < 1.0) {
+                return INFINITY;
+            }
+            misfit += log(ratio) * log(ratio);
+        }
+    }
+    return misfit;
+}
+
+/* Keep the trial shape when it beats the best so far. */
+static void judge_shape(shape_search *search)
+{
+    for (int i = 0; i < SAMPLING_MAX_GRID_DIMENSION; i++) {
+        if (search->trial[i] < search->low[i] || search->trial[i] > search->high[i]) {
+            return;
+        }
+    }
+    /* The margin lets 25 x 40 win over 40 x 25, whatever the rounding of log. */
+    const double misfit = shape_misfit(search);
+    if (misfit < search->best_misfit * (1.0 - 1e-9)) {
+        search->best_misfit = misfit;
+        memcpy(search->best, search->trial, sizeof search->best);
+    }
+}
+
+/* Judge all ways to write `count` as a product within the bounds. */
+static void search_shapes(shape_search *search, size_t count)
+{
+    for (size_t first = search->low[0]; first <= search->high[0] && first <= count; first++) {
+        if (count % first != 0) {
+            continue;
+        }
+        const size_t rest = count / first;
+        for (size_t second = search->low[1]; second <= search->high[1] && second <= rest;
+             second++) {
+            if (rest % second == 0) {
+                search->trial[0] = first;
+                search->trial[1] = second;
+                search->trial[2] = rest / second;
+                judge_shape(search);
+            }
+        }
+    }
+}
+
+/* Ratios within 2 keep every axis within a factor of 2 of its ideal length; a little slack; missing
+ * axes have length 1. False when an axis is too short: if its length 2 is x times the ideal, each
+ * other axis is at least x/2 times its own, so x (x/2)^(dimension-1) <= 1. Fewer points cannot mend
+ * that. */
+static bool bound_axes(shape_search *search, size_t count)
+{
+    const double shortest = (1.0 - 1e-9) * pow(2.0, 1.0 / search->dimension);
+    double volume = 1;
+    for (int i = 0; i < search->dimension; i++) {
+        volume *= search->aspect[i];
+    }
+    const double scale = pow((double)count / volume, 1.0 / search->dimension);
+    for (int i = 0; i < search->dimension; i++) {
+        const double ideal = fmin(scale * search->aspect[i], (double)count);
+        if (ideal < shortest) {
+            return false;
+        }
+        search->low[i] = ideal > 5.0 ? (size_t)(0.499 * ideal) : 2;
+        search->high[i] = (size_t)(2.01 * ideal) + 1;
+    }
+    for (int i = search->dimension; i < SAMPLING_MAX_GRID_DIMENSION; i++) {
+        search->low[i] = search->high[i] = 1;
+    }
+    return true;
+}
+
+ad_status sampling_grid_shape(int dimension, size_t count, const double *aspect,
+                              size_t shape[SAMPLING_MAX_GRID_DIMENSION], size_t *actual,
+                              ad_error *error)
+{
+    if (dimension < 1 || dimension > SAMPLING_MAX_GRID_DIMENSION) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "a tensor grid has dimension 1 to %d, not %d",
+                       SAMPLING_MAX_GRID_DIMENSION, dimension);
+    }
+    shape_search search = {.dimension = dimension};
+    for (int i = 0; i < dimension; i++) {
+        search.aspect[i] = aspect ? aspect[i] : 1.0;
+        if (!(search.aspect[i] >= 1e-6 && search.aspect[i] <= 1e6)) {
+            return ad_fail(error, AD_BAD_ARGUMENT, "grid aspect %d is %g; allowed: 1e-6 to 1e6",
+                           i + 1, search.aspect[i]);
+        }
+    }
+    search.best_misfit = INFINITY;
+    for (size_t total = count; total > 0 && bound_axes(&search, total); total--) {
+        search_shapes(&search, total);
+        if (search.best_misfit < INFINITY) {
+            memcpy(shape, search.best, (size_t)dimension * sizeof *shape);
+            *actual = total;
+            return AD_OK;
+        }
+    }
+    return ad_fail(error, AD_BAD_ARGUMENT,
+                   "%zu points are too few for a tensor grid in %d dimensions of that aspect",
+                   count, dimension);
+}
+
+ad_status sampling_count(sampling_kind kind, int dimension, size_t count, const double *aspect,
+                         size_t *actual, ad_error *error)
+{
+    if (sampling_kind_is_tensor(kind)) {
+        size_t shape[SAMPLING_MAX_GRID_DIMENSION];
+        return sampling_grid_shape(dimension, count, aspect, shape, actual, error);
+    }
+    *actual = count;
+    return AD_OK;
+}
+
+/* Point `index` of `count` on one axis. The upper half mirrors the lower, so that the set is
+ * symmetric to the last digit; sin^2 keeps relative accuracy near 0. */
+static double axis_point(sampling_kind kind, size_t index, size_t count)
+{
+    const size_t mirrored = count - 1 - index;
+    if (mirrored < index) {
+        return 1.0 - axis_point(kind, mirrored, count);
+    }
+    if (mirrored == index) {
+        return 0.5;
+    }
+    if (kind == SAMPLING_GRID) {
+        return (double)index / (double)(count - 1);
+    }
+    const double half_angle = kind == SAMPLING_CHEBYSHEV
+                                  ? PI * (double)(2 * index + 1) / (4.0 * (double)count)
+                                  : PI * (double)index / (2.0 * (double)(count - 1));
+    return sin(half_angle) * sin(half_angle);
+}
+
+/* Those that are wanted of `count` points. */
+typedef struct part {
+    size_t count, first, end;
+    double *const *to;
+} part;
+
+static ad_status fill_tensor(sampling_kind kind, int dimension, const double *aspect,
+                             const part *wanted, ad_error *error)
+{
+    size_t shape[SAMPLING_MAX_GRID_DIMENSION] = {0}, actual = 0;
+    const ad_status status =
+        sampling_grid_shape(dimension, wanted->count, aspect, shape, &actual, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    if (actual != wanted->count) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "%zu points have no %s shape of that aspect; the nearest below is %zu",
+                       wanted->count, sampling_kind_text(kind), actual);
+    }
+    size_t stride = wanted->count;
+    for (int axis = 0; axis < dimension; axis++) {
+        stride /= shape[axis];
+        for (size_t i = wanted->first; i < wanted->end; i++) {
+            wanted->to[axis][i] = axis_point(kind, i / stride % shape[axis], shape[axis]);
+        }
+    }
+    return AD_OK;
+}
+
+/* ---- random sets ---- */
+
+static void fill_uniform(nn_rng *rng, const part *wanted, double *coordinate)
+{
+    for (size_t i = 0; i < wanted->count; i++) {
+        const double x = nn_rng_uniform(rng);
+        if (i >= wanted->first && i < wanted->end) {
+            coordinate[i] = x;
+        }
+    }
+}
+
+/* One coordinate: a point in each slice, then shuffled (Fisher and Yates). */
+static void fill_latin(nn_rng *rng, size_t count, double *coordinate)
+{
+    for (size_t i = 0; i < count; i++) {
+        const double place = ((double)i + nn_rng_uniform(rng)) / (double)count;
+        coordinate[i] = fmin(place, below_one);
+    }
+    for (size_t i = count; i > 1; i--) {
+        const size_t other = (size_t)nn_rng_below(rng, i);
+        const double kept = coordinate[i - 1];
+        coordinate[i - 1] = coordinate[other];
+        coordinate[other] = kept;
+    }
+}
+
+/* ---- Sobol' sequence ---- */
+
+/* Joe and Kuo, SIAM J. Sci. Comput. 30 (2008), new-joe-kuo-6: degree, inner coefficients of the
+ * primitive polynomial, initial direction integers. Row 0 stands for the first coordinate, whose
+ * direction integers are all 1. */
+static const struct {
+    int degree;
+    unsigned coefficients;
+    uint32_t initial[6];
+} joe_kuo[SAMPLING_MAX_DIMENSION] = {
+    {0, 0, {0}},
+    {1, 0, {1}},
+    {2, 1, {1, 3}},
+    {3, 1, {1, 3, 1}},
+    {3, 2, {1, 1, 1}},
+    {4, 1, {1, 1, 3, 3}},
+    {4, 4, {1, 3, 5, 13}},
+    {5, 2, {1, 1, 5, 5, 17}},
+    {5, 4, {1, 1, 5, 5, 5}},
+    {5, 7, {1, 1, 7, 11, 19}},
+    {5, 11, {1, 1, 5, 1, 1}},
+    {5, 13, {1, 1, 1, 3, 11}},
+    {5, 14, {1, 3, 5, 5, 31}},
+    {6, 1, {1, 3, 3, 9, 7, 49}},
+    {6, 13, {1, 1, 1, 15, 21, 21}},
+    {6, 16, {1, 3, 1, 13, 27, 49}},
+};
+
+/* direction[bit] is the direction number of bit `bit` of the Gray code, scaled by 2^32. */
+static void sobol_directions(int coordinate, uint32_t direction[32])
+{
+    const int degree = joe_kuo[coordinate].degree;
+    for (int bit = 0; bit < 32; bit++) {
+        if (degree == 0) {
+            direction[bit] = UINT32_C(1) << (31 - bit);
+        } else if (bit < degree) {
+            direction[bit] = joe_kuo[coordinate].initial[bit] << (31 - bit);
+        } else {
+            uint32_t value = direction[bit - degree] ^ (direction[bit - degree] >> degree);
+            for (int term = 1; term < degree; term++) {
+                if (joe_kuo[coordinate].coefficients >> (degree - 1 - term) & 1U) {
+                    value ^= direction[bit - term];
+                }
+            }
+            direction[bit] = value;
+        }
+    }
+}
+
+static void fill_sobol(nn_rng *rng, int axis, const part *wanted, double *coordinate)
+{
+    uint32_t direction[32];
+    sobol_directions(axis, direction);
+    const uint64_t shift = rng ? nn_rng_next(rng) >> 11 : 0,
+                   gray = wanted->first ^ wanted->first >> 1;
+    uint32_t word = 0;
+    for (int bit = 0; bit < 32; bit++) {
+        word ^= gray >> bit & 1U ? direction[bit] : 0;
+    }
+    for (size_t i = wanted->first; i < wanted->end; i++) {
+        coordinate[i] = (double)(((uint64_t)word << 21) ^ shift) * 0x1p-53;
+        /* Going from Gray code i to i + 1 flips the bit of the lowest zero of i. The last index
+         * of a full 2^32 has none within 32 bits and needs no successor. */
+        int bit = 0;
+        while (bit < 31 && (i >> bit & 1U)) {
+            bit++;
+        }
+        word ^= direction[bit];
+    }
+}
+
+/* ---- */
+
+static ad_status fill(sampling_kind kind, nn_rng *rng, int dimension, const double *aspect,
+                      const part *wanted, ad_error *error)
+{
+    const size_t count = wanted->count;
+    if ((unsigned)kind >= SAMPLING_KIND_COUNT) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "sampling kind %d does not exist", (int)kind);
+    }
+    if (dimension < 1 || dimension > SAMPLING_MAX_DIMENSION || count == 0 || wanted->end > count) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "%s sampling of %zu points in dimension %d; allowed: 1 or more points, "
+                       "dimension 1 to %d",
+                       kinds[kind].text, count, dimension, SAMPLING_MAX_DIMENSION);
+    }
+    if (kinds[kind].random && !rng) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "%s sampling needs a random generator",
+                       kinds[kind].text);
+    }
+    if (kinds[kind].tensor) {
+        return fill_tensor(kind, dimension, aspect, wanted, error);
+    }
+    if (kind == SAMPLING_SOBOL && (uint64_t)count > (UINT64_C(1) << 32)) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "sobol sampling gives at most 2^32 points, not %zu",
+                       count);
+    }
+    for (int axis = 0; axis < dimension; axis++) {
+        if (kind == SAMPLING_LATIN_HYPERCUBE) {
+            fill_latin(rng, count, wanted->to[axis]);
+        } else if (kind == SAMPLING_UNIFORM) {
+            fill_uniform(rng, wanted, wanted->to[axis]);
+        } else {
+            fill_sobol(rng, axis, wanted, wanted->to[axis]);
+        }
+    }
+    return AD_OK;
+}
+
+ad_status sampling_fill_part(sampling_kind kind, nn_rng *rng, int dimension, size_t count,
+                             size_t first, size_t end, double *const *to, ad_error *error)
+{
+    const part wanted = {count, first, end, to};
+    return fill(kind, rng, dimension, NULL, &wanted, error);
+}
+
+ad_status sampling_fill_aspect(sampling_kind kind, nn_rng *rng, int dimension, size_t count,
+                               const double *aspect, double *points, ad_error *error)
+{
+    double *to[SAMPLING_MAX_DIMENSION];
+    const part wanted = {count, 0, count, to};
+    for (int axis = 0; axis < dimension && axis < SAMPLING_MAX_DIMENSION; axis++) {
+        to[axis] = points + (size_t)axis * count;
+    }
+    return fill(kind, rng, dimension, aspect, &wanted, error);
+}
+
+ad_status sampling_fill(sampling_kind kind, nn_rng *rng, int dimension, size_t count,
+                        double *points, ad_error *error)
+{
+    return sampling_fill_aspect(kind, rng, dimension, count, NULL, points, error);
+}

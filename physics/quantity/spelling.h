@@ -1,0 +1,18 @@
+/* How far two words are apart, to suggest the one that was meant. */
+#ifndef PHYSICS_QUANTITY_SPELLING_H
+#define PHYSICS_QUANTITY_SPELLING_H
+
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Levenshtein distance of two short words; large for long ones. */
+int spelling_distance(const char *a, size_t a_length, const char *b, size_t b_length);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
