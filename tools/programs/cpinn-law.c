@@ -86,6 +86,7 @@ int main(int argc, char **argv)
                     symmetry, settings.convex ? "true" : "false", settings.units, settings.held_out,
                     settings.starts, settings.steps, seed) != AD_OK ||
         train_law_read_data(data_file, &data, &error) != AD_OK) {
+        fit_run_end(&run);
         return cli_fail_error(program, &error);
     }
     const double begin = train_seconds();
