@@ -141,8 +141,8 @@ ad_status export_family_at(const experiment *e, int columns, int places, const d
     const size_t nodes = solve_members_nodes(targets_solver(e->targets));
     const size_t count = EXPORT_JUDGED * (size_t)e->scene->parameter_count;
     f->open = e->scene;
-    ad_status status =
-        place_shapes(f, columns, places, s, count + EXPORT_JUDGED * 3 * nodes, numbers, error);
+    ad_status status = place_shapes(f, columns, places, s,
+                                    count + (size_t)(3 * EXPORT_JUDGED) * nodes, numbers, error);
     return status == AD_OK
                ? export_family_of(e, f, *numbers + places, *numbers + places + count, error)
                : status;
