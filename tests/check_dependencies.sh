@@ -3,8 +3,8 @@
 # optim by itself; among the tools bench -> programs -> judge -> library -> prepare -> config ->
 # control -> surrogate -> train -> files, and library -> emit -> control. Within autodiff they are
 # algebra -> run -> compile -> tape and emit -> compile; other folders include the headers that lie in
-# autodiff itself. Within physics they are solve -> chain -> local -> learn -> beam -> rod -> scene ->
-# quantity -> law -> numerics.
+# autodiff itself. Within physics they are solve -> chain -> local -> learn -> check -> beam -> rod ->
+# scene -> quantity -> law -> numerics.
 # A header that is not shared stays within its folder and those in it. Shared headers include only
 # shared ones; those that are installed include only installed ones and have extern "C".
 #   check_dependencies.sh ROOT "INSTALLED_HEADER ..." SHARED_HEADER...     headers relative to ROOT
@@ -48,7 +48,7 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
         may["autodiff/algebra"] = " autodiff/algebra" may["autodiff/run"]
         may["optim"] = " optim "
         may["nn"] = " nn autodiff "
-        rooms = split("numerics law quantity scene rod beam learn local chain solve", room, " ")
+        rooms = split("numerics law quantity scene rod beam check learn local chain solve", room, " ")
         libraries = " nn autodiff "
         for (i = 1; i <= rooms; i++) {
             libraries = " physics/" room[i] libraries

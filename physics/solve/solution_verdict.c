@@ -1,5 +1,5 @@
+#include "physics/check/plausible.h"
 #include "physics/numerics/constants.h"
-#include "physics/rod/plausible.h"
 #include "physics/rod/rod.h"
 #include "physics/solve/solve.h"
 #include "physics/solve/stability.h"

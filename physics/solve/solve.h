@@ -181,7 +181,7 @@ bool solve_energy_is_met(const solve_report *report);
  * error is above the tolerance (where nodes are not prescribed). Jumps that were not resolved may
  * make the estimate too small. Further, that loads at rest or the energy of a motion are out of
  * balance, or that the shape at rest is not stable (physics/solve/stability.h). And remarks: that
- * there may be other equilibria, that sizes are hardly meant (physics/rod/plausible.h). */
+ * there may be other equilibria, that sizes are hardly meant (physics/check/plausible.h). */
 void solution_verdict(const solution *solution, const scene *rod_scene,
                       const solve_settings *settings, const solve_report *report, verdict *result);
 

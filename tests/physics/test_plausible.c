@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "config_testing.h"
-#include "physics/rod/plausible.h"
+#include "physics/check/plausible.h"
 
 #define ARM                                                                                        \
     "rod:\n"                                                                                       \

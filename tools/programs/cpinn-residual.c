@@ -1,5 +1,5 @@
 /* cpinn-residual: learns what measured motions tell of a robot beyond its model; see --help. */
-#include "physics/rod/plausible.h"
+#include "physics/check/plausible.h"
 #include "tools/control/observation.h"
 #include "tools/control/reduced_model.h"
 #include "tools/control/residual.h"

@@ -1,7 +1,7 @@
 #include "tools/programs/explain_parts.h"
 
 #include "physics/beam/beam.h"
-#include "physics/rod/plausible.h"
+#include "physics/check/plausible.h"
 #include "physics/rod/strain.h"
 #include "physics/scene/support.h"
 #include "physics/solve/modes_model.h"

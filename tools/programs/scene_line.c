@@ -1,7 +1,7 @@
 #include "tools/programs/scene_line.h"
 
 #include "physics/beam/beam.h"
-#include "physics/rod/plausible.h"
+#include "physics/check/plausible.h"
 #include "physics/rod/rod.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
 #include "tools/train/measurements.h"
 
-#include "physics/rod/plausible.h"
+#include "physics/check/plausible.h"
 #include "tools/files/table_file.h"
 #include "tools/train/identify.h"
 #include "tools/train/reference.h"

@@ -1,5 +1,5 @@
 /* The reference of a file: positions and, where it knows them, rotations at points of its own. */
-#include "physics/rod/plausible.h"
+#include "physics/check/plausible.h"
 #include "tools/files/table_file.h"
 #include "tools/train/reference_internal.h"
 

@@ -1,7 +1,7 @@
 /* The verdict on a training run, and the measures that it rests on. */
 #include "physics/beam/beam.h"
+#include "physics/check/plausible.h"
 #include "physics/learn/motion_network.h"
-#include "physics/rod/plausible.h"
 #include "physics/solve/solve.h"
 #include "physics/solve/stability.h"
 #include "tools/train/trainer_internal.h"

@@ -1,4 +1,4 @@
-#include "physics/rod/plausible.h"
+#include "physics/check/plausible.h"
 
 #include "physics/numerics/constants.h"
 #include "physics/numerics/sort.h"

@@ -1,7 +1,7 @@
 /* Sizes that a scene may have but is hardly meant to have: a modulus in MPa where Pa is expected,
  * an arm as long as a street. They are told to the user, and nothing else follows from them. */
-#ifndef PHYSICS_ROD_PLAUSIBLE_H
-#define PHYSICS_ROD_PLAUSIBLE_H
+#ifndef PHYSICS_CHECK_PLAUSIBLE_H
+#define PHYSICS_CHECK_PLAUSIBLE_H
 
 #include "physics/scene/scene.h"
 #include "physics/scene/verdict.h"
