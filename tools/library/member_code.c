@@ -1,5 +1,6 @@
 #include "tools/library/member_code.h"
 
+#include "physics/numerics/distance.h"
 #include "tools/emit/export_family.h"
 #include "tools/train/trainer.h"
 
@@ -126,16 +127,6 @@ static ad_status check_kind(const scene *open, const ad_ranks *ranks, ad_error *
                : AD_OK;
 }
 
-static double distance(const double *a, const double *b, size_t points)
-{
-    double most = 0;
-    for (size_t i = 0; i < points; i++, a += SOLVE_MEMBERS_COLUMNS, b += SOLVE_MEMBERS_COLUMNS) {
-        const double square = pow(a[0] - b[0], 2) + pow(a[1] - b[1], 2) + pow(a[2] - b[2], 2);
-        most = fmax(most, sqrt(square));
-    }
-    return most;
-}
-
 /* What an answer lacks is at least this share of the tolerance, and more by what the mesh hardly
  * resolves: by that margin times the most of the first EXPORT_JUDGED members. Of 45,000 members of
  * ten families that were within the tolerance so none was beyond it; the worst was off by 2.3 times
@@ -185,7 +176,8 @@ static ad_status judge(member_code *code, solve_members *exact, size_t points, a
                    isfinite(results[i].estimate);
         if (found[i]) {
             const double *other = parameters + EXPORT_JUDGED * count + i * width;
-            const double off = distance(other, values, points) / code->length;
+            const double off =
+                largest_distance(points, 3, SOLVE_MEMBERS_COLUMNS, 1, other, values) / code->length;
             code->mesh_error = fmax(code->mesh_error, MARGIN * (off - LEAST * code->tolerance) /
                                                           said[i][EXPORT_UNRESOLVED]);
         }
