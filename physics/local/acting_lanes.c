@@ -49,8 +49,8 @@ void acting_lanes_of(const acting *acting, const lanes *numbers, bool placed, co
     find(acting, numbers, placed, position, rotation, result);
 }
 
-FOR_EACH_PROCESSOR static void scale(const acting *acting, const lanes *full, const lanes *share,
-                                     lanes *numbers)
+FOR_EACH_PROCESSOR static void scale_numbers(const acting *acting, const lanes *full,
+                                             const lanes *share, lanes *numbers)
 {
     for (int i = 0, first = 0; i < acting->count; i++) {
         const law *of = &law_table[acting->law[i]];
@@ -66,5 +66,5 @@ FOR_EACH_PROCESSOR static void scale(const acting *acting, const lanes *full, co
 void acting_lanes_on_way(const acting *acting, const lanes *full, const lanes *share,
                          lanes *numbers)
 {
-    scale(acting, full, share, numbers);
+    scale_numbers(acting, full, share, numbers);
 }
