@@ -129,9 +129,11 @@ static ad_status answer_plain(cpinn_family *family, size_t members, const double
     return status;
 }
 
+/* family->curvature is, where there is a solver and a jacobian is asked for, that of the equilibria
+ * which two steps arrive at; without a solver the jacobian is the network's. */
 static ad_status answer_by_network(cpinn_family *family, int steps, size_t members,
-                                   const double *parameters, double *values, cpinn_answer *answers,
-                                   ad_error *error)
+                                   const double *parameters, double *values, double *jacobian,
+                                   cpinn_answer *answers, ad_error *error)
 {
     const cpinn_family_network *network = &family->network;
     if (!family->solver) {
@@ -141,25 +143,33 @@ static ad_status answer_by_network(cpinn_family *family, int steps, size_t membe
                                         .source = CPINN_FROM_NETWORK,
                                         .reason = CPINN_REASON_NO_ESTIMATE};
         }
-        return network->values(network->context, members, parameters, values, error);
+        const ad_status status =
+            network->values(network->context, members, parameters, values, error);
+        return status == AD_OK && jacobian
+                   ? network->jacobian(network->context, members, parameters, jacobian, error)
+                   : status;
     }
     if (!answers && network->values) {
         return network->values(network->context, members, parameters, values, error);
     }
-    ad_status status =
-        network->curvature(network->context, members, parameters, family->curvature, error);
+    double *curvature = family->curvature;
+    ad_status status = network->curvature(network->context, members, parameters, curvature, error);
     if (status != AD_OK) {
         return status;
     }
     if (steps == 0 && answers && network->values) {
-        return answer_plain(family, members, parameters, values, answers, error);
+        status = answer_plain(family, members, parameters, values, answers, error);
+    } else {
+        status = solve_members_refine(family->solver, members, parameters, curvature, steps, values,
+                                      NULL, answers ? family->refined : NULL, error);
+        for (size_t i = 0; i < members && answers && status == AD_OK; i++) {
+            answers[i] = answer_of(&family->refined[i]);
+        }
     }
-    status = solve_members_refine(family->solver, members, parameters, family->curvature, steps,
-                                  values, NULL, answers ? family->refined : NULL, error);
-    for (size_t i = 0; i < members && answers && status == AD_OK; i++) {
-        answers[i] = answer_of(&family->refined[i]);
-    }
-    return status;
+    return status == AD_OK && jacobian
+               ? solve_members_refine(family->solver, members, parameters, curvature, 2, NULL,
+                                      curvature, NULL, error)
+               : status;
 }
 
 /* Whether the members of a call are answered by compiled C, which does not leave the ranges. */
@@ -337,13 +347,14 @@ static bool is_wanting(const cpinn_family *family, int steps, cpinn_answer *answ
     return !answer->trusted && answer->source == CPINN_FROM_NETWORK;
 }
 
-/* Members of a chunk whose answer is wanting, by the solver of members, and those that it gives
- * none of, unless they are trusted, by the other one. */
-static ad_status solve_rest(cpinn_family *family, int steps, size_t members,
+/* Members of a chunk whose answer is wanting, by the solver of members, with their curvature where
+ * it `keeps` that, and those that it gives none of, unless they are trusted, by the other one. */
+static ad_status solve_rest(cpinn_family *family, int steps, bool keeps, size_t members,
                             const double *parameters, double *values, cpinn_answer *answers,
                             ad_error *error)
 {
     const size_t count = (size_t)family->count, width = family->points * (size_t)family->columns;
+    const size_t unknowns = 3 * family->nodes;
     size_t rest = 0;
     for (size_t i = 0; i < members; i++) {
         if (is_wanting(family, steps, &answers[i])) {
@@ -352,11 +363,17 @@ static ad_status solve_rest(cpinn_family *family, int steps, size_t members,
             family->which[rest++] = i;
         }
     }
-    ad_status status = rest == 0 ? AD_OK
-                                 : solve_members_solve(family->solver, rest, family->parameters,
-                                                       family->values, family->solved, error);
+    ad_status status =
+        rest == 0
+            ? AD_OK
+            : solve_members_curvature(family->solver, rest, family->parameters, family->values,
+                                      keeps ? family->found : NULL, family->solved, error);
     for (size_t k = 0; k < rest && status == AD_OK; k++) {
         cpinn_answer *answer = &answers[family->which[k]];
+        if (keeps) {
+            memcpy(family->curvature + family->which[k] * unknowns, family->found + k * unknowns,
+                   unknowns * sizeof *family->found);
+        }
         if (family->solved[k].solved) {
             memcpy(values + family->which[k] * width, family->values + k * width,
                    width * sizeof *values);
@@ -375,92 +392,77 @@ static ad_status solve_rest(cpinn_family *family, int steps, size_t members,
                            : status;
 }
 
-ad_status cpinn_family_evaluate(cpinn_family *family, const cpinn_polish *polish, size_t members,
-                                const double *parameters, double *values, cpinn_answer *answers,
-                                ad_error *error)
+/* By compiled C where that has all that is asked for: derivatives only after two steps, and none
+ * of what is solved. */
+static ad_status answer_chunk(cpinn_family *family, int steps, size_t members,
+                              const double *parameters, double *values, double *jacobian,
+                              bool *by_code, cpinn_answer *answers, ad_error *error)
 {
-    AD_LEAVE_HOST;
+    *by_code = is_by_code(family, members, parameters) && (!jacobian || steps == 2);
+    if (*by_code) {
+        answer_by_code(family, steps, members, parameters, values, jacobian, answers);
+        for (size_t i = 0; i < members && jacobian; i++) {
+            *by_code = *by_code && !is_wanting(family, steps, &answers[i]);
+        }
+    }
+    return *by_code ? AD_OK
+                    : answer_by_network(family, steps, members, parameters, values, jacobian,
+                                        answers, error);
+}
+
+/* Of equilibria; not numbers where only solution_create has an answer, or nobody. */
+static ad_status differentiate(cpinn_family *family, size_t members, const double *parameters,
+                               const cpinn_answer *answers, double *jacobian, ad_error *error)
+{
+    const size_t unknowns = 3 * family->nodes;
+    for (size_t i = 0; i < members; i++) {
+        if (answers[i].source != CPINN_FROM_NETWORK && answers[i].source != CPINN_FROM_MEMBERS) {
+            put_nothing(unknowns, family->curvature + i * unknowns);
+        }
+    }
+    return solve_members_jacobian(family->solver, members, parameters, family->curvature, jacobian,
+                                  error);
+}
+
+ad_status cpinn_family_answer(cpinn_family *family, const cpinn_polish *polish, size_t members,
+                              const double *parameters, double *values, double *jacobian,
+                              cpinn_answer *answers, ad_error *error)
+{
     static const cpinn_polish usual = {.steps = 2};
     const size_t count = (size_t)family->count, width = family->points * (size_t)family->columns;
     polish = polish ? polish : &usual;
     if (polish->steps < 0 || polish->steps > 2) {
         return ad_fail(error, AD_BAD_ARGUMENT, "%d steps; allowed: 0, 1, 2", polish->steps);
     }
+    const int steps = answers ? polish->steps : 0;
     ad_status status = check_range(family, members, parameters, error);
     for (size_t first = 0; first < members && status == AD_OK; first += family->chunk) {
         const size_t left = members - first, now = left < family->chunk ? left : family->chunk;
         const double *given = parameters + first * count;
         double *to = values + first * width;
+        double *slopes = jacobian ? jacobian + first * width * count : NULL;
         cpinn_answer *said = answers ? answers + first : NULL;
-        if (is_by_code(family, members, given)) {
-            answer_by_code(family, answers ? polish->steps : 0, now, given, to, NULL, said);
-        } else {
-            status =
-                answer_by_network(family, answers ? polish->steps : 0, now, given, to, said, error);
-        }
+        bool by_code;
+        status = answer_chunk(family, steps, now, given, to, slopes, &by_code, said, error);
         if (status == AD_OK && said) {
             look_outside(family, now, given, to, said);
         }
         if (status == AD_OK && said && family->solver && !polish->alone) {
-            status = solve_rest(family, polish->steps, now, given, to, said, error);
+            status = solve_rest(family, steps, slopes, now, given, to, said, error);
+        }
+        if (status == AD_OK && slopes && family->solver && !by_code) {
+            status = differentiate(family, now, given, said, slopes, error);
         }
     }
     return status;
 }
 
-/* ---- derivatives --------------------------------------------------------------------------- */
-
-/* Curvature [members][nodes][3] of the equilibria that answers have arrived at. */
-static ad_status find_equilibria(cpinn_family *family, size_t members, const double *parameters,
-                                 const cpinn_answer *answers, double *curvature, ad_error *error)
+ad_status cpinn_family_evaluate(cpinn_family *family, const cpinn_polish *polish, size_t members,
+                                const double *parameters, double *values, cpinn_answer *answers,
+                                ad_error *error)
 {
-    const size_t count = (size_t)family->count, unknowns = 3 * family->nodes;
-    size_t rest = 0;
-    ad_status status =
-        family->network.curvature(family->network.context, members, parameters, curvature, error);
-    if (status == AD_OK) {
-        status = solve_members_refine(family->solver, members, parameters, curvature, 2, NULL,
-                                      curvature, NULL, error);
-    }
-    for (size_t i = 0; i < members && status == AD_OK; i++) {
-        if (answers[i].source == CPINN_FROM_MEMBERS) {
-            memcpy(family->parameters + rest * count, parameters + i * count,
-                   count * sizeof *parameters);
-            family->which[rest++] = i;
-        } else if (answers[i].source != CPINN_FROM_NETWORK) {
-            put_nothing(unknowns, curvature + i * unknowns);
-        }
-    }
-    if (status == AD_OK && rest > 0) {
-        status = solve_members_curvature(family->solver, rest, family->parameters, NULL,
-                                         family->curvature, family->solved, error);
-    }
-    for (size_t k = 0; k < rest && status == AD_OK; k++) {
-        memcpy(curvature + family->which[k] * unknowns, family->curvature + k * unknowns,
-               unknowns * sizeof *curvature);
-    }
-    return status;
-}
-
-static ad_status differentiate(cpinn_family *family, size_t members, const double *parameters,
-                               const cpinn_answer *answers, double *jacobian, ad_error *error)
-{
-    const size_t count = (size_t)family->count, unknowns = 3 * family->nodes;
-    const size_t width = family->points * (size_t)family->columns * count;
-    double *curvature = malloc((family->chunk * unknowns + 1) * sizeof *curvature);
-    ad_status status =
-        curvature ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a family");
-    for (size_t first = 0; first < members && status == AD_OK; first += family->chunk) {
-        const size_t left = members - first, now = left < family->chunk ? left : family->chunk;
-        const double *given = parameters + first * count;
-        status = find_equilibria(family, now, given, answers + first, curvature, error);
-        if (status == AD_OK) {
-            status = solve_members_jacobian(family->solver, now, given, curvature,
-                                            jacobian + first * width, error);
-        }
-    }
-    free(curvature);
-    return status;
+    AD_LEAVE_HOST;
+    return cpinn_family_answer(family, polish, members, parameters, values, NULL, answers, error);
 }
 
 ad_status cpinn_family_jacobian(cpinn_family *family, size_t members, const double *parameters,
@@ -468,24 +470,5 @@ ad_status cpinn_family_jacobian(cpinn_family *family, size_t members, const doub
                                 ad_error *error)
 {
     AD_LEAVE_HOST;
-    ad_status status = check_range(family, members, parameters, error);
-    if (status == AD_OK && is_by_code(family, members, parameters)) {
-        bool wanting = false;
-        answer_by_code(family, 2, members, parameters, values, jacobian, answers);
-        for (size_t i = 0; i < members; i++) {
-            wanting = is_wanting(family, 2, &answers[i]) || wanting;
-        }
-        if (!wanting) {
-            return AD_OK;
-        }
-    }
-    status = status == AD_OK
-                 ? cpinn_family_evaluate(family, NULL, members, parameters, values, answers, error)
-                 : status;
-    if (status != AD_OK) {
-        return status;
-    }
-    return family->solver ? differentiate(family, members, parameters, answers, jacobian, error)
-                          : family->network.jacobian(family->network.context, members, parameters,
-                                                     jacobian, error);
+    return cpinn_family_answer(family, NULL, members, parameters, values, jacobian, answers, error);
 }

@@ -67,13 +67,14 @@ static ad_status make_room(cpinn_family *family, ad_error *error)
                  most = CHUNK_NUMBERS / (width + 1);
     family->chunk = most >= CHUNK ? CHUNK : most > 16 ? most / 16 * 16 : 16;
     family->curvature = malloc((3 * family->chunk * family->nodes + 1) * sizeof *family->curvature);
+    family->found = malloc((3 * family->chunk * family->nodes + 1) * sizeof *family->found);
     family->values = malloc((family->chunk * width + 1) * sizeof *family->values);
     family->parameters = malloc(family->chunk * (size_t)family->count * sizeof *family->parameters);
     family->which = malloc(family->chunk * sizeof *family->which);
     family->refined = malloc(family->chunk * sizeof *family->refined);
     family->solved = malloc(family->chunk * sizeof *family->solved);
-    return family->curvature && family->values && family->parameters && family->which &&
-                   family->refined && family->solved
+    return family->curvature && family->found && family->values && family->parameters &&
+                   family->which && family->refined && family->solved
                ? AD_OK
                : ad_fail(error, AD_NO_MEMORY, "out of memory for members of a family");
 }
@@ -235,6 +236,7 @@ void cpinn_family_free(cpinn_family *family)
         free(family->s);
         free(family->t);
         free(family->curvature);
+        free(family->found);
         free(family->values);
         free(family->parameters);
         free(family->which);

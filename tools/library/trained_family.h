@@ -38,11 +38,12 @@ struct cpinn_family {
     cpinn_family_network network;
     struct member_code *code; /* of few members; NULL: */
     ad_error not_compiled;
-    double *curvature, *values; /* [chunk][nodes][3], [chunk][points][columns] */
-    double *parameters;         /* [chunk][count] of members that are solved */
-    size_t *which;              /* [chunk] their places */
-    solve_answer *refined;      /* [chunk] */
-    solve_member *solved;       /* [chunk] */
+    double *curvature, *found; /* [chunk][nodes][3] of members, of some that are solved */
+    double *values;            /* [chunk][points][columns] */
+    double *parameters;        /* [chunk][count] of members that are solved */
+    size_t *which;             /* [chunk] their places */
+    solve_answer *refined;     /* [chunk] */
+    solve_member *solved;      /* [chunk] */
 };
 
 /* A family without a network yet, of a scene that outlives it; then its network. */
@@ -53,6 +54,12 @@ void cpinn_family_attach(cpinn_family *family, const cpinn_family_network *netwo
 /* Of an experiment that was restored, and outlives it. */
 ad_status cpinn_family_of(const experiment *e, const cpinn_family_settings *settings,
                           cpinn_family **result, ad_error *error);
+
+/* As cpinn_family_evaluate, which is without a jacobian, and as cpinn_family_jacobian, whatever the
+ * polish: derivatives are of equilibria after two steps. With a jacobian there are answers. */
+ad_status cpinn_family_answer(cpinn_family *family, const cpinn_polish *polish, size_t members,
+                              const double *parameters, double *values, double *jacobian,
+                              cpinn_answer *answers, ad_error *error);
 
 /* Largest distance of two shapes [points][columns], m; infinite: one of them has
  * what is not a number. */
