@@ -58,8 +58,9 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
         training = libraries " tools/train tools/files "
         surrogate = training " tools/surrogate autodiff/run "
         control = surrogate " tools/control "
+        may["tools/plan"] = control " tools/config tools/prepare tools/emit tools/library tools/plan "
         judging = control " tools/config tools/prepare tools/emit tools/library tools/judge "
-        everything = judging " tools/picture tools/programs "
+        everything = judging " tools/picture tools/plan tools/programs "
         may["tools/files"] = " tools/files autodiff "
         may["tools/picture"] = " tools/picture physics/numerics autodiff "
         may["tools/train"] = training

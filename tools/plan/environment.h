@@ -1,0 +1,42 @@
+/* What a robot must not touch: a surface, and exact distances from it. Embree, which has floats,
+ * finds the triangles that may be nearest; their bounds and the radius of the search are rounded
+ * outwards, and each is measured in doubles. So what is returned is what a search over all
+ * triangles in doubles returns, but for rounding of its last digits. */
+#ifndef PLAN_ENVIRONMENT_H
+#define PLAN_ENVIRONMENT_H
+
+#include "tools/plan/surface.h"
+
+typedef enum environment_side {
+    ENVIRONMENT_INSIDE,  /* the robot is within a closed surface */
+    ENVIRONMENT_OUTSIDE, /* or around it */
+    ENVIRONMENT_ANY      /* of a surface that may be open: on the side on which it starts */
+} environment_side;
+
+typedef struct environment environment;
+
+/* Whether this build has Embree. */
+bool environment_is_built(void);
+
+/* Takes the surface, also where it fails; a side other than ENVIRONMENT_ANY asks for a closed one.
+ * AD_BAD_INPUT as surface_check_closed; AD_BAD_ARGUMENT: without Embree; AD_NO_MEMORY. */
+ad_status environment_create(surface *of, environment_side side, environment **result,
+                             ad_error *error);
+void environment_free(environment *of); /* NULL is allowed */
+const surface *environment_surface(const environment *of);
+
+/* Of p from the surface; negative: on the wrong side, by the normal of Baerentzen and Aanaes
+ * (2005), that of corners weighted by angles. within: a distance that it certainly does not exceed,
+ * or INFINITY; the answer is the same, sooner. Any thread. */
+double environment_distance(const environment *of, const double p[3], double within);
+
+/* Of the line from a to b, 0 where it meets the surface; negative as of a. */
+double environment_segment(const environment *of, const double a[3], const double b[3],
+                           double within);
+
+/* How often the surface goes around p: 1 inside of a closed one, 0 outside; by the solid angles of
+ * all triangles (van Oosterom and Strackee 1983). Slow, and right also of surfaces that cut
+ * themselves. */
+double environment_winding(const environment *of, const double p[3]);
+
+#endif
