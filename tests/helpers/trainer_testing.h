@@ -87,7 +87,7 @@ static inline void step(run *r)
 
 static inline void finish(run *r)
 {
-    while (trainer_inspect(r->trainer).state == FIT_RUNNING) {
+    while (trainer_fit(r->trainer)->state == FIT_RUNNING) {
         step(r);
     }
 }

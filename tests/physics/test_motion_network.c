@@ -97,7 +97,7 @@ static void test_restore(void **state)
     for (int i = 0; i < 6; i++) { /* within the second window */
         step(&half);
     }
-    assert_int_equal(trainer_inspect(half.trainer).window, 1);
+    assert_int_equal(trainer_fit(half.trainer)->at.window, 1);
     /* Of a text there is no file to save: a config from one is written as it is. */
     save(&half, "half.h5");
     stop(&half);

@@ -407,9 +407,9 @@ static const char *const run_changes[] = {SMALL,
 
 static void check_same_runs(run *a, run *b)
 {
-    const history *one = trainer_history(a->trainer), *two = trainer_history(b->trainer);
+    const history *one = &trainer_fit(a->trainer)->rows, *two = &trainer_fit(b->trainer)->rows;
     size_t numbers = a->made.e->count * 3;
-    assert_int_equal(trainer_inspect(a->trainer).window, 2);
+    assert_int_equal(trainer_fit(a->trainer)->at.window, 2);
     assert_memory_equal(a->made.e->parameters, b->made.e->parameters, numbers * sizeof(double));
     assert_int_equal(one->count, two->count);
     for (size_t i = 0; i < one->count; i++) {
@@ -430,14 +430,14 @@ static void test_resume(void **state)
     (void)state;
     run whole = start(DYNAMIC, run_changes, 1);
     int most = 0;
-    while (trainer_inspect(whole.trainer).state == FIT_RUNNING) {
-        trainer_info before = trainer_inspect(whole.trainer);
+    while (trainer_fit(whole.trainer)->state == FIT_RUNNING) {
+        const fit_place before = trainer_fit(whole.trainer)->at;
         step(&whole);
         most = before.window_step > most ? (int)before.window_step : most;
-        assert_true(before.window == trainer_inspect(whole.trainer).window || before.stage == 1);
+        assert_true(before.window == trainer_fit(whole.trainer)->at.window || before.stage == 1);
     }
     assert_int_equal(most, 13);
-    const history *h = trainer_history(whole.trainer);
+    const history *h = &trainer_fit(whole.trainer)->rows;
     assert_true(history_value(h, 0, "window") == 1 &&
                 history_value(h, h->count - 1, "window") == 3);
     const int stops[] = {3, 14, 17, 26, 28, 41, 42};
@@ -476,7 +476,7 @@ static void test_checkpoint(void **state)
     }
     size_t count = r.made.e->count;
     const double *x = r.made.e->parameters;
-    assert_int_equal(trainer_inspect(r.trainer).window, 1);
+    assert_int_equal(trainer_fit(r.trainer)->at.window, 1);
     assert_memory_equal(x, x + count, count * sizeof *x);
     save(&r, "two.h5");
     checkpoint *file;
@@ -496,7 +496,7 @@ static void test_checkpoint(void **state)
     assert_int_equal(checkpoint_open(in_folder("one.h5"), &file, NULL), AD_OK);
     assert_true(checkpoint_has(file, "parameters/network/layer0/weight"));
     assert_false(checkpoint_has(file, "training/window"));
-    assert_true(isnan(history_value(trainer_history(r.trainer), 0, "window")));
+    assert_true(isnan(history_value(&trainer_fit(r.trainer)->rows, 0, "window")));
     checkpoint_free(file);
     unlink(in_folder("one.h5"));
     stop(&r);
@@ -583,10 +583,11 @@ static void test_manufactured(void **state)
                                           NULL};
     run r = start("configs/manufactured_dynamic.yaml", changes, 1);
     finish(&r);
-    trainer_info info = trainer_inspect(r.trainer);
-    assert_int_equal(info.window, 2);
-    assert_int_equal(info.step, 150);
-    assert_true(info.errors.position <
+    const fit *f = trainer_fit(r.trainer);
+    const trainer_info *info = trainer_inspect(r.trainer);
+    assert_int_equal(f->at.window, 2);
+    assert_int_equal(f->at.step, 150);
+    assert_true(info->errors.position <
                 3e-4); /* 7e-5, other seeds up to 2.7e-4; at first it is 0.2 */
     stop(&r);
 }

@@ -53,7 +53,7 @@ static double trained(const char *text)
         fail_msg("%s", error.message);
     }
     finish(&r);
-    double result = trainer_inspect(r.trainer).errors.position;
+    double result = trainer_inspect(r.trainer)->errors.position;
     stop(&r);
     return result;
 }

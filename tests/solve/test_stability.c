@@ -56,7 +56,7 @@ static int ways_of(const char *text, const char *first, const char *second, verd
         config_session_create(settings, 1, &s, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
-    while (trainer_inspect(s.trainer).state == FIT_RUNNING) {
+    while (trainer_fit(s.trainer)->state == FIT_RUNNING) {
         assert_int_equal(trainer_step(s.trainer, &error), AD_OK);
     }
     int ways = count_ways(s.e);

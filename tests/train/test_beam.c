@@ -62,7 +62,7 @@ static run start(const char *text, const changes *c)
 static void train(run *r)
 {
     ad_error error = {AD_OK, ""};
-    while (trainer_inspect(r->trainer).state == FIT_RUNNING) {
+    while (trainer_fit(r->trainer)->state == FIT_RUNNING) {
         if (trainer_step(r->trainer, &error) != AD_OK) {
             fail_msg("%s", error.message);
         }

@@ -92,7 +92,7 @@ static const char *const few_steps[] = {BY_DEFAULT, "loads.tip.moment=[0, -8*pi,
 
 static double least_part(const run *r)
 {
-    const history *h = trainer_history(r->trainer);
+    const history *h = &trainer_fit(r->trainer)->rows;
     double least = 1;
     for (size_t row = 0; row < h->count; row++) {
         least = fmin(least, history_value(h, row, "load_factor"));
@@ -106,11 +106,12 @@ static void test_rollup(void **state)
     (void)state;
     run r = start(ROLLUP, four_turns, 1);
     finish(&r);
-    trainer_info info = trainer_inspect(r.trainer);
+    const fit *f = trainer_fit(r.trainer);
+    const trainer_info *info = trainer_inspect(r.trainer);
     assert_true(least_part(&r) < 1);
-    assert_float_equal(info.part, 1, 0);
-    assert_true(info.solved);
-    assert_true(info.errors.position < 1e-9); /* measured 2e-12 */
+    assert_float_equal(f->at.part, 1, 0);
+    assert_true(info->solved);
+    assert_true(info->errors.position < 1e-9); /* measured 2e-12 */
     stop(&r);
 }
 
@@ -128,8 +129,8 @@ static void test_branches(void **state)
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         run r = start(COLUMN, cases[i].changes, 1);
         finish(&r);
-        double error = trainer_inspect(r.trainer).errors.position;
-        assert_int_equal(trainer_inspect(r.trainer).solved, cases[i].changes != straight);
+        double error = trainer_inspect(r.trainer)->errors.position;
+        assert_int_equal(trainer_inspect(r.trainer)->solved, cases[i].changes != straight);
         assert_true(error >= cases[i].least && error < cases[i].most);
         stop(&r);
     }
@@ -141,7 +142,7 @@ static void test_limit(void **state)
     (void)state;
     run r = start(ROLLUP, few_steps, 1);
     finish(&r);
-    assert_int_equal(trainer_inspect(r.trainer).step, 2);
+    assert_int_equal(trainer_fit(r.trainer)->at.step, 2);
     assert_float_equal(least_part(&r), 1, 0);
     stop(&r);
 }
@@ -153,16 +154,16 @@ static void test_resume(void **state)
     ad_error error = {AD_OK, ""};
     run whole = start(ROLLUP, four_turns, 1), part = start(ROLLUP, four_turns, 2);
     finish(&whole);
-    while (trainer_inspect(part.trainer).state == FIT_RUNNING) {
+    while (trainer_fit(part.trainer)->state == FIT_RUNNING) {
         step(&part);
-        if (trainer_inspect(part.trainer).step % 8 == 0) {
+        if (trainer_fit(part.trainer)->at.step % 8 == 0) {
             save(&part, "loads.h5");
             stop(&part);
             part = start(ROLLUP, four_turns, 2);
             assert_int_equal(restore(&part, in_folder("loads.h5"), &error), AD_OK);
         }
     }
-    assert_int_equal(trainer_inspect(part.trainer).step, trainer_inspect(whole.trainer).step);
+    assert_int_equal(trainer_fit(part.trainer)->at.step, trainer_fit(whole.trainer)->at.step);
     assert_memory_equal(experiment_parameters(part.made.e), experiment_parameters(whole.made.e),
                         whole.made.e->count * sizeof(double));
     stop(&part);

@@ -49,7 +49,7 @@ static session begin(const char *stages, int threads)
 static void steps(session *s, int count)
 {
     ad_error error = {AD_OK, ""};
-    for (int i = 0; i < count && trainer_inspect(s->trainer).state == FIT_RUNNING; i++) {
+    for (int i = 0; i < count && trainer_fit(s->trainer)->state == FIT_RUNNING; i++) {
         if (trainer_step(s->trainer, &error) != AD_OK) {
             fail_msg("%s", error.message);
         }
@@ -167,16 +167,17 @@ static void test_error(void **state)
     (void)state;
     session s = begin(SOAP, 1);
     steps(&s, 600);
-    const trainer_info info = trainer_inspect(s.trainer);
+    const fit *f = trainer_fit(s.trainer);
+    const trainer_info *info = trainer_inspect(s.trainer);
     verdict v;
-    assert_int_equal(info.state, FIT_OVER);
-    if (!(info.members.median < 1.5e-4 && info.members.most < 1.5e-3 &&
-          info.members.polished_median < 1e-7 && info.members.polished_most < 1e-6)) {
-        fail_msg("%.2e %.2e, %.2e %.2e", info.members.median, info.members.most,
-                 info.members.polished_median, info.members.polished_most);
+    assert_int_equal(f->state, FIT_OVER);
+    if (!(info->members.median < 1.5e-4 && info->members.most < 1.5e-3 &&
+          info->members.polished_median < 1e-7 && info->members.polished_most < 1e-6)) {
+        fail_msg("%.2e %.2e, %.2e %.2e", info->members.median, info->members.most,
+                 info->members.polished_median, info->members.polished_most);
     }
-    assert_true(info.members.worst >= info.members.most &&
-                info.members.most >= info.members.median);
+    assert_true(info->members.worst >= info->members.most &&
+                info->members.most >= info->members.median);
     trainer_verdict(s.trainer, &v);
     assert_int_equal(verdict_outcome_of(&v), VERDICT_SOLVED);
     session_free(&s);
@@ -231,11 +232,12 @@ static void test_polynomials(void **state)
     for (int degree = 2; degree <= 3; degree++) {
         session s = begin_linear(text, degree == 2 ? "network.polynomial.degree=2" : NULL, 1);
         steps(&s, 10);
-        const trainer_info info = trainer_inspect(s.trainer);
-        assert_int_equal(info.state, FIT_OVER);
+        const fit *f = trainer_fit(s.trainer);
+        const trainer_info *info = trainer_inspect(s.trainer);
+        assert_int_equal(f->state, FIT_OVER);
         assert_int_equal(s.e->count, (degree == 2 ? 10 : 20) * s.e->settings->network.outputs);
-        if (degree == 2 ? info.members.median < 1e-3 : !(info.members.worst < 1e-9)) {
-            fail_msg("degree %d: %.2e %.2e", degree, info.members.median, info.members.worst);
+        if (degree == 2 ? info->members.median < 1e-3 : !(info->members.worst < 1e-9)) {
+            fail_msg("degree %d: %.2e %.2e", degree, info->members.median, info->members.worst);
         }
         session_free(&s);
     }
@@ -264,10 +266,10 @@ static void test_separate(void **state)
                 session_free(&part);
             }
             steps(&s, 20);
-            const trainer_info info = trainer_inspect(s.trainer);
-            assert_int_equal(info.state, FIT_OVER);
-            losses[way] = info.loss;
-            held_out[way] = info.held_out;
+            const fit *f = trainer_fit(s.trainer);
+            assert_int_equal(f->state, FIT_OVER);
+            losses[way] = f->loss;
+            held_out[way] = f->held_out;
             session_free(&s);
         }
         assert_true(losses[0] == losses[2] && held_out[0] == held_out[2]);
@@ -290,12 +292,13 @@ static void test_physics(void **state)
             kinds[i]);
         session s = begin(stages, 1);
         steps(&s, 100);
-        const double before = trainer_inspect(s.trainer).members.median;
+        const double before = trainer_inspect(s.trainer)->members.median;
         steps(&s, 300);
-        const trainer_info after = trainer_inspect(s.trainer);
-        assert_int_equal(after.state, FIT_OVER);
-        if (!(after.members.median < 0.5 * before && after.members.median < 3e-4)) {
-            fail_msg("%s: %.2e, then %.2e", kinds[i], before, after.members.median);
+        const fit *f = trainer_fit(s.trainer);
+        const trainer_info *after = trainer_inspect(s.trainer);
+        assert_int_equal(f->state, FIT_OVER);
+        if (!(after->members.median < 0.5 * before && after->members.median < 3e-4)) {
+            fail_msg("%s: %.2e, then %.2e", kinds[i], before, after->members.median);
         }
         session_free(&s);
     }
@@ -315,11 +318,11 @@ static void test_resume(void **state)
         steps(&part, at);
         hand_over(&part, &rest);
         steps(&rest, 70 - at);
-        assert_int_equal(trainer_inspect(rest.trainer).state, FIT_OVER);
+        assert_int_equal(trainer_fit(rest.trainer)->state, FIT_OVER);
         assert_memory_equal(trainer_parameters(whole.trainer), trainer_parameters(rest.trainer),
                             whole.e->count * sizeof(double));
-        const trainer_info a = trainer_inspect(whole.trainer), b = trainer_inspect(rest.trainer);
-        assert_memory_equal(&a.members, &b.members, sizeof a.members);
+        const trainer_info *a = trainer_inspect(whole.trainer), *b = trainer_inspect(rest.trainer);
+        assert_memory_equal(&a->members, &b->members, sizeof a->members);
         session_free(&whole);
         session_free(&part);
         session_free(&rest);
@@ -496,13 +499,13 @@ static void test_default(void **state)
         "loads: {gravity: null, tip: {force: [pull, 0, 0]}}\n";
     session s = begin_linear(text, "members.solved=4096", 1);
     steps(&s, 2);
-    const trainer_info info = trainer_inspect(s.trainer);
+    const trainer_info *info = trainer_inspect(s.trainer);
     assert_non_null(s.e->targets);
     assert_int_equal(s.e->settings->network.hidden_count, 0);
     assert_in_range(s.e->settings->network.degree, 8, 32);
-    if (!(info.members.most < 1e-6 && info.members.worst < 1e-5)) {
-        fail_msg("degree %d: %.2e %.2e", s.e->settings->network.degree, info.members.most,
-                 info.members.worst);
+    if (!(info->members.most < 1e-6 && info->members.worst < 1e-5)) {
+        fail_msg("degree %d: %.2e %.2e", s.e->settings->network.degree, info->members.most,
+                 info->members.worst);
     }
     session_free(&s);
 }
@@ -532,7 +535,7 @@ static void test_lengths(void **state)
         snprintf(one, sizeof one, text, kinds[i][0], kinds[i][1], kinds[i][2]);
         session s = begin_linear(one, NULL, 1);
         steps(&s, 10);
-        found[i] = trainer_inspect(s.trainer).members;
+        found[i] = trainer_inspect(s.trainer)->members;
         assert_non_null(s.e->targets);
         session_free(&s);
     }

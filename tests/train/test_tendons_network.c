@@ -14,7 +14,7 @@ static double trained_error_of(const char *path, const char *text, const char *c
         fail_msg("%s: %s", path, error.message);
     }
     finish(&r);
-    double result = trainer_inspect(r.trainer).errors.position;
+    double result = trainer_inspect(r.trainer)->errors.position;
     print_message("%s: %.1e\n", path, result);
     stop(&r);
     return result;
@@ -118,7 +118,7 @@ static void test_pose_strain(void **state)
         "network.fourier.features=null", "losses=null",     NULL};
     run r = start("configs/robots/tendon_one_segment.yaml", changes, 1);
     finish(&r);
-    assert_true(trainer_inspect(r.trainer).errors.position < 1e-9);
+    assert_true(trainer_inspect(r.trainer)->errors.position < 1e-9);
     stop(&r);
 }
 

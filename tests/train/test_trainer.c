@@ -16,15 +16,16 @@ typedef struct shown {
 
 static shown show(const run *r)
 {
-    trainer_info info = trainer_inspect(r->trainer);
-    return (shown){info.step,
-                   info.stage,
-                   info.stage_step,
-                   info.loss,
-                   info.gradient_norm,
-                   info.learning_rate,
-                   info.held_out,
-                   info.errors.position,
+    const fit *f = trainer_fit(r->trainer);
+    const trainer_info *info = trainer_inspect(r->trainer);
+    return (shown){f->at.step,
+                   f->at.stage,
+                   f->at.stage_step,
+                   f->loss,
+                   f->gradient_norm,
+                   f->rate,
+                   f->held_out,
+                   info->errors.position,
                    problem_causal_epsilon(r->made.p),
                    fingerprint(trainer_parameters(r->trainer), r->made.e->count)};
 }
@@ -47,7 +48,7 @@ static void check_resume(const char *path, const char *const *changes, int strid
     static shown whole[STEPS_MAX];
     run r = start(path, changes, 1), saved = start(path, changes, 1);
     int steps = 0;
-    for (; trainer_inspect(r.trainer).state == FIT_RUNNING; steps++) {
+    for (; trainer_fit(r.trainer)->state == FIT_RUNNING; steps++) {
         char name[32];
         snprintf(name, sizeof name, "%d.h5", steps);
         if (steps % stride == 0) {
@@ -68,7 +69,7 @@ static void check_resume(const char *path, const char *const *changes, int strid
         if (restore(&again, in_folder(name), &error) != AD_OK) {
             fail_msg("%s", error.message);
         }
-        assert_int_equal(trainer_inspect(again.trainer).step, from);
+        assert_int_equal(trainer_fit(again.trainer)->at.step, from);
         for (int i = from; i < steps; i++) {
             step(&again);
             shown now = show(&again);
@@ -77,8 +78,8 @@ static void check_resume(const char *path, const char *const *changes, int strid
                          now.loss, whole[i].loss);
             }
         }
-        assert_int_equal(trainer_inspect(again.trainer).state, FIT_OVER);
-        assert_same_history(trainer_history(again.trainer), trainer_history(r.trainer));
+        assert_int_equal(trainer_fit(again.trainer)->state, FIT_OVER);
+        assert_same_history(&trainer_fit(again.trainer)->rows, &trainer_fit(r.trainer)->rows);
         stop(&again);
         unlink(in_folder(name));
     }
@@ -127,7 +128,7 @@ static void test_resume_windows(void **state)
                                        NULL};
         check_resume(DYNAMIC, changes, FARTHER(5));
         run r = start(DYNAMIC, changes, 1);
-        while (trainer_inspect(r.trainer).window == 0) {
+        while (trainer_fit(r.trainer)->at.window == 0) {
             step(&r);
         }
         double least, greatest;
@@ -148,11 +149,11 @@ static void test_resume_finished(void **state)
     finish(&r);
     save(&r, "done.h5");
     assert_int_equal(restore(&again, in_folder("done.h5"), NULL), AD_OK);
-    assert_int_equal(trainer_inspect(again.trainer).state, FIT_OVER);
-    assert_int_equal(trainer_inspect(again.trainer).step, trainer_inspect(r.trainer).step);
+    assert_int_equal(trainer_fit(again.trainer)->state, FIT_OVER);
+    assert_int_equal(trainer_fit(again.trainer)->at.step, trainer_fit(r.trainer)->at.step);
     assert_memory_equal(trainer_parameters(again.trainer), trainer_parameters(r.trainer),
                         r.made.e->count * sizeof(double));
-    assert_same_history(trainer_history(again.trainer), trainer_history(r.trainer));
+    assert_same_history(&trainer_fit(again.trainer)->rows, &trainer_fit(r.trainer)->rows);
     unlink(in_folder("done.h5"));
     stop(&r);
     stop(&again);
@@ -163,7 +164,7 @@ static void test_resume_finished(void **state)
 
 static void check_rows(const run *r, bool causal)
 {
-    const history *h = trainer_history(r->trainer);
+    const history *h = &trainer_fit(r->trainer)->rows;
     int64_t every = r->made.e->settings->output_every;
     assert_true(h->count > 10);
     for (size_t i = 0; i < h->count; i++) {
@@ -197,12 +198,12 @@ static void test_history(void **state)
     char *text = NULL;
     size_t size = 0;
     FILE *file = open_memstream(&text, &size);
-    history_print(trainer_history(r.trainer), -1, file);
+    history_print(&trainer_fit(r.trainer)->rows, -1, file);
     fclose(file);
     assert_string_equal(text, "step,stage,seconds,loss,strain,curvature,force,moment,held_out,"
                               "error,tip_error,rotation_error,learning_rate,gradient_norm\n");
     free(text);
-    const history *h = trainer_history(r.trainer);
+    const history *h = &trainer_fit(r.trainer)->rows;
     double held_out;
     assert_int_equal(
         problem_held_out(r.made.p, trainer_parameters(r.trainer), &held_out, NULL, NULL), AD_OK);
@@ -211,7 +212,7 @@ static void test_history(void **state)
     r = start(DYNAMIC, moving_changes, 1);
     finish(&r);
     check_rows(&r, true);
-    h = trainer_history(r.trainer);
+    h = &trainer_fit(r.trainer)->rows;
     assert_string_equal(h->names[h->columns - 2], "causal_epsilon");
     assert_true(history_value(h, h->count - 1, "causal_epsilon") ==
                 problem_causal_epsilon(r.made.p));
@@ -223,7 +224,7 @@ static void test_history(void **state)
  * the end of Adam, the last. */
 static void check_moved(const run *r, const char *column, double least)
 {
-    const history *h = trainer_history(r->trainer);
+    const history *h = &trainer_fit(r->trainer)->rows;
     size_t last = h->count - 1, adam = 0;
     while (adam < last && history_value(h, adam + 1, "stage") == 1) {
         adam++;
@@ -245,7 +246,7 @@ static void test_weights_in_history(void **state)
         char column[64];
         snprintf(column, sizeof column, "balance_%s", problem_term_name(r.made.p, k));
         check_moved(&r, column, 1);
-        const history *h = trainer_history(r.trainer);
+        const history *h = &trainer_fit(r.trainer)->rows;
         assert_true(history_value(h, h->count - 1, column) == problem_balance_weight(r.made.p, k));
     }
     stop(&r);
@@ -258,7 +259,7 @@ static void test_weights_in_history(void **state)
 
 static void check_last_row(const run *r)
 {
-    const history *h = trainer_history(r->trainer);
+    const history *h = &trainer_fit(r->trainer)->rows;
     size_t count = r->made.e->count;
     double *gradient = malloc(count * sizeof *gradient), loss, sum = 0, square = 0;
     assert_non_null(gradient);
@@ -294,7 +295,7 @@ static void test_history_of_failed_search(void **state)
         const char *changes[] = {stages, NULL};
         run r = start(ELASTICA, changes, 1);
         finish(&r);
-        failed += strstr(trainer_inspect(r.trainer).ended, "line search") != NULL;
+        failed += strstr(trainer_fit(r.trainer)->ended, "line search") != NULL;
         check_last_row(&r);
         stop(&r);
     }
@@ -328,14 +329,14 @@ static void test_endings(void **state)
         const char *changes[] = {rows[i].stages, NULL};
         run r = start(ELASTICA, changes, 1);
         finish(&r);
-        trainer_info info = trainer_inspect(r.trainer);
+        const fit *f = trainer_fit(r.trainer);
         if (i != 5) { /* its words are those of optim/ */
-            assert_string_equal(info.ended, rows[i].ended);
+            assert_string_equal(f->ended, rows[i].ended);
         }
-        assert_non_null(strstr(info.ended, i == 5 ? "gradient" : ""));
-        assert_in_range(info.step, rows[i].least, rows[i].most);
-        const history *h = trainer_history(r.trainer);
-        assert_true(history_value(h, h->count - 1, "step") == (double)info.step);
+        assert_non_null(strstr(f->ended, i == 5 ? "gradient" : ""));
+        assert_in_range(f->at.step, rows[i].least, rows[i].most);
+        const history *h = &trainer_fit(r.trainer)->rows;
+        assert_true(history_value(h, h->count - 1, "step") == (double)f->at.step);
         assert_true(i != 2 || history_value(h, h->count - 1, "loss") < 3);
         assert_true(i != 3 || history_value(h, h->count - 1, "error") < 0.1);
         stop(&r);
@@ -355,19 +356,19 @@ static void test_best_goes_on(void **state)
     int rises = 0;
     for (int i = 0; i < 39; i++) {
         step(&r);
-        loss = trainer_inspect(r.trainer).loss;
+        loss = trainer_fit(r.trainer)->loss;
         rises += loss > best;
         best = fmin(best, loss);
     }
     assert_true(rises > 5 && loss > best); /* so that best and last differ */
-    assert_int_equal(trainer_inspect(r.trainer).stage, 1);
+    assert_int_equal(trainer_fit(r.trainer)->at.stage, 1);
     assert_int_equal(problem_evaluate(r.made.p, trainer_parameters(r.trainer), &loss, NULL, NULL),
                      AD_OK);
     assert_true(loss == best);
-    while (trainer_inspect(r.trainer).state == FIT_RUNNING) {
+    while (trainer_fit(r.trainer)->state == FIT_RUNNING) {
         step(&r);
-        assert_true(trainer_inspect(r.trainer).loss <= loss);
-        loss = trainer_inspect(r.trainer).loss;
+        assert_true(trainer_fit(r.trainer)->loss <= loss);
+        loss = trainer_fit(r.trainer)->loss;
     }
     stop(&r);
 }
@@ -386,8 +387,8 @@ static void check_not_finite(const char *path, const char *const *changes, int g
     save(&r, "good.h5");
     shown before = show(&r);
     assert_int_equal(trainer_step(r.trainer, &error), AD_NOT_FINITE);
-    assert_int_equal(trainer_inspect(r.trainer).state, FIT_NOT_FINITE);
-    assert_int_equal(trainer_inspect(r.trainer).step, good_steps);
+    assert_int_equal(trainer_fit(r.trainer)->state, FIT_NOT_FINITE);
+    assert_int_equal(trainer_fit(r.trainer)->at.step, good_steps);
     assert_null(strchr(error.message, '\n'));
     for (; *words; words++) {
         if (!strstr(error.message, *words)) {
@@ -434,17 +435,17 @@ static void test_steps_allocate_nothing(void **state)
         run r = start(paths[k / 2], changes[k / 2], 1 + k % 2);
         assert_true(allocations > 100); /* the hook is linked in */
         step(&r);
-        for (int64_t i = 2; trainer_inspect(r.trainer).state == FIT_RUNNING; i++) {
+        for (int64_t i = 2; trainer_fit(r.trainer)->state == FIT_RUNNING; i++) {
             allocations = 0;
-            int stage = trainer_inspect(r.trainer).stage;
+            int stage = trainer_fit(r.trainer)->at.stage;
             step(&r);
             /* The next stage makes its optimiser. */
-            bool next = trainer_inspect(r.trainer).stage != stage;
+            bool next = trainer_fit(r.trainer)->at.stage != stage;
             if (allocations > 0 && !next) {
                 fail_msg("step %d: %ld allocations", (int)i, allocations);
             }
         }
-        assert_true(trainer_history(r.trainer)->count < 64);
+        assert_true(trainer_fit(r.trainer)->rows.count < 64);
         stop(&r);
     }
 }
@@ -458,17 +459,18 @@ static void test_rows_between(void **state)
     for (int i = 0; i < 40; i++) {
         step(&plain);
         step(&watched);
-        size_t rows = trainer_history(watched.trainer)->count;
+        size_t rows = trainer_fit(watched.trainer)->rows.count;
         if (trainer_add_row(watched.trainer, &error) != AD_OK) {
             fail_msg("%s", error.message);
         }
-        assert_int_equal(trainer_history(watched.trainer)->count, rows + 1);
-        assert_true(history_value(trainer_history(watched.trainer), rows, "step") == i + 1);
+        assert_int_equal(trainer_fit(watched.trainer)->rows.count, rows + 1);
+        assert_true(history_value(&trainer_fit(watched.trainer)->rows, rows, "step") == i + 1);
     }
     shown a = show(&plain), b = show(&watched);
     assert_true(a.parameters == b.parameters && a.loss == b.loss && a.epsilon == b.epsilon);
-    trainer_info info = trainer_inspect(watched.trainer);
-    assert_true(info.row_seconds > 0 && info.row_seconds < info.seconds);
+    const fit *f = trainer_fit(watched.trainer);
+    const trainer_info *info = trainer_inspect(watched.trainer);
+    assert_true(info->row_seconds > 0 && info->row_seconds < fit_seconds(f));
     stop(&plain);
     stop(&watched);
 }

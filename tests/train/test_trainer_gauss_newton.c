@@ -60,8 +60,9 @@ typedef struct shown {
 
 static shown show(const run *r)
 {
-    trainer_info i = trainer_inspect(r->trainer);
-    return (shown){{i.loss, i.gradient_norm, i.learning_rate, i.held_out, i.errors.position}};
+    const fit *f = trainer_fit(r->trainer);
+    const trainer_info *i = trainer_inspect(r->trainer);
+    return (shown){{f->loss, f->gradient_norm, f->rate, f->held_out, i->errors.position}};
 }
 
 static void check(const char *path, const char *const *changes)
@@ -81,7 +82,7 @@ static void check(const char *path, const char *const *changes)
         whole[i] = show(&r);
         memcpy(x[i], trainer_parameters(r.trainer), count * sizeof(double));
     }
-    assert_int_equal(trainer_inspect(r.trainer).state, FIT_OVER);
+    assert_int_equal(trainer_fit(r.trainer)->state, FIT_OVER);
     for (int from = 0; from < STEPS; from += FARTHER(1)) {
         snprintf(name, sizeof name, "%s/%d.h5", folder, from);
         run again = start(path, changes, 1 + from % 2);
@@ -148,11 +149,11 @@ static void test_falls(void **state)
                                        NULL};
         run r = start("configs/elastica_deep.yaml", changes, 1);
         step(&r);
-        double first = trainer_inspect(r.trainer).loss, before = first;
-        while (trainer_inspect(r.trainer).state == FIT_RUNNING) {
+        double first = trainer_fit(r.trainer)->loss, before = first;
+        while (trainer_fit(r.trainer)->state == FIT_RUNNING) {
             step(&r);
-            assert_true(trainer_inspect(r.trainer).loss <= before);
-            before = trainer_inspect(r.trainer).loss;
+            assert_true(trainer_fit(r.trainer)->loss <= before);
+            before = trainer_fit(r.trainer)->loss;
         }
         assert_true(before < 1e-6 * first);
         stop(&r);
@@ -200,13 +201,13 @@ static void test_given_up(void **state)
         const char *path = form == 2 ? DYNAMIC : ELASTICA;
         run whole = start(path, forms[form], 1), r = start(path, forms[form], 1);
         long patience = 1, given_up = 0;
-        for (int i = 0; i < 60 && trainer_inspect(r.trainer).state == FIT_RUNNING; i++) {
-            const int64_t before = trainer_inspect(r.trainer).step;
+        for (int i = 0; i < 60 && trainer_fit(r.trainer)->state == FIT_RUNNING; i++) {
+            const int64_t before = trainer_fit(r.trainer)->at.step;
             long left = patience;
             trainer_watch_stop(r.trainer, is_the_last, &left);
             step(&r);
             trainer_watch_stop(r.trainer, NULL, NULL);
-            const bool taken = trainer_inspect(r.trainer).step > before;
+            const bool taken = trainer_fit(r.trainer)->at.step > before;
             assert_true(taken || left < 0);
             given_up += !taken;
             patience = taken ? 1 : 1 + 3 * patience / 2;
@@ -215,7 +216,7 @@ static void test_given_up(void **state)
                 const size_t bytes = r.made.e->count * sizeof(double);
                 assert_memory_equal(trainer_parameters(r.trainer),
                                     trainer_parameters(whole.trainer), bytes);
-                assert_true(trainer_inspect(r.trainer).loss == trainer_inspect(whole.trainer).loss);
+                assert_true(trainer_fit(r.trainer)->loss == trainer_fit(whole.trainer)->loss);
             }
         }
         assert_true(given_up > 10);
@@ -234,16 +235,16 @@ static void test_account(void **state)
         "{optimizer: gauss_newton, steps: 30, initial_damping: 1e-300}]",
         "network.hidden=[]", "network.fourier.features=40", "motion=spatial", NULL};
     run r = start("configs/elastica.yaml", bare, 1);
-    while (trainer_inspect(r.trainer).stage == 0) {
+    while (trainer_fit(r.trainer)->at.stage == 0) {
         assert_int_equal(trainer_step(r.trainer, NULL), AD_OK);
     }
-    assert_string_equal(trainer_inspect(r.trainer).account, "");
-    while (trainer_inspect(r.trainer).state == FIT_RUNNING) {
+    assert_string_equal(trainer_inspect(r.trainer)->account, "");
+    while (trainer_fit(r.trainer)->state == FIT_RUNNING) {
         assert_int_equal(trainer_step(r.trainer, NULL), AD_OK);
     }
-    trainer_info info = trainer_inspect(r.trainer);
-    assert_non_null(strstr(info.account, "not positive definite"));
-    assert_true(info.errors.position < 1e-7);
+    const trainer_info *info = trainer_inspect(r.trainer);
+    assert_non_null(strstr(info->account, "not positive definite"));
+    assert_true(info->errors.position < 1e-7);
     stop(&r);
 }
 
@@ -257,10 +258,10 @@ static void test_linear(void **state)
                                           "losses.interior.points=132", "training.seed=2", NULL};
     for (int i = 0; i < 2; i++) {
         run r = start(paths[i], changes, 1);
-        while (trainer_inspect(r.trainer).state == FIT_RUNNING) {
+        while (trainer_fit(r.trainer)->state == FIT_RUNNING) {
             step(&r);
         }
-        assert_true(trainer_inspect(r.trainer).errors.position < 1e-10);
+        assert_true(trainer_inspect(r.trainer)->errors.position < 1e-10);
         stop(&r);
     }
 }

@@ -12,7 +12,7 @@ static const char *const too_few[] = {NETWORK, "losses.interior.points=4",
 
 static double ratio_at(const run *r, size_t row)
 {
-    const history *h = trainer_history(r->trainer);
+    const history *h = &trainer_fit(r->trainer)->rows;
     double trained = 0;
     for (int k = 0; k < problem_terms(r->made.p); k++) {
         trained += problem_term_weight(r->made.p, k) *
@@ -24,7 +24,7 @@ static double ratio_at(const run *r, size_t row)
 /* Rows at the end whose ratio is above 100 and whose held-out loss is no new minimum, in turn. */
 static size_t rows_apart(const run *r)
 {
-    const history *h = trainer_history(r->trainer);
+    const history *h = &trainer_fit(r->trainer)->rows;
     size_t apart = 0;
     double best = INFINITY;
     for (size_t i = 0; i < h->count; i++) {
@@ -44,20 +44,21 @@ static void test_ends_the_stage(void **state)
 {
     (void)state;
     run r = start(ELASTICA, too_few, 1);
-    for (size_t rows = 0; trainer_inspect(r.trainer).state == FIT_RUNNING;) {
+    for (size_t rows = 0; trainer_fit(r.trainer)->state == FIT_RUNNING;) {
         step(&r);
-        if (trainer_history(r.trainer)->count > rows) {
-            rows = trainer_history(r.trainer)->count;
-            assert_int_equal(trainer_inspect(r.trainer).state == FIT_OVER, rows_apart(&r) == 5);
+        if (trainer_fit(r.trainer)->rows.count > rows) {
+            rows = trainer_fit(r.trainer)->rows.count;
+            assert_int_equal(trainer_fit(r.trainer)->state == FIT_OVER, rows_apart(&r) == 5);
         }
     }
-    trainer_info info = trainer_inspect(r.trainer);
-    assert_true(info.step < 600 && info.interpolates);
+    const fit *f = trainer_fit(r.trainer);
+    const trainer_info *info = trainer_inspect(r.trainer);
+    assert_true(f->at.step < 600 && f->interpolates);
     const char *reason = "times the training loss: the network interpolates its points";
-    assert_non_null(strstr(info.ended, reason));
-    assert_true(strtod(info.ended + strlen("held-out loss "), NULL) > 100);
-    assert_true(info.held_out > 0.01 && info.held_out_ratio > 100);
-    assert_true(info.errors.position > 0.01);
+    assert_non_null(strstr(f->ended, reason));
+    assert_true(strtod(f->ended + strlen("held-out loss "), NULL) > 100);
+    assert_true(f->held_out > 0.01 && f->held_out_ratio > 100);
+    assert_true(info->errors.position > 0.01);
     stop(&r);
 }
 
@@ -73,10 +74,11 @@ static void test_said_at_the_end(void **state)
                                    NULL};
     run r = start(ELASTICA, changes, 1);
     finish(&r);
-    trainer_info info = trainer_inspect(r.trainer);
-    assert_true(info.loss < 1e-11 && info.held_out > 0.1 && info.errors.position > 0.01);
-    assert_true(trainer_history(r.trainer)->count < 5);
-    assert_true(info.interpolates);
+    const fit *f = trainer_fit(r.trainer);
+    const trainer_info *info = trainer_inspect(r.trainer);
+    assert_true(f->loss < 1e-11 && f->held_out > 0.1 && info->errors.position > 0.01);
+    assert_true(trainer_fit(r.trainer)->rows.count < 5);
+    assert_true(f->interpolates);
     stop(&r);
 }
 
@@ -88,9 +90,9 @@ static void test_never(void **state)
         "training.stages=[{optimizer: lbfgs, steps: 600, stop: {held_out_ratio: 0}}]", NULL};
     run r = start(ELASTICA, changes, 1);
     finish(&r);
-    trainer_info info = trainer_inspect(r.trainer);
-    assert_null(strstr(info.ended, "interpolates"));
-    assert_true(info.interpolates && rows_apart(&r) > 5);
+    const fit *f = trainer_fit(r.trainer);
+    assert_null(strstr(f->ended, "interpolates"));
+    assert_true(f->interpolates && rows_apart(&r) > 5);
     stop(&r);
 }
 
@@ -103,16 +105,16 @@ static void test_stages_and_resume(void **state)
         "training.stages=[{optimizer: lbfgs, steps: 600}, {optimizer: lbfgs, steps: 600}]", NULL};
     run r = start(ELASTICA, changes, 1);
     int64_t first = 0;
-    while (trainer_inspect(r.trainer).state == FIT_RUNNING) {
+    while (trainer_fit(r.trainer)->state == FIT_RUNNING) {
         char name[32];
-        snprintf(name, sizeof name, "%d.h5", (int)trainer_inspect(r.trainer).step);
+        snprintf(name, sizeof name, "%d.h5", (int)trainer_fit(r.trainer)->at.step);
         save(&r, name);
         step(&r);
-        if (trainer_inspect(r.trainer).stage == 1 && first == 0) {
-            first = trainer_inspect(r.trainer).step;
+        if (trainer_fit(r.trainer)->at.stage == 1 && first == 0) {
+            first = trainer_fit(r.trainer)->at.step;
         }
     }
-    int64_t last = trainer_inspect(r.trainer).step;
+    int64_t last = trainer_fit(r.trainer)->at.step;
     assert_true(first < 600 && last > first + 40 && last < first + 600);
     for (int64_t from = 0; from < last; from++) {
         char name[32];
@@ -122,9 +124,8 @@ static void test_stages_and_resume(void **state)
             run again = start(ELASTICA, changes, 1);
             assert_int_equal(restore(&again, in_folder(name), &error), AD_OK);
             finish(&again);
-            assert_true(trainer_inspect(again.trainer).step == last);
-            assert_string_equal(trainer_inspect(again.trainer).ended,
-                                trainer_inspect(r.trainer).ended);
+            assert_true(trainer_fit(again.trainer)->at.step == last);
+            assert_string_equal(trainer_fit(again.trainer)->ended, trainer_fit(r.trainer)->ended);
             stop(&again);
         }
         unlink(in_folder(name));
@@ -152,13 +153,13 @@ static void test_converges(void **state)
                                        "output.every=2",
                                        NULL};
         run r = start(ELASTICA, changes, 1);
-        while (trainer_inspect(r.trainer).state == FIT_RUNNING) {
+        while (trainer_fit(r.trainer)->state == FIT_RUNNING) {
             step(&r);
-            assert_false(trainer_inspect(r.trainer).interpolates);
-            const char *ended = trainer_inspect(r.trainer).ended;
+            assert_false(trainer_fit(r.trainer)->interpolates);
+            const char *ended = trainer_fit(r.trainer)->ended;
             assert_true(!ended || !strstr(ended, "interpolates"));
         }
-        assert_true(trainer_inspect(r.trainer).held_out < 1e-6); /* it has come far */
+        assert_true(trainer_fit(r.trainer)->held_out < 1e-6); /* it has come far */
         stop(&r);
     }
 }
@@ -178,13 +179,13 @@ static void test_rounding(void **state)
                                    "output.every=1",
                                    NULL};
     run r = start(ELASTICA, changes, 1);
-    while (trainer_inspect(r.trainer).state == FIT_RUNNING) {
+    while (trainer_fit(r.trainer)->state == FIT_RUNNING) {
         step(&r);
-        assert_false(trainer_inspect(r.trainer).interpolates);
+        assert_false(trainer_fit(r.trainer)->interpolates);
     }
-    trainer_info info = trainer_inspect(r.trainer);
-    assert_true(info.loss < 1e-25 && info.held_out < 1e-25);
-    assert_null(strstr(info.ended, "interpolates"));
+    const fit *f = trainer_fit(r.trainer);
+    assert_true(f->loss < 1e-25 && f->held_out < 1e-25);
+    assert_null(strstr(f->ended, "interpolates"));
     stop(&r);
 }
 

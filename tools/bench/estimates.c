@@ -103,7 +103,7 @@ static ad_status compare(const session *s, const char *scene, tally *all, ad_err
     const bool silent = estimate <= TOLERANCE && off_by > FACTOR * TOLERANCE;
     const bool off = !(ratio <= FACTOR && ratio >= 1 / FACTOR);
     printf("%-26s %6lld   %.2e   %.2e   %6.3f%s%s%s%s\n", scene,
-           (long long)trainer_inspect(s->trainer).step, off_by, estimate, ratio,
+           (long long)trainer_fit(s->trainer)->at.step, off_by, estimate, ratio,
            off ? "   OFF" : "", silent ? "   SILENT" : "", isnan(estimate) ? "   " : "",
            isnan(estimate) ? why.message : "");
     all->runs++;
@@ -117,8 +117,8 @@ static ad_status compare(const session *s, const char *scene, tally *all, ad_err
 
 static bool goes_on(const session *s, int step)
 {
-    const trainer_info info = trainer_inspect(s->trainer);
-    return info.state == FIT_RUNNING && info.step < step;
+    const fit *f = trainer_fit(s->trainer);
+    return f->state == FIT_RUNNING && f->at.step < step;
 }
 
 static ad_status follow(const char *path, bool is_short, tally *all, ad_error *error)

@@ -88,7 +88,7 @@ static ad_status check_reference(const session *s, const judge_task *task, judge
                        "reference.analytic, solve or file",
                        task->path);
     }
-    const reference_errors known = trainer_inspect(s->trainer).errors;
+    const reference_errors known = trainer_inspect(s->trainer)->errors;
     double errors[JUDGE_MEASURES];
     judge_measures(&known, errors);
     if (measure != JUDGE_POSITION && isnan(errors[measure])) {
@@ -144,16 +144,17 @@ typedef struct recorder {
  * those of the whole scene, not of its first windows alone. */
 static compare_row row_of(const session *s)
 {
-    trainer_info info = trainer_inspect(s->trainer);
-    const history *h = trainer_history(s->trainer);
+    const fit *f = trainer_fit(s->trainer);
+    const trainer_info *info = trainer_inspect(s->trainer);
+    const history *h = &trainer_fit(s->trainer)->rows;
     int windows = s->e->scene->windows;
-    compare_row row = {.seconds = info.seconds - info.row_seconds,
-                       .step = (double)info.step,
-                       .loss = info.loss,
-                       .held_out = info.held_out,
+    compare_row row = {.seconds = fit_seconds(f) - info->row_seconds,
+                       .step = (double)f->at.step,
+                       .loss = f->loss,
+                       .held_out = f->held_out,
                        .errors = {NAN, NAN, NAN}};
     if (windows == 1 || history_value(h, h->count - 1, "window") == windows) {
-        judge_measures(&info.errors, row.errors);
+        judge_measures(&info->errors, row.errors);
     }
     return row;
 }
@@ -163,13 +164,14 @@ static ad_status record(void *context, session *s, bool is_last, ad_error *error
 {
     recorder *to = context;
     compare_run *run = to->run;
-    trainer_info info = trainer_inspect(s->trainer);
-    const history *h = trainer_history(s->trainer);
+    const fit *f = trainer_fit(s->trainer);
+    const trainer_info *info = trainer_inspect(s->trainer);
+    const history *h = &trainer_fit(s->trainer)->rows;
     bool has_row = h->count > to->known;
     double last = run->count > 0 ? run->rows[run->count - 1].seconds : 0;
     ad_status status = AD_OK;
-    run->seconds = info.seconds - info.row_seconds;
-    run->steps = info.step;
+    run->seconds = fit_seconds(f) - info->row_seconds;
+    run->steps = f->at.step;
     if (!is_last && !has_row && run->seconds >= row_growth * last) {
         status = trainer_add_row(s->trainer, error);
         has_row = true;

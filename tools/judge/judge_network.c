@@ -7,16 +7,17 @@
 /* Of training, without its rows of history; or of the processor. */
 static double seconds_spent(const judge_task *task, const session *s, clock_t began)
 {
-    trainer_info info = trainer_inspect(s->trainer);
+    const fit *f = trainer_fit(s->trainer);
+    const trainer_info *info = trainer_inspect(s->trainer);
     return task->by_processor ? (double)(clock() - began) / CLOCKS_PER_SEC
-                              : info.seconds - info.row_seconds;
+                              : fit_seconds(f) - info->row_seconds;
 }
 
 static ad_status train(session *s, const judge_task *task, verdict *found, ad_error *error)
 {
     clock_t began = clock();
     ad_status status = AD_OK;
-    while (status == AD_OK && trainer_inspect(s->trainer).state == FIT_RUNNING) {
+    while (status == AD_OK && trainer_fit(s->trainer)->state == FIT_RUNNING) {
         if (signals_caught()) {
             found->signal = signals_caught();
             verdict_add(found, VERDICT_SIGNAL, "stopped");
@@ -38,8 +39,8 @@ static ad_status train(session *s, const judge_task *task, verdict *found, ad_er
 /* A row of history for the last step. */
 static ad_status last_row(const session *s, ad_error *error)
 {
-    const history *h = trainer_history(s->trainer);
-    double step = (double)trainer_inspect(s->trainer).step;
+    const history *h = &trainer_fit(s->trainer)->rows;
+    double step = (double)trainer_fit(s->trainer)->at.step;
     bool is_there = h->count > 0 && history_value(h, h->count - 1, "step") == step;
     return is_there || step == 0 ? AD_OK : trainer_add_row(s->trainer, error);
 }
@@ -69,14 +70,15 @@ static ad_status measure(const session *s, const judge_task *task, judge_row *ro
 static ad_status conclude(session *s, const judge_task *task, judge_row *row, ad_error *error)
 {
     ad_status status = last_row(s, error);
-    trainer_info info = trainer_inspect(s->trainer);
+    const fit *f = trainer_fit(s->trainer);
+    const trainer_info *info = trainer_inspect(s->trainer);
     if (status == AD_OK && s->e->window + 1 == s->e->scene->windows) {
-        judge_measures(&info.errors, row->errors);
+        judge_measures(&info->errors, row->errors);
     }
     if (status == AD_OK && task->step) {
         status = task->step(task->context, s, true, error);
     }
-    if (status == AD_OK && info.state == FIT_OVER) {
+    if (status == AD_OK && f->state == FIT_OVER) {
         trainer_verdict(s->trainer, &row->verdict);
         status = measure(s, task, row, error);
     }
@@ -98,9 +100,10 @@ ad_status judge_by_network(const judge_task *task, judge_row *row, ad_error *err
     } else {
         judge_describe(&s, row);
         status = train(&s, task, &row->verdict, error);
-        trainer_info info = trainer_inspect(s.trainer);
-        row->seconds = reading + info.seconds - info.row_seconds;
-        row->steps = (double)info.step;
+        const fit *f = trainer_fit(s.trainer);
+        const trainer_info *info = trainer_inspect(s.trainer);
+        row->seconds = reading + fit_seconds(f) - info->row_seconds;
+        row->steps = (double)f->at.step;
         status = status == AD_OK ? conclude(&s, task, row, error) : status;
         if (status != AD_OK) {
             verdict_add(&row->verdict,

@@ -64,23 +64,24 @@ static bool report_step(void *context)
 {
     const cpinn_model *model = context;
     const fit_place *before = &trainer_fit(model->s.trainer)->before;
-    const trainer_info now = trainer_inspect(model->s.trainer);
-    const cpinn_progress progress = {.step = now.step,
+    const fit *f = trainer_fit(model->s.trainer);
+    const trainer_info *now = trainer_inspect(model->s.trainer);
+    const cpinn_progress progress = {.step = f->at.step,
                                      .window = before->window + 1,
                                      .windows = model->s.e->scene->windows,
                                      .stage = before->stage + 1,
                                      .stages = model->s.e->settings->stage_count,
                                      .load_factor = before->part,
-                                     .loss = now.loss,
-                                     .held_out = now.held_out,
-                                     .error = now.errors.position,
-                                     .seconds = now.seconds};
+                                     .loss = f->loss,
+                                     .held_out = f->held_out,
+                                     .error = now->errors.position,
+                                     .seconds = fit_seconds(f)};
     return model->options.progress(model->options.context, &progress);
 }
 
 static ad_status keep_history(cpinn_model *model, ad_error *error)
 {
-    const history *h = trainer_history(model->s.trainer);
+    const history *h = &trainer_fit(model->s.trainer)->rows;
     size_t numbers = h->count * (size_t)h->columns;
     model->rows = malloc((numbers + 1) * sizeof *model->rows);
     if (!model->rows) {

@@ -84,27 +84,28 @@ static void announce_measurements(training *t)
 
 static void announce(training *t)
 {
-    trainer_info info = trainer_inspect(t->s.trainer);
+    const fit *f = trainer_fit(t->s.trainer);
+    const trainer_info *info = trainer_inspect(t->s.trainer);
     char ranks[32] = "";
     if (t->asked->ranks) {
         snprintf(ranks, sizeof ranks, "%d ranks of ", t->asked->ranks->count);
     }
     progress_say(&t->progress, "%s: %zu parameters, %.0f points, %s%d thread%s -> %s",
-                 t->s.e->settings->name, t->s.e->count, info.points, ranks,
+                 t->s.e->settings->name, t->s.e->count, info->points, ranks,
                  ad_pool_threads(t->s.e->pool), ad_pool_threads(t->s.e->pool) == 1 ? "" : "s",
                  t->folder.path);
     if (t->asked->resume) {
         progress_say(&t->progress, "resumed at step %lld, %.1f s into the run",
-                     (long long)info.step, info.seconds);
+                     (long long)f->at.step, fit_seconds(f));
     }
-    if (*info.kernels) {
+    if (*info->kernels) {
         progress_say(
             &t->progress,
             "OpenBLAS' kernels are those of %s here, of %s before: last digits differ from "
             "those of a run that never stopped; OPENBLAS_CORETYPE chooses them",
-            ad_dense_kernels(), info.kernels);
+            ad_dense_kernels(), info->kernels);
     }
-    if (info.state == FIT_OVER) {
+    if (f->state == FIT_OVER) {
         progress_say(&t->progress, "nothing is left to do: every stage has ended");
     }
     if (t->s.known) {
@@ -131,7 +132,7 @@ static void announce_stage(training *t)
     char text[160];
     trainer_describe(t->s.trainer, text);
     if (text[0]) {
-        progress_say(&t->progress, "stage %d: %s", trainer_inspect(t->s.trainer).stage + 1, text);
+        progress_say(&t->progress, "stage %d: %s", trainer_fit(t->s.trainer)->at.stage + 1, text);
     }
 }
 
@@ -173,35 +174,36 @@ static void finish(training *t)
         }
         return;
     }
-    trainer_info info = trainer_inspect(t->s.trainer);
+    const fit *f = trainer_fit(t->s.trainer);
+    const trainer_info *info = trainer_inspect(t->s.trainer);
     progress_say(&t->progress, "done: %lld steps in %.2f s, loss %.3e, held-out %.3e",
-                 (long long)info.step, info.seconds, info.loss, info.held_out);
+                 (long long)f->at.step, fit_seconds(f), f->loss, f->held_out);
     announce_waiting(t);
     if (t->s.e->targets) {
-        progress_members(&t->progress, &info.members, scene_length(t->s.e->scene));
+        progress_members(&t->progress, &info->members, scene_length(t->s.e->scene));
     }
     const double mm = 1e3 * scene_length(t->s.e->scene);
-    if (info.fresh.compared) {
+    if (info->fresh.compared) {
         progress_say(&t->progress,
                      "largest error of a shape, over %d fresh members solved classically: median "
                      "%.2g mm, 95 %% below %.2g mm, worst %.2g mm",
-                     info.fresh.compared, mm * info.fresh.median, mm * info.fresh.most,
-                     mm * info.fresh.worst);
+                     info->fresh.compared, mm * info->fresh.median, mm * info->fresh.most,
+                     mm * info->fresh.worst);
     }
     double estimate = trainer_estimate(t->s.trainer);
     if (isfinite(estimate)) {
         progress_say(&t->progress, "estimated error %.1e of the %s%s", estimate,
                      scene_is_beam(t->s.e->scene) ? "deflection" : "length",
-                     !t->s.e->modes                              ? ""
-                     : 2 * info.motion.in_time > info.motion.all ? ", most by degree in time"
-                                                                 : ", most by modes");
+                     !t->s.e->modes                                ? ""
+                     : 2 * info->motion.in_time > info->motion.all ? ", most by degree in time"
+                                                                   : ", most by modes");
     }
-    if (isfinite(info.balance.loads)) {
-        progress_say(&t->progress, "loads out of balance by %.1e", info.balance.loads);
+    if (isfinite(info->balance.loads)) {
+        progress_say(&t->progress, "loads out of balance by %.1e", info->balance.loads);
     }
-    if (!isnan(info.balance.energy)) {
+    if (!isnan(info->balance.energy)) {
         progress_say(&t->progress, "energy out of balance by %.1e of the largest, momentum by %.1e",
-                     info.balance.energy, info.balance.momentum);
+                     info->balance.energy, info->balance.momentum);
     }
     problem_compilations compiled = problem_compiled(t->s.problem);
     progress_say(&t->progress,
@@ -211,7 +213,7 @@ static void finish(training *t)
         unknowns_print(&t->unknown);
     }
     verdict_print(stdout, "", &t->verdict);
-    progress_error_table(stdout, trainer_history(t->s.trainer), t->s.e->scene->windows);
+    progress_error_table(stdout, &trainer_fit(t->s.trainer)->rows, t->s.e->scene->windows);
     printf("\n  %s\n  %s\n  %s\n\n  cpinn-eval %s\n", t->folder.checkpoint, t->folder.history,
            t->folder.config, t->folder.path);
 }
@@ -261,15 +263,18 @@ static void interrupted(training *t)
     }
 }
 
-static void say_ended(training *t, const fit_place *before, const trainer_info *now)
+static void say_ended(training *t)
 {
+    const trainer_info *info = trainer_inspect(t->s.trainer);
+    const fit *f = trainer_fit(t->s.trainer);
+    const fit_place *before = &f->before, *now = &f->at;
     char window[32] = "";
     if (now->stage_step > 0) {
         return;
     }
     if (before->part < 1 || now->part < 1) {
         progress_say(&t->progress, "load factor %.4g %s at step %lld: %s", before->part,
-                     now->solved ? "solved" : "not solved", (long long)now->step, now->ended);
+                     info->solved ? "solved" : "not solved", (long long)now->step, f->ended);
     }
     if (now->stage == before->stage && now->window == before->window) {
         return;
@@ -279,7 +284,7 @@ static void say_ended(training *t, const fit_place *before, const trainer_info *
         snprintf(window, sizeof window, "window %d/%d ", before->window + 1, windows);
     }
     progress_say(&t->progress, "%sstage %d ended at step %lld: %s%s%s", window, before->stage + 1,
-                 (long long)now->step, now->ended, *now->account ? "; " : "", now->account);
+                 (long long)now->step, f->ended, *info->account ? "; " : "", info->account);
     if (now->window == 0) { /* later windows repeat the stages of the first */
         announce_stage(t);
     }
@@ -288,8 +293,7 @@ static void say_ended(training *t, const fit_place *before, const trainer_info *
 static bool stepped(void *context)
 {
     training *t = context;
-    const trainer_info info = trainer_inspect(t->s.trainer);
-    say_ended(t, &trainer_fit(t->s.trainer)->before, &info);
+    say_ended(t);
     progress_step(&t->progress);
     return !signals_caught();
 }
@@ -380,7 +384,7 @@ static ad_status train(training *t, ad_error *error)
     t->waited = ranks_waited();
     ad_status status = session_train(&t->s, stepped, t, error);
     progress_end(&t->progress);
-    const fit_state state = trainer_inspect(t->s.trainer).state;
+    const fit_state state = trainer_fit(t->s.trainer)->state;
     if (status == AD_OK && state == FIT_RUNNING) {
         interrupted(t);
     } else if (status == AD_OK) {
@@ -403,30 +407,31 @@ static ad_status write_json(const training *t, ad_error *error)
     report_verdict(&to, &t->verdict);
     unknowns_json(&t->unknown, &to);
     if (t->s.trainer) {
-        trainer_info info = trainer_inspect(t->s.trainer);
-        json_integer(&to, "step", info.step);
-        json_integer(&to, "stage", info.stage);
+        const fit *f = trainer_fit(t->s.trainer);
+        const trainer_info *info = trainer_inspect(t->s.trainer);
+        json_integer(&to, "step", f->at.step);
+        json_integer(&to, "stage", f->at.stage);
         json_integer(&to, "stages", t->s.e->settings->stage_count);
-        json_integer(&to, "window", info.window);
+        json_integer(&to, "window", f->at.window);
         json_integer(&to, "windows", t->s.e->scene->windows);
-        json_number(&to, "training_seconds", info.seconds);
+        json_number(&to, "training_seconds", fit_seconds(f));
         json_integer(&to, "parameters", (int64_t)t->s.e->count);
-        json_number(&to, "points", info.points);
+        json_number(&to, "points", info->points);
         json_integer(&to, "threads", ad_pool_threads(t->s.e->pool));
-        json_integer(&to, "compiled_programs", info.fused.fused);
-        json_number(&to, "loss", info.loss);
-        json_number(&to, "held_out", info.held_out);
+        json_integer(&to, "compiled_programs", info->fused.fused);
+        json_number(&to, "loss", f->loss);
+        json_number(&to, "held_out", f->held_out);
         json_number(&to, "estimate", trainer_estimate(t->s.trainer));
-        bool is_done = info.state == FIT_OVER;
+        bool is_done = f->state == FIT_OVER;
         json_number(&to, "loads_out_of_balance",
-                    is_done ? info.balance.loads : experiment_balance(t->s.e, NULL).loads);
-        json_number(&to, "energy_out_of_balance", info.balance.energy);
-        json_number(&to, "momentum_out_of_balance", info.balance.momentum);
-        report_reference(&to, t->s.known, &info.errors);
+                    is_done ? info->balance.loads : experiment_balance(t->s.e, NULL).loads);
+        json_number(&to, "energy_out_of_balance", info->balance.energy);
+        json_number(&to, "momentum_out_of_balance", info->balance.momentum);
+        report_reference(&to, t->s.known, &info->errors);
         if (t->s.e->targets) {
-            report_members(&to, &info.members, scene_length(t->s.e->scene));
-        } else if (info.fresh.compared) {
-            report_fresh(&to, &info.fresh, scene_length(t->s.e->scene));
+            report_members(&to, &info->members, scene_length(t->s.e->scene));
+        } else if (info->fresh.compared) {
+            report_fresh(&to, &info->fresh, scene_length(t->s.e->scene));
         }
         json_text(&to, "checkpoint", t->folder.checkpoint);
         json_text(&to, "history", t->folder.history);

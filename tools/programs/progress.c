@@ -44,8 +44,7 @@ void progress_watch(progress *p)
     }
 }
 
-void progress_watch_shapes(progress *p, const trainer *t, const experiment *e,
-                           const reference *known)
+void progress_watch_shapes(progress *p, trainer *t, const experiment *e, const reference *known)
 {
     progress_watch(p);
     p->shapes = p->watch ? watch_shapes_create(e, known) : NULL;

@@ -25,7 +25,7 @@ typedef struct progress {
     double windows_seconds;           /* that they took together */
     watch *watch;                     /* the picture in place of the live line; NULL: none */
     watch_shapes *shapes;             /* in it; NULL: none */
-    const trainer *shaped;            /* whose they are */
+    trainer *shaped;                  /* whose they are */
 } progress;
 
 progress progress_start(FILE *file, bool quiet, const fit *of, const char *note);
@@ -33,8 +33,7 @@ progress progress_start(FILE *file, bool quiet, const fit *of, const char *note)
 /* From now on with a picture, where the file can show one, until progress_end; and with shapes in
  * it, `known` among them, which may be NULL. */
 void progress_watch(progress *p);
-void progress_watch_shapes(progress *p, const trainer *t, const experiment *e,
-                           const reference *known);
+void progress_watch_shapes(progress *p, trainer *t, const experiment *e, const reference *known);
 
 /* session_train until it is over or a signal comes (tools/judge/signals.h), with a picture if
  * `watches`. */

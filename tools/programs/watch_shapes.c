@@ -151,7 +151,7 @@ static ad_status ask_shape(watch_shapes *w, const trainer *t, int k, ad_error *e
     return status;
 }
 
-static ad_status ask_field(watch_shapes *w, const trainer *t, ad_error *error)
+static ad_status ask_field(watch_shapes *w, trainer *t, ad_error *error)
 {
     const experiment *e = w->e;
     ad_status status =
@@ -163,7 +163,7 @@ static ad_status ask_field(watch_shapes *w, const trainer *t, ad_error *error)
                                                    : 1;
     if (status == AD_OK) {
         field_enter(w->field, e->window, e->parameters, e->starts);
-        field_load(w->field, trainer_inspect(t).part);
+        field_load(w->field, trainer_fit(t)->at.part);
     }
     for (int k = 0; k < w->shapes.count && status == AD_OK; k++) {
         status = ask_shape(w, t, k, error);
@@ -172,7 +172,7 @@ static ad_status ask_field(watch_shapes *w, const trainer *t, ad_error *error)
     return status;
 }
 
-void watch_shapes_update(watch_shapes *w, const trainer *t)
+void watch_shapes_update(watch_shapes *w, trainer *t)
 {
     ad_error error;
     if (!w->failed) {

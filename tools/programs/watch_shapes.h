@@ -15,7 +15,7 @@ void watch_shapes_free(watch_shapes *w); /* NULL is allowed */
 
 /* As they are now; does not touch what the trainer computes with. Where that fails, or memory
  * lacks, there are none. */
-void watch_shapes_update(watch_shapes *w, const trainer *t);
+void watch_shapes_update(watch_shapes *w, trainer *t);
 
 /* Those of the last update, in that part of the canvas, and a line about them. */
 void watch_shapes_draw(const watch_shapes *w, canvas *c, int column, int row, int columns,

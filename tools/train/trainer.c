@@ -9,45 +9,84 @@
 
 static const fit_kind trained_network;
 
-/* ---- making -------------------------------------------------------------------------------- */
+/* ---- rows of history ----------------------------------------------------------------------------
+ */
 
-static void name_columns(trainer *t)
+/* The first is the column "error". */
+static const struct {
+    const char *name;
+    size_t offset;
+} members_columns[TRAINER_MEMBERS] = {{"error", offsetof(targets_errors, median)},
+                                      {"error_95", offsetof(targets_errors, most)},
+                                      {"error_worst", offsetof(targets_errors, worst)},
+                                      {"polished", offsetof(targets_errors, polished_median)},
+                                      {"polished_95", offsetof(targets_errors, polished_most)},
+                                      {"polished_worst", offsetof(targets_errors, polished_worst)}};
+
+const char *trainer_members_name(int column)
 {
-    static const char *const before[] = {"step", "window", "stage", "seconds", "loss"};
-    static const char *const after[] = {"held_out",       "error",         "tip_error",
-                                        "rotation_error", "learning_rate", "gradient_norm"};
+    return members_columns[column].name;
+}
+
+double *trainer_members_error(trainer_info *info, int column)
+{
+    return (double *)((char *)&info->members + members_columns[column].offset);
+}
+
+static void put(history *h, double *row, const char *name, double value)
+{
+    row[h->columns] = value;
+    h->names[h->columns++] = name;
+}
+
+/* A row of the history as it is now, and the names of its columns. */
+static void fill_row(trainer *t, double row[HISTORY_COLUMNS_MAX])
+{
+    const fit *f = &t->fit;
+    const problem *p = t->problem;
+    const problem_settings *losses = &t->e->settings->losses;
     history *h = &t->fit.rows;
-    for (size_t i = 0; i < sizeof before / sizeof *before; i++) {
-        if (i != 1 || t->e->scene->windows > 1) {
-            h->names[h->columns++] = before[i];
-        }
+    h->columns = 0;
+    put(h, row, "step", (double)f->at.step);
+    if (f->windows > 1) {
+        put(h, row, "window", f->at.window + 1);
     }
-    for (int i = 0; i < problem_terms(t->problem); i++) {
-        h->names[h->columns++] = problem_term_name(t->problem, i);
+    put(h, row, "stage", f->at.stage + 1); /* counted from 1, as on the screen */
+    put(h, row, "seconds", fit_seconds(f));
+    put(h, row, "loss", f->loss);
+    for (int i = 0; i < problem_terms(p); i++) {
+        put(h, row, problem_term_name(p, i), problem_losses(p)[i]);
     }
     if (t->loads.solved) {
-        h->names[h->columns++] = "load_factor";
+        put(h, row, "load_factor", f->at.part);
     }
-    for (size_t i = 0; i < sizeof after / sizeof *after; i++) {
-        h->names[h->columns++] = after[i];
-    }
+    put(h, row, "held_out", f->held_out);
+    put(h, row, "error", f->error);
+    put(h, row, "tip_error", t->info.errors.tip);
+    put(h, row, "rotation_error", t->info.errors.rotation);
+    put(h, row, "learning_rate", f->rate);
+    put(h, row, "gradient_norm", f->gradient_norm);
     for (int i = 1; t->e->targets && i < TRAINER_MEMBERS; i++) {
-        h->names[h->columns++] = trainer_members_name(i);
+        put(h, row, trainer_members_name(i), *trainer_members_error(&t->info, i));
     }
-    if (t->e->settings->losses.causal_slices) {
-        h->names[h->columns++] = "causal_epsilon";
-        h->names[h->columns++] = "causal_least_weight";
+    if (losses->causal_slices) {
+        put(h, row, "causal_epsilon", problem_causal_epsilon(p));
+        put(h, row, "causal_least_weight", problem_causal_least_weight(p));
     }
-    for (int i = 0; t->e->settings->losses.balance && i < problem_terms(t->problem); i++) {
+    for (int i = 0; losses->balance && i < problem_terms(p); i++) {
         snprintf(t->balance_names[i], sizeof t->balance_names[i], "balance_%s",
-                 problem_term_name(t->problem, i));
-        h->names[h->columns++] = t->balance_names[i];
+                 problem_term_name(p, i));
+        put(h, row, t->balance_names[i], problem_balance_weight(p, i));
     }
-    if (t->e->settings->losses.self_adaptive_rate > 0) {
-        h->names[h->columns++] = "self_adaptive_least_weight";
-        h->names[h->columns++] = "self_adaptive_greatest_weight";
+    if (losses->self_adaptive_rate > 0) {
+        double least, greatest;
+        problem_self_adaptive_range(p, &least, &greatest);
+        put(h, row, "self_adaptive_least_weight", least);
+        put(h, row, "self_adaptive_greatest_weight", greatest);
     }
 }
+
+/* ---- making -------------------------------------------------------------------------------- */
 
 static bool fixed_loss(const train_settings *settings)
 {
@@ -157,11 +196,12 @@ ad_status trainer_create(experiment *e, problem *problem_, reference *known, dou
     status = status == AD_OK ? trainer_measure_size(t, error) : status;
     status = status == AD_OK ? start_loads(t, error) : status;
     status = status == AD_OK ? fit_start(&t->fit, error) : status;
-    name_columns(t);
     if (status != AD_OK) {
         trainer_free(t);
         return status;
     }
+    double row[HISTORY_COLUMNS_MAX];
+    fill_row(t, row); /* for its names */
     *result = t;
     return AD_OK;
 }
@@ -188,38 +228,14 @@ const double *trainer_parameters(const trainer *t)
     return t->losses_compare && t->fit.by ? optim_best_x(t->fit.by) : current_x(t);
 }
 
-trainer_info trainer_inspect(const trainer *t)
+const trainer_info *trainer_inspect(const trainer *t)
 {
-    const fit *f = &t->fit;
-    trainer_info info = t->info;
-    info.state = f->state;
-    info.step = f->at.step;
-    info.window = f->at.window;
-    info.stage = f->at.stage;
-    info.window_step = f->at.window_step;
-    info.stage_step = f->at.stage_step;
-    info.part = f->at.part;
-    info.seconds = fit_seconds(f);
-    info.stage_seconds = fit_stage_seconds(f);
-    info.loss = f->loss;
-    info.gradient_norm = f->gradient_norm;
-    info.learning_rate = f->rate;
-    info.held_out = f->held_out;
-    info.errors.position = f->error;
-    info.ended = f->ended;
-    info.held_out_ratio = f->held_out_ratio;
-    info.interpolates = f->interpolates;
-    return info;
+    return &t->info;
 }
 
 fit *trainer_fit(trainer *t)
 {
     return &t->fit;
-}
-
-const history *trainer_history(const trainer *t)
-{
-    return &t->fit.rows;
 }
 
 void trainer_describe(const trainer *t, char text[160])
@@ -258,66 +274,13 @@ ad_status trainer_add_row(trainer *t, ad_error *error)
     }
     if (status == AD_OK && t->e->targets) {
         status = targets_measure(t->e->targets, t->e->mlp, x, &info->members, error);
-        f->error = info->members.median;
+        f->error = info->errors.position = info->members.median;
     }
     double row[HISTORY_COLUMNS_MAX];
-    int n = 0;
-    row[n++] = (double)f->at.step;
-    if (t->e->scene->windows > 1) {
-        row[n++] = f->at.window + 1;
-    }
-    row[n++] = f->at.stage + 1; /* counted from 1, as on the screen */
-    row[n++] = fit_seconds(f);
-    row[n++] = f->loss;
-    for (int i = 0; i < problem_terms(t->problem); i++) {
-        row[n++] = problem_losses(t->problem)[i];
-    }
-    if (t->loads.solved) {
-        row[n++] = f->at.part;
-    }
-    row[n++] = f->held_out;
-    row[n++] = f->error;
-    row[n++] = info->errors.tip;
-    row[n++] = info->errors.rotation;
-    row[n++] = f->rate;
-    row[n++] = f->gradient_norm;
-    for (int i = 1; t->e->targets && i < TRAINER_MEMBERS; i++) {
-        row[n++] = *trainer_members_error(info, i);
-    }
-    if (t->e->settings->losses.causal_slices) {
-        row[n++] = problem_causal_epsilon(t->problem);
-        row[n++] = problem_causal_least_weight(t->problem);
-    }
-    for (int i = 0; t->e->settings->losses.balance && i < problem_terms(t->problem); i++) {
-        row[n++] = problem_balance_weight(t->problem, i);
-    }
-    if (t->e->settings->losses.self_adaptive_rate > 0) {
-        problem_self_adaptive_range(t->problem, &row[n], &row[n + 1]);
-    }
+    fill_row(t, row);
     status = status == AD_OK ? history_add(&f->rows, row, error) : status;
     info->row_seconds += train_seconds() - began;
     return status;
-}
-
-/* The first is the column "error". */
-static const struct {
-    const char *name;
-    size_t offset;
-} members_columns[TRAINER_MEMBERS] = {{"error", offsetof(targets_errors, median)},
-                                      {"error_95", offsetof(targets_errors, most)},
-                                      {"error_worst", offsetof(targets_errors, worst)},
-                                      {"polished", offsetof(targets_errors, polished_median)},
-                                      {"polished_95", offsetof(targets_errors, polished_most)},
-                                      {"polished_worst", offsetof(targets_errors, polished_worst)}};
-
-const char *trainer_members_name(int column)
-{
-    return members_columns[column].name;
-}
-
-double *trainer_members_error(trainer_info *info, int column)
-{
-    return (double *)((char *)&info->members + members_columns[column].offset);
 }
 
 static double trained_loss(const void *of, size_t row)
@@ -335,8 +298,7 @@ static double trained_loss(const void *of, size_t row)
 
 static void count_evaluation(trainer *t)
 {
-    t->info.evaluations++;
-    t->fit.points = (double)t->info.evaluations * t->info.points;
+    t->fit.points += t->info.points;
 }
 
 static int code_of(trainer *t, ad_status status)
@@ -504,9 +466,8 @@ static ad_status end_stage(void *of, optim_status result, bool *again, ad_error 
     (void)error;
     memcpy(experiment_parameters(t->e), trainer_parameters(t), t->e->count * sizeof(double));
     t->info.solved = trainer_is_small(t, physics_loss(t)) || t->fit.loss < stage_of(t)->stop_loss;
-    optimizer_account(t->optimizer, t->account);
+    optimizer_account(t->optimizer, t->info.account);
     trainer_forget_optimizer(t);
-    t->info.account = t->account;
     if (t->info.solved && t->loads.solved && t->fit.at.stage == 0 &&
         trainer_unstable_modes(t) > 0) {
         t->info.solved = false; /* another path of loads may lead to a stable shape */

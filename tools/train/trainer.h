@@ -27,35 +27,19 @@ typedef struct trainer trainer;
  * percent lie below. */
 #define TRAINER_LARGE_LOSS 1e-2
 
+/* What is measured beside what the fit knows. */
 typedef struct trainer_info {
-    fit_state state;
-    int64_t step;        /* over all windows and stages */
-    int window, stage;   /* from 0 */
-    int64_t window_step; /* within the window */
-    int64_t stage_step;  /* within the stage, for a part of the loads within that */
-    double part;         /* of the loads, that is at work; 1: all */
-    double seconds;      /* wall time of all runs so far */
-    double row_seconds;  /* of it, in this process: spent on rows of the history */
-    double loss;         /* weighted; at the last evaluation */
-    double gradient_norm;
-    double learning_rate; /* or what the optimiser has for one, see tools/train/stage_optimizer.h */
-    double stage_seconds; /* wall time of the stage at work so far */
-    double held_out;      /* at the last row of the history */
+    double row_seconds;      /* wall time spent on rows of the history in this process */
+    double points;           /* per evaluation of the loss */
     reference_errors errors; /* of a family in the strain form the position is members.median */
     targets_errors members;  /* of such a family, else NaN */
-    int64_t evaluations;     /* of the loss in this process */
-    double points;           /* per evaluation */
-    const char *ended;       /* why the last stage ended, or NULL */
-    bool solved; /* it ended with a small loss, at rest in a stable shape if that can be told */
-    problem_fusing fused;   /* programs whose elementwise work is compiled by now */
-    const char *account;    /* what its optimiser has to say of its steps; may be empty */
-    double held_out_ratio;  /* held-out over training loss at the last row, both by the weights of
-                             * the settings alone */
-    bool interpolates;      /* the ratio is so large that the points are fitted, not the equations:
-                             * above stop.held_out_ratio of the stage, or 100 where that is 0 */
-    char kernels[32];       /* of a resumed run whose steps so far were computed with other kernels
-                             * than ad_dense_kernels: theirs; else empty */
-    learnt_balance balance; /* when training is over; else NaN */
+    bool solved;             /* the last stage ended with a small loss, at rest in a stable shape if
+                              * that can be told */
+    char account[160];       /* what its optimiser has to say of its steps; may be empty */
+    problem_fusing fused;    /* programs whose elementwise work is compiled by now */
+    char kernels[32];        /* of a resumed run whose steps so far were computed with other kernels
+                              * than ad_dense_kernels: theirs; else empty */
+    learnt_balance balance;  /* when training is over; else NaN */
     model_motion_error motion; /* then: of one motion in the strain form */
     fresh_errors fresh;        /* of a family of rods at rest in mixed form, then; else NaN */
     double estimate;           /* then: experiment_error, of a family the largest of some fresh
@@ -86,8 +70,7 @@ void trainer_watch_stop(trainer *t, bool (*asked)(void *context), void *context)
 /* A row of history now, beside those of every output_every steps. */
 ad_status trainer_add_row(trainer *t, ad_error *error);
 
-trainer_info trainer_inspect(const trainer *t);
-const history *trainer_history(const trainer *t);
+const trainer_info *trainer_inspect(const trainer *t);
 fit *trainer_fit(trainer *t);
 
 /* Seconds of training after which the elementwise work of its programs is compiled (problem_fuse)

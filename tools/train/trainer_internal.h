@@ -14,10 +14,9 @@ struct trainer {
     optimizer *optimizer;     /* of the stage at hand, or NULL */
     optim_continuation loads; /* no memory: all loads at once */
     fit fit;
-    trainer_info info;   /* what the fit does not know */
+    trainer_info info;
     bool losses_compare; /* points and weights stay, so the best point is the best */
     char balance_names[MODEL_TERMS_MAX][32]; /* of columns, per term */
-    char account[160];
     double size;                  /* what a large loss is relative to: trainer_measure_size */
     double evaluated;             /* loss of the last evaluation */
     bool (*asked)(void *context); /* whether to stop: trainer_watch_stop */

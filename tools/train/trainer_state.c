@@ -244,6 +244,7 @@ ad_status trainer_restore(trainer *t, const checkpoint *file, ad_error *error)
     }
     const history *rows = &t->fit.rows;
     if (rows->count > 0) { /* what stopping criteria look at */
+        t->info.errors.position = t->fit.error;
         t->info.errors.tip = history_value(rows, rows->count - 1, "tip_error");
         t->info.errors.rotation = history_value(rows, rows->count - 1, "rotation_error");
         for (int i = 0; t->e->targets && i < TRAINER_MEMBERS; i++) {

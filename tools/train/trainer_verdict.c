@@ -393,20 +393,20 @@ static void judge_motion_balance(const learnt_balance *balance, bool modes, verd
 
 void trainer_verdict(const trainer *t, verdict *result)
 {
-    const trainer_info now = trainer_inspect(t), *info = &now;
+    const fit *f = &t->fit;
     *result = (verdict){.count = 0};
-    if (info->state != FIT_OVER) {
+    if (f->state != FIT_OVER) {
         verdict_add(result, VERDICT_UNFINISHED,
                     "training is at step %lld, in stage %d of %d; resume it to go on",
-                    (long long)info->step, info->stage + 1, t->e->settings->stage_count);
+                    (long long)f->at.step, f->at.stage + 1, t->e->settings->stage_count);
         return;
     }
-    if (info->interpolates) {
+    if (f->interpolates) {
         verdict_add(result, VERDICT_INTERPOLATES,
                     "the network interpolates its points: between them, where it was not trained, "
                     "the loss is %.1e times as large; take more losses.interior.points, or a "
                     "smaller network.hidden",
-                    info->held_out_ratio);
+                    f->held_out_ratio);
     }
     if (t->e->targets) {
         judge_members(t, result);
@@ -422,14 +422,14 @@ void trainer_verdict(const trainer *t, verdict *result)
                     "was computed; try fewer jumps, or a smoother formula",
                     problem_unresolved(t->problem));
     }
-    judge_motion_balance(&info->balance, t->e->modes != NULL, result);
+    judge_motion_balance(&t->info.balance, t->e->modes != NULL, result);
     judge_strains(t, result);
     if (t->e->model->has_scene) {
         scene_judge_sizes(t->e->scene, result);
     }
     judge_stability(t, result);
     if (t->known) {
-        reference_verdict(t->known, &info->errors, trainer_estimate(t), result);
+        reference_verdict(t->known, &t->info.errors, trainer_estimate(t), result);
         if (verdict_has(result, VERDICT_ESTIMATES_CONTRADICT)) {
             reference_forget(t->known);
         }
