@@ -3,7 +3,36 @@
 #include "physics/local/rod_model.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
+
+ad_status solve_rod_points_make(const solve_rod *rod, size_t n, const double *s,
+                                solve_rod_points *points, ad_error *error)
+{
+    const size_t numbers = (size_t)rod->along.numbers, pulling = (size_t)rod->actuators;
+    *points =
+        (solve_rod_points){.sections = malloc(n * sizeof *points->sections),
+                           .rest = malloc(n * sizeof *points->rest),
+                           .along = malloc((n * numbers + 1) * sizeof *points->along),
+                           .actuators = malloc((n * pulling + 1) * sizeof *points->actuators)};
+    if (!points->sections || !points->rest || !points->along || !points->actuators) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", n);
+    }
+    ad_status status = solve_rod_sections(rod, n, s, points->sections, error);
+    status = status == AD_OK ? solve_rod_rest(rod, n, s, 0, points->rest, error) : status;
+    status = status == AD_OK ? solve_rod_along(rod, n, s, 0, points->along, error) : status;
+    return status == AD_OK && pulling > 0
+               ? solve_rod_actuators(rod, n, s, 0, points->actuators, error)
+               : status;
+}
+
+void solve_rod_points_clear(solve_rod_points *points)
+{
+    free(points->sections);
+    free(points->rest);
+    free(points->along);
+    free(points->actuators);
+}
 
 /* A path of equilibria that ends there would be the wrong answer. */
 static ad_status check_finite(const solve_rod *rod, double s, const double *from, const double *to,
@@ -29,29 +58,21 @@ static ad_status given_at(const void *context, size_t n, const double *s, double
                           ad_error *error)
 {
     const solve_rod *rod = context;
-    size_t pulling = (size_t)rod->actuators;
-    solve_section sections[QUADRATURE_BATCH];
-    solve_rest rest[QUADRATURE_BATCH];
-    double along[QUADRATURE_BATCH * ACTING_ALONG_MAX];
-    const size_t numbers = (size_t)rod->along.numbers;
-    solve_actuator actuators[QUADRATURE_BATCH * SOLVE_ACTUATORS_MAX];
-    ad_status status = solve_rod_sections(rod, n, s, sections, error);
-    status = status == AD_OK ? solve_rod_rest(rod, n, s, 0, rest, error) : status;
-    status = status == AD_OK ? solve_rod_along(rod, n, s, 0, along, error) : status;
-    if (status == AD_OK && pulling > 0) {
-        status = solve_rod_actuators(rod, n, s, 0, actuators, error);
-    }
+    const size_t numbers = (size_t)rod->along.numbers, pulling = (size_t)rod->actuators;
+    solve_rod_points at;
+    ad_status status = solve_rod_points_make(rod, n, s, &at, error);
     for (size_t i = 0; i < n && status == AD_OK; i++) {
         const double *first = out;
-        out = append(out, sections[i].compliance, 6);
-        out = append(out, rest[i].strain, 3);
-        out = append(out, rest[i].curvature, 3);
-        out = append(out, rest[i].imperfection, 3);
-        out = append(out, along + i * numbers, numbers);
-        out = append(out, (const double *)&actuators[i * pulling],
-                     pulling * sizeof *actuators / sizeof(double));
+        out = append(out, at.sections[i].compliance, 6);
+        out = append(out, at.rest[i].strain, 3);
+        out = append(out, at.rest[i].curvature, 3);
+        out = append(out, at.rest[i].imperfection, 3);
+        out = append(out, at.along + i * numbers, numbers);
+        out = append(out, (const double *)&at.actuators[i * pulling],
+                     pulling * sizeof *at.actuators / sizeof(double));
         status = check_finite(rod, s[i], first, out, error);
     }
+    solve_rod_points_clear(&at);
     return status;
 }
 

@@ -193,6 +193,18 @@ ad_status solve_rod_along(const solve_rod *rod, size_t n, const double *s, doubl
 ad_status solve_rod_actuators(const solve_rod *rod, size_t n, const double *s, double t,
                               solve_actuator *out, ad_error *error);
 
+/* What a rod at rest has at some points, at t = 0. From zeros; to be cleared also after errors. */
+typedef struct solve_rod_points {
+    solve_section *sections;
+    solve_rest *rest;
+    double *along;             /* [points][numbers of what acts along the rod] */
+    solve_actuator *actuators; /* [points][those of the rod], at full load */
+} solve_rod_points;
+
+ad_status solve_rod_points_make(const solve_rod *rod, size_t n, const double *s,
+                                solve_rod_points *points, ad_error *error);
+void solve_rod_points_clear(solve_rod_points *points);
+
 /* By how much actuator i, a tendon whose length is given, is pulled out; 0 of others. */
 double solve_rod_displacement(const solve_rod *rod, int i, double t);
 

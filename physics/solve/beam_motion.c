@@ -57,7 +57,7 @@ static void set_rows(beam_motion *m)
     size_t count = 0, sides = m->beam->turns ? 2 : 1;
     for (size_t side = 0; side < sides; side++) {
         for (size_t i = 0; i < m->nodes; i++) {
-            const beam_section *at = &beam_system_sections(m->system)[i];
+            const beam_section *at = &m->system->sections[i];
             m->row[count++] =
                 (beam_row){.in_field = beam_system_place(m->system, i) * BEAM_ROWS + side,
                            .load = side * m->nodes + i,
@@ -154,7 +154,7 @@ static void add_response(const beam_motion *m, size_t column, double load, doubl
 /* Loads are those within the stretch, at its ends as well. */
 static ad_status load_stages(beam_motion *m, double start, ad_error *error)
 {
-    const double *points = beam_system_points(m->system);
+    const double *points = m->system->mesh.points;
     double first = m->first > 0 ? m->first + INSIDE * m->beam->duration : 0;
     double end = m->beam->duration, last = m->last < end ? m->last - INSIDE * end : end;
     ad_status status = AD_OK;
@@ -286,7 +286,7 @@ static ad_status start(beam_motion *m, ad_error *error)
     double *points = malloc(count * sizeof *points);
     ad_status status = initial && points ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
     if (status == AD_OK) {
-        memcpy(points, beam_system_points(m->system), m->nodes * sizeof *points);
+        memcpy(points, m->system->mesh.points, m->nodes * sizeof *points);
         for (size_t i = 0; i < jumps; i++) {
             points[m->nodes + i] = m->beam->jumps[i].s;
         }

@@ -115,10 +115,9 @@ static ad_status solve_static(beam_solution *solution, ad_error *error)
     double ends[4];
     beam_load jump_loads[BEAM_JUMPS_MAX];
     beam_load *loads = malloc(nodes * sizeof *loads);
-    ad_status status = loads
-                           ? solve_beam_load(solution->beam, nodes,
-                                             beam_system_points(solution->system), 0, loads, error)
-                           : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu nodes", nodes);
+    ad_status status = loads ? solve_beam_load(solution->beam, nodes, solution->system->mesh.points,
+                                               0, loads, error)
+                             : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu nodes", nodes);
     status = status == AD_OK ? solve_beam_ends(solution->beam, 0, ends, error) : status;
     status = status == AD_OK ? solve_beam_jump_loads(solution->beam, 0, jump_loads, error) : status;
     if (status == AD_OK) {
@@ -131,7 +130,7 @@ static ad_status solve_static(beam_solution *solution, ad_error *error)
 /* By how much waves are faster, where they are fastest, than those of the scales. */
 static double speed(const beam_system *system)
 {
-    const beam_section *sections = beam_system_sections(system);
+    const beam_section *sections = system->sections;
     double square = 0;
     for (size_t i = 0; i < beam_system_nodes(system); i++) {
         square = fmax(square, 1 / (sections[i].bending_compliance * sections[i].mass));
@@ -210,7 +209,7 @@ double beam_largest(const beam_solution *solution)
 /* Largest difference of the deflection at the nodes of the finer one, over its largest. */
 static double difference(const beam_solution *coarse, const beam_solution *fine)
 {
-    const double *points = beam_system_points(fine->system);
+    const double *points = fine->system->mesh.points;
     double off = 0, size = beam_largest(fine);
     for (size_t which = 0; which < fine->count; which++) {
         for (size_t i = 0; i < beam_system_nodes(fine->system); i++) {
@@ -245,21 +244,19 @@ static ad_status rate(const void *context, size_t n, const double *s, const doub
 /* At rest: the estimate is no smaller than what the solution leaves undone between its points. */
 static ad_status look_between(beam_solution *solution, solve_report *report, ad_error *error)
 {
-    const solve_equations equations = {.rows = BEAM_ROWS, .rate = rate, .context = solution->beam};
-    const gauss_rule *rule = beam_system_rule(solution->system);
-    size_t points = (size_t)rule->stages + 1, places = beam_system_places(solution->system);
-    size_t elements = (size_t)beam_system_elements(solution->system);
-    double *residual = malloc((elements * points + places) * BEAM_ROWS * sizeof *residual);
+    const solve_equations equations = {.rate = rate, .context = solution->beam};
+    const solve_elements *mesh = &solution->system->mesh;
+    const size_t each = ((size_t)mesh->stages + 1) * BEAM_ROWS, elements = (size_t)mesh->count;
+    const size_t places = beam_system_places(solution->system);
+    double *residual = malloc((elements * each + places * BEAM_ROWS) * sizeof *residual);
     ad_status status = residual ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
     for (size_t e = 0; e < elements && status == AD_OK; e++) {
-        status = solve_defect(solution->beam->quadrature, &equations, rule,
-                              beam_system_edges(solution->system) + e,
-                              solution->fields + e * (points + 1) * BEAM_ROWS,
-                              residual + e * points * BEAM_ROWS, error);
+        status =
+            solve_defect(solution->beam->quadrature, &equations, mesh, (int)e,
+                         solution->fields + e * (each + BEAM_ROWS), residual + e * each, error);
     }
     if (status == AD_OK) {
-        double *step = residual + elements * points * BEAM_ROWS, off = 0,
-               size = beam_largest(solution);
+        double *step = residual + elements * each, off = 0, size = beam_largest(solution);
         beam_system_correct(solution->system, residual, step);
         for (size_t i = 0; i < places; i++) {
             double here = fabs(step[i * BEAM_ROWS + BEAM_W]);

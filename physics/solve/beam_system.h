@@ -1,25 +1,31 @@
-/* A beam at rest as a first-order system in s, collocated at Gauss points of elements: one
- * linear solve for any loads. With y = (w, psi, V, M), by physics/beam/beam.h
+/* A beam at rest as a first-order system in s, collocated at Gauss points of elements (elements.h):
+ * one linear solve for any loads. With y = (w, psi, V, M), by physics/beam/beam.h
  *
  *   w_s = psi + g V,   psi_s = c M,   V_s = k w - q,   M_s = -V - mu
  *
- * with g, c the compliances of shear and bending and k the foundation, all of which may vary. Order
- * 2 stages at the ends of elements. The points within an element are eliminated, what remains are y
- * at the ends of elements. Nothing is divided by a stiffness, so that beams that do not shear are
- * no special case. Where something acts at a place, an element ends, and the next begins with V and
- * M as it leaves them. */
+ * with g, c the compliances of shear and bending and k the foundation, all of which may vary.
+ * Nothing is divided by a stiffness, so that beams that do not shear are no special case. Where
+ * something acts at a place, an element ends, and the next begins with V and M as it leaves them.
+ */
 #ifndef PHYSICS_SOLVE_BEAM_SYSTEM_H
 #define PHYSICS_SOLVE_BEAM_SYSTEM_H
 
 #include "physics/solve/beam_model.h"
-
-#ifdef __cplusplus
-extern "C" {
-#endif
+#include "physics/solve/elements.h"
 
 enum { BEAM_W = 0, BEAM_PSI = 1, BEAM_V = 2, BEAM_M = 3, BEAM_ROWS = 4 };
 
-typedef struct beam_system beam_system;
+typedef struct beam_system {
+    solve_elements mesh;
+    double
+        unit[BEAM_ROWS]; /* of y here: where waves along the beam are short, all rows are alike */
+    bool holds[4];       /* what the ends prescribe: w or V, psi or M, at 0, at 1 */
+    int jump_count;      /* of the beam */
+    beam_jump jumps[BEAM_JUMPS_MAX];
+    int *jump;              /* [elements + 1] index of that at an edge; -1: none */
+    beam_section *sections; /* [nodes], with the stiffening */
+    double *right, *step;   /* [unknowns] */
+} beam_system;
 
 /* Elements of so many points between edges [elements + 1] from 0 to 1, each place of beam->jumps
  * among them; `stiffening` is added to the foundation. AD_BAD_ARGUMENT: a singular system, that of
@@ -28,14 +34,7 @@ ad_status beam_system_create(const solve_beam *beam, int stages, int elements, c
                              double stiffening, beam_system **result, ad_error *error);
 void beam_system_free(beam_system *system);
 
-int beam_system_elements(const beam_system *system);
-const double *beam_system_edges(const beam_system *system);
-const gauss_rule *beam_system_rule(const beam_system *system);
-
-size_t beam_system_nodes(const beam_system *system);         /* collocation points */
-const double *beam_system_points(const beam_system *system); /* s of them, ascending */
-/* There, with the stiffening. */
-const beam_section *beam_system_sections(const beam_system *system);
+size_t beam_system_nodes(const beam_system *system); /* collocation points */
 
 /* y is given at `places`, [places][BEAM_ROWS]: of each element the beginning, beyond what acts
  * there, the points, and the end. */
@@ -59,9 +58,5 @@ void beam_system_rate(const beam_section *at, const double *y, const beam_load *
 /* at [BEAM_ROWS] = y at s in [0, 1], by the polynomial of its element; where something acts, before
  * that. */
 void beam_system_at(const beam_system *system, const double *y, double s, double *at);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

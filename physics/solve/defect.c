@@ -79,27 +79,10 @@ static bool add_element(dense *to, const solve_quadrature *quadrature, const gau
     return true;
 }
 
-static void interpolate(dense *points, const gauss_rule *rule, const double *edges,
-                        const double *values)
-{
-    double weights[GAUSS_STAGES_MAX + 2];
-    size_t rows = points->rows;
-    for (size_t i = 0; i < points->count; i++) {
-        double *y = points->y + i * rows;
-        solve_gauss_lagrange(rule, (points->s[i] - edges[0]) / (edges[1] - edges[0]), weights);
-        memset(y, 0, rows * sizeof *y);
-        for (size_t j = 0; j < (size_t)rule->stages + 2; j++) {
-            for (size_t k = 0; k < rows; k++) {
-                y[k] += weights[j] * values[j * rows + k];
-            }
-        }
-    }
-}
-
 static void compare(const dense *points, const gauss_rule *rule, const double *values,
                     double *residual)
 {
-    double sum[GAUSS_STAGES_MAX + 1][DEFECT_ROWS_MAX] = {{0}}, so_far[DEFECT_ROWS_MAX] = {0};
+    double sum[GAUSS_STAGES_MAX + 1][ELEMENTS_ROWS_MAX] = {{0}}, so_far[ELEMENTS_ROWS_MAX] = {0};
     size_t rows = points->rows;
     for (size_t i = 0; i < points->count; i++) {
         for (size_t k = 0; k < rows; k++) {
@@ -115,20 +98,23 @@ static void compare(const dense *points, const gauss_rule *rule, const double *v
 }
 
 ad_status solve_defect(const solve_quadrature *quadrature, const solve_equations *equations,
-                       const gauss_rule *rule, const double *edges, const double *values,
+                       const solve_elements *mesh, int element, const double *values,
                        double *residual, ad_error *error)
 {
-    dense points = {.rows = (size_t)equations->rows};
-    bool made = add_element(&points, quadrature, rule, edges);
+    dense points = {.rows = (size_t)mesh->rows};
+    bool made = add_element(&points, quadrature, &mesh->rule, mesh->edges + element);
     ad_status status =
         made ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for points between nodes");
+    for (size_t i = 0; i < points.count && status == AD_OK; i++) {
+        solve_elements_interpolate(mesh, element, points.s[i], points.rows, points.rows, values,
+                                   points.y + i * points.rows);
+    }
     if (status == AD_OK) {
-        interpolate(&points, rule, edges, values);
         status = equations->rate(equations->context, points.count, points.s, points.y, points.rate,
                                  error);
     }
     if (status == AD_OK) {
-        compare(&points, rule, values, residual);
+        compare(&points, &mesh->rule, values, residual);
     }
     dense_free(&points);
     return status;

@@ -8,22 +8,20 @@
 #define PHYSICS_SOLVE_DEFECT_H
 
 #include "physics/local/quadrature.h"
-
-enum { DEFECT_ROWS_MAX = 21 };
+#include "physics/solve/elements.h"
 
 /* rate [n][rows] = f(s [n], y [n][rows]) */
 typedef struct solve_equations {
-    int rows; /* at most DEFECT_ROWS_MAX */
     ad_status (*rate)(const void *context, size_t n, const double *s, const double *y, double *rate,
                       ad_error *error);
     const void *context;
 } solve_equations;
 
-/* Of an element between edges [2], with y as values [stages + 2][rows] at its beginning, its points
- * and its end: residual [stages + 1][rows], at its points and its end y less that at its beginning
- * less the integral of f from there by the quadrature. AD_NO_MEMORY, errors of f. */
+/* Of an element with y as values [stages + 2][rows] at its beginning, its points and its end:
+ * residual [stages + 1][rows], at its points and its end y less that at its beginning less the
+ * integral of f from there by the quadrature. AD_NO_MEMORY, errors of f. */
 ad_status solve_defect(const solve_quadrature *quadrature, const solve_equations *equations,
-                       const gauss_rule *rule, const double *edges, const double *values,
+                       const solve_elements *mesh, int element, const double *values,
                        double *residual, ad_error *error);
 
 #endif

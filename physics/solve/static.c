@@ -52,7 +52,7 @@ ad_status static_create(const solve_rod *rod, int stages, int elements, const do
         status = static_newton_create(solution->system, &solution->newton, error);
     }
     if (status == AD_OK) {
-        solution->y = malloc(static_system_unknowns(solution->system) * sizeof *solution->y);
+        solution->y = malloc(elements_unknowns(&solution->system->mesh) * sizeof *solution->y);
         status = solution->y ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
     }
     if (status != AD_OK) {
@@ -64,53 +64,32 @@ ad_status static_create(const solve_rod *rod, int stages, int elements, const do
 
 static size_t rows_of(const static_solution *solution)
 {
-    return (size_t)static_system_rows(solution->system);
-}
-
-/* y at the points of an element: at its beginning, beyond what acts there; inner points; its end.
- */
-static void element_values(const static_solution *solution, int element,
-                           double (*values)[STATIC_ROWS_MAX])
-{
-    size_t stages = (size_t)static_system_rule(solution->system)->stages, rows = rows_of(solution);
-    const double *y = solution->y + (size_t)element * (stages + 1) * rows;
-    static_system_start(solution->system, solution->y, element, values[0]);
-    for (size_t i = 1; i < stages + 2; i++) {
-        memcpy(values[i], y + i * rows, rows * sizeof *y);
-    }
+    return (size_t)solution->system->mesh.rows;
 }
 
 /* y at s, by the polynomial of its element; where something acts, before that. */
 static void interpolate(const static_solution *solution, double s, double *y)
 {
-    const gauss_rule *rule = static_system_rule(solution->system);
-    const double *edges = static_system_edges(solution->system);
-    double weights[GAUSS_STAGES_MAX + 2];
-    int first = static_system_element(solution->system, s);
-    solve_gauss_lagrange(rule, (s - edges[first]) / (edges[first + 1] - edges[first]), weights);
-    double values[GAUSS_STAGES_MAX + 2][STATIC_ROWS_MAX];
-    element_values(solution, first, values);
-    memset(y, 0, rows_of(solution) * sizeof *y);
-    for (int i = 0; i < rule->stages + 2; i++) {
-        for (size_t k = 0; k < rows_of(solution); k++) {
-            y[k] += weights[i] * values[i][k];
-        }
-    }
+    const solve_elements *mesh = &solution->system->mesh;
+    const int element = solve_elements_at(mesh, s);
+    double values[(GAUSS_STAGES_MAX + 2) * STATIC_ROWS_MAX];
+    static_system_values(solution->system, solution->y, element, values);
+    solve_elements_interpolate(mesh, element, s, rows_of(solution), rows_of(solution), values, y);
 }
 
 /* The last Chebyshev coefficient over an element: of position and quaternion, and of force and
  * moment relative to the largest, `size`. */
 static double last_term(const static_solution *solution, int element, double size)
 {
-    const gauss_rule *rule = static_system_rule(solution->system);
-    int stages = rule->stages, rows = static_system_rows(solution->system);
-    double y[GAUSS_STAGES_MAX + 2][STATIC_ROWS_MAX], result = 0;
-    element_values(solution, element, y);
+    const gauss_rule *rule = &solution->system->mesh.rule;
+    const int stages = rule->stages, rows = solution->system->mesh.rows;
+    double y[(GAUSS_STAGES_MAX + 2) * STATIC_ROWS_MAX], result = 0;
+    static_system_values(solution->system, solution->y, element, y);
     for (int k = 0; k < rows; k++) {
         double sum = 0; /* the divided difference of the points 0, c; that of 0, c, 1 is 0 */
         for (int i = 0; i <= stages; i++) {
             double point = i == 0 ? 0 : rule->nodes[i - 1];
-            sum += rule->barycentric[i] * 2 * (point - 1) * y[i][k];
+            sum += rule->barycentric[i] * 2 * (point - 1) * y[i * rows + k];
         }
         result = fmax(result, fabs(sum) / (k < STATIC_N ? 1 : size));
     }
@@ -119,12 +98,12 @@ static double last_term(const static_solution *solution, int element, double siz
 
 int static_halve(const static_solution *solution, double threshold, double **edges)
 {
-    int elements = static_system_elements(solution->system), count = 0, halved = 0;
-    const double *from = static_system_edges(solution->system);
+    int elements = solution->system->mesh.count, count = 0, halved = 0;
+    const double *from = solution->system->mesh.edges;
     double size = 1;
     double *to = malloc((2 * (size_t)elements + 1) * sizeof *to);
     *edges = to;
-    for (size_t k = 0; k < static_system_unknowns(solution->system); k++) {
+    for (size_t k = 0; k < elements_unknowns(&solution->system->mesh); k++) {
         size = fmax(size, fabs(solution->y[k]));
     }
     for (int e = 0; e < elements; e++) {
@@ -148,7 +127,7 @@ static ad_status refine(const static_solution *coarse, double threshold, static_
 {
     double *edges;
     int elements = static_halve(coarse, threshold, &edges);
-    int stages = static_system_rule(coarse->system)->stages;
+    int stages = coarse->system->mesh.stages;
     *fine = NULL;
     *points = NULL;
     ad_status status = edges ? static_create(coarse->rod, stages, elements, edges, fine, error)
@@ -157,13 +136,13 @@ static ad_status refine(const static_solution *coarse, double threshold, static_
     if (status != AD_OK) {
         return status;
     }
-    size_t count = static_system_unknowns((*fine)->system) / rows_of(coarse);
+    size_t count = elements_unknowns(&(*fine)->system->mesh) / rows_of(coarse);
     *points = malloc(count * sizeof **points);
     if (!*points) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory");
     }
-    static_system_points((*fine)->system, *points);
-    memcpy(static_system_tensions((*fine)->system), static_system_tensions(coarse->system),
+    solve_elements_places(&(*fine)->system->mesh, *points);
+    memcpy((*fine)->system->tensions, coarse->system->tensions,
            SOLVE_ACTUATORS_MAX * sizeof(double));
     static_friction_refine(coarse->system, (*fine)->system);
     for (size_t i = 0; i < count; i++) {
@@ -177,7 +156,7 @@ static ad_status refine(const static_solution *coarse, double threshold, static_
 static double difference(const static_solution *coarse, const static_solution *fine,
                          const double *points)
 {
-    size_t rows = rows_of(fine), count = static_system_unknowns(fine->system) / rows;
+    size_t rows = rows_of(fine), count = elements_unknowns(&fine->system->mesh) / rows;
     double result = 0, y[STATIC_ROWS_MAX], off[3];
     for (size_t i = 0; i < count; i++) {
         interpolate(coarse, points[i], y);
@@ -237,7 +216,7 @@ static ad_status look_between(const static_solution *solution, solve_report *rep
 
 static int nodes_of(const static_solution *solution)
 {
-    return static_system_elements(solution->system) * static_system_rule(solution->system)->stages;
+    return solution->system->mesh.count * solution->system->mesh.stages;
 }
 
 ad_status static_begin(const solve_rod *rod, const solve_settings *settings, const path_shape *path,
@@ -342,7 +321,7 @@ static ad_status converge(static_solution **x, const solve_settings *settings, p
     double before = NAN; /* of two meshes */
     report->estimate = NAN;
     ad_status status = done ? AD_OK : look_between(*x, report, error);
-    while (status == AD_OK && !done && 2 * static_system_elements((*x)->system) <= ELEMENTS_MAX) {
+    while (status == AD_OK && !done && 2 * (*x)->system->mesh.count <= ELEMENTS_MAX) {
         status = improve(x, path, settings->tolerance, report, error);
         status = status == AD_OK ? look_between(*x, report, error) : status;
         bool rounding = report->estimate < ROUNDING && report->estimate > before / 2;
@@ -404,9 +383,9 @@ ad_status static_solve(const solve_rod *rod, const solve_settings *settings,
  * place where it jumps, also where rounding has moved s or the place. */
 static double within(const static_solution *solution, double s)
 {
-    const double margin = 1e-14, *edge = static_system_edges(solution->system);
-    const int e = static_system_element(solution->system, s),
-              last = static_system_elements(solution->system) - 1;
+    const double margin = 1e-14, *edge = solution->system->mesh.edges;
+    const int e = solve_elements_at(&solution->system->mesh, s),
+              last = solution->system->mesh.count - 1;
     s = e > 0 ? fmax(s, edge[e] + margin) : s;
     return e < last ? fmin(s, edge[e + 1] - margin) : s;
 }
@@ -414,32 +393,17 @@ static double within(const static_solution *solution, double s)
 ad_status static_at(const static_solution *solution, size_t n, const double *s, solve_state *out,
                     ad_error *error)
 {
-    double *inside = malloc(n * sizeof *inside);
-    solve_rest *rest = malloc(n * sizeof *rest);
-    solve_section *sections = malloc(n * sizeof *sections);
-    size_t pulling = (size_t)solution->rod->actuators;
-    solve_actuator *actuators = malloc((n * pulling + 1) * sizeof *actuators);
-    ad_status status = inside && rest && sections && actuators
-                           ? AD_OK
-                           : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", n);
+    double *inside = calloc(n + 1, sizeof *inside);
+    solve_rod_points given = {0};
+    ad_status status =
+        inside ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", n);
     for (size_t i = 0; i < n && status == AD_OK; i++) {
         inside[i] = within(solution, s[i]);
     }
-    status = status == AD_OK ? solve_rod_rest(solution->rod, n, inside, 0, rest, error) : status;
     status =
-        status == AD_OK ? solve_rod_sections(solution->rod, n, inside, sections, error) : status;
-    if (status == AD_OK && pulling > 0) {
-        status = solve_rod_actuators(solution->rod, n, inside, 0, actuators, error);
-    }
+        status == AD_OK ? solve_rod_points_make(solution->rod, n, inside, &given, error) : status;
     for (size_t i = 0; i < n && status == AD_OK; i++) {
-        for (int k = 0; k < 3; k++) {
-            rest[i].curvature[k] +=
-                static_system_imperfection(solution->system) * rest[i].imperfection[k];
-        }
-        const static_point at = {
-            .rest = rest[i],
-            .compliance = sections[i].compliance,
-            .actuation = static_system_actuation(solution->system, actuators, i, inside[i])};
+        const static_point at = static_system_given(solution->system, &given, i, inside[i]);
         double y[STATIC_ROWS_MAX], square = 0;
         interpolate(solution, s[i], y);
         for (int k = 0; k < 4; k++) {
@@ -456,19 +420,17 @@ ad_status static_at(const static_solution *solution, size_t n, const double *s, 
         static_body_force(y, out[i].force);
         static_strains(&at, y, out[i].strain, out[i].curvature);
     }
+    solve_rod_points_clear(&given);
     free(inside);
-    free(rest);
-    free(sections);
-    free(actuators);
     return status;
 }
 
 ad_status static_energy(const static_solution *solution, solve_energy *energy, ad_error *error)
 {
-    return static_energy_of(solution->system, solution->rod, solution->y, energy, error);
+    return static_energy_of(solution->system, solution->y, energy, error);
 }
 
 double static_tension(const static_solution *solution, int tendon)
 {
-    return static_system_tensions(solution->system)[tendon];
+    return solution->system->tensions[tendon];
 }

@@ -55,8 +55,8 @@ static ad_status make_push(static_arc *arc, ad_error *error)
 ad_status static_arc_create(static_system *system, const path_shape *path, static_arc **result,
                             ad_error *error)
 {
-    size_t rows = (size_t)static_system_rows(system);
-    size_t n = static_system_unknowns(system), points = n / rows;
+    size_t rows = (size_t)system->mesh.rows;
+    size_t n = elements_unknowns(&system->mesh), points = n / rows;
     static_arc *arc = calloc(1, sizeof *arc);
     double *memory = malloc((points + 3 * n + 4 * (n + 1)) * sizeof *memory);
     *result = NULL;
@@ -75,7 +75,7 @@ ad_status static_arc_create(static_system *system, const path_shape *path, stati
         *parts[i] = memory;
         memory += i < 3 ? n : n + 1;
     }
-    static_system_points(system, arc->s);
+    solve_elements_places(&system->mesh, arc->s);
     ad_status status = make_push(arc, error);
     if (status != AD_OK) {
         static_arc_free(arc);
@@ -147,10 +147,10 @@ static bool factor(static_arc *arc, const double *at)
     }
     set_load(arc, load);
     static_system_linearise(arc->system, at);
-    if (static_system_factor(arc->system) != 0) {
+    if (solve_elements_factor(&arc->system->mesh) != 0) {
         return false;
     }
-    static_system_solve(arc->system, arc->by_load, arc->first);
+    solve_elements_solve(&arc->system->mesh, arc->by_load, arc->first);
     arc->first[n] = 1;
     return isfinite(static_newton_largest(n, arc->first));
 }
@@ -160,7 +160,7 @@ static bool solve_bordered(static_arc *arc, const double *border, const double *
                            double *step)
 {
     size_t n = arc->unknowns;
-    static_system_solve(arc->system, right, step);
+    solve_elements_solve(&arc->system->mesh, right, step);
     step[n] = 0;
     double along = static_arc_product(arc, border, arc->first);
     double share = (last - static_arc_product(arc, border, step)) / along;
@@ -241,23 +241,20 @@ bool static_arc_step(static_arc *arc, const arc_place *before, double distance,
  * residual would have more under such a load. */
 static void load_by(const static_arc *arc, const double *direction, double *right)
 {
-    const gauss_rule *rule = static_system_rule(arc->system);
-    const double *edges = static_system_edges(arc->system);
-    memset(right, 0, arc->unknowns * sizeof *right);
+    static const double none[(GAUSS_STAGES_MAX + 1) * STATIC_ROWS_MAX];
+    const solve_elements *mesh = &arc->system->mesh;
     const size_t rows = arc->rows;
-    double *to = right + static_end_rows(static_system_rod(arc->system), 0);
-    const double *inner = direction + rows;
-    for (int e = 0; e < static_system_elements(arc->system); e++) {
-        double h = edges[e + 1] - edges[e];
-        for (int i = 0; i <= rule->stages; i++, to += rows) {
-            const double *a = i < rule->stages ? rule->matrix[i] : rule->weights;
-            for (int j = 0; j < rule->stages; j++) {
-                for (int k = 0; k < 3; k++) {
-                    to[STATIC_N + k] += h * a[j] * inner[(size_t)j * rows + (size_t)(STATIC_R + k)];
-                }
+    double pushed[GAUSS_STAGES_MAX * STATIC_ROWS_MAX] = {0}; /* rates of N */
+    memset(right, 0, arc->unknowns * sizeof *right);
+    for (int e = 0; e < mesh->count; e++) {
+        const double *inner = direction + elements_edge(mesh, e) + rows;
+        for (size_t i = 0; i < elements_inner(mesh); i += rows) {
+            for (int k = 0; k < 3; k++) {
+                pushed[i + STATIC_N + (size_t)k] = -inner[i + STATIC_R + (size_t)k];
             }
         }
-        inner += ((size_t)rule->stages + 1) * rows;
+        solve_elements_residual(mesh, e, none, none, pushed,
+                                right + mesh->start_rows + elements_edge(mesh, e));
     }
 }
 

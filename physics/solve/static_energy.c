@@ -8,66 +8,39 @@
 
 /* At all points of the mesh. */
 typedef struct at_points {
-    size_t count, rows; /* points; rows of y at each */
+    size_t count;       /* points */
     double *s, *weight; /* [count]; the weights are those of the quadrature, 0 between elements */
-    solve_section *sections;
     solve_initial *unstressed;
-    double *along;             /* [count][numbers of what acts along the rod] */
-    solve_rest *rest;          /* of rods with actuators, as the next */
-    solve_actuator *actuators; /* [count][those of the rod] */
+    solve_rod_points given;
 } at_points;
 
 static void points_free(at_points *p)
 {
     free(p->s);
     free(p->weight);
-    free(p->sections);
     free(p->unstressed);
-    free(p->along);
-    free(p->rest);
-    free(p->actuators);
+    solve_rod_points_clear(&p->given);
 }
 
-static ad_status add_actuators(const solve_rod *rod, at_points *p, ad_error *error)
+static ad_status points_make(const static_system *system, at_points *p, ad_error *error)
 {
-    size_t n = p->count;
-    p->rest = malloc(n * sizeof *p->rest);
-    p->actuators = malloc((n * (size_t)rod->actuators + 1) * sizeof *p->actuators);
-    if (!p->rest || !p->actuators) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", n);
-    }
-    ad_status status = solve_rod_rest(rod, n, p->s, 0, p->rest, error);
-    return status == AD_OK ? solve_rod_actuators(rod, n, p->s, 0, p->actuators, error) : status;
-}
-
-static ad_status points_make(const static_system *system, const solve_rod *rod, at_points *p,
-                             ad_error *error)
-{
-    const gauss_rule *rule = static_system_rule(system);
-    const double *edges = static_system_edges(system);
-    p->rows = (size_t)static_system_rows(system);
-    size_t n = p->count = static_system_unknowns(system) / p->rows;
+    const solve_elements *mesh = &system->mesh;
+    size_t n = p->count = elements_unknowns(mesh) / (size_t)mesh->rows;
     p->s = malloc(n * sizeof *p->s);
     p->weight = calloc(n, sizeof *p->weight);
-    p->sections = malloc(n * sizeof *p->sections);
     p->unstressed = malloc(n * sizeof *p->unstressed);
-    p->along = malloc((n * (size_t)rod->along.numbers + 1) * sizeof *p->along);
-    if (!p->s || !p->weight || !p->sections || !p->unstressed || !p->along) {
+    if (!p->s || !p->weight || !p->unstressed) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", n);
     }
-    static_system_points(system, p->s);
-    for (int e = 0; e < static_system_elements(system); e++) {
-        for (int k = 0; k < rule->stages; k++) {
-            p->weight[1 + e * (rule->stages + 1) + k] =
-                (edges[e + 1] - edges[e]) * rule->weights[k];
+    solve_elements_places(mesh, p->s);
+    for (int e = 0; e < mesh->count; e++) {
+        for (int k = 0; k < mesh->stages; k++) {
+            p->weight[1 + e * (mesh->stages + 1) + k] =
+                elements_width(mesh, e) * mesh->rule.weights[k];
         }
     }
-    ad_status status = solve_rod_sections(rod, n, p->s, p->sections, error);
-    status = status == AD_OK ? solve_rod_initial(rod, n, p->s, p->unstressed, error) : status;
-    status = status == AD_OK ? solve_rod_along(rod, n, p->s, 0, p->along, error) : status;
-    return status == AD_OK && (rod->actuators > 0 || rod->scene.rod.law)
-               ? add_actuators(rod, p, error)
-               : status;
+    ad_status status = solve_rod_points_make(system->rod, n, p->s, &p->given, error);
+    return status == AD_OK ? solve_rod_initial(system->rod, n, p->s, p->unstressed, error) : status;
 }
 
 /* What actuators do from the unstressed rod to state y at point i, per length; takes
@@ -76,10 +49,7 @@ static ad_status points_make(const static_system *system, const solve_rod *rod, 
 static double take_actuation(const at_points *p, size_t i, const static_system *system,
                              const double *y, double *wrench, double *energy)
 {
-    const static_point at = {.rest = p->rest[i],
-                             .compliance = p->sections[i].compliance,
-                             .actuation =
-                                 static_system_actuation(system, p->actuators, i, p->s[i])};
+    const static_point at = static_system_given(system, &p->given, i, p->s[i]);
     solve_actuation given = static_actuation(&at, y);
     double strains[ACTUATION_ROWS], rest[ACTUATION_ROWS], pull[ACTUATION_ROWS];
     static_strains(&at, y, strains, strains + 3);
@@ -102,19 +72,19 @@ static double take_actuation(const at_points *p, size_t i, const static_system *
 static double density(const at_points *p, size_t i, const static_system *system, const double *y,
                       double *work)
 {
-    const solve_section *section = &p->sections[i];
-    const acting *along = &static_system_rod(system)->along;
+    const solve_section *section = &p->given.sections[i];
+    const acting *along = &system->rod->along;
     const solve_initial *unstressed = &p->unstressed[i];
     const acting_on from = {unstressed->position, unstressed->rotation, NULL};
     const acting_on at = {y + STATIC_R, y + STATIC_Q, NULL};
-    const double *numbers = p->along + i * (size_t)along->numbers;
+    const double *numbers = p->given.along + i * (size_t)along->numbers;
     double wrench[ACTUATION_ROWS], sum = acting_energy(along, numbers, at);
     *work += acting_work(along, numbers, from, at);
     static_body_force(y, wrench);
     memcpy(wrench + 3, y + STATIC_M, 3 * sizeof *wrench);
-    if (p->rest) {
+    if (system->rod->actuators > 0 || system->rod->scene.rod.law) {
         *work += take_actuation(p, i, system, y, wrench, &sum);
-        *work = static_system_rod(system)->frictions > 0 ? NAN : *work; /* it depends on the way */
+        *work = system->rod->frictions > 0 ? NAN : *work; /* it depends on the way */
     }
     /* k x^2/2 of x = C n, k = 1/C is C n^2/2, also of a locked strain */
     number_law_elastic_energy(wrench, wrench + 3, section->compliance, &sum);
@@ -122,22 +92,23 @@ static double density(const at_points *p, size_t i, const static_system *system,
 }
 
 /* What acts at places: work of loads, and what else stores energy. */
-static void add_jumps(const static_system *system, const solve_rod *rod, const at_points *p,
-                      const double *y, solve_energy *energy)
+static void add_jumps(const static_system *system, const at_points *p, const double *y,
+                      solve_energy *energy)
 {
+    const solve_rod *rod = system->rod;
     const solve_jumps *jumps = &rod->jumps;
-    const size_t points = (size_t)static_system_rule(system)->stages + 1;
-    for (int e = 0; e <= static_system_elements(system); e++) {
+    const size_t points = (size_t)system->mesh.stages + 1;
+    for (int e = 0; e <= system->mesh.count; e++) {
         const size_t node = (size_t)e * points;
-        const double *at = y + node * p->rows;
+        const double *at = y + node * (size_t)system->mesh.rows;
         const solve_initial *unstressed = &p->unstressed[node];
-        const int i = static_system_jump(system, e);
+        const int i = system->jump[e];
         if (i >= 0) {
             const acting *of = &jumps->at[i].acting;
             const double *numbers = solve_jump_numbers(jumps, jumps->number, i);
             const acting_on from = {unstressed->position, unstressed->rotation, NULL};
             const acting_on to = {at + STATIC_R, at + STATIC_Q, NULL};
-            const bool is_end = e == 0 || e == static_system_elements(system);
+            const bool is_end = e == 0 || e == system->mesh.count;
             double moved[3], held[3] = {0}, r[3];
             for (int k = 0; k < 3; k++) {
                 moved[k] = to.position[k] - from.position[k];
@@ -154,20 +125,20 @@ static void add_jumps(const static_system *system, const solve_rod *rod, const a
     }
 }
 
-ad_status static_energy_of(const static_system *system, const solve_rod *rod, const double *y,
-                           solve_energy *energy, ad_error *error)
+ad_status static_energy_of(const static_system *system, const double *y, solve_energy *energy,
+                           ad_error *error)
 {
     at_points p = {0};
-    ad_status status = points_make(system, rod, &p, error);
+    ad_status status = points_make(system, &p, error);
     *energy = (solve_energy){.mismatch = NAN};
     for (size_t i = 0; status == AD_OK && i < p.count; i++) {
-        const double *at = y + i * p.rows;
+        const double *at = y + i * (size_t)system->mesh.rows;
         double done = 0;
         energy->strain += p.weight[i] * density(&p, i, system, at, &done);
         energy->work += p.weight[i] * done;
     }
     if (status == AD_OK) {
-        add_jumps(system, rod, &p, y, energy);
+        add_jumps(system, &p, y, energy);
     }
     points_free(&p);
     return status;

@@ -7,7 +7,7 @@
 
 /* Of the solution y [unknowns] under the whole load, by EI/L. AD_NO_MEMORY, or what the tape says
  * of a formula. */
-ad_status static_energy_of(const static_system *system, const solve_rod *rod, const double *y,
-                           solve_energy *energy, ad_error *error);
+ad_status static_energy_of(const static_system *system, const double *y, solve_energy *energy,
+                           ad_error *error);
 
 #endif

@@ -3,7 +3,7 @@
 #include "physics/local/mesh.h"
 #include "physics/local/solve_vector.h"
 #include "physics/numerics/quaternion.h"
-#include "physics/solve/static_system_internal.h"
+#include "physics/solve/static_system.h"
 
 #include <kinsol/kinsol.h>
 #include <math.h>
@@ -31,7 +31,7 @@ struct static_friction {
 
 static size_t angle_count(const static_system *system)
 {
-    return (size_t)system->elements * (system->stages + 2) * system->rod->frictions;
+    return (size_t)system->mesh.count * (system->mesh.stages + 2) * system->rod->frictions;
 }
 
 /* ---- how tendons turn ---------------------------------------------------------------------- */
@@ -65,9 +65,10 @@ static void combine(int count, const double *weights, double (*vectors)[3], doub
 static void tangents_of(const static_system *system, int e, int tendon, const double *y,
                         double (*tangents)[3])
 {
-    for (int i = 0; i < system->stages; i++) {
-        const double *at_y = y + edge(system, e) + (size_t)(i + 1) * (size_t)system->rows;
-        static_point at = static_system_point(system, (size_t)e * system->stages + i);
+    for (int i = 0; i < system->mesh.stages; i++) {
+        const double *at_y =
+            y + elements_edge(&system->mesh, e) + (size_t)(i + 1) * (size_t)system->mesh.rows;
+        static_point at = static_system_point(system, (size_t)e * system->mesh.stages + i);
         double strains[ACTUATION_ROWS], tangent[3], rotation[3][3];
         static_strains(&at, at_y, strains, strains + 3);
         solve_actuation_tangent(&at.actuation, tendon, strains, tangent);
@@ -82,7 +83,7 @@ static bool may_jump(const static_system *system, int e)
     const solve_quadrature *along = system->rod->quadrature;
     bool found = system->jump[e] >= 0;
     for (int i = 0; i < along->place_count && !found; i++) {
-        found = fabs(along->places[i] - system->edges[e]) < SOLVE_SAME_PLACE;
+        found = fabs(along->places[i] - system->mesh.edges[e]) < SOLVE_SAME_PLACE;
     }
     return found;
 }
@@ -101,39 +102,41 @@ static void measure_tendon(const static_system *system, const tangent_rule *rule
     const solve_extent *extent = &system->rod->extents[tendon];
     int stride = system->rod->frictions;
     double angle = 0, last[3] = {0};
-    for (int e = 0; e < system->elements; e++) {
+    for (int e = 0; e < system->mesh.count; e++) {
         double tangents[GAUSS_STAGES_MAX][3], turning[GAUSS_STAGES_MAX] = {0}, first[3];
-        double *to = angles + e * (system->stages + 2) * stride + k;
-        double middle = (system->edges[e] + system->edges[e + 1]) / 2;
+        double *to = angles + e * (system->mesh.stages + 2) * stride + k;
+        double middle = (system->mesh.edges[e] + system->mesh.edges[e + 1]) / 2;
         if (middle > extent->start && middle < extent->end) {
             tangents_of(system, e, tendon, y, tangents);
-            combine(system->stages, rule->at_end[0], tangents, first);
-            bool goes_on = e > 0 && system->edges[e - 1] + system->edges[e] > 2 * extent->start;
+            combine(system->mesh.stages, rule->at_end[0], tangents, first);
+            bool goes_on =
+                e > 0 && system->mesh.edges[e - 1] + system->mesh.edges[e] > 2 * extent->start;
             angle += goes_on && may_jump(system, e) ? angle_between(last, first) : 0;
-            combine(system->stages, rule->at_end[1], tangents, last);
-            for (int i = 0; i < system->stages; i++) {
+            combine(system->mesh.stages, rule->at_end[1], tangents, last);
+            for (int i = 0; i < system->mesh.stages; i++) {
                 double slope[3];
-                combine(system->stages, rule->slope[i], tangents, slope);
+                combine(system->mesh.stages, rule->slope[i], tangents, slope);
                 turning[i] = sqrt(vector_dot(slope, slope));
             }
         }
         to[0] = angle;
-        for (int i = 0; i <= system->stages; i++) { /* the last is the end of the element */
-            const double *a = i < system->stages ? system->rule.matrix[i] : system->rule.weights;
+        for (int i = 0; i <= system->mesh.stages; i++) { /* the last is the end of the element */
+            const double *a =
+                i < system->mesh.stages ? system->mesh.rule.matrix[i] : system->mesh.rule.weights;
             double sum = angle;
-            for (int j = 0; j < system->stages; j++) {
+            for (int j = 0; j < system->mesh.stages; j++) {
                 sum += a[j] * turning[j];
             }
             to[(i + 1) * stride] = sum;
         }
-        angle = to[(system->stages + 1) * stride];
+        angle = to[(system->mesh.stages + 1) * stride];
     }
 }
 
 /* angles of y under the tensions of now. */
 static void measure(const static_system *system, const double *y, double *angles)
 {
-    tangent_rule rule = tangent_rule_of(&system->rule);
+    tangent_rule rule = tangent_rule_of(&system->mesh.rule);
     for (int i = 0, k = 0; i < system->rod->actuators; i++) {
         if (system->rod->extents[i].rubs) {
             measure_tendon(system, &rule, i, k++, y, angles);
@@ -143,22 +146,16 @@ static void measure(const static_system *system, const double *y, double *angles
 
 void static_friction_refine(static_system *coarse, static_system *fine)
 {
-    int count = fine->rod->frictions, points = fine->stages + 2;
-    for (int e = 0; e < fine->elements && count > 0; e++) {
-        int from = static_system_element(coarse, (fine->edges[e] + fine->edges[e + 1]) / 2);
-        const double *old = coarse->angles + from * (coarse->stages + 2) * count;
-        for (int i = 0; i < points; i++) {
-            double c = i == 0 ? 0 : i == points - 1 ? 1 : fine->rule.nodes[i - 1];
-            double s = fine->edges[e] + c * width(fine, e), weights[GAUSS_STAGES_MAX + 2];
-            solve_gauss_lagrange(&coarse->rule, (s - coarse->edges[from]) / width(coarse, from),
-                                 weights);
-            for (int k = 0; k < count; k++) {
-                double sum = 0;
-                for (int j = 0; j < coarse->stages + 2; j++) {
-                    sum += weights[j] * old[j * count + k];
-                }
-                fine->angles[(e * points + i) * count + k] = sum;
-            }
+    const size_t count = (size_t)fine->rod->frictions, points = (size_t)fine->mesh.stages + 2;
+    for (int e = 0; e < fine->mesh.count && count > 0; e++) {
+        const double *edges = fine->mesh.edges + e;
+        const int from = solve_elements_at(&coarse->mesh, (edges[0] + edges[1]) / 2);
+        const double *old = coarse->angles + (size_t)from * points * count;
+        for (size_t i = 0; i < points; i++) {
+            const double c = i == 0 ? 0 : i == points - 1 ? 1 : fine->mesh.rule.nodes[i - 1];
+            const double s = edges[0] + c * elements_width(&fine->mesh, e);
+            solve_elements_interpolate(&coarse->mesh, from, s, count, count, old,
+                                       fine->angles + ((size_t)e * points + i) * count);
         }
     }
 }

@@ -31,12 +31,12 @@ static ad_status take(const static_solution *solution, const solve_settings *set
                       double *values, ad_error *error)
 {
     const solve_rod *rod = solution->rod;
-    const size_t rows = (size_t)static_system_rows(solution->system);
-    const size_t points = static_system_unknowns(solution->system) / rows;
+    const size_t rows = (size_t)solution->system->mesh.rows;
+    const size_t points = elements_unknowns(&solution->system->mesh) / rows;
     const int columns = solution_columns(&rod->scene);
     double units[MODEL_COLUMNS_MAX], *s = values + (size_t)columns * points;
     const double *before = solution->y + STATIC_Q;
-    static_system_points(solution->system, s);
+    solve_elements_places(&solution->system->mesh, s);
     for (size_t i = 0; i < points; i++) {
         s[i] *= rod->scales.length;
     }
@@ -59,7 +59,7 @@ ad_status static_from_guess(static_solution *solution, const solve_settings *set
 {
     const static_path end = static_path_at(path, path->last);
     const size_t points =
-        static_system_unknowns(solution->system) / (size_t)static_system_rows(solution->system);
+        elements_unknowns(&solution->system->mesh) / (size_t)solution->system->mesh.rows;
     double *values =
         malloc(((size_t)solution_columns(&solution->rod->scene) + 1) * points * sizeof *values);
     *found = false;

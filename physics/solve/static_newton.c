@@ -54,7 +54,7 @@ static int factor(SUNLinearSolver solver, SUNMatrix matrix)
 {
     const static_newton *newton = solver->content;
     (void)matrix;
-    return static_system_factor(newton->system) == 0 ? 0 : 1;
+    return solve_elements_factor(&newton->system->mesh) == 0 ? 0 : 1;
 }
 
 static int solve(SUNLinearSolver solver, SUNMatrix matrix, N_Vector step, N_Vector right,
@@ -62,7 +62,8 @@ static int solve(SUNLinearSolver solver, SUNMatrix matrix, N_Vector step, N_Vect
 {
     const static_newton *newton = solver->content;
     (void)matrix, (void)tolerance;
-    static_system_solve(newton->system, N_VGetArrayPointer(right), N_VGetArrayPointer(step));
+    solve_elements_solve(&newton->system->mesh, N_VGetArrayPointer(right),
+                         N_VGetArrayPointer(step));
     return 0;
 }
 
@@ -130,18 +131,18 @@ ad_status static_newton_create(static_system *system, static_newton **result, ad
     static_newton *newton = calloc(1, sizeof *newton);
     if (newton) {
         newton->system = system;
-        newton->unknowns = static_system_unknowns(system);
+        newton->unknowns = elements_unknowns(&system->mesh);
     }
     if (!newton || !allocate(newton) || !set_up(newton)) {
         static_newton_free(newton);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for Newton's method");
     }
-    if (static_system_rod(system)->frictions > 0 &&
+    if (system->rod->frictions > 0 &&
         !(newton->friction = static_friction_create(system, newton->context))) {
         static_newton_free(newton);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for the friction of tendons");
     }
-    if (static_system_rod(system)->method == SOLVE_STRAIN) {
+    if (system->rod->method == SOLVE_STRAIN) {
         ad_status status = strain_newton_create(system, &newton->strain, error);
         if (status != AD_OK) {
             static_newton_free(newton);
@@ -191,10 +192,10 @@ static bool polish(static_newton *newton, double *y)
 {
     static_system_residual(newton->system, y, newton->right);
     static_system_linearise(newton->system, y);
-    if (static_system_factor(newton->system) != 0) {
+    if (solve_elements_factor(&newton->system->mesh) != 0) {
         return false;
     }
-    static_system_solve(newton->system, newton->right, newton->step);
+    solve_elements_solve(&newton->system->mesh, newton->right, newton->step);
     double size = static_newton_largest(newton->unknowns, y);
     bool small = static_newton_largest(newton->unknowns, newton->step) <= 1e-3 * fmax(1, size);
     for (size_t i = 0; i < newton->unknowns && small; i++) {
@@ -231,7 +232,7 @@ static void step_pulled(void *context, const double *y, double *moved)
         return;
     }
     static_system_residual(newton->system, y, newton->right);
-    static_system_solve(newton->system, newton->right, newton->step);
+    solve_elements_solve(&newton->system->mesh, newton->right, newton->step);
     for (size_t i = 0; i < newton->unknowns; i++) {
         moved[i] = y[i] - newton->step[i];
     }

@@ -265,8 +265,8 @@ static bool is_leap(const path_history *past, const double *y, double off, size_
 ad_status static_path_follow(static_system *system, static_newton *newton, const path_shape *path,
                              double *y, bool *leaps, solve_report *report, ad_error *error)
 {
-    size_t unknowns = static_system_unknowns(system);
-    path_history past = {.rows = (size_t)static_system_rows(system),
+    size_t unknowns = elements_unknowns(&system->mesh);
+    path_history past = {.rows = (size_t)system->mesh.rows,
                          .memory = malloc((HISTORY + 1) * unknowns * sizeof(double))};
     if (!past.memory) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory");
@@ -310,7 +310,7 @@ ad_status static_path_follow(static_system *system, static_newton *newton, const
     here = static_path_at(path, at);
     static_system_set(system, &here);
     if (status == AD_OK && !going && past.count > 0 &&
-        static_system_rod(system)->lengths + static_system_rod(system)->frictions > 0) {
+        system->rod->lengths + system->rod->frictions > 0) {
         /* and the tensions to what they were */
         static_newton_solve(newton, y, &report->newton_steps);
     }

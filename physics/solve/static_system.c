@@ -1,6 +1,5 @@
-#include "physics/solve/static_system_internal.h"
+#include "physics/solve/static_system.h"
 
-#include "autodiff/dense.h"
 #include "physics/local/mesh.h"
 #include "physics/numerics/quaternion.h"
 #include "physics/rod/rod_internal.h"
@@ -11,95 +10,34 @@
 
 enum { CHORDS = 256 }; /* of the arc along which a turned end moves; any number serves */
 
-size_t static_system_unknowns(const static_system *system)
-{
-    return (size_t)system->rows + edge(system, system->elements);
-}
-
-int static_system_elements(const static_system *system)
-{
-    return system->elements;
-}
-
-const double *static_system_edges(const static_system *system)
-{
-    return system->edges;
-}
-
-const gauss_rule *static_system_rule(const static_system *system)
-{
-    return &system->rule;
-}
-
-int static_system_rows(const static_system *system)
-{
-    return system->rows;
-}
-
 /* ---- making -------------------------------------------------------------------------------- */
 
 void static_system_free(static_system *system)
 {
     if (system) {
-        free(system->edges);
+        solve_elements_clear(&system->mesh);
+        solve_rod_points_clear(&system->given);
         free(system->jump);
         free(system->jumps);
-        free(system->points);
-        free(system->sections);
         free(system->axial);
-        free(system->rest);
-        free(system->along);
-        free(system->actuators);
         free(system->angles);
         free(system->rate);
-        free(system->by_y);
-        free(system->across);
-        free(system->factor);
-        free(system->pivots);
-        free(system->by_start);
-        free(system->inner);
         free(system->chords);
-        if (system->band) {
-            SUNDlsMat_destroyMat(system->band);
-        }
-        free(system->band_pivots);
-        free(system->right);
         free(system);
     }
 }
 
 static bool allocate(static_system *system)
 {
-    size_t elements = (size_t)system->elements, points = elements * (size_t)system->stages;
-    size_t inner = inner_rows(system), rows = (size_t)system->rows, edges = (elements + 1) * rows;
-    system->edges = malloc((elements + 1) * sizeof *system->edges);
+    const size_t elements = (size_t)system->mesh.count;
+    const size_t points = elements * (size_t)system->mesh.stages;
     system->jump = malloc((elements + 1) * sizeof *system->jump);
     system->jumps = calloc((size_t)system->rod->jumps.count + 1, sizeof *system->jumps);
-    system->points = malloc(points * sizeof *system->points);
-    system->sections = malloc(points * sizeof *system->sections);
     system->axial = malloc(points * sizeof *system->axial);
-    system->rest = malloc(points * sizeof *system->rest);
-    system->along =
-        malloc((points * (size_t)system->rod->along.numbers + 1) * sizeof *system->along);
-    system->actuators =
-        malloc((points * (size_t)system->rod->actuators + 1) * sizeof *system->actuators);
     system->angles = calloc((points + 2 * elements) * (size_t)system->rod->frictions + 1,
                             sizeof *system->angles);
-    system->rate = malloc(points * rows * sizeof *system->rate);
-    system->by_y = malloc(points * sizeof *system->by_y);
-    system->across = malloc(elements * sizeof *system->across);
-    system->factor = malloc(elements * inner * inner * sizeof *system->factor);
-    system->pivots = malloc(elements * inner * sizeof *system->pivots);
-    system->by_start = malloc(elements * inner * rows * sizeof *system->by_start);
-    system->inner = malloc(elements * inner * sizeof *system->inner);
-    system->band = SUNDlsMat_newBandMat((sunindextype)edges, system->above, system->lower);
-    system->band_pivots = malloc(edges * sizeof *system->band_pivots);
-    system->right = malloc(edges * sizeof *system->right);
-    return system->edges && system->jump && system->jumps && system->points && system->sections &&
-           system->axial && system->rest && system->along && system->actuators && system->angles &&
-           system->rate && system->by_y && system->across && system->factor && system->pivots &&
-           system->by_start && system->inner && system->band && system->band_pivots &&
-           system->right;
+    system->rate = malloc(elements_inner(&system->mesh) * sizeof *system->rate);
+    return system->jump && system->jumps && system->axial && system->angles && system->rate;
 }
 
 /* exp(vector), half of whose angle is taken (the exponential of quaternions). */
@@ -216,9 +154,9 @@ static ad_status set_jumps(static_system *system, ad_error *error)
 {
     const solve_jumps *given = &system->rod->jumps;
     int next = 0;
-    for (int e = 0; e <= system->elements; e++) {
-        bool here =
-            next < given->count && fabs(given->at[next].s - system->edges[e]) < SOLVE_SAME_PLACE;
+    for (int e = 0; e <= system->mesh.count; e++) {
+        bool here = next < given->count &&
+                    fabs(given->at[next].s - system->mesh.edges[e]) < SOLVE_SAME_PLACE;
         system->jump[e] = here ? next++ : -1;
     }
     if (next < given->count) {
@@ -228,7 +166,7 @@ static ad_status set_jumps(static_system *system, ad_error *error)
     for (int k = 0; k < given->count; k++) {
         const solve_jump *from = &given->at[k];
         static_jump *to = &system->jumps[k];
-        to->rows = system->rows;
+        to->rows = system->mesh.rows;
         to->turn = from->turns ? from->turn : NULL;
         to->acting = &from->acting;
     }
@@ -237,59 +175,32 @@ static ad_status set_jumps(static_system *system, ad_error *error)
 
 static ad_status set_points(static_system *system, ad_error *error)
 {
-    size_t count = 0;
-    for (int e = 0; e < system->elements; e++) {
-        for (int i = 0; i < system->stages; i++) {
-            system->points[count++] = system->edges[e] + width(system, e) * system->rule.nodes[i];
-        }
-    }
+    const size_t count = (size_t)(system->mesh.count * system->mesh.stages);
     ad_status status =
-        solve_rod_sections(system->rod, count, system->points, system->sections, error);
-    for (size_t i = 0; i < count; i++) {
-        system->axial[i] = system->sections[i].compliance[2];
+        solve_rod_points_make(system->rod, count, system->mesh.points, &system->given, error);
+    for (size_t i = 0; i < count && status == AD_OK; i++) {
+        system->axial[i] = system->given.sections[i].compliance[2];
     }
-    status = status == AD_OK
-                 ? solve_rod_rest(system->rod, count, system->points, 0, system->rest, error)
-                 : status;
-    status = status == AD_OK
-                 ? solve_rod_along(system->rod, count, system->points, 0, system->along, error)
-                 : status;
-    return status == AD_OK && system->rod->actuators > 0
-               ? solve_rod_actuators(system->rod, count, system->points, 0, system->actuators,
-                                     error)
-               : status;
+    return status;
 }
 
 ad_status static_system_create(const solve_rod *rod, int stages, int elements, const double *edges,
                                static_system **result, ad_error *error)
 {
     *result = NULL;
-    ad_status status = ad_dense_load(error);
-    if (status != AD_OK) {
-        return status;
-    }
     static_system *system = calloc(1, sizeof *system);
-    if (system) {
-        int rows = static_rows(rod), first = static_end_rows(rod, 0);
-        *system =
-            (static_system){.rod = rod,
-                            .rule = solve_gauss_rule_of(stages),
-                            .elements = elements,
-                            .stages = stages,
-                            .rows = rows,
-                            .start_rows = first,
-                            .end_rows = static_end_rows(rod, 1),
-                            .lower = first + rows - 1,
-                            .above = 3 * rows - 2, /* and 2 rows - 1 - first without pivoting */
-                            .perturbed = rod->along};
-        acting_add(&system->perturbed, LAW_FOLLOWER_FORCE);
-    }
-    if (!system || !allocate(system)) {
-        static_system_free(system);
+    if (!system) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %d nodes", stages * elements);
     }
-    memcpy(system->edges, edges, ((size_t)elements + 1) * sizeof *edges);
-    status = set_points(system, error);
+    system->rod = rod;
+    system->perturbed = rod->along;
+    acting_add(&system->perturbed, LAW_FOLLOWER_FORCE);
+    ad_status status = solve_elements_make(static_rows(rod), static_end_rows(rod, 0), stages,
+                                           elements, edges, &system->mesh, error);
+    if (status == AD_OK && !allocate(system)) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for %d nodes", stages * elements);
+    }
+    status = status == AD_OK ? set_points(system, error) : status;
     if (status == AD_OK) {
         status = set_ends(system, error);
     }
@@ -307,27 +218,15 @@ ad_status static_system_create(const solve_rod *rod, int stages, int elements, c
     return AD_OK;
 }
 
-void static_system_points(const static_system *system, double *s)
-{
-    const double *from = system->points;
-    *s++ = 0;
-    for (int e = 0; e < system->elements; e++) {
-        for (int i = 0; i < system->stages; i++) {
-            *s++ = *from++;
-        }
-        *s++ = system->edges[e + 1];
-    }
-}
-
 ad_status static_system_guess(const static_system *system, double *y, ad_error *error)
 {
-    size_t rows = (size_t)system->rows, count = static_system_unknowns(system) / rows;
+    size_t rows = (size_t)system->mesh.rows, count = elements_unknowns(&system->mesh) / rows;
     double *s = malloc(count * sizeof *s);
     solve_initial *shape = malloc(count * sizeof *shape);
     solve_end_state *exact = calloc(count, sizeof *exact);
     ad_status status = s && shape && exact ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
     if (status == AD_OK) {
-        static_system_points(system, s);
+        solve_elements_places(&system->mesh, s);
         status = solve_rod_initial(system->rod, count, s, shape, error);
     }
     if (status == AD_OK && scene_is_manufactured(&system->rod->scene)) {
@@ -424,50 +323,23 @@ void static_system_set(static_system *system, const static_path *path)
         twist_end(load * system->twist, system->ends[1].rotation);
     }
     set_path_jumps(system);
-    for (int i = 0; i < system->elements * system->stages; i++) {
-        system->sections[i].compliance[2] = system->axial[i] + path->stretch;
+    for (int i = 0; i < system->mesh.count * system->mesh.stages; i++) {
+        system->given.sections[i].compliance[2] = system->axial[i] + path->stretch;
     }
-}
-
-const solve_rod *static_system_rod(const static_system *system)
-{
-    return system->rod;
-}
-
-double *static_system_tensions(static_system *system)
-{
-    return system->tensions;
-}
-
-int static_system_element(const static_system *system, double s)
-{
-    int first = 0, last = system->elements - 1;
-    while (first < last) {
-        int middle = (first + last + 1) / 2;
-        if (system->edges[middle] < s) {
-            first = middle;
-        } else {
-            last = middle - 1;
-        }
-    }
-    return first;
 }
 
 /* Of the angles, by the polynomials of the element. */
 static void set_rubbed(const static_system *system, double s, solve_actuation *pulling)
 {
-    int e = static_system_element(system, s), points = system->stages + 2,
-        count = system->rod->frictions;
-    const double *angles = system->angles + e * points * count;
-    double weights[GAUSS_STAGES_MAX + 2];
-    solve_gauss_lagrange(&system->rule, (s - system->edges[e]) / width(system, e), weights);
+    const int e = solve_elements_at(&system->mesh, s), points = system->mesh.stages + 2;
+    const size_t count = (size_t)system->rod->frictions;
+    double angles[SCENE_TENDONS_MAX];
+    solve_elements_interpolate(&system->mesh, e, s, count, count,
+                               system->angles + (size_t)(e * points) * count, angles);
     for (int i = 0, k = 0; i < system->rod->actuators; i++) {
-        const bool rubs = system->rod->extents[i].rubs;
-        for (int j = 0; j < points && rubs; j++) {
-            pulling->rubbed[i] +=
-                pulling->actuators[i].friction * weights[j] * angles[j * count + k];
+        if (system->rod->extents[i].rubs) {
+            pulling->rubbed[i] = pulling->actuators[i].friction * angles[k++];
         }
-        k += rubs;
     }
 }
 
@@ -481,14 +353,4 @@ solve_actuation static_system_actuation(const static_system *system,
         set_rubbed(system, s, &pulling);
     }
     return pulling;
-}
-
-double static_system_imperfection(const static_system *system)
-{
-    return system->path.imperfection;
-}
-
-double static_system_load(const static_system *system)
-{
-    return system->path.load;
 }

@@ -1,10 +1,10 @@
-/* The static rod on a mesh: collocation at Gauss points of elements, and one Newton step of it. The
- * points within an element are eliminated element by element, what remains is a band matrix. */
+/* The static rod on a mesh: collocation at Gauss points of elements (elements.h), where a path from
+ * the unstressed rod has arrived. */
 #ifndef PHYSICS_SOLVE_STATIC_SYSTEM_H
 #define PHYSICS_SOLVE_STATIC_SYSTEM_H
 
 #include "physics/local/static_rod.h"
-#include "physics/numerics/gauss.h"
+#include "physics/solve/elements.h"
 
 /* Where the path from the unstressed rod to the loaded one has arrived. */
 typedef struct static_path {
@@ -19,7 +19,36 @@ typedef struct static_path {
     double stretch;      /* axial compliance added; L^2/EI */
 } static_path;
 
-typedef struct static_system static_system;
+_Static_assert((int)STATIC_ROWS_MAX == (int)ELEMENTS_ROWS_MAX, "the same matrices");
+
+typedef struct static_system {
+    const solve_rod *rod;
+    solve_elements mesh;
+    solve_rod_points given; /* at the points of the mesh; sections with the stretch of the path */
+    double *axial;          /* [points] axial compliance without it */
+    acting perturbed;       /* what acts along the rod, and then a follower force */
+    static_end full[2];     /* at full load */
+    static_end bare[2];     /* unstressed */
+    static_end ends[2];     /* where the path is */
+    double turn[3];         /* rotation vector of the end s = 1 at full load, world; 0: none */
+    double twist;           /* of the same end about its d3, beyond full[1]; rad */
+    double (*chords)[3];    /* [CHORDS] of the unstressed rod, in turn; NULL without a turn */
+    double arc[3];          /* their sum, turned in proportion to s */
+    int *jump;              /* [elements + 1] at each edge, index of the rod's; -1: none */
+    static_jump *jumps;     /* [jumps of the rod] where the path is */
+    static_path path;
+    double tensions[SOLVE_ACTUATORS_MAX]; /* of tendons whose length is given, by EI/L^2 */
+    /* [elements][stages + 2][frictions of the rod]: angles that tendons with friction have turned
+     * at the beginning of an element, at its points, at its end (static_friction.h) */
+    double *angles;
+    double *rate; /* [stages][rows] of an element */
+} static_system;
+
+/* Of held ends, and of what springs pull to. */
+static inline double way_of(const static_path *path)
+{
+    return path->load + (1 - path->load) * path->ahead;
+}
 
 /* Elements between edges [elements + 1] from 0 to 1, each place of rod->jumps among them; the rod
  * must outlive the system. */
@@ -27,60 +56,38 @@ ad_status static_system_create(const solve_rod *rod, int stages, int elements, c
                                static_system **result, ad_error *error);
 void static_system_free(static_system *system);
 
-int static_system_rows(const static_system *system); /* of y at one place */
-int static_system_elements(const static_system *system);
-const double *static_system_edges(const static_system *system);
-const gauss_rule *static_system_rule(const static_system *system);
-
-/* Unknowns: y at s = 0; then for each element y at its points and at its end. Where something acts
- * at an edge (physics/local/jump.h) that y is the one before it, at s = 0 outside of the rod. */
-size_t static_system_unknowns(const static_system *system);
-
-/* s of all of them, [unknowns/rows]. */
-void static_system_points(const static_system *system, double *s);
-
 /* y of the unstressed rod; of a manufactured scene its solution. */
 ad_status static_system_guess(const static_system *system, double *y, ad_error *error);
 
-/* Which of rod->jumps is at an edge; -1: none. */
-int static_system_jump(const static_system *system, int edge);
-
-/* start [rows]: y with which an element begins, beyond what acts there. */
-void static_system_start(const static_system *system, const double *y, int element, double *start);
+/* y [stages + 2][rows] of an element: with which it begins, beyond what acts there; at its points
+ * and its end. */
+void static_system_values(const static_system *system, const double *y, int element,
+                          double *values);
 
 void static_system_set(static_system *system, const static_path *path);
-double static_system_imperfection(const static_system *system); /* of that path */
-double static_system_load(const static_system *system);         /* the same */
-
-const solve_rod *static_system_rod(const static_system *system);
-
-/* Tensions [SOLVE_ACTUATORS_MAX] of tendons whose length is given, by EI/L^2; 0 at first. */
-double *static_system_tensions(static_system *system);
 
 /* Of the `point`th of actuators [..][those of the rod], at s, where the path is. */
 solve_actuation static_system_actuation(const static_system *system,
                                         const solve_actuator *actuators, size_t point, double s);
 
-/* The element that ends at s or goes on there. */
-int static_system_element(const static_system *system, double s);
+/* What is given at the i-th of some points, s, where the path is; the section is theirs. And at the
+ * i-th of the mesh. */
+static_point static_system_given(const static_system *system, const solve_rod_points *given,
+                                 size_t i, double s);
+static_point static_system_point(const static_system *system, size_t i);
 
 /* excess [actuators of the rod]: by how much a tendon whose length is given is longer at y, 0 of
  * the others. */
 void static_system_excess(const static_system *system, const double *y, double *excess);
 
-/* Left minus right sides [unknowns]: conditions at s = 0, equations of each element, conditions at
- * s = 1. */
+/* Left minus right sides [unknowns] of the equations of the mesh. */
 void static_system_residual(static_system *system, const double *y, double *residual);
 
 /* y_s [n][rows] for y at any s [n] in [0, 1], where the path is. */
 ad_status static_system_rates(const static_system *system, size_t n, const double *s,
                               const double *y, double *rate, ad_error *error);
 
-/* Derivatives at y; factored: 0, or not when they are singular. */
+/* Derivatives at y, in the mesh. */
 void static_system_linearise(static_system *system, const double *y);
-int static_system_factor(static_system *system);
-
-/* The step [unknowns] with J step = right. */
-void static_system_solve(static_system *system, const double *right, double *step);
 
 #endif

@@ -22,8 +22,8 @@ typedef struct tensions {
 
 static tensions tensions_of(static_system *system)
 {
-    const solve_rod *rod = static_system_rod(system);
-    tensions t = {.system = system, .all = static_system_tensions(system)};
+    const solve_rod *rod = system->rod;
+    tensions t = {.system = system, .all = system->tensions};
     for (int i = 0; i < rod->actuators; i++) {
         if (rod->extents[i].has_length) {
             t.which[t.count++] = i;
@@ -38,7 +38,7 @@ static void measure(const tensions *t, const double *y, double *excess)
     double all[SOLVE_ACTUATORS_MAX];
     static_system_excess(t->system, y, all);
     for (int i = 0; i < t->count; i++) {
-        const solve_extent *extent = &static_system_rod(t->system)->extents[t->which[i]];
+        const solve_extent *extent = &t->system->rod->extents[t->which[i]];
         excess[i] = all[t->which[i]] - extent->compliance * t->all[t->which[i]];
     }
 }

@@ -55,9 +55,9 @@ ad_status static_unstable(const static_solution *solution, int *count, ad_error 
     scene given;
     *count = -1;
     ad_status status = sample(solution, &given, values, error);
-    return status == AD_OK ? stability_count_at(&given, static_system_load(solution->system),
-                                                values, count, error)
-                           : status;
+    return status == AD_OK
+               ? stability_count_at(&given, solution->system->path.load, values, count, error)
+               : status;
 }
 
 ad_status static_gives_way(const static_solution *solution, bool *lost, ad_error *error)
@@ -111,7 +111,7 @@ static ad_status halve(const static_solution *coarse, static_solution **fine, ad
 {
     double *edges;
     int elements = static_halve(coarse, INFINITY, &edges);
-    int stages = static_system_rule(coarse->system)->stages;
+    int stages = coarse->system->mesh.stages;
     ad_status status = edges ? static_create(coarse->rod, stages, elements, edges, fine, error)
                              : ad_fail(error, AD_NO_MEMORY, "out of memory for a mesh");
     free(edges);

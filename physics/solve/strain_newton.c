@@ -3,7 +3,7 @@
 #include "autodiff/dense.h"
 #include "physics/chain/strain_form.h"
 #include "physics/numerics/quaternion.h"
-#include "physics/solve/static_system_internal.h"
+#include "physics/solve/static_system.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -39,10 +39,10 @@ static strain_kind kind_of(const static_system *system)
 {
     const solve_rod *rod = system->rod;
     const solve_end *ends = rod->ends;
-    strain_kind kind = {.stages = system->stages,
-                        .elements = system->elements,
+    strain_kind kind = {.stages = system->mesh.stages,
+                        .elements = system->mesh.count,
                         .actuators = rod->actuators,
-                        .edges = system->edges,
+                        .edges = system->mesh.edges,
                         .extents = rod->extents,
                         .law = rod->scene.rod.law,
                         .length = rod->scales.length,
@@ -56,8 +56,8 @@ static strain_kind kind_of(const static_system *system)
                         .end = ends[1]};
     /* a rod between two ends stretches on its path, also where it does not at its end */
     kind.shears = ends[0].hold.directions > 0 && ends[1].hold.directions > 0;
-    for (int i = 0; i < system->elements * system->stages; i++) {
-        kind.shears = kind.shears || any(3, system->sections[i].compliance);
+    for (int i = 0; i < system->mesh.count * system->mesh.stages; i++) {
+        kind.shears = kind.shears || any(3, system->given.sections[i].compliance);
     }
     return kind;
 }
@@ -181,9 +181,10 @@ static void guess_ends(strain_newton *newton, const double *y)
     const static_system *system = newton->system;
     const int last = form->kind.elements, jump = system->jump[last];
     double R[3][3], world[3], after[STATIC_ROWS_MAX];
-    memcpy(after, y + edge(system, last), (size_t)system->rows * sizeof *after);
+    memcpy(after, y + elements_edge(&system->mesh, last),
+           (size_t)system->mesh.rows * sizeof *after);
     if (jump >= 0) {
-        static_jump_over(&system->jumps[jump], y + edge(system, last), after, NULL);
+        static_jump_over(&system->jumps[jump], y + elements_edge(&system->mesh, last), after, NULL);
     }
     if (form->shift_at >= 0) {
         spread(3, y + STATIC_R, form->start_r);
@@ -204,7 +205,7 @@ static void guess_ends(strain_newton *newton, const double *y)
     }
     for (int k = 0; k < form->place_count; k++) {
         strain_place *place = &form->places[k];
-        const double *at = y + edge(system, place->edge);
+        const double *at = y + elements_edge(&system->mesh, place->edge);
         const static_jump *here = &system->jumps[system->jump[place->edge]];
         double wrench[6] = {0};
         acting_wrench(here->acting, here->numbers, (acting_on){at + STATIC_R, at + STATIC_Q, NULL},
@@ -218,8 +219,9 @@ static bool guess(strain_newton *newton, const double *y)
     const static_system *system = newton->system;
     bool finite = true;
     for (int i = 0; i < newton->form->nodes && finite; i++) {
-        const int e = i / system->stages;
-        const double *at = y + edge(system, e) + (i % system->stages + 1) * system->rows;
+        const int e = i / system->mesh.stages;
+        const double *at =
+            y + elements_edge(&system->mesh, e) + (i % system->mesh.stages + 1) * system->mesh.rows;
         static_point point = static_system_point(system, (size_t)i);
         strain_node *node = &newton->form->at[i];
         double strain[3], curvature[3], push[6] = {0};
@@ -253,10 +255,10 @@ static void put(lanes q[4], lanes r[3], lanes N[3], lanes M[3], lanes R[3][3], d
 static void put_all(strain_newton *newton, double *y)
 {
     strain_form *form = newton->form;
-    const int n = form->kind.stages, rows = newton->system->rows;
+    const int n = form->kind.stages, rows = newton->system->mesh.rows;
     for (int e = 0; e <= form->kind.elements; e++) {
         strain_edge *at = &form->edges[e];
-        double *to = y + edge(newton->system, e);
+        double *to = y + elements_edge(&newton->system->mesh, e);
         put(at->q, at->r, at->N, at->M, at->R, to);
         for (int i = 0; i < n && e < form->kind.elements; i++) {
             strain_node *node = &form->at[e * n + i];

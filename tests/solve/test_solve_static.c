@@ -206,10 +206,10 @@ static void test_wound(void **state)
     long steps = 0;
     assert_int_equal(static_system_create(x.rod, 12, 2, edges, &system, NULL), AD_OK);
     assert_int_equal(static_newton_create(system, &newton, NULL), AD_OK);
-    size_t rows = (size_t)static_system_rows(system);
-    size_t count = static_system_unknowns(system) / rows;
+    size_t rows = (size_t)system->mesh.rows;
+    size_t count = elements_unknowns(&system->mesh) / rows;
     double *y = malloc(count * rows * sizeof *y), *s = malloc(count * sizeof *s);
-    static_system_points(system, s);
+    solve_elements_places(&system->mesh, s);
     for (size_t i = 0; i < count; i++) { /* the exact state, a little off */
         double *to = y + i * rows, n[3], half = size * s[i] / 2;
         place(&c, s[i], to + STATIC_R);

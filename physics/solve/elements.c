@@ -1,0 +1,248 @@
+#include "physics/solve/elements.h"
+
+#include "autodiff/dense.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+void solve_elements_clear(solve_elements *mesh)
+{
+    free(mesh->edges);
+    free(mesh->points);
+    free(mesh->by_y);
+    free(mesh->across);
+    free(mesh->factor);
+    free(mesh->pivots);
+    free(mesh->by_start);
+    free(mesh->inner);
+    if (mesh->band) {
+        SUNDlsMat_destroyMat(mesh->band);
+    }
+    free(mesh->band_pivots);
+    free(mesh->right);
+}
+
+ad_status solve_elements_make(int rows, int start_rows, int stages, int count, const double *edges,
+                              solve_elements *mesh, ad_error *error)
+{
+    *mesh = (solve_elements){.rule = solve_gauss_rule_of(stages),
+                             .count = count,
+                             .stages = stages,
+                             .rows = rows,
+                             .start_rows = start_rows,
+                             .end_rows = rows - start_rows,
+                             .lower = start_rows + rows - 1,
+                             .above = 3 * rows - 2}; /* 2 rows - 1 - start_rows without pivoting */
+    const size_t elements = (size_t)count, points = elements * (size_t)stages;
+    const size_t inner = elements_inner(mesh), outer = (elements + 1) * (size_t)rows;
+    mesh->edges = malloc((elements + 1) * sizeof *mesh->edges);
+    mesh->points = malloc(points * sizeof *mesh->points);
+    mesh->by_y = malloc(points * sizeof *mesh->by_y);
+    mesh->across = malloc(elements * sizeof *mesh->across);
+    mesh->factor = malloc(elements * inner * inner * sizeof *mesh->factor);
+    mesh->pivots = malloc(elements * inner * sizeof *mesh->pivots);
+    mesh->by_start = malloc(elements * inner * (size_t)rows * sizeof *mesh->by_start);
+    mesh->inner = malloc(elements * inner * sizeof *mesh->inner);
+    mesh->band = SUNDlsMat_newBandMat((sunindextype)outer, mesh->above, mesh->lower);
+    mesh->band_pivots = malloc(outer * sizeof *mesh->band_pivots);
+    mesh->right = malloc(outer * sizeof *mesh->right);
+    if (!mesh->edges || !mesh->points || !mesh->by_y || !mesh->across || !mesh->factor ||
+        !mesh->pivots || !mesh->by_start || !mesh->inner || !mesh->band || !mesh->band_pivots ||
+        !mesh->right) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu nodes", points);
+    }
+    memcpy(mesh->edges, edges, (elements + 1) * sizeof *edges);
+    for (int i = 0; i < count * stages; i++) {
+        const int e = i / stages;
+        mesh->points[i] = edges[e] + elements_width(mesh, e) * mesh->rule.nodes[i % stages];
+    }
+    return ad_dense_load(error);
+}
+
+/* ---- places ---------------------------------------------------------------------------------- */
+
+void solve_elements_places(const solve_elements *mesh, double *s)
+{
+    const double *from = mesh->points;
+    *s++ = 0;
+    for (int e = 0; e < mesh->count; e++) {
+        for (int i = 0; i < mesh->stages; i++) {
+            *s++ = *from++;
+        }
+        *s++ = mesh->edges[e + 1];
+    }
+}
+
+int solve_elements_at(const solve_elements *mesh, double s)
+{
+    int first = 0, last = mesh->count - 1;
+    while (first < last) {
+        int middle = (first + last + 1) / 2;
+        if (mesh->edges[middle] < s) {
+            first = middle;
+        } else {
+            last = middle - 1;
+        }
+    }
+    return first;
+}
+
+void solve_elements_interpolate(const solve_elements *mesh, int e, double s, size_t rows,
+                                size_t stride, const double *values, double *y)
+{
+    double weights[GAUSS_STAGES_MAX + 2];
+    solve_gauss_lagrange(&mesh->rule, (s - mesh->edges[e]) / elements_width(mesh, e), weights);
+    memset(y, 0, rows * sizeof *y);
+    for (int i = 0; i < mesh->stages + 2; i++, values += stride) {
+        for (size_t k = 0; k < rows; k++) {
+            y[k] += weights[i] * values[k];
+        }
+    }
+}
+
+/* ---- equations ------------------------------------------------------------------------------- */
+
+void solve_elements_residual(const solve_elements *mesh, int e, const double *start,
+                             const double *y, const double *rate, double *residual)
+{
+    const int rows = mesh->rows;
+    const double h = elements_width(mesh, e);
+    for (int i = 0; i <= mesh->stages; i++) { /* the last is the end of the element */
+        const double *a = i < mesh->stages ? mesh->rule.matrix[i] : mesh->rule.weights;
+        for (int k = 0; k < rows; k++) {
+            double sum = 0;
+            for (int j = 0; j < mesh->stages; j++) {
+                sum += a[j] * rate[j * rows + k];
+            }
+            *residual++ = y[i * rows + k] - start[k] - h * sum;
+        }
+    }
+}
+
+/* I - h a_ij J_j, column-major. */
+static void fill_inner(const solve_elements *mesh, int e, double *matrix)
+{
+    const int rows = mesh->rows;
+    size_t n = elements_inner(mesh);
+    double h = elements_width(mesh, e);
+    elements_matrix *by_y = mesh->by_y + e * mesh->stages;
+    for (int j = 0; j < mesh->stages; j++) {
+        for (int c = 0; c < rows; c++) {
+            double *to = matrix + (size_t)(j * rows + c) * n;
+            for (int i = 0; i < mesh->stages; i++) {
+                double factor = -h * mesh->rule.matrix[i][j];
+                for (int r = 0; r < rows; r++) {
+                    *to++ = factor * by_y[j][r][c] + (i == j && r == c);
+                }
+            }
+        }
+    }
+}
+
+/* to[rows] += h sum_j b_j J_j inner_j */
+static void add_end(const solve_elements *mesh, int e, const double *inner, double *to)
+{
+    const int rows = mesh->rows;
+    double h = elements_width(mesh, e);
+    for (int j = 0; j < mesh->stages; j++) {
+        const double *from = inner + j * rows, factor = h * mesh->rule.weights[j];
+        for (int r = 0; r < rows; r++) {
+            const double *row = mesh->by_y[e * mesh->stages + j][r];
+            double sum = 0;
+            for (int c = 0; c < rows; c++) {
+                sum += row[c] * from[c];
+            }
+            to[r] += factor * sum;
+        }
+    }
+}
+
+static void put(solve_elements *mesh, int row, int column, double value)
+{
+    mesh->band[column][row - column + mesh->above] = value;
+}
+
+static int factor_element(solve_elements *mesh, int e)
+{
+    const int rows = mesh->rows;
+    size_t n = elements_inner(mesh), all = n * (size_t)rows;
+    double *matrix = mesh->factor + (size_t)e * n * n, *by_start = mesh->by_start + (size_t)e * all;
+    int *pivots = mesh->pivots + (size_t)e * n, row = mesh->start_rows + e * rows,
+        column = e * rows;
+    fill_inner(mesh, e, matrix);
+    if (ad_dense_lu(n, matrix, pivots) != 0) {
+        return 1;
+    }
+    for (int c = 0; c < rows; c++) {
+        for (size_t i = 0; i < n; i++) {
+            by_start[(size_t)c * n + i] = mesh->across[e][i % (size_t)rows][c];
+        }
+    }
+    ad_dense_lu_solve(n, (size_t)rows, matrix, pivots, by_start);
+    for (int c = 0; c < rows; c++) {
+        double end[ELEMENTS_ROWS_MAX];
+        for (int r = 0; r < rows; r++) {
+            end[r] = mesh->across[e][r][c];
+        }
+        add_end(mesh, e, by_start + (size_t)c * n, end);
+        for (int r = 0; r < rows; r++) {
+            put(mesh, row + r, column + c, -end[r]);
+            put(mesh, row + r, column + rows + c, r == c);
+        }
+    }
+    return 0;
+}
+
+int solve_elements_factor(solve_elements *mesh)
+{
+    const int rows = mesh->rows;
+    int size = (mesh->count + 1) * rows, last = size - rows;
+    for (int c = 0; c < size; c++) {
+        memset(mesh->band[c], 0, (size_t)(mesh->above + mesh->lower + 1) * sizeof **mesh->band);
+    }
+    for (int c = 0; c < rows; c++) {
+        for (int r = 0; r < mesh->start_rows; r++) {
+            put(mesh, r, c, mesh->start[r][c]);
+        }
+        for (int r = 0; r < mesh->end_rows; r++) {
+            put(mesh, last + mesh->start_rows + r, last + c, mesh->end[r][c]);
+        }
+    }
+    for (int e = 0; e < mesh->count; e++) {
+        if (factor_element(mesh, e) != 0) {
+            return 1;
+        }
+    }
+    return SUNDlsMat_bandGBTRF(mesh->band, size, mesh->above - mesh->lower, mesh->lower,
+                               mesh->above, mesh->band_pivots) != 0;
+}
+
+void solve_elements_solve(solve_elements *mesh, const double *right, double *step)
+{
+    size_t n = elements_inner(mesh), rows = (size_t)mesh->rows;
+    int size = (mesh->count + 1) * mesh->rows;
+    const double *from = right + mesh->start_rows;
+    double *to = mesh->right + mesh->start_rows;
+    memcpy(mesh->right, right, (size_t)mesh->start_rows * sizeof *right);
+    for (int e = 0; e < mesh->count; e++, from += n + rows, to += rows) {
+        double *inner = mesh->inner + (size_t)e * n;
+        memcpy(inner, from, n * sizeof *from);
+        ad_dense_lu_solve(n, 1, mesh->factor + (size_t)e * n * n, mesh->pivots + (size_t)e * n,
+                          inner);
+        memcpy(to, from + n, rows * sizeof *from);
+        add_end(mesh, e, inner, to);
+    }
+    memcpy(to, from, (size_t)mesh->end_rows * sizeof *from);
+    SUNDlsMat_bandGBTRS(mesh->band, size, mesh->above, mesh->lower, mesh->band_pivots, mesh->right);
+    for (int e = 0; e <= mesh->count; e++) {
+        const double *start = mesh->right + (size_t)e * rows;
+        memcpy(step + elements_edge(mesh, e), start, rows * sizeof *start);
+        for (size_t i = 0; e < mesh->count && i < n; i++) {
+            double sum = mesh->inner[(size_t)e * n + i];
+            for (size_t c = 0; c < rows; c++) {
+                sum += mesh->by_start[((size_t)e * rows + c) * n + i] * start[c];
+            }
+            step[elements_edge(mesh, e) + rows + i] = sum;
+        }
+    }
+}
