@@ -465,6 +465,8 @@ void strain_level_sample(const strain_link *link, const strain_level *from, cons
 void strain_level_refine(const strain_link *link, const strain_level *from, strain_level *to)
 {
     refine(link, from, to);
+    memcpy(to->form->start_r, from->form->start_r, sizeof to->form->start_r);
+    memcpy(to->form->start_q, from->form->start_q, sizeof to->form->start_q);
     for (int i = 0; i < to->form->nodes && to->form->push_at >= 0; i++) {
         const strain_node *coarse = from->form->at + link->element[i] * from->stages;
         for (int c = 0; c < 3; c++) {

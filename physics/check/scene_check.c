@@ -244,6 +244,16 @@ static const scene_parameter *rest_depends(const scene *open, int from, int to)
     const quantity *const shapes[] = {rest.strain, rest.curvature, rest.imperfection};
     bool counts = (scene_is_dynamic(open) && !open->initial.position[0].is_given) ||
                   open->spring_count > 0 || quantity_any_something(3, open->loads.foundation);
+    /* Two ends that turn freely: it stands between their positions. */
+    const bool between =
+        scene_end_is_placed(open->start.type) && scene_end_is_placed(open->end.type) &&
+        !scene_end_holds_rotation(open->start.type) && !scene_end_holds_rotation(open->end.type);
+    for (int k = from; k < to && counts && between; k++) {
+        if (quantity_any_depends_on(3, open->start.position, open->parameters[k].name) ||
+            quantity_any_depends_on(3, open->end.position, open->parameters[k].name)) {
+            return &open->parameters[k];
+        }
+    }
     for (int i = 0; i < 3 && counts; i++) {
         for (int k = from; k < to; k++) {
             if (quantity_any_depends_on(3, shapes[i], open->parameters[k].name)) {

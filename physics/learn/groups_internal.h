@@ -52,8 +52,8 @@ typedef struct group_source {
     rod_numbers numbers; /* of the middle */
     int places, times;
     double place[GROUP_PLACES_MAX], time[GROUP_TIMES_MAX]; /* dimensionless */
-    bool turnable;     /* a rod at rest, clamped at its start and held nowhere else */
-    double upright[4]; /* unit; then loads in the world are in the frame of the base */
+    bool turnable; /* a rod at rest, clamped at its start and held nowhere else: then loads in the
+                    * world are in the frame of the base */
 } group_source;
 
 /* groups_items.c. by_parameters: also where it is a family of other than rods. */

@@ -37,12 +37,7 @@ static bool find_places(group_source *source, const scene_breaks *breaks)
 
 static bool is_turnable(const scene *given)
 {
-    bool held = false;
-    for (int i = 0; i < 4; i++) {
-        const quantity q = given->start.rotation[i];
-        held = held || (q.is_given && !quantity_is_number(q, NULL));
-    }
-    return !held && given->start.type == SCENE_CLAMPED && !scene_end_is_placed(given->end.type) &&
+    return given->start.type == SCENE_CLAMPED && !scene_end_is_placed(given->end.type) &&
            !scene_is_dynamic(given) && given->tube_count == 0 &&
            !rod_has_law_at_places(given, law_depends_on_shape) &&
            !rod_has_law_along(given, law_depends_on_shape) && !scene_has_displaced_tendons(given) &&
@@ -50,22 +45,10 @@ static bool is_turnable(const scene *given)
            (!given->rod.law || given->rod.law->symmetry == SCENE_SYMMETRY_ROUND);
 }
 
-static void find_upright(const scene *given, double q[4])
-{
-    double square = 0;
-    for (int i = 0; i < 4; i++) {
-        q[i] = quantity_number_or(given->start.rotation[i], i == 0);
-        square += q[i] * q[i];
-    }
-    for (int i = 0; i < 4; i++) {
-        q[i] /= sqrt(square);
-    }
-}
-
 ad_status group_source_fill(const scene *family, bool by_parameters, group_source *source,
                             ad_error *error)
 {
-    *source = (group_source){.open = *family, .times = 1, .upright = {1}};
+    *source = (group_source){.open = *family, .times = 1};
     source->by_parameters = by_parameters || scene_is_beam(family) || scene_is_manufactured(family);
     source->open.motion = SCENE_SPATIAL; /* everything in the frame of the world */
     for (int i = 0; i < family->parameter_count; i++) {
@@ -83,9 +66,6 @@ ad_status group_source_fill(const scene *family, bool by_parameters, group_sourc
         }
     }
     source->turnable = is_turnable(family);
-    if (source->turnable) {
-        find_upright(family, source->upright);
-    }
     scene_breaks breaks;
     const ad_status status = scene_breaks_of(&source->middle, "s", &breaks, error);
     source->by_parameters = status == AD_OK && !find_places(source, &breaks);
@@ -437,6 +417,17 @@ static ad_value record_softness(recorder *recorder, const quantity_binding *bind
     return ad_scale(ad_reciprocal(sum), 2.0 * recorder->source->places);
 }
 
+/* The frame in which loads are counted: the world, or that of the base, whatever turns it. */
+static ad_value record_upright(const recorder *recorder)
+{
+    static const double none[4] = {1, 0, 0, 0};
+    const quantity *q = recorder->source->open.start.rotation;
+    return recorder->source->turnable
+               ? ad_normalize(rod_quantities(&recorder->rod, 4, q, none, 1, recorder->rod.s,
+                                             recorder->rod.t))
+               : ad_constant(recorder->rod.tape, 4, none);
+}
+
 /* How a formula has it together with s, so that some places do not say all of it: not; as what a
  * turn may change, a vector or what pulls; or else. */
 static group_kind kind_along(const scene *open, const char *name, bool *is_along)
@@ -490,7 +481,8 @@ void group_items(const group_source *source, ad_value parameters, group_list *li
     if (source->by_parameters) {
         return;
     }
-    x.upright = ad_constant(parameters.tape, 4, source->upright);
+    begin(&x, 0, 0, bindings);
+    x.upright = record_upright(&x);
     x.softness = record_softness(&x, bindings);
     for (int j = 0; j < source->times; j++) {
         for (int i = 0; i < source->places; i++) {

@@ -70,7 +70,11 @@ bool groups_text(const groups *groups, int index, char *text, size_t size)
     }
     for (int k = 0; k < family->parameter_count; k++) {
         if (!(used >> k & 1) && index-- == 0) {
-            snprintf(text, size, "%s does not change the shape", family->parameters[k].name);
+            const char *name = family->parameters[k].name;
+            const bool moves = quantity_any_depends_on(3, family->start.position, name) ||
+                               quantity_any_depends_on(4, family->start.rotation, name);
+            snprintf(text, size, moves ? "%s moves the base alone" : "%s does not change the shape",
+                     name);
             return true;
         }
     }

@@ -308,8 +308,7 @@ static ad_status check_open(const scene *open, const solve_parameters *parameter
     for (int i = 0; i < scene_field_count; i++) {
         const scene_field *field = &scene_fields[i];
         const quantity *q = scene_field_of(open, field);
-        bool fixed = field->rule == SCENE_ONE_NUMBER || field->rule == SCENE_PLACE ||
-                     field->rule == SCENE_HELD;
+        bool fixed = field->rule == SCENE_ONE_NUMBER || field->rule == SCENE_PLACE;
         for (int k = 0; k < parameters->count && fixed; k++) {
             if (quantity_any_depends_on(field->count, q, parameters->names[k])) {
                 return ad_fail(error, AD_BAD_INPUT,

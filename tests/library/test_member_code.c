@@ -29,7 +29,9 @@ static const double LENGTH = 0.2;
     "losses: {interior: {points: 128}, held_out_points: 64}\n"                                     \
     "training: {stages: [{optimizer: soap, steps: 400, learning_rate: 0.01, warmup_steps: 20}]}\n"
 
-static const char loaded[] = FAMILY("loads: {gravity: [0, 0, -9.81], tip: {force: [0, push, 0]}}\n"
+static const char loaded[] = FAMILY("boundary: {start: {rotation: [1, 0, 0.1*pull, 0.3*stiff], "
+                                    "position: [push, 0, 0]}, end: {type: loaded}}\n"
+                                    "loads: {gravity: [0, 0, -9.81], tip: {force: [0, push, 0]}}\n"
                                     "tendons: [{offset: [0.008, 0], tension: pull}]\n");
 /* With forces that are sought beside the curvature, and angles of friction. */
 static const char pulled[] =

@@ -336,6 +336,14 @@ static void test_scaling(void **state)
     "             e: 1e9}\n"
 #define WINDING(sign) "offset: [\"" sign "0.008*cos(10*s)\", \"" sign "0.008*sin(10*s)\"]"
 
+#define BASE(more)                                                                                 \
+    "parameters: {a: {range: [0, 2]}, turn: {range: [-1, 1]}, slide: {range: [0, 1]},\n"           \
+    "             rho: 1e3, e: 1e9}\n"                                                             \
+    "rod: {model: cosserat, length: 0.5, section: {shape: circle, radius: 0.002},\n"               \
+    "      material: {youngs_modulus: e, poissons_ratio: 0.3, density: rho}}\n"                    \
+    "boundary: {start: {position: [slide, 0, 0], rotation: [cos(turn), sin(turn), 0, 0]},\n"       \
+    "           end: {type: free}}\n" more
+
 static void test_others(void **state)
 {
     (void)state;
@@ -365,6 +373,14 @@ static void test_others(void **state)
                    "  - {offset: [-0.01, 0], pressure: 1e5*b, area: 1e-4}\n"
                    "loads: {tip: {force: [0, y, 0]}}\n"),
          3, "symmetry: a turn by 180 degrees and a mirror", NULL},
+        /* what the base does is no input; the weight in its frame is, of two directions with the
+         * turn about d3 left to the symmetry of a round rod */
+        {BASE("") "tendons: [{offset: [0.005, 0], tension: a}]\n", 1, "turn moves the base alone",
+         NULL},
+        {BASE("") "tendons: [{offset: [0.005, 0], tension: a}]\n", 1, "slide moves the base alone",
+         NULL},
+        {BASE("loads: {gravity: [0, 0, -9.81]}\n") "tendons: [{offset: [0.005, 0], tension: a}]\n",
+         3, "slide moves the base alone", "turn moves"},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         family f = read_family(rows[i].text, usual);

@@ -19,7 +19,7 @@ static const double usual[PARAMETERS] = {1, 0.5, 0, 5, 1};
 
 /* Two segments with an elbow, of which the second tapers; tendons that end mid-rod and that wind, a
  * chamber, a follower within, a body force along part of it, the weight, a force at the tip. */
-#define ROBOT_OF(first, second, end, tip, supported, springs)                                      \
+#define ROBOT_OF(first, second, start, end, tip, supported, springs)                               \
     "parameters: {pull: {range: [0, 2]}, push: {range: [0, 1]}, side: {range: [-1, 1]},\n"         \
     "             weight: {range: [0, 10]}, stiff: {range: [0.7, 2]}, half: stiff/2}\n"            \
     "rod: {model: cosserat, section: {shape: circle, radius: 0.002},\n"                            \
@@ -28,7 +28,7 @@ static const double usual[PARAMETERS] = {1, 0.5, 0, 5, 1};
     "  - {length: 0.1}\n"                                                                          \
     "  - {length: 0.15, turn: [0, 0.3, 0], section: {radius: \"0.002-0.004*(s-0.1)\"},\n"          \
     "     material: {youngs_modulus: 2e9*half}}\n"                                                 \
-    "boundary: {start: {type: clamped, rotation: [0.8, 0.6, 0, 0]}, end: {" end "}}\n"             \
+    "boundary: {start: {type: clamped, " start "}, end: {" end "}}\n"                              \
     "loads:\n" supported "  gravity: [0, weight, -2*weight]\n"                                     \
     "  force: [\"where(s-0.05, where(0.2-s, side, 0), 0)\", 0, 0]\n" tip                           \
     "  points: [{at: 0.17, force: [0.1*push, 0, 0], frame: follower}]\n"                           \
@@ -37,9 +37,10 @@ static const double usual[PARAMETERS] = {1, 0.5, 0, 5, 1};
     "  - {offset: [\"0.005*cos(10*s)\", \"0.005*sin(10*s)\"], " second "}\n"                       \
     "chambers: [{offset: [0, 0.005], pressure: 5e4*push, area: 1e-5}]\n" springs
 
-#define ROBOT_WITH(...) ROBOT_OF(__VA_ARGS__)
-#define ROBOT(end, tip, supported, springs)                                                        \
-    ROBOT_WITH("tension: pull", "tension: 0.5*pull^2", end, tip, supported, springs)
+#define ROBOT_WITH(...)                     ROBOT_OF(__VA_ARGS__)
+#define PULLED                              "tension: pull", "tension: 0.5*pull^2"
+#define UPON                                "rotation: [0.8, 0.6, 0, 0]"
+#define ROBOT(end, tip, supported, springs) ROBOT_WITH(PULLED, UPON, end, tip, supported, springs)
 
 #define TIP "  tip: {force: [side/20, 0.05*push, 0]}\n"
 static const char robot[] = ROBOT("type: loaded", TIP, "", "");
@@ -62,18 +63,31 @@ static const char clamped_by_minus_q[] =
 static const char sliding[] =
     ROBOT("type: roller, position: [0.05, -0.22, 0.08], across: [1, 0, 0]", "", "", "");
 
+/* With a base that turns and slides, and an end that is led. */
+#define MOVED                                                                                      \
+    "position: [0.1*side, 0.05*push, 0.02*weight], rotation: [0.8, 0.6, 0.1*side, 0.15*push]"
+static const char moved[] = ROBOT_WITH(PULLED, MOVED, "type: loaded", TIP, "", "");
+static const char moved_on_springs[] =
+    ROBOT_WITH(PULLED, MOVED, "type: loaded", TIP, "  foundation: [1, 2, 0]\n",
+               "springs: [{at: 0.2, stiffness: [1, 2, 0.5]}, {at: 0.05, turning: [0.01, 0.02, "
+               "0.01]}]\n");
+static const char led[] =
+    ROBOT("type: clamped, position: [\"0.045+0.01*side\", \"-0.225-0.01*push\", 0.075], "
+          "rotation: [0.8, 0.58, \"0.12+0.1*side\", 0.1]",
+          "", "", "");
+
 /* By the length of the tendons, of which one is elastic and slack in nearly half of the members, on
  * a foundation and held at the end, too. */
 #define DISPLACED "displacement: 0.001*pull", "displacement: 0.0015*side, stiffness: 3000"
-static const char displaced[] = ROBOT_WITH(DISPLACED, "type: loaded", TIP, "", "");
+static const char displaced[] = ROBOT_WITH(DISPLACED, UPON, "type: loaded", TIP, "", "");
 static const char slack[] =
-    ROBOT_WITH("displacement: 0.001*pull", "displacement: -0.0015*side, stiffness: 3000",
+    ROBOT_WITH("displacement: 0.001*pull", "displacement: -0.0015*side, stiffness: 3000", UPON,
                "type: loaded", TIP, "", "");
 static const char displaced_on_springs[] =
-    ROBOT_WITH(DISPLACED, "type: loaded", TIP, "  foundation: [1, 2, 0]\n",
+    ROBOT_WITH(DISPLACED, UPON, "type: loaded", TIP, "  foundation: [1, 2, 0]\n",
                "springs: [{at: 0.2, stiffness: [1, 2, 0.5]}]\n");
 static const char displaced_and_pinned[] =
-    ROBOT_WITH(DISPLACED, "type: pinned, position: [0.05, -0.22, 0.08]", "", "", "");
+    ROBOT_WITH(DISPLACED, UPON, "type: pinned, position: [0.05, -0.22, 0.08]", "", "", "");
 
 /* With friction of tendons: of a straight one that ends within the rod, of one that winds, of both
  * with coefficients of their own; among springs, on a foundation, and held at the end. */
@@ -739,7 +753,7 @@ static void test_refusals(void **state)
     refuse(FAMILY "tendons: [{offset: [0.01, 0], tension: p, friction: 0.1},\n"
                   "          {offset: [-0.01, 0], end: 0.5, tension: p}]\n",
            "friction of a tendon where strains jump");
-    refuse(FAMILY "boundary: {end: {type: pinned, position: [0.1*p, 0, 0.9]}}\n",
+    refuse(FAMILY "springs: [{at: 0.5, stiffness: [p, 1, 1]}]\n",
            "allowed: one number for all members");
     /* what a foundation is at rest with */
     refuse("parameters: {p: {range: [0, 1]}, half: p/2}\n"
@@ -822,6 +836,14 @@ int main(void)
         OF(clamped, against_collocation),
         OF(clamped, predicted),
         OF(sliding, against_collocation),
+        OF(moved, against_collocation),
+        OF(moved, derivatives),
+        OF(moved, predicted),
+        OF(moved, same_bits),
+        OF(moved_on_springs, against_collocation),
+        OF(moved_on_springs, derivatives),
+        OF(led, against_collocation),
+        OF(led, derivatives),
         OF(displaced, against_collocation),
         OF(displaced_and_pinned, against_collocation),
         OF(displaced, derivatives),
