@@ -58,7 +58,7 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
         training = libraries " tools/train tools/files "
         surrogate = training " tools/surrogate autodiff/run "
         control = surrogate " tools/control "
-        may["tools/plan"] = control " tools/config tools/prepare tools/emit tools/library tools/plan "
+        may["tools/plan"] = libraries " tools/files tools/plan "
         judging = control " tools/config tools/prepare tools/emit tools/library tools/judge "
         everything = judging " tools/picture tools/plan tools/programs "
         may["tools/files"] = " tools/files autodiff "
@@ -66,7 +66,7 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
         may["tools/train"] = training
         may["tools/surrogate"] = surrogate
         may["tools/control"] = control
-        may["tools/config"] = control " tools/config " # for types; check_reading.sh says more
+        may["tools/config"] = control " tools/plan tools/config " # for types; check_reading.sh says more
         may["tools/prepare"] = control " tools/config tools/prepare "
         may["tools/emit"] = control " tools/emit "
         may["tools/library"] = control " tools/config tools/prepare tools/emit tools/library "

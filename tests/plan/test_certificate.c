@@ -1,0 +1,264 @@
+/* What is promised of shapes and ways against many shapes in between. */
+#include "meshes.h"
+#include "near.h"
+#include "random_numbers.h"
+#include "temporary_folder.h"
+#include "tools/config/config.h"
+#include "tools/plan/certificate.h"
+
+static environment *open_mesh(mesh *m, environment_side side)
+{
+    surface *of = NULL;
+    environment *result = NULL;
+    ad_error error = {.message = ""};
+    mesh_write_stl(m, at("mesh.stl"));
+    mesh_free(m);
+    assert_int_equal(surface_read(at("mesh.stl"), 1, &of, &error), AD_OK);
+    assert_int_equal(environment_create(of, side, &result, &error), AD_OK);
+    return result;
+}
+
+/* ---- one shape ------------------------------------------------------------------------------- */
+
+/* An arc of a circle in a bent tube. On an arc of curvature k and chord c the bound between points
+ * is k c^2/(4 sqrt 3) and terms of fourth order, which (k c)^2 below 0.01 makes less than a part in
+ * a hundred. */
+static void an_arc(void **state)
+{
+    (void)state;
+    enum { POINTS = 41, FINE = 200 };
+    mesh m = mesh_tube(0.02, 0.01, 0.22, 1, 60, 48); /* another arc, but within */
+    environment *of = open_mesh(&m, ENVIRONMENT_INSIDE);
+    double s[POINTS], r[3 * POINTS], speed[POINTS], free[POINTS - 1];
+    const double k = 5, radius = 0.003, error = 1e-9;
+    for (size_t i = 0; i < POINTS; i++) {
+        s[i] = 0.2 * (double)i / (POINTS - 1);
+        speed[i] = 1;
+        r[3 * i] = (1 - cos(k * s[i])) / k;
+        r[3 * i + 1] = 0;
+        r[3 * i + 2] = sin(k * s[i]) / k;
+    }
+    const clearance_shape shape = {POINTS, s, r, speed, error, radius, 0.05};
+    clearance least;
+    clearance_of_shape(of, &shape, free, &least);
+    double all = INFINITY;
+    for (size_t i = 0; i + 1 < POINTS; i++) {
+        double nearest = INFINITY;
+        for (int j = 0; j <= FINE; j++) {
+            const double at_s = s[i] + (s[i + 1] - s[i]) * j / FINE;
+            const double p[3] = {(1 - cos(k * at_s)) / k, 0, sin(k * at_s) / k};
+            nearest = fmin(nearest, environment_distance(of, p, INFINITY) - radius);
+        }
+        if (s[i + 1] <= 0.05) {
+            assert_true(isinf(free[i]));
+            continue;
+        }
+        const double h = 0.2 / (POINTS - 1), bound = k * h * h / (4 * sqrt(3));
+        assert_true(free[i] <= nearest);
+        /* what is lost is the bound, the error, and the arc's own way to its line */
+        assert_true(nearest - free[i] <= bound + k * h * h / 8 + 2e-6);
+        all = fmin(all, free[i]);
+    }
+    const double h = 0.2 / (POINTS - 1), bound = k * h * h / (4 * sqrt(3));
+    assert_true(least.free == all);
+    assert_near(least.between_points, bound, 0.01 * bound);
+    assert_near(least.free,
+                least.distance - least.radius - least.distance_error - least.shape_error -
+                    least.between_points,
+                1e-15);
+    environment_free(of);
+}
+
+/* ---- a robot --------------------------------------------------------------------------------- */
+
+static const char robot_text[] =
+    "parameters:\n"
+    "  pull_1: {range: [0, 6]}\n"
+    "  pull_2: {range: [0, 6]}\n"
+    "  pull_3: {range: [0, 6]}\n"
+    "  stiffness: {range: [0.5, 2]}\n"
+    "rod:\n"
+    "  length: 0.2\n"
+    "  section: {shape: circle, radius: 0.5e-3}\n"
+    "  material: {youngs_modulus: 60e9*stiffness, poissons_ratio: 0.3, density: 6450}\n"
+    "tendons:\n"
+    "  - {offset: [8e-3, 0], tension: pull_1}\n"
+    "  - {offset: [-4e-3, 6.928203230275509e-3], tension: pull_2}\n"
+    "  - {offset: [-4e-3, -6.928203230275509e-3], tension: pull_3}\n";
+
+typedef struct robot {
+    config *owner;
+    plan_robot moves;
+    plan_exact *exact;
+} robot;
+
+static robot make_robot(bool base)
+{
+    robot r = {.owner = NULL};
+    ad_error error = {.message = ""};
+    char key[PLAN_KEY] = "";
+    plan_settings settings = plan_settings_default();
+    settings.fixed[settings.fixed_count++] = "stiffness=1.1";
+    if (base) {
+        settings.slide[0] = -0.05, settings.slide[1] = 0.05;
+        settings.turn[0] = -1, settings.turn[1] = 1;
+        const double position[3] = {0.01, -0.02, 0.03}, rotation[4] = {0.9, 0.1, -0.2, 0.3};
+        memcpy(settings.position, position, sizeof position);
+        memcpy(settings.rotation, rotation, sizeof rotation);
+    }
+    assert_int_equal(config_read("robot.yaml", robot_text, 0, NULL, &r.owner, &error), AD_OK);
+    assert_int_equal(plan_robot_create(&settings, &r.owner->scene, &r.moves, key, &error), AD_OK);
+    return r;
+}
+
+static void open_robot(robot *r, size_t points)
+{
+    ad_error error = {.message = ""};
+    assert_int_equal(plan_exact_create(&r->moves, &r->owner->scene, points, 0, &r->exact, &error),
+                     AD_OK);
+}
+
+static void free_robot(robot *r)
+{
+    plan_exact_free(r->exact);
+    config_free(r->owner);
+}
+
+/* How points move with each variable, against differences of shapes: their own error is that of
+ * a third derivative times the step's square, and the solver's 1e-9 of 0.2 m over twice the step,
+ * 1e-3 of a variable of size 1 to 6. */
+static void motions_of_points(void **state)
+{
+    (void)state;
+    robot r = make_robot(true);
+    open_robot(&r, 11);
+    assert_int_equal(r.moves.count, 5);
+    const double q[5] = {3, 0.5, 1.5, 0.02, 0.4};
+    double both[10], moves[11 * 3 * 5];
+    assert_int_equal(plan_exact_shapes(r.exact, 1, q, NULL), AD_OK);
+    assert_true(r.exact->error[0] < 1e-8);
+    memcpy(moves, r.exact->moves, sizeof moves);
+    for (int k = 0; k < 5; k++) {
+        const double h = 1e-3;
+        memcpy(both, q, sizeof q);
+        memcpy(both + 5, q, sizeof q);
+        both[k] += h;
+        both[5 + k] -= h;
+        assert_int_equal(plan_exact_shapes(r.exact, 2, both, NULL), AD_OK);
+        for (int row = 0; row < 33; row++) {
+            assert_near((r.exact->r[row] - r.exact->r[33 + row]) / (2 * h), moves[row * 5 + k],
+                        2e-7);
+        }
+    }
+    free_robot(&r);
+}
+
+/* Largest that random shapes of a way are nearer than promised for it: by solutions on other points
+ * and exact distances of points. */
+static void try_way(robot *r, const environment *of, const certificate *c, double radius,
+                    uint64_t seed, int shapes)
+{
+    double q[PLAN_BATCH * PLAN_VARIABLES_MAX], promised[PLAN_BATCH];
+    const size_t n = (size_t)c->variables;
+    double closest = INFINITY;
+    for (int k = 0; k < shapes; k += PLAN_BATCH) {
+        for (size_t m = 0; m < PLAN_BATCH; m++) {
+            const size_t i = random_bits(&seed) % (c->count - 1);
+            const double part = random_in(&seed, 0, 1);
+            promised[m] = c->least[i];
+            for (size_t v = 0; v < n; v++) {
+                const double *const a = &c->configuration[i * n + v];
+                q[m * n + v] = a[0] + part * (a[n] - a[0]);
+            }
+        }
+        assert_int_equal(plan_exact_shapes(r->exact, PLAN_BATCH, q, NULL), AD_OK);
+        for (size_t m = 0; m < PLAN_BATCH; m++) {
+            double within = INFINITY, nearest = INFINITY;
+            for (size_t p = 0; p < r->exact->points; p++) {
+                const double *const at_p = &r->exact->r[3 * (m * r->exact->points + p)];
+                const double d = environment_distance(of, at_p, within);
+                within = fabs(d) + 0.002;
+                nearest = fmin(nearest, d - radius);
+            }
+            assert_true(r->exact->error[m] < 1e-8);
+            assert_true(nearest >= promised[m] - 2e-10);
+            closest = fmin(closest, nearest);
+        }
+    }
+    assert_true(closest >= c->all.free - 2e-10);
+    print_message("promised %.6f m, found %.6f m; %zu shapes\n", c->all.free, closest, c->count);
+}
+
+static void a_way_that_holds(void **state)
+{
+    (void)state;
+    mesh m = mesh_tube(0.06, 0.01, 0.3, 0.3, 40, 32);
+    environment *of = open_mesh(&m, ENVIRONMENT_INSIDE);
+    robot r = make_robot(false), fine = make_robot(false);
+    open_robot(&r, 61);
+    open_robot(&fine, 151);
+    const certificate_settings settings = {
+        .radius = 0.004, .from = 0, .promised = 0.0005, .shapes_max = 2000};
+    const double way[3 * 3] = {0, 0, 0, 1.2, 0.2, 0, 0.3, 1.1, 0.1};
+    certificate *c = NULL;
+    ad_error error = {.message = ""};
+    assert_int_equal(
+        certificate_create(r.exact, of, ENVIRONMENT_INSIDE, &settings, 3, way, &c, &error), AD_OK);
+    assert_int_equal(c->end, CERTIFICATE_HOLDS);
+    assert_true(c->count >= 3 && c->all.free >= settings.promised);
+    try_way(&fine, of, c, settings.radius, 4, 1024);
+    certificate_free(c);
+    /* the same shapes are outside of what has them inside */
+    assert_int_equal(
+        certificate_create(r.exact, of, ENVIRONMENT_OUTSIDE, &settings, 3, way, &c, &error), AD_OK);
+    assert_int_equal(c->end, CERTIFICATE_OTHER_SIDE);
+    certificate_free(c);
+    /* a pull that bends it through the wall */
+    const double through[2 * 3] = {0, 0, 0, 6, 0, 0};
+    assert_int_equal(
+        certificate_create(r.exact, of, ENVIRONMENT_INSIDE, &settings, 2, through, &c, &error),
+        AD_OK);
+    assert_int_equal(c->end, CERTIFICATE_TOO_NEAR);
+    assert_int_equal(c->which, 1);
+    certificate_free(c);
+    environment_free(of);
+    free_robot(&r);
+    free_robot(&fine);
+}
+
+/* A wall between two shapes that are both free of it is seen, however thin. */
+static void a_wall_between(void **state)
+{
+    (void)state;
+    mesh m = mesh_make(8, 4);
+    mesh_corner(&m, 0.03, -0.05, 0.15);
+    mesh_corner(&m, 0.03, 0.05, 0.15);
+    mesh_corner(&m, 0.03, 0.05, 0.3);
+    mesh_corner(&m, 0.03, -0.05, 0.3);
+    mesh_triangle(&m, 0, 1, 2);
+    mesh_triangle(&m, 0, 2, 3);
+    environment *of = open_mesh(&m, ENVIRONMENT_ANY);
+    robot r = make_robot(false);
+    open_robot(&r, 61);
+    const certificate_settings settings = {
+        .radius = 0.001, .from = 0, .promised = 0.0002, .shapes_max = 2000};
+    const double way[2 * 3] = {0, 0, 0, 3, 0, 0};
+    certificate *c = NULL;
+    assert_int_equal(certificate_create(r.exact, of, ENVIRONMENT_ANY, &settings, 2, way, &c, NULL),
+                     AD_OK);
+    assert_int_equal(c->end, CERTIFICATE_TOO_NEAR);
+    assert_true(c->which > 0 && c->which + 1 < c->count);
+    assert_true(c->shape[0].free > 0.02 && c->shape[c->count - 1].free > 0.002);
+    certificate_free(c);
+    environment_free(of);
+    free_robot(&r);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(an_arc), cmocka_unit_test(motions_of_points),
+        cmocka_unit_test(a_way_that_holds), cmocka_unit_test(a_wall_between)};
+    return environment_is_built() ? cmocka_run_group_tests(tests, make_directory, remove_directory)
+                                  : 77;
+}

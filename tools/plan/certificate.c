@@ -1,0 +1,327 @@
+#include "tools/plan/certificate.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+const char *certificate_text(certificate_end end)
+{
+    static const char *const texts[] = {
+        "it holds", "a shape is nearer to the surface than promised",
+        "the solver finds no equilibrium",
+        "shapes of neighbouring configurations are apart: the robot jumps, or passes too closely",
+        "the first shape is on the wrong side of the surface"};
+    return texts[end];
+}
+
+/* One configuration of which the shape is known. */
+typedef struct node {
+    clearance shape;
+    double least;  /* to the next */
+    double *q;     /* [variables] */
+    double *free;  /* [pieces] */
+    double *r;     /* [points][3] */
+    double *moves; /* [points][3][variables] */
+    size_t next;   /* in order; itself: the last */
+    bool holds;    /* the way to the next */
+} node;
+
+typedef struct certifier {
+    plan_exact *exact;
+    const environment *of;
+    const certificate_settings *asked;
+    size_t count; /* of nodes, the first `given` ones in order */
+    node *nodes;
+    double *travel; /* [pieces] */
+    ad_error *error;
+} certifier;
+
+static size_t pieces_of(const certifier *c)
+{
+    return c->exact->points - 1;
+}
+
+/* ---- one shape ------------------------------------------------------------------------------- */
+
+static ad_status add_node(certifier *c, const double *q)
+{
+    const size_t variables = (size_t)c->exact->robot->count, points = c->exact->points;
+    double *const numbers =
+        malloc((variables + points + 3 * points + 3 * points * variables) * sizeof *numbers);
+    if (!numbers) {
+        return ad_fail(c->error, AD_NO_MEMORY, "out of memory for a way of %zu shapes", c->count);
+    }
+    node *const n = &c->nodes[c->count++];
+    *n = (node){.q = numbers};
+    n->free = n->q + variables;
+    n->r = n->free + points;
+    n->moves = n->r + 3 * points;
+    memcpy(n->q, q, variables * sizeof *q);
+    return AD_OK;
+}
+
+static void judge_shape(certifier *c, node *n, size_t member)
+{
+    const plan_exact *const e = c->exact;
+    const size_t points = e->points, variables = (size_t)e->robot->count;
+    memcpy(n->r, &e->r[3 * member * points], 3 * points * sizeof *n->r);
+    memcpy(n->moves, &e->moves[3 * member * points * variables],
+           3 * points * variables * sizeof *n->moves);
+    const clearance_shape shape = {.points = points,
+                                   .s = e->s,
+                                   .r = n->r,
+                                   .speed = &e->speed[member * points],
+                                   .error = e->error[member],
+                                   .radius = c->asked->radius,
+                                   .from = c->asked->from};
+    if (e->error[member] < INFINITY) {
+        clearance_of_shape(c->of, &shape, n->free, &n->shape);
+    } else {
+        n->shape = (clearance){.free = -INFINITY, .shape_error = INFINITY};
+    }
+}
+
+static ad_status judge_new(certifier *c, size_t first)
+{
+    const size_t variables = (size_t)c->exact->robot->count;
+    double q[PLAN_BATCH * PLAN_VARIABLES_MAX];
+    ad_status status = AD_OK;
+    for (size_t at = first; at < c->count && status == AD_OK; at += PLAN_BATCH) {
+        const size_t members = c->count - at < PLAN_BATCH ? c->count - at : PLAN_BATCH;
+        for (size_t m = 0; m < members; m++) {
+            memcpy(&q[m * variables], c->nodes[at + m].q, variables * sizeof *q);
+        }
+        status = plan_exact_shapes(c->exact, members, q, c->error);
+        for (size_t m = 0; m < members && status == AD_OK; m++) {
+            judge_shape(c, &c->nodes[at + m], m);
+        }
+    }
+    return status;
+}
+
+/* ---- between two ----------------------------------------------------------------------------- */
+
+/* How far a point goes on the way, if the derivative is that of either end, m: more than the way
+ * as the crow flies; and by how much the two differ. */
+static double travel_of(const certifier *c, const node *a, const node *b, size_t point,
+                        double *differ)
+{
+    const size_t variables = (size_t)c->exact->robot->count;
+    double square[3] = {0, 0, 0}, off = 0;
+    for (size_t i = 0; i < 3; i++) {
+        const size_t row = (3 * point + i) * variables;
+        double one = 0, other = 0;
+        for (size_t k = 0; k < variables; k++) {
+            one += a->moves[row + k] * (b->q[k] - a->q[k]);
+            other += b->moves[row + k] * (b->q[k] - a->q[k]);
+        }
+        const double straight = b->r[3 * point + i] - a->r[3 * point + i];
+        square[0] += one * one;
+        square[1] += other * other;
+        square[2] += straight * straight;
+        off += (one - other) * (one - other);
+    }
+    *differ = sqrt(off);
+    return sqrt(fmax(square[0], fmax(square[1], square[2])));
+}
+
+/* Whether the way from a to the next holds, and with what is left; false: look half-way. What the
+ * derivative changes from end to end is added once, for what it does between them; and what travel
+ * bends from point to point a fourth of, twice what a parabola leaves between points. */
+static bool judge_way(certifier *c, node *a, const node *b)
+{
+    const size_t points = c->exact->points;
+    double before = 0, here = 0, largest = 0, change = 0;
+    for (size_t k = 0; k < points; k++) {
+        double differ;
+        const double travel = travel_of(c, a, b, k, &differ);
+        largest = fmax(largest, travel);
+        change = fmax(change, differ);
+        const double now = travel + differ;
+        if (k > 0) {
+            c->travel[k - 1] = fmax(here, now);
+        }
+        if (k > 1) {
+            const double bend = fabs(now - 2 * here + before) / 4;
+            c->travel[k - 2] += bend;
+            c->travel[k - 1] += bend;
+        }
+        before = here;
+        here = now;
+    }
+    a->least = clearance_between(pieces_of(c), a->free, b->free, c->travel);
+    const bool smooth = change <= largest / 2 || largest < 1e-9 * c->exact->length;
+    return smooth && a->least >= c->asked->promised;
+}
+
+/* ---- the way --------------------------------------------------------------------------------- */
+
+/* Half-way between a node and the next, for each that does not hold. */
+static ad_status split(certifier *c, bool *jumps, size_t *where)
+{
+    const size_t variables = (size_t)c->exact->robot->count, before = c->count;
+    for (size_t i = 0; i < before; i++) {
+        node *const a = &c->nodes[i];
+        if (a->holds) {
+            continue;
+        }
+        const node *const b = &c->nodes[a->next];
+        double q[PLAN_VARIABLES_MAX];
+        for (size_t k = 0; k < variables; k++) {
+            q[k] = (a->q[k] + b->q[k]) / 2;
+        }
+        double apart = 0;
+        for (size_t k = 0; k < variables; k++) {
+            const double range = c->exact->robot->high[k] - c->exact->robot->low[k];
+            apart = fmax(apart, fabs(b->q[k] - a->q[k]) / range);
+        }
+        if (apart < 1e-6 || c->count >= c->asked->shapes_max) {
+            *jumps = true;
+            *where = i;
+            return AD_OK;
+        }
+        ad_status status = add_node(c, q);
+        if (status != AD_OK) {
+            return status;
+        }
+        c->nodes[c->count - 1].next = a->next;
+        a->next = c->count - 1;
+    }
+    return AD_OK;
+}
+
+static certificate_end find_fault(const certifier *c, size_t first, size_t *where)
+{
+    for (size_t i = first; i < c->count; i++) {
+        const clearance *const shape = &c->nodes[i].shape;
+        if (!(shape->free >= c->asked->promised)) {
+            *where = i;
+            return isinf(shape->shape_error) ? CERTIFICATE_NO_EQUILIBRIUM : CERTIFICATE_TOO_NEAR;
+        }
+    }
+    return CERTIFICATE_HOLDS;
+}
+
+/* A robot that touches nothing is on one side all the way, and so with all its length. */
+static bool is_on_its_side(const certifier *c, environment_side side)
+{
+    const size_t last = c->exact->points - 1;
+    const double around = environment_winding(c->of, &c->nodes[0].r[3 * last]);
+    return side == ENVIRONMENT_ANY || fabs(around - (side == ENVIRONMENT_INSIDE ? 1 : 0)) < 0.5;
+}
+
+static ad_status certify(certifier *c, environment_side side, certificate_end *end, size_t *where)
+{
+    size_t judged = 0;
+    ad_status status = AD_OK;
+    *end = CERTIFICATE_HOLDS;
+    while (status == AD_OK && judged < c->count) {
+        bool jumps = false;
+        status = judge_new(c, judged);
+        if (status == AD_OK && judged == 0 && !is_on_its_side(c, side)) {
+            *end = CERTIFICATE_OTHER_SIDE;
+            *where = 0;
+            return AD_OK;
+        }
+        *end = status == AD_OK ? find_fault(c, judged, where) : *end;
+        if (status != AD_OK || *end != CERTIFICATE_HOLDS) {
+            break;
+        }
+        judged = c->count;
+        for (size_t i = 0; i < c->count; i++) {
+            node *const a = &c->nodes[i];
+            if (a->next == i) {
+                a->holds = true;
+                a->least = a->shape.free;
+            } else if (!a->holds) {
+                a->holds = judge_way(c, a, &c->nodes[a->next]);
+            }
+        }
+        status = split(c, &jumps, where);
+        if (jumps) {
+            *end = CERTIFICATE_JUMPS;
+            break;
+        }
+    }
+    return status;
+}
+
+static ad_status tell(const certifier *c, certificate *to)
+{
+    const size_t variables = (size_t)to->variables, last = c->exact->points - 1;
+    to->configuration = malloc(c->count * variables * sizeof(double));
+    to->shape = malloc(c->count * sizeof *to->shape);
+    to->least = malloc(c->count * sizeof(double));
+    to->tip = malloc(3 * c->count * sizeof(double));
+    if (!to->configuration || !to->shape || !to->least || !to->tip) {
+        return ad_fail(c->error, AD_NO_MEMORY, "out of memory for a way of %zu shapes", c->count);
+    }
+    const size_t fault = to->which;
+    to->all.free = INFINITY;
+    for (size_t i = 0;; i = c->nodes[i].next) {
+        const node *const n = &c->nodes[i];
+        const size_t k = to->count++;
+        memcpy(&to->configuration[k * variables], n->q, variables * sizeof(double));
+        memcpy(&to->tip[3 * k], &n->r[3 * last], 3 * sizeof(double));
+        to->shape[k] = n->shape;
+        to->least[k] = n->holds ? n->least : NAN;
+        to->which = i == fault ? k : to->which;
+        if (n->holds && n->least < to->all.free) {
+            const clearance *const next = &c->nodes[n->next].shape;
+            to->all = next->free < n->shape.free ? *next : n->shape;
+            to->all.between_configurations = to->all.free - n->least;
+            to->all.free = n->least;
+        }
+        if (n->next == i) {
+            return AD_OK;
+        }
+    }
+}
+
+ad_status certificate_create(plan_exact *shapes, const environment *of, environment_side side,
+                             const certificate_settings *settings, size_t count,
+                             const double *configurations, certificate **result, ad_error *error)
+{
+    *result = NULL;
+    certifier c = {.exact = shapes, .of = of, .asked = settings, .error = error};
+    const size_t most = settings->shapes_max > count ? settings->shapes_max : count;
+    certificate *const to = calloc(1, sizeof *to);
+    c.nodes = malloc(most * sizeof *c.nodes);
+    c.travel = malloc(shapes->points * sizeof *c.travel);
+    ad_status status = to && c.nodes && c.travel
+                           ? AD_OK
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for a certificate");
+    for (size_t i = 0; i < count && status == AD_OK; i++) {
+        status = add_node(&c, &configurations[i * (size_t)shapes->robot->count]);
+        if (status == AD_OK) {
+            c.nodes[i].next = i + 1 < count ? i + 1 : i;
+        }
+    }
+    if (status == AD_OK) {
+        to->variables = shapes->robot->count;
+        status = certify(&c, side, &to->end, &to->which);
+    }
+    status = status == AD_OK ? tell(&c, to) : status;
+    for (size_t i = 0; i < c.count; i++) {
+        free(c.nodes[i].q);
+    }
+    free(c.nodes);
+    free(c.travel);
+    if (status != AD_OK) {
+        certificate_free(to);
+        return status;
+    }
+    *result = to;
+    return AD_OK;
+}
+
+void certificate_free(certificate *of)
+{
+    if (of) {
+        free(of->configuration);
+        free(of->shape);
+        free(of->least);
+        free(of->tip);
+        free(of);
+    }
+}

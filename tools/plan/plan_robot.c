@@ -1,0 +1,365 @@
+#include "tools/plan/plan_robot.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- variables ------------------------------------------------------------------------------- */
+
+static ad_status refuse(char key[PLAN_KEY], const char *what, ad_error *error, const char *why,
+                        const char *name)
+{
+    snprintf(key, PLAN_KEY, "%s", what);
+    return ad_fail(error, AD_BAD_INPUT, "%.80s%s%s", name, *name ? " " : "", why);
+}
+
+static int find(const scene *of, const char *name)
+{
+    for (int i = 0; i < of->parameter_count; i++) {
+        if (strcmp(of->parameters[i].name, name) == 0) {
+            return i;
+        }
+    }
+    return -1;
+}
+
+static void add(plan_robot *robot, const char *name, int parameter, double low, double high)
+{
+    const int k = robot->count++;
+    snprintf(robot->names[k], sizeof robot->names[k], "%.60s", name);
+    robot->parameter[k] = parameter;
+    robot->low[k] = low;
+    robot->high[k] = high;
+}
+
+/* "name=value" of what does not move. */
+static ad_status fix(plan_robot *robot, const plan_settings *settings, const scene *of, char *key,
+                     ad_error *error)
+{
+    for (int i = 0; i < of->parameter_count; i++) {
+        robot->fixed[i] = NAN;
+    }
+    for (int k = 0; k < settings->fixed_count; k++) {
+        char alone[128], behind;
+        double value;
+        if (sscanf(settings->fixed[k], " %100[^= ] = %lf %c", alone, &value, &behind) != 2 ||
+            find(of, alone) < 0) {
+            return refuse(key, "plan.fixed", error, "is not NAME=VALUE of a parameter with a range",
+                          settings->fixed[k]);
+        }
+        const int i = find(of, alone);
+        if (!scene_parameter_holds(&of->parameters[i], value)) {
+            return refuse(key, "plan.fixed", error, "is outside the parameter's range",
+                          settings->fixed[k]);
+        }
+        robot->fixed[i] = value;
+    }
+    return AD_OK;
+}
+
+static ad_status choose(plan_robot *robot, const plan_settings *settings, const scene *of,
+                        char *key, ad_error *error)
+{
+    bool moves[SCENE_PARAMETERS_MAX] = {false};
+    for (int k = 0; k < settings->actuator_count; k++) {
+        const int i = find(of, settings->actuators[k]);
+        if (i < 0 || moves[i] || !isnan(robot->fixed[i])) {
+            return refuse(key, "plan.actuators", error,
+                          i < 0      ? "is no parameter with a range"
+                          : moves[i] ? "is given twice"
+                                     : "is fixed as well",
+                          settings->actuators[k]);
+        }
+        moves[i] = true;
+        add(robot, of->parameters[i].name, i, of->parameters[i].low, of->parameters[i].high);
+    }
+    for (int i = 0; i < of->parameter_count; i++) {
+        if (settings->actuator_count == 0 && isnan(robot->fixed[i])) {
+            if (robot->count == PLAN_ACTUATORS_MAX) {
+                return refuse(key, "plan.actuators", error,
+                              "needs to be given: the scene has more than 16 parameters", "");
+            }
+            add(robot, of->parameters[i].name, i, of->parameters[i].low, of->parameters[i].high);
+        } else if (isnan(robot->fixed[i]) && !moves[i]) {
+            return refuse(key, "plan.fixed", error,
+                          "is neither an actuator nor fixed; give its value here",
+                          of->parameters[i].name);
+        }
+    }
+    return AD_OK;
+}
+
+static ad_status add_base(plan_robot *robot, const plan_settings *settings, char *key,
+                          ad_error *error)
+{
+    const struct {
+        const char *key, *name;
+        const double *range;
+        int *which;
+    } moves[2] = {{"plan.slide", "slide", settings->slide, &robot->slide},
+                  {"plan.turn", "turn", settings->turn, &robot->turn}};
+    for (int k = 0; k < 2; k++) {
+        const double *const range = moves[k].range;
+        *moves[k].which = -1;
+        if (!isnan(range[0])) {
+            if (!(range[0] < range[1])) {
+                return refuse(key, moves[k].key, error, "needs two ascending numbers", "");
+            }
+            *moves[k].which = robot->count;
+            add(robot, moves[k].name, -1, range[0], range[1]);
+        }
+    }
+    return robot->count ? AD_OK
+                        : refuse(key, "plan.actuators", error,
+                                 "has nothing that moves: give parameters a range", "");
+}
+
+static void matrix_of(const double q[4], double out[3][3])
+{
+    const double n = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3], f = 2 / n;
+    const double w = q[0], v[3] = {q[1], q[2], q[3]};
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++) {
+            out[i][j] = f * v[i] * v[j];
+        }
+        out[i][i] += f * w * w - 1;
+        out[(i + 2) % 3][(i + 1) % 3] += f * w * v[i];
+        out[(i + 1) % 3][(i + 2) % 3] -= f * w * v[i];
+    }
+}
+
+static ad_status find_base(plan_robot *robot, const scene *of, char *key, ad_error *error)
+{
+    double rotation[4], matrix[3][3];
+    bool known = true;
+    for (int i = 0; i < 4; i++) {
+        known &= quantity_is_number(of->start.rotation[i], &rotation[i]);
+        known &= i == 3 || quantity_is_number(of->start.position[i], &robot->base[i]);
+    }
+    if (!known && (robot->slide >= 0 || robot->turn >= 0)) {
+        return refuse(key, robot->slide >= 0 ? "plan.slide" : "plan.turn", error,
+                      "is not for a base that is given by formulas", "");
+    }
+    if (known) {
+        matrix_of(rotation, matrix);
+        for (int i = 0; i < 3; i++) {
+            robot->axis[i] = matrix[i][2];
+        }
+    }
+    return AD_OK;
+}
+
+ad_status plan_robot_create(const plan_settings *settings, const scene *of, plan_robot *result,
+                            char key[PLAN_KEY], ad_error *error)
+{
+    memset(result, 0, sizeof *result);
+    result->parameters = of->parameter_count;
+    memcpy(result->position, settings->position, sizeof result->position);
+    matrix_of(settings->rotation, result->rotation);
+    ad_status status = fix(result, settings, of, key, error);
+    status = status == AD_OK ? choose(result, settings, of, key, error) : status;
+    status = status == AD_OK ? add_base(result, settings, key, error) : status;
+    return status == AD_OK ? find_base(result, of, key, error) : status;
+}
+
+void plan_robot_parameters(const plan_robot *of, const double *configuration, double *parameters)
+{
+    memcpy(parameters, of->fixed, (size_t)of->parameters * sizeof *parameters);
+    for (int k = 0; k < of->count; k++) {
+        if (of->parameter[k] >= 0) {
+            parameters[of->parameter[k]] = configuration[k];
+        }
+    }
+}
+
+void plan_robot_point(const plan_robot *of, const double in_scene[3], double r[3])
+{
+    for (int i = 0; i < 3; i++) {
+        r[i] = 0;
+        for (int j = 0; j < 3; j++) {
+            r[i] += of->rotation[j][i] * (in_scene[j] - of->position[j]);
+        }
+    }
+}
+
+static void cross(const double a[3], const double b[3], double out[3])
+{
+    for (int i = 0; i < 3; i++) {
+        out[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+    }
+}
+
+static void turn_vector(const plan_robot *of, double angle, double v[3])
+{
+    double across[3], along = 0;
+    cross(of->axis, v, across);
+    for (int i = 0; i < 3; i++) {
+        along += of->axis[i] * v[i];
+    }
+    for (int i = 0; i < 3; i++) {
+        v[i] = cos(angle) * v[i] + sin(angle) * across[i] + (1 - cos(angle)) * along * of->axis[i];
+    }
+}
+
+/* In the scene, where the base has been moved. */
+static void move(const plan_robot *of, const double *configuration, double p[3])
+{
+    if (of->turn >= 0) {
+        for (int i = 0; i < 3; i++) {
+            p[i] -= of->base[i];
+        }
+        turn_vector(of, configuration[of->turn], p);
+        for (int i = 0; i < 3; i++) {
+            p[i] += of->base[i];
+        }
+    }
+    for (int i = 0; i < 3 && of->slide >= 0; i++) {
+        p[i] += configuration[of->slide] * of->axis[i];
+    }
+}
+
+void plan_robot_place(const plan_robot *of, const double *configuration, size_t points,
+                      size_t columns, const double *values, double *r)
+{
+    for (size_t k = 0; k < points; k++) {
+        double p[3];
+        memcpy(p, &values[k * columns], sizeof p);
+        move(of, configuration, p);
+        plan_robot_point(of, p, &r[3 * k]);
+    }
+}
+
+/* ---- exact shapes ---------------------------------------------------------------------------- */
+
+ad_status plan_exact_create(const plan_robot *robot, const scene *of, size_t points, double from,
+                            plan_exact **result, ad_error *error)
+{
+    *result = NULL;
+    plan_exact *const e = calloc(1, sizeof *e);
+    double *s = malloc((points + 1) * sizeof *s);
+    if (!e || !s) {
+        free(e);
+        free(s);
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for shapes");
+    }
+    e->robot = robot;
+    e->s = s;
+    e->length = scene_length(of);
+    for (size_t k = 0; k < points; k++) {
+        const double at = e->length * (double)k / (double)(points - 1);
+        if (e->points && s[e->points - 1] < from && from < at) {
+            s[e->points++] = from;
+        }
+        s[e->points++] = at;
+    }
+    const solve_members_settings settings = {
+        .tolerance = PLAN_TOLERANCE, .threads = 0, .points = e->points, .s = s};
+    ad_status status = solve_members_create(of, &settings, &e->solver, error);
+    if (status == AD_OK && (robot->slide >= 0 || robot->turn >= 0) &&
+        !solve_members_is_unloaded(e->solver)) {
+        status = ad_fail(error, AD_BAD_INPUT,
+                         "plan.%s: is for scenes where only actuators act, as shapes would change",
+                         robot->slide >= 0 ? "slide" : "turn");
+    }
+    if (status == AD_OK) {
+        const size_t rows = PLAN_BATCH * e->points, count = (size_t)robot->count;
+        const size_t parameters = (size_t)robot->parameters + 1;
+        e->r = malloc(3 * rows * sizeof *e->r);
+        e->speed = malloc(rows * sizeof *e->speed);
+        e->moves = malloc(3 * rows * count * sizeof *e->moves);
+        e->error = malloc(PLAN_BATCH * sizeof *e->error);
+        e->parameters = malloc(PLAN_BATCH * parameters * sizeof *e->parameters);
+        e->values = malloc(rows * SOLVE_MEMBERS_COLUMNS * sizeof *e->values);
+        e->curvature =
+            malloc(PLAN_BATCH * 3 * solve_members_nodes(e->solver) * sizeof *e->curvature);
+        e->jacobian = malloc(rows * SOLVE_MEMBERS_COLUMNS * parameters * sizeof *e->jacobian);
+        e->solved = malloc(PLAN_BATCH * sizeof *e->solved);
+        if (!e->r || !e->speed || !e->moves || !e->error || !e->parameters || !e->values ||
+            !e->curvature || !e->jacobian || !e->solved) {
+            status = ad_fail(error, AD_NO_MEMORY, "out of memory for shapes");
+        }
+    }
+    if (status != AD_OK) {
+        plan_exact_free(e);
+        return status;
+    }
+    *result = e;
+    return AD_OK;
+}
+
+void plan_exact_free(plan_exact *of)
+{
+    if (of) {
+        solve_members_free(of->solver);
+        double *const owned[] = {of->s,          of->r,      of->speed,     of->moves,   of->error,
+                                 of->parameters, of->values, of->curvature, of->jacobian};
+        for (size_t i = 0; i < sizeof owned / sizeof *owned; i++) {
+            free(owned[i]);
+        }
+        free(of->solved);
+        free(of);
+    }
+}
+
+/* How a point of the scene that is at p before the base moves goes with each variable. */
+static void find_moves(const plan_exact *e, const double *configuration, const double p[3],
+                       const double *jacobian, double *moves)
+{
+    const plan_robot *const robot = e->robot;
+    for (int k = 0; k < robot->count; k++) {
+        double v[3], from[3], along[3];
+        if (k == robot->slide) {
+            memcpy(v, robot->axis, sizeof v);
+        } else if (k == robot->turn) {
+            for (int i = 0; i < 3; i++) {
+                from[i] = p[i] - robot->base[i];
+            }
+            cross(robot->axis, from, v);
+        } else {
+            for (int i = 0; i < 3; i++) {
+                v[i] = jacobian[i * robot->parameters + robot->parameter[k]];
+            }
+        }
+        if (robot->turn >= 0 && k != robot->slide) {
+            turn_vector(robot, configuration[robot->turn], v);
+        }
+        for (int i = 0; i < 3; i++) {
+            along[i] = v[i] + robot->position[i]; /* only turned into the surface's axes */
+        }
+        plan_robot_point(robot, along, v);
+        for (int i = 0; i < 3; i++) {
+            moves[i * robot->count + k] = v[i];
+        }
+    }
+}
+
+ad_status plan_exact_shapes(plan_exact *of, size_t members, const double *configurations,
+                            ad_error *error)
+{
+    const plan_robot *const robot = of->robot;
+    const size_t count = (size_t)robot->count, parameters = (size_t)robot->parameters;
+    const size_t columns = SOLVE_MEMBERS_COLUMNS;
+    for (size_t m = 0; m < members; m++) {
+        plan_robot_parameters(robot, &configurations[m * count], &of->parameters[m * parameters]);
+    }
+    ad_status status = solve_members_curvature(of->solver, members, of->parameters, of->values,
+                                               of->curvature, of->solved, error);
+    if (status == AD_OK && parameters > 0) {
+        status = solve_members_jacobian(of->solver, members, of->parameters, of->curvature,
+                                        of->jacobian, error);
+    }
+    for (size_t m = 0; m < members && status == AD_OK; m++) {
+        const double *const values = &of->values[m * of->points * columns];
+        const double *const q = &configurations[m * count];
+        of->error[m] = of->solved[m].solved ? PLAN_TOLERANCE * of->length : INFINITY;
+        plan_robot_place(robot, q, of->points, columns, values, &of->r[3 * m * of->points]);
+        for (size_t k = 0; k < of->points; k++) {
+            const double *const v = &values[k * columns + 7];
+            const size_t row = m * of->points + k;
+            of->speed[row] = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+            find_moves(of, q, &values[k * columns], &of->jacobian[row * columns * parameters],
+                       &of->moves[3 * row * count]);
+        }
+    }
+    return status;
+}

@@ -1,0 +1,17 @@
+#include "tools/plan/plan_settings.h"
+
+#include <math.h>
+
+plan_settings plan_settings_default(void)
+{
+    return (plan_settings){.side = PLAN_INSIDE,
+                           .rotation = {1, 0, 0, 0},
+                           .radius = NAN,
+                           .clearance = 0,
+                           .slide = {NAN, NAN},
+                           .turn = {NAN, NAN},
+                           .goal_position = {NAN, NAN, NAN},
+                           .goal_tolerance = NAN,
+                           .states = 200000,
+                           .seed = 1};
+}
