@@ -44,7 +44,7 @@ static inline ad_status run_and_stop(void *context, least_squares *ls, ad_error 
     checkpoint *file = NULL;
     if (x->resumes) {
         assert_int_equal(checkpoint_open(at("left.h5"), &file, error), AD_OK);
-        if (least_squares_get(ls, file, error) != AD_OK) {
+        if (fit_restore(&ls->fit, file, error) != AD_OK) {
             fail_msg("%s", error->message);
         }
         go_on(&ls->fit, INT64_MAX);
@@ -58,10 +58,7 @@ static inline ad_status run_and_stop(void *context, least_squares *ls, ad_error 
         x->end = ls->fit.at;
         ls->fit.rows = (history){.rows = NULL};
     } else if (!x->resumes) {
-        file = checkpoint_create("test");
-        least_squares_put(ls, file);
-        assert_int_equal(checkpoint_write(file, &(file_place){.path = at("left.h5")}, error),
-                         AD_OK);
+        assert_int_equal(fit_save(&ls->fit, &(file_place){.path = at("left.h5")}, error), AD_OK);
     }
     checkpoint_free(file);
     return AD_OK;

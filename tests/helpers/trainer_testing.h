@@ -97,7 +97,7 @@ static inline ad_status restore(run *r, const char *path, ad_error *error)
     checkpoint *file;
     ad_status status = checkpoint_open(path, &file, error);
     if (status == AD_OK) {
-        status = trainer_restore(r->trainer, file, error);
+        status = fit_restore(trainer_fit(r->trainer), file, error);
         checkpoint_free(file);
     }
     return status;
@@ -128,7 +128,8 @@ static inline int remove_folder(void **state)
 static inline void save(run *r, const char *name)
 {
     ad_error error = {AD_OK, ""};
-    if (trainer_save(r->trainer, &(file_place){.path = in_folder(name)}, &error) != AD_OK) {
+    if (fit_save(trainer_fit(r->trainer), &(file_place){.path = in_folder(name)}, &error) !=
+        AD_OK) {
         fail_msg("%s", error.message);
     }
 }

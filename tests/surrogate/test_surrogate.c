@@ -6,6 +6,7 @@
 #include "temporary_folder.h"
 
 #include "autodiff/dense.h"
+#include "tools/prepare/config_experiment.h"
 #include "tools/prepare/config_surrogate.h"
 #include "tools/surrogate/growth.h"
 #include "tools/surrogate/training.h"
@@ -176,15 +177,12 @@ static void test_step(void **state)
 static void save(trained *x, const char *path)
 {
     ad_error error = {.message = ""};
-    char *yaml = NULL;
-    size_t size;
-    FILE *file = open_memstream(&yaml, &size);
-    assert_int_equal(config_write(x->given, file, false), AD_OK);
-    fclose(file);
-    if (surrogate_training_save(x->own, yaml, &(file_place){.path = path}, &error) != AD_OK) {
+    const train_origin origin = config_origin(x->given);
+    fit *f = surrogate_training_fit(x->own);
+    f->origin = &origin;
+    if (fit_save(f, &(file_place){.path = path}, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
-    free(yaml);
 }
 
 /* The network takes most of the linear map's squared errors of rollouts that it has not seen: 60
@@ -205,7 +203,7 @@ static void test_training(void **state)
     end(&part);
     part = begin(hanging, NULL, 2);
     assert_int_equal(checkpoint_open(path, &file, &error), AD_OK);
-    if (surrogate_training_restore(part.own, file, &error) != AD_OK) {
+    if (fit_restore(surrogate_training_fit(part.own), file, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     checkpoint_free(file);
@@ -300,7 +298,7 @@ static void test_curves(void **state)
         end(&part);
         part = begin(scene, kinds[kind], 2);
         assert_int_equal(checkpoint_open(path[0], &file, &error), AD_OK);
-        if (surrogate_training_restore(part.own, file, &error) != AD_OK) {
+        if (fit_restore(surrogate_training_fit(part.own), file, &error) != AD_OK) {
             fail_msg("%s", error.message);
         }
         checkpoint_free(file);

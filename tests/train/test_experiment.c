@@ -17,6 +17,7 @@ static void save(experiment *e)
     ad_error error = {.message = ""};
     checkpoint *file = checkpoint_create("test");
     assert_non_null(file);
+    train_origin_put(&e->origin, experiment_text_item(e), file);
     experiment_put(e, e->parameters, file);
     if (checkpoint_write(file, &(file_place){.path = at("checkpoint.h5")}, &error) != AD_OK) {
         fail_msg("%s", error.message);

@@ -187,10 +187,10 @@ static void hand_over(session *from, session *to)
 {
     ad_error error = {AD_OK, ""};
     checkpoint *file = NULL;
-    if (trainer_save(from->trainer, &(file_place){.path = in_folder("family.h5")}, &error) !=
-            AD_OK ||
+    if (fit_save(trainer_fit(from->trainer), &(file_place){.path = in_folder("family.h5")},
+                 &error) != AD_OK ||
         checkpoint_open(in_folder("family.h5"), &file, &error) != AD_OK ||
-        trainer_restore(to->trainer, file, &error) != AD_OK) {
+        fit_restore(trainer_fit(to->trainer), file, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     checkpoint_free(file);

@@ -77,7 +77,8 @@ static void check(const char *path, const char *const *changes)
     ad_error error = {AD_OK, ""};
     for (int i = 0; i < STEPS; i++) {
         snprintf(name, sizeof name, "%s/%d.h5", folder, i);
-        assert_int_equal(trainer_save(r.trainer, &(file_place){.path = name}, &error), AD_OK);
+        assert_int_equal(fit_save(trainer_fit(r.trainer), &(file_place){.path = name}, &error),
+                         AD_OK);
         step(&r);
         whole[i] = show(&r);
         memcpy(x[i], trainer_parameters(r.trainer), count * sizeof(double));
@@ -88,7 +89,7 @@ static void check(const char *path, const char *const *changes)
         run again = start(path, changes, 1 + from % 2);
         checkpoint *file = NULL;
         assert_int_equal(checkpoint_open(name, &file, &error), AD_OK);
-        if (trainer_restore(again.trainer, file, &error) != AD_OK) {
+        if (fit_restore(trainer_fit(again.trainer), file, &error) != AD_OK) {
             fail_msg("%s", error.message);
         }
         for (int i = from; i < STEPS; i++) {

@@ -194,7 +194,8 @@ static void test_save_fails(void **state)
     ad_error error = {AD_OK, ""};
     step(&r);
     assert_int_equal(
-        trainer_save(r.trainer, &(file_place){.path = in_folder("nowhere/a.h5")}, &error), AD_IO);
+        fit_save(trainer_fit(r.trainer), &(file_place){.path = in_folder("nowhere/a.h5")}, &error),
+        AD_IO);
     assert_non_null(strstr(error.message, "nowhere"));
     step(&r);
     stop(&r);

@@ -218,12 +218,12 @@ static ad_status put(checkpoint *cp, const char *name, const checkpoint_item *it
 }
 
 /* Remember that the caller's `name` cannot be put. */
-static ad_status refuse_put(checkpoint *cp, const char *name, const char *problem)
+static ad_status refuse_put(checkpoint *cp, ad_status why, const char *name, const char *problem)
 {
     if (cp->failure.status == AD_OK) {
-        ad_fail(&cp->failure, AD_BAD_ARGUMENT, "checkpoint item '%.200s': %s", name, problem);
+        ad_fail(&cp->failure, why, "checkpoint item '%.200s': %s", name, problem);
     }
-    return AD_BAD_ARGUMENT;
+    return why;
 }
 
 static ad_status put_array(checkpoint *cp, const char *name, checkpoint_kind kind, const void *data,
@@ -231,17 +231,17 @@ static ad_status put_array(checkpoint *cp, const char *name, checkpoint_kind kin
 {
     checkpoint_item item = {.kind = kind, .rank = rank, .shape = {1, 1, 1}, .count = 1};
     if (rank < 0 || rank > CHECKPOINT_MAX_RANK || (rank > 0 && !shape)) {
-        return refuse_put(cp, name, "its rank must be 0 to 3, with a shape");
+        return refuse_put(cp, AD_BAD_ARGUMENT, name, "its rank must be 0 to 3, with a shape");
     }
     for (int axis = 0; axis < rank; axis++) {
         if (shape[axis] > 0 && item.count > SIZE_MAX / 16 / shape[axis]) {
-            return refuse_put(cp, name, "its shape is too large");
+            return refuse_put(cp, AD_BAD_ARGUMENT, name, "its shape is too large");
         }
         item.shape[axis] = shape[axis];
         item.count *= shape[axis];
     }
     if (!data && item.count > 0) {
-        return refuse_put(cp, name, "it has no data");
+        return refuse_put(cp, AD_BAD_ARGUMENT, name, "it has no data");
     }
     item.data = data;
     return put(cp, name, &item);
@@ -268,21 +268,36 @@ ad_status checkpoint_put_uint64(checkpoint *cp, const char *name, const uint64_t
 ad_status checkpoint_put_text(checkpoint *cp, const char *name, const char *text)
 {
     if (!text) {
-        return refuse_put(cp, name, "it has no text");
+        return refuse_put(cp, AD_BAD_ARGUMENT, name, "it has no text");
     }
-    size_t length = strlen(text);
-    return put_array(cp, name, CHECKPOINT_TEXT, text, 1, &length);
+    const size_t length = strlen(text);
+    char *copy = checkpoint_copy(text);
+    if (!copy) {
+        return refuse_put(cp, AD_NO_MEMORY, name, "out of memory");
+    }
+    const checkpoint_item item = {.kind = CHECKPOINT_TEXT,
+                                  .rank = 1,
+                                  .shape = {length, 1, 1},
+                                  .count = length,
+                                  .data = copy,
+                                  .owned_data = copy};
+    const ad_status status = put(cp, name, &item);
+    if (status != AD_OK) {
+        free(copy);
+    }
+    return status;
 }
 
 ad_status checkpoint_put_table(checkpoint *cp, const char *name, const double *data, size_t rows,
                                size_t columns, const char *const *column_names)
 {
     if (columns > CHECKPOINT_MAX_ITEMS) {
-        return refuse_put(cp, name, "it has too many columns");
+        return refuse_put(cp, AD_BAD_ARGUMENT, name, "it has too many columns");
     }
     for (size_t column = 0; column < columns; column++) {
         if (strlen(column_names[column]) > CHECKPOINT_MAX_NAME) {
-            return refuse_put(cp, name, "a name of a column is longer than 255 bytes");
+            return refuse_put(cp, AD_BAD_ARGUMENT, name,
+                              "a name of a column is longer than 255 bytes");
         }
     }
     ad_status status =

@@ -59,11 +59,12 @@ void checkpoint_free(checkpoint *cp);
 
 /* ---- filling ----
  * Add the item `name`: parts joined by single '/', printable ASCII without blanks, no part "." or
- * "..", new, and neither inside nor above another item. `data`, `text` and `columns` are borrowed
- * until the last checkpoint_write; `data` may be NULL when an extent is 0. Arrays are row by row,
- * `shape` has `rank` <= 3 extents, rank 0 (shape NULL) is a scalar. Errors: AD_BAD_ARGUMENT (name,
- * rank, shape, data), AD_NO_MEMORY. A failed put adds nothing and is remembered, so a caller may
- * ignore the results: checkpoint_write then reports the first failure and writes nothing. */
+ * "..", new, and neither inside nor above another item. `data` and `columns` are borrowed until
+ * the last checkpoint_write, texts are copied; `data` may be NULL when an extent is 0. Arrays are
+ * row by row, `shape` has `rank` <= 3 extents, rank 0 (shape NULL) is a scalar. Errors:
+ * AD_BAD_ARGUMENT (name, rank, shape, data), AD_NO_MEMORY. A failed put adds nothing and is
+ * remembered, so a caller may ignore the results: checkpoint_write then reports the first failure
+ * and writes nothing. */
 ad_status checkpoint_put_doubles(checkpoint *cp, const char *name, const double *data, int rank,
                                  const size_t *shape);
 ad_status checkpoint_put_int64(checkpoint *cp, const char *name, const int64_t *data, int rank,

@@ -240,7 +240,7 @@ ad_status cpinn_save(cpinn_model *model, const char *path, ad_error *error)
         return ad_fail(error, AD_BAD_ARGUMENT,
                        "%s: the model was opened from a checkpoint; copy that file", path);
     }
-    return trainer_save(model->s.trainer, &(file_place){.path = path}, error);
+    return fit_save(model->s.fit, &(file_place){.path = path}, error);
 }
 
 /* ---- opening ------------------------------------------------------------------------------- */

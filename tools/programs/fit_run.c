@@ -33,8 +33,9 @@ static ad_status run(void *context, least_squares *ls, ad_error *error)
 {
     fit_run *o = context;
     const train_origin origin = {.context = o, .write = write_text};
-    session s = {.of = session_of_descents(ls, &origin)};
+    session s = {.fit = &ls->fit};
     run_folder folder = {.rows = NULL};
+    ls->fit.origin = &origin;
     ad_status status = o->folder ? run_name(&folder, o->folder, error) : AD_OK;
     if (o->resume && !o->folder) {
         status = ad_fail(error, AD_BAD_INPUT, "--resume: allowed: with --run DIR");

@@ -44,29 +44,11 @@ static ad_status agreed(const training *t, ad_status status, ad_error *error)
 
 /* ---- the session --------------------------------------------------------------------------- */
 
-static ad_status save(session *s, const file_place *place, ad_error *error)
-{
-    char *yaml = train_origin_text(s->of.origin);
-    ad_status status = yaml ? surrogate_training_save(s->of.context, yaml, place, error)
-                            : ad_fail(error, AD_NO_MEMORY, "out of memory for the scene");
-    free(yaml);
-    return status;
-}
-
-static ad_status restore(session *s, const checkpoint *file, ad_error *error)
-{
-    return surrogate_training_restore(s->of.context, file, error);
-}
-
 static ad_status begin(training *t, ad_error *error)
 {
     t->origin = config_origin(t->settings);
-    t->s.of = (session_subject){.fit = surrogate_training_fit(t->own),
-                                .origin = &t->origin,
-                                .text_item = "scene/yaml",
-                                .context = t->own,
-                                .save = save,
-                                .restore = restore};
+    t->s.fit = surrogate_training_fit(t->own);
+    t->s.fit->origin = &t->origin;
     return session_begin(&t->s, &t->folder, t->asked->resume, error);
 }
 
@@ -101,7 +83,7 @@ static void announce(training *t)
                  ad_pool_threads(t->pool) == 1 ? "" : "s", t->folder.path);
     if (t->asked->resume) {
         progress_say(&t->progress, "resumed at step %lld, %.1f s into the run",
-                     (long long)t->s.of.fit->at.step, fit_seconds(t->s.of.fit));
+                     (long long)t->s.fit->at.step, fit_seconds(t->s.fit));
     }
 }
 
@@ -117,7 +99,7 @@ static ad_status judge(training *t, ad_error *error)
                                      &t->report, error);
     }
     if (status == AD_OK) {
-        const fit *f = t->s.of.fit;
+        const fit *f = t->s.fit;
         t->judged = true;
         eval_rollouts_verdict(&t->report, s->settings.kind, f->loss, f->held_out, &t->verdict);
     }
@@ -127,7 +109,7 @@ static ad_status judge(training *t, ad_error *error)
 
 static void finish(training *t)
 {
-    const fit *f = t->s.of.fit;
+    const fit *f = t->s.fit;
     if (!t->asked->quiet) {
         progress_say(&t->progress,
                      "done: %lld steps in %.2f s%s%s, loss %.3e, held-out %.3e of that of %s",
@@ -300,9 +282,9 @@ static ad_status go(training *t, bool *began, ad_error *error)
         announce(t);
         signals_catch();
         status = progress_train(&t->progress, &t->s, t->asked->watch, error);
-        t->seconds = fit_seconds(t->s.of.fit);
+        t->seconds = fit_seconds(t->s.fit);
     }
-    if (status == AD_OK && t->s.of.fit->state == FIT_RUNNING) {
+    if (status == AD_OK && t->s.fit->state == FIT_RUNNING) {
         interrupted(t);
         return AD_OK;
     }

@@ -221,6 +221,7 @@ ad_status surrogate_training_create(const scene *open, surrogate_settings *setti
     t->training = training;
     t->pool = pool;
     t->fit = fit_of(training, ad_pool_ranks(pool), &one_step_model, t);
+    t->fit.text_item = "scene/yaml";
     t->fit.rows.columns = (int)(sizeof names / sizeof *names);
     memcpy(t->fit.rows.names, names, sizeof names);
     ad_status status =
@@ -332,8 +333,13 @@ static ad_status end(void *of, optim_status status, bool *again, ad_error *error
     return AD_OK;
 }
 
-static const fit_kind one_step_model = {
-    .start = start, .step = step, .row = row, .trained = trained_loss, .end = end};
+static const fit_kind one_step_model = {.start = start,
+                                        .step = step,
+                                        .row = row,
+                                        .trained = trained_loss,
+                                        .end = end,
+                                        .put = surrogate_training_put,
+                                        .get = surrogate_training_get};
 
 const surrogate_training_info *surrogate_training_inspect(const surrogate_training *t)
 {

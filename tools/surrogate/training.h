@@ -48,13 +48,6 @@ const surrogate_training_info *surrogate_training_inspect(const surrogate_traini
  * output layer is not finite. */
 const surrogate_step *surrogate_training_step_of(surrogate_training *t);
 
-/* yaml: of the scene, "scene/yaml" in the file. place NULL: only computes what is in it, on ranks
- * that do not write. */
-ad_status surrogate_training_save(surrogate_training *t, const char *yaml, const file_place *place,
-                                  ad_error *error);
-ad_status surrogate_training_restore(surrogate_training *t, const checkpoint *file,
-                                     ad_error *error);
-
 #ifdef __cplusplus
 }
 #endif

@@ -48,4 +48,8 @@ ad_status surrogate_prepare_curve(surrogate_training *t, int steps, int rollouts
 ad_status surrogate_make_physics(surrogate_training *t, ad_error *error);
 double surrogate_held_error(surrogate_training *t, const double *parameters);
 
+/* training_state.c; of fit_kind. */
+ad_status surrogate_training_put(void *of, checkpoint *file, ad_error *error);
+ad_status surrogate_training_get(void *of, const checkpoint *file, bool *at_work, ad_error *error);
+
 #endif

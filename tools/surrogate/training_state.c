@@ -5,19 +5,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-ad_status surrogate_training_save(surrogate_training *t, const char *yaml, const file_place *place,
-                                  ad_error *error)
+ad_status surrogate_training_put(void *of, checkpoint *file, ad_error *error)
 {
-    checkpoint *file = checkpoint_create(CPINN_VERSION);
-    const surrogate_step *m = surrogate_training_step_of(t);
-    if (!file) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a checkpoint");
-    }
-    if (!m) {
-        checkpoint_free(file);
+    surrogate_training *t = of;
+    if (!surrogate_training_step_of(t)) {
         return ad_fail(error, AD_NOT_FINITE, "the output layer of the model is not finite");
     }
-    checkpoint_put_text(file, "scene/yaml", yaml);
     if (t->physics) {
         surrogate_put_curve(&t->curve, t->shape, file);
     } else {
@@ -27,19 +20,13 @@ ad_status surrogate_training_save(surrogate_training *t, const char *yaml, const
         surrogate_put_nodes(&t->step, t->inner[0].numbers, file);
     }
     checkpoint_put_doubles(file, "parameters", t->start, 1, &t->info.parameters);
-    fit_put(&t->fit, file);
-    history_put(&t->fit.rows, file);
-    ad_status status = place ? checkpoint_write(file, place, error) : AD_OK;
-    checkpoint_free(file);
-    return status;
+    return AD_OK;
 }
 
-ad_status surrogate_training_restore(surrogate_training *t, const checkpoint *file, ad_error *error)
+ad_status surrogate_training_get(void *of, const checkpoint *file, bool *at_work, ad_error *error)
 {
-    ad_status status = fit_get(&t->fit, file, error);
-    if (status == AD_OK && t->start) {
-        status = checkpoint_get_doubles(file, "parameters", t->start, t->info.parameters, error);
-    }
+    surrogate_training *t = of;
+    (void)at_work;
     if (!t->flow && !t->physics) {
         t->fit.state = FIT_OVER;
     }
@@ -47,6 +34,7 @@ ad_status surrogate_training_restore(surrogate_training *t, const checkpoint *fi
         optim_free(t->optimizer);
         t->optimizer = t->fit.by = NULL;
     }
-    status = status == AD_OK ? fit_go_on(&t->fit, true, file, error) : status;
-    return status == AD_OK ? fit_get_rows(&t->fit, file, error) : status;
+    return t->start
+               ? checkpoint_get_doubles(file, "parameters", t->start, t->info.parameters, error)
+               : AD_OK;
 }

@@ -187,7 +187,6 @@ void experiment_free(experiment *e)
         free_origin(&e->origin);
         free(e->parameters);
         free(e->starts);
-        free(e->text);
         free(e);
     }
 }
@@ -203,22 +202,6 @@ ad_status experiment_refuse(const experiment *e, const char *key, const char *pr
 const char *experiment_text_item(const experiment *e)
 {
     return e->is_lent ? "physics/text" : "scene/yaml";
-}
-
-char *train_origin_text(const train_origin *origin)
-{
-    char *text = NULL;
-    size_t size = 0;
-    FILE *file = origin->write ? open_memstream(&text, &size) : NULL;
-    if (!file) {
-        return NULL;
-    }
-    ad_status status = origin->write(origin->context, file);
-    if (fclose(file) != 0 || status != AD_OK) {
-        free(text);
-        return NULL;
-    }
-    return text;
 }
 
 double *experiment_parameters(const experiment *e)
@@ -420,11 +403,6 @@ static ad_status get_family(experiment *e, const checkpoint *file, ad_error *err
 
 void experiment_put(experiment *e, const double *parameters, checkpoint *file)
 {
-    if (!e->text) {
-        e->text = train_origin_text(&e->origin);
-    }
-    /* NULL is refused and remembered */
-    checkpoint_put_text(file, experiment_text_item(e), e->text);
     for (int i = 0; i < e->window; i++) {
         put_parameters(e, i, e->parameters + (size_t)i * e->count, file);
     }

@@ -25,33 +25,14 @@
 #include "physics/learn/problem.h"
 #include "physics/learn/window_state.h"
 #include "tools/files/checkpoint.h"
+#include "tools/train/fit.h"
 #include "tools/train/targets.h"
-#include "tools/train/train_settings.h"
 
 #include <stdio.h>
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/* Whoever filled in scene and settings: can write them as text, knows where a key stands, and holds
- * their memory. All may be NULL; without `write` there are no checkpoints, without `write_physics`
- * no classical solution is kept between runs. */
-typedef struct train_origin {
-    void *context;
-    ad_status (*write)(void *context, FILE *file); /* everything, as it is now */
-    ad_status (*write_physics)(void *context,
-                               FILE *file); /* what a classical solution depends on */
-    ad_status (*refuse)(void *context, const char *key, const char *problem,
-                        ad_error *error); /* AD_BAD_INPUT, and the line with the key's place */
-    ad_status (*continues)(void *context, const char *path, const char *text, int64_t stage,
-                           ad_error *error); /* may this go on where a run, of which the file at
-                                              * `path` holds the text, has come to the stage? */
-    void (*free)(void *context);
-} train_origin;
-
-/* What it writes, allocated; NULL when it cannot, or memory runs out. */
-char *train_origin_text(const train_origin *origin);
 
 typedef struct experiment {
     const struct scene *scene; /* these two belong to the origin */
@@ -69,7 +50,6 @@ typedef struct experiment {
     double *starts;     /* [windows][window_state_numbers], of the windows begun but the first */
     size_t count;
     int window;        /* the one at work, from 0; those before have their parameters */
-    char *text;        /* that experiment_put lent to a checkpoint */
     char warning[512]; /* why a restored experiment has lost its reference file; "": it has not */
 } experiment;
 

@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 enum { ROWS_APART = 5, ITEM_NAME = 96 };
 static const double usual_ratio = 100; /* where the stage does not stop for it */
@@ -188,9 +189,32 @@ ad_status fit_step(fit *f, ad_error *error)
     return result == AD_OK && end ? end_stage(f, end, status, error) : result;
 }
 
+char *train_origin_text(const train_origin *origin)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *file = origin->write ? open_memstream(&text, &size) : NULL;
+    if (!file) {
+        return NULL;
+    }
+    ad_status status = origin->write(origin->context, file);
+    if (fclose(file) != 0 || status != AD_OK) {
+        free(text);
+        return NULL;
+    }
+    return text;
+}
+
+void train_origin_put(const train_origin *origin, const char *item, checkpoint *file)
+{
+    char *text = train_origin_text(origin);
+    checkpoint_put_text(file, item, text); /* NULL is refused and remembered */
+    free(text);
+}
+
 /* ---- in a checkpoint ----------------------------------------------------------------------- */
 
-void fit_put(const fit *f, checkpoint *file)
+static void put_place(const fit *f, checkpoint *file)
 {
     optim_array arrays[OPTIM_STATE_CAPACITY];
     const int count = f->by ? optim_state(f->by, arrays) : 0;
@@ -219,7 +243,7 @@ static ad_status get_seconds(const checkpoint *file, const char *name, double *v
                : status;
 }
 
-ad_status fit_get(fit *f, const checkpoint *file, ad_error *error)
+static ad_status get_place(fit *f, const checkpoint *file, ad_error *error)
 {
     const int stages = f->settings->stage_count;
     fit_place *at = &f->at;
@@ -246,7 +270,7 @@ ad_status fit_get(fit *f, const checkpoint *file, ad_error *error)
                           : AD_OK;
 }
 
-ad_status fit_go_on(fit *f, bool at_work, const checkpoint *file, ad_error *error)
+static ad_status go_on(fit *f, bool at_work, const checkpoint *file, ad_error *error)
 {
     optim_array arrays[OPTIM_STATE_CAPACITY];
     const double started = f->stage_started;
@@ -265,7 +289,7 @@ ad_status fit_go_on(fit *f, bool at_work, const checkpoint *file, ad_error *erro
     return why ? ad_fail(error, AD_BAD_INPUT, "checkpoint: %s", why) : status;
 }
 
-ad_status fit_get_rows(fit *f, const checkpoint *file, ad_error *error)
+static ad_status get_rows(fit *f, const checkpoint *file, ad_error *error)
 {
     const ad_status status = history_get(&f->rows, file, error);
     for (size_t row = 0; status == AD_OK && row < f->rows.count; row++) {
@@ -282,4 +306,31 @@ ad_status fit_get_rows(fit *f, const checkpoint *file, ad_error *error)
         f->error = history_value(&f->rows, last, "error");
     }
     return status;
+}
+
+ad_status fit_save(fit *f, const file_place *place, ad_error *error)
+{
+    checkpoint *file = checkpoint_create(CPINN_VERSION);
+    if (!file) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a checkpoint");
+    }
+    if (f->origin) {
+        train_origin_put(f->origin, f->text_item, file);
+    }
+    put_place(f, file);
+    history_put(&f->rows, file);
+    ad_status status = f->kind->put(f->of, file, error);
+    status = status == AD_OK && place ? checkpoint_write(file, place, error) : status;
+    checkpoint_free(file);
+    return status;
+}
+
+ad_status fit_restore(fit *f, const checkpoint *file, ad_error *error)
+{
+    bool at_work = true;
+    ad_status status = get_place(f, file, error);
+    status = status == AD_OK ? f->kind->get(f->of, file, &at_work, error) : status;
+    status = status == AD_OK ? go_on(f, at_work, file, error) : status;
+    status = status == AD_OK ? get_rows(f, file, error) : status;
+    return status == AD_OK && f->kind->got ? f->kind->got(f->of, file, error) : status;
 }

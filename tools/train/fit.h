@@ -14,9 +14,33 @@
 #include "tools/train/history.h"
 #include "tools/train/train_settings.h"
 
+#include <stdio.h>
+
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/* Whoever filled in scene and settings: can write them as text, knows where a key stands, and holds
+ * their memory. All may be NULL; without `write` there are no checkpoints, without `write_physics`
+ * no classical solution is kept between runs. */
+typedef struct train_origin {
+    void *context;
+    ad_status (*write)(void *context, FILE *file); /* everything, as it is now */
+    ad_status (*write_physics)(void *context,
+                               FILE *file); /* what a classical solution depends on */
+    ad_status (*refuse)(void *context, const char *key, const char *problem,
+                        ad_error *error); /* AD_BAD_INPUT, and the line with the key's place */
+    ad_status (*continues)(void *context, const char *path, const char *text, int64_t stage,
+                           ad_error *error); /* may this go on where a run, of which the file at
+                                              * `path` holds the text, has come to the stage? */
+    void (*free)(void *context);
+} train_origin;
+
+/* What it writes, allocated; NULL when it cannot, or memory runs out. */
+char *train_origin_text(const train_origin *origin);
+
+/* The item of a checkpoint that says it. */
+void train_origin_put(const train_origin *origin, const char *item, checkpoint *file);
 
 typedef enum fit_state {
     FIT_RUNNING,
@@ -47,14 +71,22 @@ typedef struct fit_kind {
     ad_status (*end)(void *of, optim_status status, bool *again, ad_error *error);
     /* All stages have ended: the window at work begins, or the fit is over. */
     ad_status (*turn)(void *of, ad_error *error);
+    /* In a checkpoint, which borrows: what the fit does not know. `get` comes before the stage at
+     * work starts, *at_work false: without a state of its optimiser; `got` behind that and the
+     * rows. */
+    ad_status (*put)(void *of, checkpoint *file, ad_error *error);
+    ad_status (*get)(void *of, const checkpoint *file, bool *at_work, ad_error *error);
+    ad_status (*got)(void *of, const checkpoint *file, ad_error *error);
 } fit_kind;
 
 typedef struct fit {
     const train_settings *settings; /* borrowed, with its stages */
     const ad_ranks *ranks;          /* borrowed; NULL: none */
     const fit_kind *kind;
-    void *of;            /* of the kind */
-    optim_optimizer *by; /* of the kind; NULL: none is at work */
+    void *of;                   /* of the kind */
+    const train_origin *origin; /* borrowed: writes what is asked for; NULL: nobody does */
+    const char *text_item;      /* of a checkpoint, that keeps it */
+    optim_optimizer *by;        /* of the kind; NULL: none is at work */
     int windows;
     fit_state state;
     fit_place at, before;             /* now, and before the last step */
@@ -97,13 +129,11 @@ void fit_watch(fit *f, size_t row);
 /* The held-out loss of rows to come has nothing to do with that of those before. */
 void fit_forget_held_out(fit *f);
 
-/* In a checkpoint. fit_get takes the place over; fit_go_on starts its stage if there is one, with
- * what the file says of its optimiser, if that is `at_work`; fit_get_rows the history, and what
- * stages look at of it. AD_BAD_INPUT: impossible. */
-void fit_put(const fit *f, checkpoint *file);
-ad_status fit_get(fit *f, const checkpoint *file, ad_error *error);
-ad_status fit_go_on(fit *f, bool at_work, const checkpoint *file, ad_error *error);
-ad_status fit_get_rows(fit *f, const checkpoint *file, ad_error *error);
+/* Writes a checkpoint; place NULL: only computes what is in it, on ranks that do not write. */
+ad_status fit_save(fit *f, const file_place *place, ad_error *error);
+
+/* Goes on where it ends, at any time. AD_BAD_INPUT: impossible. */
+ad_status fit_restore(fit *f, const checkpoint *file, ad_error *error);
 
 #ifdef __cplusplus
 }

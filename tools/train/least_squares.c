@@ -30,6 +30,7 @@ static ad_status make_settings(least_squares *ls, ad_error *error)
     stage->stop_held_out_ratio = 0;
     ls->fit = fit_of(ls->settings, NULL, &descent, ls);
     ls->fit.windows = ls->descents;
+    ls->fit.text_item = "fit/text";
     ls->fit.rows.columns = (int)(sizeof names / sizeof *names);
     memcpy(ls->fit.rows.names, names, sizeof names);
     return AD_OK;
@@ -144,34 +145,15 @@ static ad_status turn(void *of, ad_error *error)
     return ls->turn ? ls->turn(ls->context, error) : AD_OK;
 }
 
-static const fit_kind descent = {.start = start,
-                                 .step = step,
-                                 .row = row,
-                                 .trained = trained,
-                                 .reason = reason,
-                                 .end = end,
-                                 .turn = turn};
-
-ad_status least_squares_run(least_squares *ls, const least_squares_runner *runner, ad_error *error)
-{
-    if (runner) {
-        return runner->run(runner->context, ls, error);
-    }
-    ad_status status = fit_start(&ls->fit, error);
-    while (status == AD_OK && ls->fit.state == FIT_RUNNING) {
-        status = fit_step(&ls->fit, error);
-    }
-    return status;
-}
-
 /* ---- in a checkpoint ----------------------------------------------------------------------- */
 
-void least_squares_put(least_squares *ls, checkpoint *file)
+static ad_status put(void *of, checkpoint *file, ad_error *error)
 {
+    least_squares *ls = of;
     optim_array arrays[OPTIM_STATE_CAPACITY];
     const int count = ls->state(ls->context, arrays);
     const size_t one = 1;
-    fit_put(&ls->fit, file);
+    (void)error;
     checkpoint_put_uint64(file, "fit/digest", &ls->digest, 1, &one);
     checkpoint_put_integer(file, "training/window", ls->fit.at.window);
     for (int i = 0; i < count; i++) {
@@ -179,11 +161,12 @@ void least_squares_put(least_squares *ls, checkpoint *file)
         snprintf(name, sizeof name, "fit/%s", arrays[i].name);
         checkpoint_put_doubles(file, name, arrays[i].data, 1, &arrays[i].count);
     }
-    history_put(&ls->fit.rows, file);
+    return AD_OK;
 }
 
-static ad_status get_state(least_squares *ls, const checkpoint *file, ad_error *error)
+static ad_status get_state(void *of, const checkpoint *file, ad_error *error)
 {
+    least_squares *ls = of;
     optim_array arrays[OPTIM_STATE_CAPACITY];
     const int count = ls->state(ls->context, arrays);
     ad_status status = AD_OK;
@@ -195,9 +178,10 @@ static ad_status get_state(least_squares *ls, const checkpoint *file, ad_error *
     return status;
 }
 
-/* What a descent begins from may be kept, and changes what is. */
-ad_status least_squares_get(least_squares *ls, const checkpoint *file, ad_error *error)
+/* What a descent begins from may be kept, and changes what is: it is got again behind. */
+static ad_status get(void *of, const checkpoint *file, bool *at_work, ad_error *error)
 {
+    least_squares *ls = of;
     int64_t window;
     uint64_t digest;
     ad_status status = checkpoint_get_uint64(file, "fit/digest", &digest, 1, error);
@@ -205,16 +189,35 @@ ad_status least_squares_get(least_squares *ls, const checkpoint *file, ad_error 
         return ad_fail(error, AD_BAD_INPUT,
                        "checkpoint: it was fitted to other data; give those, or another folder");
     }
-    if (status != AD_OK || (status = fit_get(&ls->fit, file, error)) != AD_OK ||
+    (void)at_work;
+    if (status != AD_OK ||
         (status = checkpoint_get_integer(file, "training/window", 0, ls->fit.windows - 1, &window,
                                          error)) != AD_OK) {
         return status;
     }
     ls->fit.at.window = (int)window;
-    if ((status = get_state(ls, file, error)) != AD_OK ||
-        (status = fit_go_on(&ls->fit, true, file, error)) != AD_OK ||
-        (status = get_state(ls, file, error)) != AD_OK) {
-        return status;
+    return get_state(ls, file, error);
+}
+
+static const fit_kind descent = {.start = start,
+                                 .step = step,
+                                 .row = row,
+                                 .trained = trained,
+                                 .reason = reason,
+                                 .end = end,
+                                 .turn = turn,
+                                 .put = put,
+                                 .get = get,
+                                 .got = get_state};
+
+ad_status least_squares_run(least_squares *ls, const least_squares_runner *runner, ad_error *error)
+{
+    if (runner) {
+        return runner->run(runner->context, ls, error);
     }
-    return fit_get_rows(&ls->fit, file, error);
+    ad_status status = fit_start(&ls->fit, error);
+    while (status == AD_OK && ls->fit.state == FIT_RUNNING) {
+        status = fit_step(&ls->fit, error);
+    }
+    return status;
 }

@@ -43,7 +43,7 @@ struct least_squares {
 ad_status least_squares_create(least_squares *ls, ad_error *error);
 void least_squares_clear(least_squares *ls);
 
-/* Who makes the steps, from fit_start or least_squares_get on, and may leave it before it is over:
+/* Who makes the steps, from fit_start or fit_restore on, and may leave it before it is over:
  * what was to be found is then not touched. */
 typedef struct least_squares_runner {
     ad_status (*run)(void *context, least_squares *ls, ad_error *error);
@@ -55,9 +55,5 @@ ad_status least_squares_run(least_squares *ls, const least_squares_runner *runne
 
 /* step[count] with the last J, a linear model's `solve`. */
 int least_squares_solve(void *ls, double damping, const double *scale, double *step);
-
-/* In a checkpoint. */
-void least_squares_put(least_squares *ls, checkpoint *file);
-ad_status least_squares_get(least_squares *ls, const checkpoint *file, ad_error *error);
 
 #endif

@@ -133,12 +133,11 @@ static void keep(const request *r, reference_solution *about)
 {
     const size_t shape[2] = {(size_t)r->columns, r->points};
     checkpoint *file = *r->folder ? checkpoint_create(CPINN_VERSION) : NULL;
-    char found[REPORT_VERDICT_TEXT];
     ad_error why;
     if (!file) {
         return;
     }
-    report_put_verdict(file, &about->verdict, found);
+    report_put_verdict(file, &about->verdict);
     checkpoint_put_text(file, "scene", r->text);
     checkpoint_put_doubles(file, "poses", r->poses, 2, shape);
     checkpoint_put_double(file, "estimate", about->estimate);

@@ -4,14 +4,15 @@
 
 /* ---- in a checkpoint ----------------------------------------------------------------------- */
 
-void report_put_verdict(checkpoint *file, const verdict *v, char text[REPORT_VERDICT_TEXT])
+void report_put_verdict(checkpoint *file, const verdict *v)
 {
+    char text[VERDICT_FINDINGS_MAX * (VERDICT_TEXT + 32)];
     size_t length = 0;
     strcpy(text, verdict_reason_name(VERDICT_NONE));
     for (int i = 0; i < v->count; i++) {
-        length += (size_t)snprintf(text + length, REPORT_VERDICT_TEXT - length, "%s%s: %s",
-                                   i > 0 ? "\n" : "", verdict_reason_name(v->findings[i].reason),
-                                   v->findings[i].text);
+        length +=
+            (size_t)snprintf(text + length, sizeof text - length, "%s%s: %s", i > 0 ? "\n" : "",
+                             verdict_reason_name(v->findings[i].reason), v->findings[i].text);
     }
     checkpoint_put_text(file, "verdict", text);
 }

@@ -16,10 +16,7 @@
 extern "C" {
 #endif
 
-enum { REPORT_VERDICT_TEXT = VERDICT_FINDINGS_MAX * (VERDICT_TEXT + 32) };
-
-/* `text` is lent to the checkpoint until it is written. */
-void report_put_verdict(checkpoint *file, const verdict *v, char text[REPORT_VERDICT_TEXT]);
+void report_put_verdict(checkpoint *file, const verdict *v);
 
 /* AD_BAD_INPUT: no verdict is there, or none that this version knows. */
 ad_status report_get_verdict(const checkpoint *file, verdict *v, ad_error *error);

@@ -37,26 +37,10 @@ ad_status session_prepare_model(physics_model *m, train_settings *settings,
 
 /* ---- a trainer ----------------------------------------------------------------------------- */
 
-static ad_status save_trainer(session *s, const file_place *place, ad_error *error)
-{
-    return trainer_save(s->trainer, place, error);
-}
-
-static ad_status restore_trainer(session *s, const checkpoint *file, ad_error *error)
-{
-    return trainer_restore(s->trainer, file, error);
-}
-
 ad_status session_start(session *s, ad_error *error)
 {
     ad_status status = trainer_create(s->e, s->problem, s->known, s->prepared, &s->trainer, error);
-    if (status == AD_OK) {
-        s->of = (session_subject){.fit = trainer_fit(s->trainer),
-                                  .origin = &s->e->origin,
-                                  .text_item = experiment_text_item(s->e),
-                                  .save = save_trainer,
-                                  .restore = restore_trainer};
-    }
+    s->fit = status == AD_OK ? trainer_fit(s->trainer) : NULL;
     return status;
 }
 
@@ -68,50 +52,17 @@ void session_free(session *s)
     experiment_free(s->e);
 }
 
-/* ---- descents ------------------------------------------------------------------------------ */
-
-static ad_status save_descents(session *s, const file_place *place, ad_error *error)
-{
-    checkpoint *file = checkpoint_create(CPINN_VERSION);
-    char *text = train_origin_text(s->of.origin);
-    ad_status status =
-        file && text ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a checkpoint");
-    if (status == AD_OK) {
-        checkpoint_put_text(file, s->of.text_item, text);
-        least_squares_put(s->of.context, file);
-        status = place ? checkpoint_write(file, place, error) : AD_OK;
-    }
-    checkpoint_free(file);
-    free(text);
-    return status;
-}
-
-static ad_status restore_descents(session *s, const checkpoint *file, ad_error *error)
-{
-    return least_squares_get(s->of.context, file, error);
-}
-
-session_subject session_of_descents(least_squares *ls, const train_origin *origin)
-{
-    return (session_subject){.fit = &ls->fit,
-                             .origin = origin,
-                             .text_item = "fit/text",
-                             .context = ls,
-                             .save = save_descents,
-                             .restore = restore_descents};
-}
-
 /* ---- ranks --------------------------------------------------------------------------------- */
 
 /* Of several ranks the first keeps the folder. */
 static bool keeps_folder(const session *s)
 {
-    return s->folder && ad_ranks_is_first(s->of.fit->ranks);
+    return s->folder && ad_ranks_is_first(s->fit->ranks);
 }
 
 static ad_status agreed(const session *s, ad_status status, ad_error *error)
 {
-    return ad_ranks_status(s->of.fit->ranks, status, error);
+    return ad_ranks_status(s->fit->ranks, status, error);
 }
 
 /* ---- runs ---------------------------------------------------------------------------------- */
@@ -121,23 +72,22 @@ static ad_status save(session *s, ad_error *error)
     ad_status held = keeps_folder(s) ? run_check_held(s->folder, error) : AD_OK;
     const bool writes = keeps_folder(s) && held == AD_OK;
     const file_place place = {writes ? s->folder->checkpoint : NULL,
-                              s->of.fit->settings->checkpoint_keep - 1,
-                              writes ? s->folder->held : 0};
-    ad_status status = s->of.save(s, writes ? &place : NULL, error); /* by all ranks */
+                              s->fit->settings->checkpoint_keep - 1, writes ? s->folder->held : 0};
+    ad_status status = fit_save(s->fit, writes ? &place : NULL, error); /* by all ranks */
     if (writes && status != AD_OK) {
         held = run_check_held(s->folder, error); /* removed meanwhile, perhaps */
     }
     s->last_save = train_seconds();
-    s->saved_step = s->of.fit->at.step;
+    s->saved_step = s->fit->at.step;
     return held == AD_OK ? status : held;
 }
 
 static ad_status check_same(const session *s, const checkpoint *file, ad_error *error)
 {
-    const train_origin *origin = s->of.origin;
+    const train_origin *origin = s->fit->origin;
     const char *text;
     int64_t stage;
-    ad_status status = checkpoint_get_text(file, s->of.text_item, &text, error);
+    ad_status status = checkpoint_get_text(file, s->fit->text_item, &text, error);
     if (status == AD_OK) {
         status = checkpoint_get_int64(file, "training/stage", &stage, 1, error);
     }
@@ -165,7 +115,7 @@ static ad_status resume_run(session *s, ad_error *error)
     }
     status = check_same(s, file, error);
     if (status == AD_OK) {
-        status = s->of.restore(s, file, error);
+        status = fit_restore(s->fit, file, error);
     }
     checkpoint_free(file);
     return status;
@@ -188,11 +138,11 @@ static ad_status enter_folder(run_folder *folder, bool resume, ad_error *error)
 
 static ad_status begin_files(session *s, ad_error *error)
 {
-    char *text = train_origin_text(s->of.origin);
+    char *text = train_origin_text(s->fit->origin);
     ad_status status =
-        text ? run_begin(s->folder, text, &s->of.fit->rows, s->of.fit->settings->output_tensorboard,
-                         error)
-             : ad_fail(error, AD_NO_MEMORY, "out of memory for %s", s->folder->config);
+        text
+            ? run_begin(s->folder, text, &s->fit->rows, s->fit->settings->output_tensorboard, error)
+            : ad_fail(error, AD_NO_MEMORY, "out of memory for %s", s->folder->config);
     free(text);
     return status;
 }
@@ -216,8 +166,8 @@ ad_status session_begin(session *s, run_folder *folder, bool resume, ad_error *e
 
 static bool save_is_due(const session *s)
 {
-    return s->of.fit->at.step % s->of.fit->settings->checkpoint_every == 0 ||
-           train_seconds() - s->last_save > s->of.fit->settings->checkpoint_seconds;
+    return s->fit->at.step % s->fit->settings->checkpoint_every == 0 ||
+           train_seconds() - s->last_save > s->fit->settings->checkpoint_seconds;
 }
 
 /* After a step: whether to save now, by the clock of the first rank, and to stop, when any rank
@@ -230,9 +180,9 @@ static ad_status decide(const session *s, ad_status status, bool *due, bool *sto
                        : *stopped                          ? STOP
                        : keeps_folder(s) && save_is_due(s) ? SAVE
                                                            : GO_ON;
-    const int now = (int)ad_ranks_largest(s->of.fit->ranks, wanted);
+    const int now = (int)ad_ranks_largest(s->fit->ranks, wanted);
     *stopped = now == STOP;
-    *due = now != GO_ON || s->of.fit->state != FIT_RUNNING;
+    *due = now != GO_ON || s->fit->state != FIT_RUNNING;
     return status != AD_OK || now < FAILED
                ? status
                : ad_fail(error, (ad_status)(now - FAILED), "rank 0 could not keep the run");
@@ -240,10 +190,10 @@ static ad_status decide(const session *s, ad_status status, bool *due, bool *sto
 
 ad_status session_train(session *s, session_stepped stepped, void *context, ad_error *error)
 {
-    fit *fit = s->of.fit;
+    fit *fit = s->fit;
     bool stopped = false, due;
     s->last_save = train_seconds();
-    s->saved_step = s->of.fit->at.step;
+    s->saved_step = s->fit->at.step;
     while (fit->state == FIT_RUNNING && !stopped) {
         ad_status status = fit_step(fit, error);
         if (status != AD_OK) {

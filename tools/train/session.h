@@ -3,7 +3,7 @@
 #ifndef TOOLS_TRAIN_SESSION_H
 #define TOOLS_TRAIN_SESSION_H
 
-#include "tools/train/least_squares.h"
+#include "tools/train/fit.h"
 #include "tools/train/run.h"
 
 #ifdef __cplusplus
@@ -12,17 +12,6 @@ extern "C" {
 
 typedef struct session session;
 
-/* What is fitted, a trainer or a model of another kind. All is borrowed. */
-typedef struct session_subject {
-    fit *fit;
-    const train_origin *origin;
-    const char *text_item; /* of a checkpoint: what `origin` wrote */
-    void *context;
-    ad_status (*save)(session *s, const file_place *place,
-                      ad_error *error); /* NULL: only computes */
-    ad_status (*restore)(session *s, const checkpoint *file, ad_error *error);
-} session_subject;
-
 struct session {
     experiment *e;
     struct problem *problem;
@@ -30,7 +19,7 @@ struct session {
     struct trainer *trainer; /* NULL: not started */
     double prepared;         /* s, of wall time that recording and compiling took */
 
-    session_subject of; /* of session_start, or the caller's in a session that is 0 but for it */
+    fit *fit;           /* of session_start, or the caller's in a session that is 0 but for it */
     run_folder *folder; /* lent by session_begin; NULL: the run is in memory alone */
     double last_save;
     int64_t saved_step;
@@ -50,10 +39,6 @@ ad_status session_prepare_model(physics_model *m, train_settings *settings,
  * not. */
 ad_status session_start(session *s, ad_error *error);
 void session_free(session *s);
-
-/* Of descents, which it borrows as it does the origin: all that `origin` writes has to be the same
- * when they go on. For a session that is 0 but for it. */
-session_subject session_of_descents(least_squares *ls, const train_origin *origin);
 
 /* Where the pool is shared among ranks (autodiff/ranks.h), all of them call everything here; the
  * first one alone writes. */

@@ -179,6 +179,8 @@ ad_status trainer_create(experiment *e, problem *problem_, reference *known, dou
     t->known = known;
     t->fit = fit_of(e->settings, ad_pool_ranks(e->pool), &trained_network, t);
     t->fit.windows = e->scene->windows;
+    t->fit.origin = &e->origin;
+    t->fit.text_item = experiment_text_item(e);
     t->fit.points = 0;
     t->began = t->fit.started;
     t->fit.started -= seconds;
@@ -538,7 +540,10 @@ static const fit_kind trained_network = {.start = start,
                                          .trained = trained_loss,
                                          .reason = reason_to_end,
                                          .end = end_stage,
-                                         .turn = turn};
+                                         .turn = turn,
+                                         .put = trainer_put,
+                                         .get = trainer_get,
+                                         .got = trainer_got};
 
 ad_status trainer_step(trainer *t, ad_error *error)
 {

@@ -105,10 +105,6 @@ void trainer_verdict(const trainer *t, verdict *result);
  * weights change so that losses do not compare. */
 const double *trainer_parameters(const trainer *t);
 
-/* Write a checkpoint; place NULL: only compute what is in it, on ranks that do not write. */
-ad_status trainer_save(trainer *t, const file_place *place, ad_error *error);
-ad_status trainer_restore(trainer *t, const checkpoint *file, ad_error *error);
-
 #ifdef __cplusplus
 }
 #endif

@@ -7,6 +7,8 @@
 #include "tools/train/stage_optimizer.h"
 #include "tools/train/trainer.h"
 
+enum { TRAINER_DRAWN = 5 }; /* state of a generator, and how many points it has drawn */
+
 struct trainer {
     experiment *e;
     problem *problem;
@@ -25,6 +27,7 @@ struct trainer {
     bool lasts;     /* TRAINER_FUSE_AFTER seconds are over */
     bool has_cache; /* programs are compiled and kept in `compiled` */
     char compiled[4000];
+    uint64_t drawn[PROBLEM_STATE_MAX][TRAINER_DRAWN]; /* lent to a checkpoint */
     ad_error failure; /* why an evaluation failed for another reason than its numbers */
 };
 
@@ -53,6 +56,11 @@ bool trainer_is_small(const trainer *t, double loss);
 /* stability_count of the shape at hand, under the part of the loads at work; -1 also where memory
  * lacks. */
 int trainer_unstable_modes(const trainer *t);
+
+/* Of fit_kind. */
+ad_status trainer_put(void *of, checkpoint *file, ad_error *error);
+ad_status trainer_get(void *of, const checkpoint *file, bool *at_work, ad_error *error);
+ad_status trainer_got(void *of, const checkpoint *file, ad_error *error);
 
 /* Takes over programs that are kept compiled; has them compiled when the run has lasted. */
 void trainer_fuse(trainer *t);

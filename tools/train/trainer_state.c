@@ -30,11 +30,11 @@ static void put_loads(const optim_continuation *loads, checkpoint *file)
     }
 }
 
-enum { WORDS = 4, DRAWN = WORDS + 1 }; /* of a generator; and how many points it has drawn */
+enum { WORDS = TRAINER_DRAWN - 1 }; /* of a generator */
 
-static void put_array(checkpoint *file, const problem_array *array, uint64_t drawn[DRAWN])
+static void put_array(checkpoint *file, const problem_array *array, uint64_t drawn[TRAINER_DRAWN])
 {
-    const size_t shape[2] = {array->rows, array->columns}, count = DRAWN;
+    const size_t shape[2] = {array->rows, array->columns}, count = TRAINER_DRAWN;
     if (array->drawn && array->drawn->still) {
         memcpy(drawn, array->drawn->before.state, WORDS * sizeof *drawn);
         drawn[WORDS] = array->columns;
@@ -44,14 +44,11 @@ static void put_array(checkpoint *file, const problem_array *array, uint64_t dra
     }
 }
 
-ad_status trainer_save(trainer *t, const file_place *place, ad_error *error)
+ad_status trainer_put(void *of, checkpoint *file, ad_error *error)
 {
-    checkpoint *file = checkpoint_create(CPINN_VERSION);
-    if (!file) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a checkpoint");
-    }
+    trainer *t = of;
+    (void)error;
     experiment_put(t->e, trainer_parameters(t), file);
-    fit_put(&t->fit, file);
     checkpoint_put_integer(file, "training/optimizer", t->optimizer != NULL);
     checkpoint_put_text(file, "training/kernels", ad_dense_kernels());
     put_loads(&t->loads, file);
@@ -59,9 +56,8 @@ ad_status trainer_save(trainer *t, const file_place *place, ad_error *error)
     problem_generator generators[PROBLEM_STATE_MAX];
     int generator_count,
         point_count = problem_state(t->problem, points, generators, &generator_count);
-    uint64_t drawn[PROBLEM_STATE_MAX][DRAWN];
     for (int i = 0; i < point_count; i++) {
-        put_array(file, &points[i], drawn[i]);
+        put_array(file, &points[i], t->drawn[i]);
     }
     const size_t words = WORDS;
     for (int i = 0; i < generator_count; i++) {
@@ -69,15 +65,11 @@ ad_status trainer_save(trainer *t, const file_place *place, ad_error *error)
         item_name(name, "generators", generators[i].name);
         checkpoint_put_uint64(file, name, generators[i].rng->state, 1, &words);
     }
-    history_put(&t->fit.rows, file);
     verdict at_present;
-    char text[REPORT_VERDICT_TEXT];
     trainer_verdict(t, &at_present);
-    report_put_verdict(file, &at_present, text);
+    report_put_verdict(file, &at_present);
     checkpoint_put_double(file, "estimate", trainer_estimate(t));
-    ad_status status = place ? checkpoint_write(file, place, error) : AD_OK;
-    checkpoint_free(file);
-    return status;
+    return AD_OK;
 }
 
 /* ---- restoring ----------------------------------------------------------------------------- */
@@ -116,7 +108,7 @@ static ad_status get_array(const checkpoint *file, const problem_array *array, a
 {
     int rank;
     size_t shape[CHECKPOINT_MAX_RANK];
-    uint64_t drawn[DRAWN];
+    uint64_t drawn[TRAINER_DRAWN];
     const bool still =
         array->drawn && checkpoint_shape(file, array->name, &rank, shape) && rank == 1;
     if (array->drawn) {
@@ -126,7 +118,7 @@ static ad_status get_array(const checkpoint *file, const problem_array *array, a
         return checkpoint_get_doubles(file, array->name, array->data, array->rows * array->columns,
                                       error);
     }
-    ad_status status = get_words(file, array->name, drawn, DRAWN, error);
+    ad_status status = get_words(file, array->name, drawn, TRAINER_DRAWN, error);
     if (status == AD_OK && drawn[WORDS] != array->columns) {
         status = ad_fail(error, AD_BAD_INPUT, "checkpoint: %s are %llu, not %zu", array->name,
                          (unsigned long long)drawn[WORDS], array->columns);
@@ -213,33 +205,30 @@ static ad_status compare_kernels(trainer *t, const checkpoint *file, ad_error *e
     return status;
 }
 
-/* Where the run stands, and the stage at work with the state of its optimiser. */
-static ad_status restore_stage(trainer *t, const checkpoint *file, ad_error *error)
+ad_status trainer_get(void *of, const checkpoint *file, bool *at_work, ad_error *error)
 {
-    int64_t at_work;
+    trainer *t = of;
+    int64_t kept;
     const int stages = t->e->settings->stage_count;
     const fit_place *at = &t->fit.at;
-    ad_status status = fit_get(&t->fit, file, error);
-    if (status != AD_OK ||
-        (status = checkpoint_get_integer(file, "training/optimizer",
-                                         at->stage < stages && at->stage_step > 0,
-                                         at->stage < stages, &at_work, error)) != AD_OK ||
-        (status = restore_window(t, file, error)) != AD_OK ||
-        (status = restore_loads(t, file, error)) != AD_OK) {
-        return status;
+    ad_status status =
+        checkpoint_get_integer(file, "training/optimizer", at->stage < stages && at->stage_step > 0,
+                               at->stage < stages, &kept, error);
+    status = status == AD_OK ? restore_window(t, file, error) : status;
+    status = status == AD_OK ? restore_loads(t, file, error) : status;
+    if (status == AD_OK) {
+        trainer_forget_optimizer(t);
+        *at_work = kept; /* not if the run was over and has got more stages */
     }
-    trainer_forget_optimizer(t);
-    /* not at work if the run was over and has got more stages */
-    return fit_go_on(&t->fit, at_work, file, error);
+    return status;
 }
 
-ad_status trainer_restore(trainer *t, const checkpoint *file, ad_error *error)
+ad_status trainer_got(void *of, const checkpoint *file, ad_error *error)
 {
+    trainer *t = of;
     ad_status status;
-    if ((status = restore_stage(t, file, error)) != AD_OK ||
-        (status = compare_kernels(t, file, error)) != AD_OK ||
-        (status = restore_problem(t, file, error)) != AD_OK ||
-        (status = fit_get_rows(&t->fit, file, error)) != AD_OK) {
+    if ((status = compare_kernels(t, file, error)) != AD_OK ||
+        (status = restore_problem(t, file, error)) != AD_OK) {
         return status;
     }
     const history *rows = &t->fit.rows;
