@@ -96,7 +96,8 @@ with open("family.yaml", "w") as file:
 family = cpinn.Members("family.yaml", s, tolerance=1e-9)
 assert family.names == ["force"]
 shapes, results = family.solve([[-0.02], [0.03]])
-assert shapes.shape == (2, 5, 13) and results["solved"].all() and (results["load"] == 1).all()
+assert shapes.shape == (2, 5, 13) and results["trusted"].all()
+assert family.words(results) == [("members", "none")] * 2
 known = cpinn.solve("family.yaml", s, overrides=["parameters.force=-0.02"])
 assert abs(shapes[0, :, 2] - known.values["z"]).max() < 1e-9
 raises(ValueError, "which one member is wanted", cpinn.solve, "family.yaml", s)
@@ -108,7 +109,8 @@ cpinn.train("family.yaml", folder="family", threads=1, overrides=[
     "training.stages=[{optimizer: adam, steps: 500}]"])
 trained = cpinn.Family("family")
 raises(ValueError, "in Python cpinn.Family", cpinn.open("family").evaluate, "x", s=0.1)
-assert list(trained.ranges) == ["force"] and trained.columns == cpinn.Members.columns
+assert trained.ranges == family.ranges == {"force": (-0.03, 0.03)} and trained.columns == family.columns
+assert numpy.array_equal(family.evaluate([[0.01]], s[1:]).values, family.evaluate([[0.01]]).values[:, 1:])
 exact = family.solve([[-0.02], [0.03]])[0]
 for polish in range(3):
     shapes, answers = trained.evaluate([[-0.02], [0.03]], s, polish=polish, alone=True)
@@ -215,7 +217,7 @@ assert issubclass(cpinn.InputError, ValueError) and issubclass(cpinn.FileError, 
 # Members by name are those of an array; everything prints itself.
 by_name = trained.evaluate(at={"force": [-0.02, 0.03]}, s=s)
 assert numpy.array_equal(by_name.values, trained.evaluate(numpy.array([[-0.02], [0.03]]), s).values)
-for made, said in ((model, "solved, error about"), (family, "Members of force at 5 points"),
+for made, said in ((model, "solved, error about"), (family, "Members of force from -0.03 to 0.03"),
                    (trained, "Family of force from -0.03 to 0.03"), (solved, "solved, error")):
     assert said in repr(made), repr(made)
 assert "Progress(step=1" in repr(cpinn.Progress(1, *[1] * 9))

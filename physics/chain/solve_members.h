@@ -121,8 +121,7 @@ ad_status solve_members_curvature(solve_members *solver, size_t members, const d
  * by the parameters at equilibria of this curvature, in SI units: exact ones of that mesh, by the
  * tape and the implicit function theorem. Not numbers where the curvature is none, or where an
  * equilibrium is at a fold. All of it by this process, also where there are ranks. The first call
- * records and compiles. AD_BAD_ARGUMENT: an end that is held; AD_NO_MEMORY.
- */
+ * records and compiles. AD_NO_MEMORY. */
 ad_status solve_members_jacobian(solve_members *solver, size_t members, const double *parameters,
                                  const double *curvature, double *jacobian, ad_error *error);
 

@@ -157,20 +157,16 @@ static void use_everything(char *results, size_t room)
         cpinn_solution_free(solved);
     }
 
-    cpinn_members *members;
-    const solve_members_settings at_points = {.tolerance = 1e-6, .threads = 2, .points = 2, .s = s};
-    solve_member ends[2];
-    GOOD(cpinn_members_file(ELASTICA, 3, ranges, &at_points, &members, &error));
-    GOOD(cpinn_members_solve(members, 2, given, more, ends, &error));
-    fprintf(file, "%a %a\n", more[0], ends[1].estimate);
-    const double wrong[2] = {NAN, 1e300}; /* no equilibrium is found */
-    GOOD(cpinn_members_solve(members, 2, wrong, more, ends, &error));
-    cpinn_members_free(members);
-
     const cpinn_family_settings points = {.extrapolate = true, .threads = 2, .points = 2, .s = s};
     cpinn_answer answers[2];
     cpinn_family *family;
     cpinn_family_check check;
+    GOOD(cpinn_family_file(ELASTICA, 3, ranges, 0, &points, &family, &error));
+    GOOD(cpinn_family_evaluate(family, NULL, 2, given, more, answers, &error));
+    fprintf(file, "%a %a\n", more[0], answers[1].error);
+    /* no equilibrium is found */
+    GOOD(cpinn_family_evaluate(family, NULL, 2, (double[]){1e6, 1e300}, more, answers, &error));
+    cpinn_family_free(family);
     GOOD(cpinn_train_file(ELASTICA, 7, ranges, &options, &model, &error));
     GOOD(cpinn_save(model, at("family.h5"), &error));
     cpinn_free(model);
@@ -179,7 +175,7 @@ static void use_everything(char *results, size_t room)
     fprintf(file, "%a %a\n", more[0], answers[1].error);
     GOOD(cpinn_family_evaluate(family, NULL, 2, (double[]){1e6, -1e300}, more, answers, &error));
     GOOD(cpinn_family_verify(family, 4, 1, &check, &error));
-    assert_int_equal(cpinn_family_evaluate(family, NULL, 1, wrong, more, answers, &error),
+    assert_int_equal(cpinn_family_evaluate(family, NULL, 1, &(double){NAN}, more, answers, &error),
                      AD_BAD_ARGUMENT);
     cpinn_family_free(family);
 

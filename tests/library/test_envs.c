@@ -120,47 +120,11 @@ static void test_episodes(void **state)
     assert_int_equal(cpinn_stepper_open("configs", 1, &robot, &error), AD_IO);
 }
 
-/* Against central differences, h^2 times third derivatives and the tolerance over h. */
-static void test_jacobian(void **state)
-{
-    (void)state;
-    enum { COLUMNS = SOLVE_MEMBERS_COLUMNS };
-    static const char *const overrides[] = {
-        "parameters={force: {range: [-1, 1]}, stiff: {range: [0.5, 2]}}",
-        "rod={model: kirchhoff, length: 1, stiffness: {bending: [stiff, 1], torsion: 1}}",
-        "loads.tip.force=[1, 0, force]", "reference=null", "boundary.end.type=loaded"};
-    const double s = 0.9, h = 1e-3, at[2] = {0.4, 1.2};
-    const solve_members_settings settings = {.tolerance = 1e-9, .threads = 1, .points = 1, .s = &s};
-    cpinn_members *members = NULL;
-    ad_error error;
-    double values[COLUMNS], slopes[COLUMNS][2], moved[2][COLUMNS];
-    solve_member found;
-    if (cpinn_members_file("configs/elastica.yaml", 5, overrides, &settings, &members, &error) !=
-            AD_OK ||
-        cpinn_members_jacobian(members, 1, at, values, slopes[0], &found, &error) != AD_OK) {
-        fail_msg("%s", error.message);
-    }
-    assert_true(found.solved);
-    for (int k = 0; k < 2; k++) {
-        for (int side = 0; side < 2; side++) {
-            double there[2] = {at[0], at[1]};
-            there[k] += side ? h : -h;
-            assert_int_equal(cpinn_members_solve(members, 1, there, moved[side], &found, &error),
-                             AD_OK);
-        }
-        for (int c = 0; c < COLUMNS; c++) {
-            assert_near(slopes[c][k], (moved[1][c] - moved[0][c]) / (2 * h), 1e-5);
-        }
-    }
-    cpinn_members_free(members);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_steps),
         cmocka_unit_test(test_episodes),
-        cmocka_unit_test(test_jacobian),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

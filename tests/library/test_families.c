@@ -56,22 +56,22 @@ static double largest_error(evaluator *from)
     uint64_t random = 7;
     double s[POINTS], members[MEMBERS][2], worst = 0;
     double values[MEMBERS][POINTS][SOLVE_MEMBERS_COLUMNS];
-    solve_member results[MEMBERS];
-    cpinn_members *solver = NULL;
+    cpinn_answer answers[MEMBERS];
+    cpinn_family *solver = NULL;
     for (int i = 0; i < POINTS; i++) {
         s[i] = 0.3 * i / (POINTS - 1);
     }
-    const solve_members_settings settings = {
-        .tolerance = 1e-9, .threads = 1, .points = POINTS, .s = s};
-    assert_good(cpinn_members_file(REST, 0, NULL, &settings, &solver, &error), &error);
+    const cpinn_family_settings settings = {.threads = 1, .points = POINTS, .s = s};
+    assert_good(cpinn_family_file(REST, 0, NULL, 1e-9, &settings, &solver, &error), &error);
     for (int i = 0; i < MEMBERS; i++) {
         members[i][0] = random_in(&random, 0, 2);
         members[i][1] = exp(random_in(&random, log(0.5), log(2)));
     }
-    assert_good(cpinn_members_solve(solver, MEMBERS, members[0], values[0][0], results, &error),
-                &error);
+    assert_good(
+        cpinn_family_evaluate(solver, NULL, MEMBERS, members[0], values[0][0], answers, &error),
+        &error);
     for (int i = 0; i < MEMBERS; i++) {
-        assert_true(results[i].solved);
+        assert_true(answers[i].trusted && answers[i].source == CPINN_FROM_MEMBERS);
         for (int k = 0; k < POINTS; k++) {
             double found[3];
             evaluate(from, s[k], members[i], found);
@@ -80,7 +80,7 @@ static double largest_error(evaluator *from)
             }
         }
     }
-    cpinn_members_free(solver);
+    cpinn_family_free(solver);
     return worst;
 }
 

@@ -148,7 +148,7 @@ static cpinn_family *open_with(const robot *r, const cpinn_family_settings *sett
 {
     cpinn_family *result = NULL;
     ad_error error = {.message = ""};
-    assert_good(cpinn_family_prepare(&r->scene, settings, &result, &error), &error);
+    assert_good(cpinn_family_prepare(&r->scene, 0, settings, &result, &error), &error);
     x->solver = result->solver;
     x->length = scene_length(&r->scene);
     x->given = x->given == 0 ? NAN : x->given;
@@ -407,7 +407,7 @@ static void test_without_errors(void **state)
     cpinn_answer said;
     cpinn_family *x = NULL;
     ad_error error = {.message = ""};
-    assert_good(cpinn_family_prepare(&r.scene, &settings, &x, &error), &error);
+    assert_good(cpinn_family_prepare(&r.scene, 0, &settings, &x, &error), &error);
     assert_non_null(
         strstr(cpinn_family_without_error(x), "friction of a tendon where strains jump"));
     const cpinn_family_network network = {.values = zeros};
@@ -502,7 +502,7 @@ static void test_memory(void **state)
         cpinn_family *x = NULL;
         allocations = 0;
         failing_allocation = n;
-        status = cpinn_family_prepare(&r.scene, &settings, &x, &error);
+        status = cpinn_family_prepare(&r.scene, 0, &settings, &x, &error);
         failing_allocation = 0;
         assert_true(status == AD_OK || (status == AD_NO_MEMORY && !x));
         cpinn_family_free(x);

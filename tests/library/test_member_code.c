@@ -1,7 +1,7 @@
 /* Single members by C that is compiled (cpinn_family_settings.compile): the answers of the library
  * within what both say of their errors, derivatives as differences have them, what is kept, and
  * what happens without a compiler. */
-#include "tools/library/cpinn.h"
+#include "tools/library/trained_family.h"
 
 #include "nn/rng.h"
 #include "temporary_folder.h"
@@ -270,22 +270,34 @@ static const char twisted[] =
     "parameters: {m: {range: [-0.06, 0.06]}, twist: {range: [-0.03, 0.03]}, f: {range: [-1, "
     "1]}}\n" ROD("") "loads: {tip: {force: [f, 0.1, 0.2*f], moment: [m, 0, twist]}}\n";
 
-static cpinn_members *open_members(const char *text, double tolerance)
+static cpinn_family *open_members(const char *text, double tolerance, bool compile)
 {
     double s[POINTS];
     for (int i = 0; i < POINTS; i++) {
         s[i] = LENGTH * i / (POINTS - 1);
     }
-    const solve_members_settings settings = {
-        .tolerance = tolerance, .threads = 1, .points = POINTS, .s = s};
+    const cpinn_family_settings settings = {
+        .extrapolate = true, .threads = 1, .points = POINTS, .s = s, .compile = compile};
     ad_error error = {AD_OK, ""};
-    cpinn_members *result = NULL;
+    cpinn_family *result = NULL;
     FILE *file = fopen(at("members.yaml"), "w");
     assert_non_null(file);
     fputs(text, file);
     assert_int_equal(fclose(file), 0);
-    check(cpinn_members_file(at("members.yaml"), 0, NULL, &settings, &result, &error), &error);
+    check(cpinn_family_file(at("members.yaml"), 0, NULL, tolerance, &settings, &result, &error),
+          &error);
     return result;
+}
+
+/* By the solver of members, or compiled C, alone. */
+static void solve(cpinn_family *x, int members, const double *parameters, double *values,
+                  double *jacobian, cpinn_answer *answers)
+{
+    static const cpinn_polish alone = {.alone = true};
+    ad_error error = {AD_OK, ""};
+    check(cpinn_family_answer(x, &alone, (size_t)members, parameters, values, jacobian, answers,
+                              &error),
+          &error);
 }
 
 static void draw_members(const double (*ranges)[2], int count, double *parameters)
@@ -304,30 +316,31 @@ static void check_members(const char *text, const double (*ranges)[2])
 {
     enum { ALL = WIDTH * PARAMETERS };
     const double tolerance = 1e-6;
-    cpinn_members *plain = open_members(text, tolerance), *compiled = open_members(text, tolerance),
-                  *exact = open_members(text, tolerance / 1000);
+    cpinn_family *plain = open_members(text, tolerance, false),
+                 *compiled = open_members(text, tolerance, true),
+                 *exact = open_members(text, tolerance / 1000, false);
     double parameters[SOLVED * PARAMETERS], values[WIDTH], others[WIDTH], best[WIDTH],
         jacobian[ALL], slopes[ALL];
-    ad_error error = {AD_OK, ""};
     int solved = 0, by_code = 0;
-    check(cpinn_members_compile(compiled, &error), &error);
+    assert_string_equal(cpinn_family_not_compiled(compiled), "");
     draw_members(ranges, SOLVED, parameters);
     for (int i = 0; i < SOLVED; i++) {
         const double *of = parameters + i * PARAMETERS;
-        solve_member one, other, third;
-        check(cpinn_members_jacobian(plain, 1, of, others, slopes, &one, &error), &error);
-        check(cpinn_members_jacobian(compiled, 1, of, values, jacobian, &other, &error), &error);
-        check(cpinn_members_solve(exact, 1, of, best, &third, &error), &error);
-        assert_int_equal(one.solved, other.solved);
-        assert_int_equal(one.end, other.end);
-        if (!one.solved || !isfinite(third.estimate)) {
+        cpinn_answer one, other, third;
+        solve(plain, 1, of, others, slopes, &one);
+        solve(compiled, 1, of, values, jacobian, &other);
+        solve(exact, 1, of, best, NULL, &third);
+        assert_int_equal(one.trusted, other.trusted);
+        assert_int_equal(one.source, other.source);
+        assert_int_equal(one.reason, other.reason);
+        if (!one.trusted || !isfinite(third.error)) {
             continue;
         }
         double scale[PARAMETERS * COLUMNS] = {0};
-        assert_true(other.estimate <= tolerance);
+        assert_true(other.error <= tolerance * LENGTH);
         assert_true(distance(values, best) <= tolerance * LENGTH);
-        assert_true(distance(values, best) <= 1.5 * other.estimate * LENGTH);
-        assert_true(distance(values, others) <= 1.5 * (one.estimate + other.estimate) * LENGTH);
+        assert_true(distance(values, best) <= 1.5 * other.error);
+        assert_true(distance(values, others) <= 1.5 * (one.error + other.error));
         for (int k = 0; k < ALL; k++) {
             double *largest = &scale[k % (COLUMNS * PARAMETERS)];
             *largest = fmax(*largest, fabs(slopes[k]));
@@ -341,9 +354,9 @@ static void check_members(const char *text, const double (*ranges)[2])
     }
     printf("%d of %d members are solved, %d by compiled C\n", solved, SOLVED, by_code);
     assert_true(solved > SOLVED / 2 && 4 * by_code > 3 * solved);
-    cpinn_members_free(plain);
-    cpinn_members_free(compiled);
-    cpinn_members_free(exact);
+    cpinn_family_free(plain);
+    cpinn_family_free(compiled);
+    cpinn_family_free(exact);
 }
 
 static void test_members(void **state)
@@ -363,35 +376,31 @@ static void test_members_of_library(void **state)
     enum { MANY = CPINN_FEW + 1 };
     double parameters[MANY * PARAMETERS], values[MANY * WIDTH], others[MANY * WIDTH];
     static const double ranges[PARAMETERS][2] = {{0, 0.02}, {1e-5, 4e-3}, {0.7, 1.4}};
-    solve_member results[MANY];
-    ad_error error = {AD_OK, ""};
-    cpinn_members *plain = open_members(column, 1e-6), *compiled = open_members(column, 1e-6);
-    check(cpinn_members_compile(compiled, &error), &error);
+    cpinn_answer answers[MANY];
+    cpinn_family *plain = open_members(column, 1e-6, false),
+                 *compiled = open_members(column, 1e-6, true);
+    assert_string_equal(cpinn_family_not_compiled(compiled), "");
     draw_members(ranges, MANY, parameters);
-    check(cpinn_members_solve(plain, MANY, parameters, values, results, &error), &error);
-    check(cpinn_members_solve(compiled, MANY, parameters, others, results, &error), &error);
+    solve(plain, MANY, parameters, values, NULL, answers);
+    solve(compiled, MANY, parameters, others, NULL, answers);
     assert_memory_equal(values, others, sizeof values);
     parameters[0] = -0.01;
-    check(cpinn_members_solve(plain, 1, parameters, values, results, &error), &error);
-    check(cpinn_members_solve(compiled, 1, parameters, others, results, &error), &error);
-    assert_true(results[0].solved);
+    solve(plain, 1, parameters, values, NULL, answers);
+    solve(compiled, 1, parameters, others, NULL, answers);
+    assert_true(answers[0].trusted && answers[0].outside);
     assert_memory_equal(values, others, WIDTH * sizeof *values);
-    cpinn_members_free(plain);
-    cpinn_members_free(compiled);
-    compiled = open_members(held, 1e-6);
-    assert_int_equal(cpinn_members_compile(compiled, &error), AD_BAD_ARGUMENT);
-    assert_non_null(strstr(error.message, "given length"));
-    cpinn_members_free(compiled);
-    plain = open_members(twisted, 1e-6), compiled = open_members(twisted, 1e-6);
-    assert_int_equal(cpinn_members_compile(compiled, &error), AD_BAD_ARGUMENT);
-    assert_non_null(strstr(error.message, "too few"));
-    check(cpinn_members_solve(plain, 1, (double[]){0.02, 0.01, 0.1}, values, results, &error),
-          &error);
-    check(cpinn_members_solve(compiled, 1, (double[]){0.02, 0.01, 0.1}, others, results, &error),
-          &error);
+    cpinn_family_free(plain);
+    cpinn_family_free(compiled);
+    compiled = open_members(held, 1e-6, true);
+    assert_non_null(strstr(cpinn_family_not_compiled(compiled), "given length"));
+    cpinn_family_free(compiled);
+    plain = open_members(twisted, 1e-6, false), compiled = open_members(twisted, 1e-6, true);
+    assert_non_null(strstr(cpinn_family_not_compiled(compiled), "too few"));
+    solve(plain, 1, (double[]){0.02, 0.01, 0.1}, values, NULL, answers);
+    solve(compiled, 1, (double[]){0.02, 0.01, 0.1}, others, NULL, answers);
     assert_memory_equal(values, others, WIDTH * sizeof *values);
-    cpinn_members_free(plain);
-    cpinn_members_free(compiled);
+    cpinn_family_free(plain);
+    cpinn_family_free(compiled);
 }
 
 /* What is kept needs no compiler; without one the library answers. */

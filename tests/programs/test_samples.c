@@ -56,19 +56,19 @@ static void test_members(void **state)
     (void)state;
     config *settings;
     ad_error error = {.message = ""};
-    solve_members *solver = NULL;
+    cpinn_family *family = NULL;
     assert_good(prepare_read("pushed.yaml", pushed, 0, NULL, &settings, &error), &error);
     const scene *open = &settings->scene;
     samples all = points_along(open), one = points_along(open);
-    const solve_members_settings asked = {
-        .tolerance = 1e-6, .threads = 1, .points = POINTS, .s = all.s};
-    assert_good(solve_members_create(open, &asked, &solver, &error), &error);
+    const cpinn_family_settings asked = {.threads = 1, .points = POINTS, .s = all.s};
+    assert_good(cpinn_family_prepare(open, 1e-6, &asked, &family, &error), &error);
     all.members = MEMBERS;
     all.parameters = malloc(MEMBERS * sizeof *all.parameters);
     for (int i = 0; i < MEMBERS; i++) {
         all.parameters[i] = 0.5 + 0.75 * i;
     }
-    const answer members = answer_of_members(solver, open);
+    const answer members = answer_of_family(family, NULL);
+    all.derives = true;
     ask(&all, &members);
     for (size_t i = 0; i < MEMBERS; i++) {
         scene member;
@@ -89,7 +89,8 @@ static void test_members(void **state)
     assert_good(samples_fill(&all, true, &table, &error), &error);
     const table_source *t = &table.of.table;
     assert_int_equal(t->nrows, MEMBERS * POINTS);
-    assert_int_equal(t->ncols, 2 + SOLVE_MEMBERS_COLUMNS + 5);
+    assert_int_equal(t->ncols, 2 + SOLVE_MEMBERS_COLUMNS + 5 + SOLVE_MEMBERS_COLUMNS);
+    assert_string_equal(t->names[7 + SOLVE_MEMBERS_COLUMNS], "x_by_push");
     assert_string_equal(t->names[1], "s"); /* at rest there is no t */
     assert_string_equal(t->names[2], "x");
     assert_string_equal(t->units[2], "m");
@@ -97,8 +98,9 @@ static void test_members(void **state)
         assert_true(t->columns[0][row] == (double)(row / POINTS + 1));
         assert_true(t->columns[1][row] == all.s[row % POINTS]);
         assert_true(t->columns[2][row] == all.values[row]);
-        assert_string_equal(t->words[t->ncols - 2][row], "members");
-        assert_string_equal(t->words[t->ncols - 1][row], "none");
+        assert_string_equal(t->words[5 + SOLVE_MEMBERS_COLUMNS][row], "members");
+        assert_string_equal(t->words[6 + SOLVE_MEMBERS_COLUMNS][row], "none");
+        assert_true(t->columns[7 + SOLVE_MEMBERS_COLUMNS][row] == all.slopes[row]);
     }
     for (size_t k = 0; k < t->nrows * (size_t)all.columns; k++) {
         assert_false(all.values[k] == 0 && signbit(all.values[k]));
@@ -106,7 +108,7 @@ static void test_members(void **state)
     samples_table_free(&table);
     samples_free(&all);
     samples_free(&one);
-    solve_members_free(solver);
+    cpinn_family_free(family);
     config_free(settings);
 }
 

@@ -767,20 +767,21 @@ static void test_file(void **state)
 {
     make(state);
     ad_error error = {.message = ""};
-    cpinn_members *x = NULL;
-    solve_members_settings settings = settings_of(1, 1e-7);
+    cpinn_family *x = NULL;
+    const solve_members_settings at = settings_of(1, 1e-7);
+    const cpinn_family_settings settings = {.threads = 1, .points = at.points, .s = at.s};
     double values[POINTS][SOLVE_MEMBERS_COLUMNS], all[NUMBERS];
-    solve_member result;
+    cpinn_answer result;
     const char *path = file_of(made);
-    assert_good(cpinn_members_file(path, 0, NULL, &settings, &x, &error), &error);
-    assert_good(cpinn_members_solve(x, 1, usual, values[0], &result, &error), &error);
-    assert_true(result.solved);
+    assert_good(cpinn_family_file(path, 0, NULL, at.tolerance, &settings, &x, &error), &error);
+    assert_good(cpinn_family_evaluate(x, NULL, 1, usual, values[0], &result, &error), &error);
+    assert_true(result.trusted && result.source == CPINN_FROM_MEMBERS);
     config *given = read_robot();
     solve_otherwise(&given->scene, usual, all);
     compare(all, values[0], 1e-7);
     unlink(path);
     config_free(given);
-    cpinn_members_free(x);
+    cpinn_family_free(x);
 }
 
 /* The n-th allocation fails: an error, and nothing is left behind. */

@@ -120,10 +120,11 @@ ad_status cpinn_evaluator(const cpinn_model *model, const char *names, evaluator
 
 /* ---- families -------------------------------------------------------------------------------
  *
- * A network that stands for all members of a family: values of the scene's parameters within their
- * ranges. Where the solver of members takes the scene (physics/chain/solve_members.h), each shape
- * comes with its error. Newton's method predicts it from the network's curvature, independently of
- * how the network was trained. Members that are not trusted are solved. */
+ * All members of a family, values of the scene's parameters within their ranges: by a network that
+ * stands for them, or without one by the solver of members (physics/chain/solve_members.h). Where
+ * that takes the scene, each shape comes with its error. Newton's method predicts it from the
+ * network's curvature, independently of how the network was trained. Members that are not trusted
+ * are solved. */
 
 typedef struct cpinn_family cpinn_family;
 
@@ -147,7 +148,8 @@ typedef struct cpinn_family cpinn_family;
     X(CPINN_REASON_NO_ESTIMATE, "no_estimate", "the solver of members does not take this scene")   \
     X(CPINN_REASON_REFUSED, "refused", "with these values the scene does not pass its checks")     \
     X(CPINN_REASON_NO_EQUILIBRIUM, "no_equilibrium", "none was found under the whole load")        \
-    X(CPINN_REASON_WARNING, "warning", "the solver's verdict on its answer is a warning")
+    X(CPINN_REASON_WARNING, "warning",                                                             \
+      "the solver is beyond its tolerance, or its verdict a warning")
 
 typedef enum cpinn_reason {
 #define CPINN_REASON_ENUM(name, word, help) name,
@@ -188,10 +190,11 @@ typedef struct cpinn_family_settings {
     size_t points;
     const double *s; /* [points] where shapes are wanted, m; ascending */
     const double *t; /* [points] s, of a family in motion; else it may be NULL */
-    bool compile;    /* of a network in the strain form: members in calls of up to CPINN_FEW are
-                      * answered by C that the command cc compiles, once: it is kept below
-                      * $XDG_CACHE_HOME or $HOME/.cache. In some seconds, then three to five
-                      * times as quick; values differ by less than the error that is told */
+    bool compile;    /* of a network in the strain form, and without a network: members within the
+                      * ranges, in calls of up to CPINN_FEW, are answered by C that the command cc
+                      * compiles, once: it is kept below $XDG_CACHE_HOME or $HOME/.cache. In some
+                      * seconds, then three to five times as quick, solved ones more than twice;
+                      * values differ by less than the error that is told */
     const ad_ranks *ranks; /* borrowed; among which members are dealt: all of them call the same
                             * functions; NULL: this process is by itself */
 } cpinn_family_settings;
@@ -201,6 +204,14 @@ typedef struct cpinn_family_settings {
 ad_status cpinn_family_open(const char *path, const cpinn_family_settings *settings,
                             cpinn_family **result, ad_error *error);
 void cpinn_family_free(cpinn_family *family);
+
+/* A family of the file's scene without a network: the solver of members answers, to a tolerance of
+ * the position over the length (0: CPINN_TOLERANCE), and what it does not solve is left to the
+ * other one, unless that is to be left alone. AD_BAD_ARGUMENT as above, and a scene that the solver
+ * of members does not take; AD_BAD_INPUT, AD_IO, AD_NO_MEMORY. */
+ad_status cpinn_family_file(const char *path, int count, const char *const *overrides,
+                            double tolerance, const cpinn_family_settings *settings,
+                            cpinn_family **result, ad_error *error);
 
 /* Parameters in the order of the scene, with their ranges in units of the SI; live as long as it.
  */
@@ -215,8 +226,8 @@ const char *cpinn_family_column_name(const cpinn_family *family, int column);
 const char *cpinn_family_without_error(const cpinn_family *family);
 
 /* "", or why nothing is compiled, where settings.compile asks for it: there is no compiler, or no
- * folder for what it makes, or the network is another, or there are more than 60 points. Answers
- * are those without it. */
+ * folder for what it makes, or the network is another, there are more than 60 points, or the scene
+ * is left to the solver. Answers are those without it. */
 const char *cpinn_family_not_compiled(const cpinn_family *family);
 
 /* What is to be made of the network's answer. */
@@ -353,39 +364,6 @@ double cpinn_unknowns_chi_squared(
 double
 cpinn_unknowns_freedom(const cpinn_unknowns *unknowns); /* degrees of it: numbers less unknowns */
 const verdict *cpinn_unknowns_verdict(const cpinn_unknowns *unknowns);
-
-/* ---- members -----------------------------------------------------------------------------------
- */
-
-/* Many equilibria of the rod at rest that the file describes, for values of its parameters that
- * have ranges (physics/chain/solve_members.h). AD_BAD_INPUT, AD_BAD_ARGUMENT as there,
- * AD_NO_MEMORY. */
-typedef struct cpinn_members cpinn_members;
-
-ad_status cpinn_members_file(const char *path, int count, const char *const *overrides,
-                             const solve_members_settings *settings, cpinn_members **result,
-                             ad_error *error);
-void cpinn_members_free(cpinn_members *members);
-
-/* The name of a parameter, in the order of the file; NULL beyond the last. */
-const char *cpinn_members_name(const cpinn_members *members, int parameter);
-
-/* Members in calls of up to CPINN_FEW, within their ranges, are answered from then on by C that the
- * command cc compiles, as of cpinn_family_settings. They take less than half the time, derivatives
- * a quarter. What that does not solve within the tolerance the solver does. AD_IO: no compiler, or
- * no folder; AD_BAD_ARGUMENT: more than 60 points, ranks, or a scene that is left to the solver;
- * AD_NO_MEMORY. Then it all stays as it was. */
-ad_status cpinn_members_compile(cpinn_members *members, ad_error *error);
-
-/* As solve_members_solve. */
-ad_status cpinn_members_solve(cpinn_members *solver, size_t members, const double *parameters,
-                              double *values, solve_member *results, ad_error *error);
-
-/* The same with derivatives, jacobian [members][points][SOLVE_MEMBERS_COLUMNS][parameters], as
- * solve_members_jacobian. */
-ad_status cpinn_members_jacobian(cpinn_members *solver, size_t members, const double *parameters,
-                                 double *values, double *jacobian, solve_member *results,
-                                 ad_error *error);
 
 /* ---- robots in steps ---------------------------------------------------------------------------
  */

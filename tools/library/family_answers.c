@@ -172,28 +172,6 @@ static ad_status answer_by_network(cpinn_family *family, int steps, size_t membe
                : status;
 }
 
-/* Whether the members of a call are answered by compiled C, which does not leave the ranges. */
-static bool is_by_code(const cpinn_family *family, size_t members, const double *parameters)
-{
-    bool result = family->code && members <= CPINN_FEW;
-    for (size_t i = 0; i < members && result; i++) {
-        result = !any_outside(family, parameters + i * (size_t)family->count);
-    }
-    return result;
-}
-
-static void answer_by_code(const cpinn_family *family, int steps, size_t members,
-                           const double *parameters, double *values, double *jacobian,
-                           cpinn_answer *answers)
-{
-    const size_t count = (size_t)family->count, width = family->points * (size_t)family->columns;
-    for (size_t i = 0; i < members; i++) {
-        member_code_answer(family->code, steps, parameters + i * count, values + i * width,
-                           jacobian ? jacobian + i * width * count : NULL,
-                           answers ? answers + i : NULL);
-    }
-}
-
 /* ---- nothing ------------------------------------------------------------------------------- */
 
 static void put_nothing(size_t numbers, double *values)
@@ -265,7 +243,8 @@ static ad_status solve_one(const cpinn_family *family, const double *parameters,
     solution *found = NULL;
     solve_report report;
     scene_member(&family->open, parameters, &one);
-    const solve_settings settings = solve_settings_default(&one);
+    solve_settings settings = solve_settings_default(&one);
+    settings.tolerance = fmin(settings.tolerance, family->tolerance);
     const bool moves = scene_is_dynamic(&one);
     ad_status status = solution_create(&one, &settings, moves ? family->points : 0, family->t,
                                        &found, &report, error);
@@ -337,7 +316,7 @@ ad_status cpinn_family_solve(const cpinn_family *family, size_t count, const siz
     return status;
 }
 
-/* Whether the solver is asked: not where the scene is none. */
+/* Whether a network's answer is to be solved instead: not where the scene is none. */
 static bool is_wanting(const cpinn_family *family, int steps, cpinn_answer *answer)
 {
     if (answer->trusted && steps == 2 && answer->error > CPINN_ENOUGH * family->length) {
@@ -348,10 +327,10 @@ static bool is_wanting(const cpinn_family *family, int steps, cpinn_answer *answ
 }
 
 /* Members of a chunk whose answer is wanting, by the solver of members, with their curvature where
- * it `keeps` that, and those that it gives none of, unless they are trusted, by the other one. */
-static ad_status solve_rest(cpinn_family *family, int steps, bool keeps, size_t members,
-                            const double *parameters, double *values, cpinn_answer *answers,
-                            ad_error *error)
+ * it `keeps` that. */
+static ad_status solve_wanting(cpinn_family *family, int steps, bool keeps, size_t members,
+                               const double *parameters, double *values, cpinn_answer *answers,
+                               ad_error *error)
 {
     const size_t count = (size_t)family->count, width = family->points * (size_t)family->columns;
     const size_t unknowns = 3 * family->nodes;
@@ -382,33 +361,85 @@ static ad_status solve_rest(cpinn_family *family, int steps, bool keeps, size_t 
             answer->error = family->solved[k].estimate * family->length;
         }
     }
-    size_t others = 0;
-    for (size_t k = 0; k < rest; k++) {
-        family->which[others] = family->which[k];
-        others += !answers[family->which[k]].trusted;
-    }
-    return status == AD_OK ? cpinn_family_solve(family, others, family->which, parameters, values,
-                                                answers, error)
-                           : status;
+    return status;
 }
 
-/* By compiled C where that has all that is asked for: derivatives only after two steps, and none
- * of what is solved. */
-static ad_status answer_chunk(cpinn_family *family, int steps, size_t members,
-                              const double *parameters, double *values, double *jacobian,
-                              bool *by_code, cpinn_answer *answers, ad_error *error)
+/* Members of a chunk that are not trusted yet, by the other solver. */
+static ad_status solve_rest(cpinn_family *family, size_t members, const double *parameters,
+                            double *values, cpinn_answer *answers, ad_error *error)
 {
-    *by_code = is_by_code(family, members, parameters) && (!jacobian || steps == 2);
-    if (*by_code) {
-        answer_by_code(family, steps, members, parameters, values, jacobian, answers);
-        for (size_t i = 0; i < members && jacobian; i++) {
-            *by_code = *by_code && !is_wanting(family, steps, &answers[i]);
+    size_t rest = 0;
+    for (size_t i = 0; i < members; i++) {
+        family->which[rest] = i;
+        rest += !answers[i].trusted && answers[i].reason != CPINN_REASON_REFUSED;
+    }
+    return cpinn_family_solve(family, rest, family->which, parameters, values, answers, error);
+}
+
+/* ---- without a network --------------------------------------------------------------------- */
+
+static bool is_without_network(const cpinn_family *family)
+{
+    return !family->network.curvature && !family->network.values;
+}
+
+static cpinn_answer answer_solved(const cpinn_family *family, const solve_member *solved)
+{
+    const bool is_there = isfinite(solved->estimate);
+    return (cpinn_answer){.error = is_there ? solved->estimate * family->length : NAN,
+                          .network_error = NAN,
+                          .source = is_there ? CPINN_FROM_MEMBERS : CPINN_FROM_NOTHING,
+                          .reason = solved->solved ? CPINN_REASON_NONE
+                                    : is_there     ? CPINN_REASON_WARNING
+                                                   : CPINN_REASON_NO_EQUILIBRIUM,
+                          .trusted = solved->solved};
+}
+
+static ad_status answer_by_members(cpinn_family *family, bool keeps, size_t members,
+                                   const double *parameters, double *values, cpinn_answer *answers,
+                                   ad_error *error)
+{
+    const ad_status status =
+        solve_members_curvature(family->solver, members, parameters, values,
+                                keeps ? family->curvature : NULL, family->solved, error);
+    for (size_t i = 0; i < members && answers && status == AD_OK; i++) {
+        answers[i] = answer_solved(family, &family->solved[i]);
+    }
+    return status;
+}
+
+/* ---- compiled C ---------------------------------------------------------------------------- */
+
+/* Whether compiled C has answered all members of a call, which are few and within the ranges, with
+ * all that is asked for: derivatives only after two steps, and none of what is yet to be solved. */
+static bool answer_by_code(cpinn_family *family, int steps, size_t members,
+                           const double *parameters, double *values, double *jacobian,
+                           cpinn_answer *answers)
+{
+    const size_t count = (size_t)family->count, width = family->points * (size_t)family->columns;
+    const bool solves = is_without_network(family);
+    bool result = family->code && members <= CPINN_FEW && (solves || !jacobian || steps == 2);
+    for (size_t i = 0; i < members && result; i++) {
+        result = !any_outside(family, parameters + i * count);
+    }
+    for (size_t i = 0; i < members && result; i++) {
+        const double *given = parameters + i * count;
+        double *to = values + i * width, *slopes = jacobian ? jacobian + i * width * count : NULL;
+        cpinn_answer *said = answers ? answers + i : NULL;
+        if (solves) {
+            result = member_code_solve(family->code, given, to, slopes, family->solved);
+            if (said) {
+                *said = answer_solved(family, family->solved);
+            }
+        } else {
+            member_code_answer(family->code, steps, given, to, slopes, said);
+            result = !slopes || !is_wanting(family, steps, said);
         }
     }
-    return *by_code ? AD_OK
-                    : answer_by_network(family, steps, members, parameters, values, jacobian,
-                                        answers, error);
+    return result;
 }
+
+/* ---- answers ------------------------------------------------------------------------------- */
 
 /* Of equilibria; not numbers where only solution_create has an answer, or nobody. */
 static ad_status differentiate(cpinn_family *family, size_t members, const double *parameters,
@@ -424,6 +455,35 @@ static ad_status differentiate(cpinn_family *family, size_t members, const doubl
                                   error);
 }
 
+static ad_status answer_chunk(cpinn_family *family, const cpinn_polish *polish, size_t members,
+                              const double *parameters, double *values, double *jacobian,
+                              cpinn_answer *answers, ad_error *error)
+{
+    const int steps = answers ? polish->steps : 0;
+    const bool solves = answers && family->solver && !polish->alone;
+    const bool by_code =
+        answer_by_code(family, steps, members, parameters, values, jacobian, answers);
+    ad_status status =
+        by_code ? AD_OK
+        : is_without_network(family)
+            ? answer_by_members(family, jacobian, members, parameters, values, answers, error)
+            : answer_by_network(family, steps, members, parameters, values, jacobian, answers,
+                                error);
+    if (status == AD_OK && answers) {
+        look_outside(family, members, parameters, values, answers);
+    }
+    if (status == AD_OK && solves && !is_without_network(family)) {
+        status =
+            solve_wanting(family, steps, jacobian, members, parameters, values, answers, error);
+    }
+    if (status == AD_OK && solves) {
+        status = solve_rest(family, members, parameters, values, answers, error);
+    }
+    return status == AD_OK && jacobian && family->solver && !by_code
+               ? differentiate(family, members, parameters, answers, jacobian, error)
+               : status;
+}
+
 ad_status cpinn_family_answer(cpinn_family *family, const cpinn_polish *polish, size_t members,
                               const double *parameters, double *values, double *jacobian,
                               cpinn_answer *answers, ad_error *error)
@@ -434,25 +494,13 @@ ad_status cpinn_family_answer(cpinn_family *family, const cpinn_polish *polish, 
     if (polish->steps < 0 || polish->steps > 2) {
         return ad_fail(error, AD_BAD_ARGUMENT, "%d steps; allowed: 0, 1, 2", polish->steps);
     }
-    const int steps = answers ? polish->steps : 0;
     ad_status status = check_range(family, members, parameters, error);
     for (size_t first = 0; first < members && status == AD_OK; first += family->chunk) {
         const size_t left = members - first, now = left < family->chunk ? left : family->chunk;
-        const double *given = parameters + first * count;
-        double *to = values + first * width;
-        double *slopes = jacobian ? jacobian + first * width * count : NULL;
-        cpinn_answer *said = answers ? answers + first : NULL;
-        bool by_code;
-        status = answer_chunk(family, steps, now, given, to, slopes, &by_code, said, error);
-        if (status == AD_OK && said) {
-            look_outside(family, now, given, to, said);
-        }
-        if (status == AD_OK && said && family->solver && !polish->alone) {
-            status = solve_rest(family, steps, slopes, now, given, to, said, error);
-        }
-        if (status == AD_OK && slopes && family->solver && !by_code) {
-            status = differentiate(family, now, given, said, slopes, error);
-        }
+        status =
+            answer_chunk(family, polish, now, parameters + first * count, values + first * width,
+                         jacobian ? jacobian + first * width * count : NULL,
+                         answers ? answers + first : NULL, error);
     }
     return status;
 }

@@ -5,6 +5,7 @@
 #include "physics/solve/solve.h"
 #include "tools/library/member_code.h"
 #include "tools/prepare/config_experiment.h"
+#include "tools/prepare/prepare.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -45,13 +46,18 @@ static ad_status keep_points(cpinn_family *family, const cpinn_family_settings *
     return AD_OK;
 }
 
+static solve_members_settings settings_of(const cpinn_family *family)
+{
+    return (solve_members_settings){.tolerance = family->tolerance,
+                                    .threads = ad_pool_threads(family->pool),
+                                    .points = family->points,
+                                    .s = family->s,
+                                    .ranks = ad_pool_ranks(family->pool)};
+}
+
 static ad_status create_solver(cpinn_family *family, ad_error *error)
 {
-    const solve_members_settings settings = {.tolerance = CPINN_TOLERANCE,
-                                             .threads = ad_pool_threads(family->pool),
-                                             .points = family->points,
-                                             .s = family->s,
-                                             .ranks = ad_pool_ranks(family->pool)};
+    const solve_members_settings settings = settings_of(family);
     ad_status status =
         solve_members_create(&family->open, &settings, &family->solver, &family->why_not);
     if (status != AD_OK && status != AD_BAD_ARGUMENT) {
@@ -79,8 +85,9 @@ static ad_status make_room(cpinn_family *family, ad_error *error)
                : ad_fail(error, AD_NO_MEMORY, "out of memory for members of a family");
 }
 
-ad_status cpinn_family_prepare(const scene *open, const cpinn_family_settings *settings,
-                               cpinn_family **result, ad_error *error)
+ad_status cpinn_family_prepare(const scene *open, double tolerance,
+                               const cpinn_family_settings *settings, cpinn_family **result,
+                               ad_error *error)
 {
     *result = NULL;
     if (!scene_is_family(open)) {
@@ -93,6 +100,7 @@ ad_status cpinn_family_prepare(const scene *open, const cpinn_family_settings *s
     }
     family->open = *open;
     family->count = open->parameter_count;
+    family->tolerance = tolerance > 0 ? tolerance : CPINN_TOLERANCE;
     family->extrapolate = settings->extrapolate;
     family->length = scene_length(open);
     ad_status status = ad_pool_open(settings->threads, &family->pool, error);
@@ -172,8 +180,10 @@ static ad_status create_strain(const experiment *e, const cpinn_family *of,
 static ad_status create_code(const experiment *e, cpinn_family *family, ad_error *error)
 {
     ad_error *why = &family->not_compiled;
-    ad_status status =
-        !e->targets || !family->solver
+    const solve_members_settings asked = settings_of(family);
+    const ad_status status =
+        !e ? member_code_create_solver(&family->open, family->solver, &asked, &family->code, why)
+        : !e->targets || !family->solver
             ? ad_fail(why, AD_BAD_ARGUMENT, "the network is not one of the strain form")
             : member_code_create(e, family->points, family->s, &family->code, why);
     return status == AD_NO_MEMORY ? ad_fail(error, status, "%s", why->message) : AD_OK;
@@ -184,7 +194,7 @@ ad_status cpinn_family_of(const experiment *e, const cpinn_family_settings *sett
 {
     cpinn_family_network network;
     const evaluator_model trained = experiment_trained(e);
-    ad_status status = cpinn_family_prepare(e->scene, settings, result, error);
+    ad_status status = cpinn_family_prepare(e->scene, 0, settings, result, error);
     if (status != AD_OK) {
         return status;
     }
@@ -223,6 +233,33 @@ ad_status cpinn_family_open(const char *path, const cpinn_family_settings *setti
     return AD_OK;
 }
 
+ad_status cpinn_family_file(const char *path, int count, const char *const *overrides,
+                            double tolerance, const cpinn_family_settings *settings,
+                            cpinn_family **result, ad_error *error)
+{
+    AD_LEAVE_HOST;
+    config *read = NULL;
+    *result = NULL;
+    ad_status status = prepare_read(path, NULL, count, overrides, &read, error);
+    if (status == AD_OK) {
+        status = cpinn_family_prepare(&read->scene, tolerance, settings, result, error);
+    }
+    if (status != AD_OK) {
+        config_free(read);
+        return status;
+    }
+    cpinn_family *family = *result;
+    family->settings = read;
+    status = !family->solver     ? ad_fail(error, AD_BAD_ARGUMENT, "%s", family->why_not.message)
+             : settings->compile ? create_code(NULL, family, error)
+                                 : AD_OK;
+    if (status != AD_OK) {
+        cpinn_family_free(family);
+        *result = NULL;
+    }
+    return status;
+}
+
 void cpinn_family_free(cpinn_family *family)
 {
     if (family) {
@@ -233,6 +270,7 @@ void cpinn_family_free(cpinn_family *family)
         solve_members_free(family->solver);
         ad_pool_free(family->pool);
         experiment_free(family->owned);
+        config_free(family->settings);
         free(family->s);
         free(family->t);
         free(family->curvature);

@@ -3,6 +3,7 @@
 #ifndef TOOLS_LIBRARY_TRAINED_FAMILY_H
 #define TOOLS_LIBRARY_TRAINED_FAMILY_H
 
+#include "tools/config/config.h"
 #include "tools/library/cpinn.h"
 #include "tools/train/experiment.h"
 
@@ -24,9 +25,11 @@ typedef struct cpinn_family_network {
 
 /* A family; its answers are those of family_answers.c. */
 struct cpinn_family {
-    experiment *owned; /* NULL: the scene is lent */
+    experiment *owned; /* NULL: the scene is of the file, */
+    config *settings;  /* or lent */
     scene open;
-    int count; /* of parameters */
+    double tolerance; /* of members that are solved */
+    int count;        /* of parameters */
     bool extrapolate;
     ad_pool *pool;
     double length;
@@ -46,9 +49,11 @@ struct cpinn_family {
     solve_member *solved;      /* [chunk] */
 };
 
-/* A family without a network yet, of a scene that outlives it; then its network. */
-ad_status cpinn_family_prepare(const scene *open, const cpinn_family_settings *settings,
-                               cpinn_family **result, ad_error *error);
+/* A family without a network, of a scene that outlives it; then its network. tolerance: 0,
+ * CPINN_TOLERANCE. */
+ad_status cpinn_family_prepare(const scene *open, double tolerance,
+                               const cpinn_family_settings *settings, cpinn_family **result,
+                               ad_error *error);
 void cpinn_family_attach(cpinn_family *family, const cpinn_family_network *network);
 
 /* Of an experiment that was restored, and outlives it. */

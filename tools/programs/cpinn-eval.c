@@ -408,17 +408,19 @@ static ad_status run(evaluation *evaluation, ad_error *error)
         return run_family(evaluation, error);
     }
     if (status == AD_OK && !scene_is_family(evaluation->e->scene) &&
-        (f->at || f->members || f->verify > 0 || f->extrapolate || f->compile)) {
+        (f->at || f->members || f->verify > 0 || f->extrapolate || f->compile || f->derivatives)) {
         status = ad_fail(error, AD_BAD_ARGUMENT,
-                         "--at, --members, --verify, --extrapolate, --compile: the scene is no "
-                         "family: no parameter of it has a range");
+                         "--at, --members, --verify, --extrapolate, --compile, --derivatives: the "
+                         "scene is no family: no parameter of it has a range");
     }
-    if (status == AD_OK && (f->extrapolate || f->polish >= 0 || f->seed >= 0)) {
-        status = ad_fail(error, AD_BAD_ARGUMENT, "%s",
-                         f->seed >= 0     ? "--seed: of the members that --verify draws"
-                         : f->polish >= 0 ? "--polish: of members of a family of rods at rest"
-                                          : "--extrapolate: of a motion or a beam, of --members "
-                                            "alone");
+    if (status == AD_OK && (f->extrapolate || f->polish >= 0 || f->seed >= 0 || f->derivatives)) {
+        status =
+            ad_fail(error, AD_BAD_ARGUMENT, "%s",
+                    f->seed >= 0     ? "--seed: of the members that --verify draws"
+                    : f->derivatives ? "--derivatives: of a motion or a beam, of --members alone"
+                    : f->polish >= 0 ? "--polish: of members of a family of rods at rest"
+                                     : "--extrapolate: of a motion or a beam, of --members "
+                                       "alone");
     }
     if (status == AD_OK) {
         status = open_field(evaluation, error);
@@ -472,6 +474,7 @@ static int go(const ad_ranks *ranks, int argc, char **argv)
                                {"--members", "FILE", CLI_TEXT, &f->members, 0, 0},
                                {"--polish", "N", CLI_INTEGER, &f->polish, 0, 2},
                                {"--extrapolate", NULL, CLI_FLAG, &f->extrapolate, 0, 0},
+                               {"--derivatives", NULL, CLI_FLAG, &f->derivatives, 0, 0},
                                {"--verify", "N", CLI_INTEGER, &f->verify, 1, 10000000},
                                {"--compile", NULL, CLI_FLAG, &f->compile, 0, 0},
                                CLI_SEED(&f->seed),

@@ -32,6 +32,8 @@ const char *eval_family_conflict(const eval_family_options *asked)
                                            "or --members too"
            : !(asked->at || asked->members) && asked->extrapolate
                ? "--extrapolate: of --at or --members"
+           : asked->derivatives && !asked->out
+               ? "--derivatives: nothing would be written; give --out FILE too"
            : asked->compile && asked->verify == 0
                ? "--compile: of the answers that --verify measures"
            : asked->seed >= 0 && asked->verify == 0 ? "--seed: of the members that --verify draws"
@@ -116,6 +118,7 @@ ad_status eval_family_run(const eval_family_options *asked, const experiment *e,
     status = gather(result, error);
     if (status == AD_OK) {
         const answer family = answer_of_family(result->family, &polish);
+        shapes->derives = asked->derivatives;
         status = samples_ask(shapes, &family, error);
     }
     const bool writes = asked->out && ad_ranks_is_first(asked->ranks);

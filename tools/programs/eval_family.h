@@ -11,7 +11,7 @@
 typedef struct eval_family_options {
     const char *at, *members, *out; /* one of the first two, or verify, or none of them */
     int polish, verify, seed, threads;
-    bool extrapolate, compile;
+    bool extrapolate, compile, derivatives;
     const ad_ranks *ranks; /* that share the members; the first writes; NULL: none */
 } eval_family_options;
 

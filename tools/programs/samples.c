@@ -21,6 +21,7 @@ void samples_free(samples *p)
     free(p->s);
     free(p->parameters);
     free(p->values);
+    free(p->slopes);
     free(p->said);
 }
 
@@ -128,21 +129,34 @@ int samples_check(const char *program, const samples_asked *asked, bool needs)
 
 /* ---- asking -------------------------------------------------------------------------------- */
 
+/* [rows][columns] as [columns][rows], without -0, which has no place in a table. */
+static void turn(size_t rows, size_t columns, const double *from, double *to)
+{
+    for (size_t k = 0; k < columns * rows; k++) {
+        to[k % columns * rows + k / columns] = from[k] + 0.0;
+    }
+}
+
 static ad_status ask_for_members(samples *p, const answer *a, ad_error *error)
 {
     const size_t rows = samples_rows(p), columns = (size_t)p->columns;
-    double *values = malloc((columns * rows + 1) * sizeof *values);
+    const size_t slopes = p->derives ? columns * (size_t)a->scene->parameter_count : 0;
+    double *values = malloc(((columns + slopes) * rows + 1) * sizeof *values);
+    double *jacobian = values && p->derives ? values + columns * rows : NULL;
     p->said = calloc(p->members + 1, sizeof *p->said);
-    ad_status status = values && p->said
+    p->slopes = p->derives ? malloc((slopes * rows + 1) * sizeof *p->slopes) : NULL;
+    ad_status status = values && p->said && (!p->derives || p->slopes)
                            ? AD_OK
                            : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu rows", rows);
     if (status == AD_OK) {
         const double start = train_seconds();
-        status = a->kind->of_members(a, p->members, p->parameters, values, p->said, error);
+        status =
+            a->kind->of_members(a, p->members, p->parameters, values, jacobian, p->said, error);
         p->seconds = train_seconds() - start;
     }
-    for (size_t k = 0; k < columns * rows && status == AD_OK; k++) {
-        p->values[k % columns * rows + k / columns] = values[k];
+    if (status == AD_OK) {
+        turn(rows, columns, values, p->values);
+        turn(rows, slopes, jacobian, p->slopes);
     }
     free(values);
     return status;
@@ -154,17 +168,20 @@ ad_status samples_ask(samples *p, const answer *a, ad_error *error)
     p->of = a->scene;
     p->columns = a->columns;
     free(p->values);
+    free(p->slopes);
     free(p->said);
     p->said = NULL;
+    p->slopes = NULL;
     p->values = calloc(numbers + 1, sizeof *p->values);
     if (!p->values) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu numbers", numbers);
     }
-    const ad_status status = a->kind->of_members
-                                 ? ask_for_members(p, a, error)
-                                 : a->kind->at_points(a, p->count, p->s, p->t, p->values, error);
+    if (a->kind->of_members) {
+        return ask_for_members(p, a, error);
+    }
+    const ad_status status = a->kind->at_points(a, p->count, p->s, p->t, p->values, error);
     for (size_t i = 0; i < numbers && status == AD_OK; i++) {
-        p->values[i] += 0.0; /* no -0 in a table */
+        p->values[i] += 0.0;
     }
     return status;
 }
@@ -208,14 +225,27 @@ static void add_own(const samples *p, samples_table *to, int which)
     table_add(&to->of, own[which].name, own[which].unit, numbers, which < NUMBERS ? NULL : texts);
 }
 
+static void add_slopes(const samples *p, samples_table *to)
+{
+    const int count = p->of->parameter_count;
+    for (int k = 0; k < p->columns * count; k++) {
+        snprintf(to->names[k], sizeof to->names[k], "%s_by_%s",
+                 scene_physics_of(p->of)->columns[k / count].name,
+                 p->of->parameters[k % count].name);
+        table_add(&to->of, to->names[k], "", p->slopes + (size_t)k * samples_rows(p), NULL);
+    }
+}
+
 ad_status samples_fill(const samples *p, bool told, samples_table *to, ad_error *error)
 {
     const model_column *model = scene_physics_of(p->of)->columns;
     const size_t rows = samples_rows(p);
+    const size_t slopes = p->slopes ? (size_t)(p->columns * p->of->parameter_count) : 0;
     const bool timed = !p->members || scene_is_dynamic(p->of);
     to->numbers = malloc((OWN * rows + 1) * sizeof *to->numbers);
     to->texts = malloc((2 * rows + 1) * sizeof *to->texts);
-    if (!to->numbers || !to->texts) {
+    to->names = malloc((slopes + 1) * sizeof *to->names);
+    if (!to->numbers || !to->texts || !to->names) {
         samples_table_free(to);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a table of %zu rows", rows);
     }
@@ -229,6 +259,9 @@ ad_status samples_fill(const samples *p, bool told, samples_table *to, ad_error 
     for (int k = ERROR; k < OWN && p->members && told; k++) {
         add_own(p, to, k);
     }
+    if (told && p->slopes) {
+        add_slopes(p, to);
+    }
     return AD_OK;
 }
 
@@ -236,6 +269,7 @@ void samples_table_free(samples_table *to)
 {
     free(to->numbers);
     free(to->texts);
+    free(to->names);
 }
 
 ad_status samples_write(const samples *p, const char *path, ad_error *error)

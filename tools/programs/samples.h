@@ -15,6 +15,8 @@ typedef struct samples {
     const scene *of;    /* of what is answered: whose columns these are, borrowed; */
     int columns;        /* the first of its model, */
     double *values;     /* [columns][rows], SI units, */
+    bool derives;       /* whether wanted are, of members: */
+    double *slopes;     /* [columns][parameters][rows], derivatives of values by parameters; NULL */
     cpinn_answer *said; /* [members], */
     double seconds;     /* that the answers took */
 } samples;
@@ -40,15 +42,17 @@ ad_status samples_choose(samples *p, const samples_asked *asked, const char *usu
 /* CLI_BAD with one line where both are given, or one of them though nothing `needs` points. */
 int samples_check(const char *program, const samples_asked *asked, bool needs);
 
-/* Fills values and, of members, what is said. AD_NO_MEMORY, errors of who answers. */
+/* Fills values and, of members, what is said, and slopes where they are wanted. AD_NO_MEMORY,
+ * errors of who answers. */
 ad_status samples_ask(samples *p, const answer *a, ad_error *error);
 
 /* s, t and the columns, with their units, as a table that borrows them; of members their numbers
- * from 1 come first, and no t at rest. `told`: what is said of members follows. */
+ * from 1 come first, and no t at rest. `told`: what is said of members follows, and derivatives. */
 typedef struct samples_table {
     table_build of;
     double *numbers;    /* of columns that have one number for each member or point */
     const char **texts; /* source and reason */
+    char (*names)[TABLE_MAX_NAME + 1]; /* of derivatives: x_by_pull */
 } samples_table;
 ad_status samples_fill(const samples *p, bool told, samples_table *to, ad_error *error);
 void samples_table_free(samples_table *to); /* not itself */

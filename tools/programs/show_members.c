@@ -136,15 +136,18 @@ void show_spread(const scene *of, int members, double *parameters)
 
 static ad_status solve(const scene *of, samples *p, ad_error *error)
 {
-    solve_members *members = NULL;
-    const solve_members_settings settings = {
-        .tolerance = 1e-6, .threads = 1, .points = p->count, .s = p->s};
-    ad_status status = solve_members_create(of, &settings, &members, error);
+    cpinn_family *family = NULL;
+    const cpinn_polish by_members = {.alone = true};
+    const cpinn_family_settings settings = {.threads = 1, .points = p->count, .s = p->s};
+    ad_status status = cpinn_family_prepare(of, 0, &settings, &family, error);
+    if (status == AD_OK && *cpinn_family_without_error(family)) {
+        status = ad_fail(error, AD_BAD_ARGUMENT, "%s", cpinn_family_without_error(family));
+    }
     if (status == AD_OK) {
-        const answer found = answer_of_members(members, of);
+        const answer found = answer_of_family(family, &by_members);
         status = samples_ask(p, &found, error);
     }
-    solve_members_free(members);
+    cpinn_family_free(family);
     return status;
 }
 

@@ -40,113 +40,6 @@ def _plot(shapes: Shapes, axes: Optional["Axes"], style: dict[str, Any]) -> "Axe
     return plot_shapes(axes, position, [str(i) for i in range(len(position))], style)
 
 
-class Members:
-    """Equilibria of a rod at rest, for many values of its parameters at once: by a solver.
-
-    Parameters
-    ----------
-    scene : path or dict
-        A scene at rest whose `parameters` have ranges.
-    s : array_like, shape (points,)
-        Where shapes are wanted, m, ascending.
-    overrides : dict or list of str
-        Keys to change.
-    tolerance : float
-        Of the position, over the length.
-    threads : int, optional
-        None: one per processor. Results do not depend on it.
-    compile : bool
-        Answer up to four members at a time by C that the command ``cc`` compiles: some seconds
-        once, as it is kept, then two to three times as quick, and derivatives four times. Warns
-        where that is not possible.
-
-    Attributes
-    ----------
-    names : list of str
-        Parameters, in the order of columns of an array of them.
-    columns : list of str
-        Of a shape: x y z (m), qw qx qy qz, v1 v2 v3, u1 u2 u3 (1/m).
-    """
-
-    columns = "x y z qw qx qy qz v1 v2 v3 u1 u2 u3".split()
-    result = numpy.dtype([("estimate", "f8"), ("load", "f8"), ("nodes", "i4"), ("steps", "i4"),
-                          ("solved", "?"), ("end", "i4")], align=True)
-
-    def __init__(self, scene: Scene, s: Numbers, overrides: Overrides = (),
-                 tolerance: float = 1e-6, threads: Optional[int] = 1,
-                 compile: bool = False) -> None:
-        self._s = finite("s", array_of("s", s)).ravel()
-        settings = library.MembersSettings(
-            number_of("tolerance", tolerance, 0, "a number above 0"), threads_of(threads),
-            self._s.size, self._s.ctypes.data)
-        with scene_file(scene) as path:
-            self._handle = Made(library.members_free, library.members_file, path,
-                                *overrides_of(overrides), ctypes.byref(settings))
-        if compile:
-            try:
-                library.call(library.members_compile, self._handle)
-            except (InputError, library.FileError) as reason:
-                warnings.warn(f"nothing is compiled: {reason}", stacklevel=2)
-        self.names: list[str] = []
-        while library.members_name(self._handle, len(self.names)):
-            self.names.append(library.members_name(self._handle, len(self.names)).decode())
-
-    def __repr__(self) -> str:
-        return f"<cpinn.Members of {', '.join(self.names)} at {self._s.size} points>"
-
-    def solve(self, at: Values) -> Shapes:
-        """Solve members.
-
-        Parameters
-        ----------
-        at : array_like, shape (members, parameters), or dict of str to array_like
-            Parameters in SI units; by name they are broadcast against each other.
-
-        Returns
-        -------
-        values : ndarray, shape (members, points, columns)
-            NaN where there is no solution.
-        answers : structured ndarray, shape (members,)
-            estimate (of the error of the position, over the length), load (factor that was
-            reached), nodes, steps, solved.
-        """
-        given, values, results = self._room(at)
-        library.call(library.members_solve, self._handle, len(given), given.ctypes.data,
-                     values.ctypes.data, results.ctypes.data)
-        return Shapes(values, results)
-
-    def jacobian(self, at: Values) -> Jacobian:
-        """Solve members, with exact derivatives of their shapes by the parameters.
-
-        Parameters
-        ----------
-        at : array_like, shape (members, parameters), or dict of str to array_like
-            As in `solve`.
-
-        Returns
-        -------
-        values, answers
-            As of `solve`.
-        jacobian : ndarray, shape (members, points, columns, parameters)
-            In SI units, by the implicit function theorem and the tape; NaN where there is no
-            solution.
-        """
-        given, values, results = self._room(at)
-        slopes = numpy.empty((*values.shape, len(self.names)))
-        library.call(library.members_jacobian, self._handle, len(given), given.ctypes.data,
-                     values.ctypes.data, slopes.ctypes.data, results.ctypes.data)
-        return Jacobian(values, slopes, results)
-
-    def _room(self, at: Values) -> tuple[Array, Array, Records]:
-        given = rows(at, self.names)
-        return (given, numpy.empty((len(given), self._s.size, len(self.columns))),
-                numpy.zeros(len(given), dtype=self.result))
-
-    def plot(self, at: Values, axes: Optional["Axes"] = None, **style: Any) -> "Axes":
-        """Draw members, in the plane in which they spread most; style: of `Axes.plot`."""
-        return _plot(self.solve(at), axes, style)
-
-
 class Family:
     """A network that was trained for all members of a family. Each answer has a predicted error,
     and what is not trusted is solved instead. Used by one thread at a time.
@@ -168,8 +61,10 @@ class Family:
     ----------
     ranges : dict of str to (float, float)
         Parameters in the order of columns of an array of them, with their ranges in SI units.
+    names : list of str
+        The parameters alone.
     columns : list of str
-        Of a shape.
+        Of a shape: at rest x y z (m), qw qx qy qz, v1 v2 v3, u1 u2 u3 (1/m).
     """
 
     answer = numpy.dtype([("error", "f8"), ("network_error", "f8"), ("source", "i4"),
@@ -177,38 +72,44 @@ class Family:
 
     def __init__(self, path: PathLike, threads: Optional[int] = 1,
                  extrapolate: bool = False, compile: bool = False) -> None:
+        self._path = text_of(path)
+        self._begin(threads, extrapolate, compile, numpy.zeros(0))
+
+    def _begin(self, threads: Optional[int], extrapolate: bool, compile: bool, s: Array) -> None:
         self._made: dict[bytes, Made] = {}
-        self._open = (text_of(path), threads_of(threads), bool(extrapolate),
-                      bool(compile))
-        made = self._at(numpy.zeros(0), numpy.zeros(0))
+        self._settings = (threads_of(threads), bool(extrapolate), bool(compile))
+        made = self._at(s, numpy.zeros(s.size))
         found = [library.family_parameter(made, i).contents
                  for i in range(library.family_parameters(made))]
         self.ranges: dict[str, tuple[float, float]] = {p.name.decode(): (p.low, p.high)
                                                        for p in found}
+        self.names = list(self.ranges)
         self.columns: list[str] = [library.family_name(made, i).decode()
                                    for i in range(library.family_columns(made))]
 
     def __repr__(self) -> str:
         of = ", ".join(f"{name} from {low:g} to {high:g}"
                        for name, (low, high) in self.ranges.items())
-        return f"<cpinn.Family of {of}>"
+        return f"<cpinn.{type(self).__name__} of {of}>"
+
+    def _create(self, settings: Any) -> Made:
+        return Made(library.family_free, library.family_open, self._path, settings)
 
     def _at(self, s: Array, t: Array) -> Made:
         """The family at these points, as which it was opened before or is now."""
         key = s.tobytes() + t.tobytes()
         if key not in self._made:
-            path, threads, extrapolate, compiled = self._open
+            threads, extrapolate, compiled = self._settings
             compiled = compiled and s.size > 0
             settings = library.FamilySettings(extrapolate, threads, s.size, s.ctypes.data,
                                               t.ctypes.data, compiled)
-            made = self._made[key] = Made(library.family_free, library.family_open, path,
-                                          ctypes.byref(settings))
+            made = self._made[key] = self._create(ctypes.byref(settings))
             reason = library.family_not_compiled(made).decode() if compiled else ""
             if reason:
-                warnings.warn(f"nothing is compiled: {reason}", stacklevel=3)
+                warnings.warn(f"nothing is compiled: {reason}", stacklevel=4)
         return self._made[key]
 
-    def evaluate(self, at: Values, s: Numbers, t: Numbers = 0.0, polish: int = 2,
+    def evaluate(self, at: Values, s: Optional[Numbers] = None, t: Numbers = 0.0, polish: int = 2,
                  alone: bool = False) -> Shapes:
         """Shapes of members.
 
@@ -218,7 +119,8 @@ class Family:
             Parameters in SI units; by name they are broadcast against each other:
             ``family.evaluate(at={"tension": [0.5, 1.2]}, s=0.2)``.
         s, t : array_like, shape (points,)
-            Places (m, ascending) and, of a family in motion, instants (s).
+            Places (m, ascending; of `Members` those of its making) and, of a family in motion,
+            instants (s).
         polish : int
             Steps of Newton's method, 0 to 2.
         alone : bool
@@ -230,6 +132,7 @@ class Family:
             In SI units.
         answers : structured ndarray, shape (members,)
             error and network_error (m, predicted), source, reason (`words`), trusted, outside.
+            Values are NaN where nobody has an answer.
         """
         made, given, values, answers = self._room(at, s, t)
         steps = whole("polish", polish, 0, 2)
@@ -238,7 +141,7 @@ class Family:
                      given.ctypes.data, values.ctypes.data, answers.ctypes.data)
         return Shapes(values, answers)
 
-    def jacobian(self, at: Values, s: Numbers, t: Numbers = 0.0) -> Jacobian:
+    def jacobian(self, at: Values, s: Optional[Numbers] = None, t: Numbers = 0.0) -> Jacobian:
         """Shapes of members with exact derivatives by the parameters.
 
         At rest these are derivatives of the equilibrium at which the answer has arrived, by the
@@ -258,14 +161,17 @@ class Family:
             In SI units.
         """
         made, given, values, answers = self._room(at, s, t)
-        slopes = numpy.empty((*values.shape, len(self.ranges)))
+        slopes = numpy.empty((*values.shape, len(self.names)))
         library.call(library.family_jacobian, made, len(given), given.ctypes.data,
                      values.ctypes.data, slopes.ctypes.data, answers.ctypes.data)
         return Jacobian(values, slopes, answers)
 
-    def _room(self, at: Values, s: Numbers, t: Numbers) -> tuple[Made, Array, Array, Records]:
+    def _room(self, at: Values, s: Optional[Numbers],
+              t: Numbers) -> tuple[Made, Array, Array, Records]:
+        if s is None:
+            raise InputError("s is not given; allowed: places, m")
         _, s, t = points(s, t)
-        given = rows(at, list(self.ranges))
+        given = rows(at, self.names)
         return (self._at(s, t), given, numpy.empty((len(given), s.size, len(self.columns))),
                 numpy.zeros(len(given), dtype=self.answer))
 
@@ -275,9 +181,56 @@ class Family:
         return [(library.source_word(a["source"]).decode(),
                  library.reason_word(a["reason"]).decode()) for a in answers]
 
-    def plot(self, at: Values, s: Numbers, t: Numbers = 0.0, axes: Optional["Axes"] = None,
+    def plot(self, at: Values, s: Optional[Numbers] = None, t: Numbers = 0.0, axes: Optional["Axes"] = None,
              **style: Any) -> "Axes":
         """Draw members, in the plane in which they spread most; style: of `Axes.plot`."""
         if "x" not in self.columns:
             raise InputError("a beam has no position in space; draw what evaluate() returns")
         return _plot(self.evaluate(at, s, t), axes, style)
+
+
+class Members(Family):
+    """The same of a scene at rest without any network: a solver finds the members, some ten
+    microseconds each. Each answer has its error; what is not within the tolerance is left to another
+    solver. Members outside the ranges are answered, too.
+
+    Parameters
+    ----------
+    scene : path or dict
+        A scene at rest whose `parameters` have ranges.
+    s : array_like, shape (points,)
+        Where shapes are wanted unless something else is said, m, ascending.
+    overrides : dict or list of str
+        Keys to change.
+    tolerance : float
+        Of the position, over the length.
+    threads : int, optional
+        None: one per processor. Results do not depend on it.
+    compile : bool
+        As of `Family`; then more than twice as quick, and derivatives four times.
+
+    Attributes
+    ----------
+    ranges, names, columns
+        As of `Family`.
+    """
+
+    def __init__(self, scene: Scene, s: Numbers, overrides: Overrides = (),
+                 tolerance: float = 1e-6, threads: Optional[int] = 1,
+                 compile: bool = False) -> None:
+        self._scene, self._overrides = scene, overrides
+        self._tolerance = number_of("tolerance", tolerance, 0, "a number above 0")
+        self._s = finite("s", array_of("s", s)).ravel()
+        self._begin(threads, True, compile, self._s)
+
+    def _create(self, settings: Any) -> Made:
+        with scene_file(self._scene) as path:
+            return Made(library.family_free, library.family_file, path,
+                        *overrides_of(self._overrides), self._tolerance, settings)
+
+    def _room(self, at: Values, s: Optional[Numbers], t: Numbers) -> tuple[Made, Array, Array, Records]:
+        return super()._room(at, self._s if s is None else s, t)
+
+    def solve(self, at: Values) -> Shapes:
+        """`evaluate` where shapes are wanted."""
+        return self.evaluate(at)

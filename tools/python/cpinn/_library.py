@@ -79,12 +79,6 @@ class SolveOptions(ctypes.Structure):
                 ("branch", ctypes.c_int)]
 
 
-class MembersSettings(ctypes.Structure):
-    _fields_ = [("tolerance", ctypes.c_double),
-                ("threads", ctypes.c_int), ("points", ctypes.c_size_t), ("s", ctypes.c_void_p),
-                ("ranks", ctypes.c_void_p)]
-
-
 class FamilySettings(ctypes.Structure):
     _fields_ = [("extrapolate", ctypes.c_bool), ("threads", ctypes.c_int),
                 ("points", ctypes.c_size_t), ("s", ctypes.c_void_p), ("t", ctypes.c_void_p),
@@ -183,14 +177,9 @@ solution_estimate = declare("cpinn_solution_estimate", D, Made)
 solution_columns = declare("cpinn_solution_columns", I, Made)
 solution_name = declare("cpinn_solution_column_name", S, Made, I)
 solution_evaluate = declare("cpinn_solution_evaluate", I, Made, Z, P, P, P, FAIL)
-members_file = declare("cpinn_members_file", I, S, I, TEXTS, P, OUT, FAIL)
-members_name = declare("cpinn_members_name", S, Made, I)
-members_free = declare("cpinn_members_free", None, P)
-members_compile = declare("cpinn_members_compile", I, Made, FAIL)
-members_solve = declare("cpinn_members_solve", I, Made, Z, P, P, P, FAIL)
-members_jacobian = declare("cpinn_members_jacobian", I, Made, Z, P, P, P, P, FAIL)
 family_not_compiled = declare("cpinn_family_not_compiled", S, Made)
 family_open = declare("cpinn_family_open", I, S, P, OUT, FAIL)
+family_file = declare("cpinn_family_file", I, S, I, TEXTS, D, P, OUT, FAIL)
 family_free = declare("cpinn_family_free", None, P)
 family_parameters = declare("cpinn_family_parameters", I, Made)
 family_parameter = declare("cpinn_family_parameter", ctypes.POINTER(Parameter), Made, I)
