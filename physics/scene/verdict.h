@@ -92,6 +92,10 @@ extern "C" {
       "what sensors see of a controlled robot is not what its filter expects: the model is off")   \
     X(VERDICT_DIVERGED, "diverged", VERDICT_WARNING,                                               \
       "a controlled robot has left its path, a one-step model its robot, or a simulation failed")  \
+    X(VERDICT_NOT_CERTIFIED, "not_certified", VERDICT_WARNING,                                     \
+      "a way was found, and it is not certain that it keeps its clearance")                        \
+    X(VERDICT_NONE_FOUND, "none_found", VERDICT_WARNING,                                           \
+      "no way to the goal was found; there may be one")                                            \
     X(VERDICT_UNFINISHED, "unfinished", VERDICT_STOPPED, "training has steps left to do")          \
     X(VERDICT_LOAD_NOT_REACHED, "load_not_reached", VERDICT_STOPPED,                               \
       "equilibria could be followed to a part of the load only")                                   \

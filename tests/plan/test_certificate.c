@@ -1,22 +1,5 @@
 /* What is promised of shapes and ways against many shapes in between. */
-#include "meshes.h"
-#include "near.h"
-#include "random_numbers.h"
-#include "temporary_folder.h"
-#include "tools/config/config.h"
-#include "tools/plan/certificate.h"
-
-static environment *open_mesh(mesh *m, environment_side side)
-{
-    surface *of = NULL;
-    environment *result = NULL;
-    ad_error error = {.message = ""};
-    mesh_write_stl(m, at("mesh.stl"));
-    mesh_free(m);
-    assert_int_equal(surface_read(at("mesh.stl"), 1, &of, &error), AD_OK);
-    assert_int_equal(environment_create(of, side, &result, &error), AD_OK);
-    return result;
-}
+#include "plan_testing.h"
 
 /* ---- one shape ------------------------------------------------------------------------------- */
 
@@ -69,59 +52,35 @@ static void an_arc(void **state)
     environment_free(of);
 }
 
-/* ---- a robot --------------------------------------------------------------------------------- */
+/* ---- a robot -------------------------------------------------------------------------------- */
 
-static const char robot_text[] =
-    "parameters:\n"
-    "  pull_1: {range: [0, 6]}\n"
-    "  pull_2: {range: [0, 6]}\n"
-    "  pull_3: {range: [0, 6]}\n"
-    "  stiffness: {range: [0.5, 2]}\n"
-    "rod:\n"
-    "  length: 0.2\n"
-    "  section: {shape: circle, radius: 0.5e-3}\n"
-    "  material: {youngs_modulus: 60e9*stiffness, poissons_ratio: 0.3, density: 6450}\n"
-    "tendons:\n"
-    "  - {offset: [8e-3, 0], tension: pull_1}\n"
-    "  - {offset: [-4e-3, 6.928203230275509e-3], tension: pull_2}\n"
-    "  - {offset: [-4e-3, -6.928203230275509e-3], tension: pull_3}\n";
-
-typedef struct robot {
-    config *owner;
-    plan_robot moves;
-    plan_exact *exact;
-} robot;
-
-static robot make_robot(bool base)
+/* The surface's axes are those of the scene turned by a quaternion: a third of a turn about the
+ * diagonal takes x to y, y to z, z to x; distances stay, and the other way leads back. */
+static void places(void **state)
 {
-    robot r = {.owner = NULL};
-    ad_error error = {.message = ""};
-    char key[PLAN_KEY] = "";
-    plan_settings settings = plan_settings_default();
-    settings.fixed[settings.fixed_count++] = "stiffness=1.1";
-    if (base) {
-        settings.slide[0] = -0.05, settings.slide[1] = 0.05;
-        settings.turn[0] = -1, settings.turn[1] = 1;
-        const double position[3] = {0.01, -0.02, 0.03}, rotation[4] = {0.9, 0.1, -0.2, 0.3};
-        memcpy(settings.position, position, sizeof position);
-        memcpy(settings.rotation, rotation, sizeof rotation);
+    (void)state;
+    robot r = make_robot(true);
+    const double third[4] = {2, 2, 2, 2}, p[3] = {0.3, -0.2, 0.5}, q[3] = {-0.1, 0.4, 0.7};
+    double there[3], back[3], other[3], square[2] = {0, 0};
+    plan_robot_point(&r.moves, p, there);
+    plan_robot_point(&r.moves, q, other);
+    plan_robot_in_scene(&r.moves, there, back);
+    for (int i = 0; i < 3; i++) {
+        assert_near(back[i], p[i], 1e-15);
+        square[0] += (p[i] - q[i]) * (p[i] - q[i]);
+        square[1] += (there[i] - other[i]) * (there[i] - other[i]);
     }
-    assert_int_equal(config_read("robot.yaml", robot_text, 0, NULL, &r.owner, &error), AD_OK);
-    assert_int_equal(plan_robot_create(&settings, &r.owner->scene, &r.moves, key, &error), AD_OK);
-    return r;
-}
-
-static void open_robot(robot *r, size_t points)
-{
-    ad_error error = {.message = ""};
-    assert_int_equal(plan_exact_create(&r->moves, &r->owner->scene, points, 0, &r->exact, &error),
-                     AD_OK);
-}
-
-static void free_robot(robot *r)
-{
-    plan_exact_free(r->exact);
-    config_free(r->owner);
+    assert_near(square[0], square[1], 1e-15);
+    plan_settings settings = plan_settings_default();
+    char key[PLAN_KEY];
+    memcpy(settings.rotation, third, sizeof third);
+    settings.position[1] = 0.125;
+    assert_int_equal(plan_robot_create(&settings, &r.owner->scene, &r.moves, key, NULL), AD_OK);
+    plan_robot_in_scene(&r.moves, p, back);
+    assert_near(back[0], p[2], 1e-15);
+    assert_near(back[1], p[0] + 0.125, 1e-15);
+    assert_near(back[2], p[1], 1e-15);
+    free_robot(&r);
 }
 
 /* How points move with each variable, against differences of shapes: their own error is that of
@@ -151,42 +110,6 @@ static void motions_of_points(void **state)
         }
     }
     free_robot(&r);
-}
-
-/* Largest that random shapes of a way are nearer than promised for it: by solutions on other points
- * and exact distances of points. */
-static void try_way(robot *r, const environment *of, const certificate *c, double radius,
-                    uint64_t seed, int shapes)
-{
-    double q[PLAN_BATCH * PLAN_VARIABLES_MAX], promised[PLAN_BATCH];
-    const size_t n = (size_t)c->variables;
-    double closest = INFINITY;
-    for (int k = 0; k < shapes; k += PLAN_BATCH) {
-        for (size_t m = 0; m < PLAN_BATCH; m++) {
-            const size_t i = random_bits(&seed) % (c->count - 1);
-            const double part = random_in(&seed, 0, 1);
-            promised[m] = c->least[i];
-            for (size_t v = 0; v < n; v++) {
-                const double *const a = &c->configuration[i * n + v];
-                q[m * n + v] = a[0] + part * (a[n] - a[0]);
-            }
-        }
-        assert_int_equal(plan_exact_shapes(r->exact, PLAN_BATCH, q, NULL), AD_OK);
-        for (size_t m = 0; m < PLAN_BATCH; m++) {
-            double within = INFINITY, nearest = INFINITY;
-            for (size_t p = 0; p < r->exact->points; p++) {
-                const double *const at_p = &r->exact->r[3 * (m * r->exact->points + p)];
-                const double d = environment_distance(of, at_p, within);
-                within = fabs(d) + 0.002;
-                nearest = fmin(nearest, d - radius);
-            }
-            assert_true(r->exact->error[m] < 1e-8);
-            assert_true(nearest >= promised[m] - 2e-10);
-            closest = fmin(closest, nearest);
-        }
-    }
-    assert_true(closest >= c->all.free - 2e-10);
-    print_message("promised %.6f m, found %.6f m; %zu shapes\n", c->all.free, closest, c->count);
 }
 
 static void a_way_that_holds(void **state)
@@ -257,7 +180,7 @@ static void a_wall_between(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(an_arc), cmocka_unit_test(motions_of_points),
+        cmocka_unit_test(an_arc), cmocka_unit_test(places), cmocka_unit_test(motions_of_points),
         cmocka_unit_test(a_way_that_holds), cmocka_unit_test(a_wall_between)};
     return environment_is_built() ? cmocka_run_group_tests(tests, make_directory, remove_directory)
                                   : 77;

@@ -101,6 +101,11 @@ bool config_controls(const config *experiment)
     return config_has(experiment, "control.");
 }
 
+bool config_plans(const config *experiment)
+{
+    return config_has(experiment, "plan.");
+}
+
 /* An experiment with its defaults, of which nothing is given yet; NULL when memory runs out. */
 static config *begin(const char *file)
 {

@@ -7,6 +7,7 @@
 #define TOOLS_CONFIG_CONFIG_H
 
 #include "tools/control/control_settings.h"
+#include "tools/plan/plan_settings.h"
 #include "tools/train/train_settings.h"
 
 #include <stdio.h>
@@ -64,6 +65,7 @@ typedef struct config {
     train_settings settings; /* reference_file is relative to the YAML file, absolute once read */
     surrogate_settings surrogate;
     control_settings control;     /* task.file as settings.reference_file */
+    plan_settings plan;           /* file as settings.reference_file */
     config_load_units load_units; /* SI once read: the scene's loads are already converted */
     struct config_source *source; /* texts and places; opaque */
 } config;
@@ -100,9 +102,10 @@ ad_status config_write(const config *config, FILE *file, bool help);
  * and formulation, and the reference. The same for every way to write the same scene. */
 ad_status config_write_physics(const config *config, FILE *file);
 
-/* Whether a key was given; whether any of `control` was. */
+/* Whether a key was given; whether any of `control`, of `plan` was. */
 bool config_gives(const config *config, const char *key);
 bool config_controls(const config *config);
+bool config_plans(const config *config);
 
 /* Keys of stages against their optimisers, once these are chosen. AD_BAD_INPUT as config_read. */
 ad_status config_check_stages(const config *config, ad_error *error);

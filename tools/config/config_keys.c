@@ -33,6 +33,10 @@ CONFIG_NAMES(control_surface_names, CONTROL_SURFACE_LIST(CONFIG_NAME))
 CONFIG_NAMES(control_model_names, CONTROL_MODEL_LIST(CONFIG_NAME))
 CONFIG_NAMES(control_seen_names, CONTROL_SEEN_LIST(CONFIG_NAME))
 CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
+#define CONFIG_UNIT_NAME(name, text, size) text,
+CONFIG_NAMES(plan_unit_names, PLAN_UNIT_LIST(CONFIG_UNIT_NAME))
+CONFIG_NAMES(plan_side_names, PLAN_SIDE_LIST(CONFIG_NAME))
+CONFIG_NAMES(plan_method_names, PLAN_METHOD_LIST(CONFIG_NAME))
 
 #define AT(field)            .offset = offsetof(config, field)
 #define STAGE(field)         AT(settings.stages[0].field)
@@ -344,6 +348,31 @@ const config_key config_keys[] = {
     {"control.tolerance.rms", CONFIG_NUMBER, AT(control.tolerance_rms), POSITIVE, .unit = "m"},
     {"control.tolerance.worst", CONFIG_NUMBER, AT(control.tolerance_worst), POSITIVE, .unit = "m"},
     {"control.seed", CONFIG_LONG, AT(control.seed), BETWEEN(0, 9007199254740992)},
+
+    {"plan.environment.file", CONFIG_TEXT, AT(plan.file)},
+    {"plan.environment.unit", CONFIG_CHOICE, AT(plan.unit), .names = plan_unit_names},
+    {"plan.environment.side", CONFIG_CHOICE, AT(plan.side), .names = plan_side_names},
+    {"plan.environment.position", CONFIG_NUMBER, ENTRIES(3, 3), AT(plan.position), ANY,
+     .unit = "m"},
+    {"plan.environment.rotation", CONFIG_NUMBER, ENTRIES(4, 4), AT(plan.rotation), ANY},
+    {"plan.radius", CONFIG_NUMBER, AT(plan.radius), NOT_NEGATIVE, .unit = "m"},
+    {"plan.from", CONFIG_NUMBER, AT(plan.from), NOT_NEGATIVE, .unit = "m"},
+    {"plan.clearance", CONFIG_NUMBER, AT(plan.clearance), NOT_NEGATIVE, .unit = "m"},
+    {"plan.actuators", CONFIG_TEXT, ENTRIES(0, PLAN_ACTUATORS_MAX), AT(plan.actuators),
+     .count_offset = offsetof(config, plan.actuator_count)},
+    {"plan.fixed", CONFIG_TEXT, ENTRIES(0, SCENE_PARAMETERS_MAX), AT(plan.fixed),
+     .count_offset = offsetof(config, plan.fixed_count)},
+    {"plan.slide", CONFIG_NUMBER, ENTRIES(2, 2), AT(plan.slide), ANY, .unit = "m"},
+    {"plan.turn", CONFIG_NUMBER, ENTRIES(2, 2), AT(plan.turn), ANY, .unit = "rad"},
+    {"plan.start", CONFIG_NUMBER, ENTRIES(0, PLAN_VARIABLES_MAX), AT(plan.start),
+     .count_offset = offsetof(config, plan.start_count), ANY, .unit = "of the actuator"},
+    {"plan.goal.position", CONFIG_NUMBER, ENTRIES(3, 3), AT(plan.goal_position), ANY, .unit = "m"},
+    {"plan.goal.tolerance", CONFIG_NUMBER, AT(plan.goal_tolerance), POSITIVE, .unit = "m"},
+    {"plan.goal.actuators", CONFIG_NUMBER, ENTRIES(0, PLAN_VARIABLES_MAX), AT(plan.goal),
+     .count_offset = offsetof(config, plan.goal_count), ANY, .unit = "of the actuator"},
+    {"plan.planner", CONFIG_CHOICE, AT(plan.method), .names = plan_method_names},
+    {"plan.states", CONFIG_INTEGER, AT(plan.states), BETWEEN(100, 1e9)},
+    {"plan.seed", CONFIG_LONG, AT(plan.seed), BETWEEN(0, 4294967295)},
 
     {"checkpoint.every", CONFIG_INTEGER, AT(settings.checkpoint_every), .unit = "steps",
      BETWEEN(1, 1e9)},

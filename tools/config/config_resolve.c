@@ -22,6 +22,7 @@ void config_defaults(config *experiment)
     }
     experiment->surrogate = surrogate_settings_default();
     experiment->control = control_settings_default();
+    experiment->plan = plan_settings_default();
     for (int i = 0; i < CONFIG_TABLES_MAX; i++) {
         experiment->tables[i].x[0] = experiment->tables[i].y[0] = NAN;
     }
@@ -270,7 +271,8 @@ static ad_status resolve_files(config *experiment, ad_error *error)
     } files[] = {{"members.file", &settings->members_file},
                  {"reference.file", &settings->reference_file},
                  {"control.residual", &experiment->control.residual},
-                 {"control.task.file", &experiment->control.task.file}};
+                 {"control.task.file", &experiment->control.task.file},
+                 {"plan.environment.file", &experiment->plan.file}};
     for (size_t i = 0; status == AD_OK && i < sizeof files / sizeof *files; i++) {
         status = config_absolute(experiment, files[i].path, files[i].file, error);
     }

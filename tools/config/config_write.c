@@ -317,7 +317,7 @@ static bool is_physics(const char *path)
     static const char *const others[] = {"name",        "tables",   "data",        "time.windows",
                                          "formulation", "motion",   "enforcement", "network",
                                          "losses",      "training", "checkpoint",  "output",
-                                         "members",     "control",  "surrogate"};
+                                         "members",     "control",  "surrogate",   "plan"};
     for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
         size_t length = strlen(others[i]);
         if (strncmp(path, others[i], length) == 0 && strchr(".[", path[length])) { /* or its end */
@@ -330,9 +330,11 @@ static bool is_physics(const char *path)
 static void write_keys(yaml_writer *writer, bool physics_alone)
 {
     const bool controls = config_controls(writer->experiment);
+    const bool plans = config_plans(writer->experiment);
     const bool steps = surrogate_is_given(&writer->experiment->surrogate);
     for (int i = 0; i < config_key_count;) {
         if ((strncmp(config_keys[i].path, "control.", 8) == 0 && !controls) ||
+            (strncmp(config_keys[i].path, "plan.", 5) == 0 && !plans) ||
             (strncmp(config_keys[i].path, "surrogate.", 10) == 0 && !steps)) {
             i++; /* the section as a whole is given, or is not */
         } else if (config_keys[i].type == CONFIG_PARAMETER &&

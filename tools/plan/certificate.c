@@ -125,7 +125,8 @@ static double travel_of(const certifier *c, const node *a, const node *b, size_t
     return sqrt(fmax(square[0], fmax(square[1], square[2])));
 }
 
-/* Whether the way from a to the next holds, and with what is left; false: look half-way. What the
+/* Whether the way from a to the next holds, and takes off no more than a fourth, or a thousandth of
+ * the length; false: look half-way. What the
  * derivative changes from end to end is added once, for what it does between them; and what travel
  * bends from point to point a fourth of, twice what a parabola leaves between points. */
 static bool judge_way(certifier *c, node *a, const node *b)
@@ -151,7 +152,9 @@ static bool judge_way(certifier *c, node *a, const node *b)
     }
     a->least = clearance_between(pieces_of(c), a->free, b->free, c->travel);
     const bool smooth = change <= largest / 2 || largest < 1e-9 * c->exact->length;
-    return smooth && a->least >= c->asked->promised;
+    const double both = fmin(a->shape.free, b->shape.free);
+    const bool close = both - a->least <= fmax(both / 4, 1e-3 * c->exact->length);
+    return smooth && close && a->least >= c->asked->promised;
 }
 
 /* ---- the way --------------------------------------------------------------------------------- */
@@ -218,12 +221,12 @@ static ad_status certify(certifier *c, environment_side side, certificate_end *e
     while (status == AD_OK && judged < c->count) {
         bool jumps = false;
         status = judge_new(c, judged);
-        if (status == AD_OK && judged == 0 && !is_on_its_side(c, side)) {
+        *end = status == AD_OK ? find_fault(c, judged, where) : *end;
+        if (status == AD_OK && *end == CERTIFICATE_HOLDS && judged == 0 &&
+            !is_on_its_side(c, side)) {
             *end = CERTIFICATE_OTHER_SIDE;
             *where = 0;
-            return AD_OK;
         }
-        *end = status == AD_OK ? find_fault(c, judged, where) : *end;
         if (status != AD_OK || *end != CERTIFICATE_HOLDS) {
             break;
         }

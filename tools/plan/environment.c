@@ -1,5 +1,6 @@
 #include "tools/plan/environment.h"
 
+#include "physics/numerics/quaternion.h"
 #include "tools/plan/triangle.h"
 
 #include <embree3/rtcore.h>
@@ -31,12 +32,7 @@ static void corners_of(const surface *of, size_t triangle, const double *corners
 
 static double norm(const double v[3])
 {
-    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-}
-
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    return sqrt(vector_dot(v, v));
 }
 
 static void unit_normal(const surface *of, size_t triangle, double normal[3])
@@ -48,10 +44,7 @@ static void unit_normal(const surface *of, size_t triangle, double normal[3])
         one[i] = c[1][i] - c[0][i];
         other[i] = c[2][i] - c[0][i];
     }
-    for (int i = 0; i < 3; i++) {
-        const int j = (i + 1) % 3, k = (i + 2) % 3;
-        normal[i] = one[j] * other[k] - one[k] * other[j];
-    }
+    vector_cross(one, other, normal);
     const double length = norm(normal);
     for (int i = 0; i < 3; i++) {
         normal[i] /= length;
@@ -65,10 +58,8 @@ static double angle_at(const double *const corners[3], int k)
         a[i] = corners[(k + 1) % 3][i] - corners[k][i];
         b[i] = corners[(k + 2) % 3][i] - corners[k][i];
     }
-    for (int i = 0; i < 3; i++) {
-        normal[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
-    }
-    return atan2(norm(normal), dot(a, b));
+    vector_cross(a, b, normal);
+    return atan2(norm(normal), vector_dot(a, b));
 }
 
 static void find_normals(environment *e)
@@ -198,7 +189,7 @@ static bool is_outside(const search *s)
     }
     if (s->part < TRIANGLE_EDGE) {
         const size_t corner = of->triangle[3 * s->triangle + (size_t)s->part];
-        return dot(from, &s->e->normal[3 * corner]) >= 0;
+        return vector_dot(from, &s->e->normal[3 * corner]) >= 0;
     }
     unit_normal(of, s->triangle, normal);
     if (s->part < TRIANGLE_WITHIN) {
@@ -213,7 +204,7 @@ static bool is_outside(const search *s)
             from[i] = s->a[i] - corners[0][i];
         }
     }
-    return dot(from, normal) >= 0;
+    return vector_dot(from, normal) >= 0;
 }
 
 double environment_distance(const environment *of, const double p[3], double within)
@@ -251,11 +242,12 @@ double environment_winding(const environment *of, const double p[3])
             }
             length[k] = norm(to[k]);
         }
-        const double volume = to[0][0] * (to[1][1] * to[2][2] - to[1][2] * to[2][1]) +
-                              to[0][1] * (to[1][2] * to[2][0] - to[1][0] * to[2][2]) +
-                              to[0][2] * (to[1][0] * to[2][1] - to[1][1] * to[2][0]);
-        const double below_it = length[0] * length[1] * length[2] + dot(to[0], to[1]) * length[2] +
-                                dot(to[1], to[2]) * length[0] + dot(to[2], to[0]) * length[1];
+        double normal[3];
+        vector_cross(to[1], to[2], normal);
+        const double volume = vector_dot(to[0], normal);
+        const double below_it =
+            length[0] * length[1] * length[2] + vector_dot(to[0], to[1]) * length[2] +
+            vector_dot(to[1], to[2]) * length[0] + vector_dot(to[2], to[0]) * length[1];
         sum += 2 * atan2(volume, below_it);
     }
     return sum / (4 * acos(-1));

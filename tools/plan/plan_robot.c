@@ -1,5 +1,7 @@
 #include "tools/plan/plan_robot.h"
 
+#include "physics/numerics/quaternion.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -114,18 +116,13 @@ static ad_status add_base(plan_robot *robot, const plan_settings *settings, char
                                  "has nothing that moves: give parameters a range", "");
 }
 
-static void matrix_of(const double q[4], double out[3][3])
+/* Of a quaternion of any length. */
+static void matrix_of(const double given[4], double out[3][3])
 {
-    const double n = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3], f = 2 / n;
-    const double w = q[0], v[3] = {q[1], q[2], q[3]};
-    for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < 3; j++) {
-            out[i][j] = f * v[i] * v[j];
-        }
-        out[i][i] += f * w * w - 1;
-        out[(i + 2) % 3][(i + 1) % 3] += f * w * v[i];
-        out[(i + 1) % 3][(i + 2) % 3] -= f * w * v[i];
-    }
+    double q[4];
+    memcpy(q, given, sizeof q);
+    quaternion_normalize(q);
+    rotation_matrix(q, out);
 }
 
 static ad_status find_base(plan_robot *robot, const scene *of, char *key, ad_error *error)
@@ -182,20 +179,21 @@ void plan_robot_point(const plan_robot *of, const double in_scene[3], double r[3
     }
 }
 
-static void cross(const double a[3], const double b[3], double out[3])
+void plan_robot_in_scene(const plan_robot *of, const double r[3], double in_scene[3])
 {
     for (int i = 0; i < 3; i++) {
-        out[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+        in_scene[i] = of->position[i];
+        for (int j = 0; j < 3; j++) {
+            in_scene[i] += of->rotation[i][j] * r[j];
+        }
     }
 }
 
 static void turn_vector(const plan_robot *of, double angle, double v[3])
 {
-    double across[3], along = 0;
-    cross(of->axis, v, across);
-    for (int i = 0; i < 3; i++) {
-        along += of->axis[i] * v[i];
-    }
+    double across[3];
+    const double along = vector_dot(of->axis, v);
+    vector_cross(of->axis, v, across);
     for (int i = 0; i < 3; i++) {
         v[i] = cos(angle) * v[i] + sin(angle) * across[i] + (1 - cos(angle)) * along * of->axis[i];
     }
@@ -314,7 +312,7 @@ static void find_moves(const plan_exact *e, const double *configuration, const d
             for (int i = 0; i < 3; i++) {
                 from[i] = p[i] - robot->base[i];
             }
-            cross(robot->axis, from, v);
+            vector_cross(robot->axis, from, v);
         } else {
             for (int i = 0; i < 3; i++) {
                 v[i] = jacobian[i * robot->parameters + robot->parameter[k]];

@@ -36,6 +36,9 @@ void plan_robot_place(const plan_robot *of, const double *configuration, size_t 
 /* A place of the scene in the surface's axes. */
 void plan_robot_point(const plan_robot *of, const double in_scene[3], double r[3]);
 
+/* The other way. */
+void plan_robot_in_scene(const plan_robot *of, const double r[3], double in_scene[3]);
+
 /* ---- exact shapes ---------------------------------------------------------------------------- */
 
 /* The tolerance of the solver, of the length. */

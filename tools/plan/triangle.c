@@ -1,25 +1,15 @@
 #include "tools/plan/triangle.h"
 
+#include "physics/numerics/quaternion.h"
+
 #include <math.h>
 #include <string.h>
-
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 
 static void minus(const double a[3], const double b[3], double out[3])
 {
     for (int i = 0; i < 3; i++) {
         out[i] = a[i] - b[i];
     }
-}
-
-static void cross(const double a[3], const double b[3], double out[3])
-{
-    out[0] = a[1] * b[2] - a[2] * b[1];
-    out[1] = a[2] * b[0] - a[0] * b[2];
-    out[2] = a[0] * b[1] - a[1] * b[0];
 }
 
 static double clamp(double value)
@@ -33,8 +23,8 @@ static double to_line(const double a[3], const double b[3], const double p[3], d
     double along[3], from[3];
     minus(b, a, along);
     minus(p, a, from);
-    const double square = dot(along, along);
-    double part = square > 0 ? clamp(dot(from, along) / square) : 0;
+    const double square = vector_dot(along, along);
+    double part = square > 0 ? clamp(vector_dot(from, along) / square) : 0;
     for (int i = 0; i < 3; i++) {
         nearest[i] = part == 1 ? b[i] : a[i] + part * along[i];
     }
@@ -47,15 +37,15 @@ static int has_foot(const double *const corners[3], const double normal[3], cons
 {
     double from[3], edge[3], side[3];
     minus(p, corners[0], from);
-    const double height = dot(normal, from) / dot(normal, normal);
+    const double height = vector_dot(normal, from) / vector_dot(normal, normal);
     for (int i = 0; i < 3; i++) {
         foot[i] = p[i] - height * normal[i];
     }
     for (int k = 0; k < 3; k++) {
         minus(corners[(k + 1) % 3], corners[k], edge);
         minus(p, corners[k], from);
-        cross(edge, from, side);
-        if (!(dot(side, normal) >= 0)) {
+        vector_cross(edge, from, side);
+        if (!(vector_dot(side, normal) >= 0)) {
             return 0;
         }
     }
@@ -68,17 +58,17 @@ double triangle_distance(const double *const corners[3], const double p[3], doub
     double one[3], other[3], normal[3], foot[3], from[3], least = INFINITY;
     minus(corners[1], corners[0], one);
     minus(corners[2], corners[0], other);
-    cross(one, other, normal);
-    if (dot(normal, normal) > 0 && has_foot(corners, normal, p, foot)) {
+    vector_cross(one, other, normal);
+    if (vector_dot(normal, normal) > 0 && has_foot(corners, normal, p, foot)) {
         memcpy(nearest, foot, sizeof foot);
         *part = TRIANGLE_WITHIN;
         minus(p, corners[0], from);
-        return fabs(dot(normal, from)) / sqrt(dot(normal, normal));
+        return fabs(vector_dot(normal, from)) / sqrt(vector_dot(normal, normal));
     }
     for (int k = 0; k < 3; k++) {
         const double at = to_line(corners[k], corners[(k + 1) % 3], p, foot);
         minus(p, foot, from);
-        const double square = dot(from, from);
+        const double square = vector_dot(from, from);
         if (square < least) {
             least = square;
             memcpy(nearest, foot, sizeof foot);
@@ -100,23 +90,24 @@ static double between_lines(const double a[3], const double b[3], const double c
         const double *const p = ends[k];
         to_line(k < 2 ? c : a, k < 2 ? d : b, p, nearest);
         minus(p, nearest, from);
-        least = fmin(least, dot(from, from));
+        least = fmin(least, vector_dot(from, from));
     }
     double one[3], other[3];
     minus(b, a, one);
     minus(d, c, other);
     minus(c, a, from);
-    const double oo = dot(one, one), ot = dot(one, other), tt = dot(other, other);
+    const double oo = vector_dot(one, one), ot = vector_dot(one, other),
+                 tt = vector_dot(other, other);
     const double area = oo * tt - ot * ot;
     if (area > 0) {
-        const double s = (dot(one, from) * tt - dot(other, from) * ot) / area;
-        const double t = (dot(one, from) * ot - dot(other, from) * oo) / area;
+        const double s = (vector_dot(one, from) * tt - vector_dot(other, from) * ot) / area;
+        const double t = (vector_dot(one, from) * ot - vector_dot(other, from) * oo) / area;
         if (s > 0 && s < 1 && t > 0 && t < 1) {
             double apart[3];
             for (int i = 0; i < 3; i++) {
                 apart[i] = from[i] + t * other[i] - s * one[i];
             }
-            least = fmin(least, dot(apart, apart));
+            least = fmin(least, vector_dot(apart, apart));
         }
     }
     return sqrt(least);
@@ -128,8 +119,8 @@ static double volume(const double a[3], const double b[3], const double c[3], co
     minus(b, a, ab);
     minus(c, a, ac);
     minus(p, a, ap);
-    cross(ab, ac, normal);
-    return dot(normal, ap);
+    vector_cross(ab, ac, normal);
+    return vector_dot(normal, ap);
 }
 
 /* Whether the line goes through: its ends on two sides, and the three edges all to one side of it.

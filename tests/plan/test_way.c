@@ -1,0 +1,197 @@
+/* Planners, tips that are reached, and ways of a robot around an obstacle. */
+#include "plan_testing.h"
+#include "tools/plan/ompl_shim.h"
+#include "tools/plan/reach.h"
+#include "tools/plan/way.h"
+
+/* ---- planners -------------------------------------------------------------------------------- */
+
+/* A wall across the square at x = 1 with a gap, or none. */
+typedef struct square {
+    double gap;
+    size_t asked;
+} square;
+
+static bool in_square(void *context, const double *q)
+{
+    square *const s = context;
+    s->asked++;
+    return fabs(q[0] - 1) > 0.2 || (q[1] > 2 && q[1] < 2 + s->gap);
+}
+
+static void planners(void **state)
+{
+    (void)state;
+    const double low[2] = {0, -1}, high[2] = {2, 5}, start[2] = {0.1, -0.5};
+    const double goals[4] = {1, 0, 1.9, 4}; /* the first is within the wall */
+    for (int method = PLAN_RRT_CONNECT; method <= PLAN_PRM; method++) {
+        double *way[3] = {NULL, NULL, NULL};
+        size_t length[3], looked[3];
+        for (int k = 0; k < 3; k++) {
+            square s = {.gap = 0.5};
+            const ompl_search asked = {
+                2,     low,    high,  in_square, &s,   0.01, (plan_method)method,
+                20000, k == 2, start, 2,         goals};
+            assert_int_equal(ompl_find(&asked, &way[k], &length[k], &looked[k], NULL), AD_OK);
+            assert_non_null(way[k]);
+            assert_int_equal(looked[k], s.asked);
+            const double *const last = &way[k][2 * (length[k] - 1)];
+            assert_near(way[k][0], start[0], 1e-12);
+            assert_near(last[0], goals[2], 1e-12);
+            assert_near(last[1], goals[3], 1e-12);
+            for (size_t i = 0; i + 1 < length[k]; i++) { /* steps are a hundredth of the ranges */
+                for (int j = 0; j <= 50; j++) {
+                    const double *const a = &way[k][2 * i], part = j / 50.0;
+                    const double q[2] = {a[0] + part * (a[2] - a[0]), a[1] + part * (a[3] - a[1])};
+                    assert_true(fabs(q[0] - 1) > 0.17 || (q[1] > 1.9 && q[1] < 2.6));
+                }
+            }
+        }
+        assert_int_equal(length[0], length[1]); /* the same seed */
+        assert_int_equal(looked[0], looked[1]);
+        assert_memory_equal(way[0], way[1], 2 * length[0] * sizeof(double));
+        for (int k = 0; k < 3; k++) {
+            free(way[k]);
+        }
+        square closed = {.gap = 0};
+        const ompl_search none = {2,    low, high,  in_square, &closed, 0.01, (plan_method)method,
+                                  3000, 1,   start, 2,         goals};
+        assert_int_equal(ompl_find(&none, &way[0], &length[0], &looked[0], NULL), AD_OK);
+        assert_null(way[0]);
+        assert_in_range(looked[0], 3000, 3200);
+    }
+}
+
+/* ---- tips ------------------------------------------------------------------------------------ */
+
+static void tips(void **state)
+{
+    (void)state;
+    robot r = make_robot(true);
+    open_robot(&r, 21);
+    reach *const found = malloc(sizeof *found);
+    uint64_t random = 8;
+    const double start[PLAN_VARIABLES_MAX] = {0};
+    for (int k = 0; k < 10; k++) {
+        double q[PLAN_VARIABLES_MAX], tip[3];
+        for (int i = 0; i < r.moves.count; i++) {
+            q[i] = random_in(&random, r.moves.low[i], r.moves.high[i]);
+        }
+        assert_int_equal(plan_exact_shapes(r.exact, 1, q, NULL), AD_OK);
+        memcpy(tip, &r.exact->r[3 * (r.exact->points - 1)], sizeof tip);
+        assert_int_equal(reach_tip(r.exact, tip, 1e-6, start, 1, found, NULL), AD_OK);
+        assert_true(found->count > 0 && found->nearest <= 1e-6);
+        for (size_t i = 0; i < found->count; i++) {
+            const double *const at_q = &found->configuration[i * (size_t)r.moves.count];
+            assert_int_equal(plan_exact_shapes(r.exact, 1, at_q, NULL), AD_OK);
+            for (int j = 0; j < r.moves.count; j++) {
+                assert_in_range((at_q[j] - r.moves.low[j]) * 1e6, 0,
+                                (r.moves.high[j] - r.moves.low[j]) * 1e6 + 1);
+            }
+            double square = 0;
+            for (size_t j = 0; j < 3; j++) {
+                const double off = r.exact->r[3 * (r.exact->points - 1) + j] - tip[j];
+                square += off * off;
+            }
+            assert_true(sqrt(square) <= 1e-6);
+        }
+    }
+    /* 0.2 m of rod from a base that slides by 0.05 m does not come nearer than 0.25 m to what is
+     * 0.5 m away */
+    double beyond[3], in_scene[3] = {r.moves.base[0], r.moves.base[1], r.moves.base[2] + 0.5};
+    plan_robot_point(&r.moves, in_scene, beyond);
+    assert_int_equal(reach_tip(r.exact, beyond, 1e-6, start, 1, found, NULL), AD_OK);
+    assert_int_equal(found->count, 0);
+    assert_near(found->nearest, 0.25, 1e-3);
+    free(found);
+    free_robot(&r);
+}
+
+/* ---- a way ----------------------------------------------------------------------------------- */
+
+static ad_status by_solver(void *context, const double *parameters, double *values, ad_error *error)
+{
+    solve_member said;
+    return solve_members_solve(context, 1, parameters, values, &said, error);
+}
+
+/* A post that stands where the robot would go straight to its goal. */
+static mesh post(void)
+{
+    mesh m = mesh_make(8, 12);
+    static const size_t quads[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                       {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+    for (int i = 0; i < 8; i++) {
+        mesh_corner(&m, i & 1 ? 0.06 : 0.05, i & 2 ? 0.006 : -0.006, i & 4 ? 0.25 : 0.1);
+    }
+    for (int i = 0; i < 6; i++) {
+        mesh_triangle(&m, quads[i][0], quads[i][1], quads[i][2]);
+        mesh_triangle(&m, quads[i][0], quads[i][2], quads[i][3]);
+    }
+    return m;
+}
+
+static void around_a_post(void **state)
+{
+    (void)state;
+    mesh m = post();
+    environment *of = open_mesh(&m, ENVIRONMENT_OUTSIDE);
+    distance_grid *grid = NULL;
+    robot r = make_robot(false), fine = make_robot(false);
+    open_robot(&r, 61);
+    open_robot(&fine, 151);
+    double s[41];
+    for (int k = 0; k <= 40; k++) {
+        s[k] = 0.005 * k;
+    }
+    const solve_members_settings members = {.tolerance = 1e-6, .threads = 1, .points = 41, .s = s};
+    solve_members *quick = NULL;
+    assert_int_equal(solve_members_create(&r.owner->scene, &members, &quick, NULL), AD_OK);
+    assert_int_equal(distance_grid_create(of, ENVIRONMENT_OUTSIDE, 50000, NULL, &grid, NULL),
+                     AD_OK);
+    plan_settings settings = plan_settings_default();
+    settings.side = PLAN_OUTSIDE;
+    settings.radius = 0.003;
+    settings.clearance = 0.001;
+    settings.start_count = settings.goal_count = 3;
+    settings.goal[0] = 4.5;
+    const way_shapes shapes = {by_solver, quick, 41, SOLVE_MEMBERS_COLUMNS, s, 2e-7};
+    const way_problem problem = {&settings, of, grid, r.exact, &shapes};
+    char key[PLAN_KEY] = "";
+    ad_error error = {.message = ""};
+    way found, again;
+    assert_int_equal(way_find(&problem, &found, key, &error), AD_OK);
+    assert_int_equal(found.end, WAY_CERTIFIED);
+    assert_true(found.corners > 2); /* straight on is the post */
+    assert_true(found.certificate->all.free >= 0.001);
+    try_way(&fine, of, found.certificate, settings.radius, 6, 1024);
+    assert_int_equal(way_find(&problem, &again, key, &error), AD_OK);
+    assert_int_equal(again.certificate->count, found.certificate->count);
+    assert_memory_equal(again.certificate->configuration, found.certificate->configuration,
+                        3 * found.certificate->count * sizeof(double));
+    way_free(&again);
+    way_free(&found);
+    /* starts and goals that touch, or are beyond their ranges */
+    settings.goal[0] = 1.9;
+    assert_int_equal(way_find(&problem, &found, key, &error), AD_BAD_INPUT);
+    assert_string_equal(key, "plan.goal.actuators");
+    assert_non_null(strstr(error.message, "too near"));
+    settings.start[0] = 7;
+    assert_int_equal(way_find(&problem, &found, key, &error), AD_BAD_INPUT);
+    assert_string_equal(key, "plan.start");
+    assert_non_null(strstr(error.message, "pull_1 = 7 is outside its range; allowed: 0 to 6"));
+    distance_grid_free(grid);
+    solve_members_free(quick);
+    environment_free(of);
+    free_robot(&r);
+    free_robot(&fine);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(planners), cmocka_unit_test(tips),
+                                       cmocka_unit_test(around_a_post)};
+    return environment_is_built() && ompl_is_built()
+               ? cmocka_run_group_tests(tests, make_directory, remove_directory)
+               : 77;
+}

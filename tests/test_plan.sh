@@ -1,0 +1,102 @@
+#!/bin/bash
+# What cpinn-plan says, writes and refuses.
+#   test_plan.sh BIN ROOT
+set -u
+. "$(dirname "$0")/programs.sh"
+cp "$ROOT/configs/plan/lumen.yaml" .
+sh "$ROOT/configs/plan/lumen.sh" >lumen.obj
+
+run 0 cpinn-plan --help
+said stdout.txt '^  not_certified '
+said stdout.txt '^  none_found '
+got=0
+cpinn-plan lumen.yaml >stdout.txt 2>stderr.txt || got=$?
+if grep -q '^cpinn-plan: this build has no ' stderr.txt; then
+    check "exit 2 without its libraries" -- test "$got" -eq 2
+    check "one line" -- test "$(wc -l <stderr.txt)" -eq 1
+    exit 77
+fi
+
+# ---- a way --------------------------------------------------------------------------------------
+
+check "exit 0: $(cat stderr.txt)" -- test "$got" -eq 0
+said stdout.txt '^lumen: 5 variables: pull_1 0 to 4, .*, slide -0\.15 to 0\.05, turn '
+said stdout.txt '^surface of 4896 triangles; grid of .* mm, made$'
+said stdout.txt '^search by the solver'
+said stdout.txt '^solved$'
+check "the grid is kept" -- test -s lumen.distances.h5
+# Each part is told, and what is left follows.
+awk '/^  (distance|radius|rounding|shape|between|left) / {
+    left = $NF; sum += $1 == "distance" ? $NF : $1 == "left" ? -$NF : -$NF
+    rows++
+} END { exit !(rows == 7 && left >= 2 && sum * sum < 1e-6) }' stdout.txt ||
+    failed "parts do not add up: $(cat stdout.txt)"
+
+harder=(lumen.yaml --set plan.clearance=0.008)
+run 0 cpinn-plan "${harder[@]}" --out way.csv
+said stdout.txt 'grid of .* mm, from its file$'
+run 0 cpinn-plan "${harder[@]}" --out again.csv --quiet
+check "nothing is printed" -- test ! -s stdout.txt
+check "the same seed finds the same way" -- cmp way.csv again.csv
+run 0 cpinn-plan "${harder[@]}" --seed 9 --json -
+said stdout.txt '"outcome": "solved"'
+said stdout.txt '"certificate": {"holds": "yes", '
+check "columns" -- test "$(head -1 way.csv)" = \
+    pull_1,pull_2,pull_3,slide,turn,left,left_on_way,s,distance,radius,rounding,shape,between_points,tip_x,tip_y,tip_z
+# Rows begin at the start, keep the clearance, and end with the tip at the goal.
+awk -F, 'NR == 2 { ok = $1 == 0 && $4 == -0.15 && $16 > 0.0499999 && $16 < 0.0500001 }
+    NR > 1 { ok = ok && $6 >= 0.008 && $7 >= 0.008 && $7 <= $6
+        off = sqrt(($14 - 0.045)^2 + $15^2 + ($16 - 0.108)^2) }
+    END { exit !(ok && NR > 2 && off < 0.001) }' way.csv || failed "$(cat way.csv)"
+if ! watched; then
+    for planner in rrt_star prm; do
+        run 0 cpinn-plan lumen.yaml --set plan.planner=$planner --set plan.states=3000
+        said stdout.txt '^solved$'
+    done
+    # Searched by a network, which says how far it is off.
+    run 0 cpinn-train lumen.yaml --quiet
+    run 0 cpinn-plan "${harder[@]}"
+    said stdout.txt '^search by the network in runs/lumen, off by [0-9.]*e-[0-9]+ m at worst of [45][0-9]+ members$'
+    said stdout.txt '^solved$'
+    rm -r runs
+fi
+
+# ---- no way -------------------------------------------------------------------------------------
+
+run 3 cpinn-plan lumen.yaml --set plan.goal.position=[0.045,0,0.4]
+said stdout.txt '^warning \(none_found\): the goal is out of reach: the tip comes to [0-9.]+ mm of it '
+run 3 cpinn-plan lumen.yaml --set plan.goal.position=[0.045,0.02,0.08] --quiet
+said stderr.txt '^cpinn-plan: warning \(none_found\): the tip reaches the goal, but no such shape '
+check "no table without a way" -- test ! -e none.csv
+
+# ---- refused ------------------------------------------------------------------------------------
+
+refused 'lumen.obj: is [0-9]+ m across, and the robot 0.2 m long; is its unit another' \
+    cpinn-plan lumen.yaml --set plan.environment.unit=m
+head -n -1 lumen.obj >open.obj
+refused 'open.obj:[0-9]+: near \(.*\) m the surface is open' \
+    cpinn-plan lumen.yaml --set plan.environment.file=open.obj
+head -n 9 lumen.obj >cut.obj
+awk '$1 == "f" { print NF == 4 ? "f " $4 " " $3 " " $2 : "f " $5 " " $4 " " $3 " " $2; next } 1' \
+    lumen.obj >inverted.obj
+refused 'inverted.obj: is inside out' cpinn-plan lumen.yaml --set plan.environment.file=inverted.obj
+refused 'cut.obj: has no triangles' cpinn-plan lumen.yaml --set plan.environment.file=cut.obj
+refused 'plan\.start: .*too near to the surface there: of 2 mm, -' \
+    cpinn-plan lumen.yaml --set plan.start=[4,0,0,0,0]
+refused 'plan\.start: .*too near to the surface there: of 2 mm, -' \
+    cpinn-plan lumen.yaml --set plan.environment.side=outside
+refused 'plan\.start: .*has 3 numbers; the robot has 5 variables' \
+    cpinn-plan lumen.yaml --set plan.start=[0,0,0]
+refused 'plan\.start: .*pull_1 = 5 is outside its range; allowed: 0 to 4' \
+    cpinn-plan lumen.yaml --set plan.start=[5,0,0,0,0]
+refused 'plan\.goal\.position: is not given' cpinn-plan lumen.yaml --set plan.goal=null
+refused 'plan\.radius: is not given' cpinn-plan lumen.yaml --set plan.radius=null
+refused 'plan\.fixed: .*pull_9=1 is not NAME=VALUE' \
+    cpinn-plan lumen.yaml --set plan.fixed=[pull_9=1]
+refused 'plan\.actuators: .*pull_9 is no parameter' \
+    cpinn-plan lumen.yaml --set plan.actuators=[pull_9]
+refused 'plan\.slide: is for scenes where only actuators act' \
+    cpinn-plan lumen.yaml --set loads.gravity=[0,0,-9.81]
+refused 'has no section plan' cpinn-plan "$ROOT/configs/robots/tendon_family.yaml"
+
+finish

@@ -1,0 +1,464 @@
+/* cpinn-plan: a way of a robot among surfaces, with its certificate; see --help. */
+#include "tools/config/config.h"
+#include "tools/files/json.h"
+#include "tools/files/table_file.h"
+#include "tools/library/cpinn.h"
+#include "tools/plan/ompl_shim.h"
+#include "tools/plan/way.h"
+#include "tools/programs/cli.h"
+#include "tools/programs/help.h"
+#include "tools/train/report.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static const char program[] = "cpinn-plan";
+
+/* Points of shapes: of the search, few enough for compiled members; of the certificate. Nodes of
+ * the grid; members that say how far the network is off. */
+enum { SEARCH_POINTS = 51, EXACT_POINTS = 121, GRID_NODES = 400000, VERIFIED = 500 };
+
+typedef struct options {
+    const char *config, *out, *run, *json;
+    cli_list overrides;
+    int seed;
+    bool compile, quiet;
+} options;
+
+typedef struct planning {
+    options asked;
+    config *read;
+    environment *environment;
+    distance_grid *grid;
+    plan_robot robot;
+    plan_exact *exact;
+    double s[SEARCH_POINTS + 1];
+    cpinn_family *family;  /* one of the two is there */
+    solve_members *solver; /* of the points of the search */
+    solve_member solved;
+    way_shapes shapes;
+    char by[300];
+    way way;
+    verdict verdict;
+} planning;
+
+/* ---- who says what shapes are in the search ---------------------------------------------------
+ */
+
+static ad_status by_family(void *context, const double *parameters, double *values, ad_error *error)
+{
+    planning *const p = context;
+    return cpinn_family_evaluate(p->family, NULL, 1, parameters, values, NULL, error);
+}
+
+static ad_status by_solver(void *context, const double *parameters, double *values, ad_error *error)
+{
+    planning *const p = context;
+    return solve_members_solve(p->solver, 1, parameters, values, &p->solved, error);
+}
+
+static ad_status refuse(const planning *p, const char *key, const char *why, ad_error *error)
+{
+    return config_refuse(p->read, key, why, error);
+}
+
+/* Whether a network is of these parameters, in their order. */
+static bool is_of_scene(const planning *p)
+{
+    const scene *const of = &p->read->scene;
+    bool same = cpinn_family_parameters(p->family) == of->parameter_count;
+    for (int i = 0; i < of->parameter_count && same; i++) {
+        const scene_parameter *const its = cpinn_family_parameter(p->family, i);
+        same = strcmp(its->name, of->parameters[i].name) == 0 &&
+               its->low <= of->parameters[i].low && its->high >= of->parameters[i].high;
+    }
+    return same;
+}
+
+static ad_status open_family(planning *p, const char *folder, ad_error *error)
+{
+    cpinn_family_check check;
+    const cpinn_family_settings settings = {
+        .points = p->shapes.points, .s = p->s, .compile = p->asked.compile, .threads = 1};
+    ad_status status = cpinn_family_open(folder, &settings, &p->family, error);
+    if (status == AD_OK && !is_of_scene(p)) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "%.200s: the network in %.200s was trained for other parameters; train it "
+                       "again, or name another by --run",
+                       p->asked.config, folder);
+    }
+    if (status == AD_OK && *cpinn_family_not_compiled(p->family)) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "--compile: %.300s",
+                       cpinn_family_not_compiled(p->family));
+    }
+    status = status == AD_OK ? cpinn_family_verify(p->family, VERIFIED, 1, &check, error) : status;
+    if (status == AD_OK) {
+        const double worst = check.rows[CPINN_WAY_NETWORK].worst;
+        p->shapes = (way_shapes){by_family,
+                                 p,
+                                 p->shapes.points,
+                                 (size_t)cpinn_family_columns(p->family),
+                                 p->s,
+                                 isfinite(worst) ? worst : 0};
+        snprintf(p->by, sizeof p->by,
+                 "the network in %.150s, off by %.2g m at worst of %zu members", folder, worst,
+                 check.members - check.unsolved);
+    }
+    return status;
+}
+
+static ad_status open_solver(planning *p, ad_error *error)
+{
+    const solve_members_settings settings = {
+        .tolerance = CPINN_TOLERANCE, .threads = 1, .points = p->shapes.points, .s = p->s};
+    p->shapes.of_member = by_solver;
+    p->shapes.context = p;
+    p->shapes.columns = SOLVE_MEMBERS_COLUMNS;
+    p->shapes.s = p->s;
+    p->shapes.error = CPINN_TOLERANCE * scene_length(&p->read->scene);
+    snprintf(p->by, sizeof p->by, "the solver, off by %.2g m", p->shapes.error);
+    return solve_members_create(&p->read->scene, &settings, &p->solver, error);
+}
+
+static ad_status open_shapes(planning *p, ad_error *error)
+{
+    const double length = scene_length(&p->read->scene), from = p->read->plan.from;
+    char folder[200], checkpoint[220];
+    for (size_t k = 0; k < SEARCH_POINTS; k++) {
+        const double s = length * (double)k / (SEARCH_POINTS - 1);
+        if (k > 0 && p->s[p->shapes.points - 1] < from && from < s) {
+            p->s[p->shapes.points++] = from;
+        }
+        p->s[p->shapes.points++] = s;
+    }
+    snprintf(folder, sizeof folder, "runs/%.150s", p->read->settings.name);
+    snprintf(checkpoint, sizeof checkpoint, "%s/checkpoint.h5", folder);
+    if (p->asked.run || access(checkpoint, R_OK) == 0) {
+        return open_family(p, p->asked.run ? p->asked.run : folder, error);
+    }
+    return open_solver(p, error);
+}
+
+/* ---- what is asked --------------------------------------------------------------------------- */
+
+static ad_status read_scene(planning *p, ad_error *error)
+{
+    const options *const o = &p->asked;
+    char key[PLAN_KEY] = "plan", why[sizeof error->message];
+    ad_status status =
+        config_read(o->config, NULL, o->overrides.count, o->overrides.texts, &p->read, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    plan_settings *const s = &p->read->plan;
+    s->seed = o->seed >= 0 ? o->seed : s->seed;
+    if (!config_plans(p->read)) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "%.300s: has no section plan; cpinn-plan --help shows one", o->config);
+    }
+    if (!s->file) {
+        return refuse(p, "plan.environment.file", "is not given; allowed: .stl, .obj", error);
+    }
+    if (isnan(s->radius)) {
+        return refuse(p, "plan.radius", "is not given; allowed: a number >= 0 (m)", error);
+    }
+    if (s->from >= scene_length(&p->read->scene)) {
+        return refuse(p, "plan.from", "is not within the rod", error);
+    }
+    status = plan_robot_create(s, &p->read->scene, &p->robot, key, error);
+    if (status == AD_BAD_INPUT) {
+        snprintf(why, sizeof why, "%s", error->message);
+        return refuse(p, key, why, error);
+    }
+    return status;
+}
+
+static ad_status open_environment(planning *p, ad_error *error)
+{
+    static const double units[] = {
+#define UNIT(name, word, size) size,
+        PLAN_UNIT_LIST(UNIT)
+#undef UNIT
+    };
+    const plan_settings *const s = &p->read->plan;
+    const environment_side side = (environment_side)s->side;
+    surface *of = NULL;
+    char kept[4200];
+    ad_status status = surface_read(s->file, units[s->unit], &of, error);
+    if (status == AD_OK && surface_check_size(of, scene_length(&p->read->scene), error) != AD_OK) {
+        surface_free(of);
+        return AD_BAD_INPUT;
+    }
+    status = status == AD_OK ? environment_create(of, side, &p->environment, error) : status;
+    const char *const dot = strrchr(s->file, '.');
+    snprintf(kept, sizeof kept, "%.*s.distances.h5", (int)(dot ? dot - s->file : 4000), s->file);
+    return status == AD_OK
+               ? distance_grid_create(p->environment, side, GRID_NODES, kept, &p->grid, error)
+               : status;
+}
+
+static ad_status find(planning *p, ad_error *error)
+{
+    char key[PLAN_KEY] = "plan", why[sizeof error->message];
+    const way_problem problem = {.settings = &p->read->plan,
+                                 .environment = p->environment,
+                                 .grid = p->grid,
+                                 .exact = p->exact,
+                                 .shapes = &p->shapes};
+    const ad_status status = way_find(&problem, &p->way, key, error);
+    if (status == AD_BAD_INPUT) {
+        snprintf(why, sizeof why, "%s", error->message);
+        return refuse(p, key, why, error);
+    }
+    return status;
+}
+
+static void judge(planning *p)
+{
+    const way *const w = &p->way;
+    const plan_settings *const s = &p->read->plan;
+    verdict *const v = &p->verdict;
+    const double nearest = 1e3 * w->nearest;
+    switch (w->end) {
+    case WAY_CERTIFIED:
+        break;
+    case WAY_NOT_CERTIFIED:
+        verdict_add(
+            v, VERDICT_NOT_CERTIFIED,
+            "a way was found, but at row %zu of %zu %s; another seed or a smaller clearance "
+            "may help",
+            w->certificate->which + 1, w->certificate->count,
+            certificate_text(w->certificate->end));
+        break;
+    case WAY_NOT_FOUND:
+        verdict_add(v, VERDICT_NONE_FOUND,
+                    "%zu configurations were tried, and no way leads to the goal; more states, "
+                    "another seed or a smaller clearance may help",
+                    w->looked);
+        break;
+    case WAY_GOAL_BEYOND:
+        verdict_add(v, VERDICT_NONE_FOUND,
+                    "the goal is out of reach: the tip comes to %.4g mm of it at nearest", nearest);
+        break;
+    case WAY_GOAL_TOUCHES:
+        verdict_add(v, VERDICT_NONE_FOUND,
+                    "the tip reaches the goal, but no such shape that was found keeps %.4g mm from "
+                    "the surface",
+                    1e3 * s->clearance);
+        break;
+    }
+}
+
+/* ---- report ---------------------------------------------------------------------------------- */
+
+static void print_head(const planning *p)
+{
+    const surface *const of = environment_surface(p->environment);
+    printf("%s: %d variables:", p->read->settings.name, p->robot.count);
+    for (int k = 0; k < p->robot.count; k++) {
+        printf("%s %s %g to %g", k ? "," : "", p->robot.names[k], p->robot.low[k],
+               p->robot.high[k]);
+    }
+    printf("\nsurface of %zu triangles; grid of %.3g mm, %s\nsearch by %s\n", of->triangles,
+           1e3 * p->grid->cell, p->grid->was_kept ? "from its file" : "made", p->by);
+}
+
+static const struct {
+    const char *word, *column;
+    size_t offset;
+} parts[] = {
+    {"distance", "distance", offsetof(clearance, distance)},
+    {"radius", "radius", offsetof(clearance, radius)},
+    {"rounding", "rounding", offsetof(clearance, distance_error)},
+    {"shape", "shape", offsetof(clearance, shape_error)},
+    {"between points", "between_points", offsetof(clearance, between_points)},
+    {"between configurations", "between_configurations",
+     offsetof(clearance, between_configurations)},
+    {"left", "left", offsetof(clearance, free)},
+};
+
+enum { PARTS = sizeof parts / sizeof *parts };
+
+static double part_of(const clearance *of, int part)
+{
+    return *(const double *)((const char *)of + parts[part].offset);
+}
+
+static void print_way(const planning *p)
+{
+    const way *const w = &p->way;
+    if (w->searches == 0) {
+        return;
+    }
+    printf("%zu goal%s; %d search%s, %zu configurations, %.3g s\n", w->goals,
+           w->goals == 1 ? "" : "s", w->searches, w->searches == 1 ? "" : "es", w->looked,
+           w->seconds_search);
+    if (w->end != WAY_CERTIFIED) {
+        return;
+    }
+    printf("way of %zu corners, certified by %zu shapes in %.3g s; least at s = %.4g m, in mm:\n",
+           w->corners, w->certificate->count, w->seconds_certificate, w->certificate->all.at);
+    for (int k = 0; k < PARTS; k++) {
+        printf("  %-24s %12.6g\n", parts[k].word, 1e3 * part_of(&w->certificate->all, k));
+    }
+}
+
+static ad_status write_json(const planning *p, ad_error *error)
+{
+    const way *const w = &p->way;
+    json to;
+    json_begin(&to);
+    json_text(&to, "program", program);
+    json_text(&to, "version", cli_version());
+    json_text(&to, "name", p->read ? p->read->settings.name : NULL);
+    report_verdict(&to, &p->verdict);
+    if (p->grid) {
+        json_open(&to, "environment", '{');
+        json_text(&to, "file", p->read->plan.file);
+        json_integer(&to, "triangles", (int64_t)environment_surface(p->environment)->triangles);
+        json_number(&to, "grid", p->grid->cell);
+        json_close(&to, '}');
+    }
+    if (w->searches) {
+        json_open(&to, "search", '{');
+        json_text(&to, "by", p->family ? "network" : "solver");
+        json_number(&to, "error", p->shapes.error);
+        json_integer(&to, "goals", (int64_t)w->goals);
+        json_integer(&to, "searches", w->searches);
+        json_integer(&to, "configurations", (int64_t)w->looked);
+        json_number(&to, "seconds", w->seconds_search);
+        json_close(&to, '}');
+    }
+    if (w->certificate) {
+        json_open(&to, "certificate", '{');
+        json_text(&to, "holds", w->end == WAY_CERTIFIED ? "yes" : "no");
+        json_integer(&to, "shapes", (int64_t)w->certificate->count);
+        json_number(&to, "seconds", w->seconds_certificate);
+        for (int k = 0; k < PARTS; k++) {
+            json_number(&to, parts[k].column, part_of(&w->certificate->all, k));
+        }
+        json_close(&to, '}');
+    }
+    return json_end(&to, p->asked.json, error);
+}
+
+/* Rows of a table by columns. */
+static ad_status write_way(const planning *p, ad_error *error)
+{
+    const certificate *const c = p->way.certificate;
+    const size_t rows = c->count, variables = (size_t)c->variables;
+    const size_t columns = variables + PARTS + 5;
+    double *const numbers = malloc(rows * columns * sizeof *numbers);
+    if (!numbers) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a table");
+    }
+    static const char *const tips[] = {"tip_x", "tip_y", "tip_z"};
+    table_build to;
+    table_begin(&to, rows);
+    double *at = numbers;
+    for (size_t k = 0; k < variables; k++, at += rows) {
+        for (size_t i = 0; i < rows; i++) {
+            at[i] = c->configuration[i * variables + k];
+        }
+        table_add(&to, p->robot.names[k], NULL, at, NULL);
+    }
+    for (size_t i = 0; i < rows; i++) {
+        double tip[3];
+        plan_robot_in_scene(&p->robot, &c->tip[3 * i], tip);
+        for (size_t k = 0; k < 3; k++) {
+            at[k * rows + i] = tip[k];
+        }
+        at[3 * rows + i] = c->least[i];
+        at[4 * rows + i] = c->shape[i].at;
+        for (size_t k = 0; k < PARTS; k++) {
+            at[(5 + k) * rows + i] = part_of(&c->shape[i], (int)k);
+        }
+    }
+    table_add(&to, "left", "m", at + (5 + PARTS - 1) * rows, NULL);
+    table_add(&to, "left_on_way", "m", at + 3 * rows, NULL);
+    table_add(&to, "s", "m", at + 4 * rows, NULL);
+    for (size_t k = 0; k + 2 < PARTS; k++) { /* what a way takes off is of no shape */
+        table_add(&to, parts[k].column, "m", at + (5 + k) * rows, NULL);
+    }
+    for (size_t k = 0; k < 3; k++) {
+        table_add(&to, tips[k], "m", at + k * rows, NULL);
+    }
+    const ad_status status = table_write(p->asked.out, &to.table, error);
+    free(numbers);
+    return status;
+}
+
+static ad_status run(planning *p, ad_error *error)
+{
+    const options *const o = &p->asked;
+    if (!ompl_is_built() || !environment_is_built()) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "this build has no %s; install libembree-dev, libompl-dev and g++, and "
+                       "build cpinn again",
+                       ompl_is_built() ? "Embree" : "OMPL");
+    }
+    ad_status status = o->out ? table_check_path(o->out, error) : AD_OK;
+    status = status == AD_OK ? json_check_path(o->json, error) : status;
+    status = status == AD_OK ? read_scene(p, error) : status;
+    status = status == AD_OK ? open_environment(p, error) : status;
+    if (status == AD_OK) {
+        status = plan_exact_create(&p->robot, &p->read->scene, EXACT_POINTS, p->read->plan.from,
+                                   &p->exact, error);
+    }
+    status = status == AD_OK ? open_shapes(p, error) : status;
+    status = status == AD_OK ? find(p, error) : status;
+    if (status != AD_OK) {
+        return status;
+    }
+    judge(p);
+    if (o->out && p->way.certificate) {
+        status = write_way(p, error);
+    }
+    if (status == AD_OK && !o->quiet) {
+        print_head(p);
+        print_way(p);
+        verdict_print(stdout, "", &p->verdict);
+    }
+    return status;
+}
+
+int main(int argc, char **argv)
+{
+    planning p = {.asked = {.seed = -1}};
+    options *const o = &p.asked;
+    const cli_option list[] = {{"--out", "FILE", CLI_TEXT, &o->out, 0, 0},
+                               {"--run", "DIR", CLI_TEXT, &o->run, 0, 0},
+                               {"--compile", NULL, CLI_FLAG, &o->compile, 0, 0},
+                               CLI_SEED(&o->seed),
+                               CLI_SET(&o->overrides),
+                               CLI_JSON(&o->json),
+                               CLI_QUIET(&o->quiet)};
+    const cli_program about = {program, "CONFIG.yaml", help_plan, verdict_help, NULL};
+    int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &o->config);
+    if (status != CLI_RUN) {
+        return status;
+    }
+    o->quiet = o->quiet || json_is_printed(o->json);
+    ad_error error = {.message = ""};
+    if (run(&p, &error) != AD_OK) {
+        cli_fail_error(program, &error);
+        verdict_add_error(&p.verdict, &error);
+    } else if (o->quiet && verdict_outcome_of(&p.verdict) == VERDICT_WARNING) {
+        verdict_print(stderr, "cpinn-plan: ", &p.verdict);
+    }
+    if (o->json && write_json(&p, &error) != AD_OK) {
+        cli_fail_error(program, &error);
+        verdict_add_error(&p.verdict, &error);
+    }
+    status = verdict_exit_status(&p.verdict);
+    way_free(&p.way);
+    cpinn_family_free(p.family);
+    solve_members_free(p.solver);
+    plan_exact_free(p.exact);
+    distance_grid_free(p.grid);
+    environment_free(p.environment);
+    config_free(p.read);
+    return status;
+}
