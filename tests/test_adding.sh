@@ -28,6 +28,11 @@ new() {
     cat >"tree/$1"
 }
 
+# How many are touched.
+files() {
+    tr ' ' '\n' <<<"$touched" | grep . | sort -u | wc -l
+}
+
 # named HEAD: the files touched are those that the step of CONTRIBUTING names.
 named() {
     awk -v head="- **$1" '/^## How to add/ { on = 1; next } /^## / { on = 0 }
@@ -68,9 +73,6 @@ add before physics/law/law.c '[LAW_RESISTANCE] = {' <<'END'
                        .has_force = true,
                        .record = record_hardening},
 END
-add after physics/rod/rod_acting.c 'static const rod_given GIVENS' <<'END'
-    {LAW_HARDENING, "hardening", GIVEN(hardening), .count = 1, .unit = {{.length = 4}}},
-END
 add before physics/scene/scene.h 'scene_load base;' <<'END'
     quantity hardening;      /* f = -hardening |r - r0|^2 (r - r0); of s; N/m^4, >= 0 */
 END
@@ -78,11 +80,17 @@ add before physics/scene/scene_rows.h 'X("loads.foundation", 3' <<'END'
     X("loads.hardening", 1, loads.hardening, LOADS, ALONG, NOT_NEGATIVE, SCALAR, WORLD, "N/m^4", \
       ZERO, NULL, "A foundation that hardens.") \
 END
-add before physics/scene/support.c '{"gravity", "loads.gravity", NULL,' <<'END'
-    {"a hardening foundation", "loads.hardening", NULL,
-     "yyyyy yyy yyyy yy y", NULL},
+add before physics/scene/scene_rows.h 'X(LAW_RESISTANCE, "drag", drag' <<'END'
+    X(LAW_HARDENING, "hardening", hardening, .unit = {{4}}) \
+END
+add before physics/scene/scene_rows.h 'X("drag", "loads.drag"' <<'END'
+    X("a hardening foundation", "loads.hardening", OF_STATE) \
+END
+add before tests/library/test_support.c '{.feature = "a foundation"' <<'END'
+    {.feature = "a hardening foundation", .changes = {"loads.hardening=1e6"}},
 END
 
+check "a law is five files, its test among them" -- test "$(files)" -le 5
 named 'A term of the equations'
 
 # ---- Adam with Nesterov's momentum: Dozat, ICLR workshop 2016 ------------------------------------
@@ -215,7 +223,7 @@ int main(void)
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
 END
-check "an optimiser is four files" -- test "$(echo "$touched" | wc -w)" -le 4
+check "an optimiser is four files, its test among them" -- test "$(files)" -le 4
 named 'An optimiser'
 
 # ---- it is built and solves ---------------------------------------------------------------------

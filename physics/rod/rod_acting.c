@@ -1,6 +1,7 @@
 /* What acts on a rod from outside by a law of its place, its rotation or its velocity: which laws a
  * scene has, and what numbers they are given. */
 #include "physics/rod/rod_internal.h"
+#include "physics/scene/scene_rows.h"
 
 #include <math.h>
 #include <string.h>
@@ -9,25 +10,10 @@ static const double ACTING_ZEROS[4] = {0, 0, 0, 0};
 
 /* ---- along the rod ------------------------------------------------------------------------- */
 
-#define GIVEN(member) .offset = offsetof(scene, loads.member)
-#define SLENDER                                                                                    \
-    .count = 3, .unit = {{2, -1}, {2.5, -1.5}, {3, -2}}, .formula = "c/(2 rhoA w1), c at w1 L"
-
-static const rod_given GIVENS[] = {
-    {LAW_SPRING, "elastic foundation", GIVEN(foundation), .count = 3,
-     .unit = {{.length = 2}, {.length = 2}, {.length = 2}}},
-    {LAW_RESISTANCE, "drag", GIVEN(drag), .count = 1, .unit = {{2, -1}},
-     .formula = "c/(2 rhoA w1)"},
-    {LAW_RESISTANCE, "quadratic drag", GIVEN(quadratic_drag), .count = 1, .unit = {{3, -2}},
-     .formula = "c L/(2 rhoA)"},
-    {LAW_SLENDER_DRAG, "drag along d3", GIVEN(fluid_along), SLENDER},
-    {LAW_SLENDER_DRAG, "drag across d3", GIVEN(fluid_across), SLENDER},
-    {LAW_MAGNET, "magnetic field", GIVEN(magnetic_field), .count = 3},
-    {LAW_MAGNET, "magnetic moment", GIVEN(magnetic_moment), .count = 3, .is_factor = true},
-    {LAW_MAGNET_GRADIENT, "magnetic gradient", GIVEN(magnetic_gradient), .count = 5,
-     .unit = {{.length = 1}, {.length = 1}, {.length = 1}, {.length = 1}, {.length = 1}}},
-    {LAW_MAGNET_GRADIENT, NULL, GIVEN(magnetic_moment), .count = 3, .is_factor = true},
-};
+#define GIVEN(law, term, member, ...)                                                              \
+    {law, term, offsetof(scene, loads.member),                                                     \
+     sizeof((scene *)0)->loads.member / sizeof(quantity), __VA_ARGS__},
+static const rod_given GIVENS[] = {SCENE_LAW_ROWS(GIVEN)};
 
 /* The weight, a load, and that of a manufactured scene are laws, too. */
 _Static_assert(sizeof GIVENS / sizeof *GIVENS + 5 <= ROD_ALONG_MAX, "too many laws along a rod");

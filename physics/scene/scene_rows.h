@@ -152,6 +152,39 @@ extern "C" {
       "rod, along the axes of the world; formulas of s. It does not grow with the loads. Beams "   \
       "have beam.foundation.")
 
+/* What of these laws along the rod are given: X(law, term, member of loads, more), all of a law
+ * together, in the order of its numbers; term: for people, NULL: it stands with another; more: of a
+ * rod_given (physics/rod/rod_internal.h). */
+#define SCENE_SLENDER_DRAG                                                                         \
+    .unit = {{2, -1}, {2.5, -1.5}, {3, -2}}, .formula = "c/(2 rhoA w1), c at w1 L"
+#define SCENE_LAW_ROWS(X)                                                                          \
+    X(LAW_SPRING, "elastic foundation", foundation, .unit = {{2}, {2}, {2}})                       \
+    X(LAW_RESISTANCE, "drag", drag, .unit = {{2, -1}}, .formula = "c/(2 rhoA w1)")                 \
+    X(LAW_RESISTANCE, "quadratic drag", quadratic_drag, .unit = {{3, -2}},                         \
+      .formula = "c L/(2 rhoA)")                                                                   \
+    X(LAW_SLENDER_DRAG, "drag along d3", fluid_along, SCENE_SLENDER_DRAG)                          \
+    X(LAW_SLENDER_DRAG, "drag across d3", fluid_across, SCENE_SLENDER_DRAG)                        \
+    X(LAW_MAGNET, "magnetic field", magnetic_field, .is_factor = false)                            \
+    X(LAW_MAGNET, "magnetic moment", magnetic_moment, .is_factor = true)                           \
+    X(LAW_MAGNET_GRADIENT, "magnetic gradient", magnetic_gradient,                                 \
+      .unit = {{1}, {1}, {1}, {1}, {1}})                                                           \
+    X(LAW_MAGNET_GRADIENT, NULL, magnetic_moment, .is_factor = true)
+
+/* Rows of the table of support, of what is a law at a point and so taken by every form: X(name,
+ * keys, OF_STATE, or OF_MOTION of what has no effect at rest). */
+#define SCENE_LAW_FEATURES(X)                                                                      \
+    X("a foundation", "loads.foundation", OF_STATE)                                                \
+    X("drag", "loads.drag", OF_MOTION)                                                             \
+    X("quadratic drag", "loads.quadratic_drag", OF_MOTION)                                         \
+    X("drag in a fluid", "loads.fluid", OF_MOTION)                                                 \
+    X("added mass of a fluid", "loads.fluid.added_mass", OF_MOTION)                                \
+    X("a magnetised rod in a field", "loads.magnetic", OF_STATE)                                   \
+    X("gravity", "loads.gravity", OF_STATE)                                                        \
+    X("buoyancy", "loads.buoyancy", OF_STATE)                                                      \
+    X("a distributed force", "loads.force", OF_STATE)                                              \
+    X("a distributed moment", "loads.moment", OF_STATE)                                            \
+    X("a load at the tip", "loads.tip", OF_STATE)
+
 #define SCENE_BASE_ROWS(X)                                                                         \
     X("loads.base.force", 3, loads.base.force, BASE, AT_END, ANY, POLAR_VECTOR, BY_LOAD, "N",      \
       NOTHING, NULL,                                                                               \

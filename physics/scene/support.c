@@ -2,6 +2,7 @@
 
 #include "physics/scene/breaks.h"
 #include "physics/scene/scene_field.h"
+#include "physics/scene/scene_rows.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -390,6 +391,10 @@ typedef struct feature_row {
     const char *cells, *reason;
 } feature_row;
 
+#define OF_STATE                     "yyyyy yyy yyyy yy y"
+#define OF_MOTION                    "ooooo ooo yyyy yy y"
+#define OF_LAW(name, section, cells) {name, section, NULL, cells, NULL},
+
 #define OF_A_BEAM   "a beam of small deflection is linear and has no shape in space"
 #define OF_STRAINS  "its forces follow from the strains, and a locked strain gives none"
 #define OF_SOLUTION "the chosen solution does not say it"
@@ -452,19 +457,8 @@ static const feature_row features[] = {
      "yxxyy yyy yxxy yy y", NULL},
     {"a spring", "springs", NULL,
      "yxxyy yyy yxxy yy y", NULL},
-    {"a foundation", "loads.foundation", NULL,
-     "yyyyy yyy yyyy yy y", NULL},
-    {"gravity", "loads.gravity", NULL,
-     "yyyyy yyy yyyy yy y", NULL},
-    {"buoyancy", "loads.buoyancy", NULL,
-     "yyyyy yyy yyyy yy y", NULL},
-    {"a distributed force", "loads.force", NULL,
-     "yyyyy yyy yyyy yy y", NULL},
-    {"a distributed moment", "loads.moment", NULL,
-     "yyyyy yyy yyyy yy y", NULL},
+    SCENE_LAW_FEATURES(OF_LAW)
     {"a distributed load that follows", NULL, follows_along,
-     "yyyyy yyy yyyy yy y", NULL},
-    {"a load at the tip", "loads.tip", NULL,
      "yyyyy yyy yyyy yy y", NULL},
     {"a load at the tip that follows", NULL, follows_at_tip,
      "yyyyy yyy yyyy yy y", NULL},
@@ -474,16 +468,6 @@ static const feature_row features[] = {
      "yyyyy yyy yyyy yy y", NULL},
     {"an imperfection", NULL, imperfect,
      "yyyyy yyy mmmm mm m", "it goes as the loads of a rod at rest grow"},
-    {"drag", "loads.drag", NULL,
-     "ooooo ooo yyyy yy y", NULL},
-    {"quadratic drag", "loads.quadratic_drag", NULL,
-     "ooooo ooo yyyy yy y", NULL},
-    {"a magnetised rod in a field", "loads.magnetic", NULL,
-     "yyyyy yyy yyyy yy y", NULL},
-    {"drag in a fluid", "loads.fluid", NULL,
-     "ooooo ooo yyyy yy y", NULL},
-    {"added mass of a fluid", "loads.fluid.added_mass", NULL,
-     "ooooo ooo yyyy yy y", NULL},
     {"damping of the material", NULL, damped,
      "ooooo ooo yyyy yy y", NULL},
     {"a rod that shears without rotary inertia", NULL, shears_freely,
