@@ -17,6 +17,32 @@ double identified_off(double chi_squared, double freedom)
     return (cbrt(chi_squared / freedom) - (1 - variance)) / sqrt(variance);
 }
 
+ad_status identify_check(int unknowns, size_t numbers, bool noise_is_scaled, ad_error *error)
+{
+    if (unknowns > 0 && numbers >= (size_t)unknowns + (noise_is_scaled ? 1 : 0)) {
+        return AD_OK;
+    }
+    return ad_fail(error, AD_BAD_INPUT,
+                   "%zu measured numbers for %d unknowns%s; allowed: at least as many as "
+                   "unknowns%s",
+                   numbers, unknowns, noise_is_scaled ? " and the noise" : "",
+                   noise_is_scaled ? ", and one more for the noise" : "");
+}
+
+void identified_inform(identified *result, const scene *open, double *matrix)
+{
+    for (int i = 0; i < result->count * result->count; i++) {
+        matrix[i] /= result->noise_factor * result->noise_factor;
+    }
+    result->information = solve_information_of(result->count, matrix, result->bounded);
+    for (int i = 0; i < result->count; i++) {
+        const scene_parameter *p = &open->parameters[scene_known_count(open) + i];
+        result->deviation[i] =
+            result->information.deviation[i] *
+            (p->scale == SCENE_LOG ? result->value[i] * log(p->high / p->low) : p->high - p->low);
+    }
+}
+
 /* Appends "name = value" of an unknown. */
 static void say_value(char *text, size_t size, size_t *used, const char *before, const scene *open,
                       int unknown, double value)

@@ -46,7 +46,6 @@ typedef struct starts {
 typedef struct search {
     const scene *open;
     bool noise_is_scaled;
-    bool rough; /* solutions, where a rough idea is enough */
     solve_trials *trials;
     int count;
     size_t n;          /* residuals */
@@ -78,18 +77,16 @@ static void values_of(const search *search, const double *z, double *values)
     }
 }
 
-/* residuals [trials][n] at parts z [trials][count] of the ranges. */
-static int run(search *search, size_t trials, const double *z, double *residuals)
+/* residuals [trials][n] at parts z [trials][count] of the ranges; `rough`: an idea is enough. */
+static ad_status run(search *search, bool rough, size_t trials, const double *z, double *residuals,
+                     ad_error *error)
 {
     double values[2 * MAX * MAX + STARTS * MAX];
     for (size_t k = 0; k < trials; k++) {
         values_of(search, z + k * (size_t)search->count, values + k * (size_t)search->count);
     }
     search->all.solutions += (double)(trials * solve_trials_experiments(search->trials));
-    return solve_trials_run(search->trials, trials, values, search->rough, residuals,
-                            &search->error) == AD_OK
-               ? OPTIM_OBJECTIVE_OK
-               : OPTIM_OBJECTIVE_STOP;
+    return solve_trials_run(search->trials, trials, values, rough, residuals, error);
 }
 
 static double sum_of_squares(size_t n, const double *r)
@@ -108,13 +105,11 @@ static int evaluate(search *search, const double *y, double *value)
         z[i] = part_of(y[i]);
         search->all.y[i] = y[i];
     }
-    search->rough = search->all.easy != 0;
-    const int code = run(search, 1, z, search->r);
-    search->rough = false;
+    const ad_status status = run(search, search->all.easy != 0, 1, z, search->r, &search->error);
     *value = sum_of_squares(search->n, search->r);
-    return code != OPTIM_OBJECTIVE_OK ? code
-           : isfinite(*value)         ? OPTIM_OBJECTIVE_OK
-                                      : OPTIM_OBJECTIVE_NOT_FINITE;
+    return status != AD_OK    ? OPTIM_OBJECTIVE_STOP
+           : isfinite(*value) ? OPTIM_OBJECTIVE_OK
+                              : OPTIM_OBJECTIVE_NOT_FINITE;
 }
 
 /* Of a part of a range: smaller towards its ends, where the logarithm of the distance from them
@@ -134,8 +129,10 @@ static int differentiate(search *search, const double *z)
         ends[k] = fmin(1, fmax(0, z[k / 2] + (k % 2 ? 1 : -1) * difference_at(search, z[k / 2])));
         trial[k * count + k / 2] = ends[k];
     }
-    const int code = run(search, 2 * count, trial, search->room);
-    for (size_t i = 0; code == OPTIM_OBJECTIVE_OK && i < count; i++) {
+    if (run(search, false, 2 * count, trial, search->room, &search->error) != AD_OK) {
+        return OPTIM_OBJECTIVE_STOP;
+    }
+    for (size_t i = 0; i < count; i++) {
         const double *low = search->room + 2 * i * search->n, *high = low + search->n;
         double from = ends[2 * i], to = ends[2 * i + 1];
         if (!isfinite(sum_of_squares(search->n, low))) {
@@ -152,7 +149,7 @@ static int differentiate(search *search, const double *z)
             return OPTIM_OBJECTIVE_NOT_FINITE;
         }
     }
-    return code;
+    return OPTIM_OBJECTIVE_OK;
 }
 
 /* J^T J and J^T r, by unknowns of which the parts of the ranges go as slope [count], NULL: 1. */
@@ -301,7 +298,7 @@ static double critical(int dimensions, int points)
 
 static ad_status try_starts(search *search, starts *all, ad_error *error)
 {
-    double points[MAX * STARTS], z[STARTS * MAX];
+    double points[MAX * STARTS], z[STARTS * MAX] = {0};
     const int n = (int)all->count;
     double *residuals = malloc((size_t)n * search->n * sizeof *residuals);
     ad_status status =
@@ -312,13 +309,8 @@ static ad_status try_starts(search *search, starts *all, ad_error *error)
             all->z[k][i] = z[k * search->count + i] = points[i * n + k];
         }
     }
-    search->rough = isfinite(all->end[0].chi_squared);
-    const bool failed =
-        status == AD_OK && run(search, (size_t)n, z, residuals) != OPTIM_OBJECTIVE_OK;
-    search->rough = false;
-    if (failed) {
-        status = stopped(search, error);
-    }
+    const bool rough = isfinite(all->end[0].chi_squared);
+    status = status == AD_OK ? run(search, rough, (size_t)n, z, residuals, error) : status;
     for (int k = 0; status == AD_OK && k < n; k++) {
         const double sum = sum_of_squares(search->n, residuals + (size_t)k * search->n);
         all->chi_squared[k] = isfinite(sum) ? sum : INFINITY;
@@ -412,8 +404,8 @@ static void find_bounds(search *search, double *z, bool *bounded)
 
 static int at(search *search, const double *z)
 {
-    const int code = run(search, 1, z, search->r);
-    return code == OPTIM_OBJECTIVE_OK ? differentiate(search, z) : code;
+    return run(search, false, 1, z, search->r, &search->error) == AD_OK ? differentiate(search, z)
+                                                                        : OPTIM_OBJECTIVE_STOP;
 }
 
 static void list_others(const search *search, const starts *all, double variance,
@@ -464,16 +456,15 @@ static ad_status check_deviations(search *search, const double *z, identified *r
             trial[k * search->count + i] = fmin(1, fmax(0, to));
         }
     }
-    if (run(search, 2 * (size_t)search->count, trial, search->room) != OPTIM_OBJECTIVE_OK) {
-        return stopped(search, error);
-    }
-    for (int k = 0; k < 2 * search->count; k++) {
+    const ad_status status =
+        run(search, false, 2 * (size_t)search->count, trial, search->room, error);
+    for (int k = 0; status == AD_OK && k < 2 * search->count; k++) {
         const double grown = sum_of_squares(search->n, search->room + (size_t)k * search->n);
         const double part = (grown - result->chi_squared) / (variance * MOVED * MOVED);
         const bool counts = within[k] && isfinite(grown) && result->chi_squared > search->exact;
         result->growth[k / 2][k % 2] = counts ? part : NAN;
     }
-    return AD_OK;
+    return status;
 }
 
 static ad_status conclude(search *search, identified *result, ad_error *error)
@@ -504,16 +495,7 @@ static ad_status conclude(search *search, identified *result, ad_error *error)
     result->noise_factor =
         search->noise_is_scaled && freedom > 0 ? sqrt(result->chi_squared / freedom) : 1;
     list_others(search, all, result->noise_factor * result->noise_factor, result);
-    for (int i = 0; i < search->count * search->count; i++) {
-        search->ls.jtj[i] /= result->noise_factor * result->noise_factor;
-    }
-    result->information = solve_information_of(search->count, search->ls.jtj, result->bounded);
-    for (int i = 0; i < search->count; i++) {
-        const scene_parameter *p = &search->open->parameters[scene_known_count(search->open) + i];
-        result->deviation[i] =
-            result->information.deviation[i] *
-            (p->scale == SCENE_LOG ? result->value[i] * log(p->high / p->low) : p->high - p->low);
-    }
+    identified_inform(result, search->open, search->ls.jtj);
     for (int i = 0; i < all->ends; i++) {
         result->steps += (int)all->end[i].steps;
     }
@@ -522,18 +504,6 @@ static ad_status conclude(search *search, identified *result, ad_error *error)
 }
 
 /* ---- all of it ----------------------------------------------------------------------------- */
-
-ad_status identify_check(int unknowns, size_t numbers, bool noise_is_scaled, ad_error *error)
-{
-    if (unknowns > 0 && numbers >= (size_t)unknowns + (noise_is_scaled ? 1 : 0)) {
-        return AD_OK;
-    }
-    return ad_fail(error, AD_BAD_INPUT,
-                   "%zu measured numbers for %d unknowns%s; allowed: at least as many as "
-                   "unknowns%s",
-                   numbers, unknowns, noise_is_scaled ? " and the noise" : "",
-                   noise_is_scaled ? ", and one more for the noise" : "");
-}
 
 static ad_status prepare(search *search, int sets, const solve_measured *measured,
                          identified *result, ad_error *error)

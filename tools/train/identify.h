@@ -72,6 +72,11 @@ double identified_off(double chi_squared, double freedom);
 /* AD_BAD_INPUT: fewer measured numbers than unknowns, among which the noise may be. */
 ad_status identify_check(int unknowns, size_t numbers, bool noise_is_scaled, ad_error *error);
 
+/* Information and deviations, of count, values, bounds and the factor of the noise, and of what the
+ * measurements say of parts of the ranges by the noise as it is stated: matrix [count][count],
+ * which is divided by the factor. */
+void identified_inform(identified *result, const scene *open, double *matrix);
+
 #ifdef __cplusplus
 }
 #endif

@@ -81,7 +81,6 @@ static ad_status covariance_of(const trainer *t, size_t unknowns, double *invers
 static void conclude(const trainer *t, const double *slope, const double *inverse,
                      const double *covariance, double variance, identified *result)
 {
-    const scene *open = t->e->scene;
     const size_t count = (size_t)result->count;
     double a[MAX * MAX], x[MAX * MAX], information[MAX * MAX];
     int pivots[MAX];
@@ -103,16 +102,7 @@ static void conclude(const trainer *t, const double *slope, const double *invers
         }
         ad_dense_lu_solve(count, count, a, pivots, information);
     }
-    for (size_t i = 0; i < count * count; i++) {
-        information[i] /= result->noise_factor * result->noise_factor;
-    }
-    result->information = solve_information_of(result->count, information, result->bounded);
-    for (int i = 0; i < result->count; i++) {
-        const scene_parameter *p = &open->parameters[scene_known_count(open) + i];
-        const double width =
-            p->scale == SCENE_LOG ? result->value[i] * log(p->high / p->low) : p->high - p->low;
-        result->deviation[i] = result->information.deviation[i] * width;
-    }
+    identified_inform(result, t->e->scene, information);
 }
 
 /* Whether an unknown that never reaches an end of its range goes there: it is close, and what the
