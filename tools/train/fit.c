@@ -97,10 +97,9 @@ static const char *reason_to_end(fit *f, optim_status status)
 {
     const train_stage *stage = &f->settings->stages[f->at.stage];
     const bool runs = status == OPTIM_RUNNING;
-    const char *own = f->kind->reason ? f->kind->reason(f->of, status) : NULL;
     double passed = fit_stage_seconds(f); /* the clock of the first rank counts */
-    if (own) {
-        return own;
+    if (f->reason) {
+        return f->reason;
     }
     if (runs && f->error < stage->stop_error) {
         return "stop.error reached";
@@ -165,6 +164,7 @@ ad_status fit_step(fit *f, ad_error *error)
     bool taken = true;
     optim_status status = OPTIM_RUNNING;
     f->before = f->at;
+    f->reason = NULL;
     ad_status result = f->kind->step(f->of, &status, &taken, error);
     if (taken) {
         const optim_info done = optim_inspect(f->by);

@@ -65,8 +65,6 @@ typedef struct fit_kind {
     ad_status (*row)(void *of, ad_error *error);
     /* What held_out of a row compares with. */
     double (*trained)(const void *of, size_t row);
-    /* A reason of its own for the stage to end; NULL: none. */
-    const char *(*reason)(void *of, optim_status status);
     /* The stage has ended: takes its point over. Sets *again where it is to start again. */
     ad_status (*end)(void *of, optim_status status, bool *again, ad_error *error);
     /* All stages have ended: the window at work begins, or the fit is over. */
@@ -95,6 +93,7 @@ typedef struct fit {
     double held_out, error;           /* at the last row; NaN: not known */
     double points;                    /* evaluated by this process; NaN: not counted */
     const char *ended;                /* why the last stage ended; NULL: none has */
+    const char *reason;               /* of the kind, set by its step: to end the stage now */
     history rows;
     double held_out_ratio; /* of held-out to training loss at the last row */
     bool interpolates; /* it is above stop.held_out_ratio of the stage, or 100 where that is 0 */

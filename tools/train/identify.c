@@ -268,7 +268,7 @@ static ad_status judge(void *context, optim_status status, ad_error *error)
     for (int i = 0; i < search->count; i++) {
         at->z[i] = part_of(optim_x(by)[i]);
     }
-    search->ls.reason = at->converged != 0 ? "converged" : NULL;
+    search->ls.fit.reason = at->converged != 0 ? "converged" : NULL;
     return AD_OK;
 }
 

@@ -93,7 +93,6 @@ static ad_status start(void *of, ad_error *error)
 {
     least_squares *ls = of;
     const char *why = NULL;
-    ls->reason = NULL;
     optim_free(ls->by);
     ls->by = ls->fit.by = NULL;
     const ad_status status = ls->begin(ls->context, ls->start, error);
@@ -125,12 +124,6 @@ static ad_status row(void *of, ad_error *error)
 static double trained(const void *of, size_t row)
 {
     return history_value(&((const least_squares *)of)->fit.rows, row, "loss");
-}
-
-static const char *reason(void *of, optim_status status)
-{
-    (void)status;
-    return ((const least_squares *)of)->reason;
 }
 
 static ad_status end(void *of, optim_status status, bool *again, ad_error *error)
@@ -203,7 +196,6 @@ static const fit_kind descent = {.start = start,
                                  .step = step,
                                  .row = row,
                                  .trained = trained,
-                                 .reason = reason,
                                  .end = end,
                                  .turn = turn,
                                  .put = put,

@@ -17,7 +17,7 @@ struct least_squares {
     /* x[count] where the descent fit.at.window begins. */
     ad_status (*begin)(void *context, double *x, ad_error *error);
     /* After a step that ended with this status, before it counts: looks at optim_x(by), and may set
-     * fit.held_out, fit.error and `reason`. */
+     * fit.held_out, fit.error and fit.reason. */
     ad_status (*judge)(void *context, optim_status status, ad_error *error);
     /* fit_kind; NULL: all descents are made. */
     ad_status (*turn)(void *context, ad_error *error);
@@ -35,7 +35,6 @@ struct least_squares {
     double *start;       /* [count] */
     train_settings *settings;
     fit fit;
-    const char *reason; /* for the descent to end; NULL: none */
 };
 
 /* Allocates; the caller has filled in what comes before jtj, the rest is 0. Either way clear frees

@@ -401,16 +401,6 @@ static optim_status take_step(trainer *t, bool again, bool *given_up)
                                                                             : settle(t, status);
 }
 
-/* Of what is small with a part of the loads: where the next part starts. */
-static const double near_enough = 1e-2;
-
-static const char *reason_to_end(void *of, optim_status status)
-{
-    trainer *t = of;
-    const bool near = t->fit.at.part < 1 && trainer_is_small(t, t->fit.loss / near_enough);
-    return status == OPTIM_RUNNING && near ? "near enough" : NULL;
-}
-
 ad_status trainer_enter_window(trainer *t, int from, ad_error *error)
 {
     ad_status status = problem_enter(t->problem, t->e->window, experiment_start(t->e), error);
@@ -508,6 +498,9 @@ static ad_status cannot_go_on(trainer *t, optim_status why, ad_error *error)
                                   : not_finite(t, why, error);
 }
 
+/* Of what is small with a part of the loads: where the next part starts. */
+static const double near_enough = 1e-2;
+
 static ad_status step(void *of, optim_status *result, bool *taken, ad_error *error)
 {
     trainer *t = of;
@@ -526,6 +519,10 @@ static ad_status step(void *of, optim_status *result, bool *taken, ad_error *err
     }
     *result = take_step(t, !changed && !weights, &given_up);
     *taken = !given_up;
+    if (*result == OPTIM_RUNNING && t->fit.at.part < 1 &&
+        trainer_is_small(t, optim_inspect(t->fit.by).value / near_enough)) {
+        t->fit.reason = "near enough";
+    }
     return failed(*result) ? cannot_go_on(t, *result, error) : AD_OK;
 }
 
@@ -538,7 +535,6 @@ static const fit_kind trained_network = {.start = start,
                                          .step = step,
                                          .row = row,
                                          .trained = trained_loss,
-                                         .reason = reason_to_end,
                                          .end = end_stage,
                                          .turn = turn,
                                          .put = trainer_put,
