@@ -140,6 +140,8 @@ static void test_network(void **state)
     samples_table table;
     assert_good(samples_fill(&p[0], true, &table, &error), &error);
     assert_int_equal(table.of.table.ncols, 2 + p[0].columns);
+    p[1].derives = true;
+    assert_int_equal(samples_ask(&p[1], &answers[1], &error), AD_BAD_ARGUMENT);
     assert_string_equal(table.of.table.names[1], "t");
     samples_table_free(&table);
     samples_free(&p[0]);

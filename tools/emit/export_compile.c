@@ -130,24 +130,12 @@ ad_status export_compile(const export_compiler *by, int count, const export_file
 
 /* ---- the three texts ------------------------------------------------------------------------ */
 
-ad_status export_texts_write(export_texts texts, int which, export_writer *writer, void *of,
-                             ad_error *error)
-{
-    export_text *text = &texts[which];
-    free(text->bytes);
-    *text = (export_text){.bytes = NULL};
-    ad_status status = export_text_open(text) ? writer(of, which, text->file, error) : AD_OK;
-    return export_text_close(text) || status != AD_OK
-               ? status
-               : ad_fail(error, AD_NO_MEMORY, "out of memory for a file of C");
-}
-
 ad_status export_texts_write_all(export_texts texts, export_writer *writer, void *of,
                                  ad_error *error)
 {
     ad_status status = AD_OK;
     for (int i = 0; i < EXPORT_TEXTS && status == AD_OK; i++) {
-        status = export_texts_write(texts, i, writer, of, error);
+        status = export_text_write(&texts[i], i, writer, of, error);
     }
     return status;
 }

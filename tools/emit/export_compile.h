@@ -29,11 +29,6 @@ typedef export_text export_texts[EXPORT_TEXTS];
 
 extern const char *const export_endings[EXPORT_TEXTS]; /* ".c" */
 
-/* One of them; the source, which others need, first. */
-typedef ad_status export_writer(void *of, int which, FILE *file, ad_error *error);
-
-ad_status export_texts_write(export_texts texts, int which, export_writer *writer, void *of,
-                             ad_error *error);
 ad_status export_texts_write_all(export_texts texts, export_writer *writer, void *of,
                                  ad_error *error);
 void export_texts_free(export_texts texts);

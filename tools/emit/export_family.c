@@ -9,6 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { BODY = EXPORT_CODE + 1 }; /* of the source */
+
 /* ---- what is recorded ---------------------------------------------------------------------- */
 
 /* Functions of the C: parameters p and, of what follows them, the factor of the loads, what is
@@ -472,31 +474,6 @@ static ad_status write_functions(export_family *family, FILE *file, ad_error *er
     return status;
 }
 
-static ad_status write_source(export_family *family, FILE *file, ad_error *error)
-{
-    export_begin_source(family->name, file);
-    return write_functions(family, file, error);
-}
-
-/* The header has numbers that the source knows. */
-ad_status export_family_write_code(export_family *family, FILE *file, ad_error *error)
-{
-    export_text source = {.bytes = NULL};
-    ad_status status =
-        export_text_open(&source) ? write_functions(family, source.file, error) : AD_OK;
-    if (!export_text_close(&source) && status == AD_OK) {
-        status = ad_fail(error, AD_NO_MEMORY, "out of memory while writing C");
-    }
-    if (status == AD_OK) {
-        write_header(family, file);
-        fputs(source.bytes, file);
-        export_put_lines(family->name, all_of(family),
-                         family->network ? export_code_functions : export_solver_functions, file);
-    }
-    free(source.bytes);
-    return status;
-}
-
 int export_family_compared(const export_family *family, int places[EXPORT_COMPARED])
 {
     const int count = family->shape_by && family->places > 1 ? EXPORT_COMPARED : 1;
@@ -544,11 +521,34 @@ static void write_selftest(const export_family *family, FILE *file)
                      export_family_selftest, file);
 }
 
+/* The header has numbers that the functions know. */
+static ad_status write_code(export_family *family, FILE *file, ad_error *error)
+{
+    export_text functions = {.bytes = NULL};
+    const ad_status status =
+        export_text_write(&functions, BODY, export_family_write, family, error);
+    if (status == AD_OK) {
+        write_header(family, file);
+        fputs(functions.bytes, file);
+        export_put_lines(family->name, all_of(family),
+                         family->network ? export_code_functions : export_solver_functions, file);
+    }
+    free(functions.bytes);
+    return status;
+}
+
 ad_status export_family_write(void *of, int which, FILE *file, ad_error *error)
 {
-    if (which == EXPORT_SOURCE) {
-        return write_source(of, file, error);
+    export_family *family = of;
+    if (which == EXPORT_CODE) {
+        return write_code(family, file, error);
     }
-    (which == EXPORT_HEADER ? write_header : write_selftest)(of, file);
+    if (which == EXPORT_SOURCE) {
+        export_begin_source(family->name, file);
+    }
+    if (which == EXPORT_SOURCE || which == BODY) {
+        return write_functions(family, file, error);
+    }
+    (which == EXPORT_HEADER ? write_header : write_selftest)(family, file);
     return AD_OK;
 }

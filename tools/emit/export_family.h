@@ -26,7 +26,7 @@ typedef struct export_family {
     const double *s;                    /* [places], ascending, of the length; the last one 1 */
     int columns, which[STRAIN_COLUMNS]; /* of the shape, of strain_rod_columns */
     double tolerance;                   /* without a network, of the curvature times the length */
-    /* NULL: members follow their loads from the unstressed rod (export_family_write_code). Else it
+    /* NULL: members follow their loads from the unstressed rod (EXPORT_CODE). Else it
      * records the curvature times the length [3][nodes], at coordinates x [parameters], 0 to 1 over
      * their ranges; with `weights`, its parameters. */
     ad_value (*network)(const void *context, ad_tape *tape, const ad_value *x);
@@ -82,14 +82,12 @@ ad_status export_family_solved(const scene *open, const solve_members *solver, d
 /* EXPORT_JUDGED members: a sequence of Kronecker's, by the roots of primes. */
 void export_family_judged(const scene *open, double *parameters);
 
-/* An export_writer of the texts of an export_family. AD_BAD_ARGUMENT: strain_check; AD_NO_MEMORY.
- */
+/* An export_writer of the texts of an export_family, or all in one text that defines ad_code_table
+ * (autodiff/ad.h), an export_family_table or, without a network, an export_solver_table, with the
+ * columns and derivatives of whole shapes, family->shape_by. AD_BAD_ARGUMENT: strain_check;
+ * AD_NO_MEMORY. */
+enum { EXPORT_CODE = EXPORT_TEXTS };
 export_writer export_family_write;
-
-/* All in one text that defines ad_code_table (autodiff/ad.h), an export_family_table or, without a
- * network, an export_solver_table, with the columns and derivatives of whole shapes,
- * family->shape_by. Errors as above. */
-ad_status export_family_write_code(export_family *family, FILE *file, ad_error *error);
 
 /* shape [places][columns] and, unless NULL, jacobian [places][columns][parameters] of a member
  * after some steps; said NULL: quicker, else [EXPORT_SAID] that are known of it, as model_answer of

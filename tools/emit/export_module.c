@@ -6,8 +6,8 @@
 
 #include <stdlib.h>
 
-/* The three texts, the last of them what the module exports; <math.h> and <string.h>. */
-enum { FILES = EXPORT_TEXTS + 2 };
+/* The three texts, the last of them what the module exports; <math.h>, which is also <string.h>. */
+enum { MATH = EXPORT_TEXTS, FILES = MATH + 2 };
 
 #define NAME "rod"
 
@@ -65,22 +65,32 @@ static ad_status write_drawn(const scene *of, int drawn, const export_drawn *lis
     return status;
 }
 
-/* What the module exports, in the place of the self-test. */
-static ad_status write_text(const scene *of, int drawn, const export_drawn *list, export_text *text,
-                            ad_error *error)
+/* The texts of the family but, in the place of the self-test, what the module exports. */
+typedef struct page {
+    export_family family;
+    const scene *of;
+    int drawn;
+    const export_drawn *list;
+} page;
+
+static ad_status write_text(void *of, int which, FILE *file, ad_error *error)
 {
-    if (!export_text_open(text)) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a module");
+    page *x = of;
+    if (which == MATH) {
+        export_put_lines(NAME, EXPORT_DOUBLE, export_module_math, file);
+        return AD_OK;
     }
-    fputs("#include \"" NAME ".h\"\n\n", text->file);
-    ad_status status = write_drawn(of, drawn, list, text->file, error);
-    export_put_lines(NAME, EXPORT_DOUBLE, export_module_functions, text->file);
-    return export_text_close(text) || status != AD_OK
-               ? status
-               : ad_fail(error, AD_NO_MEMORY, "out of memory for a module");
+    if (which != EXPORT_SELFTEST) {
+        return export_family_write(&x->family, which, file, error);
+    }
+    fputs("#include \"" NAME ".h\"\n\n", file);
+    const ad_status status = write_drawn(x->of, x->drawn, x->list, file, error);
+    export_put_lines(NAME, EXPORT_DOUBLE, export_module_functions, file);
+    return status;
 }
 
-static ad_status compile(const export_texts texts, char **bytes, size_t *size, ad_error *error)
+static ad_status compile(const export_text texts[MATH + 1], char **bytes, size_t *size,
+                         ad_error *error)
 {
     static const export_compiler clang = {
         "clang",
@@ -89,24 +99,12 @@ static ad_status compile(const export_texts texts, char **bytes, size_t *size, a
         NULL};
     static const char *const names[] = {NAME ".c", NAME ".h", NAME "_page.c", "math.h", "string.h"};
     export_file files[FILES];
-    export_text math = {.bytes = NULL};
-    if (!export_text_open(&math)) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a module");
-    }
-    export_put_lines(NAME, EXPORT_DOUBLE, export_module_math, math.file);
-    ad_status status = export_text_close(&math)
-                           ? AD_OK
-                           : ad_fail(error, AD_NO_MEMORY, "out of memory for a module");
     for (int i = 0; i < FILES; i++) {
-        const export_text *of = i < EXPORT_TEXTS ? &texts[i] : &math;
+        const export_text *of = &texts[i < MATH ? i : MATH];
         files[i] = (export_file){.text = of->bytes, .size = of->size};
         snprintf(files[i].name, sizeof files[i].name, "%s", names[i]);
     }
-    if (status == AD_OK) {
-        status = export_compile(&clang, FILES, files, false, bytes, size, error);
-    }
-    free(math.bytes);
-    return status;
+    return export_compile(&clang, FILES, files, false, bytes, size, error);
 }
 
 ad_status export_module_create(const experiment *e, int places, const double *s, int drawn,
@@ -114,18 +112,17 @@ ad_status export_module_create(const experiment *e, int places, const double *s,
                                ad_error *error)
 {
     double *numbers = NULL;
-    export_texts texts = {{.bytes = NULL}};
-    export_family f = {.name = NAME};
+    export_text texts[MATH + 1] = {{.bytes = NULL}};
+    page x = {.family = {.name = NAME}, .of = e->scene, .drawn = drawn, .list = list};
     *bytes = NULL;
-    ad_status status = export_family_at(e, STRAIN_COLUMNS, places, s, &f, &numbers, error);
-    for (int i = EXPORT_SOURCE; i <= EXPORT_HEADER && status == AD_OK; i++) {
-        status = export_texts_write(texts, i, export_family_write, &f, error);
-    }
-    if (status == AD_OK) {
-        status = write_text(e->scene, drawn, list, &texts[EXPORT_SELFTEST], error);
+    ad_status status = export_family_at(e, STRAIN_COLUMNS, places, s, &x.family, &numbers, error);
+    for (int i = 0; i <= MATH && status == AD_OK; i++) {
+        status = export_text_write(&texts[i], i, write_text, &x, error);
     }
     status = status == AD_OK ? compile(texts, bytes, size, error) : status;
-    export_texts_free(texts);
+    for (int i = 0; i <= MATH; i++) {
+        free(texts[i].bytes);
+    }
     free(numbers);
     return status;
 }

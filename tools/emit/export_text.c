@@ -3,6 +3,7 @@
 #include <ctype.h>
 #include <math.h>
 #include <stdarg.h>
+#include <stdlib.h>
 #include <string.h>
 
 bool export_text_open(export_text *text)
@@ -15,6 +16,17 @@ bool export_text_close(export_text *text)
 {
     const bool ok = text->file && !ferror(text->file);
     return text->file && fclose(text->file) == 0 && ok;
+}
+
+ad_status export_text_write(export_text *text, int which, export_writer *writer, void *of,
+                            ad_error *error)
+{
+    free(text->bytes);
+    *text = (export_text){.bytes = NULL};
+    ad_status status = export_text_open(text) ? writer(of, which, text->file, error) : AD_OK;
+    return export_text_close(text) || status != AD_OK
+               ? status
+               : ad_fail(error, AD_NO_MEMORY, "out of memory while writing C");
 }
 
 void export_put(const char *name, export_type type, const char *text, FILE *file)

@@ -18,6 +18,13 @@ typedef struct export_text {
 bool export_text_open(export_text *text);
 bool export_text_close(export_text *text);
 
+/* One of the texts of what is exported; the source, which others need, first. */
+typedef ad_status export_writer(void *of, int which, FILE *file, ad_error *error);
+
+/* What a writer makes in place of the text. AD_NO_MEMORY, errors of the writer. */
+ad_status export_text_write(export_text *text, int which, export_writer *writer, void *of,
+                            ad_error *error);
+
 /* The text with the name in place of "model", and the type of numbers of "model_number"; or all of
  * it in single precision, with its functions and numbers. */
 typedef enum export_type { EXPORT_DOUBLE, EXPORT_FLOAT, EXPORT_ALL_FLOAT } export_type;

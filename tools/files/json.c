@@ -64,6 +64,14 @@ void json_null(json *to, const char *name)
     }
 }
 
+void json_add(json *to, const char *text, size_t size)
+{
+    const size_t around = strlen("{}\n");
+    if (size > around && begin(to, NULL)) {
+        fwrite(text + 1, 1, size - around, to->file);
+    }
+}
+
 void json_text(json *to, const char *name, const char *text)
 {
     if (!text) {

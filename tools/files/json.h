@@ -41,6 +41,7 @@ void json_text(json *to, const char *name, const char *text); /* NULL: null */
 void json_number(json *to, const char *name, double value);
 void json_integer(json *to, const char *name, int64_t value);
 void json_null(json *to, const char *name);
+void json_add(json *to, const char *text, size_t size); /* of an object that json_take has ended */
 void json_bytes(json *to, const char *name, const void *bytes, size_t size); /* in base64 */
 
 #ifdef __cplusplus

@@ -17,18 +17,6 @@ struct member_code {
     int nodes;
 };
 
-/* The text that is compiled. */
-static ad_status write_text(export_family *f, export_text *text, ad_error *error)
-{
-    ad_status status = export_text_open(text)
-                           ? export_family_write_code(f, text->file, error)
-                           : ad_fail(error, AD_NO_MEMORY, "out of memory while writing C");
-    if (!export_text_close(text) && status == AD_OK) {
-        status = ad_fail(error, AD_NO_MEMORY, "out of memory while writing C");
-    }
-    return status;
-}
-
 static ad_status load(member_code *code, const export_text *text, ad_error *error)
 {
     char folder[4096];
@@ -53,7 +41,7 @@ static ad_status create(export_family *f, member_code **result, ad_error *error)
 {
     export_text text = {.bytes = NULL};
     member_code *code = calloc(1, sizeof *code);
-    ad_status status = code ? write_text(f, &text, error)
+    ad_status status = code ? export_text_write(&text, EXPORT_CODE, export_family_write, f, error)
                             : ad_fail(error, AD_NO_MEMORY, "out of memory for compiled C");
     status = status == AD_OK ? load(code, &text, error) : status;
     free(text.bytes);

@@ -39,9 +39,9 @@ static ad_status check(export_model *model, export_texts texts, ad_error *error)
         cli_warn(program, "the C has not been compiled and checked: %s", error->message);
         status = AD_OK;
     }
-    return status == AD_OK
-               ? export_texts_write(texts, EXPORT_HEADER, export_model_write, model, error)
-               : status;
+    return status == AD_OK ? export_text_write(&texts[EXPORT_HEADER], EXPORT_HEADER,
+                                               export_model_write, model, error)
+                           : status;
 }
 
 /* ---- report --------------------------------------------------------------------------------- */

@@ -16,8 +16,8 @@ enum { REASONS = CPINN_REASON_NOT_SETTLING + 1 };
 
 typedef struct module {
     show_drawn drawn;
-    char *bytes;
-    size_t size;
+    char *scene, *bytes; /* a text; the module */
+    size_t length, size;
 } module;
 
 /* One instant. */
@@ -41,16 +41,12 @@ static ad_status keep(show_kept *kept, size_t points, const double *s, ad_error 
 static ad_status make(const showing *showing, const double *middle, const show_kept *kept,
                       module *made, ad_error *error)
 {
-    json unused;
-    char *text = NULL;
-    size_t length;
-    const scene *of = showing->e->scene;
-    json_begin(&unused);
-    ad_status status = show_scene(&unused, of, middle, kept, &made->drawn, error);
-    if (json_take(&unused, &text, &length, error) != AD_OK) {
+    json text;
+    json_begin(&text);
+    ad_status status = show_scene(&text, showing->e->scene, middle, kept, &made->drawn, error);
+    if (json_take(&text, &made->scene, &made->length, error) != AD_OK) {
         status = AD_NO_MEMORY;
     }
-    free(text);
     return status == AD_OK
                ? export_module_create(showing->e, (int)kept->points, kept->s, made->drawn.count,
                                       made->drawn.list, &made->bytes, &made->size, error)
@@ -149,7 +145,6 @@ ad_status show_live(showing *showing, cpinn_family *family, size_t points, const
     const scene *of = showing->e->scene;
     double middle[SCENE_PARAMETERS_MAX];
     module made = {.bytes = NULL};
-    show_drawn again = {.list = NULL};
     show_kept kept = {.frames = 0};
     ad_error why = {.message = ""};
     *is_live = false;
@@ -172,11 +167,11 @@ ad_status show_live(showing *showing, cpinn_family *family, size_t points, const
         show_kept_free(&kept);
     } else if (status == AD_OK) {
         showing->kept = kept;
-        status = show_scene(&showing->to, of, middle, &kept, &again, error);
-        status = status == AD_OK ? put_live(showing, &made, family, error) : status;
+        json_add(&showing->to, made.scene, made.length);
+        status = put_live(showing, &made, family, error);
         *is_live = status == AD_OK;
     }
-    free(again.list);
+    free(made.scene);
     free(made.drawn.list);
     free(made.bytes);
     return status;
