@@ -91,6 +91,8 @@ static void test_words(void **state)
                                         "chatters",
                                         "innovations",
                                         "diverged",
+                                        "not_certified",
+                                        "none_found",
                                         "unfinished",
                                         "load_not_reached",
                                         "not_finite",
