@@ -54,6 +54,7 @@ class Search
         planner->setProblemDefinition(problem);
         planner->setup();
         const auto status = planner->solve(ending(asked_.states));
+        planner->clear(); /* LazyPRM does not when it ends */
         if (status != ob::PlannerStatus::EXACT_SOLUTION) {
             return false;
         }
