@@ -199,6 +199,8 @@ static void lines(void **state)
         /* thirds end at rounding of a place; where lines and triangles meet the distance is 0 */
         assert_near(fabs(found), expected, 1e-12);
         assert_true(environment_segment(of, a, b, fmax(expected, fabs(found))) == found);
+        assert_true(environment_is_beyond(of, a, b, 0.999 * expected - 1e-9));
+        assert_false(environment_is_beyond(of, a, b, 1.001 * expected + 1e-9));
         meet += expected < 1e-12;
     }
     assert_true(meet > 20 && meet < 280);

@@ -170,10 +170,17 @@ static void run(search *s, const double middle[3])
     struct RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
     rtcPointQuery(e->scene, &query, &context, NULL, s);
-    if (s->triangle == SURFACE_NONE && s->best < INFINITY) { /* `within` was not true */
+}
+
+/* Of the nearest triangle, also where it is further than was said. */
+static void find_nearest(search *s, const double middle[3])
+{
+    const double further = s->further;
+    run(s, middle);
+    if (s->triangle == SURFACE_NONE && s->best < INFINITY) {
         s->best = INFINITY;
-        query.radius = INFINITY;
-        rtcPointQuery(e->scene, &query, &context, NULL, s);
+        s->further = further;
+        run(s, middle);
     }
 }
 
@@ -210,23 +217,40 @@ static bool is_outside(const search *s)
 double environment_distance(const environment *of, const double p[3], double within)
 {
     search s = {.e = of, .a = p, .best = within * (1 + 1e-12)};
-    run(&s, p);
+    find_nearest(&s, p);
     const double sign = of->sign != 0 && !is_outside(&s) ? -of->sign : of->sign;
     return of->sign != 0 ? sign * s.best : s.best;
+}
+
+/* Of a line; its middle. */
+static search search_line(const environment *of, const double a[3], const double b[3], double best,
+                          double middle[3])
+{
+    double along[3];
+    for (int i = 0; i < 3; i++) {
+        middle[i] = (a[i] + b[i]) / 2;
+        along[i] = (b[i] - a[i]) / 2;
+    }
+    return (search){.e = of, .a = a, .b = b, .best = best, .further = norm(along)};
 }
 
 double environment_segment(const environment *of, const double a[3], const double b[3],
                            double within)
 {
-    double middle[3], along[3];
-    for (int i = 0; i < 3; i++) {
-        middle[i] = (a[i] + b[i]) / 2;
-        along[i] = (b[i] - a[i]) / 2;
-    }
-    search s = {.e = of, .a = a, .b = b, .best = within * (1 + 1e-12), .further = norm(along)};
+    double middle[3];
+    search s = search_line(of, a, b, within * (1 + 1e-12), middle);
+    const double half = s.further;
+    find_nearest(&s, middle);
+    return of->sign == 0 || environment_distance(of, a, s.best + 2 * half) >= 0 ? s.best : -s.best;
+}
+
+bool environment_is_beyond(const environment *of, const double a[3], const double b[3],
+                           double distance)
+{
+    double middle[3];
+    search s = search_line(of, a, b, distance * (1 + 1e-12), middle);
     run(&s, middle);
-    return of->sign == 0 || environment_distance(of, a, s.best + 2 * norm(along)) >= 0 ? s.best
-                                                                                       : -s.best;
+    return s.triangle == SURFACE_NONE;
 }
 
 double environment_winding(const environment *of, const double p[3])

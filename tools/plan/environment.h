@@ -34,6 +34,10 @@ double environment_distance(const environment *of, const double p[3], double wit
 double environment_segment(const environment *of, const double a[3], const double b[3],
                            double within);
 
+/* Whether all of that line is further from the surface than `distance`, on either side; quick. */
+bool environment_is_beyond(const environment *of, const double a[3], const double b[3],
+                           double distance);
+
 /* How often the surface goes around p: 1 inside of a closed one, 0 outside; by the solid angles of
  * all triangles (van Oosterom and Strackee 1983). Slow, and right also of surfaces that cut
  * themselves. */

@@ -43,6 +43,13 @@ double environment_segment(const environment *of, const double a[3], const doubl
     return NAN;
 }
 
+bool environment_is_beyond(const environment *of, const double a[3], const double b[3],
+                           double distance)
+{
+    (void)of, (void)a, (void)b, (void)distance;
+    return false;
+}
+
 double environment_winding(const environment *of, const double p[3])
 {
     (void)of, (void)p;

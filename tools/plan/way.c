@@ -44,6 +44,7 @@ static bool is_free(void *context, const double *configuration)
 {
     finder *const f = context;
     const way_shapes *const shapes = f->of->shapes;
+    const environment *const of = f->of->environment;
     const distance_grid *const grid = f->of->grid;
     const double off = distance_grid_error(grid);
     double parameters[SCENE_PARAMETERS_MAX];
@@ -67,7 +68,8 @@ static bool is_free(void *context, const double *configuration)
             return false;
         }
         if (k + 1 < shapes->points && (here + before - apart(r, r + 3)) / 2 - off < f->needed &&
-            environment_segment(f->of->environment, r, r + 3, INFINITY) < f->needed) {
+            (!environment_is_beyond(of, r, r + 3, f->needed) ||
+             (here < off && environment_distance(of, r, INFINITY) < 0))) {
             return false;
         }
         before = here;
