@@ -115,19 +115,27 @@ static ad_status by_solver(void *context, const double *parameters, double *valu
     return solve_members_solve(context, 1, parameters, values, &said, error);
 }
 
+static void add_box(mesh *m, const double low[3], const double high[3])
+{
+    static const size_t quads[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                       {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+    const size_t first = m->corners;
+    for (int i = 0; i < 8; i++) {
+        mesh_corner(m, i & 1 ? high[0] : low[0], i & 2 ? high[1] : low[1],
+                    i & 4 ? high[2] : low[2]);
+    }
+    for (int i = 0; i < 6; i++) {
+        const size_t *const q = quads[i];
+        mesh_triangle(m, first + q[0], first + q[1], first + q[2]);
+        mesh_triangle(m, first + q[0], first + q[2], first + q[3]);
+    }
+}
+
 /* A post that stands where the robot would go straight to its goal. */
 static mesh post(void)
 {
     mesh m = mesh_make(8, 12);
-    static const size_t quads[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
-                                       {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
-    for (int i = 0; i < 8; i++) {
-        mesh_corner(&m, i & 1 ? 0.06 : 0.05, i & 2 ? 0.006 : -0.006, i & 4 ? 0.25 : 0.1);
-    }
-    for (int i = 0; i < 6; i++) {
-        mesh_triangle(&m, quads[i][0], quads[i][1], quads[i][2]);
-        mesh_triangle(&m, quads[i][0], quads[i][2], quads[i][3]);
-    }
+    add_box(&m, (const double[3]){0.05, -0.006, 0.1}, (const double[3]){0.06, 0.006, 0.25});
     return m;
 }
 
@@ -187,10 +195,84 @@ static void around_a_post(void **state)
     free_robot(&fine);
 }
 
+/* What is promised of ways among boxes at random, from and to shapes at random, is so. */
+#ifndef WAYS
+#define WAYS 6
+#endif
+
+static void ways_among_boxes(void **state)
+{
+    (void)state;
+    enum { BOXES = 12 };
+    robot r = make_robot(false), fine = make_robot(false);
+    open_robot(&r, 61);
+    open_robot(&fine, 151);
+    double s[41];
+    for (int k = 0; k <= 40; k++) {
+        s[k] = 0.005 * k;
+    }
+    const solve_members_settings members = {.tolerance = 1e-6, .threads = 1, .points = 41, .s = s};
+    solve_members *quick = NULL;
+    assert_int_equal(solve_members_create(&r.owner->scene, &members, &quick, NULL), AD_OK);
+    uint64_t random = 12;
+    int ends[5] = {0};
+    for (int i = 0; i < WAYS; i++) {
+        mesh m = mesh_make(8 * BOXES, 12 * BOXES);
+        for (int k = 0; k < BOXES; k++) {
+            double low[3], high[3];
+            for (int j = 0; j < 3; j++) {
+                low[j] = j < 2 ? random_in(&random, -0.15, 0.14) : random_in(&random, 0.02, 0.2);
+                high[j] = low[j] + random_in(&random, 0.003, 0.04);
+            }
+            add_box(&m, low, high);
+        }
+        environment *of = open_mesh(&m, ENVIRONMENT_OUTSIDE);
+        distance_grid *grid = NULL;
+        assert_int_equal(distance_grid_create(of, ENVIRONMENT_OUTSIDE, 30000, NULL, &grid, NULL),
+                         AD_OK);
+        plan_settings settings = plan_settings_default();
+        settings.side = PLAN_OUTSIDE;
+        settings.radius = random_in(&random, 0, 0.004);
+        settings.clearance = random_in(&random, 0, 0.002);
+        settings.start_count = settings.goal_count = 3;
+        settings.states = 10000;
+        settings.seed = i;
+        const way_shapes shapes = {by_solver, quick, 41, SOLVE_MEMBERS_COLUMNS, s, 2e-7};
+        const way_problem problem = {&settings, of, grid, r.exact, &shapes};
+        way found;
+        ad_status status = AD_BAD_INPUT;
+        for (int k = 0; k < 200 && status == AD_BAD_INPUT; k++) { /* until both are free */
+            char key[PLAN_KEY];
+            for (int j = 0; j < 3; j++) {
+                settings.start[j] = random_in(&random, 0, 6);
+                settings.goal[j] = random_in(&random, 0, 6);
+            }
+            status = way_find(&problem, &found, key, NULL);
+        }
+        if (status == AD_OK) {
+            ends[found.end]++;
+            if (found.end == WAY_CERTIFIED) {
+                assert_true(found.certificate->all.free >= settings.clearance);
+                try_way(&fine, of, found.certificate, settings.radius, random_bits(&random), 256);
+            }
+            way_free(&found);
+        }
+        distance_grid_free(grid);
+        environment_free(of);
+    }
+    print_message("%d certified, %d not, %d not found\n", ends[WAY_CERTIFIED],
+                  ends[WAY_NOT_CERTIFIED], ends[WAY_NOT_FOUND]);
+    assert_true(ends[WAY_CERTIFIED] >= WAYS / 2);
+    solve_members_free(quick);
+    free_robot(&r);
+    free_robot(&fine);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(planners), cmocka_unit_test(tips),
-                                       cmocka_unit_test(around_a_post)};
+                                       cmocka_unit_test(around_a_post),
+                                       cmocka_unit_test(ways_among_boxes)};
     return environment_is_built() && ompl_is_built()
                ? cmocka_run_group_tests(tests, make_directory, remove_directory)
                : 77;
