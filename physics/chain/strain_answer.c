@@ -300,9 +300,11 @@ ad_status strain_group_refine(strain_group *group, size_t members, const double 
                   .level = &group->level[group->modes],
                   .fine = &group->level[group->modes + STRAIN_BEYOND]};
     const lanes whole = NO_LANES + 1;
-    strain_group_parameters(group, members, parameters);
-    ad_status status =
-        strain_level_give(q.level, group->rod, group->count, group->parameters, group->room, error);
+    ad_status status = strain_group_parameters(group, members, parameters, error);
+    if (status == AD_OK) {
+        status = strain_level_give(q.level, group->rod, group->count, group->parameters,
+                                   group->room, error);
+    }
     if (status == AD_OK && answers) {
         status = strain_level_give(q.fine, group->rod, group->count, group->parameters, group->room,
                                    error);

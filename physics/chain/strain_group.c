@@ -116,13 +116,25 @@ ad_status strain_group_create(solve_rod *rod, int count, double tolerance, int e
         group->placed = calloc(3 * nodes + 3, sizeof *group->placed);
         group->other = calloc(3 * nodes + 3, sizeof *group->other);
         group->values = calloc((size_t)outputs * SOLVE_MEMBERS_COLUMNS + 1, sizeof *group->values);
+        const size_t along = LANES * (size_t)outputs;
+        group->outputs = malloc((along + 1) * sizeof *group->outputs);
+        group->growth = malloc((along + 1) * sizeof *group->growth);
+        group->each = malloc((along * (size_t)count + 1) * sizeof *group->each);
         if (!group->parameters || !group->room || !group->start || !group->before ||
-            !group->placed || !group->other || !group->values) {
+            !group->placed || !group->other || !group->values || !group->outputs ||
+            !group->growth || !group->each) {
             status = ad_fail(error, AD_NO_MEMORY, "out of memory for members");
         }
+        for (size_t i = 0; i < along && status == AD_OK; i++) {
+            group->outputs[i] = s[i % (size_t)outputs];
+            group->growth[i] = 1;
+        }
     }
-    for (int k = 0; k < group->levels && status == AD_OK;
-         k++) { /* formulas have their memory then */
+    if (status == AD_OK) { /* formulas have their memory then */
+        const double none[SCENE_PARAMETERS_MAX] = {0};
+        status = strain_group_parameters(group, 1, none, error);
+    }
+    for (int k = 0; k < group->levels && status == AD_OK; k++) {
         status =
             strain_level_give(&group->level[k], rod, count, group->parameters, group->room, error);
     }
@@ -174,6 +186,9 @@ void strain_group_free(strain_group *group)
         free(group->placed);
         free(group->other);
         free(group->values);
+        free(group->outputs);
+        free(group->growth);
+        free(group->each);
         free(group);
     }
 }
@@ -453,6 +468,12 @@ void strain_group_evaluate(strain_group *group, int k)
         for (int c = 0; c < SOLVE_MEMBERS_COLUMNS; c++) {
             group->values[i * SOLVE_MEMBERS_COLUMNS + c] *= units[c];
         }
+        for (int lane = 0; lane < LANES; lane++) { /* strains by metres as they are written */
+            const double growth = group->growth[lane * group->level[k].outputs + i];
+            for (int c = 7; c < SOLVE_MEMBERS_COLUMNS; c++) {
+                group->values[i * SOLVE_MEMBERS_COLUMNS + c][lane] /= growth;
+            }
+        }
     }
 }
 
@@ -562,14 +583,26 @@ static ad_status solve_from(strain_group *group, int first, bool *wanted, double
     return AD_OK;
 }
 
-void strain_group_parameters(strain_group *group, size_t members, const double *parameters)
+ad_status strain_group_parameters(strain_group *group, size_t members, const double *parameters,
+                                  ad_error *error)
 {
-    const size_t count = (size_t)group->count;
+    const size_t count = (size_t)group->count, outputs = (size_t)group->level[0].outputs;
+    const bool grows = solve_rod_part_kind(group->rod, SOLVE_GROWTH).width > 0;
+    ad_status status = AD_OK;
     for (size_t lane = 0; lane < LANES; lane++) {
         const size_t from = lane < members ? lane : 0;
         memcpy(group->parameters + lane * count, parameters + from * count,
                count * sizeof *parameters);
+        for (size_t i = 0; i < outputs && grows; i++) {
+            memcpy(group->each + (lane * outputs + i) * count, parameters + from * count,
+                   count * sizeof *parameters);
+        }
     }
+    if (grows && outputs > 0) {
+        status = solve_rod_part(group->rod, SOLVE_GROWTH, LANES * outputs, group->outputs, 0,
+                                group->each, group->growth, error);
+    }
+    return status;
 }
 
 ad_status strain_group_solve(strain_group *group, size_t members, const double *parameters,
@@ -579,11 +612,12 @@ ad_status strain_group_solve(strain_group *group, size_t members, const double *
     const int width = group->level[0].outputs * SOLVE_MEMBERS_COLUMNS;
     const int unknowns = group->level[group->modes].form->elastic;
     bool wanted[LANES];
-    strain_group_parameters(group, members, parameters);
+    ad_status status = strain_group_parameters(group, members, parameters, error);
     for (size_t lane = 0; lane < LANES; lane++) {
         wanted[lane] = lane < members;
     }
-    ad_status status = solve_from(group, 0, wanted, values, curvature, results, error);
+    status =
+        status != AD_OK ? status : solve_from(group, 0, wanted, values, curvature, results, error);
     for (int k = 0; k < 2 && status == AD_OK && any(wanted); k++) {
         bool again[LANES];
         for (size_t lane = 0; lane < LANES; lane++) {

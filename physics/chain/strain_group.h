@@ -26,7 +26,9 @@ typedef struct strain_group {
     double *room;
     lanes *start, *before; /* [3 nodes] of a path: where it goes on from, and how it came there */
     lanes *placed, *other; /* [3 nodes + 3] positions before a step, */
-    lanes *values;         /* [outputs][SOLVE_MEMBERS_COLUMNS] */
+    double *outputs, *each, *growth; /* [LANES][outputs] s, over the length, parameters [count] for
+                                      * each, and growth there */
+    lanes *values;                   /* [outputs][SOLVE_MEMBERS_COLUMNS] */
 } strain_group;
 
 /* Meshes between edges [elements + 1] within [0, 1], for shapes at s [outputs] there. The rod is
@@ -56,7 +58,8 @@ ad_status strain_group_refine(strain_group *group, size_t members, const double 
 /* ---- for strain_answer.c ------------------------------------------------------------------- */
 
 /* Where members are few, the first again. */
-void strain_group_parameters(strain_group *group, size_t members, const double *parameters);
+ad_status strain_group_parameters(strain_group *group, size_t members, const double *parameters,
+                                  ad_error *error);
 
 /* Newton's step in `right`, and its largest change of curvature, of no number where there is none;
  * of lanes that are left out it is 0. */

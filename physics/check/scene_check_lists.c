@@ -45,6 +45,13 @@ ad_status scene_check_extent(const scene_checker *check)
                        "or segments alone",
                        length, sum);
     }
+    if (given->rod.inserted.is_given &&
+        !(given->rod.inserted.number <= (1 + PLACE_ROUNDING) * length)) {
+        *check->key = "rod.inserted";
+        return ad_fail(check->error, AD_BAD_INPUT,
+                       "is %.10g m of a rod of %.10g m; allowed: up to its length",
+                       given->rod.inserted.number, length);
+    }
     return AD_OK;
 }
 

@@ -19,6 +19,7 @@ static rule_row rule_of(const scene *given, const scene_field *field)
     switch (field->rule) {
     case SCENE_ONE_NUMBER:
     case SCENE_EACH_NUMBER:
+    case SCENE_LENGTH:
     case SCENE_PLACE:
         return (rule_row){false, false, one, one};
     case SCENE_ALONG:

@@ -21,6 +21,7 @@ typedef struct solve_functions {
     formula *actuators; /* NULL: none */
     formula *along;     /* NULL: none */
     formula *jumps;     /* NULL: none */
+    formula *growth;    /* NULL: none */
     const scene *open;  /* with open names; NULL: none */
     const solve_parameters *parameters;
     solve_part_kind kinds[SOLVE_PARTS];
@@ -177,6 +178,9 @@ static ad_status record(solve_rod *rod, ad_error *error)
     if (status == AD_OK && rod->along.count > 0) {
         status = add_formula(rod, &on, SOLVE_ALONG, along, &f->along, error);
     }
+    if (status == AD_OK && context.scene->rod.growth.is_given) {
+        status = add_formula(rod, &on, SOLVE_GROWTH, rod_growth(&context), &f->growth, error);
+    }
     ad_tape_free(tape);
     return status;
 }
@@ -308,7 +312,8 @@ static ad_status check_open(const scene *open, const solve_parameters *parameter
     for (int i = 0; i < scene_field_count; i++) {
         const scene_field *field = &scene_fields[i];
         const quantity *q = scene_field_of(open, field);
-        bool fixed = field->rule == SCENE_ONE_NUMBER || field->rule == SCENE_PLACE;
+        bool fixed = field->rule == SCENE_ONE_NUMBER || field->rule == SCENE_LENGTH ||
+                     field->rule == SCENE_PLACE;
         for (int k = 0; k < parameters->count && fixed; k++) {
             if (quantity_any_depends_on(field->count, q, parameters->names[k])) {
                 return ad_fail(error, AD_BAD_INPUT,
@@ -340,6 +345,7 @@ void solve_rod_free(solve_rod *rod)
         solve_formula_free(f->actuators);
         solve_formula_free(f->along);
         solve_formula_free(f->jumps);
+        solve_formula_free(f->growth);
         ad_pool_free(f->pool);
         solve_quadrature_free(rod->quadrature);
         free(f);
@@ -377,6 +383,7 @@ static formula *formula_of(const solve_functions *f, solve_part part)
     return part == SOLVE_JUMPS       ? f->jumps
            : part == SOLVE_ACTUATORS ? f->actuators
            : part == SOLVE_ALONG     ? f->along
+           : part == SOLVE_GROWTH    ? f->growth
                                      : f->all[part];
 }
 

@@ -509,6 +509,26 @@ double quantity_value(quantity q, double s, double t)
     return q.is_given ? value_of(&q, 2, (double[]){s, t}) : NAN;
 }
 
+double quantity_value_with(quantity q, double s, double t, int count, const char *const *names,
+                           const double *values)
+{
+    double x[QUANTITY_OPEN_MAX] = {s, t};
+    int open = 2;
+    for (int i = 0; q.node && i < q.node->owner->count; i++) {
+        const quantity_name *name = &q.node->owner->names[i];
+        const quantity_node *node = name->value.node;
+        if (!node || node->kind != QUANTITY_OPEN || node->index < 2) {
+            continue;
+        }
+        x[node->index] = node->x[0].number;
+        open = node->index + 1 > open ? node->index + 1 : open;
+        for (int k = 0; k < count; k++) {
+            x[node->index] = strcmp(name->text, names[k]) == 0 ? values[k] : x[node->index];
+        }
+    }
+    return q.is_given ? value_of(&q, open, x) : NAN;
+}
+
 quantity_interval quantity_span(quantity q, double s, double t)
 {
     const uint32_t coordinates = 3; /* s and t */

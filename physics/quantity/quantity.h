@@ -124,6 +124,9 @@ static inline double quantity_number_or(quantity a, double otherwise)
  * name of its `quantities` or occurs nowhere. */
 quantity quantity_with(quantity q, int count, const char *const *names, const double *values);
 
+/* With a formula in place of one. */
+quantity quantity_put(quantity q, const char *name, quantity value);
+
 /* ---- asking ---------------------------------------------------------------------------------- */
 
 /* AD_OK, also of what is not given; else what is wrong with the formula: AD_BAD_INPUT with the
@@ -152,6 +155,10 @@ bool quantity_calls(quantity q, const char *function);
 /* Its value at s (m), t (s), of other open names the usual one; NaN when it is not given. Does not
  * allocate. */
 double quantity_value(quantity q, double s, double t);
+
+/* The same with values [count] of open names [count]. */
+double quantity_value_with(quantity q, double s, double t, int count, const char *const *names,
+                           const double *values);
 
 /* ---- enclosures ------------------------------------------------------------------------------ */
 

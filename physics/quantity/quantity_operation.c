@@ -145,7 +145,9 @@ static ad_value record_power(ad_value x, double exponent)
     return exponent < 0 ? ad_reciprocal(product) : product;
 }
 
-quantity quantity_with(quantity q, int count, const char *const *names, const double *values)
+/* Where `put` is not NULL it stands for the first name. */
+static quantity replace(quantity q, int count, const char *const *names, const double *values,
+                        const quantity *put)
 {
     const quantity_node *node = q.node;
     quantity x[QUANTITY_ARGUMENTS_MAX];
@@ -154,16 +156,26 @@ quantity quantity_with(quantity q, int count, const char *const *names, const do
     }
     for (int i = 0; i < count && node->kind == QUANTITY_OPEN; i++) {
         if (strcmp(node->text, names[i]) == 0) {
-            return quantity_number(values[i]);
+            return put ? *put : quantity_number(values[i]);
         }
     }
     if (node->kind == QUANTITY_WRITTEN) {
-        return quantity_with(node->x[0], count, names, values);
+        return replace(node->x[0], count, names, values, put);
     }
     for (int i = 0; node->kind == QUANTITY_OPERATION && i < node->operation->arity; i++) {
-        x[i] = quantity_with(node->x[i], count, names, values);
+        x[i] = replace(node->x[i], count, names, values, put);
     }
     return node->kind == QUANTITY_OPERATION ? quantity_operate(node->operation, x) : q;
+}
+
+quantity quantity_with(quantity q, int count, const char *const *names, const double *values)
+{
+    return replace(q, count, names, values, NULL);
+}
+
+quantity quantity_put(quantity q, const char *name, quantity value)
+{
+    return replace(q, 1, &name, NULL, &value);
 }
 
 static ad_value record(const quantity_recording *on, const quantity *q);

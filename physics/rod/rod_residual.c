@@ -275,6 +275,11 @@ rod_observables rod_observe(const scene *rod_scene, rod_state state, const domai
     const rod_scales *scale = &rod.scales;
     rod_kinematics k = rod_kinematics_of(&rod, state.position, state.rotation);
     ad_value force = ad_rotate_inverse(state.rotation, state.force);
+    if (rod_scene->rod.growth.is_given) { /* by metres of the rod as it is written */
+        const ad_value over = ad_reciprocal(rod_growth(&rod));
+        k.strain = ad_mul(over, k.strain);
+        k.curvature = ad_mul(over, k.curvature);
+    }
     ad_value position = rod_position_to_world(&rod, state.position);
     ad_value velocity = rod_to_world(&rod, k.velocity);
     return (rod_observables){.position = ad_scale(position, scale->length),

@@ -46,6 +46,12 @@ ad_value rod_quantity(const rod_context *rod, quantity q, ad_value s, ad_value t
     return quantity_record(q, rod->tape, 2 + rod->parameter_count, bindings);
 }
 
+ad_value rod_growth(const rod_context *rod)
+{
+    const quantity growth = rod->scene->rod.growth;
+    return growth.is_given ? rod_quantity(rod, growth, rod->s, rod->t) : ad_scalar(rod->tape, 1);
+}
+
 ad_value rod_quantities(const rod_context *rod, int count, const quantity *given,
                         const double *fallback, double factor, ad_value s, ad_value t)
 {

@@ -237,6 +237,15 @@ ad_value strain_rod_columns(const strain_rod *rod, ad_value curvature, ad_value 
 {
     const strain_shape shape = strain_rod_shape(rod, curvature, state, places, s);
     const rod_scales *scale = &rod->rod.scales;
+    ad_value growth[STRAIN_STEPS_MAX], over = ad_scalar(rod->tape, 1);
+    const bool grows = rod->open.rod.growth.is_given && places <= STRAIN_STEPS_MAX;
+    if (grows) {
+        for (int i = 0; i < places; i++) {
+            growth[i] =
+                ad_substitute(rod_growth(&rod->rod), rod->rod.s, ad_scalar(rod->tape, s[i]));
+        }
+        over = ad_reciprocal(ad_stack(places, growth));
+    }
     const struct {
         const ad_value *of;
         int rows;
@@ -250,7 +259,8 @@ ad_value strain_rod_columns(const strain_rod *rod, ad_value curvature, ad_value 
     ad_value all[STRAIN_COLUMNS], columns[STRAIN_COLUMNS];
     for (int f = 0, c = 0; f < 6; f++) {
         for (int k = 0; k < fields[f].rows; k++) {
-            const ad_value of = fields[f].of[k];
+            const ad_value of =
+                grows && (f == 2 || f == 3) ? ad_mul(over, fields[f].of[k]) : fields[f].of[k];
             all[c++] = ad_scale(ad_rows(of) < places ? ad_repeat(of, places) : of, fields[f].unit);
         }
     }

@@ -313,6 +313,16 @@ scene_properties scene_rod_properties(const scene_rod *rod)
         lock_beam(rod, &properties);
     }
     dampings_of(rod, &section, &properties);
+    properties.mass_per_length = scene_grown(properties.mass_per_length, rod->growth, 1);
+    for (int i = 0; i < 3; i++) {
+        quantity *const over[] = {&properties.strain_stiffness[i],
+                                  &properties.curvature_stiffness[i], &properties.strain_damping[i],
+                                  &properties.curvature_damping[i]};
+        for (size_t k = 0; k < sizeof over / sizeof *over; k++) {
+            *over[k] = scene_grown(*over[k], rod->growth, -1);
+        }
+        properties.rotary_inertia[i] = scene_grown(properties.rotary_inertia[i], rod->growth, 1);
+    }
     return properties;
 }
 

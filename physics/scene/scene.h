@@ -78,7 +78,9 @@ typedef enum scene_state { SCENE_STATE_LIST(SCENE_ENUM) } scene_state;
 
 typedef struct scene_rod {
     scene_model model;
-    quantity length; /* m, > 0; a number */
+    quantity length;   /* m, > 0; a number */
+    quantity inserted; /* m, > 0, up to the length; not given: all of it. Only for scene_map. */
+    quantity growth;   /* m of the rod for each m of s, of s; not given: 1. Only of scene_map. */
 
     /* Sizes of the section; of s. */
     scene_section section;
@@ -336,7 +338,8 @@ typedef struct scene_parameter {
 } scene_parameter;
 
 typedef struct scene {
-    scene_rod rod; /* of segments its length may be left out: then it is their sum */
+    quantity place; /* where s is on the rod as it was written, m, of s; not given: at s */
+    scene_rod rod;  /* of segments its length may be left out: then it is their sum */
     scene_loads loads;
     int segment_count, point_count, body_count, spring_count, tendon_count, chamber_count,
         tube_count;
@@ -398,6 +401,20 @@ const char *scene_common_key(const scene *open, bool to_be_found, const scene_pa
 void scene_with(const scene *open, int count, const char *const *names, const double *values,
                 scene *result);
 bool scene_uses(const scene *rod_scene, const char *name);
+
+/* The same rods along another s, in which lengths and places are those of the middle member for
+ * all. Between two places s runs in proportion, and what has come out of a port begins at 0. A rod
+ * with `growth` m for each m of s is one again, of strains, loads per length and masses times that
+ * and stiffnesses over it; r, q, N, m and energies stay. `place` says where s is on the rod as it
+ * is written, growth is its derivative. Needs a scene that passes scene_check; its formulas must
+ * outlive the result. Where nothing is to be done the result is the scene. AD_BAD_INPUT with the
+ * key to blame: places that change their order within the ranges. */
+ad_status scene_map(const scene *given, scene *mapped, const char **key, ad_error *error);
+
+/* Where s is on a member with these values, on the scene itself if that has no parameters; s where
+ * it is not mapped. And of a scene of numbers growth at s, else 1. */
+double scene_place_at(const scene *rod_scene, const double *values, double s);
+double scene_growth_at(const scene *rod_scene, double s);
 
 /* The value of a parameter at a fraction of its range, 0 to 1, by its scale, and back. */
 double scene_parameter_at(const scene_parameter *parameter, double fraction);
@@ -504,6 +521,9 @@ static inline double scene_length(const scene *rod_scene)
     }
     return sum;
 }
+
+/* The same as a formula of parameters. */
+quantity scene_whole_length(const scene *rod_scene);
 
 static inline double scene_duration(const scene *rod_scene)
 {

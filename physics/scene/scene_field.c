@@ -214,11 +214,13 @@ void scene_with(const scene *open, int count, const char *const *names, const do
             q[k] = quantity_with(q[k], count, names, values);
         }
     }
+    result->place = quantity_with(open->place, count, names, values);
+    result->rod.growth = quantity_with(open->rod.growth, count, names, values);
 }
 
 bool scene_uses(const scene *rod_scene, const char *name)
 {
-    bool any = false;
+    bool any = quantity_depends_on(rod_scene->place, name);
     for (int i = 0; i < scene_field_count && !any; i++) {
         const scene_field *field = &scene_fields[i];
         any = quantity_any_depends_on(field->count, scene_field_of(rod_scene, field), name);

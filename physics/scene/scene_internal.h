@@ -7,6 +7,10 @@
 /* Of the length: places that are closer are one, as they are sums of decimals. */
 static const double PLACE_ROUNDING = 1e-9;
 
+/* A quantity per length times growth, which may be not given, or over it (power -1); nothing and
+ * infinity stay what they are. */
+quantity scene_grown(quantity q, quantity growth, int power);
+
 typedef struct scene_checker {
     const scene *scene;
     const scene_piece *piece; /* at which it looks, and its segment; NULL and -1: the whole */

@@ -23,9 +23,14 @@ extern "C" {
 
 /* clang-format off */
 #define SCENE_LENGTH_ROWS(X)                                                                       \
-    X("rod.length", 1, rod.length, EXTENT, ONE_NUMBER, POSITIVE, SCALAR, WORLD, "m", NOTHING,      \
+    X("rod.length", 1, rod.length, EXTENT, LENGTH, POSITIVE, SCALAR, WORLD, "m", NOTHING,          \
       "the sum of the segments, required without",                                            \
-      "Length of the undeformed rod.")
+      "Length of the undeformed rod.")                                                             \
+    X("rod.inserted", 1, rod.inserted, EXTENT, LENGTH, POSITIVE, SCALAR, WORLD, "m", NOTHING,      \
+      "all of it",                                                                                 \
+      "Length that has come out of a port, the tip first: the rod is held where s is its length "  \
+      "less this. What is behind lies straight and does nothing; tendons pull from the port on. "  \
+      "s, places and tables still count along the whole rod.")
 
 #define SCENE_MATTER_ROWS(X, of, in)                                                                       \
     X(of "section.radius", 1, in radius, ROD, ALONG, POSITIVE, SCALAR, WORLD, "m", NOTHING,      \
@@ -301,7 +306,7 @@ extern "C" {
       "turn: q = q1(a) q2(b) q3(c).")
 
 #define SCENE_PIECE_ROWS(X, of, in)                                                                \
-    X(of "length", 1, in length, EXTENT, ONE_NUMBER, POSITIVE, SCALAR, WORLD, "m", NOTHING,        \
+    X(of "length", 1, in length, EXTENT, LENGTH, POSITIVE, SCALAR, WORLD, "m", NOTHING,        \
       "required",                                                                                  \
       "Length of a piece of the rod. Pieces follow one another from s = 0 on. What a piece does "  \
       "not give is as under rod.")

@@ -70,6 +70,7 @@ static scene_rod rod_of(const scene *rod_scene, int index)
     scene_rod rod = rod_scene->segments[index].rod;
     rod.model = whole->model;
     rod.law = whole->law;
+    rod.growth = whole->growth;
     rod.length = rod_scene->segments[index].length;
     inherit_section(&rod, whole);
     inherit(1, &rod.youngs_modulus, &whole->youngs_modulus);
@@ -176,6 +177,9 @@ scene_rest scene_rod_rest(const scene_rod *rod)
         rest.strain[i] = quantity_or(rod->rest_strain[i], quantity_number(i == 2));
         rest.curvature[i] = quantity_or(rod->rest_curvature[i], quantity_number(0));
         rest.imperfection[i] = quantity_or(rod->imperfection[i], quantity_number(0));
+        rest.strain[i] = scene_grown(rest.strain[i], rod->growth, 1);
+        rest.curvature[i] = scene_grown(rest.curvature[i], rod->growth, 1);
+        rest.imperfection[i] = scene_grown(rest.imperfection[i], rod->growth, 1);
     }
     return rest;
 }

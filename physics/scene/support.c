@@ -369,6 +369,34 @@ static const char *ranged(const scene *scene)
     return scene_is_family(scene) ? "parameters" : NULL;
 }
 
+/* What scene_map has made numbers of, or could. */
+static const char *ranged_place(const scene *scene)
+{
+    for (int i = 0; i < scene_field_count; i++) {
+        const scene_field *field = &scene_fields[i];
+        for (int k = 0; k < scene_known_count(scene) &&
+                        (field->rule == SCENE_LENGTH || field->rule == SCENE_PLACE);
+             k++) {
+            if (quantity_depends_on(*scene_field_of(scene, field), scene->parameters[k].name)) {
+                return field->key;
+            }
+        }
+    }
+    return scene->rod.growth.is_given ? "parameters" : NULL;
+}
+
+static const char *mapped_tubes(const scene *scene)
+{
+    return scene->place.is_given || scene->rod.inserted.is_given || ranged_place(scene)
+               ? has_tubes(scene)
+               : NULL;
+}
+
+static const char *mapped_law(const scene *scene)
+{
+    return ranged_place(scene) ? lawful(scene) : NULL;
+}
+
 static const char *unknown(const scene *scene)
 {
     return scene->unknown_count > 0 ? "parameters" : NULL;
@@ -413,6 +441,10 @@ static const feature_row features[] = {
      "mmmmm mmm mmmm mm m", OF_SOLUTION},
     {"a manufactured solution", NULL, manufactured,
      "yyymm yyx yyyy yy m", "it is that of one scene, and what has ranges is of many"},
+    {"a rod with tubes whose lengths or places have ranges, or that is inserted", NULL, mapped_tubes,
+     "xxxxx xxx xxxx xx x", NULL},
+    {"a learned law of a rod whose lengths or places have ranges", NULL, mapped_law,
+     "xxxxx xxx xxxx xx x", NULL},
     {"concentric tubes", NULL, has_tubes,
      "yxxxx yxy xxxx xx x", NULL},
     {"locked shear or stretch", NULL, locked,
@@ -484,6 +516,8 @@ static const feature_row features[] = {
      "yyymm ooo yyym oo o", "its shapes meet the conditions exactly"},
     {"a parameter with a range", NULL, ranged,
      "yyyyy yyy yyyx yy y", NULL},
+    {"a length or place with a range", NULL, ranged_place,
+     "yxxyy yyy xxxx xx x", NULL},
     {"a parameter to be identified", NULL, unknown,
      "yyyxx yyy xxxx yy x", NULL},
     {"measured data", "data", never, /* the last: support_check_data */

@@ -373,6 +373,7 @@ _Static_assert(sizeof(solve_state) <= MODEL_COLUMNS_MAX * sizeof(double), "a sta
 ad_status solution_evaluate(const solution *solution, int columns, size_t points, const double *s,
                             const double *t, double *values, ad_error *error)
 {
+    const bool grows = !solution->beam && solution->rod->scene.rod.growth.is_given;
     size_t width = width_of(solution);
     double *scaled = malloc(points * sizeof *scaled), units[MODEL_COLUMNS_MAX];
     double *states = malloc(points * width * sizeof *states);
@@ -387,6 +388,9 @@ ad_status solution_evaluate(const solution *solution, int columns, size_t points
     for (size_t i = 0; status == AD_OK && i < points; i++) {
         for (int c = 0; c < columns; c++) { /* no -0 in a table */
             values[(size_t)c * points + i] = states[i * width + (size_t)c] * units[c] + 0.0;
+        }
+        for (int c = 7; c < columns && c < 13 && grows; c++) { /* v, u by metres as written */
+            values[(size_t)c * points + i] /= scene_growth_at(&solution->rod->scene, s[i]);
         }
     }
     free(scaled);

@@ -77,6 +77,20 @@ static const feature_scene scenes[] = {
     {.feature = "locked shear or stretch",
      .changes = {"rod.model=inextensible", "loads.tip.force=[0, 0, 100]"},
      .without = "rod.model=cosserat"},
+    {.feature = "a rod with tubes whose lengths or places have ranges, or that is inserted",
+     .changes =
+         {"rod.model=kirchhoff", "rod.inserted=0.2",
+          "tubes=[{section: {radius: 0.03, inner_radius: 0.025}, end: 0.2, "
+          "material: {youngs_modulus: 1e6, poissons_ratio: 0.45, density: 1070}, rest: {curvature: "
+          "[3, 0, 0]}}]"},
+     .is_silent = true},
+    {.feature = "a learned law of a rod whose lengths or places have ranges",
+     .changes = {"rod.section.radius=0.01", "rod.material={density: 1070}", "rod.law.file=law.csv",
+                 "loads.force=[0, 0.04, 0]", "parameters.more={range: [0.9, 1.1]}",
+                 "rod.length=0.3*more"},
+     .moving = {"loads.force=[0, '0.04 + 0.3*(25*t)^2', 0]", "initial.state=given"},
+     .beside = "a length or place with a range",
+     .is_silent = true},
     {.feature = "concentric tubes",
      .changes =
          {"rod.model=kirchhoff",
@@ -211,6 +225,12 @@ static const feature_scene scenes[] = {
      .changes = {"parameters.more={range: [0.9, 1.1]}", "rod.material.youngs_modulus=1e6*more",
                  "network.fourier.features=40"},
      .moving = {"initial.state=given"},
+     .is_silent = true},
+    {.feature = "a length or place with a range",
+     .changes = {"parameters.more={range: [0.9, 1.1]}", "rod.length=0.3*more",
+                 "network.fourier.features=40"},
+     .moving = {"initial.state=given"},
+     .beside = "a parameter with a range",
      .is_silent = true},
     {.feature = "a parameter to be identified",
      .beside = "a formula of time",

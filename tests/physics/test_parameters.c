@@ -144,7 +144,8 @@ static void test_refusals(void **state)
         {"parameters: {a: {range: [0, 1]}}\n" ROD, NULL,
          "parameters.a: has a range, but no formula of the scene uses it"},
         {LOADED, "parameters.load.scale=log", "parameters.load: has no range"},
-        {FAMILY, "rod.length=pull", "rod.length: depends on pull, which has a range"},
+        {FAMILY, "rod.length=pull",
+         "rod.length: must be a finite number > 0 (of the member pull=0, stiff=0.5)"},
         {FAMILY, "rod.stiffness.torsion=pull-1",
          "rod.stiffness.torsion: must be > 0; .inf locks that strain (of the member pull=0, "
          "stiff=0.5)"},

@@ -62,6 +62,8 @@ typedef struct config {
     config_parameter parameters[CONFIG_PARAMETERS_MAX]; /* in their order */
     struct scene scene;      /* loads in SI, whatever the YAML scaled; what section and material
                               * determine is left to scene_properties_of */
+    bool is_mapped;          /* the scene is what scene_map made of */
+    struct scene as_written; /* this one */
     train_settings settings; /* reference_file is relative to the YAML file, absolute once read */
     surrogate_settings surrogate;
     control_settings control;     /* task.file as settings.reference_file */

@@ -176,11 +176,10 @@ void config_fill_stiffness(scene *rod_scene)
 }
 
 /* By a stiffness over a power of the length. */
-static void scale_load(quantity *entries, quantity stiffness, double power)
+static void scale_load(quantity *entries, quantity stiffness, quantity power)
 {
     for (int i = 0; i < 3; i++) {
-        entries[i] =
-            quantity_multiply(entries[i], quantity_divide(stiffness, quantity_number(power)));
+        entries[i] = quantity_multiply(entries[i], quantity_divide(stiffness, power));
     }
 }
 
@@ -188,7 +187,7 @@ static ad_status resolve_units(config *experiment, ad_error *error)
 {
     scene *given = &experiment->scene;
     scene_loads *loads = &given->loads;
-    double length = scene_length(&experiment->scene);
+    const quantity length = scene_whole_length(given);
     quantity bending = scene_properties_of(&experiment->scene).curvature_stiffness[0];
     const struct {
         quantity *entries;
@@ -208,10 +207,10 @@ static ad_status resolve_units(config *experiment, ad_error *error)
                             "allowed here: SI");
     }
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        scale_load(rows[i].entries, bending, pow(length, rows[i].power));
+        scale_load(rows[i].entries, bending, quantity_power(length, rows[i].power));
     }
     for (int i = 0; i < given->point_count; i++) {
-        scale_load(given->points[i].load.force, bending, pow(length, 2));
+        scale_load(given->points[i].load.force, bending, quantity_power(length, 2));
         scale_load(given->points[i].load.moment, bending, length);
     }
     experiment->load_units = CONFIG_UNITS_SI;
@@ -279,6 +278,30 @@ static ad_status resolve_files(config *experiment, ad_error *error)
     return status;
 }
 
+/* Lengths and places of a family become those of its middle, last of all that is done to the
+ * scene. */
+static ad_status map_places(config *experiment, ad_error *error)
+{
+    const char *key = "rod.length";
+    ad_error reason;
+    if (experiment->scene.unknown_count > 0) {
+        return AD_OK; /* measurements are at places as they are written */
+    }
+    experiment->as_written = experiment->scene;
+    const ad_status status = scene_map(&experiment->as_written, &experiment->scene, &key, &reason);
+    experiment->is_mapped = experiment->scene.place.is_given;
+    if (status != AD_OK) {
+        return config_blame(experiment->source, error, key, "%s", reason.message);
+    }
+    if (experiment->is_mapped && experiment->settings.data_count > 0) {
+        return config_blame(experiment->source, error, "data",
+                            "are measured along a rod whose lengths or places have ranges, or that "
+                            "is inserted in part; allowed: numbers and all of the rod, or "
+                            "cpinn-solve with a parameter to be identified");
+    }
+    return config_check_scene(experiment, error);
+}
+
 ad_status config_resolve_physics(config *experiment, ad_error *error)
 {
     ad_status status = resolve_units(experiment, error);
@@ -290,5 +313,6 @@ ad_status config_resolve_physics(config *experiment, ad_error *error)
                             "is not given beside other keys of the section; allowed: a number > 0 "
                             "(s)");
     }
+    status = status == AD_OK ? map_places(experiment, error) : status;
     return status == AD_OK ? resolve_files(experiment, error) : status;
 }

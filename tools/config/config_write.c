@@ -352,27 +352,46 @@ static void write_keys(yaml_writer *writer, bool physics_alone)
     }
 }
 
+/* Numbers and lists as they were written; choices as they are. */
+static void take_written(scene *to, const scene *written)
+{
+    const scene chosen = *to;
+    *to = *written;
+    to->motion = chosen.motion;
+    to->formulation = chosen.formulation;
+    to->rotation = chosen.rotation;
+    to->windows = chosen.windows;
+    to->boundary_enforcement = chosen.boundary_enforcement;
+    to->initial_enforcement = chosen.initial_enforcement;
+}
+
 static ad_status write_experiment(const config *experiment, FILE *file, bool help,
                                   bool physics_alone)
 {
     locale_t c_locale = newlocale(LC_NUMERIC_MASK, "C", (locale_t)0);
-    config *derived = malloc(sizeof *derived);
+    config *written = malloc(sizeof *written), *derived = malloc(sizeof *derived);
     bool *explained = calloc((size_t)config_key_count, sizeof *explained);
-    if (!c_locale || !derived || !explained) {
+    if (!c_locale || !written || !derived || !explained) {
         if (c_locale) {
             freelocale(c_locale);
         }
+        free(written);
         free(derived);
         free(explained);
         return AD_NO_MEMORY;
     }
-    *derived = *experiment;
+    *written = *experiment;
+    if (experiment->is_mapped) {
+        take_written(&written->scene, &experiment->as_written);
+    }
+    *derived = *written;
     config_fill_stiffness(&derived->scene);
-    yaml_writer writer = {file, experiment, derived, help, !physics_alone, "", explained};
+    yaml_writer writer = {file, written, derived, help, !physics_alone, "", explained};
     locale_t before = uselocale(c_locale);
     write_keys(&writer, physics_alone);
     uselocale(before);
     freelocale(c_locale);
+    free(written);
     free(derived);
     free(explained);
     return ferror(file) ? AD_IO : AD_OK;

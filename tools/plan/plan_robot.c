@@ -150,6 +150,13 @@ ad_status plan_robot_create(const plan_settings *settings, const scene *of, plan
                             char key[PLAN_KEY], ad_error *error)
 {
     memset(result, 0, sizeof *result);
+    if (of->place.is_given) { /* between points it takes s for metres of the rod */
+        return refuse(
+            key, "plan", error,
+            "does not know lengths and places with ranges, nor rod.inserted, yet; allowed: "
+            "numbers, plan.slide and plan.turn",
+            "");
+    }
     result->parameters = of->parameter_count;
     memcpy(result->position, settings->position, sizeof result->position);
     matrix_of(settings->rotation, result->rotation);

@@ -353,6 +353,19 @@ static ad_status gather_points(evaluation *evaluation, const char *usual, ad_err
                           evaluation->e->scene, experiment_until(evaluation->e), error);
 }
 
+/* Tables say where the points are on this member. */
+static ad_status keep_member(evaluation *evaluation, ad_error *error)
+{
+    samples *p = &evaluation->samples;
+    const size_t bytes = (size_t)evaluation->e->scene->parameter_count * sizeof *p->parameters;
+    p->parameters = malloc(bytes + 1);
+    if (!p->parameters) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a member");
+    }
+    memcpy(p->parameters, evaluation->member, bytes);
+    return AD_OK;
+}
+
 /* Whether members are answered with their errors; motions and beams have none, and like families
  * without a question are shown by one member. */
 static bool is_answered(const evaluation *evaluation)
@@ -389,6 +402,7 @@ static ad_status run_family(evaluation *evaluation, ad_error *error)
 static ad_status evaluate_points(evaluation *evaluation, ad_error *error)
 {
     ad_status status = gather_points(evaluation, NULL, error);
+    status = status == AD_OK ? keep_member(evaluation, error) : status;
     if (status == AD_OK) {
         status = evaluate(evaluation, &evaluation->samples, error);
     }

@@ -201,11 +201,17 @@ static const struct {
               [ERROR] = {"error", "m"},  [TRUSTED] = {"trusted", ""}, [OUTSIDE] = {"outside", ""},
               [SOURCE] = {"source", ""}, [REASON] = {"reason", ""}};
 
+/* NULL: it is of no family. */
+static const double *values_of(const samples *p, size_t member)
+{
+    return p->parameters ? p->parameters + member * (size_t)p->of->parameter_count : NULL;
+}
+
 static double number(const samples *p, int which, size_t row)
 {
     const size_t member = row / p->count, point = row % p->count;
     return which == MEMBER    ? (double)member + 1
-           : which == PLACE   ? p->s[point]
+           : which == PLACE   ? scene_place_at(p->of, values_of(p, member), p->s[point])
            : which == INSTANT ? p->t[point]
            : which == ERROR   ? p->said[member].error
            : which == TRUSTED ? p->said[member].trusted
