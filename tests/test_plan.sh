@@ -48,6 +48,13 @@ awk -F, 'NR == 2 { ok = $1 == 0 && $4 == -0.15 && $16 > 0.0499999 && $16 < 0.050
     NR > 1 { ok = ok && $6 >= 0.008 && $7 >= 0.008 && $7 <= $6
         off = sqrt(($14 - 0.045)^2 + $15^2 + ($16 - 0.108)^2) }
     END { exit !(ok && NR > 2 && off < 0.001) }' way.csv || failed "$(cat way.csv)"
+run 0 cpinn-plan "${harder[@]}" --shapes shapes.csv --quiet
+awk -F, 'NR == 1 { ok = $0 == "t,s,x,y,z,radius,left" }
+    NR > 1 { ok = ok && $6 == 0.009 && $7 >= 0.008; frames = $1 + 1 }
+    END { exit !(ok && NR == 1 + frames * 121) }' shapes.csv || failed "$(head -3 shapes.csv)"
+check "a row for each shape" -- test "$(tail -1 shapes.csv | cut -d, -f1)" -eq $(($(wc -l <way.csv) - 2))
+run 0 cpinn-show shapes.csv --out shapes.svg --quiet
+check "a picture" -- test -s shapes.svg
 if ! watched; then
     for planner in rrt_star prm; do
         run 0 cpinn-plan lumen.yaml --set plan.planner=$planner --set plan.states=3000

@@ -276,7 +276,7 @@ ad_status plan_exact_create(const plan_robot *robot, const scene *of, size_t poi
         e->parameters = malloc(PLAN_BATCH * parameters * sizeof *e->parameters);
         e->values = malloc(rows * SOLVE_MEMBERS_COLUMNS * sizeof *e->values);
         e->curvature =
-            malloc(PLAN_BATCH * 3 * solve_members_nodes(e->solver) * sizeof *e->curvature);
+            malloc(PLAN_BATCH * solve_members_nodes(e->solver) * 3 * sizeof *e->curvature);
         e->jacobian = malloc(rows * SOLVE_MEMBERS_COLUMNS * parameters * sizeof *e->jacobian);
         e->solved = malloc(PLAN_BATCH * sizeof *e->solved);
         if (!e->r || !e->speed || !e->moves || !e->error || !e->parameters || !e->values ||

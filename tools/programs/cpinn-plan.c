@@ -1,12 +1,12 @@
 /* cpinn-plan: a way of a robot among surfaces, with its certificate; see --help. */
 #include "tools/config/config.h"
 #include "tools/files/json.h"
-#include "tools/files/table_file.h"
+#include "tools/files/shapes_vtk.h"
 #include "tools/library/cpinn.h"
 #include "tools/plan/ompl_shim.h"
-#include "tools/plan/way.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/help.h"
+#include "tools/programs/plan_files.h"
 #include "tools/train/report.h"
 
 #include <math.h>
@@ -21,7 +21,7 @@ static const char program[] = "cpinn-plan";
 enum { SEARCH_POINTS = 51, EXACT_POINTS = 121, GRID_NODES = 400000, VERIFIED = 500 };
 
 typedef struct options {
-    const char *config, *out, *run, *json;
+    const char *config, *out, *shapes, *run, *json;
     cli_list overrides;
     int seed;
     bool compile, quiet;
@@ -265,27 +265,6 @@ static void print_head(const planning *p)
            1e3 * p->grid->cell, p->grid->was_kept ? "from its file" : "made", p->by);
 }
 
-static const struct {
-    const char *word, *column;
-    size_t offset;
-} parts[] = {
-    {"distance", "distance", offsetof(clearance, distance)},
-    {"radius", "radius", offsetof(clearance, radius)},
-    {"rounding", "rounding", offsetof(clearance, distance_error)},
-    {"shape", "shape", offsetof(clearance, shape_error)},
-    {"between points", "between_points", offsetof(clearance, between_points)},
-    {"between configurations", "between_configurations",
-     offsetof(clearance, between_configurations)},
-    {"left", "left", offsetof(clearance, free)},
-};
-
-enum { PARTS = sizeof parts / sizeof *parts };
-
-static double part_of(const clearance *of, int part)
-{
-    return *(const double *)((const char *)of + parts[part].offset);
-}
-
 static void print_way(const planning *p)
 {
     const way *const w = &p->way;
@@ -300,8 +279,8 @@ static void print_way(const planning *p)
     }
     printf("way of %zu corners, certified by %zu shapes in %.3g s; least at s = %.4g m, in mm:\n",
            w->corners, w->certificate->count, w->seconds_certificate, w->certificate->all.at);
-    for (int k = 0; k < PARTS; k++) {
-        printf("  %-24s %12.6g\n", parts[k].word, 1e3 * part_of(&w->certificate->all, k));
+    for (int k = 0; k < PLAN_PARTS; k++) {
+        printf("  %-24s %12.6g\n", plan_part_word(k), 1e3 * plan_part(&w->certificate->all, k));
     }
 }
 
@@ -336,58 +315,12 @@ static ad_status write_json(const planning *p, ad_error *error)
         json_text(&to, "holds", w->end == WAY_CERTIFIED ? "yes" : "no");
         json_integer(&to, "shapes", (int64_t)w->certificate->count);
         json_number(&to, "seconds", w->seconds_certificate);
-        for (int k = 0; k < PARTS; k++) {
-            json_number(&to, parts[k].column, part_of(&w->certificate->all, k));
+        for (int k = 0; k < PLAN_PARTS; k++) {
+            json_number(&to, plan_part_column(k), plan_part(&w->certificate->all, k));
         }
         json_close(&to, '}');
     }
     return json_end(&to, p->asked.json, error);
-}
-
-/* Rows of a table by columns. */
-static ad_status write_way(const planning *p, ad_error *error)
-{
-    const certificate *const c = p->way.certificate;
-    const size_t rows = c->count, variables = (size_t)c->variables;
-    const size_t columns = variables + PARTS + 5;
-    double *const numbers = malloc(rows * columns * sizeof *numbers);
-    if (!numbers) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a table");
-    }
-    static const char *const tips[] = {"tip_x", "tip_y", "tip_z"};
-    table_build to;
-    table_begin(&to, rows);
-    double *at = numbers;
-    for (size_t k = 0; k < variables; k++, at += rows) {
-        for (size_t i = 0; i < rows; i++) {
-            at[i] = c->configuration[i * variables + k];
-        }
-        table_add(&to, p->robot.names[k], NULL, at, NULL);
-    }
-    for (size_t i = 0; i < rows; i++) {
-        double tip[3];
-        plan_robot_in_scene(&p->robot, &c->tip[3 * i], tip);
-        for (size_t k = 0; k < 3; k++) {
-            at[k * rows + i] = tip[k];
-        }
-        at[3 * rows + i] = c->least[i];
-        at[4 * rows + i] = c->shape[i].at;
-        for (size_t k = 0; k < PARTS; k++) {
-            at[(5 + k) * rows + i] = part_of(&c->shape[i], (int)k);
-        }
-    }
-    table_add(&to, "left", "m", at + (5 + PARTS - 1) * rows, NULL);
-    table_add(&to, "left_on_way", "m", at + 3 * rows, NULL);
-    table_add(&to, "s", "m", at + 4 * rows, NULL);
-    for (size_t k = 0; k + 2 < PARTS; k++) { /* what a way takes off is of no shape */
-        table_add(&to, parts[k].column, "m", at + (5 + k) * rows, NULL);
-    }
-    for (size_t k = 0; k < 3; k++) {
-        table_add(&to, tips[k], "m", at + k * rows, NULL);
-    }
-    const ad_status status = table_write(p->asked.out, &to.table, error);
-    free(numbers);
-    return status;
 }
 
 static ad_status run(planning *p, ad_error *error)
@@ -400,6 +333,7 @@ static ad_status run(planning *p, ad_error *error)
                        ompl_is_built() ? "Embree" : "OMPL");
     }
     ad_status status = o->out ? table_check_path(o->out, error) : AD_OK;
+    status = status == AD_OK && o->shapes ? shapes_check_path(o->shapes, error) : status;
     status = status == AD_OK ? json_check_path(o->json, error) : status;
     status = status == AD_OK ? read_scene(p, error) : status;
     status = status == AD_OK ? open_environment(p, error) : status;
@@ -414,7 +348,11 @@ static ad_status run(planning *p, ad_error *error)
     }
     judge(p);
     if (o->out && p->way.certificate) {
-        status = write_way(p, error);
+        status = plan_write(&p->robot, p->way.certificate, o->out, error);
+    }
+    if (status == AD_OK && o->shapes && p->way.certificate) {
+        status = plan_write_shapes(p->exact, p->environment, &p->read->plan, p->way.certificate,
+                                   o->shapes, error);
     }
     if (status == AD_OK && !o->quiet) {
         print_head(p);
@@ -429,6 +367,7 @@ int main(int argc, char **argv)
     planning p = {.asked = {.seed = -1}};
     options *const o = &p.asked;
     const cli_option list[] = {{"--out", "FILE", CLI_TEXT, &o->out, 0, 0},
+                               {"--shapes", "FILE", CLI_TEXT, &o->shapes, 0, 0},
                                {"--run", "DIR", CLI_TEXT, &o->run, 0, 0},
                                {"--compile", NULL, CLI_FLAG, &o->compile, 0, 0},
                                CLI_SEED(&o->seed),
