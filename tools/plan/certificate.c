@@ -4,6 +4,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Of a variable between two shapes, in parts of its range: what a derivative does between its ends
+ * is then seen by several. */
+#define STEP_MAX 0.1
+
 const char *certificate_text(certificate_end end)
 {
     static const char *const texts[] = {
@@ -125,6 +129,17 @@ static double travel_of(const certifier *c, const node *a, const node *b, size_t
     return sqrt(fmax(square[0], fmax(square[1], square[2])));
 }
 
+/* The largest step of a variable, in parts of its range. */
+static double part_of_ranges(const certifier *c, const node *a, const node *b)
+{
+    const plan_robot *const robot = c->exact->robot;
+    double part = 0;
+    for (int k = 0; k < robot->count; k++) {
+        part = fmax(part, fabs(b->q[k] - a->q[k]) / (robot->high[k] - robot->low[k]));
+    }
+    return part;
+}
+
 /* Whether the way from a to the next holds, and takes off no more than a fourth, or a thousandth of
  * the length; false: look half-way. What the
  * derivative changes from end to end is added once, for what it does between them; and what travel
@@ -151,7 +166,8 @@ static bool judge_way(certifier *c, node *a, const node *b)
         here = now;
     }
     a->least = clearance_between(pieces_of(c), a->free, b->free, c->travel);
-    const bool smooth = change <= largest / 2 || largest < 1e-9 * c->exact->length;
+    const bool smooth = (change <= largest / 2 || largest < 1e-9 * c->exact->length) &&
+                        part_of_ranges(c, a, b) <= STEP_MAX;
     const double both = fmin(a->shape.free, b->shape.free);
     const bool close = both - a->least <= fmax(both / 4, 1e-3 * c->exact->length);
     return smooth && close && a->least >= c->asked->promised;
@@ -173,12 +189,7 @@ static ad_status split(certifier *c, bool *jumps, size_t *where)
         for (size_t k = 0; k < variables; k++) {
             q[k] = (a->q[k] + b->q[k]) / 2;
         }
-        double apart = 0;
-        for (size_t k = 0; k < variables; k++) {
-            const double range = c->exact->robot->high[k] - c->exact->robot->low[k];
-            apart = fmax(apart, fabs(b->q[k] - a->q[k]) / range);
-        }
-        if (apart < 1e-6 || c->count >= c->asked->shapes_max) {
+        if (part_of_ranges(c, a, b) < 1e-6 || c->count >= c->asked->shapes_max) {
             *jumps = true;
             *where = i;
             return AD_OK;

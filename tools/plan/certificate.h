@@ -38,7 +38,8 @@ typedef struct certificate_settings {
 
 /* configurations [count][variables of the robot]. Where it does not hold the result says why, too.
  * Between two neighbours it takes for granted that how far points move with a variable does not
- * change by more than it does between their ends. AD_NO_MEMORY, errors of the solver. */
+ * change by more than it does between their ends; none are further apart than a tenth of a range.
+ * AD_NO_MEMORY, errors of the solver. */
 ad_status certificate_create(plan_exact *shapes, const environment *of, environment_side side,
                              const certificate_settings *settings, size_t count,
                              const double *configurations, certificate **result, ad_error *error);
