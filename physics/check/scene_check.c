@@ -271,10 +271,9 @@ const char *scene_common_key(const scene *open, bool to_be_found, const scene_pa
         const scene_field *field = &scene_fields[i];
         const quantity *q = scene_field_of(open, field);
         const bool maps = !to_be_found && !scene_is_beam(open) && !scene_is_dynamic(open);
-        bool common =
-            field->rule == SCENE_ONE_NUMBER || (field->rule == SCENE_PLACE && !maps) ||
-            (field->rule == SCENE_LENGTH && (!maps || open->unknown_count > 0)) ||
-            (field->rule == SCENE_EACH_NUMBER && scene_is_beam(open) && scene_is_dynamic(open));
+        bool common = field->rule == SCENE_ONE_NUMBER || (field->rule == SCENE_PLACE && !maps) ||
+                      (field->rule == SCENE_LENGTH && (!maps || open->unknown_count > 0)) ||
+                      (field->rule == SCENE_EACH_NUMBER && scene_is_beam(open));
         for (int k = to_be_found ? known : 0;
              k < (to_be_found ? open->parameter_count : known) && common; k++) {
             if (quantity_any_depends_on(field->count, q, open->parameters[k].name)) {

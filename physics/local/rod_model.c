@@ -306,7 +306,7 @@ ad_status solve_rod_create(const scene *rod_scene, solve_rod **result, ad_error 
     return create(rod_scene, NULL, NULL, result, error);
 }
 
-/* What a scene has as one number for all its members: lengths, places, turns, springs, bodies. */
+/* What a scene has as one number for all its members: lengths, places, turns. */
 static ad_status check_open(const scene *open, const solve_parameters *parameters, ad_error *error)
 {
     for (int i = 0; i < scene_field_count; i++) {

@@ -167,9 +167,8 @@ int rod_acting_along(const rod_context *rod, rod_acting *acting)
 /* Of [3] numbers with that unit. */
 static ad_value stiffness_of(const rod_context *rod, const quantity *given, double unit)
 {
-    return ad_vector_constant(rod->tape, quantity_number_or(given[0], 0) / unit,
-                              quantity_number_or(given[1], 0) / unit,
-                              quantity_number_or(given[2], 0) / unit);
+    const ad_value zero = ad_scalar(rod->tape, 0);
+    return rod_quantities(rod, 3, given, ACTING_ZEROS, 1 / unit, zero, zero);
 }
 
 /* An anchor that is given sets out from where the unstressed rod is. */

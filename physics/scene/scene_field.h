@@ -25,7 +25,7 @@ typedef enum scene_part {
 /* What it may depend on; scene_check says the same in sentences. */
 typedef enum scene_rule {
     SCENE_ONE_NUMBER,
-    SCENE_EACH_NUMBER, /* the same, of each member of a family; not of beams in motion */
+    SCENE_EACH_NUMBER, /* the same, of each member of a family; not of beams */
     SCENE_LENGTH,      /* one number, or one of each member of a family (scene_map) */
     SCENE_PLACE,       /* the same, a place along the rod where something begins, acts or ends */
     SCENE_ALONG,       /* s */

@@ -345,13 +345,13 @@ extern "C" {
       "required",                                                                                  \
       "Place of a linear spring, 0 to length. On a beam it acts on the deflection, along d2, and " \
       "on the slope, about d1.")                                                                   \
-    X(of "stiffness", 3, in stiffness, ROD, ONE_NUMBER, NOT_NEGATIVE, TENSOR, WORLD, "N/m",     \
+    X(of "stiffness", 3, in stiffness, ROD, EACH_NUMBER, NOT_NEGATIVE, TENSOR, WORLD, "N/m",     \
       ZERO, NULL,                                                                                  \
       "Force per displacement from the anchor, along the axes of the world.")                      \
-    X(of "turning", 3, in turning, ROD, ONE_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, "N m/rad",     \
+    X(of "turning", 3, in turning, ROD, EACH_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, "N m/rad",     \
       ZERO, NULL,                                                                                  \
       "Moment about d1, d2, d3 per rotation (axis times angle) from the unstressed rod there.")    \
-    X(of "anchor", 3, in anchor, ROD, ONE_NUMBER, FINITE, POSITION_VECTOR, WORLD, "m", NOTHING, \
+    X(of "anchor", 3, in anchor, ROD, EACH_NUMBER, FINITE, POSITION_VECTOR, WORLD, "m", NOTHING, \
       "the unstressed rod there",                                                                  \
       "Position at which the spring does not pull.")
 

@@ -27,7 +27,7 @@ static const char plain[] = PULLED
 static const char robot[] =
     PULLED "rod: {model: cosserat, section: {shape: circle, radius: 0.002},\n"
            "      material: {youngs_modulus: 1e9*stiff, poissons_ratio: 0.3, density: 2000}}\n"
-           "segments: [{length: 0.1}, {length: 0.15, turn: [0, 0.3, 0]}]\n"
+           "segments: [{length: 0.1+push/2}, {length: 0.15, turn: [0, 0.3, 0]}]\n"
            "boundary: {start: {position: [push, 0, 0.1*pull], rotation: [1, 0, pull/5, push]},\n"
            "           end: {type: loaded}}\n"
            "loads:\n"
@@ -70,8 +70,10 @@ static const char supported[] = PULLED
     "  tip: {force: [0.02, push, 0]}\n"
     "  magnetic: {moment: [0, 0.02, 0.1], gradient: [0.1, -0.2, 0.1*push, 0.05, 0.1]}\n"
     "bodies: [{at: 0.25, mass: 0, magnetic_moment: [0, 0.002, 0.01]}]\n"
-    "springs: [{at: 0.1, stiffness: [1, 2, 0.5]}, {at: 0.1, turning: [0.01, 0.02, 0.01]},\n"
-    "  {at: 0.25, stiffness: [2, 2, 1], turning: [0.005, 0, 0.01], anchor: [0.02, 0, 0.2]}]\n"
+    "springs: [{at: 0.1, stiffness: [1+pull/5, 2, 0.5]}, {at: 0.1, turning: [0.01, "
+    "0.02+0.002*pull, "
+    "0.01]},\n"
+    "  {at: 0.25, stiffness: [2, 2, 1], turning: [0.005, 0, 0.01], anchor: [0.02, push/5, 0.2]}]\n"
     "tendons: [{offset: [\"0.005*cos(10*s)\", \"0.005*sin(10*s)\"], tension: pull}]\n";
 
 /* A rod whose law is learned: it bends, stretches and shears beyond what is linear. */

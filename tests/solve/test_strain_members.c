@@ -49,8 +49,10 @@ static const char robot[] = ROBOT("type: loaded", TIP, "", "");
  * pulls to somewhere else, and one that only turns. */
 static const char supported[] = ROBOT(
     "type: loaded", TIP, "  foundation: [\"where(0.15-s, 3*stiff, 0)\", 2, 0]\n",
-    "springs: [{at: 0.2, stiffness: [1, 2, 0.5]}, {at: 0.05, turning: [0.01, 0.02, 0.01]},\n"
-    "  {at: 0.25, stiffness: [2, 2, 1], turning: [0.005, 0, 0.01], anchor: [0.02, 0, 0.2]}]\n");
+    "springs: [{at: 0.2, stiffness: [1+push, 2, 0.5]}, {at: 0.05, turning: [0.01*stiff, 0.02, "
+    "0.01]},\n"
+    "  {at: 0.25, stiffness: [2, 2*stiff, 1], turning: [0.005, 0, 0.01], anchor: "
+    "[\"0.02+0.01*side\", 0, 0.2]}]\n");
 
 /* Held at its end, near where it is by itself, without the loads there. */
 static const char pinned[] = ROBOT("type: pinned, position: [0.05, -0.22, 0.08]", "", "", "");
@@ -753,7 +755,7 @@ static void test_refusals(void **state)
     refuse(FAMILY "tendons: [{offset: [0.01, 0], tension: p, friction: 0.1},\n"
                   "          {offset: [-0.01, 0], end: 0.5, tension: p}]\n",
            "friction of a tendon where strains jump");
-    refuse(FAMILY "springs: [{at: 0.5, stiffness: [p, 1, 1]}]\n",
+    refuse(FAMILY "segments: [{length: 0.5}, {length: 0.5, turn: [p, 0, 0]}]\n",
            "allowed: one number for all members");
     /* what a foundation is at rest with */
     refuse("parameters: {p: {range: [0, 1]}, half: p/2}\n"

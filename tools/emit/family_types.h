@@ -27,7 +27,7 @@ typedef struct model_answer {
 extern const double model_lower[model_PARAMETERS], model_upper[model_PARAMETERS];
 extern const char *const model_parameter_names[model_PARAMETERS],
     *const model_column_names[model_COLUMNS];
-extern const double model_places[model_POINTS]; /* of the shape, m */
+extern const double model_places[model_POINTS]; /* of the shape, m; of the middle */
 
 /* shape [POINTS][COLUMNS], or tip [COLUMNS], of a member with 0, 1 or 2 steps. answer may be
  * NULL: that is quicker, without steps much so. */
