@@ -26,10 +26,10 @@ said stdout.txt '^search by the solver'
 said stdout.txt '^solved$'
 check "the grid is kept" -- test -s lumen.distances.h5
 # Each part is told, and what is left follows.
-awk '/^  (distance|radius|rounding|shape|between|left) / {
+awk '/^  (distance|radius|rounding|shape|unknown|between|left) / {
     left = $NF; sum += $1 == "distance" ? $NF : $1 == "left" ? -$NF : -$NF
     rows++
-} END { exit !(rows == 7 && left >= 2 && sum * sum < 1e-6) }' stdout.txt ||
+} END { exit !(rows == 8 && left >= 2 && sum * sum < 1e-6) }' stdout.txt ||
     failed "parts do not add up: $(cat stdout.txt)"
 
 harder=(lumen.yaml --set plan.clearance=0.008)
@@ -42,11 +42,11 @@ run 0 cpinn-plan "${harder[@]}" --seed 9 --json -
 said stdout.txt '"outcome": "solved"'
 said stdout.txt '"certificate": {"holds": "yes", '
 check "columns" -- test "$(head -1 way.csv)" = \
-    pull_1,pull_2,pull_3,slide,turn,left,left_on_way,s,distance,radius,rounding,shape,between_points,tip_x,tip_y,tip_z
+    pull_1,pull_2,pull_3,slide,turn,left,left_on_way,s,distance,radius,rounding,shape,unknown,between_points,tip_x,tip_y,tip_z
 # Rows begin at the start, keep the clearance, and end with the tip at the goal.
-awk -F, 'NR == 2 { ok = $1 == 0 && $4 == -0.15 && $16 > 0.0499999 && $16 < 0.0500001 }
+awk -F, 'NR == 2 { ok = $1 == 0 && $4 == -0.15 && $17 > 0.0499999 && $17 < 0.0500001 }
     NR > 1 { ok = ok && $6 >= 0.008 && $7 >= 0.008 && $7 <= $6
-        off = sqrt(($14 - 0.045)^2 + $15^2 + ($16 - 0.108)^2) }
+        off = sqrt(($15 - 0.045)^2 + $16^2 + ($17 - 0.108)^2) }
     END { exit !(ok && NR > 2 && off < 0.001) }' way.csv || failed "$(cat way.csv)"
 run 0 cpinn-plan "${harder[@]}" --shapes shapes.csv --quiet
 awk -F, 'NR == 1 { ok = $0 == "t,s,x,y,z,radius,left" }
@@ -104,6 +104,8 @@ refused 'plan\.actuators: .*pull_9 is no parameter' \
     cpinn-plan lumen.yaml --set plan.actuators=[pull_9]
 refused 'plan\.slide: is for scenes where only actuators act' \
     cpinn-plan lumen.yaml --set loads.gravity=[0,0,-9.81]
+refused 'plan\.unknown: .*pull_1 is given twice, or fixed' \
+    cpinn-plan lumen.yaml --set plan.unknown=[pull_1] --set plan.fixed=[pull_1=0]
 refused 'has no section plan' cpinn-plan "$ROOT/configs/robots/tendon_family.yaml"
 
 finish

@@ -43,13 +43,19 @@ typedef struct robot {
     plan_exact *exact;
 } robot;
 
-static inline robot make_robot(bool base)
+/* stiffness: fixed, as "stiffness=1"; NULL: unknown. */
+static inline robot make_robot_of(bool base, const char *stiffness)
 {
     robot r = {.owner = NULL};
     ad_error error = {.message = ""};
     char key[PLAN_KEY] = "";
     plan_settings settings = plan_settings_default();
-    settings.fixed[settings.fixed_count++] = "stiffness=1.1";
+    const char *const range = "parameters.stiffness={range: [0.9, 1.2]}";
+    if (stiffness) {
+        settings.fixed[settings.fixed_count++] = stiffness;
+    } else {
+        settings.unknown[settings.unknown_count++] = "stiffness";
+    }
     if (base) {
         settings.slide[0] = -0.05, settings.slide[1] = 0.05;
         settings.turn[0] = -1, settings.turn[1] = 1;
@@ -57,9 +63,15 @@ static inline robot make_robot(bool base)
         memcpy(settings.position, position, sizeof position);
         memcpy(settings.rotation, rotation, sizeof rotation);
     }
-    assert_int_equal(config_read("robot.yaml", robot_text, 0, NULL, &r.owner, &error), AD_OK);
+    assert_int_equal(
+        config_read("robot.yaml", robot_text, stiffness ? 0 : 1, &range, &r.owner, &error), AD_OK);
     assert_int_equal(plan_robot_create(&settings, &r.owner->scene, &r.moves, key, &error), AD_OK);
     return r;
+}
+
+static inline robot make_robot(bool base)
+{
+    return make_robot_of(base, "stiffness=1.1");
 }
 
 static inline void open_robot(robot *r, size_t points)
@@ -78,7 +90,7 @@ static inline void free_robot(robot *r)
 /* Largest that random shapes of a way are nearer than promised for it: by solutions on other points
  * and exact distances of points. */
 static inline void try_way(robot *r, const environment *of, const certificate *c, double radius,
-                           uint64_t seed, int shapes)
+                           uint64_t seed, int shapes, double from, bool unknown)
 {
     double q[PLAN_BATCH * PLAN_VARIABLES_MAX], promised[PLAN_BATCH];
     const size_t n = (size_t)c->variables;
@@ -93,11 +105,17 @@ static inline void try_way(robot *r, const environment *of, const certificate *c
                 q[m * n + v] = a[0] + part * (a[n] - a[0]);
             }
         }
+        if (unknown) { /* a stiffness for the batch */
+            r->moves.fixed[3] = random_in(&seed, 0.9, 1.2);
+        }
         assert_int_equal(plan_exact_shapes(r->exact, PLAN_BATCH, q, NULL), AD_OK);
         for (size_t m = 0; m < PLAN_BATCH; m++) {
             double within = INFINITY, nearest = INFINITY;
             for (size_t p = 0; p < r->exact->points; p++) {
                 const double *const at_p = &r->exact->r[3 * (m * r->exact->points + p)];
+                if (r->exact->s[p] < from) {
+                    continue;
+                }
                 const double d = environment_distance(of, at_p, within);
                 within = fabs(d) + 0.002;
                 nearest = fmin(nearest, d - radius);

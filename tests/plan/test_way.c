@@ -172,7 +172,7 @@ static void around_a_post(void **state)
     assert_int_equal(found.end, WAY_CERTIFIED);
     assert_true(found.corners > 2); /* straight on is the post */
     assert_true(found.certificate->all.free >= 0.001);
-    try_way(&fine, of, found.certificate, settings.radius, 6, 1024);
+    try_way(&fine, of, found.certificate, settings.radius, 6, 1024, 0, false);
     assert_int_equal(way_find(&problem, &again, key, &error), AD_OK);
     assert_int_equal(again.certificate->count, found.certificate->count);
     assert_memory_equal(again.certificate->configuration, found.certificate->configuration,
@@ -253,7 +253,8 @@ static void ways_among_boxes(void **state)
             ends[found.end]++;
             if (found.end == WAY_CERTIFIED) {
                 assert_true(found.certificate->all.free >= settings.clearance);
-                try_way(&fine, of, found.certificate, settings.radius, random_bits(&random), 256);
+                try_way(&fine, of, found.certificate, settings.radius, random_bits(&random), 256, 0,
+                        false);
             }
             way_free(&found);
         }

@@ -362,6 +362,8 @@ const config_key config_keys[] = {
      .count_offset = offsetof(config, plan.actuator_count)},
     {"plan.fixed", CONFIG_TEXT, ENTRIES(0, SCENE_PARAMETERS_MAX), AT(plan.fixed),
      .count_offset = offsetof(config, plan.fixed_count)},
+    {"plan.unknown", CONFIG_TEXT, ENTRIES(0, PLAN_UNKNOWN_MAX), AT(plan.unknown),
+     .count_offset = offsetof(config, plan.unknown_count)},
     {"plan.slide", CONFIG_NUMBER, ENTRIES(2, 2), AT(plan.slide), ANY, .unit = "m"},
     {"plan.turn", CONFIG_NUMBER, ENTRIES(2, 2), AT(plan.turn), ANY, .unit = "rad"},
     {"plan.start", CONFIG_NUMBER, ENTRIES(0, PLAN_VARIABLES_MAX), AT(plan.start),

@@ -21,13 +21,14 @@ const char *certificate_text(certificate_end end)
 /* One configuration of which the shape is known. */
 typedef struct node {
     clearance shape;
-    double least;  /* to the next */
-    double *q;     /* [variables] */
-    double *free;  /* [pieces] */
-    double *r;     /* [points][3] */
-    double *moves; /* [points][3][variables] */
-    size_t next;   /* in order; itself: the last */
-    bool holds;    /* the way to the next */
+    double least;   /* to the next */
+    double *q;      /* [variables] */
+    double *free;   /* [pieces] */
+    double *r;      /* [points][3] */
+    double *spread; /* [points] */
+    double *moves;  /* [points][3][variables] */
+    size_t next;    /* in order; itself: the last */
+    bool holds;     /* the way to the next */
 } node;
 
 typedef struct certifier {
@@ -51,7 +52,7 @@ static ad_status add_node(certifier *c, const double *q)
 {
     const size_t variables = (size_t)c->exact->robot->count, points = c->exact->points;
     double *const numbers =
-        malloc((variables + points + 3 * points + 3 * points * variables) * sizeof *numbers);
+        malloc((variables + 2 * points + 3 * points + 3 * points * variables) * sizeof *numbers);
     if (!numbers) {
         return ad_fail(c->error, AD_NO_MEMORY, "out of memory for a way of %zu shapes", c->count);
     }
@@ -59,7 +60,8 @@ static ad_status add_node(certifier *c, const double *q)
     *n = (node){.q = numbers};
     n->free = n->q + variables;
     n->r = n->free + points;
-    n->moves = n->r + 3 * points;
+    n->spread = n->r + 3 * points;
+    n->moves = n->spread + points;
     memcpy(n->q, q, variables * sizeof *q);
     return AD_OK;
 }
@@ -71,7 +73,9 @@ static void judge_shape(certifier *c, node *n, size_t member)
     memcpy(n->r, &e->r[3 * member * points], 3 * points * sizeof *n->r);
     memcpy(n->moves, &e->moves[3 * member * points * variables],
            3 * points * variables * sizeof *n->moves);
+    memcpy(n->spread, &e->spread[member * points], points * sizeof *n->spread);
     const clearance_shape shape = {.points = points,
+                                   .spread = e->robot->unknowns ? n->spread : NULL,
                                    .s = e->s,
                                    .r = n->r,
                                    .speed = &e->speed[member * points],
@@ -143,7 +147,9 @@ static double part_of_ranges(const certifier *c, const node *a, const node *b)
 /* Whether the way from a to the next holds, and takes off no more than a fourth, or a thousandth of
  * the length; false: look half-way. What the
  * derivative changes from end to end is added once, for what it does between them; and what travel
- * bends from point to point a fourth of, twice what a parabola leaves between points. */
+ * bends from point to point a fourth of, twice what a parabola leaves between points. Where unknown
+ * parameters move a point by x at a and y at b, they move it by no more than max(x, y) + |x - y|
+ * between: as half of travel is taken off and (x + y)/2 was already, that is 3 |x - y|. */
 static bool judge_way(certifier *c, node *a, const node *b)
 {
     const size_t points = c->exact->points;
@@ -164,6 +170,11 @@ static bool judge_way(certifier *c, node *a, const node *b)
         }
         before = here;
         here = now;
+    }
+    for (size_t k = 0; k + 1 < points; k++) {
+        const double change =
+            fmax(fabs(a->spread[k] - b->spread[k]), fabs(a->spread[k + 1] - b->spread[k + 1]));
+        c->travel[k] += 3 * change;
     }
     a->least = clearance_between(pieces_of(c), a->free, b->free, c->travel);
     const bool smooth = (change <= largest / 2 || largest < 1e-9 * c->exact->length) &&

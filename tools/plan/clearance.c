@@ -19,6 +19,20 @@ static double off_line(const clearance_shape *shape, size_t piece)
     return sqrt(fmax((length - between) * (length + between), 0)) / 2;
 }
 
+/* Of a piece, where the spread bends a fourth of its second difference more: as much as twice what
+ * a parabola has between points. */
+static double spread_of(const clearance_shape *shape, size_t piece)
+{
+    const double *const d = shape->spread;
+    if (!d) {
+        return 0;
+    }
+    const size_t last = shape->points - 1;
+    const double before = piece > 0 ? fabs(d[piece - 1] - 2 * d[piece] + d[piece + 1]) : 0;
+    const double after = piece + 2 <= last ? fabs(d[piece] - 2 * d[piece + 1] + d[piece + 2]) : 0;
+    return fmax(d[piece], d[piece + 1]) + fmax(before, after) / 4;
+}
+
 void clearance_of_shape(const environment *of, const clearance_shape *shape, double *free,
                         clearance *least)
 {
@@ -38,10 +52,12 @@ void clearance_of_shape(const environment *of, const clearance_shape *shape, dou
                        .radius = shape->radius,
                        .distance_error = 1e-12 * size, /* as tested */
                        .shape_error = shape->error,
+                       .unknown = spread_of(shape, k),
                        .between_points = off_line(shape, k),
                        .at = shape->s[k]};
         within = fabs(c.distance) + apart(r, r + 3); /* the next one begins where this ends */
-        c.free = c.distance - c.radius - c.distance_error - c.shape_error - c.between_points;
+        c.free =
+            c.distance - c.radius - c.distance_error - c.shape_error - c.unknown - c.between_points;
         free[k] = c.free;
         if (!(c.free >= least->free)) {
             *least = c;

@@ -11,6 +11,7 @@ typedef struct clearance {
     double radius;                 /* of the robot */
     double distance_error;         /* rounding of distances */
     double shape_error;            /* of points */
+    double unknown;                /* what unknown parameters move a point at most */
     double between_points;         /* the rod is no further from the line than so */
     double between_configurations; /* what the way from one to the next takes off */
     double free;                   /* what is left */
@@ -20,12 +21,13 @@ typedef struct clearance {
 /* A shape in the surface's axes. */
 typedef struct clearance_shape {
     size_t points;
-    const double *s;     /* [points] m, ascending */
-    const double *r;     /* [points][3] */
-    const double *speed; /* [points] |dr/ds| */
-    double error;        /* m: points are off by at most so much */
-    double radius;       /* of the robot, m */
-    double from;         /* s from which on it counts, m; one of the points */
+    const double *s;      /* [points] m, ascending */
+    const double *r;      /* [points][3] */
+    const double *speed;  /* [points] |dr/ds| */
+    double error;         /* m: points are off by at most so much */
+    const double *spread; /* [points] m, of unknown parameters; NULL: there are none */
+    double radius;        /* of the robot, m */
+    double from;          /* s from which on it counts, m; one of the points */
 } clearance_shape;
 
 /* Of the pieces between points, free [points - 1], infinite where they do not count, and the least

@@ -56,6 +56,17 @@ static ad_status fix(plan_robot *robot, const plan_settings *settings, const sce
         }
         robot->fixed[i] = value;
     }
+    for (int k = 0; k < settings->unknown_count; k++) {
+        const int i = find(of, settings->unknown[k]);
+        if (i < 0 || !isnan(robot->fixed[i])) {
+            return refuse(key, "plan.unknown", error,
+                          i < 0 ? "is no parameter with a range" : "is given twice, or fixed",
+                          settings->unknown[k]);
+        }
+        robot->unknown[robot->unknowns] = i;
+        robot->half[robot->unknowns++] = (of->parameters[i].high - of->parameters[i].low) / 2;
+        robot->fixed[i] = (of->parameters[i].high + of->parameters[i].low) / 2;
+    }
     return AD_OK;
 }
 
@@ -272,6 +283,8 @@ ad_status plan_exact_create(const plan_robot *robot, const scene *of, size_t poi
         e->r = malloc(3 * rows * sizeof *e->r);
         e->speed = malloc(rows * sizeof *e->speed);
         e->moves = malloc(3 * rows * count * sizeof *e->moves);
+        e->spread = calloc(rows, sizeof *e->spread);
+        e->first = malloc(3 * rows * sizeof *e->first);
         e->error = malloc(PLAN_BATCH * sizeof *e->error);
         e->parameters = malloc(PLAN_BATCH * parameters * sizeof *e->parameters);
         e->values = malloc(rows * SOLVE_MEMBERS_COLUMNS * sizeof *e->values);
@@ -279,8 +292,8 @@ ad_status plan_exact_create(const plan_robot *robot, const scene *of, size_t poi
             malloc(PLAN_BATCH * solve_members_nodes(e->solver) * 3 * sizeof *e->curvature);
         e->jacobian = malloc(rows * SOLVE_MEMBERS_COLUMNS * parameters * sizeof *e->jacobian);
         e->solved = malloc(PLAN_BATCH * sizeof *e->solved);
-        if (!e->r || !e->speed || !e->moves || !e->error || !e->parameters || !e->values ||
-            !e->curvature || !e->jacobian || !e->solved) {
+        if (!e->r || !e->speed || !e->moves || !e->spread || !e->first || !e->error ||
+            !e->parameters || !e->values || !e->curvature || !e->jacobian || !e->solved) {
             status = ad_fail(error, AD_NO_MEMORY, "out of memory for shapes");
         }
     }
@@ -296,8 +309,9 @@ void plan_exact_free(plan_exact *of)
 {
     if (of) {
         solve_members_free(of->solver);
-        double *const owned[] = {of->s,          of->r,      of->speed,     of->moves,   of->error,
-                                 of->parameters, of->values, of->curvature, of->jacobian};
+        double *const owned[] = {of->s,      of->r,         of->speed,   of->moves,
+                                 of->spread, of->first,     of->error,   of->parameters,
+                                 of->values, of->curvature, of->jacobian};
         for (size_t i = 0; i < sizeof owned / sizeof *owned; i++) {
             free(owned[i]);
         }
@@ -338,6 +352,74 @@ static void find_moves(const plan_exact *e, const double *configuration, const d
     }
 }
 
+/* Adds what one choice of the unknown parameters moves, part [unknowns] -1, 0 or 1 of each half
+ * range; off [members][points] what that differs from the derivative. */
+static ad_status try_unknown(plan_exact *of, size_t members, const int *part, double *off,
+                             ad_error *error)
+{
+    const plan_robot *const robot = of->robot;
+    const size_t parameters = (size_t)robot->parameters, columns = SOLVE_MEMBERS_COLUMNS;
+    for (size_t m = 0; m < members; m++) {
+        for (int k = 0; k < robot->unknowns; k++) {
+            const int i = robot->unknown[k];
+            of->parameters[m * parameters + (size_t)i] = robot->fixed[i] + part[k] * robot->half[k];
+        }
+    }
+    ad_status status =
+        solve_members_solve(of->solver, members, of->parameters, of->values, of->solved, error);
+    for (size_t row = 0; row < members * of->points && status == AD_OK; row++) {
+        double moved = 0, linear = 0, differs = 0;
+        for (size_t i = 0; i < 3; i++) {
+            const double *const by = &of->jacobian[(row * columns + i) * parameters];
+            const double change = of->values[row * columns + i] - of->first[3 * row + i];
+            double expected = 0;
+            for (int k = 0; k < robot->unknowns; k++) {
+                expected += by[robot->unknown[k]] * part[k] * robot->half[k];
+            }
+            moved += change * change;
+            linear += expected * expected;
+            differs += (change - expected) * (change - expected);
+        }
+        of->spread[row] = fmax(of->spread[row], sqrt(fmax(moved, linear)));
+        off[row] = fmax(off[row], sqrt(differs));
+    }
+    for (size_t m = 0; m < members && status == AD_OK; m++) {
+        of->error[m] = of->solved[m].solved ? of->error[m] : INFINITY;
+    }
+    return status;
+}
+
+static ad_status find_spread(plan_exact *of, size_t members, ad_error *error)
+{
+    const size_t rows = members * of->points;
+    double *const off = calloc(rows, sizeof *off);
+    ad_status status =
+        off ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for unknown parameters");
+    int choices = 1;
+    for (int k = 0; k < of->robot->unknowns; k++) {
+        choices *= 3;
+    }
+    memset(of->spread, 0, rows * sizeof *of->spread);
+    for (size_t row = 0; row < rows; row++) {
+        memcpy(&of->first[3 * row], &of->values[row * SOLVE_MEMBERS_COLUMNS],
+               3 * sizeof *of->first);
+    }
+    for (int choice = 0; choice < choices && status == AD_OK; choice++) {
+        int part[PLAN_UNKNOWN_MAX];
+        for (int k = 0, rest = choice; k < of->robot->unknowns; k++, rest /= 3) {
+            part[k] = rest % 3 - 1;
+        }
+        if (choice != choices / 2) { /* all in the middle */
+            status = try_unknown(of, members, part, off, error);
+        }
+    }
+    for (size_t row = 0; row < rows && status == AD_OK; row++) {
+        of->spread[row] += off[row];
+    }
+    free(off);
+    return status;
+}
+
 ad_status plan_exact_shapes(plan_exact *of, size_t members, const double *configurations,
                             ad_error *error)
 {
@@ -366,5 +448,5 @@ ad_status plan_exact_shapes(plan_exact *of, size_t members, const double *config
                        &of->moves[3 * row * count]);
         }
     }
-    return status;
+    return status == AD_OK && robot->unknowns > 0 ? find_spread(of, members, error) : status;
 }

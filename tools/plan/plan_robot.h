@@ -17,8 +17,11 @@ typedef struct plan_robot {
     int slide, turn;                                          /* which variables; -1: none */
     int parameters;                                           /* of the scene */
     double fixed[SCENE_PARAMETERS_MAX];                       /* NaN: one that moves */
-    double base[3], axis[3];                                  /* of the rod, in the scene */
-    double position[3], rotation[3][3];                       /* of the surface there */
+    int unknowns,
+        unknown[PLAN_UNKNOWN_MAX];      /* of the scene; fixed in the middle of their ranges, */
+    double half[PLAN_UNKNOWN_MAX];      /* that go so far to both sides */
+    double base[3], axis[3];            /* of the rod, in the scene */
+    double position[3], rotation[3][3]; /* of the surface there */
 } plan_robot;
 
 /* AD_BAD_INPUT: `key` receives what is to blame. */
@@ -51,12 +54,12 @@ typedef struct plan_exact {
     size_t points;
     double *s; /* [points] m */
     /* of the last shapes [members][points]...: */
-    double *r;          /* [3] */
-    double *speed;      /* |dr/ds| */
-    double *moves;      /* [3][count]: dr/d(variable) */
-    double *error;      /* [members], m; infinite: there is no such equilibrium */
-    size_t members_max; /* of a call */
-    double *parameters, *values, *curvature, *jacobian;
+    double *r;      /* [3] */
+    double *speed;  /* |dr/ds| */
+    double *moves;  /* [3][count]: dr/d(variable) */
+    double *error;  /* [members], m; infinite: there is no such equilibrium */
+    double *spread; /* [members][points], m: what unknown parameters move a point at most */
+    double *first, *parameters, *values, *curvature, *jacobian;
     solve_member *solved;
 } plan_exact;
 
@@ -68,7 +71,9 @@ void plan_exact_free(plan_exact *of); /* NULL is allowed */
 
 enum { PLAN_BATCH = 64 };
 
-/* Shapes of members <= PLAN_BATCH configurations [members][count]. */
+/* Shapes of members <= PLAN_BATCH configurations [members][count], with unknown parameters in the
+ * middle of their ranges. What these move is seen at all ends and middles of the ranges; what that
+ * differs from the derivative is added once, for values between. */
 ad_status plan_exact_shapes(plan_exact *of, size_t members, const double *configurations,
                             ad_error *error);
 

@@ -7,7 +7,7 @@
 
 #include <stdint.h>
 
-enum { PLAN_ACTUATORS_MAX = 16, PLAN_VARIABLES_MAX = PLAN_ACTUATORS_MAX + 2 };
+enum { PLAN_ACTUATORS_MAX = 16, PLAN_VARIABLES_MAX = PLAN_ACTUATORS_MAX + 2, PLAN_UNKNOWN_MAX = 3 };
 
 #define PLAN_UNIT_LIST(X) X(PLAN_M, "m", 1) X(PLAN_CM, "cm", 1e-2) X(PLAN_MM, "mm", 1e-3)
 /* In the order of environment_side. */
@@ -31,9 +31,10 @@ typedef struct plan_settings {
     double radius;                   /* of the robot, m */
     double from;                     /* s from which on it must not touch, m */
     double clearance;                /* m */
-    int actuator_count, fixed_count;
+    int actuator_count, fixed_count, unknown_count;
     const char *actuators[PLAN_ACTUATORS_MAX]; /* parameters that move; none: all of them */
     const char *fixed[SCENE_PARAMETERS_MAX];   /* "name=value" of the others */
+    const char *unknown[PLAN_UNKNOWN_MAX];     /* that may have any value of their ranges */
     double slide[2], turn[2];                  /* m, rad: of the base along and about its axis */
     int start_count, goal_count;
     double start[PLAN_VARIABLES_MAX], goal[PLAN_VARIABLES_MAX]; /* actuators, slide, turn */

@@ -17,6 +17,7 @@ typedef struct finder {
     double start[PLAN_VARIABLES_MAX];
     double goals[GOALS_MAX * PLAN_VARIABLES_MAX];
     double room;        /* m, the least that start and goals have beyond what is promised */
+    double unknown;     /* what unknown parameters take off there at most */
     double needed;      /* of the rod from the surface, in the search */
     double *values, *r; /* [points][columns], [points][3] */
     ad_error *error;
@@ -121,7 +122,9 @@ static ad_status try_one(finder *f, const double *q, bool *free_of_it, char why[
     ad_status status = certify(f, 1, q, &c);
     *free_of_it = status == AD_OK && c->end == CERTIFICATE_HOLDS;
     if (*free_of_it) {
-        f->room = fmin(f->room, c->shape[0].free - f->of->settings->clearance);
+        const clearance *const shape = &c->shape[0];
+        f->room = fmin(f->room, shape->free + shape->unknown - f->of->settings->clearance);
+        f->unknown = fmax(f->unknown, shape->unknown);
     } else if (status == AD_OK && c->end == CERTIFICATE_TOO_NEAR) {
         snprintf(why, 200,
                  "the robot is too near to the surface there: of %.4g mm, %.4g mm are "
@@ -199,12 +202,13 @@ static ad_status find_goals(finder *f, char key[PLAN_KEY])
 
 /* ---- searches -------------------------------------------------------------------------------- */
 
-/* What a search keeps beyond what is promised: the error of its shapes, and some room for what
- * bounds take off, more each time; where start and goals leave less, most of that. */
+/* What a search keeps beyond what is promised: the error of its shapes, what unknown parameters
+ * take off, and some room for what bounds take off, more each time; where start and goals leave
+ * less, most of that. */
 static double margin(const finder *f, int search)
 {
     const double wanted = fmax(0.1 * f->of->settings->clearance, 1e-4 * f->of->exact->length);
-    return f->of->shapes->error + fmin(ldexp(wanted, search), 0.8 * f->room);
+    return f->of->shapes->error + fmin(f->unknown + ldexp(wanted, search), 0.8 * f->room);
 }
 
 static ad_status search(finder *f)

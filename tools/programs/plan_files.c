@@ -13,6 +13,7 @@ static const struct {
     {"radius", "radius", offsetof(clearance, radius)},
     {"rounding", "rounding", offsetof(clearance, distance_error)},
     {"shape", "shape", offsetof(clearance, shape_error)},
+    {"unknown", "unknown", offsetof(clearance, unknown)},
     {"between points", "between_points", offsetof(clearance, between_points)},
     {"between configurations", "between_configurations",
      offsetof(clearance, between_configurations)},
@@ -109,13 +110,15 @@ ad_status plan_write_shapes(plan_exact *exact, const environment *environment,
             status = plan_exact_shapes(exact, members,
                                        &of->configuration[i * (size_t)of->variables], error);
         }
-        const clearance_shape shape = {.points = points,
-                                       .s = exact->s,
-                                       .r = &exact->r[3 * member * points],
-                                       .speed = &exact->speed[member * points],
-                                       .error = exact->error[member],
-                                       .radius = settings->radius,
-                                       .from = settings->from};
+        const clearance_shape shape = {
+            .points = points,
+            .s = exact->s,
+            .r = &exact->r[3 * member * points],
+            .speed = &exact->speed[member * points],
+            .error = exact->error[member],
+            .spread = exact->robot->unknowns ? &exact->spread[member * points] : NULL,
+            .radius = settings->radius,
+            .from = settings->from};
         clearance least;
         clearance_of_shape(environment, &shape, pieces, &least);
         leave(pieces, points, &numbers[LEFT * rows + i * points]);

@@ -4,7 +4,7 @@
 
 #include "tools/plan/way.h"
 
-enum { PLAN_PARTS = 7 };
+enum { PLAN_PARTS = 8 };
 
 double plan_part(const clearance *of, int part);
 const char *plan_part_word(int part);   /* "between points" */
