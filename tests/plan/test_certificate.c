@@ -208,6 +208,46 @@ static void an_unknown_stiffness(void **state)
     free_robot(&middle);
 }
 
+/* Of a robot that comes out of a port s counts otherwise than metres; lines between points are no
+ * longer than speeds allow, and hardly shorter. Bends of 10 1/m take (0.003*10)^2/24 off. */
+static void an_inserted_robot(void **state)
+{
+    (void)state;
+    robot r = {.owner = NULL};
+    ad_error error = {.message = ""};
+    char key[PLAN_KEY];
+    const plan_settings settings = plan_settings_default();
+    assert_int_equal(
+        config_read("configs/families/insertion.yaml", NULL, 0, NULL, &r.owner, &error), AD_OK);
+    assert_int_equal(plan_robot_create(&settings, &r.owner->scene, &r.moves, key, &error), AD_OK);
+    open_robot(&r, 61);
+    const double q[3 * 5] = {1, 0.5, 0, 0.06, 1, 1, 0.5, 0, 0.19, 1, 0.2, 0.1, 0.3, 0.1, -2};
+    assert_int_equal(plan_exact_shapes(r.exact, 3, q, NULL), AD_OK);
+    for (size_t m = 0; m < 3; m++) {
+        for (size_t k = 0; k < 60; k++) {
+            const size_t row = m * 61 + k;
+            const double *const p = &r.exact->r[3 * row];
+            const double length = (r.exact->s[k + 1] - r.exact->s[k]) * r.exact->speed[row];
+            const double line = sqrt((p[3] - p[0]) * (p[3] - p[0]) + (p[4] - p[1]) * (p[4] - p[1]) +
+                                     (p[5] - p[2]) * (p[5] - p[2]));
+            assert_true(line <= length * (1 + 1e-6) && line >= length * (1 - 1e-4));
+        }
+    }
+    mesh m = mesh_tube(0.09, 0.05, 0.35, 0.1, 30, 32);
+    environment *of = open_mesh(&m, ENVIRONMENT_INSIDE);
+    const certificate_settings asked = {
+        .radius = 0.002, .from = 0, .promised = 0.001, .shapes_max = 2000};
+    const double way[2 * 5] = {0, 0, 0, 0.06, 1, 1, 0.5, 0, 0.19, 1};
+    certificate *c = NULL;
+    assert_int_equal(
+        certificate_create(r.exact, of, ENVIRONMENT_INSIDE, &asked, 2, way, &c, &error), AD_OK);
+    assert_int_equal(c->end, CERTIFICATE_HOLDS);
+    try_way(&r, of, c, asked.radius, 3, 256, 0, false);
+    certificate_free(c);
+    environment_free(of);
+    free_robot(&r);
+}
+
 /* A wall between two shapes that are both free of it is seen, however thin. */
 static void a_wall_between(void **state)
 {
@@ -243,6 +283,7 @@ int main(void)
                                        cmocka_unit_test(motions_of_points),
                                        cmocka_unit_test(a_way_that_holds),
                                        cmocka_unit_test(an_unknown_stiffness),
+                                       cmocka_unit_test(an_inserted_robot),
                                        cmocka_unit_test(a_wall_between)};
     return environment_is_built() ? cmocka_run_group_tests(tests, make_directory, remove_directory)
                                   : 77;

@@ -161,13 +161,6 @@ ad_status plan_robot_create(const plan_settings *settings, const scene *of, plan
                             char key[PLAN_KEY], ad_error *error)
 {
     memset(result, 0, sizeof *result);
-    if (of->place.is_given) { /* between points it takes s for metres of the rod */
-        return refuse(
-            key, "plan", error,
-            "does not know lengths and places with ranges, nor rod.inserted, yet; allowed: "
-            "numbers, plan.slide and plan.turn",
-            "");
-    }
     result->parameters = of->parameter_count;
     memcpy(result->position, settings->position, sizeof result->position);
     matrix_of(settings->rotation, result->rotation);
@@ -259,6 +252,7 @@ ad_status plan_exact_create(const plan_robot *robot, const scene *of, size_t poi
         return ad_fail(error, AD_NO_MEMORY, "out of memory for shapes");
     }
     e->robot = robot;
+    e->of = of;
     e->s = s;
     e->length = scene_length(of);
     for (size_t k = 0; k < points; k++) {
@@ -420,6 +414,29 @@ static ad_status find_spread(plan_exact *of, size_t members, ad_error *error)
     return status;
 }
 
+/* |dr/ds| from strains, which are by metres of the rod as it is written (scene_map). */
+static ad_status find_speeds(plan_exact *of, size_t members, ad_error *error)
+{
+    const size_t parameters = (size_t)of->robot->parameters;
+    scene *const member = malloc(sizeof *member);
+    if (!member) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a member");
+    }
+    for (size_t row = 0; row < members * of->points; row++) {
+        const double *const v = &of->values[row * SOLVE_MEMBERS_COLUMNS + 7];
+        const size_t point = row % of->points;
+        if (point == 0 && of->of->rod.growth.is_given) {
+            scene_member(of->of, &of->parameters[row / of->points * parameters], member);
+        }
+        of->speed[row] = sqrt(vector_dot(v, v));
+        if (of->of->rod.growth.is_given) {
+            of->speed[row] *= scene_growth_at(member, of->s[point]);
+        }
+    }
+    free(member);
+    return AD_OK;
+}
+
 ad_status plan_exact_shapes(plan_exact *of, size_t members, const double *configurations,
                             ad_error *error)
 {
@@ -441,12 +458,11 @@ ad_status plan_exact_shapes(plan_exact *of, size_t members, const double *config
         of->error[m] = of->solved[m].solved ? PLAN_TOLERANCE * of->length : INFINITY;
         plan_robot_place(robot, q, of->points, columns, values, &of->r[3 * m * of->points]);
         for (size_t k = 0; k < of->points; k++) {
-            const double *const v = &values[k * columns + 7];
             const size_t row = m * of->points + k;
-            of->speed[row] = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
             find_moves(of, q, &values[k * columns], &of->jacobian[row * columns * parameters],
                        &of->moves[3 * row * count]);
         }
     }
+    status = status == AD_OK ? find_speeds(of, members, error) : status;
     return status == AD_OK && robot->unknowns > 0 ? find_spread(of, members, error) : status;
 }

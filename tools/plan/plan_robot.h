@@ -50,6 +50,7 @@ void plan_robot_in_scene(const plan_robot *of, const double r[3], double in_scen
 typedef struct plan_exact {
     const plan_robot *robot;
     solve_members *solver;
+    const scene *of;
     double length;
     size_t points;
     double *s; /* [points] m */
@@ -63,8 +64,8 @@ typedef struct plan_exact {
     solve_member *solved;
 } plan_exact;
 
-/* So many points from 0 to the length, and one at `from`. The robot and the scene's formulas must
- * outlive it. Errors of solve_members_create. */
+/* So many points from 0 to the length, and one at `from`. The robot and the scene must outlive
+ * it. Errors of solve_members_create. */
 ad_status plan_exact_create(const plan_robot *robot, const scene *of, size_t points, double from,
                             plan_exact **result, ad_error *error);
 void plan_exact_free(plan_exact *of); /* NULL is allowed */
