@@ -139,6 +139,7 @@ static bool add_tensions(strain_form *form)
         lanes *room = form->tension_room + (size_t)k * each;
         strain_tension *to = &form->tensions[k];
         *to = (strain_tension){.actuator = i,
+                               .compliance = NO_LANES + extent->compliance,
                                .share = form->tension_shares + (size_t)k * nodes,
                                .along = (lanes(*)[6])room,
                                .bent = room + 6 * nodes};

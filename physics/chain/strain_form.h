@@ -47,7 +47,7 @@ typedef struct strain_actuator {
  * pull, or shorter, and slack, without a pull. */
 typedef struct strain_tension {
     int actuator;
-    lanes pull, allowed;
+    lanes pull, allowed, compliance;
     double *share;     /* [nodes] of the integral over its part of the rod; 0 beyond */
     lanes (*along)[6]; /* [nodes] derivatives of |p'| by v, u there; 0 beyond */
     lanes *bent;       /* [unknowns] what it does, by the elimination that was last */

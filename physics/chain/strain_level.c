@@ -107,7 +107,9 @@ static void put_actuators(strain_level *level, int node, int lane, const solve_a
         level->pulls[at][lane] = from[k].pull;
     }
     for (int k = 0; k < level->form->tension_count; k++) {
-        level->displaced[k][lane] = from[level->form->tensions[k].actuator].displacement;
+        strain_tension *to = &level->form->tensions[k];
+        level->displaced[k][lane] = from[to->actuator].displacement;
+        to->compliance[lane] = from[to->actuator].compliance;
     }
     for (int k = 0; k < level->form->rub_count; k++) {
         level->form->rubs[k].friction[lane] = from[level->form->rubs[k].actuator].friction;

@@ -430,8 +430,7 @@ PROCESSOR_INLINE void rows_of_lengths(strain_form *form, const lanes *direction,
                                       lanes *to)
 {
     for (int k = 0; k < form->tension_count; k++) {
-        const double compliance = form->kind.extents[form->tensions[k].actuator].compliance;
-        to[form->tension_at + k] = compliance * direction[form->tension_at + k];
+        to[form->tension_at + k] = form->tensions[k].compliance * direction[form->tension_at + k];
     }
     for (int i = 0; i < form->nodes && form->tension_count > 0; i++) {
         lanes strains[6];

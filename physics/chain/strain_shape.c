@@ -403,7 +403,7 @@ PROCESSOR_INLINE void miss_lengths(strain_form *form)
 {
     for (int k = 0; k < form->tension_count; k++) {
         const strain_tension *of = &form->tensions[k];
-        lanes left = of->allowed + form->kind.extents[of->actuator].compliance * of->pull;
+        lanes left = of->allowed + of->compliance * of->pull;
         for (int i = 0; i < form->nodes; i++) {
             const strain_actuator *at = &form->actuators[i * form->kind.actuators + of->actuator];
             add_length(at, -of->share[i], form->at[i].v, form->at[i].u, &left);

@@ -227,7 +227,8 @@ static ad_status record_actuators(solve_rod *rod, ad_error *error)
     ad_tape *tape = on.tape;
     for (int i = 0; i < pulling; i++) {
         rod_actuator one = rod_actuator_of(&context, i);
-        all[i] = STACK(one.offset, one.slope, one.pull, one.displacement, one.friction);
+        all[i] =
+            STACK(one.offset, one.slope, one.pull, one.displacement, one.friction, one.compliance);
         rod->extents[i] = (solve_extent){.start = one.start, .end = one.end, .law = one.law};
         if (i < rod->scene.tendon_count) {
             set_tendon(rod, &rod->scene.tendons[i], &rod->extents[i]);
@@ -235,7 +236,7 @@ static ad_status record_actuators(solve_rod *rod, ad_error *error)
     }
     for (int i = 0; i < rod->tubes; i++) {
         rod_tube tube = rod_tube_of(&context, i);
-        all[pulling + i] = STACK(tube.bending, tube.softness, tube.rest, ad_scalar(tape, 0));
+        all[pulling + i] = STACK(tube.bending, tube.softness, tube.rest, ad_zeros(tape, 2));
         rod->extents[pulling + i] = (solve_extent){.end = tube.end,
                                                    .law = LAW_TUBE,
                                                    .turned = tube.turned,

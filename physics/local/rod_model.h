@@ -107,12 +107,13 @@ typedef union solve_actuator {
         double pull;         /* tension, or what pushes with a minus */
         double displacement; /* by which a tendon of given length is pulled out; 0 of others */
         double friction;     /* Coulomb's, of a tendon against its guides; 0 of others */
+        double compliance;   /* of a tendon of given length that is elastic; 0 of others */
     };
     struct {                 /* of a tube */
         double bending[2];   /* K */
         double softness;     /* 1/G; 0: it does not twist */
         double curvature[3]; /* k by itself */
-        double none;
+        double none[2];
     };
 } solve_actuator;
 

@@ -9,6 +9,9 @@ rod_actuator rod_actuator_of(const rod_context *rod, int index)
     const quantity pull = scene_actuator_pull(&given);
     const quantity displacement = given.tendon ? given.tendon->displacement : quantity_number(0);
     const quantity friction = given.tendon ? given.tendon->friction : quantity_number(0);
+    const quantity compliance = given.tendon && given.tendon->stiffness.is_given
+                                    ? quantity_divide(quantity_number(1), given.tendon->stiffness)
+                                    : quantity_number(0);
     ad_value offset = rod_quantities(rod, 2, given.offset, none, 1 / length, rod->s, rod->t);
     return (rod_actuator){
         .offset = offset,
@@ -16,6 +19,7 @@ rod_actuator rod_actuator_of(const rod_context *rod, int index)
         .pull = rod_quantities(rod, 1, &pull, none, 1 / force, rod->s, rod->t),
         .displacement = rod_quantities(rod, 1, &displacement, none, 1 / length, rod->s, rod->t),
         .friction = rod_quantities(rod, 1, &friction, none, 1, rod->s, rod->t),
+        .compliance = rod_quantities(rod, 1, &compliance, none, force / length, rod->s, rod->t),
         .start = given.from / length,
         .end = given.to / length,
         .law = rod_actuator_law(&given)};

@@ -68,6 +68,7 @@ typedef struct rod_actuator {
     ad_value pull;          /* its tension; minus pressure times area; also beyond its ends */
     ad_value displacement;  /* by which a tendon of given length is pulled out; 0 of others */
     ad_value friction;      /* Coulomb's, of a tendon against its guides; 0 of others */
+    ad_value compliance;    /* of a tendon of given length that is elastic; 0 of others */
     double start, end;      /* within [0, 1] */
     law_name law;
 } rod_actuator;

@@ -76,15 +76,12 @@ static ad_value end_length(const rod_context *rod, int i, ad_value tension)
     const scene_tendon *given = &rod->scene->tendons[i];
     const double lever = lever_of(rod, i);
     ad_value zero = ad_scalar(rod->tape, 0);
-    ad_value pulled = rod_actuator_of(rod, i).displacement;
+    const rod_actuator tendon = rod_actuator_of(rod, i);
     ad_value slack = ad_scale(ad_max(ad_neg(tension), zero), lever * lever);
-    ad_value length = ad_neg(ad_add(ad_mul(rod->at.load_factor, pulled), slack));
-    if (given->stiffness.is_given) {
-        double unit = rod->scales.force / rod->scales.length;
-        double compliance = unit / quantity_value(given->stiffness, 0, 0);
-        length = ad_add(length, ad_scale(ad_max(tension, zero), compliance));
-    }
-    return length;
+    ad_value length = ad_neg(ad_add(ad_mul(rod->at.load_factor, tendon.displacement), slack));
+    return given->stiffness.is_given
+               ? ad_add(length, ad_mul(ad_max(tension, zero), tendon.compliance))
+               : length;
 }
 
 /* l, in proportion to that at its end, and what the network says; phi. */

@@ -217,14 +217,10 @@ static void spread(const strain_rod *rod, ad_value value, ad_value *rows)
 /* What is known of a tendon whose length is given. */
 static void give_length(strain_rod *rod, int i, const rod_actuator *one)
 {
-    const scene_tendon *given = &rod->open.tendons[i];
-    const double unit = rod->rod.scales.force / rod->rod.scales.length;
     strain_pull *to = &rod->pulls[i];
     to->is_sought = true;
     to->displacement = one->displacement;
-    if (given->stiffness.is_given) {
-        to->compliance = unit / quantity_value(given->stiffness, 0, 0);
-    }
+    to->compliance = one->compliance;
 }
 
 static void give_actuators(strain_rod *rod)

@@ -33,7 +33,7 @@ typedef struct strain_pull {
     int first, count; /* of the points where it is */
     law_name law;
     bool is_sought; /* the tension of one whose length is given, */
-    double compliance;
+    ad_value compliance;
     bool rubs; /* a tendon with friction: angles by which it has turned are sought */
     ad_value friction;
 } strain_pull;

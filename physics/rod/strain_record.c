@@ -343,7 +343,7 @@ static int missing_lengths(const strain_rod *rod, const strain_state *state, ad_
                 strain_pull_length(rod, of, rod->rest_strain, rod->rest_curvature);
             const ad_value longer = strain_weigh(1, rod->nodes, weights, ad_sub(now, rest));
             const ad_value excess = ad_add(longer, of->displacement);
-            rows[count++] = ad_sub(ad_scale(state->tension[i], of->compliance), excess);
+            rows[count++] = ad_sub(ad_mul(of->compliance, state->tension[i]), excess);
         }
     }
     return count;

@@ -376,7 +376,7 @@ extern "C" {
       NOTHING, NULL,                                                                               \
       "In place of tension: by how much the tendon is pulled out of the rod, against its length "  \
       "in the unstressed rod; formula of t.")                                                      \
-    X(of "stiffness", 1, in stiffness, LISTS, ONE_NUMBER, POSITIVE, SCALAR, WORLD, "N/m",         \
+    X(of "stiffness", 1, in stiffness, LISTS, EACH_NUMBER, POSITIVE, SCALAR, WORLD, "N/m",         \
       NOTHING, "it keeps its length",                                                              \
       "Stiffness of a tendon with a displacement: its tension over its elongation.")               \
     X(of "friction", 1, in friction, LISTS, EACH_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, NULL, ZERO,  \

@@ -109,7 +109,7 @@ static const char displaced[] =
            "tendons:\n"
            "  - {offset: [0.006, 0], end: 0.2, displacement: 0.004*pull}\n"
            "  - {offset: [\"0.005*cos(10*s)\", \"0.005*sin(10*s)\"], displacement: 0.06*push,\n"
-           "     stiffness: 3000}\n";
+           "     stiffness: 3000*stiff}\n";
 
 /* Of a rod that does not stretch a tendon is let go by just what it becomes longer by. */
 static const char opposed[] =

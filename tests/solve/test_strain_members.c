@@ -80,11 +80,11 @@ static const char led[] =
 
 /* By the length of the tendons, of which one is elastic and slack in nearly half of the members, on
  * a foundation and held at the end, too. */
-#define DISPLACED "displacement: 0.001*pull", "displacement: 0.0015*side, stiffness: 3000"
+#define DISPLACED "displacement: 0.001*pull", "displacement: 0.0015*side, stiffness: 3000*stiff"
 static const char displaced[] = ROBOT_WITH(DISPLACED, UPON, "type: loaded", TIP, "", "");
 static const char slack[] =
-    ROBOT_WITH("displacement: 0.001*pull", "displacement: -0.0015*side, stiffness: 3000", UPON,
-               "type: loaded", TIP, "", "");
+    ROBOT_WITH("displacement: 0.001*pull", "displacement: -0.0015*side, stiffness: 3000*stiff",
+               UPON, "type: loaded", TIP, "", "");
 static const char displaced_on_springs[] =
     ROBOT_WITH(DISPLACED, UPON, "type: loaded", TIP, "  foundation: [1, 2, 0]\n",
                "springs: [{at: 0.2, stiffness: [1, 2, 0.5]}]\n");
@@ -116,7 +116,7 @@ static const char rubbed_and_displaced[] = RUBBED(
     "type: loaded", TIP, "", "  - {offset: [0.006, 0], displacement: 0.001*pull}\n" WOUND, "");
 static const char rubbed_by_length[] = RUBBED("type: loaded", TIP, "",
                                               "  - {offset: [0.006, 0], displacement: 0.001*pull, "
-                                              "stiffness: 3000, friction: 0.4*stiff}\n" WOUND,
+                                              "stiffness: 3000*stiff, friction: 0.4*stiff}\n" WOUND,
                                               "");
 static const char rubbed_and_pinned[] =
     RUBBED("type: pinned, position: [0.11, 0.024, 0.21]", "", "", BOTH, "");
