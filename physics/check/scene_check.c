@@ -306,12 +306,18 @@ static ad_status check_common(const scene *family, const char **key, ad_error *e
     const struct {
         quantity extent;
         const char *key;
-    } extents[] = {{family->rod.length, "rod.length"}, {family->duration, "time.duration"}};
+    } extents[] = {{scene_whole_length(family), "rod.length"}, {family->duration, "time.duration"}};
     const scene_parameter *which = NULL;
     ad_status status = check_places(family, key, error);
     const char *common = status == AD_OK ? scene_common_key(family, false, &which) : NULL;
     if (status != AD_OK) {
         return status;
+    }
+    if (family->unknown_count > 0 && family->rod.inserted.is_given) {
+        *key = "rod.inserted";
+        return ad_fail(error, AD_BAD_INPUT,
+                       "is given beside a parameter to be identified, whose measurements are along "
+                       "what is outside; allowed: that as rod.length");
     }
     if (common) {
         *key = common;

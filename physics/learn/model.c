@@ -262,6 +262,10 @@ ad_status model_of_scene(const scene *scene, const rod_weights *weights, physics
     const rod_weights usual = rod_weights_default();
     const scene_physics *physics = scene_physics_of(scene);
     bool mixed = scene->formulation == SCENE_MIXED;
+    *result = NULL;
+    if (scene->rod.inserted.is_given) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "rod.inserted: allowed: what scene_map makes of it");
+    }
     physics_model *m = *result = model_create();
     if (!m) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a model");

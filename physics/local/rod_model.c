@@ -267,6 +267,9 @@ static ad_status create(const scene *rod_scene, const scene *open,
                         const solve_parameters *parameters, solve_rod **result, ad_error *error)
 {
     *result = NULL;
+    if (rod_scene->rod.inserted.is_given) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "rod.inserted: allowed: what scene_map makes of it");
+    }
     solve_rod *rod = calloc(1, sizeof *rod);
     solve_functions *f = calloc(1, sizeof *f);
     ad_pool *pool = ad_pool_create(1);

@@ -299,6 +299,11 @@ static ad_status map_places(config *experiment, ad_error *error)
                             "is inserted in part; allowed: numbers and all of the rod, or "
                             "cpinn-solve with a parameter to be identified");
     }
+    if (experiment->is_mapped && experiment->settings.reference_file) {
+        return config_blame(experiment->source, error, "reference.file",
+                            "is of one rod from its base on, but lengths or places have ranges, or "
+                            "the rod is inserted in part; allowed: solve");
+    }
     return config_check_scene(experiment, error);
 }
 

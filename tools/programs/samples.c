@@ -52,9 +52,10 @@ static ad_status take_grid(samples *p, const char *grid, const scene *scene, dou
 
 /* Refuses a point of the file that lies outside the scene by more than rounding. */
 static ad_status check_point(const char *path, const table_file *table, size_t row,
-                             const char *name, double value, double limit, ad_error *error)
+                             const char *name, double value, double first, double limit,
+                             ad_error *error)
 {
-    if (value >= -REFERENCE_END_TOLERANCE * limit &&
+    if (value >= first - REFERENCE_END_TOLERANCE * limit &&
         value <= (1 + REFERENCE_END_TOLERANCE) * limit) {
         return AD_OK;
     }
@@ -62,14 +63,14 @@ static ad_status check_point(const char *path, const table_file *table, size_t r
     size_t line = table_line(table, row);
     snprintf(where, sizeof where, line ? "%zu" : " row %zu", line ? line : row + 1);
     return ad_fail(error, AD_BAD_INPUT,
-                   "%s:%s: %s = %.10g is outside the scene; allowed: 0 to %g %s", path, where, name,
-                   value, limit, *name == 's' ? "m" : "s");
+                   "%s:%s: %s = %.10g is outside the scene; allowed: %g to %g %s", path, where,
+                   name, value, first, limit, *name == 's' ? "m" : "s");
 }
 
 static ad_status take_points(samples *p, const char *path, const table_file *table,
                              const scene *scene, double until, ad_error *error)
 {
-    const double *s, *t = NULL;
+    const double *s, *t = NULL, held = scene_place_at(scene, NULL, 0); /* tables count from there */
     bool dynamic = scene_is_dynamic(scene);
     size_t rows = table_rows(table);
     ad_status status = table_find(table, "s", TABLE_FINITE, &s, error);
@@ -88,11 +89,11 @@ static ad_status take_points(samples *p, const char *path, const table_file *tab
     }
     status = samples_make(p, rows, error);
     for (size_t i = 0; i < rows && status == AD_OK; i++) {
-        p->s[i] = s[i];
+        p->s[i] = s[i] - held;
         p->t[i] = t ? t[i] : 0;
-        status = check_point(path, table, i, "s", s[i], scene_length(scene), error);
+        status = check_point(path, table, i, "s", s[i], held, held + scene_length(scene), error);
         if (status == AD_OK && dynamic) {
-            status = check_point(path, table, i, "t", t[i], until, error);
+            status = check_point(path, table, i, "t", t[i], 0, until, error);
         }
     }
     return status;
