@@ -55,6 +55,18 @@ static void an_arc(void **state)
                 least.distance - least.radius - least.distance_error - least.shape_error -
                     least.between_points,
                 1e-15);
+    /* what is no number, and a rod that is shorter than the lines, are never free */
+    r[3 * 30 + 1] = NAN;
+    clearance_of_shape(of, &shape, free, &least);
+    assert_false(free[29] >= 0);
+    assert_false(free[30] >= 0);
+    assert_false(least.free >= 0);
+    r[3 * 30 + 1] = 0;
+    for (size_t i = 0; i < POINTS; i++) {
+        speed[i] = 0.9;
+    }
+    clearance_of_shape(of, &shape, free, &least);
+    assert_false(least.free >= 0);
     environment_free(of);
 }
 

@@ -15,9 +15,9 @@ static double off_line(const clearance_shape *shape, size_t piece)
     const double length =
         (shape->s[piece + 1] - shape->s[piece]) * (fmax(v[0], v[1]) + fabs(v[1] - v[0]));
     const double *const r = &shape->r[3 * piece];
-    const double between = fmax(apart(r, r + 3) - 2 * shape->error, 0);
-    if (!(between <= length * (1 + 1e-9))) {
-        return INFINITY; /* the rod would be shorter than the line: speeds are wrong */
+    const double nearer = apart(r, r + 3) - 2 * shape->error, between = fmax(nearer, 0);
+    if (!(nearer <= length * (1 + 1e-9))) {
+        return INFINITY; /* no numbers, or a rod that is shorter than the line: speeds are wrong */
     }
     return sqrt(fmax((length - between) * (length + between), 0)) / 2;
 }

@@ -218,6 +218,9 @@ double environment_distance(const environment *of, const double p[3], double wit
 {
     search s = {.e = of, .a = p, .best = within * (1 + 1e-12)};
     find_nearest(&s, p);
+    if (s.triangle == SURFACE_NONE) {
+        return NAN;
+    }
     const double sign = of->sign != 0 && !is_outside(&s) ? -of->sign : of->sign;
     return of->sign != 0 ? sign * s.best : s.best;
 }
@@ -241,6 +244,9 @@ double environment_segment(const environment *of, const double a[3], const doubl
     search s = search_line(of, a, b, within * (1 + 1e-12), middle);
     const double half = s.further;
     find_nearest(&s, middle);
+    if (s.triangle == SURFACE_NONE) {
+        return NAN;
+    }
     return of->sign == 0 || environment_distance(of, a, s.best + 2 * half) >= 0 ? s.best : -s.best;
 }
 

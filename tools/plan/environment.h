@@ -27,7 +27,8 @@ const surface *environment_surface(const environment *of);
 
 /* Of p from the surface; negative: on the wrong side, by the normal of Baerentzen and Aanaes
  * (2005), that of corners weighted by angles. within: a distance that it certainly does not exceed,
- * or INFINITY; the answer is the same, sooner. Any thread. */
+ * or INFINITY; the answer is the same, sooner. NaN: p is
+ * no place. Any thread. */
 double environment_distance(const environment *of, const double p[3], double within);
 
 /* Of the line from a to b, 0 where it meets the surface; negative as of a. */
