@@ -111,7 +111,7 @@ static double value_of(const mapping *map, quantity q, const double *fractions)
         values[map->which[i]] =
             scene_parameter_at(&map->given->parameters[map->which[i]], fractions[i]);
     }
-    return quantity_value(quantity_with(q, map->given->parameter_count, names, values), 0, 0);
+    return quantity_value_with(q, 0, 0, map->given->parameter_count, names, values);
 }
 
 /* Corners of the ranges, if these are few, and members between; false: no more. */
