@@ -526,6 +526,12 @@ ad_status groups_find(const scene *family, const groups_settings *settings, grou
         groups_free(x);
         return status;
     }
+    if (x->count == 0 &&
+        !x->source.by_parameters) { /* nothing bends the rod: a network has inputs */
+        const groups_settings own = {.inputs = GROUPS_PARAMETERS, .symmetry = GROUPS_NO_SYMMETRY};
+        groups_free(x);
+        return groups_find(family, &own, result, error);
+    }
     *result = x;
     return AD_OK;
 }

@@ -381,6 +381,8 @@ static void test_others(void **state)
          NULL},
         {BASE("loads: {gravity: [0, 0, -9.81]}\n") "tendons: [{offset: [0.005, 0], tension: a}]\n",
          3, "slide moves the base alone", "turn moves"},
+        /* where nothing else does anything a network still has inputs */
+        {BASE("") "tendons: [{offset: [0.005, 0], tension: 1+0*a}]\n", 3, "slide: 0 to 1", NULL},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         family f = read_family(rows[i].text, usual);
