@@ -227,13 +227,15 @@ const char *quantities_name(const quantities *names, int i)
     return names->names[i].text;
 }
 
-static ad_status check_name(const quantities *names, const char *name, ad_error *error)
+/* Coordinates may be those of something, "tip.x". */
+static ad_status check_name(const quantities *names, const char *name, bool dotted, ad_error *error)
 {
     static const char letters[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_";
     static const char digits[] = "0123456789";
     size_t length = 0;
     while (name[length] &&
-           (strchr(letters, name[length]) || (length > 0 && strchr(digits, name[length])))) {
+           (strchr(letters, name[length]) || (length > 0 && strchr(digits, name[length])) ||
+            (dotted && length > 0 && quantity_name_goes_on(name + length)))) {
         length++;
     }
     if (name[length] || length == 0 || length > QUANTITY_NAME_MAX) {
@@ -262,7 +264,7 @@ static void add_name(quantities *names, const char *name, quantity value)
 
 ad_status quantities_define(quantities *names, const char *name, quantity value, ad_error *error)
 {
-    ad_status status = check_name(names, name, error);
+    ad_status status = check_name(names, name, false, error);
     if (status == AD_OK) {
         status = quantity_check(value, error);
     }
@@ -284,7 +286,7 @@ const quantity_table *quantities_tables(const quantities *names)
 ad_status quantities_define_table(quantities *names, const char *name, int count, const double *x,
                                   const double *y, ad_error *error)
 {
-    ad_status status = check_name(names, name, error);
+    ad_status status = check_name(names, name, false, error);
     if (status == AD_OK && (count < 2 || count > QUANTITY_TABLE_MAX)) {
         status = ad_fail(error, AD_BAD_INPUT, "the table has %d rows; allowed: 2 to %d", count,
                          QUANTITY_TABLE_MAX);
@@ -313,7 +315,7 @@ ad_status quantities_coordinate(quantities *names, const char *name, ad_error *e
 ad_status quantities_parameter(quantities *names, const char *name, double low, double high,
                                double usual, ad_error *error)
 {
-    ad_status status = check_name(names, name, error);
+    ad_status status = check_name(names, name, true, error);
     if (status == AD_OK && names->open == QUANTITY_OPEN_MAX) {
         status =
             ad_fail(error, AD_BAD_INPUT, "too many coordinates; allowed: %d", QUANTITY_OPEN_MAX);

@@ -60,7 +60,7 @@ ad_status quantities_define(quantities *names, const char *name, quantity value,
 /* Whether a formula that was parsed has used the name. */
 bool quantities_used(const quantities *names, const char *name);
 
-/* Add another open name beside s and t, a coordinate of a domain. */
+/* Add another open name beside s and t, a coordinate of a domain; it may have points, "tip.x". */
 enum { QUANTITY_OPEN_MAX = 26 }; /* with these two */
 ad_status quantities_coordinate(quantities *names, const char *name, ad_error *error);
 

@@ -97,6 +97,9 @@ quantity quantity_table_call(const quantity_table *table, quantity x);
 /* Those of `names`. */
 const quantity_table *quantities_tables(const quantities *names);
 
+/* Whether the name goes on there with a point and a letter, as "tip.x" does. */
+bool quantity_name_goes_on(const char *at);
+
 quantity quantity_error(quantities *owner, ad_status status, const char *message);
 quantity quantity_operate(const quantity_operation *operation, const quantity *x);
 

@@ -31,6 +31,11 @@ static bool is_letter(char c)
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
 }
 
+bool quantity_name_goes_on(const char *at)
+{
+    return at[0] == '.' && is_letter(at[1]);
+}
+
 /* The first error is kept; its column counts from 1. */
 static quantity parser_fail(quantity_parser *parser, size_t at, const char *what)
 {
@@ -213,7 +218,8 @@ static quantity parse_name(quantity_parser *parser)
 {
     size_t at = parser->at, length = 0;
     const char *name = parser->text + at;
-    while (is_letter(name[length]) || is_digit(name[length])) {
+    while (is_letter(name[length]) || is_digit(name[length]) ||
+           quantity_name_goes_on(name + length)) {
         length++;
     }
     parser->at += length;

@@ -48,6 +48,8 @@ extern "C" {
       "measurements tell a combination of unknowns much better than each of them")                 \
     X(VERDICT_ESTIMATE_OFF, "estimate_off", VERDICT_SOLVED,                                        \
       "what a filter has found is further from the truth than its standard deviation explains")    \
+    X(VERDICT_LOCAL_OPTIMUM, "local_optimum", VERDICT_SOLVED,                                      \
+      "an optimum is the best of several starts; there may be a better one elsewhere")             \
     X(VERDICT_ERROR_UNKNOWN, "error_unknown", VERDICT_WARNING,                                     \
       "residuals are small, and what error they leave is not known")                               \
     X(VERDICT_DEVIATIONS_ROUGH, "deviations_rough", VERDICT_WARNING,                               \
@@ -82,6 +84,10 @@ extern "C" {
       "the rod is crushed or stretched to where no linear law of its section holds")               \
     X(VERDICT_NOT_CONVERGED, "not_converged", VERDICT_WARNING,                                     \
       "residuals are still large at points that were not trained on")                              \
+    X(VERDICT_NO_OPTIMUM, "no_optimum", VERDICT_WARNING,                                           \
+      "no start of an optimisation has ended at an optimum that a more exact solver confirms")     \
+    X(VERDICT_INFEASIBLE, "infeasible", VERDICT_WARNING,                                           \
+      "no values of the variables are known that keep all constraints of an optimisation")         \
     X(VERDICT_INTERPOLATES, "interpolates", VERDICT_WARNING,                                       \
       "the network fits the equations at its points, but not between them")                        \
     X(VERDICT_NOT_HELD, "not_held", VERDICT_WARNING,                                               \

@@ -181,7 +181,7 @@ static ad_status read_all(config *experiment, const file_request *r, ad_error *e
     return status;
 }
 
-/* One member is neither stepped nor controlled: what would be its inputs are numbers now. */
+/* One member is neither stepped, controlled nor chosen: what would be its inputs are numbers now. */
 static ad_status close_member(config *experiment, const file_request *r, ad_error *error)
 {
     ad_status status = config_close(experiment, r->at, error);
@@ -190,6 +190,9 @@ static ad_status close_member(config *experiment, const file_request *r, ad_erro
     }
     if (status == AD_OK && surrogate_is_given(&experiment->surrogate)) {
         status = read_override(experiment, r->path, "surrogate=null", error);
+    }
+    if (status == AD_OK && optimize_is_given(&experiment->optimize)) {
+        status = read_override(experiment, r->path, "optimize=null", error);
     }
     return status;
 }

@@ -8,6 +8,7 @@
 
 #include "tools/control/control_settings.h"
 #include "tools/plan/plan_settings.h"
+#include "tools/optimize/optimize_settings.h"
 #include "tools/train/train_settings.h"
 
 #include <stdio.h>
@@ -68,6 +69,7 @@ typedef struct config {
     surrogate_settings surrogate;
     control_settings control;     /* task.file as settings.reference_file */
     plan_settings plan;           /* file as settings.reference_file */
+    optimize_settings optimize;   /* its file as settings.reference_file */
     config_load_units load_units; /* SI once read: the scene's loads are already converted */
     struct config_source *source; /* texts and places; opaque */
 } config;

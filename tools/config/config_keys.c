@@ -37,6 +37,7 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
 CONFIG_NAMES(plan_unit_names, PLAN_UNIT_LIST(CONFIG_UNIT_NAME))
 CONFIG_NAMES(plan_side_names, PLAN_SIDE_LIST(CONFIG_NAME))
 CONFIG_NAMES(plan_method_names, PLAN_METHOD_LIST(CONFIG_NAME))
+CONFIG_NAMES(optimize_over_names, OPTIMIZE_OVER_LIST(CONFIG_NAME))
 
 #define AT(field)            .offset = offsetof(config, field)
 #define STAGE(field)         AT(settings.stages[0].field)
@@ -375,6 +376,26 @@ const config_key config_keys[] = {
     {"plan.planner", CONFIG_CHOICE, AT(plan.method), .names = plan_method_names},
     {"plan.states", CONFIG_INTEGER, AT(plan.states), BETWEEN(100, 1e9)},
     {"plan.seed", CONFIG_LONG, AT(plan.seed), BETWEEN(0, 4294967295)},
+    {"optimize.minimize", CONFIG_TEXT, AT(optimize.minimize)},
+    {"optimize.maximize", CONFIG_TEXT, AT(optimize.maximize)},
+    {"optimize.variables", CONFIG_TEXT, ENTRIES(0, SCENE_PARAMETERS_MAX), AT(optimize.variables),
+     .count_offset = offsetof(config, optimize.variable_count)},
+    {"optimize.each", CONFIG_TEXT, ENTRIES(0, SCENE_PARAMETERS_MAX), AT(optimize.each),
+     .count_offset = offsetof(config, optimize.each_count)},
+    {"optimize.constraints", CONFIG_TEXT, ENTRIES(0, OPTIMIZE_CONSTRAINTS_MAX),
+     AT(optimize.constraints), .count_offset = offsetof(config, optimize.constraint_count)},
+    {"optimize.places[].name", CONFIG_TEXT, AT(optimize.places[0].name)},
+    {"optimize.places[].at", CONFIG_NUMBER, AT(optimize.places[0].at), NOT_NEGATIVE, .unit = "m"},
+    {"optimize.cases", CONFIG_TEXT, ENTRIES(0, OPTIMIZE_CASES_MAX), AT(optimize.cases),
+     .count_offset = offsetof(config, optimize.case_count)},
+    {"optimize.file", CONFIG_TEXT, AT(optimize.file)},
+    {"optimize.over", CONFIG_CHOICE, AT(optimize.over), .names = optimize_over_names},
+    {"optimize.box", CONFIG_TEXT, ENTRIES(0, SCENE_PARAMETERS_MAX), AT(optimize.box),
+     .count_offset = offsetof(config, optimize.box_count)},
+    {"optimize.points", CONFIG_INTEGER, AT(optimize.points), BETWEEN(2, OPTIMIZE_POINTS_MAX)},
+    {"optimize.starts", CONFIG_INTEGER, AT(optimize.starts), BETWEEN(1, OPTIMIZE_STARTS_MAX)},
+    {"optimize.tolerance", CONFIG_NUMBER, AT(optimize.tolerance), BETWEEN(1e-12, 1e-3)},
+    {"optimize.seed", CONFIG_LONG, AT(optimize.seed), BETWEEN(0, 9007199254740992)},
 
     {"checkpoint.every", CONFIG_INTEGER, AT(settings.checkpoint_every), .unit = "steps",
      BETWEEN(1, 1e9)},
@@ -422,6 +443,8 @@ const config_list config_lists[] = {
          control.measurements, control.measurement_count),
     LIST("control.faults", "fault", "faults", "kind", 0, CONTROL_FAULTS_MAX, control.faults,
          control.fault_count),
+    LIST("optimize.places", "place", "places", NULL, 0, OPTIMIZE_PLACES_MAX, optimize.places,
+         optimize.place_count),
     LIST("beam.points", "point", "points", NULL, 0, SCENE_POINTS_MAX, scene.beam.points,
          scene.beam.point_count),
 };

@@ -23,6 +23,7 @@ void config_defaults(config *experiment)
     experiment->surrogate = surrogate_settings_default();
     experiment->control = control_settings_default();
     experiment->plan = plan_settings_default();
+    experiment->optimize = optimize_settings_default();
     for (int i = 0; i < CONFIG_TABLES_MAX; i++) {
         experiment->tables[i].x[0] = experiment->tables[i].y[0] = NAN;
     }
@@ -271,7 +272,8 @@ static ad_status resolve_files(config *experiment, ad_error *error)
                  {"reference.file", &settings->reference_file},
                  {"control.residual", &experiment->control.residual},
                  {"control.task.file", &experiment->control.task.file},
-                 {"plan.environment.file", &experiment->plan.file}};
+                 {"plan.environment.file", &experiment->plan.file},
+                 {"optimize.file", &experiment->optimize.file}};
     for (size_t i = 0; status == AD_OK && i < sizeof files / sizeof *files; i++) {
         status = config_absolute(experiment, files[i].path, files[i].file, error);
     }

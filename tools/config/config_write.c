@@ -317,7 +317,8 @@ static bool is_physics(const char *path)
     static const char *const others[] = {"name",        "tables",   "data",        "time.windows",
                                          "formulation", "motion",   "enforcement", "network",
                                          "losses",      "training", "checkpoint",  "output",
-                                         "members",     "control",  "surrogate",   "plan"};
+                                         "members",     "control",  "surrogate",   "plan",
+                                         "optimize"};
     for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
         size_t length = strlen(others[i]);
         if (strncmp(path, others[i], length) == 0 && strchr(".[", path[length])) { /* or its end */
@@ -332,10 +333,12 @@ static void write_keys(yaml_writer *writer, bool physics_alone)
     const bool controls = config_controls(writer->experiment);
     const bool plans = config_plans(writer->experiment);
     const bool steps = surrogate_is_given(&writer->experiment->surrogate);
+    const bool chooses = optimize_is_given(&writer->experiment->optimize);
     for (int i = 0; i < config_key_count;) {
         if ((strncmp(config_keys[i].path, "control.", 8) == 0 && !controls) ||
             (strncmp(config_keys[i].path, "plan.", 5) == 0 && !plans) ||
-            (strncmp(config_keys[i].path, "surrogate.", 10) == 0 && !steps)) {
+            (strncmp(config_keys[i].path, "surrogate.", 10) == 0 && !steps) ||
+            (strncmp(config_keys[i].path, "optimize.", 9) == 0 && !chooses)) {
             i++; /* the section as a whole is given, or is not */
         } else if (config_keys[i].type == CONFIG_PARAMETER &&
                    (!physics_alone || scene_is_open(&writer->experiment->scene))) {

@@ -13,6 +13,7 @@ extern const char *const help_eval[];
 extern const char *const help_export[];
 extern const char *const help_law[];
 extern const char *const help_plan[];
+extern const char *const help_optimize[];
 extern const char *const help_residual[];
 extern const char *const help_scenes[];
 extern const char *const help_shared[];

@@ -1,0 +1,360 @@
+/* Optimisation: formulas over shapes with their derivatives, and optima that are known in closed
+ * form. Shapes are made up: columns of a rod's that depend on parameters by polynomials, so that
+ * what is found is told from what is solved. */
+#include "near.h"
+#include "physics/chain/solve_members.h"
+#include "tools/optimize/optimize_parts.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { COLUMNS = SOLVE_MEMBERS_COLUMNS, COUNT = 3 };
+
+/* Position s (a, b, a b), curvature (a s, b s, c), the rest 0 or 1, for parameters a, b, c. */
+static void shape_at(const double *p, double s, double *value, double *by)
+{
+    memset(value, 0, COLUMNS * sizeof *value);
+    memset(by, 0, COLUMNS * COUNT * sizeof *by);
+    value[3] = value[9] = 1;
+    const double rows[6] = {s * p[0], s * p[1], s * p[0] * p[1], s * p[0], s * p[1], p[2]};
+    const double slopes[6][COUNT] = {{s}, {0, s}, {s * p[1], s * p[0]}, {s}, {0, s}, {0, 0, 1}};
+    const int column[6] = {0, 1, 2, 10, 11, 12};
+    for (int i = 0; i < 6; i++) {
+        value[column[i]] = rows[i];
+        memcpy(by + column[i] * COUNT, slopes[i], sizeof slopes[i]);
+    }
+}
+
+typedef struct made_up {
+    const double *s;
+    size_t points;
+    double beyond; /* members with a larger a have no equilibrium */
+} made_up;
+
+static ad_status solve(void *of, size_t members, const double *parameters, double *values,
+                       double *jacobian, bool *solved, ad_error *error)
+{
+    const made_up *m = of;
+    (void)error;
+    for (size_t i = 0; i < members; i++) {
+        solved[i] = parameters[i * COUNT] <= m->beyond;
+        for (size_t j = 0; j < m->points; j++) {
+            const size_t at = (i * m->points + j) * COLUMNS;
+            shape_at(parameters + i * COUNT, m->s[j], values + at, jacobian + at * COUNT);
+        }
+    }
+    return AD_OK;
+}
+
+static scene family_of(void)
+{
+    scene of;
+    scene_defaults(&of);
+    of.rod.length = quantity_number(2);
+    of.parameter_count = COUNT;
+    of.parameters[0] = (scene_parameter){"a", -2, 2, SCENE_LINEAR};
+    of.parameters[1] = (scene_parameter){"b", 0.1, 10, SCENE_LOG};
+    of.parameters[2] = (scene_parameter){"c", -1, 1, SCENE_LINEAR};
+    return of;
+}
+
+/* ---- formulas ------------------------------------------------------------------------------ */
+
+static const double places[4] = {0, 0.5, 1.25, 2};
+
+static size_t value_of(response *r, const double *p, double *values, double *by)
+{
+    double shape[4 * COLUMNS], jacobian[4 * COLUMNS * COUNT];
+    const double columns[1] = {0.75};
+    const size_t place[2] = {3, 1};
+    for (size_t j = 0; j < 4; j++) {
+        shape_at(p, places[j], shape + j * COLUMNS, jacobian + j * COLUMNS * COUNT);
+    }
+    const response_shape at = {.points = 4,
+                               .s = places,
+                               .place = place,
+                               .values = shape,
+                               .jacobian = jacobian,
+                               .parameters = p,
+                               .columns = columns};
+    ad_error error;
+    assert_int_equal(response_evaluate(r, &at, values, by, &error), AD_OK);
+    return response_rows(r);
+}
+
+static response *make(const char *text, ad_error *error)
+{
+    static const char *const parameter[] = {"a", "b", "c"}, *const column[] = {"goal"};
+    static const char *const place[] = {"tip", "middle"};
+    const response_scope scope = {COUNT, 1, 2, parameter, column, place};
+    response *r = NULL;
+    response_create(text, &scope, 4, &r, error);
+    return r;
+}
+
+/* Values against the same written here, derivatives against central differences: exact for
+ * polynomials of second degree, else of the step squared, 1e-8 of third derivatives. */
+static void formulas_have_values_and_derivatives(void **state)
+{
+    (void)state;
+    const double p[COUNT] = {0.7, 1.3, -0.4}, step = 1e-4;
+    const struct {
+        const char *text;
+        size_t rows;
+        double value; /* of the last row */
+    } cases[] = {{"tip.x^2 + 2*middle.y*c - goal", 1, 1.96 - 0.52 - 0.75},
+                 {"max(curvature*sin(s))", 4, 2 * sqrt(0.49 + 1.69) * sin(2)},
+                 {" min( z + a ) ", 4, 2 * 0.91 + 0.7},
+                 {"mean(u1)", 1, 0.7},
+                 {"max(a, b)*tip.tz", 1, 1.3},
+                 {"1e-3*a", 1, 0.7e-3},
+                 {"tip.shear + 2", 1, 2}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        ad_error error = {.message = ""};
+        response *r = make(cases[i].text, &error);
+        assert_string_equal(error.message, "");
+        double values[4], by[4 * COUNT], up[4], down[4];
+        assert_int_equal(value_of(r, p, values, by), cases[i].rows);
+        const size_t last = cases[i].rows - 1;
+        assert_near(values[last], cases[i].value, 1e-14);
+        for (int k = 0; k < COUNT; k++) {
+            double moved[COUNT];
+            memcpy(moved, p, sizeof p);
+            moved[k] += step;
+            value_of(r, moved, up, NULL);
+            moved[k] -= 2 * step;
+            value_of(r, moved, down, NULL);
+            assert_near(by[last * COUNT + (size_t)k], (up[last] - down[last]) / (2 * step), 1e-7);
+        }
+        response_free(r);
+    }
+}
+
+static void formulas_are_refused(void **state)
+{
+    (void)state;
+    static const char *const cases[][2] = {{"tip.w", "unknown name 'tip.w'"},
+                                           {"x + 1", "unknown name 'x'"},
+                                           {"elbow.x", "unknown name 'elbow.x'"},
+                                           {"tip.x*t", "has the time t"},
+                                           {"tip.x + s", "has s outside of max, min or mean"},
+                                           {"max(tip.x", "arguments in parentheses"}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        ad_error error = {.message = ""};
+        assert_null(make(cases[i][0], &error));
+        assert_non_null(strstr(error.message, cases[i][1]));
+    }
+}
+
+/* ---- optima -------------------------------------------------------------------------------- */
+
+static optimize_report run(const optimize_settings *settings, double beyond, optimization **result)
+{
+    static scene family;
+    static made_up made;
+    static optimize_report report;
+    ad_error error = {.message = ""};
+    char key[64] = "";
+    family = family_of();
+    assert_int_equal(optimize_create(settings, &family, result, key, &error), AD_OK);
+    made.s = optimize_places(*result, &made.points);
+    made.beyond = beyond;
+    const optimize_solver solver = {solve, &made};
+    optimize_run(*result, &solver, NULL, NULL, &report, &error);
+    assert_string_equal(error.message, "");
+    return report;
+}
+
+/* The place where a line touches a circle: minimize x + y of the tip with x^2 + y^2 <= 2. The tip is
+ * 2 (a, b): a = -0.5 is not where b >= 0.1 ends, so b is at the end of its range: a is as the circle
+ * says, and the multiplier that of one variable. */
+static void a_constraint_and_a_range_are_met(void **state)
+{
+    (void)state;
+    optimize_settings settings = optimize_settings_default();
+    settings.minimize = "tip.x + tip.y + c^2";
+    settings.constraints[settings.constraint_count++] = "tip.x^2 + tip.y^2 <= 2";
+    optimization *o;
+    const optimize_report r = run(&settings, INFINITY, &o);
+    const double y = 0.2, x = -sqrt(2 - y * y);
+    assert_true(r.found);
+    assert_near(optimize_parameter(o, 0, 0), x / 2, 1e-6);
+    assert_near(optimize_parameter(o, 0, 1), 0.1, 1e-6);
+    assert_near(optimize_parameter(o, 0, 2), 0, 1e-4);
+    assert_near(r.objective, x + y, 3e-6); /* rows are kept to 1e-8 of what they vary by, 400 */
+    assert_near(r.bound[0].multiplier, 1 / (2 * x), 1e-4); /* of the bound: dx = d(bound)/(2 x) */
+    assert_int_equal(r.bound[0].active, 1);
+    optimize_free(o);
+}
+
+/* Goals of three cases, with a of each and b of all: sum of (2 a - goal)^2 + (2 b - 1)^2. */
+static void cases_have_variables_of_their_own(void **state)
+{
+    (void)state;
+    optimize_settings settings = optimize_settings_default();
+    settings.minimize = "(tip.x - goal)^2 + (tip.y - 1)^2";
+    settings.each[settings.each_count++] = "a";
+    settings.variables[settings.variable_count++] = "b";
+    settings.cases[0] = "goal=1, c=0";
+    settings.cases[1] = "goal=-1, c=0.5";
+    settings.cases[2] = "goal=5, c=0";
+    settings.case_count = 3;
+    optimization *o;
+    const optimize_report r = run(&settings, INFINITY, &o);
+    assert_true(r.found);
+    assert_near(optimize_parameter(o, 0, 0), 0.5, 1e-4);
+    assert_near(optimize_parameter(o, 1, 0), -0.5, 1e-4);
+    assert_near(optimize_parameter(o, 2, 0), 2, 1e-6); /* the end of its range */
+    assert_near(optimize_parameter(o, 1, 1), 0.5, 1e-4);
+    assert_near(optimize_parameter(o, 1, 2), 0.5, 0);
+    assert_near(r.objective, 1. / 3, 1e-6);
+    optimize_free(o);
+}
+
+/* The largest of 2 (a s - c)^2 along the rod, for c anywhere in [-1, 1]: at a = 0 it is 2, and
+ * nowhere less. The worst of the box are its corners. */
+static void the_worst_of_a_box_counts(void **state)
+{
+    (void)state;
+    optimize_settings settings = optimize_settings_default();
+    settings.minimize = "max(2*(x - c)^2)";
+    settings.variables[settings.variable_count++] = "a";
+    settings.variables[settings.variable_count++] = "b";
+    settings.box[settings.box_count++] = "c";
+    optimization *o;
+    const optimize_report r = run(&settings, INFINITY, &o);
+    assert_true(r.found);
+    assert_false(r.box_open);
+    assert_near(optimize_parameter(o, 0, 0), 0, 1e-5);
+    assert_near(r.objective, 2, 1e-5);
+    optimize_free(o);
+}
+
+/* Within the box the worst may lie anywhere, here at c = 0.3: a is 0.4, up to what members of the box
+ * may be worse by: 1e-4 of what the constraint varies by, which is some 5. */
+static void the_worst_within_a_box_is_found(void **state)
+{
+    (void)state;
+    optimize_settings settings = optimize_settings_default();
+    settings.maximize = "a - (log(b))^2";
+    settings.constraints[settings.constraint_count++] = "a*(1 - (c - 0.3)^2) <= 0.4";
+    settings.box[settings.box_count++] = "c";
+    optimization *o;
+    const optimize_report r = run(&settings, INFINITY, &o);
+    assert_true(r.found);
+    assert_false(r.box_open);
+    assert_true(r.cases > 3); /* the middle and both ends are no such members */
+    assert_near(optimize_parameter(o, 0, 0), 0.4, 5e-4);
+    optimize_free(o);
+}
+
+/* Where members have no equilibrium the search goes on elsewhere; where nothing keeps the
+ * constraints it says so. */
+static void what_is_not_there_is_said(void **state)
+{
+    (void)state;
+    optimize_settings settings = optimize_settings_default();
+    settings.maximize = "tip.x - c^2";
+    settings.variables[settings.variable_count++] = "a";
+    settings.variables[settings.variable_count++] = "b";
+    settings.variables[settings.variable_count++] = "c";
+    settings.constraints[settings.constraint_count++] = "tip.x <= 1";
+    optimization *o;
+    optimize_report r = run(&settings, 1, &o);
+    assert_true(r.found);
+    assert_near(r.objective, 1, 1e-6);
+    assert_near(r.bound[0].multiplier, 1, 1e-5);
+    optimize_free(o);
+    settings.constraints[settings.constraint_count++] = "tip.x >= 2";
+    r = run(&settings, 1.5, &o);
+    assert_false(r.found);
+    assert_true(r.violation > 0.01);
+    optimize_free(o);
+}
+
+static void settings_are_refused(void **state)
+{
+    (void)state;
+    const struct {
+        const char *minimize, *maximize, *constraint, *each, *variable, *case_of, *key, *says;
+    } cases[] = {
+        {"tip.x", "tip.y", NULL, NULL, NULL, NULL, "optimize.minimize", "beside optimize.maximize"},
+        {"min(x)", NULL, NULL, NULL, NULL, NULL, "optimize.minimize", "least value least"},
+        {"tip.x", NULL, "tip.y", NULL, NULL, NULL, "optimize.constraints[0]", "compares nothing"},
+        {"tip.x", NULL, "tip.y <= tip.x", NULL, NULL, NULL, "optimize.constraints[0]",
+         "compare with a number"},
+        {"tip.x", NULL, "max(x) >= 1", NULL, NULL, NULL, "optimize.constraints[0]",
+         "keeps a max from being small"},
+        {"tip.x", NULL, "2 <= tip.x <= 1", NULL, NULL, NULL, "optimize.constraints[0]",
+         "one below the other"},
+        {"tip.x", NULL, NULL, "d", NULL, NULL, "optimize.each[0]", "no parameter with a range"},
+        {"tip.x", NULL, NULL, "a", "a", NULL, "optimize.variables[0]", "comes twice"},
+        {"tip.x", NULL, NULL, NULL, "a", NULL, "optimize.variables", "nothing says which value"},
+        {"tip.x", NULL, NULL, NULL, NULL, "a=3", "optimize.cases[0]", "its range"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        const scene family = family_of();
+        optimize_settings settings = optimize_settings_default();
+        settings.minimize = cases[i].minimize;
+        settings.maximize = cases[i].maximize;
+        settings.constraints[0] = cases[i].constraint;
+        settings.constraint_count = cases[i].constraint != NULL;
+        settings.each[0] = cases[i].each;
+        settings.each_count = cases[i].each != NULL;
+        settings.variables[0] = cases[i].variable;
+        settings.variable_count = cases[i].variable != NULL;
+        settings.cases[0] = cases[i].case_of;
+        settings.case_count = cases[i].case_of != NULL;
+        optimization *o = NULL;
+        char key[64] = "";
+        ad_error error = {.message = ""};
+        assert_int_equal(optimize_create(&settings, &family, &o, key, &error), AD_BAD_INPUT);
+        assert_null(o);
+        assert_string_equal(key, cases[i].key);
+        assert_non_null(strstr(error.message, cases[i].says));
+    }
+}
+
+/* Second derivatives against those of x y = 4 a b by fractions of the ranges, b by its logarithm. */
+static void second_derivatives_are_those_of_the_formula(void **state)
+{
+    (void)state;
+    optimize_settings settings = optimize_settings_default();
+    settings.minimize = "tip.x*tip.y";
+    const scene family = family_of();
+    optimization *o;
+    char key[64];
+    ad_error error;
+    assert_int_equal(optimize_create(&settings, &family, &o, key, &error), AD_OK);
+    made_up made = {.beyond = INFINITY};
+    made.s = optimize_places(o, &made.points);
+    const optimize_solver solver = {solve, &made};
+    o->solver = &solver;
+    const double x[COUNT] = {0.6, 0.25, 0.9995}, b = scene_parameter_at(&family.parameters[1], 0.25);
+    const double a = 0.4, by_a = 4, by_b = b * log(100);
+    double second[6];
+    assert_int_equal(optimize_second_count(o), 6);
+    assert_true(optimize_second(o, x, 1, NULL, second));
+    assert_near(second[0], 0, 1e-5);
+    assert_near(second[1], 4 * by_a * by_b, 1e-4 * by_a * by_b);
+    assert_near(second[2], 4 * a * by_b * log(100), 1e-4 * by_b);
+    assert_near(second[5], 0, 1e-5);
+    optimize_free(o);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(formulas_have_values_and_derivatives),
+        cmocka_unit_test(formulas_are_refused),
+        cmocka_unit_test(a_constraint_and_a_range_are_met),
+        cmocka_unit_test(cases_have_variables_of_their_own),
+        cmocka_unit_test(the_worst_of_a_box_counts),
+        cmocka_unit_test(the_worst_within_a_box_is_found),
+        cmocka_unit_test(what_is_not_there_is_said),
+        cmocka_unit_test(settings_are_refused),
+        cmocka_unit_test(second_derivatives_are_those_of_the_formula),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

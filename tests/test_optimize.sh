@@ -1,0 +1,83 @@
+#!/bin/bash
+# cpinn-optimize as users run it: loads against closed forms, equilibria told from those of the
+# solver, files, bad input.
+#   test_optimize.sh FOLDER_OF_PROGRAMS ROOT
+set -eu
+programs=$1
+root=$2
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+cd "$folder"
+
+fail() {
+    echo "test_optimize: $*" >&2
+    exit 1
+}
+
+# near VALUE EXPECTED TOLERANCE WHAT
+near() {
+    awk -v x="$1" -v y="$2" -v tolerance="$3" 'BEGIN { d = x - y; exit !((d < 0 ? -d : d) <= tolerance) }' ||
+        fail "$4 is $1, not $2 within $3"
+}
+
+number() { # NAME FILE: the first number of that name
+    grep -o "\"$1\": *[-+0-9.e]*" "$2" | head -1 | sed 's/.*: *//'
+}
+
+# The largest force that bends a cantilever, EI = L = 1, by 1e-3: 3 EI w/L^3, up to (w/L)^2. Its
+# derivative by the bound is 3. Beside it a moment at the tip that holds the end straight: the
+# deflection is then F L^3/12.
+cat > cantilever.yaml <<'Y'
+parameters:
+  force: {range: [0, 0.1]}
+  moment: {range: [-0.1, 0.1]}
+rod: {length: 1, stiffness: {bending: [1, 1], torsion: 1, shear: [1e6, 1e6], axial: 1e6}}
+loads: {tip: {force: [force, 0, 0], moment: [0, moment, 0]}}
+optimize:
+  maximize: force
+  constraints: ["tip.x <= 1e-3", "moment = 0"]
+Y
+"$programs/cpinn-optimize" cantilever.yaml --json found.json --out found.csv > said.txt ||
+    { cat said.txt; fail "cantilever.yaml"; }
+near "$(number objective found.json)" 3e-3 1e-7 "the force"
+near "$(number multiplier found.json)" 3 1e-3 "its derivative by the bound"
+near "$(grep -o '"multiplier": *[-+0-9.e]*' found.json | sed -n '2s/.*: *//p')" -1.5 1e-3 "the one by the moment"
+grep -q '"outcome": *"solved"' found.json || fail "no verdict"
+grep -q 'local_optimum' said.txt || fail "a local optimum is not called one"
+[ "$(head -1 found.csv)" = force,moment,objective ] || fail "found.csv begins with $(head -1 found.csv)"
+
+"$programs/cpinn-optimize" cantilever.yaml --json held.json --quiet \
+    --set 'optimize.constraints=["tip.x <= 1e-3", "tip.tx = 0"]' || fail "held"
+near "$(number objective held.json)" 12e-3 1e-6 "the force on an end that is held straight"
+
+# The same bits for any number of threads.
+"$programs/cpinn-optimize" cantilever.yaml --quiet --threads 2 --out again.csv
+cmp found.csv again.csv || fail "results depend on threads"
+
+# Shapes of an optimum are those of the solver.
+"$programs/cpinn-optimize" "$root/configs/robots/reach.yaml" --quiet --out reach.csv
+at=$(awk -F, 'NR == 1 { split($0, name) } NR == 2 {
+    for (i = 1; i <= 3; i++) printf("%s%s=%s", (i > 1 ? "," : ""), name[i], ($i < 0 ? 0 : $i)) }' reach.csv)
+"$programs/cpinn-solve" "$root/configs/robots/reach.yaml" --at "$at" --grid 2 --out shape.csv > /dev/null ||
+    fail "cpinn-solve --at $at"
+x=$(awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) if ($i == "x") c = i } END { print $c }' shape.csv)
+near "$x" 0.05 1e-8 "the tip by cpinn-solve"
+
+# What cannot be met is said, with a status for scripts.
+status=0
+"$programs/cpinn-optimize" cantilever.yaml --set 'optimize.constraints=["tip.x >= 1"]' > said.txt || status=$?
+[ $status = 3 ] || fail "an impossible constraint has status $status"
+grep -q infeasible said.txt || fail "an impossible constraint is not called infeasible"
+
+refused() { # KEY=VALUE TEXT
+    status=0
+    "$programs/cpinn-optimize" cantilever.yaml --set "$1" 2> said.txt > /dev/null || status=$?
+    [ $status = 2 ] || fail "$1 has status $status"
+    [ "$(wc -l < said.txt)" = 1 ] || fail "$1 has $(wc -l < said.txt) lines"
+    grep -qF "$2" said.txt || fail "$1 says $(cat said.txt)"
+}
+refused optimize.maximize=tip.w "unknown name 'tip.w'"
+refused optimize=null "says neither what to minimize nor what to maximize"
+refused optimize.over=best "allowed: one of mean, worst"
+refused optimize.file=none.csv "none.csv"
+refused 'optimize.places=[{name: middle, at: 2}]' "allowed: 0 to 1 m"

@@ -1,0 +1,57 @@
+/* The section `optimize` of a scene: which numbers are chosen, what is made small by them and what
+ * is kept. Numbers that are not given are NaN, texts NULL. */
+#ifndef TOOLS_OPTIMIZE_OPTIMIZE_SETTINGS_H
+#define TOOLS_OPTIMIZE_OPTIMIZE_SETTINGS_H
+
+#include "physics/scene/scene.h"
+
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum {
+    OPTIMIZE_CONSTRAINTS_MAX = 16,
+    OPTIMIZE_PLACES_MAX = 8,
+    OPTIMIZE_CASES_MAX = 64,
+    OPTIMIZE_STARTS_MAX = 64,
+    OPTIMIZE_POINTS_MAX = 60 - OPTIMIZE_PLACES_MAX /* those of one shape by compiled C */
+};
+
+#define OPTIMIZE_OVER_LIST(X) X(OPTIMIZE_MEAN, "mean") X(OPTIMIZE_WORST, "worst")
+#define OPTIMIZE_ENUM(value, text) value,
+typedef enum optimize_over { OPTIMIZE_OVER_LIST(OPTIMIZE_ENUM) } optimize_over;
+#undef OPTIMIZE_ENUM
+
+typedef struct optimize_place {
+    const char *name;
+    double at; /* m */
+} optimize_place;
+
+typedef struct optimize_settings {
+    const char *minimize, *maximize; /* formulas; one of them */
+    int variable_count, each_count, box_count, constraint_count, place_count, case_count;
+    const char *variables[SCENE_PARAMETERS_MAX]; /* one value for all cases */
+    const char *each[SCENE_PARAMETERS_MAX];      /* one for each case */
+    const char *box[SCENE_PARAMETERS_MAX];       /* not chosen: any value of their range */
+    const char *constraints[OPTIMIZE_CONSTRAINTS_MAX];
+    optimize_place places[OPTIMIZE_PLACES_MAX];
+    const char *cases[OPTIMIZE_CASES_MAX]; /* "tip_x=0.1, goal=0.02" */
+    const char *file; /* a table of cases, absolute once read */
+    optimize_over over;
+    int points, starts;
+    double tolerance; /* of the solver, of the position over the length */
+    int64_t seed;
+} optimize_settings;
+
+optimize_settings optimize_settings_default(void);
+
+/* Whether a scene has the section: it says what is made small or large. */
+bool optimize_is_given(const optimize_settings *settings);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,58 @@
+/* Formulas over shapes, with their derivatives: what an optimisation makes small and what it
+ * keeps.
+ *
+ *   (tip.x-0.1)^2 + tip.y^2      at places of the rod: tip is its end, others have names
+ *   max(curvature)               over all of the rod; min, mean likewise
+ *
+ * A formula knows all that those of a scene know (physics/quantity/quantity.h), the parameters of
+ * the scene, the columns of cases and, at a place or along the rod,
+ *   x y z          position, m                     qw qx qy qz   rotation, unit quaternion
+ *   v1 v2 v3       stretch and shear, 1 at rest    u1 u2 u3      curvature and twist, 1/m
+ *   tx ty tz       direction of the section's axis d3
+ *   curvature      sqrt(u1^2 + u2^2), 1/m          shear         sqrt(v1^2 + v2^2) */
+#ifndef TOOLS_OPTIMIZE_RESPONSE_H
+#define TOOLS_OPTIMIZE_RESPONSE_H
+
+#include "autodiff/ad.h"
+
+/* How the values along the rod become one. */
+typedef enum response_kind { RESPONSE_AT_PLACES, RESPONSE_MAX, RESPONSE_MIN, RESPONSE_MEAN } response_kind;
+
+typedef struct response_scope {
+    int parameters, columns, places; /* numbers of names, which are borrowed */
+    const char *const *parameter;    /* of the scene */
+    const char *const *column;       /* of the cases */
+    const char *const *place;        /* "tip" */
+} response_scope;
+
+/* A shape with its derivatives; borrowed. */
+typedef struct response_shape {
+    size_t points;
+    const double *s;          /* [points], ascending, m */
+    const size_t *place;      /* [places], which point each is */
+    const double *values;     /* [points][SOLVE_MEMBERS_COLUMNS] */
+    const double *jacobian;   /* [points][SOLVE_MEMBERS_COLUMNS][parameters] */
+    const double *parameters; /* [parameters] */
+    const double *columns;    /* [columns] */
+} response_shape;
+
+typedef struct response response;
+
+/* AD_BAD_INPUT: what is wrong with the formula; AD_NO_MEMORY. For shapes of that many points. */
+ad_status response_create(const char *text, const response_scope *scope, size_t points,
+                          response **result, ad_error *error);
+void response_free(response *r);
+
+response_kind response_kind_of(const response *r);
+
+/* Whether the formula has the shape, or one of the first parameters other than `which`. */
+bool response_needs_shape(const response *r);
+bool response_needs_parameter(const response *r, int which);
+
+/* One value, or of max and min as many as there are points, each with its derivatives by all
+ * parameters: values [rows], by [rows][parameters], which may be NULL. Does not allocate. */
+size_t response_rows(const response *r);
+ad_status response_evaluate(const response *r, const response_shape *shape, double *values,
+                            double *by, ad_error *error);
+
+#endif

@@ -1,0 +1,464 @@
+/* cpinn-optimize: the best values of parameters of a rod at rest; see --help. */
+#include "tools/config/config.h"
+#include "tools/files/json.h"
+#include "tools/files/table_file.h"
+#include "tools/library/cpinn.h"
+#include "tools/optimize/optimize.h"
+#include "tools/prepare/prepare.h"
+#include "tools/programs/cli.h"
+#include "tools/programs/help.h"
+#include "tools/programs/scene_line.h"
+#include "tools/train/report.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char program[] = "cpinn-optimize";
+
+/* The optimum is looked at by a solver this much more exact, at so many points. */
+static const double CLOSER = 1e-2, CLOSEST = 1e-13;
+enum { CLOSE_POINTS = 241 };
+
+typedef struct options {
+    const char *config, *out, *json;
+    cli_list overrides;
+    bool quiet, compile;
+    int threads;
+} options;
+
+/* An optimisation with the members that it asks for. */
+typedef struct asked_members {
+    optimization *of;
+    optimize_settings settings;
+    cpinn_members *members;
+    bool compiled;
+    solve_member *results;
+    size_t room, points, parameters;
+} asked_members;
+
+typedef struct optimizing {
+    options asked;
+    config *settings;
+    const scene *family;
+    asked_members way, end; /* on the way; at the end, more exactly */
+    optimize_report report, close;
+    verdict verdict;
+} optimizing;
+
+/* ---- members ------------------------------------------------------------------------------- */
+
+static ad_status solve(void *of, size_t members, const double *parameters, double *values,
+                       double *jacobian, bool *solved, ad_error *error)
+{
+    asked_members *by = of;
+    const size_t count = by->parameters;
+    const size_t width = by->points * SOLVE_MEMBERS_COLUMNS;
+    const size_t chunk = by->compiled ? CPINN_FEW : members;
+    ad_status status = AD_OK;
+    if (members > by->room) {
+        solve_member *more = realloc(by->results, members * sizeof *more);
+        if (!more) {
+            return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", members);
+        }
+        by->results = more;
+        by->room = members;
+    }
+    for (size_t i = 0; i < members && status == AD_OK; i += chunk) {
+        const size_t now = members - i < chunk ? members - i : chunk;
+        status = cpinn_members_jacobian(by->members, now, parameters + i * count,
+                                        values + i * width, jacobian + i * width * count,
+                                        by->results + i, error);
+    }
+    for (size_t i = 0; i < members; i++) {
+        solved[i] = by->results[i].solved;
+    }
+    return status;
+}
+
+/* "optimize.minimize: ..." at its place in the file. */
+static ad_status blame(const optimizing *x, const char *key, ad_error *error)
+{
+    char problem[sizeof error->message];
+    if (error->status != AD_BAD_INPUT || !*key) {
+        return error->status;
+    }
+    snprintf(problem, sizeof problem, "%s", error->message);
+    return config_refuse(x->settings, key, problem, error);
+}
+
+static ad_status ask(optimizing *x, asked_members *to, ad_error *error)
+{
+    const options *o = &x->asked;
+    char key[64] = "";
+    size_t points = 0;
+    if (optimize_create(&to->settings, x->family, &to->of, key, error) != AD_OK) {
+        return blame(x, key, error);
+    }
+    const double *s = optimize_places(to->of, &points);
+    const solve_members_settings settings = {.tolerance = to->settings.tolerance,
+                                             .threads = o->threads,
+                                             .points = points,
+                                             .s = s};
+    to->points = points;
+    to->parameters = (size_t)x->family->parameter_count;
+    return cpinn_members_file(o->config, o->overrides.count, o->overrides.texts, &settings,
+                              &to->members, error);
+}
+
+static void put_back(asked_members *by)
+{
+    optimize_free(by->of);
+    cpinn_members_free(by->members);
+    free(by->results);
+}
+
+/* ---- what is printed ----------------------------------------------------------------------- */
+
+static void print_head(const optimizing *x)
+{
+    const optimize_settings *s = &x->way.settings;
+    size_t variables;
+    optimize_variables(x->way.of, &variables);
+    printf("%s: %s %s\n", x->settings->settings.name, s->minimize ? "minimize" : "maximize",
+           s->minimize ? s->minimize : s->maximize);
+    printf("  %zu variables, %zu cases%s, %d constraints; the solver's tolerance is %.2g of the "
+           "length\n\n",
+           variables, optimize_cases(x->way.of), s->box_count > 0 ? " and a box" : "",
+           s->constraint_count, s->tolerance);
+    printf("start    objective  violation  steps\n");
+}
+
+static bool print_start(void *context, const optimize_report *now)
+{
+    const optimizing *x = context;
+    const optimize_start *end = &now->start[now->starts - 1];
+    if (!x->asked.quiet) {
+        printf("%5d  %11.5g  %9.1e  %5d%s\n", now->starts, end->objective, end->violation,
+               end->steps, end->converged ? "" : "  not converged");
+        fflush(stdout);
+    }
+    return true;
+}
+
+static void print_parameters(const optimizing *x)
+{
+    const optimization *o = x->way.of;
+    printf("\nvariable           value        range\n");
+    for (int p = 0; p < x->family->parameter_count; p++) {
+        const scene_parameter *of = &x->family->parameters[p];
+        const optimize_role role = optimize_role_of(o, p);
+        if (role == OPTIMIZE_SHARED || (role == OPTIMIZE_EACH && optimize_cases(o) == 1)) {
+            const double value = optimize_parameter(o, 0, p), z = scene_parameter_fraction(of, value);
+            printf("%-16s  %-11.6g  %.4g .. %.4g%s\n", of->name, value, of->low, of->high,
+                   z < 1e-6 || z > 1 - 1e-6 ? "  at the end of its range" : "");
+        }
+    }
+}
+
+static void print_cases(const optimizing *x)
+{
+    const optimization *o = x->way.of;
+    const size_t count = optimize_cases(o);
+    if (count == 1) {
+        return;
+    }
+    printf("\n case    objective");
+    for (int p = 0; p < x->family->parameter_count; p++) {
+        if (optimize_role_of(o, p) == OPTIMIZE_EACH) {
+            printf("  %11.11s", x->family->parameters[p].name);
+        }
+    }
+    printf("\n");
+    for (size_t i = 0; i < count; i++) {
+        printf("%5zu  %11.5g", i + 1, optimize_case_objective(o, i));
+        for (int p = 0; p < x->family->parameter_count; p++) {
+            if (optimize_role_of(o, p) == OPTIMIZE_EACH) {
+                printf("  %11.6g", optimize_parameter(o, i, p));
+            }
+        }
+        printf("\n");
+    }
+}
+
+static void print_bounds(const optimize_report *r)
+{
+    if (r->bounds > 0) {
+        printf("\nconstraint                      values                    active in  multiplier\n");
+    }
+    for (int i = 0; i < r->bounds; i++) {
+        const optimize_bound *b = &r->bound[i];
+        printf("%-30.30s  %-11.5g %-11.5g  %9d  %10.3g%s\n", b->text, b->least, b->most, b->active,
+               b->multiplier, b->kept ? "" : "  not kept");
+    }
+}
+
+/* How far the objective is off: solved more exactly, and for what is then missed of constraints. */
+static double objective_error(const optimizing *x)
+{
+    double error = fabs(x->close.objective - x->report.objective);
+    for (int i = 0; i < x->report.bounds; i++) {
+        const optimize_bound *b = &x->close.bound[i];
+        const double missed = fmax(0, fmax(b->low - b->least, b->most - b->high));
+        error += x->report.bound[i].weight * missed;
+    }
+    return error;
+}
+
+static void print_end(const optimizing *x)
+{
+    const optimize_report *r = &x->report;
+    print_parameters(x);
+    print_cases(x);
+    print_bounds(r);
+    printf("\nobjective  %.9g, off by %.1e (solved again with %.2g of the length at %d points)\n",
+           r->objective, objective_error(x), x->end.settings.tolerance,
+           CLOSE_POINTS);
+    if (r->rounds > 0) {
+        printf("box        %zu members of it count, in %d rounds\n", r->cases, r->rounds);
+    }
+    printf("cost       %zu members solved, %.2f s\n", r->members, r->seconds);
+}
+
+/* ---- files --------------------------------------------------------------------------------- */
+
+static ad_status write_table(const optimizing *x, ad_error *error)
+{
+    const optimization *o = x->way.of;
+    const size_t rows = optimize_cases(o);
+    const int parameters = x->family->parameter_count, columns = optimize_columns(o);
+    double *numbers = malloc((size_t)(parameters + columns + 1) * rows * sizeof *numbers);
+    table_build *table = malloc(sizeof *table);
+    ad_status status = numbers && table ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    if (status == AD_OK) {
+        double *to = numbers;
+        table_begin(table, rows);
+        for (int p = 0; p < parameters; p++, to += rows) {
+            for (size_t i = 0; i < rows; i++) {
+                to[i] = optimize_parameter(o, i, p);
+            }
+            table_add(table, x->family->parameters[p].name, NULL, to, NULL);
+        }
+        for (int c = 0; c < columns; c++, to += rows) {
+            for (size_t i = 0; i < rows; i++) {
+                to[i] = optimize_column(o, i, c);
+            }
+            if (!optimize_column_is_parameter(o, c)) {
+                table_add(table, optimize_column_name(o, c), NULL, to, NULL);
+            }
+        }
+        for (size_t i = 0; i < rows; i++) {
+            to[i] = optimize_case_objective(o, i);
+        }
+        table_add(table, "objective", NULL, to, NULL);
+        status = table_write(x->asked.out, &table->table, error);
+    }
+    free(numbers);
+    free(table);
+    return status;
+}
+
+static void json_cases(const optimizing *x, json *to)
+{
+    const optimization *o = x->way.of;
+    json_open(to, "cases", '[');
+    for (size_t i = 0; i < optimize_cases(o); i++) {
+        json_open(to, NULL, '{');
+        json_number(to, "objective", optimize_case_objective(o, i));
+        json_open(to, "parameters", '{');
+        for (int p = 0; p < x->family->parameter_count; p++) {
+            json_number(to, x->family->parameters[p].name, optimize_parameter(o, i, p));
+        }
+        json_close(to, '}');
+        json_close(to, '}');
+    }
+    json_close(to, ']');
+}
+
+static ad_status write_json(const optimizing *x, ad_error *error)
+{
+    const optimize_report *r = &x->report;
+    json to;
+    json_begin(&to);
+    json_text(&to, "program", program);
+    json_text(&to, "version", cli_version());
+    json_text(&to, "name", x->settings ? x->settings->settings.name : NULL);
+    report_verdict(&to, &x->verdict);
+    if (r->starts > 0) {
+        json_number(&to, "objective", r->objective);
+        json_number(&to, "objective_error", objective_error(x));
+        json_number(&to, "violation", fmax(r->violation, x->close.violation));
+        json_integer(&to, "starts", r->starts);
+        json_integer(&to, "agreeing", r->agreeing);
+        json_integer(&to, "members", (int64_t)r->members);
+        json_number(&to, "seconds", r->seconds);
+        json_cases(x, &to);
+        json_open(&to, "constraints", '[');
+        for (int i = 0; i < r->bounds; i++) {
+            const optimize_bound *b = &r->bound[i];
+            json_open(&to, NULL, '{');
+            json_text(&to, "constraint", b->text);
+            json_number(&to, "least", b->least);
+            json_number(&to, "most", b->most);
+            json_integer(&to, "active", b->active);
+            json_number(&to, "multiplier", b->multiplier);
+            json_close(&to, '}');
+        }
+        json_close(&to, ']');
+    }
+    return json_end(&to, x->asked.json, error);
+}
+
+/* ---- running ------------------------------------------------------------------------------- */
+
+/* Of what is bounded, over its spread, by which the exact solver may find more. */
+static const double BEYOND = 1e-4;
+
+static void judge(optimizing *x)
+{
+    const optimize_report *r = &x->report;
+    if (!r->found) {
+        const optimize_start *best = &r->start[r->best];
+        if (best->violation > BEYOND) {
+            verdict_add(&x->verdict, VERDICT_INFEASIBLE,
+                        "no start meets all constraints; the nearest misses them by %.2g of what "
+                        "they vary by",
+                        best->violation);
+        } else {
+            verdict_add(&x->verdict, VERDICT_NO_OPTIMUM,
+                        "no start ends where the objective cannot become better; try other ranges, "
+                        "or more optimize.starts");
+        }
+        return;
+    }
+    if (x->close.violation > BEYOND) {
+        verdict_add(&x->verdict, VERDICT_INFEASIBLE,
+                    "between the points of the rod constraints are missed by %.2g of what they "
+                    "vary by; more optimize.points show it",
+                    x->close.violation);
+    }
+    if (!isfinite(x->close.objective)) {
+        verdict_add(&x->verdict, VERDICT_NO_OPTIMUM,
+                    "the exact solver does not find the equilibria of the optimum");
+    }
+    if (r->box_open) {
+        verdict_add(&x->verdict, VERDICT_NO_OPTIMUM,
+                    "after %d rounds random members of the box are still worse than those that "
+                    "count",
+                    r->rounds);
+    }
+    verdict_add(&x->verdict, VERDICT_LOCAL_OPTIMUM,
+                "%d of %d starts end at this optimum, none at a better one; whether there is one "
+                "elsewhere is not known",
+                r->agreeing, r->starts);
+}
+
+static ad_status look_closer(optimizing *x, ad_error *error)
+{
+    x->end.settings = x->way.settings;
+    x->end.settings.points = CLOSE_POINTS;
+    x->end.settings.tolerance = fmax(CLOSEST, CLOSER * x->way.settings.tolerance);
+    const optimize_solver solver = {solve, &x->end};
+    ad_status status = ask(x, &x->end, error);
+    if (status == AD_OK) {
+        status = optimize_take(x->end.of, x->way.of, error);
+    }
+    return status == AD_OK ? optimize_evaluate(x->end.of, &solver, &x->close, error) : status;
+}
+
+static ad_status read_scene(optimizing *x, ad_error *error)
+{
+    const options *o = &x->asked;
+    ad_status status = o->out ? table_check_path(o->out, error) : AD_OK;
+    status = status == AD_OK ? json_check_path(o->json, error) : status;
+    if (status == AD_OK && !optimize_has_ipopt()) {
+        status = ad_fail(error, AD_BAD_ARGUMENT,
+                         "built without IPOPT; install coinor-libipopt-dev and build again");
+    }
+    if (status == AD_OK) {
+        status = prepare_read(o->config, NULL, o->overrides.count, o->overrides.texts,
+                              &x->settings, error);
+    }
+    if (status != AD_OK) {
+        return status;
+    }
+    x->family = &x->settings->scene;
+    x->way.settings = x->settings->optimize;
+    if (!optimize_is_given(&x->way.settings)) {
+        return config_refuse(x->settings, "optimize",
+                             "says neither what to minimize nor what to maximize; allowed: a "
+                             "formula for one of them",
+                             error);
+    }
+    if (!o->quiet) {
+        scene_line_implausible(x->family);
+    }
+    return AD_OK;
+}
+
+static ad_status run(optimizing *x, ad_error *error)
+{
+    const options *o = &x->asked;
+    ad_status status = read_scene(x, error);
+    status = status == AD_OK ? ask(x, &x->way, error) : status;
+    if (status != AD_OK) {
+        return status;
+    }
+    if (o->compile) {
+        status = cpinn_members_compile(x->way.members, error);
+        x->way.compiled = status == AD_OK;
+    }
+    if (status == AD_OK && !o->quiet) {
+        print_head(x);
+    }
+    const optimize_solver solver = {solve, &x->way};
+    if (status == AD_OK) {
+        status = optimize_run(x->way.of, &solver, print_start, x, &x->report, error);
+    }
+    status = status == AD_OK ? look_closer(x, error) : status;
+    if (status != AD_OK) {
+        return status;
+    }
+    judge(x);
+    if (!o->quiet) {
+        print_end(x);
+        verdict_print(stdout, "", &x->verdict);
+    }
+    return o->out ? write_table(x, error) : AD_OK;
+}
+
+int main(int argc, char **argv)
+{
+    optimizing x = {.report = {.best = -1}};
+    options *o = &x.asked;
+    const cli_option list[] = {
+        CLI_OUT(&o->out),
+        {"--compile", NULL, CLI_FLAG, &o->compile, 0, 0},
+        CLI_SET(&o->overrides),
+        CLI_THREADS(&o->threads),
+        CLI_JSON(&o->json),
+        CLI_QUIET(&o->quiet),
+    };
+    const cli_program about = {program, "CONFIG.yaml", help_optimize, verdict_help, NULL};
+    int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &o->config);
+    if (status != CLI_RUN) {
+        return status;
+    }
+    o->quiet = o->quiet || json_is_printed(o->json);
+    ad_error error = {.message = ""};
+    if (run(&x, &error) != AD_OK) {
+        cli_fail_error(program, &error);
+        verdict_add_error(&x.verdict, &error);
+    } else if (o->quiet && verdict_outcome_of(&x.verdict) == VERDICT_WARNING) {
+        verdict_print(stderr, "cpinn-optimize: ", &x.verdict);
+    }
+    if (o->json && write_json(&x, &error) != AD_OK) {
+        cli_fail_error(program, &error);
+        verdict_add_error(&x.verdict, &error);
+    }
+    status = verdict_exit_status(&x.verdict);
+    put_back(&x.way);
+    put_back(&x.end);
+    config_free(x.settings);
+    return status;
+}
