@@ -166,9 +166,9 @@ static optimize_report run(const optimize_settings *settings, double beyond, opt
     return report;
 }
 
-/* The place where a line touches a circle: minimize x + y of the tip with x^2 + y^2 <= 2. The tip is
- * 2 (a, b): a = -0.5 is not where b >= 0.1 ends, so b is at the end of its range: a is as the circle
- * says, and the multiplier that of one variable. */
+/* The place where a line touches a circle: minimize x + y of the tip with x^2 + y^2 <= 2. The tip
+ * is 2 (a, b): a = -0.5 is not where b >= 0.1 ends, so b is at the end of its range: a is as the
+ * circle says, and the multiplier that of one variable. */
 static void a_constraint_and_a_range_are_met(void **state)
 {
     (void)state;
@@ -231,8 +231,8 @@ static void the_worst_of_a_box_counts(void **state)
     optimize_free(o);
 }
 
-/* Within the box the worst may lie anywhere, here at c = 0.3: a is 0.4, up to what members of the box
- * may be worse by: 1e-4 of what the constraint varies by, which is some 5. */
+/* Within the box the worst may lie anywhere, here at c = 0.3: a is 0.4, up to what members of the
+ * box may be worse by: 1e-4 of what the constraint varies by, which is some 5. */
 static void the_worst_within_a_box_is_found(void **state)
 {
     (void)state;
@@ -316,7 +316,8 @@ static void settings_are_refused(void **state)
     }
 }
 
-/* Second derivatives against those of x y = 4 a b by fractions of the ranges, b by its logarithm. */
+/* Second derivatives against those of x y = 4 a b by fractions of the ranges, b by its logarithm.
+ */
 static void second_derivatives_are_those_of_the_formula(void **state)
 {
     (void)state;
@@ -331,7 +332,8 @@ static void second_derivatives_are_those_of_the_formula(void **state)
     made.s = optimize_places(o, &made.points);
     const optimize_solver solver = {solve, &made};
     o->solver = &solver;
-    const double x[COUNT] = {0.6, 0.25, 0.9995}, b = scene_parameter_at(&family.parameters[1], 0.25);
+    const double x[COUNT] = {0.6, 0.25, 0.9995},
+                 b = scene_parameter_at(&family.parameters[1], 0.25);
     const double a = 0.4, by_a = 4, by_b = b * log(100);
     double second[6];
     assert_int_equal(optimize_second_count(o), 6);

@@ -181,7 +181,8 @@ static ad_status read_all(config *experiment, const file_request *r, ad_error *e
     return status;
 }
 
-/* One member is neither stepped, controlled nor chosen: what would be its inputs are numbers now. */
+/* One member is neither stepped, controlled nor chosen: what would be its inputs are numbers now.
+ */
 static ad_status close_member(config *experiment, const file_request *r, ad_error *error)
 {
     ad_status status = config_close(experiment, r->at, error);

@@ -39,7 +39,8 @@ static ad_status add_names(optimize_cases_table *cases, const scene *family, con
         char name[64];
         p += strspn(p, " \t");
         int length = 0;
-        while (length < (int)sizeof name - 1 && (isalnum((unsigned char)p[length]) || p[length] == '_')) {
+        while (length < (int)sizeof name - 1 &&
+               (isalnum((unsigned char)p[length]) || p[length] == '_')) {
             length++;
         }
         snprintf(name, sizeof name, "%.*s", length, p);
@@ -68,8 +69,7 @@ static ad_status read_texts(const optimize_settings *settings, const scene *fami
 }
 
 static ad_status read_file(const optimize_settings *settings, const scene *family,
-                           optimize_cases_table *cases, char key[OPTIMIZE_KEY_MAX],
-                           ad_error *error)
+                           optimize_cases_table *cases, char key[OPTIMIZE_KEY_MAX], ad_error *error)
 {
     table_file *table = NULL;
     snprintf(key, OPTIMIZE_KEY_MAX, "optimize.file");

@@ -82,8 +82,8 @@ static Bool count_steps(Index mode, Index steps, Number objective, Number primal
 
 static bool options_of(IpoptProblem problem)
 {
-    char option[][32] = {"sb",       "nlp_scaling_method", "tol", "print_level",
-                         "max_iter", "mu_strategy"};
+    char option[][32] = {"sb",          "nlp_scaling_method", "tol",
+                         "print_level", "max_iter",           "mu_strategy"};
     char yes[] = "yes", none[] = "none", adaptive[] = "adaptive";
     return AddIpoptStrOption(problem, option[0], yes) &&
            AddIpoptStrOption(problem, option[1], none) &&
@@ -107,8 +107,7 @@ ad_status optimize_descend(optimization *o, int *steps, bool *converged, ad_erro
     }
     IpoptProblem problem = CreateIpoptProblem(
         (Index)n, limits, limits + n, (Index)m, row_low, row_high, (Index)o->nonzeros,
-        (Index)optimize_second_count(o), 0,
-        value_at, rows_at, gradient_at, rows_by_x, second_at);
+        (Index)optimize_second_count(o), 0, value_at, rows_at, gradient_at, rows_by_x, second_at);
     free(limits);
     if (!problem) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for an optimisation");

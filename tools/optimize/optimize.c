@@ -355,8 +355,8 @@ static void bound_by_row(void *context, int constraint, size_t scenario, size_t 
     const optimize_constraint *c = &o->constraint[constraint];
     optimize_bound *to = &b->report->bound[constraint];
     const double value = o->row[row] / c->scale;
-    const double distance = fmin(fabs(o->row[row] - c->scale * c->low),
-                                 fabs(o->row[row] - c->scale * c->high));
+    const double distance =
+        fmin(fabs(o->row[row] - c->scale * c->low), fabs(o->row[row] - c->scale * c->high));
     to->least = fmin(to->least, value);
     to->most = fmax(to->most, value);
     to->kept = to->kept && beyond(c, o->row[row]) <= KEPT;
@@ -369,8 +369,8 @@ static void bound_by_row(void *context, int constraint, size_t scenario, size_t 
     }
 }
 
-ad_status optimize_evaluate(optimization *o, const optimize_solver *solver,
-                            optimize_report *report, ad_error *error)
+ad_status optimize_evaluate(optimization *o, const optimize_solver *solver, optimize_report *report,
+                            ad_error *error)
 {
     o->solver = solver;
     o->why.status = AD_OK;
@@ -465,8 +465,8 @@ ad_status optimize_run(optimization *o, const optimize_solver *solver, optimize_
         status = meet_box(o, &rng, end, report, error);
     }
     status = status == AD_OK ? optimize_evaluate(o, solver, report, error) : status;
-    report->found = status == AD_OK && report->violation <= KEPT &&
-                    report->start[report->best].converged;
+    report->found =
+        status == AD_OK && report->violation <= KEPT && report->start[report->best].converged;
     report->members = o->members;
     report->seconds = train_seconds() - begin;
     free(z);

@@ -91,8 +91,8 @@ ad_status optimize_take(optimization *o, const optimization *from, ad_error *err
 
 /* The objective and all constraints with these variables. Of the report objective, violation, cases
  * and bounds are written. A member that is not solved makes the objective NaN. */
-ad_status optimize_evaluate(optimization *o, const optimize_solver *solver,
-                            optimize_report *report, ad_error *error);
+ad_status optimize_evaluate(optimization *o, const optimize_solver *solver, optimize_report *report,
+                            ad_error *error);
 
 /* Cases and their values, in SI units; of the first [optimize_cases] cases, without a box. */
 size_t optimize_cases(const optimization *o);

@@ -57,8 +57,8 @@ static ad_status give_roles(optimization *o, char *key, ad_error *error)
             o->index[o->cases.parameter[c]] = c;
         }
     }
-    ad_status status = give(o, "box", settings->box_count, settings->box, OPTIMIZE_BOX, &boxes, key,
-                            error);
+    ad_status status =
+        give(o, "box", settings->box_count, settings->box, OPTIMIZE_BOX, &boxes, key, error);
     if (status == AD_OK) {
         status = give(o, "each", settings->each_count, settings->each, OPTIMIZE_EACH, &o->each, key,
                       error);
@@ -241,8 +241,8 @@ static ad_status read_constraint(optimization *o, const char *text, optimize_con
     c->rows = response_rows(c->of);
     c->by_shared = !response_needs_shape(c->of) && o->cases.columns == 0;
     for (int p = 0; p < o->parameters; p++) {
-        c->by_shared = c->by_shared && (o->role[p] == OPTIMIZE_SHARED ||
-                                        !response_needs_parameter(c->of, p));
+        c->by_shared =
+            c->by_shared && (o->role[p] == OPTIMIZE_SHARED || !response_needs_parameter(c->of, p));
     }
     c->scale = 1;
     return AD_OK;
@@ -293,8 +293,8 @@ ad_status optimize_create(const optimize_settings *settings, const scene *family
     for (size_t i = 0; i < o->cases.count; i++) {
         o->scenario[i].of = i;
         for (int b = 0; b < settings->box_count && status == AD_OK; b++) {
-            o->scenario[i].box[b] = scene_parameter_at(
-                &family->parameters[parameter_named(o, settings->box[b])], 0.5);
+            o->scenario[i].box[b] =
+                scene_parameter_at(&family->parameters[parameter_named(o, settings->box[b])], 0.5);
         }
     }
     status = status == AD_OK ? optimize_shape(o, error) : status;
@@ -315,10 +315,10 @@ void optimize_free(optimization *o)
     for (int i = 0; i < OPTIMIZE_CONSTRAINTS_MAX; i++) {
         response_free(o->constraint[i].of);
     }
-    double *const numbers[] = {o->cases.values, o->s,          o->x,      o->at,
-                               o->gradient,     o->row,        o->by,     o->multiplier,
+    double *const numbers[] = {o->cases.values, o->s,          o->x,         o->at,
+                               o->gradient,     o->row,        o->by,        o->multiplier,
                                o->given,        o->shapes,     o->jacobians, o->values,
-                               o->partials,     o->objectives, o->by_case, o->slopes};
+                               o->partials,     o->objectives, o->by_case,   o->slopes};
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
         free(numbers[i]);
     }

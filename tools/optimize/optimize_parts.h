@@ -23,7 +23,8 @@ ad_status optimize_read_cases(const optimize_settings *settings, const scene *fa
                               optimize_cases_table *cases, char key[OPTIMIZE_KEY_MAX],
                               ad_error *error);
 
-/* ---- a problem -------------------------------------------------------------------------------- */
+/* ---- a problem --------------------------------------------------------------------------------
+ */
 
 /* A formula that is bounded. */
 typedef struct optimize_constraint {
@@ -36,7 +37,7 @@ typedef struct optimize_constraint {
 
 /* A case, or a member of the box in it. */
 typedef struct optimize_scenario {
-    size_t of; /* the case */
+    size_t of;                      /* the case */
     double box[OPTIMIZE_NAMES_MAX]; /* values of settings->box */
 } optimize_scenario;
 
@@ -59,14 +60,14 @@ struct optimization {
     optimize_scenario *scenario; /* [OPTIMIZE_SCENARIOS_MAX]; the first are the cases themselves */
 
     /* The problem of these scenarios. x: shared, those of each case, bounds of objectives. */
-    size_t tops;      /* bounds of objectives: none, one, or one for each scenario */
-    size_t n, m;      /* variables, rows */
-    size_t nonzeros;  /* of the derivatives of rows */
-    double *x;        /* [n] */
-    size_t members;   /* solved */
-    int steps;        /* of the descent */
+    size_t tops;     /* bounds of objectives: none, one, or one for each scenario */
+    size_t n, m;     /* variables, rows */
+    size_t nonzeros; /* of the derivatives of rows */
+    double *x;       /* [n] */
+    size_t members;  /* solved */
+    int steps;       /* of the descent */
     const optimize_solver *solver;
-    ad_error why;     /* of a solver that failed, with its status */
+    ad_error why; /* of a solver that failed, with its status */
 
     /* At the x that was evaluated last, `known`: */
     bool known, solved;

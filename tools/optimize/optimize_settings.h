@@ -19,7 +19,7 @@ enum {
     OPTIMIZE_POINTS_MAX = 60 - OPTIMIZE_PLACES_MAX /* those of one shape by compiled C */
 };
 
-#define OPTIMIZE_OVER_LIST(X) X(OPTIMIZE_MEAN, "mean") X(OPTIMIZE_WORST, "worst")
+#define OPTIMIZE_OVER_LIST(X)      X(OPTIMIZE_MEAN, "mean") X(OPTIMIZE_WORST, "worst")
 #define OPTIMIZE_ENUM(value, text) value,
 typedef enum optimize_over { OPTIMIZE_OVER_LIST(OPTIMIZE_ENUM) } optimize_over;
 #undef OPTIMIZE_ENUM
@@ -38,7 +38,7 @@ typedef struct optimize_settings {
     const char *constraints[OPTIMIZE_CONSTRAINTS_MAX];
     optimize_place places[OPTIMIZE_PLACES_MAX];
     const char *cases[OPTIMIZE_CASES_MAX]; /* "tip_x=0.1, goal=0.02" */
-    const char *file; /* a table of cases, absolute once read */
+    const char *file;                      /* a table of cases, absolute once read */
     optimize_over over;
     int points, starts;
     double tolerance; /* of the solver, of the position over the length */

@@ -88,10 +88,18 @@ void optimize_given(const optimization *o, const double *x, size_t scenario, dou
         const int i = o->index[p];
         const size_t each = (size_t)o->shared + at->of * (size_t)o->each + (size_t)i;
         switch (o->role[p]) {
-        case OPTIMIZE_SHARED: parameters[p] = scene_parameter_at(of, x[i]); break;
-        case OPTIMIZE_EACH: parameters[p] = scene_parameter_at(of, x[each]); break;
-        case OPTIMIZE_CASE: parameters[p] = optimize_column(o, at->of, i); break;
-        case OPTIMIZE_BOX: parameters[p] = at->box[i]; break;
+        case OPTIMIZE_SHARED:
+            parameters[p] = scene_parameter_at(of, x[i]);
+            break;
+        case OPTIMIZE_EACH:
+            parameters[p] = scene_parameter_at(of, x[each]);
+            break;
+        case OPTIMIZE_CASE:
+            parameters[p] = optimize_column(o, at->of, i);
+            break;
+        case OPTIMIZE_BOX:
+            parameters[p] = at->box[i];
+            break;
         }
     }
 }
@@ -113,8 +121,7 @@ static void add_by_variables(const optimization *o, size_t scenario, const doubl
                                                    : NULL;
         if (to) {
             const double value = o->given[scenario * (size_t)o->parameters + (size_t)p];
-            to[o->index[p]] +=
-                factor * by_parameters[p] * slope(&o->family->parameters[p], value);
+            to[o->index[p]] += factor * by_parameters[p] * slope(&o->family->parameters[p], value);
         }
     }
 }
@@ -122,14 +129,14 @@ static void add_by_variables(const optimization *o, size_t scenario, const doubl
 static ad_status evaluate(optimization *o, const response *r, size_t scenario, bool derivatives)
 {
     const size_t P = (size_t)o->parameters, shape = o->points * COLUMNS;
-    const response_shape at = {
-        .points = o->points,
-        .s = o->s,
-        .place = o->place,
-        .values = o->shapes + scenario * shape,
-        .jacobian = o->jacobians + scenario * shape * P,
-        .parameters = o->given + scenario * P,
-        .columns = o->cases.values + o->scenario[scenario].of * (size_t)o->cases.columns};
+    const response_shape at = {.points = o->points,
+                               .s = o->s,
+                               .place = o->place,
+                               .values = o->shapes + scenario * shape,
+                               .jacobian = o->jacobians + scenario * shape * P,
+                               .parameters = o->given + scenario * P,
+                               .columns = o->cases.values +
+                                          o->scenario[scenario].of * (size_t)o->cases.columns};
     return response_evaluate(r, &at, o->values, derivatives ? o->partials : NULL, &o->why);
 }
 
@@ -252,8 +259,8 @@ bool optimize_at(optimization *o, const double *x)
         }
         all = all && o->is_solved[e];
     }
-    o->solved = all && isfinite(o->value) && all_finite(o->n, o->gradient) && all_finite(o->m, o->row) &&
-                all_finite(o->nonzeros, o->by);
+    o->solved = all && isfinite(o->value) && all_finite(o->n, o->gradient) &&
+                all_finite(o->m, o->row) && all_finite(o->nonzeros, o->by);
     return o->solved;
 }
 
@@ -332,8 +339,7 @@ static const double APART = 1e-3;
 size_t optimize_second_count(const optimization *o)
 {
     const size_t shared = (size_t)o->shared, each = (size_t)o->each;
-    return shared * (shared + 1) / 2 +
-           o->cases.count * (each * shared + each * (each + 1) / 2);
+    return shared * (shared + 1) / 2 + o->cases.count * (each * shared + each * (each + 1) / 2);
 }
 
 /* The place of second derivatives by variables i >= k of a scenario. */
@@ -386,8 +392,8 @@ static void slopes_of(const optimization *o, double factor, const double *multip
     }
 }
 
-/* The gradients where the k-th variable of every case is moved, one way or the other: by how much it
- * is then depends on where its range ends. */
+/* The gradients where the k-th variable of every case is moved, one way or the other: by how much
+ * it is then depends on where its range ends. */
 static bool slopes_beside(optimization *o, const double *x, size_t k, int way, double factor,
                           const double *multiplier, double *by, double *to)
 {
@@ -395,7 +401,9 @@ static bool slopes_beside(optimization *o, const double *x, size_t k, int way, d
     memcpy(moved, x, o->n * sizeof *moved);
     for (size_t c = 0; c < (k < (size_t)o->shared ? 1 : o->cases.count); c++) {
         const double z = x[variable_of(o, c, k)];
-        const double both[2] = {z > 1 - APART ? -2 * APART : z < APART ? 2 * APART : -APART,
+        const double both[2] = {z > 1 - APART ? -2 * APART
+                                : z < APART   ? 2 * APART
+                                              : -APART,
                                 z > 1 - APART ? -APART : APART};
         moved[variable_of(o, c, k)] = z + both[way];
         by[c] = both[way];
@@ -426,8 +434,8 @@ bool optimize_second(optimization *o, const double *x, double factor, const doub
             const size_t c = k < (size_t)o->shared ? 0 : o->scenario[e].of;
             const double a = by[0][c], b = by[1][c]; /* a parabola through three */
             for (size_t i = e * width; i < (e + 1) * width; i++) {
-                const double second = ((there[0][i] - here[i]) * b / a -
-                                       (there[1][i] - here[i]) * a / b) / (b - a);
+                const double second =
+                    ((there[0][i] - here[i]) * b / a - (there[1][i] - here[i]) * a / b) / (b - a);
                 const size_t own = i - e * width; /* each is found twice, but on the diagonal */
                 values[second_at(o, e, own > k ? own : k, own > k ? k : own)] +=
                     own == k ? second : second / 2;

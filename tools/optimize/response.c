@@ -17,9 +17,9 @@ struct response {
     int place[SHAPES_MAX]; /* the index of a place, or ALONG */
     bool *needs;           /* [parameters] */
     ad_pool *pool;
-    ad_program *program; /* value; by the columns of each shape; by the parameters */
+    ad_program *program;             /* value; by the columns of each shape; by the parameters */
     bool is_uniform[SHAPES_MAX + 2]; /* of its outputs: one value for all points */
-    double *memory;      /* what the program reads and writes */
+    double *memory;                  /* what the program reads and writes */
 };
 
 /* ---- names --------------------------------------------------------------------------------- */
@@ -187,10 +187,9 @@ static ad_status record(recording *r, const char *text, ad_value *value, ad_erro
     if (status == AD_OK && quantity_depends_on(formula, "t")) {
         status = ad_fail(error, AD_BAD_INPUT, "has the time t; the rod is at rest");
     }
-    if (status == AD_OK && r->of->kind == RESPONSE_AT_PLACES &&
-        quantity_depends_on(formula, "s")) {
-        status = ad_fail(error, AD_BAD_INPUT,
-                         "has s outside of max, min or mean; allowed there alone");
+    if (status == AD_OK && r->of->kind == RESPONSE_AT_PLACES && quantity_depends_on(formula, "s")) {
+        status =
+            ad_fail(error, AD_BAD_INPUT, "has s outside of max, min or mean; allowed there alone");
     }
     if (status == AD_OK) {
         *value = ad_mul(quantity_record(formula, r->tape, r->count, r->bound), r->one);
@@ -212,9 +211,8 @@ static ad_status compile(recording *r, ad_value value, ad_error *error)
     for (int i = 0; status == AD_OK && i <= count; i++) {
         of->is_uniform[i] = ad_extent_of(outputs[i]) == AD_UNIFORM;
     }
-    return status == AD_OK
-               ? ad_compile(count + 1, outputs, NULL, of->pool, &of->program, error)
-               : status;
+    return status == AD_OK ? ad_compile(count + 1, outputs, NULL, of->pool, &of->program, error)
+                           : status;
 }
 
 /* The formula within "max(...)", where that is all of the text; and what it is. */
@@ -266,8 +264,8 @@ ad_status response_create(const char *text, const response_scope *scope, size_t 
                           response **result, ad_error *error)
 {
     response *made = calloc(1, sizeof *made);
-    recording r = {.of = made, .scope = scope, .tape = ad_tape_create(),
-                   .names = quantities_create()};
+    recording r = {
+        .of = made, .scope = scope, .tape = ad_tape_create(), .names = quantities_create()};
     const size_t room = strlen(text) + 1;
     char *inner = malloc(room);
     ad_value value;
@@ -293,8 +291,7 @@ ad_status response_create(const char *text, const response_scope *scope, size_t 
     status = status == AD_OK ? compile(&r, value, error) : status;
     if (status == AD_OK) {
         made->memory = calloc(numbers_of(made), sizeof *made->memory);
-        status = made->memory ? AD_OK
-                              : ad_fail(error, AD_NO_MEMORY, "out of memory for a formula");
+        status = made->memory ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a formula");
     }
     free(inner);
     quantities_free(r.names);
@@ -402,7 +399,8 @@ ad_status response_evaluate(const response *r, const response_shape *shape, doub
         for (size_t p = 0; p < width && by; p++) {
             double sum = entry(r, 1 + r->shapes, adjoint, p, j);
             for (int i = 0; i < r->shapes; i++) {
-                const double *by_shape = shape->jacobian + point_of(r, shape, i, j) * COLUMNS * width;
+                const double *by_shape =
+                    shape->jacobian + point_of(r, shape, i, j) * COLUMNS * width;
                 for (size_t c = 0; c < COLUMNS; c++) {
                     sum += entry(r, 1 + i, by_columns[i], c, j) * by_shape[c * width + p];
                 }

@@ -16,7 +16,12 @@
 #include "autodiff/ad.h"
 
 /* How the values along the rod become one. */
-typedef enum response_kind { RESPONSE_AT_PLACES, RESPONSE_MAX, RESPONSE_MIN, RESPONSE_MEAN } response_kind;
+typedef enum response_kind {
+    RESPONSE_AT_PLACES,
+    RESPONSE_MAX,
+    RESPONSE_MIN,
+    RESPONSE_MEAN
+} response_kind;
 
 typedef struct response_scope {
     int parameters, columns, places; /* numbers of names, which are borrowed */

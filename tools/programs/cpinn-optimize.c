@@ -31,9 +31,9 @@ typedef struct options {
 typedef struct asked_members {
     optimization *of;
     optimize_settings settings;
-    cpinn_members *members;
+    cpinn_family *members;
     bool compiled;
-    solve_member *results;
+    cpinn_answer *answers;
     size_t room, points, parameters;
 } asked_members;
 
@@ -57,21 +57,20 @@ static ad_status solve(void *of, size_t members, const double *parameters, doubl
     const size_t chunk = by->compiled ? CPINN_FEW : members;
     ad_status status = AD_OK;
     if (members > by->room) {
-        solve_member *more = realloc(by->results, members * sizeof *more);
+        cpinn_answer *more = realloc(by->answers, members * sizeof *more);
         if (!more) {
             return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", members);
         }
-        by->results = more;
+        by->answers = more;
         by->room = members;
     }
     for (size_t i = 0; i < members && status == AD_OK; i += chunk) {
         const size_t now = members - i < chunk ? members - i : chunk;
-        status = cpinn_members_jacobian(by->members, now, parameters + i * count,
-                                        values + i * width, jacobian + i * width * count,
-                                        by->results + i, error);
+        status = cpinn_family_jacobian(by->members, now, parameters + i * count, values + i * width,
+                                       jacobian + i * width * count, by->answers + i, error);
     }
     for (size_t i = 0; i < members; i++) {
-        solved[i] = by->results[i].solved;
+        solved[i] = by->answers[i].trusted && by->answers[i].source == CPINN_FROM_MEMBERS;
     }
     return status;
 }
@@ -96,21 +95,27 @@ static ad_status ask(optimizing *x, asked_members *to, ad_error *error)
         return blame(x, key, error);
     }
     const double *s = optimize_places(to->of, &points);
-    const solve_members_settings settings = {.tolerance = to->settings.tolerance,
-                                             .threads = o->threads,
-                                             .points = points,
-                                             .s = s};
+    const cpinn_family_settings settings = {.extrapolate = true, /* by rounding, beyond an end */
+                                            .threads = o->threads,
+                                            .points = points,
+                                            .s = s,
+                                            .compile = o->compile && to == &x->way};
     to->points = points;
     to->parameters = (size_t)x->family->parameter_count;
-    return cpinn_members_file(o->config, o->overrides.count, o->overrides.texts, &settings,
-                              &to->members, error);
+    ad_status status = cpinn_family_file(o->config, o->overrides.count, o->overrides.texts,
+                                         to->settings.tolerance, &settings, &to->members, error);
+    to->compiled = status == AD_OK && settings.compile && !*cpinn_family_not_compiled(to->members);
+    if (status == AD_OK && settings.compile && !to->compiled) {
+        cli_warn(program, "not compiled: %s", cpinn_family_not_compiled(to->members));
+    }
+    return status;
 }
 
 static void put_back(asked_members *by)
 {
     optimize_free(by->of);
-    cpinn_members_free(by->members);
-    free(by->results);
+    cpinn_family_free(by->members);
+    free(by->answers);
 }
 
 /* ---- what is printed ----------------------------------------------------------------------- */
@@ -149,7 +154,8 @@ static void print_parameters(const optimizing *x)
         const scene_parameter *of = &x->family->parameters[p];
         const optimize_role role = optimize_role_of(o, p);
         if (role == OPTIMIZE_SHARED || (role == OPTIMIZE_EACH && optimize_cases(o) == 1)) {
-            const double value = optimize_parameter(o, 0, p), z = scene_parameter_fraction(of, value);
+            const double value = optimize_parameter(o, 0, p),
+                         z = scene_parameter_fraction(of, value);
             printf("%-16s  %-11.6g  %.4g .. %.4g%s\n", of->name, value, of->low, of->high,
                    z < 1e-6 || z > 1 - 1e-6 ? "  at the end of its range" : "");
         }
@@ -184,7 +190,8 @@ static void print_cases(const optimizing *x)
 static void print_bounds(const optimize_report *r)
 {
     if (r->bounds > 0) {
-        printf("\nconstraint                      values                    active in  multiplier\n");
+        printf(
+            "\nconstraint                      values                    active in  multiplier\n");
     }
     for (int i = 0; i < r->bounds; i++) {
         const optimize_bound *b = &r->bound[i];
@@ -212,8 +219,7 @@ static void print_end(const optimizing *x)
     print_cases(x);
     print_bounds(r);
     printf("\nobjective  %.9g, off by %.1e (solved again with %.2g of the length at %d points)\n",
-           r->objective, objective_error(x), x->end.settings.tolerance,
-           CLOSE_POINTS);
+           r->objective, objective_error(x), x->end.settings.tolerance, CLOSE_POINTS);
     if (r->rounds > 0) {
         printf("box        %zu members of it count, in %d rounds\n", r->cases, r->rounds);
     }
@@ -376,8 +382,8 @@ static ad_status read_scene(optimizing *x, ad_error *error)
                          "built without IPOPT; install coinor-libipopt-dev and build again");
     }
     if (status == AD_OK) {
-        status = prepare_read(o->config, NULL, o->overrides.count, o->overrides.texts,
-                              &x->settings, error);
+        status = prepare_read(o->config, NULL, o->overrides.count, o->overrides.texts, &x->settings,
+                              error);
     }
     if (status != AD_OK) {
         return status;
@@ -404,10 +410,6 @@ static ad_status run(optimizing *x, ad_error *error)
     if (status != AD_OK) {
         return status;
     }
-    if (o->compile) {
-        status = cpinn_members_compile(x->way.members, error);
-        x->way.compiled = status == AD_OK;
-    }
     if (status == AD_OK && !o->quiet) {
         print_head(x);
     }
@@ -432,12 +434,9 @@ int main(int argc, char **argv)
     optimizing x = {.report = {.best = -1}};
     options *o = &x.asked;
     const cli_option list[] = {
-        CLI_OUT(&o->out),
-        {"--compile", NULL, CLI_FLAG, &o->compile, 0, 0},
-        CLI_SET(&o->overrides),
-        CLI_THREADS(&o->threads),
-        CLI_JSON(&o->json),
-        CLI_QUIET(&o->quiet),
+        CLI_OUT(&o->out),       {"--compile", NULL, CLI_FLAG, &o->compile, 0, 0},
+        CLI_SET(&o->overrides), CLI_THREADS(&o->threads),
+        CLI_JSON(&o->json),     CLI_QUIET(&o->quiet),
     };
     const cli_program about = {program, "CONFIG.yaml", help_optimize, verdict_help, NULL};
     int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &o->config);
