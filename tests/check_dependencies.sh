@@ -61,14 +61,13 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
         may["tools/plan"] = libraries " tools/files tools/plan "
         may["tools/optimize"] = training " tools/optimize "
         judging = control " tools/config tools/prepare tools/emit tools/library tools/judge "
-        everything = judging " tools/picture tools/plan tools/programs "
+        everything = judging " tools/picture tools/plan tools/optimize tools/programs "
         may["tools/files"] = " tools/files autodiff "
         may["tools/picture"] = " tools/picture physics/numerics autodiff "
         may["tools/train"] = training
         may["tools/surrogate"] = surrogate
         may["tools/control"] = control
-        control = control " tools/optimize "
-        may["tools/config"] = control " tools/plan tools/config " # for types; check_reading.sh says more
+        may["tools/config"] = control " tools/plan tools/optimize tools/config " # for types; check_reading.sh says more
         may["tools/prepare"] = control " tools/config tools/prepare "
         may["tools/emit"] = control " tools/emit "
         may["tools/library"] = control " tools/config tools/prepare tools/emit tools/library "

@@ -457,11 +457,11 @@ shared=$(sed -n 's/^#define CLI_[A-Z]*(.*{"\(--[a-z]*\)".*/\1/p' "$ROOT/tools/pr
 check "shared options have one row" -- test "$(wc -w <<<"$shared")" -ge 9
 for name in $shared; do
     check "$name has one row and one help" -- test -z "$(grep -l "{\"$name\"" "$ROOT"/tools/programs/cpinn-*.c)$(
-        grep -l "^  $name " "$ROOT"/tools/programs/help/{train,solve,eval,check,bench,cases,control,export,law,residual,show,stress}.txt)"
+        grep -l "^  $name " "$ROOT"/tools/programs/help/{train,solve,eval,check,bench,cases,control,export,law,optimize,plan,residual,show,stress}.txt)"
 done
 for source in "$ROOT"/tools/programs/cpinn-*.c; do
     name=$(basename "$source" .c)
-    sed 's/CLI_\(VERDICT_\)\{0,1\}\([A-Z]*\)(/{"--\L\2"/' "$source" |
+    sed 's/CLI_\(VERDICT_\)\{0,1\}\([A-Z]*\)(/{"--\L\2"/g' "$source" |
         grep -o '{"--[a-z-]*"' | tr -d '{"' | cat - <(printf '%s\n' --help --version) | sort >options
     "$name" --help | sed -n 's/^  \(--[a-z-]*\).*/\1/p' | sort >said
     check "the options of $name are in its help" -- diff options said

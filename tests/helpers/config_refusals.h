@@ -45,13 +45,14 @@ static const refusal refusals[] = {
      "tubes, beam, boundary, initial, time, manufactured, formulation, members, motion, "
      "enforcement, "
      "network, "
-     "losses, data, training, surrogate, control, plan, "
+     "losses, data, training, surrogate, control, plan, optimize, "
      "checkpoint, output, reference"},
     {"[1, 2]\n", NULL,
      "scene.yaml:1:1: is a list; allowed: a section with the keys name, parameters, tables, rod, "
      "segments, loads, bodies, springs, tendons, chambers, tubes, beam, boundary, initial, time, "
      "manufactured, formulation, members, motion, enforcement, "
-     "network, losses, data, training, surrogate, control, plan, checkpoint, output, reference"},
+     "network, losses, data, training, surrogate, control, plan, optimize, "
+     "checkpoint, output, reference"},
     {"rod:\n"
      "  \001length: 1\n",
      NULL, "scene.yaml:2:3: not valid YAML: control characters are not allowed"},
@@ -84,7 +85,8 @@ static const refusal refusals[] = {
      "loads, bodies, springs, tendons, chambers, tubes, beam, boundary, initial, time, "
      "manufactured, "
      "formulation, members, motion, enforcement, network, "
-     "losses, data, training, surrogate, control, plan, checkpoint, output, reference"},
+     "losses, data, training, surrogate, control, plan, optimize, "
+     "checkpoint, output, reference"},
     {"name: &a [x, x]\n", NULL, "scene.yaml:1:7: name: is a list; allowed: text"},
     {BASE "rod2: {}\n", NULL, "scene.yaml:4:1: rod2: unknown key; did you mean rod?"},
     {BASE "name: a/b\n", NULL,

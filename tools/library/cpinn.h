@@ -190,10 +190,10 @@ typedef struct cpinn_family_settings {
     size_t points;
     const double *s; /* [points] where shapes are wanted, m; ascending */
     const double *t; /* [points] s, of a family in motion; else it may be NULL */
-    bool compile;    /* of a network in the strain form, and without a network: members within the
-                      * ranges, in calls of up to CPINN_FEW, are answered by C that the command cc
-                      * compiles, once: it is kept below $XDG_CACHE_HOME or $HOME/.cache. In some
-                      * seconds, then three to five times as quick, solved ones more than twice;
+    bool compile;    /* of a network in the strain form, and without a network: C answers members
+                      * within the ranges, in calls of up to CPINN_FEW. The command cc compiles it
+                      * once, in some seconds. It is kept below $XDG_CACHE_HOME or $HOME/.cache.
+                      * Answers are three to five times as quick, solved ones more than twice;
                       * values differ by less than the error that is told */
     const ad_ranks *ranks; /* borrowed; among which members are dealt: all of them call the same
                             * functions; NULL: this process is by itself */
@@ -205,9 +205,9 @@ ad_status cpinn_family_open(const char *path, const cpinn_family_settings *setti
                             cpinn_family **result, ad_error *error);
 void cpinn_family_free(cpinn_family *family);
 
-/* A family of the file's scene without a network: the solver of members answers, to a tolerance of
- * the position over the length (0: CPINN_TOLERANCE), and what it does not solve is left to the
- * other one, unless that is to be left alone. AD_BAD_ARGUMENT as above, and a scene that the solver
+/* A family of the file's scene without a network. The solver of members answers, to a tolerance of
+ * the position over the length (0: CPINN_TOLERANCE). What it does not solve is left to the other
+ * one, unless that is to be left alone. AD_BAD_ARGUMENT as above, and a scene that the solver
  * of members does not take; AD_BAD_INPUT, AD_IO, AD_NO_MEMORY. */
 ad_status cpinn_family_file(const char *path, int count, const char *const *overrides,
                             double tolerance, const cpinn_family_settings *settings,
@@ -225,8 +225,8 @@ const char *cpinn_family_column_name(const cpinn_family *family, int column);
 /* "", or why answers of this family have no predicted error. */
 const char *cpinn_family_without_error(const cpinn_family *family);
 
-/* "", or why nothing is compiled, where settings.compile asks for it: there is no compiler, or no
- * folder for what it makes, or the network is another, there are more than 60 points, or the scene
+/* "", or why nothing is compiled, where settings.compile asks for it. There is no compiler, or no
+ * folder for what it makes. Or the network is another, there are more than 60 points, or the scene
  * is left to the solver. Answers are those without it. */
 const char *cpinn_family_not_compiled(const cpinn_family *family);
 

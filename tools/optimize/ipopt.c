@@ -11,8 +11,10 @@
 #include <string.h>
 
 /* Gradients of the scaled problem, whose numbers are of the order of 1: far below what a user
- * reads, and above what the solver's tolerance leaves of noise. */
-static const double TOLERANCE = 1e-8;
+ * reads, and above what the solver's tolerance leaves of noise. Ten times that in five steps, one
+ * after the other, is enough, too: IPOPT calls it acceptable. */
+static const double TOLERANCE = 1e-7, ACCEPTABLE = 1e-6;
+enum { ACCEPTABLE_STEPS = 5 };
 enum { STEPS_MAX = 300 };
 
 static Bool value_at(Index n, Number *x, Bool is_new, Number *value, UserDataPtr data)
@@ -80,17 +82,37 @@ static Bool count_steps(Index mode, Index steps, Number objective, Number primal
     return o->why.status == AD_OK;
 }
 
-static bool options_of(IpoptProblem problem)
+static bool take_text(IpoptProblem problem, const char *name, const char *value)
 {
-    char option[][32] = {"sb",          "nlp_scaling_method", "tol",
-                         "print_level", "max_iter",           "mu_strategy"};
-    char yes[] = "yes", none[] = "none", adaptive[] = "adaptive";
-    return AddIpoptStrOption(problem, option[0], yes) &&
-           AddIpoptStrOption(problem, option[1], none) &&
-           AddIpoptStrOption(problem, option[5], adaptive) &&
-           AddIpoptNumOption(problem, option[2], TOLERANCE) &&
-           AddIpoptIntOption(problem, option[3], 0) &&
-           AddIpoptIntOption(problem, option[4], STEPS_MAX);
+    char names[40], values[40]; /* IPOPT does not promise to leave them as they are */
+    snprintf(names, sizeof names, "%s", name);
+    snprintf(values, sizeof values, "%s", value);
+    return AddIpoptStrOption(problem, names, values);
+}
+
+static bool take_number(IpoptProblem problem, const char *name, double value)
+{
+    char names[40];
+    snprintf(names, sizeof names, "%s", name);
+    return AddIpoptNumOption(problem, names, value);
+}
+
+static bool take_integer(IpoptProblem problem, const char *name, int value)
+{
+    char names[40];
+    snprintf(names, sizeof names, "%s", name);
+    return AddIpoptIntOption(problem, names, value);
+}
+
+static bool take_options(IpoptProblem problem)
+{
+    return take_text(problem, "sb", "yes") && take_integer(problem, "print_level", 0) &&
+           take_text(problem, "nlp_scaling_method", "none") &&
+           take_text(problem, "mu_strategy", "adaptive") &&
+           take_number(problem, "tol", TOLERANCE) &&
+           take_number(problem, "acceptable_tol", ACCEPTABLE) &&
+           take_integer(problem, "acceptable_iter", ACCEPTABLE_STEPS) &&
+           take_integer(problem, "max_iter", STEPS_MAX);
 }
 
 ad_status optimize_descend(optimization *o, int *steps, bool *converged, ad_error *error)
@@ -115,7 +137,7 @@ ad_status optimize_descend(optimization *o, int *steps, bool *converged, ad_erro
     ad_status status = AD_OK;
     *converged = false;
     o->steps = 0;
-    if (options_of(problem) && SetIntermediateCallback(problem, count_steps)) {
+    if (take_options(problem) && SetIntermediateCallback(problem, count_steps)) {
         const enum ApplicationReturnStatus end =
             IpoptSolve(problem, o->x, NULL, NULL, o->multiplier, NULL, NULL, o);
         *converged = end == Solve_Succeeded || end == Solved_To_Acceptable_Level;

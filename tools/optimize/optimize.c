@@ -213,14 +213,25 @@ static ad_status descend(optimization *o, optimize_start *end, ad_error *error)
     return AD_OK;
 }
 
+/* Whether two objectives are one: within SAME of what objectives vary by, or of themselves. */
+static bool is_same(const optimization *o, double one, double other)
+{
+    const double far = fabs(one - other);
+    return far * o->objective_scale <= SAME || far <= SAME * fabs(other);
+}
+
+/* What keeps the constraints is better than what does not, then what has the better objective, of
+ * equal ones what is an optimum. */
 static bool is_better(const optimization *o, const optimize_start *one, const optimize_start *other)
 {
     const bool kept = one->violation <= KEPT, others = other->violation <= KEPT;
-    if (kept != others) {
-        return kept;
+    if (kept != others || !kept) {
+        return kept || (!others && one->violation < other->violation);
     }
-    return kept ? o->sign * one->objective < o->sign * other->objective
-                : one->violation < other->violation;
+    if (is_same(o, one->objective, other->objective)) {
+        return one->converged && !other->converged;
+    }
+    return o->sign * one->objective < o->sign * other->objective;
 }
 
 /* ---- a box --------------------------------------------------------------------------------- */
@@ -410,9 +421,8 @@ static int count_agreeing(const optimization *o, const optimize_report *report)
     int count = 0;
     for (int i = 0; i < report->starts; i++) {
         const optimize_start *end = &report->start[i];
-        const double far = fabs(end->objective - best->objective);
-        count += end->converged && end->violation <= KEPT &&
-                 (far * o->objective_scale <= SAME || far <= SAME * fabs(best->objective));
+        count +=
+            end->converged && end->violation <= KEPT && is_same(o, end->objective, best->objective);
     }
     return count;
 }
