@@ -7,10 +7,6 @@
 
 #include "autodiff/ad.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* Once before anything else here; AD_NO_BLAS stands in `error` when there is no library. */
 ad_status ad_dense_load(ad_error *error);
 
@@ -68,9 +64,5 @@ int ad_dense_negative(size_t n, double *matrix, int *pivots);
  * work [AD_DENSE_EIGEN_WORK(n)]. 0, or not when they are not found. */
 #define AD_DENSE_EIGEN_WORK(n) (3 * (size_t)(n) + 1)
 int ad_dense_eigenvalues(size_t n, double *matrix, double *real, double *imaginary, double *work);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -8,10 +8,6 @@
 #include <xmmintrin.h>
 #endif
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct ad_host {
     bool left; /* its environment is not the default one */
     fenv_t environment;
@@ -54,9 +50,5 @@ static inline void ad_host_return(const ad_host *host)
  * numbers gets the same results. */
 #define AD_LEAVE_HOST                                                                              \
     __attribute__((unused, cleanup(ad_host_return))) const ad_host host = ad_host_leave()
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

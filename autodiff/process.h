@@ -6,10 +6,6 @@
 #include <stddef.h>
 #include <sys/types.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* The program of that name: the first in an absolute folder of PATH. False: there is none. */
 bool ad_find_program(const char *name, char *path, size_t room);
 
@@ -17,9 +13,5 @@ bool ad_find_program(const char *name, char *path, size_t room);
  * what it starts in turn can be stopped with it; it reads nothing, and what it prints is a file
  * `output`, or lost, "/dev/null". 0, or what errno would be. */
 int ad_start_process(char *const *arguments, const char *output, pid_t *child);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

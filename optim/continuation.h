@@ -12,10 +12,6 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct optim_continuation {
     size_t count;     /* of parameters */
     double part;      /* of the loads, at work */
@@ -36,9 +32,5 @@ bool optim_continuation_next(optim_continuation *path, bool is_solved, double *x
 
 /* After a restore: whether the numbers can be those of a path. */
 bool optim_continuation_is_sound(const optim_continuation *path);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

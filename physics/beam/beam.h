@@ -40,10 +40,6 @@
 
 #include "physics/rod/rod.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* W in m: the largest of initial deflection, initial velocity times time, and what each of the
  * loads at its largest would do to a cantilever that bends; the length when nothing is given. */
 double beam_deflection_scale(const scene *scene);
@@ -99,9 +95,5 @@ ad_status beam_check(const scene *scene, const char **key, ad_error *error);
 
 /* As rod_terms. */
 int beam_terms(const scene *scene, rod_term *terms);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

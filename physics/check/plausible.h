@@ -6,10 +6,6 @@
 #include "physics/scene/scene.h"
 #include "physics/scene/verdict.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 enum { SCENE_WARNINGS_MAX = 12, SCENE_WARNING_TEXT = 200 };
 
 typedef struct scene_warnings {
@@ -31,9 +27,5 @@ void scene_judge_sizes(const scene *rod_scene, verdict *result);
  * message. */
 ad_status scene_positions_implausible(const scene *open, size_t rows, const double *const *position,
                                       bool *implausible, char text[SCENE_WARNING_TEXT]);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -9,10 +9,6 @@
 
 #include "autodiff/error.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* Position and orientation of the clamped end. */
 typedef struct analytic_clamp {
     double position[3];
@@ -93,9 +89,5 @@ ad_status analytic_helix_at(const analytic_clamp *clamp, double bending_stiffnes
 ad_status analytic_rollup_at(const analytic_clamp *clamp, double bending_stiffness,
                              const double couple[3], double s, analytic_state *state,
                              ad_error *error);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -7,10 +7,6 @@
 #include "nn/nn.h"
 #include "physics/learn/model.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 enum { DERIVATIVE_NAME_MAX = 16 };
 
 /* Dimensionless, but for the place. */
@@ -34,9 +30,5 @@ ad_status derivative_check_run(const physics_model *m, int window, const double 
                                const nn_mlp *mlp, const double *x, const char *name, size_t points,
                                nn_rng *rng, ad_pool *pool, derivative_check *check,
                                ad_error *error);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -6,10 +6,6 @@
 #include "nn/nn.h"
 #include "physics/learn/model.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct field field;
 
 /* Of the model's first window until field_enter says more, under all loads until field_load does.
@@ -41,9 +37,5 @@ const char *field_column_name(const field *f, int column);
  * number of points asked for. */
 ad_status field_evaluate(field *f, const double *x, size_t points, const double *const *at,
                          double *values, ad_error *error);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

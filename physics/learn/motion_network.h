@@ -4,10 +4,6 @@
 
 #include "physics/learn/model.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct motion_network motion_network;
 
 /* Borrows all three. AD_BAD_ARGUMENT: a network with hidden layers; AD_NO_MEMORY. */
@@ -40,9 +36,5 @@ ad_status motion_network_observe(motion_network *network, int window, const doub
  * that of the first window, then of the others in turn. */
 ad_status motion_network_off(motion_network *network, int window, const double *start,
                              const double *parameters, model_motion_error *off, ad_error *error);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

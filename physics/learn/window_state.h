@@ -12,10 +12,6 @@
 #include "nn/nn.h"
 #include "physics/learn/model.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 enum { WINDOW_STATE_DEGREE = 48, WINDOW_STATE_POINTS = WINDOW_STATE_DEGREE + 1 };
 
 /* Parameters of a family of motions by windows at most: its states are polynomials of them, too,
@@ -46,9 +42,5 @@ ad_status window_state_run(window_state *r, int index, const double *start, cons
 /* Largest error, at those points, of polynomials of `degree` through every so many of the values
  * [WINDOW_STATE_POINTS][rows], over the rows first to first + count - 1. */
 double window_state_misfit(const double *values, int rows, int first, int count, int degree);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -9,10 +9,6 @@
 #ifndef PHYSICS_LOCAL_ONE_STEP_H
 #define PHYSICS_LOCAL_ONE_STEP_H
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* Of many states at once; the matrices are row by row and may be NULL: not wanted. Returns 0, or
  * another number where there is no answer (not finite, no convergence); then next is not defined.
  */
@@ -38,9 +34,5 @@ typedef struct one_observation {
     int (*see)(void *context, int count, const double *states, const double *inputs, double *values,
                double *by_state);
 } one_observation;
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

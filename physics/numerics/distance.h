@@ -5,10 +5,6 @@
 #include <math.h>
 #include <stddef.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* The largest distance between points of two shapes, of which coordinate c [coordinates] of point i
  * is at i * of_point + c * of_coordinate; infinite where one is not a number. */
 static inline double largest_distance(size_t points, int coordinates, size_t of_point,
@@ -25,9 +21,5 @@ static inline double largest_distance(size_t points, int coordinates, size_t of_
     }
     return sqrt(largest);
 }
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

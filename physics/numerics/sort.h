@@ -5,10 +5,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 static inline int sort_compare(const void *a, const void *b)
 {
     const double x = *(const double *)a, y = *(const double *)b;
@@ -28,9 +24,5 @@ static inline double sort_median(size_t count, double *x)
     sort_ascending(count, x);
     return x[count / 2];
 }
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

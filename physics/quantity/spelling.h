@@ -4,15 +4,7 @@
 
 #include <stddef.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* Levenshtein distance of two short words; large for long ones. */
 int spelling_distance(const char *a, size_t a_length, const char *b, size_t b_length);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -22,10 +22,6 @@
 
 #include "physics/scene/scene.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 enum { STRAIN_ELEMENTS_MAX = 100, STRAIN_STAGES_MIN = 3, STRAIN_STAGES_MAX = 12 };
 
 /* Gauss points in each of the elements between edges, ascending from 0 to 1, of the length. */
@@ -182,9 +178,5 @@ typedef struct strain_blocks {
 
 /* Without laws that depend on the position. */
 strain_blocks strain_rod_blocks(const strain_rod *rod, ad_value curvature, ad_value state);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

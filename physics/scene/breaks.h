@@ -9,10 +9,6 @@
 
 #include "physics/scene/scene.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 enum { BREAKS_MAX = 256 };
 
 typedef struct scene_breaks {
@@ -57,9 +53,5 @@ void scene_panels_free(scene_panels *panels); /* not itself */
  * panels or these are not found the breaks alone. */
 ad_status scene_divisions_of(const scene *rod_scene, const char *coordinate, int most,
                              scene_breaks *result, ad_error *error);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -17,10 +17,6 @@
 
 #include "physics/scene/scene.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* clang-format off */
 #define SCENE_LENGTH_ROWS(X)                                                                       \
     X("rod.length", 1, rod.length, EXTENT, LENGTH, POSITIVE, SCALAR, WORLD, "m", NOTHING,          \
@@ -436,9 +432,5 @@ extern "C" {
     X(of "moment", 1, in load.moment, BEAM, AT_PLACE, FINITE, SCALAR, WORLD, "N m", NOTHING, NULL, \
       "Moment at that place; formula of t.")
 /* clang-format on */
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -4,10 +4,6 @@
 
 #include "physics/scene/scene.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* Geometry of a filled-in section, of s; nothing given for SCENE_SECTION_NONE. */
 typedef struct scene_section_geometry {
     quantity area;             /* m^2 */
@@ -20,9 +16,5 @@ scene_section_geometry scene_section_geometry_of(const scene_rod *rod);
 /* Cowper's shear correction (J. Appl. Mech. 33, 1966) for the section and Poisson's ratio; not
  * given when either is missing. */
 quantity scene_shear_correction(const scene_rod *rod);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -11,10 +11,6 @@
 
 #include <stddef.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* The forms: X(name in C, heading, subject of a sentence, kind, in motion). */
 #define SUPPORT_FORM_LIST(X)                                                                       \
     X(SUPPORT_MIXED, "mixed", "formulation mixed", NETWORK, false)                                 \
@@ -80,9 +76,5 @@ ad_status support_check_data(support_form form, const char **key, ad_error *erro
 
 /* The form of the scene's formulation, at rest or in motion. */
 support_form support_formulation(const scene *rod_scene);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -11,10 +11,6 @@
 #include "physics/learn/model.h"
 #include "physics/local/quadrature.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 enum { BEAM_JUMPS_MAX = SCENE_POINTS_MAX + SCENE_BODIES_MAX + SCENE_SPRINGS_MAX };
 
 /* All that acts at one s, 0 and 1 among them, sums of physics/beam/beam_internal.h; not the loads.
@@ -84,9 +80,5 @@ ad_status solve_beam_ends(const solve_beam *beam, double t, double values[4], ad
 
 /* What one unit of w, psi, V, M, w_t and psi_t is in SI; units [6]. */
 void solve_beam_units(const solve_beam *beam, double *units);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

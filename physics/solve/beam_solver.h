@@ -6,10 +6,6 @@
 #include "physics/solve/beam_system.h"
 #include "physics/solve/solve.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct beam_solution beam_solution;
 
 /* The columns of a beam, see physics/learn/model.h; dimensionless. */
@@ -34,9 +30,5 @@ double beam_largest(const beam_solution *solution);
 /* At time `which` of those given (a static beam: 0) and n points s [n] within [0, 1]; out [n]. */
 void beam_at(const beam_solution *solution, size_t which, size_t n, const double *s,
              beam_state *out);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

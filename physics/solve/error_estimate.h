@@ -11,10 +11,6 @@
 
 #include "physics/solve/solve.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* *estimate: of the largest error of the position over the length, or of a deflection over the
  * largest; what the solver leaves of its own, and what a learned law's misfit
  * to its data does, is added. NaN: not known, and `error` says why: no
@@ -24,9 +20,5 @@ extern "C" {
  * and of formulas. */
 ad_status solve_error_estimate(const scene *rod_scene, double end, solve_known_motion *answer,
                                void *context, double *estimate, ad_error *error);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

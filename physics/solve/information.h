@@ -10,10 +10,6 @@
 
 #include "physics/scene/scene.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* A number that is only known to lie in its range, uniformly, has this standard deviation, as part
  * of the range: what measurements leave more uncertain than that they do not tell. */
 static const double SOLVE_UNTOLD = 0.28867513459481287; /* 12^(-1/2) */
@@ -42,9 +38,5 @@ solve_information solve_information_of(int count, const double *matrix, const bo
  * tenth, or of one that is 0 by a tenth of its range; without those that hardly change. */
 void solve_information_text(const scene_parameter *const *parameters, int count,
                             const double *values, const double *direction, char *text, size_t size);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -12,10 +12,6 @@
 #include "physics/learn/model.h"
 #include "physics/solve/solve.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* Rows of measured numbers, in SI; borrowed. Of a rotation in space all four numbers are there or
  * none: its residual is the rotation vector between the two, with the noise of its first column, in
  * rad, about every axis. Other numbers may be missing. */
@@ -62,9 +58,5 @@ double *solve_trials_nodes(const solve_trials *trials);
  * scene that no solver takes; AD_NO_MEMORY. */
 ad_status solve_trials_run(solve_trials *trials, size_t count, const double *values, bool rough,
                            double *residuals, ad_error *error);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

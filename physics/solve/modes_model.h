@@ -10,10 +10,6 @@
 
 #include "physics/learn/model.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct modes_model modes_model;
 
 /* Of a scene that passes its checks and is copied; its texts must live on. counts: of bending,
@@ -32,9 +28,5 @@ physics_model *modes_model_physics(modes_model *model);
 
 /* How many there are of v along d1, d2, d3 and of u about them. */
 void modes_model_counts(const modes_model *model, int counts[6]);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

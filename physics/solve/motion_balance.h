@@ -9,10 +9,6 @@
 
 #include "physics/solve/solve.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* The largest that is missing at any time since the first; infinite where the motion is not a
  * number; NaN: not known. */
 typedef struct motion_balance {
@@ -29,9 +25,5 @@ typedef struct motion_balance {
 ad_status motion_balance_of(const scene *rod_scene, int count, const double *times,
                             solve_known_motion *motion, void *context, motion_balance *result,
                             ad_error *error);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

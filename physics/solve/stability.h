@@ -5,10 +5,6 @@
 #include "physics/scene/scene.h"
 #include "physics/scene/verdict.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 enum { STABILITY_POINTS = 512 };
 
 /* Where the shape has to be known: s [STABILITY_POINTS], m, the middles of elements whose edges
@@ -74,9 +70,5 @@ ad_status stability_of_motion(const scene *rod_scene, const double *values, stab
 /* The same on the way to the loads, where tubes are not yet what they are at rest. */
 ad_status stability_count_at(const scene *rod_scene, double load_factor, const double *values,
                              int *count, ad_error *error);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -13,10 +13,6 @@
 
 #include <stdio.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* Units of the forces and moments under loads: SI, or EI/L^3, EI/L^2 (distributed force, moment)
  * and EI/L^2, EI/L (at the ends), EI the bending stiffness about d1 and L the length. */
 typedef enum config_load_units { CONFIG_UNITS_SI, CONFIG_UNITS_EI } config_load_units;
@@ -131,9 +127,5 @@ ad_status config_continues(const config *before, const config *now, int stage, a
 
 /* All keys by section: path, type, unit, default, range, help. */
 void config_help(FILE *file);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -6,10 +6,6 @@
 #include "tools/control/observation.h"
 #include "tools/surrogate/surrogate_settings.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 enum {
     CONTROL_INPUTS_MAX = SCENE_PARAMETERS_MAX,
     CONTROL_MEASUREMENTS_MAX = 8,
@@ -136,9 +132,5 @@ control_settings control_settings_default(void);
 ad_status control_settings_resolve(control_settings *settings, const surrogate_settings *model,
                                    const scene *rod_scene, bool estimate_given,
                                    char key[TRAIN_KEY_MAX], ad_error *error);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

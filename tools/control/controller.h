@@ -26,10 +26,6 @@
 
 #include <stddef.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct controller controller;
 
 /* All arrays and contexts are borrowed as long as the controller lives; with m controlled inputs
@@ -130,9 +126,5 @@ double controller_cost(const controller *c); /* of the last plan, by the linear 
 /* Of the last quadratic program: rows added or dropped; and their bound. */
 int controller_iterations(const controller *c);
 int controller_iterations_most(const controller *c);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -6,10 +6,6 @@
 #include "physics/chain/reduced.h"
 #include "tools/control/control_settings.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct equilibria equilibria;
 
 /* Of the place s (m) of the rod, with control->low, high as limits of the inputs. */
@@ -34,9 +30,5 @@ ad_status equilibria_derivatives(equilibria *equilibria, const double *inputs, c
  * left alone, reach is NaN then. */
 ad_status equilibria_place_task(equilibria *equilibria, control_task *task, double *reach,
                                 ad_error *error);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

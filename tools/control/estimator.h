@@ -45,10 +45,6 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 enum {
     ESTIMATOR_SENSORS_MAX = 16,
     ESTIMATOR_PARAMETERS_MAX = 16,
@@ -172,9 +168,5 @@ typedef struct estimator_consistency {
 } estimator_consistency;
 
 estimator_consistency estimator_sensor_now(const estimator *estimator, int sensor);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

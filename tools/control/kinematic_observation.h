@@ -6,10 +6,6 @@
 #include "physics/chain/kinematics.h"
 #include "physics/local/one_step.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef enum observation_what {
     OBSERVATION_POSITION,  /* 3, m, world */
     OBSERVATION_ROTATION,  /* 4, unit quaternion, body to world; estimator_sensor.rotations */
@@ -37,9 +33,5 @@ size_t kinematic_observation_room(const kinematics *rod);
 /* Values [places][3 or 4]; one call at a time. Derivatives of a rotation are those of the
  * quaternion. No answer where a value is not finite. */
 one_observation kinematic_observation_of(kinematic_observation *observation);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -5,10 +5,6 @@
 
 #include "physics/local/one_step.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* next + by_state x + by_inputs u; arrays are borrowed. */
 typedef struct linear_step {
     int states, inputs;
@@ -19,9 +15,5 @@ typedef struct linear_step {
 
 /* Borrows x. There is no answer for other lengths, nor for inputs of the end. */
 one_step linear_one_step(const linear_step *step);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

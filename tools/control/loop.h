@@ -18,10 +18,6 @@
 #include "tools/control/task_observation.h"
 #include "tools/files/table_shapes.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct control_loop control_loop;
 
 /* Everything is borrowed. */
@@ -93,9 +89,5 @@ const double *loop_column(const control_loop *loop, int i);
  * (tools/files/table_shapes.h): t, s, x, y, z, qw to qz, u1 to u3, and estimated_x to _z, where the
  * filter believes that it is. Borrowed from the loop. */
 const table_source *loop_shapes(const control_loop *loop);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -12,10 +12,6 @@
 #include "physics/scene/scene.h"
 #include "tools/control/kinematic_observation.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct observation_sensor {
     observation_what what;
     int count;       /* of places */
@@ -46,9 +42,5 @@ int observation_depends_on(const observation *observation);
  * filter is consistent with 1 %). Wrong loads or damping are ten to a hundred times more: adapt =
  * 100. */
 void observation_noise(int modes, const double *size, double *deviation, double *process);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

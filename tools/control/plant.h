@@ -5,10 +5,6 @@
 
 #include "tools/control/control_settings.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct plant plant;
 
 /* of: the scene with the keys of control->changes; nominal: without, whose parameters are the
@@ -47,9 +43,5 @@ double plant_length(const plant *plant); /* m */
 
 /* The constrained numbers [control->limit_count] now. */
 ad_status plant_limited(plant *plant, double *values, ad_error *error);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

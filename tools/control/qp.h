@@ -18,10 +18,6 @@
 
 #include <stddef.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct qp qp;
 
 typedef struct qp_settings {
@@ -72,9 +68,5 @@ int qp_iterations_most(const qp *qp);
  * the rows: negative where the lower bound holds, positive where the upper one does;
  * Hx + g + multipliers + A'multipliers = 0. */
 const double *qp_multipliers(const qp *qp);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

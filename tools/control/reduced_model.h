@@ -6,10 +6,6 @@
 #include "physics/chain/reduced.h"
 #include "tools/control/linear_step.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* Steps of length h in (0, step], each one step of Radau's method. Borrows the rod, one whose loads
  * do not depend on time. */
 one_step reduced_one_step(reduced_rod *rod, double step);
@@ -20,9 +16,5 @@ one_step reduced_one_step(reduced_rod *rod, double step);
 ad_status linear_step_create(const one_step *of, double h, const double *state,
                              const double *inputs, linear_step **result, ad_error *error);
 void linear_step_free(linear_step *step);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -29,10 +29,6 @@
 
 #include <stdbool.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* Flags: those of the filter, those of the controller so many bits up, and of both together. */
 enum {
     REGULATOR_CONTROLLER = 16,
@@ -100,9 +96,5 @@ void regulator_applied(regulator *regulator, const double *inputs);
 /* For what they say; to be called by nobody else for what they do. */
 estimator *regulator_estimator(const regulator *regulator);
 controller *regulator_controller(const regulator *regulator); /* of the last answer */
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -17,10 +17,6 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct residual residual;
 
 /* D [states], c, C [inputs]; all numbers of the network are 0. AD_NO_MEMORY. */
@@ -65,9 +61,5 @@ ad_status residual_fit(residual *residual, double h, const one_observation *obse
  * errors of the table. */
 ad_status residual_write(const residual *residual, const char *path, ad_error *error);
 ad_status residual_read(const char *path, const one_step *of, residual **result, ad_error *error);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

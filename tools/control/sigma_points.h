@@ -18,10 +18,6 @@
 #ifndef CONTROL_SIGMA_POINTS_H
 #define CONTROL_SIGMA_POINTS_H
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct sigma_points {
     int n;
     double c, bent, mu; /* bent: sqrt(max(0, beta - alpha^2)) */
@@ -48,9 +44,5 @@ double sigma_correct(const sigma_points *points, int count, int width, const dou
                      const double *b, const double *noise, const double *innovation, double gate,
                      double *z, double *u, double *normal, double *room);
 int sigma_room(int n, int width);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

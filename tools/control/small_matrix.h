@@ -7,10 +7,6 @@
 
 #include <stddef.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 enum { SMALL_MATRIX_LANES = 8, SMALL_MATRIX_MOST = 128 /* columns */ };
 
 /* Loops compiled for the widest vectors of the processor at hand, unless a compiler's options say
@@ -80,9 +76,5 @@ int small_matrix_cholesky(int n, double *a);
  * of a vector x [n], and U^T U X = B of a matrix X [n][columns]. */
 void small_matrix_solve_transposed(int n, const double *u, double *x);
 void small_matrix_solve_factored(int n, const double *u, int columns, double *x);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

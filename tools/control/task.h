@@ -5,10 +5,6 @@
 
 #include "tools/control/control_settings.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct task_path task_path;
 
 /* The settings have a centre and a normal where the path needs them. start [3]: where the place is
@@ -26,9 +22,5 @@ void task_path_at(const task_path *path, double t, double position[3]);
 
 /* s at which set points and rows of a file end; 0: never. */
 double task_path_end(const task_path *path);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -8,10 +8,6 @@
 
 #include <stddef.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 enum { TASK_OBSERVATION_PARTS_MAX = 16 };
 
 typedef struct task_observation {
@@ -27,9 +23,5 @@ size_t task_observation_room(const task_observation *task_observation);
 
 /* Borrows x, which is for one call at a time. */
 one_observation task_observation_of(task_observation *task_observation);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -40,10 +40,6 @@
 #include "autodiff/error.h"
 #include "tools/files/file_bytes.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 #define CHECKPOINT_FORMAT_VERSION 2
 #define CHECKPOINT_FORMAT_SINCE   "0.2.0" /* the first version that reads it; see CHANGELOG.md */
 #define CHECKPOINT_MAX_RANK       3
@@ -128,9 +124,5 @@ void checkpoint_at_exit(void);
 /* 64-bit FNV-1a, continued from `hash`; start with CHECKPOINT_HASH_START. */
 #define CHECKPOINT_HASH_START UINT64_C(14695981039346656037)
 uint64_t checkpoint_hash(uint64_t hash, const void *bytes, size_t size);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

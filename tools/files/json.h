@@ -9,10 +9,6 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct json {
     FILE *file; /* in memory; NULL: there is none left, and nothing is kept */
     char *text;
@@ -43,9 +39,5 @@ void json_integer(json *to, const char *name, int64_t value);
 void json_null(json *to, const char *name);
 void json_add(json *to, const char *text, size_t size); /* of an object that json_take has ended */
 void json_bytes(json *to, const char *name, const void *bytes, size_t size); /* in base64 */
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

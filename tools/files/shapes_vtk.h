@@ -12,10 +12,6 @@
 
 #include <stdbool.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* table_check_path and table_write, for this ending, too. AD_BAD_ARGUMENT also: a table without
  * shapes, or with blocks of different size. */
 ad_status shapes_check_path(const char *path, ad_error *error);
@@ -23,9 +19,5 @@ ad_status shapes_write(const char *path, const table_source *table, ad_error *er
 
 /* Whether a path has this ending. */
 bool shapes_is_vtk(const char *path);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

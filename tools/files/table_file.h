@@ -24,10 +24,6 @@
 
 #include "autodiff/error.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 #define TABLE_MAX_NAME    63
 #define TABLE_MAX_COLUMNS 1024
 #define TABLE_MAX_LINE    65536 /* bytes of one CSV line */
@@ -108,9 +104,5 @@ void table_add(table_build *to, const char *name, const char *unit, const double
  * AD_NOT_WRITTEN (the disk is full or fails), AD_NO_MEMORY; a file
  * that was there is then untouched. */
 ad_status table_write(const char *path, const table_source *table, ad_error *error);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -5,10 +5,6 @@
 
 #include "tools/files/table_file.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct table_shapes {
     size_t frames, points;  /* blocks, and rows of each */
     const double *s, *t;    /* columns [frames points]; NULL: there is none */
@@ -21,9 +17,5 @@ const double *table_source_column(const table_source *table, const char *name);
 
 /* AD_BAD_INPUT: no rows, or blocks of different size; a message without the file's name. */
 ad_status table_shapes_of(const table_source *table, table_shapes *shapes, ad_error *error);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -44,14 +44,6 @@ typedef struct plan_settings {
     int64_t seed;
 } plan_settings;
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 plan_settings plan_settings_default(void);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -6,10 +6,6 @@
 #include "tools/train/experiment.h"
 #include "tools/train/identify.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* Of what a file says; its `free` is for the settings as well. */
 train_origin config_origin(config *settings);
 
@@ -29,9 +25,5 @@ ad_status config_experiment_open(const char *path, int count, const char *const 
  * are none, or no data; errors of identify, with the place of the key that is to blame. */
 ad_status config_identify(const config *settings, int threads, const least_squares_runner *runner,
                           identified *found, ad_error *error);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -5,17 +5,9 @@
 #include "tools/prepare/config_experiment.h"
 #include "tools/train/session.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* session_prepare of what a file says, and with session_start after it. They take over `settings`,
  * also when they fail. */
 ad_status config_session_prepare(config *settings, int threads, session *s, ad_error *error);
 ad_status config_session_create(config *settings, int threads, session *s, ad_error *error);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

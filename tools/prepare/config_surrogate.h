@@ -5,16 +5,8 @@
 #include "tools/prepare/prepare.h"
 #include "tools/surrogate/surrogate.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* The trained model of DIR, DIR/checkpoint.h5 or any such file. AD_BAD_INPUT: it is not one of a
  * one-step model. */
 ad_status surrogate_load(const char *path, surrogate **result, ad_error *error);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -6,10 +6,6 @@
 
 #include "tools/config/config.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* The formulation, and what is open of network, windows, points, stages, one-step model and
  * controller; checked. Nothing is solved. AD_BAD_INPUT: the line is as of config_read. */
 ad_status prepare_choices(config *config, ad_error *error);
@@ -37,9 +33,5 @@ ad_status prepare_create(const scene *rod_scene, const train_settings *settings,
  * before. What is wrong with the plant is said of control.plant.set. */
 ad_status prepare_read_robot(const char *path, int count, const char *const *overrides,
                              config **nominal, config **plant, ad_error *error);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

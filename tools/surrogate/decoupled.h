@@ -14,10 +14,6 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 enum { DECOUPLED_LAYERS_MAX = 4, DECOUPLED_NODES = 3 };
 
 /* Numbers in their order in memory: name, count; n states, v numbers of inputs. */
@@ -62,9 +58,5 @@ int decoupled_advance(const decoupled *m, double *work, int count, double h, con
                       const double *inputs, const double *after, double *next, double *by_state,
                       double *by_inputs);
 double decoupled_outside(const decoupled *m, const double *state, const double *inputs);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -17,10 +17,6 @@
 
 #include <stdint.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef enum excitation_kind {
     EXCITATION_STEPS,  /* levels anywhere in the range, at times of its own for each input */
     EXCITATION_RAMPS,  /* straight from one such level to the next */
@@ -72,9 +68,5 @@ void excitation_draw(int count, const scene_parameter *parameters,
 ad_status excitation_run(const scene *open, const excitation_settings *settings, ad_pool *pool,
                          excitation_rollouts *result, ad_error *error);
 void excitation_free(excitation_rollouts *rollouts); /* of zeros is allowed */
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -4,10 +4,6 @@
 
 #include "physics/chain/reduced.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* Spectral radius of a map [n][n], by squares of it that are scaled; room [2][n][n]. Not finite
  * where the map is not. ad_dense_load has been called. */
 double surrogate_growth(ad_pool *pool, size_t n, const double *map, double *room);
@@ -21,9 +17,5 @@ ad_status surrogate_rest_growth(ad_pool *pool, reduced_rod *rod, double step, do
 
 /* What makes a robot stable, for messages. */
 extern const char surrogate_steadier[];
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -13,10 +13,6 @@
 #include "tools/surrogate/decoupled.h"
 #include "tools/surrogate/excitation.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct physics_loss_settings {
     int batch; /* beginnings that an evaluation takes, drawn anew for every step; 0: all */
     int most;  /* of all beginnings so many, evenly; 0: all */
@@ -51,9 +47,5 @@ void physics_loss_draw(physics_loss *loss, int64_t step);
 /* An optim_objective of the parameters [decoupled_parameters]; the same bits for any number of
  * threads. */
 int physics_loss_evaluate(void *loss, const double *parameters, double *value, double *gradient);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

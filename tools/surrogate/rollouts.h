@@ -13,10 +13,6 @@
 
 #include <stdint.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct rollouts_subject {
     const struct scene *scene;
     int modes[4]; /* of the reduced rod whose state the model has, as reduced_settings */
@@ -69,9 +65,5 @@ void rollouts_free(rollouts_report *report); /* of zeros is allowed */
 
 /* Whether the model diverges, or its worst error over 5 s is above a tolerance (NaN: none). */
 bool rollouts_fail(const rollouts_report *report, double tolerance);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -18,10 +18,6 @@
 #include "tools/surrogate/surrogate_curve.h"
 #include "tools/surrogate/surrogate_settings.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct surrogate {
     const struct scene *scene;   /* borrowed, with what it needs, from `owner` */
     surrogate_settings settings; /* resolved: modes, inputs, parameters */
@@ -72,9 +68,5 @@ enum { SURROGATE_CURVE = 5 + DECOUPLED_LAYERS_MAX };
 void surrogate_put_curve(const decoupled *m, int64_t shape[SURROGATE_CURVE], checkpoint *file);
 ad_status surrogate_get_curve(const checkpoint *file, decoupled *m, double **numbers,
                               ad_error *error);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -11,18 +11,10 @@
 #include "tools/surrogate/decoupled.h"
 #include "tools/surrogate/surrogate_step.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 enum { SURROGATE_INNER = DECOUPLED_NODES - 1 };
 
 /* numbers [surrogate_step_numbers] at t in (0, 1] of a step, for the model at its end; inner
  * [SURROGATE_INNER][surrogate_step_numbers] of the other nodes. */
 void surrogate_curve_at(const surrogate_step *end, const double *inner, double t, double *numbers);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -5,10 +5,6 @@
 
 #include "tools/train/train_settings.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* Name in C, name in YAML; one row of surrogate_kinds each. */
 #define SURROGATE_KIND_LIST(X)                                                                     \
     X(SURROGATE_FLOW, "flow")     /* linear map + network, regression on solved steps */           \
@@ -52,9 +48,5 @@ bool surrogate_names_parameter(const surrogate_settings *settings, const char *n
  * AD_BAD_INPUT: `key` receives the key that is to blame, `error` the rest of the line. */
 ad_status surrogate_settings_resolve(surrogate_settings *settings, train_settings *training,
                                      scene *rod_scene, char key[TRAIN_KEY_MAX], ad_error *error);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -18,10 +18,6 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 enum {
     SURROGATE_LAYERS_MAX = 4,
     SURROGATE_STATES_MAX = 128,
@@ -79,9 +75,5 @@ int surrogate_step_advance(const surrogate_step *m, double *work, int count, dou
                            const double *states, const double *inputs, const double *after,
                            double *next, double *by_state, double *by_inputs);
 double surrogate_step_outside(const surrogate_step *m, const double *state, const double *inputs);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -19,10 +19,6 @@
 #include "tools/surrogate/surrogate.h"
 #include "tools/train/fit.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct surrogate_training surrogate_training;
 
 typedef struct surrogate_training_info {
@@ -47,9 +43,5 @@ const surrogate_training_info *surrogate_training_inspect(const surrogate_traini
 /* The model as it is now, with the best parameters so far; borrowed, until the next step. NULL: its
  * output layer is not finite. */
 const surrogate_step *surrogate_training_step_of(surrogate_training *t);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

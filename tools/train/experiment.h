@@ -30,10 +30,6 @@
 
 #include <stdio.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct experiment {
     const struct scene *scene; /* these two belong to the origin */
     train_settings *settings;
@@ -110,9 +106,5 @@ ad_status experiment_refuse(const experiment *e, const char *key, const char *pr
 
 /* The item of a checkpoint that holds what the origin writes. */
 const char *experiment_text_item(const experiment *e);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -6,10 +6,6 @@
 
 #include "tools/train/experiment.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct experiment_own {
     const physics_model *model;
     const train_settings *settings; /* resolved */
@@ -23,9 +19,5 @@ train_origin experiment_own_origin(experiment_own *own);
  * that differs; `path` is that of the checkpoint. */
 ad_status experiment_own_check(const experiment_own *own, const char *path, const checkpoint *file,
                                ad_error *error);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

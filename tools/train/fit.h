@@ -16,10 +16,6 @@
 
 #include <stdio.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* Whoever filled in scene and settings: can write them as text, knows where a key stands, and holds
  * their memory. All may be NULL; without `write` there are no checkpoints, without `write_physics`
  * no classical solution is kept between runs. */
@@ -133,9 +129,5 @@ ad_status fit_save(fit *f, const file_place *place, ad_error *error);
 
 /* Goes on where it ends, at any time. AD_BAD_INPUT: impossible. */
 ad_status fit_restore(fit *f, const checkpoint *file, ad_error *error);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

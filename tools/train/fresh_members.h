@@ -5,10 +5,6 @@
 
 #include "tools/train/experiment.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 enum { FRESH_MEMBERS = 32 };
 
 /* Largest distances between shapes over the length, of members that have a solution without a
@@ -21,9 +17,5 @@ typedef struct fresh_errors {
 /* Of the networks with the experiment's parameters. Errors are those of a field, and AD_NO_MEMORY.
  */
 ad_status fresh_members_compare(const experiment *e, fresh_errors *result, ad_error *error);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -6,10 +6,6 @@
 
 #include <stdio.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 enum { HISTORY_COLUMNS_MAX = 32 };
 
 typedef struct history {
@@ -35,9 +31,5 @@ ad_status history_get(history *h, const checkpoint *file, ad_error *error);
 
 /* Value of a column in the last row that a file has; NaN where there is none. */
 double history_last(const checkpoint *file, const char *column);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -8,10 +8,6 @@
 #include "physics/solve/measured.h"
 #include "tools/train/least_squares.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct identify_settings {
     double tolerance;     /* of the solutions, as of solve_trials_create */
     int threads;          /* 0: one per processor */
@@ -76,9 +72,5 @@ ad_status identify_check(int unknowns, size_t numbers, bool noise_is_scaled, ad_
  * measurements say of parts of the ranges by the noise as it is stated: matrix [count][count],
  * which is divided by the factor. */
 void identified_inform(identified *result, const scene *open, double *matrix);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

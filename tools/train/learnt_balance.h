@@ -5,10 +5,6 @@
 
 #include "tools/train/experiment.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* NaN: of another scene, or not known. */
 typedef struct learnt_balance {
     double loads;            /* at rest, under all loads: solve_balance (physics/solve/solve.h) */
@@ -28,9 +24,5 @@ ad_status experiment_error(const experiment *e, const double *member, double *es
  * the middle member as above. NaN of a family in the strain form, each of whose answers has one. */
 ad_status experiment_kept_error(const experiment *e, const checkpoint *file, double *estimate,
                                 ad_error *why);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -6,10 +6,6 @@
 #include "physics/learn/model.h"
 #include "tools/train/train_settings.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct measured measured;
 
 /* Reads the files and adds a set of points and a term for each to the model of a scene, which
@@ -28,9 +24,5 @@ double measured_unit(const measured *measured);
  * rows without any the terms have not. */
 size_t measured_missing(const measured *measured);
 size_t measured_fields_missing(const measured *measured);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -8,10 +8,6 @@
 #include "physics/solve/measured.h"
 #include "tools/train/train_settings.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct measurements measurements;
 
 /* One set for each entry of the settings' list; its noise is 1 where none is given. AD_BAD_INPUT,
@@ -32,9 +28,5 @@ bool measurements_tell_noise(
     const measurements *measurements); /* of all is given how large it is */
 /* [measurements_count]. */
 const solve_measured *measurements_sets(const measurements *measurements);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

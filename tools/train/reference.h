@@ -5,10 +5,6 @@
 #include "physics/solve/solve.h"
 #include "tools/train/experiment.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* A point counts as lying at an end of the rod or the duration within this fraction of it: files
  * hold rounded numbers. */
 #define REFERENCE_END_TOLERANCE 1e-9
@@ -77,9 +73,5 @@ void reference_forget(const reference *r);
 /* Angle between two rotations, 2 atan2(|vec(p* q)|, |scalar(p* q)|): accurate at 0 and pi, and the
  * same for q and -q. */
 double reference_angle(const double p[4], const double q[4]);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -12,10 +12,6 @@
 #include "tools/train/fresh_members.h"
 #include "tools/train/reference.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 void report_put_verdict(checkpoint *file, const verdict *v);
 
 /* AD_BAD_INPUT: no verdict is there, or none that this version knows. */
@@ -34,9 +30,5 @@ void report_members(json *to, const targets_errors *errors, double length);
 
 /* The same key of a family in mixed form: fresh, median_m, within_95_m, worst_m. */
 void report_fresh(json *to, const fresh_errors *members, double length);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

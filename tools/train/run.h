@@ -5,10 +5,6 @@
 
 #include "tools/train/trainer.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct run_folder {
     char path[3800];
     char checkpoint[4096];
@@ -58,9 +54,5 @@ ad_status run_begin(run_folder *run, const char *config, const history *h, bool 
 ad_status run_append(run_folder *run, const history *h, ad_error *error);
 
 void run_end(run_folder *run);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

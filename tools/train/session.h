@@ -6,10 +6,6 @@
 #include "tools/train/fit.h"
 #include "tools/train/run.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct session session;
 
 struct session {
@@ -56,9 +52,5 @@ typedef bool (*session_stepped)(void *context);
  * history and checkpoints on the way and at the end. Afterwards what is trained is still running if
  * it was stopped. Errors are those of its step, and of files. */
 ad_status session_train(session *s, session_stepped stepped, void *context, ad_error *error);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -8,10 +8,6 @@
 
 #include <stdint.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct train_law_settings {
     scene_symmetry symmetry;
     bool convex;     /* by construction */
@@ -57,9 +53,5 @@ ad_status train_law_fit(const train_law_settings *settings, const train_law_data
 /* A table of two columns, name and value, of scene_law_numbers. */
 ad_status train_law_write(const char *path, const scene_law *law, ad_error *error);
 ad_status train_law_read(const char *path, scene_law *law, ad_error *error);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

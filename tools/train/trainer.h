@@ -17,10 +17,6 @@
 #include "tools/train/learnt_balance.h"
 #include "tools/train/reference.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 typedef struct trainer trainer;
 
 /* Of the weighted, dimensionless loss, for loads of order one; solutions that are right to about a
@@ -104,9 +100,5 @@ void trainer_verdict(const trainer *t, verdict *result);
 /* The parameters to evaluate: the best of the stage so far, or the current ones where points or
  * weights change so that losses do not compare. */
 const double *trainer_parameters(const trainer *t);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -5,17 +5,9 @@
 #include "tools/train/identify.h"
 #include "tools/train/trainer.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* What the scene's unknowns are now and how well they are known, from the normal equations of
  * network and unknowns together; count 0 where there are none. Needs room for two matrices of all
  * parameters. AD_NO_MEMORY, AD_NOT_FINITE. */
 ad_status trainer_unknowns(trainer *t, identified *result, ad_error *error);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif
