@@ -187,12 +187,12 @@ void collocation_stage(collocation *collocation, int i, double h, const double *
     const int n = collocation->size;
     for (int k = 0; k < n; k++) {
         double once = 0, twice = 0;
-        for (int j = 0; j < by->stages; j++) {
-            once += by->matrix[i][j] * collocation->a[j * n + k];
+        for (int j = 0; j < by->rule.stages; j++) {
+            once += by->rule.matrix[i][j] * collocation->a[j * n + k];
             twice += by->square[i][j] * collocation->a[j * n + k];
         }
         collocation->v[k] = v[k] + h * once;
-        collocation->q[k] = q[k] + by->nodes[i] * h * v[k] + h * h * twice;
+        collocation->q[k] = q[k] + by->rule.nodes[i] * h * v[k] + h * h * twice;
     }
 }
 
@@ -200,7 +200,8 @@ void collocation_stage(collocation *collocation, int i, double h, const double *
 static void predict(collocation *collocation, double h)
 {
     const collocation_method *by = &collocation->by;
-    const int n = collocation->size, s = by->stages;
+    const int n = collocation->size, s = by->rule.stages;
+    double values[COLLOCATION_STAGES_MAX];
     if (!collocation->has_polynomial) {
         memset(collocation->a, 0, (size_t)(s * n) * sizeof *collocation->a);
         return;
@@ -208,15 +209,12 @@ static void predict(collocation *collocation, double h)
     for (int i = 0; i < s; i++) {
         const double at = h > FARTHEST * collocation->last_step
                               ? 1
-                              : 1 + by->nodes[i] * h / collocation->last_step;
+                              : 1 + by->rule.nodes[i] * h / collocation->last_step;
         memset(collocation->a + i * n, 0, (size_t)n * sizeof *collocation->a);
+        gauss_lagrange(&by->rule, at, values);
         for (int j = 0; j < s; j++) {
-            double value = 1;
-            for (int k = 0; k < s; k++) {
-                value *= k == j ? 1 : (at - by->nodes[k]) / (by->nodes[j] - by->nodes[k]);
-            }
             for (int k = 0; k < n; k++) {
-                collocation->a[i * n + k] += value * collocation->before[j * n + k];
+                collocation->a[i * n + k] += values[j] * collocation->before[j * n + k];
             }
         }
     }
@@ -225,7 +223,7 @@ static void predict(collocation *collocation, double h)
 ad_status collocation_at(collocation *collocation, int i, double t, double h, const double *inputs,
                          ad_error *error)
 {
-    const double part = collocation->by.nodes[i];
+    const double part = collocation->by.rule.nodes[i];
     double between[SCENE_PARAMETERS_MAX];
     for (int k = 0; collocation->after && k < collocation->m->inputs; k++) {
         between[k] = inputs[k] + part * (collocation->after[k] - inputs[k]);
@@ -238,7 +236,7 @@ ad_status collocation_form(collocation *collocation, double t, double h, const d
                            const double *q, const double *v, ad_error *error)
 {
     modes *m = collocation->m;
-    const int middle = collocation->by.stages / 2;
+    const int middle = collocation->by.rule.stages / 2;
     ad_status status = collocation_at(collocation, middle, t, h, inputs, error);
     if (status == AD_OK) {
         collocation_stage(collocation, middle, h, q, v);
@@ -272,17 +270,17 @@ double collocation_change(collocation *collocation, double h)
     const int n = collocation->size;
     double most = 0;
     for (int c = 0; c < n; c++) {
-        for (int i = 0; i < by->stages; i++) {
+        for (int i = 0; i < by->rule.stages; i++) {
             double once = 0, twice = 0;
-            for (int j = 0; j < by->stages; j++) {
-                once += by->matrix[i][j] * collocation->change[j * n + c];
+            for (int j = 0; j < by->rule.stages; j++) {
+                once += by->rule.matrix[i][j] * collocation->change[j * n + c];
                 twice += by->square[i][j] * collocation->change[j * n + c];
             }
             const double size = fmax(h * h * fabs(twice), RATE_COUNTS * h * fabs(once));
             most = size > most || isnan(size) ? size : most;
         }
     }
-    for (int c = 0; c < by->stages * n; c++) {
+    for (int c = 0; c < by->rule.stages * n; c++) {
         collocation->a[c] += collocation->change[c];
     }
     return most;
@@ -294,17 +292,17 @@ static double improve(collocation *collocation, double h)
     const collocation_method *by = &collocation->by;
     const int n = collocation->size;
     double *re = collocation->right[0], *im = collocation->right[1];
-    memset(collocation->change, 0, (size_t)(by->stages * n) * sizeof *collocation->change);
+    memset(collocation->change, 0, (size_t)(by->rule.stages * n) * sizeof *collocation->change);
     for (int k = 0; k < by->pairs; k++) {
         for (int c = 0; c < n; c++) {
             re[c] = im[c] = 0;
-            for (int j = 0; j < by->stages; j++) {
+            for (int j = 0; j < by->rule.stages; j++) {
                 re[c] -= creal(by->to[k][j]) * collocation->residual[j * n + c];
                 im[c] -= cimag(by->to[k][j]) * collocation->residual[j * n + c];
             }
         }
         solve_factored(n, &collocation->solve[k], re, im);
-        for (int j = 0; j < by->stages; j++) {
+        for (int j = 0; j < by->rule.stages; j++) {
             const double a = creal(by->from[j][k]), b = cimag(by->from[j][k]);
             for (int c = 0; c < n; c++) {
                 collocation->change[j * n + c] += a * re[c] - b * im[c];
@@ -318,7 +316,7 @@ static ad_status residuals(collocation *collocation, double t, double h, const d
                            const double *q, const double *v, ad_error *error)
 {
     ad_status status = AD_OK;
-    for (int i = 0; i < collocation->by.stages && status == AD_OK; i++) {
+    for (int i = 0; i < collocation->by.rule.stages && status == AD_OK; i++) {
         status = collocation_at(collocation, i, t, h, inputs, error);
         if (status == AD_OK) {
             collocation_stage(collocation, i, h, q, v);
@@ -373,7 +371,7 @@ static double estimate(collocation *collocation, double h)
     for (int c = 0; c < n; c++) {
         collocation->q[c] = 0;
         im[c] = 0;
-        for (int j = 0; j < by->stages; j++) {
+        for (int j = 0; j < by->rule.stages; j++) {
             collocation->q[c] += h * h * by->highest[j] * collocation->a[j * n + c];
         }
     }
@@ -387,7 +385,7 @@ static double estimate(collocation *collocation, double h)
     for (int c = 0; c < n; c++) {
         most = fabs(re[c]) > most || isnan(re[c]) ? fabs(re[c]) : most;
     }
-    return most * 0.25 / by->stages / by->stages; /* twice integrated */
+    return most * 0.25 / by->rule.stages / by->rule.stages; /* twice integrated */
 }
 
 void collocation_finish(const collocation *collocation, double h, double *q, double *v)
@@ -396,9 +394,9 @@ void collocation_finish(const collocation *collocation, double h, double *q, dou
     const int n = collocation->size;
     for (int k = 0; k < n; k++) {
         double once = 0, twice = 0;
-        for (int j = 0; j < by->stages; j++) {
-            once += by->matrix[by->stages - 1][j] * collocation->a[j * n + k];
-            twice += by->end[j] * collocation->a[j * n + k];
+        for (int j = 0; j < by->rule.stages; j++) {
+            once += by->rule.weights[j] * collocation->a[j * n + k];
+            twice += by->square[by->rule.stages - 1][j] * collocation->a[j * n + k];
         }
         q[k] += h * v[k] + h * h * twice;
         v[k] += h * once;
@@ -409,7 +407,7 @@ void collocation_finish(const collocation *collocation, double h, double *q, dou
 static void add_energy(const collocation *collocation, double h, const double *integral,
                        solve_energy *energy)
 {
-    for (int i = 0; i < collocation->by.stages; i++) {
+    for (int i = 0; i < collocation->by.rule.stages; i++) {
         energy->work += h * integral[i] * collocation->load[i];
         energy->dissipated += h * integral[i] * collocation->loss[i];
     }
@@ -422,9 +420,9 @@ static void keep(collocation *collocation, double h, const double *q, const doub
     memcpy(collocation->from_q, q, n * sizeof *q);
     memcpy(collocation->from_v, v, n * sizeof *v);
     collocation->from_energy = *energy;
-    add_energy(collocation, h, collocation->by.matrix[collocation->by.stages - 1], energy);
+    add_energy(collocation, h, collocation->by.rule.weights, energy);
     memcpy(collocation->before, collocation->a,
-           (size_t)collocation->by.stages * n * sizeof *collocation->a);
+           (size_t)collocation->by.rule.stages * n * sizeof *collocation->a);
     collocation->has_polynomial = true;
     collocation->last_step = h;
     collocation->counts.steps++;
@@ -436,14 +434,14 @@ void collocation_within(const collocation *collocation, double share, double *q,
     const collocation_method *by = &collocation->by;
     const double h = collocation->last_step;
     double integral[COLLOCATION_STAGES_MAX];
-    collocation_integrals(by, share, integral);
+    gauss_integral(&by->rule, share, integral);
     for (int k = 0; k < collocation->size; k++) {
         q[k] = collocation->from_q[k] + share * h * collocation->from_v[k];
         v[k] = collocation->from_v[k];
-        for (int j = 0; j < by->stages; j++) {
+        for (int j = 0; j < by->rule.stages; j++) {
             double twice = 0;
-            for (int i = 0; i < by->stages; i++) {
-                twice += integral[i] * by->matrix[i][j];
+            for (int i = 0; i < by->rule.stages; i++) {
+                twice += integral[i] * by->rule.matrix[i][j];
             }
             q[k] += h * h * twice * collocation->before[j * collocation->size + k];
             v[k] += h * integral[j] * collocation->before[j * collocation->size + k];
@@ -496,7 +494,7 @@ ad_status collocation_next(collocation *collocation, double *t, double end, doub
         collocation->must_form = slow || failed;
         const double error_now = failed ? INFINITY : estimate(collocation, h);
         double factor = fmin(4, fmax(0.2, 0.9 * pow(tolerance / fmax(error_now, 1e-300),
-                                                    1.0 / (collocation->by.stages + 1))));
+                                                    1.0 / (collocation->by.rule.stages + 1))));
         if (!failed && error_now <= tolerance) {
             keep(collocation, h, q, v, energy);
             collocation_finish(collocation, h, q, v);

@@ -30,8 +30,8 @@ static ad_status stage_rows(collocation *collocation, int i, double t, double h,
     for (int r = 0; r < n; r++) {
         const double *M = m->mass + r * width, *K = collocation->by_q + r * width,
                      *D = collocation->by_v + r * width;
-        for (int j = 0; j < by->stages; j++) {
-            const double once = h * by->matrix[i][j], twice = h * h * by->square[i][j];
+        for (int j = 0; j < by->rule.stages; j++) {
+            const double once = h * by->rule.matrix[i][j], twice = h * h * by->square[i][j];
             for (int k = 0; k < n; k++) {
                 rows[r * columns + j * n + k] = (i == j ? M[k] : 0) + once * D[k] + twice * K[k];
             }
@@ -87,11 +87,11 @@ static ad_status newton_exact(collocation *collocation, double t, double h, cons
                               ad_error *error)
 {
     enum { STEPS = 8 };
-    const int n = collocation->size, all = collocation->by.stages * n, columns = all + 1;
+    const int n = collocation->size, all = collocation->by.rule.stages * n, columns = all + 1;
     *failed = true;
     collocation->formed_step = 0;
     for (int step = 0; step < STEPS && *failed; step++) {
-        for (int i = 0; i < collocation->by.stages; i++) {
+        for (int i = 0; i < collocation->by.rule.stages; i++) {
             double *rows = collocation->exact + i * n * columns;
             ad_status status = stage_rows(collocation, i, t, h, inputs, q, v, columns, rows, error);
             if (status != AD_OK) {
@@ -101,7 +101,7 @@ static ad_status newton_exact(collocation *collocation, double t, double h, cons
                 rows[r * columns + all] = -collocation->residual[r];
             }
         }
-        collocation->counts.matrices += collocation->by.stages;
+        collocation->counts.matrices += collocation->by.rule.stages;
         if (!eliminate(all, columns, collocation->exact)) {
             return AD_OK;
         }
@@ -121,7 +121,7 @@ static ad_status solve_once(collocation *collocation, double t, double h, const 
 {
     bool slow, failed = true;
     const size_t size =
-        (size_t)(collocation->by.stages * collocation->size) * sizeof *collocation->a;
+        (size_t)(collocation->by.rule.stages * collocation->size) * sizeof *collocation->a;
     memset(collocation->a, 0, size);
     ad_status status = collocation_form(collocation, t, h, inputs, q, v, error);
     if (status == AD_OK && collocation_factor(collocation, h)) {
@@ -155,7 +155,7 @@ ad_status collocation_once(collocation *collocation, double t, double h, const d
 
 size_t collocation_derivative_room(const collocation *collocation)
 {
-    const size_t n = (size_t)collocation->size, all = (size_t)collocation->by.stages * n;
+    const size_t n = (size_t)collocation->size, all = (size_t)collocation->by.rule.stages * n;
     return all * (all + 2 * n + (size_t)collocation->m->inputs) +
            n * (size_t)collocation->m->inputs;
 }
@@ -166,8 +166,8 @@ static ad_status derivative_rows(collocation *collocation, int i, double t, doub
                                  int columns, double *rows, double *by_inputs, ad_error *error)
 {
     modes *m = collocation->m;
-    const int n = collocation->size, width = m->width, all = collocation->by.stages * n;
-    const double late = collocation->by.nodes[i] * h;
+    const int n = collocation->size, width = m->width, all = collocation->by.rule.stages * n;
+    const double late = collocation->by.rule.nodes[i] * h;
     ad_status status = stage_rows(collocation, i, t, h, inputs, q, v, columns, rows, error);
     if (status == AD_OK && m->inputs > 0) {
         status = modes_by_inputs(m, t + late, collocation->q, collocation->v,
@@ -191,14 +191,14 @@ ad_status collocation_derivatives(collocation *collocation, double t, double h,
                                   const double *inputs, const double *after, const double *q,
                                   const double *v, double *room, double *by, ad_error *error)
 {
-    const collocation_method *rule = &collocation->by;
-    const int n = collocation->size, all = rule->stages * n,
+    const collocation_method *method = &collocation->by;
+    const int n = collocation->size, all = method->rule.stages * n,
               wanted = 2 * n + collocation->m->inputs;
     const int columns = all + wanted;
     double *by_inputs = room + all * columns;
     ad_status status = AD_OK;
     collocation->after = after;
-    for (int i = 0; i < rule->stages && status == AD_OK; i++) {
+    for (int i = 0; i < method->rule.stages && status == AD_OK; i++) {
         status = derivative_rows(collocation, i, t, h, inputs, q, v, columns,
                                  room + i * n * columns, by_inputs, error);
     }
@@ -211,10 +211,10 @@ ad_status collocation_derivatives(collocation *collocation, double t, double h,
         for (int c = 0; c < wanted; c++) {
             to_q[c] = (c == k) + (c == n + k ? h : 0);
             to_v[c] = c == n + k;
-            for (int j = 0; j < rule->stages; j++) {
+            for (int j = 0; j < method->rule.stages; j++) {
                 const double a = room[(j * n + k) * columns + all + c];
-                to_q[c] += h * h * rule->end[j] * a;
-                to_v[c] += h * rule->matrix[rule->stages - 1][j] * a;
+                to_q[c] += h * h * method->square[method->rule.stages - 1][j] * a;
+                to_v[c] += h * method->rule.weights[j] * a;
             }
         }
     }

@@ -65,7 +65,7 @@ static void solve_small(int s, double complex (*a)[S + 1], double complex *x)
 static void find_vector(const collocation_method *by, double complex value, bool transposed,
                         double complex *x)
 {
-    const int s = by->stages;
+    const int s = by->rule.stages;
     for (int i = 0; i < s; i++) {
         x[i] = 1 + 0.3 * i;
     }
@@ -74,7 +74,7 @@ static void find_vector(const collocation_method *by, double complex value, bool
         double size = 0;
         for (int i = 0; i < s; i++) {
             for (int j = 0; j < s; j++) {
-                a[i][j] = transposed ? by->matrix[j][i] : by->matrix[i][j];
+                a[i][j] = transposed ? by->rule.matrix[j][i] : by->rule.matrix[i][j];
                 a[i][j] -= i == j ? value * (1 + 1e-11) : 0;
             }
             a[i][s] = x[i];
@@ -100,78 +100,19 @@ static double legendre_at(int degree, double y)
     return value;
 }
 
-/* By Gauss' rule. */
-void collocation_integrals(const collocation_method *by, double x, double *to)
-{
-    const gauss_rule rule = solve_gauss_rule_of(S);
-    for (int j = 0; j < by->stages; j++) {
-        to[j] = 0;
-        for (int k = 0; k < rule.stages; k++) {
-            double value = 1;
-            for (int i = 0; i < by->stages; i++) {
-                value *=
-                    i == j ? 1 : (x * rule.nodes[k] - by->nodes[i]) / (by->nodes[j] - by->nodes[i]);
-            }
-            to[j] += x * rule.weights[k] * value;
-        }
-    }
-}
-
-/* Radau's points: zeros of P_s - P_(s-1), those between the zeros of P_s apart from 1. */
-static void radau_nodes(int s, const gauss_rule *rule, double *nodes)
-{
-    for (int i = 0; i + 1 < s; i++) {
-        double low = rule->nodes[i], high = rule->nodes[i + 1];
-        for (int k = 0; k < 100; k++) {
-            const double middle = 0.5 * (low + high);
-            const double at_low = legendre_at(s, 2 * low - 1) - legendre_at(s - 1, 2 * low - 1);
-            const double here = legendre_at(s, 2 * middle - 1) - legendre_at(s - 1, 2 * middle - 1);
-            if ((here > 0) == (at_low > 0)) {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        nodes[i] = 0.5 * (low + high);
-    }
-    nodes[s - 1] = 1;
-}
-
-/* The highest coefficient in Legendre's polynomials of the one through values at the nodes. */
-static void find_highest(collocation_method *by)
-{
-    const int s = by->stages;
-    for (int j = 0; j < s; j++) {
-        double complex a[S][S + 1], x[S];
-        for (int i = 0; i < s; i++) {
-            for (int k = 0; k < s; k++) {
-                a[i][k] = legendre_at(k, 2 * by->nodes[i] - 1);
-            }
-            a[i][s] = i == j;
-        }
-        solve_small(s, a, x);
-        by->highest[j] = creal(x[s - 1]);
-    }
-}
-
 void collocation_make_method(int stages, collocation_method *by)
 {
-    const gauss_rule rule = solve_gauss_rule_of(stages);
     double complex all[S];
-    *by = (collocation_method){.stages = stages};
-    radau_nodes(stages, &rule, by->nodes);
-    for (int i = 0; i < stages; i++) {
-        collocation_integrals(by, by->nodes[i], by->matrix[i]);
-    }
+    *by = (collocation_method){.rule = gauss_radau_rule_of(stages)};
     for (int j = 0; j < stages; j++) {
+        by->highest[j] = (2 * stages - 1) * by->rule.weights[j] *
+                         legendre_at(stages - 1, 2 * by->rule.nodes[j] - 1);
         for (int i = 0; i < stages; i++) {
-            by->end[j] += by->matrix[stages - 1][i] * by->matrix[i][j];
             for (int k = 0; k < stages; k++) {
-                by->square[i][j] += by->matrix[i][k] * by->matrix[k][j];
+                by->square[i][j] += by->rule.matrix[i][k] * by->rule.matrix[k][j];
             }
         }
     }
-    find_highest(by);
     find_eigenvalues(stages, all);
     by->pairs = 1;
     for (int i = 0; i < stages; i++) {

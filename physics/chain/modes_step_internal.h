@@ -11,10 +11,9 @@ enum { COLLOCATION_PAIRS = (COLLOCATION_STAGES_MAX + 1) / 2 };
 
 /* A method with its eigenvalues: one that is real comes first, then one of each pair. */
 typedef struct collocation_method {
-    int stages, pairs;
-    double nodes[COLLOCATION_STAGES_MAX], matrix[COLLOCATION_STAGES_MAX][COLLOCATION_STAGES_MAX],
-        square[COLLOCATION_STAGES_MAX][COLLOCATION_STAGES_MAX],
-        end[COLLOCATION_STAGES_MAX];        /* end: q by accelerations */
+    gauss_rule rule;
+    int pairs;
+    double square[COLLOCATION_STAGES_MAX][COLLOCATION_STAGES_MAX]; /* of its matrix */
     double highest[COLLOCATION_STAGES_MAX]; /* Legendre's coefficient of the highest degree, by
                                                values at nodes */
     double complex eigenvalue[COLLOCATION_PAIRS], to[COLLOCATION_PAIRS][COLLOCATION_STAGES_MAX],
@@ -54,9 +53,6 @@ struct collocation {
 };
 
 void collocation_make_method(int stages, collocation_method *by);
-
-/* Integrals of Lagrange's polynomials of the nodes from 0 to x; to [stages]. */
-void collocation_integrals(const collocation_method *by, double x, double *to);
 
 /* The model at the time of stage i, with its inputs. */
 ad_status collocation_at(collocation *collocation, int i, double t, double h, const double *inputs,

@@ -32,6 +32,26 @@ static void find_nodes(gauss_rule *rule)
     }
 }
 
+/* Those of P_n - P_(n-1), from Chebyshev's points, and 1. */
+static void find_radau_nodes(gauss_rule *rule)
+{
+    const double pi = 3.14159265358979323846;
+    const int n = rule->stages;
+    double p[GAUSS_STAGES_MAX + 1];
+    for (int i = 0; i < n; i++) {
+        double y = i == n - 1 ? 1 : -cos(pi * (2 * i + 1) / (2 * n - 1));
+        for (int k = 0; i < n - 1 && k < 8; k++) {
+            legendre((1 + y) / 2, n, p);
+            const double slope =
+                (n * (y * p[n] - p[n - 1]) - (n - 1) * (y * p[n - 1] - p[n - 2])) / (y * y - 1);
+            y -= (p[n] - p[n - 1]) / slope;
+        }
+        rule->nodes[i] = (1 + y) / 2;
+        legendre(rule->nodes[i], n, p);
+        rule->weights[i] = rule->nodes[i] / (n * p[n - 1] * n * p[n - 1]);
+    }
+}
+
 static double point(const gauss_rule *rule, int i)
 {
     return i == 0 ? 0 : i > rule->stages ? 1 : rule->nodes[i - 1];
@@ -49,15 +69,28 @@ static double integral(const gauss_rule *rule, int i, int j)
     return rule->weights[j] * sum;
 }
 
+static void fill_matrix(gauss_rule *rule)
+{
+    for (int i = 0; i < rule->stages; i++) {
+        for (int j = 0; j < rule->stages; j++) {
+            rule->matrix[i][j] = integral(rule, i, j);
+        }
+    }
+}
+
+gauss_rule gauss_radau_rule_of(int stages)
+{
+    gauss_rule rule = {.stages = stages};
+    find_radau_nodes(&rule);
+    fill_matrix(&rule);
+    return rule;
+}
+
 gauss_rule solve_gauss_rule_of(int stages)
 {
     gauss_rule rule = {.stages = stages};
     find_nodes(&rule);
-    for (int i = 0; i < stages; i++) {
-        for (int j = 0; j < stages; j++) {
-            rule.matrix[i][j] = integral(&rule, i, j);
-        }
-    }
+    fill_matrix(&rule);
     for (int i = 0; i < stages + 2; i++) {
         double product = 1;
         for (int j = 0; j < stages + 2; j++) {
@@ -88,16 +121,26 @@ void solve_gauss_lagrange(const gauss_rule *rule, double x, double *values)
     }
 }
 
-void gauss_lagrange(const gauss_rule *rule, double x, double *values)
+void gauss_lagrange_slope(const gauss_rule *rule, double x, double *values, double *slopes)
 {
     for (int j = 0; j < rule->stages; j++) {
         values[j] = 1;
+        slopes[j] = 0;
         for (int k = 0; k < rule->stages; k++) {
             if (k != j) {
-                values[j] *= (x - rule->nodes[k]) / (rule->nodes[j] - rule->nodes[k]);
+                const double width = rule->nodes[j] - rule->nodes[k];
+                const double factor = (x - rule->nodes[k]) / width;
+                slopes[j] = slopes[j] * factor + values[j] / width;
+                values[j] *= factor;
             }
         }
     }
+}
+
+void gauss_lagrange(const gauss_rule *rule, double x, double *values)
+{
+    double slopes[GAUSS_STAGES_MAX];
+    gauss_lagrange_slope(rule, x, values, slopes);
 }
 
 void gauss_integral(const gauss_rule *rule, double x, double *values)

@@ -1,7 +1,7 @@
 #include "physics/solve/beam_motion.h"
 
 #include "autodiff/dense.h"
-#include "physics/local/radau.h"
+#include "physics/numerics/gauss.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -10,7 +10,7 @@
 /* x = (w at the nodes), with rotary inertia (w, psi at the nodes), and w and psi of bodies, v =
  * x_t, z = x_tt. A response is that of x to loads: q at the nodes, mu at the nodes, force and
  * moment at the jumps in turn, what the ends prescribe. */
-enum { STAGES = RADAU_STAGES, LAST = STAGES - 1 };
+enum { STAGES = 8, LAST = STAGES - 1 };
 
 /* Of the duration: how far from a jump loads are those of its own side. */
 static const double INSIDE = 1e-12;
@@ -25,7 +25,7 @@ typedef struct beam_row {
 typedef struct beam_motion {
     const solve_beam *beam;
     beam_system *system;
-    radau_rule rule;
+    gauss_rule rule;
     double step;                 /* of time */
     double first, last;          /* of a stretch of time, in which nothing jumps */
     size_t nodes, rows, columns; /* columns: of the response */
@@ -106,7 +106,7 @@ static void fill_response(beam_motion *m)
 }
 
 /* The integral of the integral: a^2. */
-static double twice(const radau_rule *rule, int i, int j)
+static double twice(const gauss_rule *rule, int i, int j)
 {
     double sum = 0;
     for (int k = 0; k < STAGES; k++) {
@@ -224,7 +224,7 @@ static void observe(beam_motion *m, double at, double *fields)
 {
     size_t count = beam_system_places(m->system) * BEAM_ROWS;
     double values[STAGES], derivatives[STAGES];
-    solve_radau_lagrange(&m->rule, at, values, derivatives);
+    gauss_lagrange_slope(&m->rule, at, values, derivatives);
     memset(fields, 0, 2 * count * sizeof *fields);
     for (size_t i = 0; i < STAGES; i++) {
         memcpy(m->all, m->loads + i * m->columns, m->columns * sizeof *m->all);
@@ -368,7 +368,7 @@ ad_status beam_motion_solve(const solve_beam *beam, beam_system *system, long *s
                  .fields = fields};
     beam_motion m = {.beam = beam,
                      .system = system,
-                     .rule = solve_radau_rule_of(),
+                     .rule = gauss_radau_rule_of(STAGES),
                      .nodes = nodes,
                      .rows = count_rows(beam, nodes),
                      .columns = 2 * (nodes + (size_t)beam->jump_count) + 4};

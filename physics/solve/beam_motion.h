@@ -1,5 +1,5 @@
 /* The motion of a beam: at every instant at rest under its loads less inertia and drag, by the
- * linear system of beam_system.h; steps of time by Radau IIA (radau.h), whose stages are solved
+ * linear system of beam_system.h; steps of time by Radau IIA (gauss.h), whose stages are solved
  * together, equal between instants where something jumps. */
 #ifndef PHYSICS_SOLVE_BEAM_MOTION_H
 #define PHYSICS_SOLVE_BEAM_MOTION_H
