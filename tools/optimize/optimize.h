@@ -16,10 +16,6 @@
 #include "physics/scene/verdict.h"
 #include "tools/optimize/optimize_settings.h"
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 /* Who solves members at the places of an optimisation: values [members][points][13] and, where it
  * is not NULL, jacobian [members][points][13][parameters]; whether each is solved [members]. */
 typedef struct optimize_solver {
@@ -111,9 +107,5 @@ typedef enum optimize_role {
     OPTIMIZE_BOX
 } optimize_role;
 optimize_role optimize_role_of(const optimization *o, int parameter);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif

@@ -7,10 +7,6 @@
 
 #include <stdint.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-
 enum {
     OPTIMIZE_CONSTRAINTS_MAX = 16,
     OPTIMIZE_PLACES_MAX = 8,
@@ -49,9 +45,5 @@ optimize_settings optimize_settings_default(void);
 
 /* Whether a scene has the section: it says what is made small or large. */
 bool optimize_is_given(const optimize_settings *settings);
-
-#ifdef __cplusplus
-}
-#endif
 
 #endif
