@@ -484,10 +484,13 @@ static void test_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_step),   cmocka_unit_test(test_training),
-        cmocka_unit_test(test_curves), cmocka_unit_test(test_frames),
-        cmocka_unit_test(test_plane),  cmocka_unit_test(test_growth),
+        cmocka_unit_test(test_step),   cmocka_unit_test(test_curves),
+        cmocka_unit_test(test_frames), cmocka_unit_test(test_growth),
         cmocka_unit_test(test_rest),   cmocka_unit_test(test_refusals),
     };
-    return cmocka_run_group_tests(tests, make_directory, remove_directory);
+    const struct CMUnitTest alike[] = {
+        cmocka_unit_test(test_training),
+        cmocka_unit_test(test_plane),
+    };
+    return run_with_alike(tests, alike, make_directory, remove_directory);
 }
