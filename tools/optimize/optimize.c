@@ -263,61 +263,74 @@ static void add_corners(optimization *o)
     }
 }
 
-/* Random members of the box at the variables x; those that are worse than all that are known, in
- * the objective or in a constraint, become scenarios. Whether there were any. */
+/* Members of the box in a case. */
+static void draw_scenarios(const optimization *o, nn_rng *rng, size_t which, int count,
+                           optimize_scenario *drawn)
+{
+    for (int k = 0; k < count; k++) {
+        drawn[k].of = which;
+        for (int b = 0; b < o->settings->box_count; b++) {
+            drawn[k].box[b] = scene_parameter_at(of_box(o, b), nn_rng_uniform(rng));
+        }
+    }
+}
+
+/* How bad others than its own scenarios are at the variables z: objectives, scaled, infinite where
+ * there is no equilibrium, and violations, each [count]. */
+static ad_status measure(optimization *o, const double *z, optimize_scenario *others, size_t count,
+                         double *objective, double *violated, ad_error *error)
+{
+    optimize_scenario *own = o->scenario;
+    const size_t own_count = o->scenarios;
+    o->scenario = others;
+    o->scenarios = count;
+    ad_status status = optimize_shape(o, error);
+    if (status == AD_OK) {
+        violations v = {.of = o, .by_case = violated};
+        memset(violated, 0, count * sizeof *violated);
+        memcpy(o->x, z, (o->n - o->tops) * sizeof *z);
+        optimize_at(o, o->x);
+        optimize_visit(o, violation_of_row, &v);
+        for (size_t e = 0; e < count; e++) {
+            const double value = o->sign * o->objective_scale * o->objectives[e];
+            objective[e] = isnan(value) ? INFINITY : value;
+        }
+    }
+    o->scenario = own;
+    o->scenarios = own_count;
+    return status;
+}
+
+/* Of random members of the box the worst, in the objective and in what is bounded, become scenarios
+ * where they are worse than all that are known. Whether there were any. */
 static ad_status find_worse(optimization *o, nn_rng *rng, bool *any, ad_error *error)
 {
-    const size_t kept = o->scenarios, n = o->n - o->tops;
-    const double before = o->sign * o->objective_scale;
-    double known = -INFINITY;
+    const size_t n = o->n - o->tops;
+    optimize_scenario drawn[BOX_MEMBERS], worst[2];
+    double by[2][BOX_MEMBERS], limit[2] = {-INFINITY, WORSE};
     double *z = malloc((n + 1) * sizeof *z);
     *any = false;
     if (!z) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for an optimisation");
     }
     memcpy(z, o->x, n * sizeof *z);
-    for (size_t e = 0; e < kept; e++) {
-        known = fmax(known, before * o->objectives[e]);
+    for (size_t e = 0; e < o->scenarios; e++) {
+        limit[0] = fmax(limit[0], o->sign * o->objective_scale * o->objectives[e] + WORSE);
     }
-    optimize_scenario worst[2] = {{0}};
-    double by[2] = {known + WORSE, WORSE};
     bool found[2] = {false, false};
     ad_status status = AD_OK;
     for (size_t i = 0; i < o->cases.count && status == AD_OK; i++) {
-        o->scenarios = 0;
-        for (int k = 0; k < BOX_MEMBERS; k++) {
-            optimize_scenario *drawn = &o->scenario[kept + o->scenarios];
-            if (kept + o->scenarios == OPTIMIZE_SCENARIOS_MAX) {
-                break;
-            }
-            drawn->of = i;
-            for (int b = 0; b < o->settings->box_count; b++) {
-                drawn->box[b] = scene_parameter_at(of_box(o, b), nn_rng_uniform(rng));
-            }
-            o->scenarios++;
-        }
-        const size_t drawn = o->scenarios;
-        o->scenario += kept;
-        status = optimize_shape(o, error);
-        memcpy(o->x, z, n * sizeof *z);
-        if (status == AD_OK) {
-            double by_scenario[BOX_MEMBERS] = {0};
-            violations v = {.of = o, .by_case = by_scenario};
-            optimize_at(o, o->x);
-            optimize_visit(o, violation_of_row, &v);
-            for (size_t e = 0; e < drawn; e++) {
-                const double values[2] = {before * o->objectives[e], by_scenario[e]};
-                for (int k = 0; k < 2; k++) {
-                    if (values[k] > by[k] || (k == 0 && isnan(values[k]))) {
-                        by[k] = isnan(values[k]) ? INFINITY : values[k];
-                        worst[k] = o->scenario[e];
-                        found[k] = true;
-                    }
+        draw_scenarios(o, rng, i, BOX_MEMBERS, drawn);
+        status = measure(o, z, drawn, BOX_MEMBERS, by[0], by[1], error);
+        for (int e = 0; e < BOX_MEMBERS && status == AD_OK; e++) {
+            for (int k = 0; k < 2; k++) {
+                if (by[k][e] > limit[k]) {
+                    limit[k] = by[k][e];
+                    worst[k] = drawn[e];
+                    found[k] = true;
                 }
             }
         }
-        o->scenario -= kept;
-        o->scenarios = kept;
     }
     for (int k = 0; k < 2; k++) {
         if (found[k] && o->scenarios < OPTIMIZE_SCENARIOS_MAX) {
