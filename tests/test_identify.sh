@@ -115,7 +115,7 @@ refuse 'data\[1\].weight: is 2, of the first entry 1' --set 'data=[{quantity: po
 
 run 2 cpinn-solve "$scenes/stiffness.yaml" --at pull=9
 said stderr.txt 'pull = 9 is outside its range'
-run 2 cpinn-train "$scenes/bent.yaml" --set 'springs=[{at: 0.2, stiffness: [0, 0, {identify: 5, range: [1, 10]}]}]' --out refused
-said stderr.txt 'springs\[0\].stiffness: is to be identified, but has to be a number for a network'
+run 2 cpinn-train "$scenes/bent.yaml" --set 'springs=[{at: {identify: 0.1, range: [0.05, 0.2]}, stiffness: [0, 0, 5]}]' --out refused
+said stderr.txt 'springs\[0\].at: is to be identified, but has to be a number for a network'
 
 finish

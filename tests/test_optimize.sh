@@ -55,10 +55,10 @@ near "$(number objective held.json)" 12e-3 1e-6 "the force on an end that is hel
 cmp found.csv again.csv || fail "results depend on threads"
 
 # Shapes of an optimum are those of the solver.
-"$programs/cpinn-optimize" "$root/configs/robots/reach.yaml" --quiet --out reach.csv
+"$programs/cpinn-optimize" "$root/configs/choosing/reach.yaml" --quiet --out reach.csv
 at=$(awk -F, 'NR == 1 { split($0, name) } NR == 2 {
     for (i = 1; i <= 3; i++) printf("%s%s=%s", (i > 1 ? "," : ""), name[i], ($i < 0 ? 0 : $i)) }' reach.csv)
-"$programs/cpinn-solve" "$root/configs/robots/reach.yaml" --at "$at" --grid 2 --out shape.csv > /dev/null ||
+"$programs/cpinn-solve" "$root/configs/choosing/reach.yaml" --at "$at" --grid 2 --out shape.csv > /dev/null ||
     fail "cpinn-solve --at $at"
 x=$(awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) if ($i == "x") c = i } END { print $c }' shape.csv)
 near "$x" 0.05 1e-8 "the tip by cpinn-solve"

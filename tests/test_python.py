@@ -100,6 +100,12 @@ assert shapes.shape == (2, 5, 13) and results["trusted"].all()
 assert family.words(results) == [("members", "none")] * 2
 known = cpinn.solve("family.yaml", s, overrides=["parameters.force=-0.02"])
 assert abs(shapes[0, :, 2] - known.values["z"]).max() < 1e-9
+aim = family.reach(shapes[:, -1, :3], seed=4)
+assert aim.results["reached"].all() and abs(aim.parameters[:, 0] - [-0.02, 0.03]).max() < 1e-4
+beyond = family.reach([0, 0, 9], fixed={"force": 0.01})
+assert not beyond.results["reached"][0] and beyond.parameters[0, 0] == 0.01
+raises(ValueError, "'pull' is no parameter", family.reach, [0, 0, 1], fixed={"pull": 1.0})
+raises(ValueError, "allowed: (tips, 3)", family.reach, [0, 0])
 raises(ValueError, "which one member is wanted", cpinn.solve, "family.yaml", s)
 raises(ValueError, "allowed: ascending", cpinn.Members, "family.yaml", s[::-1])
 

@@ -107,7 +107,8 @@ double rod_moment_scale(const scene *scene);
 /* A quantity at dimensionless s, t, in SI. */
 ad_value rod_quantity(const rod_context *rod, quantity q, ad_value s, ad_value t);
 
-/* Metres of the rod as it is written for each of s, at the context's s; 1 where it is not mapped. */
+/* Metres of the rod as it is written for each of s, at the context's s; 1 where it is not mapped.
+ */
 ad_value rod_growth(const rod_context *rod);
 
 /* `count` quantities at dimensionless s, t as one value, times factor; `fallback` [count] are the

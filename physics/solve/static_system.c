@@ -175,7 +175,7 @@ static ad_status set_jumps(static_system *system, ad_error *error)
 
 static ad_status set_points(static_system *system, ad_error *error)
 {
-    const size_t count = (size_t)(system->mesh.count * system->mesh.stages);
+    const size_t count = (size_t)system->mesh.count * (size_t)system->mesh.stages;
     ad_status status =
         solve_rod_points_make(system->rod, count, system->mesh.points, &system->given, error);
     for (size_t i = 0; i < count && status == AD_OK; i++) {

@@ -7,8 +7,8 @@
 #define TOOLS_CONFIG_CONFIG_H
 
 #include "tools/control/control_settings.h"
-#include "tools/plan/plan_settings.h"
 #include "tools/optimize/optimize_settings.h"
+#include "tools/plan/plan_settings.h"
 #include "tools/train/train_settings.h"
 
 #include <stdio.h>

@@ -6,8 +6,8 @@
 
 static bool always_free(const char *path)
 {
-    static const char *const sections[] = {"checkpoint.", "output.", "reference.", "control.",
-                                           "optimize.", "plan."};
+    static const char *const sections[] = {"checkpoint.", "output.",   "reference.",
+                                           "control.",    "optimize.", "plan."};
     for (size_t i = 0; i < sizeof sections / sizeof *sections; i++) {
         if (strncmp(path, sections[i], strlen(sections[i])) == 0) {
             return true;

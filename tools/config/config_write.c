@@ -314,11 +314,10 @@ static int write_list(yaml_writer *writer, int first)
 /* Keys that a classical solution does not depend on. */
 static bool is_physics(const char *path)
 {
-    static const char *const others[] = {"name",        "tables",   "data",        "time.windows",
-                                         "formulation", "motion",   "enforcement", "network",
-                                         "losses",      "training", "checkpoint",  "output",
-                                         "members",     "control",  "surrogate",   "plan",
-                                         "optimize"};
+    static const char *const others[] = {
+        "name",        "tables",  "data",      "time.windows", "formulation", "motion",
+        "enforcement", "network", "losses",    "training",     "checkpoint",  "output",
+        "members",     "control", "surrogate", "plan",         "optimize"};
     for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
         size_t length = strlen(others[i]);
         if (strncmp(path, others[i], length) == 0 && strchr(".[", path[length])) { /* or its end */

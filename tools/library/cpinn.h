@@ -254,6 +254,30 @@ ad_status cpinn_family_jacobian(cpinn_family *family, size_t members, const doub
                                 double *values, double *jacobian, cpinn_answer *answers,
                                 ad_error *error);
 
+/* Parameters that bring the tip, the last of the family's points, to places: of several random
+ * starts the nearest, then Levenberg and Marquardt's method with derivatives of the answers. */
+typedef struct cpinn_reach_settings {
+    const double *fixed; /* [parameters] values that are given; NaN: chosen. NULL: all are chosen */
+    double tolerance;    /* m; 0: CPINN_REACHED */
+    uint64_t seed;       /* of the starts */
+} cpinn_reach_settings;
+
+#define CPINN_REACHED 1e-5
+
+typedef struct cpinn_reached {
+    double distance; /* m, of the nearest tip that was found from the place */
+    double bound;    /* m, by how much that may be off: cpinn_family_bound; infinite: no answer */
+    bool reached;    /* both together are within the tolerance */
+} cpinn_reached;
+
+/* For places [tips][3], m: parameters [tips][parameters] within their ranges, and results [tips]. A
+ * place that is not reached may be beyond what the robot reaches, or beyond what the starts have
+ * found. The same bits for any number of threads. AD_BAD_ARGUMENT: a family in motion or of beams,
+ * or without predicted errors, no points; fixed values outside their range; AD_NO_MEMORY. */
+ad_status cpinn_reach(cpinn_family *family, const cpinn_reach_settings *settings, size_t tips,
+                      const double *places, double *parameters, cpinn_reached *results,
+                      ad_error *error);
+
 /* Which row of parameters [members][parameters] cpinn_family_evaluate would refuse, and which of
  * them is to blame: false, none. */
 bool cpinn_family_refuses(const cpinn_family *family, size_t members, const double *parameters,

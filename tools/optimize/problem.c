@@ -12,7 +12,7 @@ enum { COLUMNS = SOLVE_MEMBERS_COLUMNS };
 
 static size_t variables_of_case(const optimization *o)
 {
-    return (size_t)(o->shared + o->each);
+    return (size_t)o->shared + (size_t)o->each;
 }
 
 /* The place among all variables of the k-th of a scenario's. */

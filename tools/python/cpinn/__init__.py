@@ -27,7 +27,7 @@ MemoryError, as Python has it. What the library has made, as in a Model, is shar
 (copy.copy) and lives as long as one of them; it cannot be copied itself (copy.deepcopy) nor pickled.
 An object is used by one thread at a time; different ones may be by different threads at once.
 """
-from ._family import Family, Jacobian, Members, Shapes
+from ._family import Family, Jacobian, Members, Reached, Shapes
 from ._library import (ArgumentTypeError, Error, FileError, InputError, NotFiniteError,
                        OutOfMemoryError, library_version)
 from ._model import Model, Progress, Verdict, train
@@ -37,7 +37,7 @@ from ._solution import Solution, Unknowns, identify, solve
 from ._steps import OneStep, Step, one_step, reduced_rod
 
 __all__ = ["ArgumentTypeError", "Error", "Family", "FileError", "InputError", "Jacobian",
-           "Members", "Model", "NotFiniteError", "OneStep", "OutOfMemoryError", "Progress",
+           "Members", "Model", "NotFiniteError", "OneStep", "OutOfMemoryError", "Progress", "Reached",
            "Shapes", "Solution", "Step", "Unknowns", "Verdict", "example", "identify", "one_step", "open",
            "reduced_rod", "solve", "train", "version"]
 

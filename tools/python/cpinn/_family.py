@@ -35,6 +35,13 @@ class Jacobian(NamedTuple):
     answers: Records  #: [members]
 
 
+class Reached(NamedTuple):
+    """Parameters that bring the tip to places, and how near each comes."""
+
+    parameters: Array  #: [tips, parameters]
+    results: Records  #: [tips], of distance and bound (m), reached
+
+
 def _plot(shapes: Shapes, axes: Optional["Axes"], style: dict[str, Any]) -> "Axes":
     position = shapes.values[:, :, :3]
     return plot_shapes(axes, position, [str(i) for i in range(len(position))], style)
@@ -69,6 +76,8 @@ class Family:
 
     answer = numpy.dtype([("error", "f8"), ("network_error", "f8"), ("source", "i4"),
                           ("reason", "i4"), ("trusted", "?"), ("outside", "?")], align=True)
+
+    reached = numpy.dtype([("distance", "f8"), ("bound", "f8"), ("reached", "?")], align=True)
 
     def __init__(self, path: PathLike, threads: Optional[int] = 1,
                  extrapolate: bool = False, compile: bool = False) -> None:
@@ -165,6 +174,47 @@ class Family:
         library.call(library.family_jacobian, made, len(given), given.ctypes.data,
                      values.ctypes.data, slopes.ctypes.data, answers.ctypes.data)
         return Jacobian(values, slopes, answers)
+
+    def reach(self, tips: Numbers, s: Optional[float] = None, tolerance: float = 1e-5,
+              fixed: Optional[dict[str, float]] = None, seed: int = 0) -> Reached:
+        """Parameters that bring a place of the rod to given places.
+
+        Parameters
+        ----------
+        tips : array_like, shape (tips, 3)
+            Places in m.
+        s : float
+            The place on the rod (m); of `Members` the last of its making.
+        tolerance : float
+            Distance (m) within which a place is reached, what answers may be off by included.
+        fixed : dict of str to float
+            Parameters that are given; the others are chosen within their ranges.
+        seed : int
+            Of the random starts.
+
+        Returns
+        -------
+        parameters : ndarray, shape (tips, parameters)
+            NaN where nobody has an answer.
+        results : structured ndarray, shape (tips,)
+            distance and bound (m), reached. What is not reached may be beyond the robot, or beyond
+            what the starts have found.
+        """
+        places = numpy.ascontiguousarray(numpy.atleast_2d(tips), dtype=float)
+        if places.shape[1:] != (3,):
+            raise InputError(f"tips have the shape {places.shape}; allowed: (tips, 3)")
+        unknown = set(fixed or {}) - set(self.names)
+        if unknown:
+            raise InputError(f"fixed: '{min(unknown)}' is no parameter; allowed: "
+                             f"{', '.join(self.names)}")
+        given = numpy.array([(fixed or {}).get(name, numpy.nan) for name in self.names])
+        made = self._room(numpy.zeros((0, len(self.names))), s, 0.0)[0]
+        parameters = numpy.empty((len(places), len(self.names)))
+        results = numpy.zeros(len(places), dtype=self.reached)
+        settings = library.ReachSettings(given.ctypes.data, tolerance, seed)
+        library.call(library.reach, made, ctypes.byref(settings), len(places), places.ctypes.data,
+                     parameters.ctypes.data, results.ctypes.data)
+        return Reached(parameters, results)
 
     def _room(self, at: Values, s: Optional[Numbers],
               t: Numbers) -> tuple[Made, Array, Array, Records]:

@@ -89,6 +89,11 @@ class Polish(ctypes.Structure):
     _fields_ = [("steps", ctypes.c_int), ("alone", ctypes.c_bool)]
 
 
+class ReachSettings(ctypes.Structure):
+    _fields_ = [("fixed", ctypes.c_void_p), ("tolerance", ctypes.c_double),
+                ("seed", ctypes.c_uint64)]
+
+
 class Parameter(ctypes.Structure):
     _fields_ = [("name", ctypes.c_char_p), ("low", ctypes.c_double), ("high", ctypes.c_double),
                 ("scale", ctypes.c_int)]
@@ -187,6 +192,7 @@ family_columns = declare("cpinn_family_columns", I, Made)
 family_name = declare("cpinn_family_column_name", S, Made, I)
 family_evaluate = declare("cpinn_family_evaluate", I, Made, P, Z, P, P, P, FAIL)
 family_jacobian = declare("cpinn_family_jacobian", I, Made, Z, P, P, P, P, FAIL)
+reach = declare("cpinn_reach", I, Made, P, Z, P, P, P, FAIL)
 identify_file = declare("cpinn_identify_file", I, S, I, TEXTS, I, OUT, FAIL)
 unknowns_free = declare("cpinn_unknowns_free", None, P)
 unknowns_count = declare("cpinn_unknowns_count", I, Made)
