@@ -159,7 +159,7 @@
 #define SCENE_SLENDER_DRAG                                                                         \
     .unit = {{2, -1}, {2.5, -1.5}, {3, -2}}, .formula = "c/(2 rhoA w1), c at w1 L"
 #define SCENE_LAW_ROWS(X)                                                                          \
-    X(LAW_SPRING, "elastic foundation", foundation, .unit = {{2}, {2}, {2}})                       \
+    X(LAW_SPRING, "elastic foundation", foundation, .unit = {{2, 0}, {2, 0}, {2, 0}})                       \
     X(LAW_RESISTANCE, "drag", drag, .unit = {{2, -1}}, .formula = "c/(2 rhoA w1)")                 \
     X(LAW_RESISTANCE, "quadratic drag", quadratic_drag, .unit = {{3, -2}},                         \
       .formula = "c L/(2 rhoA)")                                                                   \
@@ -168,7 +168,7 @@
     X(LAW_MAGNET, "magnetic field", magnetic_field, .is_factor = false)                            \
     X(LAW_MAGNET, "magnetic moment", magnetic_moment, .is_factor = true)                           \
     X(LAW_MAGNET_GRADIENT, "magnetic gradient", magnetic_gradient,                                 \
-      .unit = {{1}, {1}, {1}, {1}, {1}})                                                           \
+      .unit = {{1, 0}, {1, 0}, {1, 0}, {1, 0}, {1, 0}})                                                           \
     X(LAW_MAGNET_GRADIENT, NULL, magnetic_moment, .is_factor = true)
 
 /* Rows of the table of support, of what is a law at a point and so taken by every form: X(name,
