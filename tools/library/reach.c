@@ -186,7 +186,6 @@ static void go_on(const reaching *r, size_t member, const double place[3], seeke
 static ad_status seek_some(reaching *r, size_t tips, const double *places, seeker *seekers,
                            double *parameters, cpinn_reached *results, ad_error *error)
 {
-    const cpinn_polish two_steps = {.steps = 2, .alone = true}; /* who is not trusted is left */
     ad_status status = AD_OK;
     for (size_t i = 0; i < tips; i++) {
         seekers[i] = (seeker){.tried = 0};
@@ -211,8 +210,8 @@ static ad_status seek_some(reaching *r, size_t tips, const double *places, seeke
         if (now == 0) {
             break;
         }
-        status = cpinn_family_answer(r->family, &two_steps, now, r->at, r->values, r->jacobian,
-                                     r->answers, error);
+        status =
+            cpinn_family_jacobian(r->family, now, r->at, r->values, r->jacobian, r->answers, error);
         for (size_t k = 0; k < now && status == AD_OK; k++) {
             const size_t i = which[k];
             go_on(r, k, places + 3 * i, &seekers[i], parameters + i * r->count, &results[i]);
