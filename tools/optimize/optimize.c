@@ -490,6 +490,7 @@ ad_status optimize_run(optimization *o, const optimize_solver *solver, optimize_
     status = status == AD_OK ? optimize_evaluate(o, solver, report, error) : status;
     report->found =
         status == AD_OK && report->violation <= KEPT && report->start[report->best].converged;
+    report->left = SAME / o->objective_scale;
     report->members = o->members;
     report->seconds = train_seconds() - begin;
     free(z);

@@ -61,6 +61,7 @@ typedef struct optimize_report {
     int rounds;            /* that a box took, */
     bool box_open;         /* and whether the last one still found worse members */
     double objective, violation;
+    double left; /* what a descent that has converged may leave of the objective */
     double seconds;
     int bounds;
     optimize_bound bound[OPTIMIZE_CONSTRAINTS_MAX];

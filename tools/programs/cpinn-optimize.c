@@ -200,10 +200,11 @@ static void print_bounds(const optimize_report *r)
     }
 }
 
-/* How far the objective is off: solved more exactly, and for what is then missed of constraints. */
+/* How far the objective is off: what the descent leaves, what a more exact solver says, and for
+ * what is then missed of constraints. */
 static double objective_error(const optimizing *x)
 {
-    double error = fabs(x->close.objective - x->report.objective);
+    double error = fabs(x->close.objective - x->report.objective) + x->report.left;
     for (int i = 0; i < x->report.bounds; i++) {
         const optimize_bound *b = &x->close.bound[i];
         const double missed = fmax(0, fmax(b->low - b->least, b->most - b->high));
