@@ -58,7 +58,7 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
         training = libraries " tools/train tools/files "
         surrogate = training " tools/surrogate autodiff/run "
         control = surrogate " tools/control "
-        may["tools/plan"] = libraries " tools/files tools/plan "
+        may["tools/plan"] = training " tools/plan "
         may["tools/optimize"] = training " tools/optimize "
         judging = control " tools/config tools/prepare tools/emit tools/library tools/judge "
         everything = judging " tools/picture tools/plan tools/optimize tools/programs "

@@ -365,3 +365,23 @@ ad_status sampling_fill(sampling_kind kind, nn_rng *rng, int dimension, size_t c
 {
     return sampling_fill_aspect(kind, rng, dimension, count, NULL, points, error);
 }
+
+size_t sampling_along(double length, size_t even, size_t count, const double *more, double *s)
+{
+    size_t points = even;
+    for (size_t i = 0; i < even; i++) {
+        s[i] = i + 1 < even ? length * (double)i / (double)(even - 1) : length;
+    }
+    for (size_t k = 0; k < count; k++) {
+        size_t at = 0;
+        while (at < points && s[at] < more[k]) {
+            at++;
+        }
+        if (at > 0 && at < points && s[at] > more[k]) {
+            memmove(s + at + 1, s + at, (points - at) * sizeof *s);
+            s[at] = more[k];
+            points++;
+        }
+    }
+    return points;
+}

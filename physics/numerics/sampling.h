@@ -53,6 +53,11 @@ const char *sampling_kind_text(sampling_kind kind);
 
 bool sampling_kind_is_tensor(sampling_kind kind);
 
+/* Points from 0 to a length, ascending: `even` of them, at least 2, the last exactly the length.
+ * Those of `more` [count] that lie between and are none of them are added, others and NaN left out.
+ * s has room for all. How many there are. */
+size_t sampling_along(double length, size_t even, size_t count, const double *more, double *s);
+
 /* Shape of the tensor grid with at most `count` points. `aspect` [dimension] holds the wished
  * relative numbers of points per axis (NULL: all the same). The answer is the largest number of
  * points <= count that is a product of axis lengths >= 2 of which every ratio is within a factor of

@@ -421,6 +421,9 @@ double scene_parameter_at(const scene_parameter *parameter, double fraction);
 double scene_parameter_fraction(const scene_parameter *parameter, double value);
 bool scene_parameter_holds(const scene_parameter *parameter, double value); /* but for rounding */
 
+/* The index of the parameter of that name; -1: none. */
+int scene_parameter_find(const scene *family, const char *name);
+
 /* Training finds a number y for an unknown: its fraction is 1/(1 + exp(-y - y0)), never an end of
  * the range, with this y0 where it begins, of a guess at an end close to it. */
 double scene_unknown_scalar(const scene_parameter *parameter, double guess);

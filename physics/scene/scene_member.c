@@ -19,6 +19,16 @@ bool scene_parameter_holds(const scene_parameter *parameter, double value)
     return value >= parameter->low - slack && value <= parameter->high + slack;
 }
 
+int scene_parameter_find(const scene *family, const char *name)
+{
+    for (int i = 0; i < family->parameter_count; i++) {
+        if (strcmp(family->parameters[i].name, name) == 0) {
+            return i;
+        }
+    }
+    return -1;
+}
+
 double scene_parameter_fraction(const scene_parameter *parameter, double value)
 {
     return parameter->scale == SCENE_LOG

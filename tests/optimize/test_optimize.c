@@ -87,7 +87,9 @@ static response *make(const char *text, ad_error *error)
 {
     static const char *const parameter[] = {"a", "b", "c"}, *const column[] = {"goal"};
     static const char *const place[] = {"tip", "middle"};
-    const response_scope scope = {COUNT, 1, 2, parameter, column, place};
+    const scene family = family_of();
+    const response_scope scope = {
+        scene_physics_of(&family)->columns, COUNT, 1, 2, parameter, column, place};
     response *r = NULL;
     response_create(text, &scope, 4, &r, error);
     return r;

@@ -500,6 +500,22 @@ static void parts_are_those_of_the_whole(void **state)
     }
 }
 
+/* The last is the length to the last bit, of which 0.12*240/240 is none. */
+static void points_along_a_length_have_its_end(void **state)
+{
+    (void)state;
+    const double more[6] = {0.05, -1, 0.12, NAN, 0.0003, 0.03};
+    double s[241 + 6];
+    assert_int_equal(sampling_along(0.12, 241, 6, more, s), 243); /* 0.03 is one of them */
+    assert_true(s[0] == 0 && s[242] == 0.12 && s[1] == 0.0003);
+    int found = 0;
+    for (int i = 0; i < 243; i++) {
+        assert_true(i == 0 || s[i] > s[i - 1]);
+        found += s[i] == 0.05;
+    }
+    assert_int_equal(found, 1);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -519,6 +535,7 @@ int main(void)
         cmocka_unit_test(sets_are_deterministic),
         cmocka_unit_test(parts_are_those_of_the_whole),
         cmocka_unit_test(kinds_have_names_and_errors_are_clear),
+        cmocka_unit_test(points_along_a_length_have_its_end),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

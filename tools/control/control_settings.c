@@ -96,10 +96,7 @@ static ad_status resolve_estimate(control_settings *settings, const surrogate_se
     }
     for (int i = 0; i < settings->estimate_count; i++) {
         const char *name = settings->estimate[i];
-        bool known = false;
-        for (int k = 0; k < of->parameter_count; k++) {
-            known = known || strcmp(of->parameters[k].name, name) == 0;
-        }
+        const bool known = scene_parameter_find(of, name) >= 0;
         if (settings->walk_count == 1) {
             settings->walk[i] = settings->walk[0];
         }

@@ -75,12 +75,7 @@ static void map_inputs(plant *plant, const scene *of, const scene *nominal)
 {
     scene_middle_values(of, plant->inputs);
     for (int i = 0; i < of->parameter_count; i++) {
-        plant->from[i] = -1;
-        for (int k = 0; k < nominal->parameter_count; k++) {
-            if (strcmp(of->parameters[i].name, nominal->parameters[k].name) == 0) {
-                plant->from[i] = k;
-            }
-        }
+        plant->from[i] = scene_parameter_find(nominal, of->parameters[i].name);
     }
 }
 

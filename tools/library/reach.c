@@ -2,6 +2,7 @@
 #include "autodiff/host.h"
 #include "nn/rng.h"
 #include "optim/seek.h"
+#include "physics/numerics/quaternion.h"
 #include "tools/library/trained_family.h"
 
 #include <math.h>
@@ -108,19 +109,13 @@ static ad_status draw(reaching *r, ad_error *error)
     return status;
 }
 
-static double apart(const double a[3], const double b[3])
-{
-    const double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
-    return sqrt(x * x + y * y + z * z);
-}
-
 /* The random members whose tips are nearest to a place, the nearest first. */
 static int choose(const reaching *r, const double place[3], size_t start[STARTS])
 {
     double far[STARTS];
     int count = 0;
     for (size_t i = 0; i < r->drawn; i++) {
-        const double now = apart(r->tip + 3 * i, place);
+        const double now = vector_distance(r->tip + 3 * i, place);
         int at = count;
         if (isnan(now)) {
             continue;
@@ -162,7 +157,7 @@ static void go_on(const reaching *r, size_t member, const double place[3], seeke
     const cpinn_answer *answer = &r->answers[member];
     const double *tip = r->values + member * r->width + tip_of(r);
     const double *by = r->jacobian + (member * r->width + tip_of(r)) * r->count;
-    const double far = apart(tip, place), bound = cpinn_family_bound(r->family, answer);
+    const double far = vector_distance(tip, place), bound = cpinn_family_bound(r->family, answer);
     bool there = answer->trusted && isfinite(far) && isfinite(bound);
     for (size_t k = 0; k < 3 * r->count; k++) {
         there = there && isfinite(by[k]);

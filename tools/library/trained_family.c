@@ -233,6 +233,25 @@ ad_status cpinn_family_open(const char *path, const cpinn_family_settings *setti
     return AD_OK;
 }
 
+ad_status cpinn_family_of_scene(const scene *open, double tolerance,
+                                const cpinn_family_settings *settings, cpinn_family **result,
+                                ad_error *error)
+{
+    ad_status status = cpinn_family_prepare(open, tolerance, settings, result, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    cpinn_family *family = *result;
+    status = !family->solver     ? ad_fail(error, AD_BAD_ARGUMENT, "%s", family->why_not.message)
+             : settings->compile ? create_code(NULL, family, error)
+                                 : AD_OK;
+    if (status != AD_OK) {
+        cpinn_family_free(family);
+        *result = NULL;
+    }
+    return status;
+}
+
 ad_status cpinn_family_file(const char *path, int count, const char *const *overrides,
                             double tolerance, const cpinn_family_settings *settings,
                             cpinn_family **result, ad_error *error)
@@ -242,22 +261,14 @@ ad_status cpinn_family_file(const char *path, int count, const char *const *over
     *result = NULL;
     ad_status status = prepare_read(path, NULL, count, overrides, &read, error);
     if (status == AD_OK) {
-        status = cpinn_family_prepare(&read->scene, tolerance, settings, result, error);
+        status = cpinn_family_of_scene(&read->scene, tolerance, settings, result, error);
     }
     if (status != AD_OK) {
         config_free(read);
         return status;
     }
-    cpinn_family *family = *result;
-    family->settings = read;
-    status = !family->solver     ? ad_fail(error, AD_BAD_ARGUMENT, "%s", family->why_not.message)
-             : settings->compile ? create_code(NULL, family, error)
-                                 : AD_OK;
-    if (status != AD_OK) {
-        cpinn_family_free(family);
-        *result = NULL;
-    }
-    return status;
+    (*result)->settings = read;
+    return AD_OK;
 }
 
 void cpinn_family_free(cpinn_family *family)

@@ -54,6 +54,11 @@ struct cpinn_family {
 ad_status cpinn_family_prepare(const scene *open, double tolerance,
                                const cpinn_family_settings *settings, cpinn_family **result,
                                ad_error *error);
+
+/* As cpinn_family_file, of a scene that was read, and outlives it. */
+ad_status cpinn_family_of_scene(const scene *open, double tolerance,
+                                const cpinn_family_settings *settings, cpinn_family **result,
+                                ad_error *error);
 void cpinn_family_attach(cpinn_family *family, const cpinn_family_network *network);
 
 /* Of an experiment that was restored, and outlives it. */

@@ -8,16 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static int parameter_named(const scene *family, const char *name)
-{
-    for (int i = 0; i < family->parameter_count; i++) {
-        if (strcmp(family->parameters[i].name, name) == 0) {
-            return i;
-        }
-    }
-    return -1;
-}
-
 static ad_status add_column(optimize_cases_table *cases, const scene *family, const char *name,
                             ad_error *error)
 {
@@ -26,7 +16,7 @@ static ad_status add_column(optimize_cases_table *cases, const scene *family, co
                        OPTIMIZE_NAMES_MAX, OPTIMIZE_NAMES_MAX);
     }
     snprintf(cases->name[cases->columns], sizeof cases->name[0], "%s", name);
-    cases->parameter[cases->columns++] = parameter_named(family, name);
+    cases->parameter[cases->columns++] = scene_parameter_find(family, name);
     return AD_OK;
 }
 

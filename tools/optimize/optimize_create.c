@@ -1,22 +1,14 @@
 /* What is asked for, read: who gives each parameter its value, formulas and their bounds. */
 #include "tools/optimize/optimize_parts.h"
 
+#include "physics/numerics/sampling.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 /* ---- parameters ---------------------------------------------------------------------------- */
-
-static int parameter_named(const optimization *o, const char *name)
-{
-    for (int i = 0; i < o->parameters; i++) {
-        if (strcmp(o->family->parameters[i].name, name) == 0) {
-            return i;
-        }
-    }
-    return -1;
-}
 
 enum { NOBODY = -1 };
 
@@ -26,7 +18,7 @@ static ad_status give(optimization *o, const char *list, int count, const char *
 {
     *number = 0;
     for (int i = 0; i < count; i++) {
-        const int p = parameter_named(o, names[i]);
+        const int p = scene_parameter_find(o->family, names[i]);
         snprintf(key, OPTIMIZE_KEY_MAX, "optimize.%s[%d]", list, i);
         if (p < 0) {
             return ad_fail(error, AD_BAD_INPUT,
@@ -90,12 +82,6 @@ static ad_status give_roles(optimization *o, char *key, ad_error *error)
 
 /* ---- places -------------------------------------------------------------------------------- */
 
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Points along the rod, and the named places among them: the end is the first. */
 static ad_status put_places(optimization *o, char *key, ad_error *error)
 {
@@ -123,20 +109,7 @@ static ad_status put_places(optimization *o, char *key, ad_error *error)
     if (!o->s) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for an optimisation");
     }
-    for (size_t i = 0; i < even; i++) {
-        o->s[i] = length * (double)i / (double)(even - 1);
-    }
-    o->points = even;
-    for (int i = 1; i <= settings->place_count; i++) {
-        bool there = false;
-        for (size_t j = 0; j < o->points; j++) {
-            there = there || o->s[j] == at[i];
-        }
-        if (!there) {
-            o->s[o->points++] = at[i];
-        }
-    }
-    qsort(o->s, o->points, sizeof *o->s, ascending);
+    o->points = sampling_along(length, even, (size_t)settings->place_count + 1, at, o->s);
     for (int i = 0; i <= settings->place_count; i++) {
         for (size_t j = 0; j < o->points; j++) {
             if (o->s[j] == at[i]) {
@@ -162,7 +135,8 @@ static ad_status make(optimization *o, const char *text, response **result, ad_e
     for (int i = 0; i < o->settings->place_count; i++) {
         place[1 + i] = o->settings->places[i].name;
     }
-    const response_scope scope = {.parameters = o->parameters,
+    const response_scope scope = {.outputs = scene_physics_of(o->family)->columns,
+                                  .parameters = o->parameters,
                                   .parameter = parameter,
                                   .columns = o->cases.columns,
                                   .column = column,
@@ -293,8 +267,8 @@ ad_status optimize_create(const optimize_settings *settings, const scene *family
     for (size_t i = 0; i < o->cases.count; i++) {
         o->scenario[i].of = i;
         for (int b = 0; b < settings->box_count && status == AD_OK; b++) {
-            o->scenario[i].box[b] =
-                scene_parameter_at(&family->parameters[parameter_named(o, settings->box[b])], 0.5);
+            o->scenario[i].box[b] = scene_parameter_at(
+                &family->parameters[scene_parameter_find(o->family, settings->box[b])], 0.5);
         }
     }
     status = status == AD_OK ? optimize_shape(o, error) : status;

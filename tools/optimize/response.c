@@ -24,9 +24,6 @@ struct response {
 
 /* ---- names --------------------------------------------------------------------------------- */
 
-/* What may follow a place, or stand alone. */
-static const char *const column_names[COLUMNS] = {"x",  "y",  "z",  "qw", "qx", "qy", "qz",
-                                                  "v1", "v2", "v3", "u1", "u2", "u3"};
 enum { Q = 3, V = 7, U = 10 };
 
 static ad_value root_of_squares(ad_value a, ad_value b)
@@ -41,10 +38,11 @@ static ad_value axis(ad_value shape, int k)
 }
 
 /* What an output of that name is, of a shape [COLUMNS]; false: there is none. */
-static bool output_named(const char *name, ad_value shape, ad_value *value)
+static bool output_named(const model_column *outputs, const char *name, ad_value shape,
+                         ad_value *value)
 {
     for (int c = 0; c < COLUMNS; c++) {
-        if (strcmp(name, column_names[c]) == 0) {
+        if (strcmp(name, outputs[c].name) == 0) {
             *value = ad_row(shape, c);
             return true;
         }
@@ -143,10 +141,10 @@ static bool meaning_of(recording *r, const char *name, ad_value *value)
     }
     ad_value probe; /* so that no input is made for what is no output */
     ad_tape *apart = ad_tape_create();
-    const bool known =
-        apart && output_named(dot ? dot + 1 : name, ad_input(apart, "shape", COLUMNS), &probe);
+    const bool known = apart && output_named(scope->outputs, dot ? dot + 1 : name,
+                                             ad_input(apart, "shape", COLUMNS), &probe);
     ad_tape_free(apart);
-    return known && output_named(dot ? dot + 1 : name, shape_of(r, place), value);
+    return known && output_named(scope->outputs, dot ? dot + 1 : name, shape_of(r, place), value);
 }
 
 static ad_status bind(recording *r, const char *name, ad_error *error)

@@ -13,7 +13,7 @@
 #ifndef TOOLS_OPTIMIZE_RESPONSE_H
 #define TOOLS_OPTIMIZE_RESPONSE_H
 
-#include "autodiff/ad.h"
+#include "physics/learn/model.h"
 
 /* How the values along the rod become one. */
 typedef enum response_kind {
@@ -24,6 +24,7 @@ typedef enum response_kind {
 } response_kind;
 
 typedef struct response_scope {
+    const model_column *outputs;     /* the scene's, of which shapes have the first */
     int parameters, columns, places; /* numbers of names, which are borrowed */
     const char *const *parameter;    /* of the scene */
     const char *const *column;       /* of the cases */

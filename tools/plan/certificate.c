@@ -145,11 +145,11 @@ static double part_of_ranges(const certifier *c, const node *a, const node *b)
 }
 
 /* Whether the way from a to the next holds, and takes off no more than a fourth, or a thousandth of
- * the length; false: look half-way. What the
- * derivative changes from end to end is added once, for what it does between them; and what travel
- * bends from point to point a fourth of, twice what a parabola leaves between points. Where unknown
- * parameters move a point by x at a and y at b, they move it by no more than max(x, y) + |x - y|
- * between: as half of travel is taken off and (x + y)/2 was already, that is 3 |x - y|. */
+ * the length; false: look half-way. What the derivative changes from end to end is added once, for
+ * what it does between them; and what travel bends from point to point a fourth of, twice what a
+ * parabola leaves between points. Where unknown parameters move a point by x at a and y at b, they
+ * move it by no more than max(x, y) + |x - y| between: as half of travel is taken off and (x + y)/2
+ * was already, that is 3 |x - y|. */
 static bool judge_way(certifier *c, node *a, const node *b)
 {
     const size_t points = c->exact->points;
@@ -172,9 +172,9 @@ static bool judge_way(certifier *c, node *a, const node *b)
         here = now;
     }
     for (size_t k = 0; k + 1 < points; k++) {
-        const double change =
+        const double apart =
             fmax(fabs(a->spread[k] - b->spread[k]), fabs(a->spread[k + 1] - b->spread[k + 1]));
-        c->travel[k] += 3 * change;
+        c->travel[k] += 3 * apart;
     }
     a->least = clearance_between(pieces_of(c), a->free, b->free, c->travel);
     const bool smooth = (change <= largest / 2 || largest < 1e-9 * c->exact->length) &&

@@ -1,12 +1,8 @@
 #include "tools/plan/clearance.h"
 
-#include <math.h>
+#include "physics/numerics/quaternion.h"
 
-static double apart(const double a[3], const double b[3])
-{
-    const double d[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
-    return sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-}
+#include <math.h>
 
 /* Both ends may be off, and so nearer to each other. */
 static double off_line(const clearance_shape *shape, size_t piece)
@@ -15,7 +11,7 @@ static double off_line(const clearance_shape *shape, size_t piece)
     const double length =
         (shape->s[piece + 1] - shape->s[piece]) * (fmax(v[0], v[1]) + fabs(v[1] - v[0]));
     const double *const r = &shape->r[3 * piece];
-    const double nearer = apart(r, r + 3) - 2 * shape->error, between = fmax(nearer, 0);
+    const double nearer = vector_distance(r, r + 3) - 2 * shape->error, between = fmax(nearer, 0);
     if (!(nearer <= length * (1 + 1e-9))) {
         return INFINITY; /* no numbers, or a rod that is shorter than the line: speeds are wrong */
     }
@@ -58,7 +54,8 @@ void clearance_of_shape(const environment *of, const clearance_shape *shape, dou
                        .unknown = spread_of(shape, k),
                        .between_points = off_line(shape, k),
                        .at = shape->s[k]};
-        within = fabs(c.distance) + apart(r, r + 3); /* the next one begins where this ends */
+        within =
+            fabs(c.distance) + vector_distance(r, r + 3); /* the next one begins where this ends */
         c.free =
             c.distance - c.radius - c.distance_error - c.shape_error - c.unknown - c.between_points;
         free[k] = c.free;

@@ -1,6 +1,7 @@
 #include "tools/plan/plan_robot.h"
 
 #include "physics/numerics/quaternion.h"
+#include "physics/numerics/sampling.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -13,16 +14,6 @@ static ad_status refuse(char key[PLAN_KEY], const char *what, ad_error *error, c
 {
     snprintf(key, PLAN_KEY, "%s", what);
     return ad_fail(error, AD_BAD_INPUT, "%.80s%s%s", name, *name ? " " : "", why);
-}
-
-static int find(const scene *of, const char *name)
-{
-    for (int i = 0; i < of->parameter_count; i++) {
-        if (strcmp(of->parameters[i].name, name) == 0) {
-            return i;
-        }
-    }
-    return -1;
 }
 
 static void add(plan_robot *robot, const char *name, int parameter, double low, double high)
@@ -45,11 +36,11 @@ static ad_status fix(plan_robot *robot, const plan_settings *settings, const sce
         char alone[128], behind;
         double value;
         if (sscanf(settings->fixed[k], " %100[^= ] = %lf %c", alone, &value, &behind) != 2 ||
-            find(of, alone) < 0) {
+            scene_parameter_find(of, alone) < 0) {
             return refuse(key, "plan.fixed", error, "is not NAME=VALUE of a parameter with a range",
                           settings->fixed[k]);
         }
-        const int i = find(of, alone);
+        const int i = scene_parameter_find(of, alone);
         if (!scene_parameter_holds(&of->parameters[i], value)) {
             return refuse(key, "plan.fixed", error, "is outside the parameter's range",
                           settings->fixed[k]);
@@ -57,7 +48,7 @@ static ad_status fix(plan_robot *robot, const plan_settings *settings, const sce
         robot->fixed[i] = value;
     }
     for (int k = 0; k < settings->unknown_count; k++) {
-        const int i = find(of, settings->unknown[k]);
+        const int i = scene_parameter_find(of, settings->unknown[k]);
         if (i < 0 || !isnan(robot->fixed[i])) {
             return refuse(key, "plan.unknown", error,
                           i < 0 ? "is no parameter with a range" : "is given twice, or fixed",
@@ -75,7 +66,7 @@ static ad_status choose(plan_robot *robot, const plan_settings *settings, const 
 {
     bool moves[SCENE_PARAMETERS_MAX] = {false};
     for (int k = 0; k < settings->actuator_count; k++) {
-        const int i = find(of, settings->actuators[k]);
+        const int i = scene_parameter_find(of, settings->actuators[k]);
         if (i < 0 || moves[i] || !isnan(robot->fixed[i])) {
             return refuse(key, "plan.actuators", error,
                           i < 0      ? "is no parameter with a range"
@@ -255,13 +246,7 @@ ad_status plan_exact_create(const plan_robot *robot, const scene *of, size_t poi
     e->of = of;
     e->s = s;
     e->length = scene_length(of);
-    for (size_t k = 0; k < points; k++) {
-        const double at = e->length * (double)k / (double)(points - 1);
-        if (e->points && s[e->points - 1] < from && from < at) {
-            s[e->points++] = from;
-        }
-        s[e->points++] = at;
-    }
+    e->points = sampling_along(e->length, points, 1, &from, s);
     const solve_members_settings settings = {
         .tolerance = PLAN_TOLERANCE, .threads = 0, .points = e->points, .s = s};
     ad_status status = solve_members_create(of, &settings, &e->solver, error);

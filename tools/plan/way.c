@@ -1,12 +1,13 @@
 #include "tools/plan/way.h"
 
+#include "physics/numerics/quaternion.h"
 #include "tools/plan/ompl_shim.h"
 #include "tools/plan/reach.h"
+#include "tools/train/clock.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 enum { SEARCHES_MAX = 5, GOALS_MAX = 16, SHAPES_MAX = 20000 };
 
@@ -24,20 +25,7 @@ typedef struct finder {
     ad_status status; /* of what fails within a planner */
 } finder;
 
-static double now(void)
-{
-    struct timespec at;
-    clock_gettime(CLOCK_MONOTONIC, &at);
-    return (double)at.tv_sec + 1e-9 * (double)at.tv_nsec;
-}
-
 /* ---- one configuration in the search --------------------------------------------------------- */
-
-static double apart(const double a[3], const double b[3])
-{
-    const double d[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
-    return sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-}
 
 /* Whether all lines between points are as far from the surface as is needed: by the grid where that
  * decides, for distances change by no more than places do, else exactly. */
@@ -68,7 +56,8 @@ static bool is_free(void *context, const double *configuration)
         if (here + off < f->needed) {
             return false;
         }
-        if (k + 1 < shapes->points && (here + before - apart(r, r + 3)) / 2 - off < f->needed &&
+        if (k + 1 < shapes->points &&
+            (here + before - vector_distance(r, r + 3)) / 2 - off < f->needed &&
             (!environment_is_beyond(of, r, r + 3, f->needed) ||
              (here < off && environment_distance(of, r, INFINITY) < 0))) {
             return false;
@@ -231,9 +220,9 @@ static ad_status search(finder *f)
                                    .goal = f->goals};
         double *found = NULL;
         size_t length = 0, looked = 0;
-        const double start = now();
+        const double start = train_seconds();
         ad_status status = ompl_find(&asked, &found, &length, &looked, f->error);
-        const double middle = now();
+        const double middle = train_seconds();
         status = status == AD_OK ? f->status : status;
         f->to->looked += looked;
         f->to->searches++;
@@ -243,7 +232,7 @@ static ad_status search(finder *f)
             f->to->certificate = NULL;
             f->to->corners = length;
             status = certify(f, length, found, &f->to->certificate);
-            f->to->seconds_certificate += now() - middle;
+            f->to->seconds_certificate += train_seconds() - middle;
         }
         free(found);
         if (status != AD_OK) {

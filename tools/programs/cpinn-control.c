@@ -3,6 +3,7 @@
 #include "tools/files/table_file.h"
 #include "tools/prepare/config_surrogate.h"
 #include "tools/programs/cli.h"
+#include "tools/programs/conclude.h"
 #include "tools/programs/control_judge.h"
 #include "tools/programs/control_run.h"
 #include "tools/programs/help.h"
@@ -307,8 +308,9 @@ static ad_status run(controlling *controlling, ad_error *error)
     return status;
 }
 
-static ad_status write_json(const controlling *controlling, ad_error *error)
+static ad_status write_json(const void *of, ad_error *error)
 {
+    const controlling *controlling = of;
     json to;
     json_begin(&to);
     json_text(&to, "program", program);
@@ -318,12 +320,6 @@ static ad_status write_json(const controlling *controlling, ad_error *error)
     json_text(&to, "model", controlling->model_text);
     control_json(controlling->count, controlling->rows, &to);
     return json_end(&to, controlling->asked.json, error);
-}
-
-static void blame(controlling *controlling, const ad_error *error)
-{
-    cli_fail_error(program, error);
-    verdict_add_error(&controlling->verdict, error);
 }
 
 int main(int argc, char **argv)
@@ -354,15 +350,14 @@ int main(int argc, char **argv)
     }
     o->quiet = o->quiet || json_is_printed(o->json);
     ad_error error = {.message = ""};
-    if (run(&x, &error) != AD_OK) {
-        blame(&x, &error);
-    } else if (o->quiet && verdict_outcome_of(&x.verdict) == VERDICT_WARNING) {
-        verdict_print(stderr, "cpinn-control: ", &x.verdict);
-    }
-    if (o->json && write_json(&x, &error) != AD_OK) {
-        blame(&x, &error);
-    }
-    status = verdict_exit_status(&x.verdict);
+    const ad_status ran = run(&x, &error);
+    const conclusion end = {.program = program,
+                            .quiet = o->quiet,
+                            .json = o->json,
+                            .write_json = write_json,
+                            .of = &x,
+                            .verdict = &x.verdict};
+    status = conclude(&end, ran, &error);
     for (int i = 0; i < x.count; i++) {
         loop_free(x.rows[i].loop);
     }

@@ -2,10 +2,11 @@
 #include "tools/config/config.h"
 #include "tools/files/json.h"
 #include "tools/files/table_file.h"
-#include "tools/library/cpinn.h"
+#include "tools/library/trained_family.h"
 #include "tools/optimize/optimize.h"
 #include "tools/prepare/prepare.h"
 #include "tools/programs/cli.h"
+#include "tools/programs/conclude.h"
 #include "tools/programs/help.h"
 #include "tools/programs/scene_line.h"
 #include "tools/train/report.h"
@@ -51,6 +52,7 @@ typedef struct optimizing {
 static ad_status solve(void *of, size_t members, const double *parameters, double *values,
                        double *jacobian, bool *solved, ad_error *error)
 {
+    const cpinn_polish alone = {.alone = true}; /* another solver would have no derivatives */
     asked_members *by = of;
     const size_t count = by->parameters;
     const size_t width = by->points * SOLVE_MEMBERS_COLUMNS;
@@ -66,8 +68,9 @@ static ad_status solve(void *of, size_t members, const double *parameters, doubl
     }
     for (size_t i = 0; i < members && status == AD_OK; i += chunk) {
         const size_t now = members - i < chunk ? members - i : chunk;
-        status = cpinn_family_jacobian(by->members, now, parameters + i * count, values + i * width,
-                                       jacobian + i * width * count, by->answers + i, error);
+        status = cpinn_family_answer(by->members, &alone, now, parameters + i * count,
+                                     values + i * width, jacobian + i * width * count,
+                                     by->answers + i, error);
     }
     for (size_t i = 0; i < members; i++) {
         solved[i] = by->answers[i].trusted && by->answers[i].source == CPINN_FROM_MEMBERS;
@@ -75,24 +78,15 @@ static ad_status solve(void *of, size_t members, const double *parameters, doubl
     return status;
 }
 
-/* "optimize.minimize: ..." at its place in the file. */
-static ad_status blame(const optimizing *x, const char *key, ad_error *error)
-{
-    char problem[sizeof error->message];
-    if (error->status != AD_BAD_INPUT || !*key) {
-        return error->status;
-    }
-    snprintf(problem, sizeof problem, "%s", error->message);
-    return config_refuse(x->settings, key, problem, error);
-}
-
 static ad_status ask(optimizing *x, asked_members *to, ad_error *error)
 {
     const options *o = &x->asked;
     char key[64] = "";
     size_t points = 0;
-    if (optimize_create(&to->settings, x->family, &to->of, key, error) != AD_OK) {
-        return blame(x, key, error);
+    const ad_status asked = optimize_create(&to->settings, x->family, &to->of, key, error);
+    if (asked != AD_OK) {
+        return asked == AD_BAD_INPUT ? config_refuse(x->settings, key, error->message, error)
+                                     : asked;
     }
     const double *s = optimize_places(to->of, &points);
     const cpinn_family_settings settings = {.extrapolate = true, /* by rounding, beyond an end */
@@ -102,8 +96,8 @@ static ad_status ask(optimizing *x, asked_members *to, ad_error *error)
                                             .compile = o->compile && to == &x->way};
     to->points = points;
     to->parameters = (size_t)x->family->parameter_count;
-    ad_status status = cpinn_family_file(o->config, o->overrides.count, o->overrides.texts,
-                                         to->settings.tolerance, &settings, &to->members, error);
+    ad_status status =
+        cpinn_family_of_scene(x->family, to->settings.tolerance, &settings, &to->members, error);
     to->compiled = status == AD_OK && settings.compile && !*cpinn_family_not_compiled(to->members);
     if (status == AD_OK && settings.compile && !to->compiled) {
         cli_warn(program, "not compiled: %s", cpinn_family_not_compiled(to->members));
@@ -282,8 +276,9 @@ static void json_cases(const optimizing *x, json *to)
     json_close(to, ']');
 }
 
-static ad_status write_json(const optimizing *x, ad_error *error)
+static ad_status write_json(const void *of, ad_error *error)
 {
+    const optimizing *x = of;
     const optimize_report *r = &x->report;
     json to;
     json_begin(&to);
@@ -446,17 +441,14 @@ int main(int argc, char **argv)
     }
     o->quiet = o->quiet || json_is_printed(o->json);
     ad_error error = {.message = ""};
-    if (run(&x, &error) != AD_OK) {
-        cli_fail_error(program, &error);
-        verdict_add_error(&x.verdict, &error);
-    } else if (o->quiet && verdict_outcome_of(&x.verdict) == VERDICT_WARNING) {
-        verdict_print(stderr, "cpinn-optimize: ", &x.verdict);
-    }
-    if (o->json && write_json(&x, &error) != AD_OK) {
-        cli_fail_error(program, &error);
-        verdict_add_error(&x.verdict, &error);
-    }
-    status = verdict_exit_status(&x.verdict);
+    const ad_status ran = run(&x, &error);
+    const conclusion end = {.program = program,
+                            .quiet = o->quiet,
+                            .json = o->json,
+                            .write_json = write_json,
+                            .of = &x,
+                            .verdict = &x.verdict};
+    status = conclude(&end, ran, &error);
     put_back(&x.way);
     put_back(&x.end);
     config_free(x.settings);

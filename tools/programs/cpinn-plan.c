@@ -1,10 +1,12 @@
 /* cpinn-plan: a way of a robot among surfaces, with its certificate; see --help. */
+#include "physics/numerics/sampling.h"
 #include "tools/config/config.h"
 #include "tools/files/json.h"
 #include "tools/files/shapes_vtk.h"
 #include "tools/library/cpinn.h"
 #include "tools/plan/ompl_shim.h"
 #include "tools/programs/cli.h"
+#include "tools/programs/conclude.h"
 #include "tools/programs/help.h"
 #include "tools/programs/plan_files.h"
 #include "tools/train/report.h"
@@ -124,15 +126,9 @@ static ad_status open_solver(planning *p, ad_error *error)
 
 static ad_status open_shapes(planning *p, ad_error *error)
 {
-    const double length = scene_length(&p->read->scene), from = p->read->plan.from;
     char folder[200], checkpoint[220];
-    for (size_t k = 0; k < SEARCH_POINTS; k++) {
-        const double s = length * (double)k / (SEARCH_POINTS - 1);
-        if (k > 0 && p->s[p->shapes.points - 1] < from && from < s) {
-            p->s[p->shapes.points++] = from;
-        }
-        p->s[p->shapes.points++] = s;
-    }
+    p->shapes.points =
+        sampling_along(scene_length(&p->read->scene), SEARCH_POINTS, 1, &p->read->plan.from, p->s);
     snprintf(folder, sizeof folder, "runs/%.150s", p->read->settings.name);
     snprintf(checkpoint, sizeof checkpoint, "%s/checkpoint.h5", folder);
     if (p->asked.run || access(checkpoint, R_OK) == 0) {
@@ -146,7 +142,7 @@ static ad_status open_shapes(planning *p, ad_error *error)
 static ad_status read_scene(planning *p, ad_error *error)
 {
     const options *const o = &p->asked;
-    char key[PLAN_KEY] = "plan", why[sizeof error->message];
+    char key[PLAN_KEY] = "plan";
     ad_status status =
         config_read(o->config, NULL, o->overrides.count, o->overrides.texts, &p->read, error);
     if (status != AD_OK) {
@@ -169,8 +165,7 @@ static ad_status read_scene(planning *p, ad_error *error)
     }
     status = plan_robot_create(s, &p->read->scene, &p->robot, key, error);
     if (status == AD_BAD_INPUT) {
-        snprintf(why, sizeof why, "%s", error->message);
-        return refuse(p, key, why, error);
+        return refuse(p, key, error->message, error);
     }
     return status;
 }
@@ -201,7 +196,7 @@ static ad_status open_environment(planning *p, ad_error *error)
 
 static ad_status find(planning *p, ad_error *error)
 {
-    char key[PLAN_KEY] = "plan", why[sizeof error->message];
+    char key[PLAN_KEY] = "plan";
     const way_problem problem = {.settings = &p->read->plan,
                                  .environment = p->environment,
                                  .grid = p->grid,
@@ -209,8 +204,7 @@ static ad_status find(planning *p, ad_error *error)
                                  .shapes = &p->shapes};
     const ad_status status = way_find(&problem, &p->way, key, error);
     if (status == AD_BAD_INPUT) {
-        snprintf(why, sizeof why, "%s", error->message);
-        return refuse(p, key, why, error);
+        return refuse(p, key, error->message, error);
     }
     return status;
 }
@@ -284,8 +278,9 @@ static void print_way(const planning *p)
     }
 }
 
-static ad_status write_json(const planning *p, ad_error *error)
+static ad_status write_json(const void *of, ad_error *error)
 {
+    const planning *p = of;
     const way *const w = &p->way;
     json to;
     json_begin(&to);
@@ -381,17 +376,14 @@ int main(int argc, char **argv)
     }
     o->quiet = o->quiet || json_is_printed(o->json);
     ad_error error = {.message = ""};
-    if (run(&p, &error) != AD_OK) {
-        cli_fail_error(program, &error);
-        verdict_add_error(&p.verdict, &error);
-    } else if (o->quiet && verdict_outcome_of(&p.verdict) == VERDICT_WARNING) {
-        verdict_print(stderr, "cpinn-plan: ", &p.verdict);
-    }
-    if (o->json && write_json(&p, &error) != AD_OK) {
-        cli_fail_error(program, &error);
-        verdict_add_error(&p.verdict, &error);
-    }
-    status = verdict_exit_status(&p.verdict);
+    const ad_status ran = run(&p, &error);
+    const conclusion end = {.program = program,
+                            .quiet = o->quiet,
+                            .json = o->json,
+                            .write_json = write_json,
+                            .of = &p,
+                            .verdict = &p.verdict};
+    status = conclude(&end, ran, &error);
     way_free(&p.way);
     cpinn_family_free(p.family);
     solve_members_free(p.solver);

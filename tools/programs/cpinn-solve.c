@@ -4,6 +4,7 @@
 #include "tools/files/shapes_vtk.h"
 #include "tools/prepare/config_experiment.h"
 #include "tools/programs/cli.h"
+#include "tools/programs/conclude.h"
 #include "tools/programs/help.h"
 #include "tools/programs/path_files.h"
 #include "tools/programs/samples.h"
@@ -142,8 +143,9 @@ static ad_status print_report(solving *solving, ad_error *error)
     return status;
 }
 
-static ad_status write_json(const solving *solving, ad_error *error)
+static ad_status write_json(const void *of, ad_error *error)
 {
+    const solving *solving = of;
     const solve_report *r = &solving->report;
     json to;
     json_begin(&to);
@@ -414,12 +416,6 @@ static bool read_modes(options *o)
     return good && all > 0;
 }
 
-static void blame(solving *solving, const ad_error *error)
-{
-    cli_fail_error(program, error);
-    verdict_add_error(&solving->verdict, error);
-}
-
 int main(int argc, char **argv)
 {
     solving x = {.asked = {.search.program = program}};
@@ -486,15 +482,15 @@ int main(int argc, char **argv)
     }
     o->quiet = o->search.quiet = o->quiet || json_is_printed(o->json);
     ad_error error = {.message = ""};
-    if (run(&x, &error) != AD_OK) {
-        blame(&x, &error);
-    } else if (!reached(&x) || (o->quiet && verdict_outcome_of(&x.verdict) == VERDICT_WARNING)) {
-        verdict_print(stderr, "cpinn-solve: ", &x.verdict);
-    }
-    if (o->json && write_json(&x, &error) != AD_OK) {
-        blame(&x, &error);
-    }
-    status = verdict_exit_status(&x.verdict);
+    const ad_status ran = run(&x, &error);
+    const conclusion end = {.program = program,
+                            .quiet = o->quiet,
+                            .anyhow = ran == AD_OK && !reached(&x),
+                            .json = o->json,
+                            .write_json = write_json,
+                            .of = &x,
+                            .verdict = &x.verdict};
+    status = conclude(&end, ran, &error);
     solving_free(&x);
     fit_run_end(&o->search);
     return status;

@@ -1,6 +1,7 @@
 #include "tools/surrogate/rollouts_internal.h"
 
 #include "physics/chain/reduced.h"
+#include "physics/numerics/quaternion.h"
 #include "physics/numerics/sort.h"
 #include "tools/surrogate/excitation.h"
 #include "tools/surrogate/growth.h"
@@ -51,15 +52,6 @@ static bool tip_of(const rollouts_runner *runner, const double *state, const dou
     return isfinite(tip[0] + tip[1] + tip[2]);
 }
 
-static double apart(const double a[3], const double b[3], double length)
-{
-    double sum = 0;
-    for (int k = 0; k < 3; k++) {
-        sum += (a[k] - b[k]) * (a[k] - b[k]);
-    }
-    return sqrt(sum) / length;
-}
-
 /* ---- errors -------------------------------------------------------------------------------- */
 
 /* Error after step k of rollout i from `state`, which becomes the one after it; NaN: diverged. */
@@ -75,7 +67,7 @@ static double advance(const rollouts_runner *runner, const one_step *model, int 
         !tip_of(runner, next, inputs, tip)) {
         return NAN;
     }
-    const double error = apart(tip, expected, runner->length);
+    const double error = vector_distance(tip, expected) / runner->length;
     return error <= DIVERGED ? error : NAN;
 }
 
@@ -311,9 +303,8 @@ static ad_status judge_finer(rollouts_runner *runner, const excitation_settings 
     for (int i = 0; i < motion.count && status == AD_OK; i++) {
         for (int k = 1; k <= motion.done[i] && k <= runner->truth->done[i]; k++) {
             const double *of = tips[(size_t)i * (size_t)(steps + 1) + (size_t)k];
-            runner->errors[count++] =
-                apart(of, runner->tips[(size_t)i * (size_t)(runner->truth->steps + 1) + (size_t)k],
-                      runner->length);
+            const size_t at = (size_t)i * (size_t)(runner->truth->steps + 1) + (size_t)k;
+            runner->errors[count++] = vector_distance(of, runner->tips[at]) / runner->length;
         }
     }
     if (status == AD_OK) {

@@ -1,4 +1,5 @@
 /* How many modes a one-step model's rod needs. */
+#include "physics/numerics/quaternion.h"
 #include "physics/numerics/sort.h"
 #include "tools/surrogate/surrogate.h"
 #include "tools/surrogate/training_internal.h"
@@ -60,12 +61,8 @@ static double distance(const double *a, const double *b, double length)
     double all[JUDGED * JUDGED_STEPS];
     size_t count = 0;
     for (int i = 0; i < JUDGED * JUDGED_STEPS; i++) {
-        double square = 0;
-        for (int k = 0; k < 3; k++) {
-            square += (a[3 * i + k] - b[3 * i + k]) * (a[3 * i + k] - b[3 * i + k]);
-        }
-        all[count] = sqrt(square) / length;
-        count += !isnan(square);
+        all[count] = vector_distance(a + 3 * i, b + 3 * i) / length;
+        count += !isnan(all[count]);
     }
     return count > 0 ? sort_median(count, all) : NAN;
 }

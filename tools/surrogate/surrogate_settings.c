@@ -53,16 +53,6 @@ static ad_status refuse(char key[TRAIN_KEY_MAX], const char *which, ad_error *er
     return ad_fail(error, AD_BAD_INPUT, "%s", problem);
 }
 
-static bool has_range(const scene *of, const char *name)
-{
-    for (int i = 0; i < of->parameter_count; i++) {
-        if (strcmp(of->parameters[i].name, name) == 0) {
-            return true;
-        }
-    }
-    return false;
-}
-
 /* Names of one list: with ranges, once, and not in the other list. */
 static ad_status check_names(const char *list, int count, const char *const *all, int other_count,
                              const char *const *other, const scene *of, char key[TRAIN_KEY_MAX],
@@ -70,10 +60,10 @@ static ad_status check_names(const char *list, int count, const char *const *all
 {
     char problem[256], where[TRAIN_KEY_MAX];
     for (int i = 0; i < count; i++) {
-        const char *what = !has_range(of, all[i])              ? "is no parameter with a range"
-                           : names(i, all, all[i])             ? "is there twice"
-                           : names(other_count, other, all[i]) ? "is among the other list as well"
-                                                               : NULL;
+        const char *what = scene_parameter_find(of, all[i]) < 0 ? "is no parameter with a range"
+                           : names(i, all, all[i])              ? "is there twice"
+                           : names(other_count, other, all[i])  ? "is among the other list as well"
+                                                                : NULL;
         if (what) {
             snprintf(where, sizeof where, "surrogate.%s[%d]", list, i);
             snprintf(problem, sizeof problem,

@@ -18,15 +18,6 @@ static const char *list_names(const scene *family, char text[NAMES_BYTES])
     return text;
 }
 
-static bool is_parameter(const scene *family, const char *name)
-{
-    bool result = false;
-    for (int i = 0; i < family->parameter_count; i++) {
-        result = result || strcmp(family->parameters[i].name, name) == 0;
-    }
-    return result;
-}
-
 static ad_status check_columns(const scene *family, const char *path, const table_file *table,
                                ad_error *error)
 {
@@ -40,7 +31,7 @@ static ad_status check_columns(const scene *family, const char *path, const tabl
     }
     for (size_t i = 0; i < table_columns(table); i++) {
         const char *name = table_name(table, i);
-        if (!is_parameter(family, name)) {
+        if (scene_parameter_find(family, name) < 0) {
             return ad_fail(error, AD_BAD_INPUT,
                            "%s: column '%s' is no parameter; members have columns %s", path, name,
                            list_names(family, names));
