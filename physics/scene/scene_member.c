@@ -19,16 +19,6 @@ bool scene_parameter_holds(const scene_parameter *parameter, double value)
     return value >= parameter->low - slack && value <= parameter->high + slack;
 }
 
-int scene_parameter_find(const scene *family, const char *name)
-{
-    for (int i = 0; i < family->parameter_count; i++) {
-        if (strcmp(family->parameters[i].name, name) == 0) {
-            return i;
-        }
-    }
-    return -1;
-}
-
 double scene_parameter_fraction(const scene_parameter *parameter, double value)
 {
     return parameter->scale == SCENE_LOG
@@ -105,6 +95,11 @@ static int find(int count, const scene_parameter *parameters, const char *name, 
         }
     }
     return -1;
+}
+
+int scene_parameter_find(const scene *family, const char *name)
+{
+    return find(family->parameter_count, family->parameters, name, strlen(name));
 }
 
 /* One "name=value" at the beginning of `text`; returns what follows it, NULL: an error. */

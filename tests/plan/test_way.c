@@ -139,6 +139,18 @@ static mesh post(void)
     return m;
 }
 
+/* A solver for searches, at 41 points s along the 0.2 m. */
+static solve_members *quick_solver(const robot *of, double *s)
+{
+    for (int k = 0; k <= 40; k++) {
+        s[k] = 0.005 * k;
+    }
+    const solve_members_settings members = {.tolerance = 1e-6, .threads = 1, .points = 41, .s = s};
+    solve_members *quick = NULL;
+    assert_int_equal(solve_members_create(&of->owner->scene, &members, &quick, NULL), AD_OK);
+    return quick;
+}
+
 static void around_a_post(void **state)
 {
     (void)state;
@@ -149,12 +161,7 @@ static void around_a_post(void **state)
     open_robot(&r, 61);
     open_robot(&fine, 151);
     double s[41];
-    for (int k = 0; k <= 40; k++) {
-        s[k] = 0.005 * k;
-    }
-    const solve_members_settings members = {.tolerance = 1e-6, .threads = 1, .points = 41, .s = s};
-    solve_members *quick = NULL;
-    assert_int_equal(solve_members_create(&r.owner->scene, &members, &quick, NULL), AD_OK);
+    solve_members *quick = quick_solver(&r, s);
     assert_int_equal(distance_grid_create(of, ENVIRONMENT_OUTSIDE, 50000, NULL, &grid, NULL),
                      AD_OK);
     plan_settings settings = plan_settings_default();
@@ -208,12 +215,7 @@ static void ways_among_boxes(void **state)
     open_robot(&r, 61);
     open_robot(&fine, 151);
     double s[41];
-    for (int k = 0; k <= 40; k++) {
-        s[k] = 0.005 * k;
-    }
-    const solve_members_settings members = {.tolerance = 1e-6, .threads = 1, .points = 41, .s = s};
-    solve_members *quick = NULL;
-    assert_int_equal(solve_members_create(&r.owner->scene, &members, &quick, NULL), AD_OK);
+    solve_members *quick = quick_solver(&r, s);
     uint64_t random = 12;
     int ends[5] = {0};
     for (int i = 0; i < WAYS; i++) {

@@ -33,14 +33,15 @@ static ad_status fix(plan_robot *robot, const plan_settings *settings, const sce
         robot->fixed[i] = NAN;
     }
     for (int k = 0; k < settings->fixed_count; k++) {
-        char alone[128], behind;
+        const char *const text = settings->fixed[k] + strspn(settings->fixed[k], " ");
+        char name[64];
         double value;
-        if (sscanf(settings->fixed[k], " %100[^= ] = %lf %c", alone, &value, &behind) != 2 ||
-            scene_parameter_find(of, alone) < 0) {
+        snprintf(name, sizeof name, "%.*s", (int)strcspn(text, "= "), text);
+        const int i = scene_parameter_find(of, name);
+        if (i < 0 || scene_member_read(1, &of->parameters[i], true, text, &value, error) != AD_OK) {
             return refuse(key, "plan.fixed", error, "is not NAME=VALUE of a parameter with a range",
                           settings->fixed[k]);
         }
-        const int i = scene_parameter_find(of, alone);
         if (!scene_parameter_holds(&of->parameters[i], value)) {
             return refuse(key, "plan.fixed", error, "is outside the parameter's range",
                           settings->fixed[k]);
