@@ -30,7 +30,7 @@ measured() {
     local name=$1 config=$2 columns=$3
     shift 3
     [ -d "$work/$name" ] || cpinn-train "configs/$config.yaml" --out "$work/$name" --quiet "$@" 2>/dev/null
-    echo "$name,${columns:-all},cpinn,$(evaluate --run "$work/$name" "$columns" | tr ' ' ,)" >>"$file"
+    echo "$name,${columns:-all},cpinn,$(evaluate "$work/$name" "$columns" | tr ' ' ,)" >>"$file"
     exported "$name" "$columns" double
     exported "$name" "$columns" float
 }

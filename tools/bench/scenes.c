@@ -1,4 +1,4 @@
-/* scenes [--scene CONFIG.yaml]... [--points N] [--width N] [--threads N] [--out FILE.csv]
+/* scenes [--scene CONFIG.yaml]... [--points N] [--width N] [--threads N]
  *
  * What a scene does not need is not computed: the time of one value and gradient of each scene, all
  * with the same network (3 hidden layers of tanh) and the same number of points, and what was left
@@ -6,7 +6,6 @@
  * under a load along the rod. The scenes take turns, so that a busy moment slows all of them;
  * medians. Ratios are to the last scene. */
 #include "physics/numerics/sort.h"
-#include "tools/files/table_file.h"
 #include "tools/prepare/config_experiment.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/help.h"
@@ -138,8 +137,6 @@ static ad_status race(entrant *scenes, int count, ad_error *error)
 
 /* ---- table ----------------------------------------------------------------------------------- */
 
-enum { NUMBERS = 6 };
-
 static int equations_inside(const scene *scene)
 {
     int rows = 0;
@@ -184,63 +181,32 @@ static void print_left_out(const entrant *scenes, int count, const scene *scene)
     printf("%s", left ? "\n" : "");
 }
 
-static ad_status write_table(const entrant *scenes, int count, double numbers[NUMBERS][SCENES_MAX],
-                             const char *out, ad_error *error)
+static void report(const entrant *scenes, int count)
 {
-    static const char *const names[NUMBERS] = {"microseconds_per_point", "ratio",    "instructions",
-                                               "flops_per_point",        "unknowns", "equations"};
-    const char *texts[SCENES_MAX];
-    table_build to;
-    for (int i = 0; i < count; i++) {
-        texts[i] = scenes[i].e->settings->name;
-    }
-    table_begin(&to, (size_t)count);
-    table_add(&to, "scene", NULL, NULL, texts);
-    for (int k = 0; k < NUMBERS; k++) {
-        table_add(&to, names[k], NULL, numbers[k], NULL);
-    }
-    return table_write(out, &to.table, error);
-}
-
-static int report(entrant *scenes, int count, const char *out)
-{
-    double numbers[NUMBERS][SCENES_MAX];
     printf("%-32s %9s %7s %13s %12s %9s %10s\n", "scene", "us/point", "ratio", "instructions",
            "flops/point", "unknowns", "equations");
     for (int i = 0; i < count; i++) {
         const problem_set_info *info = &scenes[i].info;
         const scene *scene = scenes[i].e->scene;
-        numbers[0][i] = 1e6 * median(scenes[i].seconds, NULL) / (double)info->points;
-        numbers[1][i] = median(scenes[i].seconds, scenes[count - 1].seconds);
-        numbers[2][i] = (double)info->program.instructions;
-        numbers[3][i] = (double)info->program.flops_per_point;
-        numbers[4][i] = scene_physics_of(scene)->network_outputs(scene);
-        numbers[5][i] = equations_inside(scene);
+        printf("%-32s %9.3f %7.3f %13zu %12.0f %9d %10d\n", scenes[i].e->settings->name,
+               1e6 * median(scenes[i].seconds, NULL) / (double)info->points,
+               median(scenes[i].seconds, scenes[count - 1].seconds), info->program.instructions,
+               (double)info->program.flops_per_point,
+               scene_physics_of(scene)->network_outputs(scene), equations_inside(scene));
+        print_left_out(scenes, count, scene);
     }
-    for (int i = 0; i < count; i++) {
-        printf("%-32s %9.3f %7.3f %13.0f %12.0f %9.0f %10.0f\n", scenes[i].e->settings->name,
-               numbers[0][i], numbers[1][i], numbers[2][i], numbers[3][i], numbers[4][i],
-               numbers[5][i]);
-        print_left_out(scenes, count, scenes[i].e->scene);
-    }
-    ad_error error;
-    if (out && write_table(scenes, count, numbers, out, &error) != AD_OK) {
-        return cli_fail_error(program, &error);
-    }
-    return 0;
 }
 
 int main(int count, char **arguments)
 {
     int points = 4096, width = 64, threads = 1, entered = 0;
-    const char *out = NULL, *operand;
+    const char *operand;
     cli_list given = {0};
     const cli_program about = {program, NULL, help_scenes, NULL, NULL};
     const cli_option known[] = {{"--scene", "CONFIG.yaml", CLI_LIST, &given, 0, 0},
                                 {"--points", "N", CLI_INTEGER, &points, 2, 1e7},
                                 {"--width", "N", CLI_INTEGER, &width, 1, 4096},
-                                {"--threads", "N", CLI_INTEGER, &threads, 1, 1024},
-                                {"--out", "FILE.csv", CLI_TEXT, &out, 0, 0}};
+                                {"--threads", "N", CLI_INTEGER, &threads, 1, 1024}};
     int result = cli_parse(&about, known, sizeof known / sizeof *known, count, arguments, &operand);
     if (result != CLI_RUN) {
         return result;
@@ -262,7 +228,11 @@ int main(int count, char **arguments)
     if (status == AD_OK) {
         status = race(scenes, entered, &error);
     }
-    result = status == AD_OK ? report(scenes, entered, out) : cli_fail_error(program, &error);
+    if (status == AD_OK) {
+        report(scenes, entered);
+    } else {
+        result = cli_fail_error(program, &error);
+    }
     for (int i = 0; i < entered; i++) {
         leave(&scenes[i]);
     }
