@@ -59,9 +59,6 @@ static inline robot make_robot_of(bool base, const char *stiffness)
     if (base) {
         settings.slide[0] = -0.05, settings.slide[1] = 0.05;
         settings.turn[0] = -1, settings.turn[1] = 1;
-        const double position[3] = {0.01, -0.02, 0.03}, rotation[4] = {0.9, 0.1, -0.2, 0.3};
-        memcpy(settings.position, position, sizeof position);
-        memcpy(settings.rotation, rotation, sizeof rotation);
     }
     assert_int_equal(
         config_read("robot.yaml", robot_text, stiffness ? 0 : 1, &range, &r.owner, &error), AD_OK);

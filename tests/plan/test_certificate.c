@@ -72,35 +72,6 @@ static void an_arc(void **state)
 
 /* ---- a robot -------------------------------------------------------------------------------- */
 
-/* The surface's axes are those of the scene turned by a quaternion: a third of a turn about the
- * diagonal takes x to y, y to z, z to x; distances stay, and the other way leads back. */
-static void places(void **state)
-{
-    (void)state;
-    robot r = make_robot(true);
-    const double third[4] = {2, 2, 2, 2}, p[3] = {0.3, -0.2, 0.5}, q[3] = {-0.1, 0.4, 0.7};
-    double there[3], back[3], other[3], square[2] = {0, 0};
-    plan_robot_point(&r.moves, p, there);
-    plan_robot_point(&r.moves, q, other);
-    plan_robot_in_scene(&r.moves, there, back);
-    for (int i = 0; i < 3; i++) {
-        assert_near(back[i], p[i], 1e-15);
-        square[0] += (p[i] - q[i]) * (p[i] - q[i]);
-        square[1] += (there[i] - other[i]) * (there[i] - other[i]);
-    }
-    assert_near(square[0], square[1], 1e-15);
-    plan_settings settings = plan_settings_default();
-    char key[PLAN_KEY];
-    memcpy(settings.rotation, third, sizeof third);
-    settings.position[1] = 0.125;
-    assert_int_equal(plan_robot_create(&settings, &r.owner->scene, &r.moves, key, NULL), AD_OK);
-    plan_robot_in_scene(&r.moves, p, back);
-    assert_near(back[0], p[2], 1e-15);
-    assert_near(back[1], p[0] + 0.125, 1e-15);
-    assert_near(back[2], p[1], 1e-15);
-    free_robot(&r);
-}
-
 /* How points move with each variable, against differences of shapes: their own error is that of
  * a third derivative times the step's square, and the solver's 1e-9 of 0.2 m over twice the step,
  * 1e-3 of a variable of size 1 to 6. */
@@ -291,7 +262,6 @@ static void a_wall_between(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(an_arc),
-                                       cmocka_unit_test(places),
                                        cmocka_unit_test(motions_of_points),
                                        cmocka_unit_test(a_way_that_holds),
                                        cmocka_unit_test(an_unknown_stiffness),

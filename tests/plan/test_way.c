@@ -98,8 +98,7 @@ static void tips(void **state)
     }
     /* 0.2 m of rod from a base that slides by 0.05 m does not come nearer than 0.25 m to what is
      * 0.5 m away */
-    double beyond[3], in_scene[3] = {r.moves.base[0], r.moves.base[1], r.moves.base[2] + 0.5};
-    plan_robot_point(&r.moves, in_scene, beyond);
+    const double beyond[3] = {r.moves.base[0], r.moves.base[1], r.moves.base[2] + 0.5};
     assert_int_equal(reach_tip(r.exact, beyond, 1e-6, start, 1, found, NULL), AD_OK);
     assert_int_equal(found->count, 0);
     assert_near(found->nearest, 0.25, 1e-3);
@@ -165,7 +164,7 @@ static void around_a_post(void **state)
     assert_int_equal(distance_grid_create(of, ENVIRONMENT_OUTSIDE, 50000, NULL, &grid, NULL),
                      AD_OK);
     plan_settings settings = plan_settings_default();
-    settings.side = PLAN_OUTSIDE;
+    settings.environment.side = ENVIRONMENT_OUTSIDE;
     settings.radius = 0.003;
     settings.clearance = 0.001;
     settings.start_count = settings.goal_count = 3;
@@ -233,7 +232,7 @@ static void ways_among_boxes(void **state)
         assert_int_equal(distance_grid_create(of, ENVIRONMENT_OUTSIDE, 30000, NULL, &grid, NULL),
                          AD_OK);
         plan_settings settings = plan_settings_default();
-        settings.side = PLAN_OUTSIDE;
+        settings.environment.side = ENVIRONMENT_OUTSIDE;
         settings.radius = random_in(&random, 0, 0.004);
         settings.clearance = random_in(&random, 0, 0.002);
         settings.start_count = settings.goal_count = 3;

@@ -34,8 +34,8 @@ CONFIG_NAMES(control_model_names, CONTROL_MODEL_LIST(CONFIG_NAME))
 CONFIG_NAMES(control_seen_names, CONTROL_SEEN_LIST(CONFIG_NAME))
 CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
 #define CONFIG_UNIT_NAME(name, text, size) text,
-CONFIG_NAMES(plan_unit_names, PLAN_UNIT_LIST(CONFIG_UNIT_NAME))
-CONFIG_NAMES(plan_side_names, PLAN_SIDE_LIST(CONFIG_NAME))
+CONFIG_NAMES(environment_unit_names, ENVIRONMENT_UNIT_LIST(CONFIG_UNIT_NAME))
+CONFIG_NAMES(environment_side_names, ENVIRONMENT_SIDE_LIST(CONFIG_NAME))
 CONFIG_NAMES(plan_method_names, PLAN_METHOD_LIST(CONFIG_NAME))
 CONFIG_NAMES(optimize_over_names, OPTIMIZE_OVER_LIST(CONFIG_NAME))
 
@@ -82,6 +82,14 @@ CONFIG_NAMES(optimize_over_names, OPTIMIZE_OVER_LIST(CONFIG_NAME))
         path, CONFIG_NUMBER, ENTRIES(0, CONTROL_INPUTS_MAX), AT(control.field),                    \
             .count_offset = offsetof(config, control.field##_count), ANY, .unit = (of_unit)        \
     }
+
+/* A surface that the robot must not touch. */
+#define ENVIRONMENT(path, to)                                                                      \
+    {path "file", CONFIG_TEXT, AT(to file)},                                                       \
+        {path "unit", CONFIG_CHOICE, AT(to unit), .names = environment_unit_names},                \
+        {path "side", CONFIG_CHOICE, AT(to side), .names = environment_side_names},                \
+        {path "position", CONFIG_NUMBER, ENTRIES(3, 3), AT(to position), ANY, .unit = "m"},        \
+        {path "rotation", CONFIG_NUMBER, ENTRIES(4, 4), AT(to rotation), ANY}
 
 /* What a segment has of the rod. */
 #define SEGMENT_QUANTITY(path, size, member, part, rule, bounds, geometry, axes, of_unit,          \
@@ -350,12 +358,7 @@ const config_key config_keys[] = {
     {"control.tolerance.worst", CONFIG_NUMBER, AT(control.tolerance_worst), POSITIVE, .unit = "m"},
     {"control.seed", CONFIG_LONG, AT(control.seed), BETWEEN(0, 9007199254740992)},
 
-    {"plan.environment.file", CONFIG_TEXT, AT(plan.file)},
-    {"plan.environment.unit", CONFIG_CHOICE, AT(plan.unit), .names = plan_unit_names},
-    {"plan.environment.side", CONFIG_CHOICE, AT(plan.side), .names = plan_side_names},
-    {"plan.environment.position", CONFIG_NUMBER, ENTRIES(3, 3), AT(plan.position), ANY,
-     .unit = "m"},
-    {"plan.environment.rotation", CONFIG_NUMBER, ENTRIES(4, 4), AT(plan.rotation), ANY},
+    ENVIRONMENT("plan.environment.", plan.environment.),
     {"plan.radius", CONFIG_NUMBER, AT(plan.radius), NOT_NEGATIVE, .unit = "m"},
     {"plan.from", CONFIG_NUMBER, AT(plan.from), NOT_NEGATIVE, .unit = "m"},
     {"plan.clearance", CONFIG_NUMBER, AT(plan.clearance), NOT_NEGATIVE, .unit = "m"},

@@ -272,7 +272,7 @@ static ad_status resolve_files(config *experiment, ad_error *error)
                  {"reference.file", &settings->reference_file},
                  {"control.residual", &experiment->control.residual},
                  {"control.task.file", &experiment->control.task.file},
-                 {"plan.environment.file", &experiment->plan.file},
+                 {"plan.environment.file", &experiment->plan.environment.file},
                  {"optimize.file", &experiment->optimize.file}};
     for (size_t i = 0; status == AD_OK && i < sizeof files / sizeof *files; i++) {
         status = config_absolute(experiment, files[i].path, files[i].file, error);

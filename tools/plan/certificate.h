@@ -4,7 +4,7 @@
 #ifndef PLAN_CERTIFICATE_H
 #define PLAN_CERTIFICATE_H
 
-#include "tools/plan/clearance.h"
+#include "tools/environment/clearance.h"
 #include "tools/plan/plan_robot.h"
 
 typedef enum certificate_end {
@@ -26,7 +26,7 @@ typedef struct certificate {
     double *configuration; /* [count][variables] */
     clearance *shape;      /* [count] */
     double *least; /* [count] of all shapes from this one to the next; of the last its own */
-    double *tip;   /* [count][3] in the surface's axes */
+    double *tip;   /* [count][3] */
     clearance all; /* of the place that has least */
 } certificate;
 

@@ -119,15 +119,6 @@ static ad_status add_base(plan_robot *robot, const plan_settings *settings, char
                                  "has nothing that moves: give parameters a range", "");
 }
 
-/* Of a quaternion of any length. */
-static void matrix_of(const double given[4], double out[3][3])
-{
-    double q[4];
-    memcpy(q, given, sizeof q);
-    quaternion_normalize(q);
-    rotation_matrix(q, out);
-}
-
 static ad_status find_base(plan_robot *robot, const scene *of, char *key, ad_error *error)
 {
     double rotation[4], matrix[3][3];
@@ -141,7 +132,8 @@ static ad_status find_base(plan_robot *robot, const scene *of, char *key, ad_err
                       "is not for a base that is given by formulas", "");
     }
     if (known) {
-        matrix_of(rotation, matrix);
+        quaternion_normalize(rotation);
+        rotation_matrix(rotation, matrix);
         for (int i = 0; i < 3; i++) {
             robot->axis[i] = matrix[i][2];
         }
@@ -154,8 +146,6 @@ ad_status plan_robot_create(const plan_settings *settings, const scene *of, plan
 {
     memset(result, 0, sizeof *result);
     result->parameters = of->parameter_count;
-    memcpy(result->position, settings->position, sizeof result->position);
-    matrix_of(settings->rotation, result->rotation);
     ad_status status = fix(result, settings, of, key, error);
     status = status == AD_OK ? choose(result, settings, of, key, error) : status;
     status = status == AD_OK ? add_base(result, settings, key, error) : status;
@@ -168,26 +158,6 @@ void plan_robot_parameters(const plan_robot *of, const double *configuration, do
     for (int k = 0; k < of->count; k++) {
         if (of->parameter[k] >= 0) {
             parameters[of->parameter[k]] = configuration[k];
-        }
-    }
-}
-
-void plan_robot_point(const plan_robot *of, const double in_scene[3], double r[3])
-{
-    for (int i = 0; i < 3; i++) {
-        r[i] = 0;
-        for (int j = 0; j < 3; j++) {
-            r[i] += of->rotation[j][i] * (in_scene[j] - of->position[j]);
-        }
-    }
-}
-
-void plan_robot_in_scene(const plan_robot *of, const double r[3], double in_scene[3])
-{
-    for (int i = 0; i < 3; i++) {
-        in_scene[i] = of->position[i];
-        for (int j = 0; j < 3; j++) {
-            in_scene[i] += of->rotation[i][j] * r[j];
         }
     }
 }
@@ -223,10 +193,8 @@ void plan_robot_place(const plan_robot *of, const double *configuration, size_t 
                       size_t columns, const double *values, double *r)
 {
     for (size_t k = 0; k < points; k++) {
-        double p[3];
-        memcpy(p, &values[k * columns], sizeof p);
-        move(of, configuration, p);
-        plan_robot_point(of, p, &r[3 * k]);
+        memcpy(&r[3 * k], &values[k * columns], 3 * sizeof *r);
+        move(of, configuration, &r[3 * k]);
     }
 }
 
@@ -306,7 +274,7 @@ static void find_moves(const plan_exact *e, const double *configuration, const d
 {
     const plan_robot *const robot = e->robot;
     for (int k = 0; k < robot->count; k++) {
-        double v[3], from[3], along[3];
+        double v[3], from[3];
         if (k == robot->slide) {
             memcpy(v, robot->axis, sizeof v);
         } else if (k == robot->turn) {
@@ -322,10 +290,6 @@ static void find_moves(const plan_exact *e, const double *configuration, const d
         if (robot->turn >= 0 && k != robot->slide) {
             turn_vector(robot, configuration[robot->turn], v);
         }
-        for (int i = 0; i < 3; i++) {
-            along[i] = v[i] + robot->position[i]; /* only turned into the surface's axes */
-        }
-        plan_robot_point(robot, along, v);
         for (int i = 0; i < 3; i++) {
             moves[i * robot->count + k] = v[i];
         }

@@ -1,5 +1,5 @@
 /* A robot as something that moves among surfaces: its variables, which are parameters of the scene
- * and how far its base is slid and turned, and its shapes in the surface's axes; exact ones with
+ * and how far its base is slid and turned, and its shapes; exact ones with
  * how far each point moves with each variable. */
 #ifndef PLAN_PLAN_ROBOT_H
 #define PLAN_PLAN_ROBOT_H
@@ -18,10 +18,9 @@ typedef struct plan_robot {
     int parameters;                                           /* of the scene */
     double fixed[SCENE_PARAMETERS_MAX];                       /* NaN: one that moves */
     int unknowns,
-        unknown[PLAN_UNKNOWN_MAX];      /* of the scene; fixed in the middle of their ranges, */
-    double half[PLAN_UNKNOWN_MAX];      /* that go so far to both sides */
-    double base[3], axis[3];            /* of the rod, in the scene */
-    double position[3], rotation[3][3]; /* of the surface there */
+        unknown[PLAN_UNKNOWN_MAX]; /* of the scene; fixed in the middle of their ranges, */
+    double half[PLAN_UNKNOWN_MAX]; /* that go so far to both sides */
+    double base[3], axis[3];       /* of the rod */
 } plan_robot;
 
 /* AD_BAD_INPUT: `key` receives what is to blame. */
@@ -31,16 +30,10 @@ ad_status plan_robot_create(const plan_settings *settings, const scene *of, plan
 /* Parameters of the scene of configurations [count]. */
 void plan_robot_parameters(const plan_robot *of, const double *configuration, double *parameters);
 
-/* Places r [points][3] of a shape in the surface's axes; values [points][columns] begin with its
- * position in the scene. */
+/* Places r [points][3] of a shape whose base has been moved; values [points][columns] begin with
+ * its position before. */
 void plan_robot_place(const plan_robot *of, const double *configuration, size_t points,
                       size_t columns, const double *values, double *r);
-
-/* A place of the scene in the surface's axes. */
-void plan_robot_point(const plan_robot *of, const double in_scene[3], double r[3]);
-
-/* The other way. */
-void plan_robot_in_scene(const plan_robot *of, const double r[3], double in_scene[3]);
 
 /* ---- exact shapes ---------------------------------------------------------------------------- */
 

@@ -4,8 +4,7 @@
 
 plan_settings plan_settings_default(void)
 {
-    return (plan_settings){.side = PLAN_INSIDE,
-                           .rotation = {1, 0, 0, 0},
+    return (plan_settings){.environment = ENVIRONMENT_DEFAULT,
                            .radius = NAN,
                            .clearance = 0,
                            .slide = {NAN, NAN},

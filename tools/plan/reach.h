@@ -12,7 +12,7 @@ typedef struct reach {
     double nearest;                                        /* m, of any tip that was tried */
 } reach;
 
-/* tip [3] in the surface's axes; within tolerance, m. Errors of the solver. */
+/* tip [3]; within tolerance, m. Errors of the solver. */
 ad_status reach_tip(plan_exact *shapes, const double tip[3], double tolerance, const double *from,
                     uint64_t seed, reach *result, ad_error *error);
 

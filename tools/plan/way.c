@@ -99,9 +99,8 @@ static ad_status certify(const finder *f, size_t count, const double *configurat
                          certificate **result)
 {
     const certificate_settings settings = promise(f);
-    return certificate_create(f->of->exact, f->of->environment,
-                              (environment_side)f->of->settings->side, &settings, count,
-                              configurations, result, f->error);
+    return certificate_create(f->of->exact, f->of->environment, f->of->settings->environment.side,
+                              &settings, count, configurations, result, f->error);
 }
 
 /* Whether one configuration is free; it is counted into the room. */
@@ -147,14 +146,12 @@ static ad_status find_tips(finder *f, char key[PLAN_KEY])
     const double tolerance =
         isnan(s->goal_tolerance) ? 1e-3 * f->of->exact->length : s->goal_tolerance;
     const size_t n = (size_t)f->robot->count;
-    double tip[3];
     reach *const found = malloc(sizeof *found);
     if (!found) {
         return ad_fail(f->error, AD_NO_MEMORY, "out of memory for goals");
     }
-    plan_robot_point(f->robot, s->goal_position, tip);
-    ad_status status =
-        reach_tip(f->of->exact, tip, tolerance, f->start, (uint64_t)s->seed, found, f->error);
+    ad_status status = reach_tip(f->of->exact, s->goal_position, tolerance, f->start,
+                                 (uint64_t)s->seed, found, f->error);
     f->to->nearest = found->nearest;
     f->to->end = found->count ? WAY_GOAL_TOUCHES : WAY_GOAL_BEYOND;
     for (size_t i = 0; i < found->count && f->to->goals < GOALS_MAX && status == AD_OK; i++) {

@@ -3,8 +3,8 @@
 #ifndef PLAN_WAY_H
 #define PLAN_WAY_H
 
+#include "tools/environment/distance_grid.h"
 #include "tools/plan/certificate.h"
-#include "tools/plan/distance_grid.h"
 
 /* Who says what shapes are in the search. */
 typedef struct way_shapes {

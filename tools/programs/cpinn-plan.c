@@ -154,7 +154,7 @@ static ad_status read_scene(planning *p, ad_error *error)
         return ad_fail(error, AD_BAD_INPUT,
                        "%.300s: has no section plan; cpinn-plan --help shows one", o->config);
     }
-    if (!s->file) {
+    if (!s->environment.file) {
         return refuse(p, "plan.environment.file", "is not given; allowed: .stl, .obj", error);
     }
     if (isnan(s->radius)) {
@@ -172,25 +172,14 @@ static ad_status read_scene(planning *p, ad_error *error)
 
 static ad_status open_environment(planning *p, ad_error *error)
 {
-    static const double units[] = {
-#define UNIT(name, word, size) size,
-        PLAN_UNIT_LIST(UNIT)
-#undef UNIT
-    };
-    const plan_settings *const s = &p->read->plan;
-    const environment_side side = (environment_side)s->side;
-    surface *of = NULL;
+    const environment_settings *const s = &p->read->plan.environment;
     char kept[4200];
-    ad_status status = surface_read(s->file, units[s->unit], &of, error);
-    if (status == AD_OK && surface_check_size(of, scene_length(&p->read->scene), error) != AD_OK) {
-        surface_free(of);
-        return AD_BAD_INPUT;
-    }
-    status = status == AD_OK ? environment_create(of, side, &p->environment, error) : status;
     const char *const dot = strrchr(s->file, '.');
     snprintf(kept, sizeof kept, "%.*s.distances.h5", (int)(dot ? dot - s->file : 4000), s->file);
+    const ad_status status =
+        environment_open(s, scene_length(&p->read->scene), &p->environment, error);
     return status == AD_OK
-               ? distance_grid_create(p->environment, side, GRID_NODES, kept, &p->grid, error)
+               ? distance_grid_create(p->environment, s->side, GRID_NODES, kept, &p->grid, error)
                : status;
 }
 
@@ -290,7 +279,7 @@ static ad_status write_json(const void *of, ad_error *error)
     report_verdict(&to, &p->verdict);
     if (p->grid) {
         json_open(&to, "environment", '{');
-        json_text(&to, "file", p->read->plan.file);
+        json_text(&to, "file", p->read->plan.environment.file);
         json_integer(&to, "triangles", (int64_t)environment_surface(p->environment)->triangles);
         json_number(&to, "grid", p->grid->cell);
         json_close(&to, '}');

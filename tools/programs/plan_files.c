@@ -56,10 +56,8 @@ ad_status plan_write(const plan_robot *robot, const certificate *c, const char *
         table_add(&to, robot->names[k], NULL, at, NULL);
     }
     for (size_t i = 0; i < rows; i++) {
-        double tip[3];
-        plan_robot_in_scene(robot, &c->tip[3 * i], tip);
         for (size_t k = 0; k < 3; k++) {
-            at[k * rows + i] = tip[k];
+            at[k * rows + i] = c->tip[3 * i + k];
         }
         at[3 * rows + i] = c->least[i];
         at[4 * rows + i] = c->shape[i].at;
@@ -123,14 +121,12 @@ ad_status plan_write_shapes(plan_exact *exact, const environment *environment,
         clearance_of_shape(environment, &shape, pieces, &least);
         leave(pieces, points, &numbers[LEFT * rows + i * points]);
         for (size_t k = 0; k < points; k++) {
-            double place[3];
             const size_t row = i * points + k;
-            plan_robot_in_scene(exact->robot, &shape.r[3 * k], place);
             numbers[T * rows + row] = (double)i;
             numbers[S * rows + row] = exact->s[k];
             numbers[RADIUS * rows + row] = settings->radius;
             for (size_t j = 0; j < 3; j++) {
-                numbers[(X + j) * rows + row] = place[j];
+                numbers[(X + j) * rows + row] = shape.r[3 * k + j];
             }
         }
     }

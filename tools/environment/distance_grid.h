@@ -1,9 +1,9 @@
 /* Distances from a surface at the nodes of a grid, between which they are interpolated: some tens
  * of nanoseconds for one, for searches. Kept in a file beside the surface's. */
-#ifndef PLAN_DISTANCE_GRID_H
-#define PLAN_DISTANCE_GRID_H
+#ifndef ENVIRONMENT_DISTANCE_GRID_H
+#define ENVIRONMENT_DISTANCE_GRID_H
 
-#include "tools/plan/environment.h"
+#include "tools/environment/environment.h"
 
 typedef struct distance_grid {
     double low[3], cell; /* m */

@@ -1,7 +1,7 @@
-#include "tools/plan/environment.h"
+#include "tools/environment/environment.h"
 
 #include "physics/numerics/quaternion.h"
-#include "tools/plan/triangle.h"
+#include "tools/environment/triangle.h"
 
 #include <embree3/rtcore.h>
 #include <float.h>

@@ -1,4 +1,4 @@
-#include "tools/plan/distance_grid.h"
+#include "tools/environment/distance_grid.h"
 
 #include "tools/files/checkpoint.h"
 

@@ -2,16 +2,11 @@
  * finds the triangles that may be nearest; their bounds and the radius of the search are rounded
  * outwards, and each is measured in doubles. So what is returned is what a search over all
  * triangles in doubles returns, but for rounding of its last digits. */
-#ifndef PLAN_ENVIRONMENT_H
-#define PLAN_ENVIRONMENT_H
+#ifndef ENVIRONMENT_ENVIRONMENT_H
+#define ENVIRONMENT_ENVIRONMENT_H
 
-#include "tools/plan/surface.h"
-
-typedef enum environment_side {
-    ENVIRONMENT_INSIDE,  /* the robot is within a closed surface */
-    ENVIRONMENT_OUTSIDE, /* or around it */
-    ENVIRONMENT_ANY      /* of a surface that may be open: on the side on which it starts */
-} environment_side;
+#include "tools/environment/environment_settings.h"
+#include "tools/environment/surface.h"
 
 typedef struct environment environment;
 
@@ -23,6 +18,11 @@ bool environment_is_built(void);
 ad_status environment_create(surface *of, environment_side side, environment **result,
                              ad_error *error);
 void environment_free(environment *of); /* NULL is allowed */
+
+/* The one of a file, in the scene's axes, for a robot of that length. Errors of surface_read,
+ * surface_check_size and environment_create. */
+ad_status environment_open(const environment_settings *settings, double length,
+                           environment **result, ad_error *error);
 const surface *environment_surface(const environment *of);
 
 /* Of p from the surface; negative: on the wrong side, by the normal of Baerentzen and Aanaes

@@ -1,4 +1,4 @@
-#include "tools/plan/clearance.h"
+#include "tools/environment/clearance.h"
 
 #include "physics/numerics/quaternion.h"
 

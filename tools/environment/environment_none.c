@@ -1,5 +1,5 @@
 /* environment.h where there is no Embree: nothing is ever made. */
-#include "tools/plan/environment.h"
+#include "tools/environment/environment.h"
 
 #include <math.h>
 

@@ -1,5 +1,6 @@
-#include "tools/plan/surface.h"
+#include "tools/environment/surface.h"
 
+#include "physics/numerics/quaternion.h"
 #include "tools/files/checkpoint.h"
 #include "tools/files/file_bytes.h"
 
@@ -433,6 +434,23 @@ ad_status surface_read(const char *path, double unit, surface **result, ad_error
     find_bounds(of);
     *result = of;
     return AD_OK;
+}
+
+void surface_place(surface *of, const double position[3], const double rotation[4])
+{
+    double q[4], matrix[3][3], turned[3];
+    memcpy(q, rotation, sizeof q);
+    quaternion_normalize(q);
+    rotation_matrix(q, matrix);
+    for (size_t i = 0; i < of->corners; i++) {
+        to_world(matrix, &of->corner[3 * i], turned);
+        for (size_t k = 0; k < 3; k++) {
+            of->corner[3 * i + k] = position[k] + turned[k];
+        }
+    }
+    of->hash = checkpoint_hash(of->hash, position, 3 * sizeof *position);
+    of->hash = checkpoint_hash(of->hash, rotation, 4 * sizeof *rotation);
+    find_bounds(of);
 }
 
 void surface_free(surface *of)

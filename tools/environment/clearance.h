@@ -1,9 +1,9 @@
 /* How far a robot that is thick certainly stays from a surface: of one shape of which points are
  * known, and of all shapes between two. Each part that is taken off is told. */
-#ifndef PLAN_CLEARANCE_H
-#define PLAN_CLEARANCE_H
+#ifndef ENVIRONMENT_CLEARANCE_H
+#define ENVIRONMENT_CLEARANCE_H
 
-#include "tools/plan/environment.h"
+#include "tools/environment/environment.h"
 
 /* m, of the place that has least. */
 typedef struct clearance {
@@ -18,7 +18,7 @@ typedef struct clearance {
     double at;                     /* s of that place */
 } clearance;
 
-/* A shape in the surface's axes. */
+/* A shape. */
 typedef struct clearance_shape {
     size_t points;
     const double *s;      /* [points] m, ascending */

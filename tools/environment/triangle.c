@@ -1,4 +1,4 @@
-#include "tools/plan/triangle.h"
+#include "tools/environment/triangle.h"
 
 #include "physics/numerics/quaternion.h"
 

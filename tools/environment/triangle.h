@@ -1,6 +1,6 @@
 /* Distances in doubles. */
-#ifndef PLAN_TRIANGLE_H
-#define PLAN_TRIANGLE_H
+#ifndef ENVIRONMENT_TRIANGLE_H
+#define ENVIRONMENT_TRIANGLE_H
 
 /* Where the nearest point of a triangle lies: at corner 0, 1, 2, on the edge from such a corner to
  * the next, within. */

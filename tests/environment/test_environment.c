@@ -4,9 +4,9 @@
 #include "near.h"
 #include "random_numbers.h"
 #include "temporary_folder.h"
-#include "tools/plan/distance_grid.h"
-#include "tools/plan/environment.h"
-#include "tools/plan/triangle.h"
+#include "tools/environment/distance_grid.h"
+#include "tools/environment/environment.h"
+#include "tools/environment/triangle.h"
 
 #include <time.h>
 
@@ -337,11 +337,39 @@ static void bad_files(void **state)
     refused("three.obj", ENVIRONMENT_INSIDE, 1, "three.obj:6:");
 }
 
+/* A third of a turn about the diagonal takes x to y, y to z, z to x; then it is moved. The grid of
+ * another place is another. */
+static void places(void **state)
+{
+    (void)state;
+    const double third[4] = {2, 2, 2, 2}, position[3] = {0, 0.125, 0}, no_turn[4] = {1, 0, 0, 0};
+    surface *of = NULL, *same = NULL;
+    write_text("placed.obj", "v 1 2 3\nv 4 5 7\nv 6 9 8\nf 1 2 3\n");
+    assert_int_equal(surface_read(at("placed.obj"), 1, &of, NULL), AD_OK);
+    assert_int_equal(surface_read(at("placed.obj"), 1, &same, NULL), AD_OK);
+    surface_place(of, position, third);
+    surface_place(same, position, no_turn);
+    for (size_t i = 0; i < 3; i++) {
+        const double *const p = &same->corner[3 * i], *const q = &of->corner[3 * i];
+        assert_near(q[0], p[2], 1e-14);
+        assert_near(q[1], p[0] + 0.125, 1e-14);
+        assert_near(q[2], p[1] - 0.125, 1e-14);
+    }
+    assert_near(of->low[0], 3, 1e-14);
+    assert_near(of->high[2], 9, 1e-14);
+    assert_true(of->hash != same->hash);
+    surface_free(of);
+    surface_free(same);
+}
+
 int main(void)
 {
-    const struct CMUnitTest distances[] = {
-        cmocka_unit_test(points_of_three_formats), cmocka_unit_test(points_of_a_mesh_far_away),
-        cmocka_unit_test(lines), cmocka_unit_test(a_large_mesh), cmocka_unit_test(bad_files)};
+    const struct CMUnitTest distances[] = {cmocka_unit_test(points_of_three_formats),
+                                           cmocka_unit_test(points_of_a_mesh_far_away),
+                                           cmocka_unit_test(lines),
+                                           cmocka_unit_test(a_large_mesh),
+                                           cmocka_unit_test(bad_files),
+                                           cmocka_unit_test(places)};
     return environment_is_built()
                ? cmocka_run_group_tests(distances, make_directory, remove_directory)
                : 77;

@@ -1,7 +1,7 @@
 /* A surface of triangles from a file, and what is wrong with it. STL, binary or as text, and OBJ;
  * corners at the same place are one. */
-#ifndef PLAN_SURFACE_H
-#define PLAN_SURFACE_H
+#ifndef ENVIRONMENT_SURFACE_H
+#define ENVIRONMENT_SURFACE_H
 
 #include "autodiff/error.h"
 
@@ -20,7 +20,7 @@ typedef struct surface {
                           * SURFACE_NONE */
     uint32_t *line;      /* [triangles] of the file; NULL: it is binary */
     double low[3], high[3];
-    uint64_t hash; /* of the file's bytes and the unit */
+    uint64_t hash; /* of the file's bytes, the unit and where it is placed */
 } surface;
 
 /* unit: m of one unit of the file. AD_IO; AD_BAD_INPUT with file and line: it is none of these
@@ -28,6 +28,9 @@ typedef struct surface {
  * AD_NO_MEMORY. */
 ad_status surface_read(const char *path, double unit, surface **result, ad_error *error);
 void surface_free(surface *of); /* NULL is allowed */
+
+/* Turns it by a quaternion of any length, then moves it to a position, m. */
+void surface_place(surface *of, const double position[3], const double rotation[4]);
 
 /* Whether it has an inside: each edge has two triangles, which turn the same way, and the volume is
  * positive. AD_BAD_INPUT says which edge, and its place. */
