@@ -93,7 +93,7 @@ rm -rf runs
 
 quick='control.duration=0.4'
 early='control.task.approach=0.2' # errors are told from then on
-loop 0 --set "$quick" --set "$early" --seed 7 --out a.csv --animate
+loop 0 --set "$quick" --set "$early" --seed 7 --out a.csv
 loop 0 --set "$quick" --set "$early" --seed 7 --out b.csv
 loop 0 --set "$quick" --set "$early" --seed 8 --out c.csv --quiet
 check quiet says nothing -- test ! -s stdout.txt -a ! -s stderr.txt
@@ -105,13 +105,7 @@ done
 same a.numbers b.numbers
 check another seed is another loop -- test "$(cmp -s a.numbers c.numbers; echo $?)" -eq 1
 said a.csv '^t,reference_x,.*,true_z,.*,input_force1,.*,estimate_stiffness,deviation_stiffness,'
-check scripts -- test -s a.gp -a -s a_moving.gp
-check pictures -- test -s a.svg -a -s a.png -a -s a.gif
-short=("$BIN/cpinn-control" "$arm" --set control.model=reduced --set "$quick" --set "$early")
-run 0 env PATH="$BIN" "${short[@]}" --out undrawn.csv
-said stderr.txt '^cpinn-control: warning: no picture, gnuplot is not installed; once it is: '
-run 0 env PATH="$BIN" "${short[@]}" --out undrawn.csv --quiet
-check quiet without gnuplot -- test ! -s stdout.txt -a ! -s stderr.txt
+check shapes are beside it -- test -s a_shapes.h5
 loop 0 --set "$quick" --set "$early" --json report.json --out d.h5
 said report.json '"loops": \[\{"name": "reduced rod", "error": null, "samples": 21, "diverged": 0'
 check what is said beside JSON -- test -s stdout.txt
@@ -226,7 +220,6 @@ refused 'runs/soft_arm_control: cannot be opened.*; cpinn-train trains one' \
     cpinn-control "$arm" --set control.model=surrogate
 refused 'the scene has no one-step model; give it a section surrogate' \
     cpinn-control bare2.yaml --set control.model=surrogate
-refused '^cpinn-control: --animate: nothing would be written' cpinn-control "$arm" --animate
 refused 'identified' cpinn-control \
     "$arm" --set 'parameters.stiffness={range: [0.6, 1.4], identify: 1}'
 

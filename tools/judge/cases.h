@@ -1,4 +1,4 @@
-/* Cases, each by a network and by the solver: the table and the picture of cpinn-cases. */
+/* Cases, each by a network and by the solver: the table of cpinn-cases. */
 #ifndef TOOLS_JUDGE_CASES_H
 #define TOOLS_JUDGE_CASES_H
 
@@ -17,9 +17,5 @@ void cases_print_row(FILE *file, const cases_row *row, const cases_row *before, 
 
 /* cases.csv and cases.h5. */
 ad_status cases_write(const cases_row *rows, size_t count, const char *folder, ad_error *error);
-
-/* cases.gp, which makes cases.svg and cases.png: error over run time, a number for each case. */
-ad_status cases_plot_write(const cases_row *rows, size_t count, const char *folder,
-                           ad_error *error);
 
 #endif

@@ -51,16 +51,10 @@ static ad_status print_script(FILE *file, const gnuplot_picture *what, ad_error 
     fprintf(file, "set border 3 lw 1 lc rgb '#444444'\nset tics nomirror out scale 0.7\n"
                   "set grid xtics ytics lt 1 lw 0.6 lc rgb '#DDDDDD'\n\n");
     ad_status status = what->print(file, what->context, error);
-    if (what->panels) {
-        what->panels(file, what->context);
-    }
     fprintf(file, "\nset terminal pngcairo size %d,%d fontscale 1.9 linewidth 1.9 pointscale 1.8\n",
             2 * what->width, 2 * what->height);
     print_output(file, what->name, "png");
-    if (what->panels) {
-        what->panels(file, what->context);
-    }
-    fprintf(file, "%sunset output\n", what->panels ? "" : "replot\n");
+    fprintf(file, "replot\nunset output\n");
     return status;
 }
 

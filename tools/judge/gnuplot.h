@@ -16,8 +16,6 @@ typedef struct gnuplot_picture {
     const char *error; /* text of the axis upwards; NULL: not errors over run time */
     int width, height; /* points */
     ad_status (*print)(FILE *file, const void *context, ad_error *error); /* data and plot */
-    void (*panels)(FILE *file, const void *context); /* plots that `print` leaves to it, as of
-                                                      * multiplot; NULL: print has the one plot */
     const void *context;
 } gnuplot_picture;
 

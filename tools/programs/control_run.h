@@ -1,4 +1,4 @@
-/* What cpinn-control has of each loop that it runs, as text, table and pictures. */
+/* What cpinn-control has of each loop that it runs, as text and tables. */
 #ifndef TOOLS_PROGRAMS_CONTROL_RUN_H
 #define TOOLS_PROGRAMS_CONTROL_RUN_H
 
@@ -23,13 +23,11 @@ void control_print_details(const control_row *row);
 void control_json(int count, const control_row *rows, json *to);
 
 /* control_files.c: the record as a table, and beside it NAME_shapes.h5 (loop_shapes, with the
- * radius of the plant) and a picture, with `moves` one that moves. AD_BAD_ARGUMENT, AD_IO,
- * AD_NO_MEMORY. */
-ad_status control_write(const control_row *row, const scene *plant, const char *path, bool moves,
+ * radius of the plant). AD_BAD_ARGUMENT, AD_IO, AD_NO_MEMORY. */
+ad_status control_write(const control_row *row, const scene *plant, const char *path,
                         ad_error *error);
 ad_status control_write_shapes(const control_row *row, const scene *plant, const char *path,
                                ad_error *error);
-ad_status control_draw(const char *path, bool moves, ad_error *error);
 
 /* control_export.c: filter and controller as OUT.c, OUT.h and OUT_selftest.c (export_loop.h), of a
  * loop that was run; trained models of the filter and the controller, NULL: none, which are

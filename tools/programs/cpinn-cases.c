@@ -1,7 +1,6 @@
 /* cpinn-cases: every case by a network and classically, in one table; see --help. */
 #include "tools/files/file_bytes.h"
 #include "tools/judge/cases.h"
-#include "tools/judge/gnuplot.h"
 #include "tools/judge/signals.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/help.h"
@@ -156,20 +155,6 @@ static ad_status take_row(void *context, size_t index, const ranks_result *resul
     return AD_OK;
 }
 
-/* Without gnuplot there is no picture, which is a remark and no failure. */
-static ad_status write_files(const table *t, const char *folder, ad_error *error)
-{
-    ad_error why;
-    ad_status status = cases_write(t->rows, t->count, folder, error);
-    if (status == AD_OK) {
-        status = cases_plot_write(t->rows, t->count, folder, error);
-    }
-    if (status == AD_OK && gnuplot_draw("cases", folder, &why) != AD_OK) {
-        cli_warn(program, "%s", why.message);
-    }
-    return status;
-}
-
 static bool all_have_errors(const table *t)
 {
     for (size_t i = 0; i < t->count; i++) {
@@ -198,7 +183,7 @@ static int run(table *t, const options *o)
     const int stopped =
         signal ? ranks_queue_stopped(program, o->ranks, signal, t->count, count) : 0;
     if (status == AD_OK && writes && t->count > 0) {
-        status = write_files(t, o->out, &error);
+        status = cases_write(t->rows, t->count, o->out, &error);
     }
     return status != AD_OK ? cli_fail_error(program, &error)
            : stopped       ? stopped

@@ -22,7 +22,7 @@ typedef struct options {
     const char *config, *out, *shapes, *run, *inner, *json, *c;
     cli_list overrides;
     int seed;
-    bool compare, animate, quiet, force;
+    bool compare, quiet, force;
 } options;
 
 enum { ROWS_MAX = 6 };
@@ -281,12 +281,10 @@ static ad_status run(controlling *controlling, ad_error *error)
         control_print_details(&controlling->rows[0]);
     }
     const scene *plant = &controlling->plant->scene;
-    status =
-        o->out ? control_write(&controlling->rows[0], plant, o->out, o->animate, error) : AD_OK;
+    status = o->out ? control_write(&controlling->rows[0], plant, o->out, error) : AD_OK;
     if (status == AD_OK && o->shapes) {
         status = control_write_shapes(&controlling->rows[0], plant, o->shapes, error);
     }
-    ad_error why;
     char said[256];
     if (status == AD_OK && o->c) {
         const surrogate *plans =
@@ -301,9 +299,6 @@ static ad_status run(controlling *controlling, ad_error *error)
     }
     if (status == AD_OK && !o->quiet) {
         verdict_print(stdout, "", &controlling->verdict);
-    }
-    if (status == AD_OK && o->out && control_draw(o->out, o->animate, &why) != AD_OK && !o->quiet) {
-        cli_warn(program, "%s", why.message);
     }
     return status;
 }
@@ -330,7 +325,6 @@ int main(int argc, char **argv)
         {"--compare", NULL, CLI_FLAG, &o->compare, 0, 0},
         {"--out", "FILE", CLI_TEXT, &o->out, 0, 0},
         {"--shapes", "FILE", CLI_TEXT, &o->shapes, 0, 0},
-        {"--animate", NULL, CLI_FLAG, &o->animate, 0, 0},
         {"--c", "OUT", CLI_TEXT, &o->c, 0, 0},
         CLI_FORCE(&o->force),
         {"--run", "DIR", CLI_TEXT, &o->run, 0, 0},
@@ -344,9 +338,6 @@ int main(int argc, char **argv)
     int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &o->config);
     if (status != CLI_RUN) {
         return status;
-    }
-    if (o->animate && !o->out) {
-        return cli_fail(program, "--animate: nothing would be written; give --out FILE too");
     }
     o->quiet = o->quiet || json_is_printed(o->json);
     ad_error error = {.message = ""};

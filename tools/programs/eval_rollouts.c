@@ -1,7 +1,6 @@
 #include "tools/programs/eval_rollouts.h"
 
 #include "tools/files/json.h"
-#include "tools/judge/gnuplot.h"
 #include "tools/judge/result_table.h"
 #include "tools/prepare/config_surrogate.h"
 #include "tools/programs/cli.h"
@@ -202,98 +201,10 @@ static ad_status write_table(const rollouts_report *report, const char *folder, 
     return status;
 }
 
-static ad_status print_errors(FILE *file, const void *context, ad_error *error)
+static ad_status write_files(const rollouts_report *report, const char *folder, ad_error *error)
 {
-    const rollouts_report *report = context;
-    (void)error;
-    fprintf(file, "$errors << END\n");
-    for (int k = 0; k < report->steps[ROLLOUTS_SHORT]; k++) {
-        fprintf(file, "%.6g %.6g %.6g\n", (k + 1) * report->step,
-                100 * report->over_time[k][ROLLOUTS_MEDIAN],
-                100 * report->over_time[k][ROLLOUTS_WORST]);
-    }
-    fprintf(file,
-            "END\nset logscale y\nset format y '%%h'\nset xlabel 'time in the rollout (s)'\n"
-            "set ylabel 'error of the tip (%% of the length)'\nset key bottom right\n\n"
-            "plot $errors using 1:3 with lines lw 1.5 lc rgb '#D55E00' title 'worst of %d', \\\n"
-            "     $errors using 1:2 with lines lw 2 lc rgb '#0072B2' title 'median'\n",
-            report->count);
-    return AD_OK;
-}
-
-/* The two coordinates in which the tip moves farthest. */
-static void widest(const rollouts_report *report, int axes[2])
-{
-    double spread[3];
-    for (int c = 0; c < 3; c++) {
-        double low = INFINITY, high = -INFINITY;
-        for (int k = 0; k < report->steps[ROLLOUTS_SHORT]; k++) {
-            low = fmin(low, report->path[k][0][c]);
-            high = fmax(high, report->path[k][0][c]);
-        }
-        spread[c] = high - low;
-    }
-    const int least =
-        spread[0] < spread[1] ? (spread[0] < spread[2] ? 0 : 2) : (spread[1] < spread[2] ? 1 : 2);
-    axes[0] = least == 0 ? 1 : 0;
-    axes[1] = least == 2 ? 1 : 2;
-}
-
-static ad_status print_path(FILE *file, const void *context, ad_error *error)
-{
-    const rollouts_report *report = context;
-    int axes[2];
-    (void)error;
-    widest(report, axes);
-    fprintf(file, "$path << END\n");
-    for (int k = 0; k < report->steps[ROLLOUTS_SHORT]; k++) {
-        fprintf(file, "%.6g", (k + 1) * report->step);
-        for (int c = 0; c < 6; c++) {
-            fprintf(file, " %.6g", 1e3 * report->path[k][c / 3][c % 3]);
-        }
-        fputc('\n', file);
-    }
-    fprintf(file,
-            "END\nset size ratio -1\nset xlabel '%c of the tip (mm)'\n"
-            "set ylabel '%c of the tip (mm)'\nset key outside top horizontal\n\n"
-            "plot $path using %d:%d with lines lw 2 lc rgb '#999999' title 'solver', \\\n"
-            "     $path using %d:%d with lines lw 1 dt 2 lc rgb '#0072B2' title ",
-            "xyz"[axes[0]], "xyz"[axes[1]], 2 + axes[0], 2 + axes[1], 5 + axes[0], 5 + axes[1]);
-    gnuplot_quoted(file, report->rows[ROLLOUTS_MODEL].name);
-    fprintf(file, " noenhanced\n");
-    return AD_OK;
-}
-
-static ad_status write_files(const char *program, const rollouts_report *report, const char *folder,
-                             ad_error *error)
-{
-    const gnuplot_picture pictures[] = {
-        {.name = "rollouts_error",
-         .about = "# Errors of a one-step model over the time of rollouts, by cpinn-eval.\n"
-                  "# Columns: time (s), median, worst (% of the length).\n",
-         .width = 720,
-         .height = 420,
-         .print = print_errors,
-         .context = report},
-        {.name = "rollouts_path",
-         .about = "# The tip in the rollout whose largest error is in the middle of all.\n"
-                  "# Columns: time (s), x, y, z by the solver, x, y, z by the model (mm).\n",
-         .width = 640,
-         .height = 640,
-         .print = print_path,
-         .context = report}};
-    ad_status status = run_make_folder(folder, error);
-    status = status == AD_OK ? write_table(report, folder, error) : status;
-    bool drawn = true;
-    for (int i = 0; i < 2 && status == AD_OK; i++) {
-        ad_error why;
-        status = gnuplot_write(&pictures[i], folder, error);
-        if (status == AD_OK && drawn && gnuplot_draw(pictures[i].name, folder, &why) != AD_OK) {
-            cli_warn(program, "%s", why.message);
-            drawn = false; /* said once */
-        }
-    }
-    return status;
+    const ad_status status = run_make_folder(folder, error);
+    return status == AD_OK ? write_table(report, folder, error) : status;
 }
 
 static ad_status write_json(const eval_rollouts_options *asked, const surrogate *s,
@@ -365,7 +276,7 @@ int eval_rollouts_run(const char *program, const eval_rollouts_options *asked)
     result = result == AD_OK ? surrogate_load(asked->path, &s, &error) : result;
     result = result == AD_OK ? report_of(asked, s, &report, &error) : result;
     if (result == AD_OK && asked->out && ad_ranks_is_first(asked->ranks)) {
-        result = write_files(program, &report, asked->out, &error);
+        result = write_files(&report, asked->out, &error);
     }
     if (result == AD_OK && asked->json) {
         result = write_json(asked, s, &report, &error);
