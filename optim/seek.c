@@ -3,23 +3,29 @@
 #include <math.h>
 #include <string.h>
 
-/* x of a x = b, symmetric and positive, by Cramer's rule. */
-static void solve(double a[3][3], const double b[3], double x[3])
+/* x of a x = b [n], symmetric and positive: a becomes its factor of Cholesky. */
+static void solve(int n, double a[OPTIM_SEEK_IMAGES][OPTIM_SEEK_IMAGES], const double *b, double *x)
 {
-    const double c[3] = {a[1][1] * a[2][2] - a[1][2] * a[2][1],
-                         a[1][2] * a[2][0] - a[1][0] * a[2][2],
-                         a[1][0] * a[2][1] - a[1][1] * a[2][0]};
-    const double whole = a[0][0] * c[0] + a[0][1] * c[1] + a[0][2] * c[2];
-    for (int i = 0; i < 3; i++) {
-        double m[3][3];
-        memcpy(m, a, sizeof m);
-        for (int j = 0; j < 3; j++) {
-            m[j][i] = b[j];
+    for (int i = 0; i < n; i++) {
+        for (int j = 0; j <= i; j++) {
+            for (int k = 0; k < j; k++) {
+                a[i][j] -= a[i][k] * a[j][k];
+            }
+            a[i][j] = i == j ? sqrt(a[i][i]) : a[i][j] / a[j][j];
         }
-        x[i] = (m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) +
-                m[0][1] * (m[1][2] * m[2][0] - m[1][0] * m[2][2]) +
-                m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])) /
-               whole;
+    }
+    for (int i = 0; i < n; i++) {
+        x[i] = b[i];
+        for (int k = 0; k < i; k++) {
+            x[i] -= a[i][k] * x[k];
+        }
+        x[i] /= a[i][i];
+    }
+    for (int i = n; i-- > 0;) {
+        for (int k = i + 1; k < n; k++) {
+            x[i] -= a[k][i] * x[k];
+        }
+        x[i] /= a[i][i];
     }
 }
 
@@ -29,9 +35,9 @@ static void step(optim_seek *s)
 {
     bool held[OPTIM_SEEK_MAX] = {false};
     for (int again = 0; again < 3; again++) {
-        double a[3][3], x[3], size = 0;
-        for (int i = 0; i < 3; i++) {
-            for (int j = 0; j < 3; j++) {
+        double a[OPTIM_SEEK_IMAGES][OPTIM_SEEK_IMAGES], x[OPTIM_SEEK_IMAGES], size = 0;
+        for (int i = 0; i < s->images; i++) {
+            for (int j = 0; j < s->images; j++) {
                 a[i][j] = 0;
                 for (int k = 0; k < s->count; k++) {
                     const double range = held[k] ? 0 : s->high[k] - s->low[k];
@@ -40,15 +46,15 @@ static void step(optim_seek *s)
             }
             size += a[i][i];
         }
-        for (int i = 0; i < 3; i++) {
+        for (int i = 0; i < s->images; i++) {
             a[i][i] += s->damping * size + 1e-300;
         }
-        solve(a, s->off, x);
+        solve(s->images, a, s->off, x);
         bool beyond = false;
         for (int k = 0; k < s->count; k++) {
             const double range = s->high[k] - s->low[k];
             double along = 0;
-            for (int i = 0; i < 3; i++) {
+            for (int i = 0; i < s->images; i++) {
                 along += s->by[i * s->count + k] * x[i];
             }
             const double to = s->x[k] + (held[k] ? 0 : along * range * range);
@@ -63,23 +69,24 @@ static void step(optim_seek *s)
     }
 }
 
-void optim_seek_start(optim_seek *s, int count, const double *low, const double *high,
-                      const double place[3], const double *from)
+void optim_seek_start(optim_seek *s, int count, const double *low, const double *high, int images,
+                      const double *place, const double *from)
 {
     *s = (optim_seek){.count = count,
                       .low = low,
                       .high = high,
-                      .place = {place[0], place[1], place[2]},
+                      .images = images,
                       .distance = INFINITY,
                       .damping = 1e-3};
+    memcpy(s->place, place, (size_t)images * sizeof *place);
     memcpy(s->next, from, (size_t)count * sizeof *from);
     memcpy(s->x, from, (size_t)count * sizeof *from);
 }
 
-void optim_seek_tell(optim_seek *s, const double image[3], const double *by, bool there)
+void optim_seek_tell(optim_seek *s, const double *image, const double *by, bool there)
 {
-    double off[3], square = 0;
-    for (int i = 0; i < 3; i++) {
+    double off[OPTIM_SEEK_IMAGES] = {0}, square = 0;
+    for (int i = 0; i < s->images; i++) {
         off[i] = s->place[i] - image[i];
         square += off[i] * off[i];
     }
@@ -87,7 +94,7 @@ void optim_seek_tell(optim_seek *s, const double image[3], const double *by, boo
         s->distance = sqrt(square);
         memcpy(s->x, s->next, sizeof s->x);
         memcpy(s->off, off, sizeof off);
-        memcpy(s->by, by, 3 * (size_t)s->count * sizeof *by);
+        memcpy(s->by, by, (size_t)(s->images * s->count) * sizeof *by);
         s->damping = fmax(s->damping / 5, 1e-12);
     } else {
         s->damping = fmin(s->damping * 8, 1e6);

@@ -55,6 +55,24 @@ awk -F, 'NR == 1 { ok = $0 == "t,s,x,y,z,radius,left" }
 check "a row for each shape" -- test "$(tail -1 shapes.csv | cut -d, -f1)" -eq $(($(wc -l <way.csv) - 2))
 run 0 cpinn-show shapes.csv --out shapes.svg --quiet
 check "a picture" -- test -s shapes.svg
+# Goals in order, and how the tip points there.
+places=(lumen.yaml --set plan.goal=null --set)
+first='{position: [0.045, 0, 0.108]}' back='{position: [0, 0, 0.05]}'
+run 0 cpinn-plan "${places[@]}" \
+    "plan.goals=[$first, $back, {position: [0.045, 0, 0.108], direction: [2, 0, 2], angle: 0.5}]" --out goals.csv
+said stdout.txt '^3 goals, [0-9]+ configurations; 3 searches, '
+# Each at the row that is told.
+awk -F, 'NR == FNR { if (/^goal . of 3 is reached at row/) { split($0, word, " "); row[word[2]] = word[9] }; next }
+    FNR > 1 { for (k = 1; k <= 3; k++) if (row[k] == FNR - 1) {
+        off = sqrt(($15 - (k == 2 ? 0 : 0.045))^2 + $16^2 + ($17 - (k == 2 ? 0.05 : 0.108))^2); good += off < 2e-4 } }
+    END { exit !(good == 3 && row[3] == FNR - 1) }' stdout.txt goals.csv || failed "$(cat stdout.txt)"
+run 3 cpinn-plan "${places[@]}" "plan.goals=[$first, {position: [0.045, 0, 0.4]}, {position: [0.045, 0.02, 0.08]}]"
+said stdout.txt '^goal 1 of 3 is not tried$'
+said stdout.txt '^goal 2 of 3 is out of reach: the tip comes to [0-9.]+ mm of it at nearest$'
+said stdout.txt '^the tip reaches goal 3 of 3, but no such shape '
+said stdout.txt '^warning \(none_found\): goal 2 of 3 is out of reach: the tip comes to [0-9.]+ mm of it at nearest$'
+run 3 cpinn-plan lumen.yaml --set plan.goal.direction=[1,0,0]
+said stdout.txt 'the goal is out of reach: the tip comes to [0-9.]+ mm of it and [0-9.]+ rad of its direction at nearest$'
 if ! watched; then
     for planner in rrt_star prm; do
         run 0 cpinn-plan lumen.yaml --set plan.planner=$planner --set plan.states=3000
@@ -97,6 +115,14 @@ refused 'plan\.start: .*has 3 numbers; the robot has 5 variables' \
 refused 'plan\.start: .*pull_1 = 5 is outside its range; allowed: 0 to 4' \
     cpinn-plan lumen.yaml --set plan.start=[5,0,0,0,0]
 refused 'plan\.goal\.position: is not given' cpinn-plan lumen.yaml --set plan.goal=null
+refused 'plan\.goal\.direction: has no length; allowed: not all three 0' \
+    cpinn-plan lumen.yaml --set plan.goal.direction=[0,0,0]
+refused 'plan\.goals: are given beside plan\.goal; allowed: one of the two' \
+    cpinn-plan lumen.yaml --set "plan.goals=[$first]"
+refused 'plan\.goals\[1\]\.position: is not given; allowed: three numbers \(m\), or plan\.goals\[1\]\.actuators' \
+    cpinn-plan "${places[@]}" "plan.goals=[$first, {tolerance: 0.001}]"
+refused 'plan\.goals\[0\]\.actuators: .*has 2 numbers; the robot has 5 variables' \
+    cpinn-plan "${places[@]}" "plan.goals=[{actuators: [0, 0]}]"
 refused 'plan\.radius: is not given' cpinn-plan lumen.yaml --set plan.radius=null
 refused 'plan\.fixed: .*pull_9=1 is not NAME=VALUE' \
     cpinn-plan lumen.yaml --set plan.fixed=[pull_9=1]

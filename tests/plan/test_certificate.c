@@ -108,7 +108,7 @@ static void a_way_that_holds(void **state)
     environment *of = open_mesh(&m, ENVIRONMENT_INSIDE);
     robot r = make_robot(false), fine = make_robot(false);
     open_robot(&r, 61);
-    open_robot(&fine, 151);
+    open_robot(&fine, 181);
     const certificate_settings settings = {
         .radius = 0.004, .from = 0, .promised = 0.0005, .shapes_max = 2000};
     const double way[3 * 3] = {0, 0, 0, 1.2, 0.2, 0, 0.3, 1.1, 0.1};
@@ -148,7 +148,7 @@ static void an_unknown_stiffness(void **state)
     robot r = make_robot_of(false, NULL), fine = make_robot(false),
           middle = make_robot_of(false, "stiffness=1.05");
     open_robot(&r, 61);
-    open_robot(&fine, 151);
+    open_robot(&fine, 181);
     open_robot(&middle, 61);
     const certificate_settings settings = {
         .radius = 0.004, .from = 0.05, .promised = 0.0005, .shapes_max = 2000};

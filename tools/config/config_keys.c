@@ -97,6 +97,19 @@ CONFIG_NAMES(optimize_over_names, OPTIMIZE_OVER_LIST(CONFIG_NAME))
     QUANTITY_KEY(path, size, member, of_unit, "as under rod, or from section and material",        \
                  "Of this piece, as under rod.", bounds)
 
+#define PLAN_GOAL_KEYS(path, member)                                                               \
+    {path "position", CONFIG_NUMBER, ENTRIES(3, 3), AT(member position), ANY, .unit = "m"},        \
+        {path "tolerance", CONFIG_NUMBER, AT(member tolerance), POSITIVE, .unit = "m"},            \
+        {path "direction", CONFIG_NUMBER, ENTRIES(3, 3), AT(member direction), ANY},               \
+        {path "angle", CONFIG_NUMBER, AT(member angle), BETWEEN(1e-4, 3.2), .unit = "rad"},        \
+        {path "actuators",                                                                         \
+         CONFIG_NUMBER,                                                                            \
+         ENTRIES(0, PLAN_VARIABLES_MAX),                                                           \
+         AT(member actuators),                                                                     \
+         .count_offset = offsetof(config, member count),                                           \
+         ANY,                                                                                      \
+         .unit = "of the actuator"},
+
 /* clang-format off */
 const config_key config_keys[] = {
     {"name", CONFIG_TEXT, AT(settings.name)},
@@ -372,10 +385,8 @@ const config_key config_keys[] = {
     {"plan.turn", CONFIG_NUMBER, ENTRIES(2, 2), AT(plan.turn), ANY, .unit = "rad"},
     {"plan.start", CONFIG_NUMBER, ENTRIES(0, PLAN_VARIABLES_MAX), AT(plan.start),
      .count_offset = offsetof(config, plan.start_count), ANY, .unit = "of the actuator"},
-    {"plan.goal.position", CONFIG_NUMBER, ENTRIES(3, 3), AT(plan.goal_position), ANY, .unit = "m"},
-    {"plan.goal.tolerance", CONFIG_NUMBER, AT(plan.goal_tolerance), POSITIVE, .unit = "m"},
-    {"plan.goal.actuators", CONFIG_NUMBER, ENTRIES(0, PLAN_VARIABLES_MAX), AT(plan.goal),
-     .count_offset = offsetof(config, plan.goal_count), ANY, .unit = "of the actuator"},
+    PLAN_GOAL_KEYS("plan.goal.", plan.goal.)
+    PLAN_GOAL_KEYS("plan.goals[].", plan.goals[0].)
     {"plan.planner", CONFIG_CHOICE, AT(plan.method), .names = plan_method_names},
     {"plan.states", CONFIG_INTEGER, AT(plan.states), BETWEEN(100, 1e9)},
     {"plan.seed", CONFIG_LONG, AT(plan.seed), BETWEEN(0, 4294967295)},
@@ -446,6 +457,7 @@ const config_list config_lists[] = {
          control.measurements, control.measurement_count),
     LIST("control.faults", "fault", "faults", "kind", 0, CONTROL_FAULTS_MAX, control.faults,
          control.fault_count),
+    LIST("plan.goals", "goal", "goals", NULL, 0, PLAN_GOALS_MAX, plan.goals, plan.goal_count),
     LIST("optimize.places", "place", "places", NULL, 0, OPTIMIZE_PLACES_MAX, optimize.places,
          optimize.place_count),
     LIST("beam.points", "point", "points", NULL, 0, SCENE_POINTS_MAX, scene.beam.points,

@@ -145,7 +145,7 @@ typedef struct seeker {
 
 static void begin(const reaching *r, const double place[3], seeker *s)
 {
-    optim_seek_start(&s->seek, (int)r->count, r->low, r->high, place,
+    optim_seek_start(&s->seek, (int)r->count, r->low, r->high, 3, place,
                      r->sample + s->start[s->tried++] * r->count);
     s->steps = 0;
 }

@@ -340,6 +340,41 @@ ad_status certificate_create(plan_exact *shapes, const environment *of, environm
     return AD_OK;
 }
 
+static bool append(double **to, size_t before, const double *from, size_t count)
+{
+    double *const all = realloc(*to, (before + count) * sizeof *all);
+    if (all) {
+        memcpy(all + before, from, count * sizeof *all);
+        *to = all;
+    }
+    return all != NULL;
+}
+
+ad_status certificate_join(certificate **to, certificate *next, ad_error *error)
+{
+    certificate *const t = *to;
+    if (!t) {
+        *to = next;
+        return AD_OK;
+    }
+    const size_t keep = t->count - 1, n = (size_t)t->variables;
+    clearance *const shape = realloc(t->shape, (keep + next->count) * sizeof *shape);
+    t->shape = shape ? shape : t->shape;
+    if (!shape || !append(&t->configuration, keep * n, next->configuration, next->count * n) ||
+        !append(&t->least, keep, next->least, next->count) ||
+        !append(&t->tip, 3 * keep, next->tip, 3 * next->count)) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a way of %zu shapes",
+                       keep + next->count);
+    }
+    memcpy(shape + keep, next->shape, next->count * sizeof *shape);
+    t->count = keep + next->count;
+    t->which = keep + next->which;
+    t->end = next->end;
+    t->all = next->all.free < t->all.free ? next->all : t->all;
+    certificate_free(next);
+    return AD_OK;
+}
+
 void certificate_free(certificate *of)
 {
     if (of) {

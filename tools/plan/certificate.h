@@ -43,6 +43,10 @@ typedef struct certificate_settings {
 ad_status certificate_create(plan_exact *shapes, const environment *of, environment_side side,
                              const certificate_settings *settings, size_t count,
                              const double *configurations, certificate **result, ad_error *error);
+
+/* Goes on with `next`, which begins where `to` ends, and is freed. The fault is that of next. to
+ * NULL: is next. AD_NO_MEMORY: both are as they were. */
+ad_status certificate_join(certificate **to, certificate *next, ad_error *error);
 void certificate_free(certificate *of); /* NULL is allowed */
 
 #endif

@@ -234,6 +234,8 @@ ad_status plan_exact_create(const plan_robot *robot, const scene *of, size_t poi
         e->spread = calloc(rows, sizeof *e->spread);
         e->first = malloc(3 * rows * sizeof *e->first);
         e->error = malloc(PLAN_BATCH * sizeof *e->error);
+        e->tangent = malloc(3 * PLAN_BATCH * sizeof *e->tangent);
+        e->turns = malloc(3 * PLAN_BATCH * count * sizeof *e->turns);
         e->parameters = malloc(PLAN_BATCH * parameters * sizeof *e->parameters);
         e->values = malloc(rows * SOLVE_MEMBERS_COLUMNS * sizeof *e->values);
         e->curvature =
@@ -241,7 +243,8 @@ ad_status plan_exact_create(const plan_robot *robot, const scene *of, size_t poi
         e->jacobian = malloc(rows * SOLVE_MEMBERS_COLUMNS * parameters * sizeof *e->jacobian);
         e->solved = malloc(PLAN_BATCH * sizeof *e->solved);
         if (!e->r || !e->speed || !e->moves || !e->spread || !e->first || !e->error ||
-            !e->parameters || !e->values || !e->curvature || !e->jacobian || !e->solved) {
+            !e->tangent || !e->turns || !e->parameters || !e->values || !e->curvature ||
+            !e->jacobian || !e->solved) {
             status = ad_fail(error, AD_NO_MEMORY, "out of memory for shapes");
         }
     }
@@ -257,9 +260,10 @@ void plan_exact_free(plan_exact *of)
 {
     if (of) {
         solve_members_free(of->solver);
-        double *const owned[] = {of->s,      of->r,         of->speed,   of->moves,
-                                 of->spread, of->first,     of->error,   of->parameters,
-                                 of->values, of->curvature, of->jacobian};
+        double *const owned[] = {of->s,      of->r,         of->speed,    of->moves,
+                                 of->spread, of->first,     of->error,    of->parameters,
+                                 of->values, of->curvature, of->jacobian, of->tangent,
+                                 of->turns};
         for (size_t i = 0; i < sizeof owned / sizeof *owned; i++) {
             free(owned[i]);
         }
@@ -268,24 +272,21 @@ void plan_exact_free(plan_exact *of)
     }
 }
 
-/* How a point of the scene that is at p before the base moves goes with each variable. */
-static void find_moves(const plan_exact *e, const double *configuration, const double p[3],
-                       const double *jacobian, double *moves)
+/* How an arm of the scene, from the base to a point or a unit vector, goes with each variable;
+ * jacobian [3][parameters] of the point or the vector before the base moves. */
+static void find_moves(const plan_exact *e, const double *configuration, bool is_point,
+                       const double arm[3], const double *jacobian, double *moves)
 {
     const plan_robot *const robot = e->robot;
     for (int k = 0; k < robot->count; k++) {
-        double v[3], from[3];
-        if (k == robot->slide) {
-            memcpy(v, robot->axis, sizeof v);
-        } else if (k == robot->turn) {
-            for (int i = 0; i < 3; i++) {
-                from[i] = p[i] - robot->base[i];
-            }
-            vector_cross(robot->axis, from, v);
-        } else {
-            for (int i = 0; i < 3; i++) {
-                v[i] = jacobian[i * robot->parameters + robot->parameter[k]];
-            }
+        double v[3];
+        for (int i = 0; i < 3; i++) {
+            v[i] = k == robot->slide  ? is_point * robot->axis[i]
+                   : k == robot->turn ? 0
+                                      : jacobian[i * robot->parameters + robot->parameter[k]];
+        }
+        if (k == robot->turn) {
+            vector_cross(robot->axis, arm, v);
         }
         if (robot->turn >= 0 && k != robot->slide) {
             turn_vector(robot, configuration[robot->turn], v);
@@ -294,6 +295,47 @@ static void find_moves(const plan_exact *e, const double *configuration, const d
             moves[i * robot->count + k] = v[i];
         }
     }
+}
+
+/* The direction of the rod at its tip: R v over its length, whose change is R of phi x v + dv, phi
+ * twice the vector of q* dq. */
+static void find_tangent(plan_exact *e, size_t member, const double *configuration)
+{
+    enum { Q = 3, V = 7 };
+    const size_t row = member * e->points + e->points - 1, columns = SOLVE_MEMBERS_COLUMNS;
+    const size_t parameters = (size_t)e->robot->parameters, count = (size_t)e->robot->count;
+    const double *const values = &e->values[row * columns], *const v = &values[V];
+    double matrix[3][3], t[3], by[3 * SCENE_PARAMETERS_MAX];
+    const double length = sqrt(vector_dot(v, v));
+    rotation_matrix(&values[Q], matrix);
+    to_world(matrix, v, t);
+    for (size_t i = 0; i < 3; i++) {
+        t[i] /= length;
+    }
+    for (size_t k = 0; k < parameters; k++) {
+        double dq[4], dv[3], phi[4], local[3], change[3];
+        for (size_t i = 0; i < 4; i++) {
+            dq[i] = e->jacobian[(row * columns + Q + i) * parameters + k];
+        }
+        for (size_t i = 0; i < 3; i++) {
+            dv[i] = e->jacobian[(row * columns + V + i) * parameters + k];
+        }
+        quaternion_quotient(&values[Q], dq, phi);
+        vector_cross(&phi[1], v, local);
+        for (size_t i = 0; i < 3; i++) {
+            local[i] = 2 * local[i] + dv[i];
+        }
+        to_world(matrix, local, change);
+        const double along = vector_dot(change, t);
+        for (size_t i = 0; i < 3; i++) {
+            by[i * parameters + k] = (change[i] - along * t[i]) / length;
+        }
+    }
+    find_moves(e, configuration, false, t, by, &e->turns[3 * member * count]);
+    if (e->robot->turn >= 0) {
+        turn_vector(e->robot, configuration[e->robot->turn], t);
+    }
+    memcpy(&e->tangent[3 * member], t, sizeof t);
 }
 
 /* Adds what one choice of the unknown parameters moves, part [unknowns] -1, 0 or 1 of each half
@@ -409,9 +451,14 @@ ad_status plan_exact_shapes(plan_exact *of, size_t members, const double *config
         plan_robot_place(robot, q, of->points, columns, values, &of->r[3 * m * of->points]);
         for (size_t k = 0; k < of->points; k++) {
             const size_t row = m * of->points + k;
-            find_moves(of, q, &values[k * columns], &of->jacobian[row * columns * parameters],
+            double arm[3];
+            for (size_t i = 0; i < 3; i++) {
+                arm[i] = values[k * columns + i] - robot->base[i];
+            }
+            find_moves(of, q, true, arm, &of->jacobian[row * columns * parameters],
                        &of->moves[3 * row * count]);
         }
+        find_tangent(of, m, q);
     }
     status = status == AD_OK ? find_speeds(of, members, error) : status;
     return status == AD_OK && robot->unknowns > 0 ? find_spread(of, members, error) : status;

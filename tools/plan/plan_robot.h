@@ -48,11 +48,13 @@ typedef struct plan_exact {
     size_t points;
     double *s; /* [points] m */
     /* of the last shapes [members][points]...: */
-    double *r;      /* [3] */
-    double *speed;  /* |dr/ds| */
-    double *moves;  /* [3][count]: dr/d(variable) */
-    double *error;  /* [members], m; infinite: there is no such equilibrium */
-    double *spread; /* [members][points], m: what unknown parameters move a point at most */
+    double *r;       /* [3] */
+    double *speed;   /* |dr/ds| */
+    double *moves;   /* [3][count]: dr/d(variable) */
+    double *error;   /* [members], m; infinite: there is no such equilibrium */
+    double *spread;  /* [members][points], m: what unknown parameters move a point at most */
+    double *tangent; /* [members][3], of length 1: where the rod points at its tip */
+    double *turns;   /* [members][3][count]: dtangent/d(variable) */
     double *first, *parameters, *values, *curvature, *jacobian;
     solve_member *solved;
 } plan_exact;

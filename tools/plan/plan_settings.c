@@ -4,13 +4,18 @@
 
 plan_settings plan_settings_default(void)
 {
-    return (plan_settings){.environment = ENVIRONMENT_DEFAULT,
-                           .radius = NAN,
-                           .clearance = 0,
-                           .slide = {NAN, NAN},
-                           .turn = {NAN, NAN},
-                           .goal_position = {NAN, NAN, NAN},
-                           .goal_tolerance = NAN,
-                           .states = 200000,
-                           .seed = 1};
+    const plan_goal goal = {
+        .position = {NAN, NAN, NAN}, .tolerance = NAN, .direction = {NAN, NAN, NAN}, .angle = 0.1};
+    plan_settings result = {.environment = ENVIRONMENT_DEFAULT,
+                            .radius = NAN,
+                            .clearance = 0,
+                            .slide = {NAN, NAN},
+                            .turn = {NAN, NAN},
+                            .goal = goal,
+                            .states = 200000,
+                            .seed = 1};
+    for (int k = 0; k < PLAN_GOALS_MAX; k++) {
+        result.goals[k] = goal;
+    }
+    return result;
 }

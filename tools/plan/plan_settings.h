@@ -8,7 +8,12 @@
 
 #include <stdint.h>
 
-enum { PLAN_ACTUATORS_MAX = 16, PLAN_VARIABLES_MAX = PLAN_ACTUATORS_MAX + 2, PLAN_UNKNOWN_MAX = 3 };
+enum {
+    PLAN_ACTUATORS_MAX = 16,
+    PLAN_VARIABLES_MAX = PLAN_ACTUATORS_MAX + 2,
+    PLAN_UNKNOWN_MAX = 3,
+    PLAN_GOALS_MAX = 16
+};
 
 #define PLAN_METHOD_LIST(X)                                                                        \
     X(PLAN_RRT_CONNECT, "rrt_connect")                                                             \
@@ -16,6 +21,14 @@ enum { PLAN_ACTUATORS_MAX = 16, PLAN_VARIABLES_MAX = PLAN_ACTUATORS_MAX + 2, PLA
 #define PLAN_ENUM(value, ...) value,
 
 typedef enum plan_method { PLAN_METHOD_LIST(PLAN_ENUM) } plan_method;
+
+/* Where to go. */
+typedef struct plan_goal {
+    int count;                            /* of actuators; 0: a place of the tip */
+    double actuators[PLAN_VARIABLES_MAX]; /* and slide, turn */
+    double position[3], tolerance;        /* m */
+    double direction[3], angle;           /* of the rod at its tip, any: NaN; off by so much, rad */
+} plan_goal;
 
 typedef struct plan_settings {
     environment_settings environment;
@@ -28,10 +41,11 @@ typedef struct plan_settings {
     const char *unknown[PLAN_UNKNOWN_MAX];     /* that may have any value of their ranges */
     double slide[2], turn[2];                  /* m, rad: of the base along and about its axis */
     int start_count, goal_count;
-    double start[PLAN_VARIABLES_MAX], goal[PLAN_VARIABLES_MAX]; /* actuators, slide, turn */
-    double goal_position[3], goal_tolerance;                    /* of the tip, m */
+    double start[PLAN_VARIABLES_MAX]; /* actuators, slide, turn */
+    plan_goal goal;
+    plan_goal goals[PLAN_GOALS_MAX]; /* [goal_count], in place of one; in this order */
     plan_method method;
-    int states; /* that are tried at most */
+    int states; /* that are tried at most, for each goal */
     int64_t seed;
 } plan_settings;
 

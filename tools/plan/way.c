@@ -11,13 +11,19 @@
 
 enum { SEARCHES_MAX = 5, GOALS_MAX = 16, SHAPES_MAX = 20000 };
 
+/* Where a way starts or ends. */
+typedef struct place {
+    double q[GOALS_MAX * PLAN_VARIABLES_MAX]; /* configurations that are free */
+    double room, unknown;                     /* m, the least and the most of them, as below */
+} place;
+
 typedef struct finder {
     const way_problem *of;
     const plan_robot *robot;
     way *to;
-    double start[PLAN_VARIABLES_MAX];
-    double goals[GOALS_MAX * PLAN_VARIABLES_MAX];
-    double room;        /* m, the least that start and goals have beyond what is promised */
+    const plan_goal *goals; /* [to->goals] */
+    place start, at[PLAN_GOALS_MAX];
+    double room;        /* m, the least that start and goal have beyond what is promised */
     double unknown;     /* what unknown parameters take off there at most */
     double needed;      /* of the rod from the surface, in the search */
     double *values, *r; /* [points][columns], [points][3] */
@@ -103,16 +109,16 @@ static ad_status certify(const finder *f, size_t count, const double *configurat
                               &settings, count, configurations, result, f->error);
 }
 
-/* Whether one configuration is free; it is counted into the room. */
-static ad_status try_one(finder *f, const double *q, bool *free_of_it, char why[200])
+/* Whether one configuration is free; it is counted into the room of a place. */
+static ad_status try_one(finder *f, const double *q, place *at, bool *free_of_it, char why[200])
 {
     certificate *c = NULL;
     ad_status status = certify(f, 1, q, &c);
     *free_of_it = status == AD_OK && c->end == CERTIFICATE_HOLDS;
     if (*free_of_it) {
         const clearance *const shape = &c->shape[0];
-        f->room = fmin(f->room, shape->free + shape->unknown - f->of->settings->clearance);
-        f->unknown = fmax(f->unknown, shape->unknown);
+        at->room = fmin(at->room, shape->free + shape->unknown - f->of->settings->clearance);
+        at->unknown = fmax(at->unknown, shape->unknown);
     } else if (status == AD_OK && c->end == CERTIFICATE_TOO_NEAR) {
         snprintf(why, 200,
                  "the robot is too near to the surface there: of %.4g mm, %.4g mm are "
@@ -133,57 +139,95 @@ static ad_status find_start(finder *f, char key[PLAN_KEY])
         q[k] = fmin(fmax(0, f->robot->low[k]), f->robot->high[k]);
     }
     ad_status status = take(f, "plan.start", s->start_count ? s->start_count : f->robot->count,
-                            s->start_count ? s->start : q, f->start, key);
+                            s->start_count ? s->start : q, f->start.q, key);
     bool holds = false;
     char why[200];
-    status = status == AD_OK ? try_one(f, f->start, &holds, why) : status;
+    status = status == AD_OK ? try_one(f, f->start.q, &f->start, &holds, why) : status;
     return status == AD_OK && !holds ? ad_fail(f->error, AD_BAD_INPUT, "%s", why) : status;
 }
 
-static ad_status find_tips(finder *f, char key[PLAN_KEY])
+/* A key of a goal by its name there. */
+static void name_key(const finder *f, int goal, const char *what, char key[PLAN_KEY])
 {
-    const plan_settings *const s = f->of->settings;
-    const double tolerance =
-        isnan(s->goal_tolerance) ? 1e-3 * f->of->exact->length : s->goal_tolerance;
+    if (f->of->settings->goal_count > 0) {
+        snprintf(key, PLAN_KEY, "plan.goals[%d].%s", goal, what);
+    } else {
+        snprintf(key, PLAN_KEY, "plan.goal.%s", what);
+    }
+}
+
+static ad_status find_tips(finder *f, int goal, char key[PLAN_KEY])
+{
+    const plan_goal *const g = &f->goals[goal];
+    way_goal *const to = &f->to->goal[goal];
     const size_t n = (size_t)f->robot->count;
+    const double length = sqrt(vector_dot(g->direction, g->direction));
+    reach_goal tip = {.tolerance = isnan(g->tolerance) ? 1e-3 * f->of->exact->length : g->tolerance,
+                      .angle = g->angle};
+    for (int i = 0; i < 3; i++) {
+        tip.tip[i] = g->position[i];
+        tip.direction[i] = g->direction[i] / length;
+    }
+    name_key(f, goal, "direction", key);
+    if (length == 0) {
+        return ad_fail(f->error, AD_BAD_INPUT, "has no length; allowed: not all three 0");
+    }
     reach *const found = malloc(sizeof *found);
     if (!found) {
         return ad_fail(f->error, AD_NO_MEMORY, "out of memory for goals");
     }
-    ad_status status = reach_tip(f->of->exact, s->goal_position, tolerance, f->start,
-                                 (uint64_t)s->seed, found, f->error);
-    f->to->nearest = found->nearest;
-    f->to->end = found->count ? WAY_GOAL_TOUCHES : WAY_GOAL_BEYOND;
-    for (size_t i = 0; i < found->count && f->to->goals < GOALS_MAX && status == AD_OK; i++) {
+    name_key(f, goal, "position", key);
+    ad_status status =
+        reach_tip(f->of->exact, &tip, f->start.q, (uint64_t)f->of->settings->seed, found, f->error);
+    to->nearest = found->nearest;
+    to->angle = found->angle;
+    to->end = found->count ? WAY_GOAL_TOUCHES : WAY_GOAL_BEYOND;
+    for (size_t i = 0; i < found->count && to->count < GOALS_MAX && status == AD_OK; i++) {
         bool holds = false;
         char why[200];
-        status = try_one(f, &found->configuration[i * n], &holds, why);
+        status = try_one(f, &found->configuration[i * n], &f->at[goal], &holds, why);
         if (holds) {
-            memcpy(&f->goals[f->to->goals++ * n], &found->configuration[i * n], n * sizeof(double));
+            memcpy(&f->at[goal].q[to->count++ * n], &found->configuration[i * n],
+                   n * sizeof(double));
+            to->end = WAY_NOT_TRIED;
         }
     }
-    snprintf(key, PLAN_KEY, "plan.goal.position");
     free(found);
     return status;
 }
 
-static ad_status find_goals(finder *f, char key[PLAN_KEY])
+static ad_status find_goal(finder *f, int goal, char key[PLAN_KEY])
 {
-    const plan_settings *const s = f->of->settings;
+    const plan_goal *const g = &f->goals[goal];
+    char name[PLAN_KEY], why[200];
     bool holds = false;
-    char why[200];
-    if (s->goal_count == 0 && isnan(s->goal_position[0])) {
-        snprintf(key, PLAN_KEY, "plan.goal.position");
-        return ad_fail(f->error, AD_BAD_INPUT,
-                       "is not given; allowed: three numbers (m), or plan.goal.actuators");
+    f->at[goal].room = INFINITY;
+    if (g->count == 0 && isnan(g->position[0])) {
+        name_key(f, goal, "position", key);
+        name_key(f, goal, "actuators", name);
+        return ad_fail(f->error, AD_BAD_INPUT, "is not given; allowed: three numbers (m), or %s",
+                       name);
     }
-    if (s->goal_count == 0) {
-        return find_tips(f, key);
+    if (g->count == 0) {
+        return find_tips(f, goal, key);
     }
-    ad_status status = take(f, "plan.goal.actuators", s->goal_count, s->goal, f->goals, key);
-    status = status == AD_OK ? try_one(f, f->goals, &holds, why) : status;
-    f->to->goals = 1;
+    name_key(f, goal, "actuators", name);
+    ad_status status = take(f, name, g->count, g->actuators, f->at[goal].q, key);
+    status = status == AD_OK ? try_one(f, f->at[goal].q, &f->at[goal], &holds, why) : status;
+    f->to->goal[goal].count = 1;
     return status == AD_OK && !holds ? ad_fail(f->error, AD_BAD_INPUT, "%s", why) : status;
+}
+
+/* All of them before any search; whether all can be reached. */
+static ad_status find_goals(finder *f, bool *all, char key[PLAN_KEY])
+{
+    ad_status status = AD_OK;
+    *all = true;
+    for (int k = 0; k < f->to->goals && status == AD_OK; k++) {
+        status = find_goal(f, k, key);
+        *all &= f->to->goal[k].count > 0;
+    }
+    return status;
 }
 
 /* ---- searches -------------------------------------------------------------------------------- */
@@ -197,11 +241,13 @@ static double margin(const finder *f, int search)
     return f->of->shapes->error + fmin(f->unknown + ldexp(wanted, search), 0.8 * f->room);
 }
 
-static ad_status search(finder *f)
+/* From the start to a goal: the certificate of the last way that was found; NULL: none was. */
+static ad_status search(finder *f, int goal, certificate **result)
 {
     const plan_settings *const s = f->of->settings;
-    const size_t states = (size_t)s->states;
-    for (int k = 0; k < SEARCHES_MAX && f->to->looked < states; k++) {
+    const size_t states = (size_t)s->states, before = f->to->looked;
+    size_t corners = 0;
+    for (int k = 0; k < SEARCHES_MAX && f->to->looked - before < states; k++) {
         f->needed = s->radius + s->clearance + margin(f, k);
         const ompl_search asked = {.count = f->robot->count,
                                    .low = f->robot->low,
@@ -210,11 +256,11 @@ static ad_status search(finder *f)
                                    .context = f,
                                    .step = ldexp(0.02, -k),
                                    .method = s->method,
-                                   .states = states - f->to->looked,
+                                   .states = states - (f->to->looked - before),
                                    .seed = s->seed + k,
-                                   .start = f->start,
-                                   .goals = f->to->goals,
-                                   .goal = f->goals};
+                                   .start = f->start.q,
+                                   .goals = f->to->goal[goal].count,
+                                   .goal = f->at[goal].q};
         double *found = NULL;
         size_t length = 0, looked = 0;
         const double start = train_seconds();
@@ -225,44 +271,85 @@ static ad_status search(finder *f)
         f->to->searches++;
         f->to->seconds_search += middle - start;
         if (status == AD_OK && found) {
-            certificate_free(f->to->certificate);
-            f->to->certificate = NULL;
-            f->to->corners = length;
-            status = certify(f, length, found, &f->to->certificate);
+            certificate_free(*result);
+            *result = NULL;
+            corners = length;
+            status = certify(f, length, found, result);
             f->to->seconds_certificate += train_seconds() - middle;
         }
         free(found);
         if (status != AD_OK) {
             return status;
         }
-        f->to->end = f->to->certificate ? WAY_NOT_CERTIFIED : WAY_NOT_FOUND;
-        if (f->to->certificate && f->to->certificate->end == CERTIFICATE_HOLDS) {
-            f->to->end = WAY_CERTIFIED;
-            return AD_OK;
+        if (*result && (*result)->end == CERTIFICATE_HOLDS) {
+            break;
         }
+    }
+    f->to->corners += corners - (goal > 0 && corners > 0); /* a goal on the way is one */
+    return AD_OK;
+}
+
+/* From goal to goal, as long as ways hold. */
+static ad_status go(finder *f)
+{
+    way *const to = f->to;
+    for (int k = 0; k < to->goals; k++) {
+        certificate *leg = NULL;
+        f->room = fmin(f->start.room, f->at[k].room);
+        f->unknown = fmax(f->start.unknown, f->at[k].unknown);
+        ad_status status = search(f, k, &leg);
+        to->goal[k].end = to->end = !leg                            ? WAY_NOT_FOUND
+                                    : leg->end == CERTIFICATE_HOLDS ? WAY_CERTIFIED
+                                                                    : WAY_NOT_CERTIFIED;
+        if (status == AD_OK && leg) {
+            const size_t n = (size_t)f->robot->count;
+            memcpy(f->start.q, &leg->configuration[(leg->count - 1) * n], n * sizeof(double));
+            f->start.room = f->at[k].room;
+            f->start.unknown = f->at[k].unknown;
+            status = certificate_join(&to->certificate, leg, f->error);
+            leg = status == AD_OK ? NULL : leg;
+        }
+        if (status != AD_OK || to->end != WAY_CERTIFIED) {
+            certificate_free(leg);
+            return status;
+        }
+        to->goal[k].row = to->certificate->count - 1;
     }
     return AD_OK;
 }
 
 ad_status way_find(const way_problem *problem, way *result, char key[PLAN_KEY], ad_error *error)
 {
-    finder f = {.of = problem,
-                .robot = problem->exact->robot,
-                .to = result,
-                .room = INFINITY,
-                .error = error};
-    *result = (way){.end = WAY_NOT_FOUND};
-    f.values = malloc(problem->shapes->points * problem->shapes->columns * sizeof *f.values);
-    f.r = malloc(3 * problem->shapes->points * sizeof *f.r);
-    ad_status status = f.values && f.r ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
-    status = status == AD_OK ? find_start(&f, key) : status;
-    status = status == AD_OK ? find_goals(&f, key) : status;
-    if (status == AD_OK && result->goals > 0) {
-        status = search(&f);
+    const plan_settings *const s = problem->settings;
+    const size_t points = problem->shapes->points;
+    bool all = false;
+    *result = (way){.goals = s->goal_count ? s->goal_count : 1};
+    finder *const f = calloc(1, sizeof *f);
+    if (!f) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory");
     }
-    free(f.values);
-    free(f.r);
-    if (status != AD_OK) {
+    f->of = problem;
+    f->robot = problem->exact->robot;
+    f->to = result;
+    f->goals = s->goal_count ? s->goals : &s->goal;
+    f->start.room = INFINITY;
+    f->error = error;
+    f->values = malloc(points * problem->shapes->columns * sizeof *f->values);
+    f->r = malloc(3 * points * sizeof *f->r);
+    for (int k = 0; k < result->goals; k++) {
+        result->goal[k].end = WAY_NOT_TRIED;
+    }
+    ad_status status = f->values && f->r ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    status = status == AD_OK ? find_start(f, key) : status;
+    status = status == AD_OK ? find_goals(f, &all, key) : status;
+    for (int k = result->goals; k-- > 0 && !all;) {
+        result->end = result->goal[k].count == 0 ? result->goal[k].end : result->end;
+    }
+    status = status == AD_OK && all ? go(f) : status;
+    free(f->values);
+    free(f->r);
+    free(f);
+    if (status != AD_OK || result->end == WAY_NOT_FOUND) {
         way_free(result);
     }
     return status;

@@ -30,16 +30,24 @@ typedef enum way_end {
     WAY_NOT_CERTIFIED, /* one was found, and the certificate says why it does not hold */
     WAY_NOT_FOUND,     /* the planner has found none */
     WAY_GOAL_BEYOND,   /* no configuration has its tip there */
-    WAY_GOAL_TOUCHES   /* those that have are too near to the surface */
+    WAY_GOAL_TOUCHES,  /* those that have are too near to the surface */
+    WAY_NOT_TRIED      /* there is no way to the goal before */
 } way_end;
 
+typedef struct way_goal {
+    way_end end;           /* of the way to it from the goal before */
+    size_t count;          /* configurations that are there, and free */
+    double nearest, angle; /* m, rad, that the tip comes to it; of actuators 0 */
+    size_t row;            /* of the certificate, where it is reached */
+} way_goal;
+
 typedef struct way {
-    way_end end;
-    certificate *certificate; /* of the last way that was found; NULL: there is none */
-    size_t goals;             /* configurations that are at the goal, and free */
-    double nearest;           /* m, that the tip comes to the goal; of actuators 0 */
-    size_t looked;            /* configurations in all searches */
-    size_t corners;           /* of the way that was found */
+    way_end end; /* of the first goal that is not reached, or WAY_CERTIFIED */
+    int goals;
+    way_goal goal[PLAN_GOALS_MAX]; /* [goals] in order */
+    certificate *certificate;      /* of all of the way; NULL: a goal has none */
+    size_t looked;                 /* configurations in all searches */
+    size_t corners;                /* of the way that was found */
     int searches;
     double seconds_search, seconds_certificate;
 } way;

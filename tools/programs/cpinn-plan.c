@@ -163,6 +163,10 @@ static ad_status read_scene(planning *p, ad_error *error)
     if (s->from >= scene_length(&p->read->scene)) {
         return refuse(p, "plan.from", "is not within the rod", error);
     }
+    if (s->goal_count > 0 && (s->goal.count > 0 || !isnan(s->goal.position[0]))) {
+        return refuse(p, "plan.goals", "are given beside plan.goal; allowed: one of the two",
+                      error);
+    }
     status = plan_robot_create(s, &p->read->scene, &p->robot, key, error);
     if (status == AD_BAD_INPUT) {
         return refuse(p, key, error->message, error);
@@ -198,40 +202,49 @@ static ad_status find(planning *p, ad_error *error)
     return status;
 }
 
-static void judge(planning *p)
+/* What is said of a goal: "the goal ...", "goal 2 of 3 ...". */
+static verdict_reason say_goal(const planning *p, int k, char text[VERDICT_TEXT])
 {
     const way *const w = &p->way;
-    const plan_settings *const s = &p->read->plan;
-    verdict *const v = &p->verdict;
-    const double nearest = 1e3 * w->nearest;
-    switch (w->end) {
+    const way_goal *const g = &w->goal[k];
+    char name[40], turned[60] = "";
+    snprintf(name, sizeof name, w->goals > 1 ? "goal %d of %d" : "the goal", k + 1, w->goals);
+    switch (g->end) {
     case WAY_CERTIFIED:
-        break;
+        snprintf(text, VERDICT_TEXT, "%s is reached at row %zu", name, g->row + 1);
+        return VERDICT_NONE;
+    case WAY_NOT_TRIED:
+        snprintf(text, VERDICT_TEXT, "%s is not tried", name);
+        return VERDICT_NONE;
     case WAY_NOT_CERTIFIED:
-        verdict_add(
-            v, VERDICT_NOT_CERTIFIED,
-            "a way was found, but at row %zu of %zu %s; another seed or a smaller clearance "
-            "may help",
-            w->certificate->which + 1, w->certificate->count,
-            certificate_text(w->certificate->end));
-        break;
+        snprintf(text, VERDICT_TEXT,
+                 "a way to %s was found, but at row %zu of %zu %s; another seed or a smaller "
+                 "clearance may help",
+                 name, w->certificate->which + 1, w->certificate->count,
+                 certificate_text(w->certificate->end));
+        return VERDICT_NOT_CERTIFIED;
     case WAY_NOT_FOUND:
-        verdict_add(v, VERDICT_NONE_FOUND,
-                    "%zu configurations were tried, and no way leads to the goal; more states, "
-                    "another seed or a smaller clearance may help",
-                    w->looked);
-        break;
+        snprintf(text, VERDICT_TEXT,
+                 "%zu configurations were tried, and no way leads to %s; more states, another seed "
+                 "or a smaller clearance may help",
+                 w->looked, name);
+        return VERDICT_NONE_FOUND;
     case WAY_GOAL_BEYOND:
-        verdict_add(v, VERDICT_NONE_FOUND,
-                    "the goal is out of reach: the tip comes to %.4g mm of it at nearest", nearest);
-        break;
+        if (g->angle > 0) {
+            snprintf(turned, sizeof turned, " and %.3g rad of its direction", g->angle);
+        }
+        snprintf(text, VERDICT_TEXT,
+                 "%s is out of reach: the tip comes to %.4g mm of it%s at nearest", name,
+                 1e3 * g->nearest, turned);
+        return VERDICT_NONE_FOUND;
     case WAY_GOAL_TOUCHES:
-        verdict_add(v, VERDICT_NONE_FOUND,
-                    "the tip reaches the goal, but no such shape that was found keeps %.4g mm from "
-                    "the surface",
-                    1e3 * s->clearance);
-        break;
+        snprintf(text, VERDICT_TEXT,
+                 "the tip reaches %s, but no such shape that was found keeps %.4g mm from the "
+                 "surface",
+                 name, 1e3 * p->read->plan.clearance);
+        return VERDICT_NONE_FOUND;
     }
+    return VERDICT_NONE;
 }
 
 /* ---- report ---------------------------------------------------------------------------------- */
@@ -251,12 +264,21 @@ static void print_head(const planning *p)
 static void print_way(const planning *p)
 {
     const way *const w = &p->way;
+    for (int k = 0; k < w->goals && w->goals > 1; k++) {
+        char text[VERDICT_TEXT];
+        say_goal(p, k, text);
+        printf("%s\n", text);
+    }
     if (w->searches == 0) {
         return;
     }
-    printf("%zu goal%s; %d search%s, %zu configurations, %.3g s\n", w->goals,
-           w->goals == 1 ? "" : "s", w->searches, w->searches == 1 ? "" : "es", w->looked,
-           w->seconds_search);
+    size_t ends = 0;
+    for (int k = 0; k < w->goals; k++) {
+        ends += w->goal[k].count;
+    }
+    printf("%d goal%s, %zu configuration%s; %d search%s, %zu looked at, %.3g s\n", w->goals,
+           w->goals == 1 ? "" : "s", ends, ends == 1 ? "" : "s", w->searches,
+           w->searches == 1 ? "" : "es", w->looked, w->seconds_search);
     if (w->end != WAY_CERTIFIED) {
         return;
     }
@@ -284,11 +306,17 @@ static ad_status write_json(const void *of, ad_error *error)
         json_number(&to, "grid", p->grid->cell);
         json_close(&to, '}');
     }
+    json_open(&to, "goals", '[');
+    for (int k = 0; k < w->goals; k++) {
+        char text[VERDICT_TEXT];
+        say_goal(p, k, text);
+        json_text(&to, NULL, text);
+    }
+    json_close(&to, ']');
     if (w->searches) {
         json_open(&to, "search", '{');
         json_text(&to, "by", p->family ? "network" : "solver");
         json_number(&to, "error", p->shapes.error);
-        json_integer(&to, "goals", (int64_t)w->goals);
         json_integer(&to, "searches", w->searches);
         json_integer(&to, "configurations", (int64_t)w->looked);
         json_number(&to, "seconds", w->seconds_search);
@@ -330,7 +358,11 @@ static ad_status run(planning *p, ad_error *error)
     if (status != AD_OK) {
         return status;
     }
-    judge(p);
+    for (int k = 0; k < p->way.goals; k++) {
+        char text[VERDICT_TEXT];
+        const verdict_reason reason = say_goal(p, k, text);
+        verdict_add(&p->verdict, reason, "%s", text);
+    }
     if (o->out && p->way.certificate) {
         status = plan_write(&p->robot, p->way.certificate, o->out, error);
     }
