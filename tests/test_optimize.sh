@@ -50,6 +50,45 @@ grep -q 'local_optimum' said.txt || fail "a local optimum is not called one"
     --set 'optimize.constraints=["tip.x <= 1e-3", "tip.tx = 0"]' || fail "held"
 near "$(number objective held.json)" 12e-3 1e-6 "the force on an end that is held straight"
 
+# A moment M at the tip bends the rod to an arc of energy M^2 L/(2 EI): at most 0.5 J allows M = 1,
+# and dM/dE is EI/(L M) = 1.
+"$programs/cpinn-optimize" cantilever.yaml --json stored.json --quiet \
+    --set 'optimize={maximize: moment, constraints: ["energy <= 0.5", "force = 0"]}' \
+    --set 'parameters.moment.range=[-0.1, 3]' || fail "energy"
+near "$(number objective stored.json)" 1 3e-6 "the moment by its energy"
+near "$(number multiplier stored.json)" 1 1e-3 "its derivative by the energy"
+
+# Forces and moments are those of the solver's tables, also where a tendon ends.
+cat > tendon.yaml <<'Y'
+parameters:
+  force: {range: [0, 1]}
+  pull: {range: [0, 20]}
+rod:
+  length: 0.2
+  section: {shape: circle, radius: 1e-3}
+  material: {youngs_modulus: 60e9, poissons_ratio: 0.3, density: 6450}
+loads: {gravity: [0, 0, -9.81], tip: {force: [0, force, 0]}}
+tendons:
+  - {offset: [8e-3, 0], tension: pull, end: 0.125}
+optimize:
+  minimize: force + pull
+  places: [{name: middle, at: 0.1}, {name: guide, at: 0.125}]
+  constraints: ["tip.y >= 0.01", "tip.x >= 0.005", "abs(guide.m1) <= 9", "abs(middle.n3) <= 9", "abs(guide.n3) <= 9"]
+Y
+"$programs/cpinn-optimize" tendon.yaml --quiet --out tendon.csv --json tendon.json || fail "tendon.yaml"
+"$programs/cpinn-solve" tendon.yaml --at "$(awk -F, 'NR == 2 { print "force=" $1 ",pull=" $2 }' tendon.csv)" \
+    --grid 9 --out shape.csv > /dev/null || fail "cpinn-solve tendon.yaml"
+entry() { # ROW NAME: of shape.csv, without its sign
+    awk -F, -v row="$1" -v name="$2" 'NR == 1 { for (i = 1; i <= NF; i++) if ($i == name) c = i }
+        NR == row + 1 { print ($c < 0 ? -$c : $c) }' shape.csv
+}
+value() { # N: of the n-th constraint
+    grep -o '"least": *[-+0-9.e]*' tendon.json | sed -n "${1}s/.*: *//p"
+}
+near "$(value 3)" "$(entry 6 m1)" 1e-7 "the moment where the tendon ends"
+near "$(value 4)" "$(entry 5 n3)" 1e-6 "the force in the middle"
+near "$(value 5)" "$(entry 6 n3)" 1e-6 "the force where the tendon ends"
+
 # The same bits for any number of threads.
 "$programs/cpinn-optimize" cantilever.yaml --quiet --threads 2 --out again.csv
 cmp found.csv again.csv || fail "results depend on threads"
@@ -78,6 +117,7 @@ refused() { # KEY=VALUE TEXT
 }
 refused optimize.maximize=tip.w "unknown name 'tip.w'"
 refused optimize=null "says neither what to minimize nor what to maximize"
+refused 'optimize.constraints=["stability >= 0"]' "the stability margin, which has no derivative"
 refused optimize.over=best "allowed: one of mean, worst"
 refused optimize.file=none.csv "none.csv"
 refused 'optimize.places=[{name: middle, at: 2}]' "allowed: 0 to 1 m"

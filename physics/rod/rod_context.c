@@ -70,3 +70,16 @@ rod_context rod_context_of(const scene *rod_scene, const domain_place *at)
     rod.parameter_count = rod_bind(rod_scene, &rod.domain, at, rod.parameters);
     return rod;
 }
+
+rod_context rod_context_open(const scene *open, const scene *one, const domain_place *at, int count,
+                             const char *const *names, const ad_value *parameters)
+{
+    rod_context rod = rod_context_of(one, at);
+    rod.scene = open;
+    rod.properties = scene_properties_of(open);
+    rod.parameter_count = count;
+    for (int i = 0; i < count; i++) {
+        rod.parameters[i] = (quantity_binding){names[i], parameters[i]};
+    }
+    return rod;
+}

@@ -99,6 +99,11 @@ typedef struct rod_pose {
 /* rod_context.c */
 rod_context rod_context_of(const scene *scene, const domain_place *at);
 
+/* Of a scene with open names, which are any values of the tape; `one` has numbers in their place,
+ * and its scales. Both must outlive it. */
+rod_context rod_context_open(const scene *open, const scene *one, const domain_place *at, int count,
+                             const char *const *names, const ad_value *parameters);
+
 /* rod_scale.c: the largest internal force and moment to expect, in units of the scales, at least 1.
  */
 double rod_force_scale(const scene *scene);

@@ -303,13 +303,8 @@ static void begin(strain_rod *rod, const strain_settings *settings, ad_value s,
     strain_mesh_places(&rod->mesh, rod->s);
     rod->at = rod_place(&rod->one, s, ad_scalar(s.tape, 0));
     rod->at.load_factor = settings->load ? *settings->load : rod->at.load_factor;
-    rod->rod = rod_context_of(&rod->one, &rod->at);
-    rod->rod.scene = &rod->open;
-    rod->rod.properties = scene_properties_of(&rod->open);
-    rod->rod.parameter_count = settings->count;
-    for (int i = 0; i < settings->count; i++) {
-        rod->rod.parameters[i] = (quantity_binding){settings->names[i], parameters[i]};
-    }
+    rod->rod = rod_context_open(&rod->open, &rod->one, &rod->at, settings->count, settings->names,
+                                parameters);
     const scene_properties made = scene_properties_of(&rod->one);
     for (int i = 0; i < 3; i++) {
         rod->shears = rod->shears || !scene_locks(made.strain_stiffness[i]);

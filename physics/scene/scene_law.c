@@ -335,12 +335,16 @@ ad_status scene_law_finish(scene_law *law, ad_error *error)
 
 /* ---- on the tape --------------------------------------------------------------------------- */
 
-/* The units are rows of each of their numbers. */
-ad_value scene_law_record(scene_symmetry symmetry, const scene_law_values *values, ad_value x)
+/* The units are rows of each of their numbers. Their energy, too, where that is not NULL. */
+static ad_value record_units(scene_symmetry symmetry, const scene_law_values *values, ad_value x,
+                             ad_value *energy)
 {
     const int features = scene_law_features(symmetry), count = images(symmetry);
     const int units = ad_rows(values->offset);
-    ad_value sum = ad_mul(values->quadratic, x), given[LAW_GIVEN_MAX], rows[LAW_WRENCH];
+    ad_value sum = ad_mul(values->quadratic, x), given[LAW_GIVEN_MAX], rows[LAW_WRENCH], stored;
+    if (energy) {
+        *energy = ad_scale(ad_sum_rows(ad_mul(sum, x)), 0.5);
+    }
     for (int i = 0; i < N; i++) {
         given[i] = ad_row(x, i);
     }
@@ -351,13 +355,21 @@ ad_value scene_law_record(scene_symmetry symmetry, const scene_law_values *value
             given[N + k] =
                 ad_scale(ad_slice(values->by, k * units, units), sign_of(symmetry, g, k));
         }
-        law_record(unit_of(symmetry), x.tape, given, NULL, rows, NULL);
+        law_record(unit_of(symmetry), x.tape, given, energy ? &stored : NULL, rows, NULL);
+        if (energy) {
+            *energy = ad_add(*energy, ad_sum_rows(stored));
+        }
         for (int i = 0; i < N; i++) {
             rows[i] = ad_sum_rows(rows[i]);
         }
         sum = ad_add(sum, ad_stack(N, rows));
     }
     return sum;
+}
+
+ad_value scene_law_record(scene_symmetry symmetry, const scene_law_values *values, ad_value x)
+{
+    return record_units(symmetry, values, x, NULL);
 }
 
 /* What takes dimensionless strains to x', dN/dx' back, and the stiffness to take off; by scales of
@@ -373,11 +385,12 @@ static void find_scales(const scene_law *law, double length, double force, doubl
     }
 }
 
-ad_value scene_law_record_beyond(const scene_law *law, double length, double force, ad_value x)
+/* dN/dx' [6] at dimensionless strains, which are scaled by the way; N as above. */
+static ad_value record_network(const scene_law *law, const double unit[N], ad_value x,
+                               ad_value *scaled, ad_value *energy)
 {
     const int features = scene_law_features(law->symmetry);
-    double by[SCENE_LAW_UNITS_MAX * FEATURES], unit[N], back[N], stiffness[N];
-    find_scales(law, length, force, unit, back, stiffness);
+    double by[SCENE_LAW_UNITS_MAX * FEATURES];
     for (int u = 0; u < law->units; u++) {
         for (int k = 0; k < features; k++) {
             by[k * law->units + u] = law->by[u][k];
@@ -387,11 +400,29 @@ ad_value scene_law_record_beyond(const scene_law *law, double length, double for
                                      ad_constant(x.tape, law->units, law->weight),
                                      ad_constant(x.tape, law->units, law->offset),
                                      ad_constant(x.tape, law->units * features, by)};
-    ad_value scaled = ad_mul(ad_constant(x.tape, N, unit), x);
-    ad_value stress = ad_sub(scene_law_record(law->symmetry, &values, scaled),
-                             ad_constant(x.tape, N, law->slope));
+    *scaled = ad_mul(ad_constant(x.tape, N, unit), x);
+    return record_units(law->symmetry, &values, *scaled, energy);
+}
+
+ad_value scene_law_record_beyond(const scene_law *law, double length, double force, ad_value x)
+{
+    double unit[N], back[N], stiffness[N];
+    ad_value scaled;
+    find_scales(law, length, force, unit, back, stiffness);
+    ad_value stress =
+        ad_sub(record_network(law, unit, x, &scaled, NULL), ad_constant(x.tape, N, law->slope));
     return ad_sub(ad_mul(ad_constant(x.tape, N, back), stress),
                   ad_mul(ad_constant(x.tape, N, stiffness), x));
+}
+
+ad_value scene_law_record_energy(const scene_law *law, double length, double force, ad_value x)
+{
+    double unit[N], back[N], stiffness[N];
+    ad_value scaled, energy;
+    find_scales(law, length, force, unit, back, stiffness);
+    record_network(law, unit, x, &scaled, &energy);
+    const ad_value along = ad_sum_rows(ad_mul(ad_constant(x.tape, N, law->slope), scaled));
+    return ad_scale(ad_sub(ad_sub(energy, along), ad_scalar(x.tape, law->energy)), 1 / force);
 }
 
 void scene_law_record_places(const scene_law *law, double length, double force, const ad_value x[N],

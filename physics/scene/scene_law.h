@@ -106,6 +106,9 @@ ad_value scene_law_record(scene_symmetry symmetry, const scene_law_values *value
 /* And the stress of scene_law_beyond. */
 ad_value scene_law_record_beyond(const scene_law *law, double length, double force, ad_value x);
 
+/* And W, by the same scales. */
+ad_value scene_law_record_energy(const scene_law *law, double length, double force, ad_value x);
+
 /* The same of several places, each number a value of one row for each of them or of one for all,
  * with its derivatives by the strains as law_entry (physics/law/law.h) has them, 21. */
 void scene_law_record_places(const scene_law *law, double length, double force,

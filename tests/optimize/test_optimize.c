@@ -61,18 +61,18 @@ static scene family_of(void)
 
 /* ---- formulas ------------------------------------------------------------------------------ */
 
-static const double places[4] = {0, 0.5, 1.25, 2};
+enum { POINTS = 6 };
+static const double places[POINTS] = {0, 0.5, 1.25, 1.5, 1.75, 2};
 
 static size_t value_of(response *r, const double *p, double *values, double *by)
 {
-    double shape[4 * COLUMNS], jacobian[4 * COLUMNS * COUNT];
+    double shape[POINTS * COLUMNS], jacobian[POINTS * COLUMNS * COUNT];
     const double columns[1] = {0.75};
-    const size_t place[2] = {3, 1};
-    for (size_t j = 0; j < 4; j++) {
+    const size_t place[2] = {POINTS - 1, 1};
+    for (size_t j = 0; j < POINTS; j++) {
         shape_at(p, places[j], shape + j * COLUMNS, jacobian + j * COLUMNS * COUNT);
     }
-    const response_shape at = {.points = 4,
-                               .s = places,
+    const response_shape at = {.points = POINTS,
                                .place = place,
                                .values = shape,
                                .jacobian = jacobian,
@@ -83,31 +83,55 @@ static size_t value_of(response *r, const double *p, double *values, double *by)
     return response_rows(r);
 }
 
-static response *make(const char *text, ad_error *error)
+static response *make_of(const scene *family, const char *text, ad_error *error)
 {
     static const char *const parameter[] = {"a", "b", "c"}, *const column[] = {"goal"};
     static const char *const place[] = {"tip", "middle"};
-    const scene family = family_of();
-    const response_scope scope = {
-        scene_physics_of(&family)->columns, COUNT, 1, 2, parameter, column, place};
+    static const double at[] = {2, 0.5};
+    const response_scope scope = {family, COUNT, 1, 2, parameter, column, place, at, places};
     response *r = NULL;
-    response_create(text, &scope, 4, &r, error);
+    response_create(text, &scope, POINTS, &r, error);
     return r;
 }
 
-/* Values against the same written here, derivatives against central differences: exact for
- * polynomials of second degree, else of the step squared, 1e-8 of third derivatives. */
+static response *make(const char *text, ad_error *error)
+{
+    const scene family = family_of();
+    return make_of(&family, text, error);
+}
+
+/* Derivatives of the last row against differences of fourth order: off by the step to the fourth
+ * times fifth derivatives, and by rounding of values over it. */
+static void assert_derivatives(response *r, const double *p, double tolerance)
+{
+    static const double weight[4] = {1, -8, 8, -1}, way[4] = {-2, -1, 1, 2};
+    double values[POINTS], by[POINTS * COUNT], moved[COUNT];
+    const size_t last = value_of(r, p, values, by) - 1;
+    for (int k = 0; k < COUNT; k++) {
+        const double step = 1e-3;
+        double slope = 0;
+        for (int i = 0; i < 4; i++) {
+            memcpy(moved, p, sizeof moved);
+            moved[k] += way[i] * step;
+            value_of(r, moved, values, NULL);
+            slope += weight[i] * values[last] / (12 * step);
+        }
+        assert_near(by[last * COUNT + (size_t)k], slope, tolerance);
+    }
+}
+
+/* Values against the same written here. */
 static void formulas_have_values_and_derivatives(void **state)
 {
     (void)state;
-    const double p[COUNT] = {0.7, 1.3, -0.4}, step = 1e-4;
+    const double p[COUNT] = {0.7, 1.3, -0.4};
     const struct {
         const char *text;
         size_t rows;
         double value; /* of the last row */
     } cases[] = {{"tip.x^2 + 2*middle.y*c - goal", 1, 1.96 - 0.52 - 0.75},
-                 {"max(curvature*sin(s))", 4, 2 * sqrt(0.49 + 1.69) * sin(2)},
-                 {" min( z + a ) ", 4, 2 * 0.91 + 0.7},
+                 {"max(curvature*sin(s))", POINTS, 2 * sqrt(0.49 + 1.69) * sin(2)},
+                 {" min( z + a ) ", POINTS, 2 * 0.91 + 0.7},
                  {"mean(u1)", 1, 0.7},
                  {"max(a, b)*tip.tz", 1, 1.3},
                  {"1e-3*a", 1, 0.7e-3},
@@ -116,21 +140,135 @@ static void formulas_have_values_and_derivatives(void **state)
         ad_error error = {.message = ""};
         response *r = make(cases[i].text, &error);
         assert_string_equal(error.message, "");
-        double values[4], by[4 * COUNT], up[4], down[4];
+        double values[POINTS], by[POINTS * COUNT];
         assert_int_equal(value_of(r, p, values, by), cases[i].rows);
         const size_t last = cases[i].rows - 1;
         assert_near(values[last], cases[i].value, 1e-14);
+        assert_derivatives(r, p, 1e-9);
+        response_free(r);
+    }
+}
+
+/* A rod of a thickness that is chosen, with a tendon that ends at a point of the shapes. */
+static scene with_section(quantities *names)
+{
+    scene of = family_of();
+    ad_error error;
+    for (int i = 0; i < COUNT; i++) {
+        assert_int_equal(quantities_coordinate(names, of.parameters[i].name, &error), AD_OK);
+    }
+    of.rod.section = SCENE_CIRCLE;
+    of.rod.radius = quantity_formula(names, "0.01*(1 + b)");
+    of.rod.youngs_modulus = quantity_number(1e5);
+    of.rod.poissons_ratio = quantity_number(0.25);
+    of.rod.rest_strain[2] = quantity_number(0.99);
+    of.rod.rest_curvature[2] = quantity_formula(names, "0.1*c");
+    of.tendon_count = 1;
+    of.tendons[0].offset[0] = quantity_number(0.005);
+    of.tendons[0].offset[1] = quantity_number(0);
+    of.tendons[0].tension = quantity_formula(names, "2 + a");
+    of.tendons[0].end = quantity_number(1.25);
+    return of;
+}
+
+/* n = Kse (v - v*) and m = Kbt (u - u*) with T t and r x T t of the tendon, t along v + u x r; the
+ * energy, of which the density is a polynomial of second degree in s, in closed form; and strains
+ * of fibres. At the end of the tendon the shape is that before. */
+static void what_strains_say_is_known(void **state)
+{
+    (void)state;
+    quantities *names = quantities_create();
+    const scene family = with_section(names);
+    const double p[COUNT] = {0.7, 1.3, -0.4}, L = 2, e = 0.01;
+    const double radius = 0.01 * (1 + p[1]), area = acos(-1) * radius * radius;
+    const double bend = 1e5 * area * radius * radius / 4, twist = 0.8 * bend, d = 0.005;
+    const double tension = 2 + p[0], s[3] = {0.5, 1.25, 2};
+    double force[3], moment[3], density[3];
+    for (int i = 0; i < 3; i++) {
+        const double u[3] = {s[i] * p[0], s[i] * p[1], p[2]}, off = 0.9 * u[2];
+        const double t[3] = {0, u[2] * d, 1 - u[1] * d}, size = sqrt(t[1] * t[1] + t[2] * t[2]);
+        const double pull = i < 2 ? tension / size : 0;
+        force[i] = 1e5 * area * e + pull * t[2];
+        moment[i] = bend * u[1] - d * pull * t[2];
+        density[i] =
+            (1e5 * area * e * e + bend * (u[0] * u[0] + u[1] * u[1]) + twist * off * off) / 2;
+    }
+    const double bends = p[0] * p[0] + p[1] * p[1], off = 0.9 * p[2];
+    const double energy =
+        (1e5 * area * e * e * L + bend * bends * L * L * L / 3 + twist * off * off * L) / 2;
+    const struct {
+        const char *text;
+        size_t row;
+        double value;
+    } cases[] = {{"middle.n3", 0, force[0]},
+                 {"max(n3)", 2, force[1]},
+                 {"tip.n3", 0, force[2]},
+                 {"middle.m2", 0, moment[0]},
+                 {"max(m2)", 2, moment[1]},
+                 {"tip.m2", 0, moment[2]},
+                 {"middle.m1", 0, bend * 0.5 * p[0]},
+                 {"tip.m3", 0, twist * off},
+                 {"max(energy_density)", POINTS - 1, density[2]},
+                 {"energy", 0, energy},
+                 {"mean(2*energy_density)", 0, energy},
+                 {"sqrt(energy) + tip.x*energy", 0, sqrt(energy) + 2 * p[0] * energy},
+                 {"min(strain)", POINTS - 1, e + radius * L * sqrt(bends)}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        ad_error error = {.message = ""};
+        response *r = make_of(&family, cases[i].text, &error);
+        assert_string_equal(error.message, "");
+        double values[POINTS], by[POINTS * COUNT];
+        value_of(r, p, values, by);
+        assert_near(values[cases[i].row], cases[i].value, 1e-13 * (1 + fabs(cases[i].value)));
+        assert_derivatives(r, p, 1e-9 * (1 + fabs(cases[i].value)));
+        response_free(r);
+    }
+    quantities_free(names);
+}
+
+/* A straight rod has strains and curvatures of 0, of which sizes have slopes of 0. */
+static void sizes_of_nothing_have_slopes(void **state)
+{
+    (void)state;
+    ad_error error = {.message = ""};
+    quantities *names = quantities_create();
+    const scene family = with_section(names);
+    const double p[COUNT] = {0, 0, 0.3};
+    double values[POINTS], by[POINTS * COUNT];
+    static const char *const texts[] = {"tip.curvature", "tip.shear", "tip.strain"};
+    for (int i = 0; i < 3; i++) {
+        response *r = make_of(&family, texts[i], &error);
+        value_of(r, p, values, by);
+        assert_near(values[0], i < 2 ? 0 : 0.01, 1e-15);
         for (int k = 0; k < COUNT; k++) {
-            double moved[COUNT];
-            memcpy(moved, p, sizeof p);
-            moved[k] += step;
-            value_of(r, moved, up, NULL);
-            moved[k] -= 2 * step;
-            value_of(r, moved, down, NULL);
-            assert_near(by[last * COUNT + (size_t)k], (up[last] - down[last]) / (2 * step), 1e-7);
+            assert_near(by[k], 0, 1e-50);
         }
         response_free(r);
     }
+    quantities_free(names);
+}
+
+static void reactions_are_refused(void **state)
+{
+    (void)state;
+    quantities *names = quantities_create();
+    scene family = with_section(names);
+    ad_error error = {.message = ""};
+    family.rod.model = SCENE_KIRCHHOFF;
+    assert_null(make_of(&family, "tip.n1", &error));
+    assert_non_null(strstr(error.message, "n1, which is a reaction"));
+    family.rod.model = SCENE_COSSERAT;
+    family.tendons[0].friction = quantity_number(0.1);
+    assert_null(make_of(&family, "max(m1)", &error));
+    assert_non_null(strstr(error.message, "tensions that strains do not say"));
+    family.rod.section = SCENE_SECTION_NONE;
+    for (int i = 0; i < 2; i++) {
+        family.rod.bending_stiffness[i] = family.rod.shear_stiffness[i] = quantity_number(1);
+    }
+    family.rod.axial_stiffness = family.rod.torsional_stiffness = quantity_number(1);
+    assert_null(make_of(&family, "tip.strain", &error));
+    assert_non_null(strstr(error.message, "rod.section must be given"));
+    quantities_free(names);
 }
 
 static void formulas_are_refused(void **state)
@@ -351,6 +489,9 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(formulas_have_values_and_derivatives),
+        cmocka_unit_test(what_strains_say_is_known),
+        cmocka_unit_test(sizes_of_nothing_have_slopes),
+        cmocka_unit_test(reactions_are_refused),
         cmocka_unit_test(formulas_are_refused),
         cmocka_unit_test(a_constraint_and_a_range_are_met),
         cmocka_unit_test(cases_have_variables_of_their_own),

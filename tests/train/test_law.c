@@ -48,7 +48,7 @@ static void check_derivatives(const scene_law *law, uint64_t seed)
     }
 }
 
-/* The tape has the stress of scene_law_beyond, to rounding. */
+/* The tape has the stress of scene_law_beyond and the potential, to rounding. */
 static void check_tape(const scene_law *law, uint64_t seed)
 {
     const double length = 0.2, force = 3;
@@ -57,23 +57,28 @@ static void check_tape(const scene_law *law, uint64_t seed)
     const ad_settings settings = ad_settings_default();
     ad_program *program = NULL;
     ad_error error = {.message = ""};
-    double x[N], recorded[N], stress[N];
-    double *output = recorded;
+    double x[N], own[N], recorded[N], stress[N], energy;
+    double *output[2] = {recorded, &energy};
     const double *input = x;
-    ad_value stressed = scene_law_record_beyond(law, length, force, ad_input(tape, "x", N));
-    if (ad_compile(1, &stressed, &settings, pool, &program, &error) != AD_OK) {
+    const ad_value strains = ad_input(tape, "x", N);
+    const ad_value values[2] = {scene_law_record_beyond(law, length, force, strains),
+                                scene_law_record_energy(law, length, force, strains)};
+    if (ad_compile(2, values, &settings, pool, &program, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     random_strains(&seed, x);
+    memcpy(own, x, sizeof own);
     for (int i = 3; i < N; i++) {
         x[i] *= length;
     }
-    const ad_run run = {.points = 1, .inputs = &input, .outputs = &output};
+    const ad_run run = {.points = 1, .inputs = &input, .outputs = output};
     assert_int_equal(ad_execute(program, &run, &error), AD_OK);
     scene_law_beyond(law, length, force, x, stress, NULL);
     for (int i = 0; i < N; i++) {
         assert_near(recorded[i], stress[i], 1e-14 * (1 + fabs(stress[i])) * 100);
     }
+    const double potential = scene_law_potential(law, own, stress, NULL) / force;
+    assert_near(energy, potential, 1e-12 * (1 + fabs(potential)));
     ad_program_free(program);
     ad_pool_free(pool);
     ad_tape_free(tape);

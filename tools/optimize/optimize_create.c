@@ -126,6 +126,7 @@ static ad_status make(optimization *o, const char *text, response **result, ad_e
 {
     const char *parameter[OPTIMIZE_NAMES_MAX], *column[OPTIMIZE_NAMES_MAX];
     const char *place[OPTIMIZE_PLACES_MAX + 1] = {"tip"};
+    double at[OPTIMIZE_PLACES_MAX + 1];
     for (int i = 0; i < o->parameters; i++) {
         parameter[i] = o->family->parameters[i].name;
     }
@@ -135,13 +136,18 @@ static ad_status make(optimization *o, const char *text, response **result, ad_e
     for (int i = 0; i < o->settings->place_count; i++) {
         place[1 + i] = o->settings->places[i].name;
     }
-    const response_scope scope = {.outputs = scene_physics_of(o->family)->columns,
+    for (int i = 0; i <= o->settings->place_count; i++) {
+        at[i] = o->s[o->place[i]];
+    }
+    const response_scope scope = {.family = o->family,
                                   .parameters = o->parameters,
                                   .parameter = parameter,
                                   .columns = o->cases.columns,
                                   .column = column,
                                   .places = 1 + o->settings->place_count,
-                                  .place = place};
+                                  .place = place,
+                                  .at = at,
+                                  .s = o->s};
     return response_create(text, &scope, o->points, result, error);
 }
 

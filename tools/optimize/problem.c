@@ -130,7 +130,6 @@ static ad_status evaluate(optimization *o, const response *r, size_t scenario, b
 {
     const size_t P = (size_t)o->parameters, shape = o->points * COLUMNS;
     const response_shape at = {.points = o->points,
-                               .s = o->s,
                                .place = o->place,
                                .values = o->shapes + scenario * shape,
                                .jacobian = o->jacobians + scenario * shape * P,

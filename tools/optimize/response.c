@@ -2,8 +2,11 @@
 
 #include "physics/chain/solve_members.h"
 #include "physics/quantity/quantity.h"
+#include "physics/rod/rod_section.h"
+#include "physics/scene/breaks.h"
 
 #include <ctype.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,8 +20,12 @@ struct response {
     int place[SHAPES_MAX]; /* the index of a place, or ALONG */
     bool *needs;           /* [parameters] */
     ad_pool *pool;
-    ad_program *program;             /* value; by the columns of each shape; by the parameters */
-    bool is_uniform[SHAPES_MAX + 2]; /* of its outputs: one value for all points */
+    response *energy;    /* of the rod, that the formula has; NULL: it has none */
+    double *s, *weights; /* [points] over the length, and of the mean along the rod */
+    double length;
+    ad_program *program;             /* value; by the columns of each shape; by the parameters; by
+                                      * the energy */
+    bool is_uniform[SHAPES_MAX + 3]; /* of its outputs: one value for all points */
     double *memory;                  /* what the program reads and writes */
 };
 
@@ -26,9 +33,10 @@ struct response {
 
 enum { Q = 3, V = 7, U = 10 };
 
+/* With a slope at 0, which is 0. */
 static ad_value root_of_squares(ad_value a, ad_value b)
 {
-    return ad_sqrt(ad_add(ad_square(a), ad_square(b)));
+    return ad_sqrt(ad_add(ad_add(ad_square(a), ad_square(b)), ad_scalar(a.tape, 1e-200)));
 }
 
 static ad_value axis(ad_value shape, int k)
@@ -37,26 +45,86 @@ static ad_value axis(ad_value shape, int k)
     return ad_row(ad_rotate(q, ad_vector_constant(shape.tape, 0, 0, 1)), k);
 }
 
-/* What an output of that name is, of a shape [COLUMNS]; false: there is none. */
-static bool output_named(const model_column *outputs, const char *name, ad_value shape,
-                         ad_value *value)
+/* A formula that is being recorded. */
+typedef struct recording {
+    response *of;
+    const response_scope *scope;
+    ad_tape *tape;
+    ad_value s, one, parameters, columns, shape[SHAPES_MAX], energy;
+    const scene_breaks *breaks; /* over the length */
+    quantities *names;
+    int count;
+    char text[QUANTITY_OPEN_MAX][NAME_MAX_BYTES];
+    quantity_binding bound[QUANTITY_OPEN_MAX];
+} recording;
+
+/* Over the length; just before a place where something jumps, as shapes are. */
+static double before_break(double s, int breaks, const double *at)
+{
+    double before = s;
+    for (int i = 0; i < breaks; i++) {
+        before = s == at[i] ? s * (1 - 1e-15) : before;
+    }
+    return before;
+}
+
+/* What a section has there, or at a place. */
+static ad_value section_of(const recording *r, rod_section which, int place, ad_value shape)
+{
+    ad_value parameters[SCENE_PARAMETERS_MAX];
+    for (int i = 0; i < r->scope->parameters; i++) {
+        parameters[i] = ad_row(r->parameters, i);
+    }
+    const ad_value value =
+        rod_section_record(r->scope->family, which, r->s, parameters, ad_slice(shape, V, 6));
+    if (place == ALONG) {
+        return value;
+    }
+    const double at =
+        before_break(r->scope->at[place] / r->of->length, r->breaks->count, r->breaks->place);
+    return ad_substitute(value, r->s, ad_scalar(r->tape, at));
+}
+
+/* Of a name: a column of shapes, a component of the axis, or what follows from strains. */
+typedef struct output {
+    enum { OUTPUT_COLUMN, OUTPUT_AXIS, OUTPUT_SIZE, OUTPUT_SECTION } kind;
+    int which;
+} output;
+
+/* false: it is none. */
+static bool find_output(const scene *family, const char *name, output *found)
 {
     for (int c = 0; c < COLUMNS; c++) {
-        if (strcmp(name, outputs[c].name) == 0) {
-            *value = ad_row(shape, c);
+        if (strcmp(name, scene_physics_of(family)->columns[c].name) == 0) {
+            *found = (output){OUTPUT_COLUMN, c};
             return true;
         }
     }
-    if (name[0] == 't' && name[1] >= 'x' && name[1] <= 'z' && !name[2]) {
-        *value = axis(shape, name[1] - 'x');
-        return true;
+    for (int i = 0; i < ROD_SECTION_COUNT; i++) {
+        if (strcmp(name, rod_section_name(i)) == 0) {
+            *found = (output){OUTPUT_SECTION, i};
+            return true;
+        }
     }
     const bool bends = strcmp(name, "curvature") == 0, shears = strcmp(name, "shear") == 0;
-    if (bends || shears) {
-        const int first = bends ? U : V;
-        *value = root_of_squares(ad_row(shape, first), ad_row(shape, first + 1));
+    const bool is_axis = name[0] == 't' && name[1] >= 'x' && name[1] <= 'z' && !name[2];
+    *found = is_axis ? (output){OUTPUT_AXIS, name[1] - 'x'} : (output){OUTPUT_SIZE, bends ? U : V};
+    return is_axis || bends || shears;
+}
+
+/* Of a shape [COLUMNS] along the rod, or at a place. */
+static ad_value record_output(const recording *r, output of, int place, ad_value shape)
+{
+    switch (of.kind) {
+    case OUTPUT_COLUMN:
+        return ad_row(shape, of.which);
+    case OUTPUT_AXIS:
+        return axis(shape, of.which);
+    case OUTPUT_SIZE:
+        return root_of_squares(ad_row(shape, of.which), ad_row(shape, of.which + 1));
+    default:
+        return section_of(r, of.which, place, shape);
     }
-    return bends || shears;
 }
 
 static int index_of(const char *name, size_t length, int count, const char *const *names)
@@ -91,18 +159,6 @@ static bool next_name(const char **at, char name[NAME_MAX_BYTES])
 
 /* ---- recording ----------------------------------------------------------------------------- */
 
-/* A formula that is being recorded. */
-typedef struct recording {
-    response *of;
-    const response_scope *scope;
-    ad_tape *tape;
-    ad_value s, one, parameters, columns, shape[SHAPES_MAX];
-    quantities *names;
-    int count;
-    char text[QUANTITY_OPEN_MAX][NAME_MAX_BYTES];
-    quantity_binding bound[QUANTITY_OPEN_MAX];
-} recording;
-
 static ad_value shape_of(recording *r, int place)
 {
     for (int i = 0; i < r->of->shapes; i++) {
@@ -136,15 +192,34 @@ static bool meaning_of(recording *r, const char *name, ad_value *value)
     const char *dot = strchr(name, '.');
     const int place =
         dot ? index_of(name, (size_t)(dot - name), scope->places, scope->place) : ALONG;
+    if (strcmp(name, "energy") == 0) {
+        *value = r->energy;
+        return true;
+    }
     if (dot ? place < 0 : r->of->kind == RESPONSE_AT_PLACES) {
         return false;
     }
-    ad_value probe; /* so that no input is made for what is no output */
-    ad_tape *apart = ad_tape_create();
-    const bool known = apart && output_named(scope->outputs, dot ? dot + 1 : name,
-                                             ad_input(apart, "shape", COLUMNS), &probe);
-    ad_tape_free(apart);
-    return known && output_named(scope->outputs, dot ? dot + 1 : name, shape_of(r, place), value);
+    output found;
+    if (!find_output(scope->family, dot ? dot + 1 : name, &found)) {
+        return false;
+    }
+    *value = record_output(r, found, place, shape_of(r, place));
+    return true;
+}
+
+/* The elastic energy of the rod: its density, integrated. */
+static ad_status find_energy(recording *r, ad_error *error)
+{
+    static const char density[] = "mean(energy_density)";
+    const response_scope *scope = r->scope;
+    const char *const name = rod_section_name(ROD_SECTION_ENERGY);
+    if (index_of(name, strlen(name), scope->parameters, scope->parameter) >= 0 ||
+        index_of(name, strlen(name), scope->columns, scope->column) >= 0) {
+        return ad_fail(error, AD_BAD_INPUT, "has energy, but %s is another number; rename that",
+                       name);
+    }
+    return r->of->energy ? AD_OK
+                         : response_create(density, scope, r->of->points, &r->of->energy, error);
 }
 
 static ad_status bind(recording *r, const char *name, ad_error *error)
@@ -155,10 +230,18 @@ static ad_status bind(recording *r, const char *name, ad_error *error)
         }
     }
     ad_value value;
+    if (strcmp(name, "stability") == 0) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "has the stability margin, which has no derivative here; what is found is "
+                       "stable without it");
+    }
     if (!meaning_of(r, name, &value)) {
         return AD_OK; /* a function, a constant, or unknown, which the parser says */
     }
     ad_status status = quantities_coordinate(r->names, name, error);
+    if (status == AD_OK && value.id == r->energy.id) {
+        status = find_energy(r, error);
+    }
     if (status == AD_OK) {
         char *kept = r->text[r->count];
         snprintf(kept, NAME_MAX_BYTES, "%s", name);
@@ -172,7 +255,7 @@ static ad_status record(recording *r, const char *text, ad_value *value, ad_erro
 {
     char name[NAME_MAX_BYTES];
     ad_status status = AD_OK;
-    r->bound[r->count++] = (quantity_binding){"s", r->s};
+    r->bound[r->count++] = (quantity_binding){"s", ad_scale(r->s, r->of->length)};
     snprintf(r->text[0], NAME_MAX_BYTES, "s");
     for (const char *at = text; status == AD_OK && next_name(&at, name);) {
         status = bind(r, name, error);
@@ -198,12 +281,13 @@ static ad_status record(recording *r, const char *text, ad_value *value, ad_erro
 static ad_status compile(recording *r, ad_value value, ad_error *error)
 {
     response *of = r->of;
-    ad_value wanted[SHAPES_MAX + 1], outputs[SHAPES_MAX + 2] = {value};
+    ad_value wanted[SHAPES_MAX + 2], outputs[SHAPES_MAX + 3] = {value};
     int count = 0;
     for (; count < of->shapes; count++) {
         wanted[count] = r->shape[count];
     }
     wanted[count++] = r->parameters;
+    wanted[count++] = r->energy;
     ad_reverse(value, count, wanted, AD_PER_POINT, outputs + 1);
     ad_status status = ad_tape_status(r->tape, error);
     for (int i = 0; status == AD_OK && i <= count; i++) {
@@ -243,20 +327,95 @@ static response_kind kind_of(const char *text, char *inner, size_t room)
     return RESPONSE_AT_PLACES;
 }
 
-/* ---- making, evaluating -------------------------------------------------------------------- */
-
 static size_t points_of(const response *r)
 {
     return r->kind == RESPONSE_AT_PLACES ? 1 : r->points;
 }
 
-/* Numbers that the program reads or writes: s and one, columns of shapes and the adjoints of these,
- * the value and the adjoints of the parameters. */
+/* Numbers that the program reads or writes: one and the energy, columns of shapes and the adjoints
+ * of these, the value and the adjoints of the parameters and of the energy; beside them the energy
+ * with its derivatives, and of a mean what it is of. */
 static size_t numbers_of(const response *r)
 {
-    return points_of(r) * (3 + 2 * (size_t)r->shapes * COLUMNS + r->parameters) + r->parameters +
-           r->columns + 1;
+    const size_t mean = r->kind == RESPONSE_MEAN ? 1 + r->parameters : 0;
+    return points_of(r) * (4 + 2 * (size_t)r->shapes * COLUMNS + r->parameters + mean) +
+           2 * r->parameters + r->columns + 2;
 }
+
+/* ---- along the rod ------------------------------------------------------------------------- */
+
+enum { NEAR = 4 };
+
+/* Adds to weights those of the integral from a to b of what has values at s [count]: of the cubic
+ * through the four next to it, which two points of Gauss integrate exactly. */
+static void add_integral(size_t count, const double *s, double a, double b, double *weights)
+{
+    const size_t near = count < NEAR ? count : NEAR;
+    size_t first = 0;
+    while (first + near < count && s[first + near / 2] <= a) {
+        first++;
+    }
+    for (int g = -1; g <= 1; g += 2) {
+        const double x = (a + b) / 2 + g * (b - a) / (2 * sqrt(3));
+        for (size_t j = first; j < first + near; j++) {
+            double value = (b - a) / 2;
+            for (size_t k = first; k < first + near; k++) {
+                value *= k == j ? 1 : (x - s[k]) / (s[j] - s[k]);
+            }
+            weights[j] += value;
+        }
+    }
+}
+
+/* Of the mean, over pieces from 0 to 1 between places where something jumps: what is at such a
+ * place is that before. A piece without a point has the value of the nearest. */
+static void find_weights(size_t points, const double *s, int breaks, const double *at,
+                         double *weights)
+{
+    size_t first = 0;
+    for (int piece = 0; piece <= breaks; piece++) {
+        const double low = piece > 0 ? at[piece - 1] : 0, high = piece < breaks ? at[piece] : 1;
+        size_t end = first;
+        while (end < points && (s[end] <= high || piece == breaks)) {
+            end++;
+        }
+        if (end == first) {
+            weights[first > 0 ? first - 1 : 0] += high - low;
+            continue;
+        }
+        for (size_t i = first; i <= end; i++) {
+            add_integral(end - first, s + first, i > first ? s[i - 1] : low, i < end ? s[i] : high,
+                         weights + first);
+        }
+        first = end;
+    }
+}
+
+static ad_status place_points(recording *r, scene_breaks *breaks, ad_error *error)
+{
+    response *of = r->of;
+    scene one;
+    scene_middle(r->scope->family, &one);
+    of->length = scene_length(&one);
+    of->s = malloc(of->points * sizeof *of->s);
+    of->weights = calloc(of->points, sizeof *of->weights);
+    if (!of->s || !of->weights) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a formula");
+    }
+    ad_status status = scene_breaks_of(&one, "s", breaks, error);
+    for (int i = 0; i < breaks->count; i++) {
+        breaks->place[i] /= of->length;
+    }
+    for (size_t j = 0; j < of->points && status == AD_OK; j++) {
+        of->s[j] = before_break(r->scope->s[j] / of->length, breaks->count, breaks->place);
+    }
+    if (status == AD_OK) {
+        find_weights(of->points, of->s, breaks->count, breaks->place, of->weights);
+    }
+    return status;
+}
+
+/* ---- making, evaluating -------------------------------------------------------------------- */
 
 ad_status response_create(const char *text, const response_scope *scope, size_t points,
                           response **result, ad_error *error)
@@ -267,6 +426,7 @@ ad_status response_create(const char *text, const response_scope *scope, size_t 
     const size_t room = strlen(text) + 1;
     char *inner = malloc(room);
     ad_value value;
+    scene_breaks breaks;
     *result = NULL;
     if (made) {
         made->points = points;
@@ -280,8 +440,13 @@ ad_status response_create(const char *text, const response_scope *scope, size_t 
                            : ad_fail(error, AD_NO_MEMORY, "out of memory for a formula");
     if (status == AD_OK) {
         made->kind = kind_of(text, inner, room);
+        status = place_points(&r, &breaks, error);
+    }
+    if (status == AD_OK) {
+        r.breaks = &breaks;
         r.s = ad_input(r.tape, "s", 1);
         r.one = ad_input(r.tape, "one", 1);
+        r.energy = ad_input(r.tape, "energy", 1);
         r.parameters = ad_uniform(r.tape, "parameters", scope->parameters);
         r.columns = ad_uniform(r.tape, "columns", scope->columns + 1);
         status = record(&r, inner, &value, error);
@@ -305,6 +470,9 @@ ad_status response_create(const char *text, const response_scope *scope, size_t 
 void response_free(response *r)
 {
     if (r) {
+        response_free(r->energy);
+        free(r->s);
+        free(r->weights);
         ad_program_free(r->program);
         ad_pool_free(r->pool);
         free(r->needs);
@@ -320,12 +488,12 @@ response_kind response_kind_of(const response *r)
 
 bool response_needs_shape(const response *r)
 {
-    return r->shapes > 0;
+    return r->shapes > 0 || r->energy;
 }
 
 bool response_needs_parameter(const response *r, int which)
 {
-    return r->needs[which];
+    return r->needs[which] || (r->energy && r->energy->needs[which]);
 }
 
 size_t response_rows(const response *r)
@@ -333,21 +501,19 @@ size_t response_rows(const response *r)
     return r->kind == RESPONSE_MAX || r->kind == RESPONSE_MIN ? r->points : 1;
 }
 
-/* The mean along the rod, by trapezoids. */
-static void average(const response_shape *shape, size_t parameters, double *values, double *by)
+/* The mean along the rod; by: NULL, if nobody asks. */
+static void average(const response *r, const double *rows, const double *slopes, double *mean,
+                    double *by)
 {
-    const size_t n = shape->points;
-    const double length = shape->s[n - 1] - shape->s[0];
-    double mean = 0;
-    for (size_t i = 0; i < n; i++) {
-        const double next = shape->s[i + 1 < n ? i + 1 : i], before = shape->s[i > 0 ? i - 1 : 0];
-        const double weight = (next - before) / 2 / length;
-        mean += weight * values[i];
-        for (size_t p = 0; p < parameters && by; p++) {
-            by[p] = (i > 0 ? by[p] : 0) + weight * by[i * parameters + p];
+    const size_t width = r->parameters;
+    *mean = 0;
+    memset(by ? by : mean, 0, (by ? width : 1) * sizeof *by);
+    for (size_t i = 0; i < r->points; i++) {
+        *mean += r->weights[i] * rows[i];
+        for (size_t p = 0; p < width && by; p++) {
+            by[p] += r->weights[i] * slopes[i * width + p];
         }
     }
-    values[0] = mean;
 }
 
 /* Which point of the shape the formula's point j is to its shape i. */
@@ -366,21 +532,34 @@ ad_status response_evaluate(const response *r, const response_shape *shape, doub
                             double *by, ad_error *error)
 {
     const size_t n = points_of(r), width = r->parameters;
-    double *s = r->memory, *one = s + n, *value = one + n, *adjoint = value + n;
+    const int energies = 2 + r->shapes; /* where the adjoint of the energy is among the outputs */
+    double *one = r->memory, *energy = one + n, *by_energy = energy + n, *value = by_energy + n,
+           *adjoint = value + n;
     double *columns[SHAPES_MAX], *by_columns[SHAPES_MAX];
     double *given = adjoint + n * width, *more = given + r->columns + 1;
-    const double *inputs[SHAPES_MAX + 2] = {s, one};
-    double *outputs[SHAPES_MAX + 2] = {value};
+    const double *inputs[SHAPES_MAX + 3] = {r->s, one, energy};
+    double *outputs[SHAPES_MAX + 3] = {value};
     for (int i = 0; i < r->shapes; i++, more += 2 * n * COLUMNS) {
         columns[i] = more;
         by_columns[i] = more + n * COLUMNS;
-        inputs[2 + i] = columns[i];
+        inputs[3 + i] = columns[i];
         outputs[1 + i] = by_columns[i];
     }
     outputs[1 + r->shapes] = adjoint;
+    outputs[energies] = by_energy;
+    double *stored = more, *by_stored = stored + 1, *rows = values, *slopes = by;
+    if (r->kind == RESPONSE_MEAN) {
+        rows = by_stored + width;
+        slopes = by ? rows + n : NULL;
+    }
+    ad_status status =
+        r->energy ? response_evaluate(r->energy, shape, stored, by_stored, error) : AD_OK;
+    if (status != AD_OK) {
+        return status;
+    }
     for (size_t j = 0; j < n; j++) {
-        s[j] = shape->s[j];
         one[j] = 1;
+        energy[j] = r->length * *stored;
         for (int i = 0; i < r->shapes; i++) {
             const double *at = shape->values + point_of(r, shape, i, j) * COLUMNS;
             for (size_t c = 0; c < COLUMNS; c++) {
@@ -391,11 +570,12 @@ ad_status response_evaluate(const response *r, const response_shape *shape, doub
     memcpy(given, shape->columns, r->columns * sizeof *given);
     const double *uniforms[2] = {shape->parameters, given};
     const ad_run run = {.points = n, .inputs = inputs, .uniforms = uniforms, .outputs = outputs};
-    ad_status status = ad_execute(r->program, &run, error);
+    status = ad_execute(r->program, &run, error);
     for (size_t j = 0; j < n && status == AD_OK; j++) {
-        values[j] = entry(r, 0, value, 0, j);
+        const double of_energy = r->length * entry(r, energies, by_energy, 0, j);
+        rows[j] = entry(r, 0, value, 0, j);
         for (size_t p = 0; p < width && by; p++) {
-            double sum = entry(r, 1 + r->shapes, adjoint, p, j);
+            double sum = entry(r, 1 + r->shapes, adjoint, p, j) + of_energy * by_stored[p];
             for (int i = 0; i < r->shapes; i++) {
                 const double *by_shape =
                     shape->jacobian + point_of(r, shape, i, j) * COLUMNS * width;
@@ -403,11 +583,11 @@ ad_status response_evaluate(const response *r, const response_shape *shape, doub
                     sum += entry(r, 1 + i, by_columns[i], c, j) * by_shape[c * width + p];
                 }
             }
-            by[j * width + p] = sum;
+            slopes[j * width + p] = sum;
         }
     }
     if (status == AD_OK && r->kind == RESPONSE_MEAN) {
-        average(shape, width, values, by);
+        average(r, rows, slopes, values, by);
     }
     return status;
 }

@@ -9,7 +9,12 @@
  *   x y z          position, m                     qw qx qy qz   rotation, unit quaternion
  *   v1 v2 v3       stretch and shear, 1 at rest    u1 u2 u3      curvature and twist, 1/m
  *   tx ty tz       direction of the section's axis d3
- *   curvature      sqrt(u1^2 + u2^2), 1/m          shear         sqrt(v1^2 + v2^2) */
+ *   curvature      sqrt(u1^2 + u2^2), 1/m          shear         sqrt(v1^2 + v2^2)
+ *   n1 .. m3       force and moment, body, N, N m; energy_density J/m and strain likewise as in
+ *                  physics/rod/rod_section.h
+ *
+ * and of all of the rod its elastic energy, J: its density integrated. What the shape is where
+ * something jumps is that before. */
 #ifndef TOOLS_OPTIMIZE_RESPONSE_H
 #define TOOLS_OPTIMIZE_RESPONSE_H
 
@@ -24,17 +29,18 @@ typedef enum response_kind {
 } response_kind;
 
 typedef struct response_scope {
-    const model_column *outputs;     /* the scene's, of which shapes have the first */
+    const scene *family;             /* whose columns shapes have, the first */
     int parameters, columns, places; /* numbers of names, which are borrowed */
     const char *const *parameter;    /* of the scene */
     const char *const *column;       /* of the cases */
     const char *const *place;        /* "tip" */
+    const double *at;                /* [places] m, where they are */
+    const double *s;                 /* [points] of shapes, ascending, m */
 } response_scope;
 
 /* A shape with its derivatives; borrowed. */
 typedef struct response_shape {
     size_t points;
-    const double *s;          /* [points], ascending, m */
     const size_t *place;      /* [places], which point each is */
     const double *values;     /* [points][SOLVE_MEMBERS_COLUMNS] */
     const double *jacobian;   /* [points][SOLVE_MEMBERS_COLUMNS][parameters] */
